@@ -1,4 +1,4 @@
-// The largest structures and commands that are taken, each with what it follows from.
+// Limits on structures and commands, each with the reason for it.
 #pragma once
 
 #include <cstddef>
@@ -6,62 +6,69 @@
 
 namespace freeflex {
 
-/// [B] of a message: LCM sends what is larger in fragments, of which one lost loses all.
+/// Largest message [B]. LCM splits a larger message into fragments, and the loss of one fragment loses the
+/// whole message.
 inline constexpr int kMaxMessageBytes = 60000;
 
-/// Elastic freedoms: q and q_dot of a state_t are 16 B a mode, and 800 B are left for the rest of it.
+/// Largest number of elastic freedoms. In a state_t, q and q_dot take 16 B per mode, and the other fields
+/// take up to 800 B.
 inline constexpr int kMaxElastic = (kMaxMessageBytes - 800) / 16;
 static_assert(kMaxElastic == 3700);
 
-/// Points of a structure of which all modes are found: 3 N - 6 elastic freedoms. Those that rigid links take
-/// are not deducted, for that set-up is dense in all 3 N: 60 s and 1 GB at 1000 points.
+/// Largest number of points of a structure whose modes are all computed: 3 N - 6 elastic freedoms. Freedoms
+/// that rigid links remove are not deducted, because the set-up uses dense matrices over all 3 N freedoms: it
+/// takes 60 s and 1 GB for 1000 points.
 inline constexpr int kMaxDensePoints = (kMaxElastic + 6) / 3;
 static_assert(kMaxDensePoints == 1235);
 
-/// Freedoms up to which all modes are found where only some are asked for, three of a point and three where
-/// it turns, with mass or not: the dense set-up of 300 points on springs takes 1.5 s, and knows what the
-/// others would carry.
-inline constexpr int kMostDenseOfPart = 900;
+/// Largest number of freedoms for which all modes are computed even if the scene asks for fewer modes. Each
+/// point has three freedoms, and three more if it rotates, whether or not it has mass. The dense set-up of
+/// 300 points on springs takes 1.5 s. If all modes are computed, the motion of the omitted ones is known.
+inline constexpr int kMostDenseForSomeModes = 900;
 
-/// Modes of a larger scene that does not say which: those below half the rate, at most so many.
+/// Largest number of modes of a larger scene that does not choose its modes. Such a scene keeps its modes
+/// below half the rate.
 inline constexpr int kModesByDefault = 300;
 
-/// Points of a structure: 1.4 GB of numbers in modes for 300 of them, and room in every index.
+/// Largest number of points of a structure. With so many points, 300 modes take 1.4 GB, and no index
+/// overflows.
 inline constexpr int kMaxPoints = 200000;
 
-/// Points up to which everything is published, pushable and sent by default.
+/// Largest number of points of a scene for which the default is to publish every point and to let commands
+/// push every point.
 inline constexpr int kMostByDefault = 1000;
 
-/// Elastic freedoms of a plan: those of a structure up to the next full lane, so that every index product of
-/// a plan file stays far inside 32 bits.
+/// Largest number of elastic freedoms of a plan: that of a structure, padded. Every product of indices of a
+/// plan file is then far below the limit of 32 bits.
 inline constexpr std::int32_t kMaxPlanElastic = (kMaxElastic + 7) / 8 * 8;
 static_assert(kMaxPlanElastic == 3704);
 
-/// Points that the reader takes in before the structure is refused for its size, so that one fault names the
-/// whole count.
+/// Largest number of points that the reader reads before it refuses the structure for its size, so that the
+/// error message can state the number of points.
 inline constexpr int kMaxNamedPoints = 262144;
 static_assert(kMaxNamedPoints > kMaxPoints);
 
-/// Points that commands may push: places of the table in which they are looked up.
+/// Largest number of points that commands may push: the size of the table in which they are looked up.
 inline constexpr int kMaxTablePoints = 8192;
 
-/// [-] of the memory that there is that a set-up may take.
+/// Largest fraction of the available memory that a set-up may use [-].
 inline constexpr double kMemoryShare = 0.8;
 
-/// [B] that an OpenBLAS takes, mostly untouched, when it is first called.
+/// Memory that OpenBLAS reserves at its first call [B]. Most of it stays unused.
 inline constexpr std::size_t kBlasBuffer = std::size_t{128} << 20;
 
-/// Motions that rigid links which share points may forbid together in the sparse set-up, where a dense QR
-/// tells which of them are independent: some 2 s and 70 MB.
-inline constexpr int kMostJoinedRows = 1500;
+/// Largest number of constraints of rigid links that share points, in the sparse set-up. A dense QR
+/// factorization selects the independent constraints. It takes some 2 s and 70 MB for this number.
+inline constexpr int kMostJoinedConstraints = 1500;
 
-/// Groups: slots of the table that commands index.
+/// Largest number of groups: the size of the table that commands index.
 inline constexpr int kMaxGroups = 1024;
 
-/// [Hz] of ticks: from one each 1000 s to one a microsecond, about what the smallest step takes.
+/// Lowest and highest rate of ticks [Hz]: from one tick in 1000 s to one tick per microsecond, which is about
+/// the time that the smallest step takes.
 inline constexpr double kLeastRate = 1e-3, kMostRate = 1e6;
 
-/// Wheels of a scene: what one command may turn.
+/// Largest number of wheels of a scene, and of torques on wheels in one command.
 inline constexpr int kMaxWheels = 16;
 
 }  // namespace freeflex

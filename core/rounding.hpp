@@ -1,4 +1,4 @@
-// Rounding of doubles, and how many of its steps make a shape collinear.
+// The rounding error of doubles, and the limit of a collinear shape.
 #pragma once
 
 #include <limits>
@@ -7,8 +7,8 @@ namespace freeflex {
 
 inline constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-/// A shape is collinear when no point is farther from its line than this many roundings of the largest
-/// coordinate   (THEORY X42).
+/// A shape is collinear if the distance of every point from the line is at most this number times kEpsilon
+/// times the largest coordinate   (THEORY 2.9).
 inline constexpr double kCollinearRoundings = 64.0;
 
 }  // namespace freeflex

@@ -1,5 +1,4 @@
-// The words that a person, a plan and a message share: rungs, parts that may go, what commands may need,
-// axes.
+// Terms that scenes, plans and messages share: rungs, features, the choice for commands, axes.
 #pragma once
 
 #include <array>
@@ -8,8 +7,8 @@
 
 namespace freeflex {
 
-/// The rungs of the fidelity ladder, cheapest first   (THEORY section 12). Each keeps what the one before it
-/// keeps, as its traits say.
+/// Names the rungs of the fidelity ladder, cheapest first   (THEORY section 12). Each rung has all terms of
+/// the rung before it; RungTraits lists the properties of each.
 enum class Fidelity : std::int32_t {
   kRigid = 0,
   kSeparated = 1,
@@ -19,36 +18,40 @@ enum class Fidelity : std::int32_t {
   kFull = 5,
 };
 
-/// What a rung does. Code asks for a property, never for the order of the rungs: a new rung is a row here.
+/// Holds the properties of a rung. Code that needs a property reads it here and does not rely on the order of
+/// the rungs.
 struct RungTraits {
   Fidelity rung;
   const char* name;      // in scenes, plans and reports
-  bool has_modes;        // elastic coordinates at all
-  bool takes_spin_load;  // centrifugal load of the spin as a load on the modes   (X70)
-  bool couples;          // elastic motion acts back on the body; every mode and every point is needed   (X92)
-  bool has_true_geometry;    // springs, bars and dashpots at true length and direction   (X94)
-  bool divides_tick;         // into parts that resolve its fastest motion   (X100)
-  bool is_tried;             // by `fidelity: auto`, in this order   (X99)
-  double displacement_room;  // [-] times kMaxDisplacementRatio before a motion is outside
-  double spin_room;          // [-] times kMaxSpinRatio; kNoLimit: the rung has every term of the spin
+  bool has_modes;        // has elastic coordinates
+  bool takes_spin_load;  // the centrifugal load of the spin acts on the modes   (THEORY 8.16)
+  // elastic motion acts back on the body; the step needs the rows of every point
+  // (THEORY 12.5 to 12.12, 12.33 to 12.55)
+  bool couples;
+  // springs, bars and dashpots have their true length and direction   (THEORY 12.17 to 12.19)
+  bool has_true_geometry;
+  bool divides_tick;  // divides the tick into substeps that resolve the fastest motion   (THEORY 12.29)
+  bool is_tried;      // tried by `fidelity: auto`, in this order   (THEORY 12.28)
+  double displacement_room;  // [-] factor on kMaxDisplacementRatio; larger motions are outside
+  double spin_room;          // [-] factor on kMaxSpinRatio; kNoLimit: no term of the spin is neglected
 };
 inline constexpr double kNoLimit = 1e300;
 inline constexpr std::array<RungTraits, 6> kRungs{{
     // no elastic coordinate
     {Fidelity::kRigid, "rigid", false, false, false, false, false, true, 1.0, 1.0},
-    // the rigid body, and elastic coordinates beside it (Alekseev 1970)
+    // the rigid body, and elastic coordinates that do not act on it (Alekseev 1970)
     {Fidelity::kSeparated, "separated", true, false, false, false, false, true, 1.0, 1.0},
-    // and the centrifugal load; its error in the ratio is that of Coriolis forces, a tenth of the whole and
-    // less
+    // Adds the centrifugal load. The remaining error is that of neglecting Coriolis forces, which is at most
+    // a tenth of the error without the load.
     {Fidelity::kSpinLoaded, "spin-loaded", true, true, false, false, false, true, 1.0, 10.0},
     // every term in the elastic displacements, linear elasticity
     {Fidelity::kCoupled, "coupled", true, false, true, false, false, true, 10.0, kNoLimit},
-    // and true bars; the frame is lost when V reaches a tenth of the size
+    // adds bars at true length and direction; the frame fails when V reaches a tenth of the size
     {Fidelity::kExactBars, "exact-bars", true, false, true, true, false, true, 100.0, kNoLimit},
     {Fidelity::kFull, "full", true, false, true, true, true, false, 100.0, kNoLimit},
 }};
 
-/// True for the number of a rung, as plan files hold it.
+/// Returns true for the number of a rung. Plan files hold these numbers.
 constexpr bool is_rung(Fidelity rung) noexcept {
   return static_cast<std::int32_t>(rung) >= 0 && static_cast<std::size_t>(rung) < kRungs.size();
 }
@@ -58,41 +61,44 @@ constexpr const RungTraits& traits_of(Fidelity rung) noexcept {
 }
 constexpr const char* name_of(Fidelity rung) noexcept { return traits_of(rung).name; }
 
-/// Parts that a plan may do without   (THEORY section 14). The numbers stand in plan files.
-enum class Part : std::int32_t {
+/// Names the features that a plan may omit   (THEORY section 14). Plan files hold the numbers.
+enum class Feature : std::int32_t {
   kDamping = 0,         // decay of the modes
   kGravity = 1,         // uniform field
-  kRotation = 2,        // turning of the body
+  kRotation = 2,        // rotation of the body
   kOutOfPlane = 3,      // modes that move a planar shape along its normal
-  kUnreachedModes = 4,  // other modes that nothing can set in motion
-  kSmallModes = 5,      // modes whose share of what is asked for is below the tolerance
-  kPointRows = 6,       // mode shapes at points that nobody reads or loads
+  kUnreachedModes = 4,  // other modes that neither loads nor the initial state excite
+  kSmallModes = 5,      // modes whose contribution is below the tolerance
+  kPointRows = 6,       // mode shapes at points that are neither read nor loaded
 };
-inline constexpr std::array kPartNames{"damping",         "gravity",     "rotation",  "out_of_plane",
-                                       "unreached_modes", "small_modes", "point_rows"};
-inline constexpr int kNumParts = static_cast<int>(kPartNames.size());
-constexpr const char* name_of(Part part) noexcept { return kPartNames[static_cast<std::size_t>(part)]; }
+inline constexpr std::array kFeatureNames{"damping",         "gravity",     "rotation",  "out_of_plane",
+                                          "unreached_modes", "small_modes", "point_rows"};
+inline constexpr int kNumFeatures = static_cast<int>(kFeatureNames.size());
+constexpr const char* name_of(Feature feature) noexcept {
+  return kFeatureNames[static_cast<std::size_t>(feature)];
+}
 
-/// What becomes of a part that only commands could need.
+/// Specifies what happens to a feature that only commands could need   (THEORY 14.16).
 enum class OnNeed : std::int32_t {
-  kKeep = 0,    // it stays
-  kRefuse = 1,  // left out; a command that needs it is refused
-  kReplan = 2,  // left out until a command needs it: from that tick on the wide plan is stepped
+  kKeep = 0,    // the plan keeps the feature
+  kRefuse = 1,  // the plan omits it; a command that needs it is refused
+  kReplan = 2,  // the plan omits it until a command needs it; from that tick on, the fallback plan is stepped
 };
 
-/// World axes, body axes, or body axes turned by the local elastic rotation (follower forces, THEORY X73).
+/// Names the axes of a load: world axes, body axes, or body axes rotated by the local elastic rotation
+/// (follower forces, THEORY 8.24).
 enum class Axes : std::int32_t { kWorld = 0, kBody = 1, kLocal = 2 };
 
-// a row a number, in the order of the numbers
+// the rows of the tables have the order of the enumerators
 namespace words_check {
-constexpr bool rows_stand_in_order() {
+constexpr bool rows_are_in_order() {
   for (std::size_t k = 0; k < kRungs.size(); ++k)
     if (kRungs[k].rung != static_cast<Fidelity>(k)) return false;
   return true;
 }
-static_assert(rows_stand_in_order());
+static_assert(rows_are_in_order());
 static_assert(static_cast<std::size_t>(Fidelity::kFull) + 1 == kRungs.size());
-static_assert(static_cast<int>(Part::kPointRows) + 1 == kNumParts);
+static_assert(static_cast<int>(Feature::kPointRows) + 1 == kNumFeatures);
 }  // namespace words_check
 
 }  // namespace freeflex

@@ -1,4 +1,4 @@
-// Channel names: prefix + suffix, prefix "FREEFLEX" unless told otherwise.
+// Channel names are prefix + suffix; the default prefix is "FREEFLEX".
 #pragma once
 
 namespace freeflex::channels {

@@ -1,5 +1,5 @@
-// Commands under a key: the envelope that a daemon started with --keys takes on FORCE and CONTROL. Header
-// only; whoever includes it links libsodium.
+// Sealed commands: the envelope that a daemon started with --keys accepts on FORCE and CONTROL. Header only;
+// a program that includes this file links libsodium.
 #pragma once
 
 #include <sodium.h>
@@ -16,16 +16,16 @@
 
 namespace freeflex {
 
-/// Who may command, and the proof of it: what a key file holds.
+/// The contents of a key file: the name of a sender and the secret that proves the sender.
 struct SealingKey {
   std::string id;                                            // sender of its commands
   std::array<unsigned char, crypto_auth_KEYBYTES> secret{};  // 32 bytes
 };
 using SealTag = std::array<unsigned char, crypto_auth_BYTES>;
 
-/// Tag of an envelope sent on a channel: libsodium's crypto_auth, which is HMAC-SHA-512 cut to 32 bytes, over
-/// the length of the channel's whole name (int32, big-endian), the name, and the encoded envelope up to its
-/// tag.
+/// Returns the tag of an envelope for a channel: libsodium's crypto_auth (HMAC-SHA-512 truncated to 32 bytes)
+/// over the length of the channel's whole name (int32, big-endian), the name, and the encoded envelope up to
+/// its tag.
 inline SealTag make_tag(std::span<const std::byte> before_tag, std::string_view channel,
                         const SealingKey& key) {
   const auto length = static_cast<std::uint32_t>(channel.size());
@@ -42,8 +42,9 @@ inline SealTag make_tag(std::span<const std::byte> before_tag, std::string_view 
   return tag;
 }
 
-/// Encoded envelope of a force_t or control_t, to be published on the channel. The command goes under the
-/// key's id as its sender.  \param valid_until  [us] wall clock; the daemon takes at most 60 s ahead
+/// Returns an encoded envelope that contains the force_t or control_t and is to be published on the channel.
+/// Sets the sender of the command to the key's id.  \param valid_until  [us] wall clock; the daemon accepts
+/// at most 60 s ahead
 template <class Command>
 std::vector<std::byte> seal(Command command, const std::string& channel, const SealingKey& key,
                             std::int64_t valid_until) {

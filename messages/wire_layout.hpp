@@ -1,7 +1,7 @@
-// How the fields of a message lie on the wire: the words of the tables that wire_layouts.cmake makes from the
-// .lcm files (freeflex_msgs/wire_layouts.hpp in the build tree). LCM puts eight bytes of fingerprint first,
-// then the fields without gaps, big-endian: a string as its length with the terminator (int32), its
-// characters and NUL; an array as its elements; a struct as its fields.
+// Layout of a message's fields on the wire: the types of the tables that wire_layouts.cmake generates from
+// the .lcm files (freeflex_msgs/wire_layouts.hpp in the build tree). An LCM message begins with eight bytes
+// of fingerprint. The fields follow without gaps, big-endian. A string is its length including the terminator
+// (int32), its characters and NUL; an array is its elements; a struct is its fields.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@ namespace freeflex::wire {
 inline constexpr std::int64_t kFingerprintBytes = 8;  // [bytes]
 inline constexpr int kMaxCounts = 8;                  // counts in one struct
 inline constexpr int kMaxDimensions = 2;              // of one array
-/// [bytes] Most that one step of a count may stand for, so that no sum of sizes leaves 64 bits: no message is
-/// longer.
+/// [bytes] Largest size by which a count may be multiplied. With this limit no sum of sizes overflows 64
+/// bits. No message is longer than this.
 inline constexpr std::int64_t kMaxStride = 1 << 16;
 
 enum class Kind : std::uint8_t {
@@ -34,10 +34,10 @@ enum class Kind : std::uint8_t {
   kStruct
 };
 
-/// One dimension of an array: a constant, or as many as a count of the same struct says.
+/// One dimension of an array: a constant, or the value of a count in the same struct.
 struct Dimension {
-  std::int32_t size = 1;    // when constant
-  std::int32_t count = -1;  // which of the struct's counts, from 0; -1: constant
+  std::int32_t size = 1;    // the constant; not used for a count
+  std::int32_t count = -1;  // index of the struct's count, from 0; -1: constant
 };
 constexpr Dimension constant(std::int32_t size) { return {size, -1}; }
 constexpr Dimension counted_by(std::int32_t count) { return {1, count}; }
@@ -46,21 +46,21 @@ struct Layout;
 struct Field {
   std::string_view name;
   Kind kind = Kind::kInt8;
-  const Layout* nested = nullptr;  // of kStruct
-  bool is_count = false;           // an int32 that is the dimension of an array after it
+  const Layout* nested = nullptr;  // kStruct only
+  bool is_count = false;           // true: an int32 that gives a dimension of a later array
   int num_dimensions = 0;          // 0: one value
   std::array<Dimension, kMaxDimensions> dimensions{};
 };
 
-/// A message or a struct inside one.
+/// Layout of a message, or of a struct inside a message.
 struct Layout {
   std::string_view name;
-  std::span<const Field> fields;  // in the order of the wire
+  std::span<const Field> fields;  // in wire order
   int num_counts = 0;
-  std::int64_t fixed_size = -1;  // [bytes] without fingerprint; -1: depends on contents
+  std::int64_t fixed_size = -1;  // [bytes] without fingerprint; -1: depends on the contents
 };
 
-/// [bytes] One value; -1: depends on contents.
+/// Returns the size of one value [bytes]; -1: depends on the contents.
 constexpr std::int64_t size_of(const Field& field) {
   switch (field.kind) {
     case Kind::kBoolean:
@@ -83,7 +83,8 @@ constexpr std::int64_t size_of(const Field& field) {
   return -1;
 }
 
-/// Does not compile for a table that the walk over it could not bound.
+/// Returns the layout of the fields. Fails to compile if the size of the table's messages has no bound that
+/// the walk can check.
 constexpr Layout make_layout(std::string_view name, std::span<const Field> fields) {
   Layout layout{name, fields, 0, 0};
   for (const Field& field : fields) {
@@ -97,19 +98,20 @@ constexpr Layout make_layout(std::string_view name, std::span<const Field> field
       if (dimension.count < 0) continue;
       is_fixed = false;
       ++num_counted;
-      if (dimension.count >= layout.num_counts) throw std::logic_error("a count stands after its array");
+      if (dimension.count >= layout.num_counts) throw std::logic_error("a count is declared after its array");
     }
-    if (stride == 0 || stride > kMaxStride) throw std::logic_error("an element of no bytes, or of too many");
-    if (num_counted > 1) throw std::logic_error("an array with two counts");
+    if (stride == 0 || stride > kMaxStride)
+      throw std::logic_error("an element is empty or larger than kMaxStride");
+    if (num_counted > 1) throw std::logic_error("an array has two counts");
     layout.fixed_size = is_fixed && layout.fixed_size >= 0 ? layout.fixed_size + stride : -1;
   }
   if (fields.empty() || layout.fixed_size > kMaxStride)
-    throw std::logic_error("a struct of no bytes, or of too many");
+    throw std::logic_error("a struct is empty or larger than kMaxStride");
   if (layout.num_counts > kMaxCounts) throw std::logic_error("more counts than kMaxCounts");
   return layout;
 }
 
-/// The layout of a generated message class: the generated tables give a `const Layout*` for each.
+/// Layout of a generated message class; the generated tables define a `const Layout*` for each.
 template <class Message>
 inline constexpr std::nullptr_t layout_of = nullptr;
 

@@ -1,6 +1,6 @@
 # cmake -DSOURCE_DIR=... "-DTYPES=a_t;b_t" -DOUTPUT=... -P wire_layouts.cmake: writes the tables of wire_layout.hpp for the
-# structs of SOURCE_DIR/TYPE.lcm. Whatever it does not know ends it with the file and the statement: what it passed over
-# would be a hole in the check of bytes.
+# structs of SOURCE_DIR/TYPE.lcm. An unknown construct is an error that names the file and the statement: if
+# the field were skipped, its bytes would be received unchecked.
 cmake_minimum_required(VERSION 3.25)
 
 set(kinds boolean kBoolean byte kByte int8_t kInt8 int16_t kInt16 int32_t kInt32 int64_t kInt64 float kFloat
@@ -11,12 +11,13 @@ while(kinds)
 endwhile()
 set(word "[A-Za-z_][A-Za-z_0-9]*")
 
-# of the file of ${type}
+# reports an error in the file of ${type}
 function(refuse found)
   message(FATAL_ERROR "${SOURCE_DIR}/${type}.lcm: ${found}")
 endfunction()
 
-# statements of the struct, without comments; [ ] as < >, since CMake's lists count brackets
+# reads the statements of the struct without comments; replaces [ ] by < >, because CMake's lists interpret
+# brackets
 function(read_statements type out)
   file(READ ${SOURCE_DIR}/${type}.lcm text)
   string(REGEX REPLACE "//[^\n]*|/\\*([^*]|\\*+[^*/])*\\*+/" "" text "${text}")
@@ -34,7 +35,8 @@ function(read_statements type out)
   set(${out} "${statements}" PARENT_SCOPE)
 endfunction()
 
-# "<3><n>" as "constant(3), counted_by(@count:n@)", and the names in it; numbers: the int32_t that may stand there
+# converts "<3><n>" to "constant(3), counted_by(@count:n@)" and lists the counts that it names; numbers: the
+# int32_t fields declared before
 function(read_dimensions field text numbers out_sizes out_counts)
   set(sizes)
   set(counts)
@@ -59,14 +61,14 @@ function(read_dimensions field text numbers out_sizes out_counts)
   set(${out_counts} "${counts}" PARENT_SCOPE)
 endfunction()
 
-# the table of one struct, and the structs that must stand before it
+# makes the table of one struct and lists the structs that must be defined before it
 function(make_table type out out_needs)
   read_statements(${type} statements)
   set(table "")
   set(needs)
-  set(names)    # of the fields so far
-  set(numbers)  # those that may be counts
-  set(counts)   # those that are, as often as they are used
+  set(names)    # fields so far
+  set(numbers)  # fields that may be counts
+  set(counts)   # fields that are counts, one entry for each use
   foreach(statement IN LISTS statements)
     string(STRIP "${statement}" statement)
     if(statement STREQUAL "" OR statement MATCHES "^const (int(8|16|32|64)_t|float|double) [A-Za-z0-9_=,.+ -]+$")
@@ -101,7 +103,7 @@ function(make_table type out out_needs)
   if(NOT names)
     refuse("has no field")
   endif()
-  # only now is it known which numbers are counts
+  # only after the last field is it known which fields are counts
   set(next 0)
   foreach(name IN LISTS names)
     set(is_count false)
@@ -128,7 +130,7 @@ inline constexpr const Layout* layout_of<freeflex_msgs::${type}> = &layouts::${t
   list(APPEND classes "freeflex_msgs::${type}")
 endforeach()
 
-# each struct after those inside it, so that a walk down the tables has an end
+# each struct comes after the structs that it contains, so that a walk through the tables terminates
 set(tables "")
 set(waiting ${TYPES})
 while(waiting)

@@ -1,4 +1,4 @@
-// The publishing end of LCM. Never subscribes: what parses the network runs in the ingress process.
+// The publishing end of LCM. It never subscribes, because only the ingress process parses the network.
 #pragma once
 
 #include <lcm/lcm.h>
@@ -11,13 +11,14 @@
 
 namespace freeflex::service {
 
-/// One publishing connection; one thread.
+/// One connection that publishes. Used by one thread.
 class Bus {
  public:
-  /// Throws std::runtime_error when liblcm refuses the url.
+  /// Throws std::runtime_error if liblcm refuses the url.
   Bus(const std::string& url, std::string prefix);
 
-  /// Sends to prefix + suffix. A failed send is counted; the network may come back.
+  /// Sends to the channel prefix + suffix. Counts a failed send and continues, because the network may
+  /// recover.
   void send(const char* suffix, std::span<const std::byte> bytes);
   std::int64_t num_failed() const { return num_failed_; }
 

@@ -14,7 +14,7 @@ namespace freeflex::service {
 namespace {
 
 constexpr std::size_t kMaxDatagram = 65536;              // [B]
-constexpr std::string_view kSelfTest = "LCM_SELF_TEST";  // by which liblcm, and BusSocket, test reception
+constexpr std::string_view kSelfTest = "LCM_SELF_TEST";  // liblcm and BusSocket test reception on it
 
 std::int64_t wall_clock_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
@@ -52,7 +52,7 @@ std::optional<BusMessage> BusConnection::receive(std::chrono::milliseconds time)
     if (left.count() <= 0) return std::nullopt;
     if (packet.size >= 0) continue;
     pollfd readable{socket_.fd(), POLLIN, 0};
-    // a signal ends the wait: the caller looks whether it is to end
+    // a signal ends the wait, so that the caller can check whether to stop
     if (poll(&readable, 1, static_cast<int>(left.count())) < 0) return std::nullopt;
   }
 }

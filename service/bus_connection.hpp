@@ -14,36 +14,36 @@
 
 namespace freeflex::service {
 
-/// A message as it came: views of the connection's buffer, which the next receive() overwrites.
+/// Views of a received message in the connection's buffer. The next receive() overwrites the buffer.
 struct BusMessage {
   std::string_view channel;
   std::span<const std::byte> bytes;
-  std::int64_t utime = 0;  // [us] since 1970, when the kernel took it in
+  std::int64_t utime = 0;  // [us] since 1970: time at which the kernel received the message
 };
 
-/// Receives and sends without liblcm, whose receiver two crafted packets kill (in 1.3.1 to 1.5.2: a fragment
-/// whose offset and size wrap 32 bits, and a fragment shorter than its header). It reads each packet with
-/// read_lcm_packet, as the daemon's ingress does, and keeps nothing from one packet to the next. It drops
-/// fragments, since every message of freeflex fits one datagram. One thread.
+/// Receives and sends without liblcm, whose receiver crashes on two crafted packets (in 1.3.1 to 1.5.2: a
+/// fragment whose offset and size wrap 32 bits, and a fragment shorter than its header). Reads each packet
+/// with read_lcm_packet, as the daemon's ingress does, and keeps no state between packets. Drops fragments,
+/// since every message of freeflex fits one datagram. Used by one thread.
 class BusConnection {
  public:
   BusConnection();
 
-  /// Joins the bus. Empty, or why that fails, for a person.
+  /// Joins the bus. Returns an empty string, or the error for the user.
   /// \pre check_lcm_url(url) and find_network_fault(url) are empty
   std::string open(const std::string& url, std::chrono::milliseconds timeout = kOpenTimeout);
-  /// Returns the next message, or nothing when none came within the time. Packets that are no message use the
-  /// time up and are counted.
+  /// Returns the next message, or nullopt if none arrives within the time. A packet that is not a message
+  /// does not restart the time; num_ignored() counts it.
   std::optional<BusMessage> receive(std::chrono::milliseconds time);
-  /// Sends one message. False when the network does not take it, or it does not fit one datagram.
+  /// Sends one message. Returns false if the network refuses the message or it does not fit one datagram.
   bool publish(std::string_view channel, std::span<const std::byte> bytes);
 
-  /// Packets that were no message: fragments, and what the reader refuses.
+  /// Number of packets that were not messages: fragments, and packets that read_lcm_packet refused.
   std::int64_t num_ignored() const { return num_ignored_; }
-  /// For poll; -1 before open().
+  /// Descriptor for poll(); -1 before open().
   int fd() const { return socket_.fd(); }
 
-  /// Time for a packet of its own to come back.
+  /// Time within which the connection's test packet to itself must arrive.
   static constexpr std::chrono::milliseconds kOpenTimeout{10'000};
 
  private:

@@ -26,14 +26,15 @@ namespace freeflex::service {
 namespace {
 
 constexpr int kReceiveBuffer = 4 * 1024 * 1024;  // [B] 430 commands of the largest size
-constexpr int kProbeMillis = 100;                // [ms] between packets of the test
-// what liblcm sends when it tests itself: every program on the bus knows to leave it alone
+constexpr int kProbeMillis = 100;                // [ms] between test packets
+// the packet with which liblcm tests itself; every program on the bus ignores it
 constexpr std::string_view kProbe{"LC02\0\0\0\0LCM_SELF_TEST\0", 22};
 
 constexpr const char* kCannotReceive = "cannot receive from the bus";
 
-/// Classic BPF that lets a packet through when it is a short message, or the first part of a longer one, on
-/// one of the channels. Offsets count from the UDP header. A load beyond the end of the packet drops it.
+/// Classic BPF program that passes a packet if it is a short message, or the first fragment of a longer
+/// message, on one of the channels. Offsets count from the UDP header. If the program loads a byte beyond the
+/// end of a packet, the kernel drops the packet.
 class ChannelFilter {
  public:
   explicit ChannelFilter(const std::string& prefix) {
@@ -54,7 +55,8 @@ class ChannelFilter {
 
   void put(sock_filter instruction) { code_.push_back(instruction); }
 
-  /// Goes on when the bytes at the offset are the text's; the jumps to be taken else are left open.
+  /// Adds instructions that continue if the bytes at the offset equal the text. If they differ, the program
+  /// jumps; the targets of these jumps are not known yet, so `open` lists them.
   void match(std::string_view text, std::size_t offset, std::vector<std::size_t>& open) {
     for (std::size_t i = 0; i < text.size(); ++i) {
       put(BPF_STMT(BPF_LD | BPF_B | BPF_ABS, kUdpHeader + static_cast<std::uint32_t>(offset + i)));
@@ -62,7 +64,7 @@ class ChannelFilter {
       put(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, static_cast<std::uint8_t>(text[i]), 0, 0));
     }
   }
-  /// The open jumps lead to what comes next.
+  /// Sets the next instruction as the target of the open jumps.
   void close(std::vector<std::size_t>& open) {
     for (const std::size_t at : open) code_[at].jf = static_cast<std::uint8_t>(code_.size() - at - 1);
     open.clear();
@@ -73,7 +75,7 @@ class ChannelFilter {
     match(mark, 0, other_kind);
     match(prefix, header, other_kind);
     for (const char* suffix : suffixes) {
-      // with its NUL
+      // including its NUL
       match({suffix, std::strlen(suffix) + 1}, header + prefix.size(), other_suffix);
       put(BPF_STMT(BPF_RET | BPF_K, kAll));
       close(other_suffix);
@@ -84,13 +86,13 @@ class ChannelFilter {
   std::vector<sock_filter> code_;
 };
 
-/// Sends to the group until anything arrives at the socket. What arrived stays there.
+/// Sends to the group until a packet arrives at the socket. The packet stays in the queue.
 std::string test_reception(int fd, const LcmAddress& address, std::chrono::milliseconds timeout) {
   sockaddr_in group{};
   group.sin_family = AF_INET;
   group.sin_port = htons(address.port);
   group.sin_addr.s_addr = address.group;
-  // for this machine alone
+  // keeps the packets on this machine
   const unsigned char ttl = 0;
   setsockopt(fd, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
   const auto deadline = std::chrono::steady_clock::now() + timeout;
@@ -125,7 +127,7 @@ std::string BusSocket::open(const std::string& url, const std::string& prefix,
   setsockopt(fd_, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
   const timeval wait{0, std::chrono::microseconds(kReceiveWait).count()};
   setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
-  // beyond the system's limit where this process may
+  // exceeds the system's limit if this process has the right to do so
   const int size = address.receive_buffer > 0 ? address.receive_buffer : kReceiveBuffer;
   if (setsockopt(fd_, SOL_SOCKET, SO_RCVBUFFORCE, &size, sizeof size) != 0)
     setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
@@ -140,7 +142,7 @@ std::string BusSocket::open(const std::string& url, const std::string& prefix,
   if (setsockopt(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0)
     return call_fault(kCannotReceive, "IP_ADD_MEMBERSHIP");
   if (std::string fault = test_reception(fd_, address, timeout); !fault.empty()) return fault;
-  // without the filter nothing is wrong but the load
+  // without the filter, only performance is lost
   if (!prefix.empty()) ChannelFilter(prefix).attach(fd_);
   return {};
 }
@@ -149,7 +151,7 @@ int BusSocket::receive_buffer() const {
   int size = 0;
   socklen_t length = sizeof size;
   if (getsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &size, &length) != 0) return 0;
-  return size / 2;  // the kernel reports twice what it was asked for
+  return size / 2;  // the kernel reports twice the requested size
 }
 
 double BusSocket::fill() const {
@@ -173,7 +175,7 @@ ReceivedPacket receive_packet(int fd, std::span<std::byte> buffer, int flags) no
   const cmsghdr* const stamp = CMSG_FIRSTHDR(&message);
   if (stamp == nullptr || stamp->cmsg_level != SOL_SOCKET || stamp->cmsg_type != SCM_TIMESTAMPNS)
     return packet;
-  // the stamp is of the wall clock, which may have been set meanwhile: only an age is taken from it
+  // the stamp is wall-clock time, and that clock may be set at any time, so only the packet's age is used
   timespec came{};
   timespec now{};
   std::memcpy(&came, CMSG_DATA(stamp), sizeof came);

@@ -1,5 +1,5 @@
-// The socket on which messages arrive. The daemon opens one and reads nothing from it: its ingress does.
-// Other programs have one in a BusConnection.
+// The socket on which messages arrive. The daemon opens one, and only the daemon's ingress reads from it.
+// Other programs use a BusConnection, which contains one.
 #pragma once
 
 #include <sys/types.h>
@@ -12,7 +12,8 @@
 
 namespace freeflex::service {
 
-/// A multicast socket for an LCM bus, whatever process reads it. Its queue outlives each of them.
+/// A multicast socket for an LCM bus. Several processes may read it one after the other; its queue of packets
+/// remains when one of them ends.
 class BusSocket {
  public:
   BusSocket() = default;
@@ -20,36 +21,36 @@ class BusSocket {
   BusSocket(const BusSocket&) = delete;
   BusSocket& operator=(const BusSocket&) = delete;
 
-  /// Binds the group's own address, so unicast packets do not arrive; joins the group and waits until a
-  /// packet of its own has come back. With a prefix the kernel lets through from then on only its channels
-  /// FORCE, CONTROL and STATUS: what else is on the bus takes no place in the queue. With an empty prefix it
-  /// lets everything through. Empty, or why not (for a person).
+  /// Binds the address of the multicast group, so unicast packets do not arrive. Joins the group and waits
+  /// until a packet that the socket sent to it has come back. If a prefix is given, the kernel then passes
+  /// only the channels FORCE, CONTROL and STATUS of this prefix, so other messages do not fill the queue. If
+  /// the prefix is empty, the kernel passes all channels. Returns an empty string, or the error for the user.
   /// \pre check_lcm_url(url) and find_network_fault(url) are empty
   std::string open(const std::string& url, const std::string& prefix, std::chrono::milliseconds timeout);
   void close();
 
   int fd() const { return fd_; }
-  /// [B] Queue that the kernel gave.
+  /// Returns the size of the queue that the kernel granted [B].
   int receive_buffer() const;
-  /// [-] How full the queue is; beyond 1 packets are lost. (The kernel counts those that the filter refuses
-  /// among those that it dropped, so its count tells nothing.)
+  /// Returns the filled fraction of the queue [-]; above 1, packets are lost. (The kernel's count of dropped
+  /// packets is not used: it includes the packets that the filter refused.)
   double fill() const;
 
  private:
   int fd_ = -1;
 };
 
-/// A packet taken out of a socket.
+/// A packet read from a socket.
 struct ReceivedPacket {
-  ssize_t size = -1;             // [B]; -1: none
-  std::int64_t received_ns = 0;  // CLOCK_BOOTTIME when the kernel took it in, not when it was read
-  std::int64_t utime = 0;        // [us] wall clock at the same moment; 0: the kernel did not stamp it
+  ssize_t size = -1;             // [B]; -1: no packet
+  std::int64_t received_ns = 0;  // CLOCK_BOOTTIME at which the kernel received the packet
+  std::int64_t utime = 0;        // [us] wall clock at the same moment; 0: the kernel gave no time
 };
-/// Takes one packet out; waits as long as the socket's SO_RCVTIMEO says. Where the kernel did not stamp it
-/// the time is now. One system call.  \param flags  of recvmsg
+/// Waits for one packet, at most for the socket's SO_RCVTIMEO, and reads it with one system call. If the
+/// kernel gave no time of reception, received_ns is the present time.  \param flags  of recvmsg
 ReceivedPacket receive_packet(int fd, std::span<std::byte> buffer, int flags = 0) noexcept;
 
-/// [ns] How often whoever reads the bus is woken at least.
+/// [ms] Longest time that a process waits for one packet of the bus.
 inline constexpr std::chrono::milliseconds kReceiveWait{20};
 
 }  // namespace freeflex::service

@@ -16,7 +16,7 @@ std::int64_t MonotonicClock::now_ns() noexcept {
 
 void MonotonicClock::sleep_until(std::int64_t deadline_ns) noexcept {
   const timespec deadline{deadline_ns / kSecond, deadline_ns % kSecond};
-  // an absolute deadline survives a signal: sleep again to the same one
+  // the deadline is absolute, so after a signal the sleep continues to the same deadline
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
   }
 }
@@ -27,7 +27,7 @@ void Pacer::rebase(std::int64_t now_ns) noexcept {
 }
 
 std::int64_t Pacer::deadline_ns() const noexcept {
-  // from the base each time: a period that is no whole number of nanoseconds does not drift
+  // computed from the base each time, so a period that is not a whole number of nanoseconds causes no drift
   return base_ns_ + std::llround(static_cast<double>(ticks_since_base_) * period_ns_);
 }
 

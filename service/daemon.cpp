@@ -40,69 +40,77 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kSupervision{2};  // between looks at the ingress
-constexpr double kFull = 0.9;            // [-] of the queue; it is nearly empty otherwise
-// a daemon publishes its status every 100 ms or more often, so one that is there is heard within this
+constexpr milliseconds kSupervision{2};  // time between checks of the ingress
+// [-] filled fraction that causes a warning; in normal operation the queue is nearly empty
+constexpr double kFull = 0.9;
+// a daemon publishes its status at least every 100 ms, so the status of a running daemon arrives within this
+// time
 constexpr milliseconds kListening{300};
 
-/// A reason to end before the first tick, with its exit code. Empty: it has been said.
+/// An error that ends the daemon before the first tick, with the exit code. An empty text means that the
+/// error was already printed.
 struct StartFault : std::runtime_error {
   StartFault(ExitCode code_, const std::string& text) : std::runtime_error(text), code(code_) {}
   ExitCode code;
 };
 
-/// A line now and then while a large structure is set up.
-SetupProgress say_now_and_then() {
+/// Returns a progress function that logs a line every few seconds while a large structure is set up.
+SetupProgress log_now_and_then() {
   static constexpr std::chrono::seconds kBetween{5};
   auto say = [last = std::chrono::steady_clock::now()](const std::string& what, double) mutable {
     const auto now = std::chrono::steady_clock::now();
     if (now - last < kBetween) return true;
     last = now;
-    say_plainly("set-up: " + what);
+    print_plainly("set-up: " + what);
     return true;
   };
   return {say, io::machine_memory_MB()};
 }
 
 Plan read_plan(const DaemonOptions& options) {
-  io::PlanResult result = io::load_plan(options.input, options.rate, say_now_and_then(), options.settings);
-  // faults are for the person who wrote the file: plain, where compilers write theirs
+  io::PlanResult result = io::load_plan(options.input, options.rate, log_now_and_then(), options.settings);
+  // faults are for the author of the file: they are printed on standard error without a log prefix, as a
+  // compiler does
   std::string text;
   for (const Fault& fault : result.faults)
     text += (text.empty() ? "" : "\n") + io::format_fault(fault, result.sources);
-  if (!text.empty()) say_plainly(text);
+  if (!text.empty()) print_plainly(text);
   if (!result.plan) throw StartFault(kUsage, "");
   Plan plan = std::move(*result.plan);
   const auto num_pushable = std::count_if(plan.points.begin(), plan.points.end(),
                                           [](const PlanPoint& point) { return point.pushable; });
   if (num_pushable > kMaxTablePoints)
     throw StartFault(kUsage,
-                     fmt::format("{} points take commands, the daemon has room for {}: name fewer with "
-                                 "commands: points, or push them as groups",
+                     fmt::format("{} points take commands, but the daemon has room for {}: list fewer under "
+                                 "'commands: points' in the scene, or push them as groups",
                                  num_pushable, kMaxTablePoints));
   if (plan.points.size() > std::size_t{kMaxNamedPoints} || plan.groups.size() > std::size_t{kMaxGroups}) {
     throw StartFault(
-        kUsage, fmt::format("{} points and {} groups: the daemon takes up to {} and {}", plan.points.size(),
-                            plan.groups.size(), kMaxNamedPoints, kMaxGroups));
+        kUsage,
+        fmt::format(
+            "the scene has {} points and {} groups, but the daemon accepts at most {} points and {} groups",
+            plan.points.size(), plan.groups.size(), kMaxNamedPoints, kMaxGroups));
   }
   return plan;
 }
 
-/// Nothing without --keys. With it at least one: a daemon that takes no command from anybody is not started.
+/// Returns the keys of --keys; an empty list without --keys. Throws if the file or folder contains no key,
+/// because the daemon could then accept no command from the bus.
 std::vector<Key> read_keys(const DaemonOptions& options, const Plan& plan) {
   if (!options.keys) return {};
-  // what this process knows, others of its user must not read out of its memory or a core file
+  // no other process of this user may read the keys from the daemon's memory or from a core file
   if (sodium_init() < 0 || prctl(PR_SET_DUMPABLE, 0) != 0)
-    throw StartFault(kRuntimeFailure, "the keys cannot be kept: libsodium or prctl does not work here");
+    throw StartFault(kRuntimeFailure,
+                     "the keys cannot be kept secret: libsodium or prctl does not work here");
   KeysResult result = load_keys(*options.keys, plan);
   if (result.faults.empty()) return std::move(result.keys);
-  say_plainly(result.faults);
+  print_plainly(result.faults);
   throw StartFault(kUsage, "");
 }
 
-/// Ticks until time [s]; 0: for ever. A time below half a tick is one tick, not none.
+/// Returns the number of ticks until the time [s]; 0: no end. A time shorter than half a tick gives one tick.
 std::int64_t count_ticks(double time, double period) {
-  constexpr double kMost = 1e15;  // [ticks] as for the times of a command
+  constexpr double kMost = 1e15;  // [ticks] the limit that also applies to the times of a command
   if (time <= 0.0) return 0;
   const double ticks = std::round(time / period);
   if (ticks > kMost)
@@ -110,7 +118,8 @@ std::int64_t count_ticks(double time, double period) {
   return std::max<std::int64_t>(1, static_cast<std::int64_t>(ticks));
 }
 
-/// Deadlines are counted in whole nanoseconds of 64 bits.
+/// Checks that the wall time of a tick is not too long for deadlines, which are 64-bit integers in
+/// nanoseconds.
 void check_pace(const Timing& timing, double period) {
   constexpr double kLongest = 1e6;  // [s]
   const double tick = period / timing.scale;
@@ -119,18 +128,19 @@ void check_pace(const Timing& timing, double period) {
         kUsage, fmt::format("a tick would last {:g} s, at most {:g}: see --rate and --time", tick, kLongest));
 }
 
-/// A thread with this body; what cannot be had is explained.
+/// Starts a thread with this body. If the system refuses, throws StartFault with the limit that is the cause.
 template <class Body>
 std::thread start_thread(const char* what, Body body) {
   try {
     return std::thread(std::move(body));
   } catch (const std::system_error& error) {
-    throw StartFault(kRuntimeFailure, fmt::format("no thread for {}: {}{}", what, error.code().message(),
-                                                  explain_limits(error.code().value())));
+    throw StartFault(kRuntimeFailure,
+                     fmt::format("cannot start a thread for {}: {}{}", what, error.code().message(),
+                                 explain_limits(error.code().value())));
   }
 }
 
-/// The running parts. Constructed in order; taken apart in the reverse one.
+/// The running daemon. Its members are constructed in order and stopped in reverse order.
 class Daemon {
  public:
   Daemon(const DaemonOptions& options, SignalWatch& signals);
@@ -152,7 +162,7 @@ class Daemon {
   const DaemonOptions& options_;
   SignalWatch& signals_;
   Plan plan_;
-  std::vector<Key> keys_;  // until the verifier has them
+  std::vector<Key> keys_;  // moved to the verifier
   std::int64_t until_tick_;
   Identity identity_;
   std::string url_;
@@ -160,7 +170,7 @@ class Daemon {
   IngressProcess ingress_;
   IngressCounts ingress_counts_;
   MonotonicClock clock_;
-  std::unique_ptr<Verifier> verifier_;  // where keys are required
+  std::unique_ptr<Verifier> verifier_;  // empty if no keys are required
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<Publisher> publisher_;
   std::unique_ptr<OperatorSocket> operator_;
@@ -224,27 +234,28 @@ void Daemon::start_ingress() {
   spdlog::info("commands are received by process {}, socket buffer {} kB", ingress_.pid(),
                ingress_.socket().receive_buffer() / 1024);
   if (ingress_.user().uid == IngressUser::kSame)
-    spdlog::info("it has the rights of this user: to give it others takes root (--ingress-user)");
+    spdlog::info(
+        "the process that receives commands runs with the rights of this user; --ingress-user needs root");
   if (const std::string lacks = describe_lacks(ingress_.lacks()); !lacks.empty())
-    spdlog::warn("the process that receives commands {}: it is less confined than it should be", lacks);
+    spdlog::warn("the process that receives commands {}: it is less confined than intended", lacks);
   if (!ingress_.has_private_memory())
     spdlog::warn(
-        "a file size limit (ulimit -f) keeps the memory of commands from being private: other processes "
-        "of this user could attach it");
+        "because of a file size limit (ulimit -f) the memory of commands is not private: other processes "
+        "of this user can attach it");
   if (!keys_.empty()) start_verifier(*names);
 }
 
 void Daemon::start_verifier(const io::NameTable& names) {
   std::string ids;
   for (const Key& key : keys_) ids += (ids.empty() ? "" : ", ") + key.sealing.id;
-  spdlog::info("on the bus commands are taken under a key only: {}", ids);
+  spdlog::info("commands on the bus need one of these keys: {}", ids);
   const Verifier::Options verifier{.session = identity_.session, .channel_prefix = options_.prefix};
   verifier_ = std::make_unique<Verifier>(std::exchange(keys_, {}), verifier, names, ingress_.block());
   verifying_ = start_thread("keys", [this] { verifier_->run(); });
 }
 
-/// The operator's way in. Where another daemon of this user has the usual path, `push --socket` would reach
-/// that one: this one does not start beside it.
+/// Opens the operator's socket. If another daemon of this user owns the default path, this daemon does not
+/// start, because `push --socket` would reach the other one.
 void Daemon::open_socket() {
   operator_ = std::make_unique<OperatorSocket>(plan_, identity_, output_, ingress_.block().senders);
   if (options_.socket == "none") return;
@@ -253,23 +264,24 @@ void Daemon::open_socket() {
   if (!place.fault.empty()) throw StartFault(kRuntimeFailure, place.fault);
   const std::string fault = operator_->open(place.path);
   if (!fault.empty()) throw StartFault(kRuntimeFailure, fault);
-  spdlog::info("commands of this user are taken at {}", place.path);
+  spdlog::info("commands of this user are accepted at {}", place.path);
 }
 
-/// What simulation and publisher read: straight from the ingress, or what the verifier let through.
+/// Returns the block that simulation and publisher read: the verifier's if keys are required, else the
+/// ingress's.
 SharedBlock& Daemon::inbound() { return verifier_ ? verifier_->block() : ingress_.block(); }
 
-/// One daemon a prefix. Whoever is there already is heard before a word is said; of two that start at the
-/// same moment the one with the smaller session, the older, stays.
+/// Ensures that only one daemon uses the prefix. Listens for another daemon before publishing anything. If
+/// two daemons start at the same time, the older one continues; its session number is smaller.
 void Daemon::claim_prefix() {
   const auto refuse = [this](std::int64_t other) {
     const std::string found =
         fmt::format("another freeflexd (session {}) is on prefix '{}' at {}", other, options_.prefix, url_);
-    if (options_.takes_over) return spdlog::warn("{}: started all the same, as told by --take-over", found);
+    if (options_.takes_over) return spdlog::warn("{}: started anyway, because of --take-over", found);
     throw StartFault(kRuntimeFailure, found +
-                                          ": stop it, or give this one --prefix or --lcm-url of its own. "
-                                          "Anybody on the bus can say so: if there is none, start with "
-                                          "--take-over");
+                                          ": stop it, or start this one with another --prefix or --lcm-url. "
+                                          "Anybody on the bus can claim this: if there is no other daemon, "
+                                          "start with --take-over");
   };
   if (const std::int64_t other = listen(kListening); other != 0) refuse(other);
   bus_ = std::make_unique<Bus>(url_, options_.prefix);
@@ -278,7 +290,7 @@ void Daemon::claim_prefix() {
   if (const std::int64_t other = listen(kListening); other != 0 && other < identity_.session) refuse(other);
 }
 
-/// Session of another daemon, as soon as one is heard; 0: none.
+/// Returns the session of another daemon as soon as its STATUS arrives; 0 if none arrives within the time.
 std::int64_t Daemon::listen(milliseconds time) {
   const auto until = std::chrono::steady_clock::now() + time;
   std::int64_t other = 0;
@@ -320,7 +332,7 @@ void Daemon::start_simulation() {
   spdlog::info("session {}: {}", identity_.session, options_.starts_holding ? "holding" : "running");
 }
 
-/// Keeps the ingress alive until the simulation has ended, by itself or by a signal.
+/// Keeps the ingress running until the simulation has ended or a signal has stopped it.
 void Daemon::supervise() {
   LimitedLog log;
   bool is_full = false;
@@ -330,12 +342,12 @@ void Daemon::supervise() {
     if (signals_.received() != 0) simulation_->request_stop();
     const std::int64_t now_ns = MonotonicClock{}.now_ns();
     if (const std::string event = ingress_.poll(); !event.empty())
-      log.say(LineKind::kIngressEnded, now_ns, event);
+      log.write(LineKind::kIngressEnded, now_ns, event);
     ingress_counts_.restarts.store(ingress_.num_restarts(), std::memory_order_relaxed);
     ingress_counts_.hangs.store(ingress_.num_hangs(), std::memory_order_relaxed);
     const std::int64_t other = ingress_.block().other_session.load(std::memory_order_relaxed);
     if (other != noted_other) {
-      log.say(
+      log.write(
           LineKind::kOtherDaemon, now_ns,
           fmt::format("another freeflexd (session {}) publishes on prefix '{}' as well: stop one of the two",
                       other, options_.prefix));
@@ -343,11 +355,11 @@ void Daemon::supervise() {
     }
     const double fill = ingress_.socket().fill();
     if (fill > kFull && !is_full)
-      log.say(
+      log.write(
           LineKind::kNotHeard, now_ns,
-          "commands come faster than they are taken: the socket's queue is full, and what comes now is lost");
+          "commands arrive faster than they are processed: the socket's queue is full and commands are lost");
     is_full = fill > (is_full ? kFull / 2 : kFull);
-    log.turn(now_ns);
+    log.write_due(now_ns);
   }
   operator_->serve(milliseconds{0});  // the answer to a STOP
   log.end();
@@ -358,25 +370,26 @@ void Daemon::log_start() const {
                plan_.points.size(), plan_.mass, plan_.rigid_freedoms, plan_.num_elastic);
   if (const io::SceneListing listing = io::scene_listing(plan_); index(listing.points) < plan_.points.size())
     spdlog::info(
-        "{} points and {} links are listed on the bus, those that something names: {} and {} more are not",
+        "the bus lists the {} points and {} links that the scene names, but not the {} other points and {} "
+        "other links",
         listing.points, listing.links, plan_.points.size() - index(listing.points),
         plan_.links.size() - index(listing.links));
   std::string left_out;
-  for (const PlanPart& part : plan_.parts)
-    if (part.is_left_out) left_out += (left_out.empty() ? "" : ", ") + std::string(name_of(part.part));
+  for (const PlanFeature& part : plan_.features)
+    if (part.is_left_out) left_out += (left_out.empty() ? "" : ", ") + std::string(name_of(part.feature));
   if (!left_out.empty()) spdlog::info("left out: {}", left_out);
-  for (const auto& [is_lacking, part] : {std::pair{plan_.scope.lacks_rotation, Part::kRotation},
-                                         std::pair{plan_.scope.lacks_out_of_plane, Part::kOutOfPlane}})
+  for (const auto& [is_lacking, part] : {std::pair{plan_.scope.lacks_rotation, Feature::kRotation},
+                                         std::pair{plan_.scope.lacks_out_of_plane, Feature::kOutOfPlane}})
     if (is_lacking)
       spdlog::info("a command that needs {} {}", name_of(part),
-                   plan_.wide.empty() ? "is refused" : "brings it back, and all that commands can reach");
+                   plan_.fallback.empty() ? "is refused" : "switches to the fallback plan");
   spdlog::info("{:.9g} Hz, {}, on {} with prefix {}", 1.0 / plan_.period, timing_name(options_.timing), url_,
                options_.prefix);
 }
 
 void Daemon::log_end() const {
   const int number = signals_.received();
-  const std::string cause = number == 0 ? "ended as told" : fmt::format("SIG{}", sigabbrev_np(number));
+  const std::string cause = number == 0 ? "ended as requested" : fmt::format("SIG{}", sigabbrev_np(number));
   spdlog::info("{}: {} ticks, {} overruns, {} slips, {} commands accepted, {} ingress restarts", cause,
                output_.tick.load(), output_.num_overruns.load(), output_.num_slips.load(),
                output_.num_accepted.load(), ingress_.num_restarts());
@@ -389,12 +402,12 @@ int run_daemon(const DaemonOptions& options, SignalWatch& signals) {
     auto daemon = std::make_unique<Daemon>(options, signals);
     return daemon->run();
   } catch (const StartFault& fault) {
-    // wrong usage is said plainly, whatever the level of the log, and what is empty has been said
+    // wrong usage is printed at any log level; an empty text means that the error was printed before
     const std::string text = fault.what();
     if (fault.code != kUsage)
       spdlog::error("{}", text);
     else if (!text.empty())
-      say_plainly("freeflexd: error: " + text);
+      print_plainly("freeflexd: error: " + text);
     return fault.code;
   } catch (const std::bad_alloc&) {
     spdlog::error(

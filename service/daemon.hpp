@@ -1,4 +1,4 @@
-// Puts the parts of freeflexd together and takes them apart again.
+// Constructs, runs and stops the parts of freeflexd.
 #pragma once
 
 #include <cstdint>
@@ -15,23 +15,24 @@ struct DaemonOptions {
   std::string input;         // scene or plan file
   io::Settings settings;     // values set in the scene
   std::string lcm_url;       // empty: LCM_DEFAULT_URL, else LCM's default
-  std::string prefix;        // of every channel
-  std::string socket;        // path of the operator's socket; empty: the usual one, "none": none
-  std::string ingress_user;  // whose rights the ingress has; empty: nobody where that is possible
+  std::string prefix;        // first part of every channel name
+  std::string socket;        // path of the operator's socket; empty: the default, "none": no socket
+  std::string ingress_user;  // user that the ingress runs as; empty: nobody, if this process may change users
   double rate = 0.0;         // [Hz] 0: the scene's
-  double until = 0.0;        // [s] simulated; 0: until told to stop
+  double until = 0.0;        // [s] simulated; 0: no end
   bool starts_holding = false;
-  bool takes_over = false;          // starts although another daemon is heard on the prefix
-  std::optional<std::string> keys;  // file or folder: commands on the bus are taken under these keys only
+  bool takes_over = false;  // true: starts even if another daemon uses the prefix
+  // key file or folder; commands on the bus need one of its keys; empty: no keys
+  std::optional<std::string> keys;
   Timing timing{};
 };
 
-/// What the process ends with.
+/// Exit codes of the process.
 enum ExitCode : int { kClean = 0, kRuntimeFailure = 1, kUsage = 2 };
 
-/// Runs the daemon until it is told to stop.
+/// Runs the daemon until it stops. Returns the exit code.
 /// \pre start_log
-/// \param signals  constructed before any thread, the log's included
+/// \param signals  constructed before any thread is started, including the thread of the log
 int run_daemon(const DaemonOptions& options, SignalWatch& signals);
 
 }  // namespace freeflex::service

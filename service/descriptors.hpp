@@ -1,4 +1,4 @@
-// Descriptors that a process is started with, and what to say when a system call fails.
+// Helpers for file descriptors and for errors of system calls.
 #pragma once
 
 #include <fcntl.h>
@@ -12,19 +12,20 @@
 
 namespace freeflex::service {
 
-/// The same file above the numbers at which the ingress expects its own, closed by exec; -1 with errno.
+/// Replaces a descriptor by one with a number above those that the ingress uses, with close-on-exec. Returns
+/// -1 and sets errno on failure.
 inline int move_up(int fd) {
   constexpr int kFirst = 16;
   if (fd < 0) return -1;
   const int moved = fcntl(fd, F_DUPFD_CLOEXEC, kFirst);
-  // where the limit of open files is not above the number the system calls that invalid
+  // the kernel returns EINVAL if the limit of open files is below the number
   const int error = errno == EINVAL ? EMFILE : errno;
   close(fd);
   errno = error;
   return moved;
 }
 
-/// "what: call: what errno means", and the limit of this process that may be why.
+/// Returns "what: call: text of errno", followed by the limit of this process that may have caused the error.
 inline std::string call_fault(const char* what, const char* call) {
   const int error = errno;
   return std::string(what) + ": " + call + ": " + std::strerror(error) + explain_limits(error);

@@ -14,7 +14,7 @@ using freeflex_msgs::envelope_t;
 using Field = wire::Field;
 using wire::Kind;
 
-/// What read_envelope takes from the bytes, in this order.
+/// Fields that read_envelope takes from the bytes, in this order.
 constexpr Field kFields[] = {
     {.name = "key_id", .kind = Kind::kString},   {.name = "session", .kind = Kind::kInt64},
     {.name = "sequence", .kind = Kind::kInt64},  {.name = "valid_until", .kind = Kind::kInt64},
@@ -31,7 +31,7 @@ static_assert(is_as_read(*wire::layout_of<envelope_t>));
 
 std::optional<Envelope> read_envelope(std::span<const std::byte> bytes) noexcept {
   if (io::integer_at<std::int64_t>(bytes, 0) != envelope_t::getHash()) return std::nullopt;
-  // past this every field lies whole within the bytes, and the tag ends them
+  // it is now certain that every field lies within the bytes and that the tag is at their end
   if (!io::fits_layout(bytes, *wire::layout_of<envelope_t>)) return std::nullopt;
   Envelope envelope;
   envelope.key_id = *io::string_at(bytes, wire::kFingerprintBytes);

@@ -1,4 +1,4 @@
-// The receiving end of messages/seal.hpp. No thread, no allocation.
+// The receiving side of messages/seal.hpp. Starts no thread and allocates nothing.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace freeflex::service {
 
-/// An envelope_t where it lies: views into its bytes.
+/// Views into the bytes of an envelope_t.
 struct Envelope {
   std::string_view key_id;  // a name, 1 to 31 of A-Z a-z 0-9 _ . -
   std::int64_t session = 0;
@@ -22,11 +22,10 @@ struct Envelope {
   std::span<const std::byte> tag;  // (32)
 };
 
-/// Empty unless the bytes are exactly one envelope_t whose key id is a name.
+/// Returns the envelope, or nullopt unless the bytes are exactly one envelope_t whose key id is a valid name.
 std::optional<Envelope> read_envelope(std::span<const std::byte> bytes) noexcept;
 
-/// True when the holder of the key sealed these bytes for this channel. Takes as long for a wrong tag as for
-/// the right one.
+/// Returns true if these bytes were sealed for this channel with this key. Compares in constant time.
 bool has_right_tag(const Envelope& envelope, std::string_view channel, const SealingKey& key) noexcept;
 
 }  // namespace freeflex::service

@@ -9,7 +9,8 @@
 namespace freeflex::service {
 
 namespace {
-/// Silence after which readings begin: half of what is needed, so that processor time is counted from there.
+/// Silence after which readings begin: half of kSilence, so that the processor time used during the second
+/// half is known.
 constexpr std::chrono::milliseconds kFirstReading = HangWatch::kSilence / 2;
 }  // namespace
 
@@ -25,7 +26,7 @@ ProcessReading read_process(int pid) {
     if (std::fgets(line, sizeof line, file) == nullptr) line[0] = '\0';
     std::fclose(file);
   }
-  // behind the name, which may hold anything
+  // the state follows the name, which may contain any character
   if (const char* name_end = std::strrchr(line, ')'); name_end != nullptr && name_end[1] == ' ')
     reading.state = name_end[2];
   return reading;

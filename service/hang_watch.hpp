@@ -1,4 +1,4 @@
-// Tells a process that hangs from one that a busy machine keeps waiting.
+// Distinguishes a process that hangs from a process that gets no processor time on a busy machine.
 #pragma once
 
 #include <chrono>
@@ -8,43 +8,46 @@
 
 namespace freeflex::service {
 
-/// What the system says of a process.
+/// State of a process that the system reports.
 struct ProcessReading {
-  char state = '?';  // as in /proc/PID/stat: R running or ready, S asleep, D waits for a disk, T stopped
+  char state = '?';  // as in /proc/PID/stat: R running or ready, S asleep, D waiting for a disk, T stopped
   std::int64_t cpu_ns = 0;  // [ns] processor time it has used
 };
 ProcessReading read_process(int pid);
 
-/// A process raises its beat 50 times a second or more. Silence alone proves nothing, for a busy machine may
-/// give it no turn. It hangs when it is silent and
-/// - stopped (a signal, a debugger), or
-/// - has used kLoopTime of processor time meanwhile: an endless loop, for between two beats it works for
-///   microseconds, or
-/// - has slept all the while and used none, although a timer of kReceiveWait was to wake it.
-/// One that is ready to run and gets no processor, or waits for a disk, is never said to hang. Silence is
-/// counted in looks, of which each is worth kLongestLook at most: whoever looks may have had no turn itself,
-/// or been stopped.
+/// Detects a hanging process. A process increments its beat at least 50 times a second. Silence alone does
+/// not prove that it hangs, because a busy machine may give the process no processor time. A process hangs if
+/// its beat does not change and it
+/// - is stopped (by a signal or a debugger), or
+/// - has used kLoopTime of processor time since the last beat: it is in an endless loop, because its work
+///   between two beats takes only microseconds, or
+/// - has slept since the last beat and used no processor time, although a timer of kReceiveWait should have
+///   woken it.
+/// A process that is ready to run but gets no processor, or that waits for a disk, is never reported as
+/// hanging. Each call of look() adds at most kLongestLook to the silence, because the process that looks may
+/// itself have been stopped or have had no processor time.
 class HangWatch {
  public:
-  static constexpr std::chrono::milliseconds kSilence{100};      // stopped, or in a loop
-  static constexpr std::chrono::milliseconds kLongSilence{150};  // asleep
-  static constexpr std::chrono::milliseconds kLoopTime{20};      // of processor time
-  static constexpr std::chrono::milliseconds kStart{2000};  // in place of the last two before the first beat
+  static constexpr std::chrono::milliseconds kSilence{100};  // until a stopped or looping process is reported
+  static constexpr std::chrono::milliseconds kLongSilence{150};  // until a sleeping process is reported
+  static constexpr std::chrono::milliseconds kLoopTime{20};      // processor time that shows a loop
+  // replaces kLongSilence and kLoopTime before the first beat
+  static constexpr std::chrono::milliseconds kStart{2000};
   static constexpr std::chrono::milliseconds kLongestLook{10};
 
-  /// Begins anew, with another process.
+  /// Starts to watch a new process.
   void start(std::int64_t now_ns);
-  /// One look. Empty, or in what way it hangs.  \param read  called only when it has been silent for some
-  /// time
+  /// Checks once. Returns an empty string, or a text that says how the process hangs.  \param read  called
+  /// only after some silence
   std::string look(std::int64_t now_ns, std::uint64_t beat, const std::function<ProcessReading()>& read);
 
  private:
   std::uint64_t beat_ = 0;
   std::int64_t looked_ns_ = 0;
   std::chrono::nanoseconds silence_{0};
-  bool has_first_ = false;  // reading of this silence
+  bool has_first_ = false;  // first_ belongs to the present silence
   ProcessReading first_;
-  bool has_slept_ = false;  // at every reading of this silence
+  bool has_slept_ = false;  // true: the process slept at every reading of the present silence
 };
 
 }  // namespace freeflex::service

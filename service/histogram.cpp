@@ -9,7 +9,7 @@ namespace freeflex::service {
 int Histogram::bucket(std::int64_t duration_ns) noexcept {
   const auto ns = static_cast<std::uint64_t>(std::max<std::int64_t>(duration_ns, 0));
   if (ns < (1ULL << kFirstOctave)) return 0;
-  // the octave is the top bit, the place in it the five bits below
+  // the highest bit that is set gives the octave; the five bits below it give the bucket in the octave
   const int octave = static_cast<int>(std::bit_width(ns)) - 1;
   const int place = static_cast<int>((ns >> (octave - 5)) & (kPerOctave - 1));
   return std::min((octave - kFirstOctave) * kPerOctave + place, kNumBuckets - 1);
@@ -21,7 +21,7 @@ std::int64_t Histogram::upper_edge(int bucket) noexcept {
   return (1LL << octave) + (place << (octave - 5));
 }
 
-void SlidingPercentiles::turn() noexcept {
+void SlidingPercentiles::advance() noexcept {
   histogram_.read(starts_[static_cast<std::size_t>(oldest_)]);
   oldest_ = (oldest_ + 1) % kSpan;
 }
@@ -32,10 +32,10 @@ Percentiles SlidingPercentiles::read() const noexcept {
   histogram_.read(counts);
   Percentiles result;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    counts[i] -= starts_[static_cast<std::size_t>(oldest_)][i];  // modulo 2^32, so a wrap does no harm
+    counts[i] -= starts_[static_cast<std::size_t>(oldest_)][i];  // modulo 2^32, so wrapping is harmless
     result.count += counts[i];
   }
-  // the smallest bucket edge below which the quantile lies
+  // finds the smallest bucket edge above the quantile
   std::size_t quantile = 0;
   std::int64_t below = 0;
   for (int i = 0; i < Histogram::kNumBuckets && quantile < kQuantiles.size(); ++i) {

@@ -1,4 +1,4 @@
-// Durations in fixed logarithmic buckets: one thread records, another reads while it does.
+// Counts durations in fixed logarithmic buckets; one thread records while another reads.
 #pragma once
 
 #include <array>
@@ -7,8 +7,8 @@
 
 namespace freeflex::service {
 
-/// Buckets of 1/32 of an octave from 64 ns to 137 s: a value is known to 3 %, and never reported as less than
-/// it was.
+/// Buckets of 1/32 of an octave from 64 ns to 137 s: a reported value is at most 3 % above the true value and
+/// never below it.
 class Histogram {
  public:
   static constexpr int kPerOctave = 32;
@@ -17,38 +17,39 @@ class Histogram {
   static constexpr int kNumBuckets = kPerOctave * kNumOctaves;
   using Counts = std::array<std::uint32_t, kNumBuckets>;
 
-  /// One recording thread only. Allocates nothing.
+  /// Records a duration. Only one thread may call it. Allocates nothing.
   void record(std::int64_t duration_ns) noexcept {
     std::atomic<std::uint32_t>& count = counts_[static_cast<std::size_t>(bucket(duration_ns))];
     count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
-  /// Any thread. Counts since the start, modulo 2^32.
+  /// Reads the counts since the start, modulo 2^32. Any thread may call it.
   void read(Counts& counts) const noexcept {
     for (std::size_t i = 0; i < counts.size(); ++i) counts[i] = counts_[i].load(std::memory_order_relaxed);
   }
 
   static int bucket(std::int64_t duration_ns) noexcept;
-  /// [ns] upper edge of a bucket.
+  /// Returns the upper edge of a bucket [ns].
   static std::int64_t upper_edge(int bucket) noexcept;
 
  private:
   std::array<std::atomic<std::uint32_t>, kNumBuckets> counts_{};
 };
 
-/// What status_t carries of a set of durations.
+/// Percentiles of a set of durations, as in status_t.
 struct Percentiles {
   std::int64_t count = 0;
-  std::array<double, 4> us{};  // [us] p50, p99, p99.9, max; zeros when count is 0
+  std::array<double, 4> us{};  // [us] p50, p99, p99.9, max; zeros if count is 0
 };
 
-/// Percentiles of the recordings of the last kSpan to kSpan + 1 calls of turn(). Publisher thread.
+/// Percentiles of the durations that were recorded since the last kSpan to kSpan + 1 calls of advance().
+/// Publisher thread only.
 class SlidingPercentiles {
  public:
   static constexpr int kSpan = 10;
 
   explicit SlidingPercentiles(const Histogram& histogram) : histogram_(histogram) {}
-  /// Forgets the oldest slice and begins a new one.
-  void turn() noexcept;
+  /// Drops the oldest slice and starts a new one.
+  void advance() noexcept;
   Percentiles read() const noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// The ingress itself: what runs in the process apart.
+// The body of an ingress process.
 #include "service/ingress.hpp"
 
 #include <fcntl.h>
@@ -14,20 +14,21 @@
 
 #include "service/bus_socket.hpp"
 #include "service/ingress_confinement.hpp"
-#include "service/ingress_inlet.hpp"
 #include "service/ingress_memory.hpp"
+#include "service/packet_handler.hpp"
 
 namespace freeflex::service {
 namespace {
 
-constexpr std::size_t kMaxPacket = 65536;  // [B] UDP has no larger
-constexpr int kTurnsBetweenLooks = 64;     // at the parent
+constexpr std::size_t kMaxPacket = 65536;  // [B] largest UDP packet
+constexpr int kTurnsBetweenLooks = 64;     // loop turns between checks that the parent still runs
 
 bool is_daemon_gone(const IngressSettings& settings) { return getppid() != settings.daemon_pid; }
 
-/// A signal to the whole group (Ctrl-C, a terminal that closes, a service manager) is the daemon's to answer.
-/// Writes to no log: what is said here could be provoked without end, a pipe that nobody reads would hold it
-/// for ever, and the daemon says in its own words what counts.
+/// Ignores signals that are sent to the whole process group (Ctrl-C, a closing terminal, a service manager);
+/// the daemon handles them. Redirects the standard streams to /dev/null. The ingress must not log: packets
+/// could cause endless output, and a pipe that nobody reads would block the ingress. The daemon logs the
+/// events of the ingress.
 void leave_group_and_log() {
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) signal(number, SIG_IGN);
   if (const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC); nowhere >= 0) {
@@ -36,18 +37,18 @@ void leave_group_and_log() {
   }
 }
 
-/// Makes every call of the loop once, before anything was received. A library that was loaded into this
-/// process and makes others of its own in their place ends it here, where it cannot be taken for the work of
-/// a packet.
+/// Makes every system call of the loop once before the first packet. If a preloaded library replaces one of
+/// them by a forbidden call, the process ends here, where no packet can be the cause.
 void try_allowed_calls() {
   pollfd order{kOrderFd, POLLIN, 0};
   poll(&order, 1, 0);
   getppid();
   std::byte nowhere{};
-  receive_packet(kOrderFd, std::span(&nowhere, 1), MSG_DONTWAIT);  // it is no socket
+  receive_packet(kOrderFd, std::span(&nowhere, 1), MSG_DONTWAIT);  // fails, because kOrderFd is not a socket
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
-  constexpr std::size_t kSize = std::size_t{1} << 20;  // the allocator asks the system for it
+  // large enough that the allocator asks the system for memory
+  constexpr std::size_t kSize = std::size_t{1} << 20;
   std::free(std::malloc(kSize));
 }
 
@@ -55,7 +56,7 @@ void try_allowed_calls() {
 
 IngressEnd run_ingress(SharedBlock& block, const IngressSettings& settings, int seat) {
   static std::array<std::byte, kMaxPacket> buffer;
-  Inlet inlet(block, settings);
+  PacketHandler packet_handler(block, settings);
   std::atomic<std::uint64_t>& beat = block.seats[static_cast<std::size_t>(seat)].beat;
   bool is_active = false;
   for (int turn = 0;; ++turn) {
@@ -66,10 +67,12 @@ IngressEnd run_ingress(SharedBlock& block, const IngressSettings& settings, int 
       is_active = poll(&order, 1, static_cast<int>(kReceiveWait.count())) == 1;
       continue;
     }
-    // it leaves the queue before anything looks at it: one that kills this process kills no other
+    // the packet leaves the queue before it is parsed, so a packet that kills this process cannot kill its
+    // successor
     const ReceivedPacket packet = receive_packet(kSocketFd, buffer);
     if (packet.size > 0)
-      inlet.on_packet(std::span(buffer).first(static_cast<std::size_t>(packet.size)), packet.received_ns);
+      packet_handler.on_packet(std::span(buffer).first(static_cast<std::size_t>(packet.size)),
+                               packet.received_ns);
   }
 }
 
@@ -78,7 +81,8 @@ std::optional<int> run_if_ingress(int argc, char** argv, IngressBody body) {
   const int seat = std::atoi(argv[2]) == 0 ? 0 : 1;
   leave_group_and_log();
   void* const memory = attach_memory(argv[3], sizeof(SharedBlock), true);
-  // what hostile bytes can overwrite must not be what they are checked against
+  // the settings are read-only, so that hostile bytes cannot overwrite the limits that they are checked
+  // against
   void* const settings = attach_memory(argv[4], sizeof(IngressSettings), false);
   if (memory == nullptr || settings == nullptr) return static_cast<int>(IngressEnd::kBadBlock);
   auto& block = *static_cast<SharedBlock*>(memory);

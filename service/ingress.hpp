@@ -1,5 +1,5 @@
-// The processes that parse what comes over the network, and the daemon's hold on them. Nothing that simulates
-// parses the network.
+// The processes that parse network packets, and the class with which the daemon controls them. The process
+// that simulates never parses network packets.
 #pragma once
 
 #include <sys/types.h>
@@ -19,35 +19,36 @@
 
 namespace freeflex::service {
 
-/// `PROGRAM --ingress SEAT BLOCK SETTINGS UID GID`, with these descriptors, is an ingress.
+/// A program that is started as `PROGRAM --ingress SEAT BLOCK SETTINGS UID GID`, with the descriptors below,
+/// runs as an ingress.
 inline constexpr const char* kIngressOption = "--ingress";
 inline constexpr int kBlockFd = 3, kSettingsFd = 4;
-inline constexpr int kSocketFd = 5;  // the bus
-inline constexpr int kOrderFd = 6;   // readable: receive
+inline constexpr int kSocketFd = 5;  // socket of the bus
+inline constexpr int kOrderFd = 6;   // when this becomes readable, the process begins to receive
 
-/// Why an ingress ended by itself (its exit status).
+/// Exit status of an ingress that no signal ended.
 enum class IngressEnd : int {
   kDaemonGone = 0,
   kBadBlock = 10,  // the shared memory could not be mapped
 };
 
-/// Stands by until kOrderFd is readable, then receives into the block until the daemon is gone. Blocks.
+/// Waits until kOrderFd is readable, then receives into the block. Returns when the daemon has ended.
 IngressEnd run_ingress(SharedBlock& block, const IngressSettings& settings, int seat);
 
-/// What an ingress does with its memory, confined already.
+/// Body of an ingress process; called after the process is confined.
 using IngressBody = IngressEnd (*)(SharedBlock& block, const IngressSettings& settings, int seat);
-/// When argv says so this process is an ingress: receives until its daemon is gone and returns the exit
-/// status. Else empty. To be called first in main of every program that uses IngressProcess.
-/// \param body  tests have one that is hostile
+/// Runs this process as an ingress if argv asks for it: receives until its daemon has ended and returns the
+/// exit status. Returns nullopt for other arguments. Every program that uses IngressProcess must call it
+/// first in main.  \param body  tests pass a hostile body
 std::optional<int> run_if_ingress(int argc, char** argv, IngressBody body = run_ingress);
 
-/// Empty when prefix can be the first part of channel names, else what is allowed.
+/// Returns an empty string if the prefix is valid as the first part of channel names, else the error.
 std::string check_prefix(const std::string& prefix);
 
-/// Owns the shared block, the socket and two processes: one receives, one stands by. When the first ends or
-/// hangs the second goes on with the same socket and block, and another is started to stand by. They are
-/// killed when the thread that started them ends: start and poll belong to threads that live until stop. One
-/// thread at a time.
+/// Owns the shared block, the socket and two processes: one receives, one stands by. If the receiving process
+/// ends or hangs, the standby continues with the same socket and block, and a new standby is started. The
+/// system kills a process when the thread that started it ends, so the threads that call start and poll must
+/// live until stop. Only one thread may call at a time.
 class IngressProcess {
  public:
   IngressProcess() = default;
@@ -57,54 +58,55 @@ class IngressProcess {
 
   struct Options {
     std::int64_t session = 0;
-    std::string lcm_url;             // "": LCM's default
+    std::string lcm_url;             // empty: LCM's default
     std::string channel_prefix;      // 1 to 32 of A-Z a-z 0-9 _ -
-    std::string user;                // whose rights it has; "": find_ingress_user
-    bool are_keys_required = false;  // commands are handed over as bytes
+    std::string user;                // user that the processes run as; empty: see find_ingress_user
+    bool are_keys_required = false;  // true: commands are passed on as bytes, for the verifier
     std::chrono::milliseconds timeout{
-        15000};  // for a packet to come back from the bus, and for the processes
+        15000};  // time for the test packet of the bus to return, and for the processes to be ready
   };
-  /// Opens the socket, starts both processes and waits until one receives. Returns an empty string, or why it
-  /// does not (for a person); then nothing runs. Allocates about 10 MB of shared memory.
+  /// Opens the socket, starts both processes and waits until one receives. Returns an empty string, or the
+  /// error for the user; after an error nothing runs. Allocates about 10 MB of shared memory.
   std::string start(const Options& options, const io::NameTable& names);
 
-  /// Looks after the processes: call it every few milliseconds. One that has ended is replaced at once, one
-  /// that ends before it is ready after a pause that doubles from 5 ms to 100 ms. Returns what happened,
-  /// usually nothing.
+  /// Supervises the processes; call it every few milliseconds. A process that has ended is replaced at once;
+  /// if it ended before it was ready, it is replaced after a pause, which doubles from 5 ms up to 100 ms.
+  /// Returns a log text about these events, usually empty.
   std::string poll();
 
-  /// Ends the processes and closes the socket; the block stays.
+  /// Ends the processes and closes the socket; the block remains.
   void stop();
 
   /// \pre start succeeded
   SharedBlock& block() { return *block_; }
   const BusSocket& socket() const { return socket_; }
   bool has_private_memory() const { return block_memory_ && block_memory_->is_private(); }
-  /// What the one that receives says that it could not give up (describe_lacks), and whose rights it has.
+  /// Parts of the receiving process's confinement that failed (describe_lacks), and the user that it runs as.
   std::uint32_t lacks() const { return block_->seats[active_].lacks.load(); }
   const IngressUser& user() const { return user_; }
-  /// Processes that were replaced, and those of them that hung.
+  /// Number of processes that were replaced, and how many of them hung.
   std::int64_t num_restarts() const { return num_restarts_; }
   std::int64_t num_hangs() const { return num_hangs_; }
-  /// Of the one that receives, of the one that stands by; -1 when there is none just now.
+  /// Ids of the receiving process and of the standby; -1 if the process does not exist at the moment.
   pid_t pid() const { return workers_[active_].pid; }
   pid_t standby_pid() const { return workers_[1 - active_].pid; }
-  /// Both are ready.
+  /// Returns true if both processes are ready.
   bool is_complete() const { return is_ready(0) && is_ready(1); }
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// A process at its seat.
+  /// One of the two processes.
   struct Worker {
     pid_t pid = -1;
-    int order_fd = -1;  // tells it to receive
+    int order_fd = -1;  // written to as the order to receive
     HangWatch watch;
     bool was_ready = false;
-    std::string hang;  // in what way it hung, when that is why it was killed
+    std::string hang;  // how it hung; empty if it was not killed for a hang
   };
 
-  static constexpr int kMostFailedStarts = 5;  // in a row, when start() gives up
+  // number of failed starts in a row after which start() gives up
+  static constexpr int kMostFailedStarts = 5;
   std::string make_memory(const Options& options, const io::NameTable& names);
   std::string spawn(std::size_t seat);
   std::string spawn_missing();
@@ -120,12 +122,12 @@ class IngressProcess {
   BusSocket socket_;
   IngressUser user_;
   std::array<Worker, 2> workers_;
-  std::size_t active_ = 0;  // seat of the one that receives
+  std::size_t active_ = 0;  // seat of the receiving process
   bool is_wanted_ = false;
   std::int64_t num_restarts_ = 0;
   std::int64_t num_hangs_ = 0;
-  int num_failed_starts_ = 0;          // processes that ended before they were ready, since one was
-  bool has_explained_filter_ = false;  // in an event
+  int num_failed_starts_ = 0;          // starts in a row that failed before the process was ready
+  bool has_explained_filter_ = false;  // an earlier event explained the filter of system calls
   Clock::time_point spawn_at_{};
   std::chrono::milliseconds pause_{0};
 };

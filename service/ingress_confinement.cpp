@@ -17,9 +17,9 @@ namespace freeflex::service {
 
 namespace {
 
-constexpr rlim_t kMostMemory = rlim_t{64} << 20;  // [B] its own; a command in hand takes some 30 kB
+constexpr rlim_t kMostMemory = rlim_t{64} << 20;  // [B] of private memory; one command takes about 30 kB
 
-// a sanitizer needs memory and calls of its own
+// a sanitizer needs more memory and other system calls
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kIsInstrumented = true;
 #elif defined(__has_feature)
@@ -43,7 +43,7 @@ bool become(const IngressUser& user) {
   if (user.uid == IngressUser::kSame) return true;
   const auto uid = static_cast<uid_t>(user.uid);
   const auto gid = static_cast<gid_t>(user.gid);
-  // a namespace may not know the user
+  // these calls fail if the user is not mapped in the user namespace
   return setgroups(0, nullptr) == 0 && setresgid(gid, gid, gid) == 0 && setresuid(uid, uid, uid) == 0;
 }
 
@@ -83,7 +83,7 @@ std::string find_ingress_user(const std::string& name, IngressUser& user) {
   if (name.empty() && !may_change) return {};
   const passwd* const found = getpwnam(name.empty() ? "nobody" : name.c_str());
   if (found == nullptr) return name.empty() ? "" : "--ingress-user " + name + ": there is no such user";
-  if (!may_change) return "--ingress-user " + name + " takes root, or CAP_SETUID, CAP_SETGID and CAP_KILL";
+  if (!may_change) return "--ingress-user " + name + " needs root, or CAP_SETUID, CAP_SETGID and CAP_KILL";
   user = {found->pw_uid, found->pw_gid};
   return {};
 }
@@ -99,12 +99,12 @@ std::string describe_lacks(std::uint32_t lacks) {
 std::uint32_t confine(const IngressUser& user) {
   std::uint32_t lacks = become(user) ? 0 : kLacksUser;
   drop_capabilities();
-  // a change of user takes it away
+  // a change of user clears this setting, so it is set again
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   for (const __rlimit_resource none : {RLIMIT_CORE, RLIMIT_FSIZE, RLIMIT_NPROC, RLIMIT_MEMLOCK})
     set_limit(none, 0);
-  set_limit(RLIMIT_NOFILE, 1);  // as many as it waits for at once
+  set_limit(RLIMIT_NOFILE, 1);  // poll fails if it waits for more descriptors than this
   if constexpr (!kIsInstrumented) {
     set_limit(RLIMIT_DATA, kMostMemory);
     if (!filter_calls()) lacks |= kLacksFilter;

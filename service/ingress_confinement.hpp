@@ -1,4 +1,4 @@
-// What the ingress gives up before it looks at the first packet.
+// The rights that the ingress gives up before it reads the first packet.
 #pragma once
 
 #include <sys/types.h>
@@ -8,25 +8,27 @@
 
 namespace freeflex::service {
 
-/// Whose rights an ingress has. Not changed: the daemon's.
+/// User that an ingress runs as; by default the daemon's user.
 struct IngressUser {
   static constexpr std::int64_t kSame = -1;
   std::int64_t uid = kSame;
   std::int64_t gid = kSame;
 };
-/// The user of that name, "" for nobody where this process may start processes of other users and end them
-/// again (CAP_SETUID, CAP_SETGID, CAP_KILL), else the daemon's. Empty, or what is wrong with the name.
+/// Finds the user of that name. If the name is empty: the user `nobody` if this process may start and end
+/// processes of other users (CAP_SETUID, CAP_SETGID, CAP_KILL), else the daemon's user. Returns an empty
+/// string, or the error.
 std::string find_ingress_user(const std::string& name, IngressUser& user);
 
-/// What confine() could not do, as bits.
+/// Bits for the parts of the confinement that failed.
 inline constexpr std::uint32_t kLacksUser = 1, kLacksFilter = 2;
-/// A text for a log; empty for 0. Bits beyond are nothing.
+/// Returns a text for the log that names the failed parts; empty for 0. Ignores other bits.
 std::string describe_lacks(std::uint32_t lacks);
 
-/// To be called by a process of one thread that has all it needs. From then on it can read its socket, wait,
-/// look at the clock, have memory (64 MB, none of it executable) and end; it has no capability and gains
-/// none, opens and starts nothing, writes no file and leaves no core. Any other system call ends it. Dies
-/// with its parent. \return what could not be done
+/// Confines this process, which must have a single thread and must have opened all files that it needs. From
+/// then on it can read its socket, wait, read the clock, allocate memory (64 MB, not executable) and end. It
+/// has no capability and cannot gain one; it cannot open a file, start a process, write a file or leave a
+/// core file. Any other system call ends it. It ends when its parent ends.  \return bits of the parts that
+/// failed
 std::uint32_t confine(const IngressUser& user);
 
 }  // namespace freeflex::service

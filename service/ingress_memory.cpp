@@ -17,13 +17,13 @@ namespace freeflex::service {
 namespace {
 
 constexpr int kOwnerOnly = 0600;
-constexpr char kSegmentMark = '#';  // before the number of a segment
+constexpr char kSegmentMark = '#';  // precedes the id of a segment
 
-void* const kNotAttached = reinterpret_cast<void*>(-1);  // what shmat returns when it fails
+void* const kNotAttached = reinterpret_cast<void*>(-1);  // result of shmat after an error
 
 constexpr const char* kNoMemory = "no memory to share with the ingress process";
 
-/// A file in memory of so many bytes, empty; -1 with errno.
+/// Makes a file of this size in memory, filled with zeros. Returns -1 and sets errno on failure.
 int make_file(std::size_t size) {
   const int fd = move_up(memfd_create("freeflexd", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (fd < 0 || ftruncate(fd, static_cast<off_t>(size)) == 0) return fd;
@@ -54,7 +54,7 @@ std::string SharedMemory::make(std::size_t size) {
   size_ = size;
   fd_ = make_file(size);
   if (fd_ < 0) return make_segment(size, {});
-  // one that could shrink it would kill the daemon with SIGBUS
+  // a process that could shrink the file would kill the daemon with SIGBUS
   if (fcntl(fd_, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
     return call_fault(kNoMemory, "seals");
   void* const memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, 0);
@@ -77,7 +77,7 @@ std::string SharedMemory::make_segment(std::size_t size, std::span<const std::by
   if (segment_ < 0) return call_fault(kNoMemory, "shmget");
   void* const memory = shmat(segment_, nullptr, 0);
   const int error = errno;
-  // it goes with the last process that has it, however that ends; until then Linux lets others join
+  // the system removes the segment when the last process detaches; until then Linux lets others attach to it
   shmctl(segment_, IPC_RMID, nullptr);
   errno = error;
   if (memory == kNotAttached) return call_fault(kNoMemory, "shmat");

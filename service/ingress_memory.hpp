@@ -7,9 +7,9 @@
 
 namespace freeflex::service {
 
-/// One block of memory for this process and those that it starts. A file in memory without a name, sealed in
-/// its size. Where `ulimit -f` refuses so large a file: a System V segment, which other processes of the same
-/// user could attach.
+/// One block of memory that this process shares with the processes that it starts. The block is a file in
+/// memory without a name, whose size is sealed. If `ulimit -f` forbids a file of this size, the block is a
+/// System V segment, to which other processes of the same user could attach.
 class SharedMemory {
  public:
   SharedMemory() = default;
@@ -17,17 +17,20 @@ class SharedMemory {
   SharedMemory(const SharedMemory&) = delete;
   SharedMemory& operator=(const SharedMemory&) = delete;
 
-  /// Zeroed and mapped here, to be written by both sides. Empty, or why not.
+  /// Makes memory that is filled with zeros, mapped in this process and writable by both sides. Returns an
+  /// empty string, or the error.
   std::string make(std::size_t size);
-  /// A copy of the bytes that nobody can write to, not even this process. Empty, or why not.
+  /// Makes a read-only copy of the bytes; this process cannot write to it either. Returns an empty string,
+  /// or the error.
   std::string make_sealed(std::span<const std::byte> bytes);
 
   /// \pre make
   void* address() const { return address_; }
-  /// -1 for a segment.
+  /// Descriptor of the file; -1 for a segment.
   int fd() const { return fd_; }
   bool is_private() const { return fd_ >= 0; }
-  /// How a process that is started with this memory as descriptor number finds it.
+  /// Returns the command-line argument from which a process that inherits this memory as descriptor `number`
+  /// finds it.
   std::string argument(int number) const;
 
  private:
@@ -35,11 +38,12 @@ class SharedMemory {
 
   int fd_ = -1;
   int segment_ = -1;
-  void* address_ = nullptr;  // mapped here
+  void* address_ = nullptr;  // address of the memory in this process
   std::size_t size_ = 0;
 };
 
-/// The other side: maps what argument() said. Null when it cannot. Closes the descriptor.
+/// Called by the started process: maps the memory that argument() describes and closes the descriptor.
+/// Returns nullptr on failure.
 void* attach_memory(const char* argument, std::size_t size, bool is_writable);
 
 }  // namespace freeflex::service

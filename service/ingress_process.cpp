@@ -24,18 +24,18 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kFirstPause{5};  // between two starts
+constexpr milliseconds kFirstPause{5};  // first pause between two attempts to start
 constexpr milliseconds kLongestPause{100};
-constexpr milliseconds kReadyPeriod{2};  // between looks at starting processes
+constexpr milliseconds kReadyPeriod{2};  // time between checks of processes that are starting
 
-constexpr int kNotLoaded = 127;  // exit status where the program or a library of it cannot be loaded
+constexpr int kNotLoaded = 127;  // exit status if the program or one of its libraries cannot be loaded
 
 constexpr const char* kCannotStart = "cannot start the ingress process";
 
-/// True when the filter of system calls ended the process.
+/// Returns true if the filter of system calls ended the process.
 bool is_of_filter(int status) { return WIFSIGNALED(status) && WTERMSIG(status) == SIGSYS; }
 
-/// What a status of waitpid means, for a log.
+/// Returns the meaning of a status of waitpid for the log.
 std::string describe_end(int status) {
   if (is_of_filter(status)) return "made a system call that its filter forbids";
   if (WIFSIGNALED(status)) {
@@ -44,7 +44,7 @@ std::string describe_end(int status) {
   }
   switch (static_cast<IngressEnd>(WEXITSTATUS(status))) {
     case IngressEnd::kDaemonGone:
-      return "believed the daemon gone";
+      return "ended because it lost its parent, the daemon";
     case IngressEnd::kBadBlock:
       return "could not map the shared memory";
   }
@@ -52,7 +52,7 @@ std::string describe_end(int status) {
   return "ended with status " + std::to_string(WEXITSTATUS(status));
 }
 
-/// What makes calls that the filter forbids.
+/// Returns the likely causes of a forbidden system call.
 std::string explain_filter() {
   const char* const preloaded = std::getenv("LD_PRELOAD");
   if (preloaded != nullptr && *preloaded != '\0')
@@ -63,7 +63,7 @@ std::string explain_filter() {
          "If there is none, a packet may have taken control of the process, and the filter stopped it";
 }
 
-/// What may be why a process ended before it was ready, and the remedy.
+/// Returns a text for the log: why a process may have ended before it was ready, and the remedy.
 std::string explain_failed_start(int status) {
   if (is_of_filter(status)) return explain_filter();
   rlimit limit{};
@@ -71,7 +71,7 @@ std::string explain_failed_start(int status) {
   return has_limit ? explain_limits(ENOMEM) : "";
 }
 
-/// posix_spawn's two helpers, freed on every way out.
+/// The two attribute objects of posix_spawn, freed on every return path.
 struct SpawnPlan {
   posix_spawn_file_actions_t actions;
   posix_spawnattr_t attributes;
@@ -86,11 +86,11 @@ struct SpawnPlan {
   SpawnPlan(const SpawnPlan&) = delete;
   SpawnPlan& operator=(const SpawnPlan&) = delete;
 
-  /// The descriptor becomes this one of the new process; nothing when it is -1.
+  /// Passes a descriptor to the new process under this number; does nothing for -1.
   void give(int fd, int number) {
     if (fd >= 0) posix_spawn_file_actions_adddup2(&actions, fd, number);
   }
-  /// No signal blocked or handled, ordinary priority, nothing open above the descriptors given.
+  /// Resets signal mask, handlers and priority of the new process, and closes all descriptors above last_fd.
   void set_ordinary(int last_fd) {
     posix_spawn_file_actions_addclosefrom_np(&actions, last_fd + 1);
     sigset_t none;
@@ -157,7 +157,8 @@ std::string IngressProcess::spawn(std::size_t seat) {
   Worker& worker = workers_[seat];
   worker.order_fd = move_up(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   if (worker.order_fd < 0) return call_fault(kCannotStart, "eventfd");
-  // a spawned copy of this program needs nothing of it but these: safe whatever threads run and hold
+  // the new process inherits only these descriptors, so spawning is safe while other threads run and hold
+  // locks
   SpawnPlan plan;
   plan.give(block_memory_->fd(), kBlockFd);
   plan.give(settings_memory_->fd(), kSettingsFd);
@@ -186,7 +187,8 @@ std::string IngressProcess::spawn(std::size_t seat) {
   return {};
 }
 
-/// Starts what is missing, the one that receives first. Empty, or why one could not be started.
+/// Starts missing processes, the receiving one first. Returns an empty string, or the reason why a process
+/// could not be started.
 std::string IngressProcess::spawn_missing() {
   for (const std::size_t seat : {active_, 1 - active_}) {
     if (workers_[seat].pid >= 0 || Clock::now() < spawn_at_) continue;
@@ -205,7 +207,7 @@ std::string IngressProcess::wait_until_ready(milliseconds timeout) {
   while (!is_ready(active_)) {
     if (num_failed_starts_ >= kMostFailedStarts)
       return std::string(kCannotStart) + ": " + std::to_string(num_failed_starts_) +
-             " in a row ended at once: " + event;
+             " starts in a row failed at once: " + event;
     if (Clock::now() > deadline)
       return "the ingress process is not ready after " + std::to_string(timeout.count()) + " ms" +
              (event.empty() ? "" : ": " + event);
@@ -226,13 +228,13 @@ std::string IngressProcess::poll() {
     look_for_hang(seat);
     add(reap(seat));
   }
-  // the one that stood by goes on, be it still on its way
+  // the standby takes over, even if it is still starting
   if (workers_[active_].pid < 0 && workers_[1 - active_].pid >= 0) promote(1 - active_);
   add(spawn_missing());
   return events;
 }
 
-/// Kills a process that hangs; it is replaced when it has gone.
+/// Kills the process at the seat if it hangs. reap() replaces it after it has ended.
 void IngressProcess::look_for_hang(std::size_t seat) {
   Worker& worker = workers_[seat];
   worker.was_ready = worker.was_ready || is_ready(seat);
@@ -242,12 +244,13 @@ void IngressProcess::look_for_hang(std::size_t seat) {
   if (!worker.hang.empty()) kill(worker.pid, SIGKILL);
 }
 
-/// What became of a process, when it has ended.
+/// Collects the exit status if the process at the seat has ended. Returns a text for the log, or an empty
+/// string.
 std::string IngressProcess::reap(std::size_t seat) {
   Worker& worker = workers_[seat];
   int status = 0;
   if (worker.pid < 0 || waitpid(worker.pid, &status, WNOHANG) != worker.pid) return {};
-  // one that hostile packets kill is replaced at once, one that cannot even start is not tried without end
+  // a process killed by hostile packets is replaced at once; one that cannot start is retried after a pause
   const bool has_failed = !worker.was_ready && !is_ready(seat) && worker.hang.empty();
   num_failed_starts_ = has_failed ? num_failed_starts_ + 1 : 0;
   pause_ = has_failed ? std::clamp(2 * pause_, kFirstPause, kLongestPause) : milliseconds{0};
@@ -269,11 +272,11 @@ std::string IngressProcess::reap(std::size_t seat) {
   return event + (seat == active_ ? "; its standby takes over" : "; starting another");
 }
 
-/// Lets the process at the seat receive. The other one has gone: there is never more than one that does.
+/// Lets the process at the seat receive.  \pre the other process has ended, so that two never receive
 void IngressProcess::promote(std::size_t seat) {
   active_ = seat;
   const std::uint64_t one = 1;
-  // a counter that is never read takes it
+  // cannot fail: nobody reads the counter, and it does not overflow
   [[maybe_unused]] const ssize_t size = write(workers_[seat].order_fd, &one, sizeof one);
 }
 
@@ -286,7 +289,7 @@ void IngressProcess::stop() {
   is_wanted_ = false;
   for (Worker& worker : workers_) {
     if (worker.pid >= 0) {
-      kill(worker.pid, SIGKILL);  // it holds nothing that needs an orderly end
+      kill(worker.pid, SIGKILL);  // the process owns nothing that needs a clean end
       waitpid(worker.pid, nullptr, 0);
     }
     forget(worker);

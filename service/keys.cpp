@@ -26,10 +26,10 @@ namespace {
 namespace reader = io::reader;
 using freeflex_msgs::control_t;
 
-constexpr const char* kEnding = ".key";                                 // of the files of a folder
-constexpr std::size_t kDigits = std::size_t{2} * crypto_auth_KEYBYTES;  // hexadecimal, of a secret
+constexpr const char* kEnding = ".key";                                 // extension of key files in a folder
+constexpr std::size_t kDigits = std::size_t{2} * crypto_auth_KEYBYTES;  // hexadecimal digits of a secret
 
-/// An open file, closed at the end.
+/// Owns an open file descriptor.
 class Descriptor {
  public:
   explicit Descriptor(int fd) : fd_(fd) {}
@@ -46,7 +46,7 @@ class Descriptor {
 };
 
 int open_private(int folder, const char* name) {
-  // a named pipe must not be waited for, and a link may lead to what somebody else can change
+  // does not wait for a named pipe; refuses a symbolic link, because somebody else might change its target
   return openat(folder, name, O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
 }
 
@@ -55,7 +55,8 @@ std::string explain_open(const std::string& path) {
   return path + ": error: cannot be read: " + std::strerror(errno);
 }
 
-/// Why what is open is not private, or empty. Of a folder it matters who may put a key into it.
+/// Returns the reason why an open file or folder is not private, or an empty string. A folder is private if
+/// nobody else can write to it.
 std::string find_exposure(const struct stat& status, const std::string& path) {
   const bool is_folder = S_ISDIR(status.st_mode);
   const bool has_owner = status.st_uid == geteuid() || (is_folder && status.st_uid == 0);
@@ -67,12 +68,11 @@ std::string find_exposure(const struct stat& status, const std::string& path) {
     return fmt::format("{}: error: mode {:04o}: others may put keys into it: chmod go-w '{}'", path, mode,
                        path);
   if (!is_folder && (mode & 077U) != 0)
-    return fmt::format("{}: error: mode {:04o}: others may use it: chmod 600 '{}'", path, mode, path);
+    return fmt::format("{}: error: mode {:04o}: other users have access: chmod 600 '{}'", path, mode, path);
   return {};
 }
 
-/// The text with every run of hexadecimal digits that may be of a secret, wherever in the file that stood,
-/// taken out.
+/// Returns the text after replacing every run of hexadecimal digits that may be part of a secret.
 std::string without_secret(const std::string& text) {
   constexpr std::size_t kSuspect = 12;  // digits
   std::string cleared;
@@ -87,7 +87,7 @@ std::string without_secret(const std::string& text) {
   return cleared;
 }
 
-/// What a file of a key may hold.
+/// Keys of the mapping in a key file.
 const reader::Section kKeySection = [] {
   using reader::Bound;
   using reader::Form;
@@ -111,10 +111,11 @@ const reader::Section kKeySection = [] {
        limit("commands_per_second", "1/s", "How often.")}};
 }();
 
-/// Reads one key out of the tree of its file.
+/// Reads one key from the YAML tree of its file.
 class KeyReader {
  public:
-  /// \param plan  whose points and groups the allow-lists name; null: they are not looked at
+  /// \param plan  contains the points and groups that the allow-lists name; nullptr: the allow-lists are not
+  ///   read
   KeyReader(reader::Report& report, const Plan* plan) : report_(report), plan_(plan) {}
 
   Key read(const reader::Node& root) {
@@ -138,7 +139,7 @@ class KeyReader {
       report_.error(node->origin, "key: id " + reader::quote(id) + ", must be " + kKeyIdAllowed);
   }
 
-  /// Says nothing of what stands there.
+  /// Reads the secret. Its messages never show the text.
   void read_secret(const reader::Fields& fields, std::array<unsigned char, crypto_auth_KEYBYTES>& secret) {
     const reader::Node* node = fields.require("secret", "must be 64 hexadecimal digits");
     if (node == nullptr) return;
@@ -148,13 +149,14 @@ class KeyReader {
                                         nullptr, &size, nullptr) == 0;
     if (is_read && sodium_is_zero(secret.data(), secret.size()) != 0)
       report_.error(node->origin,
-                    "key: secret is zero, which anybody would try first: make one with freeflex keygen");
+                    "key: secret is zero, which is easy to guess: make one with freeflex keygen");
     if (!is_read || size != secret.size())
       report_.error(node->origin,
                     "key: secret must be 64 hexadecimal digits, as freeflex keygen writes them");
   }
 
-  /// A list of words as bits of their places; nothing where the key is absent.
+  /// Returns a list of words as bits: bit i is set if the list contains word i. Returns nullopt if the key is
+  /// missing or wrong.
   std::optional<std::uint32_t> read_words(const reader::Fields& fields, const char* name) {
     const std::vector<std::string_view>& words = fields.key(name).words;
     const reader::Node* node = fields.find(name);
@@ -179,7 +181,7 @@ class KeyReader {
     reader::Names names(noun);
     for (const Item& item : items) names.add(report_, item.name, {});
     const auto selected = reader::read_selection(report_, *node, std::string("key: ") + name, names);
-    // never empty, which would be all
+    // the vector is never empty, because an empty one means all
     may.assign(std::max<std::size_t>(items.size(), 1), false);
     if (!selected) return;
     for (const int index : *selected) may[static_cast<std::size_t>(index)] = true;
@@ -190,14 +192,15 @@ class KeyReader {
       grants.has_force = (*channels & 1U) != 0;
       grants.has_control = (*channels & 2U) != 0;
     }
-    // the first stands at bit 0, RUN is 1
+    // in the list of words RUN is bit 0, but in control_t RUN is 1
     static_assert(control_t::RUN == 1 && control_t::CLEAR == 8);
     if (const auto words = read_words(fields, "controls")) grants.controls = *words << 1U;
     read_items(fields, "points", "point", plan_->points, grants.points);
     refuse_unpushable(fields, grants.points);
     if (!grants.points.empty())
       for (const PlanWheel& wheel : plan_->wheels.all) {
-        const std::int32_t point = plan_->particles.turning[static_cast<std::size_t>(wheel.turning)];
+        const std::int32_t point =
+            plan_->particles.attitude_points[static_cast<std::size_t>(wheel.attitude_index)];
         grants.wheels.push_back(grants.points[static_cast<std::size_t>(point)]);
       }
     read_items(fields, "groups", "group", plan_->groups, grants.groups);
@@ -221,10 +224,9 @@ class KeyReader {
     if (node == nullptr || node->text == "all") return;
     for (std::size_t i = 0; i < plan_->points.size(); ++i)
       if (may[i] && !plan_->points[i].pushable)
-        report_.error(node->origin,
-                      "key: points: " + plan_->points[i].name +
-                          " is not among commands: points of the scene, so no command may push it; remove "
-                          "it here or add it there");
+        report_.error(node->origin, "key: points: " + plan_->points[i].name +
+                                        " is not among 'commands: points' of the scene, so no command may "
+                                        "push it; remove it from the key or add it to the scene");
   }
 
   void refuse_idle(const reader::Fields& fields, const char* name, const char* channel, bool has_channel) {
@@ -238,7 +240,7 @@ class KeyReader {
   const Plan* plan_;
 };
 
-/// Appends the key of an open file, or what is wrong with it.
+/// Appends the key in an open file to the result, or the faults of the file.
 void read_key(int fd, const std::string& path, const Plan* plan, KeysResult& result) {
   struct stat status {};
   std::string fault;
@@ -250,12 +252,12 @@ void read_key(int fd, const std::string& path, const Plan* plan, KeysResult& res
   if (fault.empty()) {
     reader::Report report;
     reader::YamlTree tree;
-    // what was looked at is what is read, whatever its name leads to by now
+    // reads the file that was checked, even if its name now refers to another file
     const auto source = report.open("/proc/self/fd/" + std::to_string(fd), {});
     const reader::Node* root = source ? tree.parse(report, *source) : nullptr;
     if (root != nullptr) result.keys.push_back(KeyReader(report, plan).read(*root));
     if (root != nullptr) result.keys.back().file = path;
-    // without the line of the source, which may hold the secret
+    // omits the source line, which may contain the secret
     for (Fault& found : report.take_faults()) {
       found.message = without_secret(found.message);
       fault += (fault.empty() ? "" : "\n") + io::format_fault(found, {path}, false);
@@ -288,16 +290,15 @@ void read_folder(int fd, const std::string& path, const Plan& plan, KeysResult& 
     else
       read_key(key.get(), file, &plan, result);
   }
-  if (names.empty())
-    result.faults = path + ": error: holds no key, that is no file *.key: make one with freeflex keygen";
+  if (names.empty()) result.faults = path + ": error: holds no file *.key: make one with freeflex keygen";
 }
 
-/// Two keys that could stand for each other.
+/// Reports keys that share an id or a secret.
 void check_distinct(KeysResult& result) {
   std::vector<Key>& keys = result.keys;
   const auto add = [&result](const Key& a, const Key& b, const std::string& what) {
     result.faults += (result.faults.empty() ? "" : "\n") + b.file + ": error: has the " + what + " of " +
-                     a.file + ": make a key of its own with freeflex keygen";
+                     a.file + ": make another key with freeflex keygen";
   };
   std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) { return a.sealing.id < b.sealing.id; });
   for (std::size_t i = 0; i < keys.size(); ++i) {
@@ -316,7 +317,7 @@ bool is_key_id(const std::string& id) { return io::is_valid_sender(id) && !id.st
 
 KeysResult load_keys(const std::string& named, const Plan& plan) {
   KeysResult result;
-  // with a stroke at its end a link would be followed
+  // a trailing slash would follow a symbolic link
   const std::string path = named.substr(0, std::max<std::size_t>(1, named.find_last_not_of('/') + 1));
   Descriptor file(open_private(AT_FDCWD, path.c_str()));
   struct stat status {};
@@ -355,7 +356,7 @@ std::string make_key(const std::string& path, const std::string& id) {
       R"(# A key for freeflexd --keys and freeflex push --key: whoever can read it can command in its name.
 id: {}
 secret: {}
-# What it may do; a line that is not there leaves what the scene lets commands do.
+# What it may do; without a line the limits of the scene apply.
 # channels: [FORCE, CONTROL]
 # controls: [run, hold, step, reset, stop, shapes, scene]   # clear, which ends what others push, must be named
 # points: [tip, hub]          # names and ranges a..b of the scene; [] for none
@@ -366,11 +367,11 @@ secret: {}
 # commands_per_second: 200
 )",
       id, digits.data());
-  // with no bits for others from the first moment, and only where there is no file yet
+  // creates the file with mode 0600, and only if it does not exist
   const Descriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
   if (file.get() < 0)
     return path + ": " +
-           (errno == EEXIST ? "is there already, and a key is never written over"
+           (errno == EEXIST ? "exists already, and a key is never overwritten"
                             : std::string("cannot be written: ") + std::strerror(errno));
   const bool is_whole = write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
                         fsync(file.get()) == 0;

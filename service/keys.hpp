@@ -1,5 +1,5 @@
-// Files of keys: who may command, and what. A file is a YAML mapping of id, secret and allow-lists; it must
-// be private to the user who runs the program.
+// Key files: a key says who may send commands, and which. A file is a YAML mapping of id, secret and
+// allow-lists. It must be private to the user who runs the program.
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,26 @@
 
 namespace freeflex::service {
 
-/// All but CLEAR, which acts on what others have: a key must name it.
+/// All controls except CLEAR. A key must name CLEAR to be allowed to send it, because it acts on the pushes
+/// of other senders.
 inline constexpr std::uint32_t kMostControls = ~(1U << freeflex_msgs::control_t::CLEAR);
 
-/// What a key may do, beside what the scene lets commands do.
+/// What a key may do, within the limits of the scene.
 struct Grants {
   bool has_force = true;                   // may send on FORCE
   bool has_control = true;                 // may send on CONTROL
   std::uint32_t controls = kMostControls;  // bit c: control_t command c
   std::vector<bool> points;                // by index; empty: all
   std::vector<bool> groups;                // by index; empty: all
-  std::vector<bool> wheels;                // by index, those in its points; empty: all
-  double largest_force = 0.0;              // [N] of each entry; 0: the scene's limit alone
-  double largest_torque = 0.0;             // [N m]
-  int num_slots = kMaxSlotNumber + 1;      // slots 0 to num_slots - 1
-  double commands_per_second = 0.0;        // [1/s] 0: any number
+  std::vector<bool> wheels;                // by index, the wheels in the allowed points; empty: all
+  double largest_force = 0.0;          // [N] for each entry of a command; 0: only the scene's limit applies
+  double largest_torque = 0.0;         // [N m] likewise
+  int num_slots = kMaxSlotNumber + 1;  // slots 0 to num_slots - 1
+  double commands_per_second = 0.0;    // [1/s] 0: no limit
 };
 
-/// Names of senders on the bus: those of the operator's socket are no names of keys.
+/// Returns true if a key may have this id: a valid name of a sender on the bus, not reserved for the
+/// operator's socket.
 bool is_key_id(const std::string& id);
 inline constexpr const char* kKeyIdAllowed = "1 to 31 of A-Z a-z 0-9 _ . -, not beginning with local.";
 
@@ -41,15 +43,16 @@ struct Key {
 };
 
 struct KeysResult {
-  std::vector<Key> keys;  // by id, ascending; empty when there is a fault
-  std::string faults;     // for a person, with places and the way out; never a secret
+  std::vector<Key> keys;  // ordered by id, ascending; empty if there is a fault
+  std::string faults;     // for the user, with file, position and remedy; never contains a secret
 };
-/// The key of a file, or those of every NAME.key of a folder, at least one.
+/// Loads the key in a file, or the keys in all files NAME.key of a folder. It is a fault if there is none.
 KeysResult load_keys(const std::string& path, const Plan& plan);
-/// The key of a file, its allow-lists not looked at: for who signs.
+/// Loads the key in a file without its allow-lists, for a program that seals commands.
 KeysResult load_key(const std::string& file);
 
-/// Makes a file with a new secret, mode 0600. Never writes over one. Empty, or what went wrong.
+/// Writes a key file with a new secret, mode 0600. Never overwrites a file. Returns an empty string, or the
+/// error.
 std::string make_key(const std::string& file, const std::string& id);
 
 }  // namespace freeflex::service

@@ -33,8 +33,8 @@ spdlog::level::level_enum level_of(LineKind kind) {
 
 void write_line(LineKind kind, const std::string& text) { spdlog::log(level_of(kind), "{}", text); }
 
-void LimitedLog::say(LineKind kind, std::int64_t now_ns, const std::string& text) {
-  turn(now_ns);
+void LimitedLog::write(LineKind kind, std::int64_t now_ns, const std::string& text) {
+  write_due(now_ns);
   Record& record = records_[static_cast<std::size_t>(kind)];
   const std::int64_t oldest_ns = record.written_ns[static_cast<std::size_t>(record.num_written % kMost)];
   const bool is_free = record.num_written < kMost || now_ns - oldest_ns >= kSecond;
@@ -44,9 +44,10 @@ void LimitedLog::say(LineKind kind, std::int64_t now_ns, const std::string& text
   record.last_held = text;
 }
 
-void LimitedLog::turn(std::int64_t now_ns) {
+void LimitedLog::write_due(std::int64_t now_ns) {
   for (std::size_t i = 0; i < kNumLineKinds; ++i)
-    // all that was written is older than what was first held back, so the count always has a place
+    // all written lines are older than the first suppressed line, so the line with the count is always within
+    // the limit
     if (records_[i].num_held > 0 && now_ns - records_[i].held_since_ns >= kSecond)
       put_count(static_cast<LineKind>(i), now_ns);
 }

@@ -14,14 +14,14 @@ namespace {
 
 std::string megabytes(double bytes) { return std::to_string(std::llround(1e-6 * bytes)) + " MB"; }
 
-/// [B] or a number; empty where there is no limit.
+/// Returns the limit, in bytes or as a number; nullopt if the resource has no limit.
 std::optional<double> limit_of(__rlimit_resource resource) {
   rlimit limit{};
   if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return std::nullopt;
   return static_cast<double>(limit.rlim_cur);
 }
 
-/// What this process has taken.
+/// Memory that this process uses.
 struct Usage {
   double address_space = 0.0;  // [B]
   double data = 0.0;           // [B]
@@ -30,7 +30,7 @@ struct Usage {
 
 Usage read_usage() {
   Usage usage;
-  // in a line "VmSize:     1234 kB"   (proc(5))
+  // the lines have the form "VmSize: 1234 kB" (proc(5))
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;) {
     double* const value = word == "VmSize:"   ? &usage.address_space
@@ -44,11 +44,11 @@ Usage read_usage() {
   return usage;
 }
 
-/// Sentences about the limits that are set.
+/// Collects sentences about the limits that are set.
 class Explanation {
  public:
   void add_bytes(__rlimit_resource resource, const char* what, double used, const char* option) {
-    // root, and others with rights, take more than some limits: those are not met
+    // privileged processes may exceed some limits, so a limit below the present use cannot be the cause
     const auto limit = limit_of(resource);
     if (limit && used <= *limit)
       add(std::string(what) + " is limited to " + megabytes(*limit) + ", " + megabytes(used) +
@@ -84,7 +84,7 @@ std::string explain_limits(int error) {
   if (error == EAGAIN) {
     if (const auto stack = limit_of(RLIMIT_STACK))
       explanation.add("A thread takes " + megabytes(*stack) + " of address space (ulimit -s)");
-    // root is not bound by it
+    // this limit does not apply to root
     if (geteuid() != 0)
       explanation.add_count(RLIMIT_NPROC, "Threads and processes of this user, all together,", "-u");
   }

@@ -15,8 +15,8 @@ namespace freeflex::service {
 
 namespace {
 
-constexpr std::size_t kNumQueued = 1024;  // lines; of more the oldest are lost
-constexpr const char* kPlain = "plain";   // name of the logger
+constexpr std::size_t kNumQueued = 1024;  // lines that can wait; if more wait, the oldest are lost
+constexpr const char* kPlain = "plain";   // name of the logger that writes no prefix
 
 std::shared_ptr<spdlog::logger> make_logger(const char* name, const char* pattern) {
   auto logger = std::make_shared<spdlog::async_logger>(
@@ -38,13 +38,13 @@ void start_log(const std::string& level) {
   spdlog::register_logger(make_logger(kPlain, "%v"));
 }
 
-void say_plainly(const std::string& text) {
+void print_plainly(const std::string& text) {
   if (const auto plain = spdlog::get(kPlain)) plain->info("{}", text);
 }
 
 void end_log(int status) {
   constexpr std::chrono::seconds kLongest{1};
-  constexpr std::chrono::milliseconds kWrites{20};  // a line, many times over
+  constexpr std::chrono::milliseconds kWrites{20};  // long enough to write one line
   auto is_written = std::make_shared<std::promise<void>>();
   std::future<void> written = is_written->get_future();
   try {
@@ -53,7 +53,7 @@ void end_log(int status) {
       is_written->set_value();
     }).detach();
   } catch (const std::system_error&) {
-    // no thread to be had: what is queued is written by the one that there is
+    // no new thread could be started: the existing thread writes the queued lines
     const auto pool = spdlog::thread_pool();
     const auto end = std::chrono::steady_clock::now() + kLongest;
     while (pool && pool->queue_size() > 0 && std::chrono::steady_clock::now() < end)

@@ -1,19 +1,20 @@
-// The log: a queue, and a thread that writes it to standard error.
+// The log: a queue of lines, and a thread that writes them to standard error.
 #pragma once
 
 #include <string>
 
 namespace freeflex::service {
 
-/// Lines of spdlog's default logger go to a queue and from there to standard error: whoever logs never waits
-/// for a slow or broken terminal. Lines that cannot be written are lost.  \param level  least that is written
+/// Starts the log: lines of spdlog's default logger go to a queue and from there to standard error, so that
+/// no caller waits for a slow or broken terminal. Lines that cannot be written are lost.
+/// \param level  lowest level that is written
 void start_log(const std::string& level);
 
-/// A text for the person who started the daemon: as it is, whatever the level of the log. Any thread.
+/// Prints a text for the user without a prefix and at any log level. Any thread may call it.
 /// \pre start_log
-void say_plainly(const std::string& text);
+void print_plainly(const std::string& text);
 
-/// Writes out what is queued. Ends the process with status when a terminal or a pipe takes nothing.
+/// Writes the queued lines. If the terminal or pipe accepts nothing, ends the process with the status.
 void end_log(int status);
 
 }  // namespace freeflex::service

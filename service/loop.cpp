@@ -11,12 +11,12 @@ namespace freeflex::service {
 
 namespace {
 
-constexpr std::int64_t kIdleLockstep = 100'000;          // [ns] between looks at the ring while told to wait
-constexpr std::int64_t kIdleHolding = 1'000'000;         // [ns]
-constexpr std::int64_t kLongestSleep = 50'000'000;       // [ns] between looks at the ring while running
-constexpr std::int64_t kReaderWait = 20'000;             // [ns] between looks at a queue that is full
-constexpr std::int64_t kReaderPatience = 1'000'000'000;  // [ns]
-constexpr std::int64_t kReofferEvery = 1'000'000'000;    // [ns] state of a standing loop, for late joiners
+constexpr std::int64_t kIdleLockstep = 100'000;          // [ns] between checks of the ring in lockstep
+constexpr std::int64_t kIdleHolding = 1'000'000;         // [ns] between checks of the ring while holding
+constexpr std::int64_t kLongestSleep = 50'000'000;       // [ns] between checks of the ring while running
+constexpr std::int64_t kReaderWait = 20'000;             // [ns] between checks of a full queue
+constexpr std::int64_t kReaderPatience = 1'000'000'000;  // [ns] longest wait for a full queue
+constexpr std::int64_t kReofferEvery = 1'000'000'000;    // [ns] between states while holding
 
 }  // namespace
 
@@ -61,7 +61,7 @@ Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& cl
       workspace_(make_workspace(plan)),
       budget_(make_budget(plan)),
       judgement_(plan),
-      desk_(settings.limits.sender_share, io::max_hold_ticks(plan)),
+      command_queue_(settings.limits.sender_share, io::max_hold_ticks(plan)),
       pacer_(plan.period / settings.timing.scale * 1e9),
       inbound_entry_(std::make_unique<InboundEntry>()),
       applied_entry_(std::make_unique<AppliedEntry>()) {
@@ -88,15 +88,16 @@ void Simulation::run() noexcept {
   output_.is_finished.store(true, std::memory_order_release);
 }
 
-/// Mode as published.
+/// Returns the mode that STATUS publishes.
 Mode Simulation::mode() const noexcept {
   if (is_stopping()) return Mode::kStopped;
   if (has_faulted_) return Mode::kFault;
   return is_advancing() ? Mode::kRunning : Mode::kHolding;
 }
 
-/// Sleeps to the deadline of the next tick; [ns] when it woke. Nothing when that is yet to come: a loop of
-/// slow ticks looks at its commands in between.
+/// Sleeps until the deadline of the next tick and returns the time of waking [ns]. If the deadline is far
+/// ahead, sleeps only a part of the time and returns nullopt, so that a loop with slow ticks can handle
+/// commands.
 std::optional<std::int64_t> Simulation::wait_for_tick() noexcept {
   if (!settings_.timing.is_paced()) return clock_.now_ns();
   const std::int64_t deadline_ns = pacer_.deadline_ns();
@@ -111,7 +112,7 @@ std::optional<std::int64_t> Simulation::wait_for_tick() noexcept {
   return woken_ns;
 }
 
-/// Sleeps while told to stand. Nothing: no tick is due.
+/// Sleeps for a moment while the simulation holds. Returns nullopt, because no tick is due.
 std::optional<std::int64_t> Simulation::wait_idle() noexcept {
   const bool is_lockstep = settings_.timing.kind == Timing::Kind::kLockstep;
   const std::int64_t now_ns = clock_.now_ns();
@@ -120,7 +121,8 @@ std::optional<std::int64_t> Simulation::wait_idle() noexcept {
   return {};
 }
 
-/// Every change of pace goes through here: a loop that starts again has no deadline in the past.
+/// Sets the number of ticks to execute. If the loop starts to advance, sets a new base for its deadlines, so
+/// that none lies in the past.
 void Simulation::set_steps(std::int64_t steps) noexcept {
   if (!is_advancing() && steps != 0) pacer_.rebase(clock_.now_ns());
   steps_left_ = steps;
@@ -128,13 +130,13 @@ void Simulation::set_steps(std::int64_t steps) noexcept {
 
 /// Executes one tick.
 void Simulation::advance(std::int64_t woken_ns) noexcept {
-  const std::span<const ForceCommand> due = desk_.take_due(state_.tick);
+  const std::span<const ForceCommand> due = command_queue_.take_due(state_.tick);
   const std::int64_t tick = state_.tick;
   step(plan_, state_, Inputs{due}, workspace_, budget_, report_);
-  const auto num_clearances = static_cast<std::size_t>(desk_.num_due_clearances());
+  const auto num_clearances = static_cast<std::size_t>(command_queue_.num_due_clearances());
   if (report_.status != StepStatus::kOk) return enter_fault(due.subspan(num_clearances));
   judgement_.take(state_, budget_);
-  // ends come before commands, as the step takes them
+  // first the ends, then the commands, in the order in which the step processed them
   for (int i = 0; i < report_.num_expiries; ++i) {
     const Expiry& expiry = report_.expiries[static_cast<std::size_t>(i)];
     std::int32_t kind = freeflex_msgs::applied_t::EXPIRED;
@@ -158,12 +160,12 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
   offer_due();
   const std::int64_t end_ns = clock_.now_ns();
   output_.compute.record(end_ns - woken_ns);
-  if (!desk_.due_received_ns().empty()) {
+  if (!command_queue_.due_received_ns().empty()) {
     const std::int64_t end_boot_ns = clock_.boot_ns();
-    for (const std::int64_t received_ns : desk_.due_received_ns())
+    for (const std::int64_t received_ns : command_queue_.due_received_ns())
       output_.command_latency.record(end_boot_ns - received_ns);
   }
-  desk_.settle(report_);
+  command_queue_.settle(report_);
   if (!settings_.timing.is_paced()) return;
   pacer_.finish_tick(end_ns);
   output_.num_overruns.store(pacer_.num_overruns(), std::memory_order_relaxed);
@@ -171,7 +173,7 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
   output_.num_slips.store(pacer_.num_slips(), std::memory_order_release);
 }
 
-/// The desk and reset() made sure that the ring takes it.
+/// Adds an entry to APPLIED. The command queue and reset() have reserved a place for it in the ring.
 void Simulation::push_applied(std::int32_t kind, const ForceCommand* command, const Expiry* expiry) noexcept {
   applied_entry_->sequence = applied_count_++;
   applied_entry_->kind = kind;
@@ -180,8 +182,8 @@ void Simulation::push_applied(std::int32_t kind, const ForceCommand* command, co
   output_.applied.try_push(*applied_entry_);
 }
 
-/// The state is as it was before the step; it is held. The commands of the tick stay pending, so that a
-/// reset answers them.
+/// Stops the loop in a fault. The loop keeps the state before the failed step, and the commands of the tick
+/// keep waiting, so that a reset answers them.
 void Simulation::enter_fault(std::span<const ForceCommand> due) noexcept {
   has_faulted_ = true;
   ran_before_fault_ = steps_left_ == kForever;
@@ -195,7 +197,7 @@ void Simulation::enter_fault(std::span<const ForceCommand> due) noexcept {
 }
 
 void Simulation::fill(Snapshot& draft) const noexcept {
-  draft.motion = state_;  // its part of the state; the draft has room
+  draft.motion = state_;  // copies only the MotionState, for which the draft has memory
   draft.applied_count = applied_count_;
   draft.free = free_;
   draft.num_slots = state_.num_slots;
@@ -205,7 +207,8 @@ void Simulation::fill(Snapshot& draft) const noexcept {
   draft.worst = judgement_.worst();
 }
 
-/// What finds no room is dropped and counted. Without a pace the reader is waited for, but not for ever.
+/// Offers a snapshot on a channel. If the queue is full, a paced loop drops the snapshot and counts it; an
+/// unpaced loop first waits up to kReaderPatience.
 void Simulation::offer_motion(std::size_t channel) noexcept {
   Queue<Snapshot>& queue = output_.motion[channel];
   Snapshot* draft = queue.draft();
@@ -233,14 +236,16 @@ void Simulation::offer_status() noexcept {
   output_.status.offer();
 }
 
-/// At the start, the end, a reset, a fault, the end of a STEP, and now and then while standing.
+/// Offers a snapshot on every channel. Called at the start, at the end, after a reset, in a fault, at the end
+/// of a STEP, and periodically while holding.
 void Simulation::offer_all() noexcept {
   for (std::size_t i = 0; i < every_.size(); ++i)
     if (every_[i] > 0) offer_motion(i);
   next_reoffer_ns_ = clock_.now_ns() + kReofferEvery;
 }
 
-/// After a tick: what stands at a multiple of its interval; everything when it was the last of a STEP.
+/// Called after a tick: offers a snapshot on the channels that are due. After the last tick of a STEP all
+/// channels are due.
 void Simulation::offer_due() noexcept {
   if (!is_advancing()) return offer_all();
   for (std::size_t i = 0; i < every_.size(); ++i)

@@ -1,5 +1,5 @@
-// The simulation thread: drains commands, steps, hands out what happened. One step function; only the pace
-// differs.
+// The simulation thread: takes commands, executes ticks, and passes the results to the publisher. All time
+// modes use one step function and differ only in pace.
 #pragma once
 
 #include <atomic>
@@ -10,13 +10,13 @@
 
 #include "core/step/step.hpp"
 #include "service/clock.hpp"
-#include "service/desk.hpp"
+#include "service/command_queue.hpp"
 #include "service/output.hpp"
 #include "service/shared.hpp"
 
 namespace freeflex::service {
 
-/// How simulated time follows wall time.
+/// Time mode: how simulated time follows wall time.
 struct Timing {
   enum class Kind { kRealtime, kScaled, kLockstep, kAsap };
   Kind kind = Kind::kRealtime;
@@ -24,7 +24,7 @@ struct Timing {
 
   bool is_paced() const { return kind == Kind::kRealtime || kind == Kind::kScaled; }
 };
-/// "realtime", "scaled=K" (K finite, > 0), "lockstep", "asap"; empty for anything else.
+/// Parses "realtime", "scaled=K" (K finite, > 0), "lockstep" or "asap"; nullopt for any other text.
 std::optional<Timing> parse_timing(const std::string& text);
 std::string timing_name(const Timing& timing);
 
@@ -32,23 +32,24 @@ struct LoopSettings {
   Timing timing{};
   bool starts_holding = false;
   std::int64_t until_tick = 0;  // the loop ends at this tick; 0: never
-  bool may_bus_clear = false;   // take CLEAR from the bus: its keys were checked
+  bool may_bus_clear = false;   // true: accepts CLEAR from the bus, because a key has authorized it
   CommandLimits limits{};
 };
 
 using InboundRing = decltype(SharedBlock::inbound);
 
-/// run() is the body of the simulation thread: no allocation, lock, log, file or system call but the sleep.
+/// The simulation loop. run() makes no allocation, lock, log, file access or system call except the sleep.
 class Simulation {
  public:
-  /// Commands drained at one tick; the rest waits in the ring for the next.
+  /// Largest number of commands taken at one tick; the others wait in the ring for the next tick.
   static constexpr int kMaxDrained = 64;
 
   Simulation(const Plan& plan, const LoopSettings& settings, Clock& clock, InboundRing& inbound,
              Output& output);
 
+  /// Body of the simulation thread.
   void run() noexcept;
-  /// Any thread: run() returns after the tick in hand.
+  /// Makes run() return after the present tick. Any thread may call it.
   void request_stop() noexcept { is_stopping_.store(true, std::memory_order_relaxed); }
 
   /// \pre run() is not running
@@ -67,7 +68,7 @@ class Simulation {
   void advance(std::int64_t woken_ns) noexcept;
   void set_steps(std::int64_t steps) noexcept;
 
-  // loop.cpp: what goes out
+  // loop.cpp: output
   void push_applied(std::int32_t kind, const ForceCommand* command, const Expiry* expiry) noexcept;
   void enter_fault(std::span<const ForceCommand> due) noexcept;
   void fill(Snapshot& draft) const noexcept;
@@ -93,7 +94,7 @@ class Simulation {
   Clock& clock_;
   InboundRing& inbound_;
   Output& output_;
-  std::unique_ptr<io::NameTable> names_;                      // own copy: the shared one is not trusted
+  std::unique_ptr<io::NameTable> names_;  // own copy, because the copy in shared memory is not trusted
   std::array<std::int64_t, io::kNumMotionChannels> every_{};  // [ticks] between two publications; 0: off
 
   State state_;
@@ -101,12 +102,12 @@ class Simulation {
   Budget budget_;
   Judgement judgement_;
   StepReport report_;
-  CommandDesk desk_;
+  CommandQueue command_queue_;
   Pacer pacer_;
   std::unique_ptr<InboundEntry> inbound_entry_;
   std::unique_ptr<AppliedEntry> applied_entry_;
 
-  std::int64_t steps_left_ = 0;  // kForever: running
+  std::int64_t steps_left_ = 0;  // kForever after a RUN
   bool has_faulted_ = false;
   bool ran_before_fault_ = false;
   FaultNote fault_;

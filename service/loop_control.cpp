@@ -1,4 +1,5 @@
-// Commands at the loop: what is taken off the ring, decided and answered.
+// Command handling of the simulation loop: takes commands from the rings, accepts or rejects them, and queues
+// the answers.
 #include "freeflex_msgs/applied_t.hpp"
 #include "freeflex_msgs/control_t.hpp"
 #include "service/loop.hpp"
@@ -8,13 +9,14 @@ namespace freeflex::service {
 using freeflex_msgs::control_t;
 using io::Reason;
 
-/// Takes commands in the order they came. A command is only taken while its answer, and the answers that a
-/// reset would owe to the pending ones, have room; otherwise it waits where it is.
+/// Takes commands in order of arrival. A command is taken only if the ring of answers has room for its answer
+/// and for the answers that a reset would owe to the waiting commands. Otherwise the command stays in the
+/// ring.
 void Simulation::drain() noexcept {
   InboundEntry& entry = *inbound_entry_;
-  // the operator's first: whatever is on the bus, they are decided. Answers to the others that a reset owes
-  // have their room in any case, for those below leave it
-  while (output_.operator_acks.num_free() >= desk_.num_pending() + 2 &&
+  // the operator's commands come first, so that no traffic on the bus delays them. The loop below always
+  // leaves room for the answers that a reset owes to commands from the bus
+  while (output_.operator_acks.num_free() >= command_queue_.num_pending() + 2 &&
          output_.operator_commands.try_pop(entry)) {
     if (entry.kind == InboundKind::kForce)
       handle_force(entry.force, entry.received_ns);
@@ -22,10 +24,10 @@ void Simulation::drain() noexcept {
       handle_control(entry.control, entry.received_ns);
   }
   for (int i = 0; i < kMaxDrained; ++i) {
-    if (output_.acks.num_free() < desk_.num_pending() + 2) return;
+    if (output_.acks.num_free() < command_queue_.num_pending() + 2) return;
     if (!inbound_.try_pop(entry)) return;
-    // the memory is the ingress's: nothing in it is trusted. A reception that is to come is now, an entry of
-    // another kind is dropped
+    // the ingress writes this memory, so nothing in it is trusted: a reception time in the future is replaced
+    // by the present time, and an entry of an unknown kind is dropped
     const std::int64_t now_ns = clock_.boot_ns();
     if (entry.received_ns < 0 || entry.received_ns > now_ns) entry.received_ns = now_ns;
     switch (entry.kind) {
@@ -44,8 +46,8 @@ void Simulation::drain() noexcept {
   }
 }
 
-/// True when the command waited too long for its decision, which it then has: whoever sent it may have
-/// thought better of it.
+/// Rejects a command if it waited too long for its decision, because its sender may no longer want it.
+/// Returns true if the command was rejected.
 template <class Command>
 bool Simulation::refuse_old(const Command& command, std::int64_t received_ns) noexcept {
   const std::int64_t age_ns = clock_.boot_ns() - received_ns;
@@ -60,8 +62,9 @@ bool Simulation::refuse_old(const Command& command, std::int64_t received_ns) no
 
 void Simulation::handle_force(const ForceCommand& command, std::int64_t received_ns) noexcept {
   if (refuse_old(command, received_ns)) return;
-  CommandDesk::Decision decision{Reason::kWrongMode, state_.tick, command.start_tick};
-  if (!has_faulted_) decision = desk_.submit(command, received_ns, state_.tick, output_.applied.num_free());
+  CommandQueue::Decision decision{Reason::kWrongMode, state_.tick, command.start_tick};
+  if (!has_faulted_)
+    decision = command_queue_.submit(command, received_ns, state_.tick, output_.applied.num_free());
   answer({.sender = command.sender,
           .sequence = command.sequence,
           .reason = decision.reason,
@@ -83,10 +86,11 @@ void Simulation::handle_control(const io::ControlCommand& control, std::int64_t 
           .most = most_count(control.command)});
 }
 
-/// Elastic modes for SHAPES, pages for SCENE, else 0.
+/// Returns the largest allowed count: the number of elastic modes for SHAPES, the number of pages for SCENE,
+/// else 0.
 std::int64_t Simulation::most_count(std::int32_t command) const noexcept {
   if (command == control_t::SHAPES) return active_plan(plan_, state_).num_elastic;
-  return command == control_t::SCENE ? output_.num_scene_pages[state_.is_wide ? 1 : 0] : 0;
+  return command == control_t::SCENE ? output_.num_scene_pages[state_.uses_fallback ? 1 : 0] : 0;
 }
 
 Reason Simulation::obey(const io::ControlCommand& control) noexcept {
@@ -107,7 +111,7 @@ Reason Simulation::obey(const io::ControlCommand& control) noexcept {
       set_steps(kForever);
       return Reason::kAccepted;
     case control_t::HOLD:
-      // also ends the steps of a STEP that are left
+      // also cancels the remaining ticks of a STEP
       if (is_advancing()) {
         set_steps(0);
         offer_all();
@@ -123,7 +127,7 @@ Reason Simulation::obey(const io::ControlCommand& control) noexcept {
     case control_t::SCENE:
       if (control.count > most_count(control.command)) return Reason::kBadControl;
       return output_.requests.try_push(
-                 {control.command, static_cast<std::int32_t>(control.count), state_.is_wide})
+                 {control.command, static_cast<std::int32_t>(control.count), state_.uses_fallback})
                  ? Reason::kAccepted
                  : Reason::kQueueFull;
     default:
@@ -131,11 +135,12 @@ Reason Simulation::obey(const io::ControlCommand& control) noexcept {
   }
 }
 
-/// Ends what these senders have in force with the next step; what waits is forgotten and answered.
+/// Ends the loads in these senders' slots with the next step. Removes and answers the senders' waiting
+/// commands.
 Reason Simulation::clear_senders(const std::array<char, kSenderSize>& target) noexcept {
-  if (!desk_.can_clear(output_.applied.num_free())) return Reason::kQueueFull;
-  for (int i = 0; i < desk_.num_pending(); ++i) {
-    const ForceCommand& command = desk_.pending(i);
+  if (!command_queue_.can_clear(output_.applied.num_free())) return Reason::kQueueFull;
+  for (int i = 0; i < command_queue_.num_pending(); ++i) {
+    const ForceCommand& command = command_queue_.pending(i);
     if (!is_target(target, command.sender)) continue;
     answer({.sender = command.sender,
             .sequence = command.sequence,
@@ -143,22 +148,22 @@ Reason Simulation::clear_senders(const std::array<char, kSenderSize>& target) no
             .tick = state_.tick,
             .found = command.start_tick});
   }
-  desk_.clear_senders(target);
+  command_queue_.clear_senders(target);
   return Reason::kAccepted;
 }
 
-/// Back to the initial state at the same tick, in a new epoch; a fault is over.
+/// Sets the motion back to the initial state at the same tick, in a new epoch. Ends a fault.
 Reason Simulation::reset() noexcept {
   if (output_.applied.num_free() < 1) return Reason::kQueueFull;
-  for (int i = 0; i < desk_.num_pending(); ++i) {
-    const ForceCommand& command = desk_.pending(i);
+  for (int i = 0; i < command_queue_.num_pending(); ++i) {
+    const ForceCommand& command = command_queue_.pending(i);
     answer({.sender = command.sender,
             .sequence = command.sequence,
             .reason = Reason::kEpochEnded,
             .tick = state_.tick,
             .found = command.start_tick});
   }
-  desk_.clear();
+  command_queue_.clear();
   reset_state(plan_, state_);
   free_.take(plan_, state_);
   applied_entry_->tick = state_.tick;
@@ -172,7 +177,7 @@ Reason Simulation::reset() noexcept {
   return Reason::kAccepted;
 }
 
-/// The drain made sure that the ring takes it.
+/// Queues an answer and counts it. drain() has ensured that the ring has room for it.
 void Simulation::answer(AckEntry entry) noexcept {
   entry.mode = mode();
   if (is_operator(entry.sender))

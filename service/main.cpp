@@ -1,4 +1,4 @@
-// freeflexd: one free flexible structure in state, advanced at a fixed rate, on the bus.
+// freeflexd: simulates one free flexible structure at a fixed rate and publishes it on the bus.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -23,28 +23,32 @@ namespace {
 using freeflex::service::DaemonOptions;
 
 constexpr const char* kFooter = R"(Timing:
-  realtime   one simulated second a second (default)
-  scaled=K   K simulated seconds a second
-  lockstep   advances only by FREEFLEX_CONTROL STEP; a STATE follows each
-  asap       as fast as it goes; no STATE is skipped
+  realtime   one simulated second per second of wall clock (default)
+  scaled=K   K simulated seconds per second of wall clock
+  lockstep   advances only by FREEFLEX_CONTROL STEP; a STATE follows each STEP
+  asap       as fast as possible; no STATE is skipped
 
 Environment:
-  LCM_DEFAULT_URL  bus to use when --lcm-url is not given
+  LCM_DEFAULT_URL  bus to use if --lcm-url is not given
 
 Exit codes:
-  0 ended as told (SIGINT, SIGTERM, SIGHUP, STOP, --until), 1 failed at run time, 2 wrong usage or scene)";
+  0 ended as requested (SIGINT, SIGTERM, SIGHUP, STOP, --until), 1 failed at run time,
+  2 wrong usage or scene)";
 
-/// A socket or a shared block must not become descriptor 0, 1 or 2: whatever prints would write into it.
+/// Opens descriptors 0, 1 and 2 if they are closed. Otherwise a socket or the shared block could get one of
+/// these numbers and receive printed text.
 void fill_standard_descriptors() {
   for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; ++fd) {
     if (fcntl(fd, F_GETFD) < 0) open("/dev/null", O_RDWR);
   }
 }
 
-/// The exit status where the process is to end at once, with its reason or the help printed.
+/// Reads the command line. If the process is to end at once, prints the reason or the help and returns the
+/// exit status; else returns nullopt.
 std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options, std::string& level) {
   std::string timing = "realtime";
-  CLI::App app("Simulates a free flexible structure in real time, pushed and watched over LCM.", "freeflexd");
+  CLI::App app("Simulates a free flexible structure in real time, controlled and observed over LCM.",
+               "freeflexd");
   app.footer(kFooter);
   app.set_help_flag("-h,--help", "this text");
   app.set_version_flag("--version", "freeflexd " FREEFLEX_VERSION, "name and version");
@@ -56,11 +60,12 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       ->default_val(freeflex::channels::kDefaultPrefix)
       ->check(freeflex::service::channel_prefix());
   app.add_option("--socket", options.socket,
-                 "where this user's commands are taken beside the bus; none: nowhere. Default\n"
-                 "freeflexd-PREFIX.sock in the first of $XDG_RUNTIME_DIR, /run/user/UID and\n"
-                 "/run/freeflex that is this user's alone, else /tmp/freeflexd-UID/PREFIX.sock")
+                 "path of the socket for commands of this user, in addition to the bus; none: no\n"
+                 "socket. Default: freeflexd-PREFIX.sock in the first of $XDG_RUNTIME_DIR,\n"
+                 "/run/user/UID and /run/freeflex that belongs to this user alone, else\n"
+                 "/tmp/freeflexd-UID/PREFIX.sock")
       ->type_name("PATH");
-  app.add_option("--rate", options.rate, "ticks per simulated second [Hz] in place of the scene's")
+  app.add_option("--rate", options.rate, "ticks per simulated second [Hz], instead of the scene's rate")
       ->type_name("HZ")
       ->check(freeflex::service::rate_in_hertz());
   app.add_option("--time", timing, "realtime, scaled=K, lockstep or asap")
@@ -71,15 +76,15 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       ->check(freeflex::service::must_be("a number > 0 [s]", [](double time) { return time > 0.0; }));
   app.add_flag("--hold", options.starts_holding, "start holding: wait for RUN or STEP");
   app.add_option("--ingress-user", options.ingress_user,
-                 "user whose rights the process has that reads the network; where root starts it: nobody")
+                 "user that the process which reads the network runs as; default for root: nobody")
       ->type_name("NAME");
   app.add_flag("--take-over", options.takes_over,
-               "start although another freeflexd is heard on the prefix: it may be a stranger's invention");
+               "start even if another freeflexd seems to use the prefix; its messages may be forged");
   std::string keys;
-  CLI::Option* const has_keys =
-      app.add_option("--keys", keys, "take commands under these keys only: a key file, or a folder of *.key");
+  CLI::Option* const has_keys = app.add_option(
+      "--keys", keys, "accept only commands sealed with these keys: a key file, or a folder of *.key");
   has_keys->type_name("FILE|FOLDER");
-  app.add_option("--log-level", level, "least level that is logged: debug, info, warning, error or off")
+  app.add_option("--log-level", level, "lowest level that is logged: debug, info, warning, error or off")
       ->type_name("LEVEL")
       ->default_str(level)
       ->check(freeflex::service::one_of({"debug", "info", "warning", "error", "off"}));
@@ -90,10 +95,10 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       throw CLI::ValidationError(
           "--time", "found '" + timing + "', must be realtime, scaled=K with K > 0, lockstep or asap");
     options.timing = *parsed;
-    // an empty name, of a variable that is not set, is one that cannot be read, and not no keys
+    // `--keys ""`, as from an unset variable, is an error and does not mean "no keys"
     if (has_keys->count() > 0) options.keys = keys;
   } catch (const CLI::ParseError& error) {
-    // --help and --version come this way too
+    // --help and --version are handled here too
     if (error.get_exit_code() == 0) return app.exit(error), freeflex::service::kClean;
     std::fprintf(stderr, "freeflexd: error: %s\n", freeflex::service::explain(app, error).c_str());
     if (argc == 1) std::fprintf(stderr, "\n%s", app.help().c_str());
@@ -116,14 +121,14 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // first, for the ingress too, and for what is wrong with the command line
+  // called first, so that it also applies to the ingress and to errors of the command line
   freeflex::service::ignore_signals_of_writing();
   fill_standard_descriptors();
   if (const auto status = freeflex::service::run_if_ingress(argc, argv)) return *status;
   try {
     return run(argc, argv);
   } catch (const std::system_error& fault) {
-    // no thread for the log
+    // the thread of the log could not be started
     std::fprintf(stderr, "freeflexd: error: no thread can be started: %s%s\n", fault.code().message().c_str(),
                  freeflex::service::explain_limits(fault.code().value()).c_str());
     return freeflex::service::kRuntimeFailure;

@@ -10,18 +10,18 @@
 namespace freeflex::service {
 namespace {
 
-/// Returns the number of elastic modes of the plan and of those that it leaves out.
+/// Returns the number of elastic modes, including the modes that the plan omits.
 std::int32_t count_modes(const Plan& plan) {
   std::int32_t num_modes = plan.num_elastic;
-  for (const PlanPart& part : plan.parts) {
-    const bool is_of_modes = part.part == Part::kOutOfPlane || part.part == Part::kUnreachedModes ||
-                             part.part == Part::kSmallModes;
+  for (const PlanFeature& part : plan.features) {
+    const bool is_of_modes = part.feature == Feature::kOutOfPlane ||
+                             part.feature == Feature::kUnreachedModes || part.feature == Feature::kSmallModes;
     if (is_of_modes && part.is_left_out) num_modes += part.count;
   }
   return num_modes;
 }
 
-/// [J] Gravity moves energy between the centre of mass and its place, and nothing else.
+/// Returns kinetic, elastic and gravitational energy [J]. Gravity acts on the centre of mass only.
 double total_energy(const Plan& plan, const MotionState& motion, const Invariants& invariants) noexcept {
   double energy = invariants.kinetic_rigid + invariants.kinetic_elastic + invariants.potential -
                   plan.mass * dot(plan.gravity_W, motion.p_WB);
@@ -46,7 +46,7 @@ MotionStatus::MotionStatus(const Plan& plan) : plan_(plan), validity_(plan), num
   const auto damps = [](const Plan& of) {
     return std::ranges::any_of(of.decay, [](double decay) { return decay > 0.0; });
   };
-  is_damped_ = damps(plan) || std::ranges::any_of(plan.wide, damps);
+  is_damped_ = damps(plan) || std::ranges::any_of(plan.fallback, damps);
 }
 
 void MotionStatus::fill(const JudgedMotion& judged, freeflex_msgs::status_t& status) const {
@@ -55,7 +55,7 @@ void MotionStatus::fill(const JudgedMotion& judged, freeflex_msgs::status_t& sta
   status.rate = 1.0 / plan_.period;
   status.epoch = motion.epoch;
   status.tick = motion.tick;
-  status.replan_tick = motion.wide_tick;
+  status.replan_tick = motion.fallback_tick;
   status.replan = replan_name(motion);
   const Invariants invariants = read_invariants(plan_, motion);
   status.kinetic_rigid = invariants.kinetic_rigid;
@@ -91,12 +91,12 @@ void MotionStatus::fill_sizes(const MotionState& motion, const Invariants& invar
 }
 
 void MotionStatus::fill_verdict(const JudgedMotion& judged, freeflex_msgs::status_t& status) const {
-  status.validity = static_cast<std::int32_t>(judged.now.word);
+  status.validity = static_cast<std::int32_t>(judged.now.level);
   status.validity_cause = text_of(plan_, judged.now);
   status.model_error = judged.now.error;
   status.displacement_now = judged.now.displacement_now;
   status.error_scale = judged.now.scale;
-  status.worst_validity = static_cast<std::int32_t>(judged.worst.word);
+  status.worst_validity = static_cast<std::int32_t>(judged.worst.level);
   status.worst_validity_tick = judged.worst.tick;
   status.worst_validity_cause = text_of(plan_, judged.worst);
 }
@@ -120,9 +120,9 @@ bool is_pushed(const Plan& plan, const State& state) noexcept {
 }
 
 std::string replan_name(const MotionState& motion) {
-  if (!motion.is_wide) return {};
-  return name_of(static_cast<Need>(motion.wide_need) == Need::kRotation ? Part::kRotation
-                                                                        : Part::kOutOfPlane);
+  if (!motion.uses_fallback) return {};
+  return name_of(static_cast<Need>(motion.fallback_need) == Need::kRotation ? Feature::kRotation
+                                                                            : Feature::kOutOfPlane);
 }
 
 }  // namespace freeflex::service

@@ -1,5 +1,4 @@
-// The part of FREEFLEX_STATUS that tells of a motion and its verdict: of the daemon's and of a run without
-// one.
+// The part of FREEFLEX_STATUS that describes a motion and its verdict, for the daemon and for freeflex run.
 #pragma once
 
 #include "core/step/readout.hpp"
@@ -9,17 +8,17 @@
 
 namespace freeflex::service {
 
-/// What stays the same from the moment on at which nothing pushes, and what drifts are counted from.
+/// Energy and angular momentum at the moment at which the last external load ended: the reference for drifts.
 struct FreeMotion {
   std::int64_t epoch = -1;
   bool is_free = false;
-  double energy = 0.0;  // [J] kinetic, elastic and of gravity
+  double energy = 0.0;  // [J] kinetic, elastic and gravitational
   Vec3 H_W{};           // [kg m^2/s]
-  /// At the start of an epoch and after every tick. Allocates nothing.
+  /// Updates the reference. Must be called at the start of an epoch and after every tick. Allocates nothing.
   void take(const Plan& plan, const State& state) noexcept;
 };
 
-/// A motion, how it is judged, and what it would keep.
+/// A motion with its verdicts, its error budget and the reference of its drifts.
 struct JudgedMotion {
   const MotionState& motion;
   const Verdict &now, &worst;
@@ -44,14 +43,15 @@ class MotionStatus {
 
   const Plan& plan_;
   Validity validity_;
-  std::int32_t num_modes_ = 0;  // elastic modes of the scene, left out or not
+  std::int32_t num_modes_ = 0;  // elastic modes of the scene, including omitted modes
   bool is_damped_ = false;
 };
 
-/// True where a command or a load of the scene pushes in the state.
+/// Returns true if a command or a load of the scene acts in the state.
 bool is_pushed(const Plan& plan, const State& state) noexcept;
 
-/// Part that a command brought back, "rotation" or "out_of_plane"; empty when the plan is as it started.
+/// Returns the feature for which a command switched to the fallback plan, "rotation" or "out_of_plane"; empty
+/// if the plan has not been switched.
 std::string replan_name(const MotionState& motion);
 
 }  // namespace freeflex::service

@@ -26,14 +26,15 @@ namespace {
 
 constexpr const char* kNoSocket = "no socket for the operator";
 constexpr int kBacklog = 8;
-constexpr std::size_t kMostWaiting = 4096;  // messages to one that does not read: it is closed
+constexpr std::size_t kMostWaiting = 4096;  // a connection with this many unread messages is closed
 
-/// Removes a socket that nobody listens at. Empty, or why the place is not free.
+/// Removes a socket file if nobody listens on it. Returns an empty string, or the reason why the path is not
+/// free.
 std::string clear_place(const std::string& path, const sockaddr_un& address) {
   struct stat found {};
   if (lstat(path.c_str(), &found) != 0) return {};
   if (!S_ISSOCK(found.st_mode))
-    return fmt::format("{}: {} is there and is no socket: give --socket PATH, a path that is free", kNoSocket,
+    return fmt::format("{}: {} exists and is not a socket: give --socket PATH with a free path", kNoSocket,
                        path);
   const int probe = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
   const bool is_live = connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 ||
@@ -41,15 +42,14 @@ std::string clear_place(const std::string& path, const sockaddr_un& address) {
   close(probe);
   if (is_live)
     return fmt::format(
-        "{}: another program has {}, and push --socket would reach that one: stop it, give this one --prefix "
-        "or "
-        "--socket PATH of its own, or do without it: --socket none",
+        "{}: another program listens on {}, and push --socket would reach that one: stop it, start this one "
+        "with another --prefix or --socket PATH, or give --socket none",
         kNoSocket, path);
   unlink(path.c_str());
   return {};
 }
 
-/// True for this user's programs and root's.
+/// Returns true if the peer runs as this user or as root.
 bool is_owner(int fd) {
   ucred peer{};
   socklen_t length = sizeof peer;
@@ -75,7 +75,7 @@ OperatorSocket::~OperatorSocket() {
   for (const Connection& connection : connections_) ::close(connection.fd);
   if (fd_ < 0) return;
   ::close(fd_);
-  // somebody may have put another one there
+  // another daemon may have bound the path in the meantime
   struct stat found {};
   if (lstat(path_.c_str(), &found) == 0 && std::pair(found.st_dev, found.st_ino) == place_)
     unlink(path_.c_str());
@@ -87,7 +87,7 @@ std::string OperatorSocket::open(const std::string& path) {
   if (std::string fault = clear_place(path, *address); !fault.empty()) return fault;
   const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return call_fault(kNoSocket, "socket");
-  // until it listens nobody can connect, whatever its mode is until then
+  // nobody can connect before listen(), so the mode before chmod() does not matter
   const char* failed = nullptr;
   if (bind(fd, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0)
     failed = "bind";
@@ -147,7 +147,7 @@ bool OperatorSocket::read_one(Connection& connection) {
   const ReceivedPacket packet = receive_packet(connection.fd, buffer_, MSG_DONTWAIT | MSG_TRUNC);
   if (packet.size < 0) return errno == EAGAIN || errno == EINTR;
   if (packet.size == 0) return false;
-  // one that is too long is malformed whatever it begins with
+  // a message that is too long is malformed, whatever its first bytes
   const std::size_t size = std::min(static_cast<std::size_t>(packet.size), buffer_.size());
   take(connection, std::span(buffer_).first(size), packet.received_ns);
   return connection.outbox.size() < kMostWaiting;
@@ -168,22 +168,20 @@ void OperatorSocket::take(Connection& connection, std::span<const std::byte> byt
     std::snprintf(admission.text.data(), admission.text.size(), "%s", text.c_str());
   };
   if (admission.reason == Reason::kNoKeys)
-    refuse(Reason::kNoKeys, "this socket takes no keys: send the command without an envelope");
+    refuse(Reason::kNoKeys, "this socket uses no keys: send the command without an envelope");
   if (admission.reason == Reason::kAccepted) {
     if (!is_operator(admission.sender))
-      refuse(Reason::kBadSender, fmt::format("sender {}: on this socket the name begins with {}",
+      refuse(Reason::kBadSender, fmt::format("sender {}: on this socket the name must begin with {}",
                                              admission.sender.data(), kOperatorSender));
     else if (admission.sequence <= connection.last_sequence)
       refuse(Reason::kStaleSequence,
              fmt::format("sequence {} of {}, must be greater than {}", admission.sequence,
                          admission.sender.data(), connection.last_sequence));
     else if (find_asker({admission.sender, admission.sequence}) != nullptr)
-      refuse(
-          Reason::kStaleSequence,
-          fmt::format(
-              "sequence {} of {} came over another connection, and answers could not be told apart: take a "
-              "name of your own, or sequences from a clock",
-              admission.sequence, admission.sender.data()));
+      refuse(Reason::kStaleSequence, fmt::format("sequence {} of {} came over another connection too: use "
+                                                 "another sender name, or sequences from "
+                                                 "a clock",
+                                                 admission.sequence, admission.sender.data()));
   }
   if (admission.reason == Reason::kAccepted) {
     connection.last_sequence = admission.sequence;
@@ -196,7 +194,7 @@ void OperatorSocket::take(Connection& connection, std::span<const std::byte> byt
       return;
     }
     connection.asked.pop_back();
-    refuse(Reason::kQueueFull, "the loop has not yet looked at those before: send again later");
+    refuse(Reason::kQueueFull, "earlier commands still wait for the loop: send again later");
   }
   output_.operator_rejected[static_cast<std::size_t>(admission.reason)].fetch_add(1,
                                                                                   std::memory_order_relaxed);
@@ -211,7 +209,7 @@ OperatorSocket::Connection* OperatorSocket::find_asker(const Asked& asked) {
   return nullptr;
 }
 
-/// What the loop decided goes to the connection over which the command came.
+/// Sends each answer of the loop to the connection that its command came from.
 void OperatorSocket::deliver_answers() {
   for (AckEntry entry; output_.operator_acks.try_pop(entry);)
     if (Connection* const connection = find_asker({entry.sender, entry.sequence}); connection != nullptr)

@@ -1,4 +1,4 @@
-// The operator's way in: a socket beside the bus, which nobody on the bus can close.
+// The operator's socket, over which commands reach the daemon even if somebody blocks the bus.
 #pragma once
 
 #include <chrono>
@@ -15,45 +15,46 @@
 
 namespace freeflex::service {
 
-/// A unix socket (SOCK_SEQPACKET, mode 0600) for whoever runs the daemon, and for root. Who connects gets the
-/// pages of the scene (scene_t), sends force_t and control_t and gets an ack_t for each; a message is one
-/// packet, as it would stand in an LCM message. One thread, the supervisor's.
+/// A unix socket (SOCK_SEQPACKET, mode 0600) for the user who runs the daemon, and for root. A client
+/// receives the pages of the scene (scene_t), sends force_t and control_t and receives an ack_t for each. One
+/// packet contains one message, encoded as on LCM. Used only by the supervisor's thread.
 class OperatorSocket {
  public:
   static constexpr int kMostConnections = 8;
 
-  /// \param senders  of the bus: those that are cleared lose their places there
+  /// \param senders  table of senders on the bus, in which cleared senders lose their places
   OperatorSocket(const Plan& plan, const Identity& identity, Output& output, SenderTable& senders);
   ~OperatorSocket();
   OperatorSocket(const OperatorSocket&) = delete;
   OperatorSocket& operator=(const OperatorSocket&) = delete;
 
-  /// Listens at the path; where a daemon died a socket is left behind, which is replaced. Empty, or why not
-  /// (for a person).
+  /// Listens on the path. Replaces a socket file that an ended daemon left behind. Returns an empty string,
+  /// or the error for the user.
   std::string open(const std::string& path);
-  /// Handles what comes within this time, or sleeps so long.
+  /// Handles the messages that arrive within this time; sleeps for the time if the socket is not open.
   void serve(std::chrono::milliseconds time);
 
  private:
-  /// A command, as its answer names it.
+  /// Sender and sequence, which identify the command that an answer belongs to.
   struct Asked {
     std::array<char, kSenderSize> sender;
     std::int64_t sequence;
     bool operator==(const Asked&) const = default;
   };
-  static constexpr std::size_t kMostAsked = 1024;  // four times as many as the loop lets wait
+  // four times the number of commands that can wait in the loop
+  static constexpr std::size_t kMostAsked = 1024;
   struct Connection {
     int fd = -1;
     std::int64_t last_sequence = 0;
-    std::deque<Asked> asked;  // what the loop has of it, the latest kMostAsked
+    std::deque<Asked> asked;  // the latest kMostAsked commands passed to the loop
     std::deque<std::vector<std::byte>> outbox;
   };
   void accept_one();
-  bool read_one(Connection& connection);  // false: it has gone
+  bool read_one(Connection& connection);  // false: the client has gone
   void take(Connection& connection, std::span<const std::byte> bytes, std::int64_t received_ns);
-  bool flush(Connection& connection);  // false: it has gone
+  bool flush(Connection& connection);  // false: the client has gone
   void deliver_answers();
-  Connection* find_asker(const Asked& asked);  // null: it has gone
+  Connection* find_asker(const Asked& asked);  // nullptr: the client has gone
   void put(Connection& connection, std::vector<std::byte> bytes);
 
   const Plan& plan_;
@@ -63,8 +64,8 @@ class OperatorSocket {
   std::unique_ptr<io::NameTable> names_;
   std::unique_ptr<InboundEntry> entry_;
   std::vector<std::byte> buffer_;
-  std::string path_;                 // "": nothing is open
-  std::pair<dev_t, ino_t> place_{};  // what was bound there
+  std::string path_;                 // empty: not open
+  std::pair<dev_t, ino_t> place_{};  // device and inode of the bound socket
   int fd_ = -1;
   std::vector<Connection> connections_;
 };

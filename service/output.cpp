@@ -8,8 +8,8 @@ namespace freeflex::service {
 Snapshot make_snapshot(const Plan& plan) {
   Snapshot snapshot;
   snapshot.motion = make_state(plan);
-  // copies have room for what they hold, so they hold as much as the wide plan has
-  for (const Plan& wide : plan.wide)
+  // a copied array has memory only for its contents, so the arrays get the size of the fallback plan
+  for (const Plan& wide : plan.fallback)
     for (Array* array : modal_arrays(snapshot.motion))
       array->resize(std::max(array->size(), static_cast<std::size_t>(wide.num_padded)));
   return snapshot;
@@ -17,7 +17,7 @@ Snapshot make_snapshot(const Plan& plan) {
 
 namespace {
 
-/// [bytes] of a snapshot with its arrays.
+/// Returns the size of a snapshot with its arrays [bytes].
 std::size_t bytes_of(Snapshot& snapshot) {
   std::size_t numbers = 0;
   for (const Array* array : modal_arrays(snapshot.motion)) numbers += array->size();
@@ -26,7 +26,7 @@ std::size_t bytes_of(Snapshot& snapshot) {
   return sizeof(Snapshot) + numbers * sizeof(double);
 }
 
-/// One for each channel of the motion; where a channel is off it has one place.
+/// Makes a queue for each motion channel; a channel that is off gets a queue with one place.
 template <std::size_t... I>
 std::array<Queue<Snapshot>, sizeof...(I)> make_queues(const Plan& plan, Snapshot prototype,
                                                       std::size_t most_waiting, std::index_sequence<I...>) {

@@ -17,12 +17,13 @@ using io::Reason;
 
 namespace {
 
-constexpr std::int64_t kStandstillCounts = 3 * kSecond;  // [ns] for slips that are noticed so much later
-constexpr std::int64_t kStatusPatience = 30'000'000;     // [ns] for the loop to hand over a fresh snapshot
-// messages of one ring sent at one look, 32,000 a second: LCM's subscribers queue 30 and drop the newest
-// beyond
+// [ns] longest time from a standstill to the slip that it causes
+constexpr std::int64_t kStandstillCounts = 3 * kSecond;
+constexpr std::int64_t kStatusPatience = 30'000'000;  // [ns] longest wait for a fresh snapshot
+// messages sent from one ring at one check, 32,000 a second: LCM's subscribers queue 30 messages and drop
+// newer ones
 constexpr int kBurst = 8;
-constexpr std::int64_t kIdle = 250'000;  // [ns] between looks at the rings
+constexpr std::int64_t kIdle = 250'000;  // [ns] between checks of the rings
 constexpr std::chrono::microseconds kIdleUnpaced{50};
 
 std::int64_t wall_us() {
@@ -40,18 +41,19 @@ std::string reason_text(const AckEntry& entry, const CommandLimits& limits) {
       return fmt::format(
           "start_tick {} is more than {} ticks ahead of {}: send it later{}", entry.found, entry.most,
           entry.tick,
-          entry.most < io::kMaxAheadTicks ? "; commands: max_hold of the scene is the limit" : "");
+          entry.most < io::kMaxAheadTicks ? "; 'commands: max_hold' of the scene is the limit" : "");
     case Reason::kNoSlotFree:
       return fmt::format(
-          "all {} slots that are open to this sender, by itself or with others, are in force or promised: "
+          "all {} slots that are open to this sender, by itself or with others, are in use or reserved: "
           "end one first",
           entry.found);
     case Reason::kQueueFull:
       if (entry.command == 0 && entry.found > 0)
         return fmt::format(
-            "all {} commands that may wait of this sender, by itself or with others, do: send again later",
+            "this sender, by itself or with others, has the most commands that may wait, {}: send again "
+            "later",
             entry.found);
-      return "its publication lags: send again later";
+      return "the publisher is behind: send again later";
     case Reason::kEpochEnded:
       return fmt::format("a reset came before start_tick {}: send again in the new epoch", entry.found);
     case Reason::kCleared:
@@ -113,9 +115,9 @@ Publisher::Publisher(const Plan& plan, const Identity& identity, Bus& bus, Outpu
       status_every_ns_(static_cast<std::int64_t>(kSecond / std::max(plan.status_rate, kMinStatusRate))),
       starting_(make_snapshot(plan)),
       status_(&starting_) {
-  for (std::size_t i = 0; i <= plan.wide.size(); ++i) {
+  for (std::size_t i = 0; i <= plan.fallback.size(); ++i) {
     scene_pages_[i] =
-        io::make_scene_messages(i == 0 ? plan : plan.wide.front(), identity_.plan_file, stamp(*status_));
+        io::make_scene_messages(i == 0 ? plan : plan.fallback.front(), identity_.plan_file, stamp(*status_));
     output_.num_scene_pages[i] = static_cast<std::int32_t>(scene_pages_[i].size());
   }
 }
@@ -125,7 +127,7 @@ void Publisher::run() {
   MonotonicClock clock;
   LookPace pace(kIdle);
   for (;;) {
-    // read before the look round, so that nothing offered before it is missed
+    // is_finished is read before send_all(), so that no data that was offered before the end is missed
     const bool is_last =
         is_stopping_.load(std::memory_order_relaxed) || output_.is_finished.load(std::memory_order_acquire);
     const bool has_more = send_all();
@@ -139,7 +141,7 @@ void Publisher::run() {
   if (status_->mode != Mode::kStarting) send_report();
 }
 
-/// One look at every ring and box; true when there may be more to send.
+/// Checks every ring and buffer once. Returns true if there may be more to send.
 bool Publisher::send_all() {
   const std::int64_t now_ns = MonotonicClock{}.now_ns();
   if (const Snapshot* const fresh = output_.status.take()) {
@@ -149,7 +151,7 @@ bool Publisher::send_all() {
     note_replan(now_ns);
   }
   note_standstill(now_ns);
-  log_.turn(now_ns);
+  log_.write_due(now_ns);
   bool has_more = send_applied();
   has_more |= send_answers();
   has_more |= send_rejections();
@@ -160,7 +162,8 @@ bool Publisher::send_all() {
   return has_more;
 }
 
-/// Sends what waits, each snapshot once every APPLIED that it contains is out; true when there was something.
+/// Sends waiting snapshots, each after all APPLIED messages that its state includes. Returns true if any were
+/// waiting.
 bool Publisher::send_motion() {
   bool has_any = false;
   for (std::size_t i = 0; i < output_.motion.size(); ++i) {
@@ -186,7 +189,8 @@ bool Publisher::send_answers() {
   return num_sent == kBurst;
 }
 
-/// What the ingress turned down. Its memory is not trusted: the loop is bounded, each entry is looked at.
+/// Answers commands that the ingress rejected. The ingress's memory is not trusted, so the number of turns is
+/// limited and each entry is checked.
 bool Publisher::send_rejections() {
   int num_sent = 0;
   for (; num_sent < kBurst && shared_.rejected.try_pop(rejection_); ++num_sent) {
@@ -220,26 +224,27 @@ bool Publisher::send_pages() {
   PageRequest request;
   int num_sent = 0;
   for (; num_sent < kBurst && output_.requests.try_pop(request); ++num_sent) {
-    const Plan& plan = request.is_wide ? plan_.wide.front() : plan_;
+    const Plan& plan = request.uses_fallback ? plan_.fallback.front() : plan_;
     if (request.command == freeflex_msgs::control_t::SHAPES) {
       for (const auto& page : io::make_shapes_messages(plan, request.number, stamp(*status_)))
         send(channels::kShapes, page);
       continue;
     }
-    send_scene(request.is_wide, request.number);
+    send_scene(request.uses_fallback, request.number);
   }
   return num_sent == kBurst;
 }
 
-void Publisher::send_scene(bool is_wide, std::int64_t number) {
-  for (freeflex_msgs::scene_t& page : scene_pages_[is_wide ? 1 : 0]) {
+void Publisher::send_scene(bool uses_fallback, std::int64_t number) {
+  for (freeflex_msgs::scene_t& page : scene_pages_[uses_fallback ? 1 : 0]) {
     if (number != 0 && number != page.page + 1) continue;
     page.utime = wall_us();
     send(channels::kScene, page);
   }
 }
 
-/// Asks the loop for a snapshot when status is due and sends it when it comes; an old one if it does not.
+/// When the status is due, asks the loop for a snapshot and sends the snapshot when it comes. If none comes
+/// in time, sends the old one.
 void Publisher::send_status(std::int64_t now_ns) {
   if (now_ns < status_due_ns_) return;
   if (!has_asked_) {
@@ -263,26 +268,26 @@ void Publisher::send_report() {
 void Publisher::send_each_second(std::int64_t now_ns) {
   if (now_ns < second_due_ns_ || status_->mode == Mode::kStarting) return;
   second_due_ns_ = now_ns + kSecond;
-  reporter_.turn();
-  send_scene(status_->motion.is_wide, 0);
+  reporter_.advance_window();
+  send_scene(status_->motion.uses_fallback, 0);
   if (bus_.num_failed() > noted_failures_) {
-    log_.say(LineKind::kNotSent, now_ns,
-             fmt::format("{} messages could not be sent: is the network up?",
-                         bus_.num_failed() - noted_failures_));
+    log_.write(LineKind::kNotSent, now_ns,
+               fmt::format("{} messages could not be sent: is the network up?",
+                           bus_.num_failed() - noted_failures_));
     noted_failures_ = bus_.num_failed();
   }
   const std::int64_t slips = output_.num_slips.load(std::memory_order_acquire);
   if (slips > noted_slips_) {
-    // both threads stood: the loop, and this one
+    // both the loop and this thread stood still
     const bool stood = now_ns - stood_at_ns_ < kStandstillCounts &&
                        output_.slip_gap_ns.load(std::memory_order_relaxed) > Pacer::kCatchUp;
-    log_.say(LineKind::kSlip, now_ns, slip_text(plan_.period, slips, stood ? stood_ns_ : 0));
+    log_.write(LineKind::kSlip, now_ns, slip_text(plan_.period, slips, stood ? stood_ns_ : 0));
     noted_slips_ = slips;
   }
 }
 
-/// A time in which this thread had no turn. A machine that is suspended stops the clock of the ticks as well,
-/// so no tick is late afterwards.
+/// Detects and logs a time during which this thread did not run. If the machine was suspended, the clock of
+/// the ticks stopped too, so no tick is late afterwards.
 void Publisher::note_standstill(std::int64_t now_ns) {
   const std::int64_t now_boot_ns = boot_ns();
   const std::int64_t stood_ns = now_boot_ns - looked_boot_ns_;
@@ -292,30 +297,31 @@ void Publisher::note_standstill(std::int64_t now_ns) {
     stood_at_ns_ = now_ns;
   }
   if (looked_ns_ != 0 && suspended_ns > Pacer::kCatchUp)
-    log_.say(LineKind::kSlip, now_ns,
-             fmt::format("this machine was suspended for {:.1f} s, in which no tick was due",
-                         1e-9 * static_cast<double>(suspended_ns)));
+    log_.write(LineKind::kSlip, now_ns,
+               fmt::format("this machine was suspended for {:.1f} s, during which no tick was due",
+                           1e-9 * static_cast<double>(suspended_ns)));
   looked_boot_ns_ = now_boot_ns;
   looked_ns_ = now_ns;
 }
 
-/// Says on the log what the simulation thread must not say itself.
+/// Logs changes of mode, because the simulation thread must not log.
 void Publisher::note_mode(std::int64_t now_ns) {
   if (status_->mode == noted_mode_) return;
-  if (status_->mode == Mode::kFault) log_.say(LineKind::kFault, now_ns, "fault: " + fault_text(*status_));
+  if (status_->mode == Mode::kFault) log_.write(LineKind::kFault, now_ns, "fault: " + fault_text(*status_));
   if (noted_mode_ == Mode::kFault && status_->mode != Mode::kStopped)
-    log_.say(LineKind::kRecovery, now_ns, "recovered by reset");
+    log_.write(LineKind::kRecovery, now_ns, "recovered by reset");
   noted_mode_ = status_->mode;
 }
 
 void Publisher::note_replan(std::int64_t now_ns) {
   const MotionState& motion = status_->motion;
-  if (motion.is_wide && motion.wide_tick != noted_replan_tick_)
-    log_.say(LineKind::kReplan, now_ns,
-             fmt::format(
-                 "tick {}: {} is back because a command needs it: {} modes instead of {} from here on",
-                 motion.wide_tick, replan_name(motion), plan_.wide.front().num_elastic, plan_.num_elastic));
-  noted_replan_tick_ = motion.wide_tick;
+  if (motion.uses_fallback && motion.fallback_tick != noted_replan_tick_)
+    log_.write(
+        LineKind::kReplan, now_ns,
+        fmt::format("tick {}: {} is back because a command needs it: {} modes instead of {} from here on",
+                    motion.fallback_tick, replan_name(motion), plan_.fallback.front().num_elastic,
+                    plan_.num_elastic));
+  noted_replan_tick_ = motion.fallback_tick;
 }
 
 io::Stamp Publisher::stamp(const Snapshot& snapshot) const {

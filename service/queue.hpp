@@ -1,5 +1,5 @@
-// Values from one writer thread to one reader thread, each in order: places that are allocated once, no lock,
-// no wait.
+// Queue from one writer thread to one reader thread, in order. Its places are allocated once; it uses no lock
+// and never waits.
 #pragma once
 
 #include <atomic>
@@ -9,32 +9,34 @@
 
 namespace freeflex::service {
 
-/// Where a value is filled in place and is too large for a Ring, which copies; no shared memory.
+/// For values that are filled in place because they are too large to be copied, as a Ring does. Not for
+/// shared memory.
 template <class Value>
 class Queue {
  public:
-  /// \param num_places  > 0, each a copy of the prototype
+  /// \param num_places  > 0; each place is a copy of the prototype
   Queue(const Value& prototype, std::size_t num_places) : places_(num_places, prototype) {}
   Queue(const Queue&) = delete;
   Queue& operator=(const Queue&) = delete;
 
   std::size_t num_places() const noexcept { return places_.size(); }
 
-  /// Writer only. The place to fill before offer(), which holds an old value; null when all wait for the
-  /// reader.
+  /// Writer only. Returns the place to fill before offer(); it contains an old value. Returns nullptr if the
+  /// queue is full.
   Value* draft() noexcept {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
     return head - tail_.load(std::memory_order_acquire) < places_.size() ? &at(head) : nullptr;
   }
-  /// Writer only. \pre draft() was not null
+  /// Writer only. Adds the draft to the queue.  \pre draft() was not null
   void offer() noexcept { head_.store(head_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
 
-  /// Reader only. The oldest value, null when there is none. Stays as it is until drop().
+  /// Reader only. Returns the oldest value, which does not change until drop(); nullptr if the queue is
+  /// empty.
   const Value* front() noexcept {
     const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
     return head_.load(std::memory_order_acquire) != tail ? &at(tail) : nullptr;
   }
-  /// Reader only. \pre front() was not null
+  /// Reader only. Removes the oldest value.  \pre front() was not null
   void drop() noexcept { tail_.store(tail_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
 
  private:
@@ -43,8 +45,8 @@ class Queue {
   }
 
   std::vector<Value> places_;
-  alignas(64) std::atomic<std::uint64_t> head_{0};  // values offered
-  alignas(64) std::atomic<std::uint64_t> tail_{0};  // values dropped
+  alignas(64) std::atomic<std::uint64_t> head_{0};  // number of values offered
+  alignas(64) std::atomic<std::uint64_t> tail_{0};  // number of values dropped
 };
 
 }  // namespace freeflex::service

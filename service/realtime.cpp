@@ -26,7 +26,7 @@ std::string lock_memory() {
 }
 
 std::string raise_priority() {
-  // ordinary threads may be woken 50 us late on purpose
+  // by default the kernel may wake ordinary threads 50 us late
   prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);
   const sched_param parameters{.sched_priority = kPriority};
   const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
@@ -39,8 +39,8 @@ std::string raise_priority() {
 
 bool has_default_arithmetic() {
   volatile double smallest_normal = std::numeric_limits<double>::min();
-  volatile double denormal = smallest_normal / 4.0;  // zero when results are flushed
-  volatile double back = denormal * 4.0;             // zero when operands are
+  volatile double denormal = smallest_normal / 4.0;  // zero if results are flushed to zero
+  volatile double back = denormal * 4.0;             // zero if operands are flushed to zero
   return std::fegetround() == FE_TONEAREST && back == smallest_normal;
 }
 

@@ -1,4 +1,4 @@
-// What a thread asks of the kernel to be on time, and what it means when that is refused.
+// Requests timely execution from the kernel. Returns log texts if the kernel refuses.
 #pragma once
 
 #include <string>
@@ -6,14 +6,17 @@
 
 namespace freeflex::service {
 
-/// Keeps the process in memory. Empty, or one line: what was refused, what it means, how to allow it.
+/// Locks the process in memory. Returns an empty string, or one line that says what was refused, the
+/// consequence and the remedy.
 std::string lock_memory();
 
-/// Runs the calling thread before all ordinary ones (SCHED_FIFO) with exact timers. As lock_memory().
+/// Gives the calling thread priority over all ordinary threads (SCHED_FIFO), and exact timers. Returns an
+/// empty string or one line, as lock_memory() does.
 std::string raise_priority();
 
-/// True when this thread computes as IEEE 754 has it by default: round to nearest, denormals kept. The bits
-/// of a run depend on it, and a library built with -ffast-math changes it for the whole process.
+/// Returns true if this thread uses the default arithmetic of IEEE 754: results are rounded to nearest and
+/// denormals are kept. The bits of a run depend on this setting, and a library built with -ffast-math changes
+/// it for the whole process.
 bool has_default_arithmetic();
 
 }  // namespace freeflex::service

@@ -1,12 +1,12 @@
-// Who this daemon is on the bus, and which of two on one prefix stays.
+// Identifies this daemon on the bus. The session also decides which of two daemons on one prefix continues.
 #pragma once
 
 #include <cstdint>
 
 namespace freeflex::service {
 
-/// A positive number no other daemon has: wall clock [ns] with the process id in its low 20 bits. A daemon
-/// started later has the larger one.
+/// Returns a positive number that no other daemon has: the wall clock [ns] with the process id in the low 20
+/// bits. A daemon that starts later has a larger number.
 std::int64_t make_session();
 
 }  // namespace freeflex::service

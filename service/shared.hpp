@@ -1,4 +1,5 @@
-// Memory shared by the daemon and its ingress process. Trivially copyable, address-free.
+// Types in the memory that the daemon shares with its ingress process. They are trivially copyable and
+// contain no addresses.
 #pragma once
 
 #include <array>
@@ -12,12 +13,13 @@
 
 namespace freeflex::service {
 
-/// Single-producer single-consumer ring of trivially copyable entries. The consumer treats the producer as
-/// untrusted: a distance outside [0, Capacity] is a fault of the producer and empties the ring; every index
-/// is taken modulo Capacity, so whatever stands in head_ and tail_ no access leaves the array; an entry is
-/// copied out before anything looks at it. Overwriting tail_ gains a hostile producer nothing that pushing
-/// would not: entries again, entries lost, a ring that is never empty. The consumer therefore takes a bounded
-/// number of entries at a time and checks each (io::is_sane).
+/// Single-producer single-consumer ring of trivially copyable entries. The consumer does not trust the
+/// producer. A distance head_ - tail_ outside [0, Capacity] is a fault of the producer, and the consumer
+/// empties the ring. Every index is taken modulo Capacity, so no value of head_ or tail_ leads to an access
+/// outside the array. An entry is copied out before it is examined. If a hostile producer overwrites tail_,
+/// it can only repeat entries, lose entries or keep the ring from becoming empty, which it could also do by
+/// pushing. The consumer therefore takes a limited number of entries at a time and checks each of them
+/// (io::is_sane).
 template <class Entry, int Capacity>
 class Ring {
   static_assert(std::is_trivially_copyable_v<Entry>);
@@ -26,7 +28,7 @@ class Ring {
  public:
   static constexpr int kCapacity = Capacity;
 
-  /// Producer only. False when full.
+  /// Producer only. Adds an entry; returns false if the ring is full.
   bool try_push(const Entry& entry) noexcept {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
     if (head - tail_.load(std::memory_order_acquire) >= Capacity) return false;
@@ -34,17 +36,17 @@ class Ring {
     head_.store(head + 1, std::memory_order_release);
     return true;
   }
-  /// Producer only. Entries that try_push would take now; the consumer can only raise it.
+  /// Producer only. Returns the number of free entries; the consumer can only increase it.
   int num_free() const noexcept {
     return Capacity -
            static_cast<int>(head_.load(std::memory_order_relaxed) - tail_.load(std::memory_order_acquire));
   }
-  /// Consumer only. False when empty.
+  /// Consumer only. Takes the oldest entry; returns false if the ring is empty.
   bool try_pop(Entry& entry) noexcept {
     const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
     const std::uint64_t head = head_.load(std::memory_order_acquire);
     if (head == tail) return false;
-    if (head - tail > Capacity) {  // producer's index is wild: drop what it claims
+    if (head - tail > Capacity) {  // the producer's index is impossible: empty the ring
       tail_.store(head, std::memory_order_release);
       return false;
     }
@@ -59,19 +61,19 @@ class Ring {
   alignas(64) std::array<Entry, Capacity> entries_{};
 };
 
-/// [B] of the longest command as it is sent: sender and 22 fields beside the lists, then 28 B a force or
-/// torque, 52 B a wrench and 12 B a wheel. An entry has room for as many.
+/// [B] Size of the longest command on the wire: the sender and 22 fields outside the lists, 28 B for each
+/// force or torque, 52 B for each wrench and 12 B for each wheel. An entry has room for it.
 inline constexpr std::size_t kMaxCommandBytes = 8760;
-/// [B] of the longest under a key: that in an envelope_t with the longest key id.
+/// [B] Size of the longest sealed command: the longest command in an envelope_t with the longest key id.
 inline constexpr int kMaxRawBytes = static_cast<int>(kMaxCommandBytes) + 104;
-/// What of an InboundEntry counts: a command, or where keys are required the bytes of a message on FORCE or
-/// CONTROL. In shared memory it may hold any other number.
+/// Says which member of an InboundEntry is valid: a command or, if keys are required, the bytes of a message
+/// on FORCE or CONTROL. In shared memory the value may be any other number.
 enum class InboundKind : std::int32_t { kForce = 1, kControl = 2, kRawForce = 3, kRawControl = 4 };
-/// Ingress -> simulation, or ingress -> verifier -> simulation.
+/// Entry from ingress to simulation, or from ingress to verifier to simulation.
 struct InboundEntry {
-  std::int64_t received_ns;  // CLOCK_BOOTTIME
+  std::int64_t received_ns;  // [ns] CLOCK_BOOTTIME of reception
   InboundKind kind;
-  std::int32_t num_raw_bytes;  // of the message; one above kMaxRawBytes was not copied
+  std::int32_t num_raw_bytes;  // size of the message; above kMaxRawBytes the message was not copied
   union {
     ForceCommand force;
     std::array<std::byte, kMaxRawBytes> raw;
@@ -79,12 +81,12 @@ struct InboundEntry {
   io::ControlCommand control;
 };
 static_assert(sizeof(ForceCommand) >= kMaxRawBytes, "raw bytes take no room of their own");
-/// Ingress -> publisher: a rejection to answer.
+/// Entry from ingress to publisher: a rejection that the publisher answers.
 struct RejectionEntry {
   io::Admission admission;
 };
 
-/// What the ingress must know. It maps them read-only and nobody can write to them any more.
+/// Settings for the ingress. The ingress maps them read-only, and no process can change them.
 struct IngressSettings {
   std::int64_t session = 0;
   std::int32_t daemon_pid = 0;  // the ingress ends when this is no longer its parent
@@ -93,51 +95,53 @@ struct IngressSettings {
   io::NameTable names;
 };
 
-/// Last sequence of each sender in this session. The ingress uses it; it stands here to outlive a restart.
-/// When the places for any sender are taken, one that was silent for kForget gives way; one that only sends
-/// controls has a place in any case, for which the one that was silent longest among those gives way: nobody
-/// can keep a STOP out with invented names.
+/// Last sequence of each sender in this session, for the ingress. The table is in shared memory, so it
+/// survives a restart of the ingress. If all places are taken, a new sender replaces a sender that was silent
+/// for kForget. A sender of a control always gets a place: if necessary it replaces the sender in the
+/// kMaxControls extra places that was silent for longest. Therefore nobody can prevent a STOP by using many
+/// names.
 struct SenderTable {
-  static constexpr int kMaxSenders = 64;                   // of any command
-  static constexpr int kMaxControls = 16;                  // of controls, when the others are taken
+  static constexpr int kMaxSenders = 64;                   // for senders of any command
+  static constexpr int kMaxControls = 16;                  // extra places for controls
   static constexpr std::int64_t kForget = 60'000'000'000;  // [ns]
   struct Record {
-    std::array<char, kSenderSize> sender{};  // empty: nobody's
+    std::array<char, kSenderSize> sender{};  // empty: the place is free
     std::atomic<std::int64_t> last_sequence{0};
     std::atomic<std::int64_t> heard_ns{0};  // CLOCK_BOOTTIME
   };
   std::array<Record, kMaxSenders + kMaxControls> records{};
 };
-/// Lets new senders have the places of those that target names, as of CLEAR. Their sequences stay until then:
-/// a copy of an old command is refused as before. For the daemon's side: it changes nothing but times.
+/// Makes the places of the senders that the target of a CLEAR matches available to new senders. Until a new
+/// sender takes a place, the sequence in it stays, so a copy of an old command is still refused. The daemon
+/// may call this function, because it changes only times.
 void release_places(SenderTable& senders, const std::array<char, kSenderSize>& target) noexcept;
 
-/// One process's place in the block: the one that receives has one, the one that stands by the other.
+/// State of one ingress process, the receiving one or the standby, in the block.
 struct IngressSeat {
-  // raised at every turn of its loop, 50 times a second or more; 0: not ready yet
+  // incremented in every turn of the process's loop, at least 50 times a second; 0: not ready yet
   alignas(64) std::atomic<std::uint64_t> beat{0};
-  std::atomic<std::uint32_t> lacks{0};  // what confine() could not do
+  std::atomic<std::uint32_t> lacks{0};  // parts of the confinement that failed
 };
 
-/// The daemon makes it, the ingress fills it. All of it is untrusted by the daemon. Where keys are required
-/// the verifier fills another one, in the daemon's own memory, for simulation and publisher.
+/// Block that the daemon creates and the ingress fills. The daemon trusts none of its contents. If keys are
+/// required, the verifier fills a second block, in the daemon's own memory, for simulation and publisher.
 struct SharedBlock {
   std::array<IngressSeat, 2> seats;
-  std::atomic<std::int64_t> received{0};         // messages on FORCE and CONTROL
-  std::atomic<std::int64_t> dropped_answers{0};  // the ring of rejections was full
-  std::atomic<std::int64_t> other_session{0};    // of another daemon's STATUS on this prefix
+  std::atomic<std::int64_t> received{0};         // number of messages on FORCE and CONTROL
+  std::atomic<std::int64_t> dropped_answers{0};  // rejections lost because their ring was full
+  std::atomic<std::int64_t> other_session{0};    // session in the STATUS of another daemon on this prefix
   std::array<std::atomic<std::int64_t>, io::kNumReasons> rejections{};  // by reason
   SenderTable senders;
-  static constexpr int kControlPlaces = 64;  // of inbound, that forces leave free
+  static constexpr int kControlPlaces = 64;  // places of inbound that are reserved for controls
   Ring<InboundEntry, 1024> inbound;
   Ring<RejectionEntry, 1024> rejected;
 
-  /// Of inbound, for this kind.
+  /// Returns the number of places of inbound for this kind.
   static constexpr int num_places(InboundKind kind) noexcept {
     const bool is_control = kind == InboundKind::kControl || kind == InboundKind::kRawControl;
     return decltype(inbound)::kCapacity - (is_control ? 0 : kControlPlaces);
   }
-  /// Producer of inbound only. False when there is no place for it.
+  /// Only for the producer of inbound. Adds an entry; returns false if there is no place for its kind.
   bool try_push(const InboundEntry& entry) noexcept {
     const int num_kept = decltype(inbound)::kCapacity - num_places(entry.kind);
     return inbound.num_free() > num_kept && inbound.try_push(entry);
@@ -145,10 +149,10 @@ struct SharedBlock {
 };
 static_assert(std::atomic<std::int64_t>::is_always_lock_free, "shared between processes");
 
-/// What the supervisor counts and the status tells.
+/// Counts that the supervisor keeps for the status.
 struct IngressCounts {
   std::atomic<std::int64_t> restarts{0};  // processes replaced
-  std::atomic<std::int64_t> hangs{0};     // of them, those that hung
+  std::atomic<std::int64_t> hangs{0};     // how many of these processes hung
 };
 
 }  // namespace freeflex::service

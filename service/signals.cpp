@@ -14,22 +14,22 @@ namespace freeflex::service {
 
 namespace {
 
-// what a handler can reach: lock-free, and never destroyed
+// variables that the handler may use: lock-free, and never destroyed
 std::atomic<int> received_signal{0};
 std::atomic<std::int64_t> received_ns{0};
 std::atomic<bool> is_starting{true};
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free);
 
-/// On any thread, at any moment: async-signal-safe calls only.
+/// Runs on any thread at any moment, so it makes only async-signal-safe calls.
 extern "C" void on_signal(int number) {
   const int error = errno;
   if (is_starting.load()) {
     static constexpr std::string_view kText = "freeflexd: stopped by a signal before the first tick\n";
-    // a full pipe would hold the process here for ever
+    // writing to a full pipe would block for ever
     pollfd log{STDERR_FILENO, POLLOUT, 0};
     const bool takes_text = poll(&log, 1, 0) == 1 && (log.revents & POLLOUT) != 0;
     if (takes_text && write(STDERR_FILENO, kText.data(), kText.size()) < 0) {
-      // nobody takes it
+      // nothing can be done if the write fails
     }
     _exit(0);
   }
@@ -62,7 +62,7 @@ SignalWatch::SignalWatch() {
   struct sigaction hang_up {};
   sigaction(SIGHUP, nullptr, &hang_up);
   if (hang_up.sa_handler != SIG_IGN) handle(SIGHUP);
-  // a parent may have blocked them; threads started from here on inherit this mask
+  // a parent process may have blocked these signals; threads that start later inherit this mask
   sigset_t taken;
   sigemptyset(&taken);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&taken, number);

@@ -1,30 +1,30 @@
-// SIGINT, SIGTERM and SIGHUP as a question to ask; signals that a write can bring.
+// Turns SIGINT, SIGTERM and SIGHUP into a flag to poll, and ignores the signals that a write can raise.
 #pragma once
 
 namespace freeflex::service {
 
-/// A write that fails returns an error and does nothing else to the process. Otherwise a pipe that nobody
-/// reads any more (SIGPIPE) or a log as large as a file may be (SIGXFSZ, `ulimit -f`) would kill it, and a
-/// terminal that background jobs must not write to would stop it (SIGTTOU, `stty tostop`).
+/// Ensures that a failed write only returns an error. Without this, a pipe that has no reader (SIGPIPE) or a
+/// log that reaches the file size limit (SIGXFSZ, `ulimit -f`) would kill the process, and a terminal that
+/// does not let background jobs write would stop it (SIGTTOU, `stty tostop`).
 void ignore_signals_of_writing();
 
-/// Takes the three signals over for the whole process, whatever mask and dispositions it inherited. A shell
-/// starts background jobs with SIGINT ignored; `kill -INT` is to end a daemon all the same. SIGHUP stays
-/// ignored where it was: that is what nohup asks for. The first signal sets a flag. Two ends are at once,
-/// within the handler, and need no order since the ingress dies with its daemon: during start-up (exit status
-/// 0), and by a signal that comes kPatience or more after the first, when the orderly end hangs (exit status
-/// 1). One a process.
+/// Handles the three signals for the whole process, whatever mask and dispositions the process inherited. A
+/// shell starts background jobs with SIGINT ignored, but `kill -INT` should still end a daemon. If SIGHUP was
+/// ignored, it stays ignored, as nohup requires. The first signal sets a flag. In two cases the handler ends
+/// the process at once: during start-up (exit status 0), and if another signal comes kPatience or more after
+/// the first, because the clean end then hangs (exit status 1). Ending at once is safe, because the ingress
+/// ends with its daemon. At most one object per process.
 class SignalWatch {
  public:
-  static constexpr long long kPatience = 1'000'000'000;  // [ns] an orderly end takes a few milliseconds
+  static constexpr long long kPatience = 1'000'000'000;  // [ns] a clean end takes a few milliseconds
 
   SignalWatch();
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;
 
-  /// The signal that came first, or 0. Any thread.
+  /// Returns the first signal, or 0. Any thread may call it.
   int received() const;
-  /// From here on the first signal only sets the flag. Any thread.
+  /// Marks the end of start-up; after this call the first signal only sets the flag. Any thread may call it.
   void end_start_up();
 };
 

@@ -40,13 +40,13 @@ freeflex_msgs::status_t StatusReporter::report(const Snapshot& snapshot, std::in
   return status;
 }
 
-void StatusReporter::turn() {
-  lateness_.turn();
-  compute_.turn();
-  command_latency_.turn();
+void StatusReporter::advance_window() {
+  lateness_.advance();
+  compute_.advance();
+  command_latency_.advance();
 }
 
-/// Rejections are counted by the ingress and by the loop; each reason is listed once.
+/// Adds the rejections that the ingress, the operator's socket and the loop counted; lists each reason once.
 void StatusReporter::fill_counts(freeflex_msgs::status_t& status) {
   status.commands_received = received_.take(shared_.received.load(std::memory_order_relaxed)) +
                              output_.num_operator_received.load(std::memory_order_relaxed);

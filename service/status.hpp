@@ -1,4 +1,4 @@
-// Assembles FREEFLEX_STATUS. Publisher thread.
+// Assembles FREEFLEX_STATUS. Publisher thread only.
 #pragma once
 
 #include <algorithm>
@@ -14,22 +14,23 @@
 
 namespace freeflex::service {
 
-/// What every message of one daemon has in common.
+/// Values that are the same in all messages of one daemon.
 struct Identity {
   std::int64_t session = 0;
   std::uint64_t plan_fingerprint = 0;
-  std::string plan_file;  // absolute
+  std::string plan_file;  // absolute path
   Timing timing{};
   CommandLimits limits{};
 };
 
-/// A count that the ingress keeps, as far as it can be true: not negative, never falling, growing no faster
-/// than a machine receives.
+/// A count of the ingress, limited to plausible values: it is not negative, never decreases, and grows no
+/// faster than a machine can receive messages.
 class ReportedCount {
  public:
-  static constexpr std::int64_t kMostAtOnce = 1'000'000;  // between two reports, 100 ms or less
-  std::int64_t take(std::int64_t said) {
-    if (said > last_) last_ += std::min(said - last_, kMostAtOnce);
+  // increase between two reports, which are at most 100 ms apart
+  static constexpr std::int64_t kMostAtOnce = 1'000'000;
+  std::int64_t take(std::int64_t reported) {
+    if (reported > last_) last_ += std::min(reported - last_, kMostAtOnce);
     return last_;
   }
 
@@ -42,10 +43,10 @@ class StatusReporter {
   StatusReporter(const Plan& plan, const Identity& identity, const Output& output, const SharedBlock& shared,
                  const IngressCounts& ingress);
 
-  /// Status of a snapshot at wall time utime [us]; sends_failed is the publisher's to fill.
+  /// Returns the STATUS message of a snapshot at wall time utime [us]. The publisher fills in sends_failed.
   freeflex_msgs::status_t report(const Snapshot& snapshot, std::int64_t utime);
-  /// Once a second: moves the window of the percentiles on.
-  void turn();
+  /// Advances the window of the percentiles. Must be called once a second.
+  void advance_window();
 
  private:
   void fill_counts(freeflex_msgs::status_t& status);
@@ -59,10 +60,10 @@ class StatusReporter {
   MotionStatus motion_;
   SlidingPercentiles lateness_, compute_, command_latency_;
   ReportedCount received_, dropped_answers_;
-  std::array<ReportedCount, io::kNumReasons> rejected_;  // by reason
+  std::array<ReportedCount, io::kNumReasons> rejected_;  // rejections by reason
 };
 
-/// Why the loop is in fault, in words; empty when it is not.
+/// Returns the cause of the loop's fault as text; empty if there is no fault.
 std::string fault_text(const Snapshot& snapshot);
 
 }  // namespace freeflex::service

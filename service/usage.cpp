@@ -33,7 +33,7 @@ std::string did_you_mean(const std::string& word, const std::vector<std::string>
   return io::reader::did_you_mean(word, {names.begin(), names.end()});
 }
 
-/// The words of the parser, in ours where they are those of a programmer.
+/// Returns the parser's message, reworded if it uses a programmer's terms.
 std::string reworded(const CLI::ParseError& error) {
   std::string text = error.what();
   constexpr std::string_view kRequired = " is required";
@@ -106,14 +106,15 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
                               error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
   std::string text = reworded(error);
   if (!commands.empty() && left.empty()) {
-    text = "no command given; there are " + joined(commands);
+    text = "no command given; the commands are " + joined(commands);
   } else if (!left.empty() && is_about_words) {
-    // a misspelt option also leaves a required one missing: name the word
+    // if an option is misspelt, a required option is also missing; the message names the misspelt word
     const std::string& word = left.front();
     if (word.starts_with("-")) {
       text = "no option '" + word + "'" + did_you_mean(word.substr(0, word.find('=')), option_names(active));
     } else if (!commands.empty()) {
-      text = "no command '" + word + "'" + did_you_mean(word, commands) + "; there are " + joined(commands);
+      text = "no command '" + word + "'" + did_you_mean(word, commands) + "; the commands are " +
+             joined(commands);
     } else {
       text = "'" + word + "' is one argument too many";
     }

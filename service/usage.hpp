@@ -1,4 +1,4 @@
-// Command lines of freeflexd and freeflex: what an option may be, and what to say when it is something else.
+// Checks of options and texts of errors for the command lines of freeflexd and freeflex.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -10,22 +10,23 @@
 
 namespace freeflex::service {
 
-/// "found 'text', must be allowed"
+/// Returns "found 'TEXT', must be ALLOWED".
 std::string found(const std::string& text, const std::string& allowed);
 
-/// Takes what reads as a number, as scenes take it, and is right. \param allowed  continues "must be "
+/// Returns a validator that accepts a number, written as in scenes, if is_right returns true for it.
+/// \param allowed  text that continues "must be "
 CLI::Validator must_be(const char* allowed, bool (*is_right)(double));
-/// Takes one of the names.
+/// Returns a validator that accepts one of the names.
 CLI::Validator one_of(const std::vector<std::string>& names);
 CLI::Validator rate_in_hertz();  // 0.001 to 1e6
 CLI::Validator channel_prefix();
 
 /// Adds --set PATH=VALUE, which may be repeated and sets values in a scene before it is read.
-/// \param settings  lives as long as the command
+/// \param settings  must exist as long as the command
 void add_settings(CLI::App& command, io::Settings& settings);
 
-/// What is wrong with a command line, with the nearest command or option where there is one, and how to get
-/// the help.
+/// Returns the error of a command line, with the nearest command or option if there is one, and a hint how to
+/// get the help.
 std::string explain(const CLI::App& app, const CLI::ParseError& error);
 
 }  // namespace freeflex::service

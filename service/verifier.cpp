@@ -24,10 +24,10 @@ using io::Reason;
 
 namespace {
 
-constexpr std::chrono::microseconds kPause{100};  // between looks at an empty ring
-constexpr int kMostALook = 64;                    // messages between looks at the clock
-constexpr double kPlainAnswers = 10.0;            // [1/s]
-constexpr std::int64_t kMostLost = 1024;          // counted at one look: the number is the ingress's word
+constexpr std::chrono::microseconds kPause{100};  // between checks of an empty ring
+constexpr int kMostALook = 64;                    // messages between readings of the clock
+constexpr double kPlainAnswers = 10.0;            // [1/s] answers to commands without a key
+constexpr std::int64_t kMostLost = 1024;  // largest number of lost messages that is counted at one check
 
 std::int64_t realtime_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
@@ -35,9 +35,9 @@ std::int64_t realtime_us() {
       .count();
 }
 
-/// \param limit  0: none
+/// Returns true if the length exceeds the limit.  \param limit  0: no limit
 bool is_over(const Vec3& v, double limit) {
-  // rounding of the length: a vector of exactly the limit is within it
+  // allows for rounding errors, so that a vector whose length equals the limit is accepted
   constexpr double kRounding = 1.0 + 8.0 * 2.220446049250313e-16;
   return limit > 0.0 && std::hypot(v[0], v[1], v[2]) > limit * kRounding;
 }
@@ -154,7 +154,7 @@ void Verifier::run() {
     int num_taken = 0;
     while (num_taken < kMostALook && take(time)) ++num_taken;
     count_lost();
-    log_.turn(time.now_ns);
+    log_.write_due(time.now_ns);
     if (num_taken < kMostALook) std::this_thread::sleep_for(kPause);
   }
   log_.end();
@@ -168,11 +168,11 @@ bool Verifier::take(const Time& time) {
   const bool is_raw = kind == InboundKind::kRawForce || kind == InboundKind::kRawControl;
   if (!is_raw || size < 0 || size > kMaxRawBytes) {
     count(Reason::kMalformed);
-    log_.say(
+    log_.write(
         LineKind::kRefused, time.now_ns,
         fmt::format(
-            "a message on FORCE or CONTROL is longer than any sealed command, {} bytes, or none at all: its "
-            "tag was not looked at",
+            "a message on FORCE or CONTROL is longer than any sealed command, {} bytes, or invalid: its "
+            "tag was not checked",
             kMaxRawBytes));
   } else {
     verified_->received_ns = std::clamp<std::int64_t>(taken_->received_ns, 0, time.now_ns);
@@ -182,7 +182,8 @@ bool Verifier::take(const Time& time) {
   return true;
 }
 
-/// Who sealed it, if anybody. What this refuses is counted and not answered, for anybody can send it.
+/// Checks which key sealed the message. Messages that fail this check are counted but not answered, because
+/// anybody can send them.
 void Verifier::verify(std::span<const std::byte> bytes, bool is_force, const Time& time) {
   const auto fingerprint = io::integer_at<std::int64_t>(bytes, 0);
   if (fingerprint == (is_force ? force_t::getHash() : control_t::getHash())) return refuse_plain(bytes, time);
@@ -195,15 +196,15 @@ void Verifier::verify(std::span<const std::byte> bytes, bool is_force, const Tim
   Holder* const holder = find(envelope->key_id);
   if (holder == nullptr) {
     count(Reason::kUnknownKey);
-    log_.say(LineKind::kRefused, time.now_ns,
-             fmt::format("a command on {} names key '{}', which is not among those of --keys", channel,
-                         envelope->key_id));
+    log_.write(LineKind::kRefused, time.now_ns,
+               fmt::format("a command on {} names key '{}', which is not among those of --keys", channel,
+                           envelope->key_id));
   } else if (!has_right_tag(*envelope, channel, holder->key.sealing)) {
     count(Reason::kBadTag);
-    log_.say(LineKind::kRefused, time.now_ns,
-             fmt::format("a command on {} that names key '{}' was not sealed with it for this channel: "
-                         "forged, damaged, or the sender has another secret",
-                         channel, envelope->key_id));
+    log_.write(LineKind::kRefused, time.now_ns,
+               fmt::format("a command on {} that names key '{}' was not sealed with it for this channel: "
+                           "forged, damaged, or the sender has another secret",
+                           channel, envelope->key_id));
   } else {
     verify_claim(*envelope, *holder, is_force, time);
   }
@@ -211,23 +212,24 @@ void Verifier::verify(std::span<const std::byte> bytes, bool is_force, const Tim
 
 /// \pre the holder of the key sealed the envelope, now or earlier
 void Verifier::verify_claim(const Envelope& envelope, Holder& holder, bool is_force, const Time& time) {
-  // a copy of an earlier one is not answered: its answer would be taken for that of the one that was obeyed
+  // a copy of an earlier command is not answered, because the sender would take the answer for the answer to
+  // the original
   if (envelope.session != session_) return count(Reason::kWrongSession);
   if (envelope.sequence <= holder.last_sequence) {
     count(Reason::kStaleSequence);
-    return log_.say(LineKind::kRefused, time.now_ns,
-                    fmt::format("key '{}': sequence {}, must be greater than {}: sent twice by somebody, or "
-                                "its sender counts from the start again",
-                                envelope.key_id, envelope.sequence, holder.last_sequence));
+    return log_.write(LineKind::kRefused, time.now_ns,
+                      fmt::format("key '{}': sequence {}, must be greater than {}: somebody repeated a "
+                                  "command, or its sender restarted its count",
+                                  envelope.key_id, envelope.sequence, holder.last_sequence));
   }
-  // used up before anything else is known, so that no command is taken or answered twice
+  // the sequence is used up before further checks, so that no command is accepted or answered twice
   holder.last_sequence = envelope.sequence;
   Admission admission = admit(envelope, holder, is_force, time);
   if (admission.reason == Reason::kAccepted) {
     verified_->kind = is_force ? InboundKind::kForce : InboundKind::kControl;
     if (block_->try_push(*verified_)) return;
     admission.reason = Reason::kQueueFull;
-    io::print(admission.text, "more commands than the daemon takes: all %d places are waiting; send slower",
+    io::print(admission.text, "more commands than the daemon takes: all %d places are taken; send slower",
               SharedBlock::num_places(verified_->kind));
   }
   count(admission.reason);
@@ -237,7 +239,7 @@ void Verifier::verify_claim(const Envelope& envelope, Holder& holder, bool is_fo
   answer(admission);
 }
 
-/// What the key may do, then what the codec says of the command, which is left in verified_.
+/// Checks the rights of the key, decodes the command into verified_ and returns the admission.
 Admission Verifier::admit(const Envelope& envelope, Holder& holder, bool is_force, const Time& time) {
   const Key& key = holder.key;
   const auto refuse = [](Reason reason, const char* format, const auto&... values) {
@@ -276,8 +278,8 @@ Admission Verifier::admit(const Envelope& envelope, Holder& holder, bool is_forc
   return admission;
 }
 
-/// Whoever forgot the key is told so, but not under the name of a key: an answer to a stranger must not be
-/// taken for one to its holder.
+/// Answers a command without an envelope, unless its sender's name is the id of a key. The holder of that key
+/// could mistake an answer to a stranger for an answer to its own command.
 void Verifier::refuse_plain(std::span<const std::byte> bytes, const Time& time) {
   count(Reason::kKeyRequired);
   const std::optional<io::Head> head = io::read_head(bytes);
@@ -287,7 +289,7 @@ void Verifier::refuse_plain(std::span<const std::byte> bytes, const Time& time) 
   admission.reason = Reason::kKeyRequired;
   std::copy(head->sender.begin(), head->sender.end(), admission.sender.begin());
   admission.sequence = head->sequence;
-  io::print(admission.text, "this daemon takes commands under a key only: seal it in an envelope_t");
+  io::print(admission.text, "this daemon takes only commands under a key: seal it in an envelope_t");
   answer(admission);
 }
 
@@ -307,7 +309,7 @@ void Verifier::answer(const Admission& admission) noexcept {
     block_->dropped_answers.fetch_add(1, std::memory_order_relaxed);
 }
 
-/// Messages that found the ring full, as the ingress says.
+/// Counts the messages that the ingress reports as lost because the ring was full.
 void Verifier::count_lost() noexcept {
   const std::int64_t lost =
       ingress_.rejections[static_cast<std::size_t>(Reason::kQueueFull)].load(std::memory_order_relaxed);

@@ -1,5 +1,5 @@
-// The thread that opens commands under a key. It stands between the ingress, which may be in somebody else's
-// hands, and the simulation: of what lies in the shared block it believes nothing but a right tag.
+// The thread that verifies sealed commands. It is placed between the ingress, which an attacker may control,
+// and the simulation. It trusts no message in the shared block that has no valid tag.
 #pragma once
 
 #include <array>
@@ -18,11 +18,11 @@
 
 namespace freeflex::service {
 
-/// So many a second, and as many as one second brings in one burst, at least one.
+/// Limits a rate. A burst may use the tokens of one second, or one token if that is more.
 class TokenBucket {
  public:
   explicit TokenBucket(double per_second);  // [1/s]
-  /// True when there is one left.  \param now_ns  [ns] of a clock that never goes back
+  /// Takes a token; returns false if there is none.  \param now_ns  [ns] time of a monotonic clock
   bool take(std::int64_t now_ns) noexcept;
 
  private:
@@ -31,9 +31,9 @@ class TokenBucket {
   std::int64_t filled_ns_ = 0;
 };
 
-/// Takes messages as bytes out of the ingress's ring, checks who sealed them, then what they say, and gives
-/// the commands that may be obeyed to the simulation. Takes no other step than the tag's for what bears none:
-/// no generated decode, no allocation but for a line of the log.
+/// Takes messages as bytes from the ingress's ring, checks which key sealed them, then checks their contents,
+/// and passes valid commands to the simulation. Of a message without a valid tag, only the tag is checked: no
+/// generated decoder is called, and nothing is allocated except for a log line.
 class Verifier {
  public:
   struct Options {
@@ -41,32 +41,32 @@ class Verifier {
     std::string channel_prefix;
   };
   struct Time {
-    std::int64_t wall_us = 0;  // [us] CLOCK_REALTIME, which valid_until is held against
+    std::int64_t wall_us = 0;  // [us] CLOCK_REALTIME, for valid_until
     std::int64_t now_ns = 0;   // [ns] CLOCK_BOOTTIME
   };
 
-  /// \param names    copied: the ingress's own is not trusted
-  /// \param ingress  whose inbound ring is read; it must outlive this
+  /// \param names    names that are copied, because the ingress's table is not trusted
+  /// \param ingress  block whose inbound ring is read; must outlive this object
   Verifier(std::vector<Key> keys, const Options& options, const io::NameTable& names, SharedBlock& ingress,
            LimitedLog::Write write = write_line);
 
   /// Body of the thread; returns after request_stop().
   void run();
-  /// Any thread.
+  /// Makes run() return. Any thread may call it.
   void request_stop() noexcept { is_stopping_.store(true, std::memory_order_relaxed); }
 
-  /// Takes one message; false when there is none.
+  /// Takes one message; returns false if there is none.
   bool take(const Time& time);
 
-  /// What simulation and publisher read in place of the ingress's block: verified commands, rejections that
-  /// are answered, counts.
+  /// Returns the block that simulation and publisher read instead of the ingress's block. It contains
+  /// verified commands, rejections to answer and counts.
   SharedBlock& block() { return *block_; }
 
  private:
   struct Holder {
     Key key;
-    std::int64_t last_sequence = 0;  // in this session
-    TokenBucket bucket;              // unused when the key has no rate
+    std::int64_t last_sequence = 0;  // last sequence in this session
+    TokenBucket bucket;              // unused if the key has no limit
   };
   void verify(std::span<const std::byte> bytes, bool is_force, const Time& time);
   void verify_claim(const Envelope& envelope, Holder& holder, bool is_force, const Time& time);
@@ -77,7 +77,7 @@ class Verifier {
   void answer(const io::Admission& admission) noexcept;
   void count_lost() noexcept;
 
-  std::vector<Holder> holders_;  // by id
+  std::vector<Holder> holders_;  // ordered by id
   const std::int64_t session_;
   const std::string force_channel_, control_channel_;
   const io::NameTable names_;
@@ -85,12 +85,13 @@ class Verifier {
   std::unique_ptr<SharedBlock> block_;
   LimitedLog log_;
   TokenBucket plain_answers_;
-  std::int64_t num_lost_ = 0;  // of those the ingress had no room for, counted so far
+  std::int64_t num_lost_ = 0;  // messages counted as lost so far
   std::unique_ptr<InboundEntry> taken_, verified_;
   std::atomic<bool> is_stopping_{false};
 };
 
-/// kNotGranted or kOverKeyLimit with what was found and what the key may do.
+/// Each returns kAccepted, kNotGranted or kOverKeyLimit, and writes to `text` what was found and what the key
+/// allows.
 io::Reason check_grants(const ForceCommand& command, const Key& key, std::span<char> text) noexcept;
 io::Reason check_grants(const io::ControlCommand& command, const Key& key, std::span<char> text) noexcept;
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# check_sources.sh SOURCE_DIR BINARY_DIR LIST: fails when a .cpp of the tree is compiled by no CMake target and names
-# it, because a test that nothing compiles tests nothing. LIST holds the sources of all targets, one absolute path a
-# line; CMake writes it. Works in a tree without .git too.
-# Exit 0 every source is in a target, 1 not, 2 wrong arguments.
+# check_sources.sh SOURCE_DIR BINARY_DIR LIST: fails if no CMake target compiles a .cpp file of the tree, and names
+# the file, because a test that is not compiled tests nothing. CMake writes LIST, which contains the sources of all
+# targets, one absolute path per line. The script also works in a tree without .git.
+# Exit codes: 0 every source is in a target, 1 a source is in no target, 2 wrong arguments.
 set -euo pipefail
 case "${1:-}" in
   -h|--help) sed -n '2,5s/^# //p' "$0"; exit 0 ;;
@@ -14,7 +14,7 @@ fi
 source_dir="$(readlink -f "$1")" binary_dir="$(readlink -f "$2")" list="$3"
 status=0
 
-# what is compiled by other means than a target of this build, and by what
+# files that are not compiled by a target of this build, and what compiles them
 declare -A exempt=(
   [tests/bits/hash_steps.cpp]="tests/bits/one_set_of_bits compiles it with two compilers in many ways"
   [tests/tools/controller/controller.cpp]="tests/tools/install_test.cpp builds it against the installed package"
@@ -27,7 +27,7 @@ for file in "${!exempt[@]}"; do
   fi
 done
 
-# build directories hold what CMake and the compiler write
+# build directories contain files that CMake and the compiler write
 mapfile -t files < <(find "$source_dir" -mindepth 1 \( -path "$source_dir/build" -o -path "$binary_dir" -o -name '.?*' \) -prune \
   -o -type f -name '*.cpp' -print | sort)
 [ ${#files[@]} -gt 100 ] || { echo "found only ${#files[@]} .cpp files in $source_dir: this is not the source tree"; exit 1; }

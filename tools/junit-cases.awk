@@ -1,5 +1,5 @@
-# ctest's JUnit report -> one case a line: passed|failed|skipped TAB name TAB reason.
-# Exits 1 when the report holds no case. -v prefix=TEXT goes before each name.
+# Converts ctest's JUnit report to one case per line: passed|failed|skipped TAB name TAB reason.
+# Exits with 1 if the report has no case. -v prefix=TEXT is put before each name.
 function attribute(name,   text) {
   text = $0
   if (!sub(".*[ \t]" name "=\"", "", text)) return ""

@@ -13,8 +13,9 @@
 namespace freeflex {
 namespace {
 
-// [-] shares this close count as equal, so that rounding does not choose among symmetric loads
-constexpr double kEqualShares = 1e-6;
+// [-] remainders within this relative difference are treated as equal, so that rounding errors do not choose
+// among symmetric loads
+constexpr double kTie = 1e-6;
 
 Eigen::VectorXd mass_of_freedoms(const std::vector<PointMass>& points) {
   Eigen::VectorXd mass(3 * static_cast<Eigen::Index>(points.size()));
@@ -22,46 +23,46 @@ Eigen::VectorXd mass_of_freedoms(const std::vector<PointMass>& points) {
   return mass;
 }
 
-// Orthonormal vectors, made one after the other.
+// Orthonormal vectors, made one after the other   (THEORY 11.12).
 class GramSchmidt {
  public:
   GramSchmidt(Eigen::Index size, Eigen::Index capacity) : vectors_(size, capacity) {}
   Eigen::Index count() const { return count_; }
   Eigen::MatrixXd from(Eigen::Index first) const { return vectors_.middleCols(first, count_ - first); }
 
-  struct Rest {
-    Eigen::VectorXd coefficients;  // along the vectors so far
-    Eigen::VectorXd y;             // what they do not explain
-    double share = 0.0;            // [-] its norm over the norm before
+  struct Remainder {
+    Eigen::VectorXd coefficients;  // components along the vectors so far
+    Eigen::VectorXd y;             // the part that is orthogonal to the vectors so far
+    double fraction = 0.0;         // [-] norm of y over the norm of the given vector
   };
 
-  // y less its part along the vectors, twice and again while a pass takes most of what is there: rounding
-  // leaves some of that part beside a small rest
-  Rest reduce(const Eigen::VectorXd& y) const {
+  // Returns y - sum_k v_k (v_k.y), in two passes, and in more passes while a pass removes more than half of
+  // the norm: if the remainder is small, rounding errors leave a considerable part along the vectors.
+  Remainder reduce(const Eigen::VectorXd& y) const {
     constexpr int kMaxPasses = 6;
     constexpr double kMost = 0.5;
-    Rest rest{Eigen::VectorXd::Zero(count_), y};
+    Remainder remainder{Eigen::VectorXd::Zero(count_), y};
     const double before = y.norm();
     double norm = before;
     for (int pass = 0; pass < kMaxPasses && norm > 0.0; ++pass) {
       const auto vectors = vectors_.leftCols(count_);
-      const Eigen::VectorXd along = vectors.transpose() * rest.y;
-      rest.y.noalias() -= vectors * along;
-      rest.coefficients += along;
-      const double last = std::exchange(norm, rest.y.norm());
+      const Eigen::VectorXd along = vectors.transpose() * remainder.y;
+      remainder.y.noalias() -= vectors * along;
+      remainder.coefficients += along;
+      const double last = std::exchange(norm, remainder.y.norm());
       if (pass > 0 && norm > kMost * last) break;
     }
-    rest.share = before > 0.0 ? norm / before : 0.0;
-    return rest;
+    remainder.fraction = before > 0.0 ? norm / before : 0.0;
+    return remainder;
   }
-  void add(const Eigen::VectorXd& rest) { vectors_.col(count_++) = rest.normalized(); }
+  void add(const Eigen::VectorXd& remainder) { vectors_.col(count_++) = remainder.normalized(); }
 
  private:
   Eigen::MatrixXd vectors_;
   Eigen::Index count_ = 0;
 };
 
-// rigid motions in y = sqrt(m) V
+// returns the rigid motions in y = sqrt(m) V, orthonormal
 GramSchmidt rigid_vectors(const Eigen::VectorXd& root_mass, const MassProperties& properties,
                           Eigen::Index capacity) {
   GramSchmidt vectors(root_mass.size(), capacity);
@@ -70,7 +71,7 @@ GramSchmidt rigid_vectors(const Eigen::VectorXd& root_mass, const MassProperties
   return vectors;
 }
 
-// the same, then what rigid links forbid
+// returns the rigid motions, then m^-1/2 C^T, the displacements that rigid links forbid
 GramSchmidt inelastic_vectors(const Eigen::VectorXd& root_mass, const MassProperties& properties,
                               const Eigen::MatrixXd& constraints) {
   GramSchmidt vectors = rigid_vectors(root_mass, properties, root_mass.size());
@@ -79,18 +80,20 @@ GramSchmidt inelastic_vectors(const Eigen::VectorXd& root_mass, const MassProper
   return vectors;
 }
 
-// shapes by other means meet (2.6) to a rounding of the largest displacement; here to one of their own terms
-void take_out_rigid_motion(const std::vector<PointMass>& points, const MassProperties& properties,
-                           Eigen::MatrixXd& shapes) {
+// Shapes of other recipes meet the conditions (THEORY 2.15) within a rounding error of the largest
+// displacement. After this function they meet them within a rounding error of the terms in each condition.
+void remove_rigid_motion(const std::vector<PointMass>& points, const MassProperties& properties,
+                         Eigen::MatrixXd& shapes) {
   const Eigen::VectorXd root_mass = mass_of_freedoms(points).cwiseSqrt();
   const GramSchmidt rigid = rigid_vectors(root_mass, properties, properties.rigid_freedoms);
   for (auto column : shapes.colwise())
     column = rigid.reduce(root_mass.cwiseProduct(column)).y.cwiseQuotient(root_mass);
 }
 
-// (2.6), (3.3) and the constraints, as they came out
-void measure(const std::vector<PointMass>& points, const MassProperties& properties,
-             const Eigen::MatrixXd& constraints, Basis& basis) {
+// measures how well the basis meets the conditions (THEORY 2.15, 4.3) and the constraints
+// (THEORY 11.28, 11.29)
+void measure_residuals(const std::vector<PointMass>& points, const MassProperties& properties,
+                       const Eigen::MatrixXd& constraints, Basis& basis) {
   const Eigen::VectorXd mass = mass_of_freedoms(points);
   const Eigen::MatrixXd& b = basis.shapes;
   const Eigen::MatrixXd y = mass.cwiseSqrt().asDiagonal() * b;
@@ -112,14 +115,17 @@ void measure(const std::vector<PointMass>& points, const MassProperties& propert
     if (moment_size > 0.0)
       basis.moment_residual = std::max(basis.moment_residual, moment.norm() / moment_size);
   }
-  // over the most that any displacement with sum m b.b = M can stretch the link
-  const Eigen::VectorXd reach = std::sqrt(properties.mass) *
-                                (constraints * mass.cwiseSqrt().cwiseInverse().asDiagonal()).rowwise().norm();
+  // the largest stretch of each row by displacements with sum m b.b = M, sqrt(M) |C m^-1/2|
+  const Eigen::VectorXd largest_stretch =
+      std::sqrt(properties.mass) *
+      (constraints * mass.cwiseSqrt().cwiseInverse().asDiagonal()).rowwise().norm();
   if (constraints.rows() > 0)
-    basis.constraint_residual = (reach.cwiseInverse().asDiagonal() * (constraints * b)).cwiseAbs().maxCoeff();
+    basis.constraint_residual =
+        (largest_stretch.cwiseInverse().asDiagonal() * (constraints * b)).cwiseAbs().maxCoeff();
 }
 
-// by force groups; as numbered, then, where an explicit recipe falls short, in another order
+// makes a basis of force groups with the numbering of the scene; if an explicit recipe is incomplete with
+// this numbering, tries another
 Basis basis_of_groups(const Scene& scene, const Structure& structure, const LinkFactor& factor,
                       Recipe recipe) {
   const MassProperties& properties = structure.mass_properties;
@@ -147,13 +153,14 @@ Basis basis_of_groups(const Scene& scene, const Structure& structure, const Link
   return basis;
 }
 
-// the shape that an explicit recipe needs; empty when it is there
+// returns a message with the shape that an explicit recipe needs; empty if the recipe applies
 std::string missing_shape(Recipe recipe, ShapeClass shape) {
-  // pairs of points balance themselves whatever the shape; what acts along or across a line or plane needs it
+  // forces on pairs of points are in equilibrium for any shape; forces along or across a line or plane need a
+  // shape with that line or plane
   const bool fits = (recipe != Recipe::kCollinear && recipe != Recipe::kPlanar) ||
                     shape == ShapeClass::kPoint || recipe == recipe_of(shape);
   if (fits) return {};
-  return join_text("the ", name_of(recipe), " recipe needs a ", name_of(recipe), " shape, this one is ",
+  return join_text("the ", name_of(recipe), " recipe needs a ", name_of(recipe), " shape, but this shape is ",
                    name_of(shape), "; use the ", name_of(recipe_of(shape)), " or the formal recipe");
 }
 
@@ -164,14 +171,14 @@ Choice independent_groups(const Eigen::MatrixXd& constraints, const Eigen::Matri
   for (const auto& row : constraints.rowwise()) forces.add(forces.reduce(row.transpose()).y);
   Choice choice;
   for (int l = 0; l < groups.cols(); ++l) {
-    const GramSchmidt::Rest rest = forces.reduce(groups.col(l));
-    if (rest.share > kDependent) {
-      forces.add(rest.y);
+    const GramSchmidt::Remainder remainder = forces.reduce(groups.col(l));
+    if (remainder.fraction > kDependent) {
+      forces.add(remainder.y);
       choice.kept.push_back(l);
-      choice.least_kept = std::min(choice.least_kept, rest.share);
+      choice.least_kept = std::min(choice.least_kept, remainder.fraction);
     } else {
       choice.skipped.push_back(l);
-      choice.most_skipped = std::max(choice.most_skipped, rest.share);
+      choice.most_skipped = std::max(choice.most_skipped, remainder.fraction);
     }
   }
   return choice;
@@ -179,34 +186,35 @@ Choice independent_groups(const Eigen::MatrixXd& constraints, const Eigen::Matri
 
 Choice independent_loads(const std::vector<PointMass>& points, const MassProperties& properties,
                          const Eigen::MatrixXd& constraints) {
-  // what of each unit load neither accelerates the body nor works on a rigid link, in y = sqrt(m) V
+  // the part of each unit load that neither accelerates the body nor does work on a rigid link, in y =
+  // sqrt(m) V
   const Eigen::VectorXd root_mass = mass_of_freedoms(points).cwiseSqrt();
   const Eigen::MatrixXd before = inelastic_vectors(root_mass, properties, constraints).from(0);
-  Eigen::MatrixXd rest = Eigen::MatrixXd::Identity(root_mass.size(), root_mass.size());
-  for (int pass = 0; pass < 2; ++pass) rest -= before * (before.transpose() * rest);
+  Eigen::MatrixXd remainder = Eigen::MatrixXd::Identity(root_mass.size(), root_mass.size());
+  for (int pass = 0; pass < 2; ++pass) remainder -= before * (before.transpose() * remainder);
 
   Choice choice;
-  Eigen::VectorXd share = rest.colwise().norm();
+  Eigen::VectorXd fraction = remainder.colwise().norm();
   while (true) {
-    const double largest = share.maxCoeff();
+    const double largest = fraction.maxCoeff();
     if (largest <= kDependent) break;
-    // the first of equals, rounding apart
+    // the first of the loads whose remainders are equal except for rounding errors
     int next = 0;
-    while (share[next] < (1.0 - kEqualShares) * largest) ++next;
+    while (fraction[next] < (1.0 - kTie) * largest) ++next;
     choice.kept.push_back(next);
-    choice.least_kept = std::min(choice.least_kept, share[next]);
-    const Eigen::VectorXd vector = rest.col(next) / share[next];
+    choice.least_kept = std::min(choice.least_kept, fraction[next]);
+    const Eigen::VectorXd vector = remainder.col(next) / fraction[next];
     for (int pass = 0; pass < 2; ++pass) {
-      const Eigen::RowVectorXd along = vector.transpose() * rest;
-      rest.noalias() -= vector * along;
+      const Eigen::RowVectorXd along = vector.transpose() * remainder;
+      remainder.noalias() -= vector * along;
     }
-    share = rest.colwise().norm();
-    for (const int kept : choice.kept) share[kept] = 0.0;
+    fraction = remainder.colwise().norm();
+    for (const int kept : choice.kept) fraction[kept] = 0.0;
   }
-  for (int l = 0; l < share.size(); ++l)
+  for (int l = 0; l < fraction.size(); ++l)
     if (std::find(choice.kept.begin(), choice.kept.end(), l) == choice.kept.end())
       choice.skipped.push_back(l);
-  choice.most_skipped = share.maxCoeff();
+  choice.most_skipped = fraction.maxCoeff();
   return choice;
 }
 
@@ -215,7 +223,7 @@ Basis orthonormalise(const std::vector<PointMass>& points, const MassProperties&
                      const Choice& choice) {
   const Eigen::VectorXd root_mass = mass_of_freedoms(points).cwiseSqrt();
   const double root_total = std::sqrt(properties.mass);
-  // what is no elastic motion goes first and is dropped in the end
+  // vectors that are not elastic come first and are removed at the end
   GramSchmidt vectors = inelastic_vectors(root_mass, properties, constraints);
   const Eigen::Index num_before = vectors.count();
 
@@ -223,18 +231,20 @@ Basis orthonormalise(const std::vector<PointMass>& points, const MassProperties&
   basis.choice = choice;
   const auto rank = static_cast<Eigen::Index>(choice.kept.size());
   basis.coefficients = Eigen::MatrixXd::Zero(rank, groups.cols());
-  // beta = (M / m) f (3.2) in the vectors so far (3.4); these have unit length, b has sqrt(M)
+  // expands beta = (M / m) f in the vectors so far   (THEORY 4.2, 11.11); these have length one, and b has
+  // length sqrt(M)
   const auto expand = [&](int l) {
-    GramSchmidt::Rest rest = vectors.reduce(properties.mass * groups.col(l).cwiseQuotient(root_mass));
+    GramSchmidt::Remainder remainder =
+        vectors.reduce(properties.mass * groups.col(l).cwiseQuotient(root_mass));
     const Eigen::Index count = vectors.count() - num_before;
-    basis.coefficients.col(l).head(count) = rest.coefficients.tail(count) / root_total;
-    return rest;
+    basis.coefficients.col(l).head(count) = remainder.coefficients.tail(count) / root_total;
+    return remainder;
   };
   for (Eigen::Index next = 0; next < rank; ++next) {
     const int l = choice.kept[static_cast<std::size_t>(next)];
-    const GramSchmidt::Rest rest = expand(l);
-    basis.coefficients(next, l) = rest.y.norm() / root_total;
-    vectors.add(rest.y);
+    const GramSchmidt::Remainder remainder = expand(l);
+    basis.coefficients(next, l) = remainder.y.norm() / root_total;
+    vectors.add(remainder.y);
   }
   for (const int l : choice.skipped) expand(l);
   basis.shapes = root_total * (root_mass.cwiseInverse().asDiagonal() * vectors.from(num_before));
@@ -257,8 +267,8 @@ Basis find_basis(const Scene& scene, const Structure& structure, const LinkFacto
     } else {
       basis = basis_of_groups(scene, structure, factor, recipe);
     }
-    if (basis.numbering.empty()) take_out_rigid_motion(scene.points, structure.mass_properties, basis.shapes);
-    measure(scene.points, structure.mass_properties, factor.constraints, basis);
+    if (basis.numbering.empty()) remove_rigid_motion(scene.points, structure.mass_properties, basis.shapes);
+    measure_residuals(scene.points, structure.mass_properties, factor.constraints, basis);
   }
   basis.recipe = recipe;
   basis.num_expected = static_cast<int>(structure.omega.size());
@@ -273,6 +283,7 @@ Basis find_basis(const Scene& scene, const Structure& structure, const LinkFacto
   return find_basis(scene, structure, factor, Recipe::kFormal, why_not);
 }
 
+// a = b*^T m b / M   (THEORY 11.14)
 Eigen::MatrixXd change_of_basis(const std::vector<PointMass>& points, const Basis& from, const Basis& to) {
   const Eigen::VectorXd mass = mass_of_freedoms(points);
   return to.shapes.transpose() * mass.asDiagonal() * from.shapes / (mass.sum() / 3.0);

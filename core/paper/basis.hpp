@@ -1,4 +1,5 @@
 // Unit elastic displacements by every recipe of the paper, and by two more (Alekseev 1970, sections 3, 6, 7).
+// THEORY 2.15, 4.2, 4.3, 11.4, 11.11 to 11.15, 11.28, 11.29
 #pragma once
 
 #include <string>
@@ -9,68 +10,80 @@
 
 namespace freeflex {
 
-/// Force groups that are independent of each other and of the forces in rigid links.
+/// A choice of force groups that are independent of each other and of the forces in rigid links. The
+/// remainder of a group is its part orthogonal to the vectors before it, as a fraction of the norm of the
+/// group.
 struct Choice {
-  std::vector<int> kept;      // by index, in the order in which they were taken
-  std::vector<int> skipped;   // combinations of those
-  double least_kept = 1.0;    // [-] smallest share of a kept group that those before do not explain
-  double most_skipped = 0.0;  // [-] largest such share of a skipped group
+  std::vector<int> kept;      // indices of groups, in the order in which they were taken
+  std::vector<int> skipped;   // indices of groups that are combinations of kept groups
+  double least_kept = 1.0;    // [-] smallest remainder of a kept group
+  double most_skipped = 0.0;  // [-] largest remainder of a skipped group
 };
 
-/// Unit elastic displacements b, sum m b_l.b_u = M [l = u]   (THEORY 3.3), free of rigid motion (2.6) and of
-/// what rigid links forbid.
+/// Unit elastic displacements b, orthonormal in the mass metric, without rigid motion and without motion that
+/// rigid links forbid (THEORY 2.15, 4.3):
+///   sum m b_l.b_u = M [l = u],   sum m b_l = 0,   sum m r x b_l = 0,   C b_l = 0
 struct Basis {
   Recipe recipe = Recipe::kModes;
   Eigen::MatrixXd shapes;  // b, [-] (3N x rank)
-  int num_expected = 0;    // n = 3N - rigid freedoms - constraints; the basis is complete when rank == n
+  int num_expected = 0;    // n = 3N - rigid freedoms - constraints; the basis is complete if rank == n
 
-  // recipes with force groups only
-  std::vector<int> numbering;    // order in which the points were taken
-  int rank_as_numbered = 0;      // rank with the points as the scene numbers them
-  Choice choice;                 // vector l comes from group choice.kept[l]
-  Eigen::MatrixXd coefficients;  // C_ul, [-] (rank x num_groups) beta_l = sum_u b_u C_ul   (THEORY 3.4)
-  std::vector<int> flat_window;  // points in one place, on one line, in one plane: why it is incomplete
+  // numbering to flat_window are filled only for recipes with force groups
+  std::vector<int> numbering;  // order in which the points were taken
+  int rank_as_numbered = 0;    // rank with the points as the scene numbers them
+  Choice choice;               // vector l comes from group choice.kept[l]
+  // gamma_ul, [N] (rank x num_groups) beta_l = sum_u b_u gamma_ul   (THEORY 11.11)
+  Eigen::MatrixXd coefficients;
+  // only if the basis is incomplete: successive points at one position, on one line or in one plane
+  std::vector<int> flat_window;
 
   double gram_error = 0.0;           // [-] max |sum m b_l.b_u / M - [l = u]|
-  double force_residual = 0.0;       // [-] max |sum m b| / sum m |b|
-  double moment_residual = 0.0;      // [-] max |sum m r x b| / sum m |r| |b|
-  double constraint_residual = 0.0;  // [-] max |N_c b| over the most that sum m b.b = M allows
+  double force_residual = 0.0;       // [-] max |sum m b| / sum m |b|   (THEORY 11.28)
+  double moment_residual = 0.0;      // [-] max |sum m r x b| / sum m |r| |b|   (THEORY 11.28)
+  double constraint_residual = 0.0;  // [-] max |C b| / (sqrt(M) |C m^-1/2|)   (THEORY 11.29)
 
   Eigen::Index rank() const { return shapes.cols(); }
   bool is_complete() const { return rank() == num_expected; }
 };
 
-/// A group is a combination of those before when what they do not explain of it is at most this share of its
-/// norm: far above rounding, some 1e-15, far below what windows that are not flat leave   (THEORY X86).
+/// A group is a combination of the vectors before it if its remainder [-] is at most this. The limit is far
+/// above rounding errors, about 1e-15, and far below the remainders of windows that are not flat
+/// (THEORY 11.12).
 inline constexpr double kDependent = 1e-11;
 
-/// Takes groups in turn. Judged as forces: in the metric of masses 1e12 apart, what a group adds may be less
-/// than rounding   (THEORY X86). \param constraints  [-] (num x 3N) LinkFactor::constraints
+/// Takes groups in their order. The remainders are those of forces, without the mass metric: if masses differ
+/// by a factor of 1e12, the contribution of a group in the mass metric may be below rounding errors
+/// (THEORY 11.12).
+/// \param constraints  [-] C (num x 3N) LinkFactor::constraints  \param groups  [N] (3N x num_groups)
 Choice independent_groups(const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& groups);
 
-/// Of the 3N unit loads of the formal recipe, always that of which most is left, as a share of the whole load
-/// in the mass metric; so the last still leaves much, whatever the masses   (THEORY X84, X86).
+/// Takes the 3N unit loads of the formal recipe. The next load is always the one with the largest remainder
+/// in the mass metric, as a fraction of the whole load. Therefore the last load also has a large remainder,
+/// for any masses (THEORY 11.4, 11.12).
 Choice independent_loads(const std::vector<PointMass>& points, const MassProperties& properties,
                          const Eigen::MatrixXd& constraints);
 
-/// Unit elastic displacements of force groups: beta = (M / m) f (THEORY 3.2), Gram-Schmidt in the mass
-/// metric, at least twice, after the rigid motions and M^-1 N_c^T, N_c the constraints   (THEORY X86). Cost
-/// O(N n^2). \param groups  [N] (3N x num_groups) Fills shapes, choice and coefficients.
+/// Makes unit elastic displacements from force groups by Gram-Schmidt in the mass metric, with at least two
+/// passes. The rigid motions and m^-1 C^T come first, where C are the constraints   (THEORY 4.2, 11.12):
+///   beta = (M / m) f,   y = sqrt(m) beta - sum_k v_k (v_k.sqrt(m) beta),   b = sqrt(M) m^-1/2 y / |y|
+/// Fills shapes, choice and coefficients. The cost is O(N n^2).
+/// \param groups  [N] (3N x num_groups)
 Basis orthonormalise(const std::vector<PointMass>& points, const MassProperties& properties,
                      const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& groups, const Choice& choice);
 
-/// The basis of a recipe   (THEORY X51, X52, X81-X86). An explicit recipe that falls short with the points as
-/// they are numbered is tried with another numbering. \param why_not  when there is no such basis, the shape
-/// that the recipe needs \return  not complete where the recipe falls short; empty with why_not set where it
-/// does not apply
+/// Makes the basis of a recipe   (THEORY 4.7 to 4.12, 11.4 to 11.12). An explicit recipe that is incomplete
+/// with the numbering of the scene is tried with another numbering.
+/// \param why_not  message with the shape that the recipe needs if it does not apply, else empty
+/// \return  an incomplete basis if the recipe is incomplete, an empty basis if it does not apply
 Basis find_basis(const Scene& scene, const Structure& structure, const LinkFactor& factor, Recipe recipe,
                  std::string& why_not);
 
-/// The explicit recipe of the shape where it is complete, else the formal one   (THEORY X80-X86).
+/// Makes the basis of the explicit recipe of the shape if that basis is complete, else the basis of the
+/// formal recipe (THEORY 11.4 to 11.12).
 Basis find_basis(const Scene& scene, const Structure& structure, const LinkFactor& factor);
 
-/// The orthogonal matrix between two complete bases, b*_l = sum_u a_lu b_u, a a^T = 1   (THEORY 6.1,
-/// 6.2, X87) [-] (n x n).
+/// Returns the orthogonal matrix [-] (n x n) between two complete bases b and b*   (THEORY 11.13 to 11.15):
+///   b*_l = sum_u a_lu b_u,   a = b*^T m b / M,   a a^T = 1
 Eigen::MatrixXd change_of_basis(const std::vector<PointMass>& points, const Basis& from, const Basis& to);
 
 }  // namespace freeflex

@@ -12,17 +12,18 @@ namespace {
 
 using Vectors = Eigen::Matrix3Xd;
 
-// as for a line (THEORY X42): a thickness below this many roundings of the largest coordinate is none
+// a thickness of at most this many rounding errors of the largest coordinate is treated as zero
+// (THEORY 11.5)
 constexpr double kPlanarRoundings = 64.0;
 
-// unit normal of the plane that the points come nearest to; masses take no part, so that a light point off
-// the line of the heavy ones counts
+// returns the unit normal of the best plane of the points; masses have no influence, so that a light point
+// outside the line of the heavy points has an effect
 Eigen::Vector3d plane_normal(const MassProperties& properties) {
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(properties.r, Eigen::ComputeFullU);
   return svd.matrixU().col(2);
 }
 
-// groups are columns of f, filled one after the other
+// the groups are the columns of f, which are filled one after the other
 struct Groups {
   Eigen::MatrixXd f;
   Eigen::Index next = 0;
@@ -30,14 +31,14 @@ struct Groups {
   void end() { ++next; }
 };
 
-// weights over their largest; zero where all are
+// returns the weights divided by the largest magnitude; zero if all are zero
 template <typename Weights>
 Weights scaled(const Weights& weights) {
   const double largest = weights.cwiseAbs().maxCoeff();
   return largest > 0.0 ? Weights(weights / largest) : Weights(Weights::Zero());
 }
 
-// equal and opposite forces along the line between two points
+// f_i = -(r_j - r_i) / |r_j - r_i|, f_j = -f_i: two points are pulled apart   (THEORY 11.6)
 void add_pair(const Vectors& r, int first, int second, Groups& groups) {
   const Eigen::Vector3d span = r.col(second) - r.col(first);
   const double length = span.stableNorm();
@@ -48,7 +49,9 @@ void add_pair(const Vectors& r, int first, int second, Groups& groups) {
   groups.end();
 }
 
-// X81: pairs of neighbours along the line, then three neighbours across it, in two planes
+// Adds pairs of neighbours along the line (THEORY 11.6), then groups of three neighbours normal to the line,
+// in two directions n (THEORY 11.7), where s is the coordinate on the line:
+//   (f_1, f_2, f_3) = (s_3 - s_2, -(s_3 - s_1), s_2 - s_1) n
 void collinear_groups(const MassProperties& properties, const std::vector<int>& at, Groups& groups) {
   const Eigen::VectorXd s = properties.r.transpose() * properties.line;
   for (std::size_t i = 0; i + 1 < at.size(); ++i) {
@@ -68,7 +71,9 @@ void collinear_groups(const MassProperties& properties, const std::vector<int>& 
   }
 }
 
-// X82: pairs one and two numbers apart, then four neighbours across the plane
+// Adds pairs one and two numbers apart (THEORY 11.6), then groups of four neighbours a, b, c, d along the
+// normal n (THEORY 11.8), where A is the signed area of three points:
+//   (f_a, f_b, f_c, f_d) = (A_bcd, -A_acd, A_abd, -A_abc) n
 void planar_groups(const MassProperties& properties, const std::vector<int>& at, Groups& groups) {
   const Vectors& r = properties.r;
   for (std::size_t apart = 1; apart <= 2; ++apart)
@@ -86,14 +91,16 @@ void planar_groups(const MassProperties& properties, const std::vector<int>& at,
   }
 }
 
-// X84: S, the forces that accelerate the points as one body under given forces [N] (3 x N)   (7.2, 7.3)
+// Returns the forces S [N] (3 x N) that accelerate the points as one rigid body and have the resultant and
+// moment L of the given forces F   (THEORY 11.2, 11.3):
+//   S_i = m_i / M sum_j F_j + m_i omega_dot x r_i,   omega_dot = sum_k u_k (u_k.L) / I_k
 Vectors rigid_part(const std::vector<PointMass>& points, const MassProperties& properties,
                    const Vectors& forces) {
   const Vectors& r = properties.r;
   const Eigen::Vector3d resultant = forces.rowwise().sum();
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   for (Eigen::Index i = 0; i < r.cols(); ++i) moment += r.col(i).cross(forces.col(i));
-  // about the line of a collinear shape, and for one point, there is no moment to balance
+  // a collinear shape has no moment about its line to balance, and one point has no moment at all
   Eigen::Vector3d omega_dot = Eigen::Vector3d::Zero();
   for (int k = 6 - properties.rigid_freedoms; k < 3; ++k) {
     const Eigen::Vector3d axis = properties.principal_axes.col(k);
@@ -106,14 +113,15 @@ Vectors rigid_part(const std::vector<PointMass>& points, const MassProperties& p
   return S;
 }
 
-// X84: F = R - S for every unit load R   (7.1, 7.4)
+// Adds f = F - S(F), the part that strains, for every unit load F   (THEORY 11.1, 11.4). In the code F
+// becomes f
 void formal_groups(const std::vector<PointMass>& points, const MassProperties& properties,
                    const std::vector<int>& at, Groups& groups) {
   for (const int loaded : at) {
     for (int axis = 0; axis < 3; ++axis) {
       Vectors F = Vectors::Zero(3, properties.r.cols());
       F(axis, loaded) = 1.0;
-      // what rounding leaves is split again: principal moments far apart amplify it
+      // a second pass removes rounding errors, which are amplified if the principal moments are far apart
       for (int pass = 0; pass < 2; ++pass) F -= rigid_part(points, properties, F);
       for (std::size_t i = 0; i < points.size(); ++i)
         groups.add(static_cast<int>(i), F.col(static_cast<Eigen::Index>(i)));
@@ -184,11 +192,11 @@ Recipe recipe_of(ShapeClass shape) {
 Eigen::MatrixXd force_groups(Recipe recipe, const std::vector<PointMass>& points,
                              const MassProperties& properties, const std::vector<int>& numbering) {
   const auto num_points = static_cast<Eigen::Index>(points.size());
-  // room for the most that a recipe gives
+  // room for the largest number of groups of a recipe
   Groups groups{Eigen::MatrixXd::Zero(3 * num_points, 3 * num_points)};
   if (recipe == Recipe::kCollinear) collinear_groups(properties, numbering, groups);
   if (recipe == Recipe::kPlanar) planar_groups(properties, numbering, groups);
-  // X83: pairs one, two and three numbers apart
+  // pairs one, two and three numbers apart, (N - 1) + (N - 2) + (N - 3) = 3N - 6   (THEORY 11.9)
   if (recipe == Recipe::kSpatial)
     for (std::size_t apart = 1; apart <= 3; ++apart)
       for (std::size_t i = 0; i + apart < numbering.size(); ++i)

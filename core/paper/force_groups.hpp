@@ -1,5 +1,5 @@
-// Self-equilibrated groups of forces, the raw material of unit elastic displacements (Alekseev 1970, sections
-// 3 and 7).
+// Self-equilibrated groups of forces, from which unit elastic displacements are made (Alekseev 1970, sections
+// 3 and 7). THEORY 4.1, 11.1 to 11.10
 #pragma once
 
 #include <vector>
@@ -8,50 +8,60 @@
 
 namespace freeflex {
 
-/// What the points span, rounding apart; masses take no part   (THEORY X42, X80).
+/// Classes of shape by what the points span, except for rounding errors; masses have no influence
+/// (THEORY 2.9, 2.10, 11.5).
 enum class ShapeClass { kPoint, kCollinear, kPlanar, kSpatial };
 
-/// What the points of a scene span   (THEORY X42, X80).
+/// Returns the class of the points of a scene. They are planar if there are three of them, or if no point is
+/// farther from the best plane, with normal n, than 64 rounding errors of the largest coordinate
+/// (THEORY 11.5):
+///   max |n.r_i| <= 64 eps max |p_i|
 ShapeClass shape_class(const std::vector<PointMass>& points, const MassProperties& properties);
 
-/// How unit elastic displacements are made: three explicit recipes, each for its shape, the formal one for
-/// any, the complement of the rigid motions by reflectors, the normal modes.
+/// Ways to make unit elastic displacements: three explicit recipes, each for its shape; the formal recipe for
+/// any shape; the complement of the rigid motions by reflectors; the normal modes.
 enum class Recipe { kCollinear, kPlanar, kSpatial, kFormal, kHouseholder, kModes };
 
-/// "collinear", "planar", ... as the command line takes them.
+/// Returns the name that the command line accepts: "collinear", "planar", ...
 const char* name_of(Recipe recipe);
 const char* name_of(ShapeClass shape);
 
-/// The explicit recipe of a shape   (THEORY X81-X83); formal for one point, which has no group.
+/// Returns the explicit recipe of a shape   (THEORY 11.7 to 11.9); the formal recipe for one point, which has
+/// no force group.
 Recipe recipe_of(ShapeClass shape);
 
-/// Groups f, one a column, sum f = 0 and sum r x f = 0   (THEORY 3.1, X81-X84): collinear 3N - 5, planar
-/// 3N - 6, spatial 3N - 6, formal 3N.
-/// \param numbering  order in which an explicit recipe takes the points; the formal one takes unit loads in
-///                   it, x, y and z of a point in turn
-/// \return [N] (3N x num_groups); zero columns where a group has no direction, between points in one place
-/// \pre collinear: the shape is; planar: it is planar; not kHouseholder, kModes
+/// Makes groups f, one in each column, with sum f = 0 and sum r x f = 0   (THEORY 4.1, 11.4, 11.6 to 11.9).
+/// The collinear recipe has 3N - 5 groups, the planar and the spatial recipe 3N - 6, the formal recipe 3N.
+/// \param numbering  order in which a recipe takes the points; the formal recipe takes unit loads along x, y
+/// and z of each point
+/// \return [N] (3N x num_groups), with zero columns for pairs of points at one position, which have no
+/// direction
+/// \pre the shape is collinear for kCollinear and planar for kPlanar; recipe is not kHouseholder or kModes
 Eigen::MatrixXd force_groups(Recipe recipe, const std::vector<PointMass>& points,
                              const MassProperties& properties, const std::vector<int>& numbering);
 
-/// Points in succession that decide whether an explicit recipe is complete: two in different places
-/// (collinear), three off one line (planar), four off one plane (spatial)   (THEORY X85).
+/// Returns the number of successive points that decide whether an explicit recipe is complete: two at
+/// different positions (collinear), three that are not on one line (planar), four that are not in one plane
+/// (spatial) (THEORY 11.10).
 int window_size(Recipe recipe);
 
-/// How far points in succession are from one place, line or plane: volume of the box on the steps from each
-/// to the next over the product of their lengths [-] 0 to 1; 0 where two are in one place   (THEORY X85).
+/// Returns the spread of a window of successive points, 0 to 1 [-], where d are the vectors from each point
+/// to the next (THEORY 11.10):
+///   |d_1.(d_2 x d_3)| / (|d_1| |d_2| |d_3|) (spatial),   |d_1 x d_2| / (|d_1| |d_2|) (planar),   1 (line)
+/// It is 0 if two successive points are at one position.
 double window_spread(const MassProperties& properties, const std::vector<int>& window);
 
-/// Below this spread [-] points count as on one line, in one plane.
+/// If the spread [-] is smaller, points are treated as on one line or in one plane.
 inline constexpr double kFlatWindow = 1e-9;
 
-/// The points in succession with the least spread   (THEORY X85); empty when there are fewer than a window.
+/// Returns the window with the least spread   (THEORY 11.10); empty if there are fewer points than in a
+/// window.
 std::vector<int> flattest_window(Recipe recipe, const MassProperties& properties,
                                  const std::vector<int>& numbering);
 
-/// A numbering with few flat windows, none when one is found within a bounded number of tries: points sorted
-/// along axes, each inserted where its flattest window is least flat, then the same from seeded random
-/// orders   (THEORY X85). O(tries N^2).
+/// Returns a numbering with the fewest flat windows that a bounded number of tries finds. The tries sort
+/// points along axes and insert each point where its flattest window is least flat, then do the same with
+/// seeded random orders (THEORY 11.10). The cost is O(tries N^2).
 std::vector<int> find_numbering(Recipe recipe, const MassProperties& properties);
 
 }  // namespace freeflex

@@ -13,12 +13,12 @@ namespace {
 
 constexpr int kNamesInReason = 8;
 
-// [-] a stretch of a rigid link by less, beside the most that displacements with sum m b.b = M can stretch
-// it, is rounding
+// [-] the stretch of a rigid link is a rounding error if it is at most this times the largest stretch by
+// displacements with sum m b.b = M
 constexpr double kRigidRounding = 1e-9;
 
-// sqrt(D) B over displacements and rotations; its transpose maps t = s / sqrt(D) to the loads that it
-// balances (X88)
+// returns sqrt(D) B over displacements and rotations of joints; its transpose maps t = s / sqrt(D) to the
+// loads that t balances (THEORY 11.22)
 Eigen::MatrixXd weighted_rows(const LinkFactor& factor) {
   Eigen::MatrixXd rows =
       Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(factor.natural.size()), factor.num_freedoms);
@@ -28,21 +28,24 @@ Eigen::MatrixXd weighted_rows(const LinkFactor& factor) {
   return rows;
 }
 
-// the solution of balance t = loads with least t.t, by the force method: stiff links, as far as they are
-// independent, carry the loads, then self-stresses take what costs less energy in them
+// Returns the solution of Y t = f with the least t.t, by the force method, where Y is the matrix `balance`
+// and f are the loads   (THEORY 11.23, 11.24):
+//   Y = O (Z_11 Z_12),   t = [Z_11^-1 O^T f; 0] + [-Z_11^-1 Z_12; 1] x
+// First the primary structure, which consists of stiff links, carries all loads. Then the self-stresses x
+// that make the energy least are added.
 Eigen::MatrixXd least_energy(const Eigen::MatrixXd& balance, const Eigen::MatrixXd& loads,
                              Eigen::Index rank) {
   Eigen::MatrixXd t = Eigen::MatrixXd::Zero(balance.cols(), loads.cols());
   if (t.size() == 0) return t;
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(balance);
   const auto R11 = qr.matrixR().topLeftCorner(rank, rank).triangularView<Eigen::Upper>();
-  Eigen::MatrixXd turned = loads;
-  turned.applyOnTheLeft(qr.householderQ().adjoint());
-  if (rank > 0) t.topRows(rank) = R11.solve(turned.topRows(rank));
+  Eigen::MatrixXd rotated_loads = loads;
+  rotated_loads.applyOnTheLeft(qr.householderQ().adjoint());
+  if (rank > 0) t.topRows(rank) = R11.solve(rotated_loads.topRows(rank));
   const Eigen::Index num_redundant = balance.cols() - rank;
   if (num_redundant > 0) {
-    // self-stresses balance no load: [-Z_11^-1 Z_12; 1]   (X88), Z_11 is R11 here; the least t.t is
-    // orthogonal to them all
+    // self-stresses [-Z_11^-1 Z_12; 1] balance no load (in the code Z_11 is R11); t.t is least if t is
+    // orthogonal to all self-stresses
     Eigen::MatrixXd self_stress(balance.cols(), num_redundant);
     if (rank > 0) self_stress.topRows(rank) = -R11.solve(qr.matrixR().topRightCorner(rank, num_redundant));
     self_stress.bottomRows(num_redundant).setIdentity();
@@ -54,17 +57,17 @@ Eigen::MatrixXd least_energy(const Eigen::MatrixXd& balance, const Eigen::Matrix
   return qr.colsPermutation() * t;
 }
 
-// names of the rigid links whose constraints b does not keep
+// returns the names of the rigid links whose constraints b does not meet
 std::string stretched_links(const Scene& scene, const LinkFactor& factor, const Eigen::MatrixXd& shapes) {
   std::set<int> links;
   if (shapes.cols() == 0) return "";
   Eigen::VectorXd mass(shapes.rows());
   for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = scene.points[static_cast<std::size_t>(i / 3)].mass;
   const Eigen::MatrixXd weighted = factor.constraints * mass.cwiseSqrt().cwiseInverse().asDiagonal();
-  const Eigen::VectorXd reach = std::sqrt(mass.sum() / 3.0) * weighted.rowwise().norm();
+  const Eigen::VectorXd largest_stretch = std::sqrt(mass.sum() / 3.0) * weighted.rowwise().norm();
   const Eigen::VectorXd stretch = (factor.constraints * shapes).cwiseAbs().rowwise().maxCoeff();
   for (Eigen::Index row = 0; row < factor.constraints.rows(); ++row)
-    if (stretch[row] > kRigidRounding * reach[row])
+    if (stretch[row] > kRigidRounding * largest_stretch[row])
       links.insert(factor.constraint_link[static_cast<std::size_t>(row)]);
   std::string names;
   for (const int link : links)
@@ -84,18 +87,17 @@ Eigen::VectorXd root_stiffnesses(const LinkFactor& factor) {
 Eigen::MatrixXd unit_forces(const std::vector<PointMass>& points, const Eigen::MatrixXd& shapes) {
   double total = 0.0;
   for (const PointMass& point : points) total += point.mass;
-  Eigen::VectorXd share(shapes.rows());
-  for (Eigen::Index i = 0; i < share.size(); ++i)
-    share[i] = points[static_cast<std::size_t>(i / 3)].mass / total;
-  return share.asDiagonal() * shapes;
+  Eigen::VectorXd fraction(shapes.rows());
+  for (Eigen::Index i = 0; i < fraction.size(); ++i)
+    fraction[i] = points[static_cast<std::size_t>(i / 3)].mass / total;
+  return fraction.asDiagonal() * shapes;
 }
 
 LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen::MatrixXd& loads) {
   const Eigen::Index num_displacements = factor.constraints.cols();
   const Eigen::Index num_constraints = factor.constraints.rows();
   const auto num_natural = static_cast<Eigen::Index>(factor.natural.size());
-  // the number of independent links is known: condensation left one row fewer for each rotation that they
-  // hold
+  // the rank is known: condensation removed one row for each rotation that links hold
   const Eigen::Index num_held = num_natural - factor.rows.rows();
   const Eigen::Index rank =
       std::min(num_displacements - rigid_freedoms - num_constraints + num_held, num_natural);
@@ -104,7 +106,8 @@ LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen
   states.multipliers.resize(num_constraints, loads.cols());
   states.natural.resize(num_natural, loads.cols());
   if (loads.cols() == 0) return states;
-  // equilibrium B^T s + N_c^T lambda = p: the columns of N_c^T are turned to the front   (X88)
+  // equilibrium B^T s + C^T lambda = f   (THEORY 11.21): reflectors transform C^T to the leading rows, and
+  // the remaining rows are Y t = O_2^T f, Y = O_2^T B^T sqrt(D)   (THEORY 11.22)
   Eigen::MatrixXd balance = weighted_rows(factor).transpose();
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(factor.num_freedoms, loads.cols());
   right.topRows(num_displacements) = loads;
@@ -135,11 +138,12 @@ Maxwell find_maxwell(const Scene& scene, const Structure& structure, const LinkF
                   structure.mechanisms.size() == 1
                       ? ""
                       : join_text(" and ", structure.mechanisms.size() - 1, " more mechanisms"),
-                  ": forces that work on it find no equilibrium");
+                  ": forces that do work on it cannot be balanced");
   } else {
     LinkStates states =
         link_states(factor, structure.mass_properties.rigid_freedoms, unit_forces(scene.points, shapes));
     states.natural.array().colwise() /= root_stiffnesses(factor).array();
+    // Mohr's integral: delta_lu = t_l.t_u with t = s / sqrt(D)   (THEORY 11.25)
     maxwell.delta = states.natural.transpose() * states.natural;
     maxwell.num_redundant = states.num_redundant;
   }

@@ -1,5 +1,5 @@
-// Maxwell (flexibility) coefficients by Mohr's integral, influence (stiffness) coefficients, and when each
-// exists (Alekseev 1970, section 5).
+// Maxwell (flexibility) coefficients by Mohr's integral, influence (stiffness) coefficients, and the
+// conditions under which they exist (Alekseev 1970, section 5). THEORY 4.19, 11.19 to 11.27
 #pragma once
 
 #include <Eigen/Core>
@@ -10,38 +10,45 @@
 
 namespace freeflex {
 
-/// Unit forces p_il = (m_i / M) b_il   (THEORY 5.1) [-] (3N x count).
+/// Returns the unit forces p_il = (m_i / M) b_il [-] (3N x count)   (THEORY 11.19).
 Eigen::MatrixXd unit_forces(const std::vector<PointMass>& points, const Eigen::MatrixXd& shapes);
 
-/// Stressed states of all links under given loads.
+/// Stressed states of all links under given loads   (THEORY 11.21).
 struct LinkStates {
   Eigen::MatrixXd natural;      // s, [N or N m per unit load] (num_natural x count)
-  Eigen::MatrixXd multipliers;  // of the rows of LinkFactor::constraints (num_constraints x count)
-  int num_redundant = 0;        // self-stresses of the elastic links beside the rigid ones; 0: determinate
+  Eigen::MatrixXd multipliers;  // lambda of the rows of LinkFactor::constraints (num_constraints x count)
+  int num_redundant = 0;        // number of self-stresses of the elastic links; 0: statically determinate
 };
 
-/// States by the force method: any that balances the loads, plus the self-stress with which the
-/// complementary energy, half the sum of s^2 / D, is least; rigid links have 1 / D = 0   (THEORY X88).
-/// \param loads [N] (3N x count) free of resultant and moment
-/// \pre the structure has no mechanism, or no load does work on one
+/// Computes the states by the force method: a state that balances the loads f, plus the self-stress with
+/// which the complementary energy sum s^2 / (2 D) is least; rigid links have 1 / D = 0
+/// (THEORY 11.21 to 11.24):
+///   B^T s + C^T lambda = f
+/// \param loads [N] (3N x count) without resultant and moment
+/// \pre the structure has no mechanism, or no load does work on a mechanism
 LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen::MatrixXd& loads);
 
-/// What there is of both kinds of coefficients, and the condition that the other fails.
+/// Maxwell and influence coefficients, if they exist.
 struct Maxwell {
-  std::optional<Eigen::MatrixXd> delta;  // [m/N] (n x n) Mohr's integral   (THEORY 5.4, X89)
-  std::string delta_absence;             // why not
-  std::optional<Eigen::MatrixXd> c;      // [N/m] (n x n) (A b)^T (A b)   (THEORY 5.5, X90)
-  std::string c_absence;                 // why not
-  int num_redundant = 0;                 // degree of static indeterminacy, where delta exists
+  std::optional<Eigen::MatrixXd> delta;  // [m/N] (n x n) q_l = sum_u delta_lu sigma_u   (THEORY 11.20)
+  std::string delta_absence;             // reason why delta does not exist
+  std::optional<Eigen::MatrixXd> c;      // [N/m] (n x n) (A b)^T (A b)   (THEORY 11.26)
+  std::string c_absence;                 // reason why c does not exist
+  int num_redundant = 0;                 // degree of static indeterminacy, if delta exists
 };
 
-/// Coefficients of unit displacements b, which need not be complete. delta is absent when a mechanism takes
-/// part, c when a rigid link would be stretched   (THEORY X88-X90).
+/// Computes the coefficients of unit displacements b, which need not form a complete basis
+/// (THEORY 11.20, 11.25, 11.26):
+///   delta_lu = sum_rows s_l s_u / D,   c = (A b)^T (A b)
+/// with s_l the natural forces under the unit force p_l. For normal modes c is diagonal, c_ll = M omega_l^2
+/// (THEORY 4.19). delta does not exist if the structure has a mechanism; c does not exist if b stretches a
+/// rigid link.
 /// \param shapes  [-] (3N x n) free of rigid motion
 Maxwell find_maxwell(const Scene& scene, const Structure& structure, const LinkFactor& factor,
                      const Eigen::MatrixXd& shapes);
 
-/// c = delta^-1   (THEORY 5.5) by Cholesky, scaled to a diagonal of ones first.  \pre delta positive definite
+/// Returns c = delta^-1   (THEORY 11.27), by Cholesky after scaling to a diagonal of ones.
+/// \pre delta is positive definite
 Eigen::MatrixXd influence_of(const Eigen::MatrixXd& delta);
 
 }  // namespace freeflex

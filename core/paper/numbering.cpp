@@ -1,4 +1,4 @@
-// Numberings of points for which an explicit recipe is complete (THEORY X85).
+// Numberings of points for which an explicit recipe is complete   (THEORY 11.10).
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
@@ -12,10 +12,10 @@ namespace {
 
 constexpr int kRandomTries = 8;
 
-// [-] a numbering whose flattest window is no flatter than this is taken at once
+// [-] a numbering is taken at once if the spread of its flattest window is at least this
 constexpr double kWellSpread = 1e-3;
 
-// every window of `size` points that covers places first..last of the numbering
+// visits every window of `size` points that contains one of the indices first..last of the numbering
 template <typename Visit>
 void for_windows(const std::vector<int>& numbering, int size, int first, int last, const Visit& visit) {
   const int end = static_cast<int>(numbering.size()) - size;
@@ -23,6 +23,8 @@ void for_windows(const std::vector<int>& numbering, int size, int first, int las
     visit(std::vector<int>(numbering.begin() + start, numbering.begin() + start + size));
 }
 
+// Number of flat windows and least spread; a numbering is better if it has fewer flat windows or, with
+// equally many, a larger least spread.
 struct Quality {
   int num_flat = 0;
   double least_spread = 1.0;  // [-]
@@ -46,7 +48,8 @@ Quality quality_of(const MassProperties& properties, const std::vector<int>& num
   return quality_of(properties, numbering, size, 0, static_cast<int>(numbering.size()) - 1);
 }
 
-// puts each point where the windows that it comes into are least flat, the last such place for equals
+// inserts each point where the windows that contain it are least flat; if several indices are equally good,
+// at the last of them
 std::vector<int> insert_one_by_one(const MassProperties& properties, const std::vector<int>& order,
                                    int size) {
   std::vector<int> numbering;
@@ -54,15 +57,15 @@ std::vector<int> insert_one_by_one(const MassProperties& properties, const std::
     const int count = static_cast<int>(numbering.size());
     int best = count;
     Quality best_quality{std::numeric_limits<int>::max(), 0.0};
-    for (int place = count; place >= 0; --place) {
+    for (int index = count; index >= 0; --index) {
       std::vector<int> near;
-      const int from = std::max(0, place - size + 1), to = std::min(count, place + size - 1);
-      near.insert(near.end(), numbering.begin() + from, numbering.begin() + place);
+      const int from = std::max(0, index - size + 1), to = std::min(count, index + size - 1);
+      near.insert(near.end(), numbering.begin() + from, numbering.begin() + index);
       near.push_back(point);
-      near.insert(near.end(), numbering.begin() + place, numbering.begin() + to);
+      near.insert(near.end(), numbering.begin() + index, numbering.begin() + to);
       const Quality quality = quality_of(properties, near, size);
       if (best_quality < quality) {
-        best = place;
+        best = index;
         best_quality = quality;
       }
     }
@@ -111,7 +114,7 @@ std::vector<int> find_numbering(Recipe recipe, const MassProperties& properties)
   std::iota(order.begin(), order.end(), 0);
   std::vector<int> best;
   Quality best_quality{std::numeric_limits<int>::max(), 0.0};
-  // true when nothing better is looked for
+  // returns true if no better numbering is needed
   const auto take = [&](const std::vector<int>& numbering) {
     const Quality quality = quality_of(properties, numbering, size);
     if (best_quality < quality) {
@@ -122,7 +125,7 @@ std::vector<int> find_numbering(Recipe recipe, const MassProperties& properties)
   };
 
   if (take(insert_one_by_one(properties, order, size))) return best;
-  // the last direction tells the points of a lattice apart
+  // along the last direction the points of a lattice have different coordinates
   Eigen::Matrix<double, 3, 4> directions;
   directions << Eigen::Matrix3d::Identity(), Eigen::Vector3d(1.0, 0.618, 0.382);
   for (int k = 0; k < 4; ++k) {
@@ -132,7 +135,7 @@ std::vector<int> find_numbering(Recipe recipe, const MassProperties& properties)
   }
   std::mt19937 engine(1);
   for (int k = 0; k < kRandomTries; ++k) {
-    // not std::shuffle, whose results differ between libraries
+    // std::shuffle gives different results in different libraries
     for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[engine() % i]);
     if (take(insert_one_by_one(properties, order, size))) return best;
   }

@@ -1,4 +1,4 @@
-// Eigen's vectors and matrices as the plan keeps them.
+// Conversion of Eigen's vectors and matrices to the arrays of a plan.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,17 +10,19 @@ namespace freeflex {
 
 inline Vec3 to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// Row-major.
+/// Returns the entries in row-major order.
 inline Mat3 to_array(const Eigen::Matrix3d& m) {
   return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
 }
 
-/// A row of a matrix that may have no columns, of which Eigen's own begins at an offset from null.
+/// Returns a row of a matrix that may have no columns. Eigen's own row of such a matrix starts at an offset
+/// from a null pointer.
 inline Eigen::RowVectorXd row_of(const Eigen::MatrixXd& matrix, Eigen::Index row) {
   return matrix.cols() == 0 ? Eigen::RowVectorXd(0) : Eigen::RowVectorXd(matrix.row(row));
 }
 
-/// Values over modes and, if there are more, over constraint shapes.
+/// Returns values over modes, followed by values over constraint shapes if there are any, padded to
+/// (num_padded).
 inline Array padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
   Array all(static_cast<std::size_t>(plan.num_padded), 0.0);
   const Eigen::Index num_modes = std::min<Eigen::Index>(values.size(), plan.num_elastic);
@@ -29,13 +31,13 @@ inline Array padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& v
   return all;
 }
 
-/// Such values as one more row.
+/// Appends values over modes and constraint shapes to `rows` as one padded row.
 inline void append_row(const Plan& plan, const Eigen::RowVectorXd& values, Array& rows) {
   const Array row = padded(plan, values.transpose());
   rows.insert(rows.end(), row.begin(), row.end());
 }
 
-/// Blocks of three rows that points and particles have so far.
+/// Returns the number of blocks of three rows that points and particles use so far.
 inline std::int32_t num_row_blocks(const Plan& plan) {
   const auto count = std::count_if(plan.points.begin(), plan.points.end(),
                                    [](const PlanPoint& point) { return point.row >= 0; });

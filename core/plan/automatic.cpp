@@ -14,38 +14,38 @@
 namespace freeflex {
 namespace {
 
-// parts of ticks of a run by which auto chooses: with 20 points a few seconds each
+// largest number of substeps in a run that tries a rung: such a run takes a few seconds with 20 points
 constexpr std::int64_t kMostTicksTried = 200'000;
 
 bool is_within(double error, const std::optional<double>& tolerance) {
   return !tolerance || error <= *tolerance;
 }
 
-// the plan of a rung with the best rung beside it; nullopt on an error
+// returns the plan of a rung, with the best rung as its shadow; nullopt if there is an error
 std::optional<Plan> plan_to_try(const Scene& scene, const Structure& structure, Fidelity rung,
                                 Faults& faults) {
   PlanSpec spec = unpublished_spec(scene, structure, rung, 1);
   spec.is_judged = true;
-  Faults own;  // warnings are said of the rung that is taken
+  Faults own;  // warnings of a rung are reported only if it is chosen
   std::optional<Plan> plan = compile(scene, structure, spec, own);
   if (plan) check_motion(scene, structure, *plan, own);
   if (has_error(own)) {
     faults.insert(faults.end(), own.begin(), own.end());
     return std::nullopt;
   }
-  // longer than the run, so that errors grow from its start
+  // longer than the run, so that the shadow starts only once and errors grow from the start of the run
   set_horizon(2.0 * scene.automatic->horizon, *plan);
-  const std::int32_t parts = resolving_parts(frequencies_of(structure), plan->period);
-  if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, best_rung_beside(rung, scene, structure), parts,
-                  *plan, faults))
+  const std::int32_t substeps = resolving_substeps(frequencies_of(structure), plan->period);
+  if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, best_rung_beside(rung, scene, structure),
+                  substeps, *plan, faults))
     return std::nullopt;
   return plan;
 }
 
 struct Tried {
   PlanRung rung;
-  Verdict::Word word = Verdict::Word::kGood;  // the worst on it
-  std::string why;
+  Verdict::Level level = Verdict::Level::kGood;  // worst verdict of the run
+  std::string why;                               // text of its cause
 };
 
 Tried try_rung(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults) {
@@ -57,7 +57,8 @@ Tried try_rung(const Scene& scene, const Structure& structure, Fidelity rung, Fa
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
   Budget budget = make_budget(*plan);
-  // by what the rung neglects; what the rung beside it finds is held against the tolerances
+  // The verdict judges the terms that the rung neglects. The distance from the best rung is compared with the
+  // tolerances, so the verdict gets an empty budget.
   Judgement judgement(*plan);
   Budget none;
   judgement.take(state, none);
@@ -76,9 +77,9 @@ Tried try_rung(const Scene& scene, const Structure& structure, Fidelity rung, Fa
   }
   result.is_finite = std::isfinite(result.position) && std::isfinite(result.elastic);
   const AutomaticRung& asked = *scene.automatic;
-  tried.word = judgement.worst().word;
+  tried.level = judgement.worst().level;
   tried.why = text_of(*plan, judgement.worst());
-  result.meets = result.is_finite && tried.word != Verdict::Word::kOutside &&
+  result.meets = result.is_finite && tried.level != Verdict::Level::kOutside &&
                  is_within(result.position, asked.position) && is_within(result.attitude, asked.attitude) &&
                  is_within(result.elastic, asked.elastic);
   return tried;
@@ -91,8 +92,8 @@ std::string describe(const std::vector<Tried>& all) {
     text += (text.empty() ? "" : ", ") + std::string(name_of(each.rung));
     text += each.is_finite
                 ? join_text(" ", each.position, " m, ", each.attitude, " rad, elastic ", each.elastic)
-                : std::string(" leaves the numbers");
-    if (tried.word == Verdict::Word::kOutside) text += " (outside by " + tried.why + ")";
+                : std::string(" diverges");
+    if (tried.level == Verdict::Level::kOutside) text += " (outside: " + tried.why + ")";
   }
   return text;
 }
@@ -101,23 +102,23 @@ std::string describe(const std::vector<Tried>& all) {
 
 std::string find_untried_rate(const Plan& plan, double rate) {
   if (plan.tried_rungs.empty() || std::abs(rate * plan.period - 1.0) < 1e-9) return {};
-  return join_text("fidelity: auto took ", name_of(plan.fidelity), " at ", 1.0 / plan.period, " Hz; at ",
-                   rate, " Hz its tolerance was not tried: put the rate into the scene");
+  return join_text("fidelity: auto chose ", name_of(plan.fidelity), " at ", 1.0 / plan.period, " Hz, but at ",
+                   rate, " Hz its tolerance was not checked: put the rate into the scene");
 }
 
 std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure,
                                     std::vector<PlanRung>& tried, Faults& faults) {
-  const std::int32_t parts = resolving_parts(frequencies_of(structure), 1.0 / scene.rate);
-  const double rate = scene.rate * parts, most = static_cast<double>(kMostTicksTried);
+  const std::int32_t substeps = resolving_substeps(frequencies_of(structure), 1.0 / scene.rate);
+  const double rate = scene.rate * substeps, most = static_cast<double>(kMostTicksTried);
   if (scene.automatic->horizon * rate > most) {
-    const std::string in_parts =
-        parts > 1 ? join_text(" in ", parts, " parts each, ", scene.automatic->horizon * rate, " in all")
-                  : "";
+    const std::string in_parts = substeps > 1 ? join_text(" in ", substeps, " substeps each, ",
+                                                          scene.automatic->horizon * rate, " in all")
+                                              : "";
     add_error(faults, scene.automatic->origin,
               join_text("tolerance: horizon of ", scene.automatic->horizon, " s is ",
-                        scene.automatic->horizon * scene.rate, " ticks", in_parts, ", at most ",
+                        scene.automatic->horizon * scene.rate, " ticks", in_parts, ", but at most ",
                         kMostTicksTried, " are tried; take a horizon of ", most / rate,
-                        " s or less, or name a rung in place of auto"));
+                        " s or less, or name a rung instead of auto"));
     return std::nullopt;
   }
   warn_of_best_rung(scene, structure, "fidelity: auto", scene.automatic->origin, faults);
@@ -128,20 +129,18 @@ std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structu
     tried.push_back(all.back().rung);
     if (has_error(faults)) return std::nullopt;
     if (!tried.back().meets) continue;
-    if (all.back().word == Verdict::Word::kWatch)
+    if (all.back().level == Verdict::Level::kWatch)
       add_warning(
           faults, scene.automatic->origin,
-          join_text("fidelity: auto took ", name_of(each.rung),
-                    ", whose error by what is known meets the tolerance, but the word on its motion is "
-                    "watch: ",
-                    all.back().why));
+          join_text("fidelity: auto chose ", name_of(each.rung),
+                    ": its estimated error meets the tolerance, but its verdict is watch: ", all.back().why));
     return each.rung;
   }
   add_error(
       faults, scene.automatic->origin,
-      join_text("fidelity: no rung meets the tolerance over ", scene.automatic->horizon,
-                " s: ", describe(all),
-                "; allow more, take a shorter horizon, raise the rate, load less, or take fidelity: full"));
+      join_text(
+          "fidelity: no rung meets the tolerance over ", scene.automatic->horizon, " s: ", describe(all),
+          "; raise the tolerance or the rate, reduce the horizon or the loads, or take fidelity: full"));
   return std::nullopt;
 }
 

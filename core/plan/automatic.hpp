@@ -1,4 +1,4 @@
-// `fidelity: auto`: the choice of a rung by the error it makes   (THEORY X99).
+// `fidelity: auto`: choice of a rung by its estimated error   (THEORY 12.28).
 #pragma once
 
 #include <optional>
@@ -9,16 +9,19 @@
 
 namespace freeflex {
 
-/// Samples at which errors are judged over a horizon.
+/// Number of samples at which errors are compared with the tolerances over a horizon.
 inline constexpr int kRungSamples = 16;
 
-/// The cheapest rung within the tolerances of scene.automatic, the last of `tried` (X99). Without one that
-/// is: an error at the place of the tolerance, and nullopt. Cost: up to six runs over the horizon, each with
-/// the best rung beside it.
+/// Returns the cheapest rung whose estimated errors stay within the tolerances of scene.automatic:
+/// estimate(t_k) <= tolerance at t_k = k T_h / 16, k = 1 to 16   (THEORY 12.28). `tried` receives the rungs
+/// that were tried; the chosen rung is the last of them. If no rung is within the tolerances, returns nullopt
+/// and adds an error at the origin of the tolerance. The cost is up to six runs over the horizon, each in
+/// parallel with the best rung.
 std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure,
                                     std::vector<PlanRung>& tried, Faults& faults);
 
-/// What to say when a plan whose rung `fidelity: auto` chose runs at another rate [Hz]; empty: nothing.
+/// Returns a warning if `fidelity: auto` chose the rung of the plan at a rate other than `rate` [Hz]. Empty
+/// text: no warning.
 std::string find_untried_rate(const Plan& plan, double rate);
 
 }  // namespace freeflex

@@ -12,7 +12,7 @@ namespace freeflex {
 bool carries(Fidelity rung, const Scene& scene, const Structure& structure) {
   if (traits_of(rung).couples && std::ranges::any_of(scene.links, has_mass_matrix)) return false;
   return !traits_of(rung).has_true_geometry ||
-         (structure.num_constraints == 0 && are_point_masses(scene) && !structure.kept.is_part);
+         (structure.num_constraints == 0 && are_point_masses(scene) && !structure.kept.is_subset);
 }
 
 Fidelity best_rung_beside(Fidelity rung, const Scene& scene, const Structure& structure) {
@@ -32,12 +32,12 @@ void warn_of_best_rung(const Scene& scene, const Structure& structure, const cha
                         : !are_point_masses(scene)                     ? "bodies and massless points"
                                                                        : "the lowest modes alone",
                         " is ", name_of(best_rung_beside(Fidelity::kRigid, scene, structure)),
-                        ", and errors are counted against it; ",
+                        ", and errors are relative to it; ",
                         carries(Fidelity::kCoupled, scene, structure)
-                            ? "the second order of the links' geometry is not in them"
-                            : "what deformation does to the body and the second order of the links' "
-                              "geometry are not in them",
-                        ": see the word on the motion"));
+                            ? "they do not include the second order of the links' geometry"
+                            : "they include neither the effect of deformation on the body nor the second "
+                              "order of the links' geometry",
+                        ": see the verdict"));
 }
 
 std::span<const double> frequencies_of(const Structure& structure) {
@@ -50,16 +50,16 @@ void set_horizon(double horizon, Plan& plan) {
 }
 
 bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind kind, Fidelity rung,
-                std::int32_t parts, Plan& plan, Faults& faults) {
-  const std::int32_t substeps = shadow_steps(kind, plan.fidelity, parts);
+                std::int32_t resolving, Plan& plan, Faults& faults) {
+  const std::int32_t substeps = shadow_substeps(kind, plan.fidelity, resolving);
   const PlanSpec spec = unpublished_spec(scene, structure, rung, substeps);
   Faults own;
   std::optional<Plan> compiled = compile(scene, structure, spec, own);
   for (const Fault& fault : own)
     add_error(faults, scene.automatic ? scene.automatic->origin : fault.origin,
               join_text(scene.automatic ? "fidelity: auto" : "error_budget",
-                        ": the equations it compares with, fidelity ", name_of(rung), " at ",
-                        scene.rate * substeps, " Hz, cannot carry the scene: ", fault.message, "; or ",
+                        ": the reference equations, fidelity ", name_of(rung), " at ", scene.rate * substeps,
+                        " Hz, do not support the scene: ", fault.message, "; or ",
                         scene.automatic ? "name a rung" : "leave error_budget out"));
   if (!compiled) return false;
   plan.budget.shadows.push_back({kind, substeps, std::move(*compiled)});
@@ -68,18 +68,19 @@ bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind
 
 void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
   if (scene.error_budget.horizon <= 0.0) return;
-  if (!plan.wide.empty()) {
-    add_error(
-        faults, scene.error_budget.origin,
-        "error_budget does not go with leave_out: {on_need: replan}, which changes the plan in motion; take "
-        "on_need: keep or refuse");
+  if (!plan.fallback.empty()) {
+    add_error(faults, scene.error_budget.origin,
+              "error_budget cannot be combined with leave_out: {on_need: replan}, which changes the plan "
+              "during the "
+              "motion; "
+              "take on_need: keep or refuse");
     return;
   }
   set_horizon(scene.error_budget.horizon, plan);
   const RungTraits& rung = traits_of(plan.fidelity);
-  const std::int32_t parts = resolving_parts(frequencies_of(structure), plan.period);
+  const std::int32_t resolving = resolving_substeps(frequencies_of(structure), plan.period);
   const auto add = [&](PlanShadow::Kind kind, Fidelity of) {
-    return add_shadow(scene, structure, kind, of, parts, plan, faults);
+    return add_shadow(scene, structure, kind, of, resolving, plan, faults);
   };
   warn_of_best_rung(scene, structure, "error_budget", scene.error_budget.origin, faults);
   const Fidelity best = best_rung_beside(plan.fidelity, scene, structure);
@@ -87,7 +88,7 @@ void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, 
   if (best != plan.fidelity && !add(PlanShadow::Kind::kFine, plan.fidelity)) return;
   const bool lacks_modes = rung.has_modes && !plan.mode_numbers.empty() &&
                            plan.mode_numbers.size() < static_cast<std::size_t>(structure.omega.size());
-  if (lacks_modes) add(PlanShadow::Kind::kWhole, plan.fidelity);
+  if (lacks_modes) add(PlanShadow::Kind::kFull, plan.fidelity);
 }
 
 }  // namespace freeflex

@@ -1,4 +1,4 @@
-// Shadows of a plan for its error budget   (THEORY X96-X98).
+// Shadows of a plan for its error budget   (THEORY 12.22 to 12.27).
 #pragma once
 
 #include <cstdint>
@@ -8,32 +8,35 @@
 
 namespace freeflex {
 
-/// Adds one shadow to a plan of a scene, with every mode and point of it and nothing to publish. An error at
-/// the place of what asks for it, when the rung cannot carry the scene. \param structure  of the scene, with
-/// all modes  \param parts  resolving_parts() of it
+/// Adds one shadow to a plan of a scene, with all modes and points and without publication. If the rung does
+/// not support the scene, returns false and adds an error at the origin of the budget or of `auto`.
+/// \param structure  of the scene, with all modes  \param resolving  resolving_substeps() of the structure
 bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind kind, Fidelity rung,
-                std::int32_t parts, Plan& plan, Faults& faults);
+                std::int32_t resolving, Plan& plan, Faults& faults);
 
-/// True of the rungs that can carry a scene: those with true bars take neither rigid links nor bodies.
+/// Returns true if a rung supports a scene. Rungs with true geometry support neither rigid links nor bodies
+/// nor a subset of the modes. Coupled rungs do not support mass matrices.
 bool carries(Fidelity rung, const Scene& scene, const Structure& structure);
 
-/// What a rung is compared with: exact bars, or coupled where the scene has rigid links or bodies; or itself
-/// in parts of half the size where that is not better.
+/// Returns the rung with which the given rung is compared. If the rung has true geometry, this is the rung
+/// itself. Otherwise it is spin-loaded if the scene has mass matrices, coupled if it has rigid links, bodies
+/// or only its lowest modes, and exact-bars for other scenes.
 Fidelity best_rung_beside(Fidelity rung, const Scene& scene, const Structure& structure);
 
-/// Says so where that is coupled: what true lengths and directions change is in no estimate then.
-/// \param judge  what is compared, as the scene names it
+/// Warns if the best rung is not exact-bars, because then no estimate includes the true lengths and
+/// directions of links.
+/// \param judge  key of the scene that asks for the comparison
 void warn_of_best_rung(const Scene& scene, const Structure& structure, const char* judge,
                        const Origin& origin, Faults& faults);
 
-/// Fills plan.budget with the shadows that scene.error_budget asks for. Errors, at its place, when the
-/// coupled rungs cannot carry the scene. \param structure  of the scene, with all modes
+/// Fills plan.budget with the shadows that scene.error_budget asks for. Adds an error at the origin of the
+/// budget if the coupled rungs do not support the scene. \param structure  of the scene, with all modes
 void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
-/// What a plan's errors are counted over before the comparison starts again [s].
+/// Sets the horizon of a plan's error budget [s]. After each horizon, the comparison starts again.
 void set_horizon(double horizon, Plan& plan);
 
-/// [rad/s] of every mode.
+/// Returns the natural frequencies of all modes [rad/s].
 std::span<const double> frequencies_of(const Structure& structure);
 
 }  // namespace freeflex

@@ -11,12 +11,12 @@
 #include "core/plan/groups.hpp"
 #include "core/plan/histories.hpp"
 #include "core/plan/kinetics.hpp"
-#include "core/plan/mixing.hpp"
-#include "core/plan/neglect.hpp"
+#include "core/plan/modal_coupling.hpp"
 #include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "core/plan/rungs.hpp"
 #include "core/plan/start.hpp"
+#include "core/plan/unmodelled.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/extremes.hpp"
 #include "core/scene/faults.hpp"
@@ -29,7 +29,8 @@
 namespace freeflex {
 namespace {
 
-// what a spec keeps of a structure; the structure itself where that is all
+// returns the structure with the modes and link forces that a spec keeps, or the given structure if the spec
+// keeps all of them
 std::shared_ptr<const Structure> structure_of(const Structure& whole, const PlanSpec& spec) {
   const bool has_links = !whole.link_forces.empty() || whole.constraint_shapes.cols() > 0;
   if (spec.static_modes.empty() && (spec.publishes_links || !has_links))
@@ -43,7 +44,7 @@ std::shared_ptr<const Structure> structure_of(const Structure& whole, const Plan
   return few;
 }
 
-// unit elastic displacements and constraint shapes side by side
+// holds unit elastic displacements and constraint shapes, side by side
 class AllShapes {
  public:
   explicit AllShapes(const Structure& structure) : structure_(structure) {
@@ -65,12 +66,12 @@ void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
   plan.rigid_freedoms = body.rigid_freedoms;
   plan.p_SB = to_array(body.p_SB);
   plan.inertia = to_array(body.inertia);
-  // through principal moments, which keep their digits for thin shapes; a moment of a freedom that is not
-  // there has none
+  // I^-1 = sum_k u_k u_k^T / I_k   (THEORY 2.8). For a thin shape, the principal moments are more accurate
+  // than the inertia matrix. Rotations that the body cannot make are omitted from the sum.
   Eigen::Vector3d inverse = Eigen::Vector3d::Zero();
   for (int k = 0; k < 3; ++k) {
-    const bool turns = body.rigid_freedoms == 6 || (body.rigid_freedoms == 5 && k > 0);
-    if (turns) inverse[k] = 1.0 / body.principal[k];
+    const bool rotates = body.rigid_freedoms == 6 || (body.rigid_freedoms == 5 && k > 0);
+    if (rotates) inverse[k] = 1.0 / body.principal[k];
   }
   plan.inverse_inertia =
       to_array(Eigen::Matrix3d(body.principal_axes * inverse.asDiagonal() * body.principal_axes.transpose()));
@@ -81,7 +82,9 @@ void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
   plan.attractor_W = to_array(scene.attractor.position);
 }
 
-// decay_l = zeta_l omega_l + alpha_R / 2 + beta_R omega_l^2 / 2   (X53, X66), of every mode of a structure
+// Returns decay_l = zeta_l omega_l + alpha_R / 2 + beta_R omega_l^2 / 2 of all modes of a structure [1/s];
+// zeta_l is the damping ratio given for the mode plus the ratio that follows from loss factors
+// (THEORY 4.23, 4.24).
 Eigen::VectorXd decays(const Damping& damping, const Structure& structure) {
   const Eigen::VectorXd& omega = structure.omega;
   Eigen::VectorXd ratio = Eigen::VectorXd::Constant(omega.size(), damping.modal_ratio);
@@ -100,7 +103,7 @@ void compile_modes(const Structure& structure, const Eigen::VectorXd& decay, Pla
   plan.conditioning = structure.conditioning;
   for (const Mechanism& mechanism : structure.mechanisms)
     plan.mechanisms.emplace_back(mechanism.moved_points.begin(), mechanism.moved_points.end());
-  // residuals of (2.2): sum m b and sum m r x b
+  // residuals of sum m b_l = 0 and sum m r x b_l = 0   (THEORY 2.12, 2.15)
   const Eigen::Matrix3Xd& r = structure.particles.r;
   const Eigen::MatrixXd& b_of = particle_shapes(structure);
   Eigen::MatrixXd residual = Eigen::MatrixXd::Zero(6, structure.omega.size());
@@ -116,9 +119,9 @@ void compile_modes(const Structure& structure, const Eigen::VectorXd& decay, Pla
   for (int row = 0; row < 6; ++row) append_row(plan, row_of(residual, row), plan.eckart_rows);
 }
 
-// X70, X72: Y_l,ab = sum m_i r_i,a b_il,b, symmetric by (2.6)
+// Computes the field moments Y_l,ab = sum m_i r_i,a b_il,b, symmetric in a and b   (THEORY 8.15).
 void compile_field(const Structure& structure, const Eigen::MatrixXd& shapes, Plan& plan) {
-  plan.has_spin_load = traits_of(plan.fidelity).takes_spin_load && plan.turns;
+  plan.has_spin_load = traits_of(plan.fidelity).takes_spin_load && plan.has_rotation;
   if (!plan.has_spin_load && plan.attractor_mu == 0.0) return;
   const Eigen::Matrix3Xd& r = structure.particles.r;
   static constexpr std::array<std::array<int, 2>, 6> kPairs{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
@@ -135,13 +138,13 @@ void compile_field(const Structure& structure, const Eigen::MatrixXd& shapes, Pl
   }
 }
 
-// points whose rows the step or the read-out can ask for
+// returns true for each point whose mode-shape rows the step or the read-out uses
 std::vector<bool> points_with_rows(const Scene& scene) {
   std::vector<bool> used(scene.points.size(), false);
   const auto use = [&](int point) { used[static_cast<std::size_t>(point)] = true; };
   std::for_each(scene.pushable.begin(), scene.pushable.end(), use);
   std::for_each(scene.publication.points.begin(), scene.publication.points.end(), use);
-  // commands may put a wrench on any group
+  // commands may apply a wrench to any group
   for (const Group& group : scene.groups) std::for_each(group.points.begin(), group.points.end(), use);
   for (const Load& load : scene.loads)
     for (const PointLoad& each : load.forces) use(each.point);
@@ -171,8 +174,8 @@ void compile_points(const Scene& scene, const Structure& structure, const Eigen:
   }
 }
 
-// bodies whose attitude is read or loaded
-void compile_turning(const Scene& scene, const Structure& structure, Plan& plan) {
+// compiles the rotation rows of bodies whose attitude is published or that carry a load or wheel
+void compile_attitudes(const Scene& scene, const Structure& structure, Plan& plan) {
   std::set<int> wanted;
   for (const int point : scene.pushable) wanted.insert(point);
   for (const int point : scene.publication.points) wanted.insert(point);
@@ -182,29 +185,30 @@ void compile_turning(const Scene& scene, const Structure& structure, Plan& plan)
   const Freedoms freedoms(scene);
   for (const int point : wanted) {
     if (!has_attitude(scene.points[static_cast<std::size_t>(point)])) continue;
-    plan.particles.turning.push_back(point);
+    plan.particles.attitude_points.push_back(point);
     const int first = freedoms.rotation(point) - freedoms.num_displacements();
     for (int axis = 0; axis < 3; ++axis)
-      append_row(plan, row_of(structure.turns, first + axis), plan.particles.turn_rows);
+      append_row(plan, row_of(structure.rotations, first + axis), plan.particles.rotation_rows);
   }
 }
 
 void compile_wheels(const Scene& scene, Plan& plan) {
   for (const Wheel& wheel : scene.wheels)
     plan.wheels.all.push_back(
-        {wheel.name, turning_of(plan, wheel.point), to_array(wheel.axis), wheel.momentum, {}});
+        {wheel.name, attitude_index_of(plan, wheel.point), to_array(wheel.axis), wheel.momentum, {}});
 }
 
-// what a wheel's momentum couples of the pairs that the word judges
+// computes a . (theta_l x theta_u) for each wheel and each pair of modes that the verdict judges
+// (THEORY 16.24)
 void compile_gyroscopic(Plan& plan) {
   const auto n = static_cast<std::size_t>(plan.num_padded);
   for (PlanWheel& wheel : plan.wheels.all) {
-    const double* rows = turn_rows(plan, wheel.turning);
+    const double* rows = rotation_rows(plan, wheel.attitude_index);
     const auto theta = [&](std::int32_t mode) {
       const auto l = static_cast<std::size_t>(mode);
       return Vec3{rows[l], rows[n + l], rows[2 * n + l]};
     };
-    for (const auto& [l, u] : plan.neglect.pairs)
+    for (const auto& [l, u] : plan.unmodelled.pairs)
       wheel.gyroscopic.push_back(dot(wheel.axis, cross(theta(l), theta(u))));
   }
 }
@@ -231,8 +235,7 @@ void compile_links(const Scene& scene, const Structure& structure, Plan& plan) {
     return first;
   };
   for (const LinkForceRows& force : structure.link_forces) {
-    if (force.rows.rows() == 0)
-      continue;  // a rigid link that others make redundant carries no force of its own
+    if (force.rows.rows() == 0) continue;  // the force of a redundant rigid link is not determined
     PlanLinkOutput output;
     output.link = force.link;
     output.num_rows = static_cast<std::int32_t>(force.rows.rows());
@@ -243,7 +246,7 @@ void compile_links(const Scene& scene, const Structure& structure, Plan& plan) {
   }
 }
 
-// a repeated name in a list publishes once
+// returns the indices in their order, without repetitions
 std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
   std::vector<std::int32_t> kept;
   for (const int index : indices)
@@ -251,35 +254,38 @@ std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
   return kept;
 }
 
-// true bars stand between points at their true places, which a body's turn takes to first order only
+// Reports what a rung does not support. Bars at true length need the true positions of their points, but the
+// rotation of a body moves its points to first order only.
 void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
   if (!traits_of(rung).couples) return;
   for (std::size_t i = 0; i < scene.links.size(); ++i)
     if (has_mass_matrix(scene.links[i]))
       add_error(
           faults, scene.links[i].origin,
-          join_text("link ", called(scene.links[i], static_cast<int>(i)),
-                    " has a mass matrix, which fidelity ", name_of(rung),
-                    " does not take, for it does not say how the inside moves; use spin-loaded or below"));
+          join_text(
+              "link ", called(scene.links[i], static_cast<int>(i)), " has a mass matrix, which fidelity ",
+              name_of(rung),
+              " does not support, because the motion inside the link is unknown; use spin-loaded or below"));
   if (!traits_of(rung).has_true_geometry) return;
   if (!scene.wheels.empty())
     add_error(faults, scene.wheels.front().origin,
               join_text("wheel ", quoted(scene.wheels.front().name, 0), ": fidelity ", name_of(rung),
-                        " does not take wheels; use coupled or below"));
+                        " does not support wheels; use coupled or below"));
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
     if (point.mass > 0.0 && !has_attitude(point)) continue;
-    return add_error(faults, point.origin,
-                     join_text("point ", quoted(point.name, static_cast<int>(i)),
-                               has_attitude(point) ? " has inertia or an offset" : " has no mass",
-                               ", which fidelity ", name_of(rung), " does not take; use coupled or below"));
+    return add_error(
+        faults, point.origin,
+        join_text("point ", quoted(point.name, static_cast<int>(i)),
+                  has_attitude(point) ? " has inertia or an offset" : " has no mass", ", which fidelity ",
+                  name_of(rung), " does not support; use coupled or below"));
   }
   for (std::size_t i = 0; i < scene.links.size(); ++i)
     if (has_mass(scene.links[i]))
       return add_error(
           faults, scene.links[i].origin,
           join_text("link ", called(scene.links[i], static_cast<int>(i)), " has mass, which fidelity ",
-                    name_of(rung), " does not take; use coupled or below"));
+                    name_of(rung), " does not support; use coupled or below"));
 }
 
 void compile_publication(const Publication& publication, Plan& plan) {
@@ -301,9 +307,9 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   const Structure& structure = *kept;
   Plan plan;
   plan.fidelity = spec.rung;
-  plan.damps = spec.damps;
-  plan.falls = spec.falls;
-  plan.turns = spec.turns;
+  plan.has_damping = spec.has_damping;
+  plan.has_gravity = spec.has_gravity;
+  plan.has_rotation = spec.has_rotation;
   plan.scope = spec.scope;
   compile_body(scene, structure.mass_properties, plan);
   compile_modes(structure, decays(scene.damping, whole)(spec.modes), plan);
@@ -312,7 +318,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   const AllShapes both(structure);
   const Eigen::MatrixXd& shapes = *both;
   compile_points(scene, structure, shapes, spec.has_every_row, plan);
-  if (!are_point_masses(scene)) compile_turning(scene, structure, plan);
+  if (!are_point_masses(scene)) compile_attitudes(scene, structure, plan);
   compile_wheels(scene, plan);
   compile_field(structure, has_particles(structure) ? structure.particles.shapes : shapes, plan);
   compile_links(scene, structure, plan);
@@ -325,10 +331,10 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   plan.initial.q_dot = padded(plan, spec.initial.q_dot(spec.modes));
   compile_publication(scene.publication, plan);
   compile_histories(scene, structure, plan, faults);
-  compile_mixing(scene, structure, plan, faults);
+  compile_modal_coupling(scene, structure, plan, faults);
   if (is_coupled(plan)) compile_coupled(scene, structure, spec, plan, faults);
   if (is_coupled(plan)) compile_kinetics(scene, structure, shapes, kinetic_form(scene, plan), plan);
-  if (spec.is_judged) compile_neglect(scene, whole, spec, plan);
+  if (spec.is_judged) compile_unmodelled(scene, whole, spec, plan);
   compile_gyroscopic(plan);
   if (has_error(faults)) return std::nullopt;
   set_rate(plan, spec.rate);

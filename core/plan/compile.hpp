@@ -1,4 +1,4 @@
-// Scene, structure and spec -> plan.
+// Compilation of a plan from a scene, a structure and a spec.
 #pragma once
 
 #include <optional>
@@ -7,10 +7,11 @@
 
 namespace freeflex {
 
-/// Everything the step, the bus and the tools need, as the spec has it: the same scene, structure and spec
-/// give the same plan, and nothing is decided here. Errors alone are said; what else is to be said of a
-/// scene, check_start() and check_motion() say once. nullopt on an error. Programs that run a scene call
-/// make_plan() of core/plan/make_plan.hpp, which decides the spec.
+/// Returns the plan that the spec asks for, with all data that the step, the bus and the tools need; nullopt
+/// if there is an error. All decisions are in the spec. Reports errors only: check_start() and check_motion()
+/// report the warnings, once per scene. Programs that run a scene call make_plan() of
+/// core/plan/make_plan.hpp, which makes the spec.
+/// \param whole  structure of the scene with all modes
 std::optional<Plan> compile(const Scene& scene, const Structure& whole, const PlanSpec& spec, Faults& faults);
 
 }  // namespace freeflex

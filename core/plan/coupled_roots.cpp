@@ -17,45 +17,48 @@ using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::VectorXcd;
 
-// [flop] up to which the iteration is taken without a look at the dense problem, and at all: some ten seconds
-constexpr double kQuick = 2e9, kMostWork = 1e11;
+// [flop] Largest cost of the iteration: kFewFlops if the dense problem is possible too, kMostWork if it is
+// not. The latter takes some ten seconds.
+constexpr double kFewFlops = 2e9, kMostWork = 1e11;
 constexpr int kMostSweeps = 60;
-// [-] of the distance from the nearest pole: the iteration is cubic, so the next change is below rounding
+// [-] change of a root over its distance from the nearest pole. The iteration is cubic, so the next change is
+// below the rounding error.
 constexpr double kConverged = 1e-10;
 
 struct Pair {
   Complex first, second;
 };
 
-// roots of s^2 + 2 b s + c, the one above the real axis or the slower one first
+// Returns the roots of s^2 + 2 b s + c. Of a complex pair, the root with positive imaginary part is first. Of
+// two real roots, the slower one is first.
 Pair roots_of(double b, double c) {
   const double square = (b - std::sqrt(std::abs(c))) * (b + std::sqrt(std::abs(c)));
   const double discriminant = c >= 0.0 ? square : b * b - c;
   if (discriminant < 0.0) {
-    const double turn = std::sqrt(-discriminant);
-    return {{-b, turn}, {-b, -turn}};
+    const double frequency = std::sqrt(-discriminant);
+    return {{-b, frequency}, {-b, -frequency}};
   }
   const double far = -(b + std::copysign(std::sqrt(discriminant), b));
   return {far == 0.0 ? 0.0 : c / far, far};
 }
 
-// det(1 - N diag(1 / den) out^T) times the product of the denominators, N = by_q + s by_q_dot: the polynomial
-// whose roots are the eigenvalues. den = (s - pole) (s - other pole), of loose modes s + 2 decay and N =
-// by_q_dot.
+// Holds the polynomial whose roots are the eigenvalues: det(1 - N diag(1 / den) out^T) times the product of
+// the denominators, N = by_q + s by_q_dot, den = (s - pole) (s - other pole)   (THEORY 8.43). Zero-frequency
+// modes have den = s + 2 decay and N = by_q_dot.
 class Secular {
  public:
   explicit Secular(const CoupledModes& modes) : modes_(modes), n_(modes.omega.size()) {
     poles_.resize(2 * n_);
     for (Index l = 0; l < n_; ++l) {
       const double omega = modes.omega[l], decay = modes.decay[l];
-      loose_.push_back(is_loose(modes, l));
-      const Pair poles = loose_.back() ? Pair{0.0, -2.0 * decay} : roots_of(decay, omega * omega);
+      is_zero_frequency_.push_back(is_zero_frequency(modes, l));
+      const Pair poles = is_zero_frequency_.back() ? Pair{0.0, -2.0 * decay} : roots_of(decay, omega * omega);
       poles_[l] = poles.first, poles_[n_ + l] = poles.second;
       const double u = modes.out.col(l).dot(modes.by_q.col(l)),
                    v = modes.out.col(l).dot(modes.by_q_dot.col(l));
-      const Pair guess =
-          loose_.back() ? Pair{0.0, v - 2.0 * decay} : roots_of(decay - 0.5 * v, omega * omega - u);
-      if (!loose_.back()) start(l, guess.first, std::abs(v));
+      const Pair guess = is_zero_frequency_.back() ? Pair{0.0, v - 2.0 * decay}
+                                                   : roots_of(decay - 0.5 * v, omega * omega - u);
+      if (!is_zero_frequency_.back()) start(l, guess.first, std::abs(v));
       start(n_ + l, guess.second, std::abs(v));
       damping_ += v;
       coupling_ += std::abs(v);
@@ -67,7 +70,7 @@ class Secular {
     return 2.0 * n * 12.0 * (16.0 * k * k * n + 4.0 * k * k * k + 60.0 * n);
   }
 
-  // false where an eigenvalue does not converge, or the sum of all is not the trace
+  // returns false if an eigenvalue does not converge, or if the sum of the eigenvalues differs from the trace
   bool solve() {
     for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
       bool is_done = true;
@@ -94,19 +97,20 @@ class Secular {
       out.s = s;
       MatrixXcd M = matrix();
       const auto [right, left] = null_vectors(M);
-      // (s - A) x = (0, out^T c)
+      // eigenvector x from (s - A) x = (0, out^T c), where A is the matrix of the uncoupled equations and c
+      // is the null vector
       out.q_dot = (modes_.out.transpose() * right).array() * g_;
       out.q.resize(n_);
       out.left_q_dot = (N_.transpose() * left).array() * g_;
       out.left_q.resize(n_);
       for (Index l = 0; l < n_; ++l) {
-        const bool is_loose = loose_[static_cast<std::size_t>(l)];
-        if (!is_loose) out.q_dot[l] *= s;
+        const bool is_zero_frequency = is_zero_frequency_[static_cast<std::size_t>(l)];
+        if (!is_zero_frequency) out.q_dot[l] *= s;
         out.q[l] = out.q_dot[l] == 0.0 ? 0.0 : out.q_dot[l] / s;
-        out.left_q[l] = is_loose ? 0.0
-                                 : (modes_.by_q.col(l).cast<Complex>().cwiseProduct(left).sum() -
-                                    modes_.omega[l] * modes_.omega[l] * out.left_q_dot[l]) /
-                                       s;
+        out.left_q[l] = is_zero_frequency ? 0.0
+                                          : (modes_.by_q.col(l).cast<Complex>().cwiseProduct(left).sum() -
+                                             modes_.omega[l] * modes_.omega[l] * out.left_q_dot[l]) /
+                                                s;
       }
       take(out);
     }
@@ -114,13 +118,13 @@ class Secular {
 
  private:
   struct Root {
-    Index first = 0;  // the pole that it started from
-    Index pole = 0;   // the nearest one
-    Complex shift;    // from there
+    Index first = 0;  // pole at the start
+    Index pole = 0;   // nearest pole
+    Complex shift;    // root minus the nearest pole
     bool is_done = false;
   };
 
-  // a little off the guess, and off the axis of symmetry, where pairs could not part
+  // starts near the guess, but off the real axis, because two roots on it could not become a complex pair
   void start(Index pole, Complex guess, double coupling) {
     const double scale = std::max(std::abs(poles_[pole]) + coupling, std::numeric_limits<double>::min());
     const Complex aside = std::polar(1.0, 2.4 * static_cast<double>(roots_.size() + 1));
@@ -129,7 +133,7 @@ class Secular {
     roots_.push_back({pole, pole, shift, false});
   }
 
-  // of the root from every pole
+  // computes the distances of a root from all poles
   void set_distances(const Root& root) {
     const Complex s = poles_[root.pole] + root.shift;
     first_ = (poles_[root.pole] - poles_.head(n_).array()) + root.shift;
@@ -137,7 +141,7 @@ class Secular {
     N_ = modes_.by_q.cast<Complex>() + s * modes_.by_q_dot.cast<Complex>();
     slope_ = first_ + second_;
     for (Index l = 0; l < n_; ++l) {
-      if (!loose_[static_cast<std::size_t>(l)]) continue;
+      if (!is_zero_frequency_[static_cast<std::size_t>(l)]) continue;
       first_[l] = 1.0, slope_[l] = 1.0;
       N_.col(l) = modes_.by_q_dot.col(l).cast<Complex>();
     }
@@ -149,20 +153,20 @@ class Secular {
     return MatrixXcd::Identity(k, k) - N_ * g_.matrix().asDiagonal() * modes_.out.transpose().cast<Complex>();
   }
 
-  // of the logarithm of the polynomial by s; call set_distances first
+  // returns the derivative of the logarithm of the polynomial with respect to s; call set_distances first
   Complex log_derivative() const {
     Complex sum = 0.0;
     MatrixXcd slope = modes_.by_q_dot.cast<Complex>();
     for (Index l = 0; l < n_; ++l) {
-      const bool is_loose = loose_[static_cast<std::size_t>(l)];
+      const bool is_zero_frequency = is_zero_frequency_[static_cast<std::size_t>(l)];
       sum += slope_[l] * g_[l];
-      if (is_loose) slope.col(l).setZero();
+      if (is_zero_frequency) slope.col(l).setZero();
       slope.col(l) = (slope.col(l) - N_.col(l) * (slope_[l] * g_[l])) * g_[l];
     }
     return sum - matrix().partialPivLu().solve(slope * modes_.out.transpose().cast<Complex>()).trace();
   }
 
-  // one iteration of one root; true when it is where it belongs
+  // makes one iteration of one root; returns true if the root has converged
   bool advance(std::size_t i) {
     Root& root = roots_[i];
     if (root.is_done) return true;
@@ -173,19 +177,19 @@ class Secular {
         others += 1.0 / ((poles_[root.pole] - poles_[roots_[l].pole]) + (root.shift - roots_[l].shift));
     const Complex slope = log_derivative() - others, change = 1.0 / slope;
     if (!std::isfinite(std::abs(slope)) || !std::isfinite(std::abs(change))) {
-      // on a pole, on another root or on the root itself: once more from beside it
+      // the root is at a pole, at another root or converged: continue from a point close to it
       root.shift *= Complex(1.0 + 1e-9, 1e-9);
       return false;
     }
     root.shift -= change;
     root.is_done = std::abs(change) <= kConverged * std::abs(root.shift) ||
                    std::abs(change) <= 1e-16 * std::abs(poles_[root.pole]);
-    // the nearest pole: distances from it keep their digits
+    // measure from the pole that is now nearest, because distances from it keep their digits
     const Complex s = poles_[root.pole] + root.shift;
     Index nearest = root.pole;
     double least = std::abs(root.shift);
     for (Index pole = 0; pole < 2 * n_; ++pole) {
-      if (pole < n_ && loose_[static_cast<std::size_t>(pole)]) continue;
+      if (pole < n_ && is_zero_frequency_[static_cast<std::size_t>(pole)]) continue;
       const double distance = std::abs(s - poles_[pole]);
       if (distance < 0.5 * least) nearest = pole, least = distance;
     }
@@ -196,7 +200,8 @@ class Secular {
     return root.is_done;
   }
 
-  // right and left null vectors of a matrix that is singular but for rounding, by inverse iteration
+  // returns the right and left null vectors of a matrix that is singular up to rounding error, by inverse
+  // iteration
   static std::pair<VectorXcd, VectorXcd> null_vectors(MatrixXcd& M) {
     const Index k = M.rows();
     const double norm = std::max(M.cwiseAbs().maxCoeff(), std::numeric_limits<double>::min());
@@ -213,20 +218,20 @@ class Secular {
 
   const CoupledModes& modes_;
   Index n_;
-  VectorXcd poles_;  // (2 n) of each mode, then the other one
-  std::vector<bool> loose_;
+  VectorXcd poles_;  // [1/s] (2 n) first pole of each mode, then the second pole of each mode
+  std::vector<bool> is_zero_frequency_;
   std::vector<Root> roots_;
-  double damping_ = 0.0, coupling_ = 0.0;  // [1/s] what coupling adds to the trace, and its size
+  double damping_ = 0.0, coupling_ = 0.0;  // [1/s] change of the trace by coupling; sum of its absolute terms
   ArrayXcd first_, second_, slope_, g_;
   MatrixXcd N_;
 };
 
-// the eigenvalue problem of (size q, q'), without the displacements of loose modes
+// solves the dense eigenvalue problem in (size q, q') without the displacements of zero-frequency modes
 bool visit_dense(const CoupledModes& modes, const std::function<void(const CoupledRoot&)>& take) {
   const Index n = modes.omega.size();
   std::vector<Index> held;
   for (Index l = 0; l < n; ++l)
-    if (!is_loose(modes, l)) held.push_back(l);
+    if (!is_zero_frequency(modes, l)) held.push_back(l);
   const auto m = static_cast<Index>(held.size());
   const double top = modes.omega.maxCoeff();
   const Eigen::VectorXd size = modes.omega(held).cwiseMax(1e-6 * top);
@@ -266,14 +271,14 @@ bool visit_dense(const CoupledModes& modes, const std::function<void(const Coupl
 
 }  // namespace
 
-bool is_loose(const CoupledModes& modes, Index l) {
+bool is_zero_frequency(const CoupledModes& modes, Index l) {
   return modes.omega[l] == 0.0 && modes.by_q.col(l).isZero(0.0);
 }
 
 bool find_coupled_roots(const CoupledModes& modes, const std::function<void(const CoupledRoot&)>& take) {
   const double work = Secular::work(modes);
   const bool has_dense = modes.omega.size() <= kMostDenseModes;
-  if (!modes.is_gyroscopic && (work <= kQuick || (!has_dense && work <= kMostWork))) {
+  if (!modes.is_gyroscopic && (work <= kFewFlops || (!has_dense && work <= kMostWork))) {
     Secular secular(modes);
     if (secular.solve()) return secular.visit(take), true;
   }

@@ -1,4 +1,4 @@
-// Eigenvalues of damped modes that a few forces couple.
+// Eigenvalues of damped modes that are coupled by a few forces.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,38 +7,44 @@
 
 namespace freeflex {
 
-/// Modes with what couples them: q'' + 2 decay q' + omega^2 q = out^T (by_q q + by_q_dot q')   (THEORY X77).
+/// Holds modes and the forces that couple them: q'' + 2 decay q' + omega^2 q = out^T (by_q q + by_q_dot q')
+/// (THEORY 8.42; out^T is U, by_q is W_q, by_q_dot is W_v).
 struct CoupledModes {
   Eigen::VectorXd omega, decay;         // [rad/s], [1/s] (n)
   Eigen::MatrixXd out, by_q, by_q_dot;  // (forces x n)
-  // wheels: eigenvalues that are zero, of the body about its momentum, which need the dense problem
+  // true if there are wheels. The rotation of the body about its momentum then has zero eigenvalues, which
+  // only the dense problem finds.
   bool is_gyroscopic = false;
 };
 
-/// An eigenvalue with its right and left eigenvectors, of any scale.
+/// Holds an eigenvalue with its right and left eigenvectors, which may have any scale.
 struct CoupledRoot {
   std::complex<double> s;               // [1/s]
-  double error = 0.0;                   // [1/s] how far rounding may have moved it
+  double error = 0.0;                   // [1/s] rounding error of s
   Eigen::VectorXcd q, q_dot;            // (n)
   Eigen::VectorXcd left_q, left_q_dot;  // (n)
 };
 
-/// Returns true when mode l has no stiffness at all: its displacement stays, with the eigenvalue zero.
-bool is_loose(const CoupledModes& modes, Eigen::Index l);
+/// Returns true if mode l has no stiffness, neither its own nor by the coupling forces. Its displacement is
+/// then free, and one of its eigenvalues is zero.
+bool is_zero_frequency(const CoupledModes& modes, Eigen::Index l);
 
-/// Calls `take` once for each eigenvalue whose imaginary part is not negative. Leaves out the zero of each
-/// loose mode. Returns false, with some or none of the calls made, where the eigenvalues are too many to be
-/// computed or do not converge.
+/// Calls `take` once for each eigenvalue whose imaginary part is not negative. Omits the zero eigenvalue of
+/// each zero-frequency mode. Returns false, possibly after some of the calls, if there are too many
+/// eigenvalues to compute or if they do not converge.
 ///
-/// The determinant of the equations, divided by that of the uncoupled ones, is the determinant of a matrix of
-/// the size of the forces (Sylvester). Its roots are found all at once by the iteration of Ehrlich (1967) and
-/// Aberth (1973), each as a distance from the nearest uncoupled eigenvalue, so that light damping keeps its
-/// digits. Where that costs more, a dense eigenvalue problem of up to kMostDenseModes modes is solved.
+/// The determinant of the coupled equations, divided by the determinant of the uncoupled equations, is the
+/// determinant of a small matrix (forces x forces) (Sylvester):
+///   det(1 - (by_q + s by_q_dot) D(s) out^T) = 0, D(s)_ll = 1 / (s^2 + 2 decay_l s + omega_l^2)
+///     (THEORY 8.43).
+/// The iteration of Ehrlich (1967) and Aberth (1973) finds all roots of this equation together, each as its
+/// distance from the nearest uncoupled eigenvalue, so that light damping keeps its digits. If the dense
+/// eigenvalue problem costs less, it is solved instead, for up to kMostDenseModes modes.
 bool find_coupled_roots(const CoupledModes& modes, const std::function<void(const CoupledRoot&)>& take);
 
 inline constexpr Eigen::Index kMostDenseModes = 300;
 
-/// Returns true where the imaginary part of an eigenvalue is rounding.
+/// Returns true if the imaginary part of an eigenvalue is a rounding error.
 inline bool is_real_root(std::complex<double> s) { return std::abs(s.imag()) <= 1e-10 * std::abs(s); }
 
 }  // namespace freeflex

@@ -15,15 +15,18 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// [-] frequencies and decays that differ by less are equal: roundings of a symmetric structure
+// [-] relative difference below which frequencies and decays are taken as equal: in a symmetric structure
+// such differences are rounding errors
 constexpr double kEqualModes = 1e-12;
-// [-] singular values of what couples equal modes, over the largest: below, a mode among them is free
-constexpr double kFree = 1e-12;
-// [-] of the larger of two real eigenvalues: a smaller one is rounding, and grows in no way
+// [-] Ratio of a singular value of the coupling of equal modes to the largest one. A combination with a
+// smaller ratio is uncoupled.
+constexpr double kUncoupledModes = 1e-12;
+// [-] a real eigenvalue smaller than this fraction of the other one is a rounding error and is not taken as
+// growth
 constexpr double kZeroRate = 1e-12;
-// [-] damping ratios that are rounding
+// [-] smaller damping ratios are rounding errors
 constexpr double kUndamped = 1e-15;
-// modes whose growth the set-up looks at, the lowest: their eigenvalues take some 0.3 s
+// number of lowest modes whose growth the set-up checks; computing their eigenvalues takes some 0.3 s
 constexpr std::size_t kMostGrowing = 128;
 
 DampedMode uncoupled(double omega, double decay) {
@@ -40,33 +43,33 @@ DampedMode uncoupled(double omega, double decay) {
   return mode;
 }
 
-// equal modes that coupling acts on, and those combinations of them that it acts on
+// holds modes of equal frequency and decay, and the combinations of them on which the coupling forces act
 struct Cluster {
-  std::vector<std::int32_t> modes;  // of the plan
-  Eigen::MatrixXd turn;             // (modes x coupled combinations)
+  std::vector<std::int32_t> modes;  // indices in the plan
+  Eigen::MatrixXd rotation;         // (modes x coupled combinations)
 };
 
-// the coupled equations without the combinations of equal modes that nothing couples; the axes of the body
-// stand last
+// Holds the coupled equations without the uncoupled combinations of equal modes. The axes of the body come
+// after the modes (THEORY 8.42, 8.43).
 class Coupled {
  public:
-  /// \param most  modes to take, the lowest
+  /// \param most  largest number of modes, from the lowest on
   Coupled(const Plan& plan, const FreeForces& forces, std::size_t most) {
-    const std::vector<std::int32_t> mixed(
+    const std::vector<std::int32_t> coupled_modes(
         forces.modes.begin(),
         forces.modes.begin() + static_cast<std::ptrdiff_t>(std::min(most, forces.modes.size())));
-    const Eigen::Index n = static_cast<Eigen::Index>(mixed.size()) + forces.num_body;
+    const Eigen::Index n = static_cast<Eigen::Index>(coupled_modes.size()) + forces.num_body;
     modes_.omega.resize(n), modes_.decay.resize(n);
     for (auto* rows : {&modes_.out, &modes_.by_q, &modes_.by_q_dot}) rows->resize(forces.out.rows(), n);
-    for (std::size_t first = 0; first < mixed.size();) {
-      const auto at = [&](std::size_t k) { return static_cast<std::size_t>(mixed[k]); };
+    for (std::size_t first = 0; first < coupled_modes.size();) {
+      const auto at = [&](std::size_t k) { return static_cast<std::size_t>(coupled_modes[k]); };
       std::size_t last = first + 1;
       const double omega = plan.omega[at(first)], decay = plan.decay[at(first)];
-      while (last < mixed.size() && plan.omega[at(last)] - omega <= kEqualModes * omega &&
+      while (last < coupled_modes.size() && plan.omega[at(last)] - omega <= kEqualModes * omega &&
              std::abs(plan.decay[at(last)] - decay) <= kEqualModes * decay)
         ++last;
-      add({{mixed.begin() + static_cast<std::ptrdiff_t>(first),
-            mixed.begin() + static_cast<std::ptrdiff_t>(last)},
+      add({{coupled_modes.begin() + static_cast<std::ptrdiff_t>(first),
+            coupled_modes.begin() + static_cast<std::ptrdiff_t>(last)},
            {}},
           forces, omega, decay);
       first = last;
@@ -86,15 +89,15 @@ class Coupled {
   const CoupledModes& modes() const { return modes_; }
   /// Returns the number of coupled combinations of modes, without the axes of the body.
   Eigen::Index size() const { return static_cast<Eigen::Index>(mode_.size()); }
-  /// Mode of the plan in whose place a coupled combination stands.
+  /// Returns the mode of the plan that a coupled combination replaces.
   std::int32_t mode(Eigen::Index l) const { return mode_[static_cast<std::size_t>(l)]; }
-  /// A vector on the modes of the plan.
+  /// Expands a vector over the coupled combinations to a vector over the modes of the plan.
   Eigen::VectorXcd on_plan(const Eigen::VectorXcd& coupled, Eigen::Index num_elastic) const {
     Eigen::VectorXcd all = Eigen::VectorXcd::Zero(num_elastic);
     Eigen::Index l = 0;
     for (const Cluster& cluster : clusters_) {
-      all(cluster.modes) += cluster.turn * coupled.segment(l, cluster.turn.cols());
-      l += cluster.turn.cols();
+      all(cluster.modes) += cluster.rotation * coupled.segment(l, cluster.rotation.cols());
+      l += cluster.rotation.cols();
     }
     return all;
   }
@@ -103,7 +106,7 @@ class Coupled {
   void add(Cluster cluster, const FreeForces& forces, double omega, double decay) {
     const Eigen::MatrixXd* const blocks[] = {&forces.out, &forces.by_q, &forces.by_q_dot};
     Eigen::Index rank = 1;
-    cluster.turn = Eigen::MatrixXd::Identity(1, 1);
+    cluster.rotation = Eigen::MatrixXd::Identity(1, 1);
     if (cluster.modes.size() > 1) {
       const Eigen::Index k = forces.out.rows();
       Eigen::MatrixXd all(3 * k, static_cast<Eigen::Index>(cluster.modes.size()));
@@ -113,12 +116,12 @@ class Coupled {
             (*blocks[block])(Eigen::all, cluster.modes) / (largest > 0.0 ? largest : 1.0);
       }
       const Eigen::JacobiSVD<Eigen::MatrixXd> svd(all, Eigen::ComputeThinV);
-      rank = (svd.singularValues().array() > kFree * svd.singularValues()[0]).count();
-      cluster.turn = svd.matrixV().leftCols(rank);
+      rank = (svd.singularValues().array() > kUncoupledModes * svd.singularValues()[0]).count();
+      cluster.rotation = svd.matrixV().leftCols(rank);
     }
     Eigen::MatrixXd* const mine[] = {&modes_.out, &modes_.by_q, &modes_.by_q_dot};
     for (int block = 0; block < 3; ++block)
-      mine[block]->middleCols(size(), rank) = (*blocks[block])(Eigen::all, cluster.modes) * cluster.turn;
+      mine[block]->middleCols(size(), rank) = (*blocks[block])(Eigen::all, cluster.modes) * cluster.rotation;
     modes_.omega.segment(size(), rank).setConstant(omega);
     modes_.decay.segment(size(), rank).setConstant(decay);
     mode_.insert(mode_.end(), cluster.modes.begin(), cluster.modes.begin() + rank);
@@ -130,16 +133,17 @@ class Coupled {
   std::vector<Cluster> clusters_;
 };
 
-// what the split step makes of an eigenvector in a tick, to first order of its error   (X77)
+// Returns the error of the split step S over the change that damping makes in the step, to first order:
+//   |z - e^{s h}| / |1 - |e^{s h}||, z = left^T S y / (left^T y), y and left eigenvectors   (THEORY 8.45).
 double step_error(const SplitStep& step, const Coupled& coupled, const CoupledRoot& root, double period) {
   const Eigen::Index n = step.num_modes();
   Eigen::VectorXcd y(2 * n), left(2 * n);
   y << coupled.on_plan(root.q, n).cwiseProduct(step.size().cast<Complex>()), coupled.on_plan(root.q_dot, n);
   left << coupled.on_plan(root.left_q, n).cwiseQuotient(step.size().cast<Complex>()),
       coupled.on_plan(root.left_q_dot, n);
-  Eigen::MatrixXd parts(2 * n, 2);
-  parts << y.real(), y.imag();
-  const Eigen::MatrixXd next = step(parts);
+  Eigen::MatrixXd components(2 * n, 2);
+  components << y.real(), y.imag();
+  const Eigen::MatrixXd next = step(components);
   const Eigen::VectorXcd after =
       next.col(0).cast<Complex>() + Complex(0.0, 1.0) * next.col(1).cast<Complex>();
   const Complex exact = std::exp(root.s * period),
@@ -148,7 +152,7 @@ double step_error(const SplitStep& step, const Coupled& coupled, const CoupledRo
   return change > 0.0 ? std::abs(by_step - exact) / change : 0.0;
 }
 
-// an eigenvalue, and the modes that hold most of the energy of its eigenvector
+// holds an eigenvalue, the error of the split step for it, and whether it is known and already assigned
 struct Found {
   Complex s;
   double step_error = 0.0;
@@ -158,24 +162,25 @@ struct Found {
 struct Claim {
   double share = 0.0;
   std::size_t root = 0;
-  std::size_t place = 0;
+  std::size_t slot = 0;
 };
 
-// Gives every eigenvalue a place: a mode has room for a pair or two real ones, one without stiffness for one
-// real one, the body for as many real ones as it has axes, of which a pair takes two.
+// Assigns eigenvalues to modes   (THEORY 8.44). A mode receives a complex pair or two real eigenvalues. A
+// zero-frequency mode receives one real eigenvalue. The body receives one real eigenvalue for each of its
+// axes, and a pair uses up two axes.
 class Matching {
  public:
   Matching(const CoupledModes& modes, Eigen::Index num_body)
       : modes_(modes), num_modes_(modes.omega.size() - num_body) {
-    for (Eigen::Index l = 0; l < num_modes_; ++l) places_.push_back({is_loose(modes, l) ? 1 : 2, {}});
-    places_.push_back({static_cast<int>(num_body), {}});
+    for (Eigen::Index l = 0; l < num_modes_; ++l) slots_.push_back({is_zero_frequency(modes, l) ? 1 : 2, {}});
+    slots_.push_back({static_cast<int>(num_body), {}});
   }
 
   void add(const CoupledRoot& root, double error) {
     constexpr std::ptrdiff_t kClaims = 8;
     const double off = root.error;
     const bool is_known = off <= std::max(1e-3 * std::abs(root.s.real()), 1e-9 * std::abs(root.s));
-    // what rounding may have made of no damping is none
+    // a damping that may be a rounding error is set to zero
     const bool is_undamped =
         !is_real_root(root.s) && std::abs(root.s.real()) <= std::max(off, kUndamped * std::abs(root.s));
     found_.push_back({is_undamped ? Complex(0.0, root.s.imag()) : root.s, error, is_known, false});
@@ -184,7 +189,7 @@ class Matching {
     Eigen::ArrayXd energy(num_modes_ + 1);
     energy << each.head(num_modes_), each.tail(each.size() - num_modes_).sum();
     const double sum = energy.sum();
-    std::vector<std::size_t> order(places_.size());
+    std::vector<std::size_t> order(slots_.size());
     for (std::size_t l = 0; l < order.size(); ++l) order[l] = l;
     const auto end = order.begin() + std::min<std::ptrdiff_t>(kClaims, energy.size());
     std::partial_sort(order.begin(), end, order.end(), [&](std::size_t a, std::size_t b) {
@@ -194,33 +199,34 @@ class Matching {
       claims_.push_back({energy[static_cast<Eigen::Index>(*l)] / sum, found_.size() - 1, *l});
   }
 
-  // pairs first, for a real eigenvalue in half of a mode would leave no room for one; of each kind the
-  // largest shares first, and what is left by frequency
+  // Assigns pairs first, because a mode that already has one real eigenvalue has no room for a pair. Within
+  // each kind, the eigenvalues with the largest energy fractions come first. The rest are assigned by
+  // frequency.
   void match() {
     std::stable_sort(claims_.begin(), claims_.end(),
                      [](const Claim& a, const Claim& b) { return a.share > b.share; });
     for (const bool is_pair : {true, false}) {
       for (const Claim& claim : claims_)
         if (found_[claim.root].is_pair() == is_pair && !found_[claim.root].is_taken &&
-            has_room(claim.place, claim.root))
-          give(claim.root, claim.place);
+            has_room(claim.slot, claim.root))
+          give(claim.root, claim.slot);
       for (std::size_t root = 0; root < found_.size(); ++root) {
         if (found_[root].is_pair() != is_pair || found_[root].is_taken) continue;
-        std::size_t nearest = places_.size();
-        for (std::size_t l = 0; l < places_.size(); ++l)
-          if (has_room(l, root) && (nearest == places_.size() || distance(root, l) < distance(root, nearest)))
+        std::size_t nearest = slots_.size();
+        for (std::size_t l = 0; l < slots_.size(); ++l)
+          if (has_room(l, root) && (nearest == slots_.size() || distance(root, l) < distance(root, nearest)))
             nearest = l;
-        if (nearest < places_.size()) give(root, nearest);
+        if (nearest < slots_.size()) give(root, nearest);
       }
     }
   }
 
   DampedMode motion(Eigen::Index l) const {
-    const Place& place = places_[static_cast<std::size_t>(l)];
-    const std::vector<std::size_t>& mine = place.roots;
+    const Slot& slot = slots_[static_cast<std::size_t>(l)];
+    const std::vector<std::size_t>& mine = slot.roots;
     DampedMode mode;
-    mode.is_known = place.room == 0 && std::all_of(mine.begin(), mine.end(),
-                                                   [&](std::size_t root) { return found_[root].is_known; });
+    mode.is_known = slot.room == 0 && std::all_of(mine.begin(), mine.end(),
+                                                  [&](std::size_t root) { return found_[root].is_known; });
     if (!mode.is_known || mine.empty()) return mode;
     const Found &one = found_[mine.front()], &other = found_[mine.back()];
     const Found& slow = -one.s.real() <= -other.s.real() ? one : other;
@@ -232,8 +238,8 @@ class Matching {
     } else if (slow.s.real() > kZeroRate * largest) {
       mode.rate = -slow.s.real();
       mode.ratio = -1.0;
-    } else if (is_loose(modes_, l)) {
-      return mode;  // it comes to rest, and its displacement stays
+    } else if (is_zero_frequency(modes_, l)) {
+      return mode;  // the mode comes to rest at any displacement
     } else {
       mode.rate = -slow.s.real() + 0.0;
       if (const double product = one.s.real() * other.s.real(); product > 0.0)
@@ -243,41 +249,40 @@ class Matching {
     return mode;
   }
 
-  /// Returns the pair of the body, 0 without one [rad/s].
+  /// Returns the frequency of the complex pair that belongs to the body [rad/s]; 0 if there is no such pair.
   double nutation() const {
-    for (const std::size_t root : places_.back().roots)
+    for (const std::size_t root : slots_.back().roots)
       if (found_[root].is_pair()) return found_[root].s.imag();
     return 0.0;
   }
 
  private:
-  struct Place {
-    int room = 0;  // for real eigenvalues
+  struct Slot {
+    int room = 0;  // number of real eigenvalues that can still be assigned
     std::vector<std::size_t> roots;
   };
 
   bool has_room(std::size_t l, std::size_t root) const {
-    if (!found_[root].is_pair()) return places_[l].room > 0;
-    return places_[l].room >= 2 ||
-           (places_[l].room == 1 && is_single(l) && second_single(l) < places_.size());
+    if (!found_[root].is_pair()) return slots_[l].room > 0;
+    return slots_[l].room >= 2 || (slots_[l].room == 1 && is_single(l) && second_single(l) < slots_.size());
   }
   void give(std::size_t root, std::size_t l) {
     found_[root].is_taken = true;
-    places_[l].roots.push_back(root);
-    places_[l].room -= 1;
-    if (found_[root].is_pair()) places_[places_[l].room > 0 ? l : second_single(l)].room -= 1;
+    slots_[l].roots.push_back(root);
+    slots_[l].room -= 1;
+    if (found_[root].is_pair()) slots_[slots_[l].room > 0 ? l : second_single(l)].room -= 1;
   }
-  // a pair may take two modes without stiffness, or one and an axis of the body
+  // true for the body and for a zero-frequency mode: a pair uses up two of these
   bool is_single(std::size_t l) const {
-    return l + 1 == places_.size() || is_loose(modes_, static_cast<Eigen::Index>(l));
+    return l + 1 == slots_.size() || is_zero_frequency(modes_, static_cast<Eigen::Index>(l));
   }
   std::size_t second_single(std::size_t l) const {
-    for (std::size_t k = places_.size(); k-- > 0;)
-      if (k != l && is_single(k) && places_[k].room > 0) return k;
-    return places_.size();
+    for (std::size_t k = slots_.size(); k-- > 0;)
+      if (k != l && is_single(k) && slots_[k].room > 0) return k;
+    return slots_.size();
   }
   double distance(std::size_t root, std::size_t l) const {
-    const double omega = l + 1 == places_.size() ? 0.0 : modes_.omega[static_cast<Eigen::Index>(l)];
+    const double omega = l + 1 == slots_.size() ? 0.0 : modes_.omega[static_cast<Eigen::Index>(l)];
     return std::abs(std::abs(found_[root].s) - omega);
   }
 
@@ -285,16 +290,16 @@ class Matching {
   Eigen::Index num_modes_;
   std::vector<Found> found_;
   std::vector<Claim> claims_;
-  std::vector<Place> places_;  // the modes, then the body
+  std::vector<Slot> slots_;  // of the modes, then of the body
 };
 
-// [1/s] largest growth of an amplitude that is no rounding
+// returns the largest growth rate that exceeds rounding error [1/s]
 double growth_under(const Plan& plan, const FreeForces& forces) {
   constexpr double kRounding = 1e-6, kRoundedStiffness = 1e-12;
   const Coupled coupled(plan, forces, kMostGrowing);
   const CoupledModes& modes = coupled.modes();
   if (modes.omega.size() == 0) return 0.0;
-  // [1/s^2] a mechanism without stiffness may have this much by rounding
+  // [1/s^2] stiffness over mass that rounding errors may give to a mechanism
   const double least = kRoundedStiffness *
                        (modes.out.colwise().norm().array() * modes.by_q.colwise().norm().array()).maxCoeff();
   double most = 0.0;
@@ -309,7 +314,7 @@ double growth_under(const Plan& plan, const FreeForces& forces) {
 }  // namespace
 
 bool couples_modes(const Plan& plan) {
-  return plan.num_elastic > 0 && (plan.mixing.num_damping > 0 || !plan.feedbacks.empty() ||
+  return plan.num_elastic > 0 && (plan.modal_coupling.num_damping > 0 || !plan.feedbacks.empty() ||
                                   !follower_loads(plan, true).empty() || has_gyroscopic_forces(plan));
 }
 
@@ -327,9 +332,10 @@ FreeMotion free_motion(const Plan& plan) {
   const FreeForces forces = free_forces(plan);
   const Coupled coupled(plan, forces, forces.modes.size());
   if (coupled.size() == 0) return motion;
-  // the error of splitting is known where nothing but splitting couples the modes
+  // the error of splitting is known only if no follower couples the modes
   std::optional<SplitStep> step;
-  if (plan.mixing.path == PlanMixing::Path::kSplit && follower_loads(plan, true).empty()) step.emplace(plan);
+  if (plan.modal_coupling.path == PlanModalCoupling::Path::kSplit && follower_loads(plan, true).empty())
+    step.emplace(plan);
   Matching matching(coupled.modes(), forces.num_body);
   const bool is_found = find_coupled_roots(coupled.modes(), [&](const CoupledRoot& root) {
     matching.add(root, step ? step_error(*step, coupled, root, plan.period) : 0.0);

@@ -1,12 +1,13 @@
-// Loads that change faster than ticks follow.
+// Loads that change faster than the ticks resolve.
 #pragma once
 
 #include "core/step/plan.hpp"
 
 namespace freeflex {
 
-/// Fills plan.neglect.fast_loads, for the plan's period: a load is straight from tick to tick   (THEORY
-/// X144). \pre the plan has its modes and histories
+/// Fills plan.unmodelled.fast_loads: the loads that change faster than the period of the plan resolves,
+/// because the step takes loads as linear from tick to tick (THEORY X144).
+/// \pre the modes and histories of the plan are filled
 void find_fast_loads(Plan& plan);
 
 }  // namespace freeflex

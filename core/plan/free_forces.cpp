@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/plan/mixing.hpp"
+#include "core/plan/modal_coupling.hpp"
 #include "core/scene/faults.hpp"
 #include "core/structure/decompositions.hpp"
 
@@ -13,7 +13,8 @@ namespace {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// [-] of the largest principal moment: below it an axis has no inertia, and nothing turns about it
+// [-] principal moment over the largest one, below which the body has no inertia about the axis and does not
+// rotate about it
 constexpr double kNoInertia = 1e-12;
 
 Eigen::Vector3d vector(const Vec3& v) { return {v[0], v[1], v[2]}; }
@@ -22,12 +23,12 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   return (Eigen::Matrix3d() << 0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0).finished();
 }
 
-// three rows of a plan on its modes
+// returns the columns of three rows of a plan that belong to modes
 Eigen::MatrixXd three_rows(const double* rows, const Plan& plan) {
   return Eigen::Map<const RowMatrix>(rows, 3, plan.num_padded).leftCols(plan.num_elastic);
 }
 
-// forces of one kind, which are appended row by row
+// holds forces of one kind, which are appended row by row
 struct Kind {
   Eigen::MatrixXd out, by_q, by_q_dot;
 
@@ -43,18 +44,21 @@ struct Kind {
     }
   }
 
-  // columns that are rounding beside the largest of their block; they would give a mechanism some stiffness
+  // sets columns to zero that are rounding errors compared with the largest column of their block; otherwise
+  // they would give a mechanism a stiffness
   void drop_rounding() {
     for (Eigen::MatrixXd* rows : {&out, &by_q, &by_q_dot}) {
       if (rows->size() == 0) continue;
       const double largest = rows->cwiseAbs().maxCoeff();
       for (Eigen::Index l = 0; l < rows->cols(); ++l)
-        if (rows->col(l).cwiseAbs().maxCoeff() <= kUnmixed * largest) rows->col(l).setZero();
+        if (rows->col(l).cwiseAbs().maxCoeff() <= kUncoupled * largest) rows->col(l).setZero();
     }
   }
 };
 
-// X73, X145, X165: theta x f at points, theta x T on bodies, -E q
+// Adds a follower load: the force theta x f_B at each point (THEORY 8.24), the torque theta x T_B on each
+// body (THEORY 16.14), and the geometric stiffness -E q (THEORY X145). As rows of by_q they are -[f_B]x
+// Theta, -kappa [T_B]x Theta and -E   (THEORY 8.46).
 void add_followers(const Plan& plan, const PlanHistory& history, Kind& forces) {
   const Eigen::Index n = plan.num_elastic;
   const Eigen::MatrixXd none(0, 0);
@@ -64,11 +68,11 @@ void add_followers(const Plan& plan, const PlanHistory& history, Kind& forces) {
   const std::size_t block = 3 * static_cast<std::size_t>(plan.num_padded);
   for (const PlanFollower& each : history.followers)
     add(three_rows(plan.rows.data() + static_cast<std::size_t>(each.row) * block, plan),
-        -cross_matrix(vector(each.force_B)) * three_rows(each.turn_rows.data(), plan));
-  // on the coupled rungs a torque on a body that turns has T x theta / 2 beside it   (X197)
+        -cross_matrix(vector(each.force_B)) * three_rows(each.rotation_rows.data(), plan));
+  // kappa: on the coupled rungs, a torque on a rotated body also has the term T x theta / 2   (THEORY 12.53)
   const double share = is_coupled(plan) ? 0.5 : 1.0;
   for (const PlanTorque& each : history.torques.all) {
-    const Eigen::MatrixXd theta = three_rows(turn_rows(plan, each.turning), plan);
+    const Eigen::MatrixXd theta = three_rows(rotation_rows(plan, each.attitude_index), plan);
     add(theta, -share * cross_matrix(vector(each.torque_B)) * theta);
   }
   const PlanStiffening& stiffening = history.stiffening;
@@ -79,7 +83,7 @@ void add_followers(const Plan& plan, const PlanHistory& history, Kind& forces) {
   add(out, by_q);
 }
 
-// unit rotations about the principal axes, each times the root of mass over moment (3 x axes)
+// returns unit rotations about the principal axes, u_k sqrt(M / I_k) (3 x axes)   (THEORY 8.48)
 Eigen::MatrixXd body_rotations(const Plan& plan) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(plan.inertia.data()));
@@ -93,15 +97,17 @@ Eigen::MatrixXd body_rotations(const Plan& plan) {
   return rotations;
 }
 
-// X168 to first order: the torque -h W x a of a wheel, W the angular velocity of its body
+// Adds the torque of a wheel to first order, -h (theta' + w) x a   (THEORY 8.47): n_1 and n_2 = a x n_1 are
+// unit vectors normal to the axis. They give the columns eta_1, eta_2 in out, and the rows -h eta_2 and h
+// eta_1 in by_q_dot   (THEORY 8.48).
 void add_wheel(const Plan& plan, const PlanWheel& wheel, const Eigen::MatrixXd& body, Kind& forces) {
   const Eigen::Vector3d a = vector(wheel.axis), one = a.unitOrthogonal(), other = a.cross(one);
-  Eigen::MatrixXd turn(3, plan.num_elastic + body.cols());
-  turn << three_rows(turn_rows(plan, wheel.turning), plan), body;
-  Eigen::MatrixXd across(2, turn.cols()), torque = across;
-  across << one.transpose() * turn, other.transpose() * turn;
+  Eigen::MatrixXd rotation(3, plan.num_elastic + body.cols());
+  rotation << three_rows(rotation_rows(plan, wheel.attitude_index), plan), body;
+  Eigen::MatrixXd across(2, rotation.cols()), torque = across;
+  across << one.transpose() * rotation, other.transpose() * rotation;
   torque << -wheel.momentum * across.row(1), wheel.momentum * across.row(0);
-  forces.add(across / plan.mass, Eigen::MatrixXd::Zero(2, turn.cols()), torque);
+  forces.add(across / plan.mass, Eigen::MatrixXd::Zero(2, rotation.cols()), torque);
 }
 
 bool has_acceleration_gain(const Plan& plan) {
@@ -137,14 +143,15 @@ std::vector<std::size_t> follower_loads(const Plan& plan, bool is_constant) {
 FreeForces free_forces(const Plan& plan, bool has_followers) {
   const Eigen::Index n = plan.num_elastic;
   const Eigen::MatrixXd body = has_gyroscopic_forces(plan) ? body_rotations(plan) : Eigen::MatrixXd(3, 0);
-  const MixingForces mixing = mixing_forces(plan);
-  const Eigen::Index num_damping = plan.mixing.num_damping, num_feedback = mixing.out.rows() - num_damping;
+  const CouplingForces coupling = coupling_forces(plan);
+  const Eigen::Index num_damping = plan.modal_coupling.num_damping,
+                     num_feedback = coupling.out.rows() - num_damping;
   Kind dashpots(n + body.cols()), feedback = dashpots, followers = dashpots, wheels = dashpots;
-  dashpots.add(mixing.out.topRows(num_damping), mixing.by_q.topRows(num_damping),
-               mixing.by_q_dot.topRows(num_damping));
-  feedback.add(mixing.out.bottomRows(num_feedback), mixing.by_q.bottomRows(num_feedback),
-               mixing.by_q_dot.bottomRows(num_feedback));
-  for (std::size_t f = 0; f < plan.feedbacks.size(); ++f)  // what feedback does to the body
+  dashpots.add(coupling.out.topRows(num_damping), coupling.by_q.topRows(num_damping),
+               coupling.by_q_dot.topRows(num_damping));
+  feedback.add(coupling.out.bottomRows(num_feedback), coupling.by_q.bottomRows(num_feedback),
+               coupling.by_q_dot.bottomRows(num_feedback));
+  for (std::size_t f = 0; f < plan.feedbacks.size(); ++f)  // the moment that feedback exerts on the body
     feedback.out.block(3 * static_cast<Eigen::Index>(f), n, 3, body.cols()) =
         -cross_matrix(vector(plan.feedbacks[f].r)) * body / plan.mass;
   if (has_followers)
@@ -158,10 +165,10 @@ FreeForces free_forces(const Plan& plan, bool has_followers) {
   all.num_body = body.cols();
   const Eigen::Index rows =
       dashpots.out.rows() + feedback.out.rows() + followers.out.rows() + wheels.out.rows();
-  for (auto [to, part] :
+  for (auto [to, block] :
        {std::pair{&all.out, &Kind::out}, {&all.by_q, &Kind::by_q}, {&all.by_q_dot, &Kind::by_q_dot}}) {
     to->resize(rows, n + body.cols());
-    *to << dashpots.*part, feedback.*part, followers.*part, wheels.*part;
+    *to << dashpots.*block, feedback.*block, followers.*block, wheels.*block;
   }
   for (Eigen::Index l = 0; l < n; ++l)
     if (!all.out.col(l).isZero(0.0) && !(all.by_q.col(l).isZero(0.0) && all.by_q_dot.col(l).isZero(0.0)))
@@ -175,12 +182,12 @@ std::string unknown_coupling(const Plan& plan) {
   if (has_wheels && has_acceleration_gain(plan)) return "wheels and acceleration feedback couple the modes";
   if (loads.empty()) return {};
   const std::string follows = join_text("load '", plan.histories[loads.front()].name, "' follows");
-  if (has_acceleration_gain(plan)) return follows + " and acceleration feedback answers it";
+  if (has_acceleration_gain(plan)) return follows + " and acceleration feedback responds to it";
   if (!is_coupled(plan)) return {};
   if (has_wheels) return follows + " and wheels couple the modes";
   if (!plan.coupled.bars.empty()) return follows + ", and it strains bars at their true geometry";
   if (!plan.coupled.kinetics.offsets.empty())
-    return follows + " and bodies have their centres beside their points";
+    return follows + " and the centres of mass of bodies are not at their points";
   for (const std::size_t load : loads)
     if (has_wrench(plan.histories[load]))
       return join_text("load '", plan.histories[load].name, "' follows and has a force or torque on a group");

@@ -1,4 +1,4 @@
-// Forces linear in the motion that act on it when it is free: what couples the modes   (THEORY X77).
+// Forces that are linear in the free motion and couple the modes   (THEORY 8.42, 8.46 to 8.48).
 #pragma once
 
 #include <Eigen/Core>
@@ -9,29 +9,30 @@
 
 namespace freeflex {
 
-/// Coupling of the modes, and of the body's angular velocity where wheels couple it with them: columns are
-/// the modes of the plan, then the body's principal axes, scaled so that each has the mass of the body.
+/// Holds the forces that couple the modes. If wheels couple the body's angular velocity with the modes, it is
+/// included. The columns are the modes of the plan, then the principal axes of the body, scaled so that the
+/// generalized mass of each is the mass of the body.
 struct FreeForces {
-  Eigen::MatrixXd out;             // [1/kg] per unit of force, (forces x (n + num_body))
-  Eigen::MatrixXd by_q, by_q_dot;  // likewise
-  // those that a force acts on and that move one, ascending: others keep their own eigenvalues
+  Eigen::MatrixXd out;             // [1/kg] acceleration per unit of force (forces x (n + num_body))
+  Eigen::MatrixXd by_q, by_q_dot;  // [N/m], [N s/m] forces per q and per q_dot, of the same size
+  // modes on which a force acts or that change a force, ascending; the other modes keep their own eigenvalues
   std::vector<std::int32_t> modes;
-  Eigen::Index num_body = 0;  // axes of the body: 0 unless wheels couple it with the modes
+  Eigen::Index num_body = 0;  // number of axes of the body: 0 unless wheels couple it with the modes
 };
 
-/// Returns true where the step has gyroscopic forces of wheels between modes: on the coupled rungs, of wheels
-/// that turn at the start.
+/// Returns true if the step has gyroscopic forces between modes: on the coupled rungs, if a wheel has
+/// momentum at the start.
 bool has_gyroscopic_forces(const Plan& plan);
 
-/// Returns the built-in loads that follow the elastic motion, as indices into Plan::histories: the constant
-/// ones, or those whose amplitude varies.
+/// Returns the built-in loads that follow the elastic motion, as indices into Plan::histories: those of
+/// constant amplitude if is_constant, otherwise those of varying amplitude.
 std::vector<std::size_t> follower_loads(const Plan& plan, bool is_constant);
 
-/// Returns the forces of dashpots, feedback and, unless left out, constant followers and wheels.
-/// \pre unknown_coupling(plan) is empty
+/// Returns the forces of dashpots, feedback, wheels and, if has_followers, of constant followers.
+/// \pre unknown_coupling(plan) returns an empty text
 FreeForces free_forces(const Plan& plan, bool has_followers = true);
 
-/// Returns why the linear forces of a plan are not known, in words; empty where they are.
+/// Returns a text that states why the linear forces of a plan are not known; empty if they are known.
 std::string unknown_coupling(const Plan& plan);
 
 }  // namespace freeflex

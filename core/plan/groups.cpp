@@ -17,35 +17,39 @@
 namespace freeflex {
 namespace {
 
-// X197: how a body's particles, the last of the plan, turn
-PlanTurn turn_of(const Scene& scene, const Structure& structure, int point, int count, const Plan& plan) {
-  PlanTurn turn;
-  turn.first = static_cast<std::int32_t>(plan.particles.all.size()) - count;
-  turn.count = count;
+// returns the rotation rows of a body whose particles are the last `count` particles of the plan
+// (THEORY 12.53)
+PlanBodyRotation rotation_of_body(const Scene& scene, const Structure& structure, int point, int count,
+                                  const Plan& plan) {
+  PlanBodyRotation rotation;
+  rotation.first = static_cast<std::int32_t>(plan.particles.all.size()) - count;
+  rotation.count = count;
   const Eigen::Vector3d offset = scene.points[static_cast<std::size_t>(point)].offset;
-  turn.offset = to_array(offset);
-  turn.centre = to_array(Eigen::Vector3d(structure.mass_properties.centres.col(point)));
+  rotation.offset = to_array(offset);
+  rotation.centre = to_array(Eigen::Vector3d(structure.mass_properties.centres.col(point)));
   const Freedoms freedoms(scene);
   const int first = freedoms.rotation(point) - freedoms.num_displacements();
-  for (int axis = 0; axis < 3; ++axis) append_row(plan, row_of(structure.turns, first + axis), turn.rows);
-  return turn;
+  for (int axis = 0; axis < 3; ++axis)
+    append_row(plan, row_of(structure.rotations, first + axis), rotation.rows);
+  return rotation;
 }
 
-// that of a part of a link, the last of the plan, which is taken as a point
-PlanTurn turn_of_part(const Plan& plan) {
-  PlanTurn turn;
-  turn.first = static_cast<std::int32_t>(plan.particles.all.size()) - 1;
-  turn.count = 1;
-  turn.centre = plan.particles.all.back().r;
-  turn.rows.assign(3 * static_cast<std::size_t>(plan.num_padded), 0.0);
-  return turn;
+// returns such rows for a mass of a link, which is the last particle of the plan: a point, whose rows of
+// rotation are zero
+PlanBodyRotation rotation_of_link_mass(const Plan& plan) {
+  PlanBodyRotation rotation;
+  rotation.first = static_cast<std::int32_t>(plan.particles.all.size()) - 1;
+  rotation.count = 1;
+  rotation.centre = plan.particles.all.back().r;
+  rotation.rows.assign(3 * static_cast<std::size_t>(plan.num_padded), 0.0);
+  return rotation;
 }
 
-// What carries the mass of groups: indices for mass_point. Particles stand in the plan where a group has
-// them.
-class Parts {
+// Finds the points and particles that carry the mass of groups, as indices for mass_point. Adds the particles
+// to the plan if they belong to a group   (THEORY 16.4).
+class GroupMasses {
  public:
-  Parts(const Scene& scene, const Structure& structure, Plan& plan)
+  GroupMasses(const Scene& scene, const Structure& structure, Plan& plan)
       : scene_(scene), structure_(structure), plan_(plan) {
     const std::vector<CarriedMass> carried = carried_masses(scene, Freedoms(scene));
     for (std::size_t p = 0; p < carried.size(); ++p)
@@ -53,66 +57,67 @@ class Parts {
   }
 
   std::vector<std::int32_t> of(const Group& group) {
-    std::vector<std::int32_t> parts;
+    std::vector<std::int32_t> masses;
     for (const int point : group.points) {
       const PointMass& each = scene_.points[static_cast<std::size_t>(point)];
-      if (!has_attitude(each) && each.mass > 0.0) parts.push_back(point);
-      if (has_attitude(each) && add(of_points_[point], parts) && is_coupled(plan_))
-        plan_.coupled.kinetics.turns.push_back(
-            turn_of(scene_, structure_, point, static_cast<int>(of_points_[point].size()), plan_));
+      if (!has_attitude(each) && each.mass > 0.0) masses.push_back(point);
+      if (has_attitude(each) && add(of_points_[point], masses) && is_coupled(plan_))
+        plan_.coupled.kinetics.body_rotations.push_back(
+            rotation_of_body(scene_, structure_, point, static_cast<int>(of_points_[point].size()), plan_));
     }
     const std::set<int> points(group.points.begin(), group.points.end());
     for (const auto& [link, own] : of_links_) {
       const std::vector<int>& ends = scene_.links[static_cast<std::size_t>(link)].points;
       if (!std::all_of(ends.begin(), ends.end(), [&](int end) { return points.count(end) > 0; })) continue;
       for (const std::size_t p : own)
-        if (add({p}, parts) && is_coupled(plan_)) plan_.coupled.kinetics.turns.push_back(turn_of_part(plan_));
+        if (add({p}, masses) && is_coupled(plan_))
+          plan_.coupled.kinetics.body_rotations.push_back(rotation_of_link_mass(plan_));
     }
-    return parts;
+    return masses;
   }
 
  private:
-  // true when they are new in the plan
-  bool add(const std::vector<std::size_t>& particles, std::vector<std::int32_t>& parts) {
+  // returns true if the particles were not in the plan before
+  bool add(const std::vector<std::size_t>& particles, std::vector<std::int32_t>& masses) {
     bool are_new = false;
     for (const std::size_t p : particles) {
       const auto [found, is_new] =
           in_plan_.emplace(p, static_cast<std::int32_t>(plan_.points.size() + plan_.particles.all.size()));
       if (is_new) append(static_cast<Eigen::Index>(p));
       are_new = are_new || is_new;
-      parts.push_back(found->second);
+      masses.push_back(found->second);
     }
     return are_new;
   }
   void append(Eigen::Index particle) {
-    PlanPoint part;
-    part.mass = structure_.particles.mass[particle];
-    part.r = to_array(Eigen::Vector3d(structure_.particles.r.col(particle)));
-    part.row = num_row_blocks(plan_);
+    PlanPoint point;
+    point.mass = structure_.particles.mass[particle];
+    point.r = to_array(Eigen::Vector3d(structure_.particles.r.col(particle)));
+    point.row = num_row_blocks(plan_);
     for (int axis = 0; axis < 3; ++axis)
       append_row(plan_, row_of(structure_.particles.shapes, 3 * particle + axis), plan_.rows);
-    plan_.particles.all.push_back(part);
+    plan_.particles.all.push_back(point);
   }
 
   const Scene& scene_;
   const Structure& structure_;
   Plan& plan_;
-  std::map<int, std::vector<std::size_t>> of_points_, of_links_;  // particles
+  std::map<int, std::vector<std::size_t>> of_points_, of_links_;  // particles of each point and link
   std::map<std::size_t, std::int32_t> in_plan_;
 };
 
-PlanGroup compile_group(const Group& group, std::span<const std::int32_t> parts, const Plan& of,
+PlanGroup compile_group(const Group& group, std::span<const std::int32_t> masses, const Plan& of,
                         double largest_coordinate) {
-  const auto num_points = static_cast<Eigen::Index>(parts.size());
+  const auto num_points = static_cast<Eigen::Index>(masses.size());
   PlanGroup plan;
   plan.name = group.name;
   plan.points.assign(group.points.begin(), group.points.end());
   Eigen::VectorXd mass(num_points);
   Eigen::Matrix3Xd d(3, num_points);
   for (Eigen::Index k = 0; k < num_points; ++k) {
-    const PlanPoint& part = mass_point(of, parts[static_cast<std::size_t>(k)]);
-    mass[k] = part.mass;
-    d.col(k) = Eigen::Map<const Eigen::Vector3d>(part.r.data());
+    const PlanPoint& carrier = mass_point(of, masses[static_cast<std::size_t>(k)]);
+    mass[k] = carrier.mass;
+    d.col(k) = Eigen::Map<const Eigen::Vector3d>(carrier.r.data());
   }
   plan.mass = mass.sum();
   const Eigen::Vector3d centre = d * mass / plan.mass;
@@ -121,7 +126,7 @@ PlanGroup compile_group(const Group& group, std::span<const std::int32_t> parts,
 
   const Eigen::JacobiSVD<Eigen::MatrixXd> shape(d, Eigen::ComputeFullU);
   const double length = std::sqrt(d.colwise().squaredNorm().maxCoeff());
-  // the same measure of a line as for the whole body; coordinates are from its centre
+  // the limit of (THEORY 2.9), with coordinates relative to the centre of mass of the body
   const double rounding = 64.0 * kEpsilon * std::max(1e-300, largest_coordinate);
   const Eigen::Vector3d line = shape.matrixU().col(0);
   const Eigen::Matrix3Xd across = d - line * (line.transpose() * d);
@@ -147,15 +152,15 @@ PlanGroup compile_group(const Group& group, std::span<const std::int32_t> parts,
 void compile_groups(const Scene& scene, const Structure& structure, Plan& plan) {
   const double largest = structure.mass_properties.r.cwiseAbs().maxCoeff();
   const bool has_particles = !are_point_masses(scene);
-  std::optional<Parts> mass;
+  std::optional<GroupMasses> mass;
   if (has_particles && !scene.groups.empty()) mass.emplace(scene, structure, plan);
   for (const Group& group : scene.groups) {
-    std::vector<std::int32_t> parts(group.points.begin(), group.points.end());
+    std::vector<std::int32_t> masses(group.points.begin(), group.points.end());
     if (has_particles) {
-      parts = mass->of(group);
-      plan.particles.of_groups.push_back(parts);
+      masses = mass->of(group);
+      plan.particles.of_groups.push_back(masses);
     }
-    plan.groups.push_back(compile_group(group, parts, plan, largest));
+    plan.groups.push_back(compile_group(group, masses, plan, largest));
   }
 }
 

@@ -1,4 +1,4 @@
-// Groups of points that take wrenches.
+// Compilation of groups of points on which wrenches act.
 #pragma once
 
 #include "core/step/plan.hpp"
@@ -6,9 +6,10 @@
 
 namespace freeflex {
 
-/// Groups with mass-weighted rigid weights, F_i = (m_i / m_g) F_g + m_i (J_g^-1 T_g) x d_i over points and
-/// over the particles of bodies, whose rows are added   (THEORY X12, X160); a line takes no torque about
-/// itself, one place takes none at all.  \pre plan.points
+/// Compiles groups. A wrench on a group acts as the forces F_i = (m_i / m_g) F_g + m_i (J_g^-1 T_g) x d_i on
+/// points and on the particles of bodies; the rows of these particles are added to the plan
+/// (THEORY 8.8, 16.4). A collinear group supports no torque about its line, and a group at one position
+/// supports no torque   (THEORY 8.9).  \pre plan.points is filled
 void compile_groups(const Scene& scene, const Structure& structure, Plan& plan);
 
 }  // namespace freeflex

@@ -1,9 +1,10 @@
-// Does a step of mixed modes make any motion grow, and whose doing is that (THEORY X75, X76).
+// Stability check of the step of coupled modes and of the split step. Its messages name the gain responsible
+// (THEORY 8.34, 8.38).
 #include <algorithm>
 #include <cmath>
 #include <random>
 
-#include "core/plan/mixing.hpp"
+#include "core/plan/modal_coupling.hpp"
 #include "core/plan/rates.hpp"
 #include "core/plan/split_step.hpp"
 #include "core/scene/faults.hpp"
@@ -12,28 +13,30 @@
 namespace freeflex {
 namespace {
 
-// growth of an amplitude per tick above this is no rounding: of the exact step, and of the split one, which
-// mechanisms leave with double eigenvalues, good to the root of a rounding
+// [-] Growth of an amplitude in a tick that exceeds rounding error, for the exact step and for the split
+// step. If there are mechanisms, eigenvalues of the split step are double, and their accuracy is only the
+// square root of the rounding error.
 constexpr double kExactGrowth = 1e-9;
 constexpr double kSplitGrowth = 1e-7;
 
-// growth per tick that splitting may add: doubled after 70,000 ticks
+// [-] growth in a tick that splitting may add: an amplitude doubles in 70,000 ticks
 constexpr double kHarmless = 1e-5;
 
-// the eigenvalues of this many modes take some seconds
+// largest number of modes whose eigenvalues are computed, which takes some seconds
 constexpr Eigen::Index kMaxEigenModes = 256;
 
-// [-] gain h / m or gain h^2 / m above which splitting is coarse
+// [-] gain h / m or gain h^2 / m above which splitting is inaccurate
 constexpr double kCoarse = 0.1;
 
-// largest growth of an amplitude per tick, by stepping a random motion: 1 when it is below what that shows
+// returns the largest growth of an amplitude in a tick, by stepping a random motion; 1 if no growth shows
 double stepped_growth(const SplitStep& step) {
   constexpr double kBudget = 1e9;  // [flop]
   const int num_steps = static_cast<int>(std::clamp(kBudget / step.cost(), 128.0, 20000.0));
   std::mt19937_64 engine(1);
   std::normal_distribution<double> normal;
   Eigen::MatrixXd y = Eigen::MatrixXd::NullaryExpr(2 * step.num_modes(), 1, [&] { return normal(engine); });
-  // mean logarithm of the size over the second quarter and the last, half of the steps apart
+  // mean logarithms of the size over the second and the last quarter of the steps; the two means are half of
+  // the steps apart
   double log_size = 0.0, early = 0.0, late = 0.0;
   const int quarter = num_steps / 4;
   for (int k = 0; k < 4 * quarter; ++k) {
@@ -49,6 +52,7 @@ double stepped_growth(const SplitStep& step) {
   return gained > 1.0 ? std::exp(gained / (2 * quarter)) : 1.0;
 }
 
+// returns the largest absolute eigenvalue of the split step S_c(h/2) S_m(h) S_c(h/2)   (THEORY 8.38)
 double split_growth(const Plan& plan) {
   const SplitStep step(plan);
   const Eigen::Index n = step.num_modes();
@@ -57,15 +61,17 @@ double split_growth(const Plan& plan) {
   return once.allFinite() ? once.eigenvalues().cwiseAbs().maxCoeff() : HUGE_VAL;
 }
 
+// returns the largest absolute eigenvalue of phi_0(h A), the step without loads   (THEORY 8.34)
 double exact_growth(const Plan& plan) {
-  const auto n = static_cast<Eigen::Index>(plan.mixing.modes.size());
-  const Eigen::Index stride = static_cast<Eigen::Index>(plan.mixing.columns.size()) / (4 * n);
-  const Eigen::MatrixXd once = Eigen::Map<const Eigen::MatrixXd>(plan.mixing.columns.data(), stride, 4 * n)
-                                   .topLeftCorner(2 * n, 2 * n);
+  const auto n = static_cast<Eigen::Index>(plan.modal_coupling.modes.size());
+  const Eigen::Index stride = static_cast<Eigen::Index>(plan.modal_coupling.columns.size()) / (4 * n);
+  const Eigen::MatrixXd once =
+      Eigen::Map<const Eigen::MatrixXd>(plan.modal_coupling.columns.data(), stride, 4 * n)
+          .topLeftCorner(2 * n, 2 * n);
   return once.allFinite() ? once.eigenvalues().cwiseAbs().maxCoeff() : HUGE_VAL;
 }
 
-// the feedback whose force changes most within a tick, and how much
+// holds the feedback whose force changes most within a tick
 struct Stiffest {
   const Feedback* feedback = nullptr;
   std::string what;   // "feedback 'f': velocity gain of -5 N s/m on a point of 2 kg: gain h / m is 0.0025"
@@ -101,11 +107,12 @@ void warn_of_drive(const Origin& origin, double growth, double period, Faults& f
                         "; check the signs and sizes of its gains"));
 }
 
-// The lowest of the rates, doubled up to six times, at which splitting adds nothing to the growth that is the
-// feedback's own; the same rate when it adds nothing, 0 when none will do.
+// Returns the lowest rate [Hz] at which splitting adds no growth to that of the feedback itself. Doubles the
+// rate up to six times. Returns the present rate if splitting adds no growth there, and 0 if no such rate is
+// found.
 double sufficient_rate(const Plan& plan, double growth) {
   constexpr int kDoublings = 6;
-  constexpr double kNothing = 1e-3;  // [-] of the growth at the rate as it is
+  constexpr double kNegligibleGrowth = 1e-3;  // [-] growth per second over that at the present rate
   std::array<double, kDoublings + 1> per_second{};
   const double rate = 1.0 / plan.period;
   Plan faster = plan;
@@ -116,10 +123,11 @@ double sufficient_rate(const Plan& plan, double growth) {
       factor = split_growth(faster);
     }
     per_second[static_cast<std::size_t>(k)] = std::log(factor) / faster.period;
-    if (per_second[static_cast<std::size_t>(k)] <= kNothing * per_second[0]) return std::ldexp(rate, k);
+    if (per_second[static_cast<std::size_t>(k)] <= kNegligibleGrowth * per_second[0])
+      return std::ldexp(rate, k);
   }
-  if (factor > 2.0) return 0.0;  // held over half a tick, a force is too strong even at the last rate
-  // what is left there is the feedback's own
+  if (factor > 2.0) return 0.0;  // a force held over half a tick is too large even at the last rate
+  // the growth that remains at the last rate is that of the feedback itself
   int enough = 0;
   while (!(per_second[static_cast<std::size_t>(enough)] <= 2.0 * per_second.back())) ++enough;
   return std::ldexp(rate, enough);
@@ -131,10 +139,12 @@ void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
   const Origin& origin = stiffest.feedback->origin;
   if (growth <= 1.0 + kSplitGrowth) {
     if (stiffest.size > kCoarse)
-      add_warning(faults, origin,
-                  join_text(stiffest.what, "; more than ", kMaxExactModes,
-                            " mixed modes are advanced by splitting, whose error goes with the square of it: "
-                            "raise the rate, or see what changes at another one"));
+      add_warning(
+          faults, origin,
+          join_text(
+              stiffest.what, "; more than ", kMaxExactModes,
+              " coupled modes are advanced by splitting, whose error grows with the square of this value: "
+              "raise the rate, or compare with a run at another rate"));
     return;
   }
   const double enough = sufficient_rate(plan, growth);
@@ -143,11 +153,11 @@ void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
     return;
   }
   const std::string what = join_text(
-      stiffest.what, "; more than ", kMaxExactModes, " mixed modes are advanced by splitting, and at ", rate,
-      " Hz that makes a motion grow by a factor of ", growth, " a tick: ",
+      stiffest.what, "; more than ", kMaxExactModes, " coupled modes are advanced by splitting, and at ",
+      rate, " Hz this makes a motion grow by a factor of ", growth, " a tick: ",
       enough > 0.0 ? join_text("raise the rate to ", enough, " Hz, or take smaller gains")
                    : "take smaller gains");
-  // growth that no run is long enough to see spoils nothing
+  // growth too small to show in any run gives only a warning
   growth > 1.0 + kHarmless ? add_error(faults, origin, what) : add_warning(faults, origin, what);
 }
 
@@ -155,10 +165,10 @@ void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
 
 void check_growth(const Scene& scene, const Plan& plan, Faults& faults) {
   if (plan.feedbacks.empty()) return;
-  if (plan.mixing.path == PlanMixing::Path::kSplit) check_split_growth(scene, plan, faults);
-  if (plan.mixing.path != PlanMixing::Path::kExact) return;
+  if (plan.modal_coupling.path == PlanModalCoupling::Path::kSplit) check_split_growth(scene, plan, faults);
+  if (plan.modal_coupling.path != PlanModalCoupling::Path::kExact) return;
   const double growth = exact_growth(plan);
-  // a step that is not finite is said elsewhere
+  // find_inconsistency reports a step that is not finite
   if (growth > 1.0 + kExactGrowth && std::isfinite(growth))
     warn_of_drive(scene.feedbacks.front().origin, growth, plan.period, faults);
 }

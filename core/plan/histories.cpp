@@ -10,32 +10,33 @@
 namespace freeflex {
 namespace {
 
-// [-] of a period: an edge nearer to a tick than this is on it, the rest being rounding of what a person
-// typed
+// [ticks] an edge closer to a tick than this is taken as being on the tick: the difference is a rounding
+// error of the given value
 constexpr double kOnTick = 1e-6;
 
-// ticks a cycle below which straight lines between ticks miss a sine by more than 5 % of its amplitude
+// [ticks] shortest cycle of a sine without a warning. With fewer ticks per cycle, straight lines between
+// ticks miss the sine by more than 3 % of its amplitude.
 constexpr double kTicksPerCycle = 13.0;
 
-// [-] of a torque: a part that the group cannot take above this is an error
+// [-] fraction of a torque that a group cannot support, above which it is an error
 constexpr double kIdleTorque = 1e-9;
 
 void check_torque(const Scene& scene, const Plan& plan, const Load& load, const WrenchLoad& wrench,
                   Faults& faults) {
   const PlanGroup& group = plan.groups[static_cast<std::size_t>(wrench.group)];
-  // about a line only a torque in body axes can be judged now; in world axes the part about the line turns
-  // with the body
+  // If the points lie on a line, only a torque in body axes can be checked at the set-up. In other axes, the
+  // component about the line depends on the attitude.
   if (group.torque_rank == 2 && load.axes != Axes::kBody) return;
-  const std::string idle = idle_torque(group, to_array(wrench.torque));
+  const std::string idle = refused_torque(group, to_array(wrench.torque));
   if (!idle.empty())
     add_error(
         faults, load.origin,
         join_text("load ", quoted(load.name, static_cast<int>(&load - scene.loads.data())), ": ", idle));
 }
 
-// X13: what the amplitude is made of
+// sets the kind of a history and the parameters of its amplitude   (THEORY 8.10 to 8.13)
 void set_kind(const History& history, PlanHistory& plan) {
-  // constant unless told
+  // other histories are constant, the default
   if (const auto* pulse = std::get_if<PulseHistory>(&history)) {
     plan.kind = PlanHistory::Kind::kPulse;
     plan.pulse_start = pulse->start;
@@ -51,7 +52,8 @@ void set_kind(const History& history, PlanHistory& plan) {
   }
 }
 
-// X73: the rotation at each point of a load in local axes
+// returns the rows of the local rotation theta at each point of a load in local axes, whose force is f = f_B
+// + theta x f_B (THEORY 8.24)
 std::vector<PlanFollower> followers(const Load& load, const Structure& structure, const Plan& plan) {
   std::vector<PlanFollower> all;
   if (load.axes != Axes::kLocal) return all;
@@ -61,10 +63,11 @@ std::vector<PlanFollower> followers(const Load& load, const Structure& structure
     follower.row = point.row;
     follower.r = point.r;
     follower.force_B = to_array(each.force);
-    follower.turn_rows.assign(3 * static_cast<std::size_t>(plan.num_padded), 0.0);
+    follower.rotation_rows.assign(3 * static_cast<std::size_t>(plan.num_padded), 0.0);
     for (int axis = 0; axis < 3; ++axis) {
       const Eigen::RowVectorXd row = structure.local_rotations.at(each.point).row(axis);
-      std::copy(row.begin(), row.end(), follower.turn_rows.begin() + std::ptrdiff_t{axis} * plan.num_padded);
+      std::copy(row.begin(), row.end(),
+                follower.rotation_rows.begin() + std::ptrdiff_t{axis} * plan.num_padded);
     }
     all.push_back(std::move(follower));
   }
@@ -83,17 +86,17 @@ void set_stiffness(const Structure& structure, int load, const Plan& plan, PlanH
 
 }  // namespace
 
-std::string idle_torque(const PlanGroup& group, const Vec3& torque_B) {
+std::string refused_torque(const PlanGroup& group, const Vec3& torque_B) {
   const Eigen::Vector3d torque(torque_B[0], torque_B[1], torque_B[2]),
       line(group.line[0], group.line[1], group.line[2]);
   Eigen::Vector3d idle = Eigen::Vector3d::Zero();
   if (group.torque_rank == 0) idle = torque;
   if (group.torque_rank == 2) idle = line * line.dot(torque);
   if (idle.stableNorm() <= kIdleTorque * torque.stableNorm()) return "";
-  return join_text("group '", group.name, "' cannot take ", idle.stableNorm(),
+  return join_text("group '", group.name, "' cannot support ", idle.stableNorm(),
                    " N m of the torque: its points lie ",
-                   group.torque_rank == 0 ? "in one place" : "on a line and it is about that line",
-                   "; put points beside them into the group or leave that torque out");
+                   group.torque_rank == 0 ? "at one position" : "on a line, and this part is about that line",
+                   "; add other points to the group, or omit this part of the torque");
 }
 
 SumsOnPoints sums_of(const Load& load, const Plan& plan) {
@@ -117,12 +120,12 @@ void compile_histories(const Scene& scene, const Structure& structure, Plan& pla
     PlanHistory history;
     history.name = load.name;
     set_kind(load.history, history);
-    // local axes: body axes, and what turns them
+    // for local axes: the pattern of the load in body axes, and the rotation rows of its followers
     history.pattern = build_pattern(plan, sums_of(load, plan));
     history.followers = followers(load, structure, plan);
     if (load.axes == Axes::kLocal)
       for (const TorqueLoad& each : load.torques)
-        history.torques.all.push_back({turning_of(plan, each.point), to_array(each.torque)});
+        history.torques.all.push_back({attitude_index_of(plan, each.point), to_array(each.torque)});
     set_stiffness(structure, static_cast<int>(plan.histories.size()), plan, history);
     plan.histories.push_back(std::move(history));
   }
@@ -130,12 +133,12 @@ void compile_histories(const Scene& scene, const Structure& structure, Plan& pla
 
 void set_history_ticks(PlanHistory& history, double period) {
   if (history.kind != PlanHistory::Kind::kPulse) return;
-  // beyond this a pulse outlasts any run; keeps the rounding inside 64 bits
+  // [ticks] a longer pulse outlasts any run; the limit keeps the rounded value within 64 bits
   constexpr double kNever = 9e18;
   history.start_tick = std::llround(std::min(history.pulse_start / period, kNever));
   history.end_tick = std::llround(std::min((history.pulse_start + history.pulse_duration) / period, kNever));
   if (history.start_tick < history.end_tick) return;
-  // the tick that its middle is in   (X13)
+  // the tick that contains the middle of the pulse   (THEORY 8.10)
   history.start_tick = static_cast<std::int64_t>(
       std::min(std::floor((history.pulse_start + 0.5 * history.pulse_duration) / period), kNever));
   history.end_tick = history.start_tick + 1;
@@ -145,7 +148,7 @@ void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults) {
   for (std::size_t k = 0; k < plan.histories.size(); ++k) {
     const PlanHistory& history = plan.histories[k];
     const std::string who = "load " + quoted(history.name, static_cast<int>(k));
-    // loads are linear within a tick: what moves faster is another load
+    // the step takes loads as linear within a tick, so it applies a different load if the sine is faster
     const double slowest = 1.0 / (kTicksPerCycle * plan.period);
     if (history.kind == PlanHistory::Kind::kSine && history.frequency > slowest)
       add_warning(faults, scene.loads[k].origin,
@@ -158,7 +161,7 @@ void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults) {
       add_warning(
           faults, scene.loads[k].origin,
           join_text(who, ": rows ", row, " and ", row + 1, " of the table are ",
-                    history.times[row] - history.times[row - 1], " s apart, a tick is ", plan.period,
+                    history.times[row] - history.times[row - 1], " s apart, but a tick is ", plan.period,
                     " s; the load acts as straight lines between its values at ticks: raise the rate or "
                     "give fewer rows"));
       break;
@@ -166,13 +169,13 @@ void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults) {
     if (history.kind != PlanHistory::Kind::kPulse) continue;
     const auto warn = [&](const char* edge, double time, std::int64_t tick) {
       const double shift = static_cast<double>(tick) * plan.period - time;
-      // a late edge carries the rounding of its own time besides
+      // a large time has a rounding error of its own
       if (std::abs(shift) <= kOnTick * plan.period + 1e-15 * time) return;
       add_warning(faults, scene.loads[k].origin,
-                  join_text(who, ": the pulse ", edge, " at ", time, " s, which is no tick at ",
+                  join_text(who, ": the pulse ", edge, " at ", time, " s, which is not a tick at ",
                             1.0 / plan.period, " Hz; it was moved by ", shift, " s, and the force is ",
                             amplitude_right(history, plan.period, history.start_tick),
-                            " of what is given, so that its impulse is kept"));
+                            " times the given force, so that the impulse is the same"));
     };
     warn("starts", history.pulse_start, history.start_tick);
     warn("ends", history.pulse_start + history.pulse_duration, history.end_tick);

@@ -1,4 +1,4 @@
-// Built-in force histories of a scene, compiled.
+// Compilation of the built-in loads of a scene and their histories.
 #pragma once
 
 #include "core/step/plan.hpp"
@@ -6,22 +6,26 @@
 
 namespace freeflex {
 
-/// One load at amplitude 1; local axes are body axes here.  \pre as for compile_histories
+/// Returns the sums of one load at amplitude 1. A load in local axes is treated like a load in body axes.
+/// \pre as for compile_histories
 SumsOnPoints sums_of(const Load& load, const Plan& plan);
 
-/// Appends the scene's loads to plan.histories   (THEORY X13). Errors: a torque that a group cannot take.
-/// \pre points, groups and rows of the plan stand
+/// Appends the loads of the scene to plan.histories   (THEORY 8.10 to 8.13). Adds an error for a torque that
+/// a group cannot support.  \pre the points, groups and rows of the plan are filled
 void compile_histories(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
-/// Why a group cannot take a torque in body axes [N m], none about the line of its points and none on one
-/// place (THEORY X12); empty when it can.
-std::string idle_torque(const PlanGroup& group, const Vec3& torque_B);
+/// Returns why a group cannot support a torque in body axes [N m]; an empty text if it can. Points on a line
+/// support no torque about the line. Points at one position support no torque   (THEORY 8.9).
+std::string refused_torque(const PlanGroup& group, const Vec3& torque_B);
 
-/// Ticks at which a pulse starts and ends, each edge rounded to the nearest tick   (THEORY X13).
+/// Sets the ticks at which a pulse starts and ends: k_1 = round(t_s / h), k_2 = round((t_s + t_p) / h); if
+/// k_1 = k_2, the pulse acts in the tick that contains its middle, so k_1 = floor((t_s + t_p / 2) / h) and
+/// k_2 = k_1 + 1 (THEORY 8.10).
 void set_history_ticks(PlanHistory& history, double period);
 
-/// Warns of what ticks do to loads: pulses whose edges are moved, sines and tables that are faster than ticks
-/// (THEORY X13).
+/// Warns of loads that act differently because they are linear between ticks: pulses whose edges are moved to
+/// ticks (THEORY 8.10, 8.11), and sines and tables that change faster than the ticks
+/// (THEORY 6.1, 8.12, 8.13).
 void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex

@@ -12,9 +12,10 @@ namespace {
 
 using Axes2 = std::array<int, 2>;
 constexpr std::array<Axes2, 6> kProducts{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
-constexpr std::array<Axes2, 3> kCross{{{1, 2}, {2, 0}, {0, 1}}};  // a x b along x: a_1 b_2 - a_2 b_1
+constexpr std::array<Axes2, 3> kCross{{{1, 2}, {2, 0}, {0, 1}}};  // along x, a x b is a_1 b_2 - a_2 b_1
 
-// modes first, then what of the constraint shapes is known
+// returns the shapes of all particles: modes first, then constraint shapes, which are zero if there are
+// bodies
 Eigen::MatrixXd shapes_of_mass(const Structure& structure, const Eigen::MatrixXd& shapes) {
   const Eigen::MatrixXd& of_particles = structure.particles.shapes;
   if (of_particles.rows() == 0) return shapes;
@@ -23,18 +24,22 @@ Eigen::MatrixXd shapes_of_mass(const Structure& structure, const Eigen::MatrixXd
   return all;
 }
 
-// row `axis` of each point
+// returns the row for `axis` of each point
 Eigen::MatrixXd along(const Eigen::MatrixXd& shapes, int axis) {
   return shapes(Eigen::seq(axis, Eigen::last, 3), Eigen::all);
 }
 
+// Fills the tables over pairs of modes k, l (THEORY 12.48), including the second-order displacement of bodies
+// (THEORY 12.47):
+//   X_kl = sum m b_k x b_l, G_kl = sum m r x g_kl,
+//   Z_kl,ab = sum m (b_k,a b_l,b + r_a g_kl,b), symmetric in a and b.
 class Tables {
  public:
   Tables(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes, Plan& plan)
       : plan_(plan), num_(plan.num_elastic), num_all_(shapes.cols()) {
     const Eigen::MatrixXd b = shapes_of_mass(structure, shapes);
     const Eigen::VectorXd& mass = structure.particles.mass;
-    const std::vector<TurningBody> bodies = turning_bodies(scene, structure);
+    const std::vector<RotatingBody> bodies = rotating_bodies(scene, structure);
     plan.coupled.kinetics.num_tables = bodies.empty() ? kPointTables : kBodyTables;
     for (int axis = 0; axis < 3; ++axis) {
       const auto i = static_cast<std::size_t>(axis);
@@ -46,11 +51,11 @@ class Tables {
     for (int k = 0; k < 3; ++k) put(k, outer(kCross[at(k)]) - outer(flipped(kCross[at(k)])));
     for (int k = 0; k < 6; ++k) {
       const Axes2 axes = kProducts[at(k)];
-      put(3 + k,
-          0.5 * (outer(axes) + outer(flipped(axes)) + turned(bodies, axes) + turned(bodies, flipped(axes))));
+      put(3 + k, 0.5 * (outer(axes) + outer(flipped(axes)) + second_order_sum(bodies, axes) +
+                        second_order_sum(bodies, flipped(axes))));
     }
     for (int k = 0; k < 3 && !bodies.empty(); ++k)
-      put(9 + k, turned(bodies, kCross[at(k)]) - turned(bodies, flipped(kCross[at(k)])));
+      put(9 + k, second_order_sum(bodies, kCross[at(k)]) - second_order_sum(bodies, flipped(kCross[at(k)])));
   }
 
  private:
@@ -60,7 +65,7 @@ class Tables {
     return at(plan_.coupled.kinetics.num_tables) * static_cast<std::size_t>(plan_.num_padded);
   }
 
-  // Y_l,ab
+  // Y_l,ab = sum m r_a b_l,b, symmetric in a and b   (THEORY 8.15)
   void set_moments(const Structure& structure) {
     const Eigen::Matrix3Xd mr = structure.particles.r * structure.particles.mass.asDiagonal();
     for (const auto& [a, b] : kProducts)
@@ -73,10 +78,10 @@ class Tables {
     return weighted_[at(axes[0])].transpose() * b_[at(axes[1])];
   }
 
-  // sum m r_a g_kl,b; constraint shapes have none
-  Eigen::MatrixXd turned(const std::vector<TurningBody>& bodies, const Axes2& axes) const {
+  // sum m r_a g_kl,b; it is zero for constraint shapes
+  Eigen::MatrixXd second_order_sum(const std::vector<RotatingBody>& bodies, const Axes2& axes) const {
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(num_, num_all_);
-    for (const TurningBody& body : bodies) sum.leftCols(num_) += second_order(body, axes[0], axes[1]);
+    for (const RotatingBody& body : bodies) sum.leftCols(num_) += second_order(body, axes[0], axes[1]);
     return sum;
   }
 
@@ -107,7 +112,8 @@ void compile_offsets(const Scene& scene, const Structure& structure, Plan& plan)
     if (point.mass == 0.0 || point.offset.isZero(0.0)) continue;
     PlanOffset body{point.mass, to_array(point.offset), {}};
     const int first = freedoms.rotation(static_cast<int>(i)) - freedoms.num_displacements();
-    for (int axis = 0; axis < 3; ++axis) append_row(plan, row_of(structure.turns, first + axis), body.rows);
+    for (int axis = 0; axis < 3; ++axis)
+      append_row(plan, row_of(structure.rotations, first + axis), body.rows);
     plan.coupled.kinetics.offsets.push_back(std::move(body));
   }
 }
@@ -130,19 +136,19 @@ void compile_kinetics(const Scene& scene, const Structure& structure, const Eige
   compile_offsets(scene, structure, plan);
 }
 
-bool keeps_turns_about_line(const Structure& structure) {
-  constexpr double kRounding = 1e-8;  // of a mode's own size; shapes are exact to 1e-12 and better
+bool keeps_rotation_about_line(const Structure& structure) {
+  constexpr double kRounding = 1e-8;  // [-] over the size of the modes; shapes are exact to 1e-12 or better
   const MassProperties& body = structure.mass_properties;
   if (body.rigid_freedoms != 5) return true;
   const Eigen::MatrixXd& b = particle_shapes(structure);
-  Eigen::MatrixXd turned(b.rows(), b.cols()), weighted = b;
+  Eigen::MatrixXd second_order_sum(b.rows(), b.cols()), weighted = b;
   for (Eigen::Index i = 0; i < structure.particles.mass.size(); ++i) {
     for (Eigen::Index l = 0; l < b.cols(); ++l)
-      turned.block<3, 1>(3 * i, l) = body.line.cross(Eigen::Vector3d(b.block<3, 1>(3 * i, l)));
+      second_order_sum.block<3, 1>(3 * i, l) = body.line.cross(Eigen::Vector3d(b.block<3, 1>(3 * i, l)));
     weighted.middleRows<3>(3 * i) *= structure.particles.mass[i] / body.mass;
   }
-  const Eigen::MatrixXd left = turned - b * (weighted.transpose() * turned);
-  return left.norm() <= kRounding * std::max(1.0, turned.norm());
+  const Eigen::MatrixXd left = second_order_sum - b * (weighted.transpose() * second_order_sum);
+  return left.norm() <= kRounding * std::max(1.0, second_order_sum.norm());
 }
 
 }  // namespace freeflex

@@ -1,4 +1,5 @@
-// How a plan of the coupled rungs has the kinetic energy (THEORY X190 to X196).
+// Kinetic energy of a plan on the coupled rungs: computed point by point, or by tables
+// (THEORY 12.33 to 12.52).
 #pragma once
 
 #include <Eigen/Core>
@@ -7,27 +8,31 @@
 
 namespace freeflex {
 
-/// X196: tables are taken where num_tables * num_elastic is below this times the number of points. Measured
-/// with AVX2 (tests/bench/bench_kinetics): 20, 100 and 300 points cost the same either way at some 40, 160
-/// and 480 modes; 300 points take 4, 16, 106 and 1105 us a tick by tables at 8, 48, 144 and 288 modes, 110,
-/// 247, 457 and 1316 us point by point.
+/// [-] Tables are used if num_tables * num_elastic < kTablesPerPoint * num_points, which is 9 n < 15 N for
+/// point masses (THEORY 12.52). Measured with AVX2 (tests/bench/bench_kinetics): for 20, 100 and 300 points,
+/// both forms cost the same at some 40, 160 and 480 modes. A tick of 300 points with 8, 48, 144 and 288 modes
+/// takes 4, 16, 106 and 1105 us by tables, and 110, 247, 457 and 1316 us point by point.
 inline constexpr double kTablesPerPoint = 15.0;
 
-/// Bodies are carried by tables whatever their size: twelve numbers a pair of modes, 216 MB here, some 100 ms
-/// a tick.
-inline constexpr std::int32_t kMostBodyModes = 1500;
+/// Largest number of modes of a scene with bodies on a coupled rung. Such a scene always uses tables, with
+/// twelve numbers for each pair of modes. With 1500 modes the tables take 216 MB, and a tick takes some 100
+/// ms.
+inline constexpr std::int32_t kMaxBodyModes = 1500;
 
-/// The form that a plan takes: complete where it can, tables for bodies, else what costs less.
-/// \pre modes and points of the plan stand; its rung couples
+/// Returns the form that a plan uses: complete for a complete set of modes of point masses, tables for
+/// bodies, otherwise the form that costs less   (THEORY 12.52).  \pre the modes and points of the plan are
+/// filled; its rung is coupled or above
 PlanKinetics::Form kinetic_form(const Scene& scene, const Plan& plan);
 
-/// Fills plan.coupled.kinetics for a form.
+/// Fills plan.coupled.kinetics for the given form.
 /// \param shapes  [-] (3N x num) unit elastic displacements of the points, then constraint shapes
 void compile_kinetics(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
                       PlanKinetics::Form form, Plan& plan);
 
-/// True where the modes that the plan has let its points turn about the line that they stand on, which the
-/// frame does not do: a set without this would push against the frame (THEORY X192). True off a line.
-bool keeps_turns_about_line(const Structure& structure);
+/// Returns true if the modes of a collinear shape let the points rotate about the line: for each b_l, the
+/// modes also span e x b_l, where e is the direction of the line. Without these modes, forces would act on
+/// the frame about the line, about which the frame does not rotate   (THEORY 12.37). Returns true if the
+/// shape is not collinear.
+bool keeps_rotation_about_line(const Structure& structure);
 
 }  // namespace freeflex

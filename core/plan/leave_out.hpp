@@ -1,4 +1,4 @@
-// What a plan may do without: which modes and which code, and the account of it   (THEORY section 14).
+// Choice of the features that a plan omits, with a report on each   (THEORY section 14).
 #pragma once
 
 #include <memory>
@@ -11,43 +11,50 @@
 
 namespace freeflex {
 
-/// A spec with an account of every part. What changes nothing beyond rounding is left out unless
-/// scene.leave_out keeps it; modes of a small share go within its tolerance; what only commands could need
-/// goes as its on_need says.
-struct LeanSpec {
+/// Holds a spec with a report on every feature. A feature that would change nothing beyond rounding error is
+/// omitted unless scene.leave_out keeps it. Small modes are omitted within the tolerance of scene.leave_out.
+/// Its on_need determines whether features that only commands could need are omitted.
+struct ReducedSpec {
   PlanSpec spec;
-  // that of the scene, or its own with modes of equal frequency turned so that few are reached   (X120)
+  // structure of the scene, or a copy if modes of equal frequency were rotated so that few are excited
+  // (THEORY 14.3)
   std::shared_ptr<const Structure> structure;
-  MotionScope motion;           // what the scene, with or without commands, can do
-  std::vector<PlanPart> parts;  // by Part
-  double horizon = 0.0;         // [s] over which small modes were judged
-  double small_size = 0.0;      // [m] rms over all points of small modes that go
+  MotionScope motion;                 // motions that are possible, with or without commands
+  std::vector<PlanFeature> features;  // by Feature
+  double horizon = 0.0;               // [s] over which the errors of omitting small modes were estimated
+  double small_size = 0.0;            // [m] rms of the omitted small modes over all points
 };
 
-/// The rungs that lack modes or code only where a scene needs neither; the others are advanced whole.
+/// Returns true for a scene of point masses on the separated or spin-loaded rung. Plans of such scenes may
+/// omit features.
 bool may_leave_out(const Scene& scene, Fidelity rung);
 
-/// The coupled rung may lack small modes, and nothing else: not those of a line, which come in pairs about
-/// it, nor of bodies.
+/// Returns true if a plan on the coupled rung may omit small modes, which are the only feature that it may
+/// omit. The scene must consist of point masses that do not lie on a line; if they do, modes come in pairs
+/// about the line.
 bool may_leave_out_modes(const Scene& scene, const Structure& structure, Fidelity rung);
 
-/// A spec with nothing left out, for leave_out_small_modes.  \pre may_leave_out_modes(scene, structure, rung)
-LeanSpec keep_all(const Scene& scene, const Structure& structure, const PlanSpec& spec);
+/// Returns a spec that omits nothing, for leave_out_small_modes.
+/// \pre may_leave_out_modes(scene, structure, rung)
+ReducedSpec keep_all(const Scene& scene, const Structure& structure, const PlanSpec& spec);
 
-/// The account of a plan that is advanced whole. Warns of a tolerance that has no effect.
-std::vector<PlanPart> account_of_whole(const Scene& scene, Fidelity rung, Faults& faults);
+/// Returns the report on the features of a plan that omits nothing. Warns if the scene gives a tolerance,
+/// which then has no effect.
+std::vector<PlanFeature> report_on_full_plan(const Scene& scene, Fidelity rung, Faults& faults);
 
-/// Without what nothing needs.
-/// \param whole  compiled from `spec`, with everything in it  \pre may_leave_out(scene, spec.rung)
-LeanSpec leave_out_unneeded(const Scene& scene, const Structure& structure, const PlanSpec& spec,
-                            const Plan& whole);
+/// Returns `spec` without the features that the scene does not need   (THEORY 14.2 to 14.5).
+/// \param full  plan compiled from `spec`, with all features  \pre may_leave_out(scene, spec.rung)
+ReducedSpec leave_out_unneeded(const Scene& scene, const Structure& structure, const PlanSpec& spec,
+                               const Plan& full);
 
-/// Without modes of a small share besides. False when there are none, and the spec is as it was.
-/// \param plan  compiled from lean.spec; it is stepped over the horizon
-bool leave_out_small_modes(const Scene& scene, const Plan& plan, LeanSpec& lean);
+/// Omits small modes in addition   (THEORY 14.10). If there are none, returns false and leaves the spec
+/// unchanged.
+/// \param plan  plan compiled from reduced.spec; the function steps it over the horizon
+bool leave_out_small_modes(const Scene& scene, const Plan& plan, ReducedSpec& reduced);
 
-/// Everything that commands can reach, where they are refused what `lean` has left out but for on_need:
-/// replan. nullopt when nothing is refused.
-std::optional<PlanSpec> wide_spec(const Scene& scene, const LeanSpec& lean);
+/// Returns the spec of the fallback plan, which has the modes of the reduced plan and all modes that commands
+/// can excite (THEORY 14.16). Returns nullopt unless on_need is replan and commands may need an omitted
+/// feature.
+std::optional<PlanSpec> fallback_spec(const Scene& scene, const ReducedSpec& reduced);
 
 }  // namespace freeflex

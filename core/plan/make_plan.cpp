@@ -17,7 +17,7 @@
 namespace freeflex {
 namespace {
 
-// [s] from which a load acts.
+// returns the time at which a load starts to act [s]
 double begin_of(const History& history) {
   if (const auto* pulse = std::get_if<PulseHistory>(&history)) return pulse->start;
   const auto* table = std::get_if<TableHistory>(&history);
@@ -27,32 +27,34 @@ double begin_of(const History& history) {
   return table->times[k - 1];
 }
 
-// Says which loads begin after what was judged has ended.
+// warns of loads that begin after the horizon over which the rung or the small modes were judged
+// (THEORY 12.28)
 void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, Faults& faults) {
   for (std::size_t k = 0; k < scene.loads.size(); ++k)
     if (const double begin = begin_of(scene.loads[k].history); begin >= horizon)
       add_warning(faults, scene.loads[k].origin,
                   join_text("load ", quoted(scene.loads[k].name, static_cast<int>(k)), " begins at ", begin,
                             " s, after the horizon of ", horizon, " s over which ", judge,
-                            " judges, and counts for nothing there; take a longer horizon"));
+                            " judges, and is therefore ignored there; take a longer horizon"));
 }
 
-// Of some points, each once, those where nothing that has mass moves at once.
+// returns the massless ones among the given points, each once; points of rigid links and of links with mass
+// are excluded
 std::vector<int> massless_of(const Scene& scene, std::vector<int> points) {
-  std::vector<bool> is_loose(scene.points.size());
-  for (std::size_t i = 0; i < scene.points.size(); ++i) is_loose[i] = scene.points[i].mass == 0.0;
+  std::vector<bool> is_massless(scene.points.size());
+  for (std::size_t i = 0; i < scene.points.size(); ++i) is_massless[i] = scene.points[i].mass == 0.0;
   for (const Link& link : scene.links)
     if (std::holds_alternative<Rigid>(link.kind) || has_mass(link))
-      for (const int point : link.points) is_loose[static_cast<std::size_t>(point)] = false;
-  std::erase_if(points, [&](int point) { return !is_loose[static_cast<std::size_t>(point)]; });
+      for (const int point : link.points) is_massless[static_cast<std::size_t>(point)] = false;
+  std::erase_if(points, [&](int point) { return !is_massless[static_cast<std::size_t>(point)]; });
   std::ranges::sort(points);
   points.erase(std::unique(points.begin(), points.end()), points.end());
   return points;
 }
 
-constexpr int kNamed = 8;  // points in a message
+constexpr int kNamed = 8;  // largest number of points named in a message
 
-// Links hold such points where the others are: what they are given at the start is no motion.
+// warns of a given initial motion of massless points, whose displacement follows from the other points
 void warn_of_massless_start(const Scene& scene, Faults& faults) {
   std::vector<int> given;
   for (const auto& each : scene.initial.points)
@@ -63,11 +65,12 @@ void warn_of_massless_start(const Scene& scene, Faults& faults) {
         faults, scene.initial.origin,
         join_text("the initial displacement and velocity of ", points.size() == 1 ? "point " : "points ",
                   point_names(scene, points, kNamed), points.size() == 1 ? ", which has" : ", which have",
-                  " no mass, have no effect: links hold such points where the others are; give those "
-                  "the displacement, or these a mass"));
+                  " no mass, are ignored: massless points follow the points with mass; displace "
+                  "those, or give a mass to the massless points"));
 }
 
-// Says which loads act where nothing that has mass moves at once: what they bend there is in no mode (X162).
+// Warns of loads on massless points. No mode includes the deformation by such a load, because the freedoms of
+// massless points are condensed   (THEORY 16.7).
 void warn_of_massless_loads(const Scene& scene, Faults& faults) {
   std::vector<int> loaded(scene.pushable);
   for (const Load& load : scene.loads)
@@ -76,92 +79,92 @@ void warn_of_massless_loads(const Scene& scene, Faults& faults) {
   if (points.empty()) return;
   add_warning(
       faults, scene.points[static_cast<std::size_t>(points.front())].origin,
-      join_text(points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamed),
-                points.size() == 1 ? " has" : " have",
-                " no mass: what a load there bends of the links at it is not in its place, nor in the "
-                "forces of those links; the rest of the structure feels the load as it is. Give a mass "
-                "to the point, or mass to its links"));
+      join_text(
+          points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamed),
+          points.size() == 1 ? " has" : " have",
+          " no mass: the deformation of its links by a load there is neither in its position nor in the "
+          "forces of those links; the rest of the structure takes the full load. Give a mass to the "
+          "point, or mass to its links"));
 }
 
-// what needs every mode of a structure that has the lowest alone
+// reports requests that need all modes, if only the lowest modes of the structure are kept
 void check_kept(const Scene& scene, const Structure& structure, Faults& faults) {
   if (scene.modes.below > 0.0 && structure.omega.size() == 0)
     add_warning(faults, scene.modes.origin,
                 join_text("modes: no elastic mode is below ", scene.modes.below, " Hz, nor below ",
-                          structure.kept.counted_below,
-                          " Hz: this structure moves as a rigid body; give more, in Hz, or count"));
-  if (!scene.modes.is_asked() && structure.kept.is_part && structure.omega.size() == 0)
+                          structure.kept.verified_below,
+                          " Hz: this structure moves as a rigid body; raise 'below:', or give 'count:'"));
+  if (!scene.modes.is_asked() && structure.kept.is_subset && structure.omega.size() == 0)
     add_warning(faults, scene.points.front().origin,
                 join_text("no elastic mode is below half the rate, ", 0.5 * scene.rate,
-                          " Hz, the lowest of a structure "
-                          "of so many points that are taken by default, nor below ",
-                          structure.kept.counted_below,
+                          " Hz, below which a structure "
+                          "of so many points keeps its modes by default, nor below ",
+                          structure.kept.verified_below,
                           " Hz: this structure moves as a rigid body; ask for more with modes: {count: N}"));
-  if (!structure.kept.is_part || scene.automatic || !traits_of(scene.fidelity).has_true_geometry) return;
-  add_error(
-      faults, scene.modes.origin,
-      join_text("fidelity: ", name_of(scene.fidelity), " needs every elastic mode, of which the lowest ",
-                structure.omega.size(), " are kept (modes:, or more than ", kMaxDensePoints,
-                " points); take separated, spin-loaded or coupled"));
+  if (!structure.kept.is_subset || scene.automatic || !traits_of(scene.fidelity).has_true_geometry) return;
+  add_error(faults, scene.modes.origin,
+            join_text("fidelity: ", name_of(scene.fidelity), " needs all elastic modes, but only the lowest ",
+                      structure.omega.size(), " are kept (modes:, or more than ", kMaxDensePoints,
+                      " points); take separated, spin-loaded or coupled"));
 }
 
-// where the modes of a plan stand among those of a wider one
-std::vector<std::int32_t> places(const std::vector<int>& few, const std::vector<int>& many) {
-  std::vector<std::int32_t> places;
-  places.reserve(few.size());
+// returns the index of each mode of a plan in its fallback plan
+std::vector<std::int32_t> modes_in_fallback(const std::vector<int>& few, const std::vector<int>& many) {
+  std::vector<std::int32_t> modes_in_fallback;
+  modes_in_fallback.reserve(few.size());
   for (const int mode : few)
-    places.push_back(
+    modes_in_fallback.push_back(
         static_cast<std::int32_t>(std::lower_bound(many.begin(), many.end(), mode) - many.begin()));
-  return places;
+  return modes_in_fallback;
 }
 
-// the plan less what the scene does not need, and what commands bring back
-std::optional<Plan> compile_lean(const Scene& scene, const Structure& structure, const PlanSpec& spec,
-                                 const Plan& whole, Faults& faults) {
-  LeanSpec lean = leave_out_unneeded(scene, structure, spec, whole);
-  std::optional<Plan> plan = compile(scene, *lean.structure, lean.spec, faults);
+// returns the plan without the features that the scene does not need, together with its fallback plan
+std::optional<Plan> compile_reduced(const Scene& scene, const Structure& structure, const PlanSpec& spec,
+                                    const Plan& full, Faults& faults) {
+  ReducedSpec reduced = leave_out_unneeded(scene, structure, spec, full);
+  std::optional<Plan> plan = compile(scene, *reduced.structure, reduced.spec, faults);
   if (!plan) return std::nullopt;
-  if (leave_out_small_modes(scene, *plan, lean)) {
-    plan = compile(scene, *lean.structure, lean.spec, faults);
+  if (leave_out_small_modes(scene, *plan, reduced)) {
+    plan = compile(scene, *reduced.structure, reduced.spec, faults);
     if (!plan) return std::nullopt;
   }
-  plan->parts = lean.parts;
-  plan->neglect.left_out = lean.small_size;
+  plan->features = reduced.features;
+  plan->unmodelled.left_out = reduced.small_size;
   plan->tolerance = scene.leave_out.tolerance;
-  plan->horizon = lean.horizon;
-  if (const std::optional<PlanSpec> open = wide_spec(scene, lean)) {
-    std::optional<Plan> wide = compile(scene, *lean.structure, *open, faults);
-    if (!wide) return std::nullopt;
-    plan->wide.push_back(std::move(*wide));
-    plan->wide_modes = places(lean.spec.modes, open->modes);
+  plan->horizon = reduced.horizon;
+  if (const std::optional<PlanSpec> open = fallback_spec(scene, reduced)) {
+    std::optional<Plan> fallback = compile(scene, *reduced.structure, *open, faults);
+    if (!fallback) return std::nullopt;
+    plan->fallback.push_back(std::move(*fallback));
+    plan->fallback_modes = modes_in_fallback(reduced.spec.modes, open->modes);
   }
   return plan;
 }
 
-// the coupled plan less its small modes
+// returns the coupled plan without its small modes
 std::optional<Plan> compile_without_small_modes(const Scene& scene, const Structure& structure,
-                                                const PlanSpec& spec, const Plan& whole, Faults& faults) {
-  LeanSpec lean = keep_all(scene, structure, spec);
-  leave_out_small_modes(scene, whole, lean);
-  std::optional<Plan> plan = compile(scene, *lean.structure, lean.spec, faults);
+                                                const PlanSpec& spec, const Plan& full, Faults& faults) {
+  ReducedSpec reduced = keep_all(scene, structure, spec);
+  leave_out_small_modes(scene, full, reduced);
+  std::optional<Plan> plan = compile(scene, *reduced.structure, reduced.spec, faults);
   if (!plan) return std::nullopt;
-  plan->parts = lean.parts;
-  plan->neglect.left_out = lean.small_size;
+  plan->features = reduced.features;
+  plan->unmodelled.left_out = reduced.small_size;
   plan->tolerance = scene.leave_out.tolerance;
-  plan->horizon = lean.horizon;
+  plan->horizon = reduced.horizon;
   return plan;
 }
 
-// the plan of a spec with everything in it, and what is to be said of it
-std::optional<Plan> compile_whole(const Scene& scene, const Structure& structure, const PlanSpec& spec,
-                                  Faults& faults) {
+// returns the full plan of a spec, and reports its faults
+std::optional<Plan> compile_full(const Scene& scene, const Structure& structure, const PlanSpec& spec,
+                                 Faults& faults) {
   std::optional<Plan> plan = compile(scene, structure, spec, faults);
   if (plan) check_motion(scene, structure, *plan, faults);
   if (has_error(faults)) return std::nullopt;
   return plan;
 }
 
-// the plan that `make` makes, or a fault where memory does not reach
+// returns the plan that `make` returns; reports an error if memory runs out
 template <typename Make>
 std::optional<Plan> within_memory(const Scene& scene, const Structure& structure, Faults& faults,
                                   const Make& make) {
@@ -191,16 +194,17 @@ std::optional<Plan> make_checked_plan(const Scene& scene, const Structure& struc
   std::optional<Fidelity> rung = scene.fidelity;
   if (scene.automatic) rung = choose_rung(scene, structure, tried, faults);
   if (!rung) return std::nullopt;
-  const PlanSpec spec = whole_spec(scene, structure, *rung);
-  // with everything in it first: what is wrong with a scene is said of the scene
-  std::optional<Plan> plan = compile_whole(scene, structure, spec, faults);
+  const PlanSpec spec = full_spec(scene, structure, *rung);
+  // the full plan is compiled first, so that faults of the scene are found even if they concern features that
+  // are omitted later
+  std::optional<Plan> plan = compile_full(scene, structure, spec, faults);
   if (!plan) return std::nullopt;
   if (may_leave_out(scene, *rung))
-    plan = compile_lean(scene, structure, spec, *plan, faults);
+    plan = compile_reduced(scene, structure, spec, *plan, faults);
   else if (may_leave_out_modes(scene, structure, *rung))
     plan = compile_without_small_modes(scene, structure, spec, *plan, faults);
   else
-    plan->parts = account_of_whole(scene, *rung, faults);
+    plan->features = report_on_full_plan(scene, *rung, faults);
   if (!plan) return std::nullopt;
   plan->tried_rungs = std::move(tried);
   compile_budget(scene, structure, *plan, faults);
@@ -210,11 +214,11 @@ std::optional<Plan> make_checked_plan(const Scene& scene, const Structure& struc
 
 }  // namespace
 
-std::optional<Plan> make_whole_plan(const Scene& scene, const Structure& structure, Fidelity rung,
-                                    Faults& faults) {
+std::optional<Plan> make_full_plan(const Scene& scene, const Structure& structure, Fidelity rung,
+                                   Faults& faults) {
   return within_memory(scene, structure, faults, [&] {
     check_start(scene, structure, faults);
-    return compile_whole(scene, structure, whole_spec(scene, structure, rung), faults);
+    return compile_full(scene, structure, full_spec(scene, structure, rung), faults);
   });
 }
 

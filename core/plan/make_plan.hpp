@@ -1,4 +1,4 @@
-// Scene and structure -> the plan that programs run. The one place that decides what a plan is compiled to.
+// Makes the plan that programs run from a scene and its structure. All decisions on a plan are made here.
 #pragma once
 
 #include <optional>
@@ -7,14 +7,15 @@
 
 namespace freeflex {
 
-/// The plan that programs run: the rung that `fidelity: auto` chooses, less what the scene does not need,
-/// with an account of every part in Plan::parts   (THEORY section 14), and its error budget. Each fault is
-/// said once. nullopt on an error. Cost: up to three times that of compile(), and the steps over the
-/// horizons.
+/// Returns the plan that programs run: on the rung that the scene names or that `fidelity: auto` chooses,
+/// without the features that the scene does not need, with a report on every feature in Plan::features
+/// (THEORY section 14), and with its error budget. Each fault is reported once. Returns nullopt if there is
+/// an error. The cost is up to three times that of compile(), plus the steps over the horizons.
 std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Faults& faults);
 
-/// The plan with everything in it on a rung, without a budget: to compare with, and to look into.
-std::optional<Plan> make_whole_plan(const Scene& scene, const Structure& structure, Fidelity rung,
-                                    Faults& faults);
+/// Returns the plan with all features on the given rung, without an error budget, for comparisons and
+/// inspection.
+std::optional<Plan> make_full_plan(const Scene& scene, const Structure& structure, Fidelity rung,
+                                   Faults& faults);
 
 }  // namespace freeflex

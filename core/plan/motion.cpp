@@ -5,39 +5,38 @@
 #include "core/plan/damped_modes.hpp"
 #include "core/plan/free_forces.hpp"
 #include "core/plan/histories.hpp"
-#include "core/plan/mixing.hpp"
+#include "core/plan/modal_coupling.hpp"
 #include "core/plan/start.hpp"
-#include "core/plan/tick_turns.hpp"
+#include "core/plan/tick_rotations.hpp"
 #include "core/scene/faults.hpp"
 
 namespace freeflex {
 namespace {
 
-// of elastic state and link forces, which go with the modes
+// warns that the rigid rung has neither an elastic state nor link forces
 void warn_of_rigid(const Scene& scene, Faults& faults) {
   if (!scene.initial.points.empty() || !scene.initial.modes.empty())
-    add_warning(
-        faults, scene.initial.origin,
-        "the initial elastic state is left out: fidelity is rigid; take separated or a rung above it");
+    add_warning(faults, scene.initial.origin,
+                "the initial elastic state is ignored: fidelity is rigid; take separated or a higher rung");
   if (!scene.publication.links.empty())
     add_warning(
         faults, {},
-        "no forces of links are published: fidelity is rigid, and links carry load only where something "
-        "deforms; take separated or a rung above it");
+        "no forces of links are published: fidelity is rigid, and link forces follow from deformation; take "
+        "separated or a higher rung");
 }
 
-// feedback that drives a motion   (THEORY X75), by the modes that it mixes, which the coupled rungs take
-// apart
+// Warns if feedback makes a motion grow. The coupled rungs do not advance coupled modes together, so the
+// exact step of these modes is made only for this check   (THEORY 8.34).
 void warn_of_driving_feedback(const Scene& scene, const Plan& plan, Faults& faults) {
   if (plan.feedbacks.empty()) return;
   Plan linear = plan;
-  set_mixing_path(linear);
-  if (linear.mixing.path != PlanMixing::Path::kExact) return;
-  set_mixing_period(linear);
+  set_modal_coupling_path(linear);
+  if (linear.modal_coupling.path != PlanModalCoupling::Path::kExact) return;
+  set_modal_coupling_period(linear);
   check_growth(scene, linear, faults);
 }
 
-// a constant load in local axes is not conservative: beyond a critical size it makes modes flutter   (X77)
+// warns of flutter by a constant load in local axes; such a load is not conservative   (THEORY 8.42, 8.46)
 void warn_of_driving_followers(const Scene& scene, const Plan& plan, Faults& faults) {
   const double rate = growth_by_followers(plan);
   if (rate == 0.0) return;
@@ -47,7 +46,7 @@ void warn_of_driving_followers(const Scene& scene, const Plan& plan, Faults& fau
   add_warning(faults, first.origin,
               join_text(loads.size() == 1 ? "load " : "constant loads in local axes, among them load ",
                         quoted(first.name, static_cast<int>(loads.front())),
-                        loads.size() == 1 ? ", which turns with the structure, makes" : ", make",
+                        loads.size() == 1 ? ", which rotates with the structure, makes" : ", make",
                         " a mode grow by a factor of ", std::isfinite(per_second) ? per_second : rate,
                         std::isfinite(per_second) ? " a second" : " e-folds a second",
                         "; take a smaller load, more stiffness or more damping"));
@@ -65,7 +64,7 @@ void check_motion(const Scene& scene, const Structure& structure, const Plan& pl
     check_growth(scene, plan, faults);
   warn_of_driving_followers(scene, plan, faults);
   warn_of_ticks(scene, plan, faults);
-  warn_of_tick_turns(scene, plan, faults);
+  warn_of_tick_rotations(scene, plan, faults);
 }
 
 }  // namespace freeflex

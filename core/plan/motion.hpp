@@ -1,13 +1,13 @@
-// What is to be said of a scene's motion on a plan: where its equations or its period do not hold.
+// Checks of the motion of a scene on a plan: limits of the equations and of the period.
 #pragma once
 
 #include "core/plan/spec.hpp"
 
 namespace freeflex {
 
-/// Errors and warnings of a plan with everything in it: a spin too fast for its rung, what the rigid rung
-/// leaves out, feedback that drives, loads that ticks do not resolve. Said once of a scene, whatever is
-/// compiled of it later.
+/// Reports errors and warnings on the full plan of a scene: a spin that is too fast for the rung, requests
+/// that the rigid rung ignores, feedback and followers that make a motion grow, and loads that the ticks do
+/// not resolve. Call it once per scene, whatever plans are compiled from the scene later.
 void check_motion(const Scene& scene, const Structure& structure, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex

@@ -12,7 +12,8 @@
 namespace freeflex {
 namespace {
 
-// [-] of its terms: a moment or a part along the normal below this is rounding of what a person typed
+// [-] a moment, or a component along the normal, below this fraction of its terms is a rounding error of the
+// given values
 constexpr double kRounding = 1e-12;
 
 bool has_commands(const Scene& scene) { return !scene.pushable.empty() || !scene.groups.empty(); }
@@ -21,8 +22,10 @@ std::string name_of_load(const Scene& scene, const Load& load) {
   return "load " + quoted(load.name, static_cast<int>(&load - scene.loads.data()));
 }
 
-// X80: the normal of points that lie in a plane within 64 roundings; of a line, that of the spin or of the
-// first load or initial displacement across it. Zero: not planar.
+// Returns the normal of points that lie in a plane within 64 rounding errors   (THEORY 11.5). If the points
+// lie on a line, it is the direction of the spin component normal to the line; without such a component, it
+// is normal to the line and to the first load or initial displacement that is not along the line. Zero: the
+// points do not lie in a plane.
 Eigen::Vector3d plane_normal(const MassProperties& body, const Eigen::Vector3d& spin,
                              const std::vector<Eigen::Vector3d>& directions) {
   if (body.rigid_freedoms == 3) return Eigen::Vector3d::Zero();
@@ -53,8 +56,9 @@ Eigen::Matrix3d body_from(const Load& load, const Eigen::Matrix3d& R_WB) {
                                    : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
 }
 
-// why the body turns; empty: nothing turns it
-std::string find_turning(const Scene& scene, const Structure& structure, const Eigen::Matrix3d& R_WB) {
+// Returns why the body rotates; an empty text if nothing rotates it. A load has a moment if
+// |sum r_i x F_i| > 1e-12 sum |r_i| |F_i|   (THEORY 14.4).
+std::string find_rotation_cause(const Scene& scene, const Structure& structure, const Eigen::Matrix3d& R_WB) {
   const MassProperties& body = structure.mass_properties;
   if (body.rigid_freedoms == 3) return {};
   Eigen::Vector3d spin = scene.initial.angular_velocity;
@@ -78,8 +82,9 @@ std::string find_turning(const Scene& scene, const Structure& structure, const E
   return {};
 }
 
-// true when a command can have a moment: only points in the centre of mass cannot be pushed about it
-bool commands_turn(const Scene& scene, const MassProperties& body) {
+// returns true if a command can exert a moment about the centre of mass: at a group, or at a point away from
+// the centre of mass
+bool commands_rotate(const Scene& scene, const MassProperties& body) {
   if (body.rigid_freedoms == 3) return false;
   return !scene.groups.empty() || std::any_of(scene.pushable.begin(), scene.pushable.end(),
                                               [&](int point) { return body.r.col(point).norm() > 0.0; });
@@ -88,9 +93,9 @@ bool commands_turn(const Scene& scene, const MassProperties& body) {
 std::vector<Eigen::Vector3d> directions_in_body(const Scene& scene, const Eigen::Matrix3d& R_WB) {
   std::vector<Eigen::Vector3d> directions;
   for (const Load& load : scene.loads) {
-    const Eigen::Matrix3d turn = body_from(load, R_WB);
-    for (const PointLoad& each : load.forces) directions.push_back(turn * each.force);
-    for (const WrenchLoad& each : load.wrenches) directions.push_back(turn * each.force);
+    const Eigen::Matrix3d rotation = body_from(load, R_WB);
+    for (const PointLoad& each : load.forces) directions.push_back(rotation * each.force);
+    for (const WrenchLoad& each : load.wrenches) directions.push_back(rotation * each.force);
   }
   for (const auto& each : scene.initial.points) {
     directions.push_back(each.displacement);
@@ -99,8 +104,10 @@ std::vector<Eigen::Vector3d> directions_in_body(const Scene& scene, const Eigen:
   return directions;
 }
 
-// what leaves the plane; empty: nothing
-std::string find_leaving(const Scene& scene, const Eigen::Vector3d& normal, const Eigen::Matrix3d& R_WB) {
+// Returns what leaves the plane with the normal nu; an empty text if nothing leaves it. A load stays in the
+// plane if |nu . F| <= 1e-12 |F| and |T x nu| <= 1e-12 |T|   (THEORY 14.5).
+std::string find_departure_from_plane(const Scene& scene, const Eigen::Vector3d& normal,
+                                      const Eigen::Matrix3d& R_WB) {
   if (normal.isZero(0.0)) return "the points do not lie in a plane";
   if (!is_along(scene.initial.angular_velocity, normal))
     return "the initial spin is not about the normal of the plane";
@@ -109,11 +116,11 @@ std::string find_leaving(const Scene& scene, const Eigen::Vector3d& normal, cons
   for (const Load& load : scene.loads) {
     const std::string who = name_of_load(scene, load);
     if (load.axes == Axes::kLocal) return who + " follows the elastic motion";
-    const Eigen::Matrix3d turn = body_from(load, R_WB);
+    const Eigen::Matrix3d rotation = body_from(load, R_WB);
     for (const PointLoad& each : load.forces)
-      if (!is_across(turn * each.force, normal)) return who + " leaves the plane";
+      if (!is_across(rotation * each.force, normal)) return who + " leaves the plane";
     for (const WrenchLoad& each : load.wrenches)
-      if (!is_across(turn * each.force, normal) || !is_along(turn * each.torque, normal))
+      if (!is_across(rotation * each.force, normal) || !is_along(rotation * each.torque, normal))
         return who + " leaves the plane";
   }
   return {};
@@ -132,23 +139,25 @@ void add_wrench_forces(const Scene& scene, const Structure& structure, const Gro
   d.colwise() -= centre;
   const Eigen::Matrix3d second = d * mass.asDiagonal() * d.transpose();
   const Eigen::Matrix3d inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
-  // a line takes no torque about itself: the least-squares solution leaves it out
-  const Eigen::Vector3d turn = Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix3d>(inertia).solve(torque);
+  // points on a line support no torque about the line: the least-squares solution omits that component
+  // (THEORY 8.9)
+  const Eigen::Vector3d rotation =
+      Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix3d>(inertia).solve(torque);
   for (std::size_t k = 0; k < group.points.size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
     forces.segment<3>(3 * Eigen::Index{group.points[k]}) +=
-        mass[column] * (force / mass.sum() + turn.cross(Eigen::Vector3d(d.col(column))));
+        mass[column] * (force / mass.sum() + rotation.cross(Eigen::Vector3d(d.col(column))));
   }
 }
 
 Eigen::VectorXd load_forces(const Scene& scene, const Structure& structure, const Load& load,
-                            const Eigen::Matrix3d& turn) {
+                            const Eigen::Matrix3d& rotation) {
   Eigen::VectorXd forces = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(scene.points.size()));
   for (const PointLoad& each : load.forces)
-    forces.segment<3>(3 * Eigen::Index{each.point}) += turn * each.force;
+    forces.segment<3>(3 * Eigen::Index{each.point}) += rotation * each.force;
   for (const WrenchLoad& each : load.wrenches)
-    add_wrench_forces(scene, structure, scene.groups[index(each.group)], turn * each.force,
-                      turn * each.torque, forces);
+    add_wrench_forces(scene, structure, scene.groups[index(each.group)], rotation * each.force,
+                      rotation * each.torque, forces);
   return forces;
 }
 
@@ -160,19 +169,19 @@ MotionScope find_motion_scope(const Scene& scene, const Structure& structure, Fi
   const Eigen::Vector4d q = scene.initial.attitude.stableNormalized();
   scope.R_WB = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
 
-  scope.why_turns = find_turning(scene, structure, scope.R_WB);
-  const bool is_turned_by_commands = commands_turn(scene, body);
-  scope.turns = !scope.why_turns.empty() || (with_commands && is_turned_by_commands);
-  if (scope.turns && scope.why_turns.empty())
-    scope.why_turns = "commands may turn it; on_need: refuse or replan would leave it out";
-  if (!scope.turns) {
-    scope.why_turns = "no spin, and no load has a moment";
-    scope.binds_rotation = is_turned_by_commands;
-    if (scope.binds_rotation) scope.why_turns += "; commands with one are held back";
+  scope.why_rotates = find_rotation_cause(scene, structure, scope.R_WB);
+  const bool is_rotated_by_commands = commands_rotate(scene, body);
+  scope.has_rotation = !scope.why_rotates.empty() || (with_commands && is_rotated_by_commands);
+  if (scope.has_rotation && scope.why_rotates.empty())
+    scope.why_rotates = "commands may turn it; on_need: refuse or replan would leave it out";
+  if (!scope.has_rotation) {
+    scope.why_rotates = "no spin, and no load has a moment";
+    scope.binds_rotation = is_rotated_by_commands;
+    if (scope.binds_rotation) scope.why_rotates += "; commands with one are held back";
   }
 
   scope.normal = plane_normal(body, scene.initial.angular_velocity, directions_in_body(scene, scope.R_WB));
-  scope.why_not_planar = find_leaving(scene, scope.normal, scope.R_WB);
+  scope.why_not_planar = find_departure_from_plane(scene, scope.normal, scope.R_WB);
   const bool is_bound = has_commands(scene);
   scope.is_planar = scope.why_not_planar.empty() && !(with_commands && is_bound);
   if (!scope.is_planar && scope.why_not_planar.empty())

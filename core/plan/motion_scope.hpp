@@ -1,4 +1,4 @@
-// How a scene can move at all: whether its body turns, and whether it stays in a plane.
+// Scope of the motion of a scene: whether its body can rotate, and whether it can leave a plane.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,30 +8,35 @@
 
 namespace freeflex {
 
-/// What the initial state, built-in loads, fields and commands of a scene can do   (THEORY X121, X122).
+/// Holds the motions that the initial state, the built-in loads, the fields and the commands of a scene can
+/// cause (THEORY 14.4, 14.5).
 struct MotionScope {
-  bool turns = true;           // false: nothing turns the body, its attitude is the initial one
-  bool is_planar = false;      // true: points, loads, spin and so the motion stay in one plane
-  std::string why_turns;       // what may turn it, or why nothing does
-  std::string why_not_planar;  // the same of the plane
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // [-] of the plane, body axes
+  bool has_rotation = true;    // false: nothing rotates the body; its attitude stays the initial one
+  bool is_planar = false;      // true: points, loads and spin lie in one plane, and so the motion stays in it
+  std::string why_rotates;     // what may rotate the body, or the reason why nothing rotates it
+  std::string why_not_planar;  // what may leave the plane; empty if the motion is planar
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // [-] normal of the plane, body axes
   Eigen::Matrix3d R_WB = Eigen::Matrix3d::Identity();  // initial attitude
-  bool takes_spin_load = false;                        // the rung loads the modes by the spin   (X70)
-  // only what commands do not do makes it so: they must be held to it
+  bool takes_spin_load = false;  // true: the spin loads the modes on this rung   (THEORY 8.14)
+  // true: the body does not rotate, or stays in the plane, only because commands that would change this are
+  // rejected
   bool binds_rotation = false, binds_plane = false;
 };
 
-/// \param rung           that the plan will be on
-/// \param with_commands  true: commands may do whatever the scene lets them; false: they will be held to what
-/// the rest leaves open
+/// Finds the scope of the motion.
+/// \param rung           rung of the plan
+/// \param with_commands  true: commands may do whatever the scene allows; false: commands will be checked
+/// against the scope of the other loads
 MotionScope find_motion_scope(const Scene& scene, const Structure& structure, Fidelity rung,
                               bool with_commands);
 
-/// Force on every point [N] (3N) that a built-in load makes at amplitude 1, each force and torque of it first
-/// turned by `turn`: those of groups spread over their points   (THEORY X12).
+/// Returns the forces on all points [N] (3N) of a built-in load at amplitude 1. Each force and torque is
+/// first rotated by `rotation`. Wrenches on groups are distributed over the points of the group
+/// (THEORY 8.8).
 Eigen::VectorXd load_forces(const Scene& scene, const Structure& structure, const Load& load,
-                            const Eigen::Matrix3d& turn);
-/// The same of one wrench.
+                            const Eigen::Matrix3d& rotation);
+/// Adds the forces of one wrench of a group: F_i = (m_i / m_g) F_g + m_i (J_g^-1 T_g) x d_i
+/// (THEORY 8.8, 8.9).
 void add_wrench_forces(const Scene& scene, const Structure& structure, const Group& group,
                        const Eigen::Vector3d& force, const Eigen::Vector3d& torque, Eigen::VectorXd& forces);
 

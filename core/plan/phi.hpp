@@ -1,4 +1,4 @@
-// phi-functions of a matrix: what carries a linear system with a load linear in time over one step.
+// Phi-functions of a matrix, which advance a linear system by one step under a load that is linear in time.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,21 +9,23 @@ namespace freeflex {
 
 using WideMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// phi_0 = exp(z), phi_1 = (phi_0 - 1) / z, phi_2 = (phi_1 - 1) / z   (THEORY X75; Hochbruck and Ostermann
-/// 2010).
+/// Holds phi_0 = exp(z), phi_1 = (phi_0 - 1) / z, phi_2 = (phi_1 - 1) / z
+/// (THEORY 8.33; Hochbruck and Ostermann 2010).
 template <typename Matrix>
 struct PhiOf {
   Matrix phi0, phi1, phi2;
 };
 using Phi = PhiOf<WideMatrix>;
 
-/// By the series of z / 2^s and s doublings: relative error some 2^s roundings, 2^s 1e-19 in 64-bit mantissas
-/// (THEORY X75). Not finite where z is so large that no digit would be left.  \pre z is square
+/// Returns the phi-functions by the series of z / 2^s and s doublings   (THEORY 8.33). The relative error is
+/// some 2^s rounding errors, which is 2^s 1e-19 for 64-bit mantissas. Returns NaN if z is so large that no
+/// digit would be correct.
+/// \pre z is square
 template <typename Matrix>
 PhiOf<Matrix> phi_functions(const Matrix& z) {
   using Scalar = typename Matrix::Scalar;
   constexpr Scalar kSmall{0.5};
-  constexpr int kTerms = 17;  // 0.5^17 / 19! is far below a rounding
+  constexpr int kTerms = 17;  // 0.5^17 / 19! is far below the rounding error
   const Matrix one = Matrix::Identity(z.rows(), z.rows());
   const Scalar norm = z.size() > 0 ? z.cwiseAbs().colwise().sum().maxCoeff() : Scalar{0};
   PhiOf<Matrix> phi;
@@ -34,7 +36,7 @@ PhiOf<Matrix> phi_functions(const Matrix& z) {
   }
   const int doublings = norm > kSmall ? static_cast<int>(std::ceil(std::log2(norm / kSmall))) : 0;
   const Matrix x = z * std::ldexp(Scalar{1}, -doublings);
-  // phi_2 = sum x^k / (k + 2)!, from the small end
+  // phi_2 = sum x^k / (k + 2)!, smallest terms first
   phi.phi2 = one;
   for (int k = kTerms; k > 0; --k) phi.phi2 = one + x * phi.phi2 / static_cast<Scalar>(k + 2);
   phi.phi2 *= Scalar{0.5};

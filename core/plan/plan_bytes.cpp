@@ -1,4 +1,4 @@
-// Plan <-> bytes. One list of fields serves writing and reading.
+// Conversion of a plan to bytes and back. One list of fields serves for writing and reading.
 #include "core/plan/plan_bytes.hpp"
 
 #include <xxhash.h>
@@ -12,24 +12,24 @@
 namespace freeflex {
 namespace {
 
-// "FFPLAN" and the two bytes that text-mode transfers damage
+// "FFPLAN" and two bytes that text-mode transfers change
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
 constexpr std::uint32_t kVersion = 8, kVersionWithoutMaxHold = 7, kVersionWithoutNames = 7,
-                        kVersionWithoutParticles = 6, kVersionWithoutNeglect = 5;
+                        kVersionWithoutParticles = 6, kVersionWithoutUnmodelled = 5;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
 template <typename T, typename U>
 concept Is = std::is_same_v<std::remove_const_t<T>, U>;
 
-// Whatever an aggregate is initialised with.
+// Converts to any type. Used to count the members of an aggregate.
 struct Anything {
   template <typename T>
   operator T() const;
 };
 
-// How many members an aggregate has: as many values as it can be initialised with.
+// Returns the number of members of an aggregate: the largest number of values that can initialise it.
 template <typename T, typename... Values>
 consteval std::size_t num_members() {
   if constexpr (requires { T{Values{}..., Anything{}}; })
@@ -38,10 +38,10 @@ consteval std::size_t num_members() {
     return sizeof...(Values);
 }
 
-// All members of T, in the order of the file; does not compile while one is missing.
+// Writes or reads all members of T, in the order of the file. Does not compile if a member is missing.
 template <typename T, typename Archive, typename... Fields>
 void all_of(Archive& archive, Fields&... fields) {
-  static_assert(sizeof...(Fields) == num_members<T>(), "a member without a place in the file, or two places");
+  static_assert(sizeof...(Fields) == num_members<T>(), "a member is missing from the file or is in it twice");
   (archive(fields), ...);
 }
 
@@ -62,10 +62,10 @@ void fields(Archive& archive, T& p) {
   all_of<Propagator>(archive, p.lanes, p.undamped);
 }
 
-template <typename Archive, Is<PlanPart> T>
+template <typename Archive, Is<PlanFeature> T>
 void fields(Archive& archive, T& p) {
-  all_of<PlanPart>(archive, p.part, p.is_left_out, p.count, p.why, p.error, p.share, p.link_error,
-                   p.error_per_force, p.share_per_force, p.link_error_per_force);
+  all_of<PlanFeature>(archive, p.feature, p.is_left_out, p.count, p.why, p.error, p.relative_error,
+                      p.link_error, p.error_per_force, p.relative_error_per_force, p.link_error_per_force);
 }
 
 template <typename Archive, Is<CommandScope> T>
@@ -90,7 +90,7 @@ void fields(Archive& archive, T& g) {
 
 template <typename Archive, Is<PlanParticles> T>
 void fields(Archive& archive, T& p) {
-  all_of<PlanParticles>(archive, p.all, p.of_groups, p.turning, p.turn_rows);
+  all_of<PlanParticles>(archive, p.all, p.of_groups, p.attitude_points, p.rotation_rows);
 }
 
 template <typename Archive, Is<LoadPattern> T>
@@ -102,7 +102,7 @@ void fields(Archive& archive, T& p) {
 
 template <typename Archive, Is<PlanFollower> T>
 void fields(Archive& archive, T& f) {
-  all_of<PlanFollower>(archive, f.row, f.r, f.force_B, f.turn_rows);
+  all_of<PlanFollower>(archive, f.row, f.r, f.force_B, f.rotation_rows);
 }
 
 template <typename Archive, Is<PlanFeedback> T>
@@ -110,10 +110,11 @@ void fields(Archive& archive, T& f) {
   all_of<PlanFeedback>(archive, f.name, f.row, f.r, f.q_rows, f.q_dot_rows, f.Q_rows);
 }
 
-template <typename Archive, Is<PlanMixing> T>
+template <typename Archive, Is<PlanModalCoupling> T>
 void fields(Archive& archive, T& c) {
-  all_of<PlanMixing>(archive, c.path, c.damping_rows, c.num_damping, c.modes, c.columns, c.load_columns,
-                     c.num_kicks, c.kick_q_rows, c.kick_q_dot_rows, c.kick_out);
+  all_of<PlanModalCoupling>(archive, c.path, c.damping_rows, c.num_damping, c.modes, c.columns,
+                            c.load_columns, c.num_impulses, c.impulse_q_rows, c.impulse_q_dot_rows,
+                            c.impulse_out);
 }
 
 template <typename Archive, Is<PlanBar> T>
@@ -121,9 +122,9 @@ void fields(Archive& archive, T& b) {
   all_of<PlanBar>(archive, b.link, b.first, b.second, b.stiffness, b.damping, b.length, b.direction);
 }
 
-template <typename Archive, Is<PlanTurn> T>
+template <typename Archive, Is<PlanBodyRotation> T>
 void fields(Archive& archive, T& t) {
-  all_of<PlanTurn>(archive, t.first, t.count, t.centre, t.offset, t.rows);
+  all_of<PlanBodyRotation>(archive, t.first, t.count, t.centre, t.offset, t.rows);
 }
 
 template <typename Archive, Is<PlanOffset> T>
@@ -133,12 +134,12 @@ void fields(Archive& archive, T& o) {
 
 template <typename Archive, Is<PlanKinetics> T>
 void fields(Archive& archive, T& k) {
-  all_of<PlanKinetics>(archive, k.form, k.moments, k.num_tables, k.tables, k.turns, k.offsets);
+  all_of<PlanKinetics>(archive, k.form, k.moments, k.num_tables, k.tables, k.body_rotations, k.offsets);
 }
 
 template <typename Archive, Is<PlanCoupled> T>
 void fields(Archive& archive, T& c) {
-  all_of<PlanCoupled>(archive, c.functions, c.bars, c.part_phase, c.num_parts, c.kinetics);
+  all_of<PlanCoupled>(archive, c.functions, c.bars, c.substep_phase, c.num_substeps, c.kinetics);
 }
 
 template <typename Archive, Is<LoadSums> T>
@@ -154,7 +155,7 @@ void fields(Archive& archive, T& s) {
 
 template <typename Archive, Is<PlanWheel> T>
 void fields(Archive& archive, T& w) {
-  all_of<PlanWheel>(archive, w.name, w.turning, w.axis, w.momentum, w.gyroscopic);
+  all_of<PlanWheel>(archive, w.name, w.attitude_index, w.axis, w.momentum, w.gyroscopic);
 }
 
 template <typename Archive, Is<PlanWheels> T>
@@ -169,7 +170,7 @@ void fields(Archive& archive, T& w) {
 
 template <typename Archive, Is<PlanTorque> T>
 void fields(Archive& archive, T& t) {
-  all_of<PlanTorque>(archive, t.turning, t.torque_B);
+  all_of<PlanTorque>(archive, t.attitude_index, t.torque_B);
 }
 
 template <typename Archive, Is<PlanTorques> T>
@@ -206,7 +207,7 @@ void fields(Archive& archive, T& o) {
 
 template <typename Archive, Is<PlanInitial> T>
 void fields(Archive& archive, T& i) {
-  all_of<PlanInitial>(archive, i.p_WB, i.v_WB, i.q_WB, i.w_WB_B, i.q, i.q_dot);
+  all_of<PlanInitial>(archive, i.p_WB, i.v_WB, i.q_WB, i.w_B, i.q, i.q_dot);
 }
 
 template <typename Archive, Is<PlanBudget> T>
@@ -219,9 +220,9 @@ void fields(Archive& archive, T& l) {
   all_of<CommandLimits>(archive, l.max_age, l.sender_share, l.max_hold);
 }
 
-template <typename Archive, Is<PlanBodyNeglect> T>
+template <typename Archive, Is<PlanUnmodelledBodies> T>
 void fields(Archive& archive, T& b) {
-  all_of<PlanBodyNeglect>(archive, b.push_rows, b.inner_load, b.unseen_factor, b.load_sizes);
+  all_of<PlanUnmodelledBodies>(archive, b.push_rows, b.inner_load, b.unquantified_factor, b.load_sizes);
 }
 
 template <typename Archive, Is<PlanQuartic> T>
@@ -234,13 +235,13 @@ void fields(Archive& archive, T& u) {
   all_of<PlanNamed>(archive, u.links, u.left_out, u.left_out_frequency);
 }
 
-template <typename Archive, Is<PlanNeglect> T>
+template <typename Archive, Is<PlanUnmodelled> T>
 void fields(Archive& archive, T& n) {
-  all_of<PlanNeglect>(archive, n.is_known, n.is_rigid, n.has_unseen, n.lacks_modes, n.tolerance, n.fast_loads,
-                      n.num_judged, n.pairs, n.load_rows, n.rate_rows, n.spin_rows, n.coriolis_rows,
-                      n.coriolis_reach, n.spin_loads, n.spin_left_out, n.root_quartic, n.num_shadowed,
-                      n.left_out, n.inertia_rows, n.load_arms, n.shadow_rows, n.left_out_rows,
-                      n.left_out_spin, n.bodies, n.quartic, n.named);
+  all_of<PlanUnmodelled>(archive, n.is_known, n.is_rigid, n.has_unquantified, n.lacks_modes, n.tolerance,
+                         n.fast_loads, n.num_judged, n.pairs, n.load_rows, n.rate_rows, n.spin_rows,
+                         n.coriolis_rows, n.coriolis_transfer, n.spin_loads, n.spin_left_out, n.root_quartic,
+                         n.num_shadowed, n.left_out, n.inertia_rows, n.load_arms, n.shadow_rows,
+                         n.left_out_rows, n.left_out_spin, n.bodies, n.quartic, n.named);
 }
 
 template <typename Archive, Is<Plan> T>
@@ -248,12 +249,13 @@ void fields(Archive& archive, T& p) {
   all_of<Plan>(archive, p.name, p.scene_hash, p.period, p.mass, p.rigid_freedoms, p.p_SB, p.inertia,
                p.inverse_inertia, p.line, p.principal, p.gravity_W, p.attractor_mu, p.attractor_W,
                p.num_elastic, p.num_moving, p.num_padded, p.omega, p.decay, p.frequency_accuracy,
-               p.conditioning, p.propagator, p.mixing, p.coupled, p.fidelity, p.has_spin_load, p.field_rows,
-               p.points, p.links, p.groups, p.rows, p.eckart_rows, p.link_rows, p.link_outputs, p.mechanisms,
-               p.histories, p.feedbacks, p.force_limit, p.torque_limit, p.command_limits, p.initial,
-               p.state_rate, p.points_rate, p.loads_rate, p.status_rate, p.published_points,
-               p.published_groups, p.damps, p.falls, p.turns, p.parts, p.tolerance, p.horizon, p.mode_numbers,
-               p.scope, p.wide_modes, p.wide, p.tried_rungs, p.budget, p.neglect, p.particles, p.wheels);
+               p.conditioning, p.propagator, p.modal_coupling, p.coupled, p.fidelity, p.has_spin_load,
+               p.field_rows, p.points, p.links, p.groups, p.rows, p.eckart_rows, p.link_rows, p.link_outputs,
+               p.mechanisms, p.histories, p.feedbacks, p.force_limit, p.torque_limit, p.command_limits,
+               p.initial, p.state_rate, p.points_rate, p.loads_rate, p.status_rate, p.published_points,
+               p.published_groups, p.has_damping, p.has_gravity, p.has_rotation, p.features, p.tolerance,
+               p.horizon, p.mode_numbers, p.scope, p.fallback_modes, p.fallback, p.tried_rungs, p.budget,
+               p.unmodelled, p.particles, p.wheels);
 }
 
 template <typename T>
@@ -266,39 +268,42 @@ using BitsOf = std::conditional_t<sizeof(T) == 1, std::uint8_t,
 // appends values, least significant byte first
 class Writer {
  public:
-  // without what judges a motion or a sender: a fingerprint is of what moves
-  explicit Writer(bool has_neglect = true) : has_neglect_(has_neglect) {}
+  // has_unmodelled is false for a fingerprint: tables and limits that do not change the motion are then
+  // omitted
+  explicit Writer(bool has_unmodelled = true) : has_unmodelled_(has_unmodelled) {}
 
-  void operator()(const PlanNeglect& neglect) {
-    if (has_neglect_) fields(*this, neglect);
+  void operator()(const PlanUnmodelled& unmodelled) {
+    if (has_unmodelled_) fields(*this, unmodelled);
   }
   void operator()(const CommandLimits& limits) {
-    if (has_neglect_) fields(*this, limits);
+    if (has_unmodelled_) fields(*this, limits);
   }
-  // one that plans of before would not have does not change their fingerprints
+  // A member that earlier versions did not have is omitted from a fingerprint if it is empty. Fingerprints of
+  // older plans therefore stay the same.
   void operator()(const PlanStiffening& stiffening) {
-    if (has_neglect_ || !stiffening.modes.empty()) fields(*this, stiffening);
+    if (has_unmodelled_ || !stiffening.modes.empty()) fields(*this, stiffening);
   }
   void operator()(const PlanParticles& particles) {
-    if (has_neglect_ || !particles.all.empty() || !particles.of_groups.empty() || !particles.turning.empty())
+    if (has_unmodelled_ || !particles.all.empty() || !particles.of_groups.empty() ||
+        !particles.attitude_points.empty())
       fields(*this, particles);
   }
   void operator()(const TorqueSums& torque) {
-    if (has_neglect_ || !torque.W.empty()) fields(*this, torque);
+    if (has_unmodelled_ || !torque.W.empty()) fields(*this, torque);
   }
   void operator()(const PlanWheels& wheels) {
-    if (has_neglect_ || !wheels.all.empty()) fields(*this, wheels);
+    if (has_unmodelled_ || !wheels.all.empty()) fields(*this, wheels);
   }
   void operator()(const WheelTorques& wheels) {
-    if (has_neglect_ || !wheels.torque.empty()) fields(*this, wheels);
+    if (has_unmodelled_ || !wheels.torque.empty()) fields(*this, wheels);
   }
   void operator()(const PlanTorques& torques) {
-    if (has_neglect_ || !torques.all.empty()) fields(*this, torques);
+    if (has_unmodelled_ || !torques.all.empty()) fields(*this, torques);
   }
   void operator()(const PlanKinetics& kinetics) {
-    if (has_neglect_ || kinetics.form != PlanKinetics::Form::kComplete) fields(*this, kinetics);
+    if (has_unmodelled_ || kinetics.form != PlanKinetics::Form::kComplete) fields(*this, kinetics);
   }
-  // follows from what is written
+  // not written: it is computed from other members
   void operator()(const PlanPrincipal&) {}
   template <typename T>
   void operator()(const T& value) {
@@ -327,36 +332,36 @@ class Writer {
     (*this)(static_cast<std::uint64_t>(values.size()));
     for (const auto& each : values) (*this)(each);
   }
-  bool has_neglect_;
+  bool has_unmodelled_;
   std::vector<std::byte> bytes_;
 };
 
-// takes values off the front of bytes; after the first failure it leaves everything as it is
+// reads values from the front of the bytes; after the first failure, changes nothing
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes, std::uint32_t version = kVersion)
       : bytes_(bytes),
-        has_neglect_(version > kVersionWithoutNeglect),
+        has_unmodelled_(version > kVersionWithoutUnmodelled),
         has_particles_(version > kVersionWithoutParticles),
         has_max_hold_(version > kVersionWithoutMaxHold),
         has_names_(version > kVersionWithoutNames) {}
 
-  void operator()(PlanNeglect& neglect) {
-    if (has_neglect_) fields(*this, neglect);
+  void operator()(PlanUnmodelled& unmodelled) {
+    if (has_unmodelled_) fields(*this, unmodelled);
   }
   void operator()(PlanStiffening& stiffening) {
-    if (has_neglect_) fields(*this, stiffening);
+    if (has_unmodelled_) fields(*this, stiffening);
   }
   void operator()(CommandLimits& limits) {
     if (has_max_hold_) return fields(*this, limits);
-    if (!has_neglect_) return;
+    if (!has_unmodelled_) return;
     (*this)(limits.max_age);
     (*this)(limits.sender_share);
   }
   void operator()(PlanParticles& particles) {
     if (has_particles_) fields(*this, particles);
   }
-  void operator()(PlanBodyNeglect& bodies) {
+  void operator()(PlanUnmodelledBodies& bodies) {
     if (has_particles_) fields(*this, bodies);
   }
   void operator()(PlanQuartic& quartic) {
@@ -406,13 +411,13 @@ class Reader {
   const std::string& error() const { return error_; }
 
  private:
-  // A plan within a plan holds no other.
+  // reads the plans within a plan; these may not contain further plans
   template <typename T>
   void nested(std::vector<T>& plans) {
     if (is_nested_) {
       std::uint64_t count = 0;
       scalar(count);
-      if (count != 0) fail("a plan within a plan holds another");
+      if (count != 0) fail("a plan within a plan contains another plan");
       return;
     }
     is_nested_ = true;
@@ -435,15 +440,16 @@ class Reader {
     }
   }
 
-  // every element takes a byte at least, numbers their size: a false count is seen before anything is
-  // allocated
+  // An element takes at least one byte, and a number takes its size. A false count is therefore found before
+  // memory is allocated.
   template <typename Sequence>
   void sequence(Sequence& values) {
     using T = typename Sequence::value_type;
     constexpr std::size_t kSmallest = Scalar<T> ? sizeof(T) : 1;
     std::uint64_t count = 0;
     scalar(count);
-    if (is_good() && count > bytes_.size() / kSmallest) fail("a count is larger than what follows can hold");
+    if (is_good() && count > bytes_.size() / kSmallest)
+      fail("a count is larger than the remaining bytes allow");
     values.clear();
     for (std::uint64_t i = 0; i < count && is_good(); ++i) {
       values.push_back({});
@@ -456,13 +462,13 @@ class Reader {
   }
 
   std::span<const std::byte> bytes_;
-  bool has_neglect_, has_particles_, has_max_hold_, has_names_;
+  bool has_unmodelled_, has_particles_, has_max_hold_, has_names_;
   std::string error_;
   bool is_nested_ = false;
 };
 
-std::vector<std::byte> content_of(const Plan& plan, bool has_neglect) {
-  Writer writer(has_neglect);
+std::vector<std::byte> content_of(const Plan& plan, bool has_unmodelled) {
+  Writer writer(has_unmodelled);
   writer(plan);
   return writer.take();
 }
@@ -492,14 +498,14 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
   Reader header(bytes.first(std::min(bytes.size(), kHeaderSize)));
   header(magic);
   if (!header.is_good() || magic != kMagic)
-    return refuse("not a plan: it does not start with the mark of one");
+    return refuse("not a plan: its first bytes are not those of a plan");
   header(version);
   header(length);
   header(checksum);
   if (!header.is_good()) return refuse("truncated plan: the header is not complete");
-  if (version < kVersionWithoutNeglect || version > kVersion)
+  if (version < kVersionWithoutUnmodelled || version > kVersion)
     return refuse("plan of version " + std::to_string(version) + ", this program reads versions " +
-                  std::to_string(kVersionWithoutNeglect) + " to " + std::to_string(kVersion) +
+                  std::to_string(kVersionWithoutUnmodelled) + " to " + std::to_string(kVersion) +
                   "; compile the scene again");
   const std::span<const std::byte> content = bytes.subspan(kHeaderSize);
   if (content.size() < length)
@@ -508,7 +514,7 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
   if (content.size() > length)
     return refuse("trailing bytes after the plan: " + std::to_string(content.size() - length));
   if (XXH3_64bits(content.data(), content.size()) != checksum)
-    return refuse("damaged plan: the checksum does not agree");
+    return refuse("damaged plan: the checksum does not match");
 
   std::optional<Plan> plan(std::in_place);
   Reader reader(content, version);

@@ -1,4 +1,4 @@
-// Plan <-> bytes, and what must hold in a plan. No Eigen.
+// Conversion of a plan to bytes and back, and its consistency check. Uses no Eigen.
 #pragma once
 
 #include <cstddef>
@@ -13,21 +13,25 @@
 
 namespace freeflex {
 
-/// What every plan file starts with, and no YAML scene does.
+/// Start of every plan file; no YAML scene starts with it.
 inline constexpr std::string_view kPlanMark = "FFPLAN";
 
-/// The plan as bytes: magic, version, length, XXH3 checksum, little-endian content. Bit-exact round trip.
+/// Returns the plan as bytes: magic, version, length, XXH3 checksum, little-endian content. Reading the bytes
+/// gives a plan with the same bits.
 std::vector<std::byte> plan_to_bytes(const Plan& plan);
 
-/// Reads plan_to_bytes output. On failure returns nullopt and says why in error (bad magic, version,
-/// truncated, trailing bytes, checksum, inconsistent sizes). Never trusts a count.
+/// Reads the output of plan_to_bytes. If this fails, returns nullopt and sets `error` (wrong magic, wrong
+/// version, truncated, trailing bytes, wrong checksum, inconsistent sizes). Checks every count before using
+/// it.
 std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::string& error);
 
-/// What is wrong with a plan: sizes that disagree, indices out of range, values that are not finite. Empty
-/// when nothing. A plan that passes can be stepped and read without any access out of bounds.
+/// Returns what is wrong with a plan: sizes that disagree, indices out of range, or values that are not
+/// finite. Returns an empty text if the plan is consistent. A consistent plan can be stepped and read without
+/// any access out of bounds.
 std::string find_inconsistency(const Plan& plan);
 
-/// XXH3-64 of plan_to_bytes content: two plans with one fingerprint give one set of bits.
+/// Returns the XXH3-64 hash of the content of plan_to_bytes. Plans with the same fingerprint give motions
+/// with the same bits.
 std::uint64_t plan_fingerprint(const Plan& plan);
 
 }  // namespace freeflex

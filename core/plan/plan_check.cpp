@@ -1,4 +1,4 @@
-// What must hold in a plan before it is stepped: sizes, indices, ranges.
+// Consistency checks of a plan before it is stepped: sizes, indices, ranges.
 #include "core/plan/plan_check.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace freeflex {
 namespace {
 
-constexpr std::int32_t kMaxPadded = 1 << 15;  // and the constraints of rigid links
+constexpr std::int32_t kMaxPadded = 1 << 15;  // largest number of modes and constraint shapes, padded
 constexpr std::size_t kMaxItems = 1U << 20U;
 
 bool is_positive(double value) { return std::isfinite(value) && value > 0.0; }
@@ -24,31 +24,31 @@ class PlanCheck {
   explicit PlanCheck(const Plan& plan) : plan_(plan) {}
 
   std::string find_own() {
-    // what a plan must have goes by its rung
-    if (!is_rung(plan_.fidelity)) return error_ = "the rung is of no known kind";
+    // the rung comes first, because it determines the members that a plan must have
+    if (!is_rung(plan_.fidelity)) return error_ = "the rung is of an unknown kind";
     check_body();
     check_modes();
-    // what follows is indexed by modes and points, so these must stand first
+    // the members checked below are indexed by modes and points, so those must be consistent first
     if (error_.empty()) check_propagator();
     if (error_.empty()) check_points();
     if (error_.empty()) check_links();
     if (error_.empty()) check_groups();
     if (error_.empty()) check_histories();
     if (error_.empty()) check_feedbacks();
-    if (error_.empty()) check_mixing();
+    if (error_.empty()) check_modal_coupling();
     if (error_.empty()) check_initial();
     if (error_.empty()) check_publication();
     if (error_.empty()) error_ = find_rung_inconsistency(plan_);
     if (error_.empty()) check_left_out();
-    if (error_.empty()) error_ = find_neglect_inconsistency(plan_);
+    if (error_.empty()) error_ = find_unmodelled_inconsistency(plan_);
     return error_;
   }
 
-  // the plan, those in it, and that they fit
+  // checks the plan, the plans within it, and that these fit the plan
   std::string find() {
     if (find_own(); !error_.empty()) return error_;
     if (error_ = find_budget_inconsistency(plan_); !error_.empty()) return error_;
-    check_wide();
+    check_fallback();
     return error_;
   }
 
@@ -56,22 +56,22 @@ class PlanCheck {
   void require(bool holds, const std::string& what) {
     if (!holds && error_.empty()) error_ = what;
   }
-  // one value a mode, finite, zero in the padding
+  // requires one finite value for each mode, and zero in the padding
   void require_modal(const Array& values, const std::string& what) {
-    require(values.size() == num_padded(), what + " does not have one value a mode");
+    require(values.size() == num_padded(), what + " does not have one value for each mode");
     require(are_finite(values), what + " is not finite");
     if (!error_.empty()) return;
     require(std::all_of(values.begin() + plan_.num_elastic, values.end(), [](double v) { return v == 0.0; }),
             what + " is not zero in the padding");
   }
-  // rows of modes
+  // requires rows of one value per mode
   void require_rows(const Array& values, std::size_t num_rows, const std::string& what) {
-    require(values.size() == num_rows * num_padded(), what + " do not have the size of their rows");
+    require(values.size() == num_rows * num_padded(), what + " have the wrong size");
     require(are_finite(values), what + " are not finite");
   }
   std::size_t num_padded() const { return static_cast<std::size_t>(plan_.num_padded); }
 
-  // coefficients of kLanes modes: finite, zero in the padding
+  // requires finite coefficients for kLanes modes, and zero in the padding
   void check_lane(const Propagator::Lanes::Lane& lane, std::size_t block) {
     for (std::size_t l = 0; l < kLanes; ++l) {
       require(std::isfinite(lane[l]), "the propagator is not finite");
@@ -81,7 +81,7 @@ class PlanCheck {
   }
   void check_body();
   void check_left_out();
-  void check_wide();
+  void check_fallback();
   void check_modes();
   void check_propagator();
   void check_points();
@@ -90,12 +90,12 @@ class PlanCheck {
   void check_pattern(const LoadPattern& pattern, const std::string& who);
   void check_histories();
   void check_feedbacks();
-  void check_mixing();
+  void check_modal_coupling();
   void check_initial();
   void check_publication();
 
   const Plan& plan_;
-  std::size_t num_blocks_ = 0;  // blocks of three rows
+  std::size_t num_blocks_ = 0;  // number of blocks of three rows
   std::string error_;
 };
 
@@ -117,7 +117,7 @@ void PlanCheck::check_modes() {
           "the number of modes is out of range");
   require(plan_.num_moving == pad(plan_.num_elastic) && plan_.num_padded >= plan_.num_moving &&
               plan_.num_padded <= kMaxPadded && plan_.num_padded % kLanes == 0,
-          "the modes are not padded as they must be");
+          "the padding of the modes is wrong");
   if (!error_.empty()) return;
   require_modal(plan_.omega, "omega");
   require_modal(plan_.decay, "decay");
@@ -132,11 +132,12 @@ void PlanCheck::check_propagator() {
   const auto& all = plan_.propagator.lanes;
   const auto& undamped = plan_.propagator.undamped;
   const std::size_t num_lanes = static_cast<std::size_t>(plan_.num_moving) / kLanes;
-  require(all.size() == (plan_.damps ? num_lanes : 0) && undamped.size() == (plan_.damps ? 0 : num_lanes),
-          "the propagator does not have one value a mode");
-  require(
-      plan_.damps || std::all_of(plan_.decay.begin(), plan_.decay.end(), [](double v) { return v == 0.0; }),
-      "a mode decays in a plan without damping");
+  require(all.size() == (plan_.has_damping ? num_lanes : 0) &&
+              undamped.size() == (plan_.has_damping ? 0 : num_lanes),
+          "the propagator does not have one value for each mode");
+  require(plan_.has_damping ||
+              std::all_of(plan_.decay.begin(), plan_.decay.end(), [](double v) { return v == 0.0; }),
+          "a mode decays in a plan without damping");
   for (std::size_t block = 0; block < undamped.size() && error_.empty(); ++block) {
     const Propagator::UndampedLanes& p = undamped[block];
     for (const auto* lane :
@@ -156,51 +157,56 @@ void PlanCheck::check_points() {
   std::set<std::int32_t> rows;
   for (const PlanPoint& point : plan_.points) {
     require(std::isfinite(point.mass) && point.mass >= 0.0 && are_finite(point.r),
-            "a point has no proper mass or position");
+            "a point has an invalid mass or position");
     require(point.row >= -1, "a point has a negative row");
     require(point.row >= 0 || !point.pushable, "a pushable point has no rows");
     if (point.row >= 0) require(rows.insert(point.row).second, "two points share rows");
   }
-  for (const PlanPoint& part : plan_.particles.all) {
-    require(is_positive(part.mass) && are_finite(part.r), "a particle has no proper mass or position");
-    require(part.row >= 0 && rows.insert(part.row).second && !part.pushable,
+  for (const PlanPoint& particle : plan_.particles.all) {
+    require(is_positive(particle.mass) && are_finite(particle.r),
+            "a particle has an invalid mass or position");
+    require(particle.row >= 0 && rows.insert(particle.row).second && !particle.pushable,
             "a particle has no rows of its own");
   }
   num_blocks_ = rows.size();
   require(rows.empty() || is_index(*rows.rbegin(), rows.size()), "the rows of points are not contiguous");
   require_rows(plan_.rows, 3 * num_blocks_, "the rows of points");
-  const std::vector<std::int32_t>& turning = plan_.particles.turning;
-  require(are_indices(turning, plan_.points.size()) &&
-              std::adjacent_find(turning.begin(), turning.end(), std::greater_equal<>()) == turning.end(),
-          "points that turn are not there or out of order");
-  require_rows(plan_.particles.turn_rows, 3 * turning.size(), "the rows of points that turn");
+  const std::vector<std::int32_t>& attitude_points = plan_.particles.attitude_points;
+  require(are_indices(attitude_points, plan_.points.size()) &&
+              std::adjacent_find(attitude_points.begin(), attitude_points.end(), std::greater_equal<>()) ==
+                  attitude_points.end(),
+          "points with an attitude do not exist or are out of order");
+  require_rows(plan_.particles.rotation_rows, 3 * attitude_points.size(),
+               "the rows of points with an attitude");
   require_rows(plan_.eckart_rows, 6, "the Eckart rows");
   const bool has_field = plan_.has_spin_load || plan_.attractor_mu > 0.0;
   require_rows(plan_.field_rows, has_field ? 6 : 0, "the rows of fields");
   for (const PlanWheel& wheel : plan_.wheels.all)
-    require(is_index(wheel.turning, turning.size()) && are_finite(wheel.axis) &&
-                std::isfinite(wheel.momentum) && wheel.gyroscopic.size() == plan_.neglect.pairs.size() &&
+    require(is_index(wheel.attitude_index, attitude_points.size()) && are_finite(wheel.axis) &&
+                std::isfinite(wheel.momentum) && wheel.gyroscopic.size() == plan_.unmodelled.pairs.size() &&
                 are_finite(wheel.gyroscopic),
-            "a wheel is in a point that does not turn, or is not finite");
+            "a wheel is on a point without an attitude, or is not finite");
   require(plan_.wheels.all.size() <= std::size_t{kMaxWheels}, "too many wheels");
   for (const auto& mechanism : plan_.mechanisms)
-    require(are_indices(mechanism, plan_.points.size()), "a mechanism moves a point that is not there");
-  // mechanisms are the modes of frequency zero, which come first
+    require(are_indices(mechanism, plan_.points.size()), "a mechanism moves a point that does not exist");
+  // mechanisms are the modes of frequency zero; they come first
   const auto *first = plan_.omega.data(), *last = first + plan_.num_elastic;
   const auto num_zero = static_cast<std::size_t>(std::count(first, last, 0.0));
-  require(plan_.mechanisms.size() == num_zero, "there are not as many mechanisms as modes of frequency zero");
+  require(plan_.mechanisms.size() == num_zero,
+          "the number of mechanisms is not the number of modes of frequency zero");
   require(std::all_of(first, first + num_zero, [](double omega) { return omega == 0.0; }),
-          "a mode of frequency zero does not come before the others");
+          "a mode of frequency zero comes after a mode of another frequency");
 }
 
 void PlanCheck::check_links() {
   require(plan_.links.size() <= kMaxItems, "too many links");
   for (const PlanLink& link : plan_.links)
     for (const std::int32_t point : link.points)
-      require(point == -1 || is_index(point, plan_.points.size()), "a link joins a point that is not there");
+      require(point == -1 || is_index(point, plan_.points.size()),
+              "a link joins a point that does not exist");
   std::size_t num_rows = 0;
   for (const PlanLinkOutput& output : plan_.link_outputs) {
-    require(is_index(output.link, plan_.links.size()), "a link output names a link that is not there");
+    require(is_index(output.link, plan_.links.size()), "a link output names a link that does not exist");
     require(output.num_rows >= 1 && static_cast<std::size_t>(output.num_rows) <= kMaxItems,
             "a link output has no rows or too many");
     const auto follows = [&](std::int32_t first) {
@@ -220,7 +226,7 @@ void PlanCheck::check_groups() {
   require(plan_.groups.size() <= kMaxItems, "too many groups");
   for (const PlanGroup& group : plan_.groups) {
     require(!group.points.empty() && are_indices(group.points, plan_.points.size()),
-            "a group is empty or names a point that is not there");
+            "a group is empty or names a point that does not exist");
     if (!error_.empty()) return;
     require(std::all_of(
                 group.points.begin(), group.points.end(),
@@ -234,14 +240,14 @@ void PlanCheck::check_groups() {
   }
   const auto& of_groups = plan_.particles.of_groups;
   require(of_groups.empty() ? plan_.particles.all.empty() : of_groups.size() == plan_.groups.size(),
-          "there is not a list of particles for every group");
-  for (const auto& parts : of_groups) {
-    require(!parts.empty() && are_indices(parts, plan_.points.size() + plan_.particles.all.size()),
-            "a group has no mass, or that of a point that is not there");
+          "a group has no list of particles");
+  for (const auto& masses : of_groups) {
+    require(!masses.empty() && are_indices(masses, plan_.points.size() + plan_.particles.all.size()),
+            "a group has no mass, or the mass of a point that does not exist");
     if (!error_.empty()) return;
-    require(std::all_of(parts.begin(), parts.end(),
-                        [&](std::int32_t part) { return mass_point(plan_, part).row >= 0; }),
-            "a part of a group has no rows");
+    require(std::all_of(masses.begin(), masses.end(),
+                        [&](std::int32_t mass) { return mass_point(plan_, mass).row >= 0; }),
+            "a mass of a group has no rows");
   }
 }
 
@@ -258,12 +264,12 @@ void PlanCheck::check_pattern(const LoadPattern& pattern, const std::string& who
   }
   require((pattern.wheels.torque.empty() || pattern.wheels.torque.size() == plan_.wheels.all.size()) &&
               are_finite(pattern.wheels.torque),
-          who + ": the torques of wheels are not those of the plan's");
+          who + ": the torques on wheels are not one for each wheel of the plan");
   require_rows(pattern.table, pattern.uses_table ? 9 : 0, who + ": the table");
   if (pattern.has_body && !is_coupled(plan_))
     require_rows(pattern.Q_B, 1, who + ": Q_B");
   else
-    require(pattern.Q_B.empty(), who + ": Q_B without a load in body axes");
+    require(pattern.Q_B.empty(), who + " has Q_B, but no load in body axes");
 }
 
 void PlanCheck::check_histories() {
@@ -271,7 +277,7 @@ void PlanCheck::check_histories() {
   for (const PlanHistory& history : plan_.histories) {
     const std::string who = "history '" + history.name + "'";
     require(history.kind >= PlanHistory::Kind::kConstant && history.kind <= PlanHistory::Kind::kTable,
-            who + " is of no known kind");
+            who + " is of an unknown kind");
     require(is_at_least(history.pulse_start, 0.0) && is_at_least(history.pulse_duration, 0.0) &&
                 is_at_least(history.frequency, 0.0) && std::isfinite(history.phase),
             who + " has a parameter out of range");
@@ -285,8 +291,9 @@ void PlanCheck::check_histories() {
             who + " has times that do not increase");
     check_pattern(history.pattern, who);
     for (const PlanTorque& each : history.torques.all)
-      require(is_index(each.turning, plan_.particles.turning.size()) && are_finite(each.torque_B),
-              who + ": a follower torque acts on a point that does not turn, or is not finite");
+      require(
+          is_index(each.attitude_index, plan_.particles.attitude_points.size()) && are_finite(each.torque_B),
+          who + ": a follower torque acts on a point without an attitude, or is not finite");
     const PlanStiffening& stiffening = history.stiffening;
     require(are_ascending(stiffening.modes) &&
                 are_indices(stiffening.modes, static_cast<std::size_t>(plan_.num_elastic)) &&
@@ -298,7 +305,7 @@ void PlanCheck::check_histories() {
               who + ": a follower force acts on a point that has no rows");
       require(are_finite(follower.r) && are_finite(follower.force_B),
               who + ": a follower force is not finite");
-      require_rows(follower.turn_rows, 3, who + ": the rotation of a follower force");
+      require_rows(follower.rotation_rows, 3, who + ": the rotation of a follower force");
     }
     if (!error_.empty()) return;
   }
@@ -309,44 +316,46 @@ void PlanCheck::check_feedbacks() {
   for (const PlanFeedback& feedback : plan_.feedbacks) {
     const std::string who = "feedback '" + feedback.name + "'";
     require(is_index(feedback.row, num_blocks_), who + " acts on a point that has no rows");
-    require(are_finite(feedback.r), who + " acts on a point that is nowhere");
+    require(are_finite(feedback.r), who + " acts at a position that is not finite");
     require_rows(feedback.q_rows, 3, who + ": its rows of q");
     require_rows(feedback.q_dot_rows, 3, who + ": its rows of q_dot");
     require_rows(feedback.Q_rows, feedback.Q_rows.empty() ? 0 : 3, who + ": its rows of Q");
   }
 }
 
-void PlanCheck::check_mixing() {
-  const PlanMixing& mixing = plan_.mixing;
-  require(mixing.path >= PlanMixing::Path::kNone && mixing.path <= PlanMixing::Path::kSplit,
-          "the mixing of modes is of no known kind");
-  require(mixing.num_damping >= 0 && mixing.num_kicks >= 0 &&
-              static_cast<std::size_t>(mixing.num_damping) <= kMaxItems &&
-              static_cast<std::size_t>(mixing.num_kicks) <= kMaxItems,
+void PlanCheck::check_modal_coupling() {
+  const PlanModalCoupling& modal_coupling = plan_.modal_coupling;
+  require(modal_coupling.path >= PlanModalCoupling::Path::kNone &&
+              modal_coupling.path <= PlanModalCoupling::Path::kSplit,
+          "the modal coupling is of an unknown kind");
+  require(modal_coupling.num_damping >= 0 && modal_coupling.num_impulses >= 0 &&
+              static_cast<std::size_t>(modal_coupling.num_damping) <= kMaxItems &&
+              static_cast<std::size_t>(modal_coupling.num_impulses) <= kMaxItems,
           "a number of dashpots is out of range");
   if (!error_.empty()) return;
-  require_rows(mixing.damping_rows, static_cast<std::size_t>(mixing.num_damping), "the rows of dashpots");
-  const auto num_kicks = static_cast<std::size_t>(mixing.num_kicks);
-  require_rows(mixing.kick_q_rows, num_kicks, "the rows of kicks");
-  require_rows(mixing.kick_q_dot_rows, num_kicks, "the rows of kicks");
-  require_rows(mixing.kick_out, num_kicks, "the rows of kicks");
-  require(are_indices(mixing.modes, static_cast<std::size_t>(plan_.num_elastic)),
-          "a coupled mode is not there or is named twice");
-  const std::size_t num_modes = mixing.modes.size();
+  require_rows(modal_coupling.damping_rows, static_cast<std::size_t>(modal_coupling.num_damping),
+               "the rows of dashpots");
+  const auto num_impulses = static_cast<std::size_t>(modal_coupling.num_impulses);
+  require_rows(modal_coupling.impulse_q_rows, num_impulses, "the rows of coupling impulses");
+  require_rows(modal_coupling.impulse_q_dot_rows, num_impulses, "the rows of coupling impulses");
+  require_rows(modal_coupling.impulse_out, num_impulses, "the rows of coupling impulses");
+  require(are_indices(modal_coupling.modes, static_cast<std::size_t>(plan_.num_elastic)),
+          "a coupled mode does not exist or is named twice");
+  const std::size_t num_modes = modal_coupling.modes.size();
   const std::size_t stride = pad(2 * num_modes);
-  require(mixing.columns.size() == 4 * num_modes * stride && are_finite(mixing.columns),
-          "the propagator of the mixed modes does not have their size or is not finite");
-  require(
-      mixing.load_columns.size() == (plan_.feedbacks.empty()
-                                         ? 0
-                                         : 4 * num_modes * static_cast<std::size_t>(PlanMixing::kLoadRows)) &&
-          are_finite(mixing.load_columns),
-      "the loads of feedback over a step do not have the size of the mixed modes or are not finite");
+  require(modal_coupling.columns.size() == 4 * num_modes * stride && are_finite(modal_coupling.columns),
+          "the propagator of the coupled modes has the wrong size or is not finite");
+  require(modal_coupling.load_columns.size() ==
+                  (plan_.feedbacks.empty()
+                       ? 0
+                       : 4 * num_modes * static_cast<std::size_t>(PlanModalCoupling::kLoadRows)) &&
+              are_finite(modal_coupling.load_columns),
+          "the loads of feedback over a step have the wrong size or are not finite");
 }
 
 void PlanCheck::check_initial() {
   const PlanInitial& initial = plan_.initial;
-  require(are_finite(initial.p_WB) && are_finite(initial.v_WB) && are_finite(initial.w_WB_B) &&
+  require(are_finite(initial.p_WB) && are_finite(initial.v_WB) && are_finite(initial.w_B) &&
               are_finite(initial.q_WB),
           "the initial state is not finite");
   double norm2 = 0.0;
@@ -365,8 +374,8 @@ void PlanCheck::check_publication() {
   require(is_positive(limits.max_age) && is_positive(limits.sender_share) && limits.sender_share <= 1.0 &&
               is_positive(limits.max_hold),
           "the limits of commands are out of range");
-  require(are_indices(plan_.published_points, plan_.points.size()), "a published point is not there");
-  require(are_indices(plan_.published_groups, plan_.groups.size()), "a published group is not there");
+  require(are_indices(plan_.published_points, plan_.points.size()), "a published point does not exist");
+  require(are_indices(plan_.published_groups, plan_.groups.size()), "a published group does not exist");
   if (!error_.empty()) return;
   require(
       std::all_of(plan_.published_points.begin(), plan_.published_points.end(),
@@ -375,13 +384,15 @@ void PlanCheck::check_publication() {
 }
 
 void PlanCheck::check_left_out() {
-  require(plan_.parts.empty() || plan_.parts.size() == kNumParts, "not every part is told");
-  for (std::size_t k = 0; k < plan_.parts.size(); ++k) {
-    const PlanPart& part = plan_.parts[k];
-    require(part.part == static_cast<Part>(k) && part.count >= 0, "the parts are not in order");
-    for (const double error : {part.error, part.share, part.link_error, part.error_per_force,
-                               part.share_per_force, part.link_error_per_force})
-      require(is_at_least(error, 0.0), "the error of a part is not >= 0");
+  require(plan_.features.empty() || plan_.features.size() == kNumFeatures, "the number of features is wrong");
+  for (std::size_t k = 0; k < plan_.features.size(); ++k) {
+    const PlanFeature& feature = plan_.features[k];
+    require(feature.feature == static_cast<Feature>(k) && feature.count >= 0,
+            "the features are not in order");
+    for (const double error :
+         {feature.error, feature.relative_error, feature.link_error, feature.error_per_force,
+          feature.relative_error_per_force, feature.link_error_per_force})
+      require(is_at_least(error, 0.0), "the error of a feature is not >= 0");
   }
   require(is_at_least(plan_.tolerance, 0.0) && is_at_least(plan_.horizon, 0.0),
           "the tolerance or horizon is not >= 0");
@@ -392,37 +403,41 @@ void PlanCheck::check_left_out() {
       "the numbers of the modes do not ascend from 1");
   require(are_finite(plan_.scope.normal_B) && are_finite(plan_.scope.R_WB),
           "the scope of commands is not finite");
-  const bool is_turned = !plan_.feedbacks.empty() || plan_.attractor_mu > 0.0 || plan_.has_spin_load;
-  require(plan_.turns || plan_.rigid_freedoms == 3 || !is_turned,
-          "a body that does not turn is turned by a field or feedback");
+  const bool is_rotated = !plan_.feedbacks.empty() || plan_.attractor_mu > 0.0 || plan_.has_spin_load;
+  require(plan_.has_rotation || plan_.rigid_freedoms == 3 || !is_rotated,
+          "a field or feedback rotates a body that does not rotate");
 }
 
-void PlanCheck::check_wide() {
-  require(plan_.wide.size() <= 1, "there is more than one wide plan");
-  require(plan_.wide_modes.empty() || !plan_.wide.empty(), "places of modes without a wide plan");
-  if (plan_.wide.empty() || !error_.empty()) return;
-  const Plan& wide = plan_.wide.front();
-  if (const std::string why = find_own_inconsistency(wide); !why.empty())
-    return require(false, "wide plan: " + why);
-  const auto fits = [&](bool holds) { require(holds, "the wide plan is of another structure"); };
-  fits(wide.wide.empty() && wide.budget.shadows.empty() && !wide.scope.lacks_rotation &&
-       !wide.scope.lacks_out_of_plane);
-  fits(!is_coupled(plan_) && wide.fidelity == plan_.fidelity);
-  require(plan_.budget.shadows.empty(), "an error budget and a wide plan");
-  fits(wide.period == plan_.period && wide.points.size() == plan_.points.size() &&
-       wide.groups.size() == plan_.groups.size() && wide.link_outputs.size() == plan_.link_outputs.size() &&
-       wide.histories.size() == plan_.histories.size() && wide.published_points == plan_.published_points &&
-       wide.published_groups == plan_.published_groups);
+void PlanCheck::check_fallback() {
+  require(plan_.fallback.size() <= 1, "there is more than one fallback plan");
+  require(plan_.fallback_modes.empty() || !plan_.fallback.empty(),
+          "the plan has mode indices, but no fallback plan");
+  if (plan_.fallback.empty() || !error_.empty()) return;
+  const Plan& fallback = plan_.fallback.front();
+  if (const std::string why = find_own_inconsistency(fallback); !why.empty())
+    return require(false, "fallback plan: " + why);
+  const auto fits = [&](bool holds) { require(holds, "the fallback plan belongs to another structure"); };
+  fits(fallback.fallback.empty() && fallback.budget.shadows.empty() && !fallback.scope.lacks_rotation &&
+       !fallback.scope.lacks_out_of_plane);
+  fits(!is_coupled(plan_) && fallback.fidelity == plan_.fidelity);
+  require(plan_.budget.shadows.empty(), "the plan has both an error budget and a fallback plan");
+  fits(fallback.period == plan_.period && fallback.points.size() == plan_.points.size() &&
+       fallback.groups.size() == plan_.groups.size() &&
+       fallback.link_outputs.size() == plan_.link_outputs.size() &&
+       fallback.histories.size() == plan_.histories.size() &&
+       fallback.published_points == plan_.published_points &&
+       fallback.published_groups == plan_.published_groups);
   if (!error_.empty()) return;
   for (std::size_t i = 0; i < plan_.points.size(); ++i)
-    fits(wide.points[i].r == plan_.points[i].r && (wide.points[i].row >= 0) == (plan_.points[i].row >= 0));
+    fits(fallback.points[i].r == plan_.points[i].r &&
+         (fallback.points[i].row >= 0) == (plan_.points[i].row >= 0));
   for (std::size_t k = 0; k < plan_.link_outputs.size(); ++k)
-    fits(wide.link_outputs[k].num_rows == plan_.link_outputs[k].num_rows &&
-         wide.link_outputs[k].link == plan_.link_outputs[k].link);
-  require(plan_.wide_modes.size() == static_cast<std::size_t>(plan_.num_elastic) &&
-              are_ascending(plan_.wide_modes) &&
-              are_indices(plan_.wide_modes, static_cast<std::size_t>(wide.num_elastic)),
-          "the places of modes in the wide plan are wrong");
+    fits(fallback.link_outputs[k].num_rows == plan_.link_outputs[k].num_rows &&
+         fallback.link_outputs[k].link == plan_.link_outputs[k].link);
+  require(plan_.fallback_modes.size() == static_cast<std::size_t>(plan_.num_elastic) &&
+              are_ascending(plan_.fallback_modes) &&
+              are_indices(plan_.fallback_modes, static_cast<std::size_t>(fallback.num_elastic)),
+          "the mode indices in the fallback plan are wrong");
 }
 
 }  // namespace

@@ -7,23 +7,26 @@
 namespace freeflex {
 namespace {
 
-// 120 digits: divisions below lose at most 48 of them, near-critical roots 16 more
+// 120 digits: the divisions below lose at most 48 of them, and nearly equal roots lose 16 more
 using Real =
     boost::multiprecision::number<boost::multiprecision::cpp_bin_float<120>, boost::multiprecision::et_off>;
 
-/// One mode over one step of unit length, W = omega h, a = decay h: P_qq = 1 - W^2 S, the impulse response g
-/// at its end, g's integral S, and the integral R of that (X10).
+/// Holds the response of one mode over a step of unit length, W = omega h, a = decay h: P11 = P_qq = 1 - W^2
+/// S (THEORY 6.2), the impulse response g at the end of the step, its integral S and the integral R of S. The
+/// last three are the divided differences g = exp[z+, z-], S = exp[z+, z-, 0], R = exp[z+, z-, 0, 0] with z+,
+/// z- = -a +- sqrt(a^2 - W^2) (THEORY 6.4).
 struct UnitStep {
   Real P11, g, S, R;
 };
 
-/// Below this the sums of series end.
+/// Returns the size of a term at which a series is truncated.
 const Real& smallest_term() {
   static const Real kSmallest("1e-130");
   return kSmallest;
 }
 
-/// Small W and a: g, S, R as Taylor series of the impulse response, with no root taken.
+/// Returns the response for small W and a, by a Taylor series of the impulse response, which needs no square
+/// root.
 UnitStep from_series(const Real& W, const Real& a) {
   UnitStep unit{0, 0, 0, 0};
   Real h = 1, h_before = 0, factorial = 1;  // h_j, h_(j-1), (j+1)!
@@ -41,7 +44,7 @@ UnitStep from_series(const Real& W, const Real& a) {
   return unit;
 }
 
-/// W >= 1, any damping: from exponentials and circular functions.
+/// Returns the response for W >= 1 and any damping, by exponential and trigonometric functions.
 UnitStep from_roots(const Real& W, const Real& a) {
   UnitStep unit;
   if (W > a) {
@@ -61,7 +64,7 @@ UnitStep from_roots(const Real& W, const Real& a) {
   return unit;
 }
 
-/// (1 - exp(-x)) / x
+/// Returns (1 - exp(-x)) / x.
 Real mean_decay(const Real& x) {
   if (x >= 1) return (1 - exp(-x)) / x;
   Real sum = 0, term = 1;
@@ -72,7 +75,7 @@ Real mean_decay(const Real& x) {
   return sum;
 }
 
-/// (x - 1 + exp(-x)) / x^2
+/// Returns (x - 1 + exp(-x)) / x^2.
 Real mean_ramp(const Real& x) {
   if (x >= 1) return (x - 1 + exp(-x)) / (x * x);
   Real sum = 0, term = 1;
@@ -83,7 +86,8 @@ Real mean_ramp(const Real& x) {
   return sum;
 }
 
-/// W < 1 <= a: divided differences over the two real roots, which stand apart; W = 0 included.
+/// Returns the response for W < 1 <= a, including W = 0, by divided differences over the two real roots,
+/// which are well separated.
 UnitStep from_decays(const Real& W, const Real& a) {
   const Real D = sqrt((a - W) * (a + W)), fast = a + D, slow = W * W / fast;
   UnitStep unit;
@@ -99,14 +103,14 @@ UnitStep unit_step(const Real& W, const Real& a) {
   return a < 1 ? from_series(W, a) : from_decays(W, a);
 }
 
-/// P as its leading 26 bits and the rest rounded to double.
+/// Splits P into its leading 26 bits C and the rest L, rounded to double: P = C + L   (THEORY 6.5).
 void split(const Real& P, double& leading, double& rest) {
   constexpr std::uint64_t kMask = ~((std::uint64_t{1} << 27) - 1);
   leading = std::bit_cast<double>(std::bit_cast<std::uint64_t>(P.convert_to<double>()) & kMask);
   rest = (P - Real(leading)).convert_to<double>();
 }
 
-/// (x^2 / 2 - x + 1 - exp(-x)) / x^3
+/// Returns (x^2 / 2 - x + 1 - exp(-x)) / x^3.
 Real mean_square(const Real& x) {
   if (x >= 1) return (x * x / 2 - x + 1 - exp(-x)) / (x * x * x);
   Real sum = 0, term = 1;
@@ -117,7 +121,7 @@ Real mean_square(const Real& x) {
   return sum;
 }
 
-/// The divided difference of phi_3 over the roots: what R is of phi_2 and S of phi_1.
+/// Returns nu_3 = exp[z+, z-, 0, 0, 0], the integral of R   (THEORY 12.14).
 Real third_difference(const UnitStep& unit, const Real& W, const Real& a) {
   if (W >= 1) return (Real(0.5) - unit.S - 2 * a * unit.R) / (W * W);
   if (a >= 1) {
@@ -136,8 +140,9 @@ Real third_difference(const UnitStep& unit, const Real& W, const Real& a) {
   return sum;
 }
 
-/// mu_k + nu_k h L over a step h, L the mode's own motion: the entries of PlanCoupled   (X93). mu_k and nu_k
-/// are alpha and beta here.
+/// Writes the entries of scale (mu_k 1 + nu_k h L), L = [0, 1; -omega^2, -2 decay], for PlanCoupled
+/// (THEORY 12.14).
+/// \param alpha  mu_k  \param beta  nu_k
 void put(const Real& alpha, const Real& beta, const Real& W, const Real& a, const Real& h, const Real& scale,
          double* entries) {
   entries[PlanCoupled::kQq] = Real(scale * alpha).convert_to<double>();
@@ -158,7 +163,8 @@ ModeFunctions mode_functions(double omega, double decay, double period) {
     const Real W = Real(omega) * t, a = Real(decay) * t;
     const UnitStep unit = unit_step(W, a);
     const bool is_half = t < h;
-    // phi_k(h L) = mu_k + nu_k h L with nu_k of g, S, R and the next, mu_k = nu_(k-1) + 2 a nu_k   (X93)
+    // the nu_k for k = 0 to 3 are g, S, R, T; mu_0 - 1 = -W^2 nu_1, mu_k = nu_(k-1) + 2 a nu_k
+    // (THEORY 12.14)
     put(-(W * W * unit.S), unit.g, W, a, t, 1,
         entries(is_half ? PlanCoupled::kHalfStep : PlanCoupled::kStep));
     const Real alpha_1 = unit.g + 2 * a * unit.S, alpha_2 = unit.S + 2 * a * unit.R;
@@ -168,9 +174,9 @@ ModeFunctions mode_functions(double omega, double decay, double period) {
       continue;
     }
     const Real T = third_difference(unit, W, a);
-    put(alpha_1, unit.S, W, a, t, t, entries(PlanCoupled::kWhole1));
-    put(alpha_2, unit.R, W, a, t, t, entries(PlanCoupled::kWhole2));
-    put(unit.R + 2 * a * T, T, W, a, t, t, entries(PlanCoupled::kWhole3));
+    put(alpha_1, unit.S, W, a, t, t, entries(PlanCoupled::kStep1));
+    put(alpha_2, unit.R, W, a, t, t, entries(PlanCoupled::kStep2));
+    put(unit.R + 2 * a * T, T, W, a, t, t, entries(PlanCoupled::kStep3));
   }
   return all;
 }

@@ -13,10 +13,11 @@
 namespace freeflex {
 namespace {
 
-// [-] of the largest generalized force: what drives a mechanism less is rounding
+// [-] generalized force of a mechanism, over the largest generalized force, below which it is a rounding
+// error
 constexpr double kDriven = 1e-9;
 
-constexpr Mat3 kNoTurn{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+constexpr Mat3 kNoRotation{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
 
 std::string explain_mechanism(const Plan& plan, std::size_t mode) {
   constexpr std::size_t kNames = 8;
@@ -27,10 +28,10 @@ std::string explain_mechanism(const Plan& plan, std::size_t mode) {
   if (points.size() > kNames) names += ", ...";
   return join_text(
       "the load drives mechanism ", mode + 1, ", which moves ", names,
-      " and which nothing resists: there is no steady state; add links, or a load that leaves it alone");
+      " and which nothing resists: there is no steady state; add links, or a load that does not drive it");
 }
 
-// all that can be read out of a steady state
+// returns true if all values that can be read out of a steady state are finite
 bool is_finite(const Plan& plan, const State& state) {
   const auto are_finite = [](const auto& values) {
     return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
@@ -52,17 +53,17 @@ std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std:
   if (is_coupled(plan)) {
     error = join_text(
         "the plan is on fidelity ", name_of(plan.fidelity),
-        ", whose loads go by the deformation; a quasi-static answer is linear: name the scene, or a plan "
-        "on spin-loaded or below");
+        ", whose loads depend on the deformation; a quasi-static response is linear: give the scene, or a "
+        "plan on spin-loaded or below");
     return std::nullopt;
   }
   const bool spins = !is_zero(load.spin);
   if (spins && !plan.has_spin_load) {
-    error = "the scene leaves out the load of the spin; give it fidelity: spin-loaded";
+    error = "the plan has no centrifugal load of the spin; give the scene fidelity: spin-loaded";
     return std::nullopt;
   }
   for (const Wrench& wrench : load.wrenches) {
-    error = idle_torque(plan.groups[static_cast<std::size_t>(wrench.group)], wrench.torque);
+    error = refused_torque(plan.groups[static_cast<std::size_t>(wrench.group)], wrench.torque);
     if (!error.empty()) return std::nullopt;
   }
   State state = make_state(plan);
@@ -73,12 +74,12 @@ std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std:
   std::fill(state.q.begin(), state.q.end(), 0.0);
   std::fill(state.q_dot.begin(), state.q_dot.end(), 0.0);
   const LoadPattern pattern = build_pattern(plan, {1, load.forces, load.wrenches, load.torques});
-  if (!project(plan, pattern, kNoTurn, 1.0, false, state.Q.data()))
+  if (!project(plan, pattern, kNoRotation, 1.0, false, state.Q.data()))
     std::fill(state.Q.begin(), state.Q.end(), 0.0);
   if (spins) {
     Plan steady = plan;
     steady.attractor_mu = 0.0;
-    add_field(steady, kNoTurn, state.H_W, {}, state.Q.data());
+    add_field(steady, kNoRotation, state.H_W, {}, state.Q.data());
   }
   state.force_W = pattern.force_B;
   state.moment_B = pattern.torque_B;
@@ -96,7 +97,7 @@ std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std:
     }
   }
   if (!is_finite(plan, state)) {
-    error = "the answer is not finite: the load is too large for this structure; check its units";
+    error = "the result is not finite: the load is too large for this structure; check its units";
     return std::nullopt;
   }
   return state;

@@ -1,4 +1,4 @@
-// Quasi-static answer of a free structure: what it settles to under a steady load (inertia relief).
+// Quasi-static response of a free structure to a steady load (inertia relief).
 #pragma once
 
 #include <optional>
@@ -10,18 +10,20 @@
 
 namespace freeflex {
 
-/// Steady load in body axes; the structure accelerates with it as a rigid body.
+/// Holds a steady load in body axes. The structure accelerates under it as a rigid body.
 struct SteadyLoad {
   std::span<const PointForce> forces;  // [N]
   std::span<const Wrench> wrenches;    // [N], [N m]
-  Vec3 spin{};                         // [rad/s] body axes; its centrifugal load needs a spin-loaded plan
-  std::span<const PointTorque> torques = {};  // [N m] on points that turn
+  Vec3 spin{};  // [rad/s] body axes; the centrifugal load by it needs a plan on spin-loaded
+  std::span<const PointTorque> torques = {};  // [N m] torques on points with an attitude
 };
 
-/// The state in which elastic forces balance F - S and the centrifugal load, q_l = Q_l / (M omega_l^2)
-/// (THEORY X69, 7.1-7.3), at rest in the frame, which stands as the world. nullopt and `error` when a
-/// mechanism is driven, a group cannot take a torque, the plan has no spin load for a spin or the answer is
-/// not finite. Feedback, followers, attractors and wheels take no part.
+/// Returns the state in which the elastic forces balance the load F, less the inertia forces S of the rigid
+/// acceleration, plus the centrifugal load: q_l = Q_l / c_ll, c_ll = M omega_l^2
+/// (THEORY 4.19, 5.8, 11.1 to 11.3). The points are at rest in the body frame, whose axes are parallel to the
+/// world axes. Returns nullopt and sets `error` if the load drives a mechanism, if a group cannot support a
+/// torque, if there is a spin but the plan has no spin load, or if the result is not finite. Feedback,
+/// followers, attractors and wheels do not act.
 std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std::string& error);
 
 }  // namespace freeflex

@@ -1,4 +1,4 @@
-// A plan at a rate: what of it depends on the period.
+// Change of the rate of a plan: sets the members that depend on the period.
 #pragma once
 
 #include <cstdint>
@@ -9,25 +9,28 @@
 
 namespace freeflex {
 
-/// The plan, its wide plan and its shadows at another rate [Hz]: propagators, what keeps modes from being
-/// independent, ticks of histories, parts of a tick.
-/// \pre rate finite, > 0
+/// Sets the rate [Hz] of a plan, its fallback plan and its shadows: propagators, modal coupling, ticks of
+/// histories, substeps.  \pre rate finite, > 0
 void set_rate(Plan& plan, double rate);
 
-/// Parts of a tick, a power of two, in which every mode that parts can resolve turns by 1 rad at most, and
-/// the stiffest by what exact bars hold to: spin turns what vibrates, and a step that does not resolve the
-/// vibration does not see it   (X96).
-/// \param omega  [rad/s] of every mode  \param period  [s]
-std::int32_t resolving_parts(std::span<const double> omega, double period);
+/// Returns the number of substeps per tick that resolve the vibration. It is the smallest power of two n with
+///   omega_l h / n <= 1 for all modes with omega_l h <= n_max, omega_max h / n <= 1000,
+///   n_max = 16384 h / max(1, num_modes / 64)^2, rounded down to a power of two   (THEORY 12.22).
+/// A step that does not resolve the vibration misses the effect of the spin on the vibration.
+/// \param omega  [rad/s] frequencies of all modes  \param period  [s]
+std::int32_t resolving_substeps(std::span<const double> omega, double period);
 
-/// Steps a tick of a shadow of a plan on `rung`, when the best one takes `parts`   (X96).
-std::int32_t shadow_steps(PlanShadow::Kind kind, Fidelity rung, std::int32_t parts);
+/// Returns the number of substeps of a shadow of a plan on `rung`; `resolving` is the result of
+/// resolving_substeps(). The full shadow makes 1 substep. If the rung divides its own tick, the shadow makes
+/// 2. Otherwise it makes `resolving` substeps, but at least 2 if it is the fine shadow or the rung is coupled
+/// (THEORY 12.22).
+std::int32_t shadow_substeps(PlanShadow::Kind kind, Fidelity rung, std::int32_t resolving);
 
-/// A horizon [s] in ticks, at least 1.
+/// Returns a horizon [s] in ticks, at least 1.
 std::int64_t horizon_in_ticks(double horizon, double period);
 
-/// What to say of a plan whose fastest mode is more than a thousand times as fast as its ticks: masses or
-/// stiffnesses are likely to be in another unit. Empty: nothing.
+/// Returns a warning if a frequency of the plan is above a thousand times its rate: masses or stiffnesses are
+/// then likely to be in a wrong unit. Returns an empty text otherwise.
 std::string find_fast_modes(const Plan& plan);
 
 }  // namespace freeflex

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/plan/kinetics.hpp"
-#include "core/plan/mixing.hpp"
+#include "core/plan/modal_coupling.hpp"
 #include "core/plan/propagator.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
@@ -16,7 +16,7 @@ namespace {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// largest singular value of rows (count x num_padded), in their unit
+// returns the largest singular value of rows (count x num_padded), in the unit of the rows
 double norm_of_rows(const Array& array, Eigen::Index count, const Plan& plan) {
   if (count == 0 || array.empty()) return 0.0;
   const Eigen::Map<const RowMatrix> rows(array.data(), count, plan.num_padded);
@@ -33,10 +33,11 @@ double top_frequency(const Plan& plan) {
   return plan.num_elastic == 0 ? 0.0 : plan.omega[static_cast<std::size_t>(plan.num_elastic) - 1];
 }
 
-// X100 [1/s]: bound of how fast dashpots and feedback change the motion,
-// sigma = |R|^2 / M + sum_f (|F_v| |B| / M + (|F_q| |B| / M)^(1/2))
+// returns a bound of the rates [1/s] of dashpots and feedback,
+// sigma = |R|^2 / M + sum_f (|F_v| |B_f| / M + (|F_q| |B_f| / M)^(1/2))   (THEORY 12.31)
 double stage_rate(const Plan& plan) {
-  const double damping = norm_of_rows(plan.mixing.damping_rows, plan.mixing.num_damping, plan);
+  const double damping =
+      norm_of_rows(plan.modal_coupling.damping_rows, plan.modal_coupling.num_damping, plan);
   double rate = damping * (damping / plan.mass);
   for (const PlanFeedback& feedback : plan.feedbacks) {
     const Array rows(plan.rows.begin() + 3 * std::ptrdiff_t{feedback.row} * plan.num_padded,
@@ -48,8 +49,8 @@ double stage_rate(const Plan& plan) {
   return rate;
 }
 
-// [1/s] fastest decay of the modes where dampers stand at true direction, whose difference from linear ones
-// acts stage by stage as that of bars does
+// Returns 2 max decay_l [1/s] if there are dampers at true direction, otherwise 0. The difference between
+// their true and linear forces acts stage by stage, like that of bars   (THEORY 12.19, 12.32).
 double damper_rate(const Plan& plan) {
   const auto damps = [](const PlanBar& bar) { return bar.damping > 0.0; };
   if (std::ranges::none_of(plan.coupled.bars, damps)) return 0.0;
@@ -58,8 +59,8 @@ double damper_rate(const Plan& plan) {
   return rate;
 }
 
-// X94: T = k (l - l_0) along the bar as it stands, and c l' of a dashpot or of damping within the link,
-// c = (beta_R + tau) k there
+// Returns a bar at true length and direction. A spring or bar has the tension D (l - L) (THEORY 12.17) and
+// the damping force c l' with c = (beta_R + tau) D. A dashpot has only the force c l'   (THEORY 12.19).
 PlanBar true_bar(const Scene& scene, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   const Eigen::Vector3d rest = span_of(scene, link);
@@ -86,24 +87,25 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
         add_error(
             faults, link.origin,
             join_text(
-                "a rigid link does not go with fidelity ", name_of(spec.rung),
-                ", whose true bars would stand beside one that is rigid to first order only; use a stiff "
-                "spring (a stiff mode that does not vibrate costs nothing there), or fidelity: coupled or "
-                "below"));
+                "a rigid link cannot be combined with fidelity ", name_of(spec.rung),
+                ", because it is rigid to first order only and bars are at their true length; use a stiff "
+                "spring "
+                "(a stiff mode that does not vibrate costs nothing there), or fidelity: coupled or below"));
         return;
       }
-  if (!keeps_turns_about_line(structure)) {
-    add_error(faults, {},
-              join_text("fidelity ", name_of(spec.rung),
-                        ": the shape is on a line, and the modes that are kept do not let it turn about that "
-                        "line; keep both modes of each pair across it, or take spin-loaded or below"));
+  if (!keeps_rotation_about_line(structure)) {
+    add_error(
+        faults, {},
+        join_text("fidelity ", name_of(spec.rung),
+                  ": the points are on a line, and the kept modes do not let them rotate about it; keep "
+                  "both modes of each pair across it, or take spin-loaded or below"));
     return;
   }
-  if (!are_point_masses(scene) && plan.num_elastic > kMostBodyModes) {
+  if (!are_point_masses(scene) && plan.num_elastic > kMaxBodyModes) {
     add_error(faults, {},
               join_text("fidelity ", name_of(spec.rung),
-                        " carries bodies and massless points by tables over pairs of modes, for at most ",
-                        kMostBodyModes, " modes; the scene has ", plan.num_elastic,
+                        " supports bodies and massless points with tables over pairs of modes, for at most ",
+                        kMaxBodyModes, " modes; the scene has ", plan.num_elastic,
                         ": join fewer points, or take spin-loaded or below"));
     return;
   }
@@ -111,21 +113,21 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
     if (!feedback.acceleration_gain.isZero(0.0)) {
       add_error(
           faults, feedback.origin,
-          "acceleration feedback does not go with the coupled rungs; use displacement and velocity gains, or "
-          "fidelity: spin-loaded or below");
+          "acceleration feedback cannot be combined with the coupled rungs; use displacement and velocity "
+          "gains, or fidelity: spin-loaded or below");
       return;
     }
-  // dashpots and feedback act stage by stage
-  plan.mixing.path = PlanMixing::Path::kNone;
-  plan.mixing.modes.clear();
-  plan.coupled.part_phase = spec.part_phase;
+  // the coupled rungs apply dashpots and feedback stage by stage
+  plan.modal_coupling.path = PlanModalCoupling::Path::kNone;
+  plan.modal_coupling.modes.clear();
+  plan.coupled.substep_phase = spec.substep_phase;
   if (!traits_of(spec.rung).has_true_geometry) return;
   for (std::size_t k = 0; k < scene.links.size(); ++k)
     if (traits_of(scene.links[k]).is_axial) plan.coupled.bars.push_back(true_bar(scene, static_cast<int>(k)));
 }
 
-double turn_rate(const Plan& plan) {
-  const Eigen::Map<const Eigen::Vector3d> w(plan.initial.w_WB_B.data());
+double rotation_rate(const Plan& plan) {
+  const Eigen::Map<const Eigen::Vector3d> w(plan.initial.w_B.data());
   Eigen::Vector3d h = Eigen::Vector3d::Zero();
   for (const PlanWheel& wheel : plan.wheels.all)
     h += wheel.momentum * Eigen::Map<const Eigen::Vector3d>(wheel.axis.data());
@@ -136,18 +138,20 @@ double turn_rate(const Plan& plan) {
 void set_coupled_period(Plan& plan) {
   if (!is_coupled(plan)) return;
   PlanCoupled& coupled = plan.coupled;
-  coupled.num_parts = 1;
-  if (coupled.part_phase > 0.0) {
+  coupled.num_substeps = 1;
+  if (coupled.substep_phase > 0.0) {
     const double phase = std::max(top_frequency(plan), stage_rate(plan)) * plan.period;
     const double decay = damper_rate(plan) * plan.period;
-    while ((phase > coupled.part_phase * coupled.num_parts || decay > kMaxBarPhase * coupled.num_parts) &&
-           coupled.num_parts < kMaxParts)
-      coupled.num_parts *= 2;
+    while ((phase > coupled.substep_phase * coupled.num_substeps ||
+            decay > kMaxBarPhase * coupled.num_substeps) &&
+           coupled.num_substeps < kMaxSubsteps)
+      coupled.num_substeps *= 2;
   }
   if (plan.num_elastic > 0)
-    while (turn_rate(plan) * plan.period > kTurnPhase * coupled.num_parts && coupled.num_parts < kMaxParts)
-      coupled.num_parts *= 2;
-  const double period = plan.period / coupled.num_parts;
+    while (rotation_rate(plan) * plan.period > kRotationPhase * coupled.num_substeps &&
+           coupled.num_substeps < kMaxSubsteps)
+      coupled.num_substeps *= 2;
+  const double period = plan.period / coupled.num_substeps;
   const auto n = static_cast<std::size_t>(plan.num_padded);
   coupled.functions.assign(
       std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions} * n, 0.0);
@@ -159,38 +163,38 @@ void set_coupled_period(Plan& plan) {
 
 void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
   const double omega = top_frequency(plan), rate = stage_rate(plan), hertz = 1.0 / plan.period;
-  const double part = plan.period / plan.coupled.num_parts;
+  const double substep = plan.period / plan.coupled.num_substeps;
   const std::string at = join_text("fidelity ", name_of(plan.fidelity), " at ", hertz, " Hz: ");
   const double decay = damper_rate(plan);
-  if (plan.coupled.part_phase > 0.0) {
-    if (std::max(omega, rate) * part > plan.coupled.part_phase || decay * part > kMaxBarPhase)
+  if (plan.coupled.substep_phase > 0.0) {
+    if (std::max(omega, rate) * substep > plan.coupled.substep_phase || decay * substep > kMaxBarPhase)
       add_error(faults, {},
                 join_text(at, "the fastest rate, ", std::max({omega, rate, decay}),
-                          " 1/s, needs a tick in more than ", kMaxParts,
-                          " parts; raise the rate, soften the stiffest links, or take fidelity: coupled"));
+                          " 1/s, needs a tick in more than ", kMaxSubsteps,
+                          " substeps; raise the rate, soften the stiffest links, or take fidelity: coupled"));
     return;
   }
-  if (rate * part > kMaxStagePhase) {
+  if (rate * substep > kMaxStagePhase) {
     const Origin& origin = scene.feedbacks.empty() ? Origin{} : scene.feedbacks.front().origin;
     add_error(faults, origin,
-              join_text(at, "dashpots and feedback change the motion at ", rate, " 1/s, ", rate * part,
-                        " a tick, and here they act stage by stage, which holds to ", kMaxStagePhase,
-                        "; raise the rate to ", rate / kMaxStagePhase,
+              join_text(at, "dashpots and feedback change the motion at ", rate, " 1/s, ", rate * substep,
+                        " a tick, and on this rung they act stage by stage, which is accurate up to ",
+                        kMaxStagePhase, "; raise the rate to ", rate / kMaxStagePhase,
                         " Hz or more, take smaller gains, or take fidelity: full, or spin-loaded or below"));
   }
-  if (traits_of(plan.fidelity).has_true_geometry && decay * part > kMaxBarPhase)
+  if (traits_of(plan.fidelity).has_true_geometry && decay * substep > kMaxBarPhase)
     add_error(
         faults, {},
-        join_text(at, "dampers let the fastest mode decay by ", decay, " 1/s, ", decay * part,
-                  " a tick, and true damper forces hold to ", kMaxBarPhase, "; raise the rate to ",
+        join_text(at, "dampers let the fastest mode decay at ", decay, " 1/s, ", decay * substep,
+                  " a tick, and true damper forces are resolved up to ", kMaxBarPhase, "; raise the rate to ",
                   decay / kMaxBarPhase,
                   " Hz or more, damp less, or take fidelity: full, which divides the tick, or coupled"));
-  if (traits_of(plan.fidelity).has_true_geometry && omega * part > kMaxBarPhase)
+  if (traits_of(plan.fidelity).has_true_geometry && omega * substep > kMaxBarPhase)
     add_error(
         faults, {},
-        join_text(at, "the stiffest mode, ", omega, " rad/s, turns by ", omega * part,
-                  " rad a tick, and true bar forces hold to ", kMaxBarPhase, "; raise the rate to ",
-                  omega / kMaxBarPhase,
+        join_text(at, "the stiffest mode, ", omega, " rad/s, has a phase of ", omega * substep,
+                  " rad a tick, and true bar forces are resolved up to ", kMaxBarPhase,
+                  "; raise the rate to ", omega / kMaxBarPhase,
                   " Hz or more, soften the stiffest bars, or take fidelity: full, which divides the tick, or "
                   "coupled"));
 }

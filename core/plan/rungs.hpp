@@ -1,4 +1,4 @@
-// What a rung of the fidelity ladder needs of a plan beside the separated equations (THEORY section 12).
+// Members of a plan that the coupled rungs of the fidelity ladder need   (THEORY section 12).
 #pragma once
 
 #include "core/plan/spec.hpp"
@@ -6,40 +6,44 @@
 
 namespace freeflex {
 
-/// Fills plan.coupled but for what depends on the period. Errors: acceleration feedback, rigid links beside
-/// true bars, modes of a line that do not let it turn about itself.
-/// \pre modes, points and mixing of the plan stand; its rung is coupled or above
+/// Fills plan.coupled except for the values that depend on the period. Adds an error for acceleration
+/// feedback, for rigid links in combination with true bars, and if the modes of a collinear shape do not let
+/// it rotate about its line.
+/// \pre the modes, points and modal coupling of the plan are filled; its rung is coupled or above
 void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, Plan& plan,
                      Faults& faults);
 
-/// Largest omega h of any mode on the exact-bars rung [-]. The difference of true from linear bar forces acts
-/// stage by stage, and beside stiff bars it loses its order: at this size the elastic error of a 20-point
-/// truss that turns at 5 rad/s is some 1 %, and it grows with the square (tests/motion/rungs_test).
+/// Largest omega h of a mode on the exact-bars rung [-], omega_n h / n_sub <= 1000   (THEORY 12.32). The
+/// difference between true and linear bar forces acts stage by stage, and with stiff bars the method loses
+/// its order. At this limit, the elastic error of a 20-point truss that rotates at 5 rad/s is some 1 %. The
+/// error grows with the square of omega h (tests/motion/rungs_test).
 inline constexpr double kMaxBarPhase = 1000.0;
 
-/// Largest rate of dashpots and feedback [1/s] times a step [s]: they act stage by stage, where the classical
-/// method is stable to 2.5 and of order 4.
+/// Largest rate of dashpots and feedback times a substep [-], sigma h / n_sub <= 1   (THEORY 12.32). They act
+/// stage by stage. The classical method is stable up to 2.5 for such rates, and its order is 4.
 inline constexpr double kMaxStagePhase = 1.0;
 
-/// On the full rung the fastest rate turns by this in a part of a step, at most [rad]: the error of order 4
-/// is below 1e-6 there (tests/motion/full_rung_test).
+/// Largest phase of the fastest rate in a substep of the full rung [rad], max(omega_n, sigma) h / n_sub <=
+/// 1/2 (THEORY 12.29): the error of the method of order 4 is then below 1e-6 (tests/motion/full_rung_test).
 inline constexpr double kFullPhase = 0.5;
 
-/// [rad] that the body turns, at the rate of the start, in a part of a step of the coupled rungs: order four
-/// errs by 5e-8 of the turn.
-inline constexpr double kTurnPhase = 0.05;
+/// Largest rotation of the body in a substep of the coupled rungs, at the rate of rotation at the start [rad]
+/// (THEORY 12.30). The error of the method of order 4 is then 5e-8 of the rotation.
+inline constexpr double kRotationPhase = 0.05;
 
-/// Parts of a tick: at some 10 us each this is most of a second.
-inline constexpr std::int32_t kMaxParts = 65536;
+/// Largest number of substeps of a tick. At some 10 us each, this number takes most of a second.
+inline constexpr std::int32_t kMaxSubsteps = 65536;
 
-/// [rad/s] How fast the body turns at the start, plus its nutation where it has wheels   (THEORY X202).
-double turn_rate(const Plan& plan);
+/// Returns the rate of rotation of the body at the start, including the nutation that wheels cause [rad/s]:
+/// |w| + |h_w| / (I_1 I_2)^(1/2)   (THEORY 12.30).
+double rotation_rate(const Plan& plan);
 
-/// PlanCoupled::num_parts and functions for the plan's period   (THEORY X93, X100).
+/// Sets PlanCoupled::num_substeps and PlanCoupled::functions for the period of the plan
+/// (THEORY 12.14, 12.29, 12.30).
 void set_coupled_period(Plan& plan);
 
-/// An error when the period is too long for what acts stage by stage   (THEORY X94, X100).  \pre
-/// set_coupled_period
+/// Adds an error if the period is too long for forces that act stage by stage   (THEORY 12.32).
+/// \pre set_coupled_period was called
 void check_stages(const Scene& scene, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex

@@ -1,4 +1,5 @@
-// Modes whose share of what is asked for is below a tolerance, and what leaving them out may change.
+// Choice of the modes that are small within a tolerance, and the error of omitting them
+// (THEORY 14.6 to 14.15).
 #pragma once
 
 #include <vector>
@@ -9,18 +10,21 @@
 
 namespace freeflex {
 
-/// Which modes to keep, and the account of the rest (part kSmallModes).
+/// Holds the modes to keep, and the report on the omitted ones (Feature::kSmallModes).
 struct SmallModes {
   std::vector<int> kept;  // ascending
-  PlanPart part;
-  double size = 0.0;  // [m] rms over all points, by mass, of what the others do under built-in loads, at most
-  double horizon = 0.0;  // [s] over which built-in loads were followed
+  PlanFeature feature;
+  // [m] bound of the displacement that the omitted modes make under built-in loads, rms over all points,
+  // weighted by mass
+  double size = 0.0;
+  double horizon = 0.0;  // [s] time over which the plan was stepped under built-in loads
 };
 
-/// Leaves out as many modes as a tolerance allows, none at 0: a displacement changes by at most
-/// sum |b_il| A_l under the built-in loads, A_l the largest swing of a mode left out, and by sum |b_il| s_l a
-/// newton under commands, s_l = |Q_l| / (M omega_l^2)   (THEORY X123, X124).
-/// \param plan  of the scene and structure, with all their modes; it is stepped over the horizon
+/// Omits as many modes as a tolerance allows; a tolerance of 0 keeps all modes. Under the built-in loads a
+/// displacement changes by at most sum |b_il| A_l, where A_l is the peak amplitude of an omitted mode
+/// (THEORY 14.6, 14.7). Under commands it changes by at most sum |b_il| s_l per newton, where s_l = |Q_l| /
+/// (M omega_l^2)   (THEORY 14.8, 14.9).
+/// \param plan  plan of the scene and structure, with all modes; the function steps it over the horizon
 SmallModes find_small_modes(const Scene& scene, const Structure& structure, const MotionScope& scope,
                             const Plan& plan, double tolerance);
 

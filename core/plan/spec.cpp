@@ -7,7 +7,7 @@
 
 namespace freeflex {
 
-PlanSpec whole_spec(const Scene& scene, const Structure& structure, Fidelity rung) {
+PlanSpec full_spec(const Scene& scene, const Structure& structure, Fidelity rung) {
   const RungTraits& traits = traits_of(rung);
   const auto num_modes = static_cast<std::size_t>(structure.omega.size());
   PlanSpec spec;
@@ -16,24 +16,24 @@ PlanSpec whole_spec(const Scene& scene, const Structure& structure, Fidelity run
   if (traits.has_modes) spec.modes.resize(num_modes);
   std::iota(spec.modes.begin(), spec.modes.end(), 0);
   spec.initial = initial_modes(scene, structure);
-  // on coupled rungs every point moves the body, and a budget looks at each
+  // on the coupled rungs, all points act on the body; an error budget reads all points
   spec.has_every_row = traits.couples || scene.error_budget.horizon > 0.0 ||
-                       scene.leave_out.keeps[static_cast<std::size_t>(Part::kPointRows)];
-  // links carry load only where something deforms
+                       scene.leave_out.keeps[static_cast<std::size_t>(Feature::kPointRows)];
+  // link forces follow from the deformation, so the rung must have modes unless the structure has none
   spec.publishes_links = traits.has_modes || num_modes == 0;
-  if (traits.divides_tick) spec.part_phase = kFullPhase;
+  if (traits.divides_tick) spec.substep_phase = kFullPhase;
   return spec;
 }
 
 PlanSpec unpublished_spec(const Scene& scene, const Structure& structure, Fidelity rung,
                           std::int32_t substeps) {
-  PlanSpec spec = whole_spec(scene, structure, rung);
+  PlanSpec spec = full_spec(scene, structure, rung);
   spec.rate = scene.rate * substeps;
   spec.has_every_row = true;
   spec.publishes_links = false;
   spec.is_judged = false;
-  // twice the rate alone would be as many parts a second
-  if (traits_of(rung).divides_tick) spec.part_phase /= substeps;
+  // if only the rate were raised, the number of substeps per second would stay the same
+  if (traits_of(rung).divides_tick) spec.substep_phase /= substeps;
   return spec;
 }
 

@@ -1,4 +1,4 @@
-// Everything that is decided about a plan before it is compiled.
+// Decisions on a plan, which are made before it is compiled.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,35 +10,36 @@
 
 namespace freeflex {
 
-/// Elastic coordinates at the start [m], [m/s] (n each).
+/// Holds the initial elastic coordinates and their rates [m], [m/s] (n each).
 struct InitialModes {
   Eigen::VectorXd q, q_dot;
 };
 
-/// What a plan is compiled to. compile() reads of the scene only what does not depend on these.
+/// Specifies the plan that compile() makes. From the scene, compile() reads only values that do not depend on
+/// these members.
 struct PlanSpec {
   Fidelity rung = Fidelity::kSeparated;
   double rate = 0.0;            // [Hz]
-  std::vector<int> modes;       // of the structure, ascending: those that the plan has
-  InitialModes initial;         // of every mode of the structure
-  bool numbers_modes = false;   // Plan::mode_numbers: not every mode may be there
-  bool has_every_row = false;   // mode shapes at every point, not only where somebody reads or loads
-  bool publishes_links = true;  // forces of the scene's published links
-  bool is_judged = true;        // what the rung neglects is put down: the plan's own motion is published
-  double part_phase = 0.0;      // [rad] of a part of a divided tick; on rungs that divide it   (X100)
-  // code that the plan does without, and what commands may then not do
-  bool damps = true, falls = true, turns = true;
+  std::vector<int> modes;       // indices of the structure's modes that the plan has, ascending
+  InitialModes initial;         // initial state of all modes of the structure
+  bool numbers_modes = false;   // true: fills Plan::mode_numbers, because modes may be omitted
+  bool has_every_row = false;   // true: mode-shape rows of all points, also of points that are not read out
+  bool publishes_links = true;  // true: the plan has the forces of the links that the scene publishes
+  bool is_judged = true;        // true: the plan has tables for the verdict, because its motion is published
+  double substep_phase = 0.0;   // [rad] largest phase in a substep, on rungs that divide the tick
+  // features that change the operations of the step, and the scope of commands if such features are omitted
+  bool has_damping = true, has_gravity = true, has_rotation = true;
   CommandScope scope;
-  // modes left out whose static answer to loads stays in the forces of links   (X123)
+  // omitted modes whose quasi-static response to loads is included in link forces   (THEORY 14.11)
   std::vector<int> static_modes;
   Eigen::SparseMatrix<double> static_loads;  // [N] (3N x loads)
 };
 
-/// The plan with everything in it, on a rung at the scene's rate.
-PlanSpec whole_spec(const Scene& scene, const Structure& structure, Fidelity rung);
+/// Returns the spec of the full plan on a rung, at the rate of the scene.
+PlanSpec full_spec(const Scene& scene, const Structure& structure, Fidelity rung);
 
-/// The same for a plan that is only looked at beside another, at `substeps` steps a tick: every point, no
-/// link forces.
+/// Returns the spec of a plan that is stepped in parallel with another plan and is not published. It makes
+/// `substeps` steps per tick, has rows for all points, and has no link forces.
 PlanSpec unpublished_spec(const Scene& scene, const Structure& structure, Fidelity rung,
                           std::int32_t substeps);
 

@@ -10,12 +10,13 @@ using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 SplitStep::SplitStep(const Plan& plan) {
   const Eigen::Index n = plan.num_elastic;
   const auto modal = [&](const Array& rows) -> Eigen::MatrixXd {
-    return Eigen::Map<const RowMatrix>(rows.data(), plan.mixing.num_kicks, plan.num_padded).leftCols(n);
+    return Eigen::Map<const RowMatrix>(rows.data(), plan.modal_coupling.num_impulses, plan.num_padded)
+        .leftCols(n);
   };
   size_ = Eigen::Map<const Eigen::VectorXd>(plan.omega.data(), n).cwiseMax(1.0 / plan.period);
-  by_q_ = modal(plan.mixing.kick_q_rows) * size_.cwiseInverse().asDiagonal();
-  by_q_dot_ = modal(plan.mixing.kick_q_dot_rows);
-  out_ = modal(plan.mixing.kick_out);
+  by_q_ = modal(plan.modal_coupling.impulse_q_rows) * size_.cwiseInverse().asDiagonal();
+  by_q_dot_ = modal(plan.modal_coupling.impulse_q_dot_rows);
+  out_ = modal(plan.modal_coupling.impulse_out);
   for (auto* each : {&qq_, &qv_, &vq_, &vv_}) each->resize(n);
   const auto take = [&](Eigen::Index l, std::size_t k, const auto& p) {
     qq_[l] = p.c_qq[k] + p.l_qq[k];
@@ -37,14 +38,14 @@ SplitStep::SplitStep(const Plan& plan) {
 
 Eigen::MatrixXd SplitStep::operator()(const Eigen::MatrixXd& from) const {
   const Eigen::Index n = size_.size();
-  const Eigen::MatrixXd q = from.topRows(n), v = kicked(q, from.bottomRows(n));
+  const Eigen::MatrixXd q = from.topRows(n), v = with_impulse(q, from.bottomRows(n));
   Eigen::MatrixXd to(2 * n, from.cols());
   to.topRows(n) = qq_.asDiagonal() * q + qv_.asDiagonal() * v;
-  to.bottomRows(n) = kicked(to.topRows(n), vq_.asDiagonal() * q + vv_.asDiagonal() * v);
+  to.bottomRows(n) = with_impulse(to.topRows(n), vq_.asDiagonal() * q + vv_.asDiagonal() * v);
   return to;
 }
 
-Eigen::MatrixXd SplitStep::kicked(const Eigen::MatrixXd& q, const Eigen::MatrixXd& v) const {
+Eigen::MatrixXd SplitStep::with_impulse(const Eigen::MatrixXd& q, const Eigen::MatrixXd& v) const {
   return v + out_.transpose() * (by_q_ * q + by_q_dot_ * v);
 }
 

@@ -1,4 +1,4 @@
-// One step of modes that are advanced by splitting, as a linear map.
+// Step of modes that are advanced by splitting, as a linear map.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,9 +7,11 @@
 
 namespace freeflex {
 
-/// The split step of a plan without loads   (THEORY X76): dashpots and feedback act for half a tick, each
-/// mode moves freely for a tick, and they act for the other half. It works on columns (q, q'), with the
-/// tables of the plan that the simulation steps by.  \pre the path of the plan is kSplit
+/// Makes the split step of a plan without loads, S = S_c(h/2) S_m(h) S_c(h/2)   (THEORY 8.38): dashpots and
+/// feedback act for half a tick (S_c, THEORY 8.40), each mode moves freely for a tick (S_m, THEORY 6.1), and
+/// dashpots and feedback act for another half tick. It acts on columns (q, q') and uses the tables of the
+/// plan, as the simulation does. The error of the split step (THEORY 8.45) is computed with it.  \pre the
+/// path of the plan is kSplit
 class SplitStep {
  public:
   explicit SplitStep(const Plan& plan);
@@ -18,15 +20,15 @@ class SplitStep {
   Eigen::MatrixXd operator()(const Eigen::MatrixXd& from) const;
 
   Eigen::Index num_modes() const { return size_.size(); }
-  /// Returns the scale of each coordinate [1/s]: its frequency, at least one over the period.
+  /// Returns the scale of each coordinate [1/s]: the frequency of its mode, but at least 1 / period.
   const Eigen::VectorXd& size() const { return size_; }
-  /// Returns what one column costs [flop].
+  /// Returns the number of operations for one column [flop].
   double cost() const {
     return 16.0 * static_cast<double>(size_.size()) * static_cast<double>(out_.rows() + 1);
   }
 
  private:
-  Eigen::MatrixXd kicked(const Eigen::MatrixXd& q, const Eigen::MatrixXd& v) const;
+  Eigen::MatrixXd with_impulse(const Eigen::MatrixXd& q, const Eigen::MatrixXd& v) const;
 
   Eigen::VectorXd size_;
   Eigen::MatrixXd by_q_, by_q_dot_, out_;

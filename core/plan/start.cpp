@@ -12,10 +12,11 @@
 namespace freeflex {
 namespace {
 
-// [-] of what is given: a rigid part above this is said, below it is rounding of what a person typed
+// [-] ratio of the rigid part to the given values above which a warning is given; a smaller rigid part is a
+// rounding error of the given values
 constexpr double kRigidPart = 1e-9;
 
-// what the points are given, side by side (3N)
+// holds initial displacements and their rates for all points (3N)
 struct GivenAtPoints {
   Eigen::VectorXd V, V_dot;  // [m], [m/s] body axes
 };
@@ -29,8 +30,9 @@ GivenAtPoints given_at_points(const Scene& scene) {
   return given;
 }
 
-// displacements of points as those of what carries the mass: what is given does not turn a body, and moves
-// the mass of a link as it lies between its points
+// Returns the displacements of the particles that carry the mass, from the displacements of points. Given
+// displacements of points do not rotate bodies. The mass of a link moves by interpolation between the points
+// of the link.
 Eigen::VectorXd at_particles(const Scene& scene, const Eigen::VectorXd& V) {
   if (are_point_masses(scene)) return V;
   const std::vector<CarriedMass> carried = carried_masses(scene, Freedoms(scene));
@@ -47,7 +49,7 @@ Eigen::VectorXd weighted(const Structure& structure, Eigen::VectorXd V) {
   return V;
 }
 
-// q_l = sum m_i b_il . V_i / M   (THEORY X54)
+// returns q_l = sum_i m_i b_il . V_i / M   (THEORY 4.25)
 Eigen::VectorXd project(const Scene& scene, const Structure& structure, const Eigen::VectorXd& V) {
   return particle_shapes(structure).transpose() * weighted(structure, at_particles(scene, V)) /
          structure.mass_properties.mass;
@@ -62,8 +64,8 @@ void warn_of_rigid_part(const Scene& scene, const Structure& structure, const Ei
   if (rigid > kRigidPart * given)
     add_warning(
         faults, scene.initial.origin,
-        join_text("the initial ", what, " of the points hold ", 100.0 * rigid / given,
-                  " % of rigid motion (mass-weighted), which was taken out; give rigid motion by position, "
+        join_text("the initial ", what, " of the points contain ", 100.0 * rigid / given,
+                  " % of rigid motion (mass-weighted), which was removed; give rigid motion by position, "
                   "attitude and velocities"));
 }
 
@@ -76,7 +78,8 @@ Eigen::Vector3d centre_at_start(const Scene& scene, const MassProperties& body) 
   return scene.initial.position + attitude_at_start(scene.initial) * body.p_SB;
 }
 
-// what the body has no freedom for: a spin about the line of a collinear shape, any spin of one point
+// Returns the component of a spin that the body cannot have: about the line of a collinear shape; the whole
+// spin of a single point   (THEORY 2.10).
 Eigen::Vector3d idle_spin(const Eigen::Vector3d& spin, const MassProperties& body) {
   if (body.rigid_freedoms == 5) return body.line * body.line.dot(spin);
   if (body.rigid_freedoms == 3) return spin;
@@ -88,17 +91,18 @@ void warn_of_idle_spin(const Scene& scene, const MassProperties& body, Faults& f
   const double idle = idle_spin(spin, body).norm();
   if (idle > kRigidPart * spin.norm())
     add_warning(faults, scene.initial.origin,
-                join_text("the initial angular velocity has ", idle, " rad/s ",
-                          body.rigid_freedoms == 3 ? "but one point does not turn"
-                                                   : "about the line of the points, "
-                                                     "which is no motion",
-                          "; it was taken out"));
+                join_text("the initial angular velocity of ", idle, " rad/s ",
+                          body.rigid_freedoms == 3 ? "is impossible for a single point"
+                                                   : "about the line of the points "
+                                                     "is impossible",
+                          "; it was removed"));
 }
 
-// X72 keeps the first terms of size over distance, and has no direction at the attractor itself
+// checks the distance of an attractor, because its field is approximated up to the gradient
+// (THEORY 8.17, 8.19)
 void check_attractor(const Scene& scene, const MassProperties& body, Faults& faults) {
   if (scene.attractor.mu == 0.0) return;
-  constexpr double kNear = 10.0;  // [-] distances over the size
+  constexpr double kNear = 10.0;  // [-] distance over size of the body
   const Eigen::Vector3d centre = centre_at_start(scene, body);
   const double distance = (centre - scene.attractor.position).stableNorm(),
                size = std::sqrt(body.r.colwise().squaredNorm().maxCoeff()),
@@ -114,13 +118,14 @@ void check_attractor(const Scene& scene, const MassProperties& body, Faults& fau
     add_error(
         faults, origin,
         join_text("the attractor of mu ", scene.attractor.mu, " m^3/s^2 is ", distance,
-                  " m from the centre of mass at the start: its pull is no finite number; use SI units"));
+                  " m from the centre of mass at the start: its pull is not a finite number; use SI units"));
   else if (distance < kNear * size)
     add_warning(
         faults, origin,
         join_text("the attractor is ", distance, " m from the centre of mass at the start, ", distance / size,
-                  " times the size of the body: its pull and gradient hold far from the body (THEORY X72), ",
-                  distance < size ? "and mean nothing here"
+                  " times the size of the body: its pull and gradient are valid only far from the body "
+                  "(THEORY 8.19), ",
+                  distance < size ? "and have no meaning here"
                                   : join_text("and are wrong by some ", 100.0 * size / distance, " % here")));
 }
 
@@ -145,8 +150,8 @@ void check_start(const Scene& scene, const Structure& structure, Faults& faults)
   check_attractor(scene, body, faults);
 }
 
-// The equations below the coupled rungs take the spin as slow beside every vibration, and linear links do not
-// stiffen by it
+// Below the exact-bars rung, the spin must be slow compared with the lowest vibration, because the spin gives
+// linear links no geometric stiffness.
 void warn_of_fast_spin(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults) {
   if (traits_of(rung).has_true_geometry) return;
   const Origin& origin = scene.initial.origin;
@@ -157,12 +162,13 @@ void warn_of_fast_spin(const Scene& scene, const Structure& structure, Fidelity 
     if (omega == 0.0) continue;
     const double ratio = spin.squaredNorm() / (omega * omega);
     if (ratio > kSlow)
-      add_warning(
-          faults, origin,
-          join_text("the initial spin of ", spin.norm(), " rad/s is not slow beside the lowest frequency, ",
-                    omega, " rad/s: (spin / omega_1)^2 is ", ratio, ", and the equations hold far below 1; ",
-                    ratio > 1.0 ? "this motion is outside the method: the answer means nothing"
-                                : "the deformation will be wrong, the pose less so"));
+      add_warning(faults, origin,
+                  join_text("the initial spin of ", spin.norm(),
+                            " rad/s is not slow compared with the lowest frequency, ", omega,
+                            " rad/s: (spin / omega_1)^2 is ", ratio,
+                            ", and the equations are valid only far below 1; ",
+                            ratio > 1.0 ? "this motion is outside the method: do not use the result"
+                                        : "the deformation will be wrong, the pose less so"));
     return;
   }
 }
@@ -174,7 +180,7 @@ void compile_start(const Scene& scene, const MassProperties& body, Plan& plan) {
   plan.initial.v_WB = to_array(initial.velocity);
   plan.initial.q_WB = {attitude.w(), attitude.x(), attitude.y(), attitude.z()};
   const Eigen::Vector3d& spin = initial.angular_velocity;
-  plan.initial.w_WB_B = to_array(Eigen::Vector3d(spin - idle_spin(spin, body)));
+  plan.initial.w_B = to_array(Eigen::Vector3d(spin - idle_spin(spin, body)));
 }
 
 }  // namespace freeflex

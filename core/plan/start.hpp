@@ -1,21 +1,22 @@
-// How a scene starts: its initial state in elastic coordinates, and what is to be said of it.
+// Initial state of a scene in elastic coordinates, and checks of it.
 #pragma once
 
 #include "core/plan/spec.hpp"
 
 namespace freeflex {
 
-/// Elastic coordinates of the initial state: those of its points   (THEORY X54), and what it gives by mode.
+/// Returns the elastic coordinates of the initial state: the displacements of points, projected by q_l =
+/// sum_i m_i b_il . V_i / M   (THEORY 4.25), plus the values given by mode.
 InitialModes initial_modes(const Scene& scene, const Structure& structure);
 
-/// Errors and warnings of the start that no rung changes: a rigid part of what points are given, a spin that
-/// the body has not, an attractor too near.
+/// Reports those errors and warnings on the initial state that apply to every rung: rigid motion in the
+/// displacements of points, a spin that the body cannot have, and an attractor that is too near.
 void check_start(const Scene& scene, const Structure& structure, Faults& faults);
 
-/// Warns of a spin that the equations of a rung do not hold for.
+/// Warns of a spin that is too fast for the equations of a rung.
 void warn_of_fast_spin(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults);
 
-/// Fills plan.initial but for its elastic coordinates.
+/// Fills plan.initial, except for its elastic coordinates.
 void compile_start(const Scene& scene, const MassProperties& body, Plan& plan);
 
 }  // namespace freeflex

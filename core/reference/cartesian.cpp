@@ -13,7 +13,10 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-/// Axial forces of springs and bars at true length and direction (X32, X33).
+/// Adds the axial forces of springs, bars and dashpots at true length and direction   (THEORY 10.2, 10.3,
+/// 10.5):
+///   d = e_j - e_i,   l = |L u + d|,   elongation = (2 L u.d + |d|^2) / (l + L)
+///   s = D elongation + c l',   l' = (L u + d).d' / l;   s acts along (L u + d) / l and pulls i towards j
 void add_link_forces(const CartesianSystem& system, std::span<const double> e, std::span<const double> e_dot,
                      std::span<double> force) {
   for (const CartesianLink& link : system.links) {
@@ -29,7 +32,7 @@ void add_link_forces(const CartesianSystem& system, std::span<const double> e, s
       x_x += x[a] * x[a];
     }
     const double l = std::sqrt(x_x);
-    // l - L = (2 L u.d + |d|^2) / (l + L): small numbers only, no difference of lengths
+    // no difference of lengths, so no digits are lost
     double tension = link.stiffness * (2.0 * rest_d + d_d) / (l + link.length);
     if (link.damping > 0.0) {
       double rate = 0.0;
@@ -44,16 +47,18 @@ void add_link_forces(const CartesianSystem& system, std::span<const double> e, s
   }
 }
 
+// [m/s^2] g(p) = -mu (p - p_A) / |p - p_A|^3   (THEORY 10.7)
 Vector3d attraction(const CartesianSystem& system, const Vector3d& p_W) {
   const Vector3d rho = p_W - system.attractor_W;
   return -system.attractor_mu / std::pow(rho.norm(), 3) * rho;
 }
 
+// R_WC = R_WB(0) exp([w_C x] t)   (THEORY 10.1)
 Matrix3d carrier_rotation(const CartesianSystem& system, double t) {
   const double rate = system.spin.norm();
   if (rate == 0.0) return system.q_WB.toRotationMatrix();
-  const Eigen::AngleAxisd turn(rate * t, system.spin / rate);
-  return system.q_WB.toRotationMatrix() * turn.toRotationMatrix();
+  const Eigen::AngleAxisd rotation(rate * t, system.spin / rate);
+  return system.q_WB.toRotationMatrix() * rotation.toRotationMatrix();
 }
 
 }  // namespace
@@ -83,7 +88,8 @@ void add_load(const CartesianLoad& load, double scale, const Matrix3d& R_CW, con
   const Matrix3d& R = load.axes == Axes::kWorld ? R_CW : R_CB;
   for (const PointLoad& item : load.forces) force.col(item.point) += scale * (R * item.force);
   for (const auto& torque : load.torques) {
-    // X12: the torque in body axes, then one force a point, back to the carrier
+    // the torque is rotated into body axes, and the force on each point is rotated from body axes into
+    // carrier axes
     const Vector3d torque_B = scale * (R_CB.transpose() * (R * torque.torque));
     for (std::size_t k = 0; k < torque.points.size(); ++k) {
       force.col(torque.points[k]) += R_CB * (torque.force_per_torque[k] * torque_B);
@@ -119,14 +125,15 @@ void accelerations(const CartesianSystem& system, double t, double piece_time, s
   }
   for (Eigen::Index i = 0; i < n; ++i) force.col(i) /= system.mass[i];
   if (system.attractor_mu > 0.0) {
-    // X39: what attraction differs by from that at the start, with which the carrier falls
+    // The carrier falls with g_W, the attraction at the start. The acceleration of each point is its
+    // attraction minus g_W: e'' += R_WC^T (g(p_W,i) - g_W)   (THEORY 10.7)
     const Matrix3d R_WC = carrier_rotation(system, t);
-    const Vector3d p_WC = system.p_W + t * system.v_W + 0.5 * t * t * system.gravity_W;
+    const Vector3d p_WC = system.p_WB + t * system.v_WB + 0.5 * t * t * system.gravity_W;
     for (Eigen::Index i = 0; i < n; ++i)
       force.col(i) += R_WC.transpose() *
                       (attraction(system, p_WC + R_WC * (system.r.col(i) + E.col(i))) - system.gravity_W);
   }
-  // X34: Coriolis and centrifugal acceleration in the turning carrier
+  // Coriolis and centrifugal acceleration in the rotating carrier   (THEORY 10.6)
   for (Eigen::Index i = 0; i < n && !system.spin.isZero(0.0); ++i) {
     const Vector3d x = system.r.col(i) + E.col(i);
     force.col(i) -= system.spin.cross(2.0 * Vector3d(E_dot.col(i)) + system.spin.cross(x));
@@ -154,8 +161,8 @@ CartesianState to_world(const CartesianSystem& system, double t, std::span<const
   const Eigen::Index n = system.mass.size();
   const Map<const Matrix3Xd> E(y.data(), 3, n), E_dot(y.data() + 3 * n, 3, n);
   const Matrix3d R = carrier_rotation(system, t);
-  const Vector3d p = system.p_W + t * system.v_W + 0.5 * t * t * system.gravity_W;
-  const Vector3d v = system.v_W + t * system.gravity_W;
+  const Vector3d p = system.p_WB + t * system.v_WB + 0.5 * t * t * system.gravity_W;
+  const Vector3d v = system.v_WB + t * system.gravity_W;
   CartesianState state{t, Matrix3Xd(3, n), Matrix3Xd(3, n)};
   for (Eigen::Index i = 0; i < n; ++i) {
     const Vector3d x = system.r.col(i) + E.col(i);

@@ -1,5 +1,6 @@
-// The full system of a scene: points in space, springs and bars at true length and direction (THEORY
-// X30-X35). Nothing is linearised and no mode is used, so it checks the separated equations independently.
+// The full system of a scene: points in space, with springs and bars at their true length and direction.
+// Nothing is linearised and no mode is used, so the system checks the separated equations independently.
+// THEORY 10.1 to 10.7
 #pragma once
 
 #include <Eigen/Core>
@@ -14,15 +15,17 @@
 
 namespace freeflex {
 
-inline constexpr double kNoMoment =
-    1e-13;  // [-] of the largest moment of inertia: that of a collinear set, rounded
+/// Points are treated as collinear if their smallest moment of inertia over the largest is at most this [-];
+/// rounding errors reach this size.
+inline constexpr double kNoMoment = 1e-13;
 
-/// One load of the scene, its wrenches spread over the points of their groups.
+/// One load of the scene, with its wrenches distributed over the points of their groups.
 struct CartesianLoad {
   Axes axes = Axes::kWorld;
   std::vector<PointLoad> forces;  // [N] forces in `axes`
-  /// A torque in `axes` becomes F_i = m_i (J_g^-1 T_g) x d_i in body axes (THEORY X12 without the force
-  /// part).
+  /// A torque T_g in `axes`. It exerts on each point of its group the force F_i = m_i (J_g^-1 T_g) x d_i in
+  /// body axes, with d_i [m] from the centre of mass of the group and J_g [kg m^2] the inertia of the group
+  /// (THEORY 8.8, 8.9).
   struct Torque {
     Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // [N m]
     std::vector<int> points;
@@ -32,74 +35,83 @@ struct CartesianLoad {
   History history;
 };
 
-/// An axial link; rest vector from its first to its second point.
+/// An axial link from its first to its second point.
 struct CartesianLink {
   int link = 0;  // index into Scene::links
   int first = 0, second = 0;
-  Eigen::Vector3d rest = Eigen::Vector3d::Zero();  // [m] body axes
+  Eigen::Vector3d rest = Eigen::Vector3d::Zero();  // [m] L u, from the first point to the second, body axes
   double length = 0.0;                             // [m]
   double stiffness = 0.0;                          // [N/m] 0 for a dashpot
-  double damping = 0.0;                            // [N s/m] of a dashpot, or one beside the spring
+  // [N s/m] of a dashpot, alone or in parallel with the spring
+  double damping = 0.0;
 };
 
-/// Unknowns are e_i [m] and e_i' [m/s] of every point in the carrier frame C: it starts as the body frame,
-/// falls with gravity, keeps the initial velocity of the centre of mass and turns at the constant initial
-/// angular velocity. Position of point i: p_W,i = p_WC + R_WC (r_i + e_i)   (THEORY X30). While the motion
-/// stays near the carrier's, e has the size of the deformation and keeps its digits.
+/// The unknowns are the displacements e_i [m] of every point in the carrier frame C and their rates e_i'
+/// [m/s]. The carrier starts as the body frame, falls with gravity, keeps the initial velocity of the centre
+/// of mass and rotates at the constant initial angular velocity w_C. While the motion stays near that of the
+/// carrier, e has the size of the deformation and keeps its digits   (THEORY 10.1):
+///   p_W,i = p_WC + R_WC (r_i + e_i)
+///   p_WC = p_WB(0) + v_WB(0) t + g_W t^2 / 2,   R_WC = R_WB(0) exp([w_C x] t)
 struct CartesianSystem {
   Eigen::VectorXd mass;  // [kg] (N)
   Eigen::Matrix3Xd r;    // [m] (3 x N) rest positions from the centre of mass
   std::vector<CartesianLink> links;
-  // the links that are not axial; remembers the rotations found last, so one system belongs to one thread
+  // the links that are not axial; it stores the last rotations found, so only one thread may use a system
   std::optional<TrueGeometry> true_geometry;
   std::vector<CartesianLoad> loads;
-  Eigen::Vector3d gravity_W = Eigen::Vector3d::Zero();    // [m/s^2] uniform, or an attractor's at the start
-  double attractor_mu = 0.0;                              // [m^3/s^2] 0: none   (THEORY X39)
+  Eigen::Vector3d gravity_W = Eigen::Vector3d::Zero();    // [m/s^2] uniform, or the attraction at the start
+  double attractor_mu = 0.0;                              // [m^3/s^2] 0: no attractor   (THEORY 10.7)
   Eigen::Vector3d attractor_W = Eigen::Vector3d::Zero();  // [m]
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();          // [m] centre of mass at the start
-  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();          // [m/s] its velocity at the start
+  Eigen::Vector3d p_WB = Eigen::Vector3d::Zero();         // [m] centre of mass at the start
+  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();         // [m/s] velocity of the centre of mass at the start
   Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();  // attitude at the start
-  Eigen::Vector3d spin = Eigen::Vector3d::Zero();            // [rad/s] of the carrier, body axes
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();            // [rad/s] w_C of the carrier, body axes
   Eigen::VectorXd initial;                                   // (6N) e then e'
-  bool needs_body_axes = false;                              // some load turns with the body
+  bool needs_body_axes = false;                              // some load rotates with the body
 };
 
-/// A scene as a Cartesian system; nullopt and `error` for what it cannot state: beams, matrix links, damping
-/// other than stiffness-proportional, initial modes, body-axis loads on a collinear shape.
+/// Makes the Cartesian system of a scene of point masses, springs, bars and dashpots. Returns nullopt and
+/// sets `error` for other links, damping other than stiffness-proportional, feedback, loads in local axes,
+/// initial modes, and loads in body axes on a collinear shape.
 std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::string& error);
 
-/// A scene with links of every kind at true geometry, and damping of every kind (THEORY X150-X157); nullopt
-/// and `error` for feedback and initial modes. A shape on a line has the body axes of the smallest turn.
+/// Makes the system of a scene with links of every kind at true geometry and damping of every kind
+/// (THEORY 10.12 to 10.25). Returns nullopt and sets `error` for bodies with inertia, feedback and initial
+/// modes. The body axes of a collinear shape result from the smallest rotation from rest.
 std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error);
 
-/// Masses, springs, bars, dashpots, loads and the initial state of a scene, whatever else it holds.
-CartesianSystem lay_out(const Scene& scene);
+/// Makes the masses, springs, bars, dashpots, loads and initial state of a scene, and ignores its other
+/// links.
+CartesianSystem make_axial_system(const Scene& scene);
 
-/// Accelerations e'' [m/s^2] (3N) at time t [s] (THEORY X31-X34). Pulses are on or off as at
-/// `piece_time`, a time strictly inside the smooth piece that holds t, so both ends of the piece have
-/// one-sided values.
+/// Computes the accelerations e'' [m/s^2] (3N) in the carrier's axes at time t [s]   (THEORY 10.6):
+///   m (e'' + 2 w_C x e' + w_C x (w_C x (r + e))) = F
+/// Each pulse is on or off as at `piece_time`, a time strictly inside the smooth piece that contains t. Loads
+/// at both ends of the piece are therefore one-sided limits.
 void accelerations(const CartesianSystem& system, double t, double piece_time, std::span<const double> e,
                    std::span<const double> e_dot, std::span<double> e_ddot);
 
-/// Amplitude [-] of a history at t [s]; a pulse is on when `piece_time` [s] lies inside it.
+/// Returns the amplitude [-] of a history at t [s]; a pulse is on if `piece_time` [s] lies inside it.
 double amplitude(const History& history, double t, double piece_time);
 
-/// Adds the forces [N] of one load times `scale`, in carrier axes. R_CW, R_CB take world and body vectors to
-/// the carrier.  \param force (3 x N)
+/// Adds the forces [N] of one load times `scale`, in carrier axes. R_CW and R_CB rotate world and body
+/// vectors into the carrier.  \param force (3 x N)
 void add_load(const CartesianLoad& load, double scale, const Eigen::Matrix3d& R_CW,
               const Eigen::Matrix3d& R_CB, Eigen::Map<Eigen::Matrix3Xd>& force);
 
-/// Times in (0, end) where a load or its slope jumps: pulse edges and table rows, ascending.
+/// Returns the times in (0, end) at which a load or its slope jumps, ascending: pulse edges and table rows.
 std::vector<double> discontinuities(const CartesianSystem& system, double end);
 
-/// World positions [m] and velocities [m/s] (3 x N)   (THEORY X30).
+/// World positions [m] and velocities [m/s] (3 x N) of the points.
 struct CartesianState {
   double time = 0.0;  // [s]
   Eigen::Matrix3Xd p_W, v_W;
 };
+/// Computes the world state from y = (e, e')   (THEORY 10.1).
 CartesianState to_world(const CartesianSystem& system, double t, std::span<const double> y);
 
-/// Strain energy of the links [J], from relative displacements (THEORY X32).
+/// Returns the strain energy [J] of the links: sum D elongation^2 / 2 of the axial links, with elongations
+/// from relative displacements, plus the energies of links at true geometry   (THEORY 10.3, 10.4).
 double strain_energy(const CartesianSystem& system, std::span<const double> e);
 
 /// Kinetic energy [J], linear momentum [kg m/s] and angular momentum about the centre of mass [kg m^2/s],

@@ -1,4 +1,5 @@
-// Scene -> Cartesian system: what can be stated, and a clear refusal of the rest.
+// Makes Cartesian systems from scenes, and refuses scenes that the reference cannot represent. THEORY 10.1,
+// 10.5 to 10.7: the unknowns, the damping of axial links, loads and initial state, the attractor
 #include <cmath>
 
 #include "core/reference/cartesian.hpp"
@@ -15,7 +16,7 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-/// Inertia of points about their centre of mass, and its pseudo-inverse with the rank that survives.
+/// Pseudo-inverse [1/(kg m^2)] of the inertia of points about their centre of mass, and its rank.
 struct Inertia {
   Matrix3d inverse = Matrix3d::Zero();
   int rank = 0;
@@ -38,26 +39,25 @@ Inertia inverse_inertia(const Eigen::VectorXd& mass, const Matrix3Xd& d) {
 }
 
 std::string find_refusal(const Scene& scene) {
-  if (!are_point_masses(scene)) return "the Cartesian reference holds point masses only";
+  if (!are_point_masses(scene)) return "the Cartesian reference supports point masses only";
   for (std::size_t k = 0; k < scene.links.size(); ++k) {
     const Link& link = scene.links[k];
     const std::string who = "link " + called(link, static_cast<int>(k));
     if (!traits_of(link).is_axial) {
-      return who + ": the Cartesian reference holds springs, bars and dashpots only; a beam or a matrix " +
+      return who + ": the Cartesian reference supports springs, bars and dashpots only; a beam or a matrix " +
              "is linear in the displacements and has no true length";
     }
-    if (link.loss_factor != 0.0) return who + ": a loss factor is one of modes, which are not here";
+    if (link.loss_factor != 0.0)
+      return who + ": a loss factor acts on modes, which the Cartesian reference does not have";
   }
   if (!scene.feedbacks.empty())
-    return "feedback acts on elastic displacements, which the Cartesian reference has not";
+    return "feedback acts on elastic displacements, which the Cartesian reference does not have";
   for (const Load& load : scene.loads)
     if (load.axes == Axes::kLocal)
-      return "load '" + load.name +
-             "': local axes are those of an elastic rotation, which points do not have";
+      return "load '" + load.name + "': local axes follow an elastic rotation, which points do not have";
   if (scene.damping.modal_ratio != 0.0 || !scene.damping.mode_ratios.empty() || scene.damping.alpha != 0.0) {
-    return "the Cartesian reference takes stiffness-proportional damping (beta) only; modal ratios and alpha "
-           "act "
-           "on elastic coordinates, which it does not have";
+    return "the Cartesian reference supports stiffness-proportional damping (beta) only; modal ratios and "
+           "alpha act on elastic coordinates, which it does not have";
   }
   if (!scene.initial.modes.empty()) {
     return "the Cartesian reference has no modes: give the initial elastic state by points";
@@ -88,8 +88,8 @@ void add_wrench(const CartesianSystem& system, const Group& group, const WrenchL
   if (!wrench.torque.isZero(0.0)) load.torques.push_back(std::move(torque));
 }
 
-/// Pulse edges stand at ticks, as they do in the plan (X13).
-History at_ticks(const History& history, double rate) {
+/// Rounds both edges of a pulse to the nearest tick, as the plan does   (THEORY 8.10). Its amplitude stays 1.
+History round_to_ticks(const History& history, double rate) {
   const auto* pulse = std::get_if<PulseHistory>(&history);
   if (pulse == nullptr) return history;
   const double start = std::round(pulse->start * rate) / rate;
@@ -101,7 +101,7 @@ void add_loads(const Scene& scene, CartesianSystem& system) {
     CartesianLoad load;
     load.axes = given.axes;
     load.forces = given.forces;
-    load.history = at_ticks(given.history, scene.rate);
+    load.history = round_to_ticks(given.history, scene.rate);
     for (const WrenchLoad& wrench : given.wrenches) {
       add_wrench(system, scene.groups[static_cast<std::size_t>(wrench.group)], wrench, load);
     }
@@ -110,7 +110,9 @@ void add_loads(const Scene& scene, CartesianSystem& system) {
   }
 }
 
-/// Takes the mass-weighted rigid part out of displacements or their rates (Eckart conditions, THEORY 2.2).
+/// Removes rigid motion from displacements or their rates, so that they meet Eckart's conditions
+/// (THEORY 2.12):
+///   sum m V = 0,   sum m r x V = 0
 void remove_rigid_part(const CartesianSystem& system, const Matrix3d& inverse, Eigen::Ref<Matrix3Xd> V) {
   const Vector3d mean = V * system.mass / system.mass.sum();
   V.colwise() -= mean;
@@ -128,8 +130,8 @@ void set_initial(const Scene& scene, const Vector3d& p_SB, const Matrix3d& inver
   system.q_WB =
       Eigen::Quaterniond(initial.attitude[0], initial.attitude[1], initial.attitude[2], initial.attitude[3]);
   system.q_WB.normalize();
-  system.p_W = initial.position + system.q_WB * p_SB;
-  system.v_W = initial.velocity;
+  system.p_WB = initial.position + system.q_WB * p_SB;
+  system.v_WB = initial.velocity;
   system.spin = initial.angular_velocity;
   system.initial = Eigen::VectorXd::Zero(6 * n);
   Eigen::Map<Matrix3Xd> V(system.initial.data(), 3, n), V_dot(system.initial.data() + 3 * n, 3, n);
@@ -144,7 +146,7 @@ void set_initial(const Scene& scene, const Vector3d& p_SB, const Matrix3d& inver
 
 }  // namespace
 
-CartesianSystem lay_out(const Scene& scene) {
+CartesianSystem make_axial_system(const Scene& scene) {
   const auto n = static_cast<Eigen::Index>(scene.points.size());
   CartesianSystem system;
   system.mass.resize(n);
@@ -162,12 +164,13 @@ CartesianSystem lay_out(const Scene& scene) {
     link.link = static_cast<int>(k);
     link.first = given.points[0];
     link.second = given.points[1];
-    // from the scene's own coordinates: the shift to the centre of mass would round it
+    // uses coordinates of the scene, because a shift to the centre of mass would round them
     link.rest = scene.points[static_cast<std::size_t>(link.second)].position -
                 scene.points[static_cast<std::size_t>(link.first)].position;
     link.length = link.rest.norm();
     if (const auto* bar = std::get_if<Bar>(&given.kind)) link.stiffness = bar->EA / link.length;
     if (const auto* spring = std::get_if<Spring>(&given.kind)) link.stiffness = spring->stiffness;
+    // c = (beta_R + tau) D   (THEORY 10.5)
     link.damping = (scene.damping.beta + given.viscous) * link.stiffness;
     if (const auto* dashpot = std::get_if<Dashpot>(&given.kind)) link.damping = dashpot->damping;
     system.links.push_back(link);
@@ -178,7 +181,8 @@ CartesianSystem lay_out(const Scene& scene) {
   system.attractor_mu = scene.attractor.mu;
   system.attractor_W = scene.attractor.position;
   if (system.attractor_mu > 0.0) {
-    const Vector3d rho = system.p_W - system.attractor_W;
+    // g_W = g(p_WB(0)), with which the carrier falls   (THEORY 10.7)
+    const Vector3d rho = system.p_WB - system.attractor_W;
     system.gravity_W = -system.attractor_mu / std::pow(rho.norm(), 3) * rho;
   }
   return system;
@@ -187,10 +191,10 @@ CartesianSystem lay_out(const Scene& scene) {
 std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::string& error) {
   error = find_refusal(scene);
   if (!error.empty()) return std::nullopt;
-  CartesianSystem system = lay_out(scene);
+  CartesianSystem system = make_axial_system(scene);
   if (system.needs_body_axes && inverse_inertia(system.mass, system.r).rank < 3) {
     error =
-        "body-axis loads and torques on a collinear shape need its turn about its own line, which the "
+        "body-axis loads and torques on a collinear shape need its rotation about its own line, which the "
         "Cartesian points do not define";
     return std::nullopt;
   }

@@ -3,7 +3,7 @@
 namespace freeflex {
 namespace {
 
-/// Without load.
+/// Returns the motion without load: q'' + 2 d q' + w^2 q = 0 from q0, v0.
 Motion free_motion(const Real& w, const Real& d, const Real& q0, const Real& v0, const Real& t) {
   if (w > d) {
     const Real b = sqrt((w - d) * (w + d)), decay = exp(-d * t), c = cos(b * t), s = sin(b * t);
@@ -18,7 +18,7 @@ Motion free_motion(const Real& w, const Real& d, const Real& q0, const Real& v0,
   return {a * exp(slow * t) + b * exp(fast * t), a * slow * exp(slow * t) + b * fast * exp(fast * t)};
 }
 
-/// One solution under the load.
+/// Returns a particular solution of q'' + 2 d q' + w^2 q = start + slope t.
 Motion particular(const Real& w, const Real& d, const Real& start, const Real& slope, const Real& t) {
   if (w > 0) return {(start + slope * t - 2 * d * slope / (w * w)) / (w * w), slope / (w * w)};
   if (d > 0) {

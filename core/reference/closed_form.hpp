@@ -1,4 +1,4 @@
-// A damped oscillator under a load linear in time, in closed form to 150 digits from the exact doubles.
+// A damped oscillator under a load that is linear in time, in closed form with 150 digits.
 #pragma once
 
 #include <boost/multiprecision/cpp_bin_float.hpp>
@@ -12,8 +12,9 @@ struct Motion {
   Real q, q_dot;
 };
 
-/// q'' + 2 decay q' + omega^2 q = start + slope t from q0, v0, at time t; omega and decay are w and d here.
-/// Textbook solutions by the roots; no step.
+/// Returns the motion of q'' + 2 d q' + w^2 q = start + slope t at time t, from q0 and v0 at time 0. It is
+/// the textbook solution from the roots of the characteristic polynomial, without time steps. The arguments
+/// are the exact values of doubles.
 Motion oscillate(const Real& w, const Real& d, const Real& q0, const Real& v0, const Real& start,
                  const Real& slope, const Real& t);
 

@@ -16,7 +16,8 @@ Eigen::Matrix3Xd from_centre_of_mass(const Eigen::VectorXd& mass, const Eigen::M
 
 Eigen::Matrix3d fit_rotation(const Eigen::VectorXd& mass, const Eigen::Matrix3Xd& r,
                              const Eigen::Matrix3Xd& p) {
-  // second singular value over the first of a collinear shape: rounding, against its width squared
+  // [-] a shape is collinear if its second singular value over the first is at most this. The ratio is the
+  // square of width over length, and rounding errors reach this size
   constexpr double kCollinear = 1e-14;
   const Eigen::Matrix3d correlation = p * mass.asDiagonal() * r.transpose();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -24,7 +25,7 @@ Eigen::Matrix3d fit_rotation(const Eigen::VectorXd& mass, const Eigen::Matrix3Xd
   if (sigma[1] <= kCollinear * sigma[0]) {
     return Eigen::Quaterniond::FromTwoVectors(svd.matrixV().col(0), svd.matrixU().col(0)).toRotationMatrix();
   }
-  // the sign on the smallest singular value keeps a rotation, never a reflection
+  // the sign on the smallest singular value excludes reflections
   const double sign = svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0 ? -1.0 : 1.0;
   return svd.matrixU() * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * svd.matrixV().transpose();
 }
@@ -36,9 +37,9 @@ Eigen::Matrix3Xd elastic_displacements(const Eigen::VectorXd& mass, const Eigen:
   return fit_rotation(mass, r, p).transpose() * p - r;
 }
 
-double elastic_error(const Eigen::Matrix3Xd& u, const Eigen::Matrix3Xd& u_ref) {
-  const double difference = (u - u_ref).norm();
-  return difference == 0.0 ? 0.0 : difference / u_ref.norm();
+double elastic_error(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& V_ref) {
+  const double difference = (V - V_ref).norm();
+  return difference == 0.0 ? 0.0 : difference / V_ref.norm();
 }
 
 }  // namespace freeflex

@@ -1,25 +1,30 @@
-// Displacements left after the best rigid motion, and the error measure built on them (THEORY X36, X37).
+// Displacements that remain after the best-fitting rigid motion is removed, and the error measure that uses
+// them. THEORY 10.8, 10.9, 10.11
 #pragma once
 
 #include <Eigen/Core>
 
 namespace freeflex {
 
-/// Rotation A, body to world, that minimises sum m_i |p_i - p_c - A r_i|^2   (X36): the axes that meet the
-/// Eckart condition sum m r x V = 0 exactly, also for large displacements (Kabsch 1976; Eckart 1935). For a
-/// collinear shape, whose turn about its own line is free, the smallest rotation that carries the rest line
-/// to the fitted one. \param mass [kg] (N)  \param r [m] (3 x N) from the rest centre of mass  \param p [m]
-/// (3 x N) from the centre of mass
+/// Returns the rotation R, body to world, that fits the points best   (THEORY 10.8; Kabsch 1976):
+///   R = argmin sum m_i |p_i - R r_i|^2 = U diag(1, 1, det U det Y) Y^T,   U Sigma Y^T = sum m_i p_i r_i^T
+/// Its axes meet Eckart's condition sum m r x V = 0 exactly, for displacements of any size (Eckart 1935). If
+/// the shape is collinear, the rotation about the line is undetermined, and R is the smallest rotation that
+/// takes the rest line to the fitted one.
+/// \param mass [kg] (N)  \param r [m] (3 x N) from the rest centre of mass
+/// \param p [m] (3 x N) from the centre of mass
 Eigen::Matrix3d fit_rotation(const Eigen::VectorXd& mass, const Eigen::Matrix3Xd& r,
                              const Eigen::Matrix3Xd& p);
 
-/// Elastic displacements V_i = A^T (p_i - p_c) - r_i in body axes [m] (3 x N), A from fit_rotation   (X36).
+/// Returns the elastic displacements in body axes [m] (3 x N), with R from fit_rotation   (THEORY 10.9):
+///   V_i = R^T (p_i - p_c) - r_i
 /// \param rest [m] (3 x N) rest positions, any origin  \param p_W [m] (3 x N) positions
 Eigen::Matrix3Xd elastic_displacements(const Eigen::VectorXd& mass, const Eigen::Matrix3Xd& rest,
                                        const Eigen::Matrix3Xd& p_W);
 
-/// |V - V_ref| / |V_ref|, V elastic displacements, Euclidean norms over all points   (THEORY X37); 0 when
-/// both vanish.
-double elastic_error(const Eigen::Matrix3Xd& u, const Eigen::Matrix3Xd& u_ref);
+/// Returns the elastic error |V - V_ref| / |V_ref| [-], with Euclidean norms over all points; 0 if both are
+/// zero (THEORY 10.11).
+/// \param V, V_ref [m] (3 x N) elastic displacements
+double elastic_error(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& V_ref);
 
 }  // namespace freeflex

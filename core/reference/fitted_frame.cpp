@@ -14,7 +14,7 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 using Points = Eigen::Ref<const Matrix3Xd>;
 
-// [-] a set no farther from its line than this share of its length is on a line
+// [-] points are on a line if no point is farther from the line than this fraction of their size
 constexpr double kLine = 1e-12;
 
 }  // namespace
@@ -43,16 +43,16 @@ FittedFrame::Fit FittedFrame::fit(const Points& p) const {
   fit.x = gather(p);
   const Vector3d centre = fit.x * weights_ / weights_.sum();
   fit.x.colwise() -= centre;
-  fit.A = fit_rotation(weights_, r_, fit.x);
-  fit.x = (fit.A.transpose() * fit.x).eval();
+  fit.R = fit_rotation(weights_, r_, fit.x);
+  fit.x = (fit.R.transpose() * fit.x).eval();
   fit.V = fit.x - r_;
   const Matrix3d S = fit.x * weights_.asDiagonal() * r_.transpose();
   const Matrix3d full = S.trace() * Matrix3d::Identity() - 0.5 * (S + S.transpose());
-  // on a line S = s line line^T at the best fit
+  // for points on a line, S = tr(S) line line^T at the best fit
   if (is_line())
-    fit.turn = (Matrix3d::Identity() - line_ * line_.transpose()) / S.trace();
+    fit.inverse_inertia = (Matrix3d::Identity() - line_ * line_.transpose()) / S.trace();
   else
-    fit.turn = full.inverse();
+    fit.inverse_inertia = full.inverse();
   return fit;
 }
 
@@ -60,23 +60,23 @@ Vector3d FittedFrame::spin(const Fit& fit, const Points& v) const {
   Vector3d moment = Vector3d::Zero();
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    moment += weights_[i] * Vector3d(r_.col(i)).cross(Vector3d(fit.A.transpose() * v.col(points_[k])));
+    moment += weights_[i] * Vector3d(r_.col(i)).cross(Vector3d(fit.R.transpose() * v.col(points_[k])));
   }
-  return fit.turn * moment;
+  return fit.inverse_inertia * moment;
 }
 
 Matrix3Xd FittedFrame::rates(const Fit& fit, const Points& v) const {
   Matrix3Xd rates = gather(v);
   const Vector3d mean = rates * weights_ / weights_.sum();
   rates.colwise() -= mean;
-  return fit.A.transpose() * rates - cross_matrix(spin(fit, v)) * fit.x;
+  return fit.R.transpose() * rates - cross_matrix(spin(fit, v)) * fit.x;
 }
 
 void FittedFrame::add_moment(const Fit& fit, const Vector3d& moment, Eigen::Ref<Matrix3Xd> force) const {
-  const Vector3d turned = fit.turn * moment;
+  const Vector3d rotation = fit.inverse_inertia * moment;
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
-    force.col(points_[k]) += fit.A * (weights_[i] * turned.cross(Vector3d(r_.col(i))));
+    force.col(points_[k]) += fit.R * (weights_[i] * rotation.cross(Vector3d(r_.col(i))));
   }
 }
 
@@ -86,7 +86,7 @@ void FittedFrame::add_forces(const Fit& fit, const Matrix3Xd& s, Eigen::Ref<Matr
   for (std::size_t k = 0; k < points_.size(); ++k) {
     const auto i = static_cast<Eigen::Index>(k);
     const Vector3d balanced = s.col(i) - weights_[i] * mean;
-    force.col(points_[k]) += fit.A * balanced;
+    force.col(points_[k]) += fit.R * balanced;
     moment -= Vector3d(fit.x.col(i)).cross(Vector3d(s.col(i)));
   }
   add_moment(fit, moment, force);

@@ -1,5 +1,6 @@
-// The rotation that fits some points best, and what follows from it: displacements in its axes, its spin, and
-// forces of what is known in its axes   (THEORY X36, X151).
+// The rotation that fits some points best, the displacements in the rotated axes, the angular velocity of
+// these axes, and the point forces that are equivalent to moments or forces in these axes. THEORY 10.8, 10.13
+// to 10.15
 #pragma once
 
 #include <Eigen/Core>
@@ -7,30 +8,40 @@
 
 namespace freeflex {
 
+/// A set of points with weights w and rest positions r about their weighted mean.
 class FittedFrame {
  public:
   FittedFrame() = default;
-  /// \param points  of the whole system  \param weights [-] or [kg] (n) of these  \param rest [m] (3 x all)
+  /// \param points  n indices into all points of the system  \param weights [-] or [kg] (n)
+  /// \param rest [m] (3 x all) rest positions
   FittedFrame(std::vector<int> points, Eigen::VectorXd weights, const Eigen::Matrix3Xd& rest);
 
   struct Fit {
-    Eigen::Matrix3d A;     // rest axes to present ones
-    Eigen::Matrix3Xd x;    // [m] (3 x n) present places from their mean, in the fitted axes
-    Eigen::Matrix3Xd V;    // [m] (3 x n) displacements in the fitted axes, x - r
-    Eigen::Matrix3d turn;  // (tr S 1 - S)^-1, S = sum w x r^T; without the line of points on a line
+    Eigen::Matrix3d R;   // rotates rest axes into the fitted ones
+    Eigen::Matrix3Xd x;  // [m] (3 x n) present positions from their weighted mean, in the fitted axes
+    Eigen::Matrix3Xd V;  // [m] (3 x n) displacements in the fitted axes, x - r
+    // (tr(S) 1 - S)^-1, S = sum w x r^T; for points on a line, the inverse in the directions normal to the
+    // line
+    Eigen::Matrix3d inverse_inertia;
   };
-  /// \param p [m] (3 x all) present places of the whole system
+  /// Fits the rotation to present positions.  \param p [m] (3 x all)
   Fit fit(const Eigen::Ref<const Eigen::Matrix3Xd>& p) const;
 
-  /// Angular velocity of the fitted axes, in them [rad/s]: turn sum w r x A^T v.  \param v [m/s] (3 x all)
+  /// Returns the angular velocity w_F [rad/s] of the fitted axes, in these axes   (THEORY 10.13):
+  ///   w_F = (tr(S) 1 - S)^-1 sum w r x R^T v
+  /// \param v [m/s] (3 x all)
   Eigen::Vector3d spin(const Fit& fit, const Eigen::Ref<const Eigen::Matrix3Xd>& v) const;
-  /// Rates V' [m/s] (3 x n) of the displacements in the fitted axes.
+  /// Returns the rates V' [m/s] (3 x n) of the displacements in the fitted axes: V' = R^T (v - mean) - w_F x
+  /// x.
   Eigen::Matrix3Xd rates(const Fit& fit, const Eigen::Ref<const Eigen::Matrix3Xd>& v) const;
 
-  /// Adds the forces on the points whose power is that of a moment on the fitted axes.
+  /// Adds point forces whose power is that of a moment L on the fitted axes   (THEORY 10.14):
+  ///   F_i += R (w_i ((tr(S) 1 - S)^-1 L) x r_i)
   /// \param moment [N m] in the fitted axes  \param force [N] (3 x all)
   void add_moment(const Fit& fit, const Eigen::Vector3d& moment, Eigen::Ref<Eigen::Matrix3Xd> force) const;
-  /// Adds the forces on the points whose power is sum s . V'. No resultant, no moment.
+  /// Adds point forces whose power is sum s.V' and whose resultant and moment are zero. They are the forces
+  /// of add_moment() for L = -sum x_i x s_i, plus the forces below   (THEORY 10.15):
+  ///   F_i += R (s_i - w_i sum s / sum w)
   /// \param s [N] (3 x n) in the fitted axes
   void add_forces(const Fit& fit, const Eigen::Matrix3Xd& s, Eigen::Ref<Eigen::Matrix3Xd> force) const;
 
@@ -44,8 +55,8 @@ class FittedFrame {
 
   std::vector<int> points_;
   Eigen::VectorXd weights_;
-  Eigen::Matrix3Xd r_;                              // [m] (3 x n) rest places from their mean
-  Eigen::Vector3d line_ = Eigen::Vector3d::Zero();  // [-] of points on a line, else zero
+  Eigen::Matrix3Xd r_;                              // [m] (3 x n) rest positions from their weighted mean
+  Eigen::Vector3d line_ = Eigen::Vector3d::Zero();  // [-] direction of points on a line, else zero
 };
 
 }  // namespace freeflex

@@ -1,4 +1,4 @@
-// Steps of the methods by hand   (THEORY X111, X112, X130, X131).
+// Steps of the hand-written methods   (THEORY 13.2 to 13.6).
 #include <algorithm>
 #include <array>
 #include <iterator>
@@ -9,8 +9,8 @@
 namespace freeflex {
 namespace {
 
-// Passes over the arrays, n numbers each. As functions of their own, because the compiler believes __restrict
-// of parameters only, and would not vectorise loops over so many arrays without.
+// Passes over arrays of n numbers. Each is a separate function, because the compiler honours __restrict on
+// parameters only, and it does not vectorise loops over so many arrays without __restrict.
 
 /// x += s v
 void drift(std::size_t n, double s, const double* __restrict v, double* __restrict x) {
@@ -18,12 +18,13 @@ void drift(std::size_t n, double s, const double* __restrict v, double* __restri
 }
 
 /// v += s M^-1 f
-void kick(std::size_t n, double s, const double* __restrict inverse_mass, const double* __restrict f,
-          double* __restrict v) {
+void accelerate(std::size_t n, double s, const double* __restrict inverse_mass, const double* __restrict f,
+                double* __restrict v) {
   for (std::size_t i = 0; i < n; ++i) v[i] += s * (inverse_mass[i] * f[i]);
 }
 
-/// a = M^-1 f of a stage, and the positions of the next: at = x + s v, + s2 times a_before when there is one
+/// Computes the acceleration a = M^-1 f of a stage and the positions of the next one:
+///   at = x + s v + s2 a_before, without the last term if a_before is null   (THEORY 13.3)
 void stage(std::size_t n, double s, double s2, const double* __restrict inverse_mass,
            const double* __restrict f, const double* __restrict x, const double* __restrict v,
            const double* __restrict a_before, double* __restrict a, double* __restrict at) {
@@ -37,8 +38,10 @@ void stage(std::size_t n, double s, double s2, const double* __restrict inverse_
   }
 }
 
-/// Velocity Verlet repeated over shares `weights` of the step, which make its order; one share is Verlet's
-/// own method. v stands half a share ahead of x, so that the kicks of two shares are one.
+/// Velocity Verlet, composed over the fractions `weights` of the step. The weights determine the order; with
+/// one weight it is the Verlet method itself. v is half a fraction ahead of x, so that the half updates of v
+/// in two successive fractions are done in one pass   (THEORY 13.2, 13.6):
+///   x += gamma_k h v,   v += (gamma_k + gamma_{k+1}) (h / 2) M^-1 F(x)
 class Composition : public HandWritten {
  public:
   Composition(std::vector<double> weights, bool reads_by_quintic, SpringNetwork network)
@@ -49,20 +52,20 @@ class Composition : public HandWritten {
  private:
   void step(double t, double h) override {
     const std::size_t n = x_.size();
-    double share = 0.0;
+    double fraction = 0.0;
     for (std::size_t k = 0; k < weights_.size(); ++k) {
       const double next = weights_[k + 1 < weights_.size() ? k + 1 : 0];
-      share += weights_[k];
+      fraction += weights_[k];
       drift(n, h * weights_[k], v_.data(), x_.data());
-      network_.forces(t + h * share, x_.data(), f_.data());
-      kick(n, h * (0.5 * (weights_[k] + next)), network_.inverse_mass().data(), f_.data(), v_.data());
+      network_.forces(t + h * fraction, x_.data(), f_.data());
+      accelerate(n, h * (0.5 * (weights_[k] + next)), network_.inverse_mass().data(), f_.data(), v_.data());
     }
   }
 
   std::vector<double> weights_;
 };
 
-/// Seventeen shares, the same from either end, for order 8 (Kahan and Li 1997).
+/// Returns the 17 weights gamma_k = gamma_{18-k} of order 8 (Kahan and Li 1997; THEORY 13.6).
 std::vector<double> kahan_li_weights() {
   std::vector<double> weights{0.13020248308889008, 0.56116298177510838,  -0.38947496264484729,
                               0.15884190655515560, -0.39590389413323758, 0.18453964097831571,
@@ -75,7 +78,8 @@ std::vector<double> kahan_li_weights() {
   return weights;
 }
 
-/// The last pass of the classical Runge-Kutta method.
+/// Makes the last pass of the classical Runge-Kutta method   (THEORY 13.3):
+///   x += h v + h^2 (a1 + a2 + a3) / 6,   v += h (a1 + 2 a2 + 2 a3 + a4) / 6,   a4 = M^-1 f
 void finish(std::size_t n, double h, const double* __restrict inverse_mass, const double* __restrict f,
             const double* __restrict a1, const double* __restrict a2, const double* __restrict a3,
             double* __restrict x, double* __restrict v) {
@@ -87,6 +91,9 @@ void finish(std::size_t n, double h, const double* __restrict inverse_mass, cons
   }
 }
 
+/// The classical Runge-Kutta method   (THEORY 13.3). Forces do not depend on v, so the stages of v are
+/// eliminated: the accelerations a1 to a4 are those at x, x + h v / 2, x + h v / 2 + h^2 a1 / 4, x + h v +
+/// h^2 a2 / 2.
 class RungeKutta : public HandWritten {
  public:
   explicit RungeKutta(SpringNetwork network) : HandWritten({4, 7, 0.0, false, false}, std::move(network)) {
@@ -94,7 +101,6 @@ class RungeKutta : public HandWritten {
   }
 
  private:
-  // forces do not depend on v, so the stages of v need not be kept
   void step(double t, double h) override {
     const std::size_t n = x_.size();
     double *x = x_.data(), *v = v_.data(), *at = x_at_.data(), *f = f_.data();
@@ -114,65 +120,76 @@ class RungeKutta : public HandWritten {
   std::vector<double> a1_, a2_, a3_;
 };
 
-/// What follows an evaluation of the forces in each of two columns of Stoermer's method that run side by
-/// side; lengths are shares of the step. A column either goes on, or ends and gives way to another.
-struct Turn {
-  Pair share;          // where in the step the forces are evaluated
-  bool is_one = true;  // a column ends or begins; else both go on
-  Pair part;           // of the columns that were evaluated
-  Pair weight;         // of those that end, in the extrapolated sum; 0: goes on
-  Pair goes_on;        // 1, or 0 for those that end
-  Pair next_part;      // of the columns from here on; 0: there is none
+/// One evaluation of the forces in two columns of Stoermer's method, which advance at the same time, and the
+/// action after it in each column. A column advances the whole step in substeps of equal length. Lengths are
+/// fractions of the step. After an evaluation a column either continues or ends; if it ends, another column
+/// may begin.
+struct Evaluation {
+  Pair fraction;            // of the step at which the forces are evaluated
+  bool ends_column = true;  // true: a column ends or begins after the evaluation; false: both continue
+  Pair substep;             // of the columns that are evaluated
+  Pair weight;              // w_j of a column that ends; 0: the column continues
+  Pair continues;           // 1; 0 for a column that ends
+  Pair next_substep;        // of the columns that follow; 0: no column follows
 };
 
-/// Both columns go on: velocity u at the middle of a part, way d since the step's start, place `at`.
-void go_on(std::size_t n, Pair part, const double* __restrict inverse_mass, const Pair* __restrict f,
-           const double* __restrict x, Pair* __restrict u, Pair* __restrict d, Pair* __restrict at) {
+/// Continues both columns   (THEORY 13.4):
+///   u += h_j M^-1 f,   d += h_j u,   at = x + d
+/// with u [m/s] the velocity at the middle of a substep and d [m] the displacement since the start of the
+/// step.
+void continue_columns(std::size_t n, Pair substep, const double* __restrict inverse_mass,
+                      const Pair* __restrict f, const double* __restrict x, Pair* __restrict u,
+                      Pair* __restrict d, Pair* __restrict at) {
   for (std::size_t i = 0; i < n; ++i) {
-    u[i] += part * (inverse_mass[i] * f[i]);
-    d[i] += part * u[i];
+    u[i] += substep * (inverse_mass[i] * f[i]);
+    d[i] += substep * u[i];
     at[i] = x[i] + d[i];
   }
 }
 
-/// Arrays of a step: at its start, and of the columns.
+/// The arrays of a step: inverse_mass; x, v and f at the start of the step; the other arrays belong to the
+/// columns.
 struct Columns {
   const double *inverse_mass, *x, *v, *f;
   Pair *f_at, *u, *d, *at, *sum_u, *sum_d;
 };
 
-/// Columns that end go into the sums, others begin with the forces f at the step's start.
-void take_turn(std::size_t n, double h, const Turn& turn, const Columns& columns) {
+/// Adds the columns that end to the sums, and begins new columns from the start of the step
+/// (THEORY 13.4, 13.5):
+///   sum_u += w_j (u + h_j M^-1 f_at / 2),   sum_d += w_j d;   u = v + h_j M^-1 f / 2,   d = h_j u
+/// A column that continues advances as in `continue_columns`.
+void end_and_begin_columns(std::size_t n, double h, const Evaluation& evaluation, const Columns& columns) {
   const double* __restrict inverse_mass = columns.inverse_mass, * __restrict x = columns.x;
   const double* __restrict v = columns.v, * __restrict f = columns.f;
   const Pair* __restrict f_at = columns.f_at;
   Pair* __restrict u = columns.u, * __restrict d = columns.d, * __restrict at = columns.at;
   Pair* __restrict sum_u = columns.sum_u, * __restrict sum_d = columns.sum_d;
-  const Pair part = h * turn.part, half = 0.5 * part, next_part = h * turn.next_part;
-  const Pair weight = turn.weight, old = turn.goes_on, fresh = 1.0 - old, next_half = 0.5 * next_part;
+  const Pair substep = h * evaluation.substep, half = 0.5 * substep;
+  const Pair next_substep = h * evaluation.next_substep, next_half = 0.5 * next_substep;
+  const Pair weight = evaluation.weight, old = evaluation.continues, fresh = 1.0 - old;
   for (std::size_t i = 0; i < n; ++i) {
     const Pair a = inverse_mass[i] * f_at[i];
     sum_u[i] += weight * (u[i] + half * a);
     sum_d[i] += weight * d[i];
-    u[i] = old * (u[i] + part * a) + fresh * (v[i] + next_half * (inverse_mass[i] * f[i]));
-    d[i] = old * d[i] + next_part * u[i];
+    u[i] = old * (u[i] + substep * a) + fresh * (v[i] + next_half * (inverse_mass[i] * f[i]));
+    d[i] = old * d[i] + next_substep * u[i];
     at[i] = x[i] + d[i];
   }
 }
 
-/// Stoermer's method over the step in 1, 2, .. parts, each a column, extrapolated to parts of no length.
-/// Columns do not depend on each other, so two run side by side, for one evaluation of a pair of forces costs
-/// little more than one of a single.
+/// Stoermer's method with extrapolation. Column j advances the step in j substeps; the results of columns 1,
+/// 2, .. are extrapolated to substeps of zero length (THEORY 13.4, 13.5). Columns do not depend on each
+/// other, so two advance at the same time: evaluating a pair of forces costs little more than evaluating one.
 class Stoermer : public HandWritten {
  public:
   Stoermer(int columns, SpringNetwork network)
       : HandWritten({columns * (columns + 1) / 2 + 1, 15, 0.0, true, true}, std::move(network)) {
     for (auto* values : {&f_at_, &u_, &d_, &at_, &sum_u_, &sum_d_}) values->resize(x_.size());
-    plan(columns);
+    schedule(columns);
   }
 
  private:
-  void plan(int columns);
+  void schedule(int columns);
 
   void step(double t, double h) override {
     const std::size_t n = x_.size();
@@ -188,14 +205,14 @@ class Stoermer : public HandWritten {
                           sum_d_.data()};
     std::fill(sum_u_.begin(), sum_u_.end(), Pair{});
     std::fill(sum_d_.begin(), sum_d_.end(), Pair{});
-    take_turn(n, h, start_, columns);
-    for (const Turn& turn : turns_) {
-      network_.forces(t + h * turn.share, at_.data(), f_at_.data());
-      if (turn.is_one)
-        take_turn(n, h, turn, columns);
+    end_and_begin_columns(n, h, start_, columns);
+    for (const Evaluation& evaluation : evaluations_) {
+      network_.forces(t + h * evaluation.fraction, at_.data(), f_at_.data());
+      if (evaluation.ends_column)
+        end_and_begin_columns(n, h, evaluation, columns);
       else
-        go_on(n, h * turn.part, columns.inverse_mass, columns.f_at, columns.x, columns.u, columns.d,
-              columns.at);
+        continue_columns(n, h * evaluation.substep, columns.inverse_mass, columns.f_at, columns.x, columns.u,
+                         columns.d, columns.at);
     }
     for (std::size_t i = 0; i < n; ++i) {
       x_[i] += sum_d_[i][0] + sum_d_[i][1];
@@ -204,43 +221,45 @@ class Stoermer : public HandWritten {
     network_.forces(t + h, x_.data(), f_.data());
   }
 
-  Turn start_;               // both sides begin
-  std::vector<Turn> turns_;  // one an evaluation
+  Evaluation start_;                     // begins the first column on both sides
+  std::vector<Evaluation> evaluations_;  // in the order of the step
   std::vector<Pair> f_at_, u_, d_, at_, sum_u_, sum_d_;
 };
 
-void Stoermer::plan(int columns) {
-  // from the longest, each to the side with less to do
+void Stoermer::schedule(int columns) {
+  // assigns columns, from the one with most substeps on, each to the side with fewer substeps so far
   std::array<std::vector<int>, 2> sides;
-  std::array<int, 2> parts{};
+  std::array<int, 2> num_substeps{};
   for (int j = columns; j > 0; --j) {
-    const std::size_t side = parts[0] <= parts[1] ? 0 : 1;
+    const std::size_t side = num_substeps[0] <= num_substeps[1] ? 0 : 1;
     sides[side].push_back(j);
-    parts[side] += j;
+    num_substeps[side] += j;
   }
-  turns_.resize(static_cast<std::size_t>(std::max(parts[0], parts[1])));
+  evaluations_.resize(static_cast<std::size_t>(std::max(num_substeps[0], num_substeps[1])));
   for (std::size_t side = 0; side < 2; ++side) {
-    start_.part[side] = start_.weight[side] = start_.goes_on[side] = 0.0;
-    start_.next_part[side] = 1.0 / sides[side].front();
-    auto turn = turns_.begin();
+    start_.substep[side] = start_.weight[side] = start_.continues[side] = 0.0;
+    start_.next_substep[side] = 1.0 / sides[side].front();
+    auto evaluation = evaluations_.begin();
     for (std::size_t c = 0; c < sides[side].size(); ++c) {
       const int j = sides[side][c];
-      // Lagrange's weight of a polynomial in the square of a part's length, at length 0
+      // w_j = prod_{i != j} j^2 / (j^2 - i^2): Lagrange's weight at length 0 of a polynomial in the square of
+      // the length of a substep   (THEORY 13.5)
       double weight = 1.0;
       for (int i = 1; i <= columns; ++i)
         if (i != j) weight *= static_cast<double>(j * j) / static_cast<double>(j * j - i * i);
-      for (int k = 1; k <= j; ++k, ++turn) {
-        turn->share[side] = static_cast<double>(k) / j;
-        turn->part[side] = turn->next_part[side] = 1.0 / j;
-        turn->goes_on[side] = 1.0;
+      for (int k = 1; k <= j; ++k, ++evaluation) {
+        evaluation->fraction[side] = static_cast<double>(k) / j;
+        evaluation->substep[side] = evaluation->next_substep[side] = 1.0 / j;
+        evaluation->continues[side] = 1.0;
       }
-      Turn& last = *std::prev(turn);
+      Evaluation& last = *std::prev(evaluation);
       last.weight[side] = weight;
-      last.goes_on[side] = 0.0;
-      last.next_part[side] = c + 1 < sides[side].size() ? 1.0 / sides[side][c + 1] : 0.0;
+      last.continues[side] = 0.0;
+      last.next_substep[side] = c + 1 < sides[side].size() ? 1.0 / sides[side][c + 1] : 0.0;
     }
   }
-  for (Turn& turn : turns_) turn.is_one = turn.weight[0] != 0.0 || turn.weight[1] != 0.0;
+  for (Evaluation& evaluation : evaluations_)
+    evaluation.ends_column = evaluation.weight[0] != 0.0 || evaluation.weight[1] != 0.0;
 }
 
 }  // namespace

@@ -7,8 +7,10 @@
 namespace freeflex {
 namespace {
 
-/// Hermite's interpolation over a step: x0 + dx (x1 - x0) + v0 v0 + v1 v1 + a0 a0 + a1 a1, or without the
-/// first term when it is the rate.
+/// Coefficients of Hermite's interpolation over a step from the values at its ends, 0 and 1:
+///   x(t) = x0 + dx (x1 - x0) + v0 x0' + v1 x1' + a0 x0'' + a1 x1''
+/// The velocity has no term x0. The cubic is used for Verlet's method and the Runge-Kutta method
+/// (THEORY 13.2, 13.3), the quintic for Stoermer's and the composed method (THEORY 13.5, 13.6).
 struct Blend {
   double dx, v0, v1, a0, a1;
 };
@@ -16,14 +18,14 @@ struct Blends {
   Blend position, velocity;
 };
 
-/// By x and v at both ends of a step of h [s], at the share s of it.
+/// Interpolates x and v at both ends of a step of h [s], at the fraction s of the step.
 Blends cubic(double s, double h) {
   const double r = 1.0 - s;
   return {{s * s * (3.0 - 2.0 * s), h * s * r * r, -h * s * s * r, 0.0, 0.0},
           {6.0 * s * r / h, r * (1.0 - 3.0 * s), s * (3.0 * s - 2.0), 0.0, 0.0}};
 }
 
-/// By x, v and a at both ends.
+/// Interpolates x, v and a at both ends of a step of h [s], at the fraction s of the step.
 Blends quintic(double s, double h) {
   const double r = 1.0 - s, s2 = s * s, r2 = r * r, half = 0.5 * h;
   return {{s * s2 * (1.0 + 3.0 * r + 6.0 * r2), h * s * r * r2 * (1.0 + 3.0 * s),
@@ -32,7 +34,7 @@ Blends quintic(double s, double h) {
            half * s * r2 * (2.0 - 5.0 * s), -half * r * s2 * (2.0 - 5.0 * r)}};
 }
 
-constexpr double kSlack = 1e-9;  // of a step: what rounding may add to it
+constexpr double kSlack = 1e-9;  // [-] of a step: slack for rounding errors
 constexpr const char* kUnstable = "not finite: the step is beyond the method's stability";
 
 bool is_finite(const std::vector<double>& values) {
@@ -71,8 +73,8 @@ void HandWritten::step_and_read(double t, double h, std::span<const double> time
   step(t, h);
   read_end(h, end_);
   for (; next < times.size() && times[next] <= t_end; ++next) {
-    const double share = std::min(1.0, (times[next] - t) / h);
-    const auto [x, v] = traits_.reads_by_quintic ? quintic(share, h) : cubic(share, h);
+    const double fraction = std::min(1.0, (times[next] - t) / h);
+    const auto [x, v] = traits_.reads_by_quintic ? quintic(fraction, h) : cubic(fraction, h);
     for (std::size_t i = 0; i < x_.size(); ++i) {
       const double dx = x_[i] - start_.x[i], v0 = start_.v[i], v1 = end_.v[i];
       x_read_[i] = start_.x[i] + (x.dx * dx + x.v0 * v0 + x.v1 * v1);
@@ -88,7 +90,7 @@ void HandWritten::step_and_read(double t, double h, std::span<const double> time
 }
 
 RivalRun HandWritten::run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) {
-  constexpr long kLookEvery = 256;  // steps between looks at the stop and at the numbers
+  constexpr long kLookEvery = 256;  // steps between checks of is_stopped and of finite numbers
   RivalRun run;
   run.memory = network_.memory() + traits_.arrays * x_.size() * sizeof(double);
   network_.initial(x_, v_);
@@ -112,7 +114,7 @@ RivalRun HandWritten::run(std::span<const double> times, const RivalOptions& opt
     }
     run.num_steps += count;
     run.num_evaluations += count * traits_.evaluations + (traits_.keeps_forces ? 1 : 0);
-    // back to where x stands
+    // for the next piece, v must be at the time of x
     read_end(h, end_);
     v_ = end_.v;
     start = end;

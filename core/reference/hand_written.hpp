@@ -1,4 +1,4 @@
-// Methods of fixed step by hand on the full system: what they share   (THEORY X111, X112, X130, X131).
+// The common part of the hand-written methods of fixed step on the full system   (THEORY 13.2 to 13.6).
 #pragma once
 
 #include <memory>
@@ -9,23 +9,23 @@
 
 namespace freeflex {
 
-/// What a method by hand is to the loop over its steps.
+/// Properties of a hand-written method that the loop over its steps uses.
 struct HandTraits {
-  long evaluations;       // of the forces in a step
-  std::size_t arrays;     // of 3N numbers that its steps use
+  long evaluations;       // of the forces in one step
+  std::size_t arrays;     // of 3N numbers each, used by its steps
   double lead;            // [-] of a step: how far v runs ahead of x
-  bool keeps_forces;      // f holds the forces at x between steps, so a piece begins with one evaluation
-  bool reads_by_quintic;  // between steps: x, v and a at both ends; else x and v
+  bool keeps_forces;      // f contains the forces at x between steps, so a piece begins with one evaluation
+  bool reads_by_quintic;  // interpolates x, v and a at both ends of a step; else x and v
 };
 
-/// Steps through the smooth pieces and reads within a step by Hermite's interpolation.
+/// Steps through the smooth pieces and interpolates the motion within a step by Hermite's interpolation.
 class HandWritten : public RivalMethod {
  public:
   RivalRun run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) override;
 
  protected:
   HandWritten(const HandTraits& traits, SpringNetwork network);
-  /// x_, v_ and f_ from t to t + h [s].
+  /// Advances x_, v_ and f_ from t to t + h [s].
   virtual void step(double t, double h) = 0;
 
   HandTraits traits_;
@@ -33,22 +33,22 @@ class HandWritten : public RivalMethod {
   std::vector<double> x_, v_, f_;  // [m], [m/s], [N] (3N each)
 
  private:
-  /// v and a of x_ itself, from v_ and f_.
+  /// x, v and a at the same time, at one end of a step.
   struct End {
     std::vector<double> x, v, a;
   };
   void start_piece(double start, double h);
   void read_end(double h, End& end) const;
-  /// One step, and what is read within it.
+  /// Takes one step and interpolates the motion at the requested times within the step.
   void step_and_read(double t, double h, std::span<const double> times, std::size_t& next,
                      const RivalSink& sink);
 
-  End start_, end_;  // of a step that is read within
+  End start_, end_;  // ends of a step within which the motion is interpolated
   std::vector<double> x_read_, v_read_;
   CartesianState state_;
 };
 
-/// \pre rival is one of those by hand
+/// Makes a hand-written method.  \pre is_by_hand(rival)
 std::unique_ptr<HandWritten> make_hand_written(Rival rival, SpringNetwork network);
 
 }  // namespace freeflex

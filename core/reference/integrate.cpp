@@ -9,10 +9,10 @@
 namespace freeflex {
 namespace {
 
-/// Bound from below on the elastic scale that needs no motion: loads over the stiffest link. Too small only
-/// costs the pilot run some steps.
+/// Returns a lower bound on the elastic scale without computing a motion: the loads divided by the stiffness
+/// of the stiffest link. If the scale is too small, the pilot run only takes more steps.
 ElasticScale guess_scale(const CartesianSystem& system) {
-  constexpr double kSmallestStrain = 1e-12;  // [-] of the size, for systems that nothing strains
+  constexpr double kSmallestStrain = 1e-12;  // [-] displacement over the size, for systems without strain
   double force = 0.0;
   for (const CartesianLoad& load : system.loads) {
     for (const PointLoad& item : load.forces) force += item.force.norm();
@@ -80,18 +80,20 @@ ReferenceRun integrate_at_scale(const CartesianSystem& system, std::span<const d
   return run;
 }
 
-/// The largest displacement and strain energy of a loose run.
+/// Runs with loose tolerances. The scale of the returned run is computed from its largest displacement and
+/// strain energy:
+///   displacement = max_t sqrt(sum |V|^2 / N),   velocity = sqrt(2 max_t E_el / M)   (THEORY 10.10)
 ReferenceRun find_scale(const CartesianSystem& system, double end, ReferenceOptions options) {
   constexpr int kSamples = 64;
-  constexpr double kPilotTolerance = 1e-3;  // [-] of a scale that is already too small
+  constexpr double kPilotTolerance = 1e-3;  // [-] of a scale that is itself too small
   std::vector<double> times;
   for (int k = 1; k <= kSamples; ++k) times.push_back(end * k / kSamples);
   options.tolerance = kPilotTolerance;
   ReferenceRun run = integrate_at_scale(system, times, options, guess_scale(system));
   ElasticScale found;
   for (std::size_t k = 0; k < run.states.size(); ++k) {
-    const double u = elastic_displacements(system.mass, system.r, run.states[k].p_W).norm();
-    found.displacement = std::max(found.displacement, u / std::sqrt(static_cast<double>(system.mass.size())));
+    const double V = elastic_displacements(system.mass, system.r, run.states[k].p_W).norm();
+    found.displacement = std::max(found.displacement, V / std::sqrt(static_cast<double>(system.mass.size())));
     found.velocity = std::max(found.velocity, std::sqrt(2.0 * run.strain_energy[k] / system.mass.sum()));
   }
   run.scale.displacement = std::max(found.displacement, run.scale.displacement);
@@ -135,9 +137,9 @@ ReferenceRun integrate_with_estimate(const CartesianSystem& system, std::span<co
     return run;
   }
   for (std::size_t k = 0; k < run.states.size(); ++k) {
-    const auto u = elastic_displacements(system.mass, system.r, run.states[k].p_W);
-    const auto u_check = elastic_displacements(system.mass, system.r, check.states[k].p_W);
-    run.accuracy = std::max(run.accuracy, elastic_error(u_check, u));
+    const auto V = elastic_displacements(system.mass, system.r, run.states[k].p_W);
+    const auto V_check = elastic_displacements(system.mass, system.r, check.states[k].p_W);
+    run.accuracy = std::max(run.accuracy, elastic_error(V_check, V));
   }
   return run;
 }

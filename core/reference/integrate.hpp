@@ -1,4 +1,5 @@
-// Motion of a Cartesian system by SUNDIALS, with tolerances in units of the deformation (THEORY X35).
+// Motion of a Cartesian system by SUNDIALS, with tolerances that are fractions of the deformation
+// (THEORY 10.10).
 #pragma once
 
 #include <functional>
@@ -20,42 +21,44 @@ enum class ReferenceMethod {
   kBdf,          // CVODE, backward differentiation to order 5; adaptive, needs a Jacobian
 };
 
-/// Sizes that tolerances are fractions of. Never the size of the structure: a deformation is often 1e-7 of
-/// it.
+/// Tolerances are fractions of these sizes   (THEORY 10.10). The size of the structure is never used: a
+/// deformation is often 1e-7 of that size.
 struct ElasticScale {
-  double displacement = 0.0;  // [m] largest root mean square elastic displacement
-  double velocity = 0.0;      // [m/s] sqrt(2 (largest strain energy) / mass)
+  double displacement = 0.0;  // [m] largest root mean square elastic displacement, max_t sqrt(sum |V|^2 / N)
+  double velocity = 0.0;      // [m/s] sqrt(2 E_el / M) with E_el the largest strain energy
 };
 
 struct ReferenceOptions {
   ReferenceMethod method = ReferenceMethod::kFehlberg78;
   double tolerance = 1e-9;            // [-] local error of a step over the elastic scale, > 0
-  double fixed_step = 0.0;            // [s] > 0: this step, rounded to divide each smooth piece; 0: adaptive
-  std::optional<ElasticScale> scale;  // found by a pilot run when absent; not used with a fixed step
-  std::function<bool()> is_stopped;   // asked at each requested time; true ends the run with an error
-  long max_steps = -1;                // steps allowed to each requested time; more are an error; -1: no limit
+  double fixed_step = 0.0;            // [s] > 0: reduced so that it divides each smooth piece; 0: adaptive
+  std::optional<ElasticScale> scale;  // found by a pilot run if absent; not used with a fixed step
+  std::function<bool()> is_stopped;   // called at each requested time; true ends the run with an error
+  long max_steps = -1;                // allowed steps to each requested time; more are an error; -1: no limit
 };
 
 struct ReferenceRun {
-  std::string error;  // empty: every SUNDIALS call succeeded; else what failed, and states end before it
+  std::string error;  // empty if every SUNDIALS call succeeded; else the failure, at which the states end
   std::vector<CartesianState> states;  // at the requested times
   std::vector<double> strain_energy;   // [J] at the requested times
   ElasticScale scale;
-  long num_evaluations = 0;  // of the accelerations, pilot run not counted
+  long num_evaluations = 0;  // of the accelerations, without the pilot run
   double accuracy = 0.0;     // [-] see integrate_with_estimate
 };
 
-/// Ends of the smooth pieces of (0, end]: times at which loads jump, then the end.
+/// Returns the ends of the smooth pieces of (0, end]: the times at which loads jump, then the end.
 std::vector<double> piece_ends(const CartesianSystem& system, double end);
 
-/// Integrates from t = 0 through `times` [s] (ascending, > 0), restarting at every discontinuity of the
-/// loads. Every requested time is the end of a step: nothing is interpolated.
+/// Integrates from t = 0 through `times` [s] (ascending, > 0) and restarts at every discontinuity of the
+/// loads. Every requested time is the end of a step: nothing is interpolated. If neither a scale nor a fixed
+/// step is given, a pilot run with loose tolerances finds the scale   (THEORY 10.10).
 ReferenceRun integrate(const CartesianSystem& system, std::span<const double> times,
                        const ReferenceOptions& options = {});
 
-/// The same, and `accuracy`: the largest elastic error (X37) over `times` of a coarser run (tolerance times
-/// 30, or twice the fixed step) against this one. It is the coarser run's error, so it overstates this run's;
-/// but two fixed steps that both damp the fastest modes agree on what they lost.
+/// Integrates as `integrate` does and estimates `accuracy`: the largest elastic error (THEORY 10.11) over
+/// `times` of a coarser run (tolerance times 30, or twice the fixed step) relative to the returned run. This
+/// is the error of the coarser run, so it overstates the error of the returned run. However, if both fixed
+/// steps damp the fastest modes, the estimate does not contain that loss.
 ReferenceRun integrate_with_estimate(const CartesianSystem& system, std::span<const double> times,
                                      const ReferenceOptions& options = {});
 

@@ -19,7 +19,7 @@ double value(WaveFunction function, double x) {
       return 0.5 * s * s;
     }
     case WaveFunction::kRising:
-      // the series below 0.1 keeps the digits that the difference loses
+      // below 0.1 the difference loses digits, which the series keeps
       if (x > 0.1) return (1.0 - std::sin(x) / x) / (x * x);
       const double s = x * x;
       return (1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0))) / 6.0;
@@ -31,13 +31,14 @@ double value(WaveFunction function, double x) {
 
 bool LanczosSpace::build(const Apply& apply, const Eigen::VectorXd& b, double h, std::span<const Term> terms,
                          int max_size, bool is_reorthogonalised) {
-  constexpr double kExhausted = 1e-13;  // of the matrix's size: the next vector is rounding only
+  // [-] of the size of the matrix: a smaller next vector is a rounding error
+  constexpr double kExhausted = 1e-13;
   size_ = num_applied_ = 0;
   norm_ = b.norm();
   if (norm_ == 0.0) return true;
   if (basis_.rows() != b.size() || basis_.cols() < max_size + 1) basis_.resize(b.size(), max_size + 1);
   diagonal_.resize(max_size);
-  beside_.resize(max_size);
+  off_diagonal_.resize(max_size);
   basis_.col(0) = b / norm_;
   int next_check = 10;
   double largest = 0.0;
@@ -45,15 +46,15 @@ bool LanczosSpace::build(const Apply& apply, const Eigen::VectorXd& b, double h,
     auto w = basis_.col(m + 1);
     apply(basis_.col(m).data(), w.data());
     ++num_applied_;
-    if (m > 0) w -= beside_[m - 1] * basis_.col(m - 1);
+    if (m > 0) w -= off_diagonal_[m - 1] * basis_.col(m - 1);
     diagonal_[m] = basis_.col(m).dot(w);
     w -= diagonal_[m] * basis_.col(m);
     if (is_reorthogonalised) w -= basis_.leftCols(m + 1) * (basis_.leftCols(m + 1).transpose() * w);
-    beside_[m] = w.norm();
+    off_diagonal_[m] = w.norm();
     size_ = m + 1;
-    largest = std::max({largest, diagonal_[m], beside_[m]});
-    const bool is_exhausted = beside_[m] <= kExhausted * largest;
-    if (!is_exhausted) w /= beside_[m];
+    largest = std::max({largest, diagonal_[m], off_diagonal_[m]});
+    const bool is_exhausted = off_diagonal_[m] <= kExhausted * largest;
+    if (!is_exhausted) w /= off_diagonal_[m];
     if (!is_exhausted && size_ < next_check && size_ < max_size) continue;
     next_check = size_ + std::max(4, size_ / 3);
     diagonalise();
@@ -68,10 +69,11 @@ bool LanczosSpace::build(const Apply& apply, const Eigen::VectorXd& b, double h,
 }
 
 void LanczosSpace::diagonalise() {
-  // Eigen scales a full matrix before it iterates, but not a tridiagonal one, and then may not converge
+  // Eigen scales a full matrix before it iterates. It does not scale a tridiagonal matrix, and without
+  // scaling it may not converge
   const double scale = diagonal_.head(size_).cwiseAbs().maxCoeff();
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
-  solver.computeFromTridiagonal(diagonal_.head(size_) / scale, beside_.head(size_ - 1) / scale);
+  solver.computeFromTridiagonal(diagonal_.head(size_) / scale, off_diagonal_.head(size_ - 1) / scale);
   root_ = (scale * solver.eigenvalues()).cwiseMax(0.0).cwiseSqrt();
   vectors_ = solver.eigenvectors();
 }

@@ -1,4 +1,4 @@
-// Functions of a symmetric matrix times a vector by Lanczos' method   (THEORY X116; Hochbruck and Lubich
+// Functions of a symmetric matrix times a vector by Lanczos' method   (THEORY 13.14; Hochbruck and Lubich
 // 1999).
 #pragma once
 
@@ -8,7 +8,7 @@
 
 namespace freeflex {
 
-/// Entire functions of h^2 A, written in x = h sqrt(A).
+/// Entire functions f of h^2 A, written in x = h sqrt(A)   (THEORY 13.13).
 enum class WaveFunction {
   kCos,       // cos x
   kSinc,      // sin x / x
@@ -16,24 +16,26 @@ enum class WaveFunction {
   kRising,    // (1 - sinc x) / x^2: response to a force that rises from zero
 };
 
-/// An orthonormal basis of the Krylov space of a start vector z, and A within it   (X116).
+/// An orthonormal basis Y_k of the Krylov space of a start vector z, and the tridiagonal matrix T_k, which is
+/// A in this basis (THEORY 13.14):
+///   f(A) z = |z| Y_k f(T_k) e_1
 class LanczosSpace {
  public:
   using Apply = std::function<void(const double* from, double* to)>;  // to = A from
 
-  /// A term that will be taken from the space, factor f(h sqrt A) z, and the error that it may have.
+  /// A term factor f(h sqrt(A)) z that will be computed in the space, and its tolerance.
   struct Term {
     WaveFunction function;
     double factor, tolerance;
   };
 
-  /// Builds the space until every term is within its tolerance, judged by its last two coefficients. Vectors
-  /// are kept orthogonal to all before them when `is_reorthogonalised`, which pays when the space may fill
-  /// the whole room. False when max_size vectors did not do.
+  /// Builds the space until the last two coefficients of every term are within its tolerance. Returns false
+  /// if max_size vectors are not enough. If `is_reorthogonalised`, each vector is made orthogonal to all
+  /// vectors before it. This is worth its cost if the Krylov space may become the whole space.
   bool build(const Apply& apply, const Eigen::VectorXd& b, double h, std::span<const Term> terms,
              int max_size, bool is_reorthogonalised);
 
-  /// sum += factor f(h sqrt A) z, from the space; h no larger than that of build.
+  /// Adds factor f(h sqrt(A)) z to `sum`.  \pre h is at most that of `build`
   void add(WaveFunction function, double h, double factor, Eigen::VectorXd& sum) const;
 
   int num_applied() const { return num_applied_; }
@@ -45,10 +47,10 @@ class LanczosSpace {
 
   double norm_ = 0.0;
   int size_ = 0, num_applied_ = 0;
-  Eigen::MatrixXd basis_;              // (n x max_size)
-  Eigen::VectorXd diagonal_, beside_;  // of the tridiagonal matrix
-  Eigen::VectorXd root_;               // sqrt of its eigenvalues
-  Eigen::MatrixXd vectors_;            // its eigenvectors
+  Eigen::MatrixXd basis_;                    // (n x max_size)
+  Eigen::VectorXd diagonal_, off_diagonal_;  // of the tridiagonal matrix
+  Eigen::VectorXd root_;                     // square roots of the eigenvalues of that matrix
+  Eigen::MatrixXd vectors_;                  // eigenvectors of that matrix
 };
 
 }  // namespace freeflex

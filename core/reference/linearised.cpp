@@ -24,18 +24,19 @@ Matrix3d inertia_of(const CartesianSystem& system) {
   return inertia;
 }
 
-constexpr double kSlack = 1e-9;  // of a step: what rounding may add to a span
+constexpr double kSlack = 1e-9;  // [-] of a step: slack for rounding errors of a span
 
-/// Steps of no more than `step` that make up the span.
+/// Returns the number of equal steps, none longer than `step`, that make up the span.
 long whole_steps(double span, double step) { return std::lround(std::ceil(span / step * (1.0 - kSlack))); }
 
 }  // namespace
 
 std::unique_ptr<RivalMethod> Linearised::make(Rival rival, const CartesianSystem& system,
                                               std::string& error) {
-  if (system.attractor_mu > 0.0) error = "the linearised system has no attractor";
+  if (system.attractor_mu > 0.0) error = "the linearised system does not support an attractor";
   for (const CartesianLink& link : system.links)
-    if (link.damping > 0.0) error = "the linearised system has springs and bars only, without dissipation";
+    if (link.damping > 0.0)
+      error = "the linearised system supports springs and bars only, without dissipation";
   const Eigen::SelfAdjointEigenSolver<Matrix3d> moments(inertia_of(system), Eigen::EigenvaluesOnly);
   if (moments.eigenvalues()[0] <= kNoMoment * moments.eigenvalues()[2])
     error = "the linearised system needs a shape that is not collinear";
@@ -98,25 +99,26 @@ void Linearised::add_forces(const Frame& frame, double t, Matrix3Xd& force_B) co
 }
 
 Linearised::FrameRate Linearised::rate(const Frame& frame, double t) const {
-  FrameRate rate{frame.v, Vector3d::Zero(), Vector3d::Zero(), {}};
+  FrameRate rate{frame.v_WB, Vector3d::Zero(), Vector3d::Zero(), {}};
   const Vector3d w = spin(frame);
-  rate.q = 0.5 * (frame.q_WB * Eigen::Quaterniond(0.0, w.x(), w.y(), w.z())).coeffs();
+  rate.q_WB_dot = 0.5 * (frame.q_WB * Eigen::Quaterniond(0.0, w.x(), w.y(), w.z())).coeffs();
   if (!is_loaded()) return rate;
   force_B_.setZero();
   add_forces(frame, t, force_B_);
   Vector3d moment = Vector3d::Zero();
   for (Eigen::Index i = 0; i < force_B_.cols(); ++i)
     moment += Vector3d(system_.r.col(i)).cross(Vector3d(force_B_.col(i)));
-  rate.a = frame.q_WB * Vector3d(force_B_.rowwise().sum()) / system_.mass.sum();
+  rate.a_WB = frame.q_WB * Vector3d(force_B_.rowwise().sum()) / system_.mass.sum();
   rate.moment_W = frame.q_WB * moment;
   return rate;
 }
 
-// the classical Runge-Kutta method on the rigid body
+// advances the rigid body by one step of the classical Runge-Kutta method
 Linearised::Frame Linearised::advance(const Frame& frame, double t, double h) const {
   const auto moved = [&frame](const FrameRate& rate, double step) {
-    Frame to{frame.p + step * rate.v, frame.v + step * rate.a, frame.H_W + step * rate.moment_W, {}};
-    to.q_WB.coeffs() = (frame.q_WB.coeffs() + step * rate.q).normalized();
+    Frame to{
+        frame.p_WB + step * rate.v_WB, frame.v_WB + step * rate.a_WB, frame.H_W + step * rate.moment_W, {}};
+    to.q_WB.coeffs() = (frame.q_WB.coeffs() + step * rate.q_WB_dot).normalized();
     return to;
   };
   const FrameRate k1 = rate(frame, t), k2 = rate(moved(k1, 0.5 * h), t + 0.5 * h),
@@ -124,12 +126,14 @@ Linearised::Frame Linearised::advance(const Frame& frame, double t, double h) co
   const auto mean = [](const auto& a, const auto& b, const auto& c, const auto& d) {
     return ((a + 2.0 * b + 2.0 * c + d) / 6.0).eval();
   };
-  return moved({mean(k1.v, k2.v, k3.v, k4.v), mean(k1.a, k2.a, k3.a, k4.a),
-                mean(k1.moment_W, k2.moment_W, k3.moment_W, k4.moment_W), mean(k1.q, k2.q, k3.q, k4.q)},
+  return moved({mean(k1.v_WB, k2.v_WB, k3.v_WB, k4.v_WB), mean(k1.a_WB, k2.a_WB, k3.a_WB, k4.a_WB),
+                mean(k1.moment_W, k2.moment_W, k3.moment_W, k4.moment_W),
+                mean(k1.q_WB_dot, k2.q_WB_dot, k3.q_WB_dot, k4.q_WB_dot)},
                h);
 }
 
-// external and centrifugal forces less what moves the body as a whole
+// g = (1 - T_m T_m^T) m^-1/2 (F_B - m w x (w x r))   (THEORY 13.8): external and centrifugal forces minus
+// their rigid part, where T_m are the orthonormal rigid motions in y
 void Linearised::elastic_load(const Frame& frame, double t, VectorXd& g) const {
   g.setZero(root_mass_.size());
   const Vector3d w = spin(frame);
@@ -143,6 +147,7 @@ void Linearised::elastic_load(const Frame& frame, double t, VectorXd& g) const {
   g -= rigid_ * (rigid_.transpose() * g);
 }
 
+// A = sum a a^T over the springs, a = (.., -sqrt(D / m_i) u, .., sqrt(D / m_j) u, ..)   (THEORY 13.10)
 void Linearised::apply(const double* y, double* out) const {
   std::fill(out, out + root_mass_.size(), 0.0);
   for (const Row& row : rows_) {
@@ -157,16 +162,18 @@ void Linearised::apply(const double* y, double* out) const {
   }
 }
 
+// Leapfrog on y'' = -A y + g + (t / span) dg   (THEORY 13.9, 13.11):
+//   y += h w,   w += h y''(y),   where w is y' half a step ahead
 void Linearised::leapfrog(double span, double step, std::span<const double> reads, const Read& read) {
   const long count = whole_steps(span, step);
   const double h = span / static_cast<double>(count);
   const Eigen::Index n = y_.size();
   const auto accelerate = [&](double t) {
     apply(y_.data(), acceleration_.data());
-    const double share = t / span;
+    const double fraction = t / span;
     double* a = acceleration_.data();
     const double *g = g_.data(), *dg = dg_.data();
-    for (Eigen::Index i = 0; i < n; ++i) a[i] = (g[i] + share * dg[i]) - a[i];
+    for (Eigen::Index i = 0; i < n; ++i) a[i] = (g[i] + fraction * dg[i]) - a[i];
   };
   acceleration_.resize(n);
   accelerate(0.0);
@@ -179,7 +186,8 @@ void Linearised::leapfrog(double span, double step, std::span<const double> read
     accelerate(t);
     const double* a = acceleration_.data();
     for (Eigen::Index i = 0; i < n; ++i) w[i] += h * a[i];
-    // back to where it is read, half a step at most, by the motion at this step's end
+    // the motion at the end of this step is extrapolated to the requested time, which is at most half a step
+    // away
     for (; next < reads.size() && reads[next] <= t + 0.5 * h; ++next) {
       const double back = reads[next] - t;
       y_ahead_ = y_;
@@ -194,17 +202,22 @@ void Linearised::leapfrog(double span, double step, std::span<const double> read
   num_applied_ += count + 1;
 }
 
+// The exact step of y'' = -A y + g + (t / span) dg   (THEORY 13.9, 13.12, 13.13), with a = g - A y0 and X = t
+// sqrt(A):
+//   y = y0 + t^2 (1 - cos X) / X^2 a + t sinc X y0' + t^2 (1 - sinc X) / X^2 (t / span) dg
+//   y' = t sinc X a + cos X y0' + t (1 - cos X) / X^2 (t / span) dg
+// Each function times its vector is computed in a Krylov space   (THEORY 13.14).
 std::string Linearised::krylov(double span, const RivalOptions& options, std::span<const double> reads,
                                const Read& read) {
   constexpr int kMostVectors = 256;
-  constexpr Eigen::Index kSmall = 128;  // freedoms below which a space may fill the whole room
+  constexpr Eigen::Index kSmall = 128;  // freedoms up to which a Krylov space may become the whole space
   const bool is_small = y_.size() <= kSmall;
   const auto operate = [this](const double* from, double* to) { apply(from, to); };
   acceleration_.resize(y_.size());
   apply(y_.data(), acceleration_.data());
   ++num_applied_;
   w_ = g_ - acceleration_;
-  // what each vector gives to displacements and velocities, and how wrong that may be
+  // the terms of each vector in the displacements and in the velocities, with their tolerances
   using Term = LanczosSpace::Term;
   const double y_error = options.tolerance * options.scale.displacement * root_mass_.norm(),
                y_dot_error = options.tolerance * options.scale.velocity * root_mass_.norm();
@@ -223,8 +236,7 @@ std::string Linearised::krylov(double span, const RivalOptions& options, std::sp
     return "the step needs a Krylov space of more than 256 vectors";
   const VectorXd y_start = y_;
   const auto move_to = [&](double t) {
-    // X115: the load's change over the step is dg
-    const double change = t / span;
+    const double change = t / span;  // fraction of dg
     y_ = y_start;
     from_force_.add(WaveFunction::kConstant, t, t * t, y_);
     from_velocity_.add(WaveFunction::kSinc, t, t, y_);
@@ -245,8 +257,8 @@ std::string Linearised::krylov(double span, const RivalOptions& options, std::sp
 void Linearised::write_state(const Frame& frame, double t, CartesianState& state) const {
   const Matrix3d R = frame.q_WB.toRotationMatrix();
   const Vector3d w = spin(frame);
-  const Vector3d p = system_.p_W + t * system_.v_W + 0.5 * t * t * system_.gravity_W + frame.p;
-  const Vector3d v = system_.v_W + t * system_.gravity_W + frame.v;
+  const Vector3d p = system_.p_WB + t * system_.v_WB + 0.5 * t * t * system_.gravity_W + frame.p_WB;
+  const Vector3d v = system_.v_WB + t * system_.gravity_W + frame.v_WB;
   state.time = t;
   state.p_W.resize(3, system_.mass.size());
   state.v_W.resize(3, system_.mass.size());
@@ -259,11 +271,12 @@ void Linearised::write_state(const Frame& frame, double t, CartesianState& state
 }
 
 double Linearised::load_step(const RivalOptions& options) const {
-  // the load is linear in time over a step: a turn of 0.02 rad within one bends it by 5e-5
-  constexpr double kLongest = 0.1, kTurn = 0.02;  // [s], [rad]
+  // the load is taken as linear in time over a step; if the body rotates by 0.02 rad within a step, the load
+  // deviates by 5e-5
+  constexpr double kLongest = 0.1, kRotation = 0.02;  // [s], [rad]
   if (rival_ == Rival::kKrylov) return options.step;
   const double spin_rate = system_.spin.norm();
-  return std::max(options.step, spin_rate > 0.0 ? std::min(kLongest, kTurn / spin_rate) : kLongest);
+  return std::max(options.step, spin_rate > 0.0 ? std::min(kLongest, kRotation / spin_rate) : kLongest);
 }
 
 std::size_t Linearised::memory() const {

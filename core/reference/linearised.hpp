@@ -1,6 +1,6 @@
-// The linearised system as a sparse one: the rigid body as it moves by itself, and beside it springs along
-// their rest directions, with the load in body axes. What it solves is the spin-loaded rung's motion without
-// modes, so it has that rung's model error   (THEORY X114-X116).
+// The linearised system in sparse form. The rigid body moves independently of the deformation; the springs
+// act along their rest directions in body axes. The equations are those of the `spin-loaded` rung without
+// modes, so the model error is that of this rung (THEORY 13.8 to 13.14).
 #pragma once
 
 #include <memory>
@@ -13,22 +13,23 @@ namespace freeflex {
 
 class Linearised : public RivalMethod {
  public:
-  /// \pre rival is kLeapfrog or kKrylov. nullptr and `error` for attractors, dissipation and collinear
-  /// shapes.
+  /// Makes the method; returns nullptr and sets `error` for attractors, dissipation and collinear shapes.
+  /// \pre rival is kLeapfrog or kKrylov
   static std::unique_ptr<RivalMethod> make(Rival rival, const CartesianSystem& system, std::string& error);
   RivalRun run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) override;
 
  private:
-  /// The rigid body: centre of mass less its free fall, momentum and attitude.
+  /// State of the rigid body: centre of mass minus its free fall, angular momentum and attitude.
   struct Frame {
-    Eigen::Vector3d p, v, H_W;  // [m], [m/s], [kg m^2/s]
+    Eigen::Vector3d p_WB, v_WB, H_W;  // [m], [m/s], [kg m^2/s]
     Eigen::Quaterniond q_WB;
   };
   struct FrameRate {
-    Eigen::Vector3d v, a, moment_W;
-    Eigen::Vector4d q;  // x y z w
+    Eigen::Vector3d v_WB, a_WB, moment_W;  // [m/s], [m/s^2], [N m]
+    Eigen::Vector4d q_WB_dot;              // [1/s] x y z w
   };
-  using Read = std::function<void(double t)>;  // with y_, y_dot_ as they are at t [s] from the step's start
+  // called with y_ and y_dot_ at t [s] from the start of the step
+  using Read = std::function<void(double t)>;
 
   Linearised(Rival rival, const CartesianSystem& system);
   void set_initial();
@@ -37,21 +38,23 @@ class Linearised : public RivalMethod {
   FrameRate rate(const Frame& frame, double t) const;
   Frame advance(const Frame& frame, double t, double h) const;
   Eigen::Vector3d spin(const Frame& frame) const;
+  /// Computes the load g [N/sqrt(kg)]   (THEORY 13.8).
   void elastic_load(const Frame& frame, double t, Eigen::VectorXd& g) const;
-  void apply(const double* y, double* out) const;  // out = A y
+  void apply(const double* y, double* out) const;  // out = A y   (THEORY 13.10)
   void leapfrog(double span, double step, std::span<const double> reads, const Read& read);
   std::string krylov(double span, const RivalOptions& options, std::span<const double> reads,
                      const Read& read);
-  /// One step of `span` [s] from t, its end frame in frame_end_, and what is read within it.
+  /// Takes one step of `span` [s] from t to frame_end_, and reports the motion at the requested times within
+  /// the step.
   std::string step(const Frame& frame, double t, double span, const RivalOptions& options,
                    std::span<const double> times, std::size_t& next, const RivalSink& sink);
-  double load_step(const RivalOptions& options) const;  // [s] over which the load is linear
+  double load_step(const RivalOptions& options) const;  // [s] time over which the load is taken as linear
   std::size_t memory() const;                           // [bytes]
   void write_state(const Frame& frame, double t, CartesianState& state) const;
 
   struct Row {
     std::int32_t first, second;                 // index of the x component
-    std::array<double, 3> at_first, at_second;  // [1/s] sqrt(k / m) u at each end
+    std::array<double, 3> at_first, at_second;  // [1/s] sqrt(D / m) u at each end
   };
   Rival rival_;
   const CartesianSystem& system_;
@@ -62,8 +65,10 @@ class Linearised : public RivalMethod {
   double piece_time_ = 0.0;  // [s]
   Frame start_, frame_end_;
   CartesianState state_;
-  Eigen::VectorXd y_, y_dot_;  // [m sqrt kg], [m sqrt kg / s] elastic
-  Eigen::VectorXd g_, dg_;     // [N / sqrt kg] load at the step's start, and its change over the step
+  Eigen::VectorXd y_, y_dot_;  // [m sqrt(kg)], [m sqrt(kg)/s] sqrt(m) V and its rate
+  Eigen::VectorXd g_, dg_;     // [N/sqrt(kg)] load at the start of the step, and its change over the step
+  // w_: in `leapfrog`, y_dot half a step ahead of y; in `krylov`, the acceleration at the start of the step.
+  // y_ahead_: y at the end of a leapfrog step, while y_ is y at a requested time
   Eigen::VectorXd w_, acceleration_, y_ahead_;
   LanczosSpace from_force_, from_velocity_, from_change_;
   long num_applied_ = 0;

@@ -1,4 +1,4 @@
-// SUNDIALS on the arrays of the full system   (THEORY X113).
+// SUNDIALS on the arrays of the full system; implicit methods use the exact sparse tangent   (THEORY 13.7).
 #pragma once
 
 #include "core/reference/rivals.hpp"
@@ -6,6 +6,7 @@
 
 namespace freeflex {
 
+/// A method of ARKODE or CVODE.
 class Packaged : public RivalMethod {
  public:
   /// \pre rival is kErk4, kErk8, kDirk5, kAdams or kBdf

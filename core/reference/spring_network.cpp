@@ -15,7 +15,8 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-/// True when the load's forces are constant vectors in world axes over any piece between its edges.
+/// Returns whether the forces of the load are constant vectors in world axes over any piece between its
+/// edges.
 bool is_piecewise_constant(const CartesianLoad& load) {
   const bool has_constant_amplitude = std::holds_alternative<ConstantHistory>(load.history) ||
                                       std::holds_alternative<PulseHistory>(load.history);
@@ -29,14 +30,14 @@ Pair root(Pair square) { return Pair{std::sqrt(square[0]), std::sqrt(square[1])}
 
 std::optional<SpringNetwork> SpringNetwork::make(const CartesianSystem& system, std::string& error) {
   if (system.attractor_mu > 0.0) {
-    error = "these methods have no attractor";
+    error = "these methods do not support an attractor";
     return std::nullopt;
   }
   SpringNetwork network;
   network.system_ = &system;
   for (const CartesianLink& link : system.links) {
     if (link.damping > 0.0) {
-      error = "these methods have springs and bars only, without dissipation";
+      error = "these methods support springs and bars only, without dissipation";
       return std::nullopt;
     }
     network.ends_.push_back({3 * link.first, 3 * link.second});
@@ -85,7 +86,7 @@ void SpringNetwork::add_springs(const Number* x, Number* f) const {
     const Number *x1 = x + ends[s].first, *x2 = x + ends[s].second;
     Number *f1 = f + ends[s].first, *f2 = f + ends[s].second;
     const Number d0 = x2[0] - x1[0], d1 = x2[1] - x1[1], d2 = x2[2] - x1[2];
-    // tension over length: k (l - L) / l
+    // tension over length, D (l - L) / l; k is D   (THEORY 13.1)
     const Number pull = k[s] - kL[s] / root(d0 * d0 + d1 * d1 + d2 * d2);
     const Number p0 = pull * d0, p1 = pull * d1, p2 = pull * d2;
     f1[0] += p0;
@@ -160,8 +161,9 @@ void SpringNetwork::jacobian(const double* x, std::span<double> values) const {
   for (std::size_t s = 0; s < ends_.size(); ++s) {
     const auto [first, second] = ends_[s];
     const Vector3d d(x[second] - x[first], x[second + 1] - x[first + 1], x[second + 2] - x[first + 2]);
-    const double l = d.norm(), turn = stiffness_length_[s] / l;
-    const Matrix3d S = (stiffness_[s] - turn) * Matrix3d::Identity() + turn / (l * l) * d * d.transpose();
+    const double l = d.norm(), kL_over_l = stiffness_length_[s] / l;
+    const Matrix3d S =
+        (stiffness_[s] - kL_over_l) * Matrix3d::Identity() + kL_over_l / (l * l) * d * d.transpose();
     const auto add = [&](std::int64_t start, std::int32_t row, std::int32_t column, double sign) {
       const double weight = sign * inverse_mass_[index(row)];
       const std::int64_t stride = column_sizes_[index(column / 3)];
@@ -182,15 +184,15 @@ void SpringNetwork::initial(std::span<double> x, std::span<double> v) const {
   const Eigen::Index n = system_->mass.size();
   const CartesianState start =
       freeflex::to_world(*system_, 0.0, {system_->initial.data(), static_cast<std::size_t>(6 * n)});
-  Map<Matrix3Xd>(x.data(), 3, n) = start.p_W.colwise() - system_->p_W;
-  Map<Matrix3Xd>(v.data(), 3, n) = start.v_W.colwise() - system_->v_W;
+  Map<Matrix3Xd>(x.data(), 3, n) = start.p_W.colwise() - system_->p_WB;
+  Map<Matrix3Xd>(v.data(), 3, n) = start.v_W.colwise() - system_->v_WB;
 }
 
 void SpringNetwork::to_world(double t, std::span<const double> x, std::span<const double> v,
                              CartesianState& state) const {
   const Eigen::Index n = system_->mass.size();
-  const Vector3d p = system_->p_W + t * system_->v_W + 0.5 * t * t * system_->gravity_W;
-  const Vector3d v_fall = system_->v_W + t * system_->gravity_W;
+  const Vector3d p = system_->p_WB + t * system_->v_WB + 0.5 * t * t * system_->gravity_W;
+  const Vector3d v_fall = system_->v_WB + t * system_->gravity_W;
   state.time = t;
   state.p_W = Map<const Matrix3Xd>(x.data(), 3, n).colwise() + p;
   state.v_W = Map<const Matrix3Xd>(v.data(), 3, n).colwise() + v_fall;

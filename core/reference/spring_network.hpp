@@ -1,5 +1,6 @@
-// The full system of a scene as plain arrays in axes that do not turn: what the methods that freeflex is
-// compared with run on. Same physics as CartesianSystem, arranged for speed   (THEORY X110).
+// The full system of a scene as plain arrays, in axes that do not rotate. The methods with which freeflex is
+// compared run on these arrays. The physics is that of CartesianSystem, arranged for speed
+// (THEORY 13.1, 13.7).
 #pragma once
 
 #include <array>
@@ -13,46 +14,53 @@
 
 namespace freeflex {
 
-/// Two numbers side by side, on which the processor works at once.
+/// Two numbers that the processor handles in one instruction.
 using Pair = double __attribute__((vector_size(16)));
 
-/// Jacobian of (x, v)' by columns; every diagonal entry is present.
+/// Pattern of the Jacobian of (x, v)' by columns; every diagonal entry is present.
 struct SparsePattern {
   std::vector<std::int64_t> column_starts;  // (6N + 1)
   std::vector<std::int64_t> rows;           // of each stored entry, ascending in a column
 };
 
-/// Positions x [m] and velocities v [m/s], three numbers a point in one array each, in world axes less the
-/// fall and the initial velocity of the centre of mass.
+/// Positions x [m] and velocities v [m/s], in one array each, three numbers for each point. They are in world
+/// axes and relative to a point that starts with the centre of mass and its velocity and falls freely.
 class SpringNetwork {
  public:
-  /// nullopt and `error` for an attractor or for links that dissipate, which these methods do not have.
+  /// Makes the arrays of a system. Returns nullopt and sets `error` for an attractor and for links that
+  /// dissipate, which these methods do not support.
   static std::optional<SpringNetwork> make(const CartesianSystem& system, std::string& error);
 
-  /// Chooses the loads of a smooth piece [start, end] [s]. \pre before the first `forces`
+  /// Chooses the loads of a smooth piece [start, end] [s]. It must be called before the first `forces`.
   void begin_piece(double start, double end);
 
-  /// Forces [N] on the points at time t [s] of the piece: one pass over the springs.  \param f (3N),
-  /// overwritten
+  /// Computes the forces [N] on the points at time t [s] of the piece, in one pass over the springs
+  /// (THEORY 13.1):
+  ///   F_i += (D - D L / l) d,   F_j -= (D - D L / l) d,   d = x_j - x_i,   l = |d|
+  /// \param f (3N), overwritten
   void forces(double t, const double* x, double* f) const;
 
-  /// The same of two motions at once, each at its own time: one pass that costs little more than one
-  /// motion's.
+  /// Computes the forces of two motions at once, each at its own time. The pass costs little more than the
+  /// pass for one motion.
   void forces(Pair t, const Pair* x, Pair* f);
 
-  /// Pattern of the Jacobian of (v, M^-1 forces), and its values at x; loads are taken as independent of x.
+  /// Makes the pattern of the Jacobian of (v, M^-1 forces).
   SparsePattern make_pattern();
+  /// Computes the values of the Jacobian at x, with loads taken as independent of x. The tangent of a spring
+  /// is (THEORY 13.7):
+  ///   d((D - D L / l) d) / dd = D (1 - L / l) 1 + (D L / l^3) d d^T
   void jacobian(const double* x, std::span<double> values) const;
 
-  /// Positions and velocities at the start (3N each).
+  /// Writes the positions and velocities at the start (3N each).
   void initial(std::span<double> x, std::span<double> v) const;
-  /// Into `state`, which keeps its storage.
+  /// Writes the world state into `state`, which keeps its storage.
   void to_world(double t, std::span<const double> x, std::span<const double> v, CartesianState& state) const;
 
   const CartesianSystem& system() const { return *system_; }
-  std::size_t size() const { return inverse_mass_.size(); }                  // 3N
-  const std::vector<double>& inverse_mass() const { return inverse_mass_; }  // [1/kg] (3N), a point's thrice
-  std::size_t memory() const;                                                // [bytes] that `forces` reads
+  std::size_t size() const { return inverse_mass_.size(); }  // 3N
+  // [1/kg] (3N), three equal values for a point
+  const std::vector<double>& inverse_mass() const { return inverse_mass_; }
+  std::size_t memory() const;  // [bytes] that `forces` reads
 
  private:
   struct End {
@@ -66,16 +74,16 @@ class SpringNetwork {
   std::vector<End> ends_;
   std::vector<double> stiffness_, stiffness_length_;  // [N/m], [N] stiffness times rest length
   std::vector<double> inverse_mass_;
-  std::vector<double> constant_;               // [N] (3N) loads that stay as they are over the piece
-  std::vector<const CartesianLoad*> varying_;  // the others
+  std::vector<double> constant_;               // [N] (3N) loads that are constant over the piece
+  std::vector<const CartesianLoad*> varying_;  // the other loads
   double piece_time_ = 0.0;                    // [s] inside the piece
-  std::vector<double> x_one_, f_one_;          // one motion of a pair, for loads that vary
-  // where in the Jacobian's values the four 3 x 3 blocks of each spring start (row point, column point):
-  // first first, second first, first second, second second; the next column of a block stands column_size
-  // further
+  std::vector<double> x_one_, f_one_;          // one motion of a pair, for varying loads
+  // first index, in the values of the Jacobian, of the four 3 x 3 blocks of each spring: (row point, column
+  // point) is (first, first), (second, first), (first, second), (second, second). The next column of a block
+  // begins column_sizes_ entries further
   std::vector<std::array<std::int64_t, 4>> blocks_;
-  std::vector<std::int64_t> column_sizes_;  // of each point's three columns
-  std::int64_t velocity_columns_ = 0;       // where they start
+  std::vector<std::int64_t> column_sizes_;  // entries in each of the three columns of a point
+  std::int64_t velocity_columns_ = 0;       // index of the first value in the columns of velocities
 };
 
 }  // namespace freeflex

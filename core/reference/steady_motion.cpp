@@ -19,19 +19,20 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// steps of differences over the shortest distance between points: small enough that the tension of a step,
-// which its axial stiffness multiplies, hardly stiffens a slender link against bending
+// [-] steps of finite differences over the shortest distance between points. They are so small that the
+// tension that a step causes, which is proportional to the axial stiffness, hardly stiffens a slender link
+// against bending (THEORY 10.27).
 constexpr double kLargestStep = 3e-4, kSmallestStep = 1e-5, kTension = 0.1;
 
-/// [m]
+/// Returns the step of finite differences [m].
 double step_of_differences(const Matrix3Xd& r, const std::vector<double>& stiffnesses) {
   double shortest = r.cwiseAbs().maxCoeff();
   for (Eigen::Index i = 0; i < r.cols(); ++i)
     for (Eigen::Index j = 0; j < i; ++j) shortest = std::min(shortest, (r.col(i) - r.col(j)).norm());
-  double share = kLargestStep;
+  double ratio = kLargestStep;
   for (std::size_t k = 0; k + 1 < stiffnesses.size(); k += 2)
-    share = std::min(share, kTension * stiffnesses[k + 1] / stiffnesses[k]);
-  return std::max(share, kSmallestStep) * shortest;
+    ratio = std::min(ratio, kTension * stiffnesses[k + 1] / stiffnesses[k]);
+  return std::max(ratio, kSmallestStep) * shortest;
 }
 
 double step_of_differences(const CartesianSystem& system) {
@@ -43,7 +44,7 @@ VectorXd masses(const CartesianSystem& system) {
   return system.mass.transpose().replicate<3, 1>().reshaped();
 }
 
-/// Derivative of f at x along a direction, of order six.
+/// Returns the derivative of f at x along a direction, by central differences of order six.
 template <typename Function>
 VectorXd derivative(const Function& f, const VectorXd& x, const VectorXd& direction, double step) {
   const double h = step / direction.cwiseAbs().maxCoeff();
@@ -58,7 +59,8 @@ VectorXd acceleration(const CartesianSystem& system, const VectorXd& e, const Ve
   return result;
 }
 
-/// Orthonormal columns of y = sqrt(m) V across what rigid links forbid and, when asked for, rigid motions.
+/// Returns orthonormal columns in y = sqrt(m) V, orthogonal to the motions that rigid links forbid and,
+/// unless `with_rigid`, to the rigid motions.
 MatrixXd allowed(const CartesianSystem& system, const VectorXd& e, bool with_rigid) {
   const Eigen::Index n = system.mass.size();
   const Map<const Matrix3Xd> E(e.data(), 3, n);
@@ -92,7 +94,8 @@ CartesianSystem at_rest(const CartesianSystem& system) {
   return rest;
 }
 
-/// Accelerations of y per column of a basis of y, by the displacements.
+/// Returns the derivatives of the accelerations y'' along the columns of a basis of y, with respect to the
+/// displacements or, if `by_rates`, to their rates.
 MatrixXd jacobian(const CartesianSystem& system, const VectorXd& e, const MatrixXd& basis, bool by_rates) {
   const VectorXd root = masses(system).cwiseSqrt();
   const VectorXd zero = VectorXd::Zero(e.size());
@@ -147,9 +150,9 @@ VectorXd energies_of_mode(const CartesianSystem& system, const VectorXd& shape) 
       sum += system.true_geometry->energies(E);
       for (const CartesianLink& link : system.links) {
         const Vector3d d = E.col(link.second) - E.col(link.first);
-        const double longer =
+        const double elongation =
             (2.0 * link.rest.dot(d) + d.squaredNorm()) / ((link.rest + d).norm() + link.length);
-        sum[link.link] += 0.5 * link.stiffness * longer * longer;
+        sum[link.link] += 0.5 * link.stiffness * elongation * elongation;
       }
     }
     return (sum / (2.0 * k * k * h * h)).eval();
@@ -161,28 +164,29 @@ SteadyMotion steady_motion(const CartesianSystem& system, const VectorXd& start)
   constexpr int kMost = 40;
   constexpr double kFound = 1e-11;  // [-] Newton step over the size
   SteadyMotion motion;
-  CartesianSystem carried = system;
-  if (carried.true_geometry) carried.true_geometry->set_correction(0.0);
-  const Eigen::Index n = carried.mass.size();
-  const VectorXd root = masses(carried).cwiseSqrt(), zero = VectorXd::Zero(3 * n);
-  VectorXd e = start.size() == 0 ? zero : start, beside;
+  CartesianSystem uncorrected = system;
+  if (uncorrected.true_geometry) uncorrected.true_geometry->set_correction(0.0);
+  const Eigen::Index n = uncorrected.mass.size();
+  const VectorXd root = masses(uncorrected).cwiseSqrt(), zero = VectorXd::Zero(3 * n);
+  VectorXd e = start.size() == 0 ? zero : start, residual;
   double last = std::numeric_limits<double>::infinity();
   for (int k = 0;; ++k) {
     if (k == kMost) {
       motion.error = "no steady motion: Newton's method does not converge";
       return motion;
     }
-    VectorXd a = acceleration(carried, e, zero);
-    motion.acceleration = Map<const Matrix3Xd>(a.data(), 3, n) * carried.mass / carried.mass.sum();
-    beside = a - motion.acceleration.replicate(n, 1);
-    const MatrixXd basis = allowed(carried, e, false);
-    const MatrixXd J = basis.transpose() * jacobian(carried, e, basis, false);
-    const VectorXd step = -(basis * J.partialPivLu().solve(basis.transpose() * root.cwiseProduct(beside)));
+    VectorXd a = acceleration(uncorrected, e, zero);
+    motion.acceleration = Map<const Matrix3Xd>(a.data(), 3, n) * uncorrected.mass / uncorrected.mass.sum();
+    residual = a - motion.acceleration.replicate(n, 1);
+    const MatrixXd basis = allowed(uncorrected, e, false);
+    const MatrixXd J = basis.transpose() * jacobian(uncorrected, e, basis, false);
+    const VectorXd step = -(basis * J.partialPivLu().solve(basis.transpose() * root.cwiseProduct(residual)));
     e += step.cwiseQuotient(root);
-    VectorXd still = zero;
-    if (carried.true_geometry)
-      carried.true_geometry->project(Map<Matrix3Xd>(e.data(), 3, n), Map<Matrix3Xd>(still.data(), 3, n));
-    const double size = step.cwiseQuotient(root).cwiseAbs().maxCoeff() / carried.r.cwiseAbs().maxCoeff();
+    VectorXd no_rates = zero;
+    if (uncorrected.true_geometry)
+      uncorrected.true_geometry->project(Map<Matrix3Xd>(e.data(), 3, n),
+                                         Map<Matrix3Xd>(no_rates.data(), 3, n));
+    const double size = step.cwiseQuotient(root).cwiseAbs().maxCoeff() / uncorrected.r.cwiseAbs().maxCoeff();
     motion.stiffness = -J;
     if (!std::isfinite(size)) {
       motion.error = "no steady motion: the accelerations are not finite";
@@ -192,14 +196,14 @@ SteadyMotion steady_motion(const CartesianSystem& system, const VectorXd& start)
     last = size;
   }
   motion.e = e;
-  motion.residual = beside.cwiseAbs().maxCoeff();
+  motion.residual = residual.cwiseAbs().maxCoeff();
 
-  const MatrixXd basis = allowed(carried, e, true);
+  const MatrixXd basis = allowed(uncorrected, e, true);
   const Eigen::Index m = basis.cols();
   MatrixXd first_order = MatrixXd::Zero(2 * m, 2 * m);
   first_order.topRightCorner(m, m).setIdentity();
-  first_order.bottomLeftCorner(m, m) = basis.transpose() * jacobian(carried, e, basis, false);
-  first_order.bottomRightCorner(m, m) = basis.transpose() * jacobian(carried, e, basis, true);
+  first_order.bottomLeftCorner(m, m) = basis.transpose() * jacobian(uncorrected, e, basis, false);
+  first_order.bottomRightCorner(m, m) = basis.transpose() * jacobian(uncorrected, e, basis, true);
   const Eigen::EigenSolver<MatrixXd> eigen(first_order);
   std::vector<Eigen::Index> order(static_cast<std::size_t>(2 * m));
   std::iota(order.begin(), order.end(), 0);

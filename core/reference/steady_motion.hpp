@@ -1,5 +1,5 @@
-// Linearisation of a Cartesian system by differences of its accelerations: modes at rest, and motion beside a
-// steady one, spin or thrust   (THEORY X158).
+// Linearisation of a Cartesian system by finite differences of its accelerations: modes at rest, and small
+// motions about a steady motion under spin or thrust   (THEORY 10.25 to 10.27).
 #pragma once
 
 #include <Eigen/Core>
@@ -9,34 +9,37 @@
 
 namespace freeflex {
 
-/// Modes of the system at rest without loads and dissipation, less its rigid motions.
+/// Modes of the system at rest, without loads, dissipation and rigid motions   (THEORY 10.25).
 struct RestModes {
   Eigen::VectorXd omega;   // [rad/s] (n) ascending
-  Eigen::MatrixXd shapes;  // [1/sqrt(kg)] (3N x n) sum m b.b = 1
+  Eigen::MatrixXd shapes;  // [1/sqrt(kg)] (3N x n) psi with psi^T m psi = 1
 };
 RestModes rest_modes(const CartesianSystem& system);
 
-/// Stiffness [N/m] (3N x 3N) of links at rest.  \param system  masses and places
+/// Returns the stiffness [N/m] (3N x 3N) of links at rest, K_rest of (THEORY 10.25).
+/// \param system  the masses and rest positions of the points
 Eigen::MatrixXd stiffness_at_rest(const TrueGeometry& links, const CartesianSystem& system);
 
-/// Strain energy of each link [J/m^2] in a small displacement of this shape, over the square of its size.
-/// \param shape (3N)
+/// Returns the strain energy [J/m^2] of each link for displacements that are a small factor [m] times a
+/// shape, divided by the square of the factor.  \param shape [-] (3N)
 Eigen::VectorXd energies_of_mode(const CartesianSystem& system, const Eigen::VectorXd& shape);
 
-/// A motion in which nothing moves in the carrier but by one acceleration common to all, and small motions
-/// beside it: rates exp(s t) in the carrier's axes.
+/// A steady motion, in which the points are at rest in the carrier and have one common acceleration, and the
+/// small motions exp(lambda t) about this steady motion, in the axes of the carrier   (THEORY 10.26, 10.27):
+///   e''(e, e' = 0) = common acceleration
+///   lambda^2 de = (de''/de + lambda de''/de') de
 struct SteadyMotion {
-  std::string error;             // empty: found
+  std::string error;             // empty if the motion was found
   Eigen::VectorXd e;             // [m] (3N) displacements in the carrier
   Eigen::Vector3d acceleration;  // [m/s^2] of the centre of mass, carrier axes
-  double residual = 0.0;         // [m/s^2] largest acceleration beside the common one
-  Eigen::VectorXcd rates;        // [1/s] (num) by size
-  Eigen::MatrixXcd shapes;       // (3N x num) displacements that go with them
-  Eigen::MatrixXd stiffness;     // [1/s^2] (n x n) -J over the displacements that are no rigid motion
+  double residual = 0.0;         // [m/s^2] largest difference from the common acceleration
+  Eigen::VectorXcd rates;        // [1/s] (num) lambda, ascending by absolute value
+  Eigen::MatrixXcd shapes;       // (3N x num) displacements, a column for each rate
+  Eigen::MatrixXd stiffness;     // [1/s^2] (n x n) -de''/de over sqrt(m) e, orthogonal to the rigid motions
 };
 
-/// Finds it by Newton's method from displacements `start` [m] (3N), none: from the shape at rest. Loads as
-/// they are at t = 0, spin as the carrier's.
+/// Finds the steady motion by Newton's method from displacements `start` [m] (3N); an empty `start` is the
+/// shape at rest. Loads are those at t = 0, the spin is that of the carrier.
 SteadyMotion steady_motion(const CartesianSystem& system, const Eigen::VectorXd& start = {});
 
 }  // namespace freeflex

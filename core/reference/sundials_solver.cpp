@@ -20,7 +20,7 @@ struct SundialsSolver::Members {
   double time = 0.0;  // [s]
   long num_evaluations = 0;
   std::string error;    // the first failure
-  std::string message;  // what SUNDIALS said last
+  std::string message;  // the last message of SUNDIALS
   SUNContext context = nullptr;
   N_Vector y = nullptr;
   N_Vector tolerance = nullptr;
@@ -32,7 +32,7 @@ struct SundialsSolver::Members {
   void* cvode = nullptr;
 
   ~Members();
-  /// Notes the first failing call by name; true when flag reports success.
+  /// Stores the first failing call by name; returns whether flag reports success.
   bool check(int flag, const char* call, char* (*flag_name)(long));
   bool check_created(const void* object, const char* call);
   void set_tolerances(const ElasticScale& scale);
@@ -41,18 +41,18 @@ struct SundialsSolver::Members {
   void start_dirk();
   void start_cvode();
   bool set_stop(double stop);
-  /// Integrates until y at `target` is known, by interpolation when a step goes past it.
+  /// Integrates until y at `target` is known; interpolates if a step passes `target`.
   bool evolve(double target);
 };
 
 namespace {
 
 int slope(realtype t, N_Vector y, N_Vector y_dot, void* user) {
-  constexpr long kLookEvery = 256;  // evaluations between looks at the stop
+  constexpr long kLookEvery = 256;  // evaluations between checks of is_stopped
   auto& members = *static_cast<SundialsSolver::Members*>(user);
   const auto size = static_cast<std::size_t>(N_VGetLength(y));
   double* out = N_VGetArrayPointer(y_dot);
-  // an implicit method takes one failure for a step too long and tries again
+  // after one failure an implicit method tries again with a shorter step
   if (members.message == "stopped") return -1;
   members.problem->slope(t, {N_VGetArrayPointer(y), size}, {out, size});
   if (++members.num_evaluations % kLookEvery == 0 && members.problem->is_stopped &&
@@ -78,10 +78,10 @@ void keep_message(int, const char*, const char* function, char* text, void* user
   if (message != "stopped") message = std::string(function) + ": " + text;
 }
 
-/// The method's table with one more stage, of weight zero at the start of the step. SUNDIALS before 6.6 takes
-/// every explicit method whose last abscissa is 1 for one whose last stage is the next step's first, and
-/// starts the next step from a wrong slope (llnl/sundials issue 311); with this stage last it does not. Costs
-/// one evaluation a step.
+/// Returns the table of a method with one additional, idle stage, which has weight zero and is at the start
+/// of the step. If the last abscissa of an explicit method is 1, SUNDIALS before 6.6 assumes that its last
+/// stage is the first stage of the next step, and starts the next step from a wrong slope (llnl/sundials
+/// issue 311). With the idle stage the last abscissa is 0. The idle stage costs one evaluation in each step.
 ARKodeButcherTable with_idle_stage(int stages, int order, int embedded_order, const double* c,
                                    const double* A, const double* b, const double* d) {
   const auto s = static_cast<std::size_t>(stages);
@@ -97,7 +97,8 @@ ARKodeButcherTable with_idle_stage(int stages, int order, int embedded_order, co
                                    b_more.data(), d != nullptr ? d_more.data() : nullptr);
 }
 
-/// The classical method of order 4 (Kutta 1901), which SUNDIALS does not list; no embedded method.
+/// Returns the table of the classical method of order 4 (Kutta 1901), which SUNDIALS does not contain; it has
+/// no embedded method.
 ARKodeButcherTable classical_table() {
   constexpr double c[] = {0.0, 0.5, 0.5, 1.0};
   constexpr double A[] = {0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
@@ -105,8 +106,8 @@ ARKodeButcherTable classical_table() {
   return with_idle_stage(4, 4, 0, c, A, b, nullptr);
 }
 
-/// Fehlberg's method of order 8 with an embedded one of order 7 (NASA TR R-287, 1968), from SUNDIALS' own
-/// table.
+/// Returns the table of Fehlberg's method of order 8 with an embedded method of order 7 (NASA TR R-287,
+/// 1968), from SUNDIALS' own table.
 ARKodeButcherTable fehlberg_table() {
   ARKodeButcherTable table = ARKodeButcherTable_LoadERK(ARKODE_FEHLBERG_13_7_8);
   if (table == nullptr) return nullptr;
@@ -120,7 +121,7 @@ ARKodeButcherTable fehlberg_table() {
   return extended;
 }
 
-char* name_of_nothing(long) { return nullptr; }
+char* no_name(long) { return nullptr; }
 
 }  // namespace
 
@@ -150,7 +151,7 @@ bool SundialsSolver::Members::check(int flag, const char* call, char* (*flag_nam
 }
 
 bool SundialsSolver::Members::check_created(const void* object, const char* call) {
-  return check(object != nullptr ? 0 : -1, call, name_of_nothing);
+  return check(object != nullptr ? 0 : -1, call, no_name);
 }
 
 void SundialsSolver::Members::set_tolerances(const ElasticScale& scale) {
@@ -160,7 +161,7 @@ void SundialsSolver::Members::set_tolerances(const ElasticScale& scale) {
   std::fill(values + half, values + 2 * half, options.tolerance * scale.velocity);
 }
 
-// what rounding leaves of large rigid displacements; below this no step is small enough
+// [-] rounding error of large rigid displacements: with a smaller tolerance no step is small enough
 constexpr double kRelativeTolerance = 1e-15;
 
 bool SundialsSolver::Members::make_linear_solver() {
@@ -184,7 +185,7 @@ void SundialsSolver::Members::start_erk() {
   if (!ok(ERKStepSVtolerances(erk, kRelativeTolerance, tolerance), "ERKStepSVtolerances")) return;
   if (!ok(ERKStepSetMaxNumSteps(erk, options.max_steps), "ERKStepSetMaxNumSteps")) return;
   const bool is_fixed = options.fixed_step > 0.0;
-  // a method without an embedded one is taken only once the step is fixed
+  // SUNDIALS accepts a method without an embedded method only after the step is fixed
   if (is_fixed && !ok(ERKStepSetFixedStep(erk, options.fixed_step), "ERKStepSetFixedStep")) return;
   if (options.method == ReferenceMethod::kZonneveld43) {
     ok(ERKStepSetTableNum(erk, ARKODE_ZONNEVELD_5_3_4), "ERKStepSetTableNum");
@@ -248,13 +249,13 @@ SundialsSolver::SundialsSolver(const SmoothProblem& problem, const ReferenceOpti
   if (!is_adaptive && !is_explicit) m.error = "this method has no fixed step";
   if (is_adaptive && !(options.tolerance > 0.0)) m.error = "the tolerance must be > 0";
   if (!m.error.empty()) return;
-  if (!m.check(SUNContext_Create(nullptr, &m.context), "SUNContext_Create", name_of_nothing)) return;
+  if (!m.check(SUNContext_Create(nullptr, &m.context), "SUNContext_Create", no_name)) return;
   const auto size = static_cast<sunindextype>(y.size());
   m.y = N_VNew_Serial(size, m.context);
   m.tolerance = N_VNew_Serial(size, m.context);
   if (!m.check_created(m.y, "N_VNew_Serial") || !m.check_created(m.tolerance, "N_VNew_Serial")) return;
   std::copy(y.begin(), y.end(), N_VGetArrayPointer(m.y));
-  // a fixed step uses no tolerance, but SUNDIALS wants weights that are finite
+  // a fixed step uses no tolerance, but SUNDIALS needs finite weights
   m.set_tolerances(is_adaptive ? scale : ElasticScale{1.0, 1.0});
   if (options.method == ReferenceMethod::kAdams || options.method == ReferenceMethod::kBdf)
     m.start_cvode();
@@ -291,7 +292,7 @@ std::string SundialsSolver::advance(double stop, std::vector<double>& y) {
   Members& m = *members_;
   if (!m.error.empty()) return m.error;
   if (m.options.fixed_step > 0.0) {
-    // whole steps to the stop; the slack keeps rounding from adding one
+    // whole steps to the stop; the slack prevents an additional step due to a rounding error
     const double span = stop - m.time;
     const double steps = std::ceil(span / m.options.fixed_step * (1.0 - 1e-9));
     if (!m.check(ERKStepSetFixedStep(m.erk, span / steps), "ERKStepSetFixedStep", ERKStepGetReturnFlagName))
@@ -313,7 +314,7 @@ long SundialsSolver::num_evaluations() const { return members_->num_evaluations;
 long SundialsSolver::num_steps() const {
   long steps = 0;
   const Members& m = *members_;
-  // these only read a counter of an object that exists
+  // these calls only read a counter of an object that exists
   if (m.cvode != nullptr) static_cast<void>(CVodeGetNumSteps(m.cvode, &steps));
   if (m.dirk != nullptr) static_cast<void>(ARKStepGetNumSteps(m.dirk, &steps));
   if (m.erk != nullptr) static_cast<void>(ERKStepGetNumSteps(m.erk, &steps));

@@ -1,4 +1,4 @@
-// One smooth piece of motion by an ARKODE or CVODE integrator. Internal to core/reference.
+// One smooth piece of motion by an ARKODE or CVODE integrator   (THEORY 13.7). Internal to core/reference.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@
 
 namespace freeflex {
 
-/// y' = slope(t, y) over one smooth piece; y is positions, then velocities.
+/// The equation y' = slope(t, y) over one smooth piece; y contains positions, then velocities.
 struct SmoothProblem {
   std::function<void(double t, std::span<const double> y, std::span<double> y_dot)> slope;
-  // Jacobian by columns, for implicit methods only: rows ascend and hold every diagonal entry
+  // Jacobian by columns, for implicit methods only: rows ascend and contain every diagonal entry
   std::span<const std::int64_t> column_starts, rows;
   std::function<void(std::span<const double> y, std::span<double> values)> jacobian;
-  std::function<bool()> is_stopped;  // asked now and then, may be empty; true makes the run fail
+  std::function<bool()> is_stopped;  // called from time to time, may be empty; true makes the run fail
 };
 
-/// Owns every SUNDIALS object of the piece; what fails becomes text, never an exception or a print.
+/// Owns every SUNDIALS object of the piece. Failures are returned as text; nothing is thrown or printed.
 class SundialsSolver {
  public:
   /// Starts at time t [s] from y. The problem must outlive the solver.
@@ -31,18 +31,19 @@ class SundialsSolver {
   SundialsSolver(const SundialsSolver&) = delete;
   SundialsSolver& operator=(const SundialsSolver&) = delete;
 
-  /// Advances to `stop` exactly and writes y there. Empty, or what went wrong (also in the constructor).
+  /// Advances to `stop` exactly and writes y there. Returns the text of a failure, which may be one of the
+  /// constructor, or an empty text.
   std::string advance(double stop, std::vector<double>& y);
 
-  /// Writes y at `time`, interpolated within a step; no step passes `end`, where the piece ends. Adaptive
-  /// methods.
+  /// Writes y at `time`, interpolated within a step; no step passes `end`, where the piece ends. Returns the
+  /// same text as `advance`.  \pre the method is adaptive
   std::string interpolate(double time, double end, std::vector<double>& y);
 
   long num_evaluations() const;
   long num_steps() const;
-  std::size_t memory() const;  // [bytes] that SUNDIALS says its integrator and linear solver keep
+  std::size_t memory() const;  // [bytes] of integrator and linear solver, as SUNDIALS reports them
 
-  struct Members;  // defined beside the SUNDIALS calls
+  struct Members;  // defined in the .cpp, with the SUNDIALS calls
 
  private:
   std::unique_ptr<Members> members_;

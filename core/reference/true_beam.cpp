@@ -1,9 +1,10 @@
-// The corotational beam (Crisfield 1990; Felippa and Haugen 2005) with the bow of its axis   (THEORY X152).
+// The corotational beam (Crisfield 1990; Felippa and Haugen 2005) with the bow of its axis
+// (THEORY 10.16, 10.17).
 #include <Eigen/LU>
 #include <cmath>
 
+#include "core/reference/rotating_links.hpp"
 #include "core/reference/rotations.hpp"
-#include "core/reference/turning_links.hpp"
 
 namespace freeflex {
 namespace {
@@ -11,6 +12,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+// the local axes at rest as columns   (THEORY 3.4)
 Matrix3d local_axes(const Vector3d& span, const Vector3d& given) {
   const Vector3d x = span.normalized();
   Vector3d y = given;
@@ -25,17 +27,18 @@ Matrix3d local_axes(const Vector3d& span, const Vector3d& given) {
   return axes;
 }
 
-/// An end beside the chord: the swing that takes its x axis to the chord, and its axes after it.
-struct Swung {
-  Swung(const Matrix3d& end, const Vector3d& u) {
+/// An end of a beam whose chord has the direction u; n is the x axis of the end   (THEORY 10.16).
+struct EndOnChord {
+  EndOnChord(const Matrix3d& end, const Vector3d& u) {
     const Vector3d w = end.col(0).cross(u);
     const double cosine = end.col(0).dot(u);
-    swing = smallest_rotation(end.col(0), u);
-    axes = swing * end;
-    turn = -angle_over_sine(w.norm(), cosine) * w;
+    to_chord = smallest_rotation(end.col(0), u);
+    axes = to_chord * end;
+    rotation = -angle_over_sine(w.norm(), cosine) * w;
   }
-  Matrix3d swing, axes;
-  Vector3d turn;  // [rad] of the end against the chord, across it
+  Matrix3d to_chord;  // the smallest rotation that takes n to the chord
+  Matrix3d axes;      // axes of the end after that rotation
+  Vector3d rotation;  // [rad] of the end relative to the chord, normal to it: -(angle / sin(angle)) n x u
 };
 
 }  // namespace
@@ -46,7 +49,7 @@ TrueBeam::TrueBeam(const Beam& beam, const Vector3d& given_span)
       length(given_span.norm()),
       EA(beam.EA),
       torsion(beam.GJ / length) {
-  // about y it deflects along z, and the other way round
+  // bending about y deflects the beam along z, bending about z along y; phi is that of (THEORY 3.10)
   const std::array<double, 2> EI{beam.EI_y, beam.EI_z}, GA{beam.GA_z, beam.GA_y};
   for (std::size_t plane = 0; plane < 2; ++plane) {
     const double phi = GA[plane] > 0.0 ? 12.0 * EI[plane] / (GA[plane] * length * length) : 0.0;
@@ -56,29 +59,31 @@ TrueBeam::TrueBeam(const Beam& beam, const Vector3d& given_span)
 }
 
 void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, bool with_stiffness,
-                        TurnResult& result) const {
+                        LinkGradient& result) const {
   const Vector3d chord = span + d;
   const double l = chord.norm();
   const Vector3d u = chord / l;
-  const std::array<Swung, 2> swung{Swung(ends[0], u), Swung(ends[1], u)};
+  const std::array<EndOnChord, 2> on_chord{EndOnChord(ends[0], u), EndOnChord(ends[1], u)};
 
-  // axes of the chord: half way between the rolls of its ends
-  const Vector3d y = (swung[0].axes.col(1) + swung[1].axes.col(1)).normalized(), z = u.cross(y);
-  const double twist = std::atan2(swung[0].axes.col(2).dot(swung[1].axes.col(1)),
-                                  swung[0].axes.col(1).dot(swung[1].axes.col(1)));
+  // the axes y and z of the chord are half way between the axes of its ends; the twist is the roll from one
+  // end to the other, atan2(z_1.y_2, y_1.y_2)   (THEORY 10.16)
+  const Vector3d y = (on_chord[0].axes.col(1) + on_chord[1].axes.col(1)).normalized(), z = u.cross(y);
+  const double twist = std::atan2(on_chord[0].axes.col(2).dot(on_chord[1].axes.col(1)),
+                                  on_chord[0].axes.col(1).dot(on_chord[1].axes.col(1)));
   const std::array<Vector3d, 2> across{y, z};
 
-  // energy and its derivatives by end rotations t_1, t_2 about y and about z
+  // energy and its derivatives by the end rotations t_1, t_2 about y and about z   (THEORY 10.17)
   std::array<std::array<double, 2>, 2> t{}, bow{}, M{};  // [end][plane]
-  double bow_length = 0.0;                               // [m] what the chord is shorter than the axis
+  double bow_length = 0.0;                               // [m] length of the bowed axis minus the chord
   for (std::size_t p = 0; p < 2; ++p) {
-    const double t1 = across[p].dot(swung[0].turn), t2 = across[p].dot(swung[1].turn);
+    const double t1 = across[p].dot(on_chord[0].rotation), t2 = across[p].dot(on_chord[1].rotation);
     t[0][p] = t1;
     t[1][p] = t2;
     bow_length += length * (2.0 * t1 * t1 - t1 * t2 + 2.0 * t2 * t2) / 30.0;
     bow[0][p] = length * (4.0 * t1 - t2) / 30.0;
     bow[1][p] = length * (4.0 * t2 - t1) / 30.0;
   }
+  // l - L without a difference of lengths   (THEORY 10.3)
   const double stretch = (2.0 * span.dot(d) + d.squaredNorm()) / (l + length) + bow_length;
   const double N = EA / length * stretch;
   result.energy = 0.5 * N * stretch + 0.5 * torsion * twist * twist;
@@ -89,27 +94,29 @@ void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, 
     M[1][p] = symmetric[p] * bent + antisymmetric[p] * skew + N * bow[1][p];
   }
 
-  // The spin of an end against the chord consists of the rates of its turn along y and z, and of its roll at
-  // that turn. y and z roll with the mean of both ends: this mean roll carries the moments of the turns past
-  // them.
+  // The angular velocity of an end relative to the chord has three components: the rates of its rotation
+  // about y and about z, and the rate of its roll. The axes y and z roll by the mean roll of both ends, so
+  // the moments of the rotations also do work on this mean roll: `shift`.
   const std::array<Vector3d, 2> M_across{M[0][0] * y + M[0][1] * z, M[1][0] * y + M[1][1] * z};
-  const double shift = 0.5 * u.dot(swung[0].turn.cross(M_across[0]) + swung[1].turn.cross(M_across[1]));
-  std::array<Matrix3d, 2> rates;  // of turn about y, about z and of roll, per spin
-  Vector3d on_chord = Vector3d::Zero();
+  const double shift =
+      0.5 * u.dot(on_chord[0].rotation.cross(M_across[0]) + on_chord[1].rotation.cross(M_across[1]));
+  std::array<Matrix3d, 2> rates;  // rates of rotation about y, about z and of roll, per angular velocity
+  Vector3d chord_moment = Vector3d::Zero();
   for (std::size_t k = 0; k < 2; ++k) {
-    const Matrix3d T = spin_per_rate(swung[k].turn);
+    const Matrix3d T = spin_per_rate(on_chord[k].rotation);
     Matrix3d spins;
     spins << T * y, T * z, ends[k].col(0);
     rates[k] = spins.inverse();
     const double roll = (k == 0 ? -1.0 : 1.0) * torsion * twist - shift;
     result.moment[k] = rates[k].transpose() * Vector3d(M[k][0], M[k][1], roll);
-    on_chord += result.moment[k];
+    chord_moment += result.moment[k];
   }
-  result.place[1] = N * u - on_chord.cross(u) / l;
-  result.place[0] = -result.place[1];
+  result.force[1] = N * u - chord_moment.cross(u) / l;
+  result.force[0] = -result.force[1];
   if (!with_stiffness) return;
 
-  Eigen::Matrix<double, 6, 6> natural = Eigen::Matrix<double, 6, 6>::Zero();  // over (t_y, t_z, roll) twice
+  // second derivative of the energy by t_y, t_z and roll of both ends
+  Eigen::Matrix<double, 6, 6> natural = Eigen::Matrix<double, 6, 6>::Zero();
   for (Eigen::Index p = 0; p < 2; ++p) {
     const auto plane = static_cast<std::size_t>(p);
     const double own = symmetric[plane] + antisymmetric[plane] + 4.0 * N * length / 30.0;

@@ -1,4 +1,6 @@
-// Rotations without inertia: the values of least energy, by Newton's method   (THEORY X150).
+// Rotations without inertia: Newton's method finds the rotations of least strain energy at given positions
+// (THEORY 10.12):
+//   R_j = argmin E_el(p, R_j)
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -17,51 +19,52 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-void evaluate(const TurningLink<TrueBeam>& link, const TrueGeometry::Places& e, const auto& frames,
-              bool with_stiffness, TurnResult& result) {
+void evaluate(const RotatingLink<TrueBeam>& link, const TrueGeometry::PointVectors& e, const auto& frames,
+              bool with_stiffness, LinkGradient& result) {
   link.kind.evaluate(e.col(link.points[1]) - e.col(link.points[0]), {frames[0].axes, frames[1].axes},
                      with_stiffness, result);
 }
 
-void evaluate(const TurningLink<TruePlate>& link, const TrueGeometry::Places& e, const auto& frames,
-              bool with_stiffness, TurnResult& result) {
+void evaluate(const RotatingLink<TruePlate>& link, const TrueGeometry::PointVectors& e, const auto& frames,
+              bool with_stiffness, LinkGradient& result) {
   link.kind.evaluate({e.col(link.points[0]), e.col(link.points[1]), e.col(link.points[2])},
                      {frames[0].axes, frames[1].axes, frames[2].axes}, with_stiffness, result);
 }
 
 }  // namespace
 
-TrueGeometry::Frame TrueGeometry::stand(const TurnEnd& end) const {
+TrueGeometry::Frame TrueGeometry::frame_of_end(const LinkEnd& end) const {
   const auto index = static_cast<std::size_t>(end.joint);
-  const TurnJoint& joint = joints_[index];
-  const Matrix3d& R = turns_.rotation[index];
+  const TrueJoint& joint = joints_[index];
+  const Matrix3d& R = rotations_.matrix[index];
   Frame frame;
   if (joint.num == 3)
     for (int a = 0; a < 3; ++a) frame.add(joint.first + a, R.col(a));
   if (joint.num == 1) frame.add(joint.first, R * bodies_[static_cast<std::size_t>(joint.body)].frame.line());
   frame.axes = R * end.rest;
-  int turn = end.first;
+  int index_of_angle = end.first;
   for (const int axis : end.released) {
-    frame.add(turn, frame.axes.col(axis));
-    frame.axes = frame.axes * Eigen::AngleAxisd(turns_.angle[turn], Vector3d::Unit(axis)).toRotationMatrix();
-    ++turn;
+    frame.add(index_of_angle, frame.axes.col(axis));
+    frame.axes = frame.axes *
+                 Eigen::AngleAxisd(rotations_.angle[index_of_angle], Vector3d::Unit(axis)).toRotationMatrix();
+    ++index_of_angle;
   }
   return frame;
 }
 
 template <typename Kind>
-double TrueGeometry::assemble(const TurningLink<Kind>& link, const Places& e, bool with_stiffness,
+double TrueGeometry::assemble(const RotatingLink<Kind>& link, const PointVectors& e, bool with_stiffness,
                               Forces force) const {
   std::array<Frame, 3> frames;
-  for (std::size_t i = 0; i < link.ends.size(); ++i) frames[i] = stand(link.ends[i]);
-  TurnResult result;
+  for (std::size_t i = 0; i < link.ends.size(); ++i) frames[i] = frame_of_end(link.ends[i]);
+  LinkGradient result;
   evaluate(link, e, frames, with_stiffness, result);
   for (std::size_t i = 0; i < link.ends.size(); ++i) {
-    force.col(link.points[i]) -= result.place[i];
+    force.col(link.points[i]) -= result.force[i];
     const int body = joints_[static_cast<std::size_t>(link.ends[i].joint)].body;
-    if (body >= 0) turns_.body_moment[static_cast<std::size_t>(body)] -= result.moment[i];
+    if (body >= 0) rotations_.body_moment[static_cast<std::size_t>(body)] -= result.moment[i];
     for (std::size_t k = 0; k < frames[i].num_spins; ++k)
-      turns_.gradient[frames[i].spins[k].first] += frames[i].spins[k].second.dot(result.moment[i]);
+      rotations_.gradient[frames[i].spins[k].first] += frames[i].spins[k].second.dot(result.moment[i]);
   }
   if (!with_stiffness) return result.energy;
   for (std::size_t i = 0; i < link.ends.size(); ++i)
@@ -72,16 +75,17 @@ double TrueGeometry::assemble(const TurningLink<Kind>& link, const Places& e, bo
         for (std::size_t b = 0; b < frames[j].num_spins; ++b) {
           const auto& [row, spin] = frames[i].spins[a];
           const auto& [column, other] = frames[j].spins[b];
-          turns_.stiffness(row, column) += spin.dot(block * other);
+          rotations_.stiffness(row, column) += spin.dot(block * other);
         }
     }
   return result.energy;
 }
 
-double TrueGeometry::assemble(const Places& e, bool with_stiffness, Forces force, VectorXd* energies) const {
-  turns_.gradient.setZero(num_turns_);
-  if (with_stiffness) turns_.stiffness.setZero(num_turns_, num_turns_);
-  turns_.body_moment.assign(bodies_.size(), Vector3d::Zero());
+double TrueGeometry::assemble(const PointVectors& e, bool with_stiffness, Forces force,
+                              VectorXd* energies) const {
+  rotations_.gradient.setZero(num_rotations_);
+  if (with_stiffness) rotations_.stiffness.setZero(num_rotations_, num_rotations_);
+  rotations_.body_moment.assign(bodies_.size(), Vector3d::Zero());
   double energy = 0.0;
   const auto add = [&](const auto& link) {
     const double one = assemble(link, e, with_stiffness, force);
@@ -90,32 +94,34 @@ double TrueGeometry::assemble(const Places& e, bool with_stiffness, Forces force
   };
   for (const auto& beam : beams_) add(beam);
   for (const auto& plate : plates_) add(plate);
-  // a body carries the moments on its joints; what is about the line of its points, the joint's own turn ends
+  // a body carries the moments on its joints; on a collinear body the moment about its line is zero, because
+  // the joint rotates freely about the line
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
-    if (turns_.body_moment[k].isZero(0.0)) continue;
-    const FittedFrame::Fit& fit = turns_.body_fit[k];
-    bodies_[k].frame.add_moment(fit, fit.A.transpose() * turns_.body_moment[k], force);
+    if (rotations_.body_moment[k].isZero(0.0)) continue;
+    const FittedFrame::Fit& fit = rotations_.body_fit[k];
+    bodies_[k].frame.add_moment(fit, fit.R.transpose() * rotations_.body_moment[k], force);
   }
   return energy;
 }
 
-void TrueGeometry::find_idle_turns() {
-  turns_.joint.assign(joints_.size(), Eigen::Quaterniond::Identity());
-  turns_.rotation.assign(joints_.size(), Matrix3d::Identity());
-  turns_.angle = VectorXd::Zero(num_turns_);
-  idle_.resize(num_turns_, 0);
-  if (num_turns_ == 0) return;
+void TrueGeometry::find_idle_rotations() {
+  rotations_.quaternion.assign(joints_.size(), Eigen::Quaterniond::Identity());
+  rotations_.matrix.assign(joints_.size(), Matrix3d::Identity());
+  rotations_.angle = VectorXd::Zero(num_rotations_);
+  idle_.resize(num_rotations_, 0);
+  if (num_rotations_ == 0) return;
   const Matrix3Xd rest = Matrix3Xd::Zero(3, r_.cols());
   Matrix3Xd unused = rest;
-  turns_.body_fit = fit_bodies(rest);
+  rotations_.body_fit = fit_bodies(rest);
   assemble(rest, true, unused, nullptr);
-  scale_ = turns_.stiffness.diagonal().cwiseSqrt();
+  scale_ = rotations_.stiffness.diagonal().cwiseSqrt();
   for (double& scale : scale_)
     if (scale <= 0.0) scale = std::max(scale_.maxCoeff(), 1.0);
   const MatrixXd scaled =
-      scale_.cwiseInverse().asDiagonal() * turns_.stiffness * scale_.cwiseInverse().asDiagonal();
+      scale_.cwiseInverse().asDiagonal() * rotations_.stiffness * scale_.cwiseInverse().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
-  constexpr double kIdle = 1e-11;  // [-] of a stiffness with unit diagonal: nothing but rounding
+  // [-] smaller eigenvalues of a stiffness with unit diagonal are rounding errors
+  constexpr double kIdle = 1e-11;
   const auto count = (eigen.eigenvalues().array() < kIdle).count();
   idle_ = eigen.eigenvectors().leftCols(count);
   factor();
@@ -123,79 +129,81 @@ void TrueGeometry::find_idle_turns() {
 
 void TrueGeometry::factor() const {
   const VectorXd inverse = scale_.cwiseInverse();
-  MatrixXd scaled = inverse.asDiagonal() * turns_.stiffness * inverse.asDiagonal();
+  MatrixXd scaled = inverse.asDiagonal() * rotations_.stiffness * inverse.asDiagonal();
   if (idle_.cols() > 0) {
     scaled -= (idle_ * (idle_.transpose() * scaled)).eval();
     scaled -= ((scaled * idle_) * idle_.transpose()).eval();
     scaled += idle_ * idle_.transpose();
   }
-  turns_.factor.compute(scaled);
+  rotations_.factor.compute(scaled);
 }
 
-VectorXd TrueGeometry::newton_step(const Places& e) const {
+VectorXd TrueGeometry::newton_step(const PointVectors& e) const {
   const VectorXd inverse = scale_.cwiseInverse();
-  VectorXd right = -inverse.cwiseProduct(turns_.gradient);
+  VectorXd right = -inverse.cwiseProduct(rotations_.gradient);
   if (idle_.cols() > 0) {
-    // what strains nothing stays with the body as a whole
-    VectorXd present = turns_.angle;
-    const Matrix3d A = body_.fit(r_ + e).A;
+    // rotations that strain no link follow the body as a whole
+    VectorXd present = rotations_.angle;
+    const Matrix3d R_body = body_.fit(r_ + e).R;
     for (std::size_t k = 0; k < joints_.size(); ++k) {
-      const TurnJoint& joint = joints_[k];
-      const Vector3d vector = rotation_vector(A.transpose() * turns_.rotation[k]);
+      const TrueJoint& joint = joints_[k];
+      const Vector3d vector = rotation_vector(R_body.transpose() * rotations_.matrix[k]);
       if (joint.num == 3) present.segment<3>(joint.first) = vector;
       if (joint.num == 1)
         present[joint.first] = vector.dot(bodies_[static_cast<std::size_t>(joint.body)].frame.line());
     }
     right -= idle_ * (idle_.transpose() * (right + scale_.cwiseProduct(present)));
   }
-  return inverse.cwiseProduct(turns_.factor.solve(right));
+  return inverse.cwiseProduct(rotations_.factor.solve(right));
 }
 
-void TrueGeometry::turn(const VectorXd& step) const {
-  constexpr double kLargest = 0.5;  // [rad] at once
+void TrueGeometry::rotate(const VectorXd& step) const {
+  constexpr double kLargest = 0.5;  // [rad] largest rotation in one step
   const double largest = step.cwiseAbs().maxCoeff();
   const VectorXd taken = largest > kLargest ? VectorXd(step * (kLargest / largest)) : step;
-  turns_.angle += taken;  // of joints it is not used
+  rotations_.angle += taken;  // used for released ends only
   for (std::size_t k = 0; k < joints_.size(); ++k) {
-    const TurnJoint& joint = joints_[k];
+    const TrueJoint& joint = joints_[k];
     if (joint.num == 0) continue;
     const Vector3d vector =
         joint.num == 3
             ? Vector3d(taken.segment<3>(joint.first))
             : Vector3d(taken[joint.first] * bodies_[static_cast<std::size_t>(joint.body)].frame.line());
-    if (joint.num == 3) turns_.angle.segment<3>(joint.first).setZero();
-    if (joint.num == 1) turns_.angle[joint.first] = 0.0;
-    turns_.joint[k] = (turns_.joint[k] * quaternion_of(vector)).normalized();
-    turns_.rotation[k] = turns_.joint[k].toRotationMatrix();
+    if (joint.num == 3) rotations_.angle.segment<3>(joint.first).setZero();
+    if (joint.num == 1) rotations_.angle[joint.first] = 0.0;
+    rotations_.quaternion[k] = (rotations_.quaternion[k] * quaternion_of(vector)).normalized();
+    rotations_.matrix[k] = rotations_.quaternion[k].toRotationMatrix();
   }
 }
 
-std::vector<FittedFrame::Fit> TrueGeometry::fit_bodies(const Places& e) const {
+std::vector<FittedFrame::Fit> TrueGeometry::fit_bodies(const PointVectors& e) const {
   std::vector<FittedFrame::Fit> fits;
   for (const TrueBody& body : bodies_) fits.push_back(body.frame.fit(r_ + e));
   return fits;
 }
 
-void TrueGeometry::follow_bodies(const Places& e) const {
-  turns_.body_fit = fit_bodies(e);
+void TrueGeometry::follow_bodies(const PointVectors& e) const {
+  rotations_.body_fit = fit_bodies(e);
   for (std::size_t k = 0; k < joints_.size(); ++k) {
-    const TurnJoint& joint = joints_[k];
+    const TrueJoint& joint = joints_[k];
     if (joint.body < 0) continue;
     const auto body = static_cast<std::size_t>(joint.body);
-    const Matrix3d& A = turns_.body_fit[body].A;
-    Matrix3d& R = turns_.rotation[k];
+    const Matrix3d& R_body = rotations_.body_fit[body].R;
+    Matrix3d& R = rotations_.matrix[k];
     const Vector3d& line = bodies_[body].frame.line();
-    // on a line the body says where its line points, and the joint keeps its turn about it
-    R = joint.num == 0 ? A : Matrix3d(smallest_rotation(R * line, A * line) * R);
-    turns_.joint[k] = Eigen::Quaterniond(R).normalized();
+    // a collinear body determines the direction of its line, and the joint keeps its rotation about this line
+    R = joint.num == 0 ? R_body : Matrix3d(smallest_rotation(R * line, R_body * line) * R);
+    rotations_.quaternion[k] = Eigen::Quaterniond(R).normalized();
   }
 }
 
-bool TrueGeometry::relax(const Places& e) const {
-  constexpr int kMost = 60;            // steps
-  constexpr double kSmall = 1e-14;     // [rad] below the rounding of the rotations
-  constexpr double kRounding = 1e-10;  // [rad] steps under this that no longer shrink are rounding
-  constexpr double kSlow = 0.05;       // [-] a contraction above this asks for a new factor
+bool TrueGeometry::relax(const PointVectors& e) const {
+  constexpr int kMost = 60;  // steps
+  // [rad] steps of at most this size are below the rounding error of rotations
+  constexpr double kSmall = 1e-14;
+  constexpr double kRounding = 1e-10;  // [rad] smaller steps that no longer shrink are rounding errors
+  // [-] if a step is larger than this times the last step, a new factor is needed
+  constexpr double kSlow = 0.05;
   double last = std::numeric_limits<double>::infinity();
   bool with_stiffness = false;
   Matrix3Xd unused = Matrix3Xd::Zero(3, r_.cols());
@@ -205,7 +213,7 @@ bool TrueGeometry::relax(const Places& e) const {
     const VectorXd step = newton_step(e);
     const double size = step.cwiseAbs().maxCoeff();
     if (!std::isfinite(size)) return false;
-    turn(step);
+    rotate(step);
     if (size <= kSmall || (size < kRounding && size > 0.5 * last)) return true;
     with_stiffness = size > kSlow * last || size > kSlow;
     last = size;
@@ -213,16 +221,16 @@ bool TrueGeometry::relax(const Places& e) const {
   return false;
 }
 
-double TrueGeometry::add_forces(const Places& e, Forces force) const {
+double TrueGeometry::add_forces(const PointVectors& e, Forces force) const {
   double energy = add_angles(e, force, nullptr) + add_matrices(e, force, nullptr);
   if (joints_.empty()) return energy;
   follow_bodies(e);
-  if (num_turns_ > 0 && !relax(e)) {
-    // anew, from joints that turn with the body
-    const Matrix3d A = body_.fit(r_ + e).A;
-    std::fill(turns_.joint.begin(), turns_.joint.end(), Eigen::Quaterniond(A));
-    std::fill(turns_.rotation.begin(), turns_.rotation.end(), A);
-    turns_.angle.setZero();
+  if (num_rotations_ > 0 && !relax(e)) {
+    // start again from joints that rotate with the body
+    const Matrix3d R_body = body_.fit(r_ + e).R;
+    std::fill(rotations_.quaternion.begin(), rotations_.quaternion.end(), Eigen::Quaterniond(R_body));
+    std::fill(rotations_.matrix.begin(), rotations_.matrix.end(), R_body);
+    rotations_.angle.setZero();
     follow_bodies(e);
     if (!relax(e)) force.setConstant(std::numeric_limits<double>::quiet_NaN());
   }
@@ -230,7 +238,7 @@ double TrueGeometry::add_forces(const Places& e, Forces force) const {
   return energy;
 }
 
-VectorXd TrueGeometry::energies(const Places& e) const {
+VectorXd TrueGeometry::energies(const PointVectors& e) const {
   VectorXd energies = VectorXd::Zero(num_links_);
   Matrix3Xd unused = Matrix3Xd::Zero(3, r_.cols());
   add_forces(e, unused);
@@ -240,15 +248,15 @@ VectorXd TrueGeometry::energies(const Places& e) const {
   return energies;
 }
 
-Matrix3d TrueGeometry::local_rotation(int point, const Places& e) const {
+Matrix3d TrueGeometry::local_rotation(int point, const PointVectors& e) const {
   const auto index = static_cast<std::size_t>(point);
-  if (joint_of_[index] >= 0) return turns_.rotation[static_cast<std::size_t>(joint_of_[index])];
-  // surroundings on a line do not say how they turn about it: as the body does
-  const Matrix3d A = body_.fit(r_ + e).A;
-  return A * surroundings_[index].fit(A.transpose() * (r_ + e)).A;
+  if (joint_of_[index] >= 0) return rotations_.matrix[static_cast<std::size_t>(joint_of_[index])];
+  // collinear surroundings do not define the rotation about their line; the rotation of the body is used
+  const Matrix3d R_body = body_.fit(r_ + e).R;
+  return R_body * surroundings_[index].fit(R_body.transpose() * (r_ + e)).R;
 }
 
-void TrueGeometry::add_followers(const std::vector<PointLoad>& loads, double scale, const Places& e,
+void TrueGeometry::add_followers(const std::vector<PointLoad>& loads, double scale, const PointVectors& e,
                                  Forces force) const {
   for (const PointLoad& load : loads)
     force.col(load.point) += scale * (local_rotation(load.point, e) * load.force);

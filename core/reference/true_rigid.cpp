@@ -1,4 +1,4 @@
-// Rigid links and bodies as constraints on accelerations   (THEORY X156).
+// Rigid links and bodies as constraints on accelerations   (THEORY 10.23).
 #include <Eigen/QR>
 
 #include "core/reference/rotations.hpp"
@@ -14,17 +14,18 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Solver = Eigen::CompleteOrthogonalDecomposition<MatrixXd>;
 
-// [-] constraints that others imply to this are redundant
+// [-] constraints that others imply to within this fraction are redundant
 constexpr double kRedundant = 1e-9;
 
 VectorXd stacked(const Matrix3Xd& columns) { return Map<const VectorXd>(columns.data(), columns.size()); }
 
+// [1/sqrt(kg)] rows G m^-1/2 of one body, G = T_o^T R^T   (THEORY 10.23)
 MatrixXd body_rows(const TrueBody& body, const FittedFrame::Fit& fit, const VectorXd& mass) {
   MatrixXd rows = MatrixXd::Zero(body.forbidden.cols(), 3 * mass.size());
   const auto& points = body.frame.points();
   for (std::size_t k = 0; k < points.size(); ++k)
     rows.middleCols<3>(3 * Eigen::Index{points[k]}) =
-        body.forbidden.middleRows<3>(3 * static_cast<Eigen::Index>(k)).transpose() * fit.A.transpose() /
+        body.forbidden.middleRows<3>(3 * static_cast<Eigen::Index>(k)).transpose() * fit.R.transpose() /
         std::sqrt(mass[points[k]]);
   return rows;
 }
@@ -38,7 +39,7 @@ Solver decompose(const MatrixXd& rows) {
 
 }  // namespace
 
-MatrixXd TrueGeometry::forbidden(const Places& e) const {
+MatrixXd TrueGeometry::forbidden(const PointVectors& e) const {
   Eigen::Index count = 0;
   for (const TrueBody& body : bodies_) count += body.forbidden.cols();
   MatrixXd rows(count, 3 * mass_.size());
@@ -50,7 +51,9 @@ MatrixXd TrueGeometry::forbidden(const Places& e) const {
   return rows;
 }
 
-void TrueGeometry::constrain(const Places& e, const Places& e_dot, Forces acceleration) const {
+// G e'' = T_o^T (w_F x (w_F x r) - 2 kappa V' - kappa^2 V)   (THEORY 10.23), solved by the change of e'' with
+// the least sum of m |change|^2
+void TrueGeometry::constrain(const PointVectors& e, const PointVectors& e_dot, Forces acceleration) const {
   if (bodies_.empty()) return;
   const MatrixXd rows = forbidden(e);
   VectorXd wanted(rows.rows());
@@ -58,7 +61,8 @@ void TrueGeometry::constrain(const Places& e, const Places& e_dot, Forces accele
   for (const TrueBody& body : bodies_) {
     const FittedFrame::Fit fit = body.frame.fit(r_ + e);
     const Vector3d spin = body.frame.spin(fit, e_dot);
-    // a rigid body's points accelerate by spin x (spin x r) beside what a rigid motion gives
+    // points of a rigid body have the centripetal acceleration w_F x (w_F x r) in addition to the
+    // acceleration of a rigid displacement
     Matrix3Xd target = cross_matrix(spin) * cross_matrix(spin) * body.frame.rest();
     target -= 2.0 * correction_ * body.frame.rates(fit, e_dot) + correction_ * correction_ * fit.V;
     wanted.segment(row, body.forbidden.cols()) = body.forbidden.transpose() * stacked(target);

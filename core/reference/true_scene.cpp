@@ -1,4 +1,5 @@
-// Scene -> links at true geometry, and the Cartesian system that holds them   (THEORY X150-X157).
+// Makes the links of a scene at true geometry, and the Cartesian system that contains them. THEORY 10.12 to
+// 10.25; 10.22: the stiffness of matrix links, 10.25: the damping matrix
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
@@ -30,7 +31,7 @@ FittedFrame fitted(const std::vector<int>& points, const Matrix3Xd& rest) {
   return {points, VectorXd::Ones(static_cast<Eigen::Index>(points.size())), rest};
 }
 
-/// Orthonormal columns across the rigid motions of places r (3 x n).
+/// Returns orthonormal columns, orthogonal to the rigid motions of points at r (3 x n).
 MatrixXd across_rigid_motions(const Matrix3Xd& r) {
   constexpr double kRank = 1e-10;
   MatrixXd motions(3 * r.cols(), 6);
@@ -51,17 +52,18 @@ TrueGeometry::TrueGeometry(const Scene& scene, const VectorXd& mass, const Matri
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
   body_ = FittedFrame(all, mass, rest);
   num_links_ = static_cast<int>(scene.links.size());
-  // bodies first: they turn joints
+  // bodies first, because they rotate joints
   for (const Link& link : scene.links)
     if (std::holds_alternative<Rigid>(link.kind)) add_body(link.points);
   for (int k = 0; k < num_links_; ++k) {
     const LinkKind& kind = scene.links[static_cast<std::size_t>(k)].kind;
-    if (std::holds_alternative<Beam>(kind) || std::holds_alternative<Plate>(kind)) add_turning(scene, k);
+    if (std::holds_alternative<Beam>(kind) || std::holds_alternative<Plate>(kind))
+      add_rotating_link(scene, k);
     if (std::holds_alternative<BendingSpring>(kind) || std::holds_alternative<TorsionSpring>(kind))
       add_angle(scene, k);
     if (std::holds_alternative<MatrixLink>(kind)) add_matrix(scene, k);
   }
-  find_idle_turns();
+  find_idle_rotations();
   find_surroundings(scene);
 }
 
@@ -74,47 +76,47 @@ void TrueGeometry::add_body(const std::vector<int>& points) {
 int TrueGeometry::add_joint(int point) {
   int& index = joint_of_[static_cast<std::size_t>(point)];
   if (index >= 0) return index;
-  TurnJoint joint;
+  TrueJoint joint;
   for (std::size_t k = 0; k < bodies_.size() && joint.body < 0; ++k) {
     const FittedFrame& frame = bodies_[k].frame;
-    // a rigid link of two points turns nothing
+    // a rigid link of two points rotates no joint
     if (frame.points().size() < 3 || !contains(frame.points(), point)) continue;
     joint.body = static_cast<int>(k);
     joint.num = frame.is_line() ? 1 : 0;
     for (std::size_t other = 0; other < joints_.size(); ++other)
       if (joints_[other].body == joint.body) return index = static_cast<int>(other);
   }
-  joint.first = num_turns_;
-  num_turns_ += joint.num;
+  joint.first = num_rotations_;
+  num_rotations_ += joint.num;
   joints_.push_back(joint);
   return index = static_cast<int>(joints_.size()) - 1;
 }
 
-TurnEnd TrueGeometry::make_end(int point, const Matrix3d& axes, const std::array<bool, 3>& released) {
-  TurnEnd end;
+LinkEnd TrueGeometry::make_end(int point, const Matrix3d& axes, const std::array<bool, 3>& released) {
+  LinkEnd end;
   end.joint = add_joint(point);
   end.rest = axes;
   if (released[0] && released[1] && released[2]) {
-    // nothing holds it: a joint of its own
+    // the joint does not hold this end at all: the end gets a separate joint
     end.joint = static_cast<int>(joints_.size());
-    joints_.push_back({-1, num_turns_, 3});
-    num_turns_ += 3;
+    joints_.push_back({-1, num_rotations_, 3});
+    num_rotations_ += 3;
     return end;
   }
-  end.first = num_turns_;
+  end.first = num_rotations_;
   for (int axis = 0; axis < 3; ++axis)
     if (released[static_cast<std::size_t>(axis)]) end.released.push_back(axis);
-  num_turns_ += static_cast<int>(end.released.size());
+  num_rotations_ += static_cast<int>(end.released.size());
   return end;
 }
 
-void TrueGeometry::add_turning(const Scene& scene, int index) {
+void TrueGeometry::add_rotating_link(const Scene& scene, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
-  const auto place = [&](std::size_t k) -> const Vector3d& {
+  const auto position = [&](std::size_t k) -> const Vector3d& {
     return scene.points[static_cast<std::size_t>(link.points[k])].position;
   };
   if (const auto* beam = std::get_if<Beam>(&link.kind)) {
-    TurningLink<TrueBeam> one{index, TrueBeam(*beam, place(1) - place(0)), link.points, {}};
+    RotatingLink<TrueBeam> one{index, TrueBeam(*beam, position(1) - position(0)), link.points, {}};
     for (std::size_t k = 0; k < 2; ++k)
       one.ends.push_back(make_end(link.points[k], one.kind.rest, beam->released[k]));
     const double L = one.kind.length;
@@ -124,7 +126,8 @@ void TrueGeometry::add_turning(const Scene& scene, int index) {
     return;
   }
   const auto& plate = std::get<Plate>(link.kind);
-  TurningLink<TruePlate> one{index, TruePlate(plate, {place(0), place(1), place(2)}), link.points, {}};
+  RotatingLink<TruePlate> one{
+      index, TruePlate(plate, {position(0), position(1), position(2)}), link.points, {}};
   for (const int point : link.points) one.ends.push_back(make_end(point, one.kind.rest, {}));
   const double side = one.kind.edges.col(0).norm();
   stiffnesses_.push_back(plate.E * plate.thickness);
@@ -136,7 +139,8 @@ void TrueGeometry::add_matrix(const Scene& scene, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   const auto& given = std::get<MatrixLink>(link.kind);
   TrueMatrix matrix{index, fitted(link.points, r_), MatrixXd(given.matrix)};
-  // what resists no rigid motion, of a flexibility what balanced loads meet   (X46, X63)
+  // (1 - T T^T) K (1 - T T^T), where T are the rigid motions; a flexibility is inverted in the space
+  // orthogonal to T (THEORY 3.12, 3.38)
   const MatrixXd across = across_rigid_motions(matrix.frame.rest());
   MatrixXd inner = across.transpose() * matrix.K * across;
   inner = (0.5 * (inner + inner.transpose())).eval();
@@ -167,9 +171,10 @@ void TrueGeometry::find_surroundings(const Scene& scene) {
 
 namespace {
 
-/// The scene without what makes no force of strain, its stiffnesses times what they are damped by: Rayleigh's
-/// beta and their own relaxation time. Rigid links stay, because they turn the ends of beams and plates at
-/// their points. Springs, bars and dashpots are damped at their true length already.
+/// Returns the scene with only the links whose strain is damped. Each stiffness is multiplied by Rayleigh's
+/// beta plus the relaxation time of the link. Rigid links stay, because they rotate the ends of beams and
+/// plates at their points. Springs, bars and dashpots are omitted, because they are damped at their true
+/// length.
 Scene damped_links(const Scene& scene) {
   Scene damped = scene;
   damped.loads.clear();
@@ -196,7 +201,9 @@ Scene damped_links(const Scene& scene) {
   return damped;
 }
 
-/// Damping matrix over V' of what acts on modes and of what strains no axial link   (THEORY X157).
+/// Returns the damping matrix over V', from modal damping and from links that are not axial   (THEORY 10.25):
+///   C_d = sum_links (beta_R + tau) K_rest + m (sum_l (2 zeta_l omega_l + alpha_R) psi_l psi_l^T) m
+/// with K_rest [N/m] the stiffness of a link at rest and psi_l [1/sqrt(kg)] the modes at rest.
 MatrixXd damping_matrix(const Scene& scene, const CartesianSystem& system) {
   const Eigen::Index n = system.mass.size();
   MatrixXd C = MatrixXd::Zero(3 * n, 3 * n);
@@ -225,7 +232,7 @@ MatrixXd damping_matrix(const Scene& scene, const CartesianSystem& system) {
   }
   const VectorXd rate =
       2.0 * ratio.cwiseProduct(modes.omega) + VectorXd::Constant(modes.omega.size(), damping.alpha);
-  // shapes are orthonormal by mass
+  // shapes are orthonormal in the mass metric
   const VectorXd mass = system.mass.transpose().replicate<3, 1>().reshaped();
   const MatrixXd weighted = mass.asDiagonal() * modes.shapes;
   return C + weighted * rate.asDiagonal() * weighted.transpose();
@@ -236,13 +243,13 @@ MatrixXd damping_matrix(const Scene& scene, const CartesianSystem& system) {
 std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error) {
   error.clear();
   if (!are_point_masses(scene))
-    error = "the Cartesian reference holds point masses only";
+    error = "the Cartesian reference supports point masses only";
   else if (!scene.feedbacks.empty())
-    error = "feedback acts on elastic displacements, which the Cartesian reference has not";
+    error = "feedback acts on elastic displacements, which the Cartesian reference does not have";
   if (!scene.initial.modes.empty())
     error = "the Cartesian reference has no modes: give the initial elastic state by points";
   if (!error.empty()) return std::nullopt;
-  CartesianSystem system = lay_out(scene);
+  CartesianSystem system = make_axial_system(scene);
   system.true_geometry.emplace(scene, system.mass, system.r);
   TrueGeometry& geometry = *system.true_geometry;
   const MatrixXd C = damping_matrix(scene, system);
@@ -251,7 +258,7 @@ std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::strin
     const Eigen::Index n = system.mass.size();
     Eigen::Map<Matrix3Xd> e(system.initial.data(), 3, n), e_dot(system.initial.data() + 3 * n, 3, n);
     geometry.project(e, e_dot);
-    // what drifts off dies out some ten times within the fastest motion of note
+    // constraint errors decay about ten times faster than the fastest relevant motion
     double rate = 10.0 * (system.spin.norm() + e_dot.cwiseAbs().maxCoeff() / system.r.cwiseAbs().maxCoeff());
     for (const CartesianLink& link : system.links)
       rate = std::max(rate, 0.1 * std::sqrt(link.stiffness / system.mass.maxCoeff()));

@@ -48,18 +48,18 @@ bool has_mass_matrix(const Link& link) {
   return std::holds_alternative<MatrixLink>(link.kind) && has_mass(link);
 }
 
-MassSpread spread_of(const Link& link) {
-  if (const auto* bar = std::get_if<Bar>(&link.kind)) return bar->spread;
-  if (const auto* beam = std::get_if<Beam>(&link.kind)) return beam->spread;
-  if (const auto* plate = std::get_if<Plate>(&link.kind)) return plate->spread;
-  return MassSpread::kConsistent;
+MassDistribution mass_distribution_of(const Link& link) {
+  if (const auto* bar = std::get_if<Bar>(&link.kind)) return bar->mass_distribution;
+  if (const auto* beam = std::get_if<Beam>(&link.kind)) return beam->mass_distribution;
+  if (const auto* plate = std::get_if<Plate>(&link.kind)) return plate->mass_distribution;
+  return MassDistribution::kConsistent;
 }
 
 namespace {
 
-// Gauss's rule on 0 to 1: two points for shapes that are linear, four for cubic ones
+// Gauss's rule on 0 to 1: two points for linear shapes, four for cubic ones
 struct GaussPoint {
-  double place, weight;  // [-]
+  double position, weight;  // [-]
 };
 std::span<const GaussPoint> gauss_points(bool is_cubic) {
   static constexpr std::array<GaussPoint, 2> kTwo{{{0.21132486540518712, 0.5}, {0.78867513459481288, 0.5}}};
@@ -71,11 +71,11 @@ std::span<const GaussPoint> gauss_points(bool is_cubic) {
   return kTwo;
 }
 
-// Dunavant's rule of degree 6 on a triangle (1985, Int. J. Numer. Meth. Eng. 21, 1129-1148): the square of a
-// cubic is exact. Two classes of three points, one of six; the last weight closes the sum.
+// Dunavant's rule of degree 6 on a triangle (1985, Int. J. Numer. Meth. Eng. 21, 1129-1148), exact for the
+// square of a cubic: two classes of three points and one of six. The last weight completes the sum to one.
 struct TrianglePoint {
-  std::array<double, 3> share;  // [-] of the corners
-  double weight;                // [-]
+  std::array<double, 3> weights_of_corners;  // [-]
+  double weight;                             // [-]
 };
 std::vector<TrianglePoint> triangle_points() {
   constexpr double kFirst = 0.116786275726379, kSecond = 0.050844906370207;
@@ -98,7 +98,8 @@ std::vector<TrianglePoint> triangle_points() {
 
 namespace {
 
-// motions of a superelement's rows with the body: translations, then rotations about its first point
+// rigid motions T_s of the coordinates of a superelement, as columns: three translations, then three
+// rotations about its first point; inner coordinates are at rest
 Eigen::MatrixXd rigid_rows_of(const Scene& scene, const Link& link, const MatrixLink& matrix) {
   const Eigen::Index per_point = matrix.has_rotations ? 6 : 3;
   Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(num_rows(matrix, link.points.size()), 6);
@@ -115,6 +116,7 @@ Eigen::MatrixXd rigid_rows_of(const Scene& scene, const Link& link, const Matrix
   return motions;
 }
 
+// T_s^T m_s T_s   (THEORY 16.18)
 Eigen::Matrix<double, 6, 6> rigid_mass_of(const Scene& scene, const Link& link) {
   const auto& matrix = std::get<MatrixLink>(link.kind);
   const Eigen::MatrixXd rigid = rigid_rows_of(scene, link, matrix);
@@ -124,7 +126,8 @@ Eigen::Matrix<double, 6, 6> rigid_mass_of(const Scene& scene, const Link& link) 
 
 }  // namespace
 
-// v . m (w x c) of the blocks beside each other: its skew part is c
+// T_s^T m_s T_s = (m 1, -m [c]x; m [c]x, J + m ((c . c) 1 - c c^T))   (THEORY 16.18), so that c is the
+// antisymmetric part of the upper right block over m
 PointMass rigid_body_of(const Scene& scene, const Link& link) {
   const Eigen::Matrix<double, 6, 6> all = rigid_mass_of(scene, link);
   PointMass body;
@@ -139,32 +142,32 @@ PointMass rigid_body_of(const Scene& scene, const Link& link) {
 }
 
 std::string mass_matrix_problem(const Scene& scene, const Link& link) {
-  constexpr double kRounding = 1e-5;  // [-] what printed tables leave open
+  constexpr double kRounding = 1e-5;  // [-] uncertainty of printed tables
   const auto& matrix = std::get<MatrixLink>(link.kind);
   if (!Eigen::MatrixXd(matrix.mass).allFinite()) return "the mass matrix has an entry that is not finite";
   const Eigen::MatrixXd M = matrix.mass;
   if ((M - M.transpose()).cwiseAbs().maxCoeff() > 1e-6 * M.cwiseAbs().maxCoeff())
     return "the mass matrix is not symmetric; give a symmetric one";
-  // on the scale of each row: entries of rotations have other units
+  // the matrix is scaled by rows and columns, because entries of rotations have other units
   const Eigen::VectorXd root = M.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd inverse = root.unaryExpr([](double x) { return x > 0.0 ? 1.0 / x : 0.0; });
   for (Eigen::Index k = 0; k < M.rows(); ++k)
     if (M(k, k) < 0.0 || (M(k, k) == 0.0 && !M.row(k).isZero(0.0)))
       return join_text("row ", k + 1, " of the mass matrix has ", M(k, k),
-                       " on the diagonal, and a mass is positive, or its row zero");
+                       " on the diagonal; this must be positive, or the whole row zero");
   const Eigen::MatrixXd scaled = inverse.asDiagonal() * M * inverse.asDiagonal();
   const double least =
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
   if (least < -kRounding)
     return join_text("the mass matrix is not positive semidefinite: eigenvalue ", least,
-                     " with a diagonal of ones");
+                     " after scaling to a diagonal of ones");
   const Eigen::Matrix<double, 6, 6> all = rigid_mass_of(scene, link);
   const PointMass body = rigid_body_of(scene, link);
   const Eigen::Matrix3d excess = all.topLeftCorner<3, 3>() - body.mass * Eigen::Matrix3d::Identity();
   if (!(body.mass > 0.0) || excess.cwiseAbs().maxCoeff() > kRounding * body.mass)
     return join_text(
         "the mass matrix has the masses ", all.diagonal().head<3>().transpose(),
-        " kg in translation along x, y, z, which must be one: check the order of rows, the axes of "
+        " kg in translation along x, y, z, which must be equal: check the order of rows, the axes of "
         "its points and units");
   const Eigen::Matrix3d S = all.topRightCorner<3, 3>();
   const double size = std::sqrt(std::max(0.0, all.diagonal().tail<3>().maxCoeff() * body.mass));
@@ -175,9 +178,11 @@ std::string mass_matrix_problem(const Scene& scene, const Link& link) {
   return inertia_problem(body.inertia);
 }
 
+// corners d +- a_1 +- a_2 +- a_3 with an even number of minus signs, |a_k|^2 = Pi_k / m along the principal
+// axes of Pi   (THEORY 16.4)
 std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(second_moment(body));
-  // what a moment about the point and that of the mass at the centre leave by rounding has no extent: a line
+  // principal values of Pi that are rounding errors are set to zero: the body has no extent along these axes
   constexpr double kRounding = 1e-13;
   const double least =
       kRounding * (eigen.eigenvalues().cwiseMax(0.0).sum() + body.mass * body.offset.squaredNorm());
@@ -190,15 +195,16 @@ std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body) {
   return corners;
 }
 
-std::vector<SpreadMass> spread_masses(const Scene& scene, int index) {
+// parts g of the mass in int mu |V'|^2 / 2 dx = sum_g m_g |V_g'|^2 / 2   (THEORY 16.10)
+std::vector<DistributedMass> distributed_masses(const Scene& scene, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   if (!has_mass(link)) return {};
   const double mass = mass_of(scene, link);
-  std::vector<SpreadMass> all;
+  std::vector<DistributedMass> all;
   if (std::holds_alternative<MatrixLink>(link.kind)) {
     for (const Eigen::Vector3d& arm : corners_of(rigid_body_of(scene, link)))
       all.push_back({index, 0.25 * mass, {{link.points[0], 1.0}}, arm});
-  } else if (spread_of(link) == MassSpread::kLumped) {
+  } else if (mass_distribution_of(link) == MassDistribution::kLumped) {
     for (const int point : link.points)
       all.push_back({index, mass / static_cast<double>(link.points.size()), {{point, 1.0}}});
   } else if (std::holds_alternative<Plate>(link.kind)) {
@@ -206,30 +212,32 @@ std::vector<SpreadMass> spread_masses(const Scene& scene, int index) {
     for (const TrianglePoint& each : kPoints)
       all.push_back({index,
                      mass * each.weight,
-                     {{link.points[0], each.share[0]},
-                      {link.points[1], each.share[1]},
-                      {link.points[2], each.share[2]}}});
+                     {{link.points[0], each.weights_of_corners[0]},
+                      {link.points[1], each.weights_of_corners[1]},
+                      {link.points[2], each.weights_of_corners[2]}}});
   } else {
     for (const GaussPoint& each : gauss_points(std::holds_alternative<Beam>(link.kind)))
-      all.push_back(
-          {index, mass * each.weight, {{link.points[0], 1.0 - each.place}, {link.points[1], each.place}}});
+      all.push_back({index,
+                     mass * each.weight,
+                     {{link.points[0], 1.0 - each.position}, {link.points[1], each.position}}});
   }
   return all;
 }
 
-std::vector<SpreadMass> spread_masses(const Scene& scene) {
-  std::vector<SpreadMass> all;
+std::vector<DistributedMass> distributed_masses(const Scene& scene) {
+  std::vector<DistributedMass> all;
   for (int i = 0; i < static_cast<int>(scene.links.size()); ++i)
-    for (SpreadMass& each : spread_masses(scene, i)) all.push_back(std::move(each));
+    for (DistributedMass& each : distributed_masses(scene, i)) all.push_back(std::move(each));
   return all;
 }
 
+// Pi = (tr J) / 2 1 - J   (THEORY 16.3)
 Eigen::Matrix3d second_moment(const PointMass& point) {
   return 0.5 * point.inertia.trace() * Eigen::Matrix3d::Identity() - point.inertia;
 }
 
 std::string inertia_problem(const Eigen::Matrix3d& inertia) {
-  // [-] of the largest moment: what printed tables of seven digits leave open
+  // [-] of the largest moment: uncertainty of printed tables of seven digits
   constexpr double kRounding = 1e-6;
   if (!inertia.allFinite()) return "inertia is not finite";
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(inertia, Eigen::EigenvaluesOnly);
@@ -237,11 +245,11 @@ std::string inertia_problem(const Eigen::Matrix3d& inertia) {
   const double least = -kRounding * moments[2];
   if (moments[0] < least)
     return join_text("inertia has the principal moment ", moments[0],
-                     " kg m^2, must be >= 0; the entries of the matrix are wanted, products of inertia as "
+                     " kg m^2, must be >= 0; give the entries of the inertia matrix, off the diagonal "
                      "-sum m x y");
   if (moments[0] + moments[1] - moments[2] < least)
     return join_text("inertia has the principal moments ", moments.transpose(),
-                     " kg m^2: no mass has one above the sum of the two others; check the order and that "
+                     " kg m^2: no moment may exceed the sum of the two others; check the order and that "
                      "they are about the centre of mass");
   return {};
 }

@@ -1,4 +1,4 @@
-// Mass that is more than point masses: bodies with inertia, massless points, mass of links.
+// Bodies with inertia, massless points and links with mass.
 #pragma once
 
 #include <array>
@@ -10,52 +10,60 @@
 
 namespace freeflex {
 
-/// True of a body: its attitude counts among the freedoms, for it has inertia or an offset   (THEORY X160).
+/// Returns whether the attitude of a point is among the freedoms, because the point has inertia or an offset
+/// (THEORY 16.1).
 bool has_attitude(const PointMass& point);
 
-/// True when point masses are all that there is: points with mass and nothing else, links without.
+/// Returns whether the scene has point masses only: all points have mass, none has inertia or an offset, and
+/// no link has mass.
 bool are_point_masses(const Scene& scene);
 
-/// Second moment of the mass about its own centre, S = (tr J) / 2 - J [kg m^2]   (THEORY X160).
+/// Returns the second moment of the mass of a body about its centre, Pi = (tr J) / 2 1 - J [kg m^2]
+/// (THEORY 16.3).
 Eigen::Matrix3d second_moment(const PointMass& point);
 
-/// A part of the mass of a link, which stands and moves between points as their shares say   (THEORY X164).
-struct SpreadMass {
+/// One part of the mass of a link. Its position is the weighted mean of the positions of points, plus an arm
+/// (THEORY 16.10).
+struct DistributedMass {
   int link = -1;
   double mass = 0.0;                              // [kg] > 0
-  std::vector<std::pair<int, double>> shares;     // (point, share) [-] sum 1
-  Eigen::Vector3d arm = Eigen::Vector3d::Zero();  // [m] of a superelement, from its first point
+  std::vector<std::pair<int, double>> shares;     // (point, weight) [-] sum 1
+  Eigen::Vector3d arm = Eigen::Vector3d::Zero();  // [m] superelement: from its first point
 };
 
-/// Where the mass of links counts as standing, in the order of the links: at Gauss's points of beams and
-/// bars, Dunavant's of plates, for which squares of their shapes are exact, at the points where it is lumped.
-/// \pre links with their points
-std::vector<SpreadMass> spread_masses(const Scene& scene);
-/// The same of one link.
-std::vector<SpreadMass> spread_masses(const Scene& scene, int link);
+/// Returns the parts of the mass of all links, in the order of the links. They are at the Gauss points of
+/// beams and bars and at Dunavant's points of plates, which integrate the squares of the deformation shapes
+/// exactly. Lumped mass is at the points of its link.  \pre all points of links exist
+std::vector<DistributedMass> distributed_masses(const Scene& scene);
+/// Returns the parts of the mass of one link.
+std::vector<DistributedMass> distributed_masses(const Scene& scene, int link);
 
-/// True of a superelement whose mass is a matrix: how its inside moves is not known   (THEORY X166).
+/// Returns whether a link is a superelement with a mass matrix; the motion inside it is unknown
+/// (THEORY 16.17).
 bool has_mass_matrix(const Link& link);
 
-/// True of a link that has mass, and how that is spread.
+/// Returns whether a link has mass.
 bool has_mass(const Link& link);
-MassSpread spread_of(const Link& link);
+/// Returns the distribution of the mass of a link; kConsistent for links without mass.
+MassDistribution mass_distribution_of(const Link& link);
 
-/// The mass of a link [kg]; 0 of one that has none.
+/// Returns the mass of a link [kg]; 0 if the link has no mass.
 double mass_of(const Scene& scene, const Link& link);
 
-/// The body that the mass matrix of a superelement is in rigid motion   (THEORY X166): mass, and inertia and
-/// offset from its first point.  \pre a matrix link with mass
+/// Returns the rigid body that has the same mass matrix as a superelement in rigid motion   (THEORY 16.18):
+/// mass, inertia, and offset from its first point.  \pre a matrix link with mass
 PointMass rigid_body_of(const Scene& scene, const Link& link);
 
-/// What keeps that matrix from being the mass of a body. Empty: nothing.
+/// Returns the reason why the mass matrix of a superelement is not that of one body in rigid motion; empty if
+/// it is.
 std::string mass_matrix_problem(const Scene& scene, const Link& link);
 
-/// Four particles that have the mass, centre and inertia of a body, places from its point   (THEORY X160).
+/// Returns the positions, from the point of a body, of four particles with a quarter of its mass each.
+/// Together they have its mass, centre of mass and inertia   (THEORY 16.4).
 std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body);
 
-/// What keeps a symmetric matrix from being an inertia: a negative moment, one above the sum of the two
-/// others. Empty: nothing.
+/// Returns the reason why a symmetric matrix is not an inertia: a moment is negative or above the sum of the
+/// two others; empty if the matrix is an inertia   (THEORY 16.3).
 std::string inertia_problem(const Eigen::Matrix3d& inertia);
 
 }  // namespace freeflex

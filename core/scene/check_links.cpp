@@ -1,4 +1,4 @@
-// Physics of single links.
+// Checks of single links.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
@@ -12,13 +12,14 @@
 namespace freeflex {
 namespace {
 
-// [-] sine of the angle between a beam and its y_axis below which the local axes are not determined
+// [-] sine of the angle between a beam and its y_axis; if it is smaller, the local axes are undetermined
 constexpr double kParallel = 1e-6;
 
-// [-] steps of a double that a link spans at least where its points are: its direction is then known to 1e-3
+// [-] least length of a link over the spacing of doubles at its points: the direction of the link is then
+// accurate to 1e-3
 constexpr double kLeastSteps = 1000.0;
 
-// sine of the angle of three points below which a dihedral angle or a plate is not determined [-]
+// [-] sine of the angle of three points; if it is smaller, a dihedral angle or a plate is undetermined
 constexpr double kDegenerate = 1e-9;
 
 }  // namespace
@@ -43,8 +44,8 @@ void Checker::check_link_points(const Link& link, const std::string& who) {
               who + " names point " + quoted(point(index).name, index) + " twice; name each once");
     }
   }
-  // a matrix takes any places and a rigid body any but one; every other link has a direction from each point
-  // to the next
+  // the points of a matrix may have any positions; the points of a rigid body may not all coincide; every
+  // other link needs a direction from each point to the next
   if (!known || !kind.follows_points) return;
   if (is_body(link)) {
     const Eigen::Vector3d first = point(link.points[0]).position;
@@ -99,8 +100,8 @@ void Checker::check_torsion(const Link& link, const std::string& who) {
     if (a.stableNormalized().cross(b.stableNormalized()).norm() < kDegenerate)
       error(link.origin, who + ": " +
                              point_names(scene, {link.points[k], link.points[k + 1], link.points[k + 2]}, 3) +
-                             " lie on a line, about which nothing turns; a torsion spring needs a bend on "
-                             "either side of its middle");
+                             " lie on a line, so the dihedral angle is undefined; a torsion spring needs a "
+                             "bend on either side of its middle");
   }
 }
 
@@ -117,7 +118,8 @@ void Checker::check_matrix_link(const Link& link, const MatrixLink& matrix, cons
   if (matrix.is_flexibility && is_superelement(matrix))
     error(link.origin, who + ": a flexibility has neither rotations nor mass; give the stiffness matrix");
   if (matrix.num_inner > 0 && matrix.mass.size() == 0)
-    error(link.origin, who + " has inner coordinates and no mass matrix, which says how they move; give one");
+    error(link.origin,
+          who + " has inner coordinates but no mass matrix, which determines their motion; give one");
   if (is_superelement(matrix) && !Eigen::MatrixXd(matrix.matrix).allFinite())
     error(link.origin, who + ": the stiffness matrix has an entry that is not finite");
   if (matrix.mass.size() > 0) check_size("mass matrix", matrix.mass);
@@ -136,11 +138,11 @@ void Checker::check_dissipation(const Link& link, const std::string& who) {
   if ((link.viscous != 0.0 || link.loss_factor != 0.0) && kind.effect != LinkEffect::kStrains)
     error(link.origin, who + (kind.effect == LinkEffect::kForbids ? " is rigid" : " is a dashpot") +
                            ": it has no viscous or loss_factor of its own");
-  if (link.viscous != 0.0 && kind.turns_joints)
+  if (link.viscous != 0.0 && kind.has_joint_rotations)
     error(link.origin, who +
-                           ": viscous is for links without rotations: those of beams and plates carry no "
-                           "mass, and a moment that "
-                           "depends on their rate would make them states of their own; use rayleigh damping "
+                           ": viscous is only for links without rotations: rotations of beams and plates "
+                           "carry no mass, and a moment that "
+                           "depends on their rates would add states; use rayleigh damping "
                            "or a loss_factor");
 }
 
@@ -167,8 +169,8 @@ void Checker::check_link(const Link& link, int index) {
              link.kind);
 }
 
-// Links whose points are so far from the origin that doubles do not resolve them: the first of them, and how
-// many there are.
+// Reports links whose points are so far from the origin that doubles do not resolve the link. Names the first
+// link and gives the number of other links.
 void Checker::check_resolution() {
   const Link* first = nullptr;
   std::string message;
@@ -178,7 +180,7 @@ void Checker::check_resolution() {
     if (!std::all_of(link.points.begin(), link.points.end(),
                      [&](int each) { return is_point(each) && point(each).position.allFinite(); }))
       continue;
-    // of a matrix or a rigid body, which take any places, the whole size
+    // the length of a matrix or a rigid body is its size
     const bool is_chain = traits_of(link).follows_points && !is_body(link);
     double length = is_chain ? std::numeric_limits<double>::infinity() : 0.0, farthest = 0.0;
     for (std::size_t i = 0; i < link.points.size(); ++i) {
@@ -189,7 +191,8 @@ void Checker::check_resolution() {
       length = is_chain ? std::min(length, span) : std::max(length, span);
     }
     const double step = kEpsilon * farthest;
-    if (link.points.size() < 2 || length == 0.0 || length >= kLeastSteps * step) continue;  // 0: reported
+    // a length of 0 is reported by check_link_points()
+    if (link.points.size() < 2 || length == 0.0 || length >= kLeastSteps * step) continue;
     ++num_others;
     if (first) continue;
     first = &link;
@@ -197,11 +200,12 @@ void Checker::check_resolution() {
         join_text("link ", called(link, static_cast<int>(k)), " of ", length, " m has points ", farthest,
                   " m from the origin, where numbers of 64 bits are ", step,
                   " m apart and do not resolve it; give coordinates from an origin in the structure, and "
-                  "where that is by initial: position");
+                  "the position of that origin by initial: position");
   }
   if (!first) return;
   if (num_others > 0)
-    message += join_text("; so for ", num_others, num_others == 1 ? " other link" : " other links");
+    message +=
+        join_text("; the same holds for ", num_others, num_others == 1 ? " other link" : " other links");
   error(first->origin, message);
 }
 

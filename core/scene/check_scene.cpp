@@ -11,7 +11,7 @@
 namespace freeflex {
 namespace {
 
-// points of a link whose forces one message below 60 kB can carry
+// largest number of points of a link whose forces fit in one message of less than 60 kB
 constexpr std::size_t kMaxForcePoints = 2000;
 
 }  // namespace
@@ -27,7 +27,7 @@ void Checker::check_points() {
     if (const std::string problem = inertia_problem(each.inertia); !problem.empty())
       error(each.origin, join_text(who, ": ", problem));
     if (each.mass == 0.0 && has_attitude(each))
-      error(each.origin, who + " has inertia or an offset, and no mass: give the mass that they are of");
+      error(each.origin, who + " has inertia or an offset, but no mass: give its mass");
   }
   if (!scene.points.empty() &&
       std::all_of(scene.points.begin(), scene.points.end(),
@@ -53,8 +53,8 @@ void Checker::check_group(const Group& group, int index) {
       }))
     error(group.origin,
           who +
-              " has no mass, by which a wrench is spread over points: add a point that has some, or all "
-              "points of a beam, bar or plate that has");
+              " has no mass; a wrench is distributed over its points by mass: add a point with mass, or all "
+              "points of a beam, bar or plate with mass");
 }
 
 void Checker::check_damping() {
@@ -73,7 +73,7 @@ void Checker::check_damping() {
 void Checker::check_wheels() {
   if (scene.wheels.size() > std::size_t{kMaxWheels})
     error(scene.wheels[std::size_t{kMaxWheels}].origin,
-          join_text("the scene has ", scene.wheels.size(), " wheels; at most ", kMaxWheels, " are taken"));
+          join_text("the scene has ", scene.wheels.size(), " wheels; at most ", kMaxWheels, " are allowed"));
   for (std::size_t k = 0; k < scene.wheels.size(); ++k) {
     const Wheel& wheel = scene.wheels[k];
     const std::string who = "wheel " + quoted(wheel.name, static_cast<int>(k));
@@ -81,7 +81,7 @@ void Checker::check_wheels() {
       error(wheel.origin, who + " is in point " + quoted(point(wheel.point).name, wheel.point) +
                               ", which has no inertia; give it the inertia of the body that holds the wheel");
     if (!(std::abs(wheel.axis.norm() - 1.0) < 1e-9))
-      error(wheel.origin, join_text(who, ": axis (", wheel.axis.transpose(), ") is no unit vector"));
+      error(wheel.origin, join_text(who, ": axis (", wheel.axis.transpose(), ") is not a unit vector"));
     if (!std::isfinite(wheel.momentum)) error(wheel.origin, who + ": momentum is not finite");
   }
 }
@@ -97,14 +97,15 @@ void Checker::check_history(const Load& load, const std::string& who) {
     if (table->times.empty() || table->times.size() != table->values.size()) {
       error(load.origin,
             join_text(who, ": the table has ", table->times.size(), " times and ", table->values.size(),
-                      " values; it needs as many of one as of the other, at least one"));
+                      " values; it needs as many times as values, "
+                      "at least one of each"));
       return;
     }
     for (std::size_t row = 0; row < table->times.size(); ++row) {
       if (!std::isfinite(table->times[row]) || !std::isfinite(table->values[row]))
         error(load.origin, join_text(who, ": row ", row + 1, " of the table is not finite"));
       if (row > 0 && !(table->times[row] > table->times[row - 1]))
-        error(load.origin, join_text(who, ": times of the table must increase, row ", row + 1, " has ",
+        error(load.origin, join_text(who, ": times of the table must increase; row ", row + 1, " has ",
                                      table->times[row], " s after ", table->times[row - 1], " s"));
     }
   }
@@ -134,13 +135,13 @@ void Checker::check_load(const Load& load, int index) {
     if (known_point(load.origin, who, each.point) && !has_attitude(point(each.point)))
       error(load.origin,
             who + ": point " + quoted(point(each.point).name, each.point) +
-                " has no attitude, on which a torque acts; give it inertia or an offset, or a wrench to "
-                "a group of several points");
+                " has no attitude, so no torque can act on it; give it inertia or an offset, or apply a "
+                "wrench to a group of several points");
   }
   if (load.axes == Axes::kLocal && !load.wrenches.empty())
     error(load.origin,
           who +
-              " is a wrench in local axes: a group has no one local rotation; give forces on points, or "
+              " is a wrench in local axes: a group has no single local rotation; give forces on points, or "
               "body axes");
   check_history(load, who);
 }
@@ -157,7 +158,7 @@ void Checker::check_feedback(const Feedback& feedback, int index) {
              by_velocity = gain("velocity", feedback.velocity_gain),
              by_acceleration = gain("acceleration", feedback.acceleration_gain);
   if (!by_displacement && !by_velocity && !by_acceleration)
-    error(feedback.origin, who + " has no gain but zero; give a displacement, velocity or acceleration gain");
+    error(feedback.origin, who + " has only zero gains; give a displacement, velocity or acceleration gain");
 }
 
 void Checker::check_attractor() {
@@ -176,7 +177,7 @@ void Checker::check_initial() {
   const double norm = initial.attitude.stableNorm();
   if (!(std::isfinite(norm) && norm > 0.0))
     error(initial.origin, join_text("initial attitude (", initial.attitude.transpose(),
-                                    ") is no rotation; give a quaternion w x y z that is not zero"));
+                                    ") is not a rotation; give a quaternion w x y z that is not zero"));
   for (const auto& each : initial.points) {
     known_point(initial.origin, "initial displacement", each.point);
     finite(initial.origin, "initial displacement", each.displacement);
@@ -187,7 +188,7 @@ void Checker::check_initial() {
   };
   if (!initial.points.empty() && std::any_of(scene.links.begin(), scene.links.end(), has_mass_matrix))
     error(initial.origin,
-          "initial: points say nothing of how a mass matrix moves between them; give initial: modes");
+          "initial: points do not determine the motion inside a mass matrix; give initial: modes");
   for (const auto& each : initial.modes)
     if (!std::isfinite(each.q) || !std::isfinite(each.q_dot))
       error(initial.origin, join_text("initial state of mode ", each.mode, " is not finite"));
@@ -213,9 +214,9 @@ void Checker::check_publication() {
             join_text("link ", called(link, index),
                       std::holds_alternative<MatrixLink>(link.kind)
                           ? " is a superelement, whose forces are not published"
-                          : " is rigid, and beside bodies or massless points forces of rigid links are not "
-                            "published",
-                      ": leave it out of publish: loads"));
+                          : " is rigid, and forces of rigid links are not published in scenes with bodies or "
+                            "massless points",
+                      ": remove it from publish: loads"));
     if (has_point_forces(link) && link.points.size() > kMaxForcePoints)
       error(link.origin,
             join_text("link ", called(link, index), " has ", link.points.size(), " points; at most ",

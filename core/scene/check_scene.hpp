@@ -1,22 +1,22 @@
-// The physics of a scene that can be judged before anything is computed.
+// Checks of a scene that need no computation of masses or modes.
 #pragma once
 
 #include "core/scene/scene.hpp"
 
 namespace freeflex {
 
-/// Of a scene in which no mass was found: beside other faults it may only follow from them.
-inline constexpr const char* kNoMass = "nothing has mass; a free structure needs a point or a link that has";
+/// Message for a scene without mass. If there are other faults, it may only be their consequence.
+inline constexpr const char* kNoMass = "nothing has mass; a free structure needs a point or a link with mass";
 
-/// Appends every fault of points, links, groups, damping, loads, initial state and publication: values out of
-/// range, indices that name nothing, links of no length.
+/// Appends every fault of points, links, groups, wheels, damping, loads, feedback, attractor, initial state
+/// and publication: values out of range, invalid indices, links of zero length.
 void check_scene(const Scene& scene, Faults& faults);
 
-/// Appends a fault at the first point beyond the most that are taken, if there is one.
-/// \param is_whole  false: there are more points than the scene holds
+/// Appends a fault at the first point beyond kMaxPoints, if there is one.
+/// \param is_whole  false: the input has more points than the scene contains
 void check_num_points(const Scene& scene, bool is_whole, Faults& faults);
 
-/// Appends faults of what names elastic modes by number: damping and initial state.
+/// Appends faults for invalid mode numbers in damping and initial state.
 void check_modes(const Scene& scene, int num_elastic, Faults& faults);
 
 }  // namespace freeflex

@@ -1,4 +1,4 @@
-// What check_scene and check_links share: a scene, its faults, and words for common ones.
+// The part that check_scene and check_links share: a scene, its faults, and the text of common faults.
 #pragma once
 
 #include <cmath>

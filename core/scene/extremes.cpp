@@ -8,7 +8,7 @@
 namespace freeflex {
 namespace {
 
-// a value of a scene, and where it was written
+// a value of a scene and its position in the input
 struct Extreme {
   Origin origin;
   std::string what;  // "link 'q': EA of 1e+308 N"
@@ -59,7 +59,7 @@ class Search {
     size_ = size;
     extreme_ = {origin_, join_text(who_, ": ", what, " of ", value, *unit != 0 ? " " : "", unit)};
   }
-  // where small values do no harm
+  // takes values that cause no overflow if they are small
   void take_large(const char* what, double value, const char* unit) {
     if (std::abs(value) > 1.0) take(what, value, unit);
   }
@@ -135,7 +135,7 @@ void add_overflow(const Scene& scene, const std::string& problem, Faults& faults
   add_error(faults, extreme.origin,
             join_text(extreme.what, ": ", problem,
                       "; this is the most extreme value of the scene: values of one "
-                      "scene must be of sizes that fit each other, in SI units"));
+                      "scene must have compatible sizes in SI units"));
 }
 
 }  // namespace freeflex

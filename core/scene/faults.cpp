@@ -14,7 +14,7 @@ std::string quoted(const std::string& name, int index) {
 }
 
 std::string called(const Link& link, int index) {
-  return link.place.empty() ? quoted(link.name, index) : link.place;
+  return link.label.empty() ? quoted(link.name, index) : link.label;
 }
 
 std::string point_names(const Scene& scene, const std::vector<int>& points, int limit) {

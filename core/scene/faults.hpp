@@ -1,4 +1,4 @@
-// Words for faults: what was found, what is allowed, how to fix it.
+// Text of faults: what was found, what is allowed, how to fix it.
 #pragma once
 
 #include <sstream>
@@ -9,7 +9,7 @@
 
 namespace freeflex {
 
-/// The parts joined as text; doubles with up to nine digits, enough to recognise what a person wrote.
+/// Returns the arguments joined as text. Doubles have up to nine digits, enough to recognise the input.
 template <typename... Parts>
 std::string join_text(const Parts&... parts) {
   std::ostringstream out;
@@ -26,18 +26,18 @@ inline void add_warning(Faults& faults, const Origin& origin, std::string messag
   faults.push_back({Fault::Severity::kWarning, origin, std::move(message)});
 }
 
-/// What helps where memory ran out.
+/// Remedy at the end of messages about lack of memory.
 inline constexpr const char* kMoreMemory =
     "; ask for fewer modes with modes: {count: N}, publish and push fewer points and links, or allow more "
     "memory (ulimit -v)";
 
-/// 'name' in quotes, or "number i" (from 1) when the item has no name.
+/// Returns 'name' in quotes, or "number i" (from 1) for an item without a name.
 std::string quoted(const std::string& name, int index);
 
-/// What messages call a link: 'name', or where it stands when it was written without one.
+/// Returns the label of a link in messages: 'name', or its position in the source list if it has no name.
 std::string called(const Link& link, int index);
 
-/// "a, b, c and 4 more": at most limit names of the given points.
+/// Returns the names of the given points, at most `limit` of them: "a, b, c and 4 more".
 std::string point_names(const Scene& scene, const std::vector<int>& points, int limit);
 
 }  // namespace freeflex

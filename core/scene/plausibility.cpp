@@ -18,17 +18,17 @@
 namespace freeflex {
 namespace {
 
-constexpr double kLeastModulus = 1e6;  // [Pa] rubber has about as much
-constexpr double kMostModulus = 1e13;  // [Pa] diamond has 1.2e12
-constexpr double kLeastDensity =
-    10.0;  // [kg/m^3] the lightest foams in use have as much, metals in g/cm^3 less
-constexpr double kMostDensity = 30000;  // [kg/m^3] osmium has 22,590
+constexpr double kLeastModulus = 1e6;  // [Pa] about the modulus of rubber
+constexpr double kMostModulus = 1e13;  // [Pa] the modulus of diamond is 1.2e12
+// [kg/m^3] the lightest foams in use; densities of metals in g/cm^3 are below it
+constexpr double kLeastDensity = 10.0;
+constexpr double kMostDensity = 30000;  // [kg/m^3] the density of osmium is 22,590
 constexpr double kMostLengthRatio = 1e12;
-constexpr double kLeastThickness = 0.1;  // [m] a plate above it may be given in mm
-constexpr double kMostGyration = 5.0;    // [-] radius of gyration of a section over the length of its beam
-constexpr double kMostReach = 3.0;       // [-] of a body over the extent of all points
+constexpr double kLeastThickness = 0.1;  // [m] a larger thickness may have been given in mm
+constexpr double kMostGyration = 5.0;    // [-] radius of gyration of a section over length of its beam
+constexpr double kMostBodySize = 3.0;    // [-] size of a body over the extent of all points
 
-/// A unit that people write in place of the SI one, and the exponent of ten that makes SI of it.
+/// A common unit other than the SI unit, and the exponent of ten that converts it to SI.
 struct OtherUnit {
   const char* name;
   int exponent;
@@ -36,7 +36,7 @@ struct OtherUnit {
 constexpr OtherUnit kOfModulus[] = {{"GPa", 9}, {"MPa", 6}};
 constexpr OtherUnit kOfDensity[] = {{"g/cm^3", 3}, {"g/mm^3", 6}, {"kg/mm^3", 9}, {"t/mm^3", 12}};
 
-// "; in GPa write 70e9" for the first unit in which the value is one of a usual material
+// returns "; in GPa write 70e9" for the first unit in which the value is plausible for a common material
 std::string advise_unit(double value, std::span<const OtherUnit> units, double least, double most) {
   for (const OtherUnit& unit : units) {
     const double in_si = value * std::pow(10.0, unit.exponent);
@@ -49,7 +49,7 @@ std::string advise_unit(double value, std::span<const OtherUnit> units, double l
   return {};
 }
 
-// one cause: the first link that has it, and how many others have it too
+// one cause of a warning: the first link with this cause, and the number of other links
 struct Cause {
   Origin origin;
   std::string message;
@@ -90,7 +90,7 @@ std::string link_at(const Scene& scene, std::size_t index) {
   return "link " + called(scene.links[index], static_cast<int>(index));
 }
 
-void look_at_material(const Scene& scene, std::size_t index, const Plate& plate, Causes& causes) {
+void check_material(const Scene& scene, std::size_t index, const Plate& plate, Causes& causes) {
   const Link& link = scene.links[index];
   const auto modulus = [&](const char* what) {
     return join_text(link_at(scene, index), ": E of ", plate.E, " Pa is ", what,
@@ -108,7 +108,7 @@ void look_at_material(const Scene& scene, std::size_t index, const Plate& plate,
     causes.add(kHeavy, link, [&] { return density("more than any metal has"); });
 }
 
-void look_at_section(const Scene& scene, std::size_t index, const Beam& beam, Causes& causes) {
+void check_section(const Scene& scene, std::size_t index, const Beam& beam, Causes& causes) {
   const Link& link = scene.links[index];
   const double length = (scene.points[static_cast<std::size_t>(link.points[1])].position -
                          scene.points[static_cast<std::size_t>(link.points[0])].position)
@@ -122,7 +122,7 @@ void look_at_section(const Scene& scene, std::size_t index, const Beam& beam, Ca
   });
 }
 
-void look_at_bodies(const Scene& scene, Faults& faults) {
+void check_bodies(const Scene& scene, Faults& faults) {
   Eigen::AlignedBox3d box;
   for (const PointMass& point : scene.points) box.extend(point.position);
   const double extent = box.diagonal().stableNorm();
@@ -130,27 +130,27 @@ void look_at_bodies(const Scene& scene, Faults& faults) {
   for (const PointMass& point : scene.points) {
     const double offset = point.offset.stableNorm();
     const double gyration = point.mass > 0.0 ? std::sqrt(point.inertia.trace() / 2.0 / point.mass) : 0.0;
-    if (offset > kMostReach * extent)
+    if (offset > kMostBodySize * extent)
       add_warning(faults, point.origin,
                   join_text("point '", point.name, "': offset of ", offset, " m in a structure that spans ",
-                            extent, " m; it is in m"));
-    if (gyration > kMostReach * extent)
+                            extent, " m; an offset is in m"));
+    if (gyration > kMostBodySize * extent)
       add_warning(faults, point.origin,
                   join_text("point '", point.name, "': inertia and mass give a radius of gyration of ",
                             gyration, " m in a structure that spans ", extent, " m; inertia is in kg m^2"));
   }
 }
 
-void look_at_ratios(const Scene& scene, Faults& faults) {
+void check_ratios(const Scene& scene, Faults& faults) {
   double most = scene.damping.modal_ratio;
   for (const auto& [mode, ratio] : scene.damping.mode_ratios) most = std::max(most, ratio);
   if (most <= 1.0) return;
   add_warning(faults, scene.damping.origin,
-              join_text("damping: a ratio of ", most,
-                        " is above 1, at which nothing swings; in per cent write ", 0.01 * most));
+              join_text("damping: a ratio of ", most, " is above 1, critical damping; in per cent write ",
+                        0.01 * most));
 }
 
-// plates that hang together by their points: the group of each link; -1 for one that is no plate
+// groups of plates that share points (union-find over points)
 class PlateGroups {
  public:
   explicit PlateGroups(const Scene& scene) : parents_(scene.points.size()) {
@@ -172,30 +172,31 @@ class PlateGroups {
   std::vector<int> parents_;
 };
 
-// [m] extent of places along the second of their principal directions: the width of what they span
-double width_of(const std::vector<Eigen::Vector3d>& places) {
-  Eigen::Matrix3Xd r(3, static_cast<Eigen::Index>(places.size()));
-  for (std::size_t k = 0; k < places.size(); ++k) r.col(static_cast<Eigen::Index>(k)) = places[k] - places[0];
+// returns the extent of some positions along their second principal direction, the width of a plate [m]
+double width_of(const std::vector<Eigen::Vector3d>& positions) {
+  Eigen::Matrix3Xd r(3, static_cast<Eigen::Index>(positions.size()));
+  for (std::size_t k = 0; k < positions.size(); ++k)
+    r.col(static_cast<Eigen::Index>(k)) = positions[k] - positions[0];
   r.colwise() -= Eigen::Vector3d(r.rowwise().mean());
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(r * r.transpose());
   const Eigen::RowVectorXd across = eigen.eigenvectors().col(1).transpose() * r;
   return across.maxCoeff() - across.minCoeff();
 }
 
-void look_at_thickness(const Scene& scene, Causes& causes) {
+void check_thickness(const Scene& scene, Causes& causes) {
   PlateGroups groups(scene);
-  std::map<std::size_t, std::vector<Eigen::Vector3d>> places;
+  std::map<std::size_t, std::vector<Eigen::Vector3d>> positions;
   for (const Link& link : scene.links)
     if (std::holds_alternative<Plate>(link.kind))
       for (const int point : link.points)
-        places[groups.root(point)].push_back(scene.points[static_cast<std::size_t>(point)].position);
+        positions[groups.root(point)].push_back(scene.points[static_cast<std::size_t>(point)].position);
   std::map<std::size_t, double> widths;
-  for (const auto& [root, of_group] : places) widths[root] = width_of(of_group);
+  for (const auto& [root, of_group] : positions) widths[root] = width_of(of_group);
   for (std::size_t k = 0; k < scene.links.size(); ++k) {
     const auto* plate = std::get_if<Plate>(&scene.links[k].kind);
     if (!plate) continue;
     const double width = widths[groups.root(scene.links[k].points[0])];
-    if (plate->thickness <= width || width == 0.0) continue;  // on a line: an error of the set-up
+    if (plate->thickness <= width || width == 0.0) continue;  // 0: points on a line, an error in check_scene
     causes.add(kThick, scene.links[k], [&] {
       return join_text(link_at(scene, k), ": thickness of ", plate->thickness,
                        " m is more than the width of the plate, ", width, " m",
@@ -205,7 +206,7 @@ void look_at_thickness(const Scene& scene, Causes& causes) {
   }
 }
 
-void look_at_lengths(const Scene& scene, Faults& faults) {
+void check_lengths(const Scene& scene, Faults& faults) {
   double shortest = std::numeric_limits<double>::infinity(), longest = 0.0;
   std::size_t short_link = 0, long_link = 0;
   for (std::size_t k = 0; k < scene.links.size(); ++k) {
@@ -215,12 +216,12 @@ void look_at_lengths(const Scene& scene, Faults& faults) {
       const double length = (scene.points[static_cast<std::size_t>(link.points[i])].position -
                              scene.points[static_cast<std::size_t>(link.points[i - 1])].position)
                                 .stableNorm();
-      if (length == 0.0) continue;  // of a rigid body
+      if (length == 0.0) continue;  // coincident points of a rigid body
       if (length < shortest) shortest = length, short_link = k;
       if (length > longest) longest = length, long_link = k;
     }
   }
-  // a thousandth below, for the rounding of the coordinates
+  // 0.999 allows for rounding of the coordinates
   if (longest < 0.999 * kMostLengthRatio * shortest) return;
   add_warning(faults, scene.links[short_link].origin,
               join_text("lengths from ", shortest, " m (", link_at(scene, short_link), ") to ", longest,
@@ -234,15 +235,14 @@ void warn_of_implausible(const Scene& scene, Faults& faults) {
     Causes causes(faults);
     for (std::size_t k = 0; k < scene.links.size(); ++k) {
       if (const auto* plate = std::get_if<Plate>(&scene.links[k].kind))
-        look_at_material(scene, k, *plate, causes);
-      if (const auto* beam = std::get_if<Beam>(&scene.links[k].kind))
-        look_at_section(scene, k, *beam, causes);
+        check_material(scene, k, *plate, causes);
+      if (const auto* beam = std::get_if<Beam>(&scene.links[k].kind)) check_section(scene, k, *beam, causes);
     }
-    look_at_thickness(scene, causes);
+    check_thickness(scene, causes);
   }
-  look_at_bodies(scene, faults);
-  look_at_ratios(scene, faults);
-  look_at_lengths(scene, faults);
+  check_bodies(scene, faults);
+  check_ratios(scene, faults);
+  check_lengths(scene, faults);
 }
 
 }  // namespace freeflex

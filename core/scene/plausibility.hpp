@@ -1,12 +1,14 @@
-// Values that can be computed with, and that no structure is likely to have: most are in another unit.
+// Warnings of valid but implausible values, most of which are in a wrong unit.
 #pragma once
 
 #include "core/scene/scene.hpp"
 
 namespace freeflex {
 
-/// Appends a warning for each cause, at the first link that has it, with the number of the others: a modulus
-/// or density that no solid has, a plate that is thicker than wide, lengths a million times a million apart.
+/// Appends one warning for each cause. It is reported at the first link with this cause and gives the number
+/// of other links. Causes are a modulus or density outside the range of solids, a section too large for its
+/// beam, a plate that is thicker than wide, a body larger than the structure, a damping ratio above 1, and
+/// lengths in a ratio of 1e12.
 /// \pre check_scene found no error
 void warn_of_implausible(const Scene& scene, Faults& faults);
 

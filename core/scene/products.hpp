@@ -1,6 +1,6 @@
-// Eigen's products of dense matrices, compiled once: else every file that multiplies two matrices makes them
-// again from their templates. Spelled for registers of two doubles; with wider ones Eigen asks for other
-// kernels.
+// Eigen's products of dense matrices, compiled once: otherwise every file that multiplies two matrices
+// instantiates their templates again. The list below is that for registers of two doubles; for wider
+// registers Eigen uses other kernels.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,6 @@
-// What a person describes: point masses, elastic links, loads, initial state, publication.
-// Plain values; no file, no clock. The reader (service/io) fills it, build_structure checks its physics.
+// The scene that a person describes: point masses, elastic links, loads, initial state, publication. It
+// contains plain values and uses neither files nor a clock. The reader (service/io) fills the scene;
+// build_structure checks the physics.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,14 +19,15 @@
 
 namespace freeflex {
 
-/// Where a person wrote an item; source indexes Scene::sources, line and column count from 1 (0: unknown).
+/// Position in the input at which an item was written. `source` is an index into Scene::sources; line and
+/// column are numbered from 1 (0: unknown).
 struct Origin {
   int source = -1;
   int line = 0;
   int column = 0;
 };
 
-/// One thing wrong with a person's input. Errors prevent a plan; warnings are said and kept going.
+/// One fault in the input. An error prevents a plan; a warning is reported and the set-up continues.
 struct Fault {
   enum class Severity { kError, kWarning };
   Severity severity = Severity::kError;
@@ -34,11 +36,11 @@ struct Fault {
 };
 using Faults = std::vector<Fault>;
 
-/// True when at least one fault is an error.
+/// Returns whether at least one fault is an error.
 bool has_error(const Faults& faults);
 
-/// A point mass (Alekseev 1970, section 1), or a body whose centre of mass is the point or beside it, or a
-/// massless point that links hold.
+/// Holds a point mass (Alekseev 1970, section 1), a body with its centre of mass at the point or at an offset
+/// from it, or a massless point that links hold.
 struct PointMass {
   std::string name;
   double mass = 0.0;                                   // [kg] >= 0
@@ -48,132 +50,138 @@ struct PointMass {
   Origin origin{};
 };
 
-/// How the mass of a link is spread over its points   (THEORY X164).
-enum class MassSpread {
-  kConsistent,  // by the shapes that the link deforms in
-  kLumped,      // in equal parts on its points
-  kMeanAxial,   // consistent across, along the mean of lumped and consistent
+/// Distribution of the mass of a link   (THEORY 16.10 to 16.12).
+enum class MassDistribution {
+  kConsistent,  // by the deformation shapes of the link
+  kLumped,      // in equal parts at its points
+  kMeanAxial,   // consistent across the link; along the link the mean of lumped and consistent
 };
 
-/// Axial spring between two points   (THEORY X44).
+/// Axial spring between two points   (THEORY 3.3).
 struct Spring {
   double stiffness = 0.0;  // [N/m] > 0
 };
 
-/// Bar between two points: axial stiffness EA / L, L the rest length   (THEORY X44).
+/// Bar between two points with axial stiffness EA / L, where L is the rest length   (THEORY 3.3).
 struct Bar {
   double EA = 0.0;               // [N] > 0
   double mass_per_length = 0.0;  // [kg/m] >= 0
-  MassSpread spread = MassSpread::kConsistent;
+  MassDistribution mass_distribution = MassDistribution::kConsistent;
 };
 
-/// Beam in space between two points, rigidly joined to every other beam and plate there but for releases:
-/// Euler- Bernoulli, or Timoshenko in a plane whose shear stiffness is given   (THEORY X45). Local x runs
-/// from the first point to the second; local z = x cross y_axis, normalised.
+/// Beam in space between two points. Except for releases it is rigidly joined to every other beam and plate
+/// at its points. In each plane it is a Timoshenko beam if a shear stiffness is given, else an
+/// Euler-Bernoulli beam (THEORY 3.4 to 3.10). Local x runs from the first point to the second; local z = x
+/// cross y_axis, normalised.
 struct Beam {
   double EA = 0.0;    // [N] > 0
   double GJ = 0.0;    // [N m^2] torsion, > 0
   double EI_y = 0.0;  // [N m^2] bending about local y (deflection along z), > 0
   double EI_z = 0.0;  // [N m^2] bending about local z (deflection along y), > 0
-  Eigen::Vector3d y_axis = Eigen::Vector3d::Zero();  // [-] local y direction, scene axes; zero: chosen
+  Eigen::Vector3d y_axis = Eigen::Vector3d::Zero();  // [-] local y direction, scene axes; zero: automatic
   double GA_y = 0.0;  // [N] shear stiffness k G A for deflection along local y; 0: no shear deformation
-  double GA_z = 0.0;  // [N] the same along local z
-  // at each end, the rotations about local x, y, z that the joint does not hold
+  double GA_z = 0.0;  // [N] shear stiffness for deflection along local z; 0: no shear deformation
+  // at each end, the rotations about local x, y, z that the joint releases
   std::array<std::array<bool, 3>, 2> released{};
   double mass_per_length = 0.0;  // [kg/m] >= 0; along the axis, without rotary inertia of the section
-  MassSpread spread = MassSpread::kConsistent;
+  MassDistribution mass_distribution = MassDistribution::kConsistent;
 };
 
-/// Resists the change of the angle at the middle one of three points; on a line, bending in both planes
-/// (THEORY X60).
+/// Spring that resists a change of the angle at the middle point of three. If the points are on a line, it
+/// resists bending in both planes   (THEORY 3.23 to 3.25).
 struct BendingSpring {
   double stiffness = 0.0;  // [N m/rad] > 0
 };
 
-/// Resists the change of the dihedral angle of four points, about the line of the middle two   (THEORY X61).
+/// Spring that resists a change of the dihedral angle of four points about the line of the middle two
+/// (THEORY 3.26, 3.27).
 struct TorsionSpring {
   double stiffness = 0.0;  // [N m/rad] > 0
 };
 
-/// Thin isotropic triangular plate, membrane and bending   (THEORY X62).
+/// Thin isotropic triangular plate with membrane and bending stiffness   (THEORY 3.28 to 3.37).
 struct Plate {
-  double E = 0.0;                               // [Pa] > 0
-  double nu = 0.0;                              // [-] Poisson's ratio, -1 < nu < 0.5
-  double thickness = 0.0;                       // [m] > 0
-  double density = 0.0;                         // [kg/m^3] >= 0
-  MassSpread spread = MassSpread::kConsistent;  // not kMeanAxial
+  double E = 0.0;                                                      // [Pa] > 0
+  double nu = 0.0;                                                     // [-] Poisson's ratio, -1 < nu < 0.5
+  double thickness = 0.0;                                              // [m] > 0
+  double density = 0.0;                                                // [kg/m^3] >= 0
+  MassDistribution mass_distribution = MassDistribution::kConsistent;  // not kMeanAxial
 };
 
-/// A matrix from elsewhere over the link's points, row 3*k+axis for points[k]   (THEORY X46, X63).
-/// Stiffness [N/m], or flexibility [m/N]: displacements per force with the structure held in any statically
-/// determinate way. A stiffness may be that of a superelement, with rotations, inner coordinates or mass
-/// (THEORY X166).
+/// Link given by a matrix over the displacements of its points; row 3*k+axis belongs to points[k]
+/// (THEORY 3.11 to 3.14, 3.38, 3.39). The matrix is a stiffness [N/m], or a flexibility [m/N]: displacements
+/// per force with any statically determinate supports. A stiffness may describe a superelement with
+/// rotations, inner coordinates or mass   (THEORY 16.17).
 struct MatrixLink {
-  Eigen::SparseMatrix<double> matrix;  // (n x n), symmetric, full storage, n = 3 N_link but for what follows
+  Eigen::SparseMatrix<double> matrix;  // (n x n), symmetric, full storage; n = num_rows()
   bool is_flexibility = false;
-  bool has_rotations = false;          // row 6*k+axis, of axis 3 to 5 rotations [rad]
-  int num_inner = 0;                   // coordinates of its own after those of its points, with a mass matrix
-  Eigen::SparseMatrix<double> mass{};  // (n x n) [kg]; empty: none
+  bool has_rotations = false;          // row 6*k+axis; axes 3 to 5 are rotations [rad]
+  int num_inner = 0;                   // inner coordinates, in the last rows; they need a mass matrix
+  Eigen::SparseMatrix<double> mass{};  // (n x n) [kg]; empty: no mass
 };
 
-/// True of one that is a superelement.
+/// Returns whether the link is a superelement, that is, has rotations or a mass matrix.
 inline bool is_superelement(const MatrixLink& matrix) {
   return matrix.has_rotations || matrix.mass.size() > 0;
 }
 
-/// Rows of its matrices.
+/// Returns the number of rows of the matrices of a link.
 inline Eigen::Index num_rows(const MatrixLink& matrix, std::size_t num_points) {
   return (matrix.has_rotations ? 6 : 3) * static_cast<Eigen::Index>(num_points) + matrix.num_inner;
 }
 
-/// Keeps every distance within its points: a rigid link for two, a rigid body for more   (THEORY X64).
+/// Link that keeps all distances between its points: a rigid link of two points, or a rigid body of more
+/// (THEORY 3.40, 3.41).
 struct Rigid {};
 
-/// Viscous dashpot between two points: tension = damping times the rate of elongation   (THEORY X65).
+/// Viscous dashpot between two points: tension = damping * rate of elongation   (THEORY 3.45).
 struct Dashpot {
   double damping = 0.0;  // [N s/m] > 0
 };
 
-/// The kinds of link. What each is, link_kinds.hpp says.
+/// The kinds of link; link_kinds.hpp defines their traits.
 using LinkKind =
     std::variant<Spring, Bar, Beam, MatrixLink, BendingSpring, TorsionSpring, Plate, Rigid, Dashpot>;
 
-/// One massless link.
+/// One link.
 // NOLINTNEXTLINE(bugprone-exception-escape): Eigen's sparse matrices copy where they might move
 struct Link {
   std::string name;
-  std::vector<int> points;  // indices into Scene::points: two, three, four or, matrix and rigid, two or more
+  // indices into Scene::points: two, three or four by kind; two or more for rigid links and matrices; one or
+  // more for superelements
+  std::vector<int> points;
   LinkKind kind;
   Origin origin{};
-  // dissipation within the link; not for rigid links and dashpots
-  double viscous =
-      0.0;  // [s] force = stiffness (deformation + viscous * its rate); springs without rotations
-  double loss_factor = 0.0;  // [-] structural: equivalent modal damping at each frequency   (THEORY X66)
-  // of one written without a name, whose name is a number among all links, where it stands in its list: "2",
-  // the third of a chain "2.3", "in row 4"
-  std::string place = {};
+  // viscous and loss_factor are dissipation within the link; both are zero for rigid links and dashpots
+  // [s] force = stiffness (deformation + viscous * rate of deformation); only for links without rotations
+  // (THEORY 3.46)
+  double viscous = 0.0;
+  double loss_factor = 0.0;  // [-] structural: equivalent modal damping at each frequency   (THEORY 4.24)
+  // position in the source list, used in messages about a link without a name: "2", "2.3" (third link of a
+  // chain), "in row 4"
+  std::string label = {};
 };
 
-/// A named set of points that takes wrenches and has a pose.
+/// A named set of points to which wrenches are applied and whose pose is published.
 struct Group {
   std::string name;
   std::vector<int> points;
   Origin origin{};
 };
 
-/// Dissipation that shares the modes: zeta_l given per mode, plus Rayleigh's, alpha_R M + beta_R K   (THEORY
-/// X53).
+/// Damping that does not couple modes: ratios zeta_l of modes, and Rayleigh damping alpha_R M + beta_R K
+/// (THEORY 4.23).
 struct Damping {
-  double modal_ratio = 0.0;                         // [-] every elastic mode
-  std::vector<std::pair<int, double>> mode_ratios;  // (elastic mode from 1, ratio) overrides modal_ratio
+  double modal_ratio = 0.0;                         // [-] of every elastic mode
+  std::vector<std::pair<int, double>> mode_ratios;  // (elastic mode from 1, ratio); overrides modal_ratio
   double alpha = 0.0;                               // [1/s]
   double beta = 0.0;                                // [s]
   Origin origin{};
 };
 
-/// A wheel that spins in a body about an axis fixed in it: its momentum about that axis, of the body and the
-/// wheel together, less what the body's own inertia holds   (THEORY X167). The inertia of the body is that of
-/// both but for the wheel's moment about its axis.
+/// A wheel that spins in a body about an axis fixed in the body. Its momentum is the angular momentum of body
+/// and wheel about that axis, minus the part that follows from the inertia of the body   (THEORY 16.21). The
+/// inertia of the body includes the wheel, except the moment of inertia of the wheel about its axis.
 struct Wheel {
   std::string name;
   int point = -1;                                   // a body
@@ -192,7 +200,7 @@ struct TorqueLoad {
 };
 struct WheelLoad {
   int wheel = -1;
-  double torque = 0.0;  // [N m] of the motor, positive where it adds to the wheel's momentum
+  double torque = 0.0;  // [N m] of the motor; positive: increases the momentum of the wheel
 };
 struct WrenchLoad {
   int group = -1;
@@ -200,7 +208,7 @@ struct WrenchLoad {
   Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // [N m] about the group's centre of mass
 };
 
-/// Amplitude over the time since the epoch began, dimensionless; multiplies the load's forces.
+/// Factor [-] on the forces of a load, as a function of the time since the start of the epoch.
 struct ConstantHistory {};
 struct PulseHistory {
   double start = 0.0;     // [s] rounded to a tick
@@ -210,7 +218,7 @@ struct SineHistory {
   double frequency = 0.0;  // [Hz] > 0
   double phase = 0.0;      // [rad]
 };
-struct TableHistory {          // linear between rows, first and last values held outside
+struct TableHistory {          // linear between rows; constant before the first and after the last
   std::vector<double> times;   // [s] strictly increasing
   std::vector<double> values;  // [-]
 };
@@ -228,8 +236,9 @@ struct Load {
   Origin origin{};
 };
 
-/// Linear feedback of elastic motion: the force on `point` is gain times displacement, velocity and
-/// acceleration of `sensor`, all in body axes   (THEORY X74). An actuator, an aerodynamic stiffness.
+/// Linear feedback of elastic motion, such as an actuator or an aerodynamic stiffness. The force on `point`
+/// is the sum of the gains times displacement, velocity and acceleration of `sensor`, all in body axes
+/// (THEORY 8.26).
 struct Feedback {
   std::string name;
   int point = -1;
@@ -240,15 +249,14 @@ struct Feedback {
   Origin origin{};
 };
 
-/// A body that attracts every point with mu / distance^2, and so turns and strains the structure   (THEORY
-/// X72).
+/// A body that attracts every point with the acceleration mu / distance^2   (THEORY 8.17).
 struct Attractor {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [m] world axes
-  double mu = 0.0;                                     // [m^3/s^2] > 0; 0: none
+  double mu = 0.0;                                     // [m^3/s^2] > 0; 0: no attractor
   Origin origin{};
 };
 
-/// Initial state. The scene's axes stand at position/attitude in the world at the start.
+/// Initial state. `position` and `attitude` describe the scene axes in the world at the start.
 struct Initial {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();          // [m] of the scene's origin, world axes
   Eigen::Vector4d attitude{1.0, 0.0, 0.0, 0.0};                // [-] quaternion w x y z, scene to world
@@ -259,26 +267,28 @@ struct Initial {
     Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  // [m] V_i, body axes
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      // [m/s] V_i', body axes
   };
-  std::vector<PointElastic> points;  // projected on the elastic modes; a rigid part is a warning
+  std::vector<PointElastic> points;  // projected on the elastic modes; a rigid part is removed with a warning
   struct ModeElastic {
     int mode = 0;        // elastic mode from 1
     double q = 0.0;      // [m]
     double q_dot = 0.0;  // [m/s]
   };
-  std::vector<ModeElastic> modes;  // added to what points give
+  std::vector<ModeElastic> modes;  // added to the projection of `points`
   Origin origin{};
 };
 
-/// What a plan may do without   (THEORY section 14).
+/// Limits for the features that a plan may omit   (THEORY section 14).
 struct LeaveOut {
-  double tolerance = 0.0;  // [-] modes with a smaller share of what is asked for go; 0: none
-  double horizon = 10.0;   // [s] > 0, simulated time over which that share and its error are judged
+  // [-] modes with a smaller relative effect on the outputs are omitted; 0: no mode is omitted
+  double tolerance = 0.0;
+  double horizon = 10.0;  // [s] > 0, simulated time over which effect and error are evaluated
   OnNeed on_need = OnNeed::kKeep;
-  std::array<bool, kNumParts> keeps{};  // by Part: stays whatever the scene needs
+  // by Feature: true keeps the feature whether or not the scene needs it
+  std::array<bool, kNumFeatures> keeps{};
   Origin origin{};
 };
 
-/// What goes out and how often. A rate of 0 switches a channel off.
+/// Published items and their rates. A rate of 0 switches a channel off.
 struct Publication {
   double state_rate = 50.0;   // [Hz]
   double points_rate = 50.0;  // [Hz]
@@ -289,32 +299,33 @@ struct Publication {
   std::vector<int> groups;    // indices into Scene::groups
 };
 
-/// The live error budget: how far the motion is from that of the best equations and a finer step (THEORY
-/// X96).
+/// The error budget at run time: the distance of the motion from the motion on the best rung with a finer
+/// step (THEORY 12.22 to 12.26).
 struct ErrorBudget {
-  double horizon = 0.0;  // [s] over which errors are counted before the comparison starts again; 0: none
+  double horizon = 0.0;  // [s] time after which the comparison restarts; 0: no budget
   Origin origin{};
 };
 
-/// `fidelity: auto`: the cheapest rung within these over the horizon (THEORY X99).
+/// Limits of `fidelity: auto`, which chooses the cheapest rung whose estimated errors stay below these limits
+/// over the horizon   (THEORY 12.28).
 struct AutomaticRung {
-  std::optional<double> position, attitude, elastic;  // [m] rms, [rad], [-]; at least one
+  std::optional<double> position, attitude, elastic;  // [m] rms, [rad], [-]; at least one is given
   double horizon = 0.0;                               // [s] > 0
   Origin origin{};
 };
 
-/// Which elastic modes are kept: the lowest. Without it all of them, of large scenes those that the rate
-/// shows.
+/// Number or frequency limit of the lowest elastic modes that are kept. By default all modes are kept, or in
+/// large scenes the modes below half the tick rate.
 struct ModesAsked {
-  double below = 0.0;  // [Hz] all below it; 0: by number
-  int count = 0;       // the lowest, mechanisms among them; 0: by frequency
+  double below = 0.0;  // [Hz] limit; 0: no frequency limit
+  int count = 0;       // number of the lowest modes, including mechanisms; 0: no limit by number
   Origin origin{};
   bool is_asked() const { return below > 0.0 || count > 0; }
 };
 
 struct Scene {
   std::string name;
-  std::vector<std::string> sources;  // file names, as the person wrote them
+  std::vector<std::string> sources;  // file names as given
   std::uint64_t hash = 0;            // XXH3 over the bytes of every source in order
   double rate = 1000.0;              // [Hz] ticks per second; period = 1 / rate
   std::vector<PointMass> points;
@@ -325,18 +336,18 @@ struct Scene {
   Damping damping;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2] uniform, world axes
   Attractor attractor;
-  Fidelity fidelity = Fidelity::kSeparated;  // with `automatic` the set-up chooses another
+  Fidelity fidelity = Fidelity::kSeparated;  // if `automatic` is given, the set-up chooses the rung
   std::optional<AutomaticRung> automatic;
   ErrorBudget error_budget;
-  double tolerance = 0.0;  // [m] displacement that matters, against which errors are judged; 0: not stated
+  double tolerance = 0.0;  // [m] relevant displacement, the scale of errors; 0: not given
   std::vector<Feedback> feedbacks;
   ModesAsked modes;
   LeaveOut leave_out;
   Initial initial;
   Publication publication;
   std::vector<int> pushable;  // points that commands may name, indices into points
-  double force_limit = 0.0;   // [N] largest |force| a command may put on a point or wrench; 0: none
-  double torque_limit = 0.0;  // [N m] same for torques; 0: none
+  double force_limit = 0.0;   // [N] largest |force| of a command on a point or group; 0: unlimited
+  double torque_limit = 0.0;  // [N m] largest |torque| of a command; 0: unlimited
   CommandLimits command_limits;
 };
 

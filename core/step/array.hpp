@@ -1,4 +1,4 @@
-// The arrays over modes, their padding and their indices.
+// Arrays over modes: their type, their padding and their indices.
 #pragma once
 
 #include <concepts>
@@ -8,7 +8,8 @@
 
 namespace freeflex {
 
-/// Memory that starts on a cache line, so that no vector register, up to the widest, is loaded from two.
+/// Allocates memory that starts on a cache line, so that no vector register, of any width, is loaded from two
+/// lines.
 template <class T>
 struct CacheLineAllocator {
   using value_type = T;
@@ -21,23 +22,26 @@ struct CacheLineAllocator {
   bool operator==(const CacheLineAllocator&) const = default;
 };
 
-/// Modes are padded to a multiple of this with zeros; reductions run in this many fixed lanes.
+/// Modes are padded with zeros to a multiple of this number. Reductions are computed in this number of fixed
+/// lanes.
 inline constexpr int kLanes = 8;
 
-/// The least multiple of kLanes that is not below n.
+/// Returns the smallest multiple of kLanes that is >= n.
 template <std::integral Count>
 constexpr Count pad(Count n) noexcept {
   constexpr Count kMultiple{kLanes};
   return (n + kMultiple - 1) / kMultiple * kMultiple;
 }
 
-/// Plans count in 32 bits and Eigen in signed ones, containers in std::size_t.  \pre i >= 0
+/// Returns i as an index of a container. Plans use indices of 32 bits, Eigen uses signed integers, and
+/// containers use std::size_t.  \pre i >= 0
 template <std::signed_integral Signed>
 constexpr std::size_t index(Signed i) noexcept {
   return static_cast<std::size_t>(i);
 }
 
-/// Doubles for each mode, or rows of them: num_padded is a multiple of kLanes, so every row starts on a line.
+/// Holds one double for each mode, or several rows of such values. num_padded is a multiple of kLanes, so
+/// every row starts on a cache line.
 using Array = std::vector<double, CacheLineAllocator<double>>;
 
 }  // namespace freeflex

@@ -11,7 +11,7 @@
 namespace freeflex {
 namespace {
 
-/// Slots in force, that end only when they are replaced.
+/// Copies the active slots. In the copy, a slot ends only if it is replaced.
 void take_slots(const State& from, State& to) noexcept {
   std::copy_n(from.slots.begin(), from.num_slots, to.slots.begin());
   for (std::int32_t i = 0; i < from.num_slots; ++i) {
@@ -22,13 +22,15 @@ void take_slots(const State& from, State& to) noexcept {
   to.slots_changed = true;
 }
 
-/// V (num_points) as elastic coordinates: q_l = sum m_i b_il . V_i / M   (X54).
+/// Computes elastic coordinates of displacements V (num_points): q_l = sum_i m_i b_il . V_i / M
+/// (THEORY 4.25).
 void to_modes(const Plan& plan, std::span<const Vec3> V, std::span<Vec3> weighted, Array& q,
               Array& unused) noexcept {
   for (std::size_t i = 0; i < V.size(); ++i) weighted[i] = scale(plan.points[i].mass / plan.mass, V[i]);
   project_points(plan, weighted, weighted, q.data(), unused.data());
 }
 
+/// Sets a shadow to the motion of the state.
 void put_shadow(const Plan& plan, const State& state, const PlanShadow& shadow, Budget& budget, State& to,
                 Workspace& workspace) noexcept {
   to.tick = state.tick * shadow.substeps;
@@ -37,11 +39,11 @@ void put_shadow(const Plan& plan, const State& state, const PlanShadow& shadow, 
   to.wheel_momentum = state.wheel_momentum;
   to.wheel_momentum_low = state.wheel_momentum_low;
   if (state.tick == state.epoch_start_tick) {
-    // the initial state with every mode of it, of which this plan may have left a part out
+    // use the full initial state, because the plan of the state may omit some of its modes
     to.q = shadow.plan.initial.q;
     to.q_dot = shadow.plan.initial.q_dot;
-  } else if (!budget.points_tell_modes) {
-    // of a scene with bodies every plan has every mode
+  } else if (!budget.points_give_modes) {
+    // if the scene has bodies, all plans of it have every mode
     std::copy(state.q.begin(), state.q.begin() + plan.num_elastic, to.q.begin());
     std::copy(state.q_dot.begin(), state.q_dot.begin() + plan.num_elastic, to.q_dot.begin());
   } else {
@@ -50,13 +52,16 @@ void put_shadow(const Plan& plan, const State& state, const PlanShadow& shadow, 
   }
   std::fill(to.q_low.begin(), to.q_low.end(), 0.0);
   std::fill(to.q_dot_low.begin(), to.q_dot_low.end(), 0.0);
-  // loads at this tick are found afresh
+  // the step will compute the loads of this tick again
   std::fill(to.Q.begin(), to.Q.end(), 0.0);
   if (is_coupled(shadow.plan)) set_coupled_motion(shadow.plan, angular_velocity(plan, state), to);
   take_slots(state, to);
 }
 
-/// Of (plan, state) from (other_plan, other).
+/// Returns the distance between two states. Here x = r + V, and a star marks `other`:
+///   position: (mean_i |p_WB + R_WB x_i - p_WB* - R_WB* x_i*|^2)^(1/2)   (THEORY 12.23)
+///   attitude: 2 sin(phi / 2), phi the angle of R_WB^T R_WB*   (THEORY 12.24)
+///   elastic: |V - V*| / |V*|   (THEORY 12.25)
 ErrorSize distance(const Plan& plan, const State& state, const Plan& other_plan, const State& other,
                    Budget& budget) noexcept {
   contract_points(plan, state.q.data(), state.q.data(), budget.V, budget.scratch);
@@ -67,9 +72,9 @@ ErrorSize distance(const Plan& plan, const State& state, const Plan& other_plan,
   for (std::size_t i = 0; i < budget.V.size(); ++i) {
     const Vec3 &V = budget.V[i], &V_other = budget.V_other[i], d = sub(V, V_other);
     const Vec3 x = add(plan.points[i].r, V);
-    // R_WB x - R_WB* x* = (R_WB - R_WB*) x + R_WB* (V - V*): no difference of large numbers
-    const Vec3 turned = sub(multiply(R, x), multiply(R_other, x));
-    const Vec3 off = add(add(shift, turned), multiply(R_other, d));
+    // R_WB x - R_WB* x* = (R_WB - R_WB*) x + R_WB* (V - V*), which avoids the difference of large numbers
+    const Vec3 by_rotation = sub(multiply(R, x), multiply(R_other, x));
+    const Vec3 off = add(add(shift, by_rotation), multiply(R_other, d));
     position += dot(off, off);
     elastic += dot(d, d);
     size += dot(V_other, V_other);
@@ -79,24 +84,26 @@ ErrorSize distance(const Plan& plan, const State& state, const Plan& other_plan,
   error.displacement = __builtin_sqrt(elastic / static_cast<double>(budget.V.size()));
   if (elastic > 0.0) error.elastic = __builtin_sqrt(elastic / size);
   const Quat &q = state.q_WB, &o = other.q_WB;
-  const Quat turn = multiply({q[0], -q[1], -q[2], -q[3]}, o);
-  error.attitude = 2.0 * __builtin_sqrt(turn[1] * turn[1] + turn[2] * turn[2] + turn[3] * turn[3]);
+  const Quat relative = multiply({q[0], -q[1], -q[2], -q[3]}, o);
+  error.attitude =
+      2.0 * __builtin_sqrt(relative[1] * relative[1] + relative[2] * relative[2] + relative[3] * relative[3]);
   return error;
 }
 
-// [rad] of a mode in a step, beyond which what spin does to its vibration is not seen   (X98)
+// [rad] largest phase of a mode in a step that resolves the effect of spin on its vibration (THEORY 12.27)
 constexpr double kResolved = 2.0;
 
-/// What the best shadow leaves unresolved, added up.
+/// Adds up q_l^2 of all modes, and (q_l' / omega_l)^2 of the modes whose vibration the best shadow does not
+/// resolve, for (THEORY 12.27).
 void gather_motion(const Plan& best, const State& state, double spin, double period,
                    Budget& budget) noexcept {
-  const double slow = kResolved * best.coupled.num_parts / best.period;
+  const double slow = kResolved * best.coupled.num_substeps / best.period;
   for (std::size_t l = 0; l < index(best.num_elastic); ++l) {
     const double q = state.q[l], rate = state.q_dot[l], omega = best.omega[l];
     budget.all_motion += q * q;
     if (omega > slow) budget.fast_motion += (rate / omega) * (rate / omega);
   }
-  budget.turned += spin * period;
+  budget.rotation += spin * period;
 }
 
 ErrorSize scaled(double factor, const ErrorSize& error) noexcept {
@@ -104,24 +111,25 @@ ErrorSize scaled(double factor, const ErrorSize& error) noexcept {
           factor * error.displacement};
 }
 
-/// Puts the shadows where the state is.
-void start_anew(const Plan& plan, const State& state, Budget& budget) noexcept {
+/// Sets all shadows to the motion of the state.
+void restart(const Plan& plan, const State& state, Budget& budget) noexcept {
   contract_points(plan, state.q.data(), state.q_dot.data(), budget.V, budget.V_dot);
   for (std::size_t k = 0; k < budget.shadows.size(); ++k)
     put_shadow(plan, state, plan.budget.shadows[k], budget, budget.shadows[k].state,
                budget.shadows[k].workspace);
   budget.is_lost = false;
-  budget.turned = budget.fast_motion = budget.all_motion = 0.0;
+  budget.rotation = budget.fast_motion = budget.all_motion = 0.0;
   budget.sync_tick = budget.tick = state.tick;
   budget.epoch = state.epoch;
 }
 
-bool is_beside(const State& state, const Budget& budget) noexcept {
+/// Returns true if the shadows belong to this state.
+bool is_current(const State& state, const Budget& budget) noexcept {
   return budget.tick == state.tick && budget.epoch == state.epoch;
 }
 
-/// The shadows make the step that the state has made.
-/// \param slots_changed  a command took effect in it, or a slot ended
+/// Advances the shadows by the tick that the state has just made.
+/// \param slots_changed  true: in this tick a command took effect or a slot ended
 void follow_step(const Plan& plan, const State& state, bool slots_changed, Budget& budget) noexcept {
   budget.tick = state.tick;
   StepReport report;
@@ -140,9 +148,9 @@ void follow_step(const Plan& plan, const State& state, bool slots_changed, Budge
                 plan.period, budget);
 }
 
-/// True when the points carry all of the mass, sum m b.b = M   (3.3): displacements give the coordinates
-/// (X54).
-bool do_points_tell_modes(const Plan& plan) {
+/// Returns true if the points carry all of the mass, sum m b.b = M   (THEORY 4.3). Displacements of points
+/// then give the elastic coordinates   (THEORY 4.25).
+bool do_points_give_modes(const Plan& plan) {
   constexpr double kRounding = 1e-6;
   for (std::size_t l = 0; l < index(plan.num_elastic); ++l) {
     double sum = 0.0;
@@ -162,7 +170,7 @@ Budget make_budget(const Plan& plan) {
   Budget budget;
   for (const PlanShadow& shadow : plan.budget.shadows)
     budget.shadows.push_back({make_state(shadow.plan), make_workspace(shadow.plan)});
-  if (!budget.shadows.empty()) budget.points_tell_modes = do_points_tell_modes(plan);
+  if (!budget.shadows.empty()) budget.points_give_modes = do_points_give_modes(plan);
   if (!budget.shadows.empty())
     for (auto* v : {&budget.V, &budget.V_dot, &budget.V_other, &budget.scratch})
       v->resize(plan.points.size());
@@ -173,7 +181,7 @@ void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& works
           StepReport& report) noexcept {
   if (budget.shadows.empty()) return step(plan, state, inputs, workspace, report);
   const bool is_over = state.tick - budget.sync_tick >= plan.budget.horizon_ticks;
-  if (is_over || !is_beside(state, budget)) start_anew(plan, state, budget);
+  if (is_over || !is_current(state, budget)) restart(plan, state, budget);
   step(plan, state, inputs, workspace, report);
   if (report.status != StepStatus::kOk) return;
   follow_step(plan, state, !inputs.commands.empty() || report.num_expiries > 0, budget);
@@ -182,12 +190,13 @@ void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& works
 BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) noexcept {
   BudgetReading reading;
   if (budget.shadows.empty()) return reading;
-  if (!is_beside(state, budget)) start_anew(plan, state, budget);
+  if (!is_current(state, budget)) restart(plan, state, budget);
   reading.age = static_cast<double>(state.tick - budget.sync_tick) * plan.period;
   reading.is_lost = budget.is_lost;
+  // Phi (sum of fast_motion / sum of all_motion)^(1/2), the root at most 1   (THEORY 12.27)
   if (budget.fast_motion > 0.0)
     reading.unresolved =
-        budget.turned * __builtin_sqrt(std::min(1.0, budget.fast_motion / budget.all_motion));
+        budget.rotation * __builtin_sqrt(std::min(1.0, budget.fast_motion / budget.all_motion));
   if (budget.is_lost) return reading;
   const auto find = [&](PlanShadow::Kind kind) -> std::ptrdiff_t {
     for (std::size_t k = 0; k < budget.shadows.size(); ++k)
@@ -195,7 +204,7 @@ BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) 
     return -1;
   };
   const std::ptrdiff_t best = find(PlanShadow::Kind::kBest), fine = find(PlanShadow::Kind::kFine),
-                       whole = find(PlanShadow::Kind::kWhole);
+                       full = find(PlanShadow::Kind::kFull);
   const auto plan_at = [&](std::ptrdiff_t k) -> const Plan& {
     return k < 0 ? plan : plan.budget.shadows[static_cast<std::size_t>(k)].plan;
   };
@@ -205,10 +214,11 @@ BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) 
   const auto between = [&](std::ptrdiff_t a, std::ptrdiff_t b) {
     return distance(plan_at(a), state_at(a), plan_at(b), state_at(b), budget);
   };
+  // 1.25 distance(state, best)   (THEORY 12.26)
   reading.total = scaled(kCover, between(-1, best));
-  if (whole >= 0) reading.truncation = between(-1, whole);
-  // on the best rung itself the finer shadow is the best one, and nothing is left for the model
-  reading.integration = between(whole, fine >= 0 ? fine : best);
+  if (full >= 0) reading.truncation = between(-1, full);
+  // if the plan is on the best rung, the best shadow is also the fine one, and there is no model error
+  reading.integration = between(full, fine >= 0 ? fine : best);
   if (fine >= 0) reading.model = between(fine, best);
   return reading;
 }

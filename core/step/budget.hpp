@@ -1,64 +1,64 @@
-// The live error budget: shadows that step beside the state on better plans, and how far it is from them
-// (THEORY X96-X98). Same rules as the step.
+// The live error budget: shadows, which are stepped in parallel with the state on better plans, and the
+// distances between state and shadows (THEORY 12.22 to 12.27). Like the step, these functions allocate
+// nothing, do not call libm, and give the same bits everywhere.
 #pragma once
 
 #include "core/step/step.hpp"
 
 namespace freeflex {
 
-/// How far one state is from another, over all points.
+/// Holds the distance between two states, over all points   (THEORY 12.23 to 12.25).
 struct ErrorSize {
   double position = 0.0;      // [m] root mean square over the points
   double attitude = 0.0;      // [rad]
-  double elastic = 0.0;       // [-] |V - V*| / |V*|, body axes
+  double elastic = 0.0;       // [-] |V - V*| / |V*|, body axes; V* of the shadow
   double displacement = 0.0;  // [m] |V - V*|, root mean square over the points
 };
 
-/// What the state is off by since the shadows last stood where it does. Parts do not add up exactly: they are
-/// differences of motions.
+/// Holds the errors of the state since the shadows were last set to it. The components do not add up exactly
+/// to the total, because each is a distance between two motions.
 struct BudgetReading {
-  double age = 0.0;  // [s] of motion that the errors have grown over, at most PlanBudget::horizon
-  bool is_lost =
-      false;  // the shadow of the full equations left the numbers: no estimate until the next horizon
-  // [rad] by which the body turned, times the share of the vibration that is in modes which the best shadow
-  // does not resolve: as large may be what it does not see   (X98)
+  double age = 0.0;      // [s] since the shadows were set to the state, at most PlanBudget::horizon
+  bool is_lost = false;  // true: a shadow's motion became infinite or NaN; no estimate until the next horizon
+  // [rad] Bound on the error of the modes that the best shadow does not resolve: rotation of the body times
+  // the relative amplitude of these modes. The budget cannot estimate this error   (THEORY 12.27)
   double unresolved = 0.0;
-  ErrorSize total;                           // estimate: kCover times the distance from the best shadow (X97)
-  ErrorSize integration, truncation, model;  // distances: period; modes left out; rung
+  ErrorSize total;  // the estimate: kCover times the distance from the best shadow   (THEORY 12.26)
+  ErrorSize integration, truncation, model;  // distances due to period, omitted modes, rung
 };
 
-/// Factor between the distance from the best shadow and the estimate. Set on 200 random scenes, shown on 200
-/// others (tests/tools/estimates_test): the shadow's own errors stand in it.
+/// Ratio of the estimate to the distance from the best shadow. It allows for errors of the shadow itself. It
+/// was determined with 200 random scenes and is tested with 200 others (tests/tools/estimates_test).
 inline constexpr double kCover = 1.25;
 
-/// State of the shadows, and which state they stand beside, known by its tick and epoch; for any other they
-/// start anew. So no order of calls gives a stale estimate: one that misses ticks gives a young one, and its
-/// age says so. Allocated by make_budget; nothing after.
+/// Holds the shadows, and the tick and epoch of the state to which they belong. If they are used with any
+/// other state, they restart from that state. No order of calls therefore gives a stale estimate: after
+/// missed ticks the age of the estimate starts again from zero. make_budget allocates all memory.
 struct Budget {
   struct Shadow {
     State state;
     Workspace workspace;
   };
-  std::vector<Shadow> shadows;  // those of PlanBudget::shadows
+  std::vector<Shadow> shadows;  // in the order of PlanBudget::shadows
   bool is_lost = false;
-  bool points_tell_modes = true;                 // false: bodies, whose modes the shadows take as they are
-  double turned = 0.0;                           // [rad] since then
+  bool points_give_modes = true;                 // false: the scene has bodies; shadows copy the coordinates
+  double rotation = 0.0;                         // [rad] rotation angle of the body since sync_tick
   double fast_motion = 0.0, all_motion = 0.0;    // [m^2] sums of (q' / omega)^2 of unresolved modes, of q^2
-  std::int64_t sync_tick = 0;                    // at which they last stood where the state does
-  std::int64_t tick = -1, epoch = -1;            // of the state that they stand beside; -1: none yet
+  std::int64_t sync_tick = 0;                    // at which the shadows were last set to the state
+  std::int64_t tick = -1, epoch = -1;            // of the state to which the shadows belong; -1: not set yet
   std::vector<Vec3> V, V_dot, V_other, scratch;  // (num_points)
 };
 Budget make_budget(const Plan& plan);
 
-/// Advances state by one tick as the step without a budget does, to the bit, and then the shadows, under the
-/// same slots. They start from the state at first, after a reset, when the horizon is over, and when the
-/// state was stepped without them. When the step fails they stay as they are. A budget without shadows costs
-/// one look at it. Allocates nothing.
+/// Advances the state by one tick, with the same bits as the step without a budget. Then advances the shadows
+/// under the same slots. The shadows restart from the state at the first call, after a reset, at the end of a
+/// horizon, and if the state was stepped without them. A failed step leaves them unchanged. A budget without
+/// shadows costs one comparison per tick. Allocates nothing.
 void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace, Budget& budget,
           StepReport& report) noexcept;
 
-/// The errors as they stand, at any time; of age zero where the shadows were not beside the state, which they
-/// join. An error of that age is what the plan leaves out of its initial state. Allocates nothing.
+/// Returns the present errors. If the shadows do not belong to the state, they are first set to it, and the
+/// age is zero. The error is then the part of the initial state that the plan omits. Allocates nothing.
 BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) noexcept;
 
 }  // namespace freeflex

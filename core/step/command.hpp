@@ -1,5 +1,5 @@
-// A validated force command: fixed size and trivially copyable, so it crosses rings and shared memory as it
-// is.
+// A validated force command. It has a fixed size and is trivially copyable, so it can be copied through ring
+// buffers and shared memory unchanged.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ inline constexpr int kMaxCommandPoints = 256;
 inline constexpr int kMaxCommandWrenches = 16;
 inline constexpr int kMaxCommandTorques = 16;
 inline constexpr int kMaxSlots = 64;       // active slots over all senders
-inline constexpr int kMaxSlotNumber = 63;  // slot numbers 0..63 of one sender
+inline constexpr int kMaxSlotNumber = 63;  // the slots of a sender are numbered 0..63
 inline constexpr int kSenderSize = 32;     // bytes, NUL-terminated
 
 struct PointForce {
@@ -30,7 +30,7 @@ struct Wrench {
 };
 
 struct PointTorque {
-  std::int32_t point;            // index into Plan::points, of a body
+  std::int32_t point;            // index into Plan::points; the point has an attitude
   std::int32_t padding;          // 0
   std::array<double, 3> torque;  // [N m]
 };
@@ -38,19 +38,21 @@ struct PointTorque {
 struct WheelTorque {
   std::int32_t wheel;    // index into Plan::wheels
   std::int32_t padding;  // 0
-  double torque;         // [N m] of the motor, on the wheel; the body takes the opposite
+  double torque;         // [N m] torque of the motor on the wheel; the opposite torque acts on the body
 };
 
-/// Replaces the contents of one slot (sender, slot). No force, wrench or torque: the slot is cleared.
+/// Replaces the contents of one slot (sender, slot). A command without any force, wrench or torque clears the
+/// slot.
 struct ForceCommand {
   std::array<char, kSenderSize> sender;  // [A-Za-z0-9_.-], 1 to 31 characters, rest NUL
   std::int64_t sequence;                 // per sender, increasing
   std::int32_t slot;                     // 0..kMaxSlotNumber
   std::int32_t axes;                     // 0 world, 1 body
   std::int64_t start_tick;               // -1: at once
-  std::int64_t duration_ticks;           // > 0: ends so many ticks after it took effect; 0: see lease
-  std::int64_t lease_ticks;              // > 0: ends unless the slot is renewed within; 0: see duration
-  std::int32_t late_policy;              // 0: reject when start_tick has passed, 1: take at the next tick
+  std::int64_t duration_ticks;           // > 0: ticks from its start to its end; 0: lease_ticks applies
+  // > 0: number of ticks within which the slot must be renewed; 0: duration_ticks applies
+  std::int64_t lease_ticks;
+  std::int32_t late_policy;  // if start_tick has passed: 0 reject, 1 apply at the next tick
   std::int32_t num_points;
   std::int32_t num_wrenches;
   std::int32_t num_torques;
@@ -63,7 +65,7 @@ struct ForceCommand {
 };
 static_assert(std::is_trivially_copyable_v<ForceCommand>);
 
-/// True when the command clears its slot.
+/// Returns true if the command clears its slot.
 inline bool is_clearing(const ForceCommand& command) noexcept {
   return command.num_points == 0 && command.num_wrenches == 0 && command.num_torques == 0 &&
          command.num_wheels == 0;

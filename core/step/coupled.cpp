@@ -6,12 +6,12 @@
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/stage.hpp"
-#include "core/step/tick_turn.hpp"
+#include "core/step/tick_rotation.hpp"
 
 namespace freeflex {
 namespace {
 
-/// Rows of PlanCoupled::functions.
+/// Holds the rows of one of PlanCoupled::functions.
 struct Function {
   const double *qq, *qv, *vq, *vv;
 };
@@ -21,10 +21,11 @@ Function function_of(const Plan& plan, PlanCoupled::Function function) noexcept 
   return {first, first + n, first + 2 * n, first + 3 * n};
 }
 
-using Stages = std::array<std::array<const double*, 2>, 4>;  // rates of (q, p) at each stage
+using Stages = std::array<std::array<const double*, 2>, 4>;  // rates of q and p at each stage
 
-/// (q, p) at half a step, exp(h L / 2) y + (h / 2) phi_1(h L / 2) N_1 + h phi_2(h L / 2) (N_2 - N_1)   (X93);
-/// without the last when `other` is the first stage.
+/// Computes (q, p) at the stages 2 and 3, which are at half a step   (THEORY 12.15):
+///   Y_3 = exp(h L / 2) y + (h / 2) phi_1(h L / 2) N_1 + h phi_2(h L / 2) (N_2 - N_1)
+/// Y_2 lacks the last term.  \param other  index of the stage whose rate is N_2; 0 for Y_2
 void half_stage(const Plan& plan, const MotionState& state, const Stages& N, std::size_t other,
                 CoupledWorkspace& w) noexcept {
   const Function E = function_of(plan, PlanCoupled::kHalfStep), A = function_of(plan, PlanCoupled::kHalf1),
@@ -40,11 +41,16 @@ void half_stage(const Plan& plan, const MotionState& state, const Stages& N, std
   }
 }
 
-/// (q, p) after the whole step   (X93); x and y below are the sums over the stages that phi_2 and phi_3 take.
-void whole_step(const Plan& plan, const MotionState& state, const Stages& N, bool is_last, double* q_out,
-                double* p_out) noexcept {
-  const Function E = function_of(plan, PlanCoupled::kStep), A = function_of(plan, PlanCoupled::kWhole1),
-                 B = function_of(plan, PlanCoupled::kWhole2), C = function_of(plan, PlanCoupled::kWhole3);
+/// Computes (q, p) at the end of the step. If is_last is false, this is stage 4   (THEORY 12.15):
+///   Y_4 = exp(h L) y + h phi_1(h L) N_1 + 2 h phi_2(h L) (N_3 - N_1)
+/// If is_last is true, it is the result of the step   (THEORY 12.16):
+///   y^1 = exp(h L) y + h phi_1(h L) N_1 + h phi_2(h L) (-3 N_1 + 2 N_2 + 2 N_3 - N_4)
+///         + 4 h phi_3(h L) (N_1 - N_2 - N_3 + N_4)
+/// x and y below are the factors of phi_2 and phi_3.
+void full_step(const Plan& plan, const MotionState& state, const Stages& N, bool is_last, double* q_out,
+               double* p_out) noexcept {
+  const Function E = function_of(plan, PlanCoupled::kStep), A = function_of(plan, PlanCoupled::kStep1),
+                 B = function_of(plan, PlanCoupled::kStep2), C = function_of(plan, PlanCoupled::kStep3);
   const double *q = state.q.data(), *p = state.coupled.momentum.data();
   for (std::size_t l = 0; l < index(plan.num_moving); ++l) {
     std::array<double, 2> x{}, y{};
@@ -66,10 +72,11 @@ void whole_step(const Plan& plan, const MotionState& state, const Stages& N, boo
   }
 }
 
-void turn_wheels(const External& external, std::span<const double> start, Instant instant,
-                 std::span<double> momentum) noexcept {
+/// Writes the momenta of the wheels at a stage time [N m s].
+void wheel_momenta_at(const StepLoads& step_loads, std::span<const double> start, StageTime stage_time,
+                      std::span<double> momentum) noexcept {
   for (std::size_t k = 0; k < momentum.size(); ++k)
-    momentum[k] = external.wheel_momentum(k, start[k], instant);
+    momentum[k] = step_loads.wheel_momentum(k, start[k], stage_time);
 }
 
 bool are_finite(const Array& values) noexcept {
@@ -78,76 +85,81 @@ bool are_finite(const Array& values) noexcept {
   return sum == 0.0;
 }
 
-/// The turning part over one step, by the classical method, to which (X93) comes where nothing is linear:
-/// Gibbs vector and angular momentum in the axes of the step's start, (k_1 + 2 k_2 + 2 k_3 + k_4) / 6 of
-///   g' = (w + g x w + g (g.w)) / 2,   H' = G(g) L_B   (X7, X8)
+/// Holds the rates of attitude and angular momentum at the four stages, in body axes at the start of the
+/// step:
+///   g' = (w + g x w + g (g.w)) / 2   (THEORY 7.7),   H' = G(g) L_B   (THEORY 7.9)
+/// H_B' = H_B x w + L_B (THEORY 12.12) is the same in rotating axes. The attitude has no linear part, so the
+/// method (THEORY 12.15) reduces to the classical Runge-Kutta method: the mean rate is (k_1 + 2 k_2 + 2 k_3 +
+/// k_4) / 6.
 struct AttitudeRates {
   Mat3 R_start;
   Vec3 H_start;  // [kg m^2/s]
   std::array<Vec3, 4> g_rate{}, H_rate{}, force_W{};
 
-  void add_stage(std::size_t k, const Vec3& g, const Gain& gain) noexcept {
-    const Vec3 half_w = scale(0.5, gain.w_B);
+  void add_stage(std::size_t k, const Vec3& g, const StageRate& rate) noexcept {
+    const Vec3 half_w = scale(0.5, rate.w_B);
     g_rate[k] = add_scaled(add(half_w, cross(g, half_w)), dot(g, half_w), g);
-    H_rate[k] = multiply(rotation_of_gibbs(g), gain.moment_B);
-    force_W[k] = gain.force_W;
+    H_rate[k] = multiply(rotation_of_gibbs(g), rate.moment_B);
+    force_W[k] = rate.force_W;
   }
   static Vec3 mean(const std::array<Vec3, 4>& k) noexcept {
     return scale(1.0 / 6.0, add(add(k[0], k[3]), scale(2.0, add(k[1], k[2]))));
   }
 };
 
-/// Modes and frame by the stages of (X93).
-Frame advance_stages(const External& external, const MotionState& state, bool is_fresh,
+/// Advances the modes and the frame through the four stages   (THEORY 12.15, 12.16). The attitude of a stage
+/// is R_WB^0 G(g) (THEORY 7.8).
+Frame advance_stages(const StepLoads& step_loads, const MotionState& state, bool is_fresh,
                      Workspace& workspace) noexcept {
-  const Plan& plan = external.plan;
+  const Plan& plan = step_loads.plan;
   CoupledWorkspace& w = workspace.coupled;
-  const double h = external.period();
-  AttitudeRates turning{rotation_matrix(state.q_WB), {}};
-  turning.H_start = multiply_transposed(turning.R_start, state.H_W);
-  const bool is_long_fall = may_fall_long(plan, state);
-  const auto place_at = [&](double t) {
+  const double h = step_loads.period();
+  AttitudeRates attitude{rotation_matrix(state.q_WB), {}};
+  attitude.H_start = multiply_transposed(attitude.R_start, state.H_W);
+  const bool is_long_fall = may_orbit_far(plan, state);
+  const auto position_at = [&](double t) {
     if (!is_long_fall) return add_scaled(state.p_WB, t, state.v_WB);
     return add(state.p_WB, fall(plan.attractor_mu, sub(state.p_WB, plan.attractor_W), state.v_WB, t).p);
   };
   Stages N{};
   for (std::size_t k = 0; k < 4; ++k) N[k] = {w.rates[k][0].data(), w.rates[k][1].data()};
   const auto visit = [&](std::size_t k, const double* q, const double* p, const Vec3& g, const Vec3& H,
-                         double t, Instant instant) {
+                         double t, StageTime stage_time) {
     const Mat3 G = rotation_of_gibbs(g);
-    turn_wheels(external, state.wheel_momentum, instant, w.wheels);
-    Gain gain{w.rates[k][0].data(), w.rates[k][1].data()};
-    evaluate(external,
-             {q, p, multiply_transposed(G, H), multiply(turning.R_start, G), place_at(t), instant, w.wheels},
-             workspace, gain);
-    turning.add_stage(k, g, gain);
+    wheel_momenta_at(step_loads, state.wheel_momentum, stage_time, w.wheels);
+    StageRate rate{w.rates[k][0].data(), w.rates[k][1].data()};
+    evaluate(step_loads,
+             {q, p, multiply_transposed(G, H), multiply(attitude.R_start, G), position_at(t), stage_time,
+              w.wheels},
+             workspace, rate);
+    attitude.add_stage(k, g, rate);
   };
   if (is_fresh || !state.coupled.has_rates) {
-    visit(0, state.q.data(), state.coupled.momentum.data(), {}, turning.H_start, 0.0, Instant::kStart);
+    visit(0, state.q.data(), state.coupled.momentum.data(), {}, attitude.H_start, 0.0, StageTime::kStart);
   } else {
     N[0] = {state.coupled.rate_q.data(), state.coupled.rate_p.data()};
-    turning.add_stage(
+    attitude.add_stage(
         0, {}, {nullptr, nullptr, nullptr, state.coupled.w_B, state.coupled.moment_B, {}, state.force_W});
   }
   const auto H_at = [&](double t, std::size_t k) {
-    return add_scaled(turning.H_start, t, turning.H_rate[k]);
+    return add_scaled(attitude.H_start, t, attitude.H_rate[k]);
   };
   half_stage(plan, state, N, 0, w);
-  visit(1, w.q.data(), w.p.data(), scale(0.5 * h, turning.g_rate[0]), H_at(0.5 * h, 0), 0.5 * h,
-        Instant::kMiddle);
+  visit(1, w.q.data(), w.p.data(), scale(0.5 * h, attitude.g_rate[0]), H_at(0.5 * h, 0), 0.5 * h,
+        StageTime::kMiddle);
   half_stage(plan, state, N, 1, w);
-  visit(2, w.q.data(), w.p.data(), scale(0.5 * h, turning.g_rate[1]), H_at(0.5 * h, 1), 0.5 * h,
-        Instant::kMiddle);
-  whole_step(plan, state, N, false, w.q.data(), w.p.data());
-  visit(3, w.q.data(), w.p.data(), scale(h, turning.g_rate[2]), H_at(h, 2), h, Instant::kEnd);
-  whole_step(plan, state, N, true, workspace.next_q.data(), w.next.momentum.data());
+  visit(2, w.q.data(), w.p.data(), scale(0.5 * h, attitude.g_rate[1]), H_at(0.5 * h, 1), 0.5 * h,
+        StageTime::kMiddle);
+  full_step(plan, state, N, false, w.q.data(), w.p.data());
+  visit(3, w.q.data(), w.p.data(), scale(h, attitude.g_rate[2]), H_at(h, 2), h, StageTime::kEnd);
+  full_step(plan, state, N, true, workspace.next_q.data(), w.next.momentum.data());
 
   Frame frame = state;
-  turn_attitude(scale(h, AttitudeRates::mean(turning.g_rate)), frame);
-  const Vec3 H_gain = scale(h, multiply(turning.R_start, AttitudeRates::mean(turning.H_rate)));
+  rotate_attitude(scale(h, AttitudeRates::mean(attitude.g_rate)), frame);
+  const Vec3 H_gain = scale(h, multiply(attitude.R_start, AttitudeRates::mean(attitude.H_rate)));
   for (std::size_t i = 0; i < 3; ++i) add_compensated(frame.H_W[i], frame.H_W_low[i], H_gain[i]);
-  translate(plan, h, turning.force_W[0], scale(0.5, add(turning.force_W[1], turning.force_W[2])),
-            turning.force_W[3], frame);
+  translate(plan, h, attitude.force_W[0], scale(0.5, add(attitude.force_W[1], attitude.force_W[2])),
+            attitude.force_W[3], frame);
   return frame;
 }
 
@@ -179,21 +191,21 @@ void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) n
     const PlanPoint& point = plan.points[i];
     const double* rows = point_rows(plan, point.row);
     const Vec3 V = contract_rows(rows, state.q.data(), n), V_dot = contract_rows(rows, state.q_dot.data(), n);
-    // what V' lacks in the moment of (X91) about the displaced arms: sum m r x V' is zero by (2.6)
+    // V' contributes with the arm V only, because sum_i m_i r_i x V_i' is zero   (THEORY 2.15)
     const Vec3 x = add(point.r, V);
     H = add_scaled(H, point.mass, add(cross(x, cross(w, x)), cross(V, V_dot)));
     combine_rows(rows, scale(point.mass / plan.mass, cross(w, V)), true, n, coupled.momentum.data());
   }
   if (!plan.wheels.all.empty()) {
-    H = add(H, turned_wheel_momentum(plan, state.wheel_momentum, state.q.data()));
+    H = add(H, rotated_wheel_momentum(plan, state.wheel_momentum, state.q.data()));
     add_wheel_momenta(plan, state.wheel_momentum, state.q.data(), -1.0, coupled.momentum.data());
   }
-  // constraint shapes stand behind the modes and do not move
+  // constraint shapes come after the modes in the arrays and do not move
   std::fill(coupled.momentum.begin() + plan.num_moving, coupled.momentum.end(), 0.0);
   state.H_W = multiply(rotation_matrix(state.q_WB), H);
   state.H_W_low = {};
   coupled.has_rates = false;
-  // free of loads, and to first order: the first step tells better
+  // accelerations without loads, to first order; the first step replaces these values
   coupled.w_dot_B = multiply(plan.inverse_inertia, cross(H, w));
   for (std::size_t l = 0; l < coupled.q_ddot.size(); ++l)
     coupled.q_ddot[l] = -plan.omega[l] * (plan.omega[l] * state.q[l]) - 2.0 * plan.decay[l] * state.q_dot[l];
@@ -220,25 +232,25 @@ CoupledWorkspace make_coupled_workspace(const Plan& plan) {
   return w;
 }
 
-bool advance_coupled_rung(const External& external, const MotionState& state, bool is_fresh,
+bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state, bool is_fresh,
                           Workspace& workspace, Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept {
-  const Plan& plan = external.plan;
+  const Plan& plan = step_loads.plan;
   CoupledWorkspace& w = workspace.coupled;
   if (plan.num_elastic > 0) {
-    frame = advance_stages(external, state, is_fresh, workspace);
+    frame = advance_stages(step_loads, state, is_fresh, workspace);
   } else {
-    // a body without modes moves as on the rungs below
-    StepLoads loads = external.rigid();
-    loads.wheels = external.wheels(state.wheel_momentum);
+    // a body without modes moves as on the rungs below the coupled rungs
+    RigidLoads loads = step_loads.rigid();
+    loads.wheels = step_loads.wheels(state.wheel_momentum);
     frame = advance_frame(plan, state, rotation_matrix(state.q_WB), loads);
   }
   const Mat3 R_end = rotation_matrix(frame.q_WB);
-  Gain end{w.next.rate_q.data(), w.next.rate_p.data(), workspace.Q_left.data()};
+  StageRate end{w.next.rate_q.data(), w.next.rate_p.data(), workspace.Q_left.data()};
   end.q_ddot = w.next.q_ddot.data();
-  turn_wheels(external, state.wheel_momentum, Instant::kEnd, w.wheels);
-  evaluate(external,
+  wheel_momenta_at(step_loads, state.wheel_momentum, StageTime::kEnd, w.wheels);
+  evaluate(step_loads,
            {workspace.next_q.data(), w.next.momentum.data(), multiply_transposed(R_end, frame.H_W), R_end,
-            frame.p_WB, Instant::kEnd, w.wheels},
+            frame.p_WB, StageTime::kEnd, w.wheels},
            workspace, end);
   for (std::size_t l = 0; l < index(plan.num_padded); ++l)
     workspace.next_q_dot[l] = w.next.momentum[l] + w.next.rate_q[l];

@@ -1,38 +1,45 @@
-// The coupled rungs: elastic motion acts back on the body, and links may be taken at true length and
-// direction (THEORY section 12).
+// The coupled rungs: elastic motion acts back on the body. Links may have their true length and direction
+// (THEORY section 12).
 #pragma once
 
-#include "core/step/external.hpp"
+#include "core/step/step_loads.hpp"
 
 namespace freeflex {
 
-/// Momenta of the coupled rungs from the motion (X91), x = r + V:
-///   H = sum m x cross (w cross x) + sum m V cross V',   p_l = q_l' + sum m_i b_il . (w cross V_i) / M
-/// \pre state.q, q_dot, q_WB stand
+/// Sets the momenta of the coupled rungs from the motion. They follow from the kinetic energy, with x_i = r_i
+/// + V_i:
+///   E_kin = sum_i m_i |V_i' + w x x_i|^2 / 2   (THEORY 12.1)
+///   H_B = I(q) w + sum_i m_i V_i x V_i' = sum_i m_i (x_i x (w x x_i) + V_i x V_i')   (THEORY 12.2, 12.34)
+///   p_l = q_l' + sum_i m_i b_il . (w x V_i) / M   (THEORY 12.3, 12.33)
+/// \pre state.q, q_dot, q_WB are set
 /// \param w_B  [rad/s] angular velocity of the frame, body axes
 void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) noexcept;
 
-/// Scratch for advance_coupled_rung, sized for the plan.
+/// Returns scratch memory for advance_coupled_rung, sized for the plan.
 CoupledWorkspace make_coupled_workspace(const Plan& plan);
 
-/// The state one period later, or one part of it (X93, X100): y' = L y + N(y, t), L the modes' own motion by
-/// its exponential, N the rest in four stages. In `frame`, workspace.next_q, next_q_dot, Q_left and
-/// workspace.coupled.next; the state is left alone. True when everything is finite. Order 4,
-/// whatever the stiffest mode is. \param is_fresh  loads jumped at this tick: the rates of the state are not
-/// those of its right limit
-bool advance_coupled_rung(const External& external, const MotionState& state, bool is_fresh,
+/// Computes the state one substep later by an exponential Runge-Kutta method of order 4. In y' = L y + N(y,
+/// t)   (THEORY 12.13), the linear motion L of each mode is advanced by its exponential, so stiff modes do
+/// not limit the step. The rest, N, is evaluated in four stages   (THEORY 12.15, 12.16). The result is in
+/// `frame`, workspace.next_q, next_q_dot, Q_left and workspace.coupled.next; the state is unchanged. Returns
+/// true if all results are finite.
+/// \param is_fresh  true: loads jumped at this tick, so the rates in the state are not those at the right
+/// limit of the tick
+bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state, bool is_fresh,
                           Workspace& workspace, Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept;
 
-/// A bar at true length and direction, d = V_second - V_first, rest length l_0 and direction e   (X94):
-///   tension T = k (l - l_0),   l - l_0 = (2 l_0 e.d + d.d) / (l + l_0),   l = |l_0 e + d|,
-///   excess over the linear bar  T (l_0 e + d) / l - k (e.d) e
+/// Holds the force of a bar at true length and direction.
 struct BarForce {
   double tension = 0.0;  // [N]
-  Vec3 excess{};         // [N] on the first point
+  Vec3 excess{};         // [N] force on the first point minus that of the linear bar
 };
+/// Returns the force of a bar. Here d = V_second - V_first, L is the rest length and u the rest direction:
+///   tension s = D (l - L),   l - L = (2 L u.d + d.d) / (l + L),   l = |L u + d|   (THEORY 12.17)
+///   excess s (L u + d) / l - D (u.d) u   (THEORY 12.18)
 BarForce bar_force(const PlanBar& bar, const Vec3& d) noexcept;
-/// The same of its damping, from the rate of d in body axes, in which a spin of the body has no part:
-///   T = c (l_0 e + d).d' / l,   excess  T (l_0 e + d) / l - c (e.d') e
+/// Returns the force by the damping of a bar, from the rate d' in body axes, which does not include the spin
+/// of the body:
+///   s = c (L u + d).d' / l,   excess s (L u + d) / l - c (u.d') u   (THEORY 12.19)
 BarForce damper_force(const PlanBar& bar, const Vec3& d, const Vec3& d_dot) noexcept;
 
 }  // namespace freeflex

@@ -1,6 +1,6 @@
-// Stages of the coupled rungs where the modes are not a complete set of point masses: rigid links, modes left
-// out, bodies (THEORY X190 to X195). Two ways to the same sums over the mass: point by point, or by tables
-// over pairs of modes that the plan holds.
+// Stages of the coupled rungs if the modes are not a complete set for point masses: with rigid links, omitted
+// modes or bodies (THEORY 12.33 to 12.51). The sums over the mass are computed point by point, or from the
+// plan's tables over pairs of modes.
 #include <algorithm>
 
 #include "core/step/kernels.hpp"
@@ -9,10 +9,10 @@
 namespace freeflex {
 namespace {
 
-/// A symmetric matrix as xx, yy, zz, xy, xz, yz.
+/// Holds a symmetric matrix as xx, yy, zz, xy, xz, yz.
 using Symmetric = std::array<double, 6>;
 
-/// += s (a b^T + b a^T)
+/// Adds s (a b^T + b a^T) to P.
 void add_products(double s, const Vec3& a, const Vec3& b, Symmetric& P) noexcept {
   for (std::size_t k = 0; k < 3; ++k) P[k] += 2.0 * s * (a[k] * b[k]);
   P[3] += s * (a[0] * b[1] + a[1] * b[0]);
@@ -20,7 +20,7 @@ void add_products(double s, const Vec3& a, const Vec3& b, Symmetric& P) noexcept
   P[5] += s * (a[1] * b[2] + a[2] * b[1]);
 }
 
-/// (tr P) 1 - P, what a second moment is as an inertia
+/// Returns the inertia (tr P) 1 - P of a mass whose second moment is P.
 Mat3 inertia_of(const Symmetric& P) noexcept {
   return {P[1] + P[2], -P[3], -P[4], -P[3], P[0] + P[2], -P[5], -P[4], -P[5], P[0] + P[1]};
 }
@@ -30,8 +30,10 @@ bool has_tables(const Plan& plan) noexcept {
 }
 bool has_body_tables(const Plan& plan) noexcept { return plan.coupled.kinetics.num_tables == kBodyTables; }
 
-/// By points: the second moment's change P(q) - P(0), V, and C; loads are projected beside its last row.
-/// C_l = sum m V x b_l, axis by axis sum m b_l . (e_a x V)
+/// Returns the change of the second moment of the mass, P(q) - P(0), and computes C point by point:
+///   C_l = sum_i m_i V_i x b_il   (THEORY 12.35),   and for each axis C_l,a = sum_i m_i b_il . (e_a x V_i)
+/// (THEORY 12.36)
+/// The loads on points are projected onto the modes, in w.load, together with the last row of C.
 Symmetric sum_points(const Plan& plan, CoupledWorkspace& w) noexcept {
   const std::size_t n = index(plan.num_padded);
   Symmetric P{};
@@ -52,23 +54,26 @@ Symmetric sum_points(const Plan& plan, CoupledWorkspace& w) noexcept {
   return P;
 }
 
-/// By tables: the same without loads   (X194).
-Symmetric sum_tables(const Plan& plan, const Place& place, CoupledWorkspace& w) noexcept {
+/// Returns P(q) - P(0) and computes C from tables. Does not project loads:
+///   C_l = sum_k q_k (X_kl + G_kl),   P = P(0) + 2 sum_k q_k Y_k + sum_kl q_k q_l Z_kl   (THEORY 12.49)
+Symmetric sum_tables(const Plan& plan, const StageState& stage, CoupledWorkspace& w) noexcept {
   const std::size_t n = index(plan.num_padded);
   const PlanKinetics& kinetics = plan.coupled.kinetics;
   const std::size_t block = index(kinetics.num_tables) * n;
-  sum_rows(kinetics.tables.data(), block, place.q, index(plan.num_moving), block, w.sums.data());
+  sum_rows(kinetics.tables.data(), block, stage.q, index(plan.num_moving), block, w.sums.data());
   std::copy_n(w.sums.begin(), 3 * n, w.C.begin());
   if (has_body_tables(plan)) combine_one(w.sums.data() + 9 * n, 1.0, true, 3 * n, w.C.data());
   Symmetric P{};
   for (std::size_t k = 0; k < 6; ++k)
-    P[k] = 2.0 * dot_lanes(kinetics.moments.data() + k * n, place.q, n) +
-           dot_lanes(w.sums.data() + (3 + k) * n, place.q, n);
+    P[k] = 2.0 * dot_lanes(kinetics.moments.data() + k * n, stage.q, n) +
+           dot_lanes(w.sums.data() + (3 + k) * n, stage.q, n);
   return P;
 }
 
-/// Resultant, moments and, by tables, generalized forces of the loads on points.
-Vec3 sum_point_loads(const Plan& plan, const Place& place, CoupledWorkspace& w, Gain& gain) noexcept {
+/// Returns the resultant of the loads on points. Adds their moments to `rate` and, if the plan has tables,
+/// their generalized forces to w.load.
+Vec3 sum_point_loads(const Plan& plan, const StageState& stage, CoupledWorkspace& w,
+                     StageRate& rate) noexcept {
   const std::size_t n = index(plan.num_padded);
   if (has_tables(plan)) std::fill(w.load.begin(), w.load.end(), 0.0);
   Vec3 resultant{};
@@ -77,77 +82,82 @@ Vec3 sum_point_loads(const Plan& plan, const Place& place, CoupledWorkspace& w, 
     if (is_zero(force)) continue;
     const PlanPoint& point = plan.points[i];
     const double* rows = point_rows(plan, point.row);
-    const Vec3 V = has_tables(plan) ? contract_rows(rows, place.q, n) : w.V[i];
+    const Vec3 V = has_tables(plan) ? contract_rows(rows, stage.q, n) : w.V[i];
     if (has_tables(plan)) combine_rows(rows, force, true, n, w.load.data());
     resultant = add(resultant, force);
-    gain.rest_moment_B = add(gain.rest_moment_B, cross(point.r, force));
-    gain.moment_B = add(gain.moment_B, cross(add(point.r, V), force));
+    rate.rest_moment_B = add(rate.rest_moment_B, cross(point.r, force));
+    rate.moment_B = add(rate.moment_B, cross(add(point.r, V), force));
   }
   return resultant;
 }
 
-/// Those on a body, force F at its centre and torque T, both gathered from its particles   (X197):
-///   Q_l += b_l . F + theta_l . (T + (T x theta + (theta x d) x F + d x (F x theta)) / 2)
-void add_turning_loads(const Plan& plan, const PlanTurn& turn, const Place& place, CoupledWorkspace& w,
-                       Gain& gain, Vec3& resultant) noexcept {
+/// Adds the loads on a body. They are summed over its particles to a force F at its centre c and a torque T:
+///   Q_l += b_cl . F + theta_l . (T + (T x theta + (theta x d) x F + d x (F x theta)) / 2)   (THEORY 12.53)
+///   L_B += (r_c + V_c) x F + T   (THEORY 12.54)
+/// Here d is the offset of the centre from the point of the body.
+void add_body_loads(const Plan& plan, const PlanBodyRotation& body, const StageState& stage,
+                    CoupledWorkspace& w, StageRate& rate, Vec3& resultant) noexcept {
   const std::size_t n = index(plan.num_padded);
   Vec3 F{}, T{}, V{};
-  for (std::int32_t k = turn.first; k < turn.first + turn.count; ++k) {
+  for (std::int32_t k = body.first; k < body.first + body.count; ++k) {
     const Vec3& force = w.force[plan.points.size() + index(k)];
-    const PlanPoint& part = plan.particles.all[index(k)];
-    const double* rows = point_rows(plan, part.row);
+    const PlanPoint& particle = plan.particles.all[index(k)];
+    const double* rows = point_rows(plan, particle.row);
     F = add(F, force);
-    T = add(T, cross(sub(part.r, turn.centre), force));
-    V = add_scaled(V, 1.0 / turn.count, contract_rows(rows, place.q, n));
+    T = add(T, cross(sub(particle.r, body.centre), force));
+    V = add_scaled(V, 1.0 / body.count, contract_rows(rows, stage.q, n));
     combine_rows(rows, force, true, n, w.load.data());
   }
   if (is_zero(F) && is_zero(T)) return;
-  const Vec3 theta = contract_rows(turn.rows.data(), place.q, n), &d = turn.offset;
+  const Vec3 theta = contract_rows(body.rows.data(), stage.q, n), &d = body.offset;
   const Vec3 twice = add(cross(T, theta), add(cross(cross(theta, d), F), cross(d, cross(F, theta))));
-  combine_rows(turn.rows.data(), scale(0.5, twice), true, n, w.load.data());
+  combine_rows(body.rows.data(), scale(0.5, twice), true, n, w.load.data());
   resultant = add(resultant, F);
-  gain.rest_moment_B = add(gain.rest_moment_B, add(cross(turn.centre, F), T));
-  gain.moment_B = add(gain.moment_B, add(cross(add(turn.centre, V), F), T));
+  rate.rest_moment_B = add(rate.rest_moment_B, add(cross(body.centre, F), T));
+  rate.moment_B = add(rate.moment_B, add(cross(add(body.centre, V), F), T));
 }
 
-void sum_loads(const Plan& plan, const Place& place, CoupledWorkspace& w, Gain& gain) noexcept {
-  Vec3 resultant = sum_point_loads(plan, place, w, gain);
-  for (const PlanTurn& turn : plan.coupled.kinetics.turns)
-    add_turning_loads(plan, turn, place, w, gain, resultant);
-  gain.force_W = multiply(place.R_WB, resultant);
+void sum_loads(const Plan& plan, const StageState& stage, CoupledWorkspace& w, StageRate& rate) noexcept {
+  Vec3 resultant = sum_point_loads(plan, stage, w, rate);
+  for (const PlanBodyRotation& body : plan.coupled.kinetics.body_rotations)
+    add_body_loads(plan, body, stage, w, rate, resultant);
+  rate.force_W = multiply(stage.R_WB, resultant);
 }
 
-/// Torques on bodies, those that follow turned with them: Q_l += theta_l . T, with T to first order of the
-/// turn (X165). Every plan that has them has tables.
-void add_torques(const External& external, const Place& place, CoupledWorkspace& w, Gain& gain) noexcept {
-  const Plan& plan = external.plan;
+/// Adds torques T on bodies, including those in local axes: Q_l += theta_l . (T + T x theta / 2), L_B += T
+/// (THEORY 12.53, 12.54, 16.13, 16.14). Every plan with such torques has tables.
+void add_torques(const StepLoads& step_loads, const StageState& stage, CoupledWorkspace& w,
+                 StageRate& rate) noexcept {
+  const Plan& plan = step_loads.plan;
   const std::size_t n = index(plan.num_padded);
-  const auto add_one = [&](std::int32_t turning, const Vec3& torque) {
-    const double* rows = turn_rows(plan, turning);
-    const Vec3 half = scale(0.5, cross(torque, contract_rows(rows, place.q, n)));  // as in X197
+  const auto add_one = [&](std::int32_t attitude_index, const Vec3& torque) {
+    const double* rows = rotation_rows(plan, attitude_index);
+    const Vec3 half = scale(0.5, cross(torque, contract_rows(rows, stage.q, n)));
     combine_rows(rows, add(torque, half), true, n, w.load.data());
-    gain.moment_B = add(gain.moment_B, torque);
-    gain.rest_moment_B = add(gain.rest_moment_B, torque);
+    rate.moment_B = add(rate.moment_B, torque);
+    rate.rest_moment_B = add(rate.rest_moment_B, torque);
   };
   const auto add_all = [&](const TorqueSums& sums, double amplitude) {
     for (std::size_t k = 0; k < sums.W.size(); ++k)
       if (!is_zero(sums.W[k]) || !is_zero(sums.B[k]))
         add_one(static_cast<std::int32_t>(k),
-                scale(amplitude, add(multiply_transposed(place.R_WB, sums.W[k]), sums.B[k])));
+                scale(amplitude, add(multiply_transposed(stage.R_WB, sums.W[k]), sums.B[k])));
   };
-  add_all(external.commands.sums.torque, 1.0);
+  add_all(step_loads.commands.sums.torque, 1.0);
   for (const PlanHistory& history : plan.histories) {
-    const double amplitude = external.amplitude(history, place.instant);
+    const double amplitude = step_loads.amplitude(history, stage.stage_time);
     add_all(history.pattern.sums.torque, amplitude);
     for (const PlanTorque& each : history.torques.all)
-      add_one(each.turning, scale(amplitude, cross(contract_rows(turn_rows(plan, each.turning), place.q, n),
-                                                   each.torque_B)));
+      add_one(each.attitude_index,
+              scale(amplitude, cross(contract_rows(rotation_rows(plan, each.attitude_index), stage.q, n),
+                                     each.torque_B)));
   }
 }
 
-/// dT/dq_l = sum m b_l . ((V' + w x x) x w), w . C'_l = sum m b_l . (w x V'), and the second moment's rate
-/// P'.
-Symmetric move_points(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w) noexcept {
+/// Returns the rate P' of the second moment. Computes point by point:
+///   dE_kin/dq_l = sum_i m_i b_il . ((V_i' + w x x_i) x w)   (THEORY 12.39)
+///   w . C'_l = sum_i m_i b_il . (w x V_i')   (THEORY 12.40)
+Symmetric rates_by_points(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w) noexcept {
   contract_points(plan, w.q_dot.data(), w.q_dot.data(), w.W, w.arms);
   Symmetric P_dot{};
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
@@ -161,8 +171,11 @@ Symmetric move_points(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w) no
   return P_dot;
 }
 
-/// The same by tables: S . (Y + Z q) - w . X' + w . G', w . (X' + G')   (X195).
-Symmetric move_tables(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w) noexcept {
+/// Returns P'. Computes these sums from tables, with S = (w.w) 1 - w w^T, X'_l = sum_k q_k' X_kl and G'_l =
+/// sum_k q_k' G_kl:
+///   dE_kin/dq_l = S . (Y_l + sum_k q_k Z_kl) - w . (X'_l - G'_l)   (THEORY 12.50)
+///   w . C'_l = w . (X'_l + G'_l)   (THEORY 12.51)
+Symmetric rates_by_tables(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w) noexcept {
   const std::size_t n = index(plan.num_padded), count = index(plan.num_moving);
   const PlanKinetics& kinetics = plan.coupled.kinetics;
   const std::size_t block = index(kinetics.num_tables) * n;
@@ -191,103 +204,111 @@ Symmetric move_tables(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w) no
 
 }  // namespace
 
-/// Q_l -= m theta_l . (d x (a x theta) + (theta x d) x a) / 2, a = F / M   (X198)
-void add_offset_loads(const Plan& plan, const Place& place, Gain& gain) noexcept {
-  if (plan.coupled.kinetics.offsets.empty() || is_zero(gain.force_W)) return;
+// Q_l -= m theta_l . (d x (a x theta) + (theta x d) x a) / 2,   a = F / M   (THEORY 12.55)
+void add_offset_loads(const Plan& plan, const StageState& stage, StageRate& rate) noexcept {
+  if (plan.coupled.kinetics.offsets.empty() || is_zero(rate.force_W)) return;
   const std::size_t n = index(plan.num_padded);
-  const Vec3 a = scale(1.0 / plan.mass, multiply_transposed(place.R_WB, gain.force_W));
+  const Vec3 a = scale(1.0 / plan.mass, multiply_transposed(stage.R_WB, rate.force_W));
   for (const PlanOffset& body : plan.coupled.kinetics.offsets) {
-    const Vec3 theta = contract_rows(body.rows.data(), place.q, n), &d = body.offset;
+    const Vec3 theta = contract_rows(body.rows.data(), stage.q, n), &d = body.offset;
     const Vec3 twice = add(cross(d, cross(a, theta)), cross(cross(theta, d), a));
     const Vec3 torque = scale(-0.5 * body.mass, twice);
-    combine_rows(body.rows.data(), scale(1.0 / plan.mass, torque), true, n, gain.rate_p);
-    if (gain.Q != nullptr) combine_rows(body.rows.data(), torque, true, n, gain.Q);
+    combine_rows(body.rows.data(), scale(1.0 / plan.mass, torque), true, n, rate.rate_p);
+    if (rate.Q != nullptr) combine_rows(body.rows.data(), torque, true, n, rate.Q);
   }
 }
 
 namespace {
 
-/// C times what is a number a mode.
+/// Returns the product C x.  \param x  (num_padded)
 Vec3 times_C(const CoupledWorkspace& w, const double* x, std::size_t n) noexcept {
   return contract_rows(w.C.data(), x, n);
 }
 
-/// Accelerations (X193), and in Q what is left of the loads on constraint shapes when the points accelerate.
-void accelerate(const External& external, const Place& place, const Mat3& matrix, const Symmetric& P_dot,
-                CoupledWorkspace& w, Gain& gain) noexcept {
-  const Plan& plan = external.plan;
+/// Computes the accelerations, with k_l = w . C'_l / M:
+///   (I(q) - C C^T / M) w' = H_B' - I'(q) w - C' q' - C (p' - k)   (THEORY 12.41)
+///   q'' = p' - k - C^T w' / M   (THEORY 12.42)
+/// For constraint shapes l, computes the loads on rigid links, Q_l + dE_kin/dq_l - w . C'_l - w' . C_l
+/// (THEORY 12.44).
+/// If there are wheels, H_B, p and their rates do not include the momenta of the wheels
+/// (THEORY 16.29, 16.30).
+void accelerate(const StepLoads& step_loads, const StageState& stage, const Mat3& matrix,
+                const Symmetric& P_dot, CoupledWorkspace& w, StageRate& rate) noexcept {
+  const Plan& plan = step_loads.plan;
   const std::size_t n = index(plan.num_padded), moving = index(plan.num_moving);
-  double* const known = w.spare.data();  // q'' but for w'
+  double* const known = w.spare.data();  // q'' without the term of w'
   const double inverse_mass = 1.0 / plan.mass;
   std::fill(w.spare.begin(), w.spare.end(), 0.0);
   for (std::size_t l = 0; l < moving; ++l)
-    known[l] = (gain.rate_p[l] - inverse_mass * w.C_dot_w[l]) -
-               (plan.omega[l] * (plan.omega[l] * place.q[l]) + 2.0 * plan.decay[l] * place.p[l]);
-  const Vec3& w_B = gain.w_B;
-  Vec3 rest = sub(add(cross(place.H_B, w_B), gain.moment_B), multiply(inertia_of(P_dot), w_B));
+    known[l] = (rate.rate_p[l] - inverse_mass * w.C_dot_w[l]) -
+               (plan.omega[l] * (plan.omega[l] * stage.q[l]) + 2.0 * plan.decay[l] * stage.p[l]);
+  const Vec3& w_B = rate.w_B;
+  Vec3 rest = sub(add(cross(stage.H_B, w_B), rate.moment_B), multiply(inertia_of(P_dot), w_B));
   if (!w.wheels.empty()) {
     std::fill(w.wheel_share.begin(), w.wheel_share.end(), 0.0);
-    rest = sub(rest, add_wheel_rates(external, place, w.q_dot.data(), w.wheel_share.data()));
-    for (std::size_t l = 0; l < n; ++l) gain.Q[l] += w.wheel_share[l];
+    rest = sub(rest, add_wheel_rates(step_loads, stage, w.q_dot.data(), w.wheel_share.data()));
+    for (std::size_t l = 0; l < n; ++l) rate.Q[l] += w.wheel_share[l];
     for (std::size_t l = 0; l < moving; ++l) known[l] += inverse_mass * w.wheel_share[l];
   }
   rest = sub(rest, times_C(w, known, n));
   if (has_body_tables(plan))
     rest = sub(rest, contract_rows(w.sums_dot.data() + 3 * n, w.q_dot.data(), n));  // C' q'
-  gain.w_dot_B = solve_turning(plan, matrix, rest);
-  combine_rows(w.C.data(), gain.w_dot_B, false, n, gain.q_ddot);
-  for (std::size_t l = moving; l < n; ++l) gain.Q[l] += (w.inertial[l] - w.C_dot_w[l]) - gain.q_ddot[l];
+  rate.w_dot_B = solve_for_spin(plan, matrix, rest);
+  combine_rows(w.C.data(), rate.w_dot_B, false, n, rate.q_ddot);
+  for (std::size_t l = moving; l < n; ++l) rate.Q[l] += (w.inertial[l] - w.C_dot_w[l]) - rate.q_ddot[l];
   for (std::size_t l = 0; l < n; ++l)
-    gain.q_ddot[l] = l < moving ? known[l] - inverse_mass * gain.q_ddot[l] : 0.0;
+    rate.q_ddot[l] = l < moving ? known[l] - inverse_mass * rate.q_ddot[l] : 0.0;
 }
 
 }  // namespace
 
-void evaluate_incomplete(const External& external, const Place& place, Workspace& workspace,
-                         Gain& gain) noexcept {
-  const Plan& plan = external.plan;
+void evaluate_incomplete(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
+                         StageRate& rate) noexcept {
+  const Plan& plan = step_loads.plan;
   CoupledWorkspace& w = workspace.coupled;
   const std::size_t n = index(plan.num_padded), moving = index(plan.num_moving);
   const double inverse_mass = 1.0 / plan.mass;
-  gather_forces(external, place, w);
-  if (!has_tables(plan)) contract_points(plan, place.q, place.q, w.V, w.W);
-  sum_loads(plan, place, w, gain);
-  // w = (I(q) - C C^T / M)^-1 (H - C p),   q' = p - C^T w / M   (X192)
-  const Symmetric P = has_tables(plan) ? sum_tables(plan, place, w) : sum_points(plan, w);
-  if (!plan.particles.turning.empty()) add_torques(external, place, w, gain);
+  gather_forces(step_loads, stage, w);
+  if (!has_tables(plan)) contract_points(plan, stage.q, stage.q, w.V, w.W);
+  sum_loads(plan, stage, w, rate);
+  // w = (I(q) - C C^T / M)^-1 (H_B - C p),   q' = p - C^T w / M   (THEORY 12.37, 12.38)
+  const Symmetric P = has_tables(plan) ? sum_tables(plan, stage, w) : sum_points(plan, w);
+  if (!plan.particles.attitude_points.empty()) add_torques(step_loads, stage, w, rate);
   Mat3 J = inertia_of(P);
   for (std::size_t k = 0; k < 9; ++k) J[k] += plan.inertia[k];
   for (std::size_t a = 0; a < 3; ++a)
     for (std::size_t b = 0; b <= a; ++b) {
-      const double carried = inverse_mass * dot_lanes(w.C.data() + a * n, w.C.data() + b * n, moving);
-      J[3 * a + b] -= carried;
-      if (a != b) J[3 * b + a] -= carried;
+      const double coupled = inverse_mass * dot_lanes(w.C.data() + a * n, w.C.data() + b * n, moving);
+      J[3 * a + b] -= coupled;
+      if (a != b) J[3 * b + a] -= coupled;
     }
-  const Mat3 matrix = turning_matrix(plan, J);
-  Vec3 H_B = place.H_B;
+  const Mat3 matrix = spin_matrix(plan, J);
+  Vec3 H_B = stage.H_B;
   if (!w.wheels.empty()) {
-    H_B = sub(H_B, turned_wheel_momentum(plan, place.wheels, place.q));
+    H_B = sub(H_B, rotated_wheel_momentum(plan, stage.wheels, stage.q));
     std::fill(w.wheel_share.begin(), w.wheel_share.end(), 0.0);
-    add_wheel_momenta(plan, place.wheels, place.q, 1.0, w.wheel_share.data());
+    add_wheel_momenta(plan, stage.wheels, stage.q, 1.0, w.wheel_share.data());
     std::fill(w.wheel_share.begin() + static_cast<std::ptrdiff_t>(moving), w.wheel_share.end(), 0.0);
     H_B = sub(H_B, times_C(w, w.wheel_share.data(), n));
   }
-  gain.w_B = solve_turning(plan, matrix, sub(H_B, times_C(w, place.p, n)));
-  combine_rows(w.C.data(), scale(-inverse_mass, gain.w_B), false, n, gain.rate_q);
-  for (std::size_t l = 0; l < w.wheel_share.size(); ++l) gain.rate_q[l] += w.wheel_share[l];
-  std::fill(gain.rate_q + moving, gain.rate_q + n, 0.0);
-  for (std::size_t l = 0; l < n; ++l) w.q_dot[l] = place.p[l] + gain.rate_q[l];
-  const Symmetric P_dot = has_tables(plan) ? move_tables(plan, gain.w_B, w) : move_points(plan, gain.w_B, w);
-  if (!w.wheels.empty()) add_wheel_forces(external, place, gain.w_B, w.q_dot.data(), w.load.data());
+  rate.w_B = solve_for_spin(plan, matrix, sub(H_B, times_C(w, stage.p, n)));
+  combine_rows(w.C.data(), scale(-inverse_mass, rate.w_B), false, n, rate.rate_q);
+  for (std::size_t l = 0; l < w.wheel_share.size(); ++l) rate.rate_q[l] += w.wheel_share[l];
+  std::fill(rate.rate_q + moving, rate.rate_q + n, 0.0);
+  for (std::size_t l = 0; l < n; ++l) w.q_dot[l] = stage.p[l] + rate.rate_q[l];
+  const Symmetric P_dot =
+      has_tables(plan) ? rates_by_tables(plan, rate.w_B, w) : rates_by_points(plan, rate.w_B, w);
+  if (!w.wheels.empty()) add_wheel_forces(step_loads, stage, rate.w_B, w.q_dot.data(), w.load.data());
   for (std::size_t l = 0; l < n; ++l)
-    gain.rate_p[l] = inverse_mass * (w.inertial[l] + w.load[l]) - 2.0 * plan.decay[l] * gain.rate_q[l];
-  if (gain.Q != nullptr) std::copy_n(w.load.data(), n, gain.Q);
-  add_modal_loads(external, place, workspace, gain);
-  add_offset_loads(plan, place, gain);
-  std::fill(gain.rate_p + moving, gain.rate_p + n, 0.0);
-  if (gain.Q != nullptr) accelerate(external, place, matrix, P_dot, w, gain);
+    rate.rate_p[l] = inverse_mass * (w.inertial[l] + w.load[l]) - 2.0 * plan.decay[l] * rate.rate_q[l];
+  if (rate.Q != nullptr) std::copy_n(w.load.data(), n, rate.Q);
+  add_modal_loads(step_loads, stage, workspace, rate);
+  add_offset_loads(plan, stage, rate);
+  std::fill(rate.rate_p + moving, rate.rate_p + n, 0.0);
+  if (rate.Q != nullptr) accelerate(step_loads, stage, matrix, P_dot, w, rate);
 }
 
+// H_B = I(q) w + C q'   (THEORY 12.34),   p = q' + C^T w / M   (THEORY 12.33)
 Vec3 momenta_by_tables(const Plan& plan, const Vec3& w_B, const double* q, const double* q_dot,
                        double* p) noexcept {
   const std::size_t n = index(plan.num_padded);

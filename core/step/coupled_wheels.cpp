@@ -1,79 +1,96 @@
-// Wheels on the coupled rungs, where their axes turn with the bodies that carry them (THEORY X168).
+// Wheels on the coupled rungs, where their axes rotate with the bodies that carry them
+// (THEORY 16.27 to 16.32).
 #include "core/step/kernels.hpp"
 #include "core/step/stage.hpp"
 
 namespace freeflex {
 namespace {
 
-Vec3 turn_at(const Plan& plan, const PlanWheel& wheel, const double* q) noexcept {
-  return contract_rows(turn_rows(plan, wheel.turning), q, index(plan.num_padded));
+/// Returns the rotation theta of the body of a wheel from q, or the rate of theta from q'.
+Vec3 rotation_of_body(const Plan& plan, const PlanWheel& wheel, const double* q) noexcept {
+  return contract_rows(rotation_rows(plan, wheel.attitude_index), q, index(plan.num_padded));
 }
 
-/// a + theta x a + theta x (theta x a) / 2, of the order of the energy.
-Vec3 turned_axis(const Vec3& axis, const Vec3& theta) noexcept {
+/// Returns the axis of a wheel, rotated with its body, to second order: a + theta x a + theta x (theta x a) /
+/// 2 (THEORY 16.27).
+Vec3 rotated_axis(const Vec3& axis, const Vec3& theta) noexcept {
   const Vec3 first = cross(theta, axis);
   return add_scaled(add(axis, first), 0.5, cross(theta, first));
 }
 
-void add_to_modes(const Plan& plan, const PlanWheel& wheel, const Vec3& by_turn, double* y) noexcept {
-  combine_rows(turn_rows(plan, wheel.turning), by_turn, true, index(plan.num_padded), y);
+void add_to_modes(const Plan& plan, const PlanWheel& wheel, const Vec3& by_rotation, double* y) noexcept {
+  combine_rows(rotation_rows(plan, wheel.attitude_index), by_rotation, true, index(plan.num_padded), y);
 }
 
 }  // namespace
 
-Vec3 turned_wheel_momentum(const Plan& plan, std::span<const double> momentum, const double* q) noexcept {
+// sum_w h_w a_theta   (THEORY 16.29)
+Vec3 rotated_wheel_momentum(const Plan& plan, std::span<const double> momentum, const double* q) noexcept {
   Vec3 sum{};
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
     const PlanWheel& wheel = plan.wheels.all[k];
-    sum = add_scaled(sum, momentum[k], turned_axis(wheel.axis, turn_at(plan, wheel, q)));
+    sum = add_scaled(sum, momentum[k], rotated_axis(wheel.axis, rotation_of_body(plan, wheel, q)));
   }
   return sum;
 }
 
+// 1/2 sum_w h_w theta' . (a_w x theta). The term in w is part of (w . H_B), from which the momenta of wheels
+// are subtracted   (THEORY 16.32).
 double wheel_energy(const Plan& plan, std::span<const double> momentum, const double* q,
                     const double* q_dot) noexcept {
   double sum = 0.0;
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
     const PlanWheel& wheel = plan.wheels.all[k];
-    sum += 0.5 * momentum[k] * dot(turn_at(plan, wheel, q_dot), cross(wheel.axis, turn_at(plan, wheel, q)));
+    sum += 0.5 * momentum[k] *
+           dot(rotation_of_body(plan, wheel, q_dot), cross(wheel.axis, rotation_of_body(plan, wheel, q)));
   }
   return sum;
 }
 
+// p_l += sign h_w theta_l . (a_w x theta) / (2 M), from Lagrange's function   (THEORY 16.28, 16.30)
 void add_wheel_momenta(const Plan& plan, std::span<const double> momentum, const double* q, double sign,
                        double* p) noexcept {
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
     const PlanWheel& wheel = plan.wheels.all[k];
-    const Vec3 side = cross(wheel.axis, turn_at(plan, wheel, q));
+    const Vec3 side = cross(wheel.axis, rotation_of_body(plan, wheel, q));
     add_to_modes(plan, wheel, scale(0.5 * sign * momentum[k] / plan.mass, side), p);
   }
 }
 
-void add_wheel_forces(const External& external, const Place& place, const Vec3& w, const double* q_dot,
-                      double* Q) noexcept {
-  const Plan& plan = external.plan;
+// Q_l += theta_l . (h_w (a x w + ((theta x a) x w + a x (w x theta) - theta' x a) / 2) - tau_w a)
+// (THEORY 16.31)
+void add_wheel_forces(const StepLoads& step_loads, const StageState& stage, const Vec3& w,
+                      const double* q_dot, double* Q) noexcept {
+  const Plan& plan = step_loads.plan;
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
     const PlanWheel& wheel = plan.wheels.all[k];
     const Vec3& a = wheel.axis;
-    const Vec3 theta = turn_at(plan, wheel, place.q), rate = turn_at(plan, wheel, q_dot);
-    const Vec3 twice = sub(add(cross(cross(theta, a), w), cross(a, cross(w, theta))), cross(rate, a));
-    const Vec3 by_momentum = scale(place.wheels[k], add_scaled(cross(a, w), 0.5, twice));
-    add_to_modes(plan, wheel, add_scaled(by_momentum, -external.wheel_torque(k, place.instant), a), Q);
+    const Vec3 theta = rotation_of_body(plan, wheel, stage.q),
+               theta_dot = rotation_of_body(plan, wheel, q_dot);
+    const Vec3 twice = sub(add(cross(cross(theta, a), w), cross(a, cross(w, theta))), cross(theta_dot, a));
+    const Vec3 by_momentum = scale(stage.wheels[k], add_scaled(cross(a, w), 0.5, twice));
+    add_to_modes(plan, wheel, add_scaled(by_momentum, -step_loads.wheel_torque(k, stage.stage_time), a), Q);
   }
 }
 
-Vec3 add_wheel_rates(const External& external, const Place& place, const double* q_dot, double* Q) noexcept {
-  const Plan& plan = external.plan;
+// Returns sum_w (tau_w a_theta + h_w a_theta'), with a_theta' = theta' x a + (theta' x (theta x a) + theta x
+// (theta' x a)) / 2, the rate of a_theta in (THEORY 16.29).
+// Adds Q_l += theta_l . (tau_w a x theta + h_w a x theta') / 2, which is M times the rate of p_l in
+// (THEORY 16.30).
+Vec3 add_wheel_rates(const StepLoads& step_loads, const StageState& stage, const double* q_dot,
+                     double* Q) noexcept {
+  const Plan& plan = step_loads.plan;
   Vec3 sum{};
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
     const PlanWheel& wheel = plan.wheels.all[k];
     const Vec3& a = wheel.axis;
-    const double h = place.wheels[k], torque = external.wheel_torque(k, place.instant);
-    const Vec3 theta = turn_at(plan, wheel, place.q), rate = turn_at(plan, wheel, q_dot);
-    const Vec3 second = add(cross(rate, cross(theta, a)), cross(theta, cross(rate, a)));
-    sum = add_scaled(sum, torque, turned_axis(a, theta));
-    sum = add_scaled(sum, h, add_scaled(cross(rate, a), 0.5, second));
-    const Vec3 side = add(scale(torque, cross(a, theta)), scale(h, cross(a, rate)));
+    const double h = stage.wheels[k], torque = step_loads.wheel_torque(k, stage.stage_time);
+    const Vec3 theta = rotation_of_body(plan, wheel, stage.q),
+               theta_dot = rotation_of_body(plan, wheel, q_dot);
+    const Vec3 second = add(cross(theta_dot, cross(theta, a)), cross(theta, cross(theta_dot, a)));
+    sum = add_scaled(sum, torque, rotated_axis(a, theta));
+    sum = add_scaled(sum, h, add_scaled(cross(theta_dot, a), 0.5, second));
+    const Vec3 side = add(scale(torque, cross(a, theta)), scale(h, cross(a, theta_dot)));
     add_to_modes(plan, wheel, scale(0.5, side), Q);
   }
   return sum;

@@ -13,9 +13,10 @@ Vec3x2 exact_cross(const Vec3x2& a, const Vec3x2& b) noexcept {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// R_WB^T H_W of twice the digits, q_WB = (w, v) of any length: H - w t + v x t, t = 2 / |q|^2 v x H.
+/// Returns R_WB^T H_W with twice the digits, for q_WB = (w, v) of any length:
+///   H - w t + v x t,   t = 2 / |q|^2 v x H
 Vec3x2 momentum_B(const Frame& frame) noexcept {
-  Sum2 excess{-1.0, 0.0};  // of |q|^2
+  Sum2 excess{-1.0, 0.0};  // |q|^2 - 1
   std::array<Sum2, 4> q;
   for (std::size_t i = 0; i < 4; ++i) {
     q[i] = {frame.q_WB[i], frame.q_WB_low[i]};
@@ -46,16 +47,18 @@ void restore_energy(const Plan& plan, const Frame& from, const Vec3& h, Frame& t
   const Mat3& R_PB = plan.principal.R_PB;
   const Vec3 &inverse = plan.principal.inverse_moment, d = multiply(R_PB, difference),
              s = multiply(R_PB, twice);
+  // dE = 1/2 sum_i (H_i^1 - H_i^0) (H_i^0 + H_i^1 - 2 h_i) / I_i   (THEORY 7.30)
   const double excess =
       0.5 * (inverse[0] * d[0] * s[0] + inverse[1] * d[1] * s[1] + inverse[2] * d[2] * s[2]);
-  // a turn by theta adds theta . (w x H) to the energy
+  // a rotation by theta adds theta . (w x H) to the energy
   const Vec3 H{after[0].hi, after[1].hi, after[2].hi};
   const Vec3 slope = cross(multiply(plan.inverse_inertia, sub(H, h)), H);
   const double square = dot(slope, slope);
-  // [rad] a larger turn is asked for only near spin about a principal axis, where the energy hardly depends
-  // on it
-  constexpr double kMostTurn = 1e-10;
-  if (excess * excess > kMostTurn * kMostTurn * square || square == 0.0) return;
+  // [rad] Largest correction. A larger rotation would be needed only near spin about a principal axis, where
+  // the energy hardly depends on the rotation.
+  constexpr double kMostRotation = 1e-10;
+  if (excess * excess > kMostRotation * kMostRotation * square || square == 0.0) return;
+  // half of d_theta = -dE / |w x H|^2 w x H   (THEORY 7.31)
   const Vec3 half = scale(-0.5 * excess / square, slope);
   const Quat gain = multiply(to.q_WB, {0.0, half[0], half[1], half[2]});
   for (std::size_t i = 0; i < 4; ++i) add_compensated(to.q_WB[i], to.q_WB_low[i], gain[i]);

@@ -3,12 +3,12 @@
 
 namespace freeflex {
 
-/// hi + lo, lo below half a unit in the last place of hi.
+/// Holds the number hi + lo, with lo below half a unit in the last place of hi.
 struct Sum2 {
   double hi = 0.0, lo = 0.0;
 };
 
-/// a b exactly (Dekker 1971).
+/// Returns the product a b exactly, as hi + lo (Dekker 1971).
 constexpr Sum2 exact_product(double a, double b) noexcept {
   constexpr double kSplit = 134217729.0;  // 2^27 + 1
   const double ta = kSplit * a, tb = kSplit * b;
@@ -18,13 +18,13 @@ constexpr Sum2 exact_product(double a, double b) noexcept {
   return {value, ((a_hi * b_hi - value) + a_hi * b_lo + a_lo * b_hi) + a_lo * b_lo};
 }
 
-/// a + b exactly (Knuth 1969).
+/// Returns the sum a + b exactly, as hi + lo (Knuth 1969).
 constexpr Sum2 exact_sum(double a, double b) noexcept {
   const double sum = a + b, part = sum - a;
   return {sum, (a - (sum - part)) + (b - part)};
 }
 
-/// Of twice the digits, but for the last few.
+/// Return the sum, difference and product with twice the digits of a double, except for the last few digits.
 constexpr Sum2 operator+(const Sum2& a, const Sum2& b) noexcept {
   const Sum2 sum = exact_sum(a.hi, b.hi);
   return exact_sum(sum.hi, sum.lo + (a.lo + b.lo));

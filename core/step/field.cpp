@@ -11,9 +11,9 @@ Vec3 gravity_at(const Plan& plan, const Vec3& p_W) noexcept {
   return scale(-plan.attractor_mu / (square * __builtin_sqrt(square)), rho);
 }
 
-Vec3 tide(double mu, const Vec3& rho, const Vec3& x) noexcept {
-  // |rho + x|^2 = |rho|^2 y, y = 1 + e; y^(-3/2) - 1 = -e (3 + 3 e + e^2) / (y^3 (1 + y^(-3/2)))   (Battin
-  // 1999)
+Vec3 tidal_acceleration(double mu, const Vec3& rho, const Vec3& x) noexcept {
+  // y = |rho + x|^2 / |rho|^2 = 1 + e,  e = (2 rho . x + x . x) / |rho|^2   (THEORY 8.22, 8.23; Battin 1999)
+  // y^(-3/2) - 1 = -e (3 + 3 e + e^2) / (y^3 (1 + y^(-3/2)))
   const double square = dot(rho, rho), e = (2.0 * dot(rho, x) + dot(x, x)) / square, y = 1.0 + e;
   const double root = 1.0 / (y * __builtin_sqrt(y));
   const double less_one = -e * (3.0 + e * (3.0 + e)) / (y * y * y * (1.0 + root));
@@ -35,7 +35,7 @@ void add_field(const Plan& plan, const Mat3& R_WB, const Vec3& H_W, const Vec3& 
     off = {-w[0] * w[1], -w[0] * w[2], -w[1] * w[2]};
   }
   if (plan.attractor_mu > 0.0) {
-    // mu / |rho|^3 (3 u u^T - 1)
+    // Gamma = mu / |rho|^3 (3 e e^T - 1)   (THEORY 8.19)
     const Vec3 rho = multiply_transposed(R_WB, sub(p_W, plan.attractor_W));
     const double square = dot(rho, rho);
     const double gradient = plan.attractor_mu / (square * __builtin_sqrt(square));

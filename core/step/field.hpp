@@ -1,4 +1,5 @@
-// Accelerations that depend on place: the spin's centrifugal field and an attractor's (THEORY X70-X72).
+// Fields of acceleration: uniform gravity, the centrifugal field of the spin, the field of an attractor
+// (THEORY 8.14 to 8.23).
 #pragma once
 
 #include "core/step/state.hpp"
@@ -6,22 +7,28 @@
 
 namespace freeflex {
 
-/// Acceleration of free fall at a place [m/s^2], world axes: uniform gravity, or the attractor's.
+/// Returns the acceleration of free fall at a position [m/s^2], world axes: the uniform field, or -mu /
+/// |rho|^3 rho, where rho is p_W minus the position of the attractor   (THEORY 8.17).
 Vec3 gravity_at(const Plan& plan, const Vec3& p_W) noexcept;
 
-/// What an attractor's pull at a place x from the centre of mass has beyond that at it [m/s^2],
-/// g(rho + x) - g(rho), without a difference of large numbers   (THEORY X205). Axes of rho and x.
-Vec3 tide(double mu, const Vec3& rho, const Vec3& x) noexcept;
+/// Returns the attraction at the position x from the centre of mass, minus the attraction at the centre of
+/// mass [m/s^2], in the axes of rho and x. It is computed without a difference of large numbers. With y =
+/// |rho + x|^2 / |rho|^2:
+///   g(rho + x) - g(rho) = -mu / |rho|^3 (y^(-3/2) x + (y^(-3/2) - 1) rho)   (THEORY 8.22)
+Vec3 tidal_acceleration(double mu, const Vec3& rho, const Vec3& x) noexcept;
 
-/// Torque of an attractor's gravity gradient about the centre of mass [N m], in the axes of rho and inertia:
-/// 3 mu / |rho|^5 rho x I rho   (THEORY X72). \param rho  [m] centre of mass from the attractor, body axes
+/// Returns the torque about the centre of mass by the gravity gradient of an attractor [N m], body axes:
+///   L_B = 3 mu / |rho|^5 rho x I rho   (THEORY 8.20)
+/// \param rho  [m] position of the centre of mass from the attractor, body axes
 Vec3 gradient_torque(const Plan& plan, const Vec3& rho) noexcept;
 
-/// True when the plan has a field that loads elastic coordinates.
+/// Returns true if the plan has a field that loads the elastic coordinates.
 inline bool has_field(const Plan& plan) noexcept { return plan.has_spin_load || plan.attractor_mu > 0.0; }
 
-/// Adds the field's generalized forces, Q_l += sum_ab S_ab Y_l,ab, with S r_i its acceleration in body axes:
-/// S = w.w 1 - w w^T of the spin, mu / |rho|^3 (3 u u^T - 1) of an attractor   (THEORY X70, X72).
+/// Adds the generalized forces of the field. Its acceleration at r_i is S r_i, in body axes:
+///   Q_l += sum_ab S_ab Y_l,ab,   S = (w.w) 1 - w w^T + Gamma   (THEORY 8.14, 8.16)
+///   Gamma = mu / |rho|^3 (3 e e^T - 1),   e = rho / |rho|   (THEORY 8.19)
+/// The terms in the spin w are included only on the spin-loaded rung. Gamma is zero without an attractor.
 /// \param H_W  [kg m^2/s] angular momentum  \param p_W  [m] centre of mass
 void add_field(const Plan& plan, const Mat3& R_WB, const Vec3& H_W, const Vec3& p_W, double* Q) noexcept;
 

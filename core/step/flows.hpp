@@ -1,14 +1,15 @@
-// The frame over long ticks: turns about one axis, fall and kicks, each exact, in a composition of order 8
-// (THEORY X200 to X204).
+// The step of the frame over long ticks: a composition of order 8. Its parts are exact: rotations about one
+// axis, free fall, and impulses (THEORY 7.14 to 7.19, 7.26 to 7.31).
 #pragma once
 
 #include "core/step/frame.hpp"
 
 namespace freeflex {
 
-/// The frame one period later, in so many substeps (substeps_for). Exact for spin about a principal
-/// axis, for bodies with equal moments across the spin, and for orbits without loads; order 8 else.
-Frame advance_by_flows(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads,
+/// Returns the frame one period later, advanced in `substeps` substeps (see substeps_for)   (THEORY 7.18).
+/// The result is exact for spin about a principal axis, for bodies whose two moments of inertia normal to the
+/// spin are equal, and for orbits without loads. For other motions the method has order 8.
+Frame advance_by_flows(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads,
                        int substeps) noexcept;
 
 }  // namespace freeflex

@@ -3,13 +3,13 @@
 #include "core/step/field.hpp"
 #include "core/step/flows.hpp"
 #include "core/step/kepler.hpp"
-#include "core/step/tick_turn.hpp"
+#include "core/step/tick_rotation.hpp"
 
 namespace freeflex {
 namespace {
 
-/// Moment about the centre of mass as a table over the rotation within the step: L_B,c = torque_B,c +
-/// sum_ak G_ka table[9c+3a+k], with G the rotation of the Gibbs vector   (X7, X11).
+/// Holds the moment about the centre of mass, in body axes, as a function of the rotation G within the step:
+///   L_B,c = torque_B,c + sum_ak G_ka table[9c+3a+k]   (THEORY 8.3)
 struct StepMoment {
   std::array<double, 27> table;
   Vec3 torque_B;
@@ -36,8 +36,8 @@ Vec3 moment_B(const StepMoment& moment, const Mat3& G) noexcept {
   return sum;
 }
 
-/// The quadratic through the moments at one end, the middle and the other end, a third of the way from the
-/// first.
+/// Returns the value of the parabola through the moments at one end (near), the middle and the other end
+/// (far), at a third of the step from the near end: (2 near + 8 middle - far) / 9   (THEORY 7.11 at s = 1/3).
 StepMoment interpolate(const StepMoment& near, const StepMoment& middle, const StepMoment& far) noexcept {
   const auto at_third = [](double x, double y, double z) { return (2.0 * x + 8.0 * y - z) / 9.0; };
   StepMoment moment;
@@ -48,7 +48,7 @@ StepMoment interpolate(const StepMoment& near, const StepMoment& middle, const S
   return moment;
 }
 
-/// Butcher's method of order 6 in seven stages (Butcher 1964), with times 0, 1/3, 2/3, 1/3, 1/2, 1/2, 1.
+/// Butcher's method of order 6 in seven stages (Butcher 1964)   (THEORY 7.10).
 constexpr std::size_t kStages = 7;
 constexpr double kStageWeights[kStages][kStages - 1] = {
     {},
@@ -64,8 +64,8 @@ constexpr double kTimes[kStages] = {0, 1.0 / 3, 2.0 / 3, 1.0 / 3, 1.0 / 2, 1.0 /
 
 using Rates = std::array<Vec3, kStages>;
 
-/// start + h sum_j weights_j rates_j over the stages before `stage`; the newest rate, which the next waits
-/// for, comes last
+/// Returns start + h sum_j weights_j rates_j over the stages before `stage`   (THEORY 7.10). The newest rate
+/// is added last, so that the other terms can be summed before it is known.
 template <std::size_t stage>
 Vec3 combine(const Vec3& start, double h, const double* weights, const Rates& rates) noexcept {
   Vec3 sum = start;
@@ -74,8 +74,10 @@ Vec3 combine(const Vec3& start, double h, const double* weights, const Rates& ra
   return sum;
 }
 
-/// Where the centre of mass stands within a step, from an attractor, in the axes of the step's start: to
-/// second order in time, which is ample beside a period of revolution   (X72).
+/// Holds the path of the centre of mass relative to an attractor within a step, in body axes at the start of
+/// the step:
+///   rho + t v + t^2 a / 2
+/// A path of second order in time is sufficient for the torque by the gravity gradient   (THEORY 8.18, 8.20).
 struct Trajectory {
   Vec3 rho, velocity, acceleration;  // [m], [m/s], [m/s^2]
   Vec3 at(double t) const noexcept {
@@ -89,30 +91,34 @@ Trajectory path_of(const Plan& plan, const Frame& from, const RigidLoad& load, c
           multiply_transposed(R_WB, a_W)};
 }
 
-/// The turning part of a step, in the axes of the step's start: Gibbs vector and angular momentum, H' = G L_B
-/// (X7, X8, X167).
-struct BodyTurn {
+/// Computes the stages of a step of the rotation, in body axes at the start of the step:
+///   g' = (w + g x w + g (g.w)) / 2   (THEORY 7.7),   H' = G(g) L_B   (THEORY 7.9)
+///   w = I^-1 (G(g)^T H - h), h the momentum of the wheels   (THEORY 7.4, 16.22)
+/// L_B includes the torque by the gravity gradient of an attractor   (THEORY 8.20). The attitude within the
+/// step is R_WB G(g) (THEORY 7.8).
+struct RotationStages {
   const Plan& plan;
-  const Trajectory* path;  // set when an attractor turns the body
+  const Trajectory* path;  // set when an attractor acts
   double period;
   Mat3 half_inverse_inertia;
-  Vec3 H;  // at the start
+  Vec3 H;  // [N m s] at the start
   const WheelMomentum& wheels;
   Rates g_rates, H_rates;
 
-  BodyTurn(const Plan& of, const Vec3& H_start, const Trajectory* along,
-           const WheelMomentum& of_wheels) noexcept
+  RotationStages(const Plan& of, const Vec3& H_start, const Trajectory* along,
+                 const WheelMomentum& of_wheels) noexcept
       : plan(of), path(along), period(of.period), H(H_start), wheels(of_wheels) {
     for (std::size_t i = 0; i < 9; ++i) half_inverse_inertia[i] = 0.5 * plan.inverse_inertia[i];
   }
 
-  /// Rate of the Gibbs vector, g' = (w + g x w + g (g.w)) / 2, with w = I^-1 G^T H and G^T H =
-  /// H + 2 (g x (g x H) - g x H) / (1 + g.g), written out because it is shorter to wait for than the matrix.
+  /// Returns the rate of the Gibbs vector, g' = (w + g x w + g (g.w)) / 2   (THEORY 7.7). The product G^T H =
+  /// H + 2 (g x (g x H) - g x H) / (1 + g.g) is written out, because it takes less time than the product with
+  /// the matrix.  \param share  [-] time since the start of the step, over the period
   Vec3 g_rate(const Vec3& g, const Vec3& H_now, double share) const noexcept {
     const Vec3 u = cross(g, H_now);
-    Vec3 H_turned = add_scaled(H_now, 2.0 / (1.0 + dot(g, g)), sub(cross(g, u), u));
-    if (!plan.wheels.all.empty()) H_turned = sub(H_turned, wheels.at(share));
-    const Vec3 half_w = multiply(half_inverse_inertia, H_turned);
+    Vec3 H_B = add_scaled(H_now, 2.0 / (1.0 + dot(g, g)), sub(cross(g, u), u));
+    if (!plan.wheels.all.empty()) H_B = sub(H_B, wheels.at(share));
+    const Vec3 half_w = multiply(half_inverse_inertia, H_B);
     return add_scaled(add(half_w, cross(g, half_w)), dot(g, half_w), g);
   }
 
@@ -134,63 +140,65 @@ struct BodyTurn {
   }
 };
 
-/// Gibbs vectors at the middle and end of the step and the gain of angular momentum, start axes.
-struct Turn {
+/// Holds the result of a step of the rotation, in body axes at the start of the step: the Gibbs vectors at
+/// the middle and at the end, and the gain in angular momentum [N m s].
+struct StepRotation {
   Vec3 g_middle{}, g_end{}, H_gain{};
 };
 
-Turn finish(const BodyTurn& turning, const Vec3& H_gain, bool needs_middle) noexcept {
-  Turn turn;
-  turn.H_gain = H_gain;
-  turn.g_end = combine<kStages>({}, turning.period, kWeights, turning.g_rates);
-  if (!needs_middle) return turn;
-  // the middle from Hermite's cubic between the ends
-  const Vec3 end_rate = turning.g_rate(turn.g_end, add(turning.H, H_gain), 1.0);
-  turn.g_middle =
-      add_scaled(scale(0.5, turn.g_end), 0.125 * turning.period, sub(turning.g_rates[0], end_rate));
-  return turn;
+/// Returns the rotation that follows from the stages   (THEORY 7.10).
+StepRotation finish(const RotationStages& stages, const Vec3& H_gain, bool needs_middle) noexcept {
+  StepRotation rotation;
+  rotation.H_gain = H_gain;
+  rotation.g_end = combine<kStages>({}, stages.period, kWeights, stages.g_rates);
+  if (!needs_middle) return rotation;
+  // Hermite's cubic between the ends of the step: g^(1/2) = g^1 / 2 + (h / 8) (g'^0 - g'^1)   (THEORY 7.12)
+  const Vec3 end_rate = stages.g_rate(rotation.g_end, add(stages.H, H_gain), 1.0);
+  rotation.g_middle =
+      add_scaled(scale(0.5, rotation.g_end), 0.125 * stages.period, sub(stages.g_rates[0], end_rate));
+  return rotation;
 }
 
-Turn turn_free(BodyTurn& turning, bool needs_middle) noexcept {
-  turning.advance_free<0>();
-  turning.advance_free<1>();
-  turning.advance_free<2>();
-  turning.advance_free<3>();
-  turning.advance_free<4>();
-  turning.advance_free<5>();
-  turning.advance_free<6>();
-  return finish(turning, {}, needs_middle);
+StepRotation rotate_free(RotationStages& stages, bool needs_middle) noexcept {
+  stages.advance_free<0>();
+  stages.advance_free<1>();
+  stages.advance_free<2>();
+  stages.advance_free<3>();
+  stages.advance_free<4>();
+  stages.advance_free<5>();
+  stages.advance_free<6>();
+  return finish(stages, {}, needs_middle);
 }
 
-/// Moments at the stage times 0, 1/3, 1/2, 2/3 and 1.
-Turn turn_loaded(BodyTurn& turning, const StepMoment& start, const StepMoment& third,
-                 const StepMoment& middle, const StepMoment& two_thirds, const StepMoment& end,
-                 bool needs_middle) noexcept {
-  turning.advance_loaded<0>(start);
-  turning.advance_loaded<1>(third);
-  turning.advance_loaded<2>(two_thirds);
-  turning.advance_loaded<3>(third);
-  turning.advance_loaded<4>(middle);
-  turning.advance_loaded<5>(middle);
-  turning.advance_loaded<6>(end);
-  return finish(turning, combine<kStages>({}, turning.period, kWeights, turning.H_rates), needs_middle);
+/// Returns the rotation under the moments at the stage times 0, 1/3, 1/2, 2/3 and 1.
+StepRotation rotate_loaded(RotationStages& stages, const StepMoment& start, const StepMoment& third,
+                           const StepMoment& middle, const StepMoment& two_thirds, const StepMoment& end,
+                           bool needs_middle) noexcept {
+  stages.advance_loaded<0>(start);
+  stages.advance_loaded<1>(third);
+  stages.advance_loaded<2>(two_thirds);
+  stages.advance_loaded<3>(third);
+  stages.advance_loaded<4>(middle);
+  stages.advance_loaded<5>(middle);
+  stages.advance_loaded<6>(end);
+  return finish(stages, combine<kStages>({}, stages.period, kWeights, stages.H_rates), needs_middle);
 }
 
 bool has_moment(const RigidLoad& load) noexcept { return load.has_moment_W || !is_zero(load.torque_B); }
 
-Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const Vec3& H_B,
-          const StepLoads& loads) noexcept {
+StepRotation rotation_in_step(const Plan& plan, const Frame& from, const Mat3& R_WB, const Vec3& H_B,
+                              const RigidLoads& loads) noexcept {
   const bool needs_middle = loads.later || !is_zero(loads.start.force_B);
   const bool is_attracted = plan.attractor_mu > 0.0;
   const Trajectory path = is_attracted ? path_of(plan, from, loads.start, R_WB) : Trajectory{};
-  BodyTurn turning(plan, H_B, is_attracted ? &path : nullptr, loads.wheels);
+  RotationStages stages(plan, H_B, is_attracted ? &path : nullptr, loads.wheels);
   if (!is_attracted && !has_moment(loads.start) && !has_moment(loads.middle()) && !has_moment(loads.end()))
-    return is_zero(from.H_W) && plan.wheels.all.empty() ? Turn{} : turn_free(turning, needs_middle);
+    return is_zero(from.H_W) && plan.wheels.all.empty() ? StepRotation{} : rotate_free(stages, needs_middle);
   const StepMoment start = moment_in_step(loads.start, R_WB);
-  if (!loads.later) return turn_loaded(turning, start, start, start, start, start, needs_middle);
+  if (!loads.later) return rotate_loaded(stages, start, start, start, start, start, needs_middle);
   const StepMoment middle = moment_in_step(loads.middle(), R_WB), end = moment_in_step(loads.end(), R_WB);
   const StepMoment third = interpolate(start, middle, end);
-  return turn_loaded(turning, start, third, middle, interpolate(end, middle, start), end, needs_middle);
+  return rotate_loaded(stages, start, third, middle, interpolate(end, middle, start), end, needs_middle);
 }
 
 }  // namespace
@@ -205,7 +213,7 @@ Mat3 rotation_of_gibbs(const Vec3& g) noexcept {
 
 void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& weighted_force,
                Frame& frame) noexcept {
-  if (!plan.falls) {
+  if (!plan.has_gravity) {
     for (std::size_t i = 0; i < 3; ++i) {
       const double p_gain = h * frame.v_WB_low[i] + 0.5 * h * h * (weighted_force[i] / plan.mass);
       add_compensated(frame.p_WB[i], frame.p_WB_low[i], h * frame.v_WB[i] + p_gain);
@@ -214,8 +222,8 @@ void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& w
     return;
   }
   Vec3 mean_gravity = plan.gravity_W, weighted_gravity = plan.gravity_W;
-  if (may_fall_long(plan, frame)) {
-    // exactly, and what forces do beside it   (X203)
+  if (may_orbit_far(plan, frame)) {
+    // the exact fall plus the gains by forces   (THEORY 7.26, 7.29)
     const Fall free = fall(plan.attractor_mu, sub(frame.p_WB, plan.attractor_W), frame.v_WB, h);
     for (std::size_t i = 0; i < 3; ++i) {
       const double p_gain = free.p[i] + h * frame.v_WB_low[i] + 0.5 * h * h * (weighted_force[i] / plan.mass);
@@ -225,13 +233,14 @@ void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& w
     return;
   }
   if (plan.attractor_mu > 0.0) {
-    // Simpson's rule along the path that the acceleration at the start makes (X72)
+    // Simpson's rule along the path that the acceleration at the start gives:
+    // p(t) = p^0 + t v^0 + t^2 / 2 (g(rho^0) + weighted_force / M)   (THEORY 8.17, 8.18)
     const Vec3 start = gravity_at(plan, frame.p_WB);
     const Vec3 a = add_scaled(start, 1.0 / plan.mass, weighted_force);
-    const auto place = [&](double t) {
+    const auto position = [&](double t) {
       return add_scaled(add_scaled(frame.p_WB, t, frame.v_WB), 0.5 * t * t, a);
     };
-    const Vec3 middle = gravity_at(plan, place(0.5 * h)), end = gravity_at(plan, place(h));
+    const Vec3 middle = gravity_at(plan, position(0.5 * h)), end = gravity_at(plan, position(h));
     mean_gravity = scale(1.0 / 6.0, add_scaled(add(start, end), 4.0, middle));
     weighted_gravity = scale(1.0 / 3.0, add_scaled(start, 2.0, middle));
   }
@@ -243,21 +252,21 @@ void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& w
   }
 }
 
-/// q_WB o (1, g) / sqrt(1 + g.g) as an increment, so that rounding stays behind in the low part (X9).
-void turn_attitude(const Vec3& g, Frame& frame) noexcept {
+// q_WB += q_WB o ((1, g) / sqrt(1 + g.g) - (1, 0))   (THEORY 7.13)
+void rotate_attitude(const Vec3& g, Frame& frame) noexcept {
   const double s = dot(g, g);
   const double norm = __builtin_sqrt(1.0 + s), inverse = 1.0 / norm;
-  add_turn({-s / (norm * (1.0 + norm)), inverse * g[0], inverse * g[1], inverse * g[2]}, frame);
+  add_rotation({-s / (norm * (1.0 + norm)), inverse * g[0], inverse * g[1], inverse * g[2]}, frame);
 }
 
-/// q_WB o turn, of which less_one is turn - 1
-void add_turn(const Quat& less_one, Frame& frame) noexcept {
-  const Quat turned = multiply(frame.q_WB, less_one);
-  // the norm is drawn back to 1 slowly: what its own rounding feeds in stays below eps / 256 a step
+// q_WB += q_WB o less_one - 2^-9 (|q_WB|^2 - 1) q_WB   (THEORY 7.13)
+void add_rotation(const Quat& less_one, Frame& frame) noexcept {
+  const Quat increment = multiply(frame.q_WB, less_one);
+  // The norm is moved back towards 1 slowly, so that its rounding errors add less than eps / 256 per step.
   const Quat& q = frame.q_WB;
   const double excess = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1.0;
   for (std::size_t i = 0; i < 4; ++i)
-    add_compensated(frame.q_WB[i], frame.q_WB_low[i], turned[i] - 0x1p-9 * excess * q[i]);
+    add_compensated(frame.q_WB[i], frame.q_WB_low[i], increment[i] - 0x1p-9 * excess * q[i]);
 }
 
 void translate(const Plan& plan, double h, const Vec3& start, const Vec3& middle, const Vec3& end,
@@ -297,8 +306,8 @@ Vec3 moment_B(const RigidLoad& load, const Mat3& R_WB) noexcept {
 
 namespace {
 
-/// The frame of a body that keeps its attitude   (X121).
-Frame slide(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept {
+/// Returns the frame at the end of a tick in which the body keeps its attitude   (THEORY 14.4).
+Frame slide(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept {
   Frame to = from;
   const Vec3 start = resultant_W(loads.start, R_WB);
   if (loads.later)
@@ -309,12 +318,14 @@ Frame slide(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoa
   return to;
 }
 
-/// The end of a tick of which the turn is known.
-Frame apply(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads,
-            const Turn& turned) noexcept {
+/// Returns the frame at the end of a tick whose rotation is known: applies the rotation to the attitude, adds
+/// R_WB H_gain to H_W, and translates the frame with the forces at the start, the middle and the end
+/// (THEORY 7.3, 7.5).
+Frame apply(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads,
+            const StepRotation& rotation) noexcept {
   Frame to = from;
-  turn_attitude(turned.g_end, to);
-  const Vec3 H_gain = multiply(R_WB, turned.H_gain);
+  rotate_attitude(rotation.g_end, to);
+  const Vec3 H_gain = multiply(R_WB, rotation.H_gain);
   for (std::size_t i = 0; i < 3; ++i) add_compensated(to.H_W[i], to.H_W_low[i], H_gain[i]);
   const RigidLoad &start = loads.start, &middle = loads.middle(), &end = loads.end();
   if (!loads.later && is_zero(start.force_B)) {
@@ -324,37 +335,38 @@ Frame apply(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoa
   const auto force_W = [&](const RigidLoad& load, const Vec3& g) {
     return add(load.force_W, multiply(R_WB, multiply(rotation_of_gibbs(g), load.force_B)));
   };
-  translate(plan, plan.period, force_W(start, {}), force_W(middle, turned.g_middle),
-            force_W(end, turned.g_end), to);
+  translate(plan, plan.period, force_W(start, {}), force_W(middle, rotation.g_middle),
+            force_W(end, rotation.g_end), to);
   return to;
 }
 
 }  // namespace
 
-Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept {
+Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept {
   const auto by_flows = [&](Frame& to) {
-    const TickTurn turn = turn_in_tick(plan, from, R_WB, loads);
-    if (turn.whole <= kShortTurn && turn.orbit <= kShortOrbit) return false;
-    to = advance_by_flows(plan, from, R_WB, loads, substeps_for(turn.uneven));
+    // the composition handles long ticks   (THEORY 7.24, 7.25)
+    const TickRotation tick = rotation_in_tick(plan, from, R_WB, loads);
+    if (tick.total <= kShortRotation && tick.orbit <= kShortOrbit) return false;
+    to = advance_by_flows(plan, from, R_WB, loads, substeps_for(tick.substep_angle));
     return true;
   };
   Frame to;
-  const bool may_fall = plan.attractor_mu > 0.0 && may_fall_long(plan, from);
-  if (!plan.turns) return may_fall && by_flows(to) ? to : slide(plan, from, R_WB, loads);
+  const bool may_fall = plan.attractor_mu > 0.0 && may_orbit_far(plan, from);
+  if (!plan.has_rotation) return may_fall && by_flows(to) ? to : slide(plan, from, R_WB, loads);
   const Vec3 H_B = multiply_transposed(R_WB, from.H_W);
-  const bool may_turn =
+  const bool may_rotate =
       !is_surely_short(plan, H_B, loads.wheels) &&
-      may_turn_long(plan, multiply(plan.inverse_inertia, sub(H_B, loads.wheels.h[0])), H_B, loads.wheels);
-  if ((may_fall || may_turn) && by_flows(to)) return to;
-  const Turn turned = turn(plan, from, R_WB, H_B, loads);
-  // loads may have turned a body that was slow at the start
-  if (!is_zero(turned.H_gain)) {
-    const Vec3 H = add(H_B, turned.H_gain);
+      may_rotate_far(plan, multiply(plan.inverse_inertia, sub(H_B, loads.wheels.h[0])), H_B, loads.wheels);
+  if ((may_fall || may_rotate) && by_flows(to)) return to;
+  const StepRotation rotation = rotation_in_step(plan, from, R_WB, H_B, loads);
+  // loads may accelerate a body that is slow at the start; check the rotation again
+  if (!is_zero(rotation.H_gain)) {
+    const Vec3 H = add(H_B, rotation.H_gain);
     if (!is_surely_short(plan, H, loads.wheels) &&
-        may_turn_long(plan, scale(2.0 / plan.period, turned.g_end), H, loads.wheels) && by_flows(to))
+        may_rotate_far(plan, scale(2.0 / plan.period, rotation.g_end), H, loads.wheels) && by_flows(to))
       return to;
   }
-  return apply(plan, from, R_WB, loads, turned);
+  return apply(plan, from, R_WB, loads, rotation);
 }
 
 }  // namespace freeflex

@@ -1,4 +1,4 @@
-// The floating frame over one step: translation, attitude, angular momentum (THEORY section 7).
+// The step of the floating frame: translation, attitude, angular momentum (THEORY section 7).
 #pragma once
 
 #include <array>
@@ -9,34 +9,38 @@
 
 namespace freeflex {
 
-/// What loads do to the body as a whole at one instant, without gravity (THEORY X11).
+/// Holds the resultant and the moment of the loads on the body at one time, without gravity
+/// (THEORY 8.1 to 8.3, 8.7).
 struct RigidLoad {
   Vec3 force_W{};                     // [N] fixed in world axes
   std::array<double, 27> moment_W{};  // [N m] see LoadPattern
   bool has_moment_W = false;
   Vec3 force_B{};   // [N] fixed in body axes
-  Vec3 torque_B{};  // [N m]
+  Vec3 torque_B{};  // [N m] fixed in body axes
 };
-/// Adds amplitude times a pattern   (THEORY X11, X13).
+/// Adds amplitude times the pattern to the load.
 void add_pattern(const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept;
 
-/// Resultant [N] in world axes and moment about the centre of mass [N m] in body axes.
+/// Returns the resultant force [N] in world axes.
 Vec3 resultant_W(const RigidLoad& load, const Mat3& R_WB) noexcept;
+/// Returns the moment about the centre of mass [N m] in body axes: L_B,c = torque_B,c + sum_ab R_WB,ba L_c,ab
+/// (THEORY 8.3).
 Vec3 moment_B(const RigidLoad& load, const Mat3& R_WB) noexcept;
 
-/// Momentum of the wheels over one step, body axes: at its start, at the share s of it h_0 + s h_1 + s^2 h_2
-/// + s^3 h_3 (THEORY X167).
+/// Holds the momentum of the wheels over one step, in body axes: h_0 + s h_1 + s^2 h_2 + s^3 h_3, where s is
+/// the time in the step, from 0 to 1   (THEORY 16.21).
 struct WheelMomentum {
   std::array<Vec3, 4> h{};  // [N m s]
   Vec3 at(double s) const noexcept {
     return add_scaled(add_scaled(add_scaled(h[0], s, h[1]), s * s, h[2]), s * s * s, h[3]);
   }
-  /// True when motors change it.
+  /// Returns true if motors change the momentum.
   bool is_driven() const noexcept { return !is_zero(h[1]) || !is_zero(h[2]) || !is_zero(h[3]); }
 };
 
-/// Loads over one step: at its start, and at its middle and end when those may differ.
-struct StepLoads {
+/// Holds the loads on the body at the start of a step, and at its middle and end if these may differ from the
+/// start.
+struct RigidLoads {
   struct Later {
     RigidLoad middle, end;
   };
@@ -47,29 +51,32 @@ struct StepLoads {
   const RigidLoad& end() const noexcept { return later ? later->end : start; }
 };
 
-/// Rotation matrix of the Gibbs vector g, turned axes to start axes: 1 + 2 ([g x] + [g x][g x]) / (1 + g.g)
-/// (X7).
+/// Returns the rotation matrix of the Gibbs vector g. It transforms vectors from the rotated axes to the axes
+/// at the start of the step:
+///   G(g) = 1 + 2 ([g x] + [g x][g x]) / (1 + g.g)   (THEORY 7.6)
 Mat3 rotation_of_gibbs(const Vec3& g) noexcept;
-/// The attitude turned by the Gibbs vector g in the axes of the step's start: q_WB o (1, g) / sqrt(1 +
-/// g.g)   (X9).
-void turn_attitude(const Vec3& g, Frame& frame) noexcept;
-/// The same of a unit quaternion less (1, 0, 0, 0): q_WB += q_WB o less_one, so that rounding stays behind in
-/// the low part.
-void add_turn(const Quat& less_one, Frame& frame) noexcept;
-/// Position and velocity a time h [s] later, M p_WB'' = F_W + M gravity_W   (X6, X72), from forces [N] at its
-/// start, middle and end, world axes, by Simpson's rule.
+/// Rotates the attitude by the Gibbs vector g in body axes at the start of the step:
+///   q_WB^1 = q_WB^0 o (1, g) / sqrt(1 + g.g)   (THEORY 7.13)
+void rotate_attitude(const Vec3& g, Frame& frame) noexcept;
+/// Rotates the attitude by a unit quaternion: q_WB += q_WB o less_one. less_one is this quaternion minus (1,
+/// 0, 0, 0). The rounding error of the sum goes into the low part   (THEORY 7.13).
+void add_rotation(const Quat& less_one, Frame& frame) noexcept;
+/// Advances position and velocity by a time h [s], M p_WB'' = F_W + M g_W   (THEORY 7.2), by Simpson's rule
+/// for the forces [N] at the start, middle and end of h, world axes   (THEORY 7.5):
+///   mean_force = (start + 4 middle + end) / 6,   weighted_force = (start + 2 middle) / 3
 void translate(const Plan& plan, double h, const Vec3& start, const Vec3& middle, const Vec3& end,
                Frame& frame) noexcept;
 
-/// Translation under gravity and the resultant, M p_WB'' = F_W + M gravity_W (X6), exact for F_W quadratic in
-/// time:
-///   p_WB += h v_WB + h^2 (weighted_force / M + gravity_W) / 2,   v_WB += h (mean_force / M + gravity_W)
+/// Advances position and velocity by a time h [s], exactly for F_W quadratic in time:
+///   p_WB += h v_WB + h^2 (weighted_force / M + g_W) / 2,   v_WB += h (mean_force / M + g_W)   (THEORY 7.5)
+/// If there is an attractor, its field replaces g_W   (THEORY 7.26, 8.18).
 /// \param mean_force  [N] int F_W dt / h  \param weighted_force  [N] 2 int (1 - t / h) F_W dt / h
 void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& weighted_force,
                Frame& frame) noexcept;
 
-/// The frame one period later: M p_WB'' = F_W + M gravity_W, H_W' = L_W, w = I^-1 R_WB^T H_W   (THEORY
-/// X6-X9). R_WB is the rotation matrix of from.q_WB.
-Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept;
+/// Returns the frame one period later:
+///   M p_WB'' = F_W + M g_W,   H_W' = L_W,   w = I^-1 R_WB^T H_W   (THEORY 7.2 to 7.4)
+/// \param R_WB  rotation matrix of from.q_WB
+Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept;
 
 }  // namespace freeflex

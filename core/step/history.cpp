@@ -8,14 +8,15 @@
 namespace freeflex {
 namespace {
 
-/// The part of x left after taking away the nearest whole number; x below 2^52.
+/// Returns x minus the nearest whole number, for x below 2^52.
 double wrap(double x) noexcept {
   constexpr double kShift = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds to a whole number
   return x - ((x + kShift) - kShift);
 }
 
-/// Sine at half_ticks / 2 periods: whole cycles are dropped before anything is rounded, so the phase stays
-/// good to 1e-16 for as long as half_ticks period frequency stays below 2^52.
+/// Returns the sine at t = half_ticks / 2 periods, sin(2 pi (frequency t + phase))   (THEORY 8.12). Whole
+/// cycles are subtracted before any rounding, so the error of the phase stays below 1e-16 as long as
+/// half_ticks times period times frequency is below 2^52.
 double sine(const PlanHistory& history, double period, std::int64_t half_ticks) noexcept {
   const Sum2 per_tick = exact_product(period, history.frequency);
   const double ticks = 0.5 * static_cast<double>(half_ticks);
@@ -23,6 +24,9 @@ double sine(const PlanHistory& history, double period, std::int64_t half_ticks) 
   return sine_of_cycles(wrap(wrap(cycles.hi) + (cycles.lo + ticks * per_tick.lo) + wrap(history.phase)));
 }
 
+/// Returns the value of the table at a time [s]. It is linear between rows and constant outside the table
+/// (THEORY 8.13):
+///   y_k + (y_(k+1) - y_k) (t - t_k) / (t_(k+1) - t_k)
 double table(const PlanHistory& history, double time) noexcept {
   const auto& t = history.times;
   const auto& y = history.values;
@@ -49,7 +53,9 @@ double continuous(const PlanHistory& history, double period, std::int64_t half_t
   return 1.0;
 }
 
-/// A pulse acts in whole ticks, with so much of its force that its impulse is kept   (X13).
+/// Returns the height of a pulse. A pulse acts in whole ticks, so its height is changed such that the impulse
+/// stays the same:
+///   duration / ((end_tick - start_tick) h)   (THEORY 8.11)
 double pulse_height(const PlanHistory& history, double period) noexcept {
   const double wanted = history.pulse_duration / period;
   const auto given = static_cast<double>(history.end_tick - history.start_tick);
@@ -62,11 +68,11 @@ double pulse_height(const PlanHistory& history, double period) noexcept {
 }  // namespace
 
 double sine_of_cycles(double cycles) noexcept {
-  // fold to a quarter cycle: sin(2 pi x) = sin(2 pi (1/2 - x)); both subtractions are exact
+  // Fold the argument into a quarter cycle: sin(2 pi x) = sin(2 pi (1/2 - x)). Both subtractions are exact.
   double x = cycles;
   if (x > 0.25) x = 0.5 - x;
   if (x < -0.25) x = -0.5 - x;
-  // Taylor series of sin(2 pi x), |2 pi x| <= pi/2: the first term left out is below 2e-18
+  // Taylor series of sin(2 pi x), |2 pi x| <= pi/2; the first omitted term is below 2e-18
   static constexpr std::array<double, 10> kCoefficient = {
       -41.341702240399755,   81.60524927607504,    -76.70585975306136,   42.058693944897655,
       -15.094642576822984,   3.8199525848482822,   -0.71812230177850059, 0.10422916220813984,

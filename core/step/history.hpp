@@ -1,4 +1,4 @@
-// Amplitudes of built-in loads over ticks since the epoch began (THEORY X13).
+// Amplitudes of built-in loads over ticks since the epoch began (THEORY 8.10 to 8.13).
 #pragma once
 
 #include <cstdint>
@@ -7,11 +7,12 @@
 
 namespace freeflex {
 
-/// sin(2 pi x) for x in [-1/2, 1/2] cycles   (THEORY X13), within 3e-16 of it, from + - * alone.
+/// Returns sin(2 pi x) for x in [-1/2, 1/2] cycles, within 3e-16, computed with sums and products only
+/// (THEORY 8.12).
 double sine_of_cycles(double cycles) noexcept;
 
-/// Amplitude just after, just before, and half a period after a tick [-]. Only pulses differ between the
-/// first two   (THEORY X13).
+/// Return the amplitude just after a tick, just before it, and half a period after it [-]. Only for pulses do
+/// the first two differ.
 double amplitude_right(const PlanHistory& history, double period, std::int64_t tick) noexcept;
 double amplitude_left(const PlanHistory& history, double period, std::int64_t tick) noexcept;
 double amplitude_middle(const PlanHistory& history, double period, std::int64_t tick) noexcept;

@@ -3,19 +3,20 @@
 namespace freeflex {
 namespace {
 
-/// The nearest whole number; |x| below 2^51.
+/// Returns the nearest whole number, for |x| below 2^51.
 double nearest(double x) noexcept {
   constexpr double kShift = 6755399441055744.0;  // 1.5 * 2^52
   return (x + kShift) - kShift;
 }
 
-/// Stumpff's functions c_k(z) = sum_j (-z)^j / (k + 2 j)!
+/// Holds Stumpff's functions c_k(z) = sum_j (-z)^j / (k + 2 j)!   (THEORY 7.28).
 struct Stumpff {
   double c0, c1, c2, c3;
 };
 
+/// Returns the functions by their series at z / 4^k, followed by k doublings of the angle.
 Stumpff stumpff(double z) noexcept {
-  constexpr double kSmall = 0.1;  // where seven terms give the last bit
+  constexpr double kSmall = 0.1;  // below this value, seven terms are exact to the last bit
   int quarters = 0;
   for (; z > kSmall || z < -kSmall; ++quarters) z *= 0.25;
   constexpr double kOdd[] = {1.0 / 20, 1.0 / 42, 1.0 / 72, 1.0 / 110, 1.0 / 156, 1.0 / 210};
@@ -33,31 +34,37 @@ Stumpff stumpff(double z) noexcept {
   return c;
 }
 
-/// The orbit from one place on: t = r_0 X + eta G_2 + zeta G_3, dt/dX = r = r_0 + eta G_1 + zeta G_2, with
-/// G_k = X^k c_k(beta X^2).
+/// Holds the constants of an orbit, from the values at its start: r_0 = |rho|, eta = rho . v, zeta = mu -
+/// beta r_0, beta = 2 mu / r_0 - |v|^2.
 struct Orbit {
   double r_0, eta, zeta, beta;
 };
-struct Reached {
+/// Holds a point of an orbit at the universal variable X: time [s], distance [m], universal functions.
+struct OrbitPoint {
   double t, r, G1, G2, G3;
 };
-Reached reach(const Orbit& o, double X) noexcept {
+/// Returns the point of the orbit at X:
+///   t = r_0 X + eta G_2 + zeta G_3   (THEORY 7.26)
+///   r = dt/dX = r_0 + eta G_1 + zeta G_2   (THEORY 7.27)
+///   G_k = X^k c_k(beta X^2)   (THEORY 7.28)
+OrbitPoint orbit_at(const Orbit& o, double X) noexcept {
   const Stumpff c = stumpff(o.beta * X * X);
   const double G1 = X * c.c1, G2 = X * X * c.c2, G3 = X * X * X * c.c3;
   return {o.r_0 * X + (o.eta * G2 + o.zeta * G3), o.r_0 + (o.eta * G1 + o.zeta * G2), G1, G2, G3};
 }
 
-/// Where the orbit is after a time t > 0, by Newton's method within bounds that close in: t grows with X.
-Reached find(const Orbit& o, double t) noexcept {
-  // bounds a factor of two apart, in which Newton's method is quick
+/// Returns the point of the orbit after a time t > 0, by Newton's method between bounds that approach each
+/// other. This works because t grows with X.
+OrbitPoint find(const Orbit& o, double t) noexcept {
+  // bounds a factor of two apart, within which Newton's method converges quickly
   double high = t / o.r_0;
-  constexpr int kMostOctaves = 2200;  // of all doubles
-  for (int k = 0; k < kMostOctaves && reach(o, high).t < t; ++k) high *= 2.0;
+  constexpr int kMostOctaves = 2200;  // larger than the range of doubles
+  for (int k = 0; k < kMostOctaves && orbit_at(o, high).t < t; ++k) high *= 2.0;
   double low = 0.5 * high;
-  for (int k = 0; k < kMostOctaves && !(reach(o, low).t < t); ++k) high = low, low *= 0.5;
+  for (int k = 0; k < kMostOctaves && !(orbit_at(o, low).t < t); ++k) high = low, low *= 0.5;
   double X = high;
-  Reached at = reach(o, X);
-  constexpr int kMostIterations = 100;  // halving alone ends in these
+  OrbitPoint at = orbit_at(o, X);
+  constexpr int kMostIterations = 100;  // bisection alone would need fewer
   for (int k = 0; k < kMostIterations; ++k) {
     if (at.t < t)
       low = X;
@@ -67,7 +74,7 @@ Reached find(const Orbit& o, double t) noexcept {
     if (!(next >= low && next <= high)) next = 0.5 * (low + high);
     const double change = next - X;
     X = next;
-    at = reach(o, X);
+    at = orbit_at(o, X);
     if (change <= 0x1p-51 * X && change >= -0x1p-51 * X) break;
   }
   return at;
@@ -86,10 +93,11 @@ Fall fall(double mu, const Vec3& rho, const Vec3& v, double t) noexcept {
     if (revolutions >= 0.5 || revolutions <= -0.5) t -= period * nearest(revolutions);
     if (t == 0.0) return {};
   }
-  // backwards: the mirrored velocity
+  // if the time is negative, reverse the velocity and use a positive time
   const double sign = t < 0.0 ? -1.0 : 1.0;
   const Orbit orbit{r_0, sign * dot(rho, v), mu - beta * r_0, beta};
-  const Reached at = find(orbit, sign * t);
+  const OrbitPoint at = find(orbit, sign * t);
+  // rho^1 - rho^0 = f rho^0 + g v^0,  v^1 - v^0 = f_dot rho^0 + g_dot v^0   (THEORY 7.29)
   const double f = -mu * at.G2 / r_0, g = t - sign * mu * at.G3;
   const double f_dot = -sign * mu * at.G1 / (r_0 * at.r), g_dot = -mu * at.G2 / at.r;
   return {add_scaled(scale(f, rho), g, v), add_scaled(scale(f_dot, rho), g_dot, v)};

@@ -7,14 +7,15 @@
 namespace freeflex {
 namespace {
 
-// A kernel is written once and compiled for the processor's baseline and, on x86-64, for AVX2 and where it
-// pays for AVX-512, chosen when the program starts. All do the same operations in the same order, so the bits
-// are the same; only the width differs.
+// Each kernel is written once. It is compiled for the processor's baseline and, on x86-64, also for AVX2.
+// Some kernels are compiled for AVX-512 too, if this is faster. The program chooses a form when it starts.
+// All forms do the same operations in the same order and differ only in their width, so they give the same
+// bits.
 #define FREEFLEX_KERNEL inline __attribute__((always_inline))
 
 enum class Width { kBaseline, kAvx2, kAvx512 };
 
-// a test of the bits holds the loops to a narrower width than the processor's
+// A test that compares bits sets this to limit the loops to a width narrower than that of the processor.
 #ifndef FREEFLEX_WIDEST
 #define FREEFLEX_WIDEST 2
 #endif
@@ -37,7 +38,7 @@ __attribute__((target("avx2,avx512f"))) void run_avx512(Args... args) noexcept {
 }
 #endif
 
-/// Runs a kernel at AVX2 where the processor has it.
+/// Runs the AVX2 form of a kernel if the processor has AVX2, otherwise the baseline form.
 template <auto kernel, class... Args>
 void run(Args... args) noexcept {
 #if defined(__x86_64__)
@@ -49,7 +50,7 @@ void run(Args... args) noexcept {
   kernel(args...);
 }
 
-/// Runs the form of a kernel that fits the processor.
+/// Runs the widest form of a kernel that the processor supports.
 template <auto baseline, auto avx2, auto avx512, class... Args>
 void run_widest(Args... args) noexcept {
 #if defined(__x86_64__)
@@ -65,7 +66,7 @@ void run_widest(Args... args) noexcept {
   baseline(args...);
 }
 
-// two lanes, the width that every processor of this kind has
+// two lanes, the width of the baseline
 using Pair = double __attribute__((vector_size(16)));
 
 Pair load(const double* from) noexcept {
@@ -74,7 +75,7 @@ Pair load(const double* from) noexcept {
   return pair;
 }
 
-/// Sum of the pairs term(0), term(2), ... below n in kLanes partial sums.
+/// Returns the sum of the pairs term(0), term(2), ... below n, accumulated in kLanes partial sums.
 template <class Term>
 double sum_in_lanes(std::size_t n, const Term& term) noexcept {
   static_assert(kLanes == 8);
@@ -130,22 +131,24 @@ FREEFLEX_KERNEL void load_to(V& to, const double* from, std::size_t l) noexcept 
   __builtin_memcpy(&to, from + l, sizeof(V));
 }
 
-/// The leading 26 bits of y: the product with another number of 26 bits is exact.
+/// Copies the leading 26 bits of y. Their product with another number of 26 bits is exact.
 template <class V, class Bits>
 FREEFLEX_KERNEL void take_leading_bits(const V& y, V& leading) noexcept {
   constexpr std::int64_t kMask = ~((std::int64_t{1} << 27) - 1);
   leading = reinterpret_cast<V>(reinterpret_cast<Bits>(y) & kMask);
 }
 
-/// One coordinate of several modes: value, its leading bits, and everything that is left, low part included.
+/// Holds one coordinate of several modes: its value, the leading bits of the value, and the remaining bits
+/// plus the low part.
 template <class V>
 struct Coordinate {
   V value, leading, rest;
 };
 
-/// One row of (X10) for several modes, c_q q + c_v q' + l_q q + l_v q' + forced. The leading products are
-/// exact, and so is their sum with its error (Knuth 1969); all that is rounded is 2^-26 of the whole or less,
-/// or the load.
+/// Computes one row of the step P = C + L for several modes at a time   (THEORY 6.1, 6.5):
+///   c_q q + c_v q' + l_q q + l_v q' + forced
+/// The products of leading bits are exact, and their sum is exact together with its error term (Knuth 1969).
+/// The terms that are rounded are at most 2^-26 of the result, or belong to the load.
 template <class V>
 FREEFLEX_KERNEL void advance_row(const V& c_q, const V& c_v, const V& l_q, const V& l_v,
                                  const Coordinate<V>& q, const Coordinate<V>& v, const V& forced,
@@ -162,9 +165,9 @@ FREEFLEX_KERNEL void advance_row(const V& c_q, const V& c_v, const V& l_q, const
   sum_of_lows += low;
 }
 
-/// (X10) for all modes, as many side by side as V holds. Of a value that is not finite, the low part is
-/// not finite either, and their sum tells.
-/// Lanes without c_vv and l_vv are those of modes without decay.
+/// Advances all modes by a step   (THEORY 6.1), as many at a time as V holds. If a value is not finite, its
+/// low part is not finite either, and neither is the sum of the low parts. Lanes without c_vv and l_vv belong
+/// to modes without decay.
 template <class V, class Bits, class Lanes>
 FREEFLEX_KERNEL void advance(const Lanes* all, std::size_t n, ModalState from, const double* load_start,
                              const double* load_end, ModalResult to, bool* is_finite) noexcept {
@@ -211,8 +214,9 @@ FREEFLEX_KERNEL void advance(const Lanes* all, std::size_t n, ModalState from, c
   *is_finite = sum - sum == 0.0;
 }
 
-/// Sums over modes in the lanes of sum_in_lanes, nine at once, kLanes / lanes of V at a time: as many
-/// registers as the baseline has.
+/// Computes nine sums over modes, in the lanes of sum_in_lanes. Handles as many lanes at a time as V has, so
+/// that the registers of the baseline suffice.
+///   V = sum_l b_l q_l   (THEORY 2.14),   q_l'' = Q_l / M - 2 decay_l q_l' - omega_l^2 q_l   (THEORY 4.22)
 template <class V>
 FREEFLEX_KERNEL void contract_motion_to(const double* rows, const Plan* plan, const double* q,
                                         const double* q_dot, const double* Q, PointMotion* motion) noexcept {
@@ -252,7 +256,8 @@ FREEFLEX_KERNEL void contract_motion_to(const double* rows, const Plan* plan, co
     }
 }
 
-/// Two products with three rows each: the sums over modes of sum_in_lanes.
+/// Computes the products of the three rows of each point with two vectors   (THEORY 2.14), in the lanes of
+/// sum_in_lanes.
 template <class V>
 FREEFLEX_KERNEL void contract_points_to(const Plan* plan, const double* a, const double* b, Vec3* a_out,
                                         Vec3* b_out, std::size_t num_points) noexcept {
@@ -289,7 +294,7 @@ FREEFLEX_KERNEL void contract_points_to(const Plan* plan, const double* a, const
   }
 }
 
-/// Eight modes at a time, over all rows.
+/// Computes the sums over all rows, for eight modes at a time.
 template <class V>
 FREEFLEX_KERNEL void project_points_to(const Plan* plan, std::size_t n, const double* f, const double* g,
                                        std::size_t num_rows, double* x, double* y) noexcept {
@@ -310,7 +315,7 @@ FREEFLEX_KERNEL void project_points_to(const Plan* plan, std::size_t n, const do
   }
 }
 
-// eight rows a pass, so that y is not written for each
+// Each pass sums eight rows, so that y is written once per eight rows.
 FREEFLEX_KERNEL void sum_rows_to(const double* __restrict rows, std::size_t stride,
                                  const double* __restrict weights, std::size_t count, std::size_t n,
                                  double* __restrict y) noexcept {

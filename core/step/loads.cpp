@@ -8,19 +8,21 @@
 namespace freeflex {
 namespace {
 
-/// Where the forces on a point stand in LoadSums: what nobody loads takes neither memory nor time.
-std::size_t place_of(const Plan& plan, std::int32_t point) noexcept {
+/// Returns the index of a point in LoadSums. Below the coupled rungs it is the row of the point, so that
+/// points without rows, which cannot be loaded, cost neither memory nor time.
+std::size_t index_of(const Plan& plan, std::int32_t point) noexcept {
   return index(is_coupled(plan) ? point : plan.points[index(point)].row);
 }
 
-/// L_c,ab += (e_c x r)_a F_b, the moment of a world force F at r, as a table (X11).
+/// Adds the moment of a world force F at r to the table: L_c,ab += (e_c x r)_a F_b   (THEORY 8.2).
 void add_moment(const Vec3& r, const Vec3& F, std::array<double, 27>& moment) noexcept {
   const Mat3 arm = {0.0, -r[2], r[1], r[2], 0.0, -r[0], -r[1], r[0], 0.0};  // row c: e_c x r
   for (std::size_t ca = 0; ca < 9; ++ca)
     for (std::size_t b = 0; b < 3; ++b) moment[3 * ca + b] += arm[ca] * F[b];
 }
 
-/// The torque that a group can take is T_g times this projection, 1 - line line^T about a line   (X12).
+/// Returns the projection onto the torques that a group supports: 1 - e_g e_g^T for a collinear group, where
+/// e_g is the direction of its line (THEORY 8.9).
 Mat3 torque_projection(const PlanGroup& group) noexcept {
   if (group.torque_rank == 0) return {};
   Mat3 P = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -32,7 +34,8 @@ Mat3 torque_projection(const PlanGroup& group) noexcept {
 
 constexpr Mat3 kUnit = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-/// L_c,ab += P_ca T_b, a world torque T of which P T is taken (X11); of one on a body all (X165).
+/// Adds a world torque T to the table; only its projection P T acts: L_c,ab += P_ca T_b   (THEORY 8.2). P is
+/// torque_projection for a group, and the unit matrix for a body   (THEORY 16.13).
 void add_torque(const Mat3& P, const Vec3& T, std::array<double, 27>& moment) noexcept {
   for (std::size_t ca = 0; ca < 9; ++ca)
     for (std::size_t b = 0; b < 3; ++b) moment[3 * ca + b] += P[ca] * T[b];
@@ -51,11 +54,12 @@ void clear(LoadPattern& pattern) noexcept {
   pattern.has_body = false;
 }
 
-/// Resultant and moment table of the world part; the elastic part follows in set_world_elastic.
+/// Sets the resultant and the moment table of the world loads, F_W = sum_i F_i   (THEORY 8.1), L_c,ab
+/// (THEORY 8.2).
 void set_world_rigid(const Plan& plan, const SumsOnPoints& sums, LoadPattern& pattern) noexcept {
   for (const std::int32_t i : sums.points) {
     const PlanPoint& point = plan.points[index(i)];
-    const Vec3& force = sums.force_W[place_of(plan, i)];
+    const Vec3& force = sums.force_W[index_of(plan, i)];
     if (is_zero(force)) continue;
     pattern.has_world = true;
     pattern.force_W = add(pattern.force_W, force);
@@ -75,13 +79,14 @@ void set_world_rigid(const Plan& plan, const SumsOnPoints& sums, LoadPattern& pa
   }
 }
 
-/// Keeps the points of the world part one by one when they are few; false when a table is needed.
+/// Stores the world forces one by one if they act on few points   (THEORY 8.4). Returns false if a table is
+/// needed instead.
 bool try_direct(const Plan& plan, const SumsOnPoints& sums, LoadPattern& pattern) noexcept {
   for (std::size_t k = 0; k < plan.groups.size(); ++k)
     if (has_load(sums.group_force_W[k], sums.group_torque_W[k])) return false;
   if (!std::all_of(sums.torque.W.begin(), sums.torque.W.end(), is_zero)) return false;
   for (const std::int32_t i : sums.points) {
-    const Vec3& force = sums.force_W[place_of(plan, i)];
+    const Vec3& force = sums.force_W[index_of(plan, i)];
     if (is_zero(force)) continue;
     if (pattern.num_direct == LoadPattern::kMaxDirect) {
       pattern.num_direct = 0;
@@ -94,13 +99,15 @@ bool try_direct(const Plan& plan, const SumsOnPoints& sums, LoadPattern& pattern
   return true;
 }
 
+/// Sets the table of the world loads: Q_l,ab = sum_i b_il,a F_i,b   (THEORY 8.5), and for torques on bodies
+/// Q_l,ab = theta_l,a T_b   (THEORY 16.13).
 void set_table(const Plan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
                LoadPattern& pattern) noexcept {
   pattern.uses_table = true;
   const std::size_t n = index(plan.num_padded);
   std::fill(pattern.table.begin(), pattern.table.end(), 0.0);
   for (const std::int32_t i : sums.points) {
-    if (const Vec3& force = sums.force_W[place_of(plan, i)]; !is_zero(force))
+    if (const Vec3& force = sums.force_W[index_of(plan, i)]; !is_zero(force))
       add_outer(point_rows(plan, plan.points[index(i)].row), force, n, pattern.table.data());
   }
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
@@ -111,9 +118,12 @@ void set_table(const Plan& plan, std::span<const double> group_rows, const SumsO
   }
   for (std::size_t k = 0; k < sums.torque.W.size(); ++k)
     if (!is_zero(sums.torque.W[k]))
-      add_outer(turn_rows(plan, static_cast<std::int32_t>(k)), sums.torque.W[k], n, pattern.table.data());
+      add_outer(rotation_rows(plan, static_cast<std::int32_t>(k)), sums.torque.W[k], n, pattern.table.data());
 }
 
+/// Sets the resultant, the moment and the generalized forces of the loads in body axes   (THEORY 8.7):
+///   F_B = sum_i F_i,   L_B = sum_i r_i x F_i,   Q_B,l = sum_i b_il . F_i
+/// A torque T on a body adds T to L_B and theta_l . T to Q_B,l   (THEORY 16.13).
 void set_body(const Plan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
               LoadPattern& pattern) noexcept {
   const std::size_t n = index(plan.num_padded);
@@ -123,7 +133,7 @@ void set_body(const Plan& plan, std::span<const double> group_rows, const SumsOn
   };
   for (const std::int32_t i : sums.points) {
     const PlanPoint& point = plan.points[index(i)];
-    const Vec3& force = sums.force_B[place_of(plan, i)];
+    const Vec3& force = sums.force_B[index_of(plan, i)];
     if (is_zero(force)) continue;
     pattern.force_B = add(pattern.force_B, force);
     pattern.torque_B = add(pattern.torque_B, cross(point.r, force));
@@ -137,19 +147,19 @@ void set_body(const Plan& plan, std::span<const double> group_rows, const SumsOn
       add_rows(rows, sums.group_force_B[k]);
     }
     if (!is_zero(sums.group_torque_B[k])) {
-      const Vec3 taken = multiply(torque_projection(plan.groups[k]), sums.group_torque_B[k]);
-      pattern.torque_B = add(pattern.torque_B, taken);
+      const Vec3 torque = multiply(torque_projection(plan.groups[k]), sums.group_torque_B[k]);
+      pattern.torque_B = add(pattern.torque_B, torque);
       add_rows(rows + 3 * n, sums.group_torque_B[k]);
     }
   }
   for (std::size_t k = 0; k < sums.torque.B.size(); ++k) {
     if (is_zero(sums.torque.B[k])) continue;
     pattern.torque_B = add(pattern.torque_B, sums.torque.B[k]);
-    add_rows(turn_rows(plan, static_cast<std::int32_t>(k)), sums.torque.B[k]);
+    add_rows(rotation_rows(plan, static_cast<std::int32_t>(k)), sums.torque.B[k]);
   }
 }
 
-/// World forces on a body that keeps its attitude stand still in body axes: one row of modes   (X121).
+/// Converts the world loads to loads in body axes, for a body that keeps its attitude   (THEORY 8.6, 14.4).
 void fold_world(const Plan& plan, LoadPattern& pattern) noexcept {
   if (!pattern.uses_table && pattern.num_direct == 0) return;
   const bool has_body = pattern.has_body;
@@ -160,7 +170,7 @@ void fold_world(const Plan& plan, LoadPattern& pattern) noexcept {
   pattern.num_direct = 0;
 }
 
-/// One point's part of set_arms: a force share * load, body axes.
+/// Adds to `arms` the force share * load at one point.
 void add_arms(const Plan& plan, const PlanPoint& point, const Mat3& share, const Vec3& load_W,
               const Vec3& load_B, Array& arms) noexcept {
   const double* rows = point_rows(plan, point.row);
@@ -185,17 +195,17 @@ void add_arms(const Plan& plan, const PlanPoint& point, const Mat3& share, const
 
 SumsOnPoints make_load_sums(const Plan& plan) {
   SumsOnPoints sums;
-  std::size_t num_places = 0;
+  std::size_t num_sums = 0;
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     const auto point = static_cast<std::int32_t>(i);
     if (!is_coupled(plan) && plan.points[i].row < 0) continue;
     sums.points.push_back(point);
-    num_places = std::max(num_places, place_of(plan, point) + 1);
+    num_sums = std::max(num_sums, index_of(plan, point) + 1);
   }
-  for (auto* v : {&sums.force_W, &sums.force_B}) v->resize(num_places);
+  for (auto* v : {&sums.force_W, &sums.force_B}) v->resize(num_sums);
   for (auto* v : {&sums.group_force_W, &sums.group_torque_W, &sums.group_force_B, &sums.group_torque_B})
     v->resize(plan.groups.size());
-  for (auto* v : {&sums.torque.W, &sums.torque.B}) v->resize(plan.particles.turning.size());
+  for (auto* v : {&sums.torque.W, &sums.torque.B}) v->resize(plan.particles.attitude_points.size());
   sums.wheels.torque.resize(plan.wheels.all.size());
   return sums;
 }
@@ -210,7 +220,7 @@ void clear(LoadSums& sums) noexcept {
 void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept {
   const bool is_body = loads.axes == 1;
   for (const PointForce& f : loads.forces) {
-    Vec3& sum = (is_body ? sums.force_B : sums.force_W)[place_of(plan, f.point)];
+    Vec3& sum = (is_body ? sums.force_B : sums.force_W)[index_of(plan, f.point)];
     sum = add(sum, f.force);
   }
   for (const Wrench& w : loads.wrenches) {
@@ -220,7 +230,7 @@ void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept 
     torque = add(torque, w.torque);
   }
   for (const PointTorque& t : loads.torques) {
-    Vec3& sum = (is_body ? sums.torque.B : sums.torque.W)[index(turning_of(plan, t.point))];
+    Vec3& sum = (is_body ? sums.torque.B : sums.torque.W)[index(attitude_index_of(plan, t.point))];
     sum = add(sum, t.torque);
   }
   for (const WheelTorque& w : loads.wheels) sums.wheels.torque[index(w.wheel)] += w.torque;
@@ -239,7 +249,7 @@ Array make_group_rows(const Plan& plan) {
   Array rows(6 * plan.groups.size() * n, 0.0);
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
     const PlanGroup& group = plan.groups[k];
-    for (const std::int32_t i : parts_of_group(plan, k)) {
+    for (const std::int32_t i : carriers_of_group(plan, k)) {
       const PlanPoint& point = mass_point(plan, i);
       const Vec3 d = sub(point.r, group.centre);
       for (std::size_t a = 0; a < 3; ++a) {
@@ -270,25 +280,25 @@ void set_pattern(const Plan& plan, std::span<const double> group_rows, const Sum
   std::copy(sums.wheels.torque.begin(), sums.wheels.torque.end(), pattern.wheels.torque.begin());
   set_world_rigid(plan, sums, pattern);
   if (is_coupled(plan)) {
-    pattern.sums = sums;  // of the same sizes: nothing allocates
+    pattern.sums = sums;  // both have the same sizes, so nothing is allocated
     for (const auto* v : {&sums.force_B, &sums.group_force_B, &sums.group_torque_B, &sums.torque.B})
       for (const Vec3& each : *v) pattern.has_body |= !is_zero(each);
     return;
   }
   if (!try_direct(plan, sums, pattern)) set_table(plan, group_rows, sums, pattern);
   set_body(plan, group_rows, sums, pattern);
-  if (!plan.turns) fold_world(plan, pattern);
+  if (!plan.has_rotation) fold_world(plan, pattern);
 }
 
-/// X148
+// computes b_il x F_i of each load, in the layout of LoadPattern::moment_W   (THEORY X148)
 void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept {
-  const std::size_t num_shadowed = plan.neglect.inertia_rows.size() / 6;
+  const std::size_t num_shadowed = plan.unmodelled.inertia_rows.size() / 6;
   arms.assign(num_shadowed * kArmSize, 0.0);
   if (num_shadowed == 0) return;
   for (const std::int32_t i : sums.points) {
     const PlanPoint& point = plan.points[index(i)];
-    const std::size_t place = place_of(plan, i);
-    const Vec3 &W = sums.force_W[place], &B = sums.force_B[place];
+    const std::size_t at = index_of(plan, i);
+    const Vec3 &W = sums.force_W[at], &B = sums.force_B[at];
     if (has_load(W, B)) add_arms(plan, point, kUnit, W, B, arms);
   }
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
@@ -296,13 +306,13 @@ void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept 
     const bool has_force = has_load(sums.group_force_W[k], sums.group_force_B[k]),
                has_torque = has_load(sums.group_torque_W[k], sums.group_torque_B[k]);
     if (!has_force && !has_torque) continue;
-    for (const std::int32_t part : parts_of_group(plan, k)) {
-      const PlanPoint& point = mass_point(plan, part);
+    for (const std::int32_t carrier : carriers_of_group(plan, k)) {
+      const PlanPoint& point = mass_point(plan, carrier);
       const double share = point.mass / group.mass;
       if (has_force)
         add_arms(plan, point, {share, 0, 0, 0, share, 0, 0, 0, share}, sums.group_force_W[k],
                  sums.group_force_B[k], arms);
-      // (J_g^-1 T) x d, column by column of T   (X12)
+      // m_i (J_g^-1 T_g) x d_i, one column for each component of T_g   (THEORY 8.8)
       const Vec3 d = sub(point.r, group.centre);
       Mat3 share_of_torque{};
       for (std::size_t a = 0; a < 3; ++a) {
@@ -364,12 +374,12 @@ void add_point_forces(const Plan& plan, const LoadPattern& pattern, const Mat3& 
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
     const PlanGroup& group = plan.groups[k];
     const Vec3 force = in_body_axes(sums.group_force_W[k], sums.group_force_B[k]);
-    const Vec3 turn =
+    const Vec3 theta =
         multiply(group.inverse_inertia, in_body_axes(sums.group_torque_W[k], sums.group_torque_B[k]));
-    if (!has_load(force, turn)) continue;
-    for (const std::int32_t i : parts_of_group(plan, k)) {
+    if (!has_load(force, theta)) continue;
+    for (const std::int32_t i : carriers_of_group(plan, k)) {
       const PlanPoint& point = mass_point(plan, i);
-      const Vec3 a = add_scaled(cross(turn, sub(point.r, group.centre)), 1.0 / group.mass, force);
+      const Vec3 a = add_scaled(cross(theta, sub(point.r, group.centre)), 1.0 / group.mass, force);
       forces[index(i)] = add_scaled(forces[index(i)], point.mass, a);
     }
   }

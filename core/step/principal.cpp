@@ -8,11 +8,11 @@
 namespace freeflex {
 namespace {
 
-/// One Jacobi rotation: it makes A_pq zero, and turns rows p and q of the axes by the same angle.
+/// Makes A_pq zero by one Jacobi rotation. Rotates the rows p and q of `axes` by the same angle.
 void rotate(std::size_t p, std::size_t q, Mat3& A, Mat3& axes) noexcept {
   const double off = A[3 * p + q];
   if (off == 0.0) return;
-  // t = tan of the angle, the smaller root of t^2 + 2 theta t - 1 = 0
+  // t is the tangent of the angle, the root of t^2 + 2 theta t - 1 = 0 with the smaller magnitude
   const double theta = (A[4 * q] - A[4 * p]) / (2.0 * off);
   const double root = magnitude(theta) + __builtin_sqrt(1.0 + theta * theta);
   const double t = theta < 0.0 ? -1.0 / root : 1.0 / root;
@@ -37,7 +37,7 @@ PlanPrincipal principal_of(const Mat3& inverse_inertia) noexcept {
   Mat3 A = inverse_inertia, axes{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
   for (const auto& [i, j] : {std::array{1, 3}, {2, 6}, {5, 7}})
     A[index(i)] = A[index(j)] = 0.5 * (A[index(i)] + A[index(j)]);
-  constexpr int kSweeps = 12;  // five reach the last bit
+  constexpr int kSweeps = 12;  // five sweeps are exact to the last bit
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     rotate(0, 1, A, axes);
     rotate(0, 2, A, axes);
@@ -52,7 +52,7 @@ PlanPrincipal principal_of(const Mat3& inverse_inertia) noexcept {
     std::copy_n(axes.begin() + static_cast<std::ptrdiff_t>(3 * order[i]), 3,
                 principal.R_PB.begin() + static_cast<std::ptrdiff_t>(3 * i));
   }
-  // right-handed
+  // make the axes right-handed
   const Mat3& R = principal.R_PB;
   const Vec3 third = cross({R[0], R[1], R[2]}, {R[3], R[4], R[5]});
   if (dot(third, {R[6], R[7], R[8]}) < 0.0)
@@ -62,7 +62,7 @@ PlanPrincipal principal_of(const Mat3& inverse_inertia) noexcept {
 
 void set_principal(Plan& plan) noexcept {
   plan.principal = principal_of(plan.inverse_inertia);
-  for (Plan& wide : plan.wide) set_principal(wide);
+  for (Plan& fallback : plan.fallback) set_principal(fallback);
   for (PlanShadow& shadow : plan.budget.shadows) set_principal(shadow.plan);
 }
 

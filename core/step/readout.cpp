@@ -15,17 +15,17 @@ const double* rows_of(const Plan& plan, std::int32_t point) noexcept {
   return point_rows(plan, plan.points[index(point)].row);
 }
 
-/// rows (3 x num_padded) times x
+/// Returns the product of rows (3 x num_padded) with x.
 Vec3 contract(const Plan& plan, const double* rows, const Array& x) noexcept {
   return contract_rows(rows, x.data(), index(plan.num_padded));
 }
 
-/// V_second - V_first of a bar, or their rates, from q or q'
+/// Returns V_second - V_first of a bar, from q; or the rate of this difference, from q'.
 Vec3 difference(const Plan& plan, const PlanBar& bar, const Array& q) noexcept {
   return sub(contract(plan, rows_of(plan, bar.second), q), contract(plan, rows_of(plan, bar.first), q));
 }
 
-/// The bar of a link that is taken at true length; nullptr: none.
+/// Returns the bar at true length that belongs to a link, or nullptr if there is none.
 const PlanBar* find_bar(const Plan& plan, std::int32_t link) noexcept {
   const auto& bars = plan.coupled.bars;
   const auto found =
@@ -46,7 +46,7 @@ Mat3 rotation_matrix(const Quat& q) noexcept {
 }
 
 Vec3 wheel_momentum_B(const Plan& plan, const MotionState& state) noexcept {
-  if (is_coupled(plan)) return turned_wheel_momentum(plan, state.wheel_momentum, state.q.data());
+  if (is_coupled(plan)) return rotated_wheel_momentum(plan, state.wheel_momentum, state.q.data());
   Vec3 h{};
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k)
     h = add_scaled(h, state.wheel_momentum[k], plan.wheels.all[k].axis);
@@ -68,20 +68,22 @@ PointState read_point(const Plan& given, const MotionState& state, int point) no
       contract_motion(rows_of(plan, point), plan, state.q.data(), state.q_dot.data(), state.Q.data());
   const Vec3 x = add(plan.points[index(point)].r, V);
   const Vec3 wx = cross(w, x);
-  // velocity and acceleration of a point that moves in turning axes
+  // x = r + V   (THEORY 2.13, 9.1). The velocity and the acceleration are in rotating axes   (THEORY 9.2).
   const Vec3 v_B = add(wx, V_dot);
   Vec3 a_B;
   const bool is_complete = plan.coupled.kinetics.form == PlanKinetics::Form::kComplete;
   if (is_coupled(plan) && is_complete) {
-    // the force on the point over its mass, sum F / M + (I^-1 moment) x r + sum b q'': the modes are
-    // complete, so rigid and elastic parts are all of it   (X95)
+    // the force on the point, divided by its mass; the first term is added below   (THEORY 12.21)
+    // a = sum_j F_j / M + (I^-1 sum_j r_j x F_j) x r + sum_l b_l q_l'',  q_l'' = Q_l / M - omega^2 q_l - 2
+    // decay q_l'
     a_B = add(cross(multiply(plan.inverse_inertia, state.moment_B), plan.points[index(point)].r), V_ddot);
   } else if (is_coupled(plan)) {
-    // w' and q'' of the step   (X193)
+    // a = w' x x + w x (w x x) + 2 w x V' + V'', with w' and q'' from the step   (THEORY 12.43)
     const Vec3 V_ddot_of_step = contract(plan, rows_of(plan, point), state.coupled.q_ddot);
     a_B = add(add(cross(state.coupled.w_dot_B, x), cross(w, wx)),
               add_scaled(V_ddot_of_step, 2.0, cross(w, V_dot)));
   } else {
+    // w' = I^-1 (L_B - w x R_WB^T H_W)   (THEORY 9.4); then (THEORY 9.3)
     const Vec3 H_B = multiply_transposed(R, state.H_W);
     const Vec3 w_dot = multiply(plan.inverse_inertia, sub(state.moment_B, cross(w, H_B)));
     a_B = add(add(cross(w_dot, x), cross(w, wx)), add_scaled(V_ddot, 2.0, cross(w, V_dot)));
@@ -92,7 +94,7 @@ PointState read_point(const Plan& given, const MotionState& state, int point) no
 
 BodyState read_body(const Plan& given, const MotionState& state, int point) noexcept {
   const Plan& plan = active_plan(given, state);
-  const double* rows = turn_rows(plan, turning_of(plan, point));
+  const double* rows = rotation_rows(plan, attitude_index_of(plan, point));
   const Vec3 g = scale(0.5, contract(plan, rows, state.q)),
              g_dot = scale(0.5, contract(plan, rows, state.q_dot));
   const double square = 1.0 + dot(g, g), norm = __builtin_sqrt(square);
@@ -104,28 +106,29 @@ BodyState read_body(const Plan& given, const MotionState& state, int point) noex
 GroupPose read_group(const Plan& given, const MotionState& state, int group_index) noexcept {
   const Plan& plan = active_plan(given, state);
   const PlanGroup& group = plan.groups[index(group_index)];
-  // mean displacement and mean rotation of the group in body axes, and their rates
-  Vec3 shift{}, shift_dot{}, turn{}, turn_dot{};
-  for (const std::int32_t i : parts_of_group(plan, index(group_index))) {
+  // mean displacement and mean rotation theta of the group, in body axes, and the rates of both
+  // (THEORY 9.5, 9.6)
+  Vec3 shift{}, shift_dot{}, theta{}, theta_dot{};
+  for (const std::int32_t i : carriers_of_group(plan, index(group_index))) {
     const PlanPoint& point = mass_point(plan, i);
     const Vec3 d = sub(point.r, group.centre);
     const Vec3 V = contract(plan, point_rows(plan, point.row), state.q);
     const Vec3 V_dot = contract(plan, point_rows(plan, point.row), state.q_dot);
     shift = add_scaled(shift, point.mass / group.mass, V);
     shift_dot = add_scaled(shift_dot, point.mass / group.mass, V_dot);
-    turn = add_scaled(turn, point.mass, cross(d, V));
-    turn_dot = add_scaled(turn_dot, point.mass, cross(d, V_dot));
+    theta = add_scaled(theta, point.mass, cross(d, V));
+    theta_dot = add_scaled(theta_dot, point.mass, cross(d, V_dot));
   }
-  turn = multiply(group.inverse_inertia, turn);
-  turn_dot = multiply(group.inverse_inertia, turn_dot);
+  theta = multiply(group.inverse_inertia, theta);
+  theta_dot = multiply(group.inverse_inertia, theta_dot);
   const Mat3 R = rotation_matrix(state.q_WB);
   const Vec3 w = angular_velocity(plan, state);
   const Vec3 x = add(group.centre, shift);
-  const Vec3 half = scale(0.5, turn);
+  const Vec3 half = scale(0.5, theta);
   const double norm = __builtin_sqrt(1.0 + dot(half, half));
   const Quat q_WG = multiply(state.q_WB, {1.0 / norm, half[0] / norm, half[1] / norm, half[2] / norm});
   return {add(state.p_WB, multiply(R, x)), q_WG, add(state.v_WB, multiply(R, add(cross(w, x), shift_dot))),
-          add(w, turn_dot)};
+          add(w, theta_dot)};
 }
 
 void read_link(const Plan& given, const MotionState& state, int output, std::span<double> out) noexcept {
@@ -160,7 +163,8 @@ Invariants read_invariants(const Plan& given, const MotionState& state) noexcept
   invariants.kinetic_elastic = 0.5 * plan.mass * dot_lanes(state.q_dot.data(), state.q_dot.data(), n);
   invariants.potential = 0.5 * plan.mass * dot_squares(plan.omega.data(), state.q.data(), n);
   if (is_coupled(plan)) {
-    // twice the energy is w . H + M sum q_l' p_l (X91); each bar's differs from the linear one
+    // 2 E = w . H_B + M sum_l q_l' p_l, without the momenta of wheels   (THEORY 12.4, 16.32). The energy of a
+    // bar at true length is s^2 / (2 D). Its linear energy is already in the sum over modes   (THEORY 12.17)
     invariants.kinetic_elastic =
         0.5 * (plan.mass * dot_lanes(state.q_dot.data(), state.coupled.momentum.data(), n) +
                wheel_energy(plan, state.wheel_momentum, state.q.data(), state.q_dot.data()));
@@ -176,7 +180,7 @@ Invariants read_invariants(const Plan& given, const MotionState& state) noexcept
   invariants.eckart_translation = contract(plan, plan.eckart_rows.data(), state.q);
   invariants.eckart_rotation = contract(plan, plan.eckart_rows.data() + 3 * n, state.q);
   const Quat& q = state.q_WB;
-  // |q| - 1 from |q|^2 - 1, which keeps the digits
+  // |q| - 1 = (|q|^2 - 1) / (1 + |q|), which keeps the digits
   const double excess = (q[0] * q[0] - 1.0) + (q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   invariants.quaternion_norm_error = excess / (1.0 + __builtin_sqrt(1.0 + excess));
   return invariants;

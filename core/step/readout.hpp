@@ -1,4 +1,5 @@
-// What can be read from a state: points, groups, link forces, invariants. Same rules as the step.
+// The read-out of a state: points, groups, link forces, invariants. Like the step, these functions allocate
+// nothing, do not call libm, and give the same bits everywhere.
 #pragma once
 
 #include <span>
@@ -7,58 +8,70 @@
 
 namespace freeflex {
 
-/// Rotation matrix of a unit quaternion, body to world.
+/// Returns the rotation matrix of a unit quaternion, from body to world axes.
 Mat3 rotation_matrix(const Quat& q_WB) noexcept;
 
-/// Momentum of the wheels, body axes [N m s], axes as at rest, on coupled rungs as their bodies have turned:
-/// zero without any   (THEORY X167, X168).
+/// Returns the sum of h_w a_w over the wheels [N m s], body axes; zero without wheels. Below the coupled
+/// rungs, a_w are the axes at rest. On coupled rungs, they rotate with their bodies   (THEORY 16.22, 16.29).
 Vec3 wheel_momentum_B(const Plan& plan, const MotionState& state) noexcept;
 
-/// Angular velocity of the floating frame, body axes [rad/s]: w = I^-1 R_WB^T H_W (THEORY X6), H_W less the
-/// momentum of wheels (THEORY X167).
+/// Returns the angular velocity of the floating frame, body axes [rad/s]. Below the coupled rungs it is
+///   w = I^-1 (R_WB^T H_W - sum_w h_w a_w)   (THEORY 7.4, 16.22)
 Vec3 angular_velocity(const Plan& plan, const MotionState& state) noexcept;
 
 struct PointState {
   Vec3 p_W{};  // [m]
   Vec3 v_W{};  // [m/s]
-  Vec3 a_W{};  // [m/s^2] left limit at the tick
+  Vec3 a_W{};  // [m/s^2] at the left limit of the tick
   Vec3 V_B{};  // [m] elastic displacement, body axes
 };
-/// Kinematics of one point with rows in the plan: p_i = p_WB + R_WB x_i, v_i = v_WB + R_WB (w cross x_i +
-/// V_i'), x_i = r_i + V_i   (THEORY 2.3, 4.2).  \pre plan.points[point].row >= 0
+/// Returns position, velocity and acceleration of a point, x_i = r_i + V_i:
+///   p_i = p_WB + R_WB x_i   (THEORY 9.1)
+///   v_i = v_WB + R_WB (w x x_i + V_i')   (THEORY 9.2)
+///   a_i = g_W + F_W / M + R_WB (w' x x_i + w x (w x x_i) + 2 w x V_i' + V_i'')   (THEORY 9.3)
+/// On the coupled rungs, the acceleration is that of (THEORY 12.21, 12.43) instead.  \pre
+/// plan.points[point].row >= 0
 PointState read_point(const Plan& plan, const MotionState& state, int point) noexcept;
 
 struct BodyState {
-  Quat q_WP{1.0, 0.0, 0.0, 0.0};  // attitude of the point: of the frame, and its elastic rotation
-  Vec3 w_P{};                     // [rad/s] its rate, axes of the point
+  Quat q_WP{1.0, 0.0, 0.0, 0.0};  // attitude of the body at the point
+  Vec3 w_P{};                     // [rad/s] its angular velocity, in the axes of the body at the point
 };
-/// Attitude of a point that turns, whose axes are the scene's at rest: the frame's, turned by theta, Gibbs
-/// vector theta / 2, and the rate of just that   (THEORY X165).  \pre turning_of(plan, point) >= 0
+/// Returns the attitude and the angular velocity of the body at a point. At rest, the axes of this body are
+/// those of the scene. theta is its elastic rotation, and g = theta / 2 the Gibbs vector:
+///   q_WP = q_WB o (1, g) / sqrt(1 + g.g)   (THEORY 16.15)
+///   w_P = G(g)^T w + 2 (g' - g x g') / (1 + g.g)   (THEORY 16.16)
+/// \pre attitude_index_of(plan, point) >= 0
 BodyState read_body(const Plan& plan, const MotionState& state, int point) noexcept;
 
 struct GroupPose {
   Vec3 p_W{};                     // [m] centre of mass of the group
-  Quat q_WG{1.0, 0.0, 0.0, 0.0};  // attitude of the group: frame plus mass-weighted mean elastic rotation
+  Quat q_WG{1.0, 0.0, 0.0, 0.0};  // attitude of the frame times the group's mean elastic rotation
   Vec3 v_W{};                     // [m/s]
   Vec3 w_B{};                     // [rad/s] body axes
 };
-/// Pose of a group from its points (all with rows), first order in V: its centre r_g + sum m_i V_i / m_g,
-/// turned by theta = J_g^-1 sum m_i d_i x V_i   (THEORY X14).
+/// Returns the pose of a group, computed from its points, to first order in V. All these points have rows:
+///   p_g = p_WB + R_WB x_g,   x_g = r_g + sum_i m_i V_i / m_g   (THEORY 9.5)
+///   theta_g = J_g^-1 sum_i m_i d_i x V_i   (THEORY 9.6)
+///   q_WG = q_WB o (1, theta_g / 2) / sqrt(1 + |theta_g|^2 / 4)   (THEORY 9.7)
+///   v_g = v_WB + R_WB (w x x_g + x_g'),   w_g = w + theta_g'   (THEORY 9.8, 9.9)
 GroupPose read_group(const Plan& plan, const MotionState& state, int group) noexcept;
 
-/// Forces of one published link, rows q + rate rows q' + load rows Q, into out (num_rows of
-/// plan.link_outputs[output])   (THEORY X48, X49, X67).
+/// Writes the forces of one published link, rows q + rate rows q' + load rows Q, into out (num_rows of
+/// plan.link_outputs[output])   (THEORY 5.1 to 5.6). Bars of the plan have their true length (THEORY 12.17).
 void read_link(const Plan& plan, const MotionState& state, int output, std::span<double> out) noexcept;
 
-/// Conserved quantities and residuals   (THEORY 2.2, 4.4, 5.5).
+/// Holds conserved quantities, energies (without those of wheels), and residuals.
 struct Invariants {
-  double kinetic_rigid = 0.0;          // [J] M v_WB^2 / 2 + w^T I w / 2, wheels apart (THEORY 4.4)
-  double kinetic_elastic = 0.0;        // [J] M sum q_l'^2 / 2
-  double potential = 0.0;              // [J] elastic, M sum omega_l^2 q_l^2 / 2 (THEORY 5.5)
+  double kinetic_rigid = 0.0;  // [J] M v_WB^2 / 2 + w^T I w / 2   (THEORY 7.1)
+  // [J] M sum q_l'^2 / 2   (THEORY 7.1); on coupled rungs, kinetic_rigid + kinetic_elastic is E_kin + M
+  // v_WB^2 / 2 (THEORY 12.1, 12.4)
+  double kinetic_elastic = 0.0;
+  double potential = 0.0;              // [J] elastic, M sum omega_l^2 q_l^2 / 2   (THEORY 4.18, 4.19)
   Vec3 linear_momentum_W{};            // [kg m/s]
   Vec3 angular_momentum_W{};           // [kg m^2/s] about the centre of mass
-  Vec3 eckart_translation{};           // [kg m] sum m V
-  Vec3 eckart_rotation{};              // [kg m^2] sum m r x V
+  Vec3 eckart_translation{};           // [kg m] sum m V   (THEORY 2.12)
+  Vec3 eckart_rotation{};              // [kg m^2] sum m r x V   (THEORY 2.12)
   double quaternion_norm_error = 0.0;  // |q| - 1
 };
 Invariants read_invariants(const Plan& plan, const MotionState& state) noexcept;

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "core/step/mixing.hpp"
+#include "core/step/modal_coupling.hpp"
 
 namespace freeflex {
 namespace {
@@ -12,21 +12,23 @@ void resize(LoadPattern& pattern, std::size_t n) noexcept {
   pattern.Q_B.resize(n);
 }
 
-/// Values of modes from narrow to wide, in place: places are ascending and no lower than where values stand.
-void spread(const std::vector<std::int32_t>& places, std::size_t n, Array& values) noexcept {
+/// Moves the value of mode l to positions[l], in place; sets the other values to zero. Positions are
+/// ascending, and positions[l] >= l.
+void spread_modes(const std::vector<std::int32_t>& positions, std::size_t n, Array& values) noexcept {
   values.resize(n, 0.0);
-  for (std::size_t l = n; l-- > places.size();) values[l] = 0.0;
-  for (std::size_t l = places.size(); l-- > 0;) {
+  for (std::size_t l = n; l-- > positions.size();) values[l] = 0.0;
+  for (std::size_t l = positions.size(); l-- > 0;) {
     const double value = values[l];
     values[l] = 0.0;
-    values[index(places[l])] = value;
+    values[index(positions[l])] = value;
   }
 }
 
-void gather(const std::vector<std::int32_t>& places, std::size_t n, Array& values) noexcept {
-  for (std::size_t l = 0; l < places.size(); ++l) values[l] = values[index(places[l])];
+/// Moves the value at positions[l] to mode l, in place.
+void gather_modes(const std::vector<std::int32_t>& positions, std::size_t n, Array& values) noexcept {
+  for (std::size_t l = 0; l < positions.size(); ++l) values[l] = values[index(positions[l])];
   values.resize(n);
-  for (std::size_t l = places.size(); l < n; ++l) values[l] = 0.0;
+  for (std::size_t l = positions.size(); l < n; ++l) values[l] = 0.0;
 }
 
 }  // namespace
@@ -37,35 +39,37 @@ Need find_need(const Plan& plan, const ForceCommand& command) noexcept {
       [&](std::int32_t group) { return plan.groups[index(group)].centre; });
 }
 
-void widen(const Plan& plan, Need need, State& state) noexcept {
-  const std::size_t n = index(plan.wide.front().num_padded);
-  for (Array* v : modal_arrays(state)) spread(plan.wide_modes, n, *v);
+// q_u = q_l if mode u of the fallback plan is mode l of the reduced plan, otherwise 0; the same for q'
+// (THEORY 14.16)
+void switch_to_fallback(const Plan& plan, Need need, State& state) noexcept {
+  const std::size_t n = index(plan.fallback.front().num_padded);
+  for (Array* v : modal_arrays(state)) spread_modes(plan.fallback_modes, n, *v);
   resize(state.commands_pattern, n);
   state.slots_changed = true;
-  state.is_wide = true;
-  state.wide_tick = state.tick;
-  state.wide_need = static_cast<std::int32_t>(need);
+  state.uses_fallback = true;
+  state.fallback_tick = state.tick;
+  state.fallback_need = static_cast<std::int32_t>(need);
 }
 
-void narrow(const Plan& plan, State& state) noexcept {
+void switch_back(const Plan& plan, State& state) noexcept {
   const std::size_t n = index(plan.num_padded);
-  for (Array* v : modal_arrays(state)) gather(plan.wide_modes, n, *v);
+  for (Array* v : modal_arrays(state)) gather_modes(plan.fallback_modes, n, *v);
   resize(state.commands_pattern, n);
   state.slots_changed = true;
-  state.is_wide = false;
+  state.uses_fallback = false;
 }
 
 void fit(const Plan& plan, const State& state, Workspace& workspace) noexcept {
-  if (workspace.is_wide == state.is_wide) return;
+  if (workspace.uses_fallback == state.uses_fallback) return;
   const Plan& active = active_plan(plan, state);
   const std::size_t n = index(active.num_padded);
   for (Array* v : modal_arrays(workspace)) v->resize(n);
-  if (active.mixing.path == PlanMixing::Path::kSplit) workspace.kicked.resize(n);
+  if (active.modal_coupling.path == PlanModalCoupling::Path::kSplit) workspace.q_dot_after_impulse.resize(n);
   if (has_dependent_loads(active)) workspace.predicted_q.resize(n);
-  workspace.scratch.resize(mixing_scratch_size(active));
+  workspace.scratch.resize(modal_coupling_scratch_size(active));
   resize(workspace.next_pattern, n);
   std::swap(workspace.group_rows, workspace.other_group_rows);
-  workspace.is_wide = state.is_wide;
+  workspace.uses_fallback = state.uses_fallback;
 }
 
 }  // namespace freeflex

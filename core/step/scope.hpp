@@ -1,4 +1,5 @@
-// Commands against the parts that a plan leaves out, and the way back to the plan that has them.
+// Compares commands with the features that a plan omits, and switches to the fallback plan, which has these
+// features.
 #pragma once
 
 #include <cstdint>
@@ -9,20 +10,24 @@
 
 namespace freeflex {
 
-/// What a command needs of a plan that lacks it.
+/// Names a feature that a command needs and the plan omits.
 enum class Need : std::int32_t { kNone = 0, kRotation = 1, kOutOfPlane = 2 };
 
-/// A moment or a part along the normal below this share of its terms is rounding [-].
+/// [-] A moment, or a component along the normal, below this fraction of its terms is a rounding error.
 inline constexpr double kScopeRounding = 1e-12;
 
-/// The first part left out that a command needs (X125): it has a moment about the centre of mass (X121), or
-/// loads that are not in the plane (X122). \param point_arm, group_arm  [m] from an index to the place where
-/// the force acts, body axes
+/// Returns the omitted feature that a command needs   (THEORY 14.16). kRotation: the plan omits rotation, and
+/// the moment about the centre of mass exceeds rounding error. Otherwise kOutOfPlane: the plan omits
+/// out-of-plane modes, and a load is not in the plane. Otherwise kNone. The moment is a rounding error, and
+/// the loads are in the plane, if
+///   |sum_i r_i x F_i + T| <= 1e-12 (sum_i |r_i| |F_i| + |T|)   (THEORY 14.4)
+///   |n . F| <= 1e-12 |F|,   |T x n| <= 1e-12 |T|   (THEORY 14.5)
+/// \param point_arm, group_arm  functions from an index to the position [m] of the force, body axes
 template <class PointArm, class GroupArm>
 Need find_need(const CommandScope& scope, const ForceCommand& command, const PointArm& point_arm,
                const GroupArm& group_arm) noexcept {
   if (!scope.lacks_rotation && !scope.lacks_out_of_plane) return Need::kNone;
-  // as shares of the largest component, so that no product leaves the range of numbers
+  // divide all values by the largest component, so that no product overflows or underflows
   double largest = 0.0;
   const auto note = [&](const Vec3& v) {
     for (const double x : v) largest = __builtin_fabs(x) > largest ? __builtin_fabs(x) : largest;
@@ -65,17 +70,17 @@ Need find_need(const CommandScope& scope, const ForceCommand& command, const Poi
   if (scope.lacks_rotation && size(moment) > kScopeRounding * terms) return Need::kRotation;
   return scope.lacks_out_of_plane && is_out ? Need::kOutOfPlane : Need::kNone;
 }
-/// The same with the arms of the plan itself.
+/// Returns the omitted feature that a command needs, with the positions of points and groups in the plan.
 Need find_need(const Plan& plan, const ForceCommand& command) noexcept;
 
-/// Carries a state over into the wide plan: kept modes as they are, the others at rest. Rebuilds the loads at
-/// the next step. Allocates nothing.
-/// \pre plan.wide is there, state is not wide
-void widen(const Plan& plan, Need need, State& state) noexcept;
-/// The way back, of a step that was not made.  \pre widen was the last thing done to the state
-void narrow(const Plan& plan, State& state) noexcept;
+/// Converts a state to the fallback plan: modes of the reduced plan keep their coordinates, and the added
+/// modes are at rest (THEORY 14.16). The next step computes the loads again. Allocates nothing.
+/// \pre there is a fallback plan, and the state does not use it
+void switch_to_fallback(const Plan& plan, Need need, State& state) noexcept;
+/// Undoes switch_to_fallback after a failed step.  \pre switch_to_fallback was the last change of the state
+void switch_back(const Plan& plan, State& state) noexcept;
 
-/// Gives a workspace the sizes of the plan that the state is in. Allocates nothing.
+/// Resizes a workspace for the plan on which the state is stepped. Allocates nothing.
 void fit(const Plan& plan, const State& state, Workspace& workspace) noexcept;
 
 }  // namespace freeflex

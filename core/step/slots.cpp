@@ -7,14 +7,14 @@
 namespace freeflex {
 namespace {
 
-/// Order of slots: bytes of the sender, then the slot number.
+/// Compares two slots by the bytes of the sender, then by the slot number.
 int compare(const ForceCommand& a, const ForceCommand& b) noexcept {
   const int senders = std::memcmp(a.sender.data(), b.sender.data(), a.sender.size());
   if (senders != 0) return senders;
   return a.slot < b.slot ? -1 : (a.slot > b.slot ? 1 : 0);
 }
 
-/// First of the active slots that does not come before the command's.
+/// Returns the index of the first active slot that is not ordered before the slot of the command.
 std::int32_t lower_bound(const ForceCommand& command, std::span<const Slot> slots,
                          std::int32_t num_slots) noexcept {
   std::int32_t i = 0;

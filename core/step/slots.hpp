@@ -1,4 +1,4 @@
-// Command slots: sorted by (sender, slot), replaced, cleared, expired.
+// Command slots, sorted by (sender, slot). A slot ends when it is replaced or cleared, or when it expires.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace freeflex {
 
-/// True when an active slot ends at or before the state's tick.
+/// Returns true if an active slot ends at or before the tick of the state.
 bool has_expiry(const State& state) noexcept;
 
-/// Removes the slots that end at or before tick and reports them. Returns how many are left.
+/// Removes the slots that end at or before `tick` and reports them. Returns the number of slots left.
 std::int32_t expire_slots(std::int64_t tick, std::span<Slot> slots, std::int32_t num_slots,
                           StepReport& report) noexcept;
 
-/// Replaces, inserts or clears the command's slot. Returns how many are left.
+/// Replaces, inserts or clears the slot of a command. Returns the number of slots left.
 std::int32_t apply_command(std::int64_t tick, const ForceCommand& command, std::span<Slot> slots,
                            std::int32_t num_slots) noexcept;
 

@@ -1,74 +1,95 @@
-// One stage of a step on the coupled rungs: where the body stands, and what its motion gains there.
+// One stage of a step on the coupled rungs: the state at the stage and its rate (THEORY 12.5 to 12.15).
 #pragma once
 
-#include "core/step/external.hpp"
 #include "core/step/state.hpp"
+#include "core/step/step_loads.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {
 
-/// Where the body stands at one stage.
-struct Place {
-  const double *q, *p;  // [m], [m/s] (num_padded) elastic coordinates and momenta over the mass
+/// Holds the state at one stage.
+struct StageState {
+  const double *q, *p;  // [m], [m/s] (num_padded) elastic coordinates; elastic momenta over the mass
   Vec3 H_B;             // [kg m^2/s]
   Mat3 R_WB;
   Vec3 p_WB;  // [m]
-  Instant instant;
-  std::span<const double> wheels;  // [N m s] (num_wheels) their momentum there
+  StageTime stage_time;
+  std::span<const double> wheels;  // [N m s] (num_wheels) momenta of the wheels
 };
 
-/// What the motion gains there. Arrays of the caller: rate_q [m/s], rate_p [m/s^2] (num_padded).
-struct Gain {
+/// Holds the rate of the state at one stage. The arrays belong to the caller.
+struct StageRate {
+  // [m/s], [m/s^2] (num_padded) rates of q and p without the linear motion of each mode: N of (THEORY 12.13)
   double *rate_q, *rate_p;
-  double* Q = nullptr;       // [N] (num_padded) generalized forces, where they are asked for
+  double* Q = nullptr;       // [N] (num_padded) generalized forces; nullptr: not needed
   Vec3 w_B{};                // [rad/s]
-  Vec3 moment_B{};           // [N m] with the arms of the deformed body
-  Vec3 rest_moment_B{};      // [N m] with the arms of the body at rest
+  Vec3 moment_B{};           // [N m] about deformed arms, r + V
+  Vec3 rest_moment_B{};      // [N m] about rest arms, r
   Vec3 force_W{};            // [N]
-  double* q_ddot = nullptr;  // [m/s^2] (num_padded) where Q is asked for and the modes are not complete
-  Vec3 w_dot_B{};            // [rad/s^2] beside q_ddot
+  double* q_ddot = nullptr;  // [m/s^2] (num_padded) set with Q if the modes are not a complete set
+  Vec3 w_dot_B{};            // [rad/s^2] set with q_ddot
 };
 
-/// What the motion gains beside the modes' own linear motion   (THEORY X92, X190 to X195).
-void evaluate(const External& external, const Place& place, Workspace& workspace, Gain& gain) noexcept;
+/// Computes the rate at a stage   (THEORY 12.5 to 12.13, 12.33 to 12.51).
+void evaluate(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
+              StageRate& rate) noexcept;
 
-/// The same where modes are not a complete set of point masses   (THEORY X190 to X195).
-void evaluate_incomplete(const External& external, const Place& place, Workspace& workspace,
-                         Gain& gain) noexcept;
+/// Computes the rate at a stage if the modes are not a complete set for point masses:
+///   w = (I(q) - C C^T / M)^-1 (H_B - C p)   (THEORY 12.37)
+///   q' = p - C^T w / M   (THEORY 12.38)
+///   M p_l' = dE_kin/dq_l - M omega_l^2 q_l - 2 M decay_l q_l' + Q_l   (THEORY 12.39)
+/// Here C_l = sum_i m_i V_i x b_il is the angular momentum per rate of coordinate l   (THEORY 12.35, 12.49).
+void evaluate_incomplete(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
+                         StageRate& rate) noexcept;
 
-/// Angular momentum and elastic momenta over the mass of a motion   (THEORY X91, X190), as
-/// set_coupled_motion.
+/// Returns the angular momentum of a motion. On entry p holds q'; on return it holds the elastic momenta over
+/// the mass. Both are computed from tables:
+///   H_B = I(q) w + C q'   (THEORY 12.34),   p = q' + C^T w / M   (THEORY 12.33)
 Vec3 momenta_by_tables(const Plan& plan, const Vec3& w_B, const double* q, const double* q_dot,
                        double* p) noexcept;
 
-/// Bodies with an offset, whose centres the resultant of all loads accelerates   (THEORY X198). Added to
-/// rate_p and Q.  \pre gain.force_W
-void add_offset_loads(const Plan& plan, const Place& place, Gain& gain) noexcept;
+/// Adds to rate_p and Q the loads that the acceleration a = F / M of the whole body causes on bodies with an
+/// offset d:
+///   Q_l -= m theta_l . (d x (a x theta) + (theta x d) x a) / 2   (THEORY 12.55)
+/// \pre rate.force_W is set
+void add_offset_loads(const Plan& plan, const StageState& stage, StageRate& rate) noexcept;
 
-/// Momentum of the wheels, axes turned with their bodies [N m s], body axes   (THEORY X168).
-Vec3 turned_wheel_momentum(const Plan& plan, std::span<const double> momentum, const double* q) noexcept;
-/// [J] what (w . H + M q'.p) has beside twice the kinetic energy, momenta less those of wheels   (X168).
+/// Returns the momentum of the wheels, sum_w h_w a_theta [N m s], body axes. The axes a_theta are rotated
+/// with their bodies:
+///   a_theta = a + theta x a + theta x (theta x a) / 2   (THEORY 16.27, 16.29)
+Vec3 rotated_wheel_momentum(const Plan& plan, std::span<const double> momentum, const double* q) noexcept;
+/// Returns the contribution of the wheels to twice the kinetic energy [J], 1/2 sum_w h_w theta' . (a_w x
+/// theta) (THEORY 16.32).
 double wheel_energy(const Plan& plan, std::span<const double> momentum, const double* q,
                     const double* q_dot) noexcept;
-/// p_l += sign h theta_l . (a x theta) / (2 M) [m/s] (num_padded), which the momenta lack   (X168).
+/// Adds sign times the contribution of the wheels to the elastic momenta. It follows from the Lagrangian h_w
+/// (w . a_theta + a . (theta' - theta x theta' / 2)) (THEORY 16.28) minus a total derivative:
+///   p_l += sign h_w theta_l . (a_w x theta) / (2 M) [m/s] (num_padded)   (THEORY 16.30)
 void add_wheel_momenta(const Plan& plan, std::span<const double> momentum, const double* q, double sign,
                        double* p) noexcept;
-/// Generalized forces of the wheels [N] (num_padded), frame turning at w   (X168).
-void add_wheel_forces(const External& external, const Place& place, const Vec3& w, const double* q_dot,
-                      double* Q) noexcept;
-/// Rate of turned_wheel_momentum [N m], and added to Q that of M add_wheel_momenta [N]   (X168).
-Vec3 add_wheel_rates(const External& external, const Place& place, const double* q_dot, double* Q) noexcept;
+/// Adds the generalized forces of the wheels [N] (num_padded), where w is the angular velocity of the frame:
+///   Q_l += theta_l . (h_w (a x w + ((theta x a) x w + a x (w x theta) - theta' x a) / 2) - tau_w a)
+/// (THEORY 16.31)
+void add_wheel_forces(const StepLoads& step_loads, const StageState& stage, const Vec3& w,
+                      const double* q_dot, double* Q) noexcept;
+/// Returns the rate of rotated_wheel_momentum [N m]. Adds to Q the rate of M times the term of
+/// add_wheel_momenta [N] (THEORY 16.29, 16.30).
+Vec3 add_wheel_rates(const StepLoads& step_loads, const StageState& stage, const double* q_dot,
+                     double* Q) noexcept;
 
-/// Loads on what carries mass: histories, commands, and what followers add as they turn, theta x f   (X73).
-void gather_forces(const External& external, const Place& place, CoupledWorkspace& w) noexcept;
+/// Gathers the loads on points and particles: histories, commands, and A theta x f of followers
+/// (THEORY 8.25).
+void gather_forces(const StepLoads& step_loads, const StageState& stage, CoupledWorkspace& w) noexcept;
 
-/// Fields, dashpots, feedback and what followers stiffen: few coordinates, added after the sums over points.
-void add_modal_loads(const External& external, const Place& place, Workspace& workspace, Gain& gain) noexcept;
+/// Adds the loads on the modes that are not sums over points: fields, dashpots, feedback, and the geometric
+/// stiffness by followers. Call it after the sums over points.
+void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
+                     StageRate& rate) noexcept;
 
-/// An inertia as solve_turning takes it: on a line, which carries no spin about itself, the two equations
-/// across it, held apart from the third.
-Mat3 turning_matrix(const Plan& plan, const Mat3& J) noexcept;
-/// J^-1 b, across the line where the body is on one.  \param matrix  turning_matrix of J
-Vec3 solve_turning(const Plan& plan, const Mat3& matrix, const Vec3& b) noexcept;
+/// Returns the matrix that solve_for_spin needs for an inertia J. A collinear body has no spin about its
+/// line. Its matrix contains the two equations normal to the line, and a third one that makes it regular.
+Mat3 spin_matrix(const Plan& plan, const Mat3& J) noexcept;
+/// Returns J^-1 b; for a collinear body, the solution normal to its line.  \param matrix  spin_matrix of J
+Vec3 solve_for_spin(const Plan& plan, const Mat3& matrix, const Vec3& b) noexcept;
 
 }  // namespace freeflex

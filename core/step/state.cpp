@@ -3,17 +3,17 @@
 #include <algorithm>
 
 #include "core/step/coupled.hpp"
-#include "core/step/mixing.hpp"
+#include "core/step/modal_coupling.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {
 namespace {
 
-/// Of the plan and the wide one that a command may bring back: arrays that are swapped have room for either.
+/// Returns the larger num_padded of a plan and its fallback plan. Arrays that are swapped have room for both.
 std::size_t most_padded(const Plan& plan) {
-  const std::int32_t wide = plan.wide.empty() ? 0 : plan.wide.front().num_padded;
-  return static_cast<std::size_t>(std::max(plan.num_padded, wide));
+  const std::int32_t fallback = plan.fallback.empty() ? 0 : plan.fallback.front().num_padded;
+  return static_cast<std::size_t>(std::max(plan.num_padded, fallback));
 }
 
 LoadPattern make_roomy_pattern(const Plan& plan) {
@@ -30,21 +30,21 @@ void set_initial(const Plan& plan, State& state) {
       .p_WB = initial.p_WB,
       .v_WB = initial.v_WB,
       .q_WB = initial.q_WB,
-      .H_W = multiply(rotation_matrix(initial.q_WB), multiply(plan.inertia, initial.w_WB_B))};
+      .H_W = multiply(rotation_matrix(initial.q_WB), multiply(plan.inertia, initial.w_B))};
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
     state.wheel_momentum[k] = plan.wheels.all[k].momentum;
     state.wheel_momentum_low[k] = 0.0;
   }
   if (!plan.wheels.all.empty() && !is_coupled(plan))
     state.H_W = add(state.H_W, multiply(rotation_matrix(initial.q_WB), wheel_momentum_B(plan, state)));
-  // back from the wide plan; no larger than what is there
+  // the state returns from the fallback plan; the arrays have room for this
   const auto n = static_cast<std::size_t>(plan.num_padded);
   for (Array* v : modal_arrays(state)) v->resize(n);
   state.commands_pattern.table.resize(9 * n);
   state.commands_pattern.Q_B.resize(n);
-  state.is_wide = false;
-  state.wide_tick = -1;
-  state.wide_need = 0;
+  state.uses_fallback = false;
+  state.fallback_tick = -1;
+  state.fallback_need = 0;
   std::copy(initial.q.begin(), initial.q.end(), state.q.begin());
   std::copy(initial.q_dot.begin(), initial.q_dot.end(), state.q_dot.begin());
   std::fill(state.q_low.begin(), state.q_low.end(), 0.0);
@@ -55,7 +55,7 @@ void set_initial(const Plan& plan, State& state) {
   state.slots_changed = true;
   state.commands_arms.clear();
   state.commands_size = 0.0;
-  if (is_coupled(plan)) set_coupled_motion(plan, initial.w_WB_B, state);
+  if (is_coupled(plan)) set_coupled_motion(plan, initial.w_B, state);
 }
 
 }  // namespace
@@ -85,23 +85,24 @@ Workspace make_workspace(const Plan& plan) {
     v->reserve(most_padded(plan));
     v->resize(n);
   }
-  if (plan.mixing.path == PlanMixing::Path::kSplit) workspace.kicked.resize(n);
+  if (plan.modal_coupling.path == PlanModalCoupling::Path::kSplit) workspace.q_dot_after_impulse.resize(n);
   if (has_dependent_loads(plan)) workspace.predicted_q.resize(n);
-  workspace.scratch.resize(mixing_scratch_size(plan));
+  workspace.scratch.resize(modal_coupling_scratch_size(plan));
   if (is_coupled(plan)) workspace.coupled = make_coupled_workspace(plan);
-  if (plan.coupled.num_parts > 1) workspace.part = make_state(plan);
+  if (plan.coupled.num_substeps > 1) workspace.substep = make_state(plan);
   for (auto* v : {&workspace.next_wheel, &workspace.next_wheel_low}) v->resize(plan.wheels.all.size());
   workspace.next_slots.resize(kMaxSlots);
   workspace.next_pattern = make_roomy_pattern(plan);
   workspace.next_arms.reserve(kArmSize * kMostShadowedModes);
   workspace.sums = make_load_sums(plan);
   workspace.group_rows = make_group_rows(plan);
-  if (!plan.wide.empty()) {
-    const Plan& wide = plan.wide.front();
-    workspace.other_group_rows = make_group_rows(wide);
-    workspace.kicked.reserve(most_padded(plan));
+  if (!plan.fallback.empty()) {
+    const Plan& fallback = plan.fallback.front();
+    workspace.other_group_rows = make_group_rows(fallback);
+    workspace.q_dot_after_impulse.reserve(most_padded(plan));
     workspace.predicted_q.reserve(most_padded(plan));
-    workspace.scratch.reserve(std::max(mixing_scratch_size(plan), mixing_scratch_size(wide)));
+    workspace.scratch.reserve(
+        std::max(modal_coupling_scratch_size(plan), modal_coupling_scratch_size(fallback)));
   }
   return workspace;
 }

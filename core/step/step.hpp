@@ -1,4 +1,4 @@
-// The one function that advances time; core/step/budget.hpp has it with an error budget beside.
+// The function that advances a state by one tick. core/step/budget.hpp has a version with an error budget.
 #pragma once
 
 #include <array>
@@ -9,22 +9,22 @@
 
 namespace freeflex {
 
-/// What takes effect at the current tick, in this order, after expiries.
+/// Holds the commands that take effect at the current tick. They are applied in this order, after expiries.
 struct Inputs {
   std::span<const ForceCommand> commands;
 };
 
-/// A slot that ended at this tick.
+/// Reports a slot that ended at this tick.
 struct Expiry {
   std::array<char, kSenderSize> sender{};
   std::int32_t slot = 0;
   std::int64_t sequence = 0;  // of the command that ended
-  bool was_lease = false;     // true: the sender failed to renew
+  bool was_lease = false;     // true: the sender did not renew the slot in time
 };
 
 enum class StepStatus : std::int32_t {
   kOk = 0,
-  kNotFinite = 1,  // the next state is not finite: state is as it was before the call
+  kNotFinite = 1,  // the next state would not be finite; the state is unchanged
 };
 
 struct StepReport {
@@ -33,12 +33,13 @@ struct StepReport {
   std::array<Expiry, kMaxSlots> expiries{};
 };
 
-/// True when the command would find a slot: it replaces one, clears one, or fewer than kMaxSlots are taken.
+/// Returns true if there is a slot for the command: it replaces a slot, it clears one, or one of kMaxSlots is
+/// free.
 bool has_slot_for(const State& state, const ForceCommand& command) noexcept;
 
-/// Advances state by one tick (THEORY section 6). Expiries first, then commands, then the motion.
-/// Commands must have passed validation and has_slot_for; one without a slot is ignored.
-/// Allocates nothing, calls no libm, gives one set of bits on every compiler and instruction set.
+/// Advances a state by one tick (THEORY section 6): expiries first, then commands, then the motion. Commands
+/// must have passed validation and has_slot_for. A command for which no slot is free is ignored. Allocates
+/// nothing, does not call libm, and gives the same bits with every compiler and instruction set.
 void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace,
           StepReport& report) noexcept;
 

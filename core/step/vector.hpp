@@ -1,4 +1,5 @@
-// Three-vectors, 3x3 matrices and quaternions for the step: fixed order of operations, no libm.
+// Three-vectors, 3 x 3 matrices and quaternions for the step. The operations have a fixed order, and libm is
+// not used.
 #pragma once
 
 #include "core/step/plan.hpp"
@@ -8,7 +9,7 @@ namespace freeflex {
 constexpr Vec3 add(const Vec3& a, const Vec3& b) noexcept { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 constexpr Vec3 sub(const Vec3& a, const Vec3& b) noexcept { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 constexpr Vec3 scale(double s, const Vec3& a) noexcept { return {s * a[0], s * a[1], s * a[2]}; }
-/// a + s b
+/// Returns a + s b.
 constexpr Vec3 add_scaled(const Vec3& a, double s, const Vec3& b) noexcept {
   return {a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]};
 }
@@ -22,17 +23,17 @@ inline double length(const Vec3& a) noexcept { return __builtin_sqrt(dot(a, a));
 constexpr double magnitude(double x) noexcept { return x < 0.0 ? -x : x; }
 constexpr bool is_zero(const Vec3& a) noexcept { return a[0] == 0.0 && a[1] == 0.0 && a[2] == 0.0; }
 
-/// A x
+/// Returns A x.
 constexpr Vec3 multiply(const Mat3& A, const Vec3& x) noexcept {
   return {A[0] * x[0] + A[1] * x[1] + A[2] * x[2], A[3] * x[0] + A[4] * x[1] + A[5] * x[2],
           A[6] * x[0] + A[7] * x[1] + A[8] * x[2]};
 }
-/// A^T x
+/// Returns A^T x.
 constexpr Vec3 multiply_transposed(const Mat3& A, const Vec3& x) noexcept {
   return {A[0] * x[0] + A[3] * x[1] + A[6] * x[2], A[1] * x[0] + A[4] * x[1] + A[7] * x[2],
           A[2] * x[0] + A[5] * x[1] + A[8] * x[2]};
 }
-/// A B
+/// Returns A B.
 constexpr Mat3 multiply(const Mat3& A, const Mat3& B) noexcept {
   Mat3 C{};
   for (std::size_t i = 0; i < 3; ++i)
@@ -41,7 +42,7 @@ constexpr Mat3 multiply(const Mat3& A, const Mat3& B) noexcept {
   return C;
 }
 
-/// Hamilton product, scalar first.
+/// Returns the Hamilton product of two quaternions, scalar first.
 constexpr Quat multiply(const Quat& a, const Quat& b) noexcept {
   return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
           a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
@@ -49,7 +50,7 @@ constexpr Quat multiply(const Quat& a, const Quat& b) noexcept {
           a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
 }
 
-/// value + low += increment; low keeps what rounding left (Kahan 1965).
+/// Adds increment to value + low. The rounding error of value goes into low (Kahan 1965).
 constexpr void add_compensated(double& value, double& low, double increment) noexcept {
   const double corrected = low + increment;
   const double sum = value + corrected;

@@ -1,4 +1,4 @@
-// Second order of springs and bars along pairs of modes, many links at once.
+// Second-order elongations of springs, bars and dashpots along pairs of modes, for many links at once.
 #pragma once
 
 #include <span>
@@ -7,14 +7,14 @@
 
 namespace freeflex {
 
-/// Elongations of axial links of unit stiffness, a row a link   (THEORY X44, X140, X178).
+/// Elongations of axial links, one row for each link   (THEORY 3.3, 16.46).
 struct AxialOrders {
   Eigen::MatrixXd first;   // [-] (links x n) u . (b_2 - b_1) of every mode
   Eigen::MatrixXd second;  // [1/m] (links x pairs) h_lu
 };
 
-/// h_lu in closed form, the parts of b_2 - b_1 across the link multiplied, over its length.
-/// \pre every link is axial; pairs are of the first modes
+/// Returns the elongations u . (b_2 - b_1) of every mode and their second derivatives along pairs of modes,
+/// in closed form   (THEORY 16.46).  \pre every link is axial; pairs are among the first modes
 AxialOrders axial_orders(const Scene& scene, std::span<const int> links, const Eigen::MatrixXd& shapes,
                          const std::vector<Prestress::Pair>& pairs);
 

@@ -13,12 +13,12 @@
 namespace freeflex {
 namespace {
 
-// [-] of a column's length before what is known was taken out: what is left is rounding
+// [-] of the length of a column before projection: a smaller remainder is a rounding error
 constexpr double kNothingNew = 1e-11;
-// [-] a pass that leaves less of a column leaves its rounding in what is left (Daniel, Gragg, Kaufman,
-// Stewart, Math. Comp. 30, 1976)
+// [-] of the length of a column: if a projection leaves less, another pass must remove the rounding error in
+// the remainder (Daniel, Gragg, Kaufman, Stewart, Math. Comp. 30, 1976)
 constexpr double kEnoughLeft = 0.5;
-constexpr Eigen::Index kChunk = 96;  // columns
+constexpr Eigen::Index kChunk = 96;  // number of columns in one chunk
 
 }  // namespace
 
@@ -61,11 +61,12 @@ Eigen::MatrixXd GrowingColumns::times(const Eigen::MatrixXd& S) const {
 
 BlockLanczos::BlockLanczos(const MassSymmetric& op, Eigen::Index size, int block, unsigned seed)
     : op_(op), size_(size), block_(block), seed_(seed) {
-  start_anew();
+  restart();
 }
 
-// X172: random columns through the operator once, so that they have what it leaves of massless freedoms
-bool BlockLanczos::start_anew() {
+// Starts with random columns to which the operator is applied once. The operator thus sets the values of
+// massless freedoms   (THEORY 16.37).
+bool BlockLanczos::restart() {
   std::mt19937_64 engine(seed_++);
   std::normal_distribution<double> normal;
   Eigen::MatrixXd columns(size_, block_);
@@ -93,7 +94,8 @@ void BlockLanczos::project_out(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares
   basis_.project_out(0, weighed, columns, shares);
 }
 
-// X172: once where most of the columns is, then everywhere until a pass leaves enough of each
+// Projects the last blocks out once, then all columns until a pass leaves at least half of the length of each
+// column (THEORY 16.37).
 Eigen::MatrixXd BlockLanczos::orthonormalise(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares,
                                              Eigen::Index first) {
   constexpr int kMostPasses = 3;
@@ -112,9 +114,10 @@ Eigen::MatrixXd BlockLanczos::orthonormalise(Eigen::MatrixXd& columns, Eigen::Ma
   return orthonormalise_block(columns, before);
 }
 
-// directions of the block by eigenvectors of its Gram matrix, columns scaled by what they were, twice
+// Orthonormalises a block twice by the eigenvectors of its Gram matrix. Before that, divides each column by
+// the length that it had before projection.
 Eigen::MatrixXd BlockLanczos::orthonormalise_block(Eigen::MatrixXd& columns, const Eigen::VectorXd& before) {
-  constexpr double kGrown = 500.0;  // [-] by so much rounding against what is known may grow
+  constexpr double kGrown = 500.0;  // [-] allowed growth of the rounding error along the known columns
   const Eigen::VectorXd scale = before.unaryExpr([](double size) { return size > 0.0 ? 1.0 / size : 0.0; });
   columns = (columns * scale.asDiagonal()).eval();
   Eigen::MatrixXd R = before.asDiagonal();
@@ -127,10 +130,10 @@ Eigen::MatrixXd BlockLanczos::orthonormalise_block(Eigen::MatrixXd& columns, con
     for (Eigen::Index k = 0; k < columns.cols(); ++k)
       if (eigen.eigenvalues()[k] > least) kept.push_back(k);
     const Eigen::VectorXd roots = eigen.eigenvalues()(kept).cwiseSqrt();
-    const Eigen::MatrixXd turn = eigen.eigenvectors()(Eigen::all, kept);
-    columns = (columns * turn * roots.cwiseInverse().asDiagonal()).eval();
-    R = (roots.asDiagonal() * turn.transpose() * R).eval();
-    // small directions carry the rounding of the large ones against what is known
+    const Eigen::MatrixXd rotation = eigen.eigenvectors()(Eigen::all, kept);
+    columns = (columns * rotation * roots.cwiseInverse().asDiagonal()).eval();
+    R = (roots.asDiagonal() * rotation.transpose() * R).eval();
+    // short directions contain rounding errors of long directions, along the known columns
     if (pass == 0 && !kept.empty() && roots[roots.size() - 1] > kGrown * roots[0]) {
       Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(basis_.size(), columns.cols());
       project_out(columns, shares);
@@ -141,7 +144,7 @@ Eigen::MatrixXd BlockLanczos::orthonormalise_block(Eigen::MatrixXd& columns, con
 
 bool BlockLanczos::step() {
   if (has_failed_ || is_complete_) return false;
-  if (last_ == basis_.size() && !start_anew()) {
+  if (last_ == basis_.size() && !restart()) {
     is_complete_ = !has_failed_;
     return false;
   }
@@ -171,7 +174,7 @@ RitzPairs BlockLanczos::pairs(double tolerance) const {
   RitzPairs found;
   const Eigen::Index known = last_;
   Eigen::MatrixXd T = projected_.topLeftCorner(known, known);
-  // symmetric but for rounding; shares above the diagonal were found twice
+  // T is symmetric except for rounding errors, because off-diagonal entries were computed twice
   T = (0.5 * (T + T.transpose())).eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(T);
   std::vector<Eigen::Index> order(static_cast<std::size_t>(known));

@@ -1,4 +1,5 @@
-// The largest eigenvalues of a symmetric operator in the metric of a semidefinite mass matrix.
+// Block Lanczos method for the largest eigenvalues of a symmetric operator in the mass metric; the mass
+// matrix may be semidefinite.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,24 +8,25 @@
 
 namespace freeflex {
 
-/// Ritz values; the size of theta falls.
+/// Ritz values in descending order of |theta|.
 struct RitzPairs {
   Eigen::VectorXd theta;   // (count)
   Eigen::VectorXd error;   // (count) |T x - theta x| in the mass metric
-  Eigen::MatrixXd shares;  // (columns x count) of each column of the basis in each vector
-  int num_converged = 0;   // of the largest, without a gap
+  Eigen::MatrixXd shares;  // (columns x count) coefficients of the vectors over the basis
+  int num_converged = 0;   // number of consecutive converged values from the largest on
 };
 
-/// Columns that grow in number and are never moved: what is there already is not copied.
+/// Columns stored in chunks, so that appending columns does not copy the stored ones.
 class GrowingColumns {
  public:
   Eigen::Index size() const { return count_; }
   void append(const Eigen::MatrixXd& columns);
   Eigen::MatrixXd range(Eigen::Index begin, Eigen::Index count) const;
-  /// Of the columns from begin on, V: y -= V V^T weighed, and V^T weighed added to shares (size() x columns).
+  /// Removes from y its content along V, the columns from the chunk of `begin` on: y -= V V^T weighed. Adds
+  /// V^T weighed to shares (size() x columns).
   void project_out(Eigen::Index begin, const Eigen::MatrixXd& weighed, Eigen::MatrixXd& y,
                    Eigen::MatrixXd& shares) const;
-  /// The first S.rows() columns times S.
+  /// Returns the product of the first S.rows() columns and S.
   Eigen::MatrixXd times(const Eigen::MatrixXd& S) const;
 
  private:
@@ -32,50 +34,51 @@ class GrowingColumns {
   Eigen::Index count_ = 0;
 };
 
-/// An operator that is symmetric in a mass metric: apply(M x), and the metric itself.
+/// An operator that is symmetric in a mass metric, and the metric.
 struct MassSymmetric {
-  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> apply;  // of M x; no columns: it failed
-  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> weigh;  // x -> M x
-  GrowingColumns known;  // M-orthonormal columns that are projected out (n x count)
+  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> apply;  // m x -> operator times x; empty on failure
+  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> weigh;  // x -> m x, m the mass matrix
+  GrowingColumns known;  // (n x count) m-orthonormal columns that are projected out
 };
 
-/// Block Lanczos with full reorthogonalisation in M (G. H. Golub, R. Underwood, in Mathematical Software III,
-/// 1977; J. R. Grimes, R. J. Lewis, H. D. Simon, SIAM J. Matrix Anal. Appl. 15, 1994, 228-272): the projected
-/// operator is kept whole, so that blocks may lose columns.   (THEORY X172)
+/// Block Lanczos method with full reorthogonalisation in the mass metric   (THEORY 16.37; G. H. Golub,
+/// R. Underwood, in Mathematical Software III, 1977; J. R. Grimes, R. J. Lewis, H. D. Simon, SIAM J. Matrix
+/// Anal. Appl. 15, 1994, 228-272). The projected operator is stored as a full matrix, so blocks may lose
+/// columns.
 class BlockLanczos {
  public:
   BlockLanczos(const MassSymmetric& op, Eigen::Index size, int block, unsigned seed);
-  /// One block more; false when the operator failed or nothing is left to find.
+  /// Adds one block. Returns false if the operator failed or the space is exhausted.
   bool step();
-  /// Number of columns so far.
+  /// Returns the number of columns of the basis.
   Eigen::Index num_columns() const { return basis_.size(); }
   bool is_complete() const { return is_complete_; }
   bool has_failed() const { return has_failed_; }
-  /// Of those so far. \param tolerance  [-] of theta that counts as converged
+  /// Returns the Ritz pairs of the basis.  \param tolerance  [-] of theta: largest error of a converged pair
   RitzPairs pairs(double tolerance) const;
-  /// Of the first `count`, M-orthonormal (n x count).
+  /// Returns the first `count` Ritz vectors, m-orthonormal (n x count).
   Eigen::MatrixXd vectors(const RitzPairs& pairs, Eigen::Index count) const {
     return basis_.times(pairs.shares.leftCols(count));
   }
 
  private:
-  // makes columns M-orthonormal to all and to each other, drops those that are not new; first: where the
-  // basis has most of them
-  // \return what each of the columns was of those kept (kept x columns)
+  // makes columns m-orthonormal to the basis and to each other, and removes dependent columns
+  // \param first  first column of the blocks along which the columns have most of their content
+  // \return       coefficients of the given columns along the kept ones (kept x columns)
   Eigen::MatrixXd orthonormalise(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares, Eigen::Index first);
   Eigen::VectorXd sizes(const Eigen::MatrixXd& columns) const;
-  // what is known and the basis are taken out once
+  // projects the known columns and the basis out of columns, once
   void project_out(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares) const;
   Eigen::MatrixXd orthonormalise_block(Eigen::MatrixXd& columns, const Eigen::VectorXd& before);
-  bool start_anew();
+  bool restart();
 
   const MassSymmetric& op_;
   Eigen::Index size_;
   GrowingColumns basis_;         // V (n x count)
-  Eigen::Index last_ = 0;        // first column of the block that was not yet multiplied
-  Eigen::MatrixXd projected_;    // V^T M T V, columns below last_ known (room x room)
-  Eigen::MatrixXd next_;         // what the last block gave beyond V: T V_last = V H + V_next R
-  Eigen::Index last_begin_ = 0;  // of the block multiplied last
+  Eigen::Index last_ = 0;        // first column of the block that T has not yet multiplied
+  Eigen::MatrixXd projected_;    // V^T m T V; columns below last_ are computed (capacity x capacity)
+  Eigen::MatrixXd next_;         // R in T V_last = V H + V_next R, beyond the basis V
+  Eigen::Index last_begin_ = 0;  // first column of the block that T multiplied last
   int block_;
   unsigned seed_;
   bool is_complete_ = false, has_failed_ = false;

@@ -18,18 +18,19 @@ namespace freeflex {
 namespace {
 
 constexpr int kNamesInError = 8;
-constexpr double kStaysBelow = 1e-6;  // [-] of a motion's largest displacement
+// [-] of the largest displacement of a motion: points that move less are at rest
+constexpr double kStaysBelow = 1e-6;
 
-// Everything over all freedoms, rotations times a length so that they stand beside displacements.
+// Rows over all freedoms y, which are displacements and rotations times a length   (THEORY 16.6).
 struct AllFreedoms {
   double length = 1.0;   // [m]
   Eigen::MatrixXd rows;  // A, [sqrt(N/m)]
   Eigen::MatrixXd unit_rows;
-  Eigen::MatrixXd mass_rows;  // N, [sqrt(kg)]
+  Eigen::MatrixXd mass_rows;  // A_m, [sqrt(kg)]
   Eigen::MatrixXd unit_mass_rows;
   Eigen::MatrixXd constraints;  // C
-  Eigen::MatrixXd rigid;        // with mass, a unit column each
-  Eigen::MatrixXd idle;         // rigid motions without: about a line that all mass stands on
+  Eigen::MatrixXd rigid;        // rigid motions that move mass, columns of unit length
+  Eigen::MatrixXd idle;         // rigid rotation about a line that contains all mass
 };
 
 double length_of(const MassProperties& body) {
@@ -38,7 +39,8 @@ double length_of(const MassProperties& body) {
   return size > 0.0 ? size : 1.0;
 }
 
-// X43 over all freedoms: translations, then rotations, those about the largest moments first
+// sets the rigid motions V_i = e_a, V_i = u_k x r_i over all freedoms   (THEORY 2.11), with rotations about
+// the axes of the largest moments first
 void set_rigid_motions(const Scene& scene, const Freedoms& freedoms, const MassProperties& body,
                        AllFreedoms& all) {
   Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(freedoms.num_all(), 6);
@@ -50,7 +52,7 @@ void set_rigid_motions(const Scene& scene, const Freedoms& freedoms, const MassP
   }
   for (int k = 0; k < 3; ++k)
     motions.col(3 + k).tail(freedoms.num_rotations()) =
-        all.length * turned_freedoms(scene, freedoms, body.principal_axes.col(2 - k));
+        all.length * rigid_rotation(scene, freedoms, body.principal_axes.col(2 - k));
   const double least = kEpsilon * all.length;
   std::vector<int> massive, idle;
   for (int k = 0; k < 6; ++k)
@@ -63,7 +65,7 @@ void set_rigid_motions(const Scene& scene, const Freedoms& freedoms, const MassP
   all.idle = motions(Eigen::all, idle);
 }
 
-Eigen::MatrixXd beside(const Eigen::MatrixXd& upper, const Eigen::MatrixXd& lower) {
+Eigen::MatrixXd stack_rows(const Eigen::MatrixXd& upper, const Eigen::MatrixXd& lower) {
   Eigen::MatrixXd both(upper.rows() + lower.rows(), upper.cols());
   both << upper, lower;
   return both;
@@ -84,15 +86,15 @@ AllFreedoms all_freedoms(const Scene& scene, const Freedoms& freedoms, const Lin
   all.unit_mass_rows = scaled(dense_rows(mass, freedoms.num_all(), true));
   all.constraints = scaled(factor.constraints);
   set_rigid_motions(scene, freedoms, body, all);
-  // an idle turn strains nothing; a stiffness of its own says where it stands
+  // an idle rotation strains no link; one additional row fixes it   (THEORY 16.7)
   const double stiff = all.rows.size() > 0 ? all.rows.cwiseAbs().maxCoeff() : 1.0;
-  all.rows = beside(all.rows, stiff * all.idle.transpose());
-  all.unit_rows = beside(all.unit_rows, all.idle.transpose());
+  all.rows = stack_rows(all.rows, stiff * all.idle.transpose());
+  all.unit_rows = stack_rows(all.unit_rows, all.idle.transpose());
   return all;
 }
 
-// Coordinates s that have mass and that rigid links leave free: y = Z z, z = s at the pivots + W w, w = S s
-// (X162)
+// Coordinates with mass that rigid links allow: y = Z_C z (THEORY 16.6), z = P_1 z_1 + Z_0 z_0 (THEORY 16.7),
+// where z_0 is condensed. In the code z_1 is s, z_0 is w, Z_C is held_.basis, Z_0 is massless_.basis.
 class Coordinates {
  public:
   Coordinates(const Scene& scene, const Freedoms& freedoms, AllFreedoms all, Faults& faults) {
@@ -103,7 +105,7 @@ class Coordinates {
       for (Eigen::MatrixXd* each : {&all.rows, &all.unit_rows, &all.mass_rows, &all.unit_mass_rows})
         *each = (*each * held_.basis).eval();
     massless_ = null_space(all.unit_mass_rows, rounding);
-    const Eigen::MatrixXd loose = all.unit_rows * massless_.basis;
+    const Eigen::MatrixXd massless_rows = all.unit_rows * massless_.basis;
     const auto num_kept = static_cast<Eigen::Index>(massless_.pivots.size());
     const auto split = [&](const Eigen::MatrixXd& rows) {
       Eigen::MatrixXd both(rows.rows(), num_kept + massless_.basis.cols());
@@ -111,7 +113,7 @@ class Coordinates {
       return both;
     };
     const Condensed unit = condense(split(all.unit_rows), num_kept, -1, false);
-    if (unit.rank < loose.cols()) name_loose(scene, loose, faults);
+    if (unit.rank < massless_rows.cols()) report_unheld_points(scene, massless_rows, faults);
     condensed_ = condense(split(all.rows), num_kept, unit.rank, true);
     unit_rows_ = unit.rows;
     mass_rows_ = all.mass_rows(Eigen::all, massless_.pivots);
@@ -120,7 +122,7 @@ class Coordinates {
   const Eigen::MatrixXd& rows() const { return condensed_.rows; }
   const Eigen::MatrixXd& unit_rows() const { return unit_rows_; }
   const Eigen::MatrixXd& mass_rows() const { return mass_rows_; }
-  // s of motions that rigid links allow
+  // returns the coordinates s of motions that rigid links allow
   Eigen::MatrixXd coordinates_of(const Eigen::MatrixXd& freedoms) const {
     const Eigen::MatrixXd z = has_constraints_ ? Eigen::MatrixXd(freedoms(held_.free, Eigen::all)) : freedoms;
     return z(massless_.pivots, Eigen::all) -
@@ -133,10 +135,10 @@ class Coordinates {
   }
 
  private:
-  // massless points that links leave free to move; rotations that nothing resists drop out
-  void name_loose(const Scene& scene, const Eigen::MatrixXd& loose, Faults& faults) const {
-    const double threshold = 8.0 * static_cast<double>(loose.rows()) * direction_rounding(scene);
-    const Eigen::MatrixXd w = null_space(loose, threshold).basis;
+  // reports massless points that no link holds; rotations that no link resists are not reported
+  void report_unheld_points(const Scene& scene, const Eigen::MatrixXd& massless_rows, Faults& faults) const {
+    const double threshold = 8.0 * static_cast<double>(massless_rows.rows()) * direction_rounding(scene);
+    const Eigen::MatrixXd w = null_space(massless_rows, threshold).basis;
     Eigen::MatrixXd y = massless_.basis * w;
     if (has_constraints_) y = (held_.basis * y).eval();
     std::vector<int> points;
@@ -157,55 +159,56 @@ class Coordinates {
   bool has_constraints_ = false;
 };
 
-// points, and beside those that turn three more on arms
-Places places_of(const Scene& scene, const Freedoms& freedoms, const MassProperties& body, double length,
-                 const Coordinates& coordinates) {
+// returns the points and, for each point with an attitude, three additional sample points on rigid arms
+SamplePoints sample_points_of(const Scene& scene, const Freedoms& freedoms, const MassProperties& body,
+                              double length, const Coordinates& coordinates) {
   std::vector<int> point_of(scene.points.size());
   std::iota(point_of.begin(), point_of.end(), 0);
   for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)
     if (has_attitude(scene.points[static_cast<std::size_t>(i)])) point_of.insert(point_of.end(), 3, i);
   const Eigen::Index n = coordinates.rows().cols();
   const Eigen::MatrixXd y = coordinates.freedoms_of(Eigen::MatrixXd::Identity(n, n));
-  Places places;
-  places.r.resize(3, static_cast<Eigen::Index>(point_of.size()));
-  places.rows.resize(3 * places.r.cols(), n);
-  for (Eigen::Index p = 0; p < places.r.cols(); ++p) {
+  SamplePoints samples;
+  samples.r.resize(3, static_cast<Eigen::Index>(point_of.size()));
+  samples.rows.resize(3 * samples.r.cols(), n);
+  for (Eigen::Index p = 0; p < samples.r.cols(); ++p) {
     const int point = point_of[static_cast<std::size_t>(p)];
-    places.r.col(p) = body.r.col(point);
-    places.rows.middleRows<3>(3 * p) = y.middleRows<3>(3 * Eigen::Index{point});
+    samples.r.col(p) = body.r.col(point);
+    samples.rows.middleRows<3>(3 * p) = y.middleRows<3>(3 * Eigen::Index{point});
     if (p < body.r.cols()) continue;
     const Eigen::Vector3d arm = length * Eigen::Vector3d::Unit((p - body.r.cols()) % 3);
-    places.r.col(p) += arm;
+    samples.r.col(p) += arm;
     for (Eigen::Index k = 0; k < n; ++k)
-      places.rows.block<3, 1>(3 * p, k) +=
+      samples.rows.block<3, 1>(3 * p, k) +=
           Eigen::Vector3d(y.block<3, 1>(freedoms.rotation(point), k)).cross(arm) / length;
   }
-  places.point_of = std::move(point_of);
-  return places;
+  samples.point_of = std::move(point_of);
+  return samples;
 }
 
 }  // namespace
 
-Eigen::VectorXd turned_freedoms(const Scene& scene, const Freedoms& freedoms, const Eigen::Vector3d& axis) {
+Eigen::VectorXd rigid_rotation(const Scene& scene, const Freedoms& freedoms, const Eigen::Vector3d& axis) {
   const int before = freedoms.num_displacements();
-  Eigen::VectorXd turn = Eigen::VectorXd::Zero(freedoms.num_rotations());
+  Eigen::VectorXd rotation = Eigen::VectorXd::Zero(freedoms.num_rotations());
   for (int point = 0; point < static_cast<int>(scene.points.size()); ++point)
-    if (freedoms.has_joint(point)) turn.segment<3>(freedoms.rotation(point) - before) = axis;
+    if (freedoms.has_joint(point)) rotation.segment<3>(freedoms.rotation(point) - before) = axis;
   for (int index = 0; index < static_cast<int>(scene.links.size()); ++index) {
     const Link& link = scene.links[static_cast<std::size_t>(index)];
     if (const int about = freedoms.about_line(index); about >= 0)
-      turn[about - before] = axis.dot(line_of(scene, link.points));
+      rotation[about - before] = axis.dot(line_of(scene, link.points));
     const auto* beam = std::get_if<Beam>(&link.kind);
     if (beam == nullptr) continue;
     const Eigen::Matrix3d axes = beam_axes(span_of(scene, link), beam->y_axis);
     for (int end = 0; end < 2; ++end)
       for (int k = 0; k < 3; ++k)
         if (const int freedom = freedoms.released(index, end, k); freedom >= 0)
-          turn[freedom - before] = axes.col(k).dot(axis);
+          rotation[freedom - before] = axes.col(k).dot(axis);
   }
-  return turn;
+  return rotation;
 }
 
+// the modes are normalised to b^T m b = M   (THEORY 16.9)
 void find_body_modes(const Scene& scene, const LinkFactor& factor, Structure& structure, Faults& faults) {
   const Freedoms freedoms(scene);
   const MassProperties& body = structure.mass_properties;
@@ -213,9 +216,9 @@ void find_body_modes(const Scene& scene, const LinkFactor& factor, Structure& st
   const Coordinates coordinates(scene, freedoms, all, faults);
   if (has_error(faults)) return;
   const Eigen::MatrixXd rigid = coordinates.coordinates_of(all.rigid);
-  Mechanisms mechanisms =
-      find_mechanisms(coordinates.unit_rows(), rigid,
-                      places_of(scene, freedoms, body, all.length, coordinates), direction_rounding(scene));
+  Mechanisms mechanisms = find_mechanisms(coordinates.unit_rows(), rigid,
+                                          sample_points_of(scene, freedoms, body, all.length, coordinates),
+                                          direction_rounding(scene));
   structure.mechanisms = std::move(mechanisms.names);
   const EckartComplement complement(RootMass(coordinates.mass_rows()), body.mass, rigid,
                                     Eigen::MatrixXd(0, rigid.rows()), mechanisms.motions);
@@ -224,8 +227,8 @@ void find_body_modes(const Scene& scene, const LinkFactor& factor, Structure& st
   structure.omega = std::move(modes.omega);
   structure.shapes = y.topRows(freedoms.num_displacements());
   const Eigen::VectorXd signs = fix_signs(structure.shapes);
-  structure.turns = turns_of(y, freedoms.num_rotations(), signs / all.length);
-  turn_with_bodies(scene, freedoms, structure.shapes, structure.turns);
+  structure.rotations = scaled_rotations(y, freedoms.num_rotations(), signs / all.length);
+  rotate_with_bodies(scene, freedoms, structure.shapes, structure.rotations);
   structure.frequency_accuracy = std::max(modes.accuracy, factor.matrices.accuracy);
   structure.conditioning = modes.conditioning;
   structure.particles = find_particles(scene, freedoms, structure);

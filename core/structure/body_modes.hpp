@@ -1,16 +1,17 @@
-// Modes of structures that are more than point masses: bodies, massless points, rigid links between them.
+// Modes of structures with bodies, massless points, links with mass and rigid links between them.
 #pragma once
 
 #include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 
-/// The rotation of each freedom beyond the displacements per unit turn of the whole about an axis [-]
-/// (num_rotations).
-Eigen::VectorXd turned_freedoms(const Scene& scene, const Freedoms& freedoms, const Eigen::Vector3d& axis);
+/// Returns the values of the rotational freedoms in a unit rigid rotation of the whole structure about an
+/// axis [-] (num_rotations).
+Eigen::VectorXd rigid_rotation(const Scene& scene, const Freedoms& freedoms, const Eigen::Vector3d& axis);
 
-/// Fills omega, shapes, turns, particles, mechanisms and what is stated of them   (THEORY section 16).
-/// Errors: massless points that nothing holds. \pre structure.mass_properties; factor of the scene
+/// Fills omega, shapes, rotations, particles, matrix_sums, mechanisms, frequency_accuracy and conditioning
+/// (THEORY 16.6 to 16.9). Errors: massless points that no link holds.
+/// \pre structure.mass_properties is filled; factor is that of the scene
 void find_body_modes(const Scene& scene, const LinkFactor& factor, Structure& structure, Faults& faults);
 
 }  // namespace freeflex

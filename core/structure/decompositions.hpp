@@ -1,5 +1,5 @@
-// Eigen's decompositions of dense matrices, compiled once: each costs the compiler some ten seconds wherever
-// it is made from its template.
+// Eigen's decompositions of dense matrices, compiled once, because the compiler needs about ten seconds for
+// each instantiation.
 #pragma once
 
 #include <Eigen/Eigenvalues>

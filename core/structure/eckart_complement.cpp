@@ -5,11 +5,14 @@
 
 namespace freeflex {
 
+// O_H^T (L^T T, L^-1 C^T, L^T V_m) = (Z_H; 0), O_H = (O_1, H)   (THEORY 4.7); so all displacements that H
+// spans meet sum m b = 0 and sum m r x b = 0   (THEORY 2.15)
 EckartComplement::EckartComplement(RootMass root_mass, double mass, const Eigen::MatrixXd& rigid,
                                    const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& mechanisms)
     : root_mass_(std::move(root_mass)), mass_(mass), num_mechanisms_(mechanisms.cols()) {
   add_stage(root_mass_.weigh(rigid));
-  // constraints forbid y along L^-1 C^T; blocks without a column have no memory that may be pointed into
+  // constraints forbid y along L^-1 C^T; empty blocks are skipped, because Eigen would form an invalid
+  // pointer
   if (constraints.rows() > 0) add_stage(root_mass_.weigh_rows(constraints).transpose());
   if (mechanisms.cols() > 0) add_stage(root_mass_.weigh(mechanisms));
 }
@@ -31,12 +34,12 @@ void EckartComplement::add_stage(Eigen::MatrixXd columns) {
 }
 
 Eigen::MatrixXd EckartComplement::reduce(const Eigen::MatrixXd& rows) const {
-  Eigen::MatrixXd turned = root_mass_.weigh_rows(rows);
+  Eigen::MatrixXd rotated = root_mass_.weigh_rows(rows);
   for (const Stage& stage : stages_) {
-    turned.applyOnTheRight(stage.qr.householderQ());
-    turned = turned.rightCols(turned.cols() - stage.count).eval();
+    rotated.applyOnTheRight(stage.qr.householderQ());
+    rotated = rotated.rightCols(rotated.cols() - stage.count).eval();
   }
-  return turned;
+  return rotated;
 }
 
 Eigen::VectorXd EckartComplement::sizes(const Eigen::MatrixXd& rows) const {
@@ -53,9 +56,10 @@ Eigen::MatrixXd EckartComplement::to_displacements(Eigen::MatrixXd y) const {
   return std::sqrt(mass_) * root_mass_.motions(y);
 }
 
+// b = sqrt(M) L^-T H Y, b^T m b = M   (THEORY 4.3, 4.9)
 Eigen::MatrixXd EckartComplement::shapes(const Eigen::MatrixXd& coordinates) const {
   Eigen::MatrixXd y = Eigen::MatrixXd::Zero(root_mass_.size(), coordinates.cols());
-  // Eigen's part of a matrix without columns begins at an offset from null
+  // a block of a matrix without columns would begin at an offset from a null pointer
   if (coordinates.cols() > 0) y.bottomRows(dimension()) = coordinates;
   return to_displacements(std::move(y));
 }

@@ -1,5 +1,5 @@
-// Orthonormal basis of the displacements that are neither rigid motion, nor forbidden by rigid links, nor
-// mechanism, in the mass metric.
+// Orthonormal basis, in the mass metric, of the elastic displacements, which contain no rigid motion, no
+// forbidden motion and no mechanism.
 #pragma once
 
 #include <vector>
@@ -8,40 +8,42 @@
 
 namespace freeflex {
 
-/// In y = L^T V (sqrt(m) V of point masses) the rigid motions, what rigid links forbid and the mechanisms
-/// span few columns, orthogonal to each other; Householder reflectors turn them to the front one after the
-/// other, and what is left, H, is orthonormal to rounding whatever the masses   (THEORY X51). Heavy points
-/// come first, which keeps (2.6) for the light ones. n freedoms: 3N displacements of point masses.
+/// In the coordinates y = L^T V (sqrt(m) V for point masses) rigid motions, constraints and mechanisms are
+/// mutually orthogonal. Householder reflectors move one group of columns after the other to the leading
+/// coordinates. The remaining columns H of the orthogonal factor are orthonormal, except for rounding errors,
+/// for any masses   (THEORY 4.7). Heavy points come first, so that light points also meet the conditions
+/// (THEORY 2.15). n is the number of freedoms, 3N for point masses.
 class EckartComplement {
  public:
-  /// \param mass         [kg] of the whole
+  /// \param mass         [kg] total mass
   /// \param rigid        (n x 3..6) rigid motions
   /// \param constraints  [-] (num x n) LinkFactor::constraints, independent rows
-  /// \param mechanisms   (n x count) motions that strain nothing
+  /// \param mechanisms   (n x count) motions that strain no link
   EckartComplement(RootMass root_mass, double mass, const Eigen::MatrixXd& rigid,
                    const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& mechanisms);
 
-  /// Number of columns of H, n - rigid freedoms - constraints - mechanisms   (THEORY X51).
+  /// Returns the number of columns of H, n - rigid freedoms - constraints - mechanisms.
   Eigen::Index dimension() const { return root_mass_.size() - num_before_; }
 
-  /// A L^-T H   (THEORY X52) [rows' unit / sqrt(kg)] (num_rows x dimension)
+  /// Returns A L^-T H   (THEORY 4.8) [unit of rows / sqrt(kg)] (num_rows x dimension).
   Eigen::MatrixXd reduce(const Eigen::MatrixXd& rows) const;
-  /// Norms of the same rows before anything is taken out of them: what their rounding goes with.
+  /// Returns the norms of the rows A L^-T before projection. The rounding error of a row is proportional to
+  /// its norm.
   Eigen::VectorXd sizes(const Eigen::MatrixXd& rows) const;
 
-  /// Unit elastic displacements b of vectors of H coordinates, sum m b.b = M for unit vectors   (THEORY 3.3).
+  /// Returns the unit elastic displacements b = sqrt(M) L^-T H Y of vectors Y; sum m b.b = M for unit vectors
+  /// (THEORY 4.3, 4.9).
   /// \param coordinates  [-] (dimension x count)
   /// \return             [-] (n x count)
   Eigen::MatrixXd shapes(const Eigen::MatrixXd& coordinates) const;
 
-  /// Mechanisms as unit elastic displacements, orthonormal in the mass metric   (THEORY 3.3, X50) [-] (n x
-  /// count).
+  /// Returns the mechanisms as unit elastic displacements, normalised as in (THEORY 4.3) [-] (n x count).
   Eigen::MatrixXd mechanism_shapes() const;
 
  private:
-  // columns that are turned to the front of what the stages before left
+  // reflectors of one group of columns, over the coordinates that earlier stages left
   struct Stage {
-    Eigen::Index first = 0;  // columns of the stages before
+    Eigen::Index first = 0;  // number of columns of earlier stages
     Eigen::Index count = 0;
     Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
   };
@@ -49,9 +51,9 @@ class EckartComplement {
   Eigen::MatrixXd to_displacements(Eigen::MatrixXd y) const;
 
   RootMass root_mass_;
-  double mass_;  // [kg] of the whole
+  double mass_;  // [kg] total mass
   std::vector<Stage> stages_;
-  Eigen::Index num_before_ = 0;  // columns of all stages
+  Eigen::Index num_before_ = 0;  // number of columns of all stages
   Eigen::Index num_mechanisms_;
 };
 

@@ -11,10 +11,12 @@
 namespace freeflex {
 namespace {
 
-// Jacobi converges quadratically at the end; after QR with pivoting six to ten sweeps are usual.
+// The Jacobi method converges quadratically at the end; after QR with pivoting it usually needs six to ten
+// sweeps.
 constexpr int kMaxSweeps = 40;
 
-// Turns columns p and q of x until they are orthogonal. norm2 holds the squared norms. True when it had to.
+// Rotates columns p and q of x until they are orthogonal; norm2 holds the squared norms. Returns whether a
+// rotation was needed.
 bool rotate_pair(Eigen::MatrixXd& x, Eigen::VectorXd& norm2, Eigen::Index p, Eigen::Index q,
                  double tolerance) {
   const double product = x.col(p).dot(x.col(q));
@@ -34,7 +36,7 @@ bool rotate_pair(Eigen::MatrixXd& x, Eigen::VectorXd& norm2, Eigen::Index p, Eig
   const auto update = [&](Eigen::Index column, double change) {
     const double before = norm2[column];
     norm2[column] += change;
-    // cancellation: take it afresh
+    // recompute after cancellation
     if (norm2[column] < 0.1 * before) norm2[column] = x.col(column).squaredNorm();
   };
   update(p, -t * product);
@@ -58,8 +60,8 @@ void orthogonalise_columns(Eigen::MatrixXd& x) {
   }
 }
 
-// Relative error of the smallest value: some roundings times the condition of Z of (X52), R here, with its
-// rows scaled to one, which is what one-sided Jacobi on Z^T depends on.
+// Returns |Z_1^-1|_F, where Z_1 is the triangular factor Z (R in the code) with rows scaled to length one.
+// One-sided Jacobi on Z^T has the relative error d omega_1 / omega_1 = 4 eps |Z_1^-1|_F   (THEORY 4.10).
 double scaled_condition(const Eigen::MatrixXd& R) {
   const Eigen::VectorXd size = R.rowwise().norm();
   const Eigen::MatrixXd scaled = size.cwiseInverse().asDiagonal() * R;
@@ -79,16 +81,17 @@ std::vector<int> sort_rows(Eigen::MatrixXd& matrix) {
   return order;
 }
 
+// A m^-1/2 H = X diag(sigma) Y^T   (THEORY 4.8)
 GradedSvd graded_svd(Eigen::MatrixXd matrix) {
   GradedSvd svd;
   const Eigen::Index n = matrix.cols();
   if (n == 0) return svd;
-  const std::vector<int> place = sort_rows(matrix);
+  const std::vector<int> position = sort_rows(matrix);
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(matrix);
   const Eigen::MatrixXd R = qr.matrixR().topRows(n).triangularView<Eigen::Upper>();
 
   const double limit = n > kLarge ? kMildLossLarge : kMildLoss;
-  // roundings of the largest value that reach the smallest
+  // d omega_1 / omega_1 = 8 eps omega_max / omega_1   (THEORY 4.11)
   const auto loss = [](double largest, double smallest) {
     return 8.0 * kEpsilon * std::abs(largest / smallest);
   };
@@ -100,7 +103,8 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
     values = divided.singularValues();
     left = divided.matrixU();
     svd.accuracy = loss(values[0], values[n - 1]);
-    // the diagonal of R may flatter; a comparison that is false for what is not a number
+    // the ratio of diagonal entries of R may be too small, so the actual loss is compared; the comparison is
+    // false for NaN
     is_done = svd.accuracy < limit;
   }
   if (!is_done) {
@@ -115,14 +119,15 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return values[a] < values[b]; });
   svd.values = values(order);
   svd.vectors = qr.colsPermutation() * left(Eigen::all, order).eval();
-  // R^T x = left values: a triangular solve keeps small components beside large ones
+  // left singular vector: R^T x = left * value; the triangular solve keeps the digits of small components
+  // next to large ones
   Eigen::VectorXd lowest = Eigen::VectorXd::Zero(matrix.rows());
   lowest.head(n) = left.col(order[0]) * svd.values[0];
   R.transpose().triangularView<Eigen::Lower>().solveInPlace(lowest.head(n));
   lowest.applyOnTheLeft(qr.householderQ());
   svd.lowest_left.resize(matrix.rows());
-  for (std::size_t k = 0; k < place.size(); ++k)
-    svd.lowest_left[place[k]] = lowest[static_cast<Eigen::Index>(k)];
+  for (std::size_t k = 0; k < position.size(); ++k)
+    svd.lowest_left[position[k]] = lowest[static_cast<Eigen::Index>(k)];
   return svd;
 }
 

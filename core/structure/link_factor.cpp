@@ -65,8 +65,9 @@ DeformationRows natural_rows(const Scene& scene, int link_index, const Freedoms&
                     link.kind);
 }
 
-// X64: what is joined to a rigid body turns with it, theta = J^-1 sum d_k x V_k over its points; about the
-// line of a body on one by a rotation of its own
+// Rotations of joints on rigid bodies: theta = J^-1 sum d_k x V_k over the points of the body (THEORY 3.43).
+// If these points are on a line, theta_par e_par is added, where theta_par is an additional freedom
+// (THEORY 3.44).
 class BodyRotations {
  public:
   BodyRotations(const Scene& scene, const Freedoms& freedoms)
@@ -74,13 +75,13 @@ class BodyRotations {
     for (int point = 0; point < static_cast<int>(scene.points.size()); ++point) {
       const int body = freedoms.body_of(point);
       if (body < 0 || !freedoms.has_joint(point)) continue;
-      if (turns_.count(body) == 0) turns_[body] = turn_of(scene, freedoms, body);
+      if (rotations_.count(body) == 0) rotations_[body] = rotation_of_body(scene, freedoms, body);
       body_of_joint_.emplace(freedoms.rotation(point), body);
     }
   }
 
   void substitute(DeformationRow& row) const {
-    if (turns_.empty()) return;
+    if (rotations_.empty()) return;
     std::vector<std::pair<int, double>> kept;
     for (const auto& [freedom, coefficient] : row.coefficients) {
       const auto found = freedom < num_displacements_ ? body_of_joint_.end() : find(freedom);
@@ -88,33 +89,33 @@ class BodyRotations {
         kept.emplace_back(freedom, coefficient);
         continue;
       }
-      const Turn& turn = turns_.at(found->second);
-      for (const auto& [part, share] : turn[static_cast<std::size_t>(freedom - found->first)])
-        kept.emplace_back(part, coefficient * share);
+      const Rotation& rotation = rotations_.at(found->second);
+      for (const auto& [part, weight] : rotation[static_cast<std::size_t>(freedom - found->first)])
+        kept.emplace_back(part, coefficient * weight);
     }
     row.coefficients = std::move(kept);
   }
 
  private:
-  // of each component of a rotation the freedoms that it is made of
-  using Turn = std::array<std::vector<std::pair<int, double>>, 3>;
+  // coefficients of freedoms for each component of a rotation
+  using Rotation = std::array<std::vector<std::pair<int, double>>, 3>;
 
-  static Turn turn_of(const Scene& scene, const Freedoms& freedoms, int body) {
+  static Rotation rotation_of_body(const Scene& scene, const Freedoms& freedoms, int body) {
     const std::vector<int>& points = scene.links[static_cast<std::size_t>(body)].points;
     const Eigen::MatrixXd share = body_rotation(scene, points);
     const Eigen::Vector3d line = line_of(scene, points);
-    Turn turn;
+    Rotation rotation;
     for (Eigen::Index component = 0; component < 3; ++component) {
-      auto& parts = turn[static_cast<std::size_t>(component)];
+      auto& parts = rotation[static_cast<std::size_t>(component)];
       for (std::size_t k = 0; k < points.size(); ++k)
         for (int axis = 0; axis < 3; ++axis)
           parts.emplace_back(3 * points[k] + axis, share(component, 3 * static_cast<Eigen::Index>(k) + axis));
       if (freedoms.about_line(body) >= 0) parts.emplace_back(freedoms.about_line(body), line[component]);
     }
-    return turn;
+    return rotation;
   }
 
-  // the joint of a rotation, when a body turns it
+  // returns the joint to which a rotation belongs if a body determines the rotation, else end()
   std::map<int, int>::const_iterator find(int freedom) const {
     auto after = body_of_joint_.upper_bound(freedom);
     if (after == body_of_joint_.begin()) return body_of_joint_.end();
@@ -123,15 +124,14 @@ class BodyRotations {
   }
 
   int num_displacements_;
-  std::map<int, Turn> turns_;         // by body
-  std::map<int, int> body_of_joint_;  // body by first rotation of the joint
+  std::map<int, Rotation> rotations_;  // body -> rotation
+  std::map<int, int> body_of_joint_;   // first rotation of the joint -> body
 };
 
-// a warning for each rigid link that forbids what others do: a row that is a combination of rows that are
-// kept
-void name_redundant(const Scene& scene, const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr,
-                    const std::vector<int>& link_of, Faults& faults) {
-  constexpr double kTakesPart = 1e-6;  // [-] of a unit row: smaller shares are rounding
+// warns of each redundant rigid link: one of its rows is a combination of rows that are kept   (THEORY 3.42)
+void warn_of_redundant_links(const Scene& scene, const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr,
+                             const std::vector<int>& link_of, Faults& faults) {
+  constexpr double kTakesPart = 1e-6;  // [-] of a unit row: smaller coefficients are rounding errors
   const Eigen::Index rank = qr.rank(), num_redundant = qr.cols() - rank;
   if (num_redundant == 0) return;
   const Eigen::MatrixXd shares = qr.matrixR()
@@ -142,8 +142,8 @@ void name_redundant(const Scene& scene, const Eigen::ColPivHouseholderQR<Eigen::
     return link_of[static_cast<std::size_t>(qr.colsPermutation().indices()[column])];
   };
   const auto name = [&](int link) { return called(scene.links[static_cast<std::size_t>(link)], link); };
-  std::map<int, std::pair<int, std::set<int>>>
-      redundant;  // link: rows that are redundant, links that hold them
+  // link -> number of its redundant rows, and the links that forbid the same motions
+  std::map<int, std::pair<int, std::set<int>>> redundant;
   for (Eigen::Index k = 0; k < num_redundant; ++k) {
     auto& [count, others] = redundant[link_at(rank + k)];
     ++count;
@@ -160,12 +160,13 @@ void name_redundant(const Scene& scene, const Eigen::ColPivHouseholderQR<Eigen::
                   found.first == 1 ? "a freedom that it removes"
                                    : join_text(found.first, " freedoms that it removes"),
                   found.first == 1 ? " is" : " are", " removed by ", others,
-                  " already; the motion is the same without it, forces of these links share what only "
-                  "elastic links could tell apart"));
+                  " already; the motion is the same without it, but how these links share their forces is "
+                  "undetermined"));
   }
 }
 
-// what rigid links forbid, less what others forbid already; the rest is named
+// sets the independent constraints C V = 0 by column-pivoted QR   (THEORY 3.42, 4.5) and warns of redundant
+// links
 void set_constraints(const Scene& scene, const Freedoms& freedoms, double rounding, LinkFactor& factor,
                      Faults& faults) {
   DeformationRows all;
@@ -188,7 +189,7 @@ void set_constraints(const Scene& scene, const Freedoms& freedoms, double roundi
   const Eigen::Index rank = qr.rank();
   std::vector<int> kept;
   for (Eigen::Index k = 0; k < rank; ++k) kept.push_back(static_cast<int>(qr.colsPermutation().indices()[k]));
-  name_redundant(scene, qr, link_of, faults);
+  warn_of_redundant_links(scene, qr, link_of, faults);
   std::sort(kept.begin(), kept.end());
   factor.constraints = rows(kept, Eigen::all);
   for (const int row : kept) factor.constraint_link.push_back(link_of[static_cast<std::size_t>(row)]);
@@ -200,7 +201,9 @@ Eigen::MatrixXd stack(const Eigen::MatrixXd& upper, const Eigen::MatrixXd& lower
   return both;
 }
 
-// X65: dashpots, and links whose force follows the rate of their deformation too
+// Returns the damping rows A_d = (sqrt(c_d) B_d; sqrt(tau) A_link)   (THEORY 3.47) of dashpots, whose tension
+// is c_d u . (V_2' - V_1')   (THEORY 3.45), and of viscous links, whose forces are s = D (e + tau e')
+// (THEORY 3.46). The dissipation function is V'^T A_d^T A_d V' / 2   (THEORY 3.48).
 DeformationRows damping_deformations(const Scene& scene, const LinkFactor& factor) {
   DeformationRows rows;
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
@@ -217,7 +220,7 @@ DeformationRows damping_deformations(const Scene& scene, const LinkFactor& facto
   return rows;
 }
 
-// unit rows of what rigid links forbid, and which link each is of
+// constraints of all rigid links as unit rows, and the link of each row
 struct Forbidden {
   DeformationRows rows;
   std::vector<int> link_of;
@@ -239,7 +242,7 @@ Forbidden forbidden_by(const Scene& scene, const Freedoms& freedoms) {
   return all;
 }
 
-// rows that share freedoms, set by set
+// returns sets of rows that share freedoms
 std::vector<std::vector<int>> joined_sets(const DeformationRows& rows, int num_freedoms) {
   std::vector<int> parent(static_cast<std::size_t>(num_freedoms));
   for (int k = 0; k < num_freedoms; ++k) parent[static_cast<std::size_t>(k)] = k;
@@ -261,7 +264,7 @@ std::vector<std::vector<int>> joined_sets(const DeformationRows& rows, int num_f
   return all;
 }
 
-// X64 for rows that rigid links forbid together: those that are independent stay
+// keeps the independent rows of a set of constraints   (THEORY 3.42)
 void keep_independent(const Scene& scene, const Forbidden& all, const std::vector<int>& set, double threshold,
                       std::vector<int>& kept, Faults& faults) {
   std::map<int, int> column_of;
@@ -281,14 +284,15 @@ void keep_independent(const Scene& scene, const Forbidden& all, const std::vecto
   qr.setThreshold(threshold);
   for (Eigen::Index k = 0; k < qr.rank(); ++k)
     kept.push_back(set[static_cast<std::size_t>(qr.colsPermutation().indices()[k])]);
-  name_redundant(scene, qr, link_of, faults);
+  warn_of_redundant_links(scene, qr, link_of, faults);
 }
 
 }  // namespace
 
 Freedoms::Freedoms(const Scene& scene) : num_displacements_(3 * static_cast<int>(scene.points.size())) {
   for (const Link& link : scene.links)
-    if (traits_of(link).turns_joints) joints_.insert(joints_.end(), link.points.begin(), link.points.end());
+    if (traits_of(link).has_joint_rotations)
+      joints_.insert(joints_.end(), link.points.begin(), link.points.end());
   for (std::size_t point = 0; point < scene.points.size(); ++point)
     if (has_attitude(scene.points[point])) joints_.push_back(static_cast<int>(point));
   std::sort(joints_.begin(), joints_.end());
@@ -327,13 +331,13 @@ void Freedoms::add_bodies(const Scene& scene) {
     if (!line_of(scene, link.points).isZero(0.0))
       on_line.push_back(i);
     else
-      for (const int point : link.points) body_of_.emplace(point, i);  // the first body named
+      for (const int point : link.points) body_of_.emplace(point, i);  // first body in the list
   }
   for (const int body : on_line) {
-    bool turns_joint = false;
+    bool rotates_joint = false;
     for (const int point : scene.links[static_cast<std::size_t>(body)].points)
-      turns_joint = (body_of_.emplace(point, body).second && has_joint(point)) || turns_joint;
-    if (turns_joint) about_line_.emplace(body, num_all());
+      rotates_joint = (body_of_.emplace(point, body).second && has_joint(point)) || rotates_joint;
+    if (rotates_joint) about_line_.emplace(body, num_all());
   }
 }
 
@@ -352,10 +356,11 @@ bool Freedoms::has_joint(int point) const {
 }
 
 int Freedoms::rotation(int point) const {
-  const auto place = std::lower_bound(joints_.begin(), joints_.end(), point) - joints_.begin();
-  return num_displacements_ + 3 * static_cast<int>(place);
+  const auto joint = std::lower_bound(joints_.begin(), joints_.end(), point) - joints_.begin();
+  return num_displacements_ + 3 * static_cast<int>(joint);
 }
 
+// eps max(1, max |coordinate| / length of the shortest link)   (THEORY 4.5)
 double direction_rounding(const Scene& scene) {
   double largest = 0.0;
   for (const PointMass& point : scene.points)
@@ -368,7 +373,7 @@ double direction_rounding(const Scene& scene) {
               scene.points[static_cast<std::size_t>(link.points[from])].position)
           .stableNorm();
     };
-    // a rigid body has the directions of its size; points of it may be in one place
+    // the length of a rigid body is its size, because some of its points may coincide
     if (is_body(link)) {
       double size = 0.0;
       for (std::size_t k = 1; k < link.points.size(); ++k) size = std::max(size, length(0, k));
@@ -382,7 +387,8 @@ double direction_rounding(const Scene& scene) {
 
 namespace {
 
-// natural deformations of all links; \return those over displacements alone, and the others
+// sets the natural deformations of all links; returns the rows of links that act on displacements only, then
+// the rows of all other links
 std::pair<DeformationRows, DeformationRows> set_natural(const Scene& scene, const Freedoms& freedoms,
                                                         LinkFactor& factor, Faults& faults) {
   const BodyRotations bodies(scene, freedoms);
@@ -393,7 +399,7 @@ std::pair<DeformationRows, DeformationRows> set_natural(const Scene& scene, cons
     factor.natural_of.push_back({static_cast<int>(factor.natural.size()), static_cast<int>(rows.size())});
     for (DeformationRow& row : rows) {
       bodies.substitute(row);
-      (traits_of(scene.links[i]).turns_joints ? with_rotations : direct).push_back(row);
+      (traits_of(scene.links[i]).has_joint_rotations ? with_rotations : direct).push_back(row);
       factor.natural.push_back(std::move(row));
     }
   }
@@ -402,6 +408,7 @@ std::pair<DeformationRows, DeformationRows> set_natural(const Scene& scene, cons
 
 }  // namespace
 
+// K = A^T A, A = sqrt(D) B   (THEORY 3.2), with e = B V the rows of `natural`   (THEORY 3.1)
 LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) {
   LinkFactor factor;
   const Freedoms freedoms(scene);
@@ -410,7 +417,7 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
   factor.damping_rows = dense_rows(damping_deformations(scene, factor),
                                    3 * static_cast<Eigen::Index>(scene.points.size()), false);
   const Eigen::Index num_displacements = freedoms.num_displacements();
-  if (!are_point_masses(scene)) {  // what has no mass is condensed with the modes (X162)
+  if (!are_point_masses(scene)) {  // condensed when the modes are computed (THEORY 16.7)
     factor.rows.resize(0, num_displacements);
     return factor;
   }
@@ -418,7 +425,8 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
   factor.unit_rows = dense_rows(direct, num_displacements, true);
   if (with_rotations.empty()) return factor;
 
-  // the rank of the rotations is a matter of geometry, so it is found on the unit rows
+  // condense rotations   (THEORY 3.21, 3.22); their rank depends on geometry only, so it is computed from
+  // unit rows
   const Condensed unit =
       condense(dense_rows(with_rotations, factor.num_freedoms, true), num_displacements, -1, false);
   Condensed condensed = condense(dense_rows(with_rotations, factor.num_freedoms, false), num_displacements,
@@ -429,13 +437,14 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
   return factor;
 }
 
-Eigen::MatrixXd turns_of(const Eigen::MatrixXd& motions, int num_rotations, const Eigen::VectorXd& factors) {
-  // Eigen takes the address of the first row, also where there are no columns
+Eigen::MatrixXd scaled_rotations(const Eigen::MatrixXd& motions, int num_rotations,
+                                 const Eigen::VectorXd& factors) {
+  // if there are no columns, Eigen would form an invalid pointer
   if (motions.cols() == 0) return Eigen::MatrixXd(num_rotations, 0);
   return motions.bottomRows(num_rotations) * factors.asDiagonal();
 }
 
-void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, DeformationRows& rows) {
+void rotate_with_bodies(const Scene& scene, const Freedoms& freedoms, DeformationRows& rows) {
   const BodyRotations bodies(scene, freedoms);
   for (DeformationRow& row : rows) bodies.substitute(row);
 }
@@ -450,14 +459,14 @@ LinkFactor factor_links_sparse(const Scene& scene, Faults& faults) {
   const double threshold = 4.0 * direction_rounding(scene);
   std::vector<int> kept;
   for (const std::vector<int>& set : joined_sets(all.rows, freedoms.num_all())) {
-    if (set.size() > std::size_t{kMostJoinedRows}) {
+    if (set.size() > std::size_t{kMostJoinedConstraints}) {
       const int link = all.link_of[static_cast<std::size_t>(set.front())];
       add_error(faults, scene.links[static_cast<std::size_t>(link)].origin,
                 join_text("rigid link ", called(scene.links[static_cast<std::size_t>(link)], link),
                           " and those joined to it forbid ", set.size(), " motions together, at most ",
-                          kMostJoinedRows,
-                          " are told apart in a scene of this size; make one body of them "
-                          "with one point and inertia, or take stiff beams"));
+                          kMostJoinedConstraints,
+                          " can be handled in a scene of this size; replace them by one point with "
+                          "inertia, or by stiff beams"));
       continue;
     }
     keep_independent(scene, all, set, threshold * static_cast<double>(3 * set.size()), kept, faults);
@@ -470,6 +479,7 @@ LinkFactor factor_links_sparse(const Scene& scene, Faults& faults) {
   return factor;
 }
 
+// s = D e   (THEORY 5.2)
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link) {
   const RowRange range = factor.natural_of[static_cast<std::size_t>(link)];
   const Eigen::Index num_displacements = factor.rows.cols();
@@ -488,7 +498,7 @@ Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link) {
 }
 
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, const Structure& structure, int link) {
-  if (structure.turns.rows() == 0 && !factor.is_sparse)
+  if (structure.rotations.rows() == 0 && !factor.is_sparse)
     return natural_forces(factor, link) * structure.shapes;
   const RowRange range = factor.natural_of[static_cast<std::size_t>(link)];
   const Eigen::Index num_displacements = structure.shapes.rows();
@@ -499,7 +509,7 @@ Eigen::MatrixXd natural_forces(const LinkFactor& factor, const Structure& struct
     for (const auto& [freedom, coefficient] : row.coefficients)
       forces.row(k) +=
           coefficient * (freedom < num_displacements ? structure.shapes.row(freedom)
-                                                     : structure.turns.row(freedom - num_displacements));
+                                                     : structure.rotations.row(freedom - num_displacements));
     forces.row(k) *= row.root_stiffness * row.root_stiffness;
   }
   return forces;

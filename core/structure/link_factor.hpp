@@ -1,4 +1,4 @@
-// Massless links in factor form: K = A^T A with A = sqrt(D) B, never assembled.
+// Links in factor form: K = A^T A with A = sqrt(D) B; K is never assembled   (THEORY 3.2).
 #pragma once
 
 #include <array>
@@ -11,32 +11,32 @@
 
 namespace freeflex {
 
-/// One natural deformation of a link, e = sum coefficient * freedom, and its stiffness   (THEORY X44-X46).
-/// Freedoms are numbered by Freedoms: displacements [m] first, then rotations [rad].
+/// One natural deformation of a link, e = sum coefficient * freedom, and its stiffness   (THEORY 3.1). The
+/// class Freedoms numbers the freedoms: displacements [m], then rotations [rad].
 struct DeformationRow {
   std::vector<std::pair<int, double>> coefficients;  // (freedom, coefficient)
   double root_stiffness = 0.0;                       // square root of the stiffness of e
-  double unit_scale =
-      1.0;  // makes the displacement coefficients of order one: unit row = unit_scale * coefficients
+  // unit_scale * coefficients is the unit row; its displacement coefficients are of order one
+  double unit_scale = 1.0;
 };
 using DeformationRows = std::vector<DeformationRow>;
 
-/// Adds scale * direction . u of the three freedoms that start at first.
+/// Adds scale * direction . u to a row, where u are the three freedoms from `first` on.
 void add_vector(DeformationRow& row, int first, double scale, const Eigen::Vector3d& direction);
 
-/// Rows as a matrix, with stiffnesses or, unit rows, without   (num_rows x num_columns).
+/// Returns rows as a dense matrix: rows of A, or unit rows if `unit` is true   (num_rows x num_columns).
 Eigen::MatrixXd dense_rows(const DeformationRows& rows, Eigen::Index num_columns, bool unit);
-/// Rows times columns, rows with stiffnesses (num_rows x columns.cols()).
+/// Returns the product of rows of A and columns (num_rows x columns.cols()).
 Eigen::MatrixXd rows_times(const DeformationRows& rows, const Eigen::MatrixXd& columns);
 
-/// The first of a rigid link's points that has an attitude, with which the others turn; -1 without one
-/// (THEORY X161).
+/// Returns the hub of a rigid link: its first point with an attitude, with which the other points rotate.
+/// Returns -1 if there is no such point   (THEORY 16.5).
 int hub_of(const Scene& scene, const Link& link);
 
-/// Numbers of the freedoms that rows act on: 3 * point + axis, then three rotations for each joint, then one
-/// for each released rotation of a beam end, then one for each rigid body on a line that turns a joint, then
-/// the inner coordinates of superelements. A joint is a point that beams or plates meet at, or one that has
-/// an attitude.
+/// Numbers the freedoms on which rows act, in this order: displacements 3 * point + axis; three rotations for
+/// each joint; one rotation for each released axis of a beam end; one rotation for each rigid body that is on
+/// a line and has a joint; inner coordinates of superelements. A joint is a point of a beam or plate, or a
+/// point with an attitude.
 class Freedoms {
  public:
   explicit Freedoms(const Scene& scene);
@@ -47,23 +47,25 @@ class Freedoms {
   }
   int num_all() const { return num_displacements_ + num_rotations(); }
   bool has_joint(int point) const;
-  /// First rotation of the joint at a point.  \pre has_joint(point)
+  /// Returns the first rotation of the joint at a point.  \pre has_joint(point)
   int rotation(int point) const;
-  /// The rotation of a beam's end about its local axis where the joint does not hold it; -1 where it does.
+  /// Returns the freedom of a released rotation of a beam end about a local axis; -1 if it is not released.
   int released(int link, int end, int axis) const {
     return released_.empty() ? -1
                              : released_[static_cast<std::size_t>(link)]
                                         [3 * static_cast<std::size_t>(end) + static_cast<std::size_t>(axis)];
   }
 
-  /// First inner coordinate of a superelement.  \pre it has some
+  /// Returns the first inner coordinate of a superelement.  \pre the superelement has inner coordinates
   int inner(int link) const { return inner_.at(link); }
 
-  /// The rigid body, a link, that what is joined to a point turns with: of several the first named that is
-  /// not on a line, else the first; -1 without one, and where a hub turns them   (THEORY X64).
+  /// Returns the index of the rigid body (a link) that determines the rotation of the joint at a point: the
+  /// first body of the point that is not on a line, else its first body. Bodies with a hub are ignored;
+  /// returns -1 if there is no other body (THEORY 3.43).
   int body_of(int point) const;
-  /// The rotation of a rigid body on a line about that line, which its points do not tell; -1 for all other
-  /// links and where the body turns no joint   (THEORY X64).
+  /// Returns the freedom for the rotation of a rigid body about the line of its points, which the
+  /// displacements of the points do not determine. Returns -1 for other links and for bodies without a joint
+  /// (THEORY 3.44).
   int about_line(int link) const;
 
  private:
@@ -72,156 +74,167 @@ class Freedoms {
 
   int num_displacements_;
   int num_released_ = 0;
-  std::vector<int> joints_;                   // points, ascending
-  std::vector<std::array<int, 6>> released_;  // (num_links) freedom or -1; empty when nothing is released
-  std::map<int, int> body_of_;                // link by point
-  std::map<int, int> about_line_;             // freedom by link
+  std::vector<int> joints_;                   // points with a joint, ascending
+  std::vector<std::array<int, 6>> released_;  // (num_links) freedom or -1; empty if nothing is released
+  std::map<int, int> body_of_;                // point -> link
+  std::map<int, int> about_line_;             // link -> freedom
   int num_inner_ = 0;
-  std::map<int, int> inner_;  // first freedom by link
+  std::map<int, int> inner_;  // link -> first freedom
 };
 
-/// Axial deformation between a link's two points, e = u . (V_2 - V_1)   (THEORY X44).
+/// Returns the row of the axial deformation of a link, e = u . (V_2 - V_1)   (THEORY 3.3).
 DeformationRow axial_row(const Scene& scene, const Link& link, double stiffness);
 
-/// Local axes of a beam as columns, scene axes: x along it, z = x cross y_axis, y = z cross x   (THEORY X45).
+/// Returns the local axes of a beam as columns, in scene axes: x along the beam, z = x cross y_axis, y = z
+/// cross x (THEORY 3.4).
 Eigen::Matrix3d beam_axes(const Eigen::Vector3d& span, const Eigen::Vector3d& y_axis);
 
-/// The six natural deformations of a beam   (THEORY X45): axial x . (V_2 - V_1), torsion x . (theta_2 -
-/// theta_1), then about local z and about local y bending, symmetric theta_2 - theta_1 and antisymmetric
-/// theta_1 + theta_2 - 2 psi, psi the turn of the chord.
+/// Returns the six natural deformations of a beam   (THEORY 3.6 to 3.9): axial; torsion; symmetric, then
+/// antisymmetric bending about local z; symmetric, then antisymmetric bending about local y.
 DeformationRows beam_rows(const Scene& scene, int link_index, const Freedoms& freedoms);
 
-/// Change of the angle at the middle of three points [rad], t_i . (V_i - V_j) / l_i + t_k . (V_k - V_j) /
-/// l_k, in two planes when they lie on a line   (THEORY X60).
+/// Returns the change of the angle at the middle point of three [rad]. If the points are on a line, returns
+/// one row in each of two planes   (THEORY 3.23 to 3.25).
 DeformationRows bending_rows(const Scene& scene, const Link& link);
 
-/// Change of the dihedral angle of four points [rad]   (THEORY X61).
+/// Returns the change of the dihedral angle of four points [rad]   (THEORY 3.26).
 DeformationRows torsion_rows(const Scene& scene, const Link& link);
 
-/// Natural deformations of a triangular plate   (THEORY X62): rows 0 to 2 are the membrane's exx + eyy, exx -
-/// eyy, gxy, rows 3 to 11 the same of the curvature at the middle of the side opposite to each point, rows 12
-/// to 14 the turn of each corner about the normal, less the membrane's.
+/// Returns the natural deformations of a triangular plate. Rows 0 to 2 are the membrane strains exx + eyy,
+/// exx - eyy, gxy (THEORY 3.30). Rows 3 to 11 are the same three measures of the curvature, at the middle of
+/// the side opposite to each point (THEORY 3.33). Rows 12 to 14 are the rotation of each corner about the
+/// normal minus the rotation of the membrane (THEORY 3.36).
 DeformationRows plate_rows(const Scene& scene, const Link& link, const Freedoms& freedoms);
 
-/// Forces and moments of a plate per length, from its natural forces: Nxx Nyy Nxy [N/m], positive in tension,
-/// and mean Mxx Myy Mxy [N], M the integral of the stress times z, positive where the face at +z is
-/// stretched. Local axes: x from the first point to the second, z the normal about which the points run
-/// counterclockwise   (THEORY X62).
+/// Returns the matrix that maps the natural forces of a plate to its resultants per length   (THEORY 3.37):
+/// Nxx Nyy Nxy [N/m], positive in tension, and the mean moments Mxx Myy Mxy [N], which are integrals of
+/// stress times z and are positive if the face at +z is stretched. Local axes: x from the first point to the
+/// second, z the normal about which the points run counterclockwise.
 /// \return (6 x num_rows of plate_rows)
 Eigen::MatrixXd plate_resultants(const Scene& scene, const Link& link);
 
-/// [-] of the largest entry: entries of a matrix link across the diagonal may differ by this, and count as
-/// their mean. Matrices travel as decimal text: tables with seven digits pass   (THEORY X46).
+/// [-] of the largest entry: allowed difference of two entries of a matrix link across the diagonal, which
+/// are then replaced by their mean   (THEORY 3.11). Tables with seven digits are within this limit.
 inline constexpr double kSymmetryTolerance = 1e-6;
 
-/// What a matrix link resisted of rigid motion of its points, and no longer does: K_o = T G^T + G T^T
-/// (THEORY X127).
-struct TakenOut {
+/// Rigid-body residual of a matrix link: the removed resistance to rigid motion of its points,
+/// K_o = T G^T + G T^T   (THEORY 3.15).
+struct RigidResidual {
   int link = -1;
   Eigen::MatrixXd rigid;          // T, [-] (3 N_link x 3..6)
   Eigen::MatrixXd forces;         // G, [N/m] (3 N_link x 3..6)
-  bool is_within_digits = false;  // no more than the last digits of the matrix as printed explain
+  bool is_within_digits = false;  // explained by rounding of the printed digits   (THEORY 3.18)
 };
 
-/// What matrix links that are not exact leave open.
+/// Effects of inexact matrix links.
 struct MatrixLimits {
-  double accuracy = 0.0;  // [-] relative, of the lowest eigenvalue that was kept   (THEORY X46)
-  std::vector<TakenOut> taken_out;
+  double accuracy = 0.0;  // [-] relative accuracy of the lowest eigenvalue that is kept   (THEORY 3.14)
+  std::vector<RigidResidual> rigid_residuals;
 };
 
-/// Rows of a matrix link from its own matrix, freed of rigid motion and of its null space   (THEORY X46,
-/// X63). Errors: size, symmetry, rigid motion, eigenvalues that are negative or, of a flexibility, zero.
-/// \param limits  accuracy is raised to the link's; what was taken out is added
+/// Returns the rows of a matrix link without rigid motion and null space   (THEORY 3.11 to 3.13, 3.39).
+/// Errors: asymmetry, resistance to rigid motion, negative eigenvalues, zero eigenvalues of a flexibility.
+/// \param limits  accuracy is raised to the error of the link; the residual is appended
 DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index, MatrixLimits& limits,
                             Faults& faults);
 
-/// Rigid motions of some points alone, orthonormal columns: six, five on a line, three in one place
-/// (THEORY X43, X46) [-] (3 N_link x 3..6).
+/// Returns the rigid motions T_link of some points as orthonormal columns: three if the points coincide, five
+/// if they are on a line, else six   (THEORY 2.11, 3.11) [-] (3 N_link x 3..6).
 Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points);
 
-/// Displacements that a rigid link or body forbids, unit rows: u . (V_2 - V_1) for two points, 3 N_link - 6
-/// for a body (3 N_link - 5 on a line), all that is orthogonal to its rigid motions   (THEORY X64). With a
-/// hub V_k - V_hub - theta_hub x d_k, and theta_k - theta_hub of other joints   (THEORY X161).
+/// Returns the displacements that a rigid link or body forbids, as unit rows: one for two points
+/// (THEORY 3.40); 3 N_link - 6 for a body, or 3 N_link - 5 if its points are on a line (THEORY 3.41). If the
+/// link has a hub, there are three rows for each other point and three for each other joint (THEORY 16.5).
 DeformationRows rigid_rows(const Scene& scene, const Link& link, const Freedoms& freedoms);
 
-/// Unit vector along the line that points stand on, to 64 roundings of their coordinates; zero where they do
-/// not   (THEORY X42, X64).
+/// Returns the unit vector along the line on which some points are, within 64 rounding errors of their
+/// coordinates; zero if they are not on a line   (THEORY 2.9, 3.44).
 Eigen::Vector3d line_of(const Scene& scene, const std::vector<int>& points);
 
-/// Mean rotation of some points per displacement, J^-1 sum d_k x V_k   (THEORY X14 with equal weights) [1/m]
-/// (3 x 3 N_link). None about the line of points whose width is below least_width [-] times their length.
+/// Returns the mean rotation of some points per displacement, J^-1 sum d_k x V_k
+/// (THEORY 9.6 with equal weights) [1/m] (3 x 3 N_link). If the width of the points is below least_width [-]
+/// times their length, the rotation has no component about their line.
 Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points, double least_width);
-/// The same of the points of a rigid body: all of it, but for the turn about the line of a body on one.
+/// Returns the rotation of a rigid body per displacement of its points. If the points are on a line, the
+/// rotation about the line is omitted   (THEORY 3.43, 3.44).
 Eigen::MatrixXd body_rotation(const Scene& scene, const std::vector<int>& points);
 
-/// Where a link's natural deformations stand in LinkFactor::natural; none for rigid links and dashpots.
+/// Range of a link in LinkFactor::natural; empty for rigid links and dashpots.
 struct RowRange {
   int first = 0;
   int count = 0;
 };
 
-/// The links of a scene over the displacements of its points, rotations condensed   (THEORY X47).
+/// The links of a scene as rows over the displacements of its points, with rotations condensed
+/// (THEORY 3.2, 3.21).
 struct LinkFactor {
   Eigen::MatrixXd rows;       // A, [sqrt(N/m)] (num_rows x 3N)
-  Eigen::MatrixXd unit_rows;  // B, [-] (num_unit_rows x 3N) geometry alone: no stiffness in it
+  Eigen::MatrixXd unit_rows;  // B, [-] (num_unit_rows x 3N) geometry without stiffness
   MatrixLimits matrices;
-  // not condensed: natural deformations of all links over all freedoms
+  // natural deformations of all links over all freedoms, not condensed
   DeformationRows natural;
   std::vector<RowRange> natural_of;  // (num_links)
   int num_freedoms = 0;              // displacements and rotations
-  Eigen::MatrixXd recovery;  // [1/m] (num_rotations x 3N) rotations = recovery V; empty unless asked for
-  // rigid links: what they forbid, and what they forbid once only
-  // C, [-] (num_constraints x 3N, of scenes with bodies x num_freedoms) C V = 0, independent rows
+  // [1/m] (num_rotations x 3N) theta = recovery V (THEORY 3.22); empty unless requested
+  Eigen::MatrixXd recovery;
+  // C, [-] (num_constraints x 3N, or x num_freedoms with bodies) independent constraints, C V = 0
+  // (THEORY 3.42)
   Eigen::MatrixXd constraints;
   std::vector<int> constraint_link;  // (num_constraints) index into Scene::links
-  Eigen::MatrixXd
-      damping_rows;  // [sqrt(N s/m)] (num x 3N) A_d, of dashpots and viscous links: force A_d^T A_d V'
-  // of the sparse set-up, which condenses nothing: rows, unit_rows and recovery stay empty, and what C and
-  // A_d are stands here, over all freedoms
+  // A_d, [sqrt(N s/m)] (num x 3N) damping rows of dashpots and viscous links: the force is A_d^T A_d V'
+  // (THEORY 3.47)
+  Eigen::MatrixXd damping_rows;
+  // true: nothing is condensed. Then rows, unit_rows, recovery, constraints and damping_rows stay empty, and
+  // C and A_d are the two members below, over all freedoms.
   bool is_sparse = false;
-  DeformationRows constraint_rows;  // unit rows
-  DeformationRows damping;
+  DeformationRows constraint_rows;  // C, unit rows
+  DeformationRows damping;          // A_d
 };
 
-/// Natural deformation k of a link.  \pre 0 <= k < count of its range
+/// Returns natural deformation k of a link.  \pre 0 <= k < range.count
 inline const DeformationRow& natural_row(const LinkFactor& factor, RowRange range, int k) {
   return factor.natural[static_cast<std::size_t>(range.first) + static_cast<std::size_t>(k)];
 }
 
-/// Relative error of the directions in unit rows: one rounding of a coordinate over the shortest link (THEORY
-/// X50).
+/// Returns the relative error of the directions in unit rows: one rounding error of the largest coordinate
+/// divided by the length of the shortest link   (THEORY 4.5).
 double direction_rounding(const Scene& scene);
 
-/// Every link of a scene in factor form   (THEORY X44-X47, X60-X65).
-/// \param with_recovery  fill LinkFactor::recovery, which forces of links with rotations need
+/// Returns every link of a scene in factor form   (THEORY section 3).
+/// \param with_recovery  true: fills LinkFactor::recovery, which forces of links with rotations need
 LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults);
 
-/// The same of a large scene, nothing dense. Rigid links that share points are told apart set by set: errors
-/// of sets of more than kMostJoinedRows rows (core/limits.hpp).
+/// Returns every link of a large scene in factor form, without dense matrices. Independent constraints are
+/// found separately for each set of rigid links that share points. A set of more than kMostJoinedConstraints
+/// rows (core/limits.hpp) is an error.
 LinkFactor factor_links_sparse(const Scene& scene, Faults& faults);
 
-/// Natural forces s = D e of a link per displacement V   [N/m] (count x 3N)   (THEORY X49).
+/// Returns the natural forces s = D e of a link per displacement V   (THEORY 5.2) [N/m] (count x 3N).
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link);
-/// The same per elastic coordinate (count x n).  \pre structure.shapes, and turns of a scene with bodies
+/// Returns the natural forces per elastic coordinate (count x n).  \pre structure.shapes is filled, and
+/// structure.rotations in scenes with bodies
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, const Structure& structure, int link);
 
-/// The last rows of some motions, each motion times a factor.
-Eigen::MatrixXd turns_of(const Eigen::MatrixXd& motions, int num_rotations, const Eigen::VectorXd& factors);
+/// Returns the last num_rotations rows of some motions, each motion times its factor.
+Eigen::MatrixXd scaled_rotations(const Eigen::MatrixXd& motions, int num_rotations,
+                                 const Eigen::VectorXd& factors);
 
-/// Puts in the rotations of joints on rigid bodies, which turn with the points of those   (THEORY X64).
-/// \param shapes  (3N x n) displacements  \param turns  (num_rotations x n)
-void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, const Eigen::MatrixXd& shapes,
-                      Eigen::MatrixXd& turns);
-/// The same in rows over all freedoms: rotations of such joints by the displacements of the points.
-void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, DeformationRows& rows);
+/// Sets the rotations of joints on rigid bodies to the rotations of the bodies   (THEORY 3.43, 3.44).
+/// \param shapes  (3N x n) displacements  \param rotations  (num_rotations x n)
+void rotate_with_bodies(const Scene& scene, const Freedoms& freedoms, const Eigen::MatrixXd& shapes,
+                        Eigen::MatrixXd& rotations);
+/// Replaces the rotations of joints on rigid bodies by displacements of points of the body, in rows over all
+/// freedoms.
+void rotate_with_bodies(const Scene& scene, const Freedoms& freedoms, DeformationRows& rows);
 
-/// Structure::local_rotations: of the joint at a point, of the rigid body it belongs to, or the mean rotation
-/// of it and its neighbours   (THEORY X73).  \pre structure.shapes
+/// Returns Structure::local_rotations   (THEORY 8.24): for each point with a follower force, the rotation of
+/// its joint, else of its rigid body, else the mean rotation of the point and its neighbours.  \pre
+/// structure.shapes is filled
 std::map<int, Eigen::Matrix3Xd> local_rotations(const Scene& scene, const LinkFactor& factor,
                                                 const Structure& structure);
 
-/// Fills Structure::link_forces and constraint_shapes for the published links, in order   (THEORY X48, X49,
-/// X67). \pre structure.shapes and damping_rows are filled
+/// Fills Structure::link_forces and constraint_shapes for the published links   (THEORY 5.1 to 5.7).
+/// \pre structure.shapes and damping_rows are filled
 void set_link_forces(const Scene& scene, const LinkFactor& factor, Structure& structure);
 
 }  // namespace freeflex

@@ -1,4 +1,4 @@
-// Forces of links from elastic coordinates, their rates and, of rigid links, the loads.
+// Forces of links from elastic coordinates and their rates, forces of rigid links also from loads.
 #include <algorithm>
 #include <cmath>
 
@@ -9,8 +9,10 @@
 namespace freeflex {
 namespace {
 
-// X49: end forces of unit natural forces s_1 to s_6 (axial, torsion, bending about z symmetric and
-// antisymmetric, about y the same)
+// Returns the end forces and moments of a beam for unit natural forces s_1 to s_6: axial, torsion, symmetric
+// and antisymmetric bending about z, symmetric and antisymmetric bending about y.
+// f1 = (-s_1, 2 s_4 / L, -2 s_6 / L), f2 = -f1   (THEORY 5.3)
+// mu1 = (-s_2, -s_5 + s_6, -s_3 + s_4), mu2 = (s_2, s_5 + s_6, s_3 + s_4)   (THEORY 5.4)
 Eigen::Matrix<double, 12, 6> end_forces(double length) {
   Eigen::Matrix<double, 12, 6> forces = Eigen::Matrix<double, 12, 6>::Zero();
   enum { kFx1, kFy1, kFz1, kMx1, kMy1, kMz1, kFx2, kFy2, kFz2, kMx2, kMy2, kMz2 };
@@ -27,21 +29,23 @@ Eigen::Matrix<double, 12, 6> end_forces(double length) {
   return forces;
 }
 
-// forces on the points of a link, from the rows of its deformations and their forces per displacement
+// returns the forces -B^T s that the natural forces s of a link exert on its points
 Eigen::MatrixXd point_forces(const LinkFactor& factor, const Link& link, RowRange range,
                              const Eigen::MatrixXd& forces) {
   Eigen::MatrixXd on_points =
       Eigen::MatrixXd::Zero(3 * static_cast<Eigen::Index>(link.points.size()), forces.cols());
   for (int k = 0; k < range.count; ++k)
     for (const auto& [freedom, coefficient] : natural_row(factor, range, k).coefficients) {
-      const auto place = std::find(link.points.begin(), link.points.end(), freedom / 3) - link.points.begin();
-      on_points.row(3 * place + freedom % 3) -= coefficient * forces.row(k);
+      const auto position =
+          std::find(link.points.begin(), link.points.end(), freedom / 3) - link.points.begin();
+      on_points.row(3 * position + freedom % 3) -= coefficient * forces.row(k);
     }
   return on_points;
 }
 
-// published forces of an elastic link from its natural ones, per displacement V or elastic coordinate
-// (THEORY X48, X49, X62)
+// Returns the published forces of an elastic link from its natural forces, per displacement V or elastic
+// coordinate: the tension s = D u . (V_2 - V_1) of a spring or bar (THEORY 5.1), the end forces of a beam
+// (THEORY 5.3, 5.4), the resultants of a plate (THEORY 3.37).
 Eigen::MatrixXd elastic_forces(const Scene& scene, const LinkFactor& factor, int index,
                                const Eigen::MatrixXd& natural) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
@@ -63,9 +67,8 @@ Eigen::MatrixXd elastic_forces(const Scene& scene, const LinkFactor& factor, int
       link.kind);
 }
 
-// X67: constraint shapes, the columns of g = M^-1 C^T (C M^-1 C^T)^-1, of which the multipliers are
-// lambda = g^T (F - K (V + beta_R V') - A_d^T A_d V'). By the QR decomposition of M^-1/2 C^T, whose factors
-// are Q and R here.
+// Returns the constraint shapes g = m^-1 C^T (C m^-1 C^T)^-1, as columns   (THEORY 5.7), by QR of m^-1/2 C^T.
+// The multipliers are lambda = g^T (F - K (V + beta_R V') - A_d^T A_d V')   (THEORY 5.6).
 Eigen::MatrixXd constraint_shapes(const Scene& scene, const LinkFactor& factor) {
   Eigen::VectorXd root_mass(factor.rows.cols());
   for (Eigen::Index i = 0; i < root_mass.size(); ++i)
@@ -79,7 +82,8 @@ Eigen::MatrixXd constraint_shapes(const Scene& scene, const LinkFactor& factor) 
   return root_mass.cwiseInverse().asDiagonal() * solved.transpose();
 }
 
-// forces of a rigid link per multiplier: tension of a link, forces on the points of a body
+// returns the forces of a rigid link per multiplier: the tension of a link of two points, the forces -C^T on
+// the points of a body (THEORY 5.6)
 Eigen::MatrixXd rigid_forces(const LinkFactor& factor, const Link& link, const std::vector<int>& columns) {
   const auto num_points = static_cast<Eigen::Index>(link.points.size());
   Eigen::MatrixXd on_points(3 * num_points, static_cast<Eigen::Index>(columns.size()));
@@ -90,12 +94,14 @@ Eigen::MatrixXd rigid_forces(const LinkFactor& factor, const Link& link, const s
                .block<1, 3>(columns[c], 3 * Eigen::Index{link.points[static_cast<std::size_t>(k)]})
                .transpose();
   if (num_points > 2) return on_points;
-  // a unit row over two points holds the direction over sqrt(2)
+  // the unit row of two points contains the direction divided by sqrt(2), so the tension is lambda / sqrt(2)
   return Eigen::MatrixXd::Constant(1, static_cast<Eigen::Index>(columns.size()), std::sqrt(0.5));
 }
 
 }  // namespace
 
+// dashpot: s = c_d u . (V_2' - V_1')   (THEORY 3.45); link with a relaxation time: s = D (e + tau e')
+// (THEORY 3.46)
 void set_link_forces(const Scene& scene, const LinkFactor& factor, Structure& structure) {
   const Eigen::MatrixXd& b = structure.shapes;
   std::vector<int> columns;  // constraints whose multipliers published rigid links need
@@ -137,8 +143,8 @@ void set_link_forces(const Scene& scene, const LinkFactor& factor, Structure& st
               : elastic_forces(scene, factor, index, natural_forces(factor, structure, index));
       if (link.viscous > 0.0) force.rate_rows = link.viscous * force.rows;
     }
-    // Rayleigh's stiffness part is a dashpot beside every spring: forces of stiffness and what rigid links
-    // hold of them
+    // s = D (e + (beta_R + tau) e')   (THEORY 5.5): stiffness-proportional Rayleigh damping acts as a dashpot
+    // in parallel with every spring, and it changes the forces of rigid links too
     if (scene.damping.beta > 0.0 && !force.rows.isZero(0.0)) {
       if (force.rate_rows.rows() == 0)
         force.rate_rows = Eigen::MatrixXd::Zero(force.rows.rows(), force.rows.cols());

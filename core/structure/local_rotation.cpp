@@ -1,4 +1,5 @@
-// Elastic rotations at points that have none of their own: of joints, of rigid bodies, of neighbours   (X73).
+// Elastic rotations at points: rotations of joints, rotations of rigid bodies, or mean rotations of
+// neighbouring points   (THEORY 8.24).
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <set>
@@ -10,26 +11,27 @@
 namespace freeflex {
 namespace {
 
-// [-] width over length of neighbours that tell no rotation about their line
+// [-] width over length of neighbouring points; if it is smaller, they do not determine the rotation about
+// their line
 constexpr double kNearlyLine = 1e-6;
 
-// [-] ratio of principal second moments above which an eigensolver keeps their digits
+// [-] smallest over largest principal moment; if it is larger, an eigensolver keeps the digits of the moments
 constexpr double kThin = 1e-4;
 
 bool names(const Link& link, int point) {
   return std::find(link.points.begin(), link.points.end(), point) != link.points.end();
 }
 
-// columns of some points as columns of all
-Eigen::MatrixXd over_all(const Scene& scene, const std::vector<int>& points, const Eigen::MatrixXd& share) {
+// returns columns over some points as columns over all points
+Eigen::MatrixXd over_all(const Scene& scene, const std::vector<int>& points, const Eigen::MatrixXd& weights) {
   Eigen::MatrixXd rotation = Eigen::MatrixXd::Zero(3, 3 * static_cast<Eigen::Index>(scene.points.size()));
   for (std::size_t k = 0; k < points.size(); ++k)
     rotation.middleCols<3>(3 * Eigen::Index{points[k]}) =
-        share.middleCols<3>(3 * static_cast<Eigen::Index>(k));
+        weights.middleCols<3>(3 * static_cast<Eigen::Index>(k));
   return rotation;
 }
 
-// the mean rotation of a point and its neighbours
+// returns the mean rotation of a point and its neighbours
 Eigen::MatrixXd rotation_of_neighbours(const Scene& scene, int point) {
   std::set<int> star{point};
   for (const Link& link : scene.links)
@@ -38,7 +40,7 @@ Eigen::MatrixXd rotation_of_neighbours(const Scene& scene, int point) {
   return over_all(scene, points, mean_rotation(scene, points, kNearlyLine));
 }
 
-// the rotation of a point's surroundings per displacement (3 x 3N)
+// returns the rotation of the surroundings of a point per displacement (3 x 3N)   (THEORY 8.24)
 Eigen::MatrixXd rotation_at(const Scene& scene, const LinkFactor& factor, const Freedoms& freedoms,
                             int point) {
   const Eigen::Index num_displacements = freedoms.num_displacements();
@@ -56,12 +58,12 @@ Eigen::MatrixXd rotation_at(const Scene& scene, const LinkFactor& factor, const 
   return rotation + line * (line.transpose() * rotation_of_neighbours(scene, point));
 }
 
-// the same in the modes of a structure with bodies (3 x n)
+// returns the rotation of the surroundings of a point per elastic coordinate in scenes with bodies (3 x n)
 Eigen::MatrixXd rotation_of(const Scene& scene, const Freedoms& freedoms, const Structure& structure,
                             int point) {
   const Eigen::Index num_displacements = freedoms.num_displacements();
   const auto of_joint = [&](int joint) -> Eigen::MatrixXd {
-    return structure.turns.middleRows<3>(freedoms.rotation(joint) - num_displacements);
+    return structure.rotations.middleRows<3>(freedoms.rotation(joint) - num_displacements);
   };
   if (freedoms.has_joint(point)) return of_joint(point);
   for (const Link& link : scene.links)
@@ -75,7 +77,7 @@ Eigen::MatrixXd rotation_of(const Scene& scene, const Freedoms& freedoms, const 
   const Eigen::Vector3d line = line_of(scene, points);
   if (line.isZero(0.0)) return rotation;
   const int about_line = freedoms.about_line(body);
-  if (about_line >= 0) return rotation + line * structure.turns.row(about_line - num_displacements);
+  if (about_line >= 0) return rotation + line * structure.rotations.row(about_line - num_displacements);
   return rotation + line * (line.transpose() * rotation_of_neighbours(scene, point) * structure.shapes);
 }
 
@@ -93,6 +95,7 @@ Eigen::Vector3d line_of(const Scene& scene, const std::vector<int>& points) {
   return farthest.stableNormalized();
 }
 
+// theta = J^-1 sum d_k x V_k, J = sum ((d_k . d_k) 1 - d_k d_k^T)   (THEORY 3.43, 9.6 with equal weights)
 Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points, double least_width) {
   const auto num_points = static_cast<Eigen::Index>(points.size());
   Eigen::Matrix3Xd d(3, num_points);
@@ -105,7 +108,7 @@ Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points
       second_moment.trace() * Eigen::Matrix3d::Identity() - second_moment);
   Eigen::Vector3d moments = eigen.eigenvalues();
   const bool is_thin = moments[0] <= kThin * moments[2];
-  // about the line of a thin shape: by the distances from it, which keep their digits
+  // the moment about the line of a thin shape is computed from distances to the line, which keep their digits
   if (is_thin) moments[0] = d.colwise().cross(Eigen::Vector3d(eigen.eigenvectors().col(0))).squaredNorm();
   const Eigen::Vector3d inverse = moments.unaryExpr(
       [&](double moment) { return moment > least_width * least_width * moments[2] ? 1.0 / moment : 0.0; });
@@ -115,8 +118,8 @@ Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points
   for (Eigen::Index k = 0; k < num_points; ++k) {
     Eigen::Matrix3d cross;
     cross << 0.0, -d(2, k), d(1, k), d(2, k), 0.0, -d(0, k), -d(1, k), d(0, k), 0.0;
-    // axis by axis where the shape is thin: in one matrix the large inverse would cost the others their
-    // digits
+    // a thin shape is treated axis by axis: in one matrix the large inverse moment would destroy the digits
+    // of the small inverse moments
     if (is_thin)
       rotation.middleCols<3>(3 * k) =
           eigen.eigenvectors() * (inverse.asDiagonal() * (eigen.eigenvectors().transpose() * cross)).eval();
@@ -127,24 +130,26 @@ Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points
 }
 
 Eigen::MatrixXd body_rotation(const Scene& scene, const std::vector<int>& points) {
-  // on a line the smallest of the three moments is rounding: half the largest is more
+  // if the points are on a line, the smallest moment is a rounding error, which the least width of 0.5
+  // excludes
   return mean_rotation(scene, points, line_of(scene, points).isZero(0.0) ? 0.0 : 0.5);
 }
 
-void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, const Eigen::MatrixXd& shapes,
-                      Eigen::MatrixXd& turns) {
+// theta = J^-1 sum d_k x V_k + theta_par e_par   (THEORY 3.43, 3.44)
+void rotate_with_bodies(const Scene& scene, const Freedoms& freedoms, const Eigen::MatrixXd& shapes,
+                        Eigen::MatrixXd& rotations) {
   for (int point = 0; point < static_cast<int>(scene.points.size()); ++point) {
     const int body = freedoms.body_of(point);
     if (body < 0 || !freedoms.has_joint(point)) continue;
     const std::vector<int>& points = scene.links[static_cast<std::size_t>(body)].points;
-    const Eigen::MatrixXd share = body_rotation(scene, points);
-    Eigen::MatrixXd turn = Eigen::MatrixXd::Zero(3, shapes.cols());
+    const Eigen::MatrixXd weights = body_rotation(scene, points);
+    Eigen::MatrixXd rotation = Eigen::MatrixXd::Zero(3, shapes.cols());
     for (std::size_t k = 0; k < points.size(); ++k)
-      turn += share.middleCols<3>(3 * static_cast<Eigen::Index>(k)) *
-              shapes.middleRows<3>(3 * Eigen::Index{points[k]});
+      rotation += weights.middleCols<3>(3 * static_cast<Eigen::Index>(k)) *
+                  shapes.middleRows<3>(3 * Eigen::Index{points[k]});
     if (const int about = freedoms.about_line(body); about >= 0)
-      turn += line_of(scene, points) * turns.row(about - freedoms.num_displacements());
-    turns.middleRows<3>(freedoms.rotation(point) - freedoms.num_displacements()) = turn;
+      rotation += line_of(scene, points) * rotations.row(about - freedoms.num_displacements());
+    rotations.middleRows<3>(freedoms.rotation(point) - freedoms.num_displacements()) = rotation;
   }
 }
 

@@ -14,24 +14,31 @@
 namespace freeflex {
 namespace {
 
-constexpr int kBlock = 6;             // right sides at once, and copies of a frequency that one start finds
-constexpr double kConverged = 1e-10;  // [-] of a Ritz value; frequencies have its square
-constexpr int kBeyond = 6;      // modes found beyond those kept, so that a gap to count at is among them
-constexpr double kRough = 1e4;  // [-] of the highest frequency over one that is not rough
+// right-hand sides solved at once; number of equal frequencies that one start can find
+constexpr int kBlock = 6;
+// [-] of a Ritz value: largest residual; the error of a frequency is the square of the residual
+constexpr double kConverged = 1e-10;
+// modes found in addition to those kept, so that a gap exists for the Sturm count
+constexpr int kBeyond = 6;
+// [-] a vector is rough if the highest frequency is more than this times its own
+constexpr double kRough = 1e4;
 constexpr int kMostRestarts = 4;
 constexpr int kMostRefinements = 3;
-constexpr int kHalfSlice = 72;        // modes below a shift that are not yet found
-constexpr double kNearLowest = 0.05;  // [-] of the shift: the sixth lowest of the modes is not below
-constexpr int kFirstLook = 120;       // [columns]
-constexpr int kFirstColumns = 300;    // of the first slice: further away a shift among the modes is cheaper
-constexpr int kSmoothed = 24;         // columns at once: a solution of many costs less of each
+constexpr int kHalfSlice = 72;        // number of modes below a shift that are not yet found
+constexpr double kNearLowest = 0.05;  // [-] of the shift: least omega^2 of the sixth lowest mode
+constexpr int kFirstLook = 120;       // columns at the first test of convergence
+// columns of the first slice; with more, a shift among the modes is cheaper
+constexpr int kFirstColumns = 300;
+// number of columns solved at once, which is cheaper than solving them separately
+constexpr int kSmoothed = 24;
 constexpr Eigen::Index kRowsAtOnce = 4096;
 
-// R of the rows times some columns, Q R by Householder, some rows at a time under what is there
+// returns the factor R of the Householder QR decomposition of rows times some columns, updated with one block
+// of rows after the other
 Eigen::MatrixXd triangle_of(const SparseRows& rows, const Eigen::MatrixXd& columns,
                             const std::vector<Eigen::Index>& some) {
   const auto size = static_cast<Eigen::Index>(some.size());
-  Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(size, size);  // mechanisms strain nothing
+  Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(size, size);  // stays zero for mechanisms
   for (Eigen::Index row = 0; row < rows.rows(); row += kRowsAtOnce) {
     const Eigen::Index height = std::min(kRowsAtOnce, rows.rows() - row);
     Eigen::MatrixXd stack(size + height, size);
@@ -63,10 +70,12 @@ bool LowestModes::find(const ModesWanted& wanted) {
     if (!cut()) return false;
     const int missing = count_missing();
     if (missing <= 0) return missing == 0;
-    // what the starts so far had no part of, about the shift of the count
+    // finds the missing modes, which earlier start vectors did not contain, at the shift of the Sturm count
+    // (THEORY 16.40)
     if (!run_lanczos(missing, missing + kBeyond)) return false;
   }
-  return fail("modes stay missing after a count by inertia; take another band");
+  return fail(
+      "fewer modes were found than the Sturm count gives; request another number or limit under modes");
 }
 
 Eigen::MatrixXd LowestModes::take_shapes() {
@@ -84,12 +93,13 @@ bool LowestModes::fail(const std::string& message) {
   return false;
 }
 
-bool LowestModes::say(const std::string& what, double done) {
-  if (!progress_.say || progress_.say(what, done)) return true;
+bool LowestModes::report(const std::string& what, double done) {
+  if (!progress_.report || progress_.report(what, done)) return true;
   return fail(kSetupEnded);
 }
 
-// beside the factor: a basis and the modes; or these twice, as shapes
+// Returns whether memory suffices for the factor and for the larger of two sets of vectors: a basis and the
+// modes, or the modes twice (also as shapes).
 bool LowestModes::fits(Eigen::Index columns) {
   const double column = 8e-6 * static_cast<double>(system_.num_all());
   const double most = static_cast<double>(std::max(columns + count_, 2 * Eigen::Index{count_}));
@@ -97,27 +107,31 @@ bool LowestModes::fits(Eigen::Index columns) {
   const double all = wanted_MB_ = most * column + particles + factor_MB_;
   if (progress_.memory_MB == 0.0 || all <= kMemoryShare * progress_.memory_MB) return true;
   return fail(join_text("the set-up of ", scene_.points.size(), " points with ", count_, " modes takes some ",
-                        std::ceil(all), " MB (", std::ceil(factor_MB_), " of them to factor, ",
-                        std::ceil(particles), " for mass that is spread over links), of ",
+                        std::ceil(all), " MB (", std::ceil(factor_MB_), " for the factorization, ",
+                        std::ceil(particles),
+                        " for mass distributed over links); the machine or a limit "
+                        "(ulimit -v) provides ",
                         std::floor(progress_.memory_MB),
-                        " MB that the machine has or a limit leaves (ulimit -v), a fifth of them not for it; "
-                        "ask for fewer with modes: {count: N}"));
+                        " MB, of which a fifth is kept free; ask for fewer modes with modes: {count: N}"));
 }
 
-// what find_particles lays out
+// returns the largest possible number of particles from find_particles()
 double LowestModes::num_particles() const {
   if (are_point_masses(scene_)) return 0.0;
   double number = 4.0 * static_cast<double>(scene_.points.size());
   for (int i = 0; i < static_cast<int>(scene_.links.size()); ++i)
-    number += static_cast<double>(spread_masses(scene_, i).size());
+    number += static_cast<double>(distributed_masses(scene_, i).size());
   return number;
 }
 
-// X171: assembled where what rounds its entries is small beside the shift, else augmented
+// Factors K - sigma m in assembled form if the change of omega^2 by rounding of its entries, rounding_, is
+// small compared with the shift, else in augmented form (THEORY 16.36).
 bool LowestModes::factor_at(double sigma) {
-  constexpr double kGoodEnough = 1e-7;  // [-] of the shift; a tenth of half a gap of kTogether, for counts
-  constexpr double kExact =
-      5e-12;  // [-] what it leaves of frequencies is its square over gaps of Ritz values
+  // [-] of the shift, for Sturm counts: a tenth of the change of omega^2 over half a gap of kTogether
+  constexpr double kGoodEnough = 1e-7;
+  // [-] of the shift: without refinement the error of a frequency is the square of this over a gap between
+  // Ritz values
+  constexpr double kExact = 5e-12;
   const double size = std::abs(sigma);
   const bool is_assembled = rounding_ <= kGoodEnough * size;
   std::vector<int>& order = is_assembled ? assembled_order_ : augmented_order_;
@@ -126,7 +140,7 @@ bool LowestModes::factor_at(double sigma) {
       system_, -sigma, is_assembled ? SystemForm::kAssembled : SystemForm::kAugmented, order);
   if (order.empty()) order = inverse_->order();
   factor_MB_ = inverse_->expected_MB();
-  if (!say(join_text("factoring the structure, some ", std::ceil(factor_MB_), " MB"), 0.0) || !fits(0))
+  if (!report(join_text("factoring the structure, some ", std::ceil(factor_MB_), " MB"), 0.0) || !fits(0))
     return false;
   const bool is_factored = inverse_->factor();
   if (is_assembled && sigma < 0.0) {
@@ -138,7 +152,8 @@ bool LowestModes::factor_at(double sigma) {
   return is_factored || fail("the structure cannot be factored: " + inverse_->problem());
 }
 
-// X173: frequencies of a few vectors that the shifted inverse smooths, until the shift is among the lowest
+// Chooses the lowest shift from the frequencies of a few Lanczos blocks: reduces it until omega_6^2 >= shift
+// / 20 (THEORY 16.38).
 bool LowestModes::choose_shift() {
   constexpr int kMostTries = 24;
   const Eigen::VectorXd mass = system_.mass.diagonal();
@@ -160,7 +175,7 @@ bool LowestModes::choose_shift() {
     if (trial.has_failed()) return fail("the structure cannot be solved: " + inverse_->problem());
     const RitzPairs few = trial.pairs(kConverged);
     if (few.theta.size() == 0) return fail("the structure cannot be solved");
-    // the sixth lowest of them: mechanisms are seldom so many
+    // uses the sixth lowest frequency, because more than five mechanisms are rare
     const Eigen::Index at = std::min<Eigen::Index>(5, few.theta.size() - 1);
     const double lowest = std::max(1.0 / few.theta[at] - shift, 0.0);
     lowest_sigma_ = -shift;
@@ -168,20 +183,21 @@ bool LowestModes::choose_shift() {
       refinements_ = refinements;
       return true;
     }
-    if (k + 1 == kMostTries || lowest <= 0.0) return too_loose();
+    if (k + 1 == kMostTries || lowest <= 0.0) return fail_with_mechanisms();
     shift = std::max(lowest, 1e-6 * shift);
   }
   return true;
 }
 
-bool LowestModes::too_loose() {
+bool LowestModes::fail_with_mechanisms() {
   return fail(
-      join_text("more than five mechanisms: the structure falls apart into parts that links do not "
-                "hold, and one of ",
-                scene_.points.size(), " points is not looked into for them; add links"));
+      join_text("more than five mechanisms: links do not hold the parts of the structure together, and "
+                "with ",
+                scene_.points.size(), " points the mechanisms are not searched for; add links"));
 }
 
-// modes below, mechanisms among them   (X174)
+// Returns the number of modes below a frequency, including mechanisms: n_negative - n_c - n_A - rigid motions
+// (THEORY 16.40).
 std::optional<int> LowestModes::count_below(double omega) {
   if (!factor_at(omega * omega)) return std::nullopt;
   return inverse_->num_below() - static_cast<int>(system_.rigid.cols());
@@ -192,10 +208,11 @@ bool LowestModes::choose_count(const ModesWanted& wanted) {
   if (wanted.below > 0.0) {
     const std::optional<int> inside = count_below(2.0 * std::numbers::pi * wanted.below * (1.0 + kTogether));
     if (!inside) return false;
-    if (*inside < 0) return fail("the modes cannot be counted: fewer than rigid motions");
+    if (*inside < 0)
+      return fail("the Sturm count of the modes failed: it gives fewer modes than there are rigid motions");
     if (wanted.count == 0 && *inside > kMaxElastic)
-      return fail(join_text("below ", wanted.below, " Hz the structure has ", *inside, " modes, at most ",
-                            kMaxElastic, " are taken; take a lower frequency"));
+      return fail(join_text("below ", wanted.below, " Hz the structure has ", *inside, " modes, but at most ",
+                            kMaxElastic, " are allowed; request a lower frequency limit"));
     if (wanted.count == 0 || *inside <= wanted.count) {
       count_ = *inside;
       asked_below_ = 2.0 * std::numbers::pi * wanted.below;
@@ -205,7 +222,8 @@ bool LowestModes::choose_count(const ModesWanted& wanted) {
   return fits(kFirstColumns + 8 * kBlock);
 }
 
-// X179. The first shift is below all modes, if it is near enough to the lowest.
+// Finds the modes slice by slice, with theta = 1 / (omega^2 - sigma^2)   (THEORY 16.41). The first slice is
+// at the shift below all modes if this shift is near enough to the lowest modes.
 bool LowestModes::find_slices() {
   const Eigen::Index target = count_ + kBeyond;
   const double root = std::sqrt(-lowest_sigma_);
@@ -220,8 +238,9 @@ bool LowestModes::find_slices() {
   return true;
 }
 
-// X179: a shift with about half a slice below it, by the spacing [rad/s] of the highest modes found
-// \return modes below it that are not found; nothing: a fault was added
+// Factors at a shift below which about half a slice of modes is missing. The spacing [rad/s] of the highest
+// modes found gives the shift   (THEORY 16.41).
+// \return number of missing modes below the shift; nullopt: a fault was added
 std::optional<int> LowestModes::move_up(double spacing) {
   constexpr int kMostTries = 8;
   sort();
@@ -238,19 +257,20 @@ std::optional<int> LowestModes::move_up(double spacing) {
     const Eigen::Index inside = *below - found;
     if (static_cast<double>(inside) <= 2.5 * wanted) {
       if (inside >= 0) return static_cast<int>(inside);
-      fail(join_text("below ", (last + step) / (2.0 * std::numbers::pi), " Hz inertia counts ", *below,
+      fail(join_text("below ", (last + step) / (2.0 * std::numbers::pi), " Hz the Sturm count gives ", *below,
                      " modes and ", found,
-                     " were found: stiffnesses are too far apart for a count; take another band"));
+                     " were found: the range of stiffnesses is too wide for the count; request another "
+                     "number or limit under modes"));
       return std::nullopt;
     }
     step *= wanted / static_cast<double>(inside);
   }
-  fail(join_text("the modes above ", last / (2.0 * std::numbers::pi), " Hz are too close to be told apart"));
+  fail(join_text("the modes above ", last / (2.0 * std::numbers::pi), " Hz are too close to be separated"));
   return std::nullopt;
 }
 
-// Until those below the shift are found, and some above, but no more than `most`; of the first slice what a
-// number of columns gives.
+// Runs Lanczos until the modes below the shift and some above it are found, at most `most`. In the first
+// slice it also ends if it converges slowly.
 bool LowestModes::run_lanczos(Eigen::Index below, Eigen::Index most) {
   std::optional<Eigen::MatrixXd> vectors = find_vectors(below, most);
   return vectors && take(std::move(*vectors));
@@ -279,8 +299,8 @@ std::optional<Eigen::MatrixXd> LowestModes::find_vectors(Eigen::Index below, Eig
     const double share = static_cast<double>(std::max<Eigen::Index>(so_far, 1)) / static_cast<double>(target);
     look = lanczos.num_columns() + Eigen::Index{2} * kBlock;
     if (!fits(look)) return std::nullopt;
-    if (!say(join_text("finding modes: ", so_far, " of ", target, ", some ", std::ceil(wanted_MB_), " MB"),
-             share))
+    if (!report(join_text("finding modes: ", so_far, " of ", target, ", some ", std::ceil(wanted_MB_), " MB"),
+                share))
       return std::nullopt;
   }
   if (lanczos.has_failed()) {
@@ -292,7 +312,7 @@ std::optional<Eigen::MatrixXd> LowestModes::find_vectors(Eigen::Index below, Eig
   return lanczos.vectors(ritz, is_complete_ ? ritz.theta.size() : ritz.num_converged);
 }
 
-// frequencies by the factor   (X175)
+// stores modes, with frequencies computed from the link factor A   (THEORY 16.42)
 bool LowestModes::take(Eigen::MatrixXd vectors) {
   const Eigen::Index before = found_omega_.size(), added = vectors.cols();
   found_omega_.conservativeResize(before + added);
@@ -309,9 +329,11 @@ bool LowestModes::take(Eigen::MatrixXd vectors) {
   return true;
 }
 
-// X175. What a vector has of the stiffest motions, by rounding or since solutions are not refined, counts by
-// the square of the highest frequency over its own: the inverse takes it away, and leaves columns orthonormal
-// to the square of their residuals. Modes far below the shift are all one to it: the factor tells them apart.
+// Removes the content of the stiffest motions from rough vectors (THEORY 16.42). This content comes from
+// rounding errors or unrefined solutions, and its effect grows with the square of the highest frequency over
+// the frequency of the vector. Applying the refined inverse once removes this content; the columns stay
+// orthonormal within the square of their residuals. The inverse does not separate modes far below the shift,
+// so the singular vectors of A y separate them.
 bool LowestModes::smooth(Eigen::MatrixXd& vectors, const std::vector<Eigen::Index>& rough) {
   const auto count = static_cast<Eigen::Index>(rough.size());
   for (Eigen::Index begin = 0; begin < count; begin += kSmoothed) {
@@ -324,14 +346,15 @@ bool LowestModes::smooth(Eigen::MatrixXd& vectors, const std::vector<Eigen::Inde
     vectors(Eigen::all, some) = image * lengths.cwiseInverse().asDiagonal();
   }
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(triangle_of(system_.rows, vectors, rough), Eigen::ComputeFullV);
-  const Eigen::MatrixXd turn = svd.matrixV().rowwise().reverse();
+  const Eigen::MatrixXd rotation = svd.matrixV().rowwise().reverse();
   for (Eigen::Index row = 0; row < vectors.rows(); row += kRowsAtOnce) {
     const auto rows = Eigen::seqN(row, std::min(kRowsAtOnce, vectors.rows() - row));
-    vectors(rows, rough) = (vectors(rows, rough).eval() * turn).eval();
+    vectors(rows, rough) = (vectors(rows, rough).eval() * rotation).eval();
   }
   return true;
 }
 
+// omega = |A y| / sqrt(y^T m y)   (THEORY 16.42)
 double LowestModes::frequency(const Eigen::MatrixXd& x) const {
   return exact_product(system_.rows, x).norm() / std::sqrt(x.col(0).dot(system_.mass * x.col(0)));
 }
@@ -344,19 +367,19 @@ void LowestModes::sort() {
   omega_ = found_omega_(sorted_);
 }
 
-// where the band ends: equal frequencies whole; and where to count, in a gap
+// sets the number of kept modes; modes equal in frequency to the last one are included
 bool LowestModes::cut() {
   Eigen::Index end = std::min<Eigen::Index>(count_, omega_.size());
   while (end > 0 && end < omega_.size() && omega_[end] - omega_[end - 1] <= kTogether * omega_[end]) ++end;
   if (end == omega_.size() && !is_complete_)
-    return fail(join_text("more than ", kBeyond, " modes have the frequency at which the band ends, ",
-                          omega_[end - 1] / (2.0 * std::numbers::pi), " Hz; ask for more"));
+    return fail(join_text("more than ", kBeyond, " modes have the frequency of the last requested mode, ",
+                          omega_[end - 1] / (2.0 * std::numbers::pi), " Hz; request more modes"));
   keep_ = end;
   next_ = end < omega_.size() ? omega_[end] : 2.0 * omega_[end - 1];
   return true;
 }
 
-// how many of the modes below a gap are not among those found; < 0: a fault was added
+// Returns the number of missing modes below a gap between frequencies; < 0: a fault was added.
 int LowestModes::count_missing() {
   Eigen::Index at = keep_;
   double widest = 0.0;
@@ -373,13 +396,15 @@ int LowestModes::count_missing() {
   if (!counted) return -1;
   const int missing = *counted - static_cast<int>(at);
   if (missing < 0) {
-    fail(join_text("below ", counted_below_ / (2.0 * std::numbers::pi), " Hz inertia counts ", *counted,
-                   " modes and ", at,
-                   " were found: stiffnesses are too far apart for a count; take another band"));
+    fail(join_text("below ", counted_below_ / (2.0 * std::numbers::pi), " Hz the Sturm count gives ",
+                   *counted, " modes and ", at,
+                   " were found: the range of stiffnesses is too wide for the count; request another "
+                   "number or limit under modes"));
     return -1;
   }
   if (missing > 0) return missing;
-  // where the gap is beyond the band, all below it are there, and the first that is not kept is known
+  // if the gap is above the kept modes, all modes below the gap are found, so the first mode that is not kept
+  // is known
   if (at > keep_) counted_below_ = (1.0 - kTogether) * next_;
   counted_below_ = std::max(counted_below_, asked_below_);
   omega_ = omega_.head(keep_).eval();

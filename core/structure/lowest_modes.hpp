@@ -1,4 +1,5 @@
-// The lowest normal modes of a large structure, slice by slice of the spectrum, each counted.
+// Finds the lowest normal modes of a large structure by slices of the spectrum, with a Sturm count for each
+// slice.
 #pragma once
 
 #include <memory>
@@ -12,36 +13,36 @@
 
 namespace freeflex {
 
-/// [-] frequencies this close are one pair: both are kept, or none.
+/// [-] frequencies within this relative distance are treated as equal: either all of them are kept, or none.
 inline constexpr double kTogether = 1e-6;
 
-/// Spectral slicing by shift and invert (R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM J. Matrix Anal. Appl.
-/// 15, 1994, 228-272): shifts rise, and of each factor the inertia tells how many modes are below.
-/// (THEORY X171 to X175, X179)
+/// Spectral slicing by shift-and-invert with ascending shifts (R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM
+/// J. Matrix Anal. Appl. 15, 1994, 228-272). The inertia of each factor verifies the number of modes below
+/// its shift (THEORY 16.36 to 16.42).
 class LowestModes {
  public:
   LowestModes(const Scene& scene, const SparseSystem& system, const SetupProgress& progress, Faults& faults);
-  /// false: a fault was added.
+  /// Finds the modes. Returns false if a fault was added.
   bool find(const ModesWanted& wanted);
-  /// [rad/s] rising, mechanisms among the lowest.
+  /// Returns the natural frequencies, ascending, including mechanisms [rad/s].
   const Eigen::VectorXd& omega() const { return omega_; }
-  /// M-orthonormal, a column each (num_all x count); they are given away.
+  /// Returns the m-orthonormal modes (num_all x count) and releases their memory in this object.
   Eigen::MatrixXd take_shapes();
-  /// [rad/s] inertia counted there.
-  double counted_below() const { return counted_below_; }
-  /// [rad/s] of the first mode that is not kept, about.
+  /// Returns the frequency [rad/s] below which a Sturm count verified the number of modes.
+  double verified_below() const { return counted_below_; }
+  /// Returns the approximate frequency of the first mode that is not kept [rad/s].
   double next_omega() const { return next_; }
-  /// The first of the shifts; nullptr: a fault was added.
+  /// Returns the inverse at the lowest shift; nullptr if a fault was added.
   ShiftedInverse* lowest_inverse();
 
  private:
   bool fail(const std::string& message);
-  bool say(const std::string& what, double done);
+  bool report(const std::string& what, double done);
   bool fits(Eigen::Index columns);
   double num_particles() const;
   bool factor_at(double sigma);
   bool choose_shift();
-  bool too_loose();
+  bool fail_with_mechanisms();
   std::optional<int> count_below(double omega);
   bool choose_count(const ModesWanted& wanted);
   bool find_slices();
@@ -60,22 +61,22 @@ class LowestModes {
   const SparseSystem& system_;
   const SetupProgress& progress_;
   Faults& faults_;
-  MassSymmetric op_;  // known: rigid motions, then the modes found
+  MassSymmetric op_;  // known: rigid motions, then modes found
   std::unique_ptr<ShiftedInverse> inverse_;
-  std::vector<int> assembled_order_, augmented_order_;  // of factors, found once
-  double rounding_ = 0.0;      // [rad^2/s^2] of squares of frequencies, by entries of an assembled K
+  std::vector<int> assembled_order_, augmented_order_;  // orderings of the factors, found once
+  double rounding_ = 0.0;      // [rad^2/s^2] change of omega^2 by rounding of the entries of an assembled K
   double lowest_sigma_ = 0.0;  // [rad^2/s^2]
   double factor_MB_ = 0.0, wanted_MB_ = 0.0;
-  double stiffest_ = 0.0;             // [rad^2/s^2] about the highest
-  int refinements_ = 0;               // at most, of a solution
-  int count_ = 0;                     // modes wanted, before pairs are kept whole
-  bool is_complete_ = false;          // there are no more
-  Eigen::VectorXd found_omega_;       // of the modes in the order in which they were found
-  std::vector<Eigen::Index> sorted_;  // of which these rise
-  Eigen::VectorXd omega_;             // rising
+  double stiffest_ = 0.0;             // [rad^2/s^2] estimate of the highest omega^2
+  int refinements_ = 0;               // largest number of refinements of a solution
+  int count_ = 0;                     // number of requested modes, before modes of equal frequency are added
+  bool is_complete_ = false;          // all modes are found
+  Eigen::VectorXd found_omega_;       // [rad/s] in the order in which modes were found
+  std::vector<Eigen::Index> sorted_;  // indices into found_omega_, ascending by frequency
+  Eigen::VectorXd omega_;             // [rad/s] ascending
   Eigen::Index keep_ = 0;
   double next_ = 0.0, counted_below_ = 0.0;
-  double asked_below_ = 0.0;  // [rad/s] where modes wanted were counted; 0: by number
+  double asked_below_ = 0.0;  // [rad/s] requested frequency limit; 0: no frequency limit
 };
 
 }  // namespace freeflex

@@ -11,14 +11,16 @@
 namespace freeflex {
 namespace {
 
-// [-] width over length below which half or more of the digits of the spin about the line are lost
+// [-] width over length of the shape; if it is smaller, the spin about the line loses half of its digits or
+// more
 constexpr double kNearlyCollinear = 1e-6;
 
-// (1.1), (1.3), (1.4): centre of mass, and rest positions from it, corrected once for the rounding of the sum
-void find_centre(const std::vector<PointMass>& points, const std::vector<SpreadMass>& spread,
+// M = sum m_i   (THEORY 2.1); p_SB = sum m_i p_i / M   (THEORY 2.3), corrected once for the rounding error;
+// r_i = p_i - p_SB   (THEORY 2.2)
+void find_centre(const std::vector<PointMass>& points, const std::vector<DistributedMass>& distributed,
                  MassProperties& properties) {
   const auto num_points = static_cast<Eigen::Index>(points.size());
-  const Eigen::Index num_all = num_points + static_cast<Eigen::Index>(spread.size());
+  const Eigen::Index num_all = num_points + static_cast<Eigen::Index>(distributed.size());
   properties.r.resize(3, num_all);
   Eigen::VectorXd mass(num_all);
   for (Eigen::Index i = 0; i < num_points; ++i) {
@@ -27,14 +29,15 @@ void find_centre(const std::vector<PointMass>& points, const std::vector<SpreadM
         points[static_cast<std::size_t>(i)].position + points[static_cast<std::size_t>(i)].offset;
   }
   for (Eigen::Index i = num_points; i < num_all; ++i) {
-    const SpreadMass& each = spread[static_cast<std::size_t>(i - num_points)];
+    const DistributedMass& each = distributed[static_cast<std::size_t>(i - num_points)];
     mass[i] = each.mass;
     properties.r.col(i) = each.arm;
     for (const auto& [point, share] : each.shares)
       properties.r.col(i) += share * points[static_cast<std::size_t>(point)].position;
   }
   properties.mass = mass.sum();
-  // sum m r = 0 (2.4); sums start from the first point: a scene far from its origin keeps its digits
+  // sum m r = 0 (THEORY 2.4); positions are first taken relative to the first point, so a scene far from its
+  // origin keeps its digits
   const Eigen::Vector3d first = properties.r.col(0);
   properties.r.colwise() -= first;
   const Eigen::Vector3d offset = properties.r * mass / properties.mass;
@@ -48,48 +51,50 @@ void find_centre(const std::vector<PointMass>& points, const std::vector<SpreadM
     properties.r.col(i) -= points[static_cast<std::size_t>(i)].offset;
 }
 
-// X160: columns whose outer products sum to the second moment of a body about its own centre
+// returns sqrt(m) times the half-axes a_k of the particles of a body, as columns; the sum of their outer
+// products is the second moment Pi of the body (THEORY 16.4)
 Eigen::Matrix3d root_second_moment(const PointMass& point) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(second_moment(point));
   return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
-// what has extent: the points, or, where they are more than point masses, the centres of what has mass and
-// the radii of gyration about them (a column to either side counts as one)
-Eigen::Matrix3Xd places_of_mass(const Scene& scene, const MassProperties& properties) {
+// Returns the positions that determine the extent of the shape. For point masses these are the points.
+// Otherwise they are the centres of mass and, for each body with inertia, three positions one half-axis a_k
+// away from its centre of mass, on one side only.
+Eigen::Matrix3Xd extents_of_mass(const Scene& scene, const MassProperties& properties) {
   if (are_point_masses(scene)) return properties.r;
   const std::vector<PointMass>& points = scene.points;
-  const Eigen::Index num_spread = properties.centres.cols() - properties.r.cols();
-  Eigen::Matrix3Xd places(3, 4 * properties.r.cols() + num_spread);
-  places.leftCols(num_spread) = properties.centres.rightCols(num_spread);
-  Eigen::Index count = num_spread;
+  const Eigen::Index num_distributed = properties.centres.cols() - properties.r.cols();
+  Eigen::Matrix3Xd extents(3, 4 * properties.r.cols() + num_distributed);
+  extents.leftCols(num_distributed) = properties.centres.rightCols(num_distributed);
+  Eigen::Index count = num_distributed;
   for (Eigen::Index i = 0; i < properties.r.cols(); ++i) {
     const PointMass& point = points[static_cast<std::size_t>(i)];
     if (point.mass == 0.0) continue;
-    places.col(count++) = properties.centres.col(i);
+    extents.col(count++) = properties.centres.col(i);
     if (point.inertia.isZero(0.0)) continue;
-    places.middleCols<3>(count) = root_second_moment(point) / std::sqrt(point.mass);
-    places.middleCols<3>(count).colwise() += Eigen::Vector3d(properties.centres.col(i));
+    extents.middleCols<3>(count) = root_second_moment(point) / std::sqrt(point.mass);
+    extents.middleCols<3>(count).colwise() += Eigen::Vector3d(properties.centres.col(i));
     count += 3;
   }
-  return places.leftCols(count);
+  return extents.leftCols(count);
 }
 
-// X40, X41: principal moments from the singular values s of sqrt(m) r, I_1 = s_2^2 + s_3^2 and so
-// on. Squares of singular values keep the digits that an eigensolver on the inertia tensor loses for thin
-// shapes.
-void find_inertia(const std::vector<PointMass>& points, const std::vector<SpreadMass>& spread,
+// I = sum m ((r . r) 1 - r r^T)   (THEORY 2.5). The principal axes u_k and the singular values chi_k come
+// from (sqrt(m_1) r_1, ...) = (u_1 u_2 u_3) diag(chi) Y_r^T   (THEORY 2.6); I_1 = chi_2^2 + chi_3^2 and so on
+// (THEORY 2.7). Squares of singular values keep digits that an eigensolver on I loses for thin shapes.
+void find_inertia(const std::vector<PointMass>& points, const std::vector<DistributedMass>& distributed,
                   MassProperties& properties) {
   const auto num_points = static_cast<Eigen::Index>(points.size());
-  const auto num_spread = static_cast<Eigen::Index>(spread.size());
+  const auto num_distributed = static_cast<Eigen::Index>(distributed.size());
   const auto has_inertia = [](const PointMass& point) { return !point.inertia.isZero(0.0); };
-  const Eigen::Index num_turning = std::count_if(points.begin(), points.end(), has_inertia);
-  Eigen::Matrix3Xd weighted =
-      Eigen::Matrix3Xd::Zero(3, std::max<Eigen::Index>(3, num_points + num_spread + 3 * num_turning));
-  for (Eigen::Index i = num_points; i < num_points + num_spread; ++i)
+  const Eigen::Index num_with_inertia = std::count_if(points.begin(), points.end(), has_inertia);
+  Eigen::Matrix3Xd weighted = Eigen::Matrix3Xd::Zero(
+      3, std::max<Eigen::Index>(3, num_points + num_distributed + 3 * num_with_inertia));
+  for (Eigen::Index i = num_points; i < num_points + num_distributed; ++i)
     weighted.col(i) =
-        std::sqrt(spread[static_cast<std::size_t>(i - num_points)].mass) * properties.centres.col(i);
-  Eigen::Index next = num_points + num_spread;
+        std::sqrt(distributed[static_cast<std::size_t>(i - num_points)].mass) * properties.centres.col(i);
+  Eigen::Index next = num_points + num_distributed;
   for (Eigen::Index i = 0; i < num_points; ++i) {
     const PointMass& point = points[static_cast<std::size_t>(i)];
     weighted.col(i) = std::sqrt(point.mass) * properties.centres.col(i);
@@ -110,18 +115,18 @@ void find_inertia(const std::vector<PointMass>& points, const std::vector<Spread
 
 MassProperties find_mass_properties(const Scene& scene, Faults& faults) {
   const std::vector<PointMass>& points = scene.points;
-  const std::vector<SpreadMass> spread = spread_masses(scene);
+  const std::vector<DistributedMass> distributed = distributed_masses(scene);
   MassProperties properties;
-  find_centre(points, spread, properties);
-  find_inertia(points, spread, properties);
+  find_centre(points, distributed, properties);
+  find_inertia(points, distributed, properties);
   properties.line.setZero();
-  const Eigen::Matrix3Xd places = places_of_mass(scene, properties);
-  if (places.cols() == 1) {
+  const Eigen::Matrix3Xd extents = extents_of_mass(scene, properties);
+  if (extents.cols() == 1) {
     properties.rigid_freedoms = 3;
     properties.principal_axes.setIdentity();
     return properties;
   }
-  const double length = std::sqrt(places.colwise().squaredNorm().maxCoeff());
+  const double length = std::sqrt(extents.colwise().squaredNorm().maxCoeff());
   double largest_coordinate = 0.0;
   for (const PointMass& point : points)
     largest_coordinate = std::max(largest_coordinate, point.position.cwiseAbs().maxCoeff());
@@ -132,13 +137,14 @@ MassProperties find_mass_properties(const Scene& scene, Faults& faults) {
                         "at least two places: move a point or keep only one"));
     return properties;
   }
-  // X42: distance of the farthest point from the best line. Unweighted, so that light points count as heavy
-  // ones do.
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(places, Eigen::ComputeThinU);
+  // the shape is collinear if max |r - e (e . r)| <= 64 eps max |coordinate|   (THEORY 2.9); positions are
+  // not weighted by mass, so light points have the same influence as heavy points; the number of rigid
+  // freedoms is 3, 5 or 6 (THEORY 2.10)
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(extents, Eigen::ComputeThinU);
   const Eigen::Vector3d line = svd.matrixU().col(0);
-  const Eigen::Matrix3Xd across = places - line * (line.transpose() * places);
+  const Eigen::Matrix3Xd across = extents - line * (line.transpose() * extents);
   const double width = std::sqrt(across.colwise().squaredNorm().maxCoeff());
-  if (places.cols() == 2 || width <= kCollinearRoundings * kEpsilon * std::max(length, largest_coordinate)) {
+  if (extents.cols() == 2 || width <= kCollinearRoundings * kEpsilon * std::max(length, largest_coordinate)) {
     properties.rigid_freedoms = 5;
     properties.line = line;
     properties.principal[0] = 0.0;
@@ -160,8 +166,8 @@ Eigen::MatrixXd rigid_motions(const MassProperties& properties) {
   Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(3 * num_points, properties.rigid_freedoms);
   for (int axis = 0; axis < 3; ++axis)
     for (Eigen::Index i = 0; i < num_points; ++i) motions(3 * i + axis, axis) = 1.0;
-  // the axes of the largest moments first: the first principal axis is the one a collinear shape has no
-  // freedom about
+  // V_i = e_a, then V_i = u_k x r_i   (THEORY 2.11), with the axes of the largest moments first: a collinear
+  // shape has no rotation about the first principal axis
   for (int column = 3; column < properties.rigid_freedoms; ++column) {
     const Eigen::Vector3d axis = properties.principal_axes.col(5 - column);
     for (Eigen::Index i = 0; i < num_points; ++i)

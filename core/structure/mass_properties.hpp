@@ -7,14 +7,14 @@
 
 namespace freeflex {
 
-/// Mass, centre of mass, inertia and principal axes (THEORY 1.1, 1.3, 1.4, X40, X41), and whether the shape
-/// is one point, a line or a body (THEORY X42). Points all in one place are an error, a shape nearly on a
-/// line is a warning. \pre at least one point; masses finite, their sum > 0; positions finite
+/// Returns mass, centre of mass, inertia and principal axes (THEORY 2.1 to 2.7), and the number of rigid
+/// freedoms of the shape (THEORY 2.9, 2.10). If all points coincide, adds an error; if they are nearly on a
+/// line, adds a warning.
+/// \pre there is at least one point; masses and positions are finite; the sum of masses is > 0
 MassProperties find_mass_properties(const Scene& scene, Faults& faults);
 
-/// Rigid motions of the rest shape, displacement per unit motion: translations V_i = e_a, then rotations
-/// V_i = u_k x r_i about the principal axes (without the line of a collinear shape), each of unit length
-/// (THEORY X43).
+/// Returns the rigid motions of the rest shape as columns of unit length: translations, then rotations about
+/// the principal axes. The rotation about the line of a collinear shape is omitted   (THEORY 2.11).
 /// \return [-] (3N x rigid_freedoms)
 Eigen::MatrixXd rigid_motions(const MassProperties& properties);
 

@@ -1,4 +1,4 @@
-// Matrix links: a stiffness or flexibility matrix from elsewhere, turned into rows.
+// Matrix links: rows from a given stiffness or flexibility matrix.
 #include <cmath>
 #include <limits>
 
@@ -6,28 +6,28 @@
 #include "core/scene/faults.hpp"
 #include "core/structure/decompositions.hpp"
 #include "core/structure/link_factor.hpp"
-#include "core/structure/taken_out.hpp"
+#include "core/structure/rigid_residual.hpp"
 
 namespace freeflex {
 namespace {
 
-// [-] |K_link v| over |K_link| |v| for a rigid motion v (X46). Coordinates and matrices are often written
-// with seven digits (single precision), which leaves residuals of some 1e-7; a link to ground leaves its
-// whole share, far above this.
+// [-] largest allowed |K_link v| / (Lambda_max |v|) for a rigid motion v   (THEORY 3.11). Coordinates and
+// matrices are often written with seven digits (single precision), which leaves residuals of about 1e-7. A
+// link to ground exceeds the limit by far.
 constexpr double kRigidTolerance = 1e-5;
 
-// [-] relative to the largest eigenvalue. What clipping an eigenvalue changes is of the size that the two
-// tolerances above let pass.
+// [-] largest allowed magnitude of a negative eigenvalue over the largest eigenvalue   (THEORY 3.11). Setting
+// such an eigenvalue to zero changes the matrix by no more than the other two tolerances allow.
 constexpr double kNegativeTolerance = 1e-6;
 
-// "point 'b' x": what row or column of a link's matrix belongs to
+// returns the name of a row or column of the matrix: "point 'b' x"
 std::string freedom_name(const Scene& scene, const Link& link, Eigen::Index row) {
   const int point = link.points[static_cast<std::size_t>(row / 3)];
   return join_text("point ", quoted(scene.points[static_cast<std::size_t>(point)].name, point), " ",
                    "xyz"[row % 3]);
 }
 
-// checks the matrix; false on an error
+// checks finiteness and symmetry   (THEORY 3.11); returns false on an error
 bool check_matrix(const Scene& scene, const Link& link, const std::string& who, const Eigen::MatrixXd& K,
                   Faults& faults) {
   const char* const what = std::get<MatrixLink>(link.kind).is_flexibility ? "flexibility" : "stiffness";
@@ -42,21 +42,22 @@ bool check_matrix(const Scene& scene, const Link& link, const std::string& who, 
   Eigen::Index row = 0, column = 0;
   const double asymmetry = (K - K.transpose()).cwiseAbs().maxCoeff(&row, &column) / largest;
   if (asymmetry > kSymmetryTolerance) {
-    add_error(
-        faults, link.origin,
-        join_text(
-            "link ", who, ": the ", what, " matrix is not symmetric: entries across the diagonal differ by ",
-            asymmetry, " of the largest entry, allowed ", kSymmetryTolerance, "; worst are ",
-            freedom_name(scene, link, row), " by ", freedom_name(scene, link, column), ", ", K(row, column),
-            " and ", K(column, row),
-            "; give a symmetric matrix, or average it with its transpose if that is error of measurement"));
+    add_error(faults, link.origin,
+              join_text("link ", who, ": the ", what,
+                        " matrix is not symmetric: entries across the diagonal differ by ", asymmetry,
+                        " of the largest entry, allowed ", kSymmetryTolerance, "; worst are ",
+                        freedom_name(scene, link, row), " by ", freedom_name(scene, link, column), ", ",
+                        K(row, column), " and ", K(column, row),
+                        "; give a symmetric matrix, or average it with its transpose if the difference is "
+                        "measurement error"));
     return false;
   }
   return true;
 }
 
-// X63: on loads that balance within the link, T_o^T Phi T_o = W diag(1/w) W^T; rows e = W^T T_o^T V, D = w.
-// T_o and Phi are H and F here, 1/w the eigenvalues.
+// For self-equilibrated loads, T_perp^T Phi T_perp = W diag(1 / Lambda) W^T   (THEORY 3.38); the rows are e =
+// W^T T_perp^T V with D = Lambda   (THEORY 3.39). In the code T_perp and Phi are H and F, and the eigenvalues
+// are 1 / Lambda.
 DeformationRows flexibility_rows(const Scene& scene, const Link& link, const std::string& who,
                                  const Eigen::MatrixXd& F, Faults& faults) {
   const Eigen::MatrixXd rigid = rigid_basis(scene, link.points);
@@ -75,8 +76,8 @@ DeformationRows flexibility_rows(const Scene& scene, const Link& link, const std
                         ": the flexibility matrix is not positive definite: the balanced load that is "
                         "largest at ",
                         freedom_name(scene, link, worst), " meets a flexibility of ", value[0],
-                        " m/N beside the largest, ", value[value.size() - 1],
-                        " m/N; every balanced load must strain the link: use a rigid link where none does"));
+                        " m/N, compared with the largest, ", value[value.size() - 1],
+                        " m/N; every balanced load must strain the link; if none does, use a rigid link"));
     return {};
   }
   DeformationRows rows;
@@ -108,8 +109,8 @@ Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points) 
     motions.block<3, 3>(3 * k, 3) << 0.0, d.z(), -d.y(), -d.z(), 0.0, d.x(), d.y(), -d.x(), 0.0;
   }
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(motions);
-  // a rotation whose displacements are under some roundings of the coordinates is none   (X42); translations
-  // have at least 0.7 of the largest pivot
+  // a rotation with displacements below 64 rounding errors of the coordinates is omitted (THEORY 2.9); the
+  // pivots of translations are at least 0.7 times the largest pivot
   qr.setThreshold(std::min(0.5, kCollinearRoundings * kEpsilon * std::max(1.0, farthest / length)));
   Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(3 * num_points, qr.rank());
   basis.applyOnTheLeft(qr.householderQ());
@@ -127,7 +128,8 @@ DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index
 
   const Eigen::MatrixXd rigid = rigid_basis(scene, link.points);
   const Eigen::MatrixXd K_rigid = K * rigid;
-  // X46: K_link <- (1 - T T^T) K_link (1 - T T^T); K_link and T are K and rigid here
+  // K_link <- (1 - T T^T) K_link (1 - T T^T) = W diag(Lambda) W^T   (THEORY 3.12); in the code K_link and T
+  // are K and rigid
   K.noalias() -= K_rigid * rigid.transpose();
   K -= (rigid * (rigid.transpose() * K)).eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (K + K.transpose()));
@@ -139,22 +141,26 @@ DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index
         faults, link.origin,
         join_text("link ", who,
                   ": the stiffness matrix resists rigid motion of its points: |K u| / (|K| |u|) is ",
-                  residual, " for one, allowed ", kRigidTolerance,
+                  residual, " for one motion u; allowed ", kRigidTolerance,
                   "; a free structure has no link to ground: check supports, units and the order of points"));
     return {};
   }
   if (value[0] < -kNegativeTolerance * largest) {
     add_error(faults, link.origin,
-              join_text("link ", who, ": the stiffness matrix is not positive semidefinite: eigenvalue ",
-                        value[0], " N/m beside the largest, ", largest, " N/m, allowed -", kNegativeTolerance,
-                        " of it; such a link would release energy without end"));
+              join_text("link ", who,
+                        ": the stiffness matrix is not positive semidefinite: its least eigenvalue is ",
+                        value[0], " N/m, its largest ", largest, " N/m; allowed is -", kNegativeTolerance,
+                        " times the largest; such a link would release energy without end"));
     return {};
   }
-  // eigenvalues are known to a few roundings of the largest: what is below is null space
+  // The rows are e = W^T V with D = Lambda (THEORY 3.13); eigenvalues below a few rounding errors of the
+  // largest belong to the null space. The residual is K_o = T G^T + G T^T (THEORY 3.15), G = K T - T (T^T K
+  // T) / 2 (THEORY 3.16). The accuracy of the lowest eigenvalue is eps Lambda_max / Lambda_min (THEORY 3.14).
   const double null_below = 8.0 * static_cast<double>(K.rows()) * kEpsilon * largest;
   if (residual * largest > null_below)
-    limits.taken_out.push_back({link_index, rigid, K_rigid - 0.5 * rigid * (rigid.transpose() * K_rigid),
-                                is_within_digits(matrix.matrix, rigid, K_rigid, null_below)});
+    limits.rigid_residuals.push_back({link_index, rigid,
+                                      K_rigid - 0.5 * rigid * (rigid.transpose() * K_rigid),
+                                      is_within_digits(matrix.matrix, rigid, K_rigid, null_below)});
   DeformationRows rows;
   for (Eigen::Index mode = 0; mode < value.size(); ++mode) {
     if (value[mode] <= null_below) continue;

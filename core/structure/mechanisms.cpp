@@ -12,13 +12,13 @@
 namespace freeflex {
 namespace {
 
-// [-] of a motion's largest displacement: what moves less counts as resting
+// [-] of the largest displacement of a motion: points that move less are at rest
 constexpr double kRestingBelow = 1e-6;
 
-// points of which every pair is looked at
+// largest number of points for which every pair is compared
 constexpr Eigen::Index kMostCompared = 2000;
 
-// orthonormal basis of the column space, full column rank given
+// returns an orthonormal basis of the column space of independent columns
 Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns) {
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns);
   Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(columns.rows(), columns.cols());
@@ -26,7 +26,7 @@ Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns) {
   return basis;
 }
 
-// rows of x, y and z of the points
+// returns the rows of the displacements of some points
 std::vector<Eigen::Index> rows_of(const std::vector<int>& points) {
   std::vector<Eigen::Index> rows;
   for (const int point : points)
@@ -34,7 +34,8 @@ std::vector<Eigen::Index> rows_of(const std::vector<int>& points) {
   return rows;
 }
 
-// The rigid motions (6 coefficients a column) that the points come nearest to in each motion
+// returns, for each motion, the coefficients of the rigid motion that is nearest to the motion of some points
+// (6 x motions)
 Eigen::MatrixXd rigid_part(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
                            const std::vector<int>& points) {
   const auto rows = rows_of(points);
@@ -43,8 +44,9 @@ Eigen::MatrixXd rigid_part(const Eigen::MatrixXd& motions, const Eigen::MatrixXd
       .solve(motions(rows, Eigen::all));
 }
 
-// True when the points move as one body in every motion. Distances kept are not enough: to first order a
-// point may leave the line or the plane of others and keep its distances from them.
+// Returns whether some points move as one body in every motion. Constant distances are not sufficient: to
+// first order a point may leave the line or plane of other points and still keep its distances from them
+// (THEORY 4.4).
 bool moves_as_one(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
                   const std::vector<int>& points) {
   const auto rows = rows_of(points);
@@ -53,9 +55,10 @@ bool moves_as_one(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
   return left.cwiseAbs().maxCoeff() < kRestingBelow;
 }
 
-// A large set of points that moves as one body in every motion: the part of the structure that the rest moves
-// against. Greedy, from the points that keep most distances; any answer is correct, a larger one names
-// mechanisms better.
+// Returns the core: a large set of points that moves as one body in every motion. The motion of all other
+// points is described relative to the core. The search is greedy and begins with the points that keep most
+// distances. Mechanisms are correct with any core; a larger core makes their names more specific
+// (THEORY 4.4).
 std::vector<int> find_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
                            const Eigen::Matrix3Xd& r) {
   const auto num_points = static_cast<int>(r.cols());
@@ -79,8 +82,8 @@ std::vector<int> find_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd
   return core;
 }
 
-// The same of many points, without looking at every pair: the largest of the sets that move as the
-// neighbourhoods of some of the points do.
+// Returns a core for many points without comparing every pair. For each of 64 neighbourhoods, finds the
+// points that move as one body with it; returns the largest of these sets   (THEORY 4.4).
 std::vector<int> find_large_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
                                  const Eigen::Matrix3Xd& r) {
   constexpr Eigen::Index kStarts = 64, kNeighbours = 12;
@@ -92,7 +95,7 @@ std::vector<int> find_large_core(const Eigen::MatrixXd& motions, const Eigen::Ma
     std::partial_sort(order.begin(), order.begin() + kNeighbours, order.end(), [&](int a, int b) {
       return (r.col(a) - from).squaredNorm() < (r.col(b) - from).squaredNorm();
     });
-    // of the nearest those that move as one
+    // nearest points that move as one body
     std::vector<int> near;
     for (Eigen::Index k = 0; k < kNeighbours; ++k) {
       near.push_back(order[static_cast<std::size_t>(k)]);
@@ -108,7 +111,8 @@ std::vector<int> find_large_core(const Eigen::MatrixXd& motions, const Eigen::Ma
   return largest;
 }
 
-// Basis of the same space in which each motion is 1 in a coordinate of its own where all others are 0
+// returns a basis of the same space in which each motion has one coordinate that is 1 in this motion and 0 in
+// all others
 Eigen::MatrixXd localise(const Eigen::MatrixXd& motions) {
   const Eigen::MatrixXd basis = orthonormal(motions);
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(basis.transpose());
@@ -117,11 +121,12 @@ Eigen::MatrixXd localise(const Eigen::MatrixXd& motions) {
   return own.transpose().fullPivLu().solve(basis.transpose()).transpose();
 }
 
-// True when no singular value of the rows is anywhere near zero: B^T B + T T^T - kSafe^2 has a Cholesky
-// factor (X50). Cheap beside the rank-revealing QR, which decides where this does not.
+// Returns whether no singular value of (B; C; T^T) is below kSafe, that is, whether B^T B + C^T C + T T^T -
+// kSafe^2 1 has a Cholesky factor   (THEORY 4.6). `unit_rows` contains B and C. The test is cheap compared
+// with the rank-revealing QR, which is needed if the test fails.
 bool has_full_rank(const Eigen::MatrixXd& unit_rows, const Eigen::MatrixXd& rigid) {
   constexpr double kSafe =
-      1e-5;  // [-] its square is far above the rounding of B^T B, some 1e-12 at 3000 columns
+      1e-5;  // [-] its square is far above the rounding error of B^T B, about 1e-12 for 3000 columns
   const Eigen::SparseMatrix<double> sparse = unit_rows.sparseView();
   Eigen::MatrixXd gram = rigid * rigid.transpose() + Eigen::MatrixXd(sparse.transpose() * sparse);
   gram.diagonal().array() -= kSafe * kSafe;
@@ -136,7 +141,7 @@ std::vector<int> moved_points(const Eigen::VectorXd& motion) {
   for (int i = 0; i < num_points; ++i)
     if (size[i] > kRestingBelow * size.maxCoeff()) points.push_back(i);
   std::stable_sort(points.begin(), points.end(), [&](int a, int b) { return size[a] > size[b]; });
-  // equal movers stand in the order of the scene, rounding apart
+  // points with displacements of equal size, except for rounding errors, keep the order of the scene
   for (auto first = points.begin(); first != points.end();) {
     const auto last = std::find_if(
         first, points.end(), [&](int point) { return size[*first] > size[point] * (1.0 + kRestingBelow); });
@@ -148,8 +153,10 @@ std::vector<int> moved_points(const Eigen::VectorXd& motion) {
 
 }  // namespace
 
+// the mechanisms are the null space of (B; C; T^T)   (THEORY 4.4), where pivots below 4 n rounding times the
+// largest are set to zero (THEORY 4.5)
 Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const Eigen::MatrixXd& rigid_motions,
-                           const Places& places, double rounding) {
+                           const SamplePoints& samples, double rounding) {
   const Eigen::MatrixXd rigid = orthonormal(rigid_motions);
   Mechanisms mechanisms;
   mechanisms.motions.resize(unit_rows.cols(), 0);
@@ -161,25 +168,26 @@ Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const Eigen::Matrix
   const Eigen::MatrixXd null = null_space(all_rows, threshold).basis;
   if (null.cols() == 0) return mechanisms;
 
-  const auto at_places = [&](const Eigen::MatrixXd& moving) -> Eigen::MatrixXd {
-    return places.rows.size() > 0 ? Eigen::MatrixXd(places.rows * moving) : moving;
+  const auto displacements_of = [&](const Eigen::MatrixXd& moving) -> Eigen::MatrixXd {
+    return samples.rows.size() > 0 ? Eigen::MatrixXd(samples.rows * moving) : moving;
   };
-  return name_mechanisms(orthonormal(null), rigid, places, at_places);
+  return name_mechanisms(orthonormal(null), rigid, samples, displacements_of);
 }
 
-Mechanisms name_mechanisms(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid, const Places& places,
-                           const AtPlaces& at_places) {
+Mechanisms name_mechanisms(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
+                           const SamplePoints& samples, const SampleDisplacements& displacements_of) {
   Mechanisms mechanisms;
-  // less rigid motion, so that the core rests as far as it can
-  const Eigen::MatrixXd moved = at_places(motions), carried = at_places(rigid);
-  const std::vector<int> core = places.r.cols() > kMostCompared ? find_large_core(moved, carried, places.r)
-                                                                : find_core(moved, carried, places.r);
+  // subtracts the rigid motion of the core, so that the core is at rest
+  const Eigen::MatrixXd moved = displacements_of(motions), carried = displacements_of(rigid);
+  const std::vector<int> core = samples.r.cols() > kMostCompared ? find_large_core(moved, carried, samples.r)
+                                                                 : find_core(moved, carried, samples.r);
   mechanisms.motions = localise(motions - rigid * rigid_part(moved, carried, core));
   for (Eigen::Index k = 0; k < mechanisms.motions.cols(); ++k) {
     mechanisms.motions.col(k) /= mechanisms.motions.col(k).cwiseAbs().maxCoeff();
     std::vector<int> points;
-    for (const int place : moved_points(at_places(mechanisms.motions.col(k)))) {
-      const int point = places.point_of.empty() ? place : places.point_of[static_cast<std::size_t>(place)];
+    for (const int sample : moved_points(displacements_of(mechanisms.motions.col(k)))) {
+      const int point =
+          samples.point_of.empty() ? sample : samples.point_of[static_cast<std::size_t>(sample)];
       if (std::find(points.begin(), points.end(), point) == points.end()) points.push_back(point);
     }
     mechanisms.names.push_back({std::move(points)});

@@ -1,4 +1,4 @@
-// Motions that strain no link and are not rigid, from the rank of the geometry.
+// Finds motions that strain no link and are not rigid, by the rank of unit rows, which contain geometry only.
 #pragma once
 
 #include <functional>
@@ -7,33 +7,34 @@
 
 namespace freeflex {
 
-/// The mechanisms of a structure over its n freedoms, each freed of rigid motion that would only blur which
-/// points move.
+/// The mechanisms of a structure over its n freedoms, with a large set of points at rest in all of them.
 struct Mechanisms {
   Eigen::MatrixXd motions;  // [-] (n x count) largest component 1
   std::vector<Mechanism> names;
 };
 
-/// Places whose displacements tell which points a motion moves.
-struct Places {
+/// Sample points, whose displacements determine which points a motion moves.
+struct SamplePoints {
   Eigen::Matrix3Xd r;         // [m] (3 x P) from the centre of mass
-  Eigen::MatrixXd rows;       // [-] (3P x n) displacements per motion; empty: motions are displacements
-  std::vector<int> point_of;  // (P) point that a place belongs to; empty: in order
+  Eigen::MatrixXd rows;       // [-] (3P x n) displacements per freedom; empty: freedoms are displacements
+  std::vector<int> point_of;  // (P) index of the point of each sample; empty: sample k is point k
 };
 
-/// Null space of the unit rows besides rigid motion   (THEORY X50). Stiffnesses and masses take no part, so
-/// no small frequency is ever taken for zero. \param unit_rows  [-] (num_rows x n) LinkFactor::unit_rows
+/// Returns the null space of the unit rows without rigid motion   (THEORY 4.4 to 4.6). The result depends
+/// neither on stiffness nor on mass, so a small frequency is never mistaken for zero.
+/// \param unit_rows  [-] (num_rows x n) LinkFactor::unit_rows, then constraints
 /// \param rigid      [-] (n x 3..6) rigid motions
 /// \param rounding   [-] relative error of the directions in unit_rows
 Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const Eigen::MatrixXd& rigid,
-                           const Places& places, double rounding);
+                           const SamplePoints& samples, double rounding);
 
-/// Displacements at the places of motions, a column each (3P x count).
-using AtPlaces = std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>;
+/// Returns the displacements of the sample points in some motions, one column for each motion (3P x count).
+using SampleDisplacements = std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>;
 
-/// Localises motions that strain nothing and names the points that they move.
-/// \param motions  (n x count) independent  \param rigid  (n x 3..6)  \param places  r and point_of
-Mechanisms name_mechanisms(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid, const Places& places,
-                           const AtPlaces& at_places);
+/// Localises motions that strain no link, and names the points that they move   (THEORY 4.4).
+/// \param motions  (n x count) independent  \param rigid  (n x 3..6)  \param samples  only r and point_of are
+/// used
+Mechanisms name_mechanisms(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
+                           const SamplePoints& samples, const SampleDisplacements& displacements_of);
 
 }  // namespace freeflex

@@ -18,12 +18,12 @@ constexpr int kStart = -1, kEnd = -2, kAnalyse = 1, kFactor = 2, kSolve = 3;
 constexpr int kUseWorld = -987654;
 void solve_by(DMUMPS_STRUC_C* id) { reinterpret_cast<decltype(&dmumps_c)>(solver_library().mumps)(id); }
 
-// error: the workspace was too small
+// error codes: the workspace was too small
 constexpr int kShort = -9, kShortIntegers = -8;
-// error: no room for reals or integers of the analysis, for the factorization
+// error codes: allocation failed for reals or integers of the analysis, or for the factorization
 constexpr int kNoReals = -5, kNoIntegers = -7, kNoMemory = -13;
 
-// [B] an entry that ordering may take
+// [B] memory that the ordering may need for each entry of the matrix
 constexpr std::size_t kOrdering = 256;
 
 bool has_room(std::size_t bytes) {
@@ -32,8 +32,8 @@ bool has_room(std::size_t bytes) {
   return room != nullptr;
 }
 
-// An OpenBLAS asks for its buffer again and again, without end, while it does not get it: it is made to ask
-// while there is room, once, since it keeps it. False: there is none.
+// Makes OpenBLAS allocate its buffer, which it keeps. OpenBLAS would repeat a failing allocation without end,
+// so free memory is checked first. Returns false if there is not enough memory.
 bool has_blas_its_buffer() {
   static bool has_it = false;
   if (has_it) return true;
@@ -49,7 +49,7 @@ bool has_blas_its_buffer() {
 
 struct Mumps::Instance {
   DMUMPS_STRUC_C id{};
-  // parameters by the numbers of the users' guide
+  // parameters, numbered as in the users' guide
   MUMPS_INT& control(int k) { return id.icntl[k - 1]; }
   double& real_control(int k) { return id.cntl[k - 1]; }
   MUMPS_INT info(int k) const { return id.infog[k - 1]; }
@@ -61,14 +61,15 @@ bool Mumps::call(int job) {
   if (instance_->info(1) >= 0) return true;
   const int fault = instance_->info(1);
   if (fault == kNoMemory || fault == kNoReals || fault == kNoIntegers)
-    say_lack(job == kAnalyse ? "the ordering" : job == kFactor ? "the factor" : "a solution");
+    report_lack_of_memory(job == kAnalyse ? "the ordering" : job == kFactor ? "the factor" : "a solution");
   else
-    problem_ = join_text("MUMPS stopped with ", fault, ", ", instance_->info(2));
+    problem_ = join_text("MUMPS stopped with the error code ", fault, ", INFOG(2) = ", instance_->info(2));
   return false;
 }
 
-// what an allocation that failed asked for: entries, millions of them where negative   (users' guide, 8)
-void Mumps::say_lack(const char* what) {
+// Sets problem_ for a failed allocation. info(2) is the number of requested entries; if it is negative, its
+// magnitude is in millions (users' guide, section 8).
+void Mumps::report_lack_of_memory(const char* what) {
   const double asked = instance_->info(2), entries = asked < 0.0 ? -1e6 * asked : asked;
   problem_ = join_text("memory ran out: ", what, " asked for ", std::ceil(8e-6 * entries), " MB");
   if (expected_MB() > 0.0) problem_ += join_text(" of some ", expected_MB(), " MB in all");
@@ -88,7 +89,7 @@ Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
   }
   if (!call(kStart)) return;
   is_started_ = true;
-  for (const int stream : {1, 2, 3}) instance_->control(stream) = 0;  // prints nothing
+  for (const int stream : {1, 2, 3}) instance_->control(stream) = 0;  // no output
   instance_->control(4) = 0;
   id.n = entries_.size;
   id.nnz = static_cast<MUMPS_INT8>(entries_.values.size());
@@ -100,7 +101,7 @@ Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
     id.perm_in = given_order_.data();
   }
   if (solver_library().reset_random != nullptr) solver_library().reset_random();
-  // SCOTCH does not survive a lack of memory
+  // SCOTCH crashes if memory runs out
   const std::size_t ordering = given_order_.empty() ? kOrdering * entries_.values.size() : 0;
   if (has_room(ordering))
     call(kAnalyse);
@@ -127,7 +128,8 @@ bool Mumps::factor(double null_threshold) {
     instance_->control(24) = 1;
     instance_->real_control(3) = null_threshold;
   }
-  // delayed pivots need more than the ordering foresees: twice the room each time, at most 16 times
+  // delayed pivots need more memory than the ordering predicts: the extra memory [%] is doubled after each
+  // failure, up to 16 times the prediction
   for (instance_->control(14) = 50; instance_->control(14) <= 1600; instance_->control(14) *= 2) {
     problem_.clear();
     if (call(kFactor)) return true;
@@ -142,7 +144,7 @@ bool Mumps::solve(Eigen::Ref<Eigen::MatrixXd> sides) {
   id.lrhs = static_cast<MUMPS_INT>(sides.outerStride());
   id.rhs = sides.data();
   instance_->control(25) = 0;
-  instance_->control(27) = -32;  // right sides at once
+  instance_->control(27) = -32;  // right-hand sides solved at once
   return call(kSolve);
 }
 

@@ -1,4 +1,5 @@
-// Sparse symmetric indefinite matrices factored by MUMPS, which pivots and counts negative eigenvalues.
+// Factors of sparse symmetric indefinite matrices by MUMPS, with pivoting and the number of negative
+// eigenvalues.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,10 +9,10 @@
 
 namespace freeflex {
 
-/// The lower triangle of a symmetric matrix; entries in one place add up.
+/// The lower triangle of a symmetric matrix; entries of the same row and column add up.
 struct SymmetricEntries {
   int size = 0;
-  std::vector<int> rows, columns;  // from 1, as MUMPS counts
+  std::vector<int> rows, columns;  // numbered from 1, as MUMPS requires
   std::vector<double> values;
 
   void add(int row, int column, double value) {
@@ -21,36 +22,39 @@ struct SymmetricEntries {
   }
 };
 
-/// L D L^T with pivoting (P. R. Amestoy, I. S. Duff, J. Koster, J.-Y. L'Excellent, SIAM J. Matrix Anal. Appl.
-/// 23, 2001, 15-41; MUMPS 5.5 users' guide). One thread, one instance a matrix.
+/// Factorization L D L^T with pivoting (P. R. Amestoy, I. S. Duff, J. Koster, J.-Y. L'Excellent, SIAM J.
+/// Matrix Anal. Appl. 23, 2001, 15-41; MUMPS 5.5 users' guide). MUMPS runs in one thread, with one instance
+/// for each matrix.
 class Mumps {
  public:
-  /// Takes the matrix over and orders it.
-  /// \param order  of another matrix with entries in the same places; empty: found here
+  /// Takes the matrix and computes an ordering.
+  /// \param order  ordering of a matrix with the same sparsity; empty: an ordering is computed
   explicit Mumps(SymmetricEntries entries, const std::vector<int>& order = {});
   ~Mumps();
   Mumps(const Mumps&) = delete;
   Mumps& operator=(const Mumps&) = delete;
 
-  /// The order that was found, for others.
+  /// Returns the ordering, for matrices with the same sparsity.
   std::vector<int> order() const;
-  /// [MB] that the factorization is expected to take, of the ordering.
+  /// Returns the memory [MB] that the ordering predicts for the factorization.
   double expected_MB() const;
-  /// Factors the matrix, with more room where the first estimate was short.
-  /// \param null_threshold  > 0: pivots below this times the norm are counted as zero and taken out
+  /// Factors the matrix, with more memory if the first estimate was too small. Returns false on failure.
+  /// \param null_threshold  > 0: pivots below this times the norm of the matrix are treated as zero and
+  /// removed
   bool factor(double null_threshold = 0.0);
-  /// Overwrites right sides, a column each, with solutions.  \pre factor()
+  /// Overwrites right-hand sides, one in each column, with the solutions. Returns false on failure.  \pre
+  /// factor()
   bool solve(Eigen::Ref<Eigen::MatrixXd> sides);
-  /// Negative eigenvalues, by Sylvester's law of inertia.  \pre factor()
+  /// Returns the number of negative eigenvalues, by Sylvester's law of inertia.  \pre factor()
   int num_negative() const;
-  /// Pivots that factor() took out.  \pre factor(threshold > 0)
+  /// Returns the number of pivots that factor() removed.  \pre factor(threshold > 0)
   int num_null() const;
-  /// What went wrong, by MUMPS' own number; empty: nothing.
+  /// Returns the description of a failure; empty if there was none.
   const std::string& problem() const { return problem_; }
 
  private:
   bool call(int job);
-  void say_lack(const char* what);
+  void report_lack_of_memory(const char* what);
   struct Instance;
   std::unique_ptr<Instance> instance_;
   SymmetricEntries entries_;

@@ -9,15 +9,15 @@
 namespace freeflex {
 namespace {
 
-// [-] components of a shape this close to the largest count as equal, so that rounding does not choose the
-// sign
+// [-] components of a shape within this distance of the largest are treated as equal, so that rounding errors
+// do not determine the sign
 constexpr double kEqualComponents = 1e-6;
 
-// relative error of the lowest frequency by the rounding of each row before its rigid part is taken out:
-// where links are strained far less than points move, as in a thin shape, that part is nearly all of the row
-// (THEORY X52)
+// Returns the relative error of the lowest frequency from rounding each row before its rigid part is
+// projected out. In a thin shape the rigid part is nearly the whole row:
+//   d omega_1 / omega_1 = 2 eps / sigma_1 sqrt(sum_k X_k1^2 alpha_k^2)   (THEORY 4.12)
 double reduction_rounding(const Eigen::VectorXd& sizes, const GradedSvd& svd) {
-  constexpr double kRoundings = 2.0;  // of each row, by its direction and six reflectors
+  constexpr double kRoundings = 2.0;  // rounding errors of each row: its direction and six reflectors
   if (svd.values.size() == 0 || !(svd.values[0] > 0.0)) return 0.0;
   return kRoundings * std::numeric_limits<double>::epsilon() * svd.lowest_left.cwiseProduct(sizes).norm() /
          svd.values[0];
@@ -25,6 +25,7 @@ double reduction_rounding(const Eigen::VectorXd& sizes, const GradedSvd& svd) {
 
 }  // namespace
 
+// A m^-1/2 H = X diag(omega) Y^T   (THEORY 4.8); b = sqrt(M) m^-1/2 H Y   (THEORY 4.9)
 NormalModes normal_modes(const Eigen::MatrixXd& rows, const EckartComplement& complement) {
   const GradedSvd svd = graded_svd(complement.reduce(rows));
   const Eigen::MatrixXd mechanisms = complement.mechanism_shapes();

@@ -1,4 +1,4 @@
-// Normal modes from rows in factor form over the complement of all that does not vibrate.
+// Normal modes from rows in factor form over the Eckart complement.
 #pragma once
 
 #include "core/structure/eckart_complement.hpp"
@@ -7,16 +7,18 @@ namespace freeflex {
 
 struct NormalModes {
   Eigen::VectorXd omega;      // [rad/s] (n) ascending, mechanisms first with exactly zero
-  Eigen::MatrixXd motions;    // (freedoms x n) unit elastic motions b, b^T M b = mass
-  double accuracy = 0.0;      // [-] relative, of the lowest nonzero frequency
+  Eigen::MatrixXd motions;    // (freedoms x n) unit elastic motions b, b^T m b = M
+  double accuracy = 0.0;      // [-] relative accuracy of the lowest nonzero frequency
   double conditioning = 0.0;  // [-] omega_max / omega_min over nonzero modes
 };
 
-/// Singular values of A L^-T H   (THEORY X52). \param rows  [sqrt(N/m)] A over the freedoms of the complement
+/// Returns the normal modes from the singular values of A L^-T H   (THEORY 4.8, 4.9).
+/// \param rows  [sqrt(N/m)] A over the freedoms of the complement
 NormalModes normal_modes(const Eigen::MatrixXd& rows, const EckartComplement& complement);
 
-/// Turns the sign of each column so that of the components near the largest the first is positive; \return
-/// the signs, 1 or -1 (n)   (THEORY X52)
+/// Chooses the sign of each column: of the components whose magnitude is largest, within 1e-6, the first
+/// becomes positive (THEORY 4.9).
+/// \return the signs applied, 1 or -1 (n)
 Eigen::VectorXd fix_signs(Eigen::MatrixXd& shapes);
 
 }  // namespace freeflex

@@ -30,32 +30,34 @@ NullSpace null_space(const Eigen::MatrixXd& rows, double threshold) {
   return null;
 }
 
+// O_2^T A_V   (THEORY 3.21)
 Condensed condense(Eigen::MatrixXd rows, Eigen::Index num_kept, Eigen::Index known_rank, bool with_recovery) {
   sort_rows(rows);
   const Eigen::Index num_condensed = rows.cols() - num_kept;
-  // Eigen pivots neither nothing nor without a row
+  // Eigen's QR needs at least one row and one column
   if (num_condensed == 0 || rows.rows() == 0)
     return {rows.leftCols(num_kept), Eigen::MatrixXd::Zero(num_condensed, num_kept), 0};
   Eigen::MatrixXd rotation_columns = rows.rightCols(num_condensed);
-  // a rotation that no row acts on, for a body holds it, has no size
+  // if no row acts on a rotation, because a body determines it, its column has norm zero
   const Eigen::RowVectorXd scale =
       rotation_columns.colwise().norm().unaryExpr([](double norm) { return norm > 0.0 ? 1.0 / norm : 0.0; });
   rotation_columns *= scale.asDiagonal();
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rotation_columns);
-  // pivots of free rotations are some roundings of one; those of a chain of n beams fall like 1/n
+  // pivots of free rotations are a few rounding errors of one; pivots of a chain of n beams decrease only as
+  // 1/n
   qr.setThreshold(8.0 * static_cast<double>(rows.rows()) * kEpsilon);
   Condensed condensed;
   condensed.rank = known_rank < 0 ? qr.rank() : known_rank;
-  Eigen::MatrixXd turned = rows.leftCols(num_kept);
-  turned.applyOnTheLeft(qr.householderQ().adjoint());
-  condensed.rows = turned.bottomRows(rows.rows() - condensed.rank);
+  Eigen::MatrixXd rotated = rows.leftCols(num_kept);
+  rotated.applyOnTheLeft(qr.householderQ().adjoint());
+  condensed.rows = rotated.bottomRows(rows.rows() - condensed.rank);
   if (with_recovery) {
-    // rotations that nothing determines stay zero
+    // theta = -Z^+ O_1^T A_V V   (THEORY 3.22); undetermined rotations are zero
     Eigen::MatrixXd solution = Eigen::MatrixXd::Zero(num_condensed, num_kept);
     solution.topRows(condensed.rank) = -qr.matrixR()
                                             .topLeftCorner(condensed.rank, condensed.rank)
                                             .triangularView<Eigen::Upper>()
-                                            .solve(turned.topRows(condensed.rank));
+                                            .solve(rotated.topRows(condensed.rank));
     condensed.recovery = scale.asDiagonal() * (qr.colsPermutation() * solution);
   }
   return condensed;

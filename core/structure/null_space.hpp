@@ -7,25 +7,25 @@
 
 namespace freeflex {
 
-/// All y with rows y = 0: y = basis z, z the free components of y.
+/// The null space of some rows: rows y = 0 for y = basis z, where z are the free components of y.
 struct NullSpace {
-  Eigen::MatrixXd basis;          // (n x nullity) the unit matrix at the free components
-  std::vector<int> pivots, free;  // components of y
+  Eigen::MatrixXd basis;          // (n x nullity) unit matrix at the free components
+  std::vector<int> pivots, free;  // indices of components of y
 };
-/// By [R11 R12] P^T = 0: P [-R11^-1 R12; 1]. \param threshold  [-] of the largest pivot: smaller ones are
-/// zero
+/// Returns the null space by column-pivoted QR, rows P = Q (R11 R12; 0 0): basis = P (-R11^-1 R12; 1).
+/// \param threshold  [-] of the largest pivot: smaller pivots are treated as zero
 NullSpace null_space(const Eigen::MatrixXd& rows, double threshold);
 
-/// Rows without the coordinates whose best values are known when the rest are: those without mass.
+/// Rows after static condensation of the coordinates without mass.
 struct Condensed {
   Eigen::MatrixXd rows;      // (num_rows - rank x num_kept)
-  Eigen::MatrixXd recovery;  // (num_condensed x num_kept), empty unless asked for
+  Eigen::MatrixXd recovery;  // (num_condensed x num_kept), empty unless requested
   Eigen::Index rank = 0;
 };
-/// X47: O^T A_theta = [Z; 0]; the rows of O^T A_V below the rank of A_theta are those of the condensed A, and
-/// theta = -Z^+ (O^T A_V) V.
-/// \param rows        (num_rows x (num_kept + num_condensed)) A_V beside A_theta
-/// \param known_rank  of A_theta; < 0: found here, from columns scaled to one
+/// Condenses A_theta out of (A_V, A_theta): O^T (A_theta, A_V) = (Z, O_1^T A_V; 0, O_2^T A_V). The condensed
+/// rows are O_2^T A_V (THEORY 3.21), and theta = -Z^+ O_1^T A_V V (THEORY 3.22).
+/// \param rows        (num_rows x (num_kept + num_condensed)) A_V, then A_theta
+/// \param known_rank  rank of A_theta; < 0: determined with columns scaled to length one
 Condensed condense(Eigen::MatrixXd rows, Eigen::Index num_kept, Eigen::Index known_rank, bool with_recovery);
 
 }  // namespace freeflex

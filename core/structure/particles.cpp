@@ -6,24 +6,24 @@
 
 #include "core/scene/bodies.hpp"
 #include "core/structure/decompositions.hpp"
-#include "core/structure/spread_rows.hpp"
+#include "core/structure/distributed_mass.hpp"
 #include "core/structure/superelement.hpp"
 
 namespace freeflex {
 namespace {
 
-// [-] of the largest moment: smaller ones are rounding
+// [-] of the largest moment: smaller moments are rounding errors   (THEORY 16.2)
 constexpr double kNoMoment = 1e-12;
 
-// V + theta x arm
+// returns a particle on a rigid arm from a point, with the displacement V + theta x arm
 CarriedMass on_arm(const Freedoms& freedoms, int point, double mass, const Eigen::Vector3d& arm) {
   CarriedMass each{.mass = mass, .point = point, .arm = arm, .shares = {{point, 1.0}}, .displacement = {}};
   for (int axis = 0; axis < 3; ++axis) {
     auto& row = each.displacement[static_cast<std::size_t>(axis)];
     row.emplace_back(3 * point + axis, 1.0);
     if (arm.isZero(0.0)) continue;
-    const Eigen::Vector3d turn = arm.cross(Eigen::Vector3d::Unit(axis));
-    for (int k = 0; k < 3; ++k) row.emplace_back(freedoms.rotation(point) + k, turn[k]);
+    const Eigen::Vector3d lever = arm.cross(Eigen::Vector3d::Unit(axis));
+    for (int k = 0; k < 3; ++k) row.emplace_back(freedoms.rotation(point) + k, lever[k]);
   }
   return each;
 }
@@ -41,7 +41,7 @@ std::vector<CarriedMass> carried_masses(const Scene& scene, const Freedoms& free
         all.push_back(on_arm(freedoms, i, 0.25 * each.mass, corner));
     }
   }
-  for (const SpreadMass& part : spread_masses(scene))
+  for (const DistributedMass& part : distributed_masses(scene))
     if (!std::holds_alternative<MatrixLink>(scene.links[static_cast<std::size_t>(part.link)].kind))
       all.push_back({.mass = part.mass,
                      .link = part.link,
@@ -50,6 +50,8 @@ std::vector<CarriedMass> carried_masses(const Scene& scene, const Freedoms& free
   return all;
 }
 
+// A_m y: sqrt(m) (V + theta x d), sqrt(J_k) theta . j_k   (THEORY 16.2), so that y'^T A_m^T A_m y' / 2 is
+// m |V' + theta' x d|^2 / 2 + theta' . J theta' / 2   (THEORY 16.1)
 DeformationRows mass_rows(const Scene& scene, const Freedoms& freedoms, double length) {
   DeformationRows rows;
   for (int i = 0; i < static_cast<int>(scene.points.size()); ++i) {
@@ -78,16 +80,16 @@ DeformationRows mass_rows(const Scene& scene, const Freedoms& freedoms, double l
     if (const Link& link = scene.links[static_cast<std::size_t>(i)]; has_mass(link))
       for (DeformationRow& row : std::holds_alternative<MatrixLink>(link.kind)
                                      ? superelement_mass_rows(scene, i, freedoms)
-                                     : spread_rows(scene, freedoms, i))
+                                     : distributed_mass_rows(scene, freedoms, i))
         rows.push_back(std::move(row));
-  turn_with_bodies(scene, freedoms, rows);
+  rotate_with_bodies(scene, freedoms, rows);
   return rows;
 }
 
 Particles find_particles(const Scene& scene, const Freedoms& freedoms, const Structure& structure) {
   const std::vector<CarriedMass> carried = carried_masses(scene, freedoms);
   const auto count = static_cast<Eigen::Index>(carried.size());
-  const Eigen::MatrixXd &shapes = structure.shapes, &turns = structure.turns;
+  const Eigen::MatrixXd &shapes = structure.shapes, &rotations = structure.rotations;
   Particles particles;
   particles.mass.resize(count);
   particles.r = Eigen::Matrix3Xd::Zero(3, count);
@@ -103,22 +105,22 @@ Particles find_particles(const Scene& scene, const Freedoms& freedoms, const Str
       for (const auto& [freedom, coefficient] : each.displacement[static_cast<std::size_t>(axis)])
         particles.shapes.row(3 * p + axis) +=
             coefficient *
-            (freedom < shapes.rows() ? shapes.row(freedom) : turns.row(freedom - shapes.rows()));
+            (freedom < shapes.rows() ? shapes.row(freedom) : rotations.row(freedom - shapes.rows()));
   }
   return particles;
 }
 
-std::vector<TurningBody> turning_bodies(const Scene& scene, const Structure& structure) {
-  std::vector<TurningBody> bodies;
+std::vector<RotatingBody> rotating_bodies(const Scene& scene, const Structure& structure) {
+  std::vector<RotatingBody> bodies;
   const Freedoms freedoms(scene);
   const std::vector<CarriedMass> carried = carried_masses(scene, freedoms);
-  // those of points come first
+  // particles of points come first
   for (std::size_t p = 0, end = 0; p < carried.size() && carried[p].point >= 0; p = end) {
     const int point = carried[p].point;
     while (end < carried.size() && carried[end].point == point) ++end;
     if (!has_attitude(scene.points[static_cast<std::size_t>(point)])) continue;
-    TurningBody body;
-    body.theta = structure.turns.middleRows<3>(freedoms.rotation(point) - freedoms.num_displacements());
+    RotatingBody body;
+    body.theta = structure.rotations.middleRows<3>(freedoms.rotation(point) - freedoms.num_displacements());
     body.arms.setZero();
     body.arm.setZero();
     for (std::size_t k = p; k < end; ++k) body.arm += carried[k].mass * carried[k].arm;
@@ -130,18 +132,21 @@ std::vector<TurningBody> turning_bodies(const Scene& scene, const Structure& str
   return bodies;
 }
 
-// g_kl = D_kl a, D_kl = (theta_k theta_l^T + theta_l theta_k^T) / 2 - (theta_k . theta_l) 1, so that the sum
-// is that of arms D_kl
-Eigen::MatrixXd second_order(const TurningBody& body, int a, int b) {
-  const Eigen::RowVectorXd swept = body.arms.row(a) * body.theta, turn = body.theta.row(b);
-  return 0.5 * (swept.transpose() * turn + turn.transpose() * swept) -
+// g_kl = (theta_k x (theta_l x d_p) + theta_l x (theta_k x d_p)) / 2   (THEORY 12.46)
+//      = D_kl d_p, D_kl = (theta_k theta_l^T + theta_l theta_k^T) / 2 - (theta_k . theta_l) 1,
+// so sum m r g_kl^T = (sum m r d_p^T) D_kl. With x_2 = sum_kl q_k q_l g_kl / 2 the kinetic energy gains
+// sum m (w x r) . (x_2' + w x x_2)   (THEORY 12.47), hence G_kl = sum m r x g_kl and
+// Z_kl,ab = sum m (b_k,a b_l,b + r_a g_kl,b)   (THEORY 12.48).
+Eigen::MatrixXd second_order(const RotatingBody& body, int a, int b) {
+  const Eigen::RowVectorXd swept = body.arms.row(a) * body.theta, rotation = body.theta.row(b);
+  return 0.5 * (swept.transpose() * rotation + rotation.transpose() * swept) -
          body.arms(a, b) * (body.theta.transpose() * body.theta);
 }
 
 namespace {
 
-// D_kl, symmetric
-Eigen::Matrix3d moves_arms(const TurningBody& body, Eigen::Index k, Eigen::Index l) {
+// returns D_kl, symmetric
+Eigen::Matrix3d arm_operator(const RotatingBody& body, Eigen::Index k, Eigen::Index l) {
   const Eigen::Vector3d theta = body.theta.col(k), other = body.theta.col(l);
   const Eigen::Matrix3d outer = theta * other.transpose();
   return 0.5 * (outer + outer.transpose()) - theta.dot(other) * Eigen::Matrix3d::Identity();
@@ -149,12 +154,13 @@ Eigen::Matrix3d moves_arms(const TurningBody& body, Eigen::Index k, Eigen::Index
 
 }  // namespace
 
-Eigen::Matrix3d second_order_of_pair(const TurningBody& body, Eigen::Index k, Eigen::Index l) {
-  return body.arms * moves_arms(body, k, l);
+Eigen::Matrix3d second_order_of_pair(const RotatingBody& body, Eigen::Index k, Eigen::Index l) {
+  return body.arms * arm_operator(body, k, l);
 }
 
-Eigen::Vector3d moved_centre(const TurningBody& body, Eigen::Index k, Eigen::Index l) {
-  return moves_arms(body, k, l) * body.arm;
+// the stiffness by acceleration is a_B . sum m g_lu + w' . G_lu   (THEORY 12.56)
+Eigen::Vector3d moved_centre(const RotatingBody& body, Eigen::Index k, Eigen::Index l) {
+  return arm_operator(body, k, l) * body.arm;
 }
 
 }  // namespace freeflex

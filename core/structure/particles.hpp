@@ -1,4 +1,4 @@
-// What sums over the mass run over: point masses, or the particles that bodies count as.
+// Particles over which sums over the mass are taken: point masses, particles of bodies, parts of links.
 #pragma once
 
 #include <array>
@@ -9,46 +9,46 @@
 
 namespace freeflex {
 
-/// A part of the mass and how it moves, V = displacement . freedoms to first order.
+/// A part of the mass and its motion, V = displacement . freedoms to first order.
 struct CarriedMass {
   double mass = 0.0;                              // [kg] > 0
-  int point = -1;                                 // that carries it; -1: a link does
-  int link = -1;                                  // that has it; -1: a point does
-  Eigen::Vector3d arm = Eigen::Vector3d::Zero();  // [m] from that point, scene axes
-  std::vector<std::pair<int, double>> shares;     // [-] of points, between which it stands but for the arm
-  // [-], [m] along each scene axis   (THEORY X160, X164)
+  int point = -1;                                 // the point that carries it; -1: a link carries it
+  int link = -1;                                  // the link that carries it; -1: a point carries it
+  Eigen::Vector3d arm = Eigen::Vector3d::Zero();  // [m] from the point, scene axes
+  std::vector<std::pair<int, double>> shares;     // (point, weight) [-] of the mean position, without arm
+  // [-], [m] along each scene axis   (THEORY 16.4, 16.10)
   std::array<std::vector<std::pair<int, double>>, 3> displacement;
 };
 
-/// Each point's own mass, or four of a body with inertia: m / 4 at the corners +-a_k of a tetrahedron about
-/// its centre, a_k^2 = S_k / m along the principal axes of its second moment S   (THEORY X160). Then the
-/// parts of links that have mass, each displaced as its link deforms   (THEORY X164); a mass matrix has none
-/// (THEORY X166).
+/// Returns the particles of points, one for a point mass, four for a body with inertia (THEORY 16.4), then
+/// the parts of links with mass (THEORY 16.10). Mass matrices have no particles (THEORY 16.17).
 std::vector<CarriedMass> carried_masses(const Scene& scene, const Freedoms& freedoms);
 
-/// Rows of the mass over all freedoms, M = N^T N: of bodies sqrt(m) (V + theta x d) and sqrt(J_k) theta . e_k
-/// (THEORY X160), of links sqrt(m) V of their parts   (THEORY X164).
-/// \param length  [m] that makes the unit rows of rotations of order one
+/// Returns the mass rows A_m over all freedoms, m = A_m^T A_m, of bodies (THEORY 16.2) and links
+/// (THEORY 16.10).
+/// \param length  [m] scale that makes the unit rows of rotations of order one
 DeformationRows mass_rows(const Scene& scene, const Freedoms& freedoms, double length);
 
-/// The particles of a structure with bodies, moving as its points do.  \pre structure.shapes and turns
+/// Returns the particles of a structure with bodies and their displacements in each mode; sum m b.b = M
+/// (THEORY 16.9).  \pre structure.shapes and rotations are filled
 Particles find_particles(const Scene& scene, const Freedoms& freedoms, const Structure& structure);
 
-/// What the second order of a body's turn needs of it: a particle on the arm a moves by theta x a + theta x
-/// (theta x a) / 2   (THEORY X194).
-struct TurningBody {
-  Eigen::Matrix3Xd theta;  // [1/m] (3 x n) its elastic rotation
-  Eigen::Matrix3d arms;    // [kg m^2] sum m r a^T over its particles
-  Eigen::Vector3d arm;     // [kg m] sum m a
+/// Data of a body for the second order of its rotation: a particle on the arm d_p has the position
+/// x = r + V + theta x d_p + theta x (theta x d_p) / 2   (THEORY 12.45).
+struct RotatingBody {
+  Eigen::Matrix3Xd theta;  // [1/m] (3 x n) elastic rotation
+  Eigen::Matrix3d arms;    // [kg m^2] sum m r d_p^T over its particles
+  Eigen::Vector3d arm;     // [kg m] sum m d_p over its particles
 };
-std::vector<TurningBody> turning_bodies(const Scene& scene, const Structure& structure);
+/// Returns the bodies of a structure, that is, its points with an attitude.
+std::vector<RotatingBody> rotating_bodies(const Scene& scene, const Structure& structure);
 
-/// sum m r_a g_kl,b over a body's particles for all pairs of modes (n x n), g_kl = (theta_k x (theta_l x a) +
-/// theta_l x (theta_k x a)) / 2   (THEORY X194).
-Eigen::MatrixXd second_order(const TurningBody& body, int a, int b);
-/// The same for one pair of modes, all axes: row a, column b.
-Eigen::Matrix3d second_order_of_pair(const TurningBody& body, Eigen::Index k, Eigen::Index l);
-/// sum m g_kl [kg] over a body's particles.
-Eigen::Vector3d moved_centre(const TurningBody& body, Eigen::Index k, Eigen::Index l);
+/// Returns sum m r_a g_kl,b over the particles of a body for all pairs of modes (n x n), for the tables G_kl
+/// and Z_kl   (THEORY 12.46 to 12.48).
+Eigen::MatrixXd second_order(const RotatingBody& body, int a, int b);
+/// Returns sum m r_a g_kl,b for one pair of modes and all axes, in row a and column b.
+Eigen::Matrix3d second_order_of_pair(const RotatingBody& body, Eigen::Index k, Eigen::Index l);
+/// Returns sum m g_kl [kg] over the particles of a body   (THEORY 12.56).
+Eigen::Vector3d moved_centre(const RotatingBody& body, Eigen::Index k, Eigen::Index l);
 
 }  // namespace freeflex

@@ -13,19 +13,20 @@
 namespace freeflex {
 namespace {
 
-// [-] of the span, [rad]: a displacement so large that its square is far above rounding, so small that its
-// fourth power is nothing
+// [-] of the span, or [rad]: size of displacements and rotations for central differences; its square is far
+// above rounding errors, and its fourth power is negligible
 constexpr double kAmplitude = 1e-3;
 
-// Modes that are judged one by one: the lowest. What prestress adds is of the size of slopes squared and
-// falls against the stiffness of higher ones.
+// Number of lowest modes whose own geometric stiffness is computed. Geometric stiffness is proportional to
+// squares of slopes, so in higher modes it decreases relative to the stiffness.
 constexpr int kMostModes = 48;
-constexpr double kNear = 0.05;  // [-] frequencies of a pair differ by at most this
+constexpr double kNear = 0.05;  // [-] largest relative difference of the frequencies of a pair
 constexpr int kMostPartners = 2;
-constexpr int kMostShadowed = 16;  // their error is integrated at every tick, by the cube of their number
+// Number of modes whose error is integrated at every tick; the cost grows with the cube of this number.
+constexpr int kMostShadowed = 16;
 
-// Modes that the internal forces of follower loads stiffen: on a free beam under end thrust frequencies come
-// within 1e-4 with eight.
+// Number of modes with geometric stiffness by follower loads: for a free beam under end thrust, eight modes
+// give frequencies within 1e-4.
 constexpr int kMostFollowed = 24;
 
 void choose_pairs(const Structure& structure, Prestress& prestress) {
@@ -44,26 +45,26 @@ void choose_pairs(const Structure& structure, Prestress& prestress) {
       if (structure.omega[u] - structure.omega[l] <= kNear * structure.omega[u]) pairs.push_back({l, u});
 }
 
-// The freedoms of one link in every mode: displacements of its points, rotations of the joints at its ends.
+// Displacements of points and rotations of joints of single links, in every mode.
 class LocalShapes {
  public:
   LocalShapes(const Scene& scene, const Freedoms& freedoms, const LinkFactor& factor,
               const Structure& structure)
       : scene_(scene), freedoms_(freedoms), shapes_(structure.shapes) {
-    if (structure.turns.rows() > 0) turns_ = structure.turns;
+    if (structure.rotations.rows() > 0) rotations_ = structure.rotations;
     if (factor.recovery.rows() == 0) return;
-    turns_ = factor.recovery * shapes_;
-    turn_with_bodies(scene, freedoms, shapes_, turns_);
+    rotations_ = factor.recovery * shapes_;
+    rotate_with_bodies(scene, freedoms, shapes_, rotations_);
   }
 
-  // freedoms of rows, those of rigid bodies put in already
+  // returns the natural deformation of a row in every mode
   Eigen::RowVectorXd deformation(const DeformationRow& row) const {
     Eigen::RowVectorXd e = Eigen::RowVectorXd::Zero(shapes_.cols());
-    if (e.size() == 0) return e;  // a row of a matrix without columns begins at an offset from null
+    if (e.size() == 0) return e;  // a row of a matrix without columns begins at an offset from a null pointer
     for (const auto& [freedom, coefficient] : row.coefficients)
       e += coefficient * (freedom < freedoms_.num_displacements()
                               ? shapes_.row(freedom)
-                              : turns_.row(freedom - freedoms_.num_displacements()));
+                              : rotations_.row(freedom - freedoms_.num_displacements()));
     return e;
   }
 
@@ -75,19 +76,19 @@ class LocalShapes {
     return V;
   }
 
-  // of the joints at its ends
+  // returns the rotations of the joints at the points of a link
   Eigen::Matrix3Xd rotations(int index, int mode) const {
     const Link& link = scene_.links[static_cast<std::size_t>(index)];
     Eigen::Matrix3Xd theta = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(link.points.size()));
-    if (!traits_of(link).turns_joints) return theta;
+    if (!traits_of(link).has_joint_rotations) return theta;
     const int before = freedoms_.num_displacements();
     for (Eigen::Index k = 0; k < theta.cols(); ++k)
       theta.col(k) =
-          turns_.block<3, 1>(freedoms_.rotation(link.points[static_cast<std::size_t>(k)]) - before, mode);
+          rotations_.block<3, 1>(freedoms_.rotation(link.points[static_cast<std::size_t>(k)]) - before, mode);
     return theta;
   }
 
-  // how a beam's ends turn by their own where the joints do not hold them
+  // returns the rotations of the ends of a beam relative to their joints, about released axes
   Eigen::Matrix3Xd own_rotations(int index, int mode) const {
     const Link& link = scene_.links[static_cast<std::size_t>(index)];
     const auto* beam = std::get_if<Beam>(&link.kind);
@@ -98,7 +99,7 @@ class LocalShapes {
     for (int end = 0; end < 2; ++end)
       for (int axis = 0; axis < 3; ++axis)
         if (const int freedom = freedoms_.released(index, end, axis); freedom >= 0)
-          own.col(end) += axes.col(axis) * (turns_(freedom - freedoms_.num_displacements(), mode) -
+          own.col(end) += axes.col(axis) * (rotations_(freedom - freedoms_.num_displacements(), mode) -
                                             axes.col(axis).dot(theta.col(end)));
     return own;
   }
@@ -107,10 +108,10 @@ class LocalShapes {
   const Scene& scene_;
   const Freedoms& freedoms_;
   const Eigen::MatrixXd& shapes_;
-  Eigen::MatrixXd turns_;  // [1/m] (num_rotations x n)
+  Eigen::MatrixXd rotations_;  // [1/m] (num_rotations x n)
 };
 
-// how a link moves in a mode
+// motion of a link in a mode
 struct LocalShape {
   Eigen::Matrix3Xd V, theta, own;
   LocalShape operator+(const LocalShape& other) const {
@@ -118,7 +119,8 @@ struct LocalShape {
   }
 };
 
-// second derivative of the natural deformations along a displacement
+// returns the second derivative of the natural deformations along a displacement, by central differences
+// (THEORY X140)
 Eigen::VectorXd second_order(const TrueLink& link, double span, const LocalShape& shape) {
   const double own = shape.own.cols() > 0 ? shape.own.colwise().norm().maxCoeff() : 0.0;
   const double size =
@@ -130,11 +132,7 @@ Eigen::VectorXd second_order(const TrueLink& link, double span, const LocalShape
          (scale * scale);
 }
 
-}  // namespace
-
-namespace {
-
-// second order of the natural deformations of one link along pairs of modes, each found once
+// second derivatives of the natural deformations of one link along pairs of modes, each computed once
 class SecondOrders {
  public:
   SecondOrders(const Scene& scene, int index, const Freedoms& freedoms, const LocalShapes& local)
@@ -148,7 +146,7 @@ class SecondOrders {
                                   .norm());
   }
   int size() const { return true_.num_deformations(); }
-  // h_lu of X140
+  // returns h_lu   (THEORY X140)
   const Eigen::VectorXd& of(int l, int u) {
     const auto found = known_.find({l, u});
     if (found != known_.end()) return found->second;
@@ -172,16 +170,18 @@ class SecondOrders {
   std::map<Prestress::Pair, Eigen::VectorXd> known_;
 };
 
-// E of pairs under static answers, without axial links and with them; h_lu of X140 a column a pair
+// Geometric stiffness E_lu of pairs of modes under static responses: from axial links (axial), and from all
+// other links (bent) (THEORY X140).
 struct PairStiffness {
-  Eigen::MatrixXd axial, bent;                  // (pairs x answers)
-  Eigen::MatrixXd axial_rate, bent_rate;        // the same by what dashpots and viscous links resist
-  Eigen::VectorXd axial_quartic, bent_quartic;  // sum D h_lu^2, [N/m^3] (pairs)
-  SquareSums axial_squares, bent_squares;       // of the pairs wanted
-  bool has_unseen = false;
+  Eigen::MatrixXd axial, bent;  // (pairs x responses)
+  // (pairs x responses) from rates, of dashpots and viscous links
+  Eigen::MatrixXd axial_rate, bent_rate;
+  Eigen::VectorXd axial_quartic, bent_quartic;  // [N/m^3] (pairs) sum D h_lu^2
+  SquareSums axial_squares, bent_squares;       // of requested pairs
+  bool has_unquantified = false;
 };
 
-// springs, bars and dashpots of a large scene, many at once
+// sums over springs, bars and dashpots of a large scene, many links at once
 class AxialSums {
  public:
   AxialSums(const Scene& scene, const Structure& structure, const std::vector<Prestress::Pair>& pairs,
@@ -194,10 +194,10 @@ class AxialSums {
     links_.push_back(link);
     if (links_.size() == kAtOnce) flush();
   }
-  void finish(const Eigen::MatrixXd& answers) {
+  void finish(const Eigen::MatrixXd& responses) {
     flush();
-    if (!held_.isZero(0.0)) stiffness_.axial += held_ * answers;
-    if (!damped_.isZero(0.0)) stiffness_.axial_rate += damped_ * answers;
+    if (!held_.isZero(0.0)) stiffness_.axial += held_ * responses;
+    if (!damped_.isZero(0.0)) stiffness_.axial_rate += damped_ * responses;
   }
 
  private:
@@ -227,13 +227,14 @@ class AxialSums {
   Eigen::MatrixXd held_, damped_;  // (pairs x n)
 };
 
-// \param answers  [m] (n x answers) elastic coordinates that strain the links
-// \param squared  pairs whose products are wanted
+// returns E_lu = sum_links sum_k s_k h_k,lu   (THEORY X140)
+// \param responses  [m] (n x responses) elastic coordinates that strain the links
+// \param squared    pairs whose products are needed
 PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const Structure& structure,
-                           const std::vector<Prestress::Pair>& pairs, const Eigen::MatrixXd& answers,
+                           const std::vector<Prestress::Pair>& pairs, const Eigen::MatrixXd& responses,
                            const std::vector<int>& squared) {
   PairStiffness stiffness{{}, {}, {}, {}, {}, {}, SquareSums(squared), SquareSums(squared)};
-  stiffness.axial = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(pairs.size()), answers.cols());
+  stiffness.axial = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(pairs.size()), responses.cols());
   stiffness.bent = stiffness.axial_rate = stiffness.bent_rate = stiffness.axial;
   stiffness.axial_quartic = stiffness.bent_quartic = Eigen::VectorXd::Zero(stiffness.axial.rows());
   const Freedoms freedoms(scene);
@@ -248,11 +249,11 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
       continue;
     }
     if (kind.effect == LinkEffect::kForbids || (!damps && !kind.follows_points)) {
-      stiffness.has_unseen = true;
+      stiffness.has_unquantified = true;
       continue;
     }
-    // a triangle's own bow is not in it
-    stiffness.has_unseen = stiffness.has_unseen || std::holds_alternative<Plate>(link.kind);
+    // the bow within a triangle is not included
+    stiffness.has_unquantified = stiffness.has_unquantified || std::holds_alternative<Plate>(link.kind);
     const RowRange range = factor.natural_of[static_cast<std::size_t>(index)];
     const int count = damps ? 1 : range.count;
     Eigen::MatrixXd forces(count, structure.omega.size());
@@ -269,7 +270,7 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
       const auto [l, u] = pairs[static_cast<std::size_t>(pair)];
       h.col(pair) = second.of(l, u);
     }
-    const Eigen::MatrixXd added = h.transpose() * (forces * answers);
+    const Eigen::MatrixXd added = h.transpose() * (forces * responses);
     if (damps || link.viscous > 0.0)
       (kind.is_axial ? stiffness.axial_rate : stiffness.bent_rate) += (damps ? 1.0 : link.viscous) * added;
     if (damps) continue;
@@ -277,14 +278,17 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
     (kind.is_axial ? stiffness.axial_quartic : stiffness.bent_quartic) += h.cwiseAbs2().transpose() * D;
     (kind.is_axial ? stiffness.axial_squares : stiffness.bent_squares).add(h, D);
   }
-  axial.finish(answers);
+  axial.finish(responses);
   return stiffness;
 }
 
-// X146: what is left when the modes that its square drives give way, at rest and at twice its frequency
+// Returns sqrt(beta_l). beta_l is the fourth-order coefficient of mode l minus the response of all modes v to
+// the square of mode l, at zero frequency and at twice the frequency of mode l   (THEORY X146):
+//   beta_l = (sum D h_ll^2 - sum_v gamma_v^2 / (M omega_v^2) (2/3 + 1/3 / (1 - 4 omega_l^2 / omega_v^2))) / 2
 Eigen::VectorXd root_quartic(const Structure& structure, const Prestress& prestress,
                              const Eigen::VectorXd& held, const Eigen::MatrixXd& rows) {
-  constexpr double kLeastOff = 0.2;  // nearer to resonance the motion of the error tells (X147)
+  // [-] nearer to resonance, the integrated error includes the response (THEORY X147)
+  constexpr double kLeastOff = 0.2;
   const double M = structure.mass_properties.mass;
   Eigen::VectorXd gamma_of(structure.omega.size());
   Eigen::VectorXd root(prestress.num_modes);
@@ -317,7 +321,7 @@ Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Str
   const Eigen::Index n = structure.omega.size();
   PairStiffness stiffness = stiffness_of(scene, factor, structure, prestress.pairs,
                                          Eigen::MatrixXd::Identity(n, n), shadowed_pairs(prestress));
-  prestress.has_unseen = stiffness.has_unseen;
+  prestress.has_unquantified = stiffness.has_unquantified;
   prestress.rows = stiffness.axial + stiffness.bent;
   prestress.bent_rows = std::move(stiffness.bent);
   prestress.rate_rows = stiffness.axial_rate + stiffness.bent_rate;
@@ -333,6 +337,7 @@ Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Str
   return prestress;
 }
 
+// E_lu of the quasi-static internal forces at amplitude 1   (THEORY X145)
 std::vector<FollowerStiffness> find_follower_stiffness(const Scene& scene, const LinkFactor& factor,
                                                        const Structure& structure) {
   std::vector<FollowerStiffness> all;
@@ -345,71 +350,71 @@ std::vector<FollowerStiffness> find_follower_stiffness(const Scene& scene, const
   for (int l = 0; l < n; ++l)
     if (const double omega = structure.omega[l]; omega > 0.0)
       flexibility[l] = 1.0 / (structure.mass_properties.mass * omega * omega);
-  Eigen::MatrixXd answers(n, 0);
+  Eigen::MatrixXd responses(n, 0);
   for (int load = 0; load < static_cast<int>(scene.loads.size()); ++load) {
     const Load& each = scene.loads[static_cast<std::size_t>(load)];
     if (each.axes != Axes::kLocal) continue;
     Eigen::VectorXd Q = Eigen::VectorXd::Zero(n);
     for (const PointLoad& force : each.forces)
       Q += structure.shapes.middleRows<3>(3 * Eigen::Index{force.point}).transpose() * force.force;
-    answers.conservativeResize(n, answers.cols() + 1);
-    answers.rightCols<1>() = flexibility.cwiseProduct(Q);
+    responses.conservativeResize(n, responses.cols() + 1);
+    responses.rightCols<1>() = flexibility.cwiseProduct(Q);
     all.push_back({load, {}, Eigen::MatrixXd(num_modes, num_modes), Eigen::MatrixXd(num_modes, num_modes)});
     for (int l = 0; l < num_modes; ++l) all.back().modes.push_back(l);
   }
   if (all.empty()) return all;
-  const PairStiffness stiffness = stiffness_of(scene, factor, structure, pairs, answers, {});
+  const PairStiffness stiffness = stiffness_of(scene, factor, structure, pairs, responses, {});
   for (std::size_t k = 0; k < all.size(); ++k)
     for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
       const auto [l, u] = pairs[pair];
       const auto row = static_cast<Eigen::Index>(pair), column = static_cast<Eigen::Index>(k);
-      const double bent = stiffness.bent(row, column), whole = bent + stiffness.axial(row, column);
+      const double bent = stiffness.bent(row, column), total = bent + stiffness.axial(row, column);
       all[k].bent_rows(l, u) = all[k].bent_rows(u, l) = bent;
-      all[k].rows(l, u) = all[k].rows(u, l) = whole;
+      all[k].rows(l, u) = all[k].rows(u, l) = total;
     }
   return all;
 }
 
-void turn_follower_stiffness(const Eigen::MatrixXd& turn, int first, FollowerStiffness& stiffness) {
+void rotate_follower_stiffness(const Eigen::MatrixXd& rotation, int first, FollowerStiffness& stiffness) {
   const auto begin = std::lower_bound(stiffness.modes.begin(), stiffness.modes.end(), first);
-  const auto end = std::lower_bound(begin, stiffness.modes.end(), first + static_cast<int>(turn.rows()));
+  const auto end = std::lower_bound(begin, stiffness.modes.end(), first + static_cast<int>(rotation.rows()));
   if (begin == end) return;
-  // of modes that are there in part, only their own part
+  // if only some modes of a group are present, their block of the rotation is used
   const Eigen::Index at = begin - stiffness.modes.begin(), count = end - begin;
   for (Eigen::MatrixXd* rows : {&stiffness.rows, &stiffness.bent_rows}) {
-    const Eigen::MatrixXd part = turn.topLeftCorner(count, count);
+    const Eigen::MatrixXd part = rotation.topLeftCorner(count, count);
     rows->middleCols(at, count) = (rows->middleCols(at, count) * part).eval();
     rows->middleRows(at, count) = (part.transpose() * rows->middleRows(at, count)).eval();
   }
 }
 
 void reduce_follower_stiffness(const std::vector<int>& kept, FollowerStiffness& stiffness) {
-  std::vector<int> places, modes;
+  std::vector<int> positions, modes;
   for (std::size_t k = 0; k < stiffness.modes.size(); ++k) {
     const auto found = std::lower_bound(kept.begin(), kept.end(), stiffness.modes[k]);
     if (found == kept.end() || *found != stiffness.modes[k]) continue;
-    places.push_back(static_cast<int>(k));
+    positions.push_back(static_cast<int>(k));
     modes.push_back(static_cast<int>(found - kept.begin()));
   }
-  stiffness.rows = stiffness.rows(places, places).eval();
-  stiffness.bent_rows = stiffness.bent_rows(places, places).eval();
+  stiffness.rows = stiffness.rows(positions, positions).eval();
+  stiffness.bent_rows = stiffness.bent_rows(positions, positions).eval();
   stiffness.modes = std::move(modes);
 }
 
-void turn_prestress(const Eigen::MatrixXd& turn, int first, Prestress& prestress) {
-  const auto count = static_cast<int>(turn.rows());
-  // of any mode of their space, at most that
+void rotate_prestress(const Eigen::MatrixXd& rotation, int first, Prestress& prestress) {
+  const auto count = static_cast<int>(rotation.rows());
+  // an upper bound for every mode in the space of the rotated modes
   for (Eigen::VectorXd* root : {&prestress.root_quartic, &prestress.bent_root_quartic}) {
     const Eigen::Index num_judged = std::clamp<Eigen::Index>(root->size() - first, 0, count);
     if (num_judged > 0)
       root->segment(first, num_judged).setConstant(root->segment(first, num_judged).maxCoeff());
   }
-  turn_quartic_forms(turn, first, prestress.quartic);
-  turn_quartic_forms(turn, first, prestress.bent_quartic);
+  rotate_quartic_forms(rotation, first, prestress.quartic);
+  rotate_quartic_forms(rotation, first, prestress.bent_quartic);
   for (Eigen::MatrixXd* rows :
        {&prestress.rows, &prestress.bent_rows, &prestress.rate_rows, &prestress.bent_rate_rows}) {
-    rows->middleCols(first, count) = (rows->middleCols(first, count) * turn).eval();
-    // E <- turn^T E turn over the pairs that are there
+    rows->middleCols(first, count) = (rows->middleCols(first, count) * rotation).eval();
+    // E <- rotation^T E rotation over the pairs that are present
     const Eigen::MatrixXd before = *rows;
     const auto add_share = [&](Eigen::Index to, int l, int u, double share) {
       for (std::size_t k = 0; k < prestress.pairs.size(); ++k)
@@ -425,7 +430,8 @@ void turn_prestress(const Eigen::MatrixXd& turn, int first, Prestress& prestress
       for (int a = has_l ? first : l; a < (has_l ? first + count : l + 1); ++a)
         for (int b = has_u ? first : u; b < (has_u ? first + count : u + 1); ++b)
           add_share(row, a, b,
-                    (has_l ? turn(a - first, l - first) : 1.0) * (has_u ? turn(b - first, u - first) : 1.0));
+                    (has_l ? rotation(a - first, l - first) : 1.0) *
+                        (has_u ? rotation(b - first, u - first) : 1.0));
     }
   }
 }

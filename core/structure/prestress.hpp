@@ -1,4 +1,4 @@
-// What the internal forces of a loaded structure add to its stiffness, mode by mode.
+// Geometric stiffness of the lowest modes due to internal forces.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,49 +9,52 @@
 
 namespace freeflex {
 
-/// Stiffness that internal forces give the lowest modes   (THEORY X140): of the pair (l, u), per elastic
-/// coordinate that strains the links, E_lu = sum_v rows(pair, v) q_v.
+/// Geometric stiffness of the lowest modes due to internal forces, for pairs (l, u) of modes, per elastic
+/// coordinate: E_lu = sum_v rows(pair, v) q_v   (THEORY X140).
 struct Prestress {
   using Pair = std::array<int, 2>;
-  /// (l, l) of the lowest modes in order, then every (l, u) of the lowest num_shadowed, then those whose
-  /// frequencies are near.
+  /// (l, l) of the lowest modes in order, then every (l, u) of the lowest num_shadowed modes, then pairs of
+  /// modes with nearly equal frequencies.
   std::vector<Pair> pairs;
-  int num_modes = 0;          // of them (l, l)
-  int num_shadowed = 0;       // modes whose error is integrated
-  Eigen::MatrixXd rows;       // [N/m^2] (pairs x n) of all links but matrices and rigid ones
-  Eigen::MatrixXd bent_rows;  // [N/m^2] the same without springs, bars and dashpots
-  // [N s/m^2] (pairs x n) per rate of an elastic coordinate, by dashpots and viscous links
+  int num_modes = 0;          // number of pairs (l, l)
+  int num_shadowed = 0;       // number of modes whose error is integrated
+  Eigen::MatrixXd rows;       // [N/m^2] (pairs x n) of all links except matrices and rigid links
+  Eigen::MatrixXd bent_rows;  // [N/m^2] (pairs x n) of the same links except springs, bars and dashpots
+  // [N s/m^2] (pairs x n) per rate of an elastic coordinate, from dashpots and viscous links; bent_rate_rows
+  // omits axial links
   Eigen::MatrixXd rate_rows, bent_rate_rows;
-  bool has_unseen = false;  // links whose second order nothing tells: matrices, rigid links
-  // [sqrt(N/m^3)] (num_modes) sqrt(beta_l): a mode's own displacement q adds beta_l q^2 when the others give
-  // way (THEORY X146); of all links, and without springs, bars and dashpots
+  // true: the second order of some links is unknown (matrices, rigid links, the bow of plates)
+  bool has_unquantified = false;
+  // [sqrt(N/m^3)] (num_modes) sqrt(beta_l): the displacement q of mode l adds the stiffness beta_l q^2 with
+  // the other modes in equilibrium (THEORY X146); bent_root_quartic omits springs, bars and dashpots
   Eigen::VectorXd root_quartic, bent_root_quartic;
-  // [sqrt(N)/m^2] ((forms num_shadowed) x num_shadowed) of the modes whose error is integrated, when those
-  // that are not give way: quartic_forms(); of all links, and without springs, bars and dashpots
+  // [sqrt(N)/m^2] ((forms num_shadowed) x num_shadowed) quartic_forms() of the modes whose error is
+  // integrated, with the other modes in equilibrium; bent_quartic omits springs, bars and dashpots
   Eigen::MatrixXd quartic, bent_quartic;
 };
 
-/// Stiffness that the internal forces of one follower load give the lowest modes, at amplitude 1 (THEORY
-/// X145).
+/// Geometric stiffness of the lowest modes due to the internal forces under one follower load at amplitude 1
+/// (THEORY X145).
 struct FollowerStiffness {
   int load = -1;              // index into Scene::loads
   std::vector<int> modes;     // ascending
-  Eigen::MatrixXd rows;       // [N/m] (modes x modes) of all links but matrices and rigid ones
-  Eigen::MatrixXd bent_rows;  // [N/m] the same without springs, bars and dashpots
+  Eigen::MatrixXd rows;       // [N/m] (modes x modes) of all links except matrices and rigid links
+  Eigen::MatrixXd bent_rows;  // [N/m] (modes x modes) of the same links except springs, bars and dashpots
 };
 
 struct LinkFactor;
 struct Structure;
-/// \pre structure.omega and shapes; factor with its recovery
+/// Returns the geometric stiffness of a structure.  \pre structure.omega and shapes are filled; factor has
+/// its recovery
 Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Structure& structure);
-/// Of every load in local axes.  \pre as above
+/// Returns the geometric stiffness due to each load in local axes.  \pre as for find_prestress()
 std::vector<FollowerStiffness> find_follower_stiffness(const Scene& scene, const LinkFactor& factor,
                                                        const Structure& structure);
 
-/// The same when the modes from `first` on are replaced by others of their space, b <- b turn.
-void turn_prestress(const Eigen::MatrixXd& turn, int first, Prestress& prestress);
-void turn_follower_stiffness(const Eigen::MatrixXd& turn, int first, FollowerStiffness& stiffness);
-/// What is left of it on some of the modes, ascending; they are numbered anew.
+/// Transforms the geometric stiffness for new modes b <- b rotation, which replace the modes from `first` on.
+void rotate_prestress(const Eigen::MatrixXd& rotation, int first, Prestress& prestress);
+void rotate_follower_stiffness(const Eigen::MatrixXd& rotation, int first, FollowerStiffness& stiffness);
+/// Restricts the stiffness to some modes, in ascending order, and renumbers them.
 void reduce_follower_stiffness(const std::vector<int>& kept, FollowerStiffness& stiffness);
 
 }  // namespace freeflex

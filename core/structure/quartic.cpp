@@ -10,7 +10,7 @@ namespace freeflex {
 namespace {
 
 constexpr Eigen::Index kMostForms = 12;
-constexpr double kLeftOut = 0.01;  // [-] of the sum of all
+constexpr double kLeftOut = 0.01;  // [-] of the sum of all eigenvalues: sum of those whose forms are omitted
 
 }  // namespace
 
@@ -41,28 +41,29 @@ Eigen::MatrixXd SquareSums::finish() {
 }
 
 std::vector<int> shadowed_pairs(const Prestress& prestress) {
-  std::vector<int> places;
+  std::vector<int> positions;
   for (std::size_t k = 0; k < prestress.pairs.size(); ++k)
     if (std::max(prestress.pairs[k][0], prestress.pairs[k][1]) < prestress.num_shadowed)
-      places.push_back(static_cast<int>(k));
-  return places;
+      positions.push_back(static_cast<int>(k));
+  return positions;
 }
 
 Eigen::MatrixXd quartic_forms(const Structure& structure, const Prestress& prestress, Eigen::MatrixXd squares,
                               const Eigen::MatrixXd& rows) {
-  const std::vector<int> places = shadowed_pairs(prestress);
+  const std::vector<int> positions = shadowed_pairs(prestress);
   const double M = structure.mass_properties.mass;
-  // what the other modes give way, at rest
+  // subtracts sum_v C_ab,v C_cd,v / (M omega_v^2) over the other modes, which are in quasi-static equilibrium
+  // (THEORY X146)
   for (Eigen::Index v = prestress.num_shadowed; v < structure.omega.size(); ++v) {
     const double stiffness = M * structure.omega[v] * structure.omega[v];
     if (stiffness == 0.0) continue;
-    const Eigen::VectorXd gamma = rows.col(v)(places);
+    const Eigen::VectorXd gamma = rows.col(v)(positions);
     squares.noalias() -= gamma * (gamma / stiffness).transpose();
   }
-  // a product of two modes stands twice in x x^T
+  // a product of two different modes occurs twice in x x^T
   Eigen::VectorXd weight(squares.rows());
   for (Eigen::Index k = 0; k < weight.size(); ++k) {
-    const auto [a, b] = prestress.pairs[static_cast<std::size_t>(places[static_cast<std::size_t>(k)])];
+    const auto [a, b] = prestress.pairs[static_cast<std::size_t>(positions[static_cast<std::size_t>(k)])];
     weight[k] = a == b ? 1.0 : std::sqrt(2.0);
   }
   squares = (weight.asDiagonal() * squares * weight.asDiagonal()).eval();
@@ -78,7 +79,7 @@ Eigen::MatrixXd quartic_forms(const Structure& structure, const Prestress& prest
     left -= value;
     Eigen::MatrixXd form(s, s);
     for (Eigen::Index p = 0; p < weight.size(); ++p) {
-      const auto [a, b] = prestress.pairs[static_cast<std::size_t>(places[static_cast<std::size_t>(p)])];
+      const auto [a, b] = prestress.pairs[static_cast<std::size_t>(positions[static_cast<std::size_t>(p)])];
       form(a, b) = form(b, a) = std::sqrt(value) * solver.eigenvectors()(p, k) / weight[p];
     }
     forms.conservativeResize(forms.rows() + s, s);
@@ -87,10 +88,10 @@ Eigen::MatrixXd quartic_forms(const Structure& structure, const Prestress& prest
   return forms;
 }
 
-void turn_quartic_forms(const Eigen::MatrixXd& turn, int first, Eigen::MatrixXd& forms) {
-  const Eigen::Index s = forms.cols(), count = std::min<Eigen::Index>(turn.rows(), s - first);
+void rotate_quartic_forms(const Eigen::MatrixXd& rotation, int first, Eigen::MatrixXd& forms) {
+  const Eigen::Index s = forms.cols(), count = std::min<Eigen::Index>(rotation.rows(), s - first);
   if (count <= 0) return;
-  const Eigen::MatrixXd part = turn.topLeftCorner(count, count);
+  const Eigen::MatrixXd part = rotation.topLeftCorner(count, count);
   forms.middleCols(first, count) = (forms.middleCols(first, count) * part).eval();
   for (Eigen::Index at = first; at < forms.rows(); at += s)
     forms.middleRows(at, count) = (part.transpose() * forms.middleRows(at, count)).eval();

@@ -1,4 +1,4 @@
-// Fourth order of the strain energy among the modes whose error is integrated.
+// Fourth-order terms of the strain energy in the modes whose error is integrated   (THEORY X146).
 #pragma once
 
 #include <Eigen/Core>
@@ -10,34 +10,36 @@ namespace freeflex {
 
 struct Structure;
 
-/// sum_k D_k h_k h_k^T over deformations, h_k of X140 along pairs of modes, many at once.
+/// Sum over deformations k of D_k h_k h_k^T, where h_k are the second derivatives along pairs of modes
+/// (THEORY X140).
 class SquareSums {
  public:
-  /// \param columns  of h, the pairs wanted; none: nothing is summed
+  /// \param columns  columns of h to use; empty: no sum
   explicit SquareSums(std::vector<int> columns);
-  /// \param h  (deformations x pairs)  \param D  their stiffness
+  /// Adds some deformations.  \param h  (deformations x pairs)  \param D  (deformations) stiffness
   void add(const Eigen::MatrixXd& h, const Eigen::VectorXd& D);
-  /// (columns x columns), both triangles.
+  /// Returns the sum (columns x columns), both triangles.
   Eigen::MatrixXd finish();
 
  private:
   static constexpr Eigen::Index kAtOnce = 512;
   void flush();
   std::vector<int> columns_;
-  Eigen::MatrixXd scaled_, sum_;  // (columns x up to kAtOnce), lower triangle
+  Eigen::MatrixXd scaled_, sum_;  // (columns x up to kAtOnce); lower triangle
   Eigen::Index count_ = 0;
 };
 
-/// Places of the pairs of the modes whose error is integrated.
+/// Returns the indices, in Prestress::pairs, of the pairs in which the errors of both modes are integrated.
 std::vector<int> shadowed_pairs(const Prestress& prestress);
 
-/// H_r of X146, one below the other: V_4 = 1/8 sum_r (x^T H_r x)^2, [sqrt(N)/m^2] ((forms s) x s), s modes
-/// whose error is integrated. Forms below a hundredth of the sum are left out, and all beyond the twelfth.
-/// \param squares  of SquareSums over shadowed_pairs  \param rows  of Prestress
+/// Returns the matrices H_r of the forms, stacked in rows: V_4 = 1/8 sum_r (x^T H_r x)^2   (THEORY X146)
+/// [sqrt(N)/m^2] ((forms s) x s), where s is the number of modes whose error is integrated. At most twelve
+/// forms are kept. The smallest forms, whose sum is at most a hundredth of the total, are omitted.
+/// \param squares  sum from SquareSums over shadowed_pairs()  \param rows  Prestress::rows or bent_rows
 Eigen::MatrixXd quartic_forms(const Structure& structure, const Prestress& prestress, Eigen::MatrixXd squares,
                               const Eigen::MatrixXd& rows);
 
-/// The same when the modes from `first` on are replaced by others of their space, b <- b turn.
-void turn_quartic_forms(const Eigen::MatrixXd& turn, int first, Eigen::MatrixXd& forms);
+/// Transforms the forms for new modes b <- b rotation, which replace the modes from `first` on.
+void rotate_quartic_forms(const Eigen::MatrixXd& rotation, int first, Eigen::MatrixXd& forms);
 
 }  // namespace freeflex

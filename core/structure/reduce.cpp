@@ -9,7 +9,7 @@
 namespace freeflex {
 namespace {
 
-// [-] of the largest static response: loads that add less are combinations of the others
+// [-] of the largest singular value: smaller values belong to dependent loads   (THEORY 14.12)
 constexpr double kDependent = 1e-12;
 
 Eigen::MatrixXd columns(const Eigen::MatrixXd& rows, const std::vector<int>& kept) {
@@ -34,7 +34,7 @@ Structure reduce(const Structure& structure, const std::vector<int>& modes) {
   few.damping_rows = columns(structure.damping_rows, modes);
   for (const auto& [point, rotation] : structure.local_rotations)
     few.local_rotations[point] = columns(rotation, modes);
-  few.turns = columns(structure.turns, modes);
+  few.rotations = columns(structure.rotations, modes);
   few.particles = {structure.particles.mass, structure.particles.r,
                    columns(structure.particles.shapes, modes)};
   few.matrix_sums = {columns(structure.matrix_sums.momenta, modes),
@@ -68,29 +68,31 @@ Eigen::MatrixXd on_modes(const Eigen::SparseMatrix<double>& loads, const Eigen::
 void keep_static_link_forces(const Structure& whole, const std::vector<int>& left_out,
                              const Eigen::SparseMatrix<double>& loads, Structure& structure) {
   if (structure.link_forces.empty() || left_out.empty() || loads.cols() == 0) return;
-  // static response of mode l to F: b_l . F / (M omega_l^2), split evenly between the two sides   (X123); U
-  // is turn here
+  // quasi-static response of the omitted modes: ds = sum_l ds/dq_l Q_l / (M omega_l^2)   (THEORY 14.11). The
+  // factor 1 / (M omega_l^2) is split evenly: with diag(1 / (omega_l sqrt(M))) b^T f = U Sigma Y^T, the
+  // shapes are b diag(1 / (omega_l sqrt(M))) U, and the link rows ds/dq diag(1 / (omega_l sqrt(M))) U
+  // (THEORY 14.12). In the code U is `rotation`.
   Eigen::VectorXd root_flexibility = whole.omega(left_out).cwiseInverse();
   root_flexibility /= std::sqrt(whole.mass_properties.mass);
   const Eigen::MatrixXd shapes = whole.shapes(Eigen::all, left_out) * root_flexibility.asDiagonal();
-  Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(shapes.cols(), shapes.cols());
+  Eigen::MatrixXd rotation = Eigen::MatrixXd::Identity(shapes.cols(), shapes.cols());
   if (loads.cols() < shapes.cols()) {
     const Eigen::BDCSVD<Eigen::MatrixXd> svd(on_modes(loads, shapes).transpose(), Eigen::ComputeThinU);
     const Eigen::VectorXd& values = svd.singularValues();
     const Eigen::Index rank = (values.array() > kDependent * values[0]).count();
-    turn = svd.matrixU().leftCols(rank);
+    rotation = svd.matrixU().leftCols(rank);
   }
   const Eigen::Index known = structure.constraint_shapes.cols();
-  Eigen::MatrixXd all(shapes.rows(), known + turn.cols());
-  all << structure.constraint_shapes, shapes * turn;
+  Eigen::MatrixXd all(shapes.rows(), known + rotation.cols());
+  all << structure.constraint_shapes, shapes * rotation;
   structure.constraint_shapes = std::move(all);
   for (std::size_t k = 0; k < structure.link_forces.size(); ++k) {
     LinkForceRows& force = structure.link_forces[k];
     if (force.rows.rows() == 0) continue;
-    Eigen::MatrixXd load_rows = Eigen::MatrixXd::Zero(force.rows.rows(), known + turn.cols());
+    Eigen::MatrixXd load_rows = Eigen::MatrixXd::Zero(force.rows.rows(), known + rotation.cols());
     if (force.load_rows.rows() > 0) load_rows.leftCols(known) = force.load_rows;
-    load_rows.rightCols(turn.cols()) =
-        whole.link_forces[k].rows(Eigen::all, left_out) * root_flexibility.asDiagonal() * turn;
+    load_rows.rightCols(rotation.cols()) =
+        whole.link_forces[k].rows(Eigen::all, left_out) * root_flexibility.asDiagonal() * rotation;
     force.load_rows = std::move(load_rows);
   }
 }

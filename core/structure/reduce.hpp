@@ -1,4 +1,4 @@
-// A structure with fewer of its elastic modes.
+// Structures with a subset of their elastic modes.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -9,24 +9,25 @@
 
 namespace freeflex {
 
-/// \param modes  those that stay, ascending
+/// Returns the structure with some of its modes.  \param modes  modes to keep, ascending
 Structure reduce(const Structure& structure, const std::vector<int>& modes);
 
-/// A structure that stays where it is: of large ones the shapes take gigabytes.  \pre it outlives the result
+/// Returns a pointer to a structure without copying it; the shapes of a large structure need gigabytes.
+/// \pre the structure outlives the result
 std::shared_ptr<const Structure> share(const Structure& structure);
-/// reduce(), or share() where every mode stays.
+/// Returns reduce(), or share() if all modes are kept.
 std::shared_ptr<const Structure> share_reduced(const Structure& structure, const std::vector<int>& modes);
 
-/// loads^T shapes: what loads [N] (3N x loads) do to each mode (loads x n). Of few points by a dense product,
-/// whose sums have an order that plans of before rest on.
+/// Returns loads^T shapes [N] (loads x n), the generalized forces of loads (3N x loads). For few points the
+/// product is dense, so that its order of summation, and with it every plan, stays that of earlier versions.
 Eigen::MatrixXd on_modes(const Eigen::SparseMatrix<double>& loads, const Eigen::MatrixXd& shapes);
 
-/// Adds what modes left out answer to loads statically to the forces of published links   (X123). It enters
-/// as shapes without coordinates, of which only the generalized forces count, as those of rigid links do
-/// (X67).
+/// Adds the quasi-static response of omitted modes to the forces of published links   (THEORY 14.11). The
+/// response is stored as additional columns of constraint_shapes. These shapes have no coordinates; only
+/// their generalized forces are used (THEORY 14.12), as for constraints (THEORY 5.7).
 /// \param whole     structure with all modes
-/// \param left_out  modes of `whole` that `structure` does not have
-/// \param loads     [N] (3N x loads) what may act
+/// \param left_out  modes of `whole` that `structure` omits
+/// \param loads     [N] (3N x loads) all loads that may act
 void keep_static_link_forces(const Structure& whole, const std::vector<int>& left_out,
                              const Eigen::SparseMatrix<double>& loads, Structure& structure);
 

@@ -1,4 +1,4 @@
-// Rigid links and rigid bodies: what they forbid, and which of it is forbidden twice   (X64).
+// Constraints of rigid links and rigid bodies.
 
 #include <Eigen/Geometry>
 #include <utility>
@@ -10,13 +10,14 @@ namespace freeflex {
 
 namespace {
 
-// X161: what turns with a hub
+// Returns the constraints of a rigid link with a hub: V_k = V_hub + theta_hub x l_k, and theta_k = theta_hub
+// for joints (THEORY 16.5).
 DeformationRows hub_rows(const Scene& scene, const Link& link, int hub, const Freedoms& freedoms) {
-  const auto place = [&](int point) { return scene.points[static_cast<std::size_t>(point)].position; };
+  const auto position = [&](int point) { return scene.points[static_cast<std::size_t>(point)].position; };
   DeformationRows rows;
   for (const int point : link.points) {
     if (point == hub) continue;
-    const Eigen::Vector3d d = place(point) - place(hub);
+    const Eigen::Vector3d d = position(point) - position(hub);
     for (int axis = 0; axis < 3; ++axis) {
       DeformationRow row;
       row.coefficients = {{3 * point + axis, 1.0}, {3 * hub + axis, -1.0}};
@@ -38,14 +39,14 @@ DeformationRows hub_rows(const Scene& scene, const Link& link, int hub, const Fr
 
 DeformationRows rigid_rows(const Scene& scene, const Link& link, const Freedoms& freedoms) {
   if (const int hub = hub_of(scene, link); hub >= 0) return hub_rows(scene, link, hub, freedoms);
-  if (link.points.size() == 2) {
+  if (link.points.size() == 2) {  // u . (V_2 - V_1) = 0   (THEORY 3.40)
     DeformationRow row;
     const Eigen::Vector3d direction = span_of(scene, link).stableNormalized();
     add_vector(row, 3 * link.points[0], -1.0, direction);
     add_vector(row, 3 * link.points[1], 1.0, direction);
     return {row};
   }
-  // all that is orthogonal to the rigid motions of the body's points
+  // rigid body: T_perp^T V = 0   (THEORY 3.41)
   const Eigen::MatrixXd rigid = rigid_basis(scene, link.points);
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rigid);
   const Eigen::MatrixXd all = qr.householderQ() * Eigen::MatrixXd::Identity(rigid.rows(), rigid.rows());

@@ -39,7 +39,7 @@ Eigen::MatrixXd RootMass::weigh(const Eigen::MatrixXd& motions) const {
 Eigen::MatrixXd RootMass::weigh_rows(const Eigen::MatrixXd& rows) const {
   if (R_.size() == 0) return rows(Eigen::all, order_) * root_mass_.cwiseInverse().asDiagonal();
   Eigen::MatrixXd weighed = rows(Eigen::all, order_);
-  // of no rows Eigen takes a reference to nothing
+  // if there are no rows, Eigen would bind a null reference
   if (weighed.size() > 0) R_.triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(weighed);
   return weighed;
 }

@@ -1,4 +1,4 @@
-// The mass metric: y = L^T x with M = L L^T, so that a motion's kinetic energy is that of a unit mass in y.
+// The mass metric: y = L^T x with the mass matrix m = L L^T, so that the kinetic energy is |y'|^2 / 2.
 #pragma once
 
 #include <vector>
@@ -8,27 +8,28 @@
 
 namespace freeflex {
 
-/// A factor of the mass matrix, heavy freedoms first   (THEORY X51, X163).
+/// A factor of the mass matrix, with heavy freedoms first   (THEORY 4.7, 16.8).
 class RootMass {
  public:
-  /// M = diag(m): L = sqrt(m).
+  /// Takes point masses: m = diag(m_i), L = sqrt(m).
   explicit RootMass(const std::vector<PointMass>& points);
-  /// M = N^T N, N P = O R with columns pivoted, L^T = R P^T.
-  /// \param rows  [sqrt(kg)] (num_rows x n) N, of full column rank
+  /// Takes mass rows A_m: m = A_m^T A_m, A_m P_m = O R_m with columns pivoted, L^T = R_m P_m^T
+  /// (THEORY 16.8).
+  /// \param rows  [sqrt(kg)] (num_rows x n) A_m, of full column rank
   explicit RootMass(Eigen::MatrixXd rows);
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(order_.size()); }
-  /// y of motions, a column each [sqrt(kg)] (n x count).
+  /// Returns y = L^T x of motions x, one in each column [sqrt(kg)] (n x count).
   Eigen::MatrixXd weigh(const Eigen::MatrixXd& motions) const;
-  /// Rows over y of rows over motions, rows L^-T (num_rows x n).
+  /// Returns rows over y from rows over motions, rows L^-T (num_rows x n).
   Eigen::MatrixXd weigh_rows(const Eigen::MatrixXd& rows) const;
-  /// Motions of y, L^-T y (n x count).
+  /// Returns motions L^-T y (n x count).
   Eigen::MatrixXd motions(const Eigen::MatrixXd& y) const;
 
  private:
-  std::vector<int> order_;     // of y: which freedom
-  Eigen::VectorXd root_mass_;  // [sqrt(kg)] (n) in that order; empty where R is not
-  Eigen::MatrixXd R_;          // [sqrt(kg)] (n x n) upper triangular, over freedoms in that order
+  std::vector<int> order_;     // freedom of each component of y
+  Eigen::VectorXd root_mass_;  // [sqrt(kg)] (n) in the order of order_; empty if R_ is used
+  Eigen::MatrixXd R_;          // R_m, [sqrt(kg)] (n x n) upper triangular, freedoms in the order of order_
 };
 
 }  // namespace freeflex

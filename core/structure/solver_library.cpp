@@ -10,7 +10,8 @@
 namespace freeflex {
 namespace {
 
-// The loader says in words alone what it lacks; those of glibc 2.36 where a mapping or an allocation fails.
+// Returns whether a message of the loader is about lack of memory. The texts are those of glibc 2.36; the
+// loader gives no error number.
 bool is_of_memory(const std::string& why) {
   for (const char* const word : {"map segment", "map zero-fill", "allocate", "out of memory"})
     if (why.find(word) != std::string::npos) return true;
@@ -18,7 +19,7 @@ bool is_of_memory(const std::string& why) {
 }
 
 SolverLibrary load() {
-  constexpr int kKeep = 0;  // what the user has set
+  constexpr int kKeep = 0;  // keeps values set by the user
   setenv("OPENBLAS_NUM_THREADS", "1", kKeep);
   setenv("SCOTCH_PTHREAD_NUMBER", "1", kKeep);
 #if defined(__x86_64__)

@@ -7,17 +7,21 @@
 #include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
 #include "core/structure/decompositions.hpp"
-#include "core/structure/loose_modes.hpp"
 #include "core/structure/lowest_modes.hpp"
 #include "core/structure/normal_modes.hpp"
 #include "core/structure/particles.hpp"
 #include "core/structure/sparse_system.hpp"
 #include "core/structure/superelement.hpp"
+#include "core/structure/zero_frequency_modes.hpp"
 
 namespace freeflex {
 namespace {
 
-// X176: what the lowest elastic frequency is off by: rounding of the rows, and what is left of the vector
+// Returns the relative accuracy of the lowest elastic frequency, which is the larger of two errors. Error
+// from rounding of rows: 2 eps / omega_1^2 sqrt(sum_k (A y)_k^2 (sum_i |A_ki y_i|)^2) for y^T m y = 1
+// (THEORY 16.43). Error from the residual of the vector: the smaller of delta s and delta^2 s / gamma
+// (THEORY 16.44), with s = (omega_1^2 + sigma_0^2) / omega_1^2, delta = |y' - theta y|_m / theta, gamma = 1 -
+// (omega_1^2 + sigma_0^2) / (omega_2^2 + sigma_0^2).
 double accuracy_of(const SparseSystem& system, LowestModes& modes, const Eigen::MatrixXd& shapes,
                    Eigen::Index first) {
   if (first >= modes.omega().size()) return 0.0;
@@ -37,7 +41,7 @@ double accuracy_of(const SparseSystem& system, LowestModes& modes, const Eigen::
   const double shift = inverse->shift(), theta = 1.0 / (square + shift);
   Eigen::VectorXd left = inverse->apply(system.mass * x).col(0) - theta * x.col(0);
   const double error = std::sqrt(std::max(0.0, left.dot(system.mass * left))) / theta;
-  // to the next that is not its equal
+  // the next frequency that is not equal to the lowest
   Eigen::Index next = first + 1;
   const Eigen::VectorXd& omega = modes.omega();
   while (next < omega.size() && omega[next] - omega[first] <= kTogether * omega[next]) ++next;
@@ -66,17 +70,19 @@ void find_sparse_modes(const Scene& scene, const LinkFactor& factor, const Modes
   structure.omega = modes.omega();
   Eigen::MatrixXd x = modes.take_shapes();
   const double rounding = direction_rounding(scene);
-  const Eigen::Index num_loose = take_out_mechanisms(scene, system, freedoms, body, rounding, structure, x);
-  structure.frequency_accuracy = std::max(accuracy_of(system, modes, x, num_loose), factor.matrices.accuracy);
+  const Eigen::Index num_mechanisms =
+      separate_mechanisms(scene, system, freedoms, body, rounding, structure, x);
+  structure.frequency_accuracy =
+      std::max(accuracy_of(system, modes, x, num_mechanisms), factor.matrices.accuracy);
   const double mass = std::sqrt(body.mass);
   structure.shapes = mass * x.topRows(system.num_displacements);
   const Eigen::VectorXd signs = fix_signs(structure.shapes);
-  structure.turns = turns_of(x, freedoms.num_rotations(), mass / system.length * signs);
-  turn_with_bodies(scene, freedoms, structure.shapes, structure.turns);
-  if (num_loose < structure.omega.size())
-    structure.conditioning = structure.omega[structure.omega.size() - 1] / structure.omega[num_loose];
-  structure.kept.is_part = true;
-  structure.kept.counted_below = modes.counted_below() / (2.0 * std::numbers::pi);
+  structure.rotations = scaled_rotations(x, freedoms.num_rotations(), mass / system.length * signs);
+  rotate_with_bodies(scene, freedoms, structure.shapes, structure.rotations);
+  if (num_mechanisms < structure.omega.size())
+    structure.conditioning = structure.omega[structure.omega.size() - 1] / structure.omega[num_mechanisms];
+  structure.kept.is_subset = true;
+  structure.kept.verified_below = modes.verified_below() / (2.0 * std::numbers::pi);
   structure.particles = {masses_of(scene.points), body.r, {}};
   if (!are_point_masses(scene)) structure.particles = find_particles(scene, freedoms, structure);
   structure.matrix_sums = matrix_sums(scene, freedoms, structure);

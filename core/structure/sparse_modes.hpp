@@ -1,25 +1,25 @@
-// The lowest modes of a large structure, none missing.
+// The lowest modes of a large structure, with a verified count.
 #pragma once
 
 #include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 
-/// Which modes are kept: the lowest `count`, or all below a frequency, mechanisms among them; equal
-/// frequencies stay together.
+/// Modes to keep: the lowest `count`, or all below a frequency, including mechanisms. Modes of equal
+/// frequency are kept together.
 struct ModesWanted {
-  double below = 0.0;  // [Hz] 0: by number
-  int count = 0;       // at most, when `below` is given; 0: no such limit
+  double below = 0.0;  // [Hz] 0: no frequency limit
+  int count = 0;       // largest number if `below` is given; 0: unlimited
 };
 
-/// What is said where `progress` ends a set-up.
+/// Message if `progress` ends a set-up.
 inline constexpr const char* kSetupEnded = "the set-up was ended";
 
-/// Fills omega, shapes, turns, particles, mechanisms, kept and what is stated of them, by shift-and-invert
-/// Lanczos in slices   (THEORY X170 to X179). Errors: massless points that nothing holds, more
-/// modes or mechanisms than can be taken, memory, a count that inertia does not confirm; `progress` that
-/// ends it.
-/// \pre structure.mass_properties; factor by factor_links_sparse
+/// Fills omega, shapes, rotations, particles, matrix_sums, mechanisms, kept, frequency_accuracy and
+/// conditioning by shift-and-invert Lanczos in slices   (THEORY 16.33 to 16.45). Errors: massless points that
+/// no link holds, too many modes or mechanisms, lack of memory, a number of modes that the Sturm sequence
+/// does not verify, an end requested by `progress`.
+/// \pre structure.mass_properties is filled; factor is from factor_links_sparse()
 void find_sparse_modes(const Scene& scene, const LinkFactor& factor, const ModesWanted& wanted,
                        const SetupProgress& progress, Structure& structure, Faults& faults);
 

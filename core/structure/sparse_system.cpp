@@ -20,8 +20,9 @@ namespace freeflex {
 namespace {
 
 constexpr int kNamesInError = 8;
-constexpr double kStaysBelow = 1e-6;  // [-] of a motion's largest displacement
-// [-] of the norm: pivots below may be those of motions that nothing holds
+// [-] of the largest displacement of a motion: points that move less are at rest
+constexpr double kStaysBelow = 1e-6;
+// [-] of the norm: smaller pivots may belong to motions that move no mass and strain no link
 constexpr double kNoPivot = 1e-10;
 constexpr double kSmallest = 1e-300;
 
@@ -45,7 +46,8 @@ double length_of(const MassProperties& body) {
   return size > 0.0 ? size : 1.0;
 }
 
-// X43 over all freedoms; those about a line that all mass stands on have none and are left out
+// returns the rigid motions over all freedoms (THEORY 2.11), without the rotation about a line that contains
+// all mass
 Eigen::MatrixXd rigid_of(const Scene& scene, const Freedoms& freedoms, const MassProperties& body,
                          const SparseSystem& system) {
   Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(freedoms.num_all(), 6);
@@ -57,11 +59,11 @@ Eigen::MatrixXd rigid_of(const Scene& scene, const Freedoms& freedoms, const Mas
   }
   for (int k = 0; k < 3; ++k)
     motions.col(3 + k).tail(freedoms.num_rotations()) =
-        system.length * turned_freedoms(scene, freedoms, body.principal_axes.col(2 - k));
+        system.length * rigid_rotation(scene, freedoms, body.principal_axes.col(2 - k));
   return motions.leftCols(body.rigid_freedoms);
 }
 
-// orthonormal in the mass metric, twice for rounding
+// makes columns orthonormal in the mass metric, in two passes because of rounding errors
 void orthonormalise(const SparseRows& mass, Eigen::MatrixXd& columns) {
   for (int pass = 0; pass < 2; ++pass)
     for (Eigen::Index k = 0; k < columns.cols(); ++k) {
@@ -74,14 +76,17 @@ void orthonormalise(const SparseRows& mass, Eigen::MatrixXd& columns) {
     }
 }
 
-// X177. Vectors that the rows take to rounding, by inverse iteration on the Gram matrix of columns scaled to
-// one: as many candidates as that has small pivots, of which the rows themselves decide, for its eigenvalues
-// are squares. No rows when MUMPS fails, and why.
+// Returns the null vectors of some rows, which have |(B y, B_m y, C y)| < 1e-11 |y|   (THEORY 16.45), by
+// inverse iteration with the Gram matrix of columns scaled to length one. The number of candidates is the
+// number of small pivots. The rows decide which candidates are null vectors, because eigenvalues of the Gram
+// matrix are squares and have fewer digits. If MUMPS fails, the result has no rows, and `problem` contains
+// the reason.
 Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const Eigen::VectorXd& scale,
                              SymmetricEntries gram, std::string& problem) {
-  // [-] beside a matrix with ones on its diagonal: regular, and so small that three steps leave nothing else
-  constexpr double kBeside = 1e-13;
-  constexpr double kIsNull = 1e-11;  // [-] what rows make of a unit vector: rounding of their directions
+  // [-] added to the diagonal, whose entries are one: makes the matrix regular, and three iterations suffice
+  constexpr double kAdded = 1e-13;
+  // [-] norm of rows times a unit null vector: rounding error of directions
+  constexpr double kIsNull = 1e-11;
   const int size = gram.size;
   int count = 0;
   {
@@ -91,7 +96,7 @@ Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const E
   }
   Eigen::MatrixXd null(size, count);
   if (count == 0) return null;
-  for (int row = 0; row < size; ++row) gram.add(row, row, kBeside);
+  for (int row = 0; row < size; ++row) gram.add(row, row, kAdded);
   Mumps factor(std::move(gram));
   const auto failed = [&] { return problem = factor.problem(), Eigen::MatrixXd(); };
   if (!factor.factor()) return failed();
@@ -115,15 +120,17 @@ Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const E
   return null * eigen.eigenvectors().leftCols(num_null);
 }
 
-// motions that neither mass nor link holds: named where they move a point, else a freedom of each is zero
-void pin_loose(const Scene& scene, const SparseRows& unit_mass, SparseSystem& system, Faults& faults) {
+// Finds motions that move no mass and strain no link. Reports those that move a point; fixes one freedom of
+// each other motion at zero (THEORY 16.45).
+void pin_zero_frequency(const Scene& scene, const SparseRows& unit_mass, SparseSystem& system,
+                        Faults& faults) {
   const std::vector<const SparseRows*> rows{&system.unit_rows, &unit_mass, &system.constraints};
   SparseRows gram(system.num_all(), system.num_all());
   for (const SparseRows* each : rows) {
     const SparseRows square = SparseRows(each->transpose()) * *each;
     gram = SparseRows(gram + square);
   }
-  // columns scaled to one, so that no pivot is small by the size of its freedom
+  // columns are scaled to length one, so that the unit of a freedom does not make a pivot small
   const Eigen::VectorXd diagonal = gram.diagonal();
   const Eigen::VectorXd scale =
       diagonal.unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 1.0; });
@@ -158,12 +165,12 @@ void pin_loose(const Scene& scene, const SparseRows& unit_mass, SparseSystem& sy
         join_text(points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamesInError),
                   points.size() == 1 ? " has" : " have", " no mass, and links do not hold ",
                   points.size() == 1 ? "it" : "them", " in every direction: give a mass, or add links"));
-  // of each the freedom that it turns most, and no other of them
+  // pivoting chooses, for each null vector, the freedom with the largest component
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(null.transpose());
   const std::vector<Eigen::Index> pins(qr.colsPermutation().indices().data(),
                                        qr.colsPermutation().indices().data() + null.cols());
   for (const Eigen::Index freedom : pins) system.pinned[static_cast<std::size_t>(freedom)] = 1;
-  // rigid motions with those freedoms at rest too
+  // changes the rigid motions so that the fixed freedoms are zero
   const Eigen::MatrixXd at_pins = null(pins, Eigen::all);
   system.rigid -= null * at_pins.partialPivLu().solve(system.rigid(pins, Eigen::all));
 }
@@ -189,11 +196,12 @@ SparseSystem sparse_system(const Scene& scene, const Freedoms& freedoms, const L
   orthonormalise(system.mass, system.rigid);
   const bool has_massless = freedoms.num_rotations() > 0 || !are_point_masses(scene);
   if (!has_massless) return system;
-  pin_loose(scene, to_sparse(mass, system, freedoms.num_all(), true), system, faults);
+  pin_zero_frequency(scene, to_sparse(mass, system, freedoms.num_all(), true), system, faults);
   set_rows();
   return system;
 }
 
+// (-1, A, 0; A^T, shift m, C^T; 0, C, 0)   (THEORY 16.33), or (A^T A + shift m, C^T; C, 0)   (THEORY 16.34)
 SymmetricEntries entries_of(const SparseSystem& system, double shift, SystemForm form) {
   SymmetricEntries entries;
   const int num_strains = form == SystemForm::kAugmented ? static_cast<int>(system.rows.rows()) : 0;
@@ -212,7 +220,7 @@ SymmetricEntries entries_of(const SparseSystem& system, double shift, SystemForm
   if (form == SystemForm::kAssembled)
     add_lower(SparseRows(SparseRows(system.rows.transpose()) * system.rows), 1.0);
   add_lower(system.mass, shift);
-  // a freedom that is taken as zero stands alone, and counts as positive
+  // a freedom fixed at zero is not coupled to others and adds one positive eigenvalue
   for (int row = 0; row < num_all; ++row)
     if (system.pinned[static_cast<std::size_t>(row)]) entries.add(num_strains + row, num_strains + row, 1.0);
   for (int row = 0; row < num_constraints; ++row)
@@ -221,6 +229,7 @@ SymmetricEntries entries_of(const SparseSystem& system, double shift, SystemForm
   return entries;
 }
 
+// n_c + n_A in n_negative = n_c + n_A + modes below the shift   (THEORY 16.40)
 int num_negative_rows(const SparseSystem& system, SystemForm form) {
   return static_cast<int>((form == SystemForm::kAugmented ? system.rows.rows() : 0) +
                           system.constraints.rows());
@@ -240,7 +249,7 @@ bool ShiftedInverse::factor() { return factor_.factor(); }
 
 namespace {
 
-// sum of a row times a column, added to a start
+// returns start + sign * row . column
 template <typename T>
 long double dot(const SparseRows& rows, Eigen::Index row, const T* column, long double start, double sign) {
   for (SparseRows::InnerIterator it(rows, row); it; ++it)
@@ -254,7 +263,7 @@ Eigen::MatrixXd ShiftedInverse::residual(const Eigen::MatrixXd& sides,
                                          const Eigen::MatrixXd& solution) const {
   const Eigen::Index m = system_.rows.rows(), n = system_.num_all(), c = system_.constraints.rows();
   Eigen::MatrixXd left(sides.rows(), sides.cols());
-  // strains: an unknown of its own, or what the freedoms make
+  // strains are unknowns of the augmented system; in the assembled system they are A y
   std::vector<long double> strains(static_cast<std::size_t>(m));
   for (Eigen::Index k = 0; k < sides.cols(); ++k) {
     const double* const e = solution.col(k).data();
@@ -291,7 +300,7 @@ double ShiftedInverse::relative(const Eigen::MatrixXd& change, const Eigen::Matr
 }
 
 Eigen::MatrixXd ShiftedInverse::apply(const Eigen::MatrixXd& mass_times_x, int most_refinements) {
-  constexpr double kSolved = 1e-12;  // [-] of a solution
+  constexpr double kSolved = 1e-12;  // [-] of a solution: error at which refinement ends
   const Eigen::Index n = system_.num_all();
   Eigen::MatrixXd sides = Eigen::MatrixXd::Zero(first_ + n + system_.constraints.rows(), mass_times_x.cols());
   sides.middleRows(first_, n) = mass_times_x;
@@ -303,7 +312,8 @@ Eigen::MatrixXd ShiftedInverse::apply(const Eigen::MatrixXd& mass_times_x, int m
     if (!factor_.solve(change)) return {};
     solution += change;
     const double now = relative(change, solution);
-    if (now * now <= kSolved * last) break;  // corrections fall by one ratio: the next is now * now / last
+    // the ratio of the last two corrections predicts the next one   (THEORY 16.35)
+    if (now * now <= kSolved * last) break;
     last = now;
   }
   return solution.middleRows(first_, n);

@@ -20,16 +20,17 @@
 #include "core/structure/mechanisms.hpp"
 #include "core/structure/normal_modes.hpp"
 #include "core/structure/reduce.hpp"
+#include "core/structure/rigid_residual.hpp"
 #include "core/structure/sparse_modes.hpp"
-#include "core/structure/taken_out.hpp"
 
 namespace freeflex {
 namespace {
 
 constexpr int kNamesInWarning = 8;
-constexpr double kPairGap = 1e-6;  // [-] frequencies this close are kept both, or neither
+// [-] two frequencies within this relative distance are both kept or both omitted
+constexpr double kPairGap = 1e-6;
 
-// mass properties can be found: values that are none have been said
+// returns whether mass properties can be computed; check_scene() has reported invalid values
 bool are_sound(const Scene& scene) {
   const auto is_known = [&](int point) {
     return point >= 0 && point < static_cast<int>(scene.points.size());
@@ -62,7 +63,8 @@ bool has_rigid_links(const Scene& scene) {
                      [](const Link& link) { return traits_of(link).effect == LinkEffect::kForbids; });
 }
 
-// of point masses: of others it is known with the modes
+// returns the number of elastic modes of point masses; in scenes with bodies it is known only after the modes
+// are found
 int num_elastic(const Scene& scene, const MassProperties& properties, Eigen::Index num_constraints) {
   return 3 * static_cast<int>(scene.points.size()) - properties.rigid_freedoms -
          static_cast<int>(num_constraints);
@@ -74,7 +76,7 @@ Eigen::VectorXd mass_of(const std::vector<PointMass>& points) {
   return mass;
 }
 
-// matrices are judged while they are factored; with other errors about, judge those that can be
+// Checks matrices if other errors prevent their factorization, which includes this check.
 void check_matrices(const Scene& scene, Faults& faults) {
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
     const auto* matrix = std::get_if<MatrixLink>(&scene.links[i].kind);
@@ -102,32 +104,31 @@ void warn_of_mechanisms(const Scene& scene, const std::vector<Mechanism>& mechan
   }
 }
 
-// two points in one place are one slip of the pen away from one; nothing else would tell
+// warns of coincident points, a likely mistake that no other check finds
 void warn_of_coincident_points(const Scene& scene, Faults& faults) {
   std::vector<std::size_t> order(scene.points.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto place = [&](std::size_t i) {
+  const auto position = [&](std::size_t i) {
     const Eigen::Vector3d& at = scene.points[i].position;
     return std::make_tuple(at[0], at[1], at[2]);
   };
   std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return place(a) < place(b); });
+                   [&](std::size_t a, std::size_t b) { return position(a) < position(b); });
   for (std::size_t k = 1; k < order.size(); ++k) {
-    if (place(order[k - 1]) != place(order[k])) continue;
+    if (position(order[k - 1]) != position(order[k])) continue;
     const PointMass& point = scene.points[order[k]];
     add_warning(
         faults, point.origin,
-        join_text(
-            "point ", quoted(point.name, static_cast<int>(order[k])), " and point ",
-            quoted(scene.points[order[k - 1]].name, static_cast<int>(order[k - 1])),
-            " are in one place; they stay two points, and only links to others hold them together: make "
-            "them one, or move one of them"));
+        join_text("point ", quoted(point.name, static_cast<int>(order[k])), " and point ",
+                  quoted(scene.points[order[k - 1]].name, static_cast<int>(order[k - 1])),
+                  " are in one place; they stay two points, which only links to other points connect: merge "
+                  "them, or move one of them"));
   }
 }
 
-// of point masses: mechanisms, then modes of what they and rigid links leave   (THEORY X50 to X52)
+// finds the mechanisms (THEORY 4.4), then the elastic modes with sum m b.b = M (THEORY 4.3), of point masses
 void find_modes(const Scene& scene, const LinkFactor& factor, Structure& structure) {
-  // what rigid links hold is no mechanism
+  // motions that rigid links forbid are not mechanisms
   Eigen::MatrixXd held(factor.unit_rows.rows() + factor.constraints.rows(), factor.unit_rows.cols());
   held << factor.unit_rows, factor.constraints;
   const Eigen::MatrixXd rigid = rigid_motions(structure.mass_properties);
@@ -145,26 +146,27 @@ void find_modes(const Scene& scene, const LinkFactor& factor, Structure& structu
   structure.particles = {mass_of(scene.points), structure.mass_properties.r, {}};
 }
 
-// X67 needs all modes and a dense factor of the constraints
+// refuses published rigid links: their forces (THEORY 5.6) need all modes and a dense factor of the
+// constraints
 void refuse_rigid_forces(const Scene& scene, Faults& faults) {
   for (const int index : scene.publication.links) {
     const Link& link = scene.links[static_cast<std::size_t>(index)];
     if (traits_of(link).effect != LinkEffect::kForbids) continue;
     return add_error(faults, link.origin,
                      join_text("rigid link ", called(link, index),
-                               " is published; in a scene of which some "
-                               "modes are kept what rigid links carry is not known: publish the forces of "
-                               "elastic links beside it, or take a stiff bar or beam for it"));
+                               " is published, but forces of rigid "
+                               "links are unknown if only some modes are kept: publish forces of elastic "
+                               "links next to it, or replace it by a stiff bar or beam"));
   }
 }
 
-bool turns_joints(const Scene& scene) {
+bool needs_recovery(const Scene& scene) {
   return std::any_of(scene.links.begin(), scene.links.end(),
-                     [](const Link& link) { return traits_of(link).turns_joints; });
+                     [](const Link& link) { return traits_of(link).has_joint_rotations; });
 }
 
-// X66: modal damping ratio = half the mean of the loss factors, weighted with strain energy,
-// zeta_l = sum_k eta_k E_kl / (2 E_l)
+// returns the damping ratios by loss factors, sum_k eta_k E_kl / (2 E_l), where E_kl is the strain energy of
+// link k in mode l, and E_l that of all links (THEORY 4.24)
 Eigen::VectorXd structural_ratio(const Scene& scene, const LinkFactor& factor, const Structure& structure) {
   Eigen::VectorXd ratio = Eigen::VectorXd::Zero(structure.omega.size());
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
@@ -200,14 +202,14 @@ MassProperties check_physics(const Scene& scene, Faults& faults) {
 
 namespace {
 
-// how many modes rigid links and bodies leave is known only with them
+// checks mode numbers if rigid links between point masses reduce the number of modes
 void check_asked_modes(const Scene& scene, const LinkFactor& factor, const Structure& structure,
                        Faults& faults) {
   if (has_rigid_links(scene) && are_point_masses(scene))
     check_modes(scene, num_elastic(scene, structure.mass_properties, factor.constraints.rows()), faults);
 }
 
-// all modes, by the dense factor
+// finds all modes by the dense factor
 void find_all_modes(const Scene& scene, const LinkFactor& factor, Structure& structure, Faults& faults) {
   check_asked_modes(scene, factor, structure, faults);
   if (has_error(faults)) return;
@@ -220,7 +222,7 @@ void find_all_modes(const Scene& scene, const LinkFactor& factor, Structure& str
   if (!has_error(faults)) check_modes(scene, static_cast<int>(structure.omega.size()), faults);
 }
 
-// those that the scene asks for, else those that its rate can show
+// finds the modes that the scene requests, by default the modes below half its tick rate
 void find_lowest_modes(const Scene& scene, const LinkFactor& factor, const SetupProgress& progress,
                        Structure& structure, Faults& faults) {
   refuse_rigid_forces(scene, faults);
@@ -232,7 +234,7 @@ void find_lowest_modes(const Scene& scene, const LinkFactor& factor, const Setup
   if (!has_error(faults)) check_modes(scene, static_cast<int>(structure.omega.size()), faults);
 }
 
-// the modes that a scene asks for of all of them, equal frequencies whole
+// reduces all modes to those that the scene requests; modes of equal frequency are kept together
 Structure keep_asked(const Scene& scene, Structure structure) {
   const Eigen::Index n = structure.omega.size();
   const double below = 2.0 * std::numbers::pi * scene.modes.below;
@@ -252,11 +254,12 @@ Structure keep_asked(const Scene& scene, Structure structure) {
 }
 
 void fill_rest(const Scene& scene, const LinkFactor& factor, Structure& structure, Faults& faults) {
+  // R = A_d b   (THEORY 3.49)
   structure.damping_rows = factor.is_sparse ? rows_times(factor.damping, structure.shapes)
                                             : Eigen::MatrixXd(factor.damping_rows * structure.shapes);
   if (!structure.omega.allFinite() || !structure.shapes.allFinite())
     return add_overflow(scene, "the frequencies are not finite", faults);
-  account_for_taken_out(scene, factor.matrices.taken_out, structure, faults);
+  account_for_rigid_residuals(scene, factor.matrices.rigid_residuals, structure, faults);
   structure.structural_ratio = structural_ratio(scene, factor, structure);
   structure.local_rotations = local_rotations(scene, factor, structure);
   set_link_forces(scene, factor, structure);
@@ -264,7 +267,7 @@ void fill_rest(const Scene& scene, const LinkFactor& factor, Structure& structur
   structure.follower_stiffness = find_follower_stiffness(scene, factor, structure);
 }
 
-// what each stage is called goes by progress.say; on the dense path nobody is asked whether to go on
+// builds the structure and reports each stage to `progress`; `progress` can end the sparse path only
 std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Faults& faults,
                                          const SetupProgress& progress) {
   Structure structure;
@@ -272,16 +275,16 @@ std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Fau
   if (has_error(faults)) return std::nullopt;
   warn_of_coincident_points(scene, faults);
   const bool is_sparse = path == SetupPath::kSparse;
-  const auto say = [&](const char* what, double done) {
-    if (progress.say(what, done) || !is_sparse) return true;
+  const auto report = [&](const char* what, double done) {
+    if (progress.report(what, done) || !is_sparse) return true;
     add_error(faults, scene.points.front().origin, kSetupEnded);
     return false;
   };
-  if (!say("the matrix of the links", 0.0)) return std::nullopt;
+  if (!report("the matrix of the links", 0.0)) return std::nullopt;
   const LinkFactor factor =
-      is_sparse ? factor_links_sparse(scene, faults) : factor_links(scene, turns_joints(scene), faults);
+      is_sparse ? factor_links_sparse(scene, faults) : factor_links(scene, needs_recovery(scene), faults);
   if (has_error(faults)) return std::nullopt;
-  if (!is_sparse) say("all modes", 0.0);
+  if (!is_sparse) report("all modes", 0.0);
   if (is_sparse)
     find_lowest_modes(scene, factor, progress, structure, faults);
   else
@@ -293,7 +296,7 @@ std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Fau
     if (has_error(faults)) return std::nullopt;
   }
   warn_of_mechanisms(scene, structure.mechanisms, faults);
-  if (!say("forces of links", 0.0)) return std::nullopt;
+  if (!report("forces of links", 0.0)) return std::nullopt;
   fill_rest(scene, factor, structure, faults);
   if (has_error(faults)) return std::nullopt;
   return structure;
@@ -303,7 +306,7 @@ std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Fau
 
 bool takes_sparse_path(const Scene& scene) {
   return static_cast<int>(scene.points.size()) > kMaxDensePoints ||
-         (scene.modes.is_asked() && Freedoms(scene).num_all() > kMostDenseOfPart);
+         (scene.modes.is_asked() && Freedoms(scene).num_all() > kMostDenseForSomeModes);
 }
 
 std::optional<Structure> build_structure(const Scene& scene, Faults& faults, const SetupProgress& progress) {
@@ -314,12 +317,12 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults, con
 std::optional<Structure> build_structure_by(const Scene& scene, SetupPath path, Faults& faults,
                                             const SetupProgress& progress) {
   std::string stage = "checking the scene";
-  const auto say = [&](const std::string& what, double done) {
+  const auto report = [&](const std::string& what, double done) {
     stage = what;
-    return !progress.say || progress.say(what, done);
+    return !progress.report || progress.report(what, done);
   };
   try {
-    return build_in_stages(scene, path, faults, {say, progress.memory_MB});
+    return build_in_stages(scene, path, faults, {report, progress.memory_MB});
   } catch (const std::bad_alloc&) {
     add_error(faults, scene.points.empty() ? Origin{} : scene.points.front().origin,
               join_text("memory ran out in the set-up of ", scene.points.size(), " points, at ", stage,

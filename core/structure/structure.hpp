@@ -13,129 +13,134 @@
 
 namespace freeflex {
 
-/// Mass properties of the rest shape (THEORY 1.1, 1.3, 1.4, X40, X41).
+/// Mass properties of the rest shape   (THEORY 2.1 to 2.10).
 struct MassProperties {
   double mass = 0.0;          // [kg]
   Eigen::Vector3d p_SB;       // [m] centre of mass in scene axes
   Eigen::Matrix3Xd r;         // [m] (3 x N) rest positions from the centre of mass, body axes
-  Eigen::Matrix3Xd centres;   // [m] (3 x (N + parts)) of the centres of mass of bodies, then spread_masses
+  Eigen::Matrix3Xd centres;   // [m] (3 x (N + parts)) centres of mass of points, then of distributed_masses()
   Eigen::Matrix3d inertia;    // [kg m^2] about the centre of mass, body axes
   Eigen::Vector3d principal;  // [kg m^2] ascending
   Eigen::Matrix3d principal_axes;  // columns, right-handed
-  int rigid_freedoms = 6;          // 6; 5 collinear; 3 for one point
-  Eigen::Vector3d line;            // [-] unit vector along a collinear shape, else zero
+  int rigid_freedoms = 6;          // 6; 5 if collinear; 3 for one point   (THEORY 2.10)
+  Eigen::Vector3d line;            // [-] unit vector along a collinear shape; zero for other shapes
 };
 
-/// A motion that strains no link (zero frequency, not rigid).
+/// A motion that strains no link and is not rigid; its frequency is zero   (THEORY 4.4).
 struct Mechanism {
-  std::vector<int> moved_points;  // points that move by more than 1e-6 of the largest, most first
+  // points that move by more than 1e-6 of the largest displacement, in descending order of displacement
+  std::vector<int> moved_points;
 };
 
-/// Rows that turn elastic coordinates into the forces of one published link   (THEORY X48, X49, X62, X67):
-/// force = rows q + rate_rows q' + load_rows (generalized forces of the constraint shapes).
-/// Spring, bar, dashpot, rigid link: tension [N]. Bending and torsion spring: moment [N m], two for a
-/// straight bending spring. Beam: 12, forces and moments that the joints exert on it at its first, then its
-/// second point, local axes [N], [N m]. Plate: Nxx Nyy Nxy [N/m], Mxx Myy Mxy [N]. Matrix and rigid body:
-/// forces on its points, body axes [N].
+/// Output rows for the forces of one published link   (THEORY 5.1 to 5.6, 3.37): force = rows q + rate_rows
+/// q' + load_rows Q_c, where Q_c are the generalized forces of the constraint shapes. Values: spring, bar,
+/// dashpot, rigid link: tension [N]. Bending and torsion spring: moment [N m], two for a straight bending
+/// spring. Beam: 12 values in local axes [N], [N m], the force and the moment that the joint at its first
+/// point exerts on it, then those of the joint at its second point. Plate: Nxx Nyy Nxy [N/m], Mxx Myy Mxy
+/// [N]. Matrix link and rigid body: forces on its points, body axes [N].
 struct LinkForceRows {
   int link = -1;
   Eigen::MatrixXd rows;       // (num_values x n)
-  Eigen::MatrixXd rate_rows;  // (num_values x n), no rows when the link dissipates nothing
-  Eigen::MatrixXd load_rows;  // (num_values x num_constraint_shapes), no rows but for rigid links
+  Eigen::MatrixXd rate_rows;  // (num_values x n); no rows if the link does not dissipate
+  Eigen::MatrixXd load_rows;  // (num_values x num_constraint_shapes); no rows if loads have no direct effect
 };
 
-/// What sums over the mass run over where points are more than point masses: particles that move with them
-/// (THEORY X160).
+/// Particles over which sums over the mass are taken if the scene has more than point masses
+/// (THEORY 16.4, 16.10).
 struct Particles {
   Eigen::VectorXd mass;    // [kg] (P)
   Eigen::Matrix3Xd r;      // [m] (3 x P) rest positions from the centre of mass, body axes
-  Eigen::MatrixXd shapes;  // [-] (3P x n) their unit elastic displacements, sum m b.b = M
+  Eigen::MatrixXd shapes;  // [-] (3P x n) unit elastic displacements, sum m b.b = M   (THEORY 16.9)
 };
 
-/// What sums over the mass take from mass matrices, for it is no particles': per unit displacement   (THEORY
-/// X166).
+/// Contributions of mass matrices, which have no particles, to sums over the mass that are linear in the
+/// elastic coordinates, per coordinate (THEORY 16.19, 16.20).
 struct MatrixSums {
-  Eigen::MatrixXd momenta;  // [kg], [kg m] (6 x n) momentum, then that about the centre of mass
-  Eigen::MatrixXd field;    // [kg m] (6 x n) Y_l as in X70, of accelerations at its points
+  Eigen::MatrixXd momenta;  // [kg], [kg m] (6 x n) linear, then angular momentum about the centre of mass
+  Eigen::MatrixXd field;    // [kg m] (6 x n) field moments Y_l (THEORY 8.15) of accelerations at the points
 };
 
-/// Which of all elastic modes a structure has.
+/// The subset of elastic modes that a structure has.
 struct KeptModes {
-  bool is_part = false;        // the lowest of them; others exist
-  double counted_below = 0.0;  // [Hz] below which none is missing, counted by inertia; 0: all are there
+  bool is_subset = false;  // true: only the lowest modes are kept; false: all
+  // [Hz] no mode below this frequency is missing, as a Sturm count or the full set of modes verified; 0: all
+  // modes are kept
+  double verified_below = 0.0;
 };
 
 struct Structure {
   MassProperties mass_properties;
-  Eigen::VectorXd omega;  // [rad/s] (n) ascending; exact 0 for mechanisms
-  // [-] (3N x n) unit elastic displacements b of the points; of point masses sum m b.b = M   (THEORY 3.3)
+  Eigen::VectorXd omega;  // [rad/s] (n) ascending; exactly 0 for mechanisms
+  // [-] (3N x n) unit elastic displacements b of the points; for point masses sum m b.b = M   (THEORY 4.3)
   Eigen::MatrixXd shapes;
-  // of scenes with bodies, else empty: [1/m] (num_rotations x n) rotations of joints in the order of Freedoms
-  Eigen::MatrixXd turns;
+  // [1/m] (num_rotations x n) rotations of joints in the order of Freedoms; empty in scenes of point masses
+  Eigen::MatrixXd rotations;
   Particles particles;
-  MatrixSums matrix_sums;  // of superelements with mass, else empty
+  MatrixSums matrix_sums;  // of superelements with mass; empty if there is none
   std::vector<Mechanism> mechanisms;
   double frequency_accuracy = 0.0;  // [-] stated relative accuracy of the lowest nonzero frequency
   double conditioning = 0.0;        // [-] omega_max / omega_min over nonzero modes
   KeptModes kept;
-  int num_constraints = 0;           // freedoms that rigid links remove
-  Eigen::MatrixXd damping_rows;      // [sqrt(N s/m)] (num x n) R = A_d b, R^T R acts on q'   (THEORY X65)
-  Eigen::VectorXd structural_ratio;  // [-] (n) damping ratio of the loss factors of links   (THEORY X66)
+  int num_constraints = 0;                 // number of freedoms that rigid links remove
+  Eigen::MatrixXd damping_rows;            // [sqrt(N s/m)] (num x n) R = A_d b   (THEORY 3.49)
+  Eigen::VectorXd structural_ratio;        // [-] (n) damping ratio by loss factors of links   (THEORY 4.24)
   std::vector<LinkForceRows> link_forces;  // for Scene::publication.links, in that order
-  // displacements whose generalized forces give the forces of published rigid links   (THEORY X67)
+  // displacements whose generalized forces give the forces of published rigid links (THEORY 5.7) and the
+  // quasi-static forces of omitted modes (THEORY 14.12)
   Eigen::MatrixXd constraint_shapes;  // [1/kg] (3N x num)
-  // [1/m] (3 x n) elastic rotation of the surroundings of each point of a follower force, body axes   (THEORY
-  // X73)
+  // [1/m] (3 x n) by point with a follower force: elastic rotation of the surroundings of the point, body
+  // axes (THEORY 8.24)
   std::map<int, Eigen::Matrix3Xd> local_rotations;
   Prestress prestress;
   std::vector<FollowerStiffness> follower_stiffness;  // of loads in local axes
 };
 
-/// What carries the mass is not the points themselves. Of masses that matrices alone have there are no
-/// particles (0 x n).
+/// Returns whether the structure has particles other than its points. If only matrices have mass, there are
+/// no particles (0 x n).
 inline bool has_particles(const Structure& structure) {
   return structure.particles.shapes.rows() == 3 * structure.particles.mass.size();
 }
-/// Displacements of what carries the mass: Structure::particles, or the points themselves.
+/// Returns the unit displacements of the particles, or of the points if the points are the particles.
 inline const Eigen::MatrixXd& particle_shapes(const Structure& structure) {
   return has_particles(structure) ? structure.particles.shapes : structure.shapes;
 }
 
-/// Checks the physics of a scene as far as that needs no modes: values, references, mass properties and,
-/// beside other errors, matrices. Faults are appended; the mass properties are those of a scene without
+/// Checks the physics of a scene without computing modes: values, references, mass properties and, if there
+/// are other errors, matrices. Faults are appended; the returned mass properties are valid if there is no
 /// error.
 MassProperties check_physics(const Scene& scene, Faults& faults);
 
-/// How a set-up says how far it has come, and may be ended; and what it may take.
+/// Progress report of a set-up, which can also end it, and the memory limit of the set-up.
 struct SetupProgress {
-  /// \param what  what is being done  \param done  share of it, 0 to 1
+  /// \param what  name of the stage  \param done  completed fraction of the stage, 0 to 1
   /// \return false to end the set-up with an error
-  std::function<bool(const std::string& what, double done)> say = {};
-  double memory_MB = 0.0;  // that there is for it; 0: not known, and not counted
+  std::function<bool(const std::string& what, double done)> report = {};
+  double memory_MB = 0.0;  // available memory; 0: unknown, no limit
 };
 
-/// Checks the physics of a scene and computes its structure   (THEORY X41-X67). Faults are appended; nullopt
-/// on an error. All modes by a dense factor, O(rows n^2), up to kMaxDensePoints points; of larger scenes, and
-/// of those of more than kMostDenseOfPart freedoms that ask for some of their modes, those alone by a sparse
-/// one   (THEORY X170-X176). See tests/bench for times.
+/// Checks the physics of a scene and computes its structure   (THEORY sections 2 to 5). Faults are appended;
+/// the result is nullopt on an error. Up to kMaxDensePoints points a dense factor gives all modes at a cost
+/// of O(rows n^2). For larger scenes, and for scenes of more than kMostDenseForSomeModes freedoms that
+/// request a subset of the modes, a sparse factor gives that subset   (THEORY 16.33 to 16.45). See
+/// tests/bench for times.
 std::optional<Structure> build_structure(const Scene& scene, Faults& faults,
                                          const SetupProgress& progress = {});
 
-/// True when build_structure() takes the sparse path.
+/// Returns whether build_structure() takes the sparse path.
 bool takes_sparse_path(const Scene& scene);
 
 enum class SetupPath { kDense, kSparse };
-/// The same by a path that the caller chooses: to compare them.
+/// Builds the structure by a given path, for comparisons.
 std::optional<Structure> build_structure_by(const Scene& scene, SetupPath path, Faults& faults,
                                             const SetupProgress& progress = {});
 
-/// Neighbouring modes whose frequencies agree: their shapes are one choice among many.
+/// Consecutive modes of equal frequency; their shapes are not unique.
 struct FrequencyCluster {
   int first = 0;  // mode index from 0
   int count = 1;
 };
 
-/// Groups ascending frequencies; a mode joins the one before when they differ by at most relative_gap.
+/// Groups ascending frequencies: neighbours in a cluster differ by at most relative_gap.
 std::vector<FrequencyCluster> frequency_clusters(const Eigen::VectorXd& omega, double relative_gap);
 
 }  // namespace freeflex

@@ -13,7 +13,8 @@
 namespace freeflex {
 namespace {
 
-// [-] as for matrices of displacements alone   (X46): what printed tables of seven digits leave open
+// [-] the limits are those of matrices over displacements alone: the uncertainty of printed tables with seven
+// digits (THEORY 3.11)
 constexpr double kRigidTolerance = 1e-5;
 constexpr double kNegativeTolerance = 1e-6;
 
@@ -21,11 +22,12 @@ const MatrixLink& matrix_of(const Scene& scene, int link) {
   return std::get<MatrixLink>(scene.links[static_cast<std::size_t>(link)].kind);
 }
 
-// its coordinates, each a freedom times a scale that makes all of them displacements: rotations times the
-// size of the link, inner coordinates by the root of their mass over that of a point
+// Coordinates of a superelement. Each is a freedom times a scale that makes it a length: the size of the link
+// for rotations, and for inner coordinates the square root of their mass over the mean mass per point
+// (THEORY 16.17).
 struct Coordinates {
   std::vector<int> freedom;
-  Eigen::VectorXd scale;  // [1], [m], of inner coordinates their own
+  Eigen::VectorXd scale;  // [-] displacements; [m] rotations; inner coordinates: depends on their unit
   Eigen::MatrixXd rigid;  // T, orthonormal columns
 
   Coordinates(const Scene& scene, int index, const Freedoms& freedoms) {
@@ -92,7 +94,7 @@ DeformationRows superelement_rows(const Scene& scene, int index, const Freedoms&
   const Coordinates z(scene, index, freedoms);
   Eigen::MatrixXd K = z.scaled(matrix_of(scene, index).matrix);
   const Eigen::MatrixXd K_rigid = K * z.rigid;
-  // X46: K <- (1 - T T^T) K (1 - T T^T)
+  // K <- (1 - T T^T) K (1 - T T^T) = W diag(Lambda) W^T   (THEORY 3.12)
   K.noalias() -= K_rigid * z.rigid.transpose();
   K -= (z.rigid * (z.rigid.transpose() * K)).eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (K + K.transpose()));
@@ -100,14 +102,14 @@ DeformationRows superelement_rows(const Scene& scene, int index, const Freedoms&
   const double resisted = K_rigid.colwise().norm().maxCoeff();
   const double largest = std::max(value.cwiseAbs().maxCoeff(), resisted);
   if (!(largest > 0.0)) {
-    add_error(faults, link.origin, who + ": the stiffness matrix is zero; it must have an entry that is not");
+    add_error(faults, link.origin, who + ": the stiffness matrix is zero; it must have a nonzero entry");
     return {};
   }
   if (resisted > kRigidTolerance * largest) {
     add_error(
         faults, link.origin,
         join_text(who, ": the stiffness matrix resists rigid motion of its points: |K u| / (|K| |u|) is ",
-                  resisted / largest, " for one, allowed ", kRigidTolerance,
+                  resisted / largest, " for one motion u; allowed ", kRigidTolerance,
                   "; check supports, units, the order of rows (three displacements, three rotations a "
                   "point, inner coordinates last) and that rotations and displacements are along the "
                   "axes of the scene; inner coordinates must be at rest in rigid motion, as those of "
@@ -116,15 +118,16 @@ DeformationRows superelement_rows(const Scene& scene, int index, const Freedoms&
   }
   if (value[0] < -kNegativeTolerance * largest) {
     add_error(faults, link.origin,
-              join_text(who, ": the stiffness matrix is not positive semidefinite: eigenvalue ", value[0],
-                        " beside the largest, ", largest, ", allowed -", kNegativeTolerance, " of it"));
+              join_text(who, ": the stiffness matrix is not positive semidefinite: its least eigenvalue is ",
+                        value[0], ", its largest ", largest, "; allowed is -", kNegativeTolerance,
+                        " times the largest"));
     return {};
   }
   const double null_below = 8.0 * static_cast<double>(K.rows()) * kEpsilon * largest;
   DeformationRows rows;
   for (Eigen::Index mode = 0; mode < value.size(); ++mode) {
     if (value[mode] <= null_below) continue;
-    // what is taken out of the matrix may be in this eigenvalue too
+    // the removed resistance may have changed this eigenvalue too
     if (rows.empty())
       limits.accuracy =
           std::max(limits.accuracy,
@@ -134,6 +137,7 @@ DeformationRows superelement_rows(const Scene& scene, int index, const Freedoms&
   return rows;
 }
 
+// m_s = W_s diag(mu_s) W_s^T, A_m = diag(sqrt(mu_s)) W_s^T   (THEORY 16.17)
 DeformationRows superelement_mass_rows(const Scene& scene, int index, const Freedoms& freedoms) {
   const MatrixLink& matrix = matrix_of(scene, index);
   if (matrix.mass.size() == 0) return {};
@@ -147,6 +151,8 @@ DeformationRows superelement_mass_rows(const Scene& scene, int index, const Free
   return rows;
 }
 
+// momenta T_s^T m_s y   (THEORY 16.19); field moments of the spin load -m_s (w x (w x r_j), 0)
+// (THEORY 16.20)
 MatrixSums matrix_sums(const Scene& scene, const Freedoms& freedoms, const Structure& structure) {
   const Eigen::Index n = structure.shapes.cols(), num_displacements = structure.shapes.rows();
   MatrixSums sums;
@@ -160,7 +166,7 @@ MatrixSums matrix_sums(const Scene& scene, const Freedoms& freedoms, const Struc
     for (Eigen::Index k = 0; k < y.rows(); ++k) {
       const int freedom = z.freedom[static_cast<std::size_t>(k)];
       y.row(k) = freedom < num_displacements ? structure.shapes.row(freedom)
-                                             : structure.turns.row(freedom - num_displacements);
+                                             : structure.rotations.row(freedom - num_displacements);
     }
     const Eigen::MatrixXd My = matrix.mass * y;
     const Eigen::Index per_point = matrix.has_rotations ? 6 : 3;

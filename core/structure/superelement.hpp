@@ -1,20 +1,21 @@
-// Matrix links that are bodies of their own: with rows of rotations, inner coordinates or a mass matrix
-// (THEORY X166).
+// Superelements: matrix links with rotations, inner coordinates or a mass matrix   (THEORY 16.17).
 #pragma once
 
 #include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 
-/// Natural deformations of such a link from its stiffness matrix, freed of rigid motion. Errors: symmetry,
-/// rigid motion, negative eigenvalues. \param limits  accuracy is raised to the link's
+/// Returns the natural deformations of a superelement without rigid motion   (THEORY 3.11 to 3.14, 16.17).
+/// Errors: zero matrix, resistance to rigid motion, negative eigenvalues.
+/// \param limits  accuracy is raised to the error of the link
 DeformationRows superelement_rows(const Scene& scene, int link, const Freedoms& freedoms,
                                   MatrixLimits& limits, Faults& faults);
 
-/// Rows of its mass matrix, M = N^T N, none without one.  \pre mass_matrix_problem found nothing
+/// Returns the mass rows of a superelement; empty if it has no mass matrix   (THEORY 16.17).
+/// \pre mass_matrix_problem() is empty
 DeformationRows superelement_mass_rows(const Scene& scene, int link, const Freedoms& freedoms);
 
-/// Structure::matrix_sums.  \pre structure.shapes and turns
+/// Returns Structure::matrix_sums   (THEORY 16.19, 16.20).  \pre structure.shapes and rotations are filled
 MatrixSums matrix_sums(const Scene& scene, const Freedoms& freedoms, const Structure& structure);
 
 }  // namespace freeflex

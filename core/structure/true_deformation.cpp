@@ -12,7 +12,7 @@ Eigen::Matrix3d rotation_of(const Eigen::Vector3d& theta) {
   return Eigen::AngleAxisd(angle, theta / angle).toRotationMatrix();
 }
 
-// the rotation vector of R, for turns of less than half a revolution
+// returns the rotation vector of R, for rotations of less than half a revolution
 Eigen::Vector3d vector_of(const Eigen::Matrix3d& R) {
   const Eigen::Vector3d twice_sine(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
   const double sine = 0.5 * twice_sine.norm(), cosine = 0.5 * (R.trace() - 1.0);
@@ -20,7 +20,7 @@ Eigen::Vector3d vector_of(const Eigen::Matrix3d& R) {
                      : Eigen::Vector3d(std::atan2(sine, cosine) / (2.0 * sine) * twice_sine);
 }
 
-// the smallest rotation that takes one unit vector to another
+// returns the smallest rotation from one unit vector to another
 Eigen::Matrix3d smallest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   const Eigen::Vector3d axis = from.cross(to);
   Eigen::Matrix3d cross;
@@ -32,7 +32,8 @@ double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& c) {
   return std::atan2(a.cross(c).norm(), a.dot(c));
 }
 
-// the dihedral angle of four points (X61)
+// returns the dihedral angle of four points; a_1 to a_3 are the vectors from each point to the next
+// (THEORY 3.27)
 double dihedral(const Eigen::Vector3d& a_1, const Eigen::Vector3d& a_2, const Eigen::Vector3d& a_3) {
   const Eigen::Vector3d eta_1 = a_1.cross(a_2), eta_2 = a_2.cross(a_3);
   return std::atan2(a_2.norm() * a_1.dot(eta_2), eta_1.dot(eta_2));
@@ -78,9 +79,9 @@ TrueLink::TrueLink(const Scene& scene, int index, const Freedoms& freedoms) {
           const int point = link.points[static_cast<std::size_t>(k)];
           if (freedom / 3 == point && freedom < freedoms.num_displacements())
             plate_rows_(row, 3 * k + freedom % 3) += coefficient;
-          const int turn = freedom - freedoms.rotation(point);
-          if (freedom >= freedoms.num_displacements() && turn >= 0 && turn < 3)
-            plate_rows_(row, 9 + 3 * k + turn) += coefficient;
+          const int component = freedom - freedoms.rotation(point);
+          if (freedom >= freedoms.num_displacements() && component >= 0 && component < 3)
+            plate_rows_(row, 9 + 3 * k + component) += coefficient;
         }
     axes_.col(0) = rest_.col(1).stableNormalized();
     axes_.col(2) = rest_.col(1).cross(Eigen::Vector3d(rest_.col(2))).stableNormalized();
@@ -106,27 +107,29 @@ Eigen::VectorXd TrueLink::deformations(const Eigen::Matrix3Xd& V, const Eigen::M
   return Eigen::VectorXd::Constant(1, elongation(V.col(1) - V.col(0)));
 }
 
-// |l| - L of the line from the first point to the second, without the difference of the two
+// returns |l| - L = (2 L . d + d . d) / (|l| + L) without a difference of lengths; L and l are the spans at
+// rest and when displaced
 double TrueLink::elongation(const Eigen::Vector3d& d) const {
   const Eigen::Vector3d span = rest_.col(1);
   return (2.0 * span.dot(d) + d.dot(d)) / ((span + d).norm() + span.norm());
 }
 
-// corotational (M. A. Crisfield, 1990): ends turn against a frame along the chord that rolls with their mean;
-// the bow within the beam takes up length   (X140)
+// Corotational beam (M. A. Crisfield, 1990): rotations of the ends are relative to a frame along the chord,
+// which rolls by the mean roll of both ends. The bow shortens the chord: e_1 = |l| - L + L (2 a^2 - a b + 2
+// b^2) / 30 in each plane, where a and b are the rotations of the ends   (THEORY X140).
 Eigen::VectorXd TrueLink::of_beam(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta,
                                   const Eigen::Matrix3Xd& own) const {
   const Eigen::Vector3d d = V.col(1) - V.col(0), span = rest_.col(1);
   const Eigen::Matrix3d chord = smallest_rotation(axes_.col(0), (span + d).normalized()) * axes_;
-  const auto turn_of_end = [&](Eigen::Index end, const Eigen::Matrix3d& frame) {
-    // the end turns with its joint, and in that by its own
+  const auto rotation_of_end = [&](Eigen::Index end, const Eigen::Matrix3d& frame) {
+    // rotation of the joint, then the rotation of the end relative to the joint
     const Eigen::Matrix3d joint = rotation_of(theta.col(end));
     return vector_of(frame.transpose() *
                      (own.cols() > 0 ? Eigen::Matrix3d(joint * rotation_of(own.col(end))) : joint) * axes_);
   };
-  const double roll = 0.5 * (turn_of_end(0, chord)[0] + turn_of_end(1, chord)[0]);
+  const double roll = 0.5 * (rotation_of_end(0, chord)[0] + rotation_of_end(1, chord)[0]);
   const Eigen::Matrix3d frame = chord * Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()).toRotationMatrix();
-  const Eigen::Vector3d a = turn_of_end(0, frame), b = turn_of_end(1, frame);
+  const Eigen::Vector3d a = rotation_of_end(0, frame), b = rotation_of_end(1, frame);
   double bow = 0.0;
   for (const int axis : {1, 2}) bow += 2.0 * a[axis] * a[axis] - a[axis] * b[axis] + 2.0 * b[axis] * b[axis];
   Eigen::VectorXd e(6);
@@ -139,12 +142,12 @@ Eigen::VectorXd TrueLink::of_bend(const Eigen::Matrix3Xd& V) const {
   const Eigen::Matrix3Xd x = rest_ + V;
   const Eigen::Vector3d a = (x.col(0) - x.col(1)).normalized(), c = (x.col(2) - x.col(1)).normalized();
   if (side_ == 0.0) return Eigen::VectorXd::Constant(1, angle_between(a, c) - rest_angle_);
-  // both directions of the bend, across the mean line of the two arms
+  // bending in two directions normal to the mean line of the two arms
   const Eigen::Vector3d rest = (rest_.col(0) - rest_.col(1)).normalized();
-  const Eigen::Matrix3d turn = smallest_rotation(rest, (a - side_ * c).normalized());
+  const Eigen::Matrix3d rotation = smallest_rotation(rest, (a - side_ * c).normalized());
   const Eigen::Vector3d bend = a + side_ * c;
   Eigen::VectorXd e(2);
-  e << bend.dot(turn * first_), bend.dot(turn * rest.cross(first_));
+  e << bend.dot(rotation * first_), bend.dot(rotation * rest.cross(first_));
   return e;
 }
 
@@ -154,7 +157,8 @@ Eigen::VectorXd TrueLink::of_torsion(const Eigen::Matrix3Xd& V) const {
   return Eigen::VectorXd::Constant(1, std::remainder(angle - rest_angle_, 2.0 * M_PI));
 }
 
-// the triangle's own axes turn with it, by the rotation of its plane and the polar one within   (X140)
+// Local axes rotate with the triangle: by the rotation of its plane and the polar rotation within the plane
+// (THEORY X140).
 Eigen::VectorXd TrueLink::of_plate(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta) const {
   const Eigen::Matrix3Xd x = rest_ + V;
   const Eigen::Vector3d to_second = x.col(1) - x.col(0), to_third = x.col(2) - x.col(0);
@@ -163,8 +167,8 @@ Eigen::VectorXd TrueLink::of_plate(const Eigen::Matrix3Xd& V, const Eigen::Matri
   Eigen::Matrix2d edges;
   edges << leaning.leftCols<2>().transpose() * to_second, leaning.leftCols<2>().transpose() * to_third;
   const Eigen::Matrix2d F = edges * rest_edges_;
-  const double turn = std::atan2(F(1, 0) - F(0, 1), F(0, 0) + F(1, 1));
-  const Eigen::Matrix3d R = lean * Eigen::AngleAxisd(turn, Eigen::Vector3d(axes_.col(2))).toRotationMatrix();
+  const double angle = std::atan2(F(1, 0) - F(0, 1), F(0, 0) + F(1, 1));
+  const Eigen::Matrix3d R = lean * Eigen::AngleAxisd(angle, Eigen::Vector3d(axes_.col(2))).toRotationMatrix();
   Eigen::VectorXd local(18);
   for (Eigen::Index k = 0; k < 3; ++k) {
     local.segment<3>(3 * k) = R.transpose() * (x.col(k) - x.col(0)) - rest_.col(k);

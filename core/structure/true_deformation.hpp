@@ -1,4 +1,5 @@
-// Natural deformations of a displaced link at true geometry: what X44 to X62 are the first order of.
+// Natural deformations of a displaced link at true geometry. To first order they are those of (THEORY 3.3) to
+// (THEORY 3.37).
 #pragma once
 
 #include <array>
@@ -7,17 +8,18 @@
 
 namespace freeflex {
 
-/// A link in space, its points and the joints at its ends displaced by any amount   (THEORY X140).
+/// A link whose points and joints have displacements of any size   (THEORY X140).
 class TrueLink {
  public:
-  /// \pre the link strains and is no matrix
+  /// \pre the link strains or damps and is not a matrix link
   TrueLink(const Scene& scene, int link, const Freedoms& freedoms);
 
   int num_deformations() const { return num_deformations_; }
-  /// Natural deformations in the order of the link's rows, zero at rest [m], [rad], [-].
+  /// Returns the natural deformations in the order of the rows of the link, zero at rest [m], [rad], [-].
   /// \param V      [m] (3 x points) displacements
-  /// \param theta  [rad] (3 x points) rotation vectors of the joints; read for beams and plates alone
-  /// \param own    [rad] (3 x points) how a beam's ends turn against their joints, about axes those let go
+  /// \param theta  [rad] (3 x points) rotation vectors of the joints, for beams and plates
+  /// \param own    [rad] (3 x points) rotation vectors of the ends of a beam relative to their joints, about
+  /// released axes
   Eigen::VectorXd deformations(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta,
                                const Eigen::Matrix3Xd& own = {}) const;
 
@@ -31,13 +33,13 @@ class TrueLink {
 
   enum class Form { kAxial, kBeam, kBend, kTorsion, kPlate } form_ = Form::kAxial;
   int num_deformations_ = 1;
-  Eigen::Matrix3Xd rest_;       // [m] (3 x points) from the first
-  Eigen::Matrix3d axes_;        // beam: local axes; plate: local axes, z the normal
-  Eigen::Vector3d first_;       // straight bending spring: a direction across it
+  Eigen::Matrix3Xd rest_;       // [m] (3 x points) rest positions from the first point
+  Eigen::Matrix3d axes_;        // local axes of a beam or plate; plate: z the normal
+  Eigen::Vector3d first_;       // straight bending spring: direction normal to it
   double side_ = 0.0;           // bending spring: 1 straight, -1 folded, 0 neither
-  double rest_angle_ = 0.0;     // [rad] bending and torsion
+  double rest_angle_ = 0.0;     // [rad] angle at rest of bending and torsion springs
   Eigen::MatrixXd plate_rows_;  // (15 x 18) natural deformations per (V, theta) of the three corners
-  Eigen::Matrix2d rest_edges_;  // [m] plate: edges from the first corner in local x, y, inverted [1/m]
+  Eigen::Matrix2d rest_edges_;  // [1/m] plate: inverse of the edges [m] from the first corner, local x, y
 };
 
 }  // namespace freeflex

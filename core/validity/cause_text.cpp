@@ -1,5 +1,5 @@
-// A verdict in plain English, with the names of what is responsible. Texts stay below 256 characters, the
-// room that the interface for C has.
+// Texts of the causes of a verdict, with the names of the responsible items. A text has fewer than 256
+// characters, because its field in the C interface has 256 bytes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 using Agent = Responsible::Agent;
 using Cause = Verdict::Cause;
 
-// [bytes] of a name: longer ones are cut in the middle, since names that begin alike differ at the end
+// [bytes] longest name. Longer names are cut in the middle, because names that begin alike differ at the end.
 constexpr std::size_t kMostOfName = 32;
 
 std::string number(double value, int digits = 2) {
@@ -26,7 +26,7 @@ std::string number(double value, int digits = 2) {
 
 std::string quoted(const std::string& name) {
   if (name.size() <= kMostOfName) return "'" + name + "'";
-  const auto is_within = [&](std::size_t at) {  // a character
+  const auto is_within = [&](std::size_t at) {  // not the first byte of a character
     return (static_cast<unsigned char>(name[at]) & 0xC0) == 0x80;
   };
   std::size_t end = (kMostOfName - 3) / 2, begin = name.size() - (kMostOfName - 3 - end);
@@ -35,7 +35,7 @@ std::string quoted(const std::string& name) {
   return "'" + name.substr(0, end) + "..." + name.substr(begin) + "'";
 }
 
-// "load 'thrust'", "load 2" of one without a name
+// returns for example "load 'thrust'", or "load 2" for a load without a name
 template <typename Items>
 std::string called(const char* noun, const Items& items, std::int32_t item) {
   if (item < 0 || static_cast<std::size_t>(item) >= items.size()) return {};
@@ -44,12 +44,12 @@ std::string called(const char* noun, const Items& items, std::int32_t item) {
 }
 
 std::string mode_text(const Plan& plan, const Responsible& named) {
-  if (named.mode == 0) return plan.neglect.named.left_out.empty() ? "a mode" : "a mode that is left out";
+  if (named.mode == 0) return plan.unmodelled.named.left_out.empty() ? "a mode" : "a mode that is left out";
   return "mode " + std::to_string(named.mode) +
          (named.frequency > 0.0 ? " (" + number(named.frequency, 4) + " Hz)" : " (a mechanism)");
 }
 
-// the subject of a sentence: what acts
+// returns the subject of the sentence: the item that acts
 std::string agent_text(const Plan& plan, const Responsible& named) {
   switch (named.agent) {
     case Agent::kLoad:
@@ -72,65 +72,83 @@ const char* noun_of(const std::string& kind) {
   return kind.c_str();
 }
 
-// "tolerance, 1e-05 m": what errors are held against
+// returns the value with which errors are compared, for example "tolerance, 1e-05 m"
 std::string scale_text(const Plan& plan, const Verdict& verdict) {
-  const bool is_tolerance = plan.neglect.tolerance > 0.0 && verdict.scale == plan.neglect.tolerance;
+  const bool is_tolerance = plan.unmodelled.tolerance > 0.0 && verdict.scale == plan.unmodelled.tolerance;
   return std::string(is_tolerance                                ? "tolerance"
                      : verdict.scale == verdict.displacement_now ? "displacement"
                                                                  : "recent peak displacement") +
          ", " + number(verdict.scale) + " m";
 }
 
-std::string unseen_text(const Plan& plan, const Responsible& named) {
+std::string unquantified_text(const Plan& plan, const Responsible& named) {
+  const std::string refine = "; compare with a finer model";
   if (named.agent == Agent::kWheel)
-    return "not modelled: how the deformation turns the axis of " +
-           called("wheel", plan.wheels.all, named.item);
+    return "not modelled: how the deformation rotates the axis of " +
+           called("wheel", plan.wheels.all, named.item) +
+           (is_coupled(plan) ? refine : "; take fidelity: coupled");
   if (named.agent == Agent::kRate)
-    return "integration: " + mode_text(plan, named) +
-           " swings too fast for the tick, and its stiffness changes meanwhile; raise the rate";
-  if (named.agent == Agent::kModes) return "not modelled: forces that the modes left out carry";
+    return "integration: the stiffness of " + mode_text(plan, named) +
+           " changes faster than the tick resolves; raise the rate";
+  if (named.agent == Agent::kModes)
+    return "not modelled: internal forces carried by modes that are left out; keep more modes";
   if (named.item < 0 || static_cast<std::size_t>(named.item) >= plan.links.size())
-    return "not modelled: what a link with hidden or distributed mass does inside";
+    return "not modelled: internal forces of a link with hidden or distributed mass" + refine;
   const PlanLink& link = plan.links[static_cast<std::size_t>(named.item)];
   return std::string("not modelled: ") +
-         (hides_forces(link) ? "how forces run inside " : "how spin and loads act on the mass within ") +
-         called(noun_of(link.kind), plan.links, named.item);
+         (hides_forces(link) ? "the forces inside " : "the effect of spin and loads on the mass within ") +
+         called(noun_of(link.kind), plan.links, named.item) + refine;
 }
 
-// how much it may be; where that is little the size of the displacement is what makes it watch
-std::string hidden_text(const Plan& plan, const Verdict& verdict) {
-  const double most = verdict.error + verdict.unseen;
+// returns the error including its unquantified part; if this is small, returns the displacement, which then
+// makes the verdict watch
+std::string bound_text(const Plan& plan, const Verdict& verdict) {
+  const double most = verdict.error + verdict.unquantified;
   if (most <= kGoodElastic * verdict.scale)
-    return "; that may count at the displacement of " + number(verdict.displacement_now) + " m";
-  return "; with that the error may be up to " + share_text(most, verdict.scale) + " the " +
-         scale_text(plan, verdict);
+    return "; this may matter at the displacement of " + number(verdict.displacement_now) + " m";
+  return "; the error may be up to " + share_text(most, verdict.scale) + " the " + scale_text(plan, verdict);
 }
 
-// "9 modes (7 out_of_plane, 2 small_modes)"
+// returns the remedy for terms of second order: a rung that has these terms, if there is one; otherwise a
+// reduction of their cause
+std::string second_order_remedy(const Plan& plan) {
+  const bool has_only_axial_links =
+      std::all_of(plan.links.begin(), plan.links.end(), [](const PlanLink& link) {
+        return link.kind == "spring" || link.kind == "bar" || link.kind == "dashpot";
+      });
+  const bool has_point_masses = plan.particles.all.empty() && plan.particles.attitude_points.empty();
+  if (has_only_axial_links && has_point_masses && plan.wheels.all.empty() &&
+      plan.unmodelled.lacks_modes != LacksModes::kNotKept && !traits_of(plan.fidelity).has_true_geometry)
+    return "; take fidelity: exact-bars";
+  return "; load or spin it less, or stiffen it";
+}
+
+// returns for example "9 modes (7 out_of_plane, 2 small_modes)"
 std::string left_out_text(const Plan& plan) {
-  std::string parts;
-  for (const PlanPart& part : plan.parts) {
-    const bool is_of_modes = part.part == Part::kOutOfPlane || part.part == Part::kUnreachedModes ||
-                             part.part == Part::kSmallModes;
-    if (is_of_modes && part.is_left_out && part.count > 0)
-      parts += (parts.empty() ? " (" : ", ") + std::to_string(part.count) + " " + name_of(part.part);
+  std::string counts;
+  for (const PlanFeature& feature : plan.features) {
+    const bool is_of_modes = feature.feature == Feature::kOutOfPlane ||
+                             feature.feature == Feature::kUnreachedModes ||
+                             feature.feature == Feature::kSmallModes;
+    if (is_of_modes && feature.is_left_out && feature.count > 0)
+      counts +=
+          (counts.empty() ? " (" : ", ") + std::to_string(feature.count) + " " + name_of(feature.feature);
   }
-  return "the modes that are left out" + (parts.empty() ? parts : parts + ")");
+  return "the modes that are left out" + (counts.empty() ? counts : counts + ")");
 }
 
 std::string step_text(const Plan& plan, const Verdict& verdict) {
   const Responsible& named = verdict.responsible;
   switch (named.agent) {
     case Agent::kSpin:
-      return "integration: the body turns too far in one tick; raise the rate" +
+      return "integration: the body rotates too far in one tick; raise the rate" +
              (verdict.rate > 0.0 ? " to " + number(verdict.rate, 3) + " Hz" : std::string());
     case Agent::kLoad:
-      return "integration: what loads the modes turns too far in the body within a tick, over which they "
-             "take "
-             "it as straight; raise the rate";
+      return "integration: within a tick the loads rotate too far against the body to be taken as linear; "
+             "raise the rate";
     default:
       return "integration: " + mode_text(plan, named) +
-             " vibrates too fast for the tick of a body that turns" +
+             " vibrates too fast for the tick of a body that rotates" +
              (plan.wheels.all.empty() ? "" : " or has wheels") + "; raise the rate";
   }
 }
@@ -138,31 +156,31 @@ std::string step_text(const Plan& plan, const Verdict& verdict) {
 std::string stiffness_text(const Plan& plan, const Responsible& named) {
   if (named.agent == Agent::kWheel)
     return "model: " + agent_text(plan, named) + " adds gyroscopic forces to " + mode_text(plan, named) +
-           ", which this rung neglects";
-  const bool is_spin = named.agent == Agent::kSpin;
-  return "model: " + agent_text(plan, named) +
-         (is_spin && !is_coupled(plan) ? " adds Coriolis forces and stiffness to "
-                                       : " changes the stiffness of ") +
-         mode_text(plan, named) + ", which this rung neglects";
+           ", which this rung neglects; take fidelity: coupled";
+  if (named.agent == Agent::kSpin && !is_coupled(plan))
+    return "model: " + agent_text(plan, named) + " adds Coriolis forces and geometric stiffness to " +
+           mode_text(plan, named) + ", which this rung neglects; take fidelity: coupled";
+  return "model: " + agent_text(plan, named) + " changes the geometric stiffness of " +
+         mode_text(plan, named) + ", which this rung neglects" + second_order_remedy(plan);
 }
 
 std::string buckling_text(const Plan& plan, const Responsible& named) {
-  return "model: " + agent_text(plan, named) + " takes half or more of the stiffness of " +
-         mode_text(plan, named) + ": it is near buckling; load less, or stiffen it";
+  return "model: " + agent_text(plan, named) + " reduces the stiffness of " + mode_text(plan, named) +
+         " by half or more: it is near buckling; load it less, or stiffen it";
 }
 
 }  // namespace
 
-const char* name_of(Verdict::Word word) {
+const char* name_of(Verdict::Level level) {
   static constexpr std::array kNames{"good", "watch", "outside"};
-  return kNames[static_cast<std::size_t>(word)];
+  return kNames[static_cast<std::size_t>(level)];
 }
 
 std::string share_text(double error, double scale) {
   if (error <= 0.0) return "0 % of";
   const double percent = 100.0 * error / scale;
   if (!(percent < 1000.0)) return "more than 10 times";
-  // what is above a limit of the verdict does not read as the limit
+  // if a value is above a limit of the verdict, it is never rounded to the limit
   int digits = 2;
   for (const double limit : {100.0 * kGoodElastic, 100.0 * kMostElastic})
     while (percent > limit && digits < 6 && number(percent, digits) == number(limit)) ++digits;
@@ -171,13 +189,14 @@ std::string share_text(double error, double scale) {
 }
 
 std::string error_text(const Plan& plan, const Verdict& verdict) {
-  if (!plan.neglect.is_known || plan.neglect.is_rigid || verdict.cause == Cause::kLost) return "not known";
+  if (!plan.unmodelled.is_known || plan.unmodelled.is_rigid || verdict.cause == Cause::kLost)
+    return "not known";
   return share_text(verdict.error, verdict.scale) + " the " + scale_text(plan, verdict);
 }
 
 std::string describe(const Plan& plan, const Verdict& verdict) {
   const std::string cause = text_of(plan, verdict);
-  return name_of(verdict.word) + (cause.empty() ? "" : ": " + cause);
+  return name_of(verdict.level) + (cause.empty() ? "" : ": " + cause);
 }
 
 std::string text_of(const Plan& plan, const Verdict& verdict) {
@@ -191,46 +210,54 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
     case Cause::kBuckling:
       return buckling_text(plan, named);
     case Cause::kSpinLoad:
-      return "model: the deformation by the centrifugal forces of the spin, which this rung neglects" + error;
+      return "model: this rung neglects the centrifugal load of the spin; take fidelity: spin-loaded or "
+             "higher" +
+             error;
     case Cause::kDeformation:
-      return "model: second order of the displacements, most by " + mode_text(plan, named) + error;
+      return "model: displacements are too large for linear geometry, most in " + mode_text(plan, named) +
+             second_order_remedy(plan) + error;
     case Cause::kSize:
-      return "model: the displacement of " + number(verdict.displacement_now) + " m, most by " +
-             mode_text(plan, named) + ", is not small beside the size of the body";
+      return "model: the displacement of " + number(verdict.displacement_now) + " m, most in " +
+             mode_text(plan, named) +
+             ", is not small compared with the size of the body; load or spin it "
+             "less, or stiffen it";
     case Cause::kLost:
       return "integration: the reference solution of the error budget diverged; raise the rate, or load less";
     case Cause::kIntegration:
-      return "integration: the tick is long for this motion; raise the rate" + error;
+      return "integration: the tick is too long for this motion; raise the rate" + error;
     case Cause::kStep:
       return step_text(plan, verdict);
     case Cause::kUnresolved:
       return "integration: the reference solution of the error budget does not resolve the fastest "
-             "vibration, and may miss an error by spin; raise the rate";
+             "vibration, and may miss an error by the spin; raise the rate";
     case Cause::kTruncation:
       return "truncation: " + left_out_text(plan) +
-             (named.agent == Agent::kCommands ? " may move by the commanded load" : " would move") +
+             (named.agent == Agent::kCommands ? " may be excited by the commanded load" : " would move") +
              "; lower leave_out: tolerance" + error;
     case Cause::kModel:
       return "model: the reference solution of the error budget differs from this rung; take a higher rung" +
              error;
     case Cause::kPosition:
       return "position: points are off by about " + number(verdict.position) +
-             " m in space, added up over the horizons of the error budget";
-    case Cause::kUnseen:
-      return unseen_text(plan, named) + hidden_text(plan, verdict);
+             " m in space, summed over the horizons of the error budget; raise the rate, or take a higher "
+             "rung";
+    case Cause::kUnquantified:
+      return unquantified_text(plan, named) + bound_text(plan, verdict);
     case Cause::kNotKept:
-      return "truncation: only the lowest modes are kept, and what loads do to the others is not known; "
-             "ask for more with modes:, or compare with a plan that has more";
+      return "truncation: only the lowest modes are kept, and the response of the others is not known; keep "
+             "more with modes:, or compare with a plan that has more";
     case Cause::kFastLoad:
-      return "integration: " + agent_text(plan, named) + " changes faster than ticks follow; raise the rate";
+      return "integration: " + agent_text(plan, named) +
+             " changes faster than the ticks resolve; raise the rate";
     case Cause::kAttractor:
-      return "model: only the gradient of the field of the attractor is modelled; the body is so near "
-             "that its position may be off by more than the estimate";
+      return "model: only the gravity gradient is modelled, and the attractor is near: the position error "
+             "may "
+             "exceed the estimate; check the position with another program";
     case Cause::kRigid:
-      return "model: the rung is rigid, and the deformation by loads and spin is missing; take a higher rung";
+      return "model: the rung is rigid and neglects the deformation by loads and spin; take a higher rung";
     case Cause::kUnknown:
-      return "the plan file is of an older version, without the tables that judge the motion; compile the "
-             "scene again";
+      return "the plan file is of an older version and has no tables for the verdict; compile the scene "
+             "again";
   }
   return {};
 }

@@ -8,7 +8,7 @@
 #include "core/step/history.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/loads.hpp"
-#include "core/step/mixing.hpp"
+#include "core/step/modal_coupling.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 #include "core/validity/validity.hpp"
@@ -17,19 +17,21 @@ namespace freeflex {
 
 namespace {
 
-constexpr double kMostTurn = 2.0;  // [rad] all is lost then
+constexpr double kMaxAttitudeError = 2.0;  // [rad] at this error the attitude is lost
 
-/// e^{-a h} cos(r h) and e^{-a h} sin(r h) / r, r = sqrt(omega^2 - a^2), with cosh and sinh where a > omega.
+/// Returns e^{-a h} cos(r h) and e^{-a h} sin(r h) / r, with a = decay and r = sqrt(omega^2 - a^2). If a >
+/// omega, cosh and sinh replace cos and sin.
 std::pair<double, double> free_motion(double omega, double decay, double h) noexcept {
-  const double square = omega * omega - decay * decay, ring = std::sqrt(std::abs(square));
-  if (ring * h < 1e-6) return {std::exp(-decay * h), h * std::exp(-decay * h)};
+  const double square = omega * omega - decay * decay, damped = std::sqrt(std::abs(square));
+  if (damped * h < 1e-6) return {std::exp(-decay * h), h * std::exp(-decay * h)};
   if (square > 0.0)
-    return {std::exp(-decay * h) * std::cos(ring * h), std::exp(-decay * h) * std::sin(ring * h) / ring};
-  const double slow = std::exp(-omega * omega / (decay + ring) * h), fast = std::exp(-(decay + ring) * h);
-  return {0.5 * (slow + fast), 0.5 * (slow - fast) / ring};
+    return {std::exp(-decay * h) * std::cos(damped * h),
+            std::exp(-decay * h) * std::sin(damped * h) / damped};
+  const double slow = std::exp(-omega * omega / (decay + damped) * h), fast = std::exp(-(decay + damped) * h);
+  return {0.5 * (slow + fast), 0.5 * (slow - fast) / damped};
 }
 
-/// Derivative by w of the sum of six coefficients times the products of w.
+/// Returns the derivative of k . (w0^2, w1^2, w2^2, w0 w1, w0 w2, w1 w2) with respect to w.
 Vec3 gradient(const double* k, const Vec3& w) noexcept {
   return {2.0 * k[0] * w[0] + k[3] * w[1] + k[4] * w[2], 2.0 * k[1] * w[1] + k[3] * w[0] + k[5] * w[2],
           2.0 * k[2] * w[2] + k[4] * w[0] + k[5] * w[1]};
@@ -43,31 +45,33 @@ ErrorShadow::Free ErrorShadow::free_over(double omega, double decay, double h) n
 }
 
 ErrorShadow::ErrorShadow(const Plan& plan) : plan_(plan) {
-  const auto n = static_cast<std::size_t>(plan.neglect.num_shadowed);
+  const auto n = static_cast<std::size_t>(plan.unmodelled.num_shadowed);
   const double h = plan.period;
   for (std::size_t c = 0; c < n; ++c) {
     const double omega = plan.omega[c], decay = plan.decay[c], M = plan.mass;
     const Free whole = free_over(omega, decay, h);
     Tick tick{whole, free_over(omega, decay, 0.5 * h), 0.5 * h * h / M, whole.from_rate / M};
-    // below it the quotient loses more digits than the series of one term lacks
+    // below 1e-5 rad, the quotient loses more digits than are lost by using only the first term of its
+    // series, h^2 / 2
     if (std::max(omega, decay) * h > 1e-5 && omega > 0.0)
       tick.by_force = (1.0 - whole.from_delta) / (M * omega * omega);
     ticks_.push_back(tick);
   }
-  for (std::vector<double>* values : {&spin_force_, &x_, &v_, &bent_, &missing_, &turned_}) values->resize(n);
+  for (std::vector<double>* values : {&spin_force_, &x_, &v_, &product_, &missing_q_, &world_forces_})
+    values->resize(n);
   half_delta_.resize(n);
-  const bool mixes = n > 0 && (plan.mixing.num_damping > 0 || !plan.feedbacks.empty());
+  const bool is_coupled_by_forces = n > 0 && (plan.modal_coupling.num_damping > 0 || !plan.feedbacks.empty());
   for (Array* values : {&delta_, &rate_, &force_})
-    values->resize(mixes ? static_cast<std::size_t>(plan.num_padded) : n);
-  if (mixes) {
-    for (Array* values : {&next_delta_, &next_rate_, &zero_, &low_, &rate_low_, &kicked_})
+    values->resize(is_coupled_by_forces ? static_cast<std::size_t>(plan.num_padded) : n);
+  if (is_coupled_by_forces) {
+    for (Array* values : {&next_delta_, &next_rate_, &zero_, &low_, &rate_low_, &rate_after_impulse_})
       values->resize(delta_.size());
-    scratch_.resize(mixing_scratch_size(plan));
+    scratch_.resize(modal_coupling_scratch_size(plan));
   }
-  for (std::size_t pair = 0; pair < plan.neglect.pairs.size(); ++pair) {
-    const auto [l, u] = plan.neglect.pairs[pair];
-    const double* const s = plan.neglect.coriolis_rows.data() + 3 * pair;
-    if (l != u && std::max(l, u) < plan.neglect.num_shadowed)
+  for (std::size_t pair = 0; pair < plan.unmodelled.pairs.size(); ++pair) {
+    const auto [l, u] = plan.unmodelled.pairs[pair];
+    const double* const s = plan.unmodelled.coriolis_rows.data() + 3 * pair;
+    if (l != u && std::max(l, u) < plan.unmodelled.num_shadowed)
       pairs_.push_back({pair, static_cast<std::size_t>(l), static_cast<std::size_t>(u), {s[0], s[1], s[2]}});
   }
   E_.resize(n * n);
@@ -78,10 +82,10 @@ void ErrorShadow::clear() noexcept {
   for (Array* values : {&delta_, &rate_}) std::fill(values->begin(), values->end(), 0.0);
   for (std::vector<double>* values : {&spin_force_, &E_, &coriolis_})
     std::fill(values->begin(), values->end(), 0.0);
-  spins_ = false;
+  has_coriolis_ = false;
   has_world_loads_ = false;
-  H_W_ = phi_ = w_ = error_ = {};
-  std::fill(turned_.begin(), turned_.end(), 0.0);
+  H_W_ = phi_ = w_ = w_error_ = {};
+  std::fill(world_forces_.begin(), world_forces_.end(), 0.0);
 }
 
 void ErrorShadow::set_stiffness(std::size_t l, std::size_t u, double E) noexcept {
@@ -90,79 +94,89 @@ void ErrorShadow::set_stiffness(std::size_t l, std::size_t u, double E) noexcept
 
 void ErrorShadow::set_spin(const Vec3& w, const std::array<double, 6>& products,
                            std::span<const double> wheels) noexcept {
-  const PlanNeglect& neglect = plan_.neglect;
+  const PlanUnmodelled& unmodelled = plan_.unmodelled;
   const std::size_t n = size();
-  spins_ = w[0] != 0.0 || w[1] != 0.0 || w[2] != 0.0 ||
-           std::any_of(wheels.begin(), wheels.end(), [](double h) { return h != 0.0; });
-  if (!spins_ && std::all_of(spin_force_.begin(), spin_force_.end(), [](double f) { return f == 0.0; }))
+  has_coriolis_ = w[0] != 0.0 || w[1] != 0.0 || w[2] != 0.0 ||
+                  std::any_of(wheels.begin(), wheels.end(), [](double h) { return h != 0.0; });
+  if (!has_coriolis_ &&
+      std::all_of(spin_force_.begin(), spin_force_.end(), [](double f) { return f == 0.0; }))
     return;
-  for (std::size_t c = 0; c < n && !neglect.spin_loads.empty(); ++c) {
+  for (std::size_t c = 0; c < n && !unmodelled.spin_loads.empty(); ++c) {
     spin_force_[c] = 0.0;
-    for (std::size_t k = 0; k < 6; ++k) spin_force_[c] += neglect.spin_loads[6 * c + k] * products[k];
+    for (std::size_t k = 0; k < 6; ++k) spin_force_[c] += unmodelled.spin_loads[6 * c + k] * products[k];
   }
   for (const auto& [pair, l, u, s] : pairs_) {
     if (is_coupled(plan_)) break;
     coriolis_[l * n + u] = 2.0 * plan_.mass * dot(s, w);
-    // -theta_l . (theta' x h a)   (X167)
+    // gyroscopic force -theta_l . (theta' x h a)   (THEORY 16.24)
     for (std::size_t k = 0; k < wheels.size(); ++k)
       coriolis_[l * n + u] -= wheels[k] * plan_.wheels.all[k].gyroscopic[pair];
     coriolis_[u * n + l] = -coriolis_[l * n + u];
   }
 }
 
-/// Halfway through a tick both motions as they ring freely: the force there makes the tick the map of a kick
-/// between two free halves, up to scale, so that what pushes back neither pumps nor damps.
-void ErrorShadow::go_halfway(const MotionState& state) noexcept {
+/// Computes the motion and its error halfway through the tick, as free vibration. If F is taken at this time,
+/// a tick is equivalent to free motion over half a tick, an impulse proportional to F, and free motion over
+/// the other half. F therefore neither feeds nor damps the vibration (THEORY X142).
+void ErrorShadow::move_halfway(const MotionState& state) noexcept {
   for (std::size_t c = 0; c < size(); ++c) {
     const Free& half = ticks_[c].half;
     const double stiffness = plan_.mass * plan_.omega[c] * plan_.omega[c];
-    const double still = stiffness > 0.0 ? state.Q[c] / stiffness : 0.0, ring = state.q[c] - still;
+    const double quasi_static = stiffness > 0.0 ? state.Q[c] / stiffness : 0.0,
+                 vibration = state.q[c] - quasi_static;
     half_delta_[c] = half.from_delta * delta_[c] + half.from_rate * rate_[c];
-    x_[c] = still + half.from_delta * ring + half.from_rate * state.q_dot[c] + half_delta_[c];
-    v_[c] = half.rate_from_delta * (ring + delta_[c]) + half.rate_from_rate * (state.q_dot[c] + rate_[c]);
+    x_[c] = quasi_static + half.from_delta * vibration + half.from_rate * state.q_dot[c] + half_delta_[c];
+    v_[c] =
+        half.rate_from_delta * (vibration + delta_[c]) + half.rate_from_rate * (state.q_dot[c] + rate_[c]);
   }
 }
 
-/// X142, X143, X146, X147 of what there is with its error: third order of the energy among the shadowed
-/// modes, stiffness by what else strains the links, spin, fourth order.
-void ErrorShadow::find_forces(const MotionState& state) noexcept {
-  const PlanNeglect& neglect = plan_.neglect;
+/// Computes F at x = q + delta   (THEORY X142):
+///   F_c = -1/2 sum_ab Gamma_abc x_a x_b   third order of the energy of the integrated modes (THEORY X147)
+///         - sum_b E_cb x_b                stiffness by the other modes and the spin
+///         - 1/2 sum_r (x^T H_r x) H_r x   fourth order of the energy (THEORY X146)
+///         + centrifugal and Coriolis forces that the rung neglects + terms of the attitude error
+///         (THEORY X148)
+void ErrorShadow::compute_forces(const MotionState& state) noexcept {
+  const PlanUnmodelled& unmodelled = plan_.unmodelled;
   const std::size_t n = size();
-  for (std::size_t c = 0; c < n; ++c) force_[c] = spin_force_[c] + turned_[c];
-  const double* gamma = neglect.shadow_rows.data();
+  for (std::size_t c = 0; c < n; ++c) force_[c] = spin_force_[c] + world_forces_[c];
+  const double* gamma = unmodelled.shadow_rows.data();
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t b = a; b < n; ++b, gamma += n)
       combine_one(gamma, -x_[a] * x_[b], true, n, force_.data());
   for (std::size_t b = 0; b < n; ++b) combine_one(E_.data() + b * n, -x_[b], true, n, force_.data());
-  neglect.quartic.forms.empty() ? stretch_alike() : stretch();
-  for (std::size_t c = 0; c < n && !neglect.inertia_rows.empty(); ++c)
-    force_[c] += dot(gradient(neglect.inertia_rows.data() + 6 * c, w_), error_);
-  for (const PlanWheel& wheel : plan_.wheels.all) push_by_wheel(wheel, state);
-  if (spins_) add_coriolis();
+  unmodelled.quartic.forms.empty() ? add_fourth_order_bound() : add_fourth_order();
+  for (std::size_t c = 0; c < n && !unmodelled.inertia_rows.empty(); ++c)
+    force_[c] += dot(gradient(unmodelled.inertia_rows.data() + 6 * c, w_), w_error_);
+  for (const PlanWheel& wheel : plan_.wheels.all) add_wheel_torque(wheel, state);
+  if (has_coriolis_) add_coriolis();
 }
 
-/// X146: -1/2 sum_r (x^T H_r x) H_r x.
-void ErrorShadow::stretch() noexcept {
+/// Adds the force by the fourth order of the energy to F: -1/2 sum_r (x^T H_r x) H_r x   (THEORY X146).
+void ErrorShadow::add_fourth_order() noexcept {
   const std::size_t n = size();
-  const Array& forms = plan_.neglect.quartic.forms;
+  const Array& forms = plan_.unmodelled.quartic.forms;
   for (const double* form = forms.data(); form != forms.data() + forms.size(); form += n * n) {
-    for (std::size_t b = 0; b < n; ++b) combine_one(form + b * n, x_[b], b > 0, n, bent_.data());
+    for (std::size_t b = 0; b < n; ++b) combine_one(form + b * n, x_[b], b > 0, n, product_.data());
     double sum = 0.0;
-    for (std::size_t a = 0; a < n; ++a) sum += bent_[a] * x_[a];
-    combine_one(bent_.data(), -0.5 * sum, true, n, force_.data());
+    for (std::size_t a = 0; a < n; ++a) sum += product_[a] * x_[a];
+    combine_one(product_.data(), -0.5 * sum, true, n, force_.data());
   }
 }
 
-/// As if all stretch were alike, of plan files that have no more.
-void ErrorShadow::stretch_alike() noexcept {
-  const Array& root = plan_.neglect.root_quartic;
+/// Adds a bound of the fourth-order force to F, as if all modes stretched the same links. For plan files
+/// without the forms H_r   (THEORY X146).
+void ErrorShadow::add_fourth_order_bound() noexcept {
+  const Array& root = plan_.unmodelled.root_quartic;
   double all = 0.0;
   for (std::size_t c = 0; c < size(); ++c) all += root[c] * x_[c] * x_[c];
   for (std::size_t c = 0; c < size(); ++c)
     force_[c] -= root[c] * (3.0 * all - 2.0 * root[c] * x_[c] * x_[c]) * x_[c];
 }
 
-/// Of the rate halfway through the kick: they turn the motion, and a turn keeps its size.
+/// Adds Coriolis forces to F: 2 M w . s_cb x_b'. The rate x' is that halfway through the impulse, so that
+/// Coriolis forces rotate the motion and do not change its size.
 void ErrorShadow::add_coriolis() noexcept {
   const std::size_t n = size();
   const double half = 0.5 * plan_.period / plan_.mass;
@@ -171,13 +185,15 @@ void ErrorShadow::add_coriolis() noexcept {
     for (std::size_t b = 0; b < n; ++b) sum += coriolis_[c * n + b] * v_[b];
     return sum;
   };
-  for (std::size_t c = 0; c < n; ++c) bent_[c] = coriolis(c);
-  for (std::size_t c = 0; c < n; ++c) v_[c] += half * bent_[c];
+  for (std::size_t c = 0; c < n; ++c) product_[c] = coriolis(c);
+  for (std::size_t c = 0; c < n; ++c) v_[c] += half * product_[c];
   for (std::size_t c = 0; c < n; ++c) force_[c] += coriolis(c);
 }
 
-/// Elastic turn of a body that the rung does not reckon with: its own on rungs that do not couple, the error.
-Vec3 ErrorShadow::turn_at(const double* rows, const MotionState& state, const Array& delta) const noexcept {
+/// Returns the elastic rotation of a body that the rung neglects [rad]: the rotation by the error; below the
+/// coupled rungs, the whole elastic rotation.
+Vec3 ErrorShadow::neglected_rotation(const double* rows, const MotionState& state,
+                                     const Array& delta) const noexcept {
   const std::size_t padded = index(plan_.num_padded);
   Vec3 theta = is_coupled(plan_) ? Vec3{} : contract_rows(rows, state.q.data(), padded);
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -185,35 +201,37 @@ Vec3 ErrorShadow::turn_at(const double* rows, const MotionState& state, const Ar
   return theta;
 }
 
-/// X148: -theta_l . (dw x h a), what the spin is off by, and what an axis that has turned makes of the spin
-/// (X168).
-void ErrorShadow::push_by_wheel(const PlanWheel& wheel, const MotionState& state) noexcept {
-  const double* const rows = turn_rows(plan_, wheel.turning);
+/// Adds to F the torques of a wheel: that by the error of the spin, -theta_l . (dw x h a)   (THEORY X148),
+/// and that by the spin on the rotated axis, to first order, h ((theta x a) x w + a x (w x theta)) / 2
+/// (THEORY 16.27 to 16.31).
+void ErrorShadow::add_wheel_torque(const PlanWheel& wheel, const MotionState& state) noexcept {
+  const double* const rows = rotation_rows(plan_, wheel.attitude_index);
   const std::size_t padded = index(plan_.num_padded);
   const double h = state.wheel_momentum[index(static_cast<std::int32_t>(&wheel - plan_.wheels.all.data()))];
-  const Vec3 theta = turn_at(rows, state, half_delta_), &a = wheel.axis;
-  const Vec3 turned = scale(0.5, add(cross(cross(theta, a), w_), cross(a, cross(w_, theta))));
-  const Vec3 torque = scale(h, sub(turned, cross(error_, a)));
+  const Vec3 theta = neglected_rotation(rows, state, half_delta_), &a = wheel.axis;
+  const Vec3 by_axis = scale(0.5, add(cross(cross(theta, a), w_), cross(a, cross(w_, theta))));
+  const Vec3 torque = scale(h, sub(by_axis, cross(w_error_, a)));
   for (std::size_t c = 0; c < size(); ++c)
     force_[c] += rows[c] * torque[0] + rows[padded + c] * torque[1] + rows[2 * padded + c] * torque[2];
 }
 
-/// X148: loads act on displaced points, and those that are fixed in the world on a body that has turned
-/// otherwise: b . (F x phi) = phi . (b x F) along each mode.
-void ErrorShadow::take_torque(const State& state, const Mat3& R_WB) noexcept {
-  RigidLoad turned;
+/// Adds to H_W_ the torque that the rung neglects: by loads on displaced points, (V + dV) x F, and by loads
+/// fixed in the world on a body whose attitude has the error phi. Loads fixed in the world then also load the
+/// modes: b . (F x phi) = phi . (b x F) (THEORY X148).
+void ErrorShadow::add_torque(const State& state, const Mat3& R_WB) noexcept {
+  RigidLoad loads;
   Vec3 torque = cross(phi_, state.moment_B);
-  std::fill(turned_.begin(), turned_.end(), 0.0);
+  std::fill(world_forces_.begin(), world_forces_.end(), 0.0);
   const auto add_load = [&](const LoadPattern& pattern, const double* arms, double amplitude) {
-    add_pattern(pattern, amplitude, turned);
+    add_pattern(pattern, amplitude, loads);
     RigidLoad arm;
     arm.has_moment_W = pattern.has_world;
     for (std::size_t c = 0; c < size(); ++c, arms += kArmSize) {
       std::copy_n(arms, arm.moment_W.size(), arm.moment_W.begin());
       const Vec3 by_world = scale(amplitude, moment_B(arm, R_WB)),
                  by_body = scale(amplitude, {arms[27], arms[28], arms[29]});
-      turned_[c] += dot(phi_, by_world);
-      torque = add_scaled(torque, missing_[c], add(by_world, by_body));
+      world_forces_[c] += dot(phi_, by_world);
+      torque = add_scaled(torque, missing_q_[c], add(by_world, by_body));
     }
   };
   if (state.num_slots > 0) add_load(state.commands_pattern, state.commands_arms.data(), 1.0);
@@ -221,19 +239,21 @@ void ErrorShadow::take_torque(const State& state, const Mat3& R_WB) noexcept {
   for (std::size_t k = 0; k < plan_.histories.size(); ++k) {
     const double amplitude = amplitude_left(plan_.histories[k], plan_.period, age);
     if (amplitude != 0.0)
-      add_load(plan_.histories[k].pattern, plan_.neglect.load_arms.data() + k * size() * kArmSize, amplitude);
+      add_load(plan_.histories[k].pattern, plan_.unmodelled.load_arms.data() + k * size() * kArmSize,
+               amplitude);
   }
-  has_world_loads_ = turned.has_moment_W;
+  has_world_loads_ = loads.has_moment_W;
   if (has_world_loads_) {
-    turned.torque_B = {};
-    const Mat3 turn = {0.0, -phi_[2], phi_[1], phi_[2], 0.0, -phi_[0], -phi_[1], phi_[0], 0.0};
-    torque = add(torque, moment_B(turned, multiply(R_WB, turn)));
+    loads.torque_B = {};
+    const Mat3 phi_cross = {0.0, -phi_[2], phi_[1], phi_[2], 0.0, -phi_[0], -phi_[1], phi_[0], 0.0};
+    torque = add(torque, moment_B(loads, multiply(R_WB, phi_cross)));
   }
   H_W_ = add_scaled(H_W_, plan_.period, multiply(R_WB, torque));
 }
 
-/// Momentum of what rings, sum m V x V', that the rung lacks: its own on rungs that do not couple.
-Vec3 ErrorShadow::ring_momentum(const MotionState& state) const noexcept {
+/// Returns the part of the angular momentum of the vibration, sum m V x V', that the rung neglects [N m s]:
+/// all of it below the coupled rungs; on the coupled rungs, the change that the error makes.
+Vec3 ErrorShadow::vibration_momentum(const MotionState& state) const noexcept {
   const double own = is_coupled(plan_) ? 1.0 : 0.0;
   Vec3 sum{};
   for (const auto& [pair, l, u, s] : pairs_) {
@@ -246,25 +266,26 @@ Vec3 ErrorShadow::ring_momentum(const MotionState& state) const noexcept {
   return sum;
 }
 
-/// X148: the momentum is as it is in the world, so an error of the attitude turns it in the body, and what
-/// the deformation adds to the inertia is missing: phi' = dw - w x phi, dw = J^-1 (H x phi + dH - dJ w).
-void ErrorShadow::turn_body(const State& state) noexcept {
-  const PlanNeglect& neglect = plan_.neglect;
-  if (neglect.inertia_rows.empty()) return;
+/// Advances the error of the attitude by a tick: phi' = dw - w x phi, dw = J^-1 (H x phi + dH - dJ w - h)
+/// (THEORY X148). The momentum is fixed in the world, so an attitude error rotates its components in body
+/// axes. dJ is the change of inertia by the deformation, and h is the angular momentum of the vibration.
+void ErrorShadow::advance_attitude(const State& state) noexcept {
+  const PlanUnmodelled& unmodelled = plan_.unmodelled;
+  if (unmodelled.inertia_rows.empty()) return;
   const Mat3 R_WB = rotation_matrix(state.q_WB);
-  for (std::size_t c = 0; c < size(); ++c) missing_[c] = (is_coupled(plan_) ? 0.0 : state.q[c]) + delta_[c];
-  take_torque(state, R_WB);
+  for (std::size_t c = 0; c < size(); ++c) missing_q_[c] = (is_coupled(plan_) ? 0.0 : state.q[c]) + delta_[c];
+  add_torque(state, R_WB);
   w_ = angular_velocity(plan_, state);
   Vec3 H = multiply(plan_.inertia, w_);
-  Vec3 added = sub(ring_momentum(state), multiply_transposed(R_WB, H_W_));
-  for (std::size_t k = 0; k < plan_.wheels.all.size(); ++k) {  // the axis turns with its body   (X167)
+  Vec3 added = sub(vibration_momentum(state), multiply_transposed(R_WB, H_W_));
+  for (std::size_t k = 0; k < plan_.wheels.all.size(); ++k) {  // h theta x a: the rotated axis (THEORY 16.25)
     const PlanWheel& wheel = plan_.wheels.all[k];
-    const Vec3 theta = turn_at(turn_rows(plan_, wheel.turning), state, delta_);
+    const Vec3 theta = neglected_rotation(rotation_rows(plan_, wheel.attitude_index), state, delta_);
     H = add_scaled(H, state.wheel_momentum[k], wheel.axis);
     added = add_scaled(added, state.wheel_momentum[k], cross(theta, wheel.axis));
   }
   for (std::size_t c = 0; c < size(); ++c)
-    added = add_scaled(added, missing_[c], gradient(neglect.inertia_rows.data() + 6 * c, w_));
+    added = add_scaled(added, missing_q_[c], gradient(unmodelled.inertia_rows.data() + 6 * c, w_));
   const auto spin_error = [&](const Vec3& phi) {
     return multiply(plan_.inverse_inertia, sub(cross(H, phi), added));
   };
@@ -273,20 +294,20 @@ void ErrorShadow::turn_body(const State& state) noexcept {
   const Vec3 k1 = rate(phi_), k2 = rate(add_scaled(phi_, 0.5 * h, k1)),
              k3 = rate(add_scaled(phi_, 0.5 * h, k2)), k4 = rate(add_scaled(phi_, h, k3));
   phi_ = add_scaled(add_scaled(phi_, h / 6.0, add(k1, k4)), h / 3.0, add(k2, k3));
-  if (const double size = norm(phi_); !(size < kMostTurn)) {
-    phi_ = std::isfinite(size) ? scale(kMostTurn / size, phi_) : Vec3{kMostTurn, 0.0, 0.0};
+  if (const double size = norm(phi_); !(size < kMaxAttitudeError)) {
+    phi_ = std::isfinite(size) ? scale(kMaxAttitudeError / size, phi_) : Vec3{kMaxAttitudeError, 0.0, 0.0};
     if (!std::isfinite(norm(H_W_))) H_W_ = {};
   }
-  error_ = spin_error(phi_);
+  w_error_ = spin_error(phi_);
 }
 
-double ErrorShadow::turn() const noexcept { return has_world_loads_ ? norm(phi_) : 0.0; }
+double ErrorShadow::attitude_error() const noexcept { return has_world_loads_ ? norm(phi_) : 0.0; }
 
 void ErrorShadow::advance(const State& state) noexcept {
-  turn_body(state);
-  go_halfway(state);
-  find_forces(state);
-  if (!zero_.empty()) return advance_all();
+  advance_attitude(state);
+  move_halfway(state);
+  compute_forces(state);
+  if (!zero_.empty()) return advance_coupled();
   for (std::size_t c = 0; c < size(); ++c) {
     const auto& [free, half, by_force, rate_by_force] = ticks_[c];
     const double delta = delta_[c], rate = rate_[c];
@@ -295,25 +316,26 @@ void ErrorShadow::advance(const State& state) noexcept {
   }
 }
 
-/// With the dashpots and feedback that the rung has. Rungs that couple resolve them by their stages; there
-/// half a kick, the modes, half a kick.
-void ErrorShadow::advance_all() noexcept {
-  // lower parts of errors are nothing: those that come out are not taken up
+/// Advances the errors if dashpots or feedback couple the modes, by the propagator of the rung. The coupled
+/// rungs apply these forces stage by stage; there, the errors are advanced by half an impulse, the modes, and
+/// half an impulse.
+void ErrorShadow::advance_coupled() noexcept {
+  // the low parts of errors are not needed: zeros go in, and the resulting low parts are discarded
   const ModalState from{delta_.data(), zero_.data(), rate_.data(), zero_.data()};
   const ModalResult to{next_delta_.data(), low_.data(), next_rate_.data(), rate_low_.data()};
-  DependentLoad last_kick;
-  const bool kicks = is_coupled(plan_);
-  if (kicks) kick_half(delta_, false, rate_);
-  advance_linear(plan_, from, force_.data(), force_.data(), kicked_, scratch_, to, last_kick);
-  if (kicks) kick_half(next_delta_, true, next_rate_);
+  DependentLoad last_impulse;
+  const bool has_impulses = is_coupled(plan_);
+  if (has_impulses) add_half_impulse(delta_, false, rate_);
+  advance_linear(plan_, from, force_.data(), force_.data(), rate_after_impulse_, scratch_, to, last_impulse);
+  if (has_impulses) add_half_impulse(next_delta_, true, next_rate_);
   delta_.swap(next_delta_);
   rate_.swap(next_rate_);
 }
 
-/// Feedback as it stands; dashpots one by one, implicitly: none is too stiff. The second half is the first
-/// backwards.
-void ErrorShadow::kick_half(const Array& delta, bool is_second, Array& rate) noexcept {
-  const std::size_t n = rate.size(), num_damping = static_cast<std::size_t>(plan_.mixing.num_damping);
+/// Applies half an impulse of feedback, explicitly, and of each dashpot in turn. The dashpots are implicit,
+/// so their coefficients are not limited. The second half impulse uses the reverse order of the first.
+void ErrorShadow::add_half_impulse(const Array& delta, bool is_second, Array& rate) noexcept {
+  const std::size_t n = rate.size(), num_damping = static_cast<std::size_t>(plan_.modal_coupling.num_damping);
   const double share = 0.5 * plan_.period / plan_.mass;
   const auto feed = [&] {
     for (const PlanFeedback& feedback : plan_.feedbacks) {
@@ -324,7 +346,7 @@ void ErrorShadow::kick_half(const Array& delta, bool is_second, Array& rate) noe
   };
   if (!is_second) feed();
   for (std::size_t k = 0; k < num_damping; ++k) {
-    const double* row = plan_.mixing.damping_rows.data() + (is_second ? num_damping - 1 - k : k) * n;
+    const double* row = plan_.modal_coupling.damping_rows.data() + (is_second ? num_damping - 1 - k : k) * n;
     const double weight = share / (1.0 + share * dot_lanes(row, row, n));
     combine_one(row, -weight * dot_lanes(row, rate.data(), n), true, n, rate.data());
   }
@@ -332,14 +354,14 @@ void ErrorShadow::kick_half(const Array& delta, bool is_second, Array& rate) noe
 }
 
 void ErrorShadow::settle(const MotionState& state) noexcept {
-  constexpr int kRounds = 8;  // a stiffness off by half settles to half a percent
+  constexpr int kRounds = 8;  // if half of the stiffness is neglected, an error of 0.5 % remains
   std::fill(delta_.begin(), delta_.end(), 0.0);
   std::fill(rate_.begin(), rate_.end(), 0.0);
   std::fill(v_.begin(), v_.end(), 0.0);
   for (int round = 0; round < kRounds; ++round) {
     std::copy_n(delta_.begin(), size(), half_delta_.begin());
     for (std::size_t c = 0; c < size(); ++c) x_[c] = state.q[c] + delta_[c];
-    find_forces(state);
+    compute_forces(state);
     for (std::size_t c = 0; c < size(); ++c)
       if (const double omega = plan_.omega[c]; omega > 0.0)
         delta_[c] = force_[c] / (plan_.mass * omega * omega);
@@ -351,7 +373,7 @@ void ErrorShadow::limit(double most) noexcept {
     const double omega = plan_.omega[c];
     const double amplitude = std::hypot(delta_[c], omega > 0.0 ? rate_[c] / omega : 0.0);
     if (amplitude <= most) continue;
-    // also where it is no number any more
+    // this also handles an amplitude that is infinite or NaN
     const double share = std::isfinite(amplitude) ? most / amplitude : 0.0;
     delta_[c] = share > 0.0 ? delta_[c] * share : most;
     rate_[c] = share > 0.0 ? rate_[c] * share : 0.0;
@@ -375,8 +397,8 @@ double ErrorShadow::square() const noexcept {
 }
 
 double ErrorShadow::square_of(std::size_t mode) const noexcept {
-  const double omega = plan_.omega[mode], swing = omega > 0.0 ? rate_[mode] / omega : 0.0;
-  return delta_[mode] * delta_[mode] + swing * swing;
+  const double omega = plan_.omega[mode], rate = omega > 0.0 ? rate_[mode] / omega : 0.0;
+  return delta_[mode] * delta_[mode] + rate * rate;
 }
 
 }  // namespace freeflex

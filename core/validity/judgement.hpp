@@ -1,4 +1,5 @@
-// One word on a motion: from what its rung neglects, over every point and every tick.
+// Verdict on a motion: estimates the error by the terms that the rung neglects, over all points and at every
+// tick.
 #pragma once
 
 #include <array>
@@ -12,59 +13,62 @@
 
 namespace freeflex {
 
-/// How far a motion can be trusted, and what the word goes by   (THEORY X144).
+/// States how far a motion can be trusted, with the values that decide it   (THEORY X144).
+///   The verdict is good up to the first limit and watch up to the second: 0.02 and 0.2 for error / scale,
+///   1e-3 and 1e-2 for position error / size, 0.01 and 0.1 for |V| / size.
 struct Verdict {
-  enum class Word : std::int32_t { kGood = 0, kWatch = 1, kOutside = 2 };
-  /// What is most in the way of a better word.
+  enum class Level : std::int32_t { kGood = 0, kWatch = 1, kOutside = 2 };
+  /// Names the main reason why the verdict is not better.
   enum class Cause : std::int32_t {
     kNone,
-    kStiffness,    // stiffness by internal forces and spin, and Coriolis forces, that the rung neglects
-    kBuckling,     // they take the stiffness of a mode away
-    kSpinLoad,     // the centrifugal load
-    kDeformation,  // second order of the displacements
-    kSize,         // displacements beside the size of the body
-    kLost,         // the reference solution diverged
-    kIntegration,  // by the reference solution
-    kStep,         // ticks are long for the turn of the body, for its orbit or for what vibrates
-    kUnresolved,   // the reference solution does not resolve what vibrates
-    kTruncation,   // modes that are left out
-    kModel,        // by the reference solution
-    kPosition,     // of points in space, by the reference solution
-    kUnseen,       // what no table tells: the inside of links, wheels, what small modes carried
-    kNotKept,      // the other modes of a structure of which the lowest alone were found
-    kFastLoad,
-    kAttractor,
-    kRigid,
-    kUnknown,
+    kStiffness,     // geometric stiffness by internal forces and spin, or Coriolis forces, is neglected
+    kBuckling,      // geometric stiffness takes away half of a mode's stiffness or more
+    kSpinLoad,      // the centrifugal load is neglected
+    kDeformation,   // terms of second order in the displacements are neglected
+    kSize,          // displacements are not small compared with the size of the body
+    kLost,          // the reference solution diverged
+    kIntegration,   // the reference solution shows an integration error
+    kStep,          // a tick is too long for the body's rotation, its orbit or its vibration
+    kUnresolved,    // the reference solution does not resolve the fastest vibration
+    kTruncation,    // omitted modes move
+    kModel,         // the reference solution shows a model error of the rung
+    kPosition,      // the reference solution shows a position error of points in space
+    kUnquantified,  // unquantified: forces inside links, wheels, omitted small modes
+    kNotKept,       // only the lowest modes were found; the motion of the rest is unknown
+    kFastLoad,      // a load changes faster than the ticks resolve
+    kAttractor,     // the attractor is too near for the gradient of its field
+    kRigid,         // the rung is rigid, and loads or spin deform the body
+    kUnknown,       // the plan file has no tables for the verdict
   };
-  Word word = Word::kGood;
+  Level level = Level::kGood;
   Cause cause = Cause::kNone;
   std::int64_t tick = 0;
-  // [m] sizes over all points, weighted with their masses
-  double error = 0.0;             // estimate of the elastic displacement's error
-  double unseen = 0.0;            // and what may come to it, by order of magnitude
-  double displacement_now = 0.0;  // of the moment
-  double scale = 0.0;       // what the error is judged against: the tolerance or the fading peak, if larger
-  double position = 0.0;    // [m] error of points in space by the reference solution, rms; 0: none
-  double rate = 0.0;        // [Hz] that would resolve how the body turns; 0: not what is wrong
-  Responsible responsible;  // what the cause names; nothing where the word is good
+  // [m] rms over all points, weighted by mass
+  double error = 0.0;             // estimated error of the elastic displacement
+  double unquantified = 0.0;      // order of magnitude of the unquantified error
+  double displacement_now = 0.0;  // displacement at the present tick
+  // [m] displacement by which the error is divided: the present one, the tolerance or the fading peak
+  double scale = 0.0;
+  double position = 0.0;    // [m] error of points in space by the reference solution, rms; 0: no budget
+  double rate = 0.0;        // [Hz] rate that resolves the body's rotation; 0: the present rate resolves it
+  Responsible responsible;  // item that the cause names; empty if the verdict is good
 };
 
-/// "good", "watch", "outside".
-const char* name_of(Verdict::Word word);
-/// Returns the cause in words, with what is responsible by its name and what to do; empty when the word is
-/// good.
+/// Returns "good", "watch" or "outside".
+const char* name_of(Verdict::Level level);
+/// Returns the text of the cause, with the name of the responsible item and the remedy; an empty text if the
+/// verdict is good.
 std::string text_of(const Plan& plan, const Verdict& verdict);
-/// Returns "good", or the word and its cause.
+/// Returns "good", or the verdict and its cause.
 std::string describe(const Plan& plan, const Verdict& verdict);
-/// Returns the estimated error of the displacements in plain words, such as "0.12 % of the tolerance, 1e-05
-/// m".
+/// Returns the estimated error of the displacements as text, for example "0.12 % of the tolerance, 1e-05 m".
 std::string error_text(const Plan& plan, const Verdict& verdict);
-/// Returns how much of `scale` an error is, both [m]: "0.12 % of", "more than 10 times".
+/// Returns the ratio of an error to `scale`, both [m], as text, for example "0.12 % of" or "more than 10
+/// times".
 std::string share_text(double error, double scale);
 
-/// The word on a steady answer (X69): nothing rings, and loads of the scene take no part.  \pre quasi_static
-/// gave the state
+/// Returns the verdict on a quasi-static response (THEORY 5.8), which has no free vibration and no loads of
+/// the scene.  \pre quasi_static() returned the state
 Verdict judge_steady(const Plan& plan, const State& state);
 
 /// Judges one motion from its first tick on. Allocates nothing after construction.
@@ -72,64 +76,65 @@ class Judgement {
  public:
   explicit Judgement(const Plan& plan);
 
-  /// The state at the start of an epoch, and after every tick.
+  /// Evaluates the state. Call it at the start of an epoch and then after every tick.
   void take(const State& state, Budget& budget) noexcept;
-  /// A state that is held for ever.
+  /// Evaluates a state that does not change.
   void take_steady(const State& state) noexcept;
   const Verdict& now() const noexcept { return now_; }
-  /// The worst since the epoch began: the first of the worst word; tick -1: every word was good.
+  /// Returns the first of the worst verdicts since the epoch began; tick -1: every verdict was good.
   const Verdict& worst() const noexcept { return worst_; }
   double size() const noexcept { return size_; }  // [m] max |r|
 
  private:
-  struct Beside {
-    double elastic = 0.0, position = 0.0;  // [m] of horizons that are over, and of the one that runs
+  struct ReferenceError {
+    double elastic = 0.0, position = 0.0;  // [m] errors that the reference solution shows
   };
   void begin(const State& state) noexcept;
-  void read_beside(const State& state, Budget& budget) noexcept;
-  void fall(const State& state) noexcept;
-  void turn(const State& state) noexcept;
-  void turn_coupled(const State& state) noexcept;
-  void swing(const Vec3& w) noexcept;
-  void bend_loads(const State& state, double turn) noexcept;
-  void take_pushes(const State& state) noexcept;
+  void read_error_budget(const State& state, Budget& budget) noexcept;
+  void integrate_position_error(const State& state) noexcept;
+  void check_rotation(const State& state) noexcept;
+  void check_coupled_rotation(const State& state) noexcept;
+  void estimate_spin_curvature(const Vec3& w) noexcept;
+  void add_rotating_loads(const State& state, double rotation) noexcept;
+  void take_commands(const State& state) noexcept;
   void judge(const State& state) noexcept;
-  void name_responsible(const State& state, double by_pushes) noexcept;
+  void name_responsible(const State& state, double by_commands) noexcept;
 
   const Plan& plan_;
-  std::vector<ModalErrors> errors_;  // of the plan, of its wide one
-  bool is_wide_ = false, is_steady_ = false;
-  // commands ring modes that are left out   (X124)
-  double error_per_push_ = 0.0;  // [m/N]
-  double push_fade_ = 1.0;       // [-] over a tick
-  double pushed_ = 0.0;          // [N] largest sum of forces so far, faded
-  std::int64_t epoch_ = -1, look_every_ = 1;
-  double size_ = 0.0;
-  double extent_ = 0.0;                    // [m] the same of the mass, where a point has moments
-  double uneven_inertia_ = 0.0;            // [kg m^2] largest less least moment
-  double room_ = 1.0;                      // for displacements beside the size
-  double peak_ = 0.0;                      // [m] of the displacement, fading
-  double fade_ = 1.0, beside_fade_ = 1.0;  // over a round, over a horizon
-  Beside over_, running_;
+  std::vector<ModalErrors> errors_;  // of the plan, and of its fallback plan if there is one
+  bool uses_fallback_ = false, is_steady_ = false;
+  // for commands that excite omitted modes   (THEORY 14.9)
+  double error_per_force_ = 0.0;  // [m/N]
+  double command_fade_ = 1.0;     // [-] factor of decay over a tick
+  double commanded_ = 0.0;        // [N] largest sum of forces so far, decaying
+  std::int64_t epoch_ = -1, read_every_ = 1;
+  double size_ = 0.0;                       // [m] max |r|
+  double mass_extent_ = 0.0;                // [m] size of the mass, including the inertia of points
+  double uneven_inertia_ = 0.0;             // [kg m^2] largest minus smallest principal moment
+  double displacement_room_ = 1.0;          // [-] factor on the allowed ratio of displacement to size
+  double peak_ = 0.0;                       // [m] peak of the displacement, decaying
+  double fade_ = 1.0, horizon_fade_ = 1.0;  // [-] factors of decay over a round, over a horizon
+  ReferenceError past_, current_;           // of past horizons, of the present horizon
   BudgetReading reading_;
-  double fall_rate_ = 0.0,
-         fall_ = 0.0;             // [m/s], [m] place by what an attractor's field has beyond its gradient
-  double attractor_share_ = 0.0;  // [-] size over distance
-  double turn_error_ = 0.0;       // [rad] of the attitude, by steps that are long for it
-  // [-] largest share so far that a tick's turn had of what the most substeps resolve, [Hz] rate for the
-  // whole
-  double turn_share_ = 0.0, rate_for_turn_ = 0.0;
-  struct Swing {
-    std::array<Vec3, 2> before{};    // [rad/s] spin of the last two ticks
-    std::array<double, 3> second{};  // [-] of the spin, second differences of the last three
+  // [m/s], [m] errors of velocity and position by the first neglected term of the attractor's field
+  double velocity_error_ = 0.0, position_error_ = 0.0;
+  double attractor_ratio_ = 0.0;  // [-] size of the body over its distance from the attractor
+  double attitude_error_ = 0.0;   // [rad] error of the attitude by steps that are too long
+  // [-] largest ratio so far of the rotation in a tick to the rotation that the largest number of substeps
+  // resolves; [Hz] rate that resolves the rotation
+  double rotation_ratio_ = 0.0, rate_for_rotation_ = 0.0;
+  struct SpinCurvature {
+    std::array<Vec3, 2> before{};    // [rad/s] spin at the last two ticks
+    std::array<double, 3> second{};  // [-] relative second differences of the spin at the last three ticks
     int num_ticks = 0;
-    double angle = 0.0;  // [rad] of a tick, fading
+    double angle = 0.0;  // [rad] angle by which the spin bends in a tick, decaying
   };
-  Swing swing_;
-  double bent_ = 0.0;  // [m] displacement by loads that turn within a tick, which modes take as straight
-  // [m] what vibrates faster than steps resolve, [rad] how far the body has turned with such
-  double unresolved_ = 0.0, unresolved_turn_ = 0.0;
-  std::int32_t unresolved_mode_ = -1;  // the largest of those
+  SpinCurvature spin_curvature_;
+  // [m] error by loads that rotate within a tick and that the step takes as linear
+  double rotating_load_error_ = 0.0;
+  // [m] amplitude that steps do not resolve; [rad] rotation of the body while there is such an amplitude
+  double unresolved_ = 0.0, unresolved_rotation_ = 0.0;
+  std::int32_t unresolved_mode_ = -1;  // mode with the largest unresolved amplitude
   ResponsibleFinder responsible_;
   Verdict now_, worst_;
 };

@@ -31,12 +31,12 @@ bool hides_forces(const PlanLink& link) {
 }
 
 ResponsibleFinder::ResponsibleFinder(const Plan& plan) : plan_(plan) {
-  const std::size_t num_parts = plan.points.size() + plan.particles.all.size();
+  const std::size_t num_masses = plan.points.size() + plan.particles.all.size();
   std::size_t padded = index(plan.num_padded);
-  for (const Plan& wide : plan.wide) padded = std::max(padded, index(wide.num_padded));
+  for (const Plan& fallback : plan.fallback) padded = std::max(padded, index(fallback.num_padded));
   Q_.resize(padded);
-  rest_.resize(padded);  // of the state, whatever its plan
-  if (is_coupled(plan)) forces_.resize(num_parts);
+  rest_.resize(padded);  // large enough for the state on either plan
+  if (is_coupled(plan)) forces_.resize(num_masses);
 }
 
 void ResponsibleFinder::name_mode(std::int32_t mode, const State& state, Responsible& named) const noexcept {
@@ -50,7 +50,7 @@ void ResponsibleFinder::name_mode(std::int32_t mode, const State& state, Respons
 void ResponsibleFinder::name_mode(const JudgedMode& mode, const State& state,
                                   Responsible& named) const noexcept {
   if (!mode.is_left_out) return name_mode(mode.mode, state, named);
-  const PlanNamed& names = active_plan(plan_, state).neglect.named;
+  const PlanNamed& names = active_plan(plan_, state).unmodelled.named;
   if (const auto l = static_cast<std::size_t>(mode.mode); l < names.left_out.size()) {
     named.mode = names.left_out[l];
     named.frequency = names.left_out_frequency[l];
@@ -70,7 +70,7 @@ void ResponsibleFinder::project_load(const Plan& plan, const LoadPattern& patter
         combine_rows(point_rows(plan, mass_point(plan, static_cast<std::int32_t>(i)).row), forces_[i], true,
                      padded, Q_.data());
     for (std::size_t k = 0; k < pattern.sums.torque.W.size(); ++k)
-      combine_rows(turn_rows(plan, static_cast<std::int32_t>(k)),
+      combine_rows(rotation_rows(plan, static_cast<std::int32_t>(k)),
                    add(multiply_transposed(R_WB, pattern.sums.torque.W[k]), pattern.sums.torque.B[k]), true,
                    padded, Q_.data());
   } else {
@@ -79,17 +79,19 @@ void ResponsibleFinder::project_load(const Plan& plan, const LoadPattern& patter
   for (std::size_t k = 0; k < pattern.wheels.torque.size(); ++k)
     if (const double torque = pattern.wheels.torque[k]; torque != 0.0) {
       const PlanWheel& wheel = plan.wheels.all[k];
-      combine_rows(turn_rows(plan, wheel.turning), scale(-torque, wheel.axis), true, padded, Q_.data());
+      combine_rows(rotation_rows(plan, wheel.attitude_index), scale(-torque, wheel.axis), true, padded,
+                   Q_.data());
     }
 }
 
-/// Calls visit(load, history, now, most) for each load that acts, with its forces in Q_: its amplitude at the
-/// moment, and the one that counts, which of a sine is its peak. Commands have no history.
+/// Calls visit(load, history, now, largest) for each load that acts, while Q_ holds its generalized forces.
+/// `now` is its amplitude at this tick, and `largest` the amplitude to judge, which for a sine is the peak.
+/// For commands, `history` is nullptr.
 template <typename Visit>
 void ResponsibleFinder::for_each_load(const State& state, const Visit& visit) noexcept {
   const Plan& plan = active_plan(plan_, state);
   const Mat3 R_WB = rotation_matrix(state.q_WB);
-  // before the first step no load has acted
+  // no load has acted before the first step
   const std::int64_t age = state.tick - state.epoch_start_tick;
   for (std::size_t k = 0; k < plan.histories.size() && age > 0; ++k) {
     const PlanHistory& history = plan.histories[k];
@@ -124,37 +126,37 @@ Responsible ResponsibleFinder::most_of_stiffness(const ModalErrors& errors, cons
   std::copy(state.Q.begin(), state.Q.end(), rest_.begin());
   for_each_load(state, [&](const Responsible& load, const PlanHistory* history, double now, double largest) {
     for (std::size_t u = 0; u < rest_.size(); ++u) rest_[u] -= now * Q_[u];
-    double share = 0.0;
-    if (mode.mode < 0) {  // of no mode: the load that bends most
-      for (std::size_t u = 0; u < flexibility.size(); ++u) share += squared(Q_[u] * flexibility[u]);
-      share = std::abs(largest) * std::sqrt(share);
+    double change = 0.0;
+    if (mode.mode < 0) {  // if no mode is given: the load with the largest quasi-static displacement
+      for (std::size_t u = 0; u < flexibility.size(); ++u) change += squared(Q_[u] * flexibility[u]);
+      change = std::abs(largest) * std::sqrt(change);
     } else {
       const double of_plan = history != nullptr ? errors.followed_by(mode, *history) : 0.0;
-      share = largest * (errors.stiffness_by(mode, Q_.data()) - of_plan);
-      // what stiffens does not take stiffness; a sine does both
-      const bool swings = history != nullptr && history->kind == PlanHistory::Kind::kSine;
-      share = is_softened && !swings ? -share : std::abs(share);
+      change = largest * (errors.stiffness_by(mode, Q_.data()) - of_plan);
+      // a load that stiffens does not soften; a sine does both in turn
+      const bool pulsates = history != nullptr && history->kind == PlanHistory::Kind::kSine;
+      change = is_softened && !pulsates ? -change : std::abs(change);
     }
-    if (share > most) most = share, found = load;
+    if (change > most) most = change, found = load;
   });
-  StiffnessShares shares = errors.shares_of(mode, state);
-  if (is_softened) shares.vibration = shares.wheel = 0.0;  // what stands takes the stiffness
-  // what stands without loads is bent by the spin or by the gradient of a field
-  const double standing = std::abs(errors.stiffness_by(mode, rest_.data()));
+  StiffnessChanges changes = errors.stiffness_changes(mode, state);
+  if (is_softened) changes.vibration = changes.wheel = 0.0;  // only quasi-static terms reduce the stiffness
+  // the quasi-static displacement that no load causes comes from the spin or from the gradient of a field
+  const double quasi_static_change = std::abs(errors.stiffness_by(mode, rest_.data()));
   const Vec3 w = angular_velocity(plan, state), rho = sub(state.p_WB, plan.attractor_W);
   const double distance = std::sqrt(dot(rho, rho));
   const bool has_attractor = plan.attractor_mu > 0.0,
              spins = dot(w, w) > 0.0 &&
                      (!has_attractor || dot(w, w) * distance * distance * distance >= plan.attractor_mu);
-  const double by_spin = shares.spin + (spins ? standing : 0.0),
-               by_orbit = has_attractor && !spins ? standing : 0.0;
-  const auto propose = [&](Agent agent, std::int32_t item, double share) {
-    if (share > most) most = share, found = {agent, item, 0, 0.0};
+  const double by_spin = changes.spin + (spins ? quasi_static_change : 0.0),
+               by_orbit = has_attractor && !spins ? quasi_static_change : 0.0;
+  const auto propose = [&](Agent agent, std::int32_t item, double change) {
+    if (change > most) most = change, found = {agent, item, 0, 0.0};
   };
-  propose(Agent::kWheel, shares.largest_wheel, shares.wheel);
+  propose(Agent::kWheel, changes.largest_wheel, changes.wheel);
   propose(Agent::kSpin, -1, by_spin);
   propose(Agent::kOrbit, -1, by_orbit);
-  propose(Agent::kVibration, -1, shares.vibration);
+  propose(Agent::kVibration, -1, changes.vibration);
   if (found.agent == Agent::kNone) found.agent = Agent::kVibration;
   name_mode(mode, state, found);
   return found;
@@ -176,7 +178,8 @@ Responsible ResponsibleFinder::of_steady(const ModalErrors& errors, const Judged
     for (std::size_t u = 0; u < rest_.size(); ++u) rest_[u] -= Q_[u];
   }
   const double by_load = std::abs(errors.stiffness_by(mode, rest_.data())),
-               by_spin = std::abs(errors.stiffness_by(mode, Q_.data())) + errors.shares_of(mode, state).spin;
+               by_spin = std::abs(errors.stiffness_by(mode, Q_.data())) +
+                         errors.stiffness_changes(mode, state).spin;
   Responsible found{by_spin > by_load ? Agent::kSpin : Agent::kCommands, -1, 0, 0.0};
   name_mode(mode, state, found);
   return found;
@@ -188,9 +191,9 @@ Responsible ResponsibleFinder::of_displacement(std::int32_t mode, const State& s
     const Plan& plan = active_plan(plan_, state);
     const auto l = static_cast<std::size_t>(mode);
     const double stiffness = plan.mass * squared(plan.omega[l]),
-                 still = stiffness > 0.0 ? state.Q[l] / stiffness : 0.0;
+                 quasi_static = stiffness > 0.0 ? state.Q[l] / stiffness : 0.0;
     double most = 0.0;
-    if (std::abs(still) > std::abs(state.q[l] - still))
+    if (std::abs(quasi_static) > std::abs(state.q[l] - quasi_static))
       for_each_load(state, [&](const Responsible& load, const PlanHistory*, double now, double) {
         if (const double force = std::abs(now * Q_[l]); force > most) most = force, found = load;
       });
@@ -205,7 +208,7 @@ Responsible ResponsibleFinder::of_fast_load(const State& state) noexcept {
   const Mat3 R_WB = rotation_matrix(state.q_WB);
   Responsible found;
   double most = -1.0;
-  for (const std::int32_t load : plan.neglect.fast_loads) {
+  for (const std::int32_t load : plan.unmodelled.fast_loads) {
     const PlanHistory& history = plan.histories[index(load)];
     project_load(plan, history.pattern, R_WB);
     double size = norm(history.pattern.force_W) + norm(history.pattern.force_B);
@@ -224,31 +227,32 @@ Responsible ResponsibleFinder::of_vibration(std::int32_t mode, const State& stat
   return found;
 }
 
-Responsible ResponsibleFinder::of_hidden(const ModalLeaders& leaders, const State& state) const noexcept {
+Responsible ResponsibleFinder::of_unquantified(const ModalLeaders& leaders,
+                                               const State& state) const noexcept {
   const Plan& plan = active_plan(plan_, state);
-  const PlanNeglect& neglect = plan.neglect;
+  const PlanUnmodelled& unmodelled = plan.unmodelled;
   Responsible found;
   if (leaders.wheel >= 0)
     found = {Agent::kWheel, leaders.wheel, 0, 0.0};
-  else if (!neglect.has_unseen)
-    found.agent = neglect.lacks_modes != LacksModes::kNone ? Agent::kModes : Agent::kRate;
+  else if (!unmodelled.has_unquantified)
+    found.agent = unmodelled.lacks_modes != LacksModes::kNone ? Agent::kModes : Agent::kRate;
   if (found.agent == Agent::kNone) {
-    // a mode that hides nothing: the links as in the lowest one
+    // if the mode has no unquantified error, use the link of the lowest mode
     std::size_t l = 0;
-    while (l < index(neglect.num_judged) && neglect.pairs[l][0] != leaders.hidden) ++l;
-    if (l == index(neglect.num_judged)) l = 0;
-    if (l < neglect.named.links.size() && neglect.named.links[l] >= 0)
-      found = {Agent::kLink, neglect.named.links[l], 0, 0.0};
+    while (l < index(unmodelled.num_judged) && unmodelled.pairs[l][0] != leaders.unquantified) ++l;
+    if (l == index(unmodelled.num_judged)) l = 0;
+    if (l < unmodelled.named.links.size() && unmodelled.named.links[l] >= 0)
+      found = {Agent::kLink, unmodelled.named.links[l], 0, 0.0};
     else if (!plan.wheels.all.empty())
       found = {Agent::kWheel, largest_wheel(state), 0, 0.0};
   }
   if (found.agent == Agent::kNone) {
-    // of a plan file that does not say which: the first link of a kind that hides its inside
+    // if the plan file does not name the link: the first link whose internal forces are hidden
     const auto link = std::find_if(plan.links.begin(), plan.links.end(), hides_forces);
     found.agent = Agent::kLink;
     if (link != plan.links.end()) found.item = static_cast<std::int32_t>(link - plan.links.begin());
   }
-  name_mode(leaders.hidden, state, found);
+  name_mode(leaders.unquantified, state, found);
   return found;
 }
 

@@ -1,4 +1,4 @@
-// What a verdict names beside its cause: the load, link, wheel or mode that does most of it.
+// Finds the load, link, wheel or mode that contributes most to the cause of a verdict.
 #pragma once
 
 #include <cstdint>
@@ -9,49 +9,51 @@
 
 namespace freeflex {
 
-/// What is responsible for a cause. It is for messages alone: nothing of it goes into the verdict.
+/// Names the item that is responsible for a cause. The item is used in messages only and does not affect the
+/// verdict.
 struct Responsible {
   enum class Agent : std::int32_t {
     kNone,
     kLoad,       // a load of the scene
     kCommands,   // commanded loads
     kSpin,       // the spin of the body
-    kOrbit,      // the field of the attractor
+    kOrbit,      // the gravity gradient of the attractor
     kVibration,  // the vibration itself
     kLink,
     kWheel,
-    kModes,  // modes that are left out
-    kRate,   // a mode that swings too fast for the rate
+    kModes,  // omitted modes
+    kRate,   // a mode whose stiffness changes faster than the ticks resolve
   };
   Agent agent = Agent::kNone;
-  std::int32_t item = -1;  // index of the load, link or wheel; -1: none, or not known which
-  std::int32_t mode = 0;   // its number in the scene, from 1; 0: none
+  std::int32_t item = -1;  // index of the load, link or wheel; -1: no item, or unknown
+  std::int32_t mode = 0;   // number of the mode in the scene, from 1; 0: no mode
   double frequency = 0.0;  // [Hz] of that mode; 0: a mechanism
 };
 
-/// Returns true for a link that is given without the forces inside it: a matrix, a rigid link or a plate.
+/// Returns true for a link whose internal forces are not given: a matrix, a rigid link or a plate.
 bool hides_forces(const PlanLink& link);
 
-/// Finds what is responsible. Allocates nothing after construction.
+/// Finds the responsible item of each cause. Allocates nothing after construction.
 class ResponsibleFinder {
  public:
   explicit ResponsibleFinder(const Plan& plan);
 
-  /// Returns what changes the stiffness of a mode most.  \param mode  of the active plan
+  /// Returns the item that changes the stiffness of a mode the most.  \param mode  index in the active plan
   Responsible of_stiffness(const ModalErrors& errors, std::int32_t mode, const State& state) noexcept;
-  /// Returns what takes the stiffness of the softest mode, be it left out of the plan.
+  /// Returns the item that reduces the stiffness of the softest mode the most. This may be an omitted mode.
   Responsible of_buckling(const ModalErrors& errors, const State& state) noexcept;
-  /// Returns which of the commanded load and the spin changes the stiffness of a mode of a steady answer
-  /// most.
+  /// Returns the commanded load or the spin, whichever changes the stiffness of a mode more in a quasi-static
+  /// response.
   Responsible of_steady(const ModalErrors& errors, const JudgedMode& mode, const State& state) noexcept;
-  /// Returns the load that holds a mode displaced, or its vibration.
+  /// Returns the load that displaces a mode the most quasi-statically, or the vibration if its displacement
+  /// is larger.
   Responsible of_displacement(std::int32_t mode, const State& state) noexcept;
-  /// Returns the largest of the loads that change faster than ticks follow.
+  /// Returns the largest of the loads that change faster than the ticks resolve.
   Responsible of_fast_load(const State& state) noexcept;
   Responsible of_vibration(std::int32_t mode, const State& state) const noexcept;
-  /// Returns what could hide an error: a wheel, a link whose inside no table tells, modes that are left out,
-  /// or a mode whose stiffness pulsates faster than ticks follow.
-  Responsible of_hidden(const ModalLeaders& leaders, const State& state) const noexcept;
+  /// Returns the item with the largest unquantified error: a wheel, a link whose internal forces are in no
+  /// table, omitted modes, or a mode whose stiffness pulsates faster than the ticks resolve.
+  Responsible of_unquantified(const ModalLeaders& leaders, const State& state) const noexcept;
 
  private:
   void name_mode(std::int32_t mode, const State& state, Responsible& named) const noexcept;
@@ -63,8 +65,9 @@ class ResponsibleFinder {
                                 const State& state) noexcept;
 
   const Plan& plan_;
-  Array Q_, rest_;            // [N] of one load at amplitude 1, and of what is no load
-  std::vector<Vec3> forces_;  // [N] on each point, on rungs that couple
+  // [N] generalized forces of one load at amplitude 1; generalized forces that no load causes
+  Array Q_, rest_;
+  std::vector<Vec3> forces_;  // [N] force on each point, used on the coupled rungs
 };
 
 }  // namespace freeflex

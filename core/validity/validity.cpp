@@ -8,7 +8,7 @@ namespace freeflex {
 double norm(const Vec3& v) noexcept { return std::hypot(v[0], v[1], v[2]); }
 
 double bounded_ratio(double numerator, double denominator) noexcept {
-  constexpr double kLargest = 1e9;  // what an unbounded ratio is published as
+  constexpr double kLargest = 1e9;  // published instead of an unbounded ratio
   return numerator == 0.0 ? 0.0 : std::min(numerator / denominator, kLargest);
 }
 
@@ -19,7 +19,7 @@ double lowest_omega(const Plan& plan) noexcept {
       if (omega > 0.0 && (lowest == 0.0 || omega < lowest)) lowest = omega;
   };
   look(plan);
-  for (const Plan& wide : plan.wide) look(wide);
+  for (const Plan& fallback : plan.fallback) look(fallback);
   return lowest;
 }
 

@@ -1,4 +1,4 @@
-// The C interface: handles, codes for errors, and no exception beyond it.
+// The C interface: handles and error codes. No exception leaves it.
 #include "service/c/freeflex.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/validity/judgement.hpp"
-#include "service/desk.hpp"
+#include "service/command_queue.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/scene/machine.hpp"
 #include "service/io/wire/codec.hpp"
@@ -30,7 +30,7 @@ using namespace freeflex;
 
 struct PlanData {
   Plan plan;
-  io::NameTable table;  // what loads may name
+  io::NameTable table;  // names and limits that loads are checked against
 };
 
 thread_local std::string last_error;
@@ -44,7 +44,7 @@ int fail(int code, const std::string& text) noexcept {
   return code;
 }
 
-/// The code of what a call does, or of what it throws.
+/// Runs a call and returns its code, or the code of its exception.
 template <typename Call>
 int guarded(const Call& call) noexcept {
   try {
@@ -52,7 +52,7 @@ int guarded(const Call& call) noexcept {
   } catch (const std::bad_alloc&) {
     return fail(FREEFLEX_NO_MEMORY, "no memory");
   } catch (const std::exception& error) {
-    return fail(FREEFLEX_INTERNAL, std::string("a fault of the library: ") + error.what());
+    return fail(FREEFLEX_INTERNAL, std::string("an error in the library: ") + error.what());
   }
 }
 
@@ -71,12 +71,15 @@ bool is_index(std::int64_t index, std::size_t count) {
   return index >= 0 && index < static_cast<std::int64_t>(count);
 }
 
-/// True of a fault that says that memory does not suffice, which is no fault of the scene. All of these, and
+/// Returns true if the fault reports too little memory, which is not an error of the scene. These faults, and
 /// no others, name the limit that can be raised.
 bool is_of_memory(const Fault& fault) { return fault.message.find("(ulimit -v)") != std::string::npos; }
 
-/// The plan with all modes that a motion may have: a push may bring some back.
-const Plan& whole(const Plan& plan) { return plan.wide.empty() ? plan : plan.wide.front(); }
+/// Returns the plan that has all modes a motion can have: the fallback plan if there is one, else the plan
+/// itself.
+const Plan& plan_of_all_modes(const Plan& plan) {
+  return plan.fallback.empty() ? plan : plan.fallback.front();
+}
 
 const std::string* name_of(const Plan& plan, int kind, std::size_t k) {
   switch (kind) {
@@ -104,19 +107,20 @@ std::size_t count_of(const Plan& plan, int kind) {
     case FREEFLEX_WHEEL:
       return plan.wheels.all.size();
     case FREEFLEX_MODE:
-      return static_cast<std::size_t>(whole(plan).num_elastic);
+      return static_cast<std::size_t>(plan_of_all_modes(plan).num_elastic);
     default:
       return 0;
   }
 }
 
-/// FREEFLEX_OK when the point can be read.
+/// Returns FREEFLEX_OK if the plan stores the mode shapes at the point.
 int check_rows(const Plan& plan, std::int32_t point) {
   if (!is_index(point, plan.points.size())) return out_of_range("point", point, plan.points.size());
   if (plan.points[static_cast<std::size_t>(point)].row >= 0) return FREEFLEX_OK;
   return fail(FREEFLEX_BAD_ARGUMENT,
-              "the plan keeps no rows of point '" + plan.points[static_cast<std::size_t>(point)].name +
-                  "': name it in publish: points: of, or in commands: points, of the scene");
+              "the plan stores no mode shapes at point '" +
+                  plan.points[static_cast<std::size_t>(point)].name +
+                  "': name it in the scene, in 'publish: points: of' or 'commands: points'");
 }
 
 template <std::size_t N>
@@ -128,7 +132,7 @@ std::array<double, 3> vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]
 
 bool is_zero(const double (&v)[3]) { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; }
 
-/// Adds one load to a command. Empty, or what is wrong with it.
+/// Adds one load to a command. Returns an empty string, or the error.
 std::string add_load(const freeflex_load& load, ForceCommand& command) {
   const auto full = [](std::int32_t count, int most, const char* what) {
     return count < most ? std::string() : "more than " + std::to_string(most) + " " + what + " in one slot";
@@ -157,7 +161,7 @@ std::string add_load(const freeflex_load& load, ForceCommand& command) {
   if (load.kind != FREEFLEX_WHEEL)
     return "kind " + std::to_string(load.kind) + " of a load, must be FREEFLEX_POINT, _GROUP or _WHEEL";
   if (!is_zero(load.force) || load.torque[1] != 0.0 || load.torque[2] != 0.0)
-    return "a wheel takes torque[0] alone, the rest must be zero";
+    return "a wheel takes only torque[0]: all other numbers must be zero";
   error = full(command.num_wheels, kMaxWheels, "torques of motors");
   if (error.empty())
     command.wheels[static_cast<std::size_t>(command.num_wheels++)] = {load.index, 0, load.torque[0]};
@@ -186,14 +190,16 @@ struct freeflex_motion {
   Budget budget;
   StepReport report;
   std::optional<Judgement> judgement;
-  std::vector<ForceCommand> pending;  // of the next step, at most service::CommandDesk::kMaxPending
+  // commands for the next step, at most service::CommandQueue::kMaxPending
+  std::vector<ForceCommand> pending;
   std::int64_t sequence = 0;
-  mutable std::atomic_flag is_entered;  // a call is at work in this motion
+  mutable std::atomic_flag is_entered;  // a call is active in this motion
 };
 
 namespace {
 
-/// Keeps a motion for one call. The constructor never waits; where it finds another call, has() is false.
+/// Reserves a motion for one call. The constructor never waits; has() returns false if another call is
+/// active.
 class Entry {
  public:
   explicit Entry(const freeflex_motion& motion)
@@ -207,7 +213,7 @@ class Entry {
   Entry& operator=(const Entry&) = delete;
 
   bool has() const { return has_; }
-  /// For functions that have no code to return: waits until the other call ends.
+  /// Waits until the other call ends. For functions that return no code.
   Entry& wait() {
     for (; !has_; has_ = !motion_.is_entered.test_and_set(std::memory_order_acquire))
       motion_.is_entered.wait(true, std::memory_order_relaxed);
@@ -219,15 +225,15 @@ class Entry {
   bool has_;
 };
 
-/// guarded() with the motion kept for the call, or FREEFLEX_BUSY.
+/// Reserves the motion and runs the call as guarded() does. Returns FREEFLEX_BUSY if the motion is in use.
 template <typename Call>
 int entered(const freeflex_motion& motion, const Call& call) noexcept {
   const Entry entry(motion);
   if (entry.has()) return guarded(call);
   return guarded([] {
     return fail(FREEFLEX_BUSY,
-                "another thread is at work in this motion: give each thread a motion of its own "
-                "(freeflex_motion_copy), or have them take turns");
+                "another thread uses this motion: give each thread its own motion "
+                "(freeflex_motion_copy), or let only one call at a time");
   });
 }
 
@@ -244,29 +250,29 @@ double time_of(const freeflex_motion& motion) {
   return static_cast<double>(motion.state.tick - motion.state.epoch_start_tick) * motion.plan().period;
 }
 
-/// Elastic coordinates or their rates, of all modes that the motion may have.
+/// Writes the elastic coordinates, or their rates, of all modes that the motion can have.
 void write_elastic(const freeflex_motion& motion, std::span<const double> from, double* to) {
   if (to == nullptr) return;
   const Plan &plan = motion.plan(), &active = active_plan(plan, motion.state);
-  const auto n = static_cast<std::size_t>(whole(plan).num_elastic);
-  const bool is_narrow = active.num_elastic != whole(plan).num_elastic;
+  const auto n = static_cast<std::size_t>(plan_of_all_modes(plan).num_elastic);
+  const bool is_reduced = active.num_elastic != plan_of_all_modes(plan).num_elastic;
   std::fill_n(to, n, 0.0);
   for (std::size_t l = 0; l < static_cast<std::size_t>(active.num_elastic); ++l)
-    to[is_narrow ? static_cast<std::size_t>(plan.wide_modes[l]) : l] = from[l];
+    to[is_reduced ? static_cast<std::size_t>(plan.fallback_modes[l]) : l] = from[l];
 }
 
-int write_word(const freeflex_motion& motion, bool is_worst, freeflex_word& word) {
+int write_verdict(const freeflex_motion& motion, bool is_worst, freeflex_verdict& into) {
   if (!motion.judgement)
-    return fail(FREEFLEX_BAD_ARGUMENT, "a motion without a word: make it with FREEFLEX_WITH_WORD");
+    return fail(FREEFLEX_BAD_ARGUMENT, "this motion has no verdict: make it with FREEFLEX_WITH_VERDICT");
   const Verdict& verdict = is_worst ? motion.judgement->worst() : motion.judgement->now();
   const std::string cause =
-      verdict.word == Verdict::Word::kGood ? std::string() : text_of(motion.plan(), verdict);
-  word = {};
-  word.tick = verdict.tick;
-  word.word = static_cast<std::int32_t>(verdict.word);
-  word.error = verdict.error;
-  word.scale = verdict.scale;
-  std::copy_n(cause.begin(), std::min(cause.size(), sizeof word.cause - 1), word.cause);
+      verdict.level == Verdict::Level::kGood ? std::string() : text_of(motion.plan(), verdict);
+  into = {};
+  into.tick = verdict.tick;
+  into.level = static_cast<std::int32_t>(verdict.level);
+  into.error = verdict.error;
+  into.scale = verdict.scale;
+  std::copy_n(cause.begin(), std::min(cause.size(), sizeof into.cause - 1), into.cause);
   return FREEFLEX_OK;
 }
 
@@ -278,14 +284,14 @@ io::Settings settings_of(const freeflex_setting* settings, std::size_t count) {
   return all;
 }
 
-/// Makes the plan that `load` loads, or returns the code of what prevents it.
+/// Makes a plan from the result of `load`. Returns FREEFLEX_OK or the code of the error.
 template <typename Load>
 int set_up(freeflex_progress progress, void* user, freeflex_plan*& plan, const Load& load) {
   bool is_ended = false;
   SetupProgress asked;
   asked.memory_MB = io::machine_memory_MB();
   if (progress != nullptr)
-    asked.say = [&](const std::string& what, double done) {
+    asked.report = [&](const std::string& what, double done) {
       is_ended = is_ended || progress(user, what.c_str(), done) != 0;
       return !is_ended;
     };
@@ -322,8 +328,7 @@ int freeflex_plan_open(const char* path, freeflex_progress progress, void* user,
 int freeflex_plan_open_with(const char* path, const freeflex_setting* settings, std::size_t count,
                             freeflex_progress progress, void* user, freeflex_plan** plan) noexcept {
   return guarded([&] {
-    if (path == nullptr || plan == nullptr)
-      return fail(FREEFLEX_BAD_ARGUMENT, "no path, or no place for the plan");
+    if (path == nullptr || plan == nullptr) return fail(FREEFLEX_BAD_ARGUMENT, "path or plan is NULL");
     return set_up(progress, user, *plan, [&](const SetupProgress& asked) {
       return io::load_plan(path, 0.0, asked, settings_of(settings, count));
     });
@@ -334,8 +339,7 @@ int freeflex_plan_open_text(const char* text, const char* name, const char* fold
                             const freeflex_setting* settings, std::size_t count, freeflex_progress progress,
                             void* user, freeflex_plan** plan) noexcept {
   return guarded([&] {
-    if (text == nullptr || plan == nullptr)
-      return fail(FREEFLEX_BAD_ARGUMENT, "no text, or no place for the plan");
+    if (text == nullptr || plan == nullptr) return fail(FREEFLEX_BAD_ARGUMENT, "text or plan is NULL");
     io::SceneText scene{.text = text};
     if (folder != nullptr) scene.folder = folder;
     if (name != nullptr) scene.name = name;
@@ -376,7 +380,7 @@ std::int32_t freeflex_plan_find(const freeflex_plan* plan, int kind, const char*
 
 int freeflex_plan_frequencies(const freeflex_plan* plan, double* frequencies, std::size_t size) noexcept {
   return guarded([&] {
-    const Plan& of = whole(plan->data->plan);
+    const Plan& of = plan_of_all_modes(plan->data->plan);
     const auto count = static_cast<std::size_t>(of.num_elastic);
     if (size < count) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, count));
     for (std::size_t l = 0; l < count; ++l) frequencies[l] = of.omega[l] / (2.0 * std::numbers::pi);
@@ -396,7 +400,7 @@ int freeflex_plan_rest(const freeflex_plan* plan, double* rest, std::size_t size
 int freeflex_plan_shape(const freeflex_plan* plan, std::int32_t point, double* shape,
                         std::size_t size) noexcept {
   return guarded([&] {
-    const Plan& of = whole(plan->data->plan);
+    const Plan& of = plan_of_all_modes(plan->data->plan);
     const auto count = static_cast<std::size_t>(of.num_elastic),
                padded = static_cast<std::size_t>(of.num_padded);
     if (const int code = check_rows(of, point); code != FREEFLEX_OK) return code;
@@ -410,11 +414,11 @@ int freeflex_plan_shape(const freeflex_plan* plan, std::int32_t point, double* s
 
 int freeflex_motion_new(const freeflex_plan* plan, unsigned flags, freeflex_motion** motion) noexcept {
   return guarded([&] {
-    if ((flags & ~FREEFLEX_WITH_WORD) != 0)
+    if ((flags & ~FREEFLEX_WITH_VERDICT) != 0)
       return fail(FREEFLEX_BAD_ARGUMENT,
-                  "flags " + std::to_string(flags) + ", must be 0 or FREEFLEX_WITH_WORD");
+                  "flags " + std::to_string(flags) + ", must be 0 or FREEFLEX_WITH_VERDICT");
     auto made = std::make_unique<freeflex_motion>(plan->data);
-    if ((flags & FREEFLEX_WITH_WORD) != 0) {
+    if ((flags & FREEFLEX_WITH_VERDICT) != 0) {
       made->judgement.emplace(made->plan());
       made->judgement->take(made->state, made->budget);
     }
@@ -426,7 +430,7 @@ int freeflex_motion_new(const freeflex_plan* plan, unsigned flags, freeflex_moti
 int freeflex_motion_copy(const freeflex_motion* motion, freeflex_motion** copy) noexcept {
   return entered(*motion, [&] {
     auto made = std::make_unique<freeflex_motion>(motion->data);
-    // assigned, so that arrays keep the room that they were made with
+    // assigns instead of moving, so that the arrays keep their reserved memory
     made->state = motion->state;
     made->workspace = motion->workspace;
     made->budget = motion->budget;
@@ -469,14 +473,14 @@ int freeflex_motion_push(freeflex_motion* motion, int slot, int axes, const free
                          std::size_t count, std::int64_t ticks) noexcept {
   return entered(*motion, [&] {
     if (ticks < 0) return fail(FREEFLEX_BAD_ARGUMENT, std::to_string(ticks) + " ticks, must be 0 or more");
-    if (motion->pending.size() >= service::CommandDesk::kMaxPending)
+    if (motion->pending.size() >= service::CommandQueue::kMaxPending)
       return fail(FREEFLEX_BAD_ARGUMENT,
-                  std::to_string(service::CommandDesk::kMaxPending) +
-                      " pushes wait for the next step, the most that a motion holds: step first");
+                  std::to_string(service::CommandQueue::kMaxPending) +
+                      " pushes wait for the next step, the largest number allowed: step first");
     if (const std::int64_t most = io::max_hold_ticks(motion->data->plan); count > 0 && ticks > most)
       return fail(FREEFLEX_BAD_ARGUMENT,
                   std::to_string(ticks) + " ticks, must be at most " + std::to_string(most) +
-                      " (commands: max_hold of the scene): push again before they end");
+                      " ('commands: max_hold' of the scene): push again before they end");
     auto command = std::make_unique<ForceCommand>();
     *command = {};
     std::copy_n("c", 1, command->sender.begin());
@@ -511,7 +515,7 @@ double freeflex_motion_time(const freeflex_motion* motion) noexcept {
 int freeflex_motion_state(const freeflex_motion* motion, freeflex_state* state, double* q, double* q_dot,
                           std::size_t num_modes, double* momenta, std::size_t num_wheels) noexcept {
   return entered(*motion, [&] {
-    const auto modes = static_cast<std::size_t>(whole(motion->plan()).num_elastic);
+    const auto modes = static_cast<std::size_t>(plan_of_all_modes(motion->plan()).num_elastic);
     const std::vector<double>& wheels = motion->state.wheel_momentum;
     if ((q != nullptr || q_dot != nullptr) && num_modes < modes)
       return fail(FREEFLEX_BAD_ARGUMENT, "modes: " + quantity(num_modes, modes));
@@ -536,7 +540,7 @@ void freeflex_motion_frame(const freeflex_motion* motion, freeflex_frame* frame)
 int freeflex_motion_elastic(const freeflex_motion* motion, double* q, double* q_dot, std::size_t size,
                             std::size_t* count) noexcept {
   return entered(*motion, [&] {
-    const auto n = static_cast<std::size_t>(whole(motion->plan()).num_elastic);
+    const auto n = static_cast<std::size_t>(plan_of_all_modes(motion->plan()).num_elastic);
     if (count != nullptr) *count = n;
     if (size < n) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, n));
     write_elastic(*motion, motion->state.q, q);
@@ -562,7 +566,7 @@ int freeflex_motion_body(const freeflex_motion* motion, std::int32_t point, free
   return entered(*motion, [&] {
     const Plan& plan = motion->plan();
     if (const int code = check_rows(plan, point); code != FREEFLEX_OK) return code;
-    if (turning_of(plan, point) < 0)
+    if (attitude_index_of(plan, point) < 0)
       return fail(FREEFLEX_BAD_ARGUMENT, "point " + std::to_string(point) +
                                              " has no attitude; give it inertia or an offset in the scene");
     const BodyState read = read_body(plan, motion->state, point);
@@ -622,9 +626,9 @@ void freeflex_motion_energy(const freeflex_motion* motion, freeflex_energy* ener
   *energy = {read.kinetic_rigid, read.kinetic_elastic, read.potential};
 }
 
-int freeflex_motion_word(const freeflex_motion* motion, freeflex_word* word) noexcept {
-  return entered(*motion, [&] { return write_word(*motion, false, *word); });
+int freeflex_motion_verdict(const freeflex_motion* motion, freeflex_verdict* verdict) noexcept {
+  return entered(*motion, [&] { return write_verdict(*motion, false, *verdict); });
 }
-int freeflex_motion_worst_word(const freeflex_motion* motion, freeflex_word* word) noexcept {
-  return entered(*motion, [&] { return write_word(*motion, true, *word); });
+int freeflex_motion_worst_verdict(const freeflex_motion* motion, freeflex_verdict* verdict) noexcept {
+  return entered(*motion, [&] { return write_verdict(*motion, true, *verdict); });
 }

@@ -1,5 +1,5 @@
-/* freeflex in C: plans, their motion tick by tick, and what can be read from it, in this process and without
- * a bus.
+/* freeflex in C: loads plans, advances their motion tick by tick and reads its quantities, in this process
+ * and without a bus.
  *
  *   freeflex_plan *plan;
  *   freeflex_motion *motion;
@@ -7,16 +7,16 @@
  *     puts(freeflex_last_error());
  *     return 1;
  *   }
- *   freeflex_motion_new(plan, FREEFLEX_WITH_WORD, &motion);
+ *   freeflex_motion_new(plan, FREEFLEX_WITH_VERDICT, &motion);
  *   freeflex_motion_step(motion, 1000);
  *
  * SI units. Quaternions w x y z, body axes to world axes. Indices count from 0, in the order of the scene.
- * Functions that can fail return a code below; freeflex_last_error() then says why. They leave what they were
- * given as it was, and write no result. A plan never changes and may serve any number of motions and threads.
- * A motion does one call at a time: while one thread's call is at work in it, another thread's returns
- * FREEFLEX_BUSY, or waits for its end where the function returns no code. No call may be at work in what is
- * freed. No pointer may be NULL where nothing says so. The motion is that of freeflexd and `freeflex run`, to
- * the bit.
+ * Functions that can fail return one of the codes below; freeflex_last_error() then returns the reason. After
+ * an error their arguments are unchanged and no result is written. A plan never changes; any number of
+ * motions and threads may use it. A motion executes one call at a time: while a call of one thread is active
+ * in a motion, a call of another thread returns FREEFLEX_BUSY, or waits if the function returns no code. An
+ * object must not be freed while a call uses it. Pointers must not be NULL unless the comment allows it. The
+ * motion is bit for bit the motion that freeflexd and `freeflex run` compute.
  *
  * The binary interface is stable: no function or structure here changes, new ones are added. */
 #ifndef FREEFLEX_H
@@ -40,106 +40,106 @@ extern "C" {
 
 /* Codes. */
 #define FREEFLEX_OK 0
-#define FREEFLEX_BAD_ARGUMENT 1 /* an index, a size or a value that the function does not take */
-#define FREEFLEX_BAD_SCENE 2    /* a scene or plan with errors, or none at all */
-#define FREEFLEX_NOT_FINITE 3   /* the next state would not be finite; the motion stands before it */
+#define FREEFLEX_BAD_ARGUMENT 1 /* an index, a size or a value that the function does not allow */
+#define FREEFLEX_BAD_SCENE 2    /* the scene or plan has errors or cannot be read */
+#define FREEFLEX_NOT_FINITE 3   /* the next state would not be finite; the motion stays before it */
 #define FREEFLEX_NO_MEMORY \
-  4                      /* less memory than the call needs; of a set-up: or than it is estimated to need */
-#define FREEFLEX_ENDED 5 /* the caller's progress function said so */
-#define FREEFLEX_INTERNAL 6 /* a fault of the library */
-#define FREEFLEX_BUSY 7     /* another thread's call is at work in this motion */
+  4                      /* too little memory for the call, or less than a set-up is estimated to need */
+#define FREEFLEX_ENDED 5 /* ended by the caller's progress function */
+#define FREEFLEX_INTERNAL 6 /* an error in the library */
+#define FREEFLEX_BUSY 7     /* a call of another thread is active in this motion */
 
-/* Kinds of what a plan has. */
+/* Kinds of items in a plan. */
 #define FREEFLEX_POINT 0
 #define FREEFLEX_LINK 1
 #define FREEFLEX_GROUP 2
 #define FREEFLEX_WHEEL 3
-#define FREEFLEX_MODE 4 /* elastic modes, without names */
+#define FREEFLEX_MODE 4 /* elastic modes, which have no names */
 
 typedef struct freeflex_plan freeflex_plan;
 typedef struct freeflex_motion freeflex_motion;
 
-/* Version of the library, as "0.5.0". */
+/* Returns the version of the library, as "0.5.0". */
 FREEFLEX_API const char *freeflex_version(void) FREEFLEX_NOEXCEPT;
-/* Why the last call of this thread that failed did so; empty before any did. Valid until the next that fails.
- */
+/* Returns the reason of the last failed call of this thread; empty if no call has failed. Valid until the
+ * next failure. */
 FREEFLEX_API const char *freeflex_last_error(void) FREEFLEX_NOEXCEPT;
 
 /* ---- plans */
 
-/* Asked while a plan is set up: what is done, its share from 0 to 1. Not 0: ends the set-up with
- * FREEFLEX_ENDED. */
+/* Function of the caller that is called while a plan is set up, with the present stage and the finished
+ * fraction of the stage, 0 to 1. If it returns a value other than 0, the set-up ends with FREEFLEX_ENDED. */
 typedef int (*freeflex_progress)(void *user, const char *what, double done);
 
-/* A plan from a scene or a plan file. progress and user may be NULL. To be freed once no motion is made of it
- * any more; motions that are there keep what they need. Errors: BAD_SCENE, with every fault of the scene;
- * NO_MEMORY; ENDED. */
+/* Makes a plan from a scene or a plan file. progress and user may be NULL. The plan may be freed while
+ * motions made from it exist. Errors: BAD_SCENE, with every fault of the scene; NO_MEMORY; ENDED. */
 FREEFLEX_API int freeflex_plan_open(const char *path, freeflex_progress progress, void *user,
                                     freeflex_plan **plan) FREEFLEX_NOEXCEPT;
 /* A value that is set in a scene by its path before the scene is read: service/scenes/README.md, "Values set
- * by path". All checks of a scene apply to it, and name it. */
+ * by path". All checks of a scene apply to the value, and their messages name its path. */
 typedef struct freeflex_setting {
   const char *path;  /* "points.hub.mass" */
   const char *value; /* YAML: "41", "[0, 0, 1]", "{ratio: 0.01}" */
 } freeflex_setting;
-/* As freeflex_plan_open, of a scene file with values set in it; of two for one path the later counts. count
- * 0: settings may be NULL. Errors: as freeflex_plan_open; BAD_SCENE too where a value is set in a plan file.
- */
+/* Makes a plan from a scene file in which values are set. If two settings have one path, the later one is
+ * used. If count is 0, settings may be NULL. Errors: as freeflex_plan_open; also BAD_SCENE if a value is set
+ * in a plan file. */
 FREEFLEX_API int freeflex_plan_open_with(const char *path, const freeflex_setting *settings, size_t count,
                                          freeflex_progress progress, void *user,
                                          freeflex_plan **plan) FREEFLEX_NOEXCEPT;
-/* The same of a scene in memory, YAML or JSON. name: of the text, in messages; NULL: "<text>". folder: of the
- * files that the text names; NULL: the working folder. */
+/* Makes a plan from a scene in memory, YAML or JSON. name: stands for the text in messages; NULL: "<text>".
+ * folder: contains the files that the text names; NULL: the working folder. */
 FREEFLEX_API int freeflex_plan_open_text(const char *text, const char *name, const char *folder,
                                          const freeflex_setting *settings, size_t count,
                                          freeflex_progress progress, void *user,
                                          freeflex_plan **plan) FREEFLEX_NOEXCEPT;
 FREEFLEX_API void freeflex_plan_free(freeflex_plan *plan) FREEFLEX_NOEXCEPT;
-/* What the set-up warns of, a line each; empty without. */
+/* Returns the warnings of the set-up, one per line; empty if there are none. */
 FREEFLEX_API const char *freeflex_plan_warnings(const freeflex_plan *plan) FREEFLEX_NOEXCEPT;
 FREEFLEX_API const char *freeflex_plan_name(const freeflex_plan *plan) FREEFLEX_NOEXCEPT;
 FREEFLEX_API uint64_t freeflex_plan_fingerprint(const freeflex_plan *plan) FREEFLEX_NOEXCEPT;
 FREEFLEX_API double freeflex_plan_rate(const freeflex_plan *plan) FREEFLEX_NOEXCEPT; /* [Hz] */
 FREEFLEX_API double freeflex_plan_mass(const freeflex_plan *plan) FREEFLEX_NOEXCEPT; /* [kg] */
-/* How many there are of a kind; 0 of an unknown kind. */
+/* Returns the number of items of a kind; 0 for an unknown kind. */
 FREEFLEX_API int32_t freeflex_plan_count(const freeflex_plan *plan, int kind) FREEFLEX_NOEXCEPT;
-/* Name of one; NULL where there is none. */
+/* Returns the name of an item; NULL if there is no such item or it has no name. */
 FREEFLEX_API const char *freeflex_plan_name_of(const freeflex_plan *plan, int kind,
                                                int32_t index) FREEFLEX_NOEXCEPT;
-/* Index by name, the first that has it; -1: none. */
+/* Returns the index of the first item with this name; -1 if there is none. */
 FREEFLEX_API int32_t freeflex_plan_find(const freeflex_plan *plan, int kind,
                                         const char *name) FREEFLEX_NOEXCEPT;
-/* [Hz] of the elastic modes, undamped. size: numbers that there is room for, at least those of FREEFLEX_MODE.
- */
+/* Writes the undamped frequencies of the elastic modes [Hz]. size: length of the array, at least the count of
+ * FREEFLEX_MODE. */
 FREEFLEX_API int freeflex_plan_frequencies(const freeflex_plan *plan, double *frequencies,
                                            size_t size) FREEFLEX_NOEXCEPT;
-/* [m] place of each point at rest, xyz, from the centre of mass in body axes. size: at least 3 of each point.
- */
+/* Writes the rest position of each point, xyz, from the centre of mass in body axes [m]. size: at least 3
+ * numbers for each point. */
 FREEFLEX_API int freeflex_plan_rest(const freeflex_plan *plan, double *rest, size_t size) FREEFLEX_NOEXCEPT;
-/* [-] elastic displacement xyz of one point by each mode, body axes, mode by mode. size: at least 3 of each
- * mode. Errors: BAD_ARGUMENT of a point of which the plan keeps no rows (the scene publishes, pushes or loads
- * it nowhere). */
+/* Writes the mode shapes at one point, mode by mode: the elastic displacement xyz in body axes [-]. size: at
+ * least 3 numbers for each mode. Errors: BAD_ARGUMENT if the plan does not store the mode shapes at the
+ * point, because the scene does not publish, push or load it. */
 FREEFLEX_API int freeflex_plan_shape(const freeflex_plan *plan, int32_t point, double *shape,
                                      size_t size) FREEFLEX_NOEXCEPT;
 
 /* ---- motion */
 
-#define FREEFLEX_WITH_WORD 1u /* judges how far it can be trusted, at some microseconds a tick */
+#define FREEFLEX_WITH_VERDICT 1u /* computes verdicts on the accuracy, in some microseconds a tick */
 
-/* A motion at the plan's initial state. flags: 0 or the above. */
+/* Makes a motion that begins at the plan's initial state. flags: 0 or FREEFLEX_WITH_VERDICT. */
 FREEFLEX_API int freeflex_motion_new(const freeflex_plan *plan, unsigned flags,
                                      freeflex_motion **motion) FREEFLEX_NOEXCEPT;
-/* Another motion that stands where this one does, with its loads and its word. */
+/* Makes a copy of a motion with its state, loads and verdicts. */
 FREEFLEX_API int freeflex_motion_copy(const freeflex_motion *motion,
                                       freeflex_motion **copy) FREEFLEX_NOEXCEPT;
 FREEFLEX_API void freeflex_motion_free(freeflex_motion *motion) FREEFLEX_NOEXCEPT;
-/* Back to the initial state, without loads but the scene's own. The tick goes on. */
+/* Sets the motion back to the initial state and removes all pushes; the loads of the scene stay. The count of
+ * ticks continues. */
 FREEFLEX_API void freeflex_motion_reset(freeflex_motion *motion) FREEFLEX_NOEXCEPT;
-/* Advances by ticks >= 0. Errors: NOT_FINITE, the motion then stands at the last tick that is. */
+/* Advances by ticks >= 0. Errors: NOT_FINITE; the motion then stays at the last tick with a finite state. */
 FREEFLEX_API int freeflex_motion_step(freeflex_motion *motion, int64_t ticks) FREEFLEX_NOEXCEPT;
 
-/* A load on a point: force [N], on one with inertia torque [N m] too; on a group: at its centre of mass and
- * about it; on a wheel: torque[0] [N m] of its motor, force zero. */
+/* A load. On a point: force [N], and torque [N m] if the point has inertia. On a group: force at the group's
+ * centre of mass and torque about it. On a wheel: torque[0] [N m] of its motor, all else zero. */
 typedef struct freeflex_load {
   int32_t kind; /* FREEFLEX_POINT, FREEFLEX_GROUP or FREEFLEX_WHEEL */
   int32_t index;
@@ -148,15 +148,14 @@ typedef struct freeflex_load {
 } freeflex_load;
 #define FREEFLEX_WORLD 0
 #define FREEFLEX_BODY 1
-/* Puts loads into a slot, 0 to 63, in place of what is there, from the next step on; loads of all slots add.
- * axes: of the vectors. ticks: how long they act, at most commands: max_hold of the scene, 60 s by default;
- * 0: until another call takes their place. count 0: clears the slot. Errors: BAD_ARGUMENT for what a command
- * of a daemon would be refused for (messages/README.md, section 6), and for a push that finds 256 others
- * before it that wait for the next step. */
+/* Replaces the loads of a slot, 0 to 63, from the next step on; the loads of all slots add up. axes: the axes
+ * of the vectors. ticks: how long the loads act, at most `commands: max_hold` of the scene, 60 s by default;
+ * 0: until another call replaces them. If count is 0, the slot is cleared. Errors: BAD_ARGUMENT if a daemon
+ * would reject the loads (messages/README.md, section 6), or if 256 pushes already wait for the next step. */
 FREEFLEX_API int freeflex_motion_push(freeflex_motion *motion, int slot, int axes, const freeflex_load *loads,
                                       size_t count, int64_t ticks) FREEFLEX_NOEXCEPT;
 
-/* ---- what can be read */
+/* ---- reading a motion */
 
 FREEFLEX_API int64_t freeflex_motion_tick(const freeflex_motion *motion) FREEFLEX_NOEXCEPT;
 FREEFLEX_API double freeflex_motion_time(const freeflex_motion *motion)
@@ -169,10 +168,10 @@ typedef struct freeflex_frame {
   double angular_velocity[3]; /* [rad/s] body axes */
   double angular_momentum[3]; /* [kg m^2/s] about the centre of mass, world axes */
 } freeflex_frame;
-/* The motion at one tick: all that FREEFLEX_STATE holds of it, by one call. q [m], q_dot [m/s] as
- * freeflex_motion_elastic, momenta [N m s] as freeflex_motion_wheels; each of the three may be NULL.
- * num_modes, num_wheels: numbers that there is room for, at least those of FREEFLEX_MODE and of
- * FREEFLEX_WHEEL. */
+/* The motion at one tick. freeflex_motion_state reads all contents of FREEFLEX_STATE in one call: q [m] and
+ * q_dot [m/s] as freeflex_motion_elastic does, momenta [N m s] as freeflex_motion_wheels does. Each of these
+ * three arrays may be NULL. num_modes, num_wheels: lengths of the arrays, at least the counts of
+ * FREEFLEX_MODE and FREEFLEX_WHEEL. */
 typedef struct freeflex_state {
   int64_t tick;
   double time; /* [s] since the last reset */
@@ -183,26 +182,26 @@ FREEFLEX_API int freeflex_motion_state(const freeflex_motion *motion, freeflex_s
                                        size_t num_wheels) FREEFLEX_NOEXCEPT;
 FREEFLEX_API void freeflex_motion_frame(const freeflex_motion *motion,
                                         freeflex_frame *frame) FREEFLEX_NOEXCEPT;
-/* q [m], q_dot [m/s] of each elastic mode, in the order of freeflex_plan_frequencies, either may be NULL.
- * size: numbers that there is room for in each; count, which is written even where there is too little: how
- * many are needed, may be NULL. With leave_out: {on_need: replan} the modes are all that a push may bring
- * back; until then those are zero. */
+/* Writes q [m] and q_dot [m/s] of each elastic mode, in the order of freeflex_plan_frequencies; either may be
+ * NULL. size: length of each array. count: receives the needed length, even if size is too small; may be
+ * NULL. If the scene has `leave_out: {on_need: replan}`, the modes are those of the fallback plan; modes that
+ * the plan omits are zero until a push needs them. */
 FREEFLEX_API int freeflex_motion_elastic(const freeflex_motion *motion, double *q, double *q_dot, size_t size,
                                          size_t *count) FREEFLEX_NOEXCEPT;
 
 typedef struct freeflex_point {
   double position[3], velocity[3],
-      acceleration[3];    /* [m], [m/s], [m/s^2] world axes; the last just before the tick */
+      acceleration[3];    /* [m], [m/s], [m/s^2] world axes; acceleration just before the tick */
   double displacement[3]; /* [m] elastic, body axes */
 } freeflex_point;
-/* Errors: BAD_ARGUMENT, as freeflex_plan_shape. */
+/* Reads a point. Errors: BAD_ARGUMENT under the condition of freeflex_plan_shape. */
 FREEFLEX_API int freeflex_motion_point(const freeflex_motion *motion, int32_t point,
                                        freeflex_point *state) FREEFLEX_NOEXCEPT;
 typedef struct freeflex_body {
-  double attitude[4];         /* of the point, whose axes are the scene's at rest, to world axes */
+  double attitude[4];         /* axes of the point, which at rest are the axes of the scene, to world axes */
   double angular_velocity[3]; /* [rad/s] axes of the point */
 } freeflex_body;
-/* Of a point that has inertia or an offset; any other is a BAD_ARGUMENT. */
+/* Reads the attitude of a point that has inertia or an offset. Errors: BAD_ARGUMENT for any other point. */
 FREEFLEX_API int freeflex_motion_body(const freeflex_motion *motion, int32_t point,
                                       freeflex_body *state) FREEFLEX_NOEXCEPT;
 typedef struct freeflex_pose {
@@ -213,11 +212,11 @@ typedef struct freeflex_pose {
 } freeflex_pose;
 FREEFLEX_API int freeflex_motion_group(const freeflex_motion *motion, int32_t group,
                                        freeflex_pose *pose) FREEFLEX_NOEXCEPT;
-/* Forces of a published link, by its kind as in messages/README.md, section 7; count, which is written even
- * where there is too little room: how many. */
+/* Writes the forces of a published link; messages/README.md, section 7, lists them for each kind of link.
+ * count: receives the needed length, even if size is too small. */
 FREEFLEX_API int freeflex_motion_link(const freeflex_motion *motion, int32_t link, double *values,
                                       size_t size, size_t *count) FREEFLEX_NOEXCEPT;
-/* [N m s] momentum of each wheel about its axis. size: at least as many as there are. */
+/* Writes the momentum of each wheel about its axis [N m s]. size: at least the count of FREEFLEX_WHEEL. */
 FREEFLEX_API int freeflex_motion_wheels(const freeflex_motion *motion, double *momenta,
                                         size_t size) FREEFLEX_NOEXCEPT;
 
@@ -230,18 +229,19 @@ FREEFLEX_API void freeflex_motion_energy(const freeflex_motion *motion,
 #define FREEFLEX_GOOD 0
 #define FREEFLEX_WATCH 1
 #define FREEFLEX_OUTSIDE 2
-typedef struct freeflex_word {
+typedef struct freeflex_verdict {
   int64_t tick;
-  int32_t word; /* FREEFLEX_GOOD, FREEFLEX_WATCH or FREEFLEX_OUTSIDE */
+  int32_t level; /* FREEFLEX_GOOD, FREEFLEX_WATCH or FREEFLEX_OUTSIDE */
   int32_t unused;
-  double error, scale; /* [m] estimate of the error of the displacements, and what it is judged against */
-  char cause[256];     /* empty when good */
-} freeflex_word;
-/* How far the motion can be trusted now, or the worst since the last reset. Errors: BAD_ARGUMENT of a motion
- * without a word. */
-FREEFLEX_API int freeflex_motion_word(const freeflex_motion *motion, freeflex_word *word) FREEFLEX_NOEXCEPT;
-FREEFLEX_API int freeflex_motion_worst_word(const freeflex_motion *motion,
-                                            freeflex_word *word) FREEFLEX_NOEXCEPT;
+  double error, scale; /* [m] estimated error of the displacements, and the scale it is compared with */
+  char cause[256];     /* empty if good */
+} freeflex_verdict;
+/* Read the present verdict on the motion's accuracy, and the worst since the last reset. Errors: BAD_ARGUMENT
+ * for a motion made without FREEFLEX_WITH_VERDICT. */
+FREEFLEX_API int freeflex_motion_verdict(const freeflex_motion *motion,
+                                         freeflex_verdict *verdict) FREEFLEX_NOEXCEPT;
+FREEFLEX_API int freeflex_motion_worst_verdict(const freeflex_motion *motion,
+                                                  freeflex_verdict *verdict) FREEFLEX_NOEXCEPT;
 
 #ifdef __cplusplus
 }

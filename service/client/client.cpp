@@ -24,12 +24,13 @@ namespace {
 using freeflex_msgs::ack_t, freeflex_msgs::control_t, freeflex_msgs::force_t, freeflex_msgs::state_t;
 using Clock = std::chrono::steady_clock;
 
-/// What is waited for, and what to ask when it does not come.
+/// The name of an expected message, and a question for the user if the message does not arrive.
 struct Awaited {
   std::string what, question;
 };
-const Awaited kStatus{"STATUS", "is freeflexd there?"};
-constexpr std::int64_t kValidity = 10'000'000;  // [us] of a sealed command: its way to the daemon
+const Awaited kStatus{"STATUS", "is freeflexd running?"};
+// [us] time within which a sealed command must reach the daemon
+constexpr std::int64_t kValidity = 10'000'000;
 
 std::int64_t wall_clock_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
@@ -37,7 +38,7 @@ std::int64_t wall_clock_us() {
       .count();
 }
 
-/// A name that no other controller has.
+/// Generates a sender name that no other controller uses.
 std::string own_name() {
   std::uint32_t number = 0;
   if (getrandom(&number, sizeof number, 0) != sizeof number)
@@ -59,7 +60,7 @@ std::string rejection(const ack_t& ack) {
          ": " + ack.text;
 }
 
-/// "no point 'nose'; there are: a, b and 3 more"
+/// Returns "no point 'nose'; there are: a, b and 3 more".
 template <class Names>
 [[noreturn]] void refuse_name(const char* kind, std::string_view name, const Names& names) {
   constexpr std::size_t kShown = 20;
@@ -104,7 +105,7 @@ const freeflex_msgs::link_load_t& LoadsTick::at(std::int32_t link) const {
   return find_item(links, &freeflex_msgs::link_load_t::link, link, "link", "LOADS");
 }
 
-/// The way to the daemon: receives into what is heard, and sends commands.
+/// The connection to the daemon: receives into `heard` and sends commands.
 class Daemon::Line {
  public:
   Line(Options options, Heard& heard) : options_(std::move(options)), heard_(heard) {
@@ -127,7 +128,7 @@ class Daemon::Line {
 
   const Options& options() const { return options_; }
 
-  /// Takes messages until it holds. NoAnswer when the time is over.
+  /// Receives messages until `holds` returns true. Throws NoAnswer after Options::timeout.
   void wait(const std::function<bool()>& holds, const Awaited& awaited) {
     const Clock::time_point end = Clock::now() + options_.timeout;
     while (!holds()) {
@@ -141,25 +142,25 @@ class Daemon::Line {
     }
   }
 
-  /// Sends a command to the daemon of this session. Returns its answer.
+  /// Sends a command to the daemon of this session and returns its answer.
   template <class Command>
   ack_t ask(Command command, const char* suffix) {
     command.utime = wall_clock_us();
     command.session = heard_.session;
     command.sender = options_.sender;
-    // by the clock, so that this program may be started again in one session
+    // sequence numbers start from the clock, so that this program can be restarted within one session
     command.sequence = heard_.sequence = std::max(heard_.sequence + 1, command.utime);
     heard_.answer.reset();
     const std::string channel = options_.prefix + suffix;
     const std::vector<std::byte> bytes =
         key_ ? seal(command, channel, *key_, command.utime + kValidity) : io::encode(command);
     if (!connection_.publish(channel, bytes))
-      throw NoAnswer("the network does not take a command: " + options_.url);
+      throw NoAnswer("the network does not accept the command: " + options_.url);
     wait([&] { return heard_.answer || heard_.session != command.session; },
          {"answer", "the command is lost, the daemon has ended, or it does not have this key"});
     if (!heard_.answer || heard_.answer->session != command.session) {
-      // the refusal of the new daemon may come before its STATUS, without which the next command would fail
-      // too
+      // the new daemon's rejection may arrive before its STATUS. The next command needs that STATUS, so wait
+      // for it
       wait([&] { return heard_.session != command.session; }, kStatus);
       throw Restarted("the daemon was started again: the command is lost");
     }
@@ -170,7 +171,7 @@ class Daemon::Line {
  private:
   std::string question(const Awaited& awaited) const {
     const bool is_unread = heard_.session == 0 && !heard_.unread.empty();
-    return is_unread ? "a daemon is heard, but its STATUS is " + heard_.unread : awaited.question;
+    return is_unread ? "a daemon is running, but its STATUS is " + heard_.unread : awaited.question;
   }
 
   Options options_;
@@ -247,7 +248,7 @@ std::int64_t Daemon::push(const Push& push) {
   force.late_policy = push.late_ok ? 1 : 0;
   force.duration_ticks = ticks(push.duration);
   force.lease_ticks = ticks(push.lease);
-  // a push acts in whole ticks, with so much of its force that the impulse is kept
+  // a push lasts a whole number of ticks; its force is scaled so that its impulse is as requested
   const double wanted = push.duration * heard_->status.rate,
                given = static_cast<double>(force.duration_ticks);
   const double share = push.duration > 0.0 && std::abs(wanted - given) > 1e-6 ? wanted / given : 1.0;
@@ -276,7 +277,7 @@ std::int64_t Daemon::push(const Push& push) {
 }
 
 std::int64_t Daemon::ticks(double time) const {
-  // the daemon refuses what is out of range
+  // the daemon rejects values that are out of range
   if (!(time > 0.0)) return time == 0.0 ? 0 : -1;
   const double whole = std::min(std::round(time * heard_->status.rate), 1e18);
   return std::max<std::int64_t>(1, static_cast<std::int64_t>(whole));

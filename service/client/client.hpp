@@ -1,7 +1,8 @@
-// A daemon as a controller sees it: heard, commanded, stepped. Session, sequence, leases, indices and answers
-// are inside. It needs no core: the messages, libsodium for keys, and a socket.
+// Client of a daemon, for controllers: receives the daemon's messages, sends commands and steps the daemon.
+// The client keeps track of session, sequence, indices and answers. It needs the messages, libsodium (for
+// keys) and a socket; it does not need the core library.
 //
-//   freeflex::client::Daemon daemon;                     // a freeflexd that runs
+//   freeflex::client::Daemon daemon;                     // connects to a running freeflexd
 //   daemon.push({.forces = {{"tip", {0, 0, 10}}}, .duration = 0.5});
 //   std::printf("%g\n", daemon.next_state().position[2]);
 #pragma once
@@ -26,39 +27,39 @@
 
 namespace freeflex::client {
 
-/// What any call below throws; the text says what to do.
+/// Base of all errors that the calls below throw; the text says what to do.
 struct Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
-/// There is no bus at the url, or the key file holds no key.
+/// There is no bus at the url, or the key file contains no key.
 struct NoBus : Error {
   using Error::Error;
 };
-/// A message that was waited for did not come within Options::timeout.
+/// An expected message did not arrive within Options::timeout.
 struct NoAnswer : Error {
   using Error::Error;
 };
-/// Another daemon took the place of the one that a command was sent to: the command is lost, and the motion
-/// begins anew. The next call goes to the new daemon.
+/// A new daemon has replaced the one that the command was sent to: the command is lost, and the motion starts
+/// again. The next call goes to the new daemon.
 struct Restarted : Error {
   using Error::Error;
 };
-/// The scene has nothing of this name or index; the text names what there is.
+/// The scene has no item of this name or index; the text lists the names that exist.
 struct UnknownName : Error {
   using Error::Error;
 };
 /// The daemon refused a command: "rejected: late: ...".
 struct Rejected : Error {
   explicit Rejected(freeflex_msgs::ack_t answer);
-  freeflex_msgs::ack_t ack;  // reason and text by messages/README.md, section 6
+  freeflex_msgs::ack_t ack;  // reason and text are those of messages/README.md, section 6
 };
 
 struct Options {
-  std::string prefix = "FREEFLEX";  // of the channels
-  std::string url{};                // of the bus; empty: LCM_DEFAULT_URL, else LCM's default
-  std::string sender{};    // name of this controller, of which there must not be two; empty: one of its own
-  std::string key_file{};  // of `freeflex keygen`, for a daemon that requires keys; its id becomes the sender
-  std::chrono::milliseconds timeout{5'000};  // [ms] that a message or an answer may take
+  std::string prefix = "FREEFLEX";  // first part of the channel names
+  std::string url{};                // url of the bus; empty: LCM_DEFAULT_URL, else LCM's default
+  std::string sender{};             // unique name of this controller; empty: a generated name
+  std::string key_file{};  // from `freeflex keygen`, if the daemon requires keys; its id becomes the sender
+  std::chrono::milliseconds timeout{5'000};  // [ms] longest wait for a message or an answer
 };
 
 using Vector = std::array<double, 3>;
@@ -67,44 +68,44 @@ struct Wrench {
   Vector torque{};  // [N m]
 };
 
-/// Loads that replace what this sender has in a slot. Without any it clears the slot.
+/// Loads that replace the contents of one slot of this sender. A push without loads clears the slot.
 struct Push {
   std::map<std::string, Vector> forces{};    // [N] by point
   std::map<std::string, Vector> torques{};   // [N m] by point that has inertia
   std::map<std::string, Wrench> wrenches{};  // by group
-  std::map<std::string, double> wheels{};    // [N m] of the motor, by wheel
-  bool in_body_axes = false;                 // else in world axes
+  std::map<std::string, double> wheels{};    // [N m] motor torque by wheel
+  bool in_body_axes = false;                 // false: world axes
   int slot = 0;
-  double duration = 0.0;  // [s] after which it ends; exactly one of the two is > 0
-  double lease = 0.0;     // [s] within which it is to be renewed, by the next push into the slot
-  std::optional<std::int64_t> at_tick{};  // at which it begins, else at once
-  bool late_ok = false;                   // begins at once when at_tick has passed, else it is rejected
+  double duration = 0.0;  // [s] after which the loads end; exactly one of duration and lease is > 0
+  double lease = 0.0;     // [s] within which a next push into the slot must renew the loads
+  std::optional<std::int64_t> at_tick{};  // tick at which the loads begin; empty: the next tick
+  bool late_ok = false;                   // if at_tick has passed: true begins at once, false is rejected
 };
 
-/// One tick of POINTS, all of its pages.
+/// All pages of POINTS of one tick.
 struct PointsTick {
   std::int64_t session = 0, epoch = 0, tick = 0;
-  std::vector<freeflex_msgs::point_state_t> points;  // by ascending index
-  std::vector<freeflex_msgs::group_pose_t> groups;   // by ascending index
-  std::vector<freeflex_msgs::body_state_t> bodies;   // by ascending index of the point
-  /// The point of this index. UnknownName: it is not published.
+  std::vector<freeflex_msgs::point_state_t> points;  // ordered by index
+  std::vector<freeflex_msgs::group_pose_t> groups;   // ordered by index
+  std::vector<freeflex_msgs::body_state_t> bodies;   // ordered by index of the point
+  /// Returns the point of this index. Throws UnknownName if the point is not published.
   const freeflex_msgs::point_state_t& at(std::int32_t point) const;
 };
 
-/// One tick of LOADS, all of its pages.
+/// All pages of LOADS of one tick.
 struct LoadsTick {
   std::int64_t session = 0, epoch = 0, tick = 0;
-  std::vector<freeflex_msgs::link_load_t> links;  // by ascending index
-  /// The link of this index. UnknownName: it is not published.
+  std::vector<freeflex_msgs::link_load_t> links;  // ordered by index
+  /// Returns the link of this index. Throws UnknownName if the link is not published.
   const freeflex_msgs::link_load_t& at(std::int32_t link) const;
 };
 
-/// A daemon on the bus. Receives in its methods alone, has no thread, and is used by one thread. It holds the
-/// last of each message and no more than the scene publishes. When a daemon is started again it takes that
-/// one up: session() changes, and all that was heard is forgotten.
+/// A daemon on the bus. Receives only inside its methods, starts no thread, and is used by one thread. Keeps
+/// the latest message of each type that the scene publishes. If the daemon is restarted, this object follows
+/// the new daemon: session() changes, and all earlier messages are forgotten.
 class Daemon {
  public:
-  /// Waits for STATUS and the whole SCENE. NoBus, NoAnswer.
+  /// Waits for STATUS and all pages of SCENE. Throws NoBus, NoAnswer.
   explicit Daemon(Options options = {});
   ~Daemon();
   Daemon(const Daemon&) = delete;
@@ -113,36 +114,38 @@ class Daemon {
   std::int64_t session() const;
   const std::string& sender() const;
   const SceneCatalogue& scene() const;
-  const freeflex_msgs::status_t& status() const;               // the last
-  const std::optional<freeflex_msgs::state_t>& state() const;  // the last, if any
-  const std::optional<PointsTick>& points() const;             // the last that is whole, if any
-  const std::optional<LoadsTick>& loads() const;               // the last that is whole, if any
+  const freeflex_msgs::status_t& status() const;               // the latest
+  const std::optional<freeflex_msgs::state_t>& state() const;  // the latest, if one was received
+  const std::optional<PointsTick>& points() const;             // the latest complete one, if any
+  const std::optional<LoadsTick>& loads() const;               // the latest complete one, if any
 
-  /// The first that no earlier call returned, waited for; what came while a command was answered counts, and
-  /// of several that did the last is returned. Valid until the next call of this class. NoAnswer.
+  /// Each returns the latest message that no earlier call returned, and waits for one if there is none. It
+  /// may have arrived while another call waited for an answer. Valid until the next call of this class.
+  /// Throws NoAnswer.
   const freeflex_msgs::status_t& next_status();
   const freeflex_msgs::state_t& next_state();
   const PointsTick& next_points();
   const LoadsTick& next_loads();
 
-  /// Index by name. UnknownName.
+  /// Returns the index of the name. Throws UnknownName.
   std::int32_t point(std::string_view name) const;
   std::int32_t link(std::string_view name) const;
   std::int32_t group(std::string_view name) const;
   std::int32_t wheel(std::string_view name) const;
 
-  // Commands wait for their answer and return the tick at which they take effect. Rejected, NoAnswer,
-  // Restarted.
+  // Commands wait for their answer and return the tick at which they take effect. They throw Rejected,
+  // NoAnswer and Restarted.
 
-  /// UnknownName: a name of the push.
+  /// Pushes. Also throws UnknownName if the scene lacks a name that the push contains.
   std::int64_t push(const Push& push);
-  std::int64_t run();   // ticks follow the clock
-  std::int64_t hold();  // stands at its tick
-  std::int64_t stop();  // ends the daemon in order
-  /// Back to the start, in a new epoch. Motion of earlier epochs is not returned any more.
+  std::int64_t run();   // from now on the ticks follow the clock
+  std::int64_t hold();  // the daemon stays at its tick
+  std::int64_t stop();  // ends the daemon cleanly
+  /// Sets the daemon back to the initial state, in a new epoch. Motion of earlier epochs is no longer
+  /// returned.
   std::int64_t reset();
-  /// Steps a daemon that stands by so many ticks. Returns the STATE after them; the scene must publish it at
-  /// that tick, or it comes within a second.
+  /// Advances a holding daemon by this many ticks and returns the STATE after them. If the scene's
+  /// publication rate skips that tick, this STATE arrives within a second.
   const freeflex_msgs::state_t& step(std::int64_t ticks = 1);
 
  private:

@@ -9,7 +9,7 @@
 namespace freeflex::client {
 namespace {
 
-/// True when every item's index, a member of it, is one of so many.
+/// Returns true if the index of every item is below the count.
 template <class Item>
 bool are_within(const std::vector<Item>& items, std::int32_t Item::*index, std::size_t count) {
   return std::all_of(items.begin(), items.end(), [&](const Item& item) {
@@ -132,7 +132,8 @@ void Daemon::Heard::take_loads(const service::BusMessage& message) {
 
 void Daemon::Heard::take_answer(const service::BusMessage& message) {
   freeflex_msgs::ack_t found;
-  // of any session: a daemon that was started again refuses what was meant for the one before
+  // accepts an answer from any session, because a restarted daemon also rejects commands meant for its
+  // predecessor
   if (io::decode_message(message.bytes, found) && found.sender == sender && found.sequence == sequence)
     answer = std::move(found);
 }

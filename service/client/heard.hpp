@@ -1,4 +1,4 @@
-// What a client heard of its daemon last.
+// The messages that a client received from its daemon.
 #pragma once
 
 #include <cstdint>
@@ -11,18 +11,20 @@
 
 namespace freeflex::client {
 
-/// The last of each message of one session, each with a mark that no call returned it yet.
+/// The latest message of each type in one session. A flag for each type is true while no call has returned
+/// the message.
 struct Daemon::Heard {
-  /// \param suffix  of the channel behind the prefix
+  /// Reads and keeps a message.  \param suffix  part of the channel name after the prefix
   void take(std::string_view suffix, const service::BusMessage& message);
-  /// The epoch heard of last in this session.
+  /// Returns the latest epoch received in this session.
   std::int64_t epoch() const;
-  /// Forgets the motion of earlier epochs, and takes no more of it.
+  /// Forgets the motion of earlier epochs and ignores later messages from them.
   void begin_epoch(std::int64_t epoch);
 
-  std::int64_t session = 0;      // 0: none was heard
-  std::int64_t least_epoch = 0;  // what is of an earlier one came before a reset by this client
-  std::string unread;            // why the last STATUS could not be read
+  std::int64_t session = 0;  // 0: no STATUS yet
+  // messages of earlier epochs are ignored: they precede a reset by this client
+  std::int64_t least_epoch = 0;
+  std::string unread;  // why the latest STATUS could not be read
   SceneCatalogue scene;
   freeflex_msgs::status_t status{};
   std::optional<freeflex_msgs::state_t> state;
@@ -30,7 +32,7 @@ struct Daemon::Heard {
   std::optional<LoadsTick> loads;
   bool has_new_status = false, has_new_state = false, has_new_points = false, has_new_loads = false;
 
-  // the answer that is waited for
+  // the expected answer
   std::string sender;
   std::int64_t sequence = 0;
   std::optional<freeflex_msgs::ack_t> answer;

@@ -12,7 +12,7 @@
 namespace freeflex::client {
 namespace {
 
-/// What stands behind "NAME:" of a line, without blanks around it; empty when the line is another.
+/// Returns the value after "NAME:" in a line, without surrounding blanks; empty for any other line.
 std::string_view value_of(std::string_view line, std::string_view name) {
   constexpr std::string_view kBlanks = " \t\r\"'";
   if (!line.starts_with(name) || line.size() <= name.size() || line[name.size()] != ':') return {};
@@ -28,7 +28,7 @@ std::string read_key_file(const std::string& path, SealingKey& key) {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) return "key file '" + path + "': " + std::strerror(errno);
   if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0)
-    return "key file '" + path + "': others may use it: chmod 600 '" + path + "'";
+    return "key file '" + path + "': other users have access: chmod 600 '" + path + "'";
   std::size_t size = 0;
   std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {

@@ -1,4 +1,4 @@
-// The file of a key, read without the scene's reader: what a controller needs of it.
+// Reads a key file for a controller. It does not need the reader of scenes.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace freeflex::client {
 
-/// Reads the lines `id: NAME` and `secret: 64 hexadecimal digits`, and leaves others alone. Empty, or what is
-/// wrong with the file: also when others than its owner may read it.
+/// Reads the lines `id: NAME` and `secret: 64 hexadecimal digits`, and ignores all other lines. Returns an
+/// empty string, or the error. It is an error if users other than the owner may read the file.
 std::string read_key_file(const std::string& path, SealingKey& key);
 
 }  // namespace freeflex::client

@@ -7,20 +7,20 @@
 namespace freeflex::client {
 namespace {
 
-constexpr std::int32_t kMaxLinks = 1'048'576;  // that a scene file may have
+constexpr std::int32_t kMaxLinks = 1'048'576;  // most that a scene file may have
 
 bool is_between(std::int32_t value, std::int32_t least, std::int32_t most) {
   return value >= least && value <= most;
 }
 
-/// True when the counts of a page are those of a scene that a daemon may have.
+/// Returns true if a daemon's scene can have the counts of this page.
 bool is_sane(const freeflex_msgs::scene_t& page) {
   return is_between(page.total_points, 0, kMaxPoints) && is_between(page.total_links, 0, kMaxLinks) &&
          is_between(page.total_groups, 0, kMaxGroups) && is_between(page.total_elastic, 0, kMaxPlanElastic) &&
          is_between(page.num_wheels, 0, kMaxWheels);
 }
 
-/// True when items from the first on lie within so many.
+/// Returns true if the indices of the items, which start at `first`, are below the total.
 template <class Item>
 bool fits(std::int32_t first, const std::vector<Item>& items, std::int32_t total) {
   return first >= 0 && static_cast<std::size_t>(first) + items.size() <= static_cast<std::size_t>(total);
@@ -47,12 +47,12 @@ void SceneCatalogue::take(const freeflex_msgs::scene_t& page, std::size_t size) 
       !fits(page.first_group, page.groups, page.total_groups) ||
       !fits(page.first_elastic, page.frequencies, page.total_elastic))
     return;
-  // each page lists an item, but the one page of an empty list
+  // each page lists at least one item, except the single page of an empty scene
   const std::int64_t max_pages =
       std::int64_t{1} + page.total_points + page.total_links + page.total_groups + page.total_elastic;
   const bool is_other = page.session != head_.session || page.plan_fingerprint != head_.plan_fingerprint ||
                         page.total_elastic != head_.total_elastic;
-  // the pages come once a second: of a scene that is known they say nothing new
+  // the daemon repeats the pages once a second; once the catalogue is complete, they contain nothing new
   if (is_complete_ && !is_other) return;
   const io::PageSet::Taken taken = pages_.take({page.session, page.plan_fingerprint, page.total_elastic},
                                                page.page, page.num_pages, max_pages, size);
@@ -84,7 +84,7 @@ void SceneCatalogue::finish() {
   for (std::size_t i = 0; i < points_.size(); ++i)
     point_index_.emplace(points_[i].name, static_cast<std::int32_t>(i));
   const auto is_published = [](const auto& item) { return item.is_published != 0; };
-  // a point has a pose too where it turns
+  // a point with inertia also has a body state
   max_point_pages_ = 2 * std::count_if(points_.begin(), points_.end(), is_published) + std::ssize(groups_);
   max_load_pages_ = std::count_if(links_.begin(), links_.end(),
                                   [&](const auto& link) { return is_published(link.second); });

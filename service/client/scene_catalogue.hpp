@@ -1,4 +1,4 @@
-// What the indices of the messages mean, gathered from the pages of FREEFLEX_SCENE.
+// Collects the items that indices in messages refer to, from the pages of FREEFLEX_SCENE.
 #pragma once
 
 #include <cstddef>
@@ -15,29 +15,32 @@
 
 namespace freeflex::client {
 
-/// The scene of a daemon, as far as it lists it. Holds no more than the pages that came: at most 200,000
-/// points and PageSet::kMaxBytes.
+/// The part of a daemon's scene that the daemon lists on the bus. Its size is bounded, whatever pages arrive:
+/// at most 200,000 points and PageSet::kMaxBytes.
 class SceneCatalogue {
  public:
-  /// Takes a page of so many bytes. Pages of another session or plan start over. Refuses pages with counts
-  /// that no daemon has.
+  /// Adds a page. A page of another session or plan starts a new catalogue. Ignores pages with impossible
+  /// counts.
+  /// \param size  [bytes] of the page's message
   void take(const freeflex_msgs::scene_t& page, std::size_t size);
   bool is_complete() const { return is_complete_; }
-  /// Points that no page lists: nobody reads, pushes or loads them. \pre is_complete()
+  /// Number of points that no page lists, because they are neither published, pushed nor loaded.
+  /// \pre is_complete()
   std::size_t num_unlisted() const { return points_.size() - num_listed_; }
-  /// The last page: its front part is that of all. The lists in it are one page's.
+  /// Returns the latest page. All pages agree in the fields before the lists; the lists contain only this
+  /// page's items.
   const freeflex_msgs::scene_t& head() const { return head_; }
-  /// By index, without a name where they are not listed.
+  /// All points by index; points that are not listed have no name.
   const std::vector<freeflex_msgs::scene_point_t>& points() const { return points_; }
-  /// Those listed, by index.
+  /// The listed links by index.
   const std::map<std::int32_t, freeflex_msgs::scene_link_t>& links() const { return links_; }
   const std::vector<freeflex_msgs::scene_group_t>& groups() const { return groups_; }
   const std::vector<double>& frequencies() const { return frequencies_; }  // [Hz]
-  /// Pages that one tick of POINTS or LOADS has at most: one for each item that is published.
+  /// Largest number of pages of one tick of POINTS or LOADS: one page for each published item.
   std::int64_t max_point_pages() const { return max_point_pages_; }
   std::int64_t max_load_pages() const { return max_load_pages_; }
 
-  /// Index by name; nullopt when there is none.
+  /// Returns the index of the item with this name; nullopt if there is none.
   std::optional<std::int32_t> find_point(std::string_view name) const;
   std::optional<std::int32_t> find_link(std::string_view name) const;
   std::optional<std::int32_t> find_group(std::string_view name) const;

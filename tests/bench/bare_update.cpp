@@ -2,7 +2,8 @@
 
 namespace {
 
-// parameters, because the compiler believes __restrict only there and would not vectorise otherwise
+// The arrays are function parameters, because the compiler honours __restrict only on parameters and would
+// not vectorise the loop otherwise.
 inline __attribute__((always_inline)) void update(
     std::size_t n, double* __restrict q, double* __restrict v, const double* __restrict p_qq,
     const double* __restrict p_qv, const double* __restrict p_vq, const double* __restrict p_vv,

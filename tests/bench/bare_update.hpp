@@ -1,4 +1,4 @@
-// The yardstick: the plain modal update with a force linear in the step, and nothing else.
+// The reference for the cost of a step: the plain modal update under a force that is linear over the step.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@ struct BareModes {
   freeflex::Array f0, f1;                  // generalized forces at the start and the end
 };
 
-/// q1 = p q + w f, per mode: ten loads, two stores, eight products.
+/// Computes q1 = p q + w f for each mode: ten loads, two stores, eight products.
 void bare_update(BareModes& modes, std::size_t n);
 
-/// The same at the width that core/step chooses at run time: AVX2 where the processor has it.
+/// Computes the same at the register width that core/step chooses at run time: AVX2 if the processor has it.
 void bare_update_wide(BareModes& modes, std::size_t n);

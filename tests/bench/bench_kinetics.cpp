@@ -1,5 +1,6 @@
-// What a tick of the coupled rung costs by modes and points, summed point by point and by tables over pairs
-// of modes (THEORY X196): where the two meet is kTablesPerPoint of core/plan/kinetics.hpp.
+// Cost of a tick of the coupled rung against the numbers of modes and points, with sums over points and with
+// tables over pairs of modes (THEORY 12.52). The two cost the same at the ratio kTablesPerPoint of
+// core/plan/kinetics.hpp.
 #include <benchmark/benchmark.h>
 
 #include <map>
@@ -15,7 +16,7 @@ namespace {
 
 using namespace freeflex;
 
-// a box of cells, springs along its edges and diagonals
+// Returns a row of box-shaped cells with springs along their edges and diagonals.
 Scene lattice(int num_points) {
   Scene scene;
   const int length = num_points / 4;
@@ -59,7 +60,7 @@ void tick(benchmark::State& bench) {
   const auto form = static_cast<PlanKinetics::Form>(bench.range(2));
   const Scene scene = lattice(num_points);
   const Structure& structure = structure_of(num_points);
-  PlanSpec spec = whole_spec(scene, structure, Fidelity::kCoupled);
+  PlanSpec spec = full_spec(scene, structure, Fidelity::kCoupled);
   spec.is_judged = false;
   spec.modes.resize(static_cast<std::size_t>(num_modes));
   std::iota(spec.modes.begin(), spec.modes.end(), 0);

@@ -1,6 +1,6 @@
-// What leaving a part out saves: steps of two plans of one scene in turns, with the part forced back in and
-// without it, and what freeflex plan predicted of each. Medians over blocks; the ratio is taken within a
-// block.
+// Saving by a feature that a plan omits: two plans of one scene, one that keeps the feature and one that
+// omits it, are stepped in alternating blocks. The figures are medians over the blocks, each ratio is formed
+// within a block, and the prediction of `freeflex plan` is printed next to them.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -15,7 +15,8 @@ namespace {
 
 using namespace freeflex;
 
-constexpr int kSteps = 200;  // per block: some 0.1 ms, short against the drift of the machine's speed
+constexpr int kSteps =
+    200;  // per block: some 0.1 ms, a short time compared with the drift of the machine's speed
 constexpr int kBlocks = 600;
 
 double median(std::vector<double> values) {
@@ -30,12 +31,12 @@ double ns_per_step(testing::Simulation& simulation) {
   return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count() / kSteps;
 }
 
-void compare(benchmark::State& state, Scene scene, Part part) {
-  testing::Simulation without(testing::lean_plan_of(scene));
-  if (!testing::part_of(without.plan, part).is_left_out)
-    return state.SkipWithError("the part is not left out");
-  scene.leave_out.keeps[static_cast<std::size_t>(part)] = true;
-  testing::Simulation with(testing::lean_plan_of(scene));
+void compare(benchmark::State& state, Scene scene, Feature feature) {
+  testing::Simulation without(testing::reduced_plan_of(scene));
+  if (!testing::feature_of(without.plan, feature).is_left_out)
+    return state.SkipWithError("the feature is not left out");
+  scene.leave_out.keeps[static_cast<std::size_t>(feature)] = true;
+  testing::Simulation with(testing::reduced_plan_of(scene));
   std::vector<double> with_ns, without_ns, ratios;
   for (auto _ : state) {
     with_ns.push_back(ns_per_step(with));
@@ -55,7 +56,7 @@ void compare(benchmark::State& state, Scene scene, Part part) {
   state.counters["rows_left_kB"] = bytes(without.plan) / 1024.0;
 }
 
-/// Truss S2 without commands: 306 modes.
+/// Returns truss S2 without commands: 306 modes.
 Scene quiet_truss() {
   Scene scene = testing::square_truss(26);
   scene.pushable.clear();
@@ -71,7 +72,7 @@ Load steady(int point, const Eigen::Vector3d& force, Axes axes) {
   return load;
 }
 
-/// Beams along a line or a zigzag in the xy plane.
+/// Returns beams along a line or a zigzag in the xy plane.
 Scene frame_of_beams(int num_points, double width) {
   Scene scene;
   scene.name = "beams";
@@ -97,42 +98,42 @@ Scene frame_of_beams(int num_points, double width) {
 void damping(benchmark::State& state) {
   Scene scene = quiet_truss();
   scene.loads = {steady(102, {0.48, 0.6, 0.64}, Axes::kBody)};
-  compare(state, scene, Part::kDamping);
+  compare(state, scene, Feature::kDamping);
 }
 void gravity(benchmark::State& state) {
   Scene scene = testing::spring_pair(1.0, 2.0, 1.0, 1e4);
   scene.pushable.clear();
   scene.loads = {steady(0, {1.0, 0.0, 0.0}, Axes::kWorld)};
-  compare(state, scene, Part::kGravity);
+  compare(state, scene, Feature::kGravity);
 }
 void rotation(benchmark::State& state) {
   Scene scene = quiet_truss();
   scene.loads = {steady(0, {1.0, 0.0, 0.0}, Axes::kWorld)};
   scene.loads.front().forces.push_back({100, {-1.0, 0.0, 0.0}});
-  compare(state, scene, Part::kRotation);
+  compare(state, scene, Feature::kRotation);
 }
 void out_of_plane(benchmark::State& state) {
   Scene scene = frame_of_beams(102, 0.5);
   scene.loads = {steady(101, {1.0, 2.0, 0.0}, Axes::kWorld)};
-  compare(state, scene, Part::kOutOfPlane);
+  compare(state, scene, Feature::kOutOfPlane);
 }
 void unreached_modes(benchmark::State& state) {
   Scene scene = frame_of_beams(101, 0.0);
   scene.loads = {steady(50, {1.0, 0.0, 0.0}, Axes::kBody)};
-  compare(state, scene, Part::kUnreachedModes);
+  compare(state, scene, Feature::kUnreachedModes);
 }
 void small_modes(benchmark::State& state) {
   Scene scene = quiet_truss();
   testing::add_corner_pulse(scene);
   scene.leave_out.tolerance = 1e-2;
   scene.leave_out.horizon = 2.0;
-  compare(state, scene, Part::kSmallModes);
+  compare(state, scene, Feature::kSmallModes);
 }
 void point_rows(benchmark::State& state) {
   Scene scene = quiet_truss();
   testing::add_corner_pulse(scene);
   scene.publication.points = {102};
-  compare(state, scene, Part::kPointRows);
+  compare(state, scene, Feature::kPointRows);
 }
 
 void blocks(benchmark::internal::Benchmark* benchmark) {

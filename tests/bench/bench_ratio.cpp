@@ -1,6 +1,6 @@
-// The whole state step of the truss S2 with one pushed point, as a ratio to the bare modal update with force.
-// Both are measured in turns in one run, because one machine's speed drifts by more than what is to be told
-// apart.
+// Cost of the full step of truss S2 with one pushed point, divided by the cost of the plain modal update with
+// force. The two are measured alternately in one run, because the speed of a machine drifts by more than
+// their difference.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -15,7 +15,8 @@ namespace {
 using namespace freeflex;
 
 constexpr int kBlocks = 801;
-constexpr int kSteps = 500;  // per block: some 0.5 ms, short against the drift
+constexpr int kSteps =
+    500;  // per block: some 0.5 ms, a short time compared with the drift of the machine's speed
 
 template <typename Work>
 double ns_per_call(const Work& work) {
@@ -40,7 +41,7 @@ BareModes bare_modes(const Plan& plan) {
     return values;
   };
   using L = Propagator::Lanes;
-  // the weights need not be those of the ends: only the arithmetic is timed
+  // the weights may be the same at both ends, because only the arithmetic is timed
   return {Array(n, 1e-3), Array(n, 1e-3), all(&L::c_qq), all(&L::c_qv), all(&L::c_vq),  all(&L::c_vv),
           all(&L::w_q0),  all(&L::w_q1),  all(&L::w_v0), all(&L::w_v1), Array(n, 1e-2), Array(n, 1e-2)};
 }
@@ -60,9 +61,10 @@ int main() {
   const auto n = static_cast<std::size_t>(simulation.plan.num_padded);
   std::vector<double> step_ns, bare_ns, wide_ns, ratios, wide_ratios;
   for (int k = 0; k < kBlocks; ++k) {
-    const Inputs none{};
-    step_ns.push_back(ns_per_call(
-        [&] { step(simulation.plan, simulation.state, none, simulation.workspace, simulation.report); }));
+    const Inputs no_inputs{};
+    step_ns.push_back(ns_per_call([&] {
+      step(simulation.plan, simulation.state, no_inputs, simulation.workspace, simulation.report);
+    }));
     bare_ns.push_back(ns_per_call([&] { bare_update(bare, n); }));
     wide_ns.push_back(ns_per_call([&] { bare_update_wide(bare, n); }));
     ratios.push_back(step_ns.back() / bare_ns.back());
@@ -79,6 +81,6 @@ int main() {
   print_time("state step", step_ns);
   std::printf("  %-46s %8.2f\n", "ratio to the baseline build", median(ratios));
   std::printf("  %-46s %8.2f\n", "ratio at equal width", median(wide_ratios));
-  // what was computed is used, so that it is computed
+  // the results are used, so that the compiler keeps their computation
   return simulation.state.tick > 0 && bare.q[0] == bare.q[0] ? 0 : 1;
 }

@@ -1,5 +1,5 @@
-// What a tick costs on each rung of the fidelity ladder, and what the live error budget adds, side by side on
-// the 20-point truss.
+// Cost of a tick of the 20-point truss on each rung of the fidelity ladder, and cost of the live error
+// budget.
 #include <benchmark/benchmark.h>
 
 #include <string>
@@ -35,13 +35,13 @@ void tick(benchmark::State& bench) {
   StepReport report;
   for (auto _ : bench) step(plan, state, {}, workspace, report);
   bench.SetLabel(name_of(rung));
-  bench.counters["parts"] = plan.coupled.num_parts;
+  bench.counters["parts"] = plan.coupled.num_substeps;
 }
 BENCHMARK(tick)
     ->DenseRange(static_cast<int>(Fidelity::kRigid), static_cast<int>(Fidelity::kFull))
     ->ArgName("rung");
 
-// the step and its shadows
+// Steps with the shadows of the budget.
 void tick_with_budget(benchmark::State& bench) {
   const auto rung = static_cast<Fidelity>(bench.range(0));
   Scene scene = truss(rung);
@@ -58,7 +58,7 @@ BENCHMARK(tick_with_budget)
     ->DenseRange(static_cast<int>(Fidelity::kSeparated), static_cast<int>(Fidelity::kFull))
     ->ArgName("rung");
 
-// what judging the motion adds to a tick, against the scene's modes
+// Measures the cost of the verdict in a tick against the number of modes of the scene.
 void judge(benchmark::State& bench) {
   const char* const names[] = {"truss-s1", "truss104", "truss-s3"};
   const char* const name = names[bench.range(0)];
@@ -66,26 +66,26 @@ void judge(benchmark::State& bench) {
   const Scene scene =
       *io::read_scene(std::string(FREEFLEX_SOURCE_DIR "/service/scenes/") + name + ".yaml").scene;
   const auto structure = build_structure(scene, faults);
-  const Plan plan = *make_whole_plan(scene, *structure, Fidelity::kSeparated, faults);
+  const Plan plan = *make_full_plan(scene, *structure, Fidelity::kSeparated, faults);
   State state = make_state(plan);
   Workspace workspace = make_workspace(plan);
   Judgement judgement(plan);
-  Budget none;
+  Budget no_budget;
   StepReport report;
   step(plan, state, {}, workspace, report);
-  for (auto _ : bench) judgement.take(state, none);
+  for (auto _ : bench) judgement.take(state, no_budget);
   bench.SetLabel(std::string(name) + ", " + std::to_string(plan.num_elastic) + " modes");
 }
 BENCHMARK(judge)->DenseRange(0, 2)->ArgName("scene");
 
-// errors as the status publishes them
+// Reads the errors as the status publishes them.
 void read_out_budget(benchmark::State& bench) {
   Scene scene = truss(Fidelity::kSeparated);
   scene.error_budget.horizon = 2.0;
   const Plan plan = compiled(scene);
   State state = make_state(plan);
   Budget budget = make_budget(plan);
-  read_budget(plan, state, budget);  // the shadows join the state
+  read_budget(plan, state, budget);  // the shadows start from the state
   for (auto _ : bench) benchmark::DoNotOptimize(read_budget(plan, state, budget));
 }
 BENCHMARK(read_out_budget);

@@ -1,4 +1,4 @@
-// Set-up: seconds from a scene to a plan, the memory that takes at its peak, and the plan's size.
+// Cost of the set-up: seconds from a scene to a plan, peak memory, and the size of the plan.
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 
@@ -17,7 +17,7 @@ namespace {
 
 using namespace freeflex;
 
-/// A line of /proc/self/status in kB; 0 where there is none.
+/// Returns the value of a line of /proc/self/status in kB, or 0 if the line is missing.
 double status_kB(const std::string& key) {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);) {
@@ -26,8 +26,8 @@ double status_kB(const std::string& key) {
   return 0.0;
 }
 
-/// Gives freed memory back, so that it counts when it is taken again, and sets the peak to what is resident
-/// now.
+/// Returns freed memory to the system, so that a later allocation of it raises the peak again, and resets the
+/// peak to the resident size.
 void reset_peak() {
   malloc_trim(0);
   std::ofstream("/proc/self/clear_refs") << "5";
@@ -44,7 +44,7 @@ void set_up(benchmark::State& state, const Scene& scene) {
     state.ResumeTiming();
     Faults faults;
     const auto structure = build_structure(scene, faults);
-    const auto plan = structure ? make_whole_plan(scene, *structure, scene.fidelity, faults) : std::nullopt;
+    const auto plan = structure ? make_full_plan(scene, *structure, scene.fidelity, faults) : std::nullopt;
     if (!plan) {
       state.SkipWithError("no plan");
       return;

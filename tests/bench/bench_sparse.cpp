@@ -1,7 +1,7 @@
-// The sparse set-up: seconds and memory from a scene to its lowest modes, on masts and two-layer plates of
-// springs; beside it what other libraries make of the same structures assembled.
-//   bench_sparse [LARGEST]: sizes up to so many points, 10,000 unless said
-//   bench_sparse mast|plate POINTS MODES: one of them, alone in its process
+// Cost of the sparse set-up: seconds and memory from a scene to its lowest modes, for masts and two-layer
+// plates of springs, compared with other libraries on the same assembled structures.
+//   bench_sparse [LARGEST]: sizes up to LARGEST points, 10,000 by default
+//   bench_sparse mast|plate POINTS MODES: one structure, alone in its process
 #include <unistd.h>
 
 #include <chrono>
@@ -30,11 +30,11 @@ double peak_MB() {
   return 0.0;
 }
 
-// largest relative difference of frequencies, and modes that one has and the other has not
+// Prints the relative differences of the rivals' frequencies.
 void print_rivals([[maybe_unused]] const Scene& scene, [[maybe_unused]] const Structure& ours) {
 #ifdef FREEFLEX_MODAL_RIVALS
   const auto count = static_cast<int>(ours.omega.size());
-  // as near to the lowest frequencies as ours, which an expert would find by a first look
+  // a shift as near to the lowest frequencies as ours; an expert would choose such a shift
   const double shift = ours.omega[std::min(count - 1, 5)] * ours.omega[std::min(count - 1, 5)];
   for (const testing::RivalModes& rival : testing::run_modal_rivals(scene, count, shift)) {
     if (!rival.problem.empty()) {
@@ -48,7 +48,7 @@ void print_rivals([[maybe_unused]] const Scene& scene, [[maybe_unused]] const St
   }
   std::fflush(stdout);
 #else
-  std::printf("       built without Spectra, ARPACK and CHOLMOD: nothing stands beside it\n");
+  std::printf("       built without Spectra, ARPACK and CHOLMOD: no comparison\n");
 #endif
 }
 
@@ -57,7 +57,7 @@ bool run(const std::string& name, Scene scene, int count) {
   scene.pushable.clear();
   scene.loads.clear();
   scene.modes.count = count;
-  // the peak from here on
+  // reset the peak of memory
   std::ofstream("/proc/self/clear_refs") << "5";
   const std::clock_t cpu_begin = std::clock();
   const auto begin = std::chrono::steady_clock::now();
@@ -89,7 +89,8 @@ Scene make(const std::string& name, long points) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // ARPACK and CHOLMOD have the BLAS from the start: the same kernels for all
+  // the BLAS kernels are chosen before ARPACK and CHOLMOD load them, so that all libraries use the same
+  // kernels
   if (setenv("OPENBLAS_CORETYPE", "Haswell", 0) == 0 && std::getenv("FREEFLEX_BENCH_AGAIN") == nullptr) {
     setenv("FREEFLEX_BENCH_AGAIN", "1", 1);
     setenv("OPENBLAS_NUM_THREADS", "1", 1);

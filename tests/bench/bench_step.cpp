@@ -1,5 +1,5 @@
-// What a tick and a read-out point cost against the number of modes. The modes and rows are made by hand:
-// only their number matters to the arithmetic.
+// Cost of a tick and of reading a point against the number of modes. The modes and mode-shape rows are
+// invented, because the cost depends only on their number.
 #include <benchmark/benchmark.h>
 
 #include "core/plan/make_plan.hpp"
@@ -27,10 +27,11 @@ ForceCommand push_points(int num_points, std::int32_t axes) {
   return command;
 }
 
-// shown as modes a second
+// Reports modes per second.
 void report_modes(benchmark::State& state) { state.SetItemsProcessed(state.iterations() * state.range(0)); }
 
-// loads: none, one world point (direct), five world points (a table), one body point
+// Steps under no load, under a force in world axes on one point (projected directly) or on five points (by a
+// table), or under a force in body axes on one point.
 void step_under(benchmark::State& state, int num_points, std::int32_t axes) {
   const Plan plan = make_plan(state.range(0));
   testing::HandRun run(plan);
@@ -48,18 +49,18 @@ BENCHMARK_CAPTURE(step_under, one_world_point, 1, 0)->Apply(all_modes);
 BENCHMARK_CAPTURE(step_under, five_world_points, 5, 0)->Apply(all_modes);
 BENCHMARK_CAPTURE(step_under, one_body_point, 1, 1)->Apply(all_modes);
 
-// a body without modes that tumbles by so much a tick
+// Steps a body without modes that tumbles by the given angle per tick.
 void tumble(benchmark::State& state) {
   Plan plan = testing::hand_plan(kPeriod, {});
   const double spin = 1e-3 * static_cast<double>(state.range(0)) / kPeriod;
-  plan.initial.w_WB_B = {0.36 * spin, 0.48 * spin, 0.8 * spin};
+  plan.initial.w_B = {0.36 * spin, 0.48 * spin, 0.8 * spin};
   testing::HandRun run(plan);
   for (auto _ : state) benchmark::DoNotOptimize(run.step_once());
 }
 BENCHMARK(tumble)->ArgName("mrad")->Arg(1)->Arg(10)->Arg(30)->Arg(100)->Arg(300)->Arg(1000)->Arg(3000)->Arg(
     30000);
 
-// a tick that takes a command in: slots, pattern, table
+// Steps a tick at which a command arrives, which changes slots, load pattern and table.
 void step_with_command(benchmark::State& state) {
   const Plan plan = make_plan(state.range(0));
   testing::HandRun run(plan);
@@ -69,7 +70,7 @@ void step_with_command(benchmark::State& state) {
 }
 BENCHMARK(step_with_command)->Apply(all_modes);
 
-// position, velocity and acceleration of each of 64 points in turn
+// Reads position, velocity and acceleration of 64 points, one after another.
 void read_out_point(benchmark::State& state) {
   constexpr int kPoints = 64;
   const Plan plan = make_plan(state.range(0), kPoints);

@@ -1,6 +1,7 @@
-// What a message costs the daemon's verifier, from the ring to the decision: the tag, then the command
-// inside; and what somebody without the key can make it do. Two copies to a ring and one from it are in the
-// figures; without keys there is one to and one from it (inlet).
+// Cost of a message in the daemon's verifier, from the ring to the decision: first the tag is checked, then
+// the command inside. Another figure is the cost that a sender without the key can cause. The figures include
+// two copies to a ring and one copy from it. Without keys (packet_handler) a message is copied once to a ring
+// and once from it.
 #include <benchmark/benchmark.h>
 
 #include "tests/service/verifier_rig.hpp"
@@ -10,19 +11,20 @@ namespace {
 using namespace freeflex;
 using namespace freeflex::testing;
 
-/// make_force() with so many forces, of pushable points.
+/// Returns make_force() with num_forces forces on pushable points.
 freeflex_msgs::force_t force_of_size(int num_forces) {
   freeflex_msgs::force_t force = make_force();
   force.forces.clear();
   for (int i = 0; i < num_forces; ++i) force.forces.push_back({i, {1.0, 2.0, 3.0}});
   force.num_forces = num_forces;
-  if (num_forces == 256) {  // the largest there is; the scene has four groups, so it is refused at the end
+  if (num_forces ==
+      256) {  // the largest message; it is refused at the last check, because the scene has only four groups
     force.wrenches.resize(16), force.num_wrenches = 16;
   }
   return force;
 }
 
-/// As many messages, each with a sequence of its own, above those before.
+/// Returns 256 sealed messages with ascending sequence numbers above `after`.
 std::vector<std::vector<std::byte>> seal_many(int num_forces, const service::Key& key, std::int64_t after,
                                               std::int64_t valid_until) {
   constexpr int kMessages = 256;
@@ -66,7 +68,7 @@ BENCHMARK_CAPTURE(verify, right_tag, Sender::kHolder)->Apply(all_sizes);
 BENCHMARK_CAPTURE(verify, wrong_tag, Sender::kForger)->Apply(all_sizes);
 BENCHMARK_CAPTURE(verify, unknown_key, Sender::kStranger)->Apply(all_sizes);
 
-/// The tag alone.
+/// Measures the check of the tag alone.
 void tag(benchmark::State& state) {
   const service::Key alice = make_key("alice");
   const std::vector<std::byte> bytes(static_cast<std::size_t>(state.range(0)));
@@ -74,13 +76,13 @@ void tag(benchmark::State& state) {
 }
 BENCHMARK(tag)->ArgName("bytes")->Arg(256)->Arg(2048)->Arg(service::kMaxRawBytes);
 
-/// The same way without keys: ingress's checks, to the ring and from it.
-void inlet(benchmark::State& state) {
+/// Measures the path without keys: the checks of the ingress, the copy to the ring and the copy from it.
+void packet_handler(benchmark::State& state) {
   auto block = std::make_unique<service::SharedBlock>();
   auto settings = std::make_unique<service::IngressSettings>();
   settings->session = kSession;
   settings->names = make_names();
-  service::Inlet inlet(*block, *settings);
+  service::PacketHandler packet_handler(*block, *settings);
   freeflex_msgs::force_t force = force_of_size(static_cast<int>(state.range(0)));
   auto entry = std::make_unique<service::InboundEntry>();
   std::vector<std::byte> bytes = io::encode(force);
@@ -90,10 +92,10 @@ void inlet(benchmark::State& state) {
     ++sequence;
     for (std::size_t i = 0; i < 8; ++i)
       bytes[at + i] = static_cast<std::byte>(static_cast<std::uint64_t>(sequence) >> (56 - 8 * i));
-    inlet.on_force(bytes, 1);
+    packet_handler.on_force(bytes, 1);
     block->inbound.try_pop(*entry);
   }
 }
-BENCHMARK(inlet)->Apply(all_sizes);
+BENCHMARK(packet_handler)->Apply(all_sizes);
 
 }  // namespace

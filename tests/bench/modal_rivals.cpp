@@ -18,7 +18,8 @@ using Clock = std::chrono::steady_clock;
 
 double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
-/// K, scaled by the roots of the masses: both rivals then have the plain metric, their cheapest.
+/// Returns K scaled by the square roots of the masses, so that both rivals solve a problem with unit mass
+/// matrix, which is cheapest for them.
 Sparse scaled_stiffness(const Scene& scene) {
   std::vector<Eigen::Triplet<double>> entries;
   for (const Link& link : scene.links) {
@@ -42,7 +43,7 @@ Sparse scaled_stiffness(const Scene& scene) {
   return matrix;
 }
 
-/// Supernodal Cholesky of K + shift I.
+/// Solves with the supernodal Cholesky factor of K + shift I.
 class CholmodInverse {
  public:
   using Scalar = double;
@@ -98,7 +99,7 @@ class CholmodInverse {
   mutable cholmod_dense *x_ = nullptr, *y_ = nullptr, *e_ = nullptr;
 };
 
-/// M of the scaled problem.
+/// Applies the mass matrix of the scaled problem, which is the identity.
 struct Identity {
   using Scalar = double;
   Eigen::Index size;
@@ -112,7 +113,7 @@ Eigen::VectorXd elastic(Eigen::VectorXd lambda) {
   return lambda.tail(std::max<Eigen::Index>(0, lambda.size() - 6)).cwiseMax(0.0).cwiseSqrt();
 }
 
-constexpr double kTolerance = 1e-10;  // [-] of theta, ours
+constexpr double kTolerance = 1e-10;  // [-] relative to the eigenvalue theta, as in our solver
 
 RivalModes run_spectra(const Scene& scene, int count, double shift) {
   RivalModes rival{"Spectra", "", {}, 0.0};

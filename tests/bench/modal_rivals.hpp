@@ -1,4 +1,4 @@
-// What other libraries make of the same structure, assembled: Spectra and ARPACK over CHOLMOD's supernodal
+// Modes of the same assembled structure by other libraries: Spectra and ARPACK with CHOLMOD's supernodal
 // factor.
 #pragma once
 
@@ -9,15 +9,15 @@
 
 namespace freeflex::testing {
 
-/// One rival's answer; no frequencies: it failed, and says why.
+/// Modes found by one rival. If it fails, `omega` is empty and `problem` gives the cause.
 struct RivalModes {
   std::string name, problem;
-  Eigen::VectorXd omega;  // [rad/s] rising, the six rigid motions left out
-  double seconds = 0.0;   // from points and springs on, of the wall clock
+  Eigen::VectorXd omega;  // [rad/s] ascending, without the six rigid motions
+  double seconds = 0.0;   // wall-clock time from points and springs to the modes
 };
 
-/// Rivals that this program was built with, on springs and point masses alone.
-/// \param shift  [rad^2/s^2] they factor K + shift M
+/// Runs the rivals that this program was built with. The scene may contain only springs and point masses.
+/// \param shift  [rad^2/s^2] the rivals factor K + shift M
 std::vector<RivalModes> run_modal_rivals(const Scene& scene, int count, double shift);
 
 }  // namespace freeflex::testing

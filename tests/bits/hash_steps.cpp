@@ -1,5 +1,5 @@
-// hash_steps PLAN TICKS [--flip]: steps a plan under commands of every kind and prints one hash over the bits
-// of every state and of what is read from it. --flip changes the last bit of one force, once.
+// hash_steps PLAN TICKS [--flip]: steps a plan under commands of every kind and prints one hash over all bits
+// of every state and of its read-out. --flip changes the last bit of one force in one command.
 #include <xxhash.h>
 
 #include <cstdio>
@@ -35,7 +35,7 @@ class Hash {
   XXH3_state_t* state_;
 };
 
-/// A seeded stream of commands: the raw numbers of the engine, whose sequence the standard fixes.
+/// Makes a seeded sequence of commands from the raw numbers of the engine, which the C++ standard defines.
 class Commands {
  public:
   explicit Commands(const Plan& plan) : plan_(plan) {}
@@ -48,7 +48,8 @@ class Commands {
     command.axes = static_cast<std::int32_t>(below(2));
     const bool is_lease = below(2) == 1;
     (is_lease ? command.lease_ticks : command.duration_ticks) = static_cast<std::int64_t>(1 + below(200));
-    command.num_points = static_cast<std::int32_t>(below(6));  // none: the slot is cleared, or wrenches alone
+    command.num_points =
+        static_cast<std::int32_t>(below(6));  // 0: the command clears the slot or has only wrenches
     for (std::int32_t k = 0; k < command.num_points; ++k) {
       auto& each = command.points[static_cast<std::size_t>(k)];
       each.point = static_cast<std::int32_t>((below(2) + 2 * static_cast<unsigned>(k)) % plan_.points.size());
@@ -67,13 +68,13 @@ class Commands {
   unsigned below(unsigned limit) { return static_cast<unsigned>(engine_() % limit); }
 
  private:
-  // on bodies and wheels, where the plan has wheels
+  // adds torques on bodies and wheels if the plan has wheels
   void add_torques(ForceCommand& command) {
     const auto num_wheels = static_cast<unsigned>(plan_.wheels.all.size());
     if (num_wheels == 0) return;
-    const auto num_turning = static_cast<unsigned>(plan_.particles.turning.size());
+    const auto num_turning = static_cast<unsigned>(plan_.particles.attitude_points.size());
     command.num_torques = static_cast<std::int32_t>(below(2));
-    command.torques[0] = {plan_.particles.turning[below(num_turning)], 0, vector(0.1)};
+    command.torques[0] = {plan_.particles.attitude_points[below(num_turning)], 0, vector(0.1)};
     command.num_wheels = static_cast<std::int32_t>(below(2));
     command.wheels[0] = {static_cast<std::int32_t>(below(num_wheels)), 0, vector(0.01)[0]};
   }
@@ -113,7 +114,7 @@ void add_readout(const Plan& plan, const State& state, Hash& hash) {
     for (const Vec3* v : {&p.p_W, &p.v_W, &p.a_W, &p.V_B}) hash.add(*v);
   }
   for (const std::int32_t body :
-       plan.wheels.all.empty() ? std::vector<std::int32_t>{} : plan.particles.turning) {
+       plan.wheels.all.empty() ? std::vector<std::int32_t>{} : plan.particles.attitude_points) {
     const BodyState b = read_body(plan, state, body);
     hash.add(b.q_WP);
     hash.add(b.w_P);

@@ -1,4 +1,4 @@
-// The C interface: the same motion as the core's, every fault a code with a text, nothing changed by it.
+// The C interface gives the motion of the core. A fault gives a code and a text and changes nothing.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -54,9 +54,9 @@ std::vector<double> elastic_of(const freeflex_motion* motion) {
 
 TEST(CInterface, HasTheVersionOfTheProject) { EXPECT_STREQ(freeflex_version(), FREEFLEX_PROJECT_VERSION); }
 
-TEST(CInterface, StepsAsTheCoreDoesToTheBit) {
+TEST(CInterface, StepsLikeTheCoreToTheBit) {
   for (const std::string name : {"boom.yaml", "satellite.yaml", "rotor.yaml"}) {
-    Handles c(kScenes + name, FREEFLEX_WITH_WORD);
+    Handles c(kScenes + name, FREEFLEX_WITH_VERDICT);
     const io::PlanResult loaded = io::load_plan(kScenes + name);
     ASSERT_TRUE(loaded.plan);
     const Plan& plan = *loaded.plan;
@@ -76,14 +76,14 @@ TEST(CInterface, StepsAsTheCoreDoesToTheBit) {
     freeflex_frame frame;
     freeflex_motion_frame(c.motion, &frame);
     EXPECT_TRUE(std::equal(state.q_WB.begin(), state.q_WB.end(), frame.attitude));
-    freeflex_word word;
-    ASSERT_EQ(freeflex_motion_word(c.motion, &word), FREEFLEX_OK);
-    EXPECT_EQ(word.word, static_cast<int>(judgement.now().word));
-    EXPECT_EQ(word.error, judgement.now().error);
+    freeflex_verdict verdict;
+    ASSERT_EQ(freeflex_motion_verdict(c.motion, &verdict), FREEFLEX_OK);
+    EXPECT_EQ(verdict.level, static_cast<int>(judgement.now().level));
+    EXPECT_EQ(verdict.error, judgement.now().error);
   }
 }
 
-TEST(CInterface, ReadsWhatTheCoreReads) {
+TEST(CInterface, ReadsTheSameValuesAsTheCore) {
   Handles c(kScenes + "satellite.yaml");
   freeflex_motion_step(c.motion, 1500);
   const io::PlanResult loaded = io::load_plan(kScenes + "satellite.yaml");
@@ -116,7 +116,7 @@ TEST(CInterface, ReadsWhatTheCoreReads) {
   std::vector<double> frequencies(static_cast<std::size_t>(freeflex_plan_count(c.plan, FREEFLEX_MODE)));
   ASSERT_EQ(freeflex_plan_frequencies(c.plan, frequencies.data(), frequencies.size()), FREEFLEX_OK);
   EXPECT_NEAR(frequencies[0], 0.3195, 1e-4);  // service/scenes/README.md
-  // a shape is what a unit of its coordinate moves
+  // a mode shape is the displacement for the value 1 of its coordinate
   std::vector<double> shape(3 * frequencies.size());
   ASSERT_EQ(freeflex_plan_shape(c.plan, hub, shape.data(), shape.size()), FREEFLEX_OK);
   double displacement = 0.0;
@@ -137,7 +137,7 @@ TEST(CInterface, PushesAddUpAndEnd) {
   freeflex_frame frame;
   freeflex_motion_frame(c.motion, &frame);
   EXPECT_NEAR(frame.velocity[2], 10.0 * (20 + 50) * period / mass, 1e-15);
-  // a copy goes its own way, and outlives the plan's handle
+  // a copy moves independently
   freeflex_motion* copy = nullptr;
   ASSERT_EQ(freeflex_motion_copy(c.motion, &copy), FREEFLEX_OK);
   ASSERT_EQ(freeflex_motion_push(copy, 0, FREEFLEX_WORLD, &load, 1, 0), FREEFLEX_OK);
@@ -151,7 +151,7 @@ TEST(CInterface, PushesAddUpAndEnd) {
   freeflex_motion_free(copy);
 }
 
-TEST(CInterface, SaysWhatItRefusesAndChangesNothing) {
+TEST(CInterface, ARefusedCallIsReportedAndChangesNothing) {
   freeflex_plan* none = nullptr;
   EXPECT_EQ(freeflex_plan_open("/nowhere.yaml", nullptr, nullptr, &none), FREEFLEX_BAD_SCENE);
   EXPECT_NE(std::string(freeflex_last_error()).find("/nowhere.yaml"), std::string::npos);
@@ -175,21 +175,21 @@ TEST(CInterface, SaysWhatItRefusesAndChangesNothing) {
   refuses(freeflex_motion_group(c.motion, 0, &group), "group 0: the plan has none");
   freeflex_body body;
   refuses(freeflex_motion_body(c.motion, 0, &body), "has no attitude");
-  freeflex_word word;
-  refuses(freeflex_motion_word(c.motion, &word), "FREEFLEX_WITH_WORD");
+  freeflex_verdict verdict;
+  refuses(freeflex_motion_verdict(c.motion, &verdict), "FREEFLEX_WITH_VERDICT");
   refuses(freeflex_motion_step(c.motion, -1), "-1 ticks");
 
   freeflex_load load{FREEFLEX_POINT, 9, {0.0, 0.0, 1.0}, {}};
   const auto push = [&](int slot, std::size_t count = 1) {
     return freeflex_motion_push(c.motion, slot, FREEFLEX_WORLD, &load, count, 1);
   };
-  refuses(push(0), "point 9, the scene has 0 to 3");
+  refuses(push(0), "point 9, the scene has points 0 to 3");
   load.index = 3;
   refuses(push(64), "slot 64, must be 0 to 63");
   load.force[0] = std::nan("");
   refuses(push(0), "must be finite");
   load = {FREEFLEX_WHEEL, 0, {1.0, 0.0, 0.0}, {}};
-  refuses(push(0), "torque[0] alone");
+  refuses(push(0), "only torque[0]");
   load = {FREEFLEX_LINK, 0, {1.0, 0.0, 0.0}, {}};
   refuses(push(0), "kind 1 of a load");
   const std::vector<freeflex_load> many(257, freeflex_load{FREEFLEX_POINT, 3, {0.0, 0.0, 1.0}, {}});
@@ -206,7 +206,7 @@ TEST(CInterface, SaysWhatItRefusesAndChangesNothing) {
   EXPECT_EQ(freeflex_plan_count(c.plan, 77), 0);
 }
 
-TEST(CInterface, ASetUpEndsWhenAsked) {
+TEST(CInterface, ARunningSetUpEndsOnRequest) {
   const std::string path = ::testing::TempDir() + "/chain.yaml";
   {
     std::ofstream file(path);
@@ -226,7 +226,7 @@ TEST(CInterface, ASetUpEndsWhenAsked) {
   EXPECT_EQ(asked, 1);
 }
 
-TEST(CInterface, OnePlanServesThreadsAndErrorsAreTheirOwn) {
+TEST(CInterface, ThreadsShareOnePlanAndEachHasItsOwnErrorText) {
   Handles c(kScenes + "boom.yaml");
   freeflex_motion_step(c.motion, 2000);
   const std::vector<double> expected = elastic_of(c.motion);
@@ -243,7 +243,7 @@ TEST(CInterface, OnePlanServesThreadsAndErrorsAreTheirOwn) {
   for (std::thread& thread : threads) thread.join();
 }
 
-/// Code, mass and text of what an opening gives.
+/// Opens a plan. Returns the code, the mass and the error text.
 template <typename Open>
 std::tuple<int, double, std::string> opened(const Open& open) {
   freeflex_plan* plan = nullptr;
@@ -274,7 +274,7 @@ TEST(CInterface, SetsValuesByPathInAFileAndInText) {
       bad{{"points.hub.mass", "-1"}};
   EXPECT_EQ(std::get<double>(from_file(none)), 44.0);
   EXPECT_EQ(std::get<double>(from_text(none, nullptr)), 44.0);
-  // 10 kg more in the hub, for the last of two counts, and 10 kg in the tip
+  // 10 kg more in the hub, because the last of two settings of a path applies, and 10 kg more in the tip
   EXPECT_EQ(std::get<double>(from_file(all)), 64.0);
   EXPECT_EQ(std::get<double>(from_text(all, nullptr)), 64.0);
   for (const auto& [code, mass, error] : {from_file(bad), from_text(bad, nullptr)}) {
@@ -315,8 +315,9 @@ TEST(CInterface, OneCallReadsTheWholeState) {
             FREEFLEX_BAD_ARGUMENT);
 }
 
-// Whoever enters second is refused, or waits where there is no code; nobody is let in beside another.
-TEST(CInterface, OneMotionTakesOneCallAtATime) {
+// A second caller is refused if the function returns a code, and waits otherwise. Two callers are never
+// inside at the same time.
+TEST(CInterface, AMotionAcceptsOnlyOneCallAtATime) {
   Handles c(kScenes + "boom.yaml");
   const freeflex_load load{FREEFLEX_POINT, 3, {0.0, 0.0, 1e-9}, {}};
   constexpr std::int64_t kTicks = 50'000;
@@ -364,7 +365,7 @@ TEST(CInterface, OneMotionTakesOneCallAtATime) {
   EXPECT_GT(resets, 0);
 }
 
-TEST(CInterface, APushLongerThanMaxHoldIsRefusedAsByADaemon) {
+TEST(CInterface, APushLongerThanMaxHoldIsRefused) {
   Handles c(kScenes + "boom.yaml");
   const freeflex_load load{FREEFLEX_POINT, 3, {0.0, 0.0, 1.0}, {}};
   const auto push = [&](std::int64_t ticks) {
@@ -374,23 +375,24 @@ TEST(CInterface, APushLongerThanMaxHoldIsRefusedAsByADaemon) {
   EXPECT_EQ(push(60'001), FREEFLEX_BAD_ARGUMENT);
   EXPECT_STREQ(
       freeflex_last_error(),
-      "60001 ticks, must be at most 60000 (commands: max_hold of the scene): push again before they end");
-  EXPECT_EQ(push(0), FREEFLEX_OK) << "until another call takes its place";
+      "60001 ticks, must be at most 60000 ('commands: max_hold' of the scene): push again before they end");
+  EXPECT_EQ(push(0), FREEFLEX_OK) << "0 ticks: the push lasts until another push in the slot replaces it";
 }
 
-TEST(CInterface, PushesWithoutAStepAreRefused) {
+TEST(CInterface, TooManyPushesWithoutAStepAreRefused) {
   Handles c(kScenes + "boom.yaml");
   const freeflex_load load{FREEFLEX_POINT, 3, {0.0, 0.0, 1.0}, {}};
   const auto push = [&] { return freeflex_motion_push(c.motion, 0, FREEFLEX_WORLD, &load, 1, 1); };
   for (int k = 0; k < 256; ++k) ASSERT_EQ(push(), FREEFLEX_OK) << freeflex_last_error();
   EXPECT_EQ(push(), FREEFLEX_BAD_ARGUMENT);
   EXPECT_STREQ(freeflex_last_error(),
-               "256 pushes wait for the next step, the most that a motion holds: step first");
+               "256 pushes wait for the next step, the largest number allowed: step first");
   freeflex_motion_step(c.motion, 1);
   EXPECT_EQ(push(), FREEFLEX_OK);
 }
 
-/// Code of a scene's set-up in a process that may have so much more address space than it has now.
+/// Returns the code of a scene's set-up in a process that may use `megabytes` more address space than it has
+/// now.
 int code_within(std::size_t megabytes, const std::string& scene) {
   const pid_t child = fork();
   if (child == 0) {
@@ -413,28 +415,28 @@ int code_within(std::size_t megabytes, const std::string& scene) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 102;
 }
 
-TEST(CInterface, MemoryThatRunsOutInASetUpIsNoFaultOfTheScene) {
+TEST(CInterface, ASetUpThatRunsOutOfMemoryHasItsOwnErrorCode) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "address space of a sanitizer's program is no measure of what it takes";
+  GTEST_SKIP() << "a program with a sanitizer takes far more address space";
 #endif
   const std::string folder = ::testing::TempDir() + "/memory";
   std::filesystem::create_directories(folder);
-  // all modes, by a dense set-up
+  // a dense set-up, which finds all modes
   write_two_layer_plate(folder, 12, 60);
   std::ofstream(folder + "/scene.yaml") << "points: [{csv: points.csv}]\nlinks: [{csv: links.csv}]\n";
   for (const std::size_t megabytes : {1, 2, 10, 30})
     EXPECT_EQ(code_within(megabytes, folder + "/scene.yaml"), FREEFLEX_NO_MEMORY);
-  // some, by a sparse one
+  // a sparse set-up, which finds some modes
   write_two_layer_plate(folder, 25, 60);
   for (const std::size_t megabytes : {4, 30, 90})
     EXPECT_EQ(code_within(megabytes, folder + "/scene.yaml"), FREEFLEX_NO_MEMORY);
-  // refused beforehand, by what it would take
+  // the set-up is refused before it starts, because the estimate of its memory exceeds the limit
   write_two_layer_plate(folder, 40, 1500);
   EXPECT_EQ(code_within(300, folder + "/scene.yaml"), FREEFLEX_NO_MEMORY);
   EXPECT_EQ(code_within(10, folder + "/none.yaml"), FREEFLEX_BAD_SCENE);
 }
 
-TEST(CInterface, IsC) {
+TEST(CInterface, CompilesAsC) {
   const std::string command = std::string(FREEFLEX_PLAIN_C) + " " + kScenes + "boom.yaml tip 200";
   std::FILE* pipe = popen(command.c_str(), "r");
   ASSERT_NE(pipe, nullptr);

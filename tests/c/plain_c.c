@@ -1,4 +1,4 @@
-/* The C interface from C: opens a scene, pushes, steps, reads, and prints what c_interface_test compares.
+/* Uses the C interface from C: opens a scene, pushes, steps, and prints the figures that c_interface_test compares.
  *   plain_c SCENE POINT TICKS */
 #include <inttypes.h>
 #include <stdio.h>
@@ -20,8 +20,8 @@ int main(int argc, char **argv) {
   if (argc != 4) return 2;
   if (freeflex_plan_open(argv[1], NULL, NULL, &plan) != FREEFLEX_OK) return complain("open");
   load.index = freeflex_plan_find(plan, FREEFLEX_POINT, argv[2]);
-  if (freeflex_motion_new(plan, FREEFLEX_WITH_WORD, &motion) != FREEFLEX_OK) return complain("new");
-  freeflex_plan_free(plan); /* the motion keeps what it needs */
+  if (freeflex_motion_new(plan, FREEFLEX_WITH_VERDICT, &motion) != FREEFLEX_OK) return complain("new");
+  freeflex_plan_free(plan); /* the motion stays valid */
   if (freeflex_motion_push(motion, 0, FREEFLEX_WORLD, &load, 1, 50) != FREEFLEX_OK) return complain("push");
   if (freeflex_motion_step(motion, strtoll(argv[3], NULL, 10)) != FREEFLEX_OK) return complain("step");
   if (freeflex_motion_point(motion, load.index, &point) != FREEFLEX_OK) return complain("point");

@@ -1,4 +1,4 @@
-// Commands and messages are the same thing to the bit.
+// Commands and messages convert into each other without changing a bit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 using io::Reason;
 
-TEST(Codec, AForceComesThroughTheWireToTheBit) {
+TEST(Codec, AForceIsTransmittedToTheBit) {
   const io::NameTable names = make_names();
   std::mt19937_64 engine(20260101);
   ForceCommand command;
@@ -30,11 +30,12 @@ TEST(Codec, AForceComesThroughTheWireToTheBit) {
     EXPECT_EQ(io::encode(io::to_message(command, sent.session, sent.utime)), io::encode(sent));
     ForceCommand again;
     ASSERT_EQ(io::from_message(sent, names, again).reason, Reason::kAccepted);
-    EXPECT_EQ(std::memcmp(&again, &command, sizeof(command)), 0) << "unused parts are zero on both ways";
+    EXPECT_EQ(std::memcmp(&again, &command, sizeof(command)), 0)
+        << "unused members are zero in both commands";
   }
 }
 
-TEST(Codec, FieldsArriveUnderTheirNames) {
+TEST(Codec, EachFieldArrivesUnderItsName) {
   ForceCommand command;
   ASSERT_EQ(decode(make_force(), make_names(), command).reason, Reason::kAccepted);
   EXPECT_STREQ(command.sender.data(), "pusher-1.a_B");
@@ -53,7 +54,7 @@ TEST(Codec, FieldsArriveUnderTheirNames) {
   EXPECT_EQ(command.wrenches[1].torque, (Vec3{0.0, 7.0, -8.0}));
 }
 
-TEST(Codec, AControlComesThroughWithItsCount) {
+TEST(Codec, AControlIsTransmittedWithItsCountOfSteps) {
   freeflex_msgs::control_t message = make_control();
   message.command = freeflex_msgs::control_t::STEP;
   message.count = 123'456'789;
@@ -77,7 +78,7 @@ TEST(Codec, TheSessionOfAStatusIsReadOnlyFromAStatus) {
   }
 }
 
-/// An envelope around a command, its tag of ones.
+/// Returns an envelope around the command, with a tag of ones.
 freeflex_msgs::envelope_t seal(const std::vector<std::byte>& command) {
   freeflex_msgs::envelope_t envelope{};
   envelope.key_id = "pilot-1";
@@ -89,20 +90,20 @@ freeflex_msgs::envelope_t seal(const std::vector<std::byte>& command) {
   return envelope;
 }
 
-TEST(Envelope, IsRefusedWithAnAnswerToTheSenderInside) {
+TEST(Envelope, ADaemonWithoutKeysRefusesAnEnvelopeAndAnswersTheSenderInIt) {
   const std::vector<std::byte> force = io::encode(seal(io::encode(make_force())));
   const std::vector<std::byte> control = io::encode(seal(io::encode(make_control())));
   ForceCommand command;
   io::ControlCommand other;
   const io::Admission of_force = io::decode_force(force, kSession, make_names(), command);
   EXPECT_EQ(of_force.reason, Reason::kNoKeys);
-  EXPECT_STREQ(of_force.text.data(), "this daemon takes no keys: send the command without an envelope");
+  EXPECT_STREQ(of_force.text.data(), "this daemon uses no keys: send the command without an envelope");
   EXPECT_STREQ(of_force.sender.data(), "pusher-1.a_B");
   EXPECT_EQ(of_force.sequence, 42);
   const io::Admission of_control = io::decode_control(control, kSession, other);
   EXPECT_EQ(of_control.reason, Reason::kNoKeys);
   EXPECT_STREQ(of_control.sender.data(), "desk");
-  // without a command inside there is nobody to name, and no part of an envelope is one
+  // an empty envelope names no sender; a truncated envelope is malformed
   const io::Admission empty = io::decode_force(io::encode(seal({})), kSession, make_names(), command);
   EXPECT_EQ(empty.reason, Reason::kNoKeys);
   EXPECT_STREQ(empty.sender.data(), "");
@@ -112,8 +113,8 @@ TEST(Envelope, IsRefusedWithAnAnswerToTheSenderInside) {
   }
 }
 
-TEST(Versions, ACommandOf03IsRefusedByNameWithAnAnswerToItsSender) {
-  // as freeflex push of 0.3 sent it: 3 N along y and 1 N along z on point 2
+TEST(Versions, ACommandOfVersion03IsRefusedWithItsVersionAndAnswered) {
+  // the bytes that `freeflex push` of version 0.3 sent for 3 N along y and 1 N along z on point 2
   const char* const hex =
       "5eb2bea23d54be04000660d06f52a97018ea2e32b5103e66000000057075736800000660d06f52a97000000000"
       "00000000ffffffffffffffff0000000000000000000000960000000000000000000000010000000000000002"
@@ -135,14 +136,14 @@ TEST(Versions, ACommandOf03IsRefusedByNameWithAnAnswerToItsSender) {
   EXPECT_EQ(io::explain_unread(bytes), "damaged, or of a version that is not known here");
 }
 
-TEST(Versions, AnEarlierTypeIsNamedUnlessItIsStillInUse) {
+TEST(Versions, AnEarlierMessageTypeIsNamedUnlessItIsStillInUse) {
   const auto bytes_of = [](std::uint64_t fingerprint) {
     std::vector<std::byte> bytes(100);
     for (std::size_t k = 0; k < 8; ++k)
       bytes[k] = static_cast<std::byte>(fingerprint >> (56 - 8 * k) & 0xFFu);
     return bytes;
   };
-  // of 0.4: state_t, status_t, force_t, scene_t, ack_t
+  // fingerprints of state_t, status_t, force_t, scene_t and ack_t in version 0.4
   for (const std::uint64_t fingerprint : {0x63044e976c7680aaU, 0x4510492c6aeb2ba5U, 0xae2270de78c8ccb4U,
                                           0xa557f686a425475aU, 0xe3a93249e57edfb6U}) {
     const auto current = {freeflex_msgs::state_t::getHash(), freeflex_msgs::status_t::getHash(),
@@ -157,8 +158,8 @@ TEST(Versions, AnEarlierTypeIsNamedUnlessItIsStillInUse) {
   }
 }
 
-TEST(Versions, AControlOf04HasNoTargetAndIsRefusedByName) {
-  // the same fields but for the target, an empty string of five bytes at the end
+TEST(Versions, AControlOfVersion04IsRefusedWithItsVersion) {
+  // the present fields except the last, `target`, whose empty string takes five bytes
   std::vector<std::byte> bytes = io::encode(make_control());
   bytes.resize(bytes.size() - 5);
   constexpr std::uint64_t kFingerprint = 0x51aca0044b8a4ed6;
@@ -172,16 +173,16 @@ TEST(Versions, AControlOf04HasNoTargetAndIsRefusedByName) {
   EXPECT_EQ(admission.sequence, 3);
 }
 
-TEST(Versions, TheStatusOfADaemonOf03IsHeard) {
+TEST(Versions, TheSessionInAStatusOfVersion03IsRead) {
   freeflex_msgs::status_t status{};
   status.session = kSession;
   std::vector<std::byte> bytes = io::encode(status);
   const std::uint64_t fingerprint = 0xa207cd30e391dc9c;
   for (std::size_t i = 0; i < 8; ++i) bytes[i] = static_cast<std::byte>(fingerprint >> (56 - 8 * i) & 0xFFu);
-  EXPECT_EQ(io::read_status_session(bytes), kSession) << "its front is the same";
+  EXPECT_EQ(io::read_status_session(bytes), kSession) << "the leading fields are the same";
 }
 
-TEST(NameTable, SaysWhatCommandsMayName) {
+TEST(NameTable, ContainsWhatCommandsMayName) {
   Plan plan;
   plan.force_limit = 3.0;
   plan.torque_limit = 4.0;
@@ -196,7 +197,7 @@ TEST(NameTable, SaysWhatCommandsMayName) {
   plan.groups[0].line = {0.0, 1.0, 0.0};
   plan.groups[1].points = {0, 3};
   io::NameTable names;
-  names.pushable[7] = 7, names.num_pushable = 8;  // left over from before
+  names.pushable[7] = 7, names.num_pushable = 8;  // stale entries
   io::fill_name_table(plan, names);
   EXPECT_EQ(names.num_points, 4);
   EXPECT_EQ(names.num_groups, 2);
@@ -212,7 +213,7 @@ TEST(NameTable, SaysWhatCommandsMayName) {
   EXPECT_EQ(names.groups[1].is_pushable, 0) << "point 3 has no rows";
 }
 
-TEST(NameTable, FindsAPointWhateverItsNumber) {
+TEST(NameTable, FindsPointsWithAnyNumber) {
   constexpr std::int32_t kLast = 99'999;
   Plan plan;
   plan.points.resize(kLast + 1);
@@ -236,7 +237,7 @@ TEST(NameTable, FindsAPointWhateverItsNumber) {
   EXPECT_EQ(reason_of(41), io::Reason::kNotPushable);
   EXPECT_EQ(reason_of(kLast + 1), io::Reason::kUnknownPoint);
   EXPECT_EQ(reason_of(-1), io::Reason::kUnknownPoint);
-  names->num_pushable = 1 << 30;  // as somebody else's memory may say
+  names->num_pushable = 1 << 30;  // a value that a hostile process may write into shared memory
   EXPECT_EQ(reason_of(41), io::Reason::kNotPushable);
 }
 

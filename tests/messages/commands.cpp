@@ -54,7 +54,7 @@ freeflex_msgs::force_t random_force(std::mt19937_64& engine, int most_forces, in
   const auto below = [&engine](int limit) {
     return static_cast<int>(engine() % static_cast<std::uint64_t>(limit));
   };
-  // any finite double not above 10 in size: every pattern of sign and fraction, subnormals and zeros included
+  // returns a finite double of magnitude 10 or less from random bits; subnormals and zeros occur
   const auto any = [&engine]() {
     while (true) {
       const double value = std::bit_cast<double>(static_cast<std::uint64_t>(engine()));
@@ -83,8 +83,9 @@ freeflex_msgs::force_t random_force(std::mt19937_64& engine, int most_forces, in
     message.wrenches[i].group = static_cast<std::int32_t>(i);
     std::generate_n(message.wrenches[i].force, 3, any);
     std::generate_n(message.wrenches[i].torque, 3, any);
-    if (i == 1) message.wrenches[i].torque[0] = 0.0;              // on a line: none about it
-    if (i == 2) std::fill_n(message.wrenches[i].torque, 3, 0.0);  // one point: none
+    if (i == 1) message.wrenches[i].torque[0] = 0.0;  // group 1 accepts no torque about its line
+    if (i == 2)
+      std::fill_n(message.wrenches[i].torque, 3, 0.0);  // group 2 has one point and accepts no torque
   }
   return message;
 }

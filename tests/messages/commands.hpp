@@ -1,4 +1,4 @@
-// Commands and the scene they are checked against, shared by the message tests.
+// Commands for the message tests, and the names of the scene against which they are checked.
 #pragma once
 
 #include <cstddef>
@@ -13,18 +13,18 @@ namespace freeflex::testing {
 
 inline constexpr std::int64_t kSession = 7'000'000'001;
 
-/// 300 points, all but 299 pushable; groups: 0 spatial, 1 on the x axis, 2 one point, 3 with a point without
-/// rows. Limits 100 N and 50 N m.
+/// Returns a table of 300 points, all pushable except the last (number 299), and of four groups: 0 spatial, 1
+/// on the x axis, 2 of one point, 3 with a point without mode-shape rows. The limits are 100 N and 50 N m.
 io::NameTable make_names();
 
-/// 3 forces and 2 wrenches that make_names() allows.
+/// Returns a command of 3 forces and 2 wrenches that make_names() allows.
 freeflex_msgs::force_t make_force();
-/// RUN.
+/// Returns the control RUN.
 freeflex_msgs::control_t make_control();
-/// A message that make_names() allows, its counts, values and text random.
+/// Returns a message with random counts, values and text that make_names() allows.
 freeflex_msgs::force_t random_force(std::mt19937_64& engine, int most_forces = 256, int most_wrenches = 3);
 
-/// decode_force of the message's bytes in kSession.
+/// Returns the answer of decode_force or decode_control to the bytes of the message in session kSession.
 io::Admission decode(const freeflex_msgs::force_t& message, const io::NameTable& names,
                      ForceCommand& command);
 io::Admission decode(const freeflex_msgs::force_t& message);

@@ -1,4 +1,5 @@
-// What a process that is confined can still do.
+// A confined process can read the clock, use bounded memory and exit; the filter ends it at any other system
+// call.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -23,7 +24,8 @@ constexpr bool kIsInstrumented = true;
 constexpr bool kIsInstrumented = false;
 #endif
 
-/// Exit status, or 1000 + signal, of a confined process that does this.
+/// Returns the exit status of a confined process that calls the function, or 1000 + signal if a signal ends
+/// it.
 int confined(const std::function<int()>& does) {
   const pid_t child = fork();
   if (child == 0) {
@@ -38,12 +40,12 @@ int confined(const std::function<int()>& does) {
 class Confinement : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (kIsInstrumented) GTEST_SKIP() << "a sanitizer needs calls of its own";
-    if (prctl(PR_GET_SECCOMP) < 0) GTEST_SKIP() << "this kernel has no filter of system calls";
+    if (kIsInstrumented) GTEST_SKIP() << "a sanitizer makes system calls that the filter forbids";
+    if (prctl(PR_GET_SECCOMP) < 0) GTEST_SKIP() << "this kernel cannot filter system calls";
   }
 };
 
-TEST_F(Confinement, LeavesTheClockMemoryAndTheEnd) {
+TEST_F(Confinement, AllowsReadingTheClockAllocatingMemoryAndExiting) {
   EXPECT_EQ(confined([] {
               timespec now{};
               clock_gettime(CLOCK_BOOTTIME, &now);
@@ -54,11 +56,11 @@ TEST_F(Confinement, LeavesTheClockMemoryAndTheEnd) {
             7);
 }
 
-TEST_F(Confinement, BoundsMemory) {
+TEST_F(Confinement, LimitsTheMemoryOfTheProcess) {
   EXPECT_EQ(confined([] { return std::malloc(std::size_t{100} << 20) == nullptr ? 7 : 1; }), 7);
 }
 
-TEST_F(Confinement, EndsWhatOpensStartsSendsOrRunsCodeOfItsOwn) {
+TEST_F(Confinement, EndsAProcessThatOpensFilesForksSendsOrMapsCode) {
   constexpr int kEnded = 1000 + SIGSYS;
   EXPECT_EQ(confined([] { return open("/etc/passwd", O_RDONLY); }), kEnded);
   EXPECT_EQ(confined([] { return socket(AF_UNIX, SOCK_STREAM, 0); }), kEnded);
@@ -75,7 +77,7 @@ TEST_F(Confinement, EndsWhatOpensStartsSendsOrRunsCodeOfItsOwn) {
   EXPECT_EQ(confined([] { return mprotect(page, 4096, PROT_READ | PROT_WRITE); }), kEnded);
 }
 
-TEST(IngressUser, IsNobodyForRootAndOnlyRootNamesAnother) {
+TEST(IngressUser, UnderRootItRunsAsAnUnprivilegedUserAndOnlyRootMayNameThatUser) {
   service::IngressUser user;
   EXPECT_EQ(service::find_ingress_user("", user), "");
   if (geteuid() == 0) {
@@ -83,7 +85,7 @@ TEST(IngressUser, IsNobodyForRootAndOnlyRootNamesAnother) {
     EXPECT_NE(service::find_ingress_user("no such user", user), "");
   } else {
     EXPECT_EQ(user.uid, service::IngressUser::kSame);
-    EXPECT_NE(service::find_ingress_user("nobody", user).find("takes root"), std::string::npos);
+    EXPECT_NE(service::find_ingress_user("nobody", user).find("needs root"), std::string::npos);
   }
 }
 

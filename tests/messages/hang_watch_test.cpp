@@ -1,4 +1,4 @@
-// When a process is said to hang, and when it is only kept waiting.
+// A process that hangs is reported; a process that only waits for the processor or a disk is not.
 #include "service/hang_watch.hpp"
 
 #include <gtest/gtest.h>
@@ -20,10 +20,10 @@ using std::chrono::milliseconds;
 
 constexpr std::int64_t kMilli = 1'000'000;  // [ns]
 
-/// Looks every 2 ms of a time of its own.
+/// Runs a HangWatch that checks the process every 2 ms of simulated time.
 struct Watched {
   Watched() { watch.start(0); }
-  /// What is said within so many ms of silence, or "" when nothing is.
+  /// Lets `millis` [ms] pass without a beat. Returns the report, or "" if there is none.
   std::string silent(int millis, const std::function<ProcessReading()>& read) {
     for (int i = 0; i < millis; i += 2) {
       now_ns += 2 * kMilli;
@@ -36,7 +36,7 @@ struct Watched {
   std::uint64_t beat = 1;
 };
 
-TEST(HangWatch, OneThatBeatsIsNeverLookedAt) {
+TEST(HangWatch, AProcessThatBeatsIsNeverExamined) {
   Watched process;
   for (int i = 0; i < 1000; ++i) {
     ++process.beat;
@@ -44,10 +44,11 @@ TEST(HangWatch, OneThatBeatsIsNeverLookedAt) {
   }
 }
 
-TEST(HangWatch, OneThatGetsNoProcessorIsBusyNotHung) {
+TEST(HangWatch, AProcessWithoutProcessorTimeIsNotHung) {
   Watched process;
   std::int64_t cpu_ns = 0;
-  // 10 s ready to run, with a millisecond of processor time now and then, less than a loop would use
+  // ready to run for 10 s without processor time, then with 15 ms of processor time every 400 ms, less than
+  // an endless loop would use
   EXPECT_EQ(process.silent(10'000, [] { return ProcessReading{'R', 0}; }), "");
   for (int i = 0; i < 50; ++i) {
     cpu_ns += 15 * kMilli;
@@ -56,20 +57,21 @@ TEST(HangWatch, OneThatGetsNoProcessorIsBusyNotHung) {
   }
 }
 
-TEST(HangWatch, OneThatWaitsForADiskIsNotHung) {
+TEST(HangWatch, AProcessThatWaitsForADiskIsNotHung) {
   Watched process;
   EXPECT_EQ(process.silent(10'000, [] { return ProcessReading{'D', 0}; }), "");
 }
 
-TEST(HangWatch, ATimeInWhichNobodyLookedIsNoSilence) {
+TEST(HangWatch, TimeDuringWhichTheWatchItselfDidNotRunIsNotCounted) {
   Watched process;
   for (int i = 0; i < 9; ++i) {
-    process.now_ns += 3'600'000 * kMilli;  // the daemon was stopped, or the machine suspended
+    process.now_ns +=
+        3'600'000 * kMilli;  // an hour during which the daemon was stopped or the machine was suspended
     EXPECT_EQ(process.watch.look(process.now_ns, process.beat, [] { return ProcessReading{'T', 0}; }), "");
   }
 }
 
-TEST(HangWatch, OneThatStartsMayTakeLonger) {
+TEST(HangWatch, AStartingProcessMayTakeLongerToBeat) {
   Watched process;
   process.beat = 0;
   std::int64_t cpu_ns = 0;
@@ -81,7 +83,7 @@ TEST(HangWatch, OneThatStartsMayTakeLonger) {
             "was in an endless loop");
 }
 
-/// What is said of a real process that does this and never beats.
+/// Returns the report on a real process that calls the function and never beats.
 std::string watch_child(void (*does)()) {
   const pid_t child = fork();
   if (child == 0) {
@@ -102,7 +104,7 @@ std::string watch_child(void (*does)()) {
   return hang;
 }
 
-TEST(HangWatch, KnowsWhatARealProcessDoes) {
+TEST(HangWatch, FindsTheStateOfARealProcess) {
   EXPECT_EQ(watch_child([] { raise(SIGSTOP); }), "was stopped");
   EXPECT_EQ(watch_child([] {
               for (std::atomic<int> i{0};;) i.fetch_add(1);

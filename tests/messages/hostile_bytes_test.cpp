@@ -1,6 +1,6 @@
-// No bytes whatever make the codec read outside them, allocate by their word, or accept what is not a
-// command. Run under AddressSanitizer for the first claim: every buffer is on the heap and exactly as long as
-// its message.
+// Whatever bytes arrive, the codec does not read outside them, does not allocate according to a count in
+// them, and does not accept anything but a command. AddressSanitizer checks the first claim: every buffer is
+// on the heap and exactly as long as its message.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 using io::Reason;
 using Bytes = std::vector<std::byte>;
 
-/// Offsets in an encoded force_t: fingerprint, utime and session come before the sender's length.
+/// Holds the offset [bytes] of the sender's length in a force_t, after fingerprint, utime and session.
 constexpr std::size_t kSenderLength = 24;
 std::size_t count_offset(const freeflex_msgs::force_t& m) {
   return kSenderLength + 4 + m.sender.size() + 1 + 8 + 36;
@@ -26,7 +26,7 @@ void put32(Bytes& bytes, std::size_t at, std::uint32_t value) {
   for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::byte>(value >> (24 - 8 * i) & 0xFFu);
 }
 
-/// A copy without spare capacity, so that reading one byte too far is seen.
+/// Decodes a copy of the bytes without spare capacity, so that a sanitizer reports any read beyond it.
 io::Admission decode_exact(std::span<const std::byte> bytes, ForceCommand& command) {
   const std::unique_ptr<std::byte[]> copy(new std::byte[bytes.size()]);
   std::memcpy(copy.get(), bytes.data(), bytes.size());
@@ -34,7 +34,7 @@ io::Admission decode_exact(std::span<const std::byte> bytes, ForceCommand& comma
   return io::decode_force({copy.get(), bytes.size()}, kSession, names, command);
 }
 
-TEST(HostileBytes, ATruncationAtEveryByteIsMalformed) {
+TEST(HostileBytes, AMessageCutAtAnyByteIsMalformed) {
   const Bytes whole = io::encode(make_force());
   ForceCommand command;
   ASSERT_EQ(decode_exact(whole, command).reason, Reason::kAccepted);
@@ -49,7 +49,7 @@ TEST(HostileBytes, ATruncationAtEveryByteIsMalformed) {
   }
 }
 
-TEST(HostileBytes, RejectsTrailingBytes) {
+TEST(HostileBytes, AMessageWithTrailingBytesIsRejected) {
   for (const std::size_t extra : {std::size_t{1}, std::size_t{8}, std::size_t{28}, std::size_t{52}}) {
     Bytes bytes = io::encode(make_force());
     bytes.resize(bytes.size() + extra);
@@ -57,9 +57,9 @@ TEST(HostileBytes, RejectsTrailingBytes) {
     const io::Admission admission = decode_exact(bytes, command);
     EXPECT_EQ(admission.reason, Reason::kMalformed);
     EXPECT_NE(std::string(admission.text.data())
-                  .find("but 3 forces and 2 wrenches and 0 torques and 0 wheels make"),
+                  .find("but 3 forces and 2 wrenches and 0 torques and 0 wheels need"),
               std::string::npos);
-    EXPECT_STREQ(admission.sender.data(), "pusher-1.a_B") << "so it can be answered";
+    EXPECT_STREQ(admission.sender.data(), "pusher-1.a_B") << "the sender is known, so it can be answered";
     Bytes control = io::encode(make_control());
     control.resize(control.size() + extra);
     io::ControlCommand out;
@@ -67,9 +67,9 @@ TEST(HostileBytes, RejectsTrailingBytes) {
   }
 }
 
-TEST(HostileBytes, WildCountsAreMalformed) {
+TEST(HostileBytes, ImpossibleCountsAreMalformed) {
   const freeflex_msgs::force_t message = make_force();
-  // 2^29 * 8 and 2^30 * 28 wrap to small sizes in 32 bits; 153391690 * 28 = 2^32 + 24
+  // in 32 bits 2^29 * 8 and 2^30 * 28 wrap to 0, and 153391690 * 28 = 2^32 + 24 wraps to 24
   for (const std::uint32_t count :
        {0xFFFFFFFFu, 1u << 29, 1u << 30, 0x7FFFFFFFu, 0x80000000u, 153'391'690u, 100'000'000u}) {
     for (const std::size_t offset : {0u, 4u, 8u}) {
@@ -82,7 +82,7 @@ TEST(HostileBytes, WildCountsAreMalformed) {
   }
 }
 
-TEST(HostileBytes, WildSenderLengthsAreMalformed) {
+TEST(HostileBytes, ImpossibleSenderLengthsAreMalformed) {
   for (const std::uint32_t length : {0u, 0xFFFFFFFFu, 0x80000000u, 0x7FFFFFFFu, 1u << 30, 1000u, 12u, 14u}) {
     Bytes bytes = io::encode(make_force());  // its sender has 12 characters and a terminator
     put32(bytes, kSenderLength, length);
@@ -98,8 +98,9 @@ TEST(HostileBytes, ANulInsideTheSenderIsMalformed) {
   EXPECT_EQ(decode_exact(bytes, command).reason, Reason::kMalformed);
 }
 
-TEST(HostileBytes, OfAnOversizedMessageNothingIsRead) {
-  // liblcm can report a size that is not there: only the size may be looked at
+TEST(HostileBytes, AMessageAboveTheSizeLimitIsNotRead) {
+  // liblcm can report more bytes than there are, so the codec must not read any before it has compared the
+  // size
   const std::byte nothing{};
   const std::span<const std::byte> claim(&nothing, channels::kMaxMessageBytes + 1);
   ForceCommand command;
@@ -108,14 +109,14 @@ TEST(HostileBytes, OfAnOversizedMessageNothingIsRead) {
   EXPECT_EQ(io::decode_control(claim, kSession, control).reason, Reason::kMalformed);
 }
 
-/// One random change: a bit flipped, a byte set, bytes inserted or deleted, a part of another message put in,
-/// a 32-bit word made extreme.
+/// Makes one random change: it flips a bit, sets a byte, inserts or deletes bytes, copies bytes from another
+/// message, or sets a 32-bit word to an extreme value.
 void mutate(Bytes& bytes, const Bytes& other, std::mt19937_64& engine) {
   const auto below = [&engine](std::size_t limit) {
     return limit == 0 ? 0 : static_cast<std::size_t>(engine() % limit);
   };
   const std::size_t at = below(bytes.size());
-  const auto place = bytes.begin() + static_cast<std::ptrdiff_t>(at);
+  const auto position = bytes.begin() + static_cast<std::ptrdiff_t>(at);
   const std::size_t length = std::min(1 + below(64), bytes.size() - at);
   switch (engine() % 6) {
     case 0:
@@ -125,15 +126,15 @@ void mutate(Bytes& bytes, const Bytes& other, std::mt19937_64& engine) {
       bytes[at] = static_cast<std::byte>(engine() & 0xFFu);
       break;
     case 2:
-      bytes.insert(place, length, static_cast<std::byte>(engine() & 0xFFu));
+      bytes.insert(position, length, static_cast<std::byte>(engine() & 0xFFu));
       break;
     case 3:
-      bytes.erase(place, place + static_cast<std::ptrdiff_t>(length));
+      bytes.erase(position, position + static_cast<std::ptrdiff_t>(length));
       break;
     case 4: {
       const std::size_t from = below(other.size());
       const std::size_t size = std::min({length, other.size() - from, bytes.size() - at});
-      std::copy_n(other.begin() + static_cast<std::ptrdiff_t>(from), size, place);
+      std::copy_n(other.begin() + static_cast<std::ptrdiff_t>(from), size, position);
       break;
     }
     default:
@@ -146,7 +147,7 @@ void mutate(Bytes& bytes, const Bytes& other, std::mt19937_64& engine) {
   if (bytes.empty()) bytes.push_back(std::byte{0});
 }
 
-TEST(HostileBytes, MutatedMessagesAreRejectedOrAreCommands) {
+TEST(HostileBytes, MutatedMessagesAreRejectedOrValidCommands) {
   constexpr int kMutants = 200'000;
   std::mt19937_64 engine(77);
   const io::NameTable names = make_names();
@@ -165,7 +166,7 @@ TEST(HostileBytes, MutatedMessagesAreRejectedOrAreCommands) {
     ASSERT_EQ(layout == Reason::kMalformed || layout == Reason::kWrongType,
               admission.reason == Reason::kMalformed || admission.reason == Reason::kWrongType);
     if (admission.reason == Reason::kAccepted) {
-      // what is accepted is a command that says exactly these bytes
+      // an accepted command encodes to exactly these bytes
       ++num_accepted;
       ASSERT_TRUE(io::is_sane(command, names));
       freeflex_msgs::force_t message;
@@ -177,13 +178,14 @@ TEST(HostileBytes, MutatedMessagesAreRejectedOrAreCommands) {
     const io::Admission controlled = io::decode_control(bytes, kSession, control);
     ASSERT_TRUE(controlled.reason == Reason::kAccepted || io::is_sane(controlled));
   }
-  // flips in times and in low bits of forces leave commands; most other changes do not
+  // a changed time or a changed low bit of a force leaves a valid command; most other changes do not
   EXPECT_GT(num_accepted, kMutants / 100);
   EXPECT_LT(num_accepted, kMutants / 2);
 }
 
 TEST(HostileMemory, NoCommandFromAnotherProcessReachesOutsideItsArrays) {
-  // random bytes as a command, and a good command with random words: is_sane looks and does not fall
+  // valid commands with random 32-bit words in the first fields or anywhere: is_sane must not read outside
+  // arrays
   std::mt19937_64 engine(99);
   const io::NameTable names = make_names();
   ForceCommand good;
@@ -208,7 +210,8 @@ TEST(HostileMemory, NoCommandFromAnotherProcessReachesOutsideItsArrays) {
   unterminated.sender.fill('a');
   EXPECT_FALSE(io::is_sane(unterminated, names));
   ForceCommand hidden = good;
-  hidden.sender[31] = 'x';  // bytes after the terminator would make two senders of one name
+  hidden.sender[31] =
+      'x';  // if bytes after the terminator were allowed, one name could stand for two senders
   EXPECT_FALSE(io::is_sane(hidden, names));
 }
 

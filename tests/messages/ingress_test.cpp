@@ -1,5 +1,5 @@
-// The ingress processes: commands come through from UDP, packets that kill liblcm cost nothing, and the end
-// of a process costs no command. This program is both the daemon and, spawned with --ingress, the ingress.
+// The ingress processes pass on commands from UDP, are not harmed by packets that kill liblcm, and lose no
+// command when one of them ends. This program is the daemon; spawned with --ingress it is the ingress.
 #include "service/ingress.hpp"
 
 #include <gtest/gtest.h>
@@ -28,12 +28,12 @@ using service::InboundKind;
 using service::IngressProcess;
 using service::RejectionEntry;
 
-std::string no_network;  // why there is none
+std::string no_network;  // why there is no private network; empty if there is one
 
-constexpr auto kPatience =
-    std::chrono::seconds(60);  // far above any machine's need: only a hang is a failure
+constexpr auto kPatience = std::chrono::seconds(
+    60);  // far longer than any machine needs, so that a test fails only if a process hangs
 
-/// Looks every millisecond until it holds.
+/// Evaluates the condition every millisecond until it is true. Returns false if it stays false for kPatience.
 template <class Condition>
 bool eventually(Condition&& condition) {
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
@@ -73,7 +73,7 @@ class Ingress : public ::testing::Test {
       return ingress_.block().rejected.try_pop(rejection_) && rejection_.admission.reason == reason;
     });
   }
-  /// One has been replaced, and both are ready.
+  /// Waits until a process has been replaced and both are ready.
   bool restarts() {
     const std::int64_t before = ingress_.num_restarts();
     return eventually([&] {
@@ -92,11 +92,11 @@ class Ingress : public ::testing::Test {
   std::vector<std::string> events_;
 };
 
-TEST_F(Ingress, AFilteredCallEndsOneProcessAndIsExplainedOnce) {
-  constexpr int kTimes = 8;  // more than start() would take
+TEST_F(Ingress, AForbiddenSystemCallEndsOneProcessAndIsExplainedOnce) {
+  constexpr int kTimes = 8;  // more ends of a process than start() tolerates
   for (int i = 1; i <= kTimes; ++i) {
     ASSERT_TRUE(is_complete());
-    // as the filter ends it
+    // the filter ends the process by this signal
     ASSERT_EQ(kill(ingress_.pid(), SIGSYS), 0);
     ASSERT_TRUE(restarts());
     send(i);
@@ -115,7 +115,7 @@ TEST_F(Ingress, AFilteredCallEndsOneProcessAndIsExplainedOnce) {
   EXPECT_EQ(num_explained, 1);
 }
 
-TEST_F(Ingress, BringsCommandsThroughFromLcm) {
+TEST_F(Ingress, PassesOnCommandsFromLcm) {
   lcm_t* lcm = lcm_create("udpm://239.255.76.67:7667?ttl=0");
   ASSERT_NE(lcm, nullptr);
   const freeflex_msgs::force_t message = make_force();
@@ -132,7 +132,7 @@ TEST_F(Ingress, BringsCommandsThroughFromLcm) {
   lcm_destroy(lcm);
 }
 
-TEST_F(Ingress, AnswersBadCommandsAndSeesAnotherDaemon) {
+TEST_F(Ingress, AnswersBadCommandsAndDetectsAnotherDaemon) {
   freeflex_msgs::force_t message = make_force();
   message.forces[0].point = 5000;
   packets_.publish("TEST_FORCE", io::encode(message));
@@ -143,12 +143,12 @@ TEST_F(Ingress, AnswersBadCommandsAndSeesAnotherDaemon) {
   status.session = 4711;
   packets_.publish("TEST_STATUS", io::encode(status));
   EXPECT_TRUE(eventually([&] { return ingress_.block().other_session.load() == 4711; }));
-  EXPECT_EQ(ingress_.block().received.load(), 1) << "what is on other channels is not ours";
+  EXPECT_EQ(ingress_.block().received.load(), 1) << "messages on other channels are not counted";
   EXPECT_GT(ingress_.socket().receive_buffer(), 0);
 }
 
 TEST_F(Ingress, APacketThatEndsInsideTheChannelNameIsHarmless) {
-  // liblcm would read the rest of the name out of the packet before
+  // liblcm would read the rest of the name from the previous packet
   for (std::int64_t i = 1; i <= 50; ++i) {
     send(i);
     ASSERT_TRUE(receives(i));
@@ -160,7 +160,7 @@ TEST_F(Ingress, APacketThatEndsInsideTheChannelNameIsHarmless) {
   EXPECT_EQ(ingress_.block().received.load(), 51);
 }
 
-TEST_F(Ingress, PacketsThatKillLiblcmAreHarmlessAndAnswered) {
+TEST_F(Ingress, PacketsThatWouldKillLiblcmAreHarmlessAndAnswered) {
   for (std::int64_t i = 1; i <= 50; ++i) {
     ASSERT_TRUE(packets_.send_wrapping_fragment("TEST_FORCE"));
     ASSERT_TRUE(packets_.send_fragment_runt("TEST_FORCE"));
@@ -173,7 +173,7 @@ TEST_F(Ingress, PacketsThatKillLiblcmAreHarmlessAndAnswered) {
             "a message in fragments has more than 65499 bytes, a command at most 8760");
 }
 
-TEST_F(Ingress, AnotherTakesOverWithItsSequencesWhenOneIsKilled) {
+TEST_F(Ingress, IfTheReceiverIsKilledTheStandbyTakesOverWithItsSequences) {
   ASSERT_TRUE(is_complete());
   send(1);
   ASSERT_TRUE(receives(1));
@@ -181,7 +181,7 @@ TEST_F(Ingress, AnotherTakesOverWithItsSequencesWhenOneIsKilled) {
   const pid_t second = ingress_.standby_pid();
   ASSERT_TRUE(send_signal(first, SIGKILL));
   ASSERT_TRUE(restarts());
-  EXPECT_EQ(ingress_.pid(), second) << "the one that stood by";
+  EXPECT_EQ(ingress_.pid(), second) << "the standby";
   ASSERT_FALSE(events_.empty());
   EXPECT_NE(events_[0].find("its standby takes over"), std::string::npos) << events_[0];
   send(1);
@@ -190,12 +190,12 @@ TEST_F(Ingress, AnotherTakesOverWithItsSequencesWhenOneIsKilled) {
   EXPECT_TRUE(receives(2));
 }
 
-TEST_F(Ingress, WhatArrivesWhileNoneReceivesIsTakenOnceInOrderByTheNext) {
+TEST_F(Ingress, PacketsSentWithoutAReceiverReachTheNextReceiverOnceAndInOrder) {
   ASSERT_TRUE(is_complete());
   std::int64_t sequence = 0;
   for (int round = 0; round < 5; ++round) {
     const std::int64_t first = sequence + 1;
-    // nobody looks after them meanwhile
+    // poll() is not called until all packets are sent
     ASSERT_TRUE(send_signal(ingress_.pid(), SIGKILL));
     if (round % 2 == 1) {
       ASSERT_TRUE(send_signal(ingress_.standby_pid(), SIGKILL));
@@ -211,14 +211,14 @@ TEST_F(Ingress, WhatArrivesWhileNoneReceivesIsTakenOnceInOrderByTheNext) {
   }
   EXPECT_FALSE(ingress_.block().inbound.try_pop(entry_));
   RejectionEntry none;
-  EXPECT_FALSE(ingress_.block().rejected.try_pop(none)) << "nothing was taken twice";
+  EXPECT_FALSE(ingress_.block().rejected.try_pop(none)) << "no command arrived twice";
 }
 
-TEST_F(Ingress, OneThatIsStoppedIsReplacedAndNothingIsLost) {
+TEST_F(Ingress, AStoppedProcessIsReplacedAndNothingIsLost) {
   ASSERT_TRUE(is_complete());
   const pid_t stopped = ingress_.pid();
   ASSERT_TRUE(send_signal(stopped, SIGSTOP));
-  // until it has stopped it may yet take one in hand, which goes with it
+  // before it has stopped, the process may still read a packet, which would be lost with it
   ASSERT_TRUE(eventually([stopped] { return service::read_process(stopped).state == 'T'; }));
   for (std::int64_t i = 1; i <= 20; ++i) send(i);
   ASSERT_TRUE(restarts());
@@ -226,22 +226,22 @@ TEST_F(Ingress, OneThatIsStoppedIsReplacedAndNothingIsLost) {
   EXPECT_EQ(events_[0], "the ingress process was stopped and was killed; its standby takes over");
   for (std::int64_t i = 1; i <= 20; ++i) EXPECT_TRUE(receives(i));
   EXPECT_FALSE(send_signal(stopped, 0));
-  // the one that stands by is looked after as well
+  // the standby is watched too
   ASSERT_TRUE(send_signal(ingress_.standby_pid(), SIGSTOP));
   ASSERT_TRUE(restarts());
   EXPECT_EQ(ingress_.num_hangs(), 2);
 }
 
-TEST_F(Ingress, OnlyOurChannelsTakeUpRoomInTheQueue) {
+TEST_F(Ingress, MessagesOnOtherChannelsTakeNoRoomInTheQueue) {
   ASSERT_TRUE(is_complete());
-  // nobody takes anything out; more than the queue holds
+  // while both processes are stopped, more packets are sent than the socket's queue can store
   ASSERT_TRUE(send_signal(ingress_.standby_pid(), SIGSTOP));
   ASSERT_TRUE(send_signal(ingress_.pid(), SIGSTOP));
   const std::vector<std::byte> large(60'000);
   for (int i = 0; i < 1000; ++i) ASSERT_TRUE(packets_.publish("TEST_STATE", large));
   EXPECT_LT(ingress_.socket().fill(), 0.01);
-  // loopback holds 1000 packets of the whole machine and drops what comes then, so one may be lost before the
-  // socket
+  // the loopback interface queues 1000 packets for the whole machine and drops any more, so a packet may be
+  // lost before it reaches the socket
   std::int64_t sequence = 0;
   EXPECT_TRUE(eventually([&] {
     send(++sequence);
@@ -250,7 +250,7 @@ TEST_F(Ingress, OnlyOurChannelsTakeUpRoomInTheQueue) {
   }));
 }
 
-TEST_F(Ingress, SurvivesBeingKilledAgainAndAgain) {
+TEST_F(Ingress, IsReplacedAfterEachOfManyKills) {
   ASSERT_TRUE(is_complete());
   for (std::int64_t i = 1; i <= 10; ++i) {
     ASSERT_TRUE(send_signal(i % 2 == 0 ? ingress_.pid() : ingress_.standby_pid(), SIGKILL));
@@ -262,8 +262,8 @@ TEST_F(Ingress, SurvivesBeingKilledAgainAndAgain) {
   EXPECT_EQ(ingress_.num_hangs(), 0);
 }
 
-TEST_F(Ingress, CannotWriteWhatItIsCheckedAgainst) {
-  // an ingress under somebody else's control still maps the settings read-only: see the kernel's word
+TEST_F(Ingress, CannotWriteTheSettingsAgainstWhichItIsChecked) {
+  // the kernel maps the settings read-only in the ingress, so that a hostile ingress cannot write them either
   const std::string path = "/proc/" + std::to_string(ingress_.pid()) + "/maps";
   std::FILE* maps = std::fopen(path.c_str(), "r");
   ASSERT_NE(maps, nullptr);
@@ -306,18 +306,18 @@ TEST_F(Ingress, HasNoRightsThatItDoesNotNeed) {
   EXPECT_EQ(open, (std::vector<std::string>{"0", "1", "2", "5", "6"}));
 }
 
-TEST_F(Ingress, LeavesSignalsToTheGroupToTheDaemonAndEndsWhenStopped) {
+TEST_F(Ingress, IgnoresSignalsToTheProcessGroupAndEndsWhenItIsStopped) {
   const pid_t pid = ingress_.pid();
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) ASSERT_TRUE(send_signal(pid, number));
   send(1);
   EXPECT_TRUE(receives(1));
   EXPECT_EQ(ingress_.pid(), pid);
   ingress_.stop();
-  EXPECT_FALSE(send_signal(pid, 0)) << "gone and reaped";
-  EXPECT_EQ(ingress_.poll(), "") << "and not restarted";
+  EXPECT_FALSE(send_signal(pid, 0)) << "ended and reaped";
+  EXPECT_EQ(ingress_.poll(), "") << "not restarted";
 }
 
-TEST_F(Ingress, StartsAfreshWithAnEmptyTable) {
+TEST_F(Ingress, ForgetsTheSequencesWhenItIsStoppedAndStarted) {
   send(5);
   ASSERT_TRUE(receives(5));
   ingress_.stop();
@@ -329,7 +329,7 @@ TEST_F(Ingress, StartsAfreshWithAnEmptyTable) {
   EXPECT_TRUE(receives(5));
 }
 
-TEST(IngressStart, SaysWhatIsWrongWithAUrlOrAPrefix) {
+TEST(IngressStart, RefusesABadUrlOrPrefixWithTheCause) {
   IngressProcess ingress;
   IngressProcess::Options options;
   options.channel_prefix = "TEST";
@@ -343,10 +343,10 @@ TEST(IngressStart, SaysWhatIsWrongWithAUrlOrAPrefix) {
   }
 }
 
-TEST(IngressStart, NamesTheTwoCommandsWhereThereIsNoRoute) {
+TEST(IngressStart, IfThereIsNoRouteTheTwoCommandsThatAddOneAreNamed) {
   if (!no_network.empty()) GTEST_SKIP() << no_network;
   std::string fault;
-  // a namespace for one thread, whose loopback is down
+  // a network namespace of this thread alone, whose loopback interface is down
   std::thread([&fault] {
     ASSERT_EQ(unshare(CLONE_NEWNET), 0);
     IngressProcess ingress;
@@ -360,7 +360,7 @@ TEST(IngressStart, NamesTheTwoCommandsWhereThereIsNoRoute) {
   EXPECT_NE(fault.find("ip route add 239.0.0.0/8 dev lo"), std::string::npos) << fault;
 }
 
-TEST(IngressStart, SaysThatAnotherProgramHasThePort) {
+TEST(IngressStart, ReportsAPortThatAnotherProgramUses) {
   if (!no_network.empty()) GTEST_SKIP() << no_network;
   const int holder = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   sockaddr_in here{};
@@ -378,7 +378,8 @@ TEST(IngressStart, SaysThatAnotherProgramHasThePort) {
   close(holder);
 }
 
-/// A daemon that starts an ingress, says its pid on a pipe and dies at once.
+/// The child process is a daemon: it starts an ingress, writes the ingress's pid to a pipe and is then
+/// killed.
 TEST(IngressStart, DiesWithItsDaemon) {
   if (!no_network.empty()) GTEST_SKIP() << no_network;
   int channel[2];
@@ -401,7 +402,7 @@ TEST(IngressStart, DiesWithItsDaemon) {
   waitpid(daemon, nullptr, 0);
   ASSERT_GT(pid, 0);
   EXPECT_TRUE(eventually([pid] {
-    // a process that nobody reaps yet is a zombie: its command line is empty
+    // a zombie that has not been reaped has ended too: its command line is empty
     std::FILE* file = std::fopen(("/proc/" + std::to_string(pid) + "/cmdline").c_str(), "r");
     if (file == nullptr) return true;
     const bool is_empty = std::fgetc(file) == EOF;

@@ -1,4 +1,4 @@
-// What a bus URL may say.
+// Valid bus URLs are accepted; others are refused with the cause.
 #include "service/io/wire/lcm_url.hpp"
 
 #include <arpa/inet.h>
@@ -11,7 +11,7 @@ namespace {
 
 using service::check_lcm_url;
 
-TEST(LcmUrl, IsTakenAsLcmDocumentsIt) {
+TEST(LcmUrl, EveryUrlThatLcmDocumentsIsAccepted) {
   for (const char* url :
        {"", service::kDefaultUrl, "udpm://", "udpm://?ttl=1", "udpm://239.255.76.67:7667",
         "udpm://224.0.0.1:1", "udpm://239.255.255.255:65535?ttl=255&recv_buf_size=4194304"}) {
@@ -19,14 +19,14 @@ TEST(LcmUrl, IsTakenAsLcmDocumentsIt) {
   }
 }
 
-TEST(LcmUrl, IsRefusedWithWhatWasFoundAndWhatIsAllowed) {
+TEST(LcmUrl, TheMessageOnAnInvalidUrlSaysWhatWasFoundAndWhatIsAllowed) {
   const std::vector<std::pair<std::string, std::string>> bad = {
       {"memq://", "use udpm://"},
       {"file://log", "use udpm://"},
       {"tcpq://localhost:7700", "must be udpm://"},
       {"udpm:/239.255.76.67:7667", "must be udpm://"},
       {"239.255.76.67:7667", "must be udpm://"},
-      // liblcm would wait ten seconds for an answer from port 0
+      // with port 0 liblcm would wait ten seconds for an answer
       {"udpm://239.255.76.67", "'239.255.76.67' must be ADDRESS:PORT"},
       {"udpm://239.255.76.67:", "1 to 65535"},
       {"udpm://239.255.76.67:0", "1 to 65535"},
@@ -37,7 +37,7 @@ TEST(LcmUrl, IsRefusedWithWhatWasFoundAndWhatIsAllowed) {
       {"udpm://240.0.0.0:7667", "224.0.0.0 to 239.255.255.255"},
       {"udpm://localhost:7667", "224.0.0.0 to 239.255.255.255"},
       {"udpm://[ff02::1]:7667", "224.0.0.0 to 239.255.255.255"},
-      // and would take its own default for these
+      // liblcm would use its own default for these
       {"udpm://239.255.76.67:7667?ttl=abc", "'ttl=abc' must be ttl=0 to 255"},
       {"udpm://239.255.76.67:7667?ttl=256", "'ttl=256'"},
       {"udpm://239.255.76.67:7667?ttl=0&ttl", "'ttl' must be"},
@@ -51,7 +51,7 @@ TEST(LcmUrl, IsRefusedWithWhatWasFoundAndWhatIsAllowed) {
   }
 }
 
-TEST(LcmUrl, IsReadAsItIsWritten) {
+TEST(LcmUrl, AUrlGivesAddressPortAndBufferSize) {
   const service::LcmAddress given = service::read_lcm_url("udpm://224.0.0.1:80?ttl=3&recv_buf_size=70000");
   EXPECT_EQ(given.group, htonl(0xE0000001));
   EXPECT_EQ(given.port, 80);

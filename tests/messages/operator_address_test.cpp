@@ -1,4 +1,5 @@
-// Where daemon and operator meet: the same place for both, and none that somebody else made.
+// The path of the operator's socket: daemon and operator find the same path, and never a path of another
+// user.
 #include "service/io/wire/operator_address.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@ using service::choose_operator_place;
 using service::operator_places;
 using service::OperatorRoots;
 
-/// A system of its own under a folder that goes with it.
+/// Provides the system's folders for sockets under a temporary folder.
 class OperatorAddress : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -41,14 +42,14 @@ class OperatorAddress : public ::testing::Test {
   const std::string uid_ = std::to_string(geteuid());
 };
 
-TEST_F(OperatorAddress, TheFirstFolderOfTheUserIsTakenAndLookedIntoFirst) {
+TEST_F(OperatorAddress, TheDaemonUsesTheFirstUsableFolderAndClientsSearchItFirst) {
   const std::string xdg = roots_.runtime + "/freeflexd-F.sock";
   const std::string user = roots_.users + "/" + uid_ + "/freeflexd-F.sock";
   const std::string system = roots_.system + "/freeflexd-F.sock";
   const std::string last = roots_.temporary + "/freeflexd-" + uid_ + "/F.sock";
-  EXPECT_EQ(found(), std::vector<std::string>{}) << "looking makes nothing";
+  EXPECT_EQ(found(), std::vector<std::string>{}) << "the search creates no folder";
   EXPECT_NE(operator_places("F", roots_).faults.find(roots_.runtime + ": No such file"), std::string::npos)
-      << "and each folder that falls out is told: " << operator_places("F", roots_).faults;
+      << "each folder that is passed over is named: " << operator_places("F", roots_).faults;
   EXPECT_EQ(chosen(), last);
   struct stat made {};
   ASSERT_EQ(stat((roots_.temporary + "/freeflexd-" + uid_).c_str(), &made), 0);
@@ -60,7 +61,7 @@ TEST_F(OperatorAddress, TheFirstFolderOfTheUserIsTakenAndLookedIntoFirst) {
   make(roots_.runtime);
   EXPECT_EQ(chosen(), xdg);
   EXPECT_EQ(found(), (std::vector{xdg, user, system, last}));
-  // whoever looks without the variable finds the others
+  // if XDG_RUNTIME_DIR is not set, the other paths are found
   roots_.runtime.clear();
   EXPECT_EQ(found(), (std::vector{user, system, last}));
   roots_.runtime = "relative";
@@ -74,26 +75,29 @@ TEST_F(OperatorAddress, AFolderThatOthersMayWriteToIsPassedOver) {
   make(last, 0702);
   const service::OperatorPlace place = choose_operator_place("F", roots_);
   EXPECT_EQ(place.path, "");
-  EXPECT_EQ(place.fault, "no place for the operator's socket: others may write to " + roots_.runtime + "; " +
-                             roots_.users + "/" + uid_ + ": No such file or directory; others may write to " +
-                             roots_.system + "; others may write to " + last +
-                             ". Set XDG_RUNTIME_DIR to a folder of this user with mode 700, give --socket "
-                             "PATH, or do without it: --socket none");
+  EXPECT_EQ(place.fault, "no folder is suitable for the operator's socket: others may write to " +
+                             roots_.runtime + "; " + roots_.users + "/" + uid_ +
+                             ": No such file or directory; others may write to " + roots_.system +
+                             "; others may write to " + last +
+                             ". Set XDG_RUNTIME_DIR to a folder of this user with mode 700, or give --socket "
+                             "PATH or --socket none");
   EXPECT_TRUE(found().empty());
 }
 
-TEST_F(OperatorAddress, AFolderThatSomebodyElseMadeFirstIsNoPlace) {
-  if (geteuid() != 0) GTEST_SKIP() << "only root can make a folder of another user's";
+TEST_F(OperatorAddress, AFolderOfAnotherUserIsPassedOver) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root can give a folder to another user";
   const std::string last = roots_.temporary + "/freeflexd-0";
   make(last);
   ASSERT_EQ(chown(last.c_str(), 12345, 12345), 0);
   EXPECT_EQ(chosen(), "");
   EXPECT_NE(choose_operator_place("F", roots_).fault.find(last + " belongs to user 12345"),
             std::string::npos);
-  EXPECT_TRUE(found().empty()) << "nor is what stands there taken for a daemon";
+  EXPECT_TRUE(found().empty()) << "a socket in that folder is not taken for the socket of a daemon";
   make(roots_.runtime);
-  EXPECT_EQ(chosen(), roots_.runtime + "/freeflexd-F.sock") << "it is in nobody's way";
-  // root reaches the daemon of a service, and does not listen where the service may take its place
+  EXPECT_EQ(chosen(), roots_.runtime + "/freeflexd-F.sock")
+      << "a folder of another user does not block the other folders";
+  // root finds a daemon in the folder of a service, but does not put its own socket there, because the
+  // service could replace it
   std::filesystem::remove(roots_.runtime);
   make(roots_.system, 0755);
   ASSERT_EQ(chown(roots_.system.c_str(), 12345, 12345), 0);
@@ -101,7 +105,7 @@ TEST_F(OperatorAddress, AFolderThatSomebodyElseMadeFirstIsNoPlace) {
   EXPECT_EQ(chosen(), "");
 }
 
-TEST_F(OperatorAddress, ALinkIsNoFolderWhereAnybodyMayMakeOne) {
+TEST_F(OperatorAddress, ASymbolicLinkInTheTemporaryFolderIsPassedOver) {
   make(root_ + "/mine");
   std::filesystem::create_symlink(root_ + "/mine", roots_.temporary + "/freeflexd-" + uid_);
   EXPECT_EQ(chosen(), "");

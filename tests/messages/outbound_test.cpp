@@ -1,4 +1,4 @@
-// Outgoing messages hold what they should, complete, in pages that stay below the limit.
+// Outgoing messages are complete and correct, and their pages are below the size limit.
 #include "service/io/wire/outbound.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,8 @@ namespace {
 constexpr int kPoints = 2000;
 constexpr int kElastic = 5;
 
-/// 2000 points of 1 kg on a helix, 5 modes, every point published and pushable, links along the helix.
+/// Returns a plan of 2000 published and pushable points of 1 kg on a helix, with links along the helix and 5
+/// modes.
 Plan make_plan() {
   Plan plan;
   plan.name = "helix";
@@ -87,7 +88,7 @@ State make_test_state(const Plan& plan) {
 
 const io::Stamp kStamp{1'000'001, kSession, 0xF00DF00DF00DF00Du, 17};
 
-/// Pages are numbered, stay below the limit and survive the wire.
+/// Checks that the pages are numbered, stay below the size limit and decode to the encoded values.
 template <class Message>
 void expect_pages(const std::vector<Message>& pages) {
   for (std::size_t i = 0; i < pages.size(); ++i) {
@@ -108,7 +109,7 @@ void expect_equal(const double* found, const std::array<double, N>& expected) {
   for (std::size_t i = 0; i < N; ++i) EXPECT_EQ(found[i], expected[i]);
 }
 
-TEST(Outbound, AStateIsWhatTheCoreHolds) {
+TEST(Outbound, AStateMessageContainsTheStateOfTheCore) {
   const Plan plan = make_plan();
   const State state = make_test_state(plan);
   const freeflex_msgs::state_t message = io::make_state_message(plan, state, kStamp);
@@ -116,7 +117,7 @@ TEST(Outbound, AStateIsWhatTheCoreHolds) {
   EXPECT_EQ(message.session, kSession);
   EXPECT_EQ(message.epoch, 2);
   EXPECT_EQ(message.tick, 12'345);
-  EXPECT_EQ(message.time, 12.0) << "from the first tick of the epoch";
+  EXPECT_EQ(message.time, 12.0) << "counted from the first tick of the epoch";
   EXPECT_EQ(message.applied_count, 17);
   expect_equal(message.position, state.p_WB);
   expect_equal(message.attitude, state.q_WB);
@@ -128,7 +129,7 @@ TEST(Outbound, AStateIsWhatTheCoreHolds) {
   EXPECT_EQ(message.q_dot, std::vector<double>(state.q_dot.begin(), state.q_dot.begin() + kElastic));
 }
 
-TEST(Outbound, EachChannelOfTheMotionHasItsNameItsRateAndItsMessages) {
+TEST(Outbound, EachMotionChannelHasItsNameRateAndMessages) {
   Plan plan = make_plan();
   const State state = make_test_state(plan);
   plan.state_rate = 50.0, plan.points_rate = 20.0, plan.loads_rate = 10.0;
@@ -155,7 +156,7 @@ TEST(Outbound, EachChannelOfTheMotionHasItsNameItsRateAndItsMessages) {
   EXPECT_TRUE(sent == expected);
 }
 
-TEST(Outbound, TwoThousandPointsGoOutWholeInPages) {
+TEST(Outbound, TwoThousandPointsAreSentCompleteInPages) {
   const Plan plan = make_plan();
   const State state = make_test_state(plan);
   const auto pages = io::make_points_messages(plan, state, kStamp);
@@ -187,9 +188,9 @@ TEST(Outbound, TwoThousandPointsGoOutWholeInPages) {
   EXPECT_EQ(next_group, 300);
 }
 
-TEST(Outbound, LoadsOfAllLinksGoOutWithTheirRows) {
+TEST(Outbound, LoadsOfAllLinksAreSentWithAllTheirRows) {
   Plan plan = make_plan();
-  // the last output is a beam: 12 rows
+  // the last output becomes a beam with 12 output rows
   plan.link_outputs.back().num_rows = 12;
   plan.link_rows.resize(plan.link_rows.size() + 11 * 8, 2.0);
   const State state = make_test_state(plan);
@@ -208,7 +209,7 @@ TEST(Outbound, LoadsOfAllLinksGoOutWithTheirRows) {
   EXPECT_EQ(next, kPoints - 1);
 }
 
-TEST(Outbound, NothingPublishedIsNoPage) {
+TEST(Outbound, IfNothingIsPublishedThereAreNoPages) {
   Plan plan = make_plan();
   plan.published_points.clear();
   plan.published_groups.clear();
@@ -218,7 +219,7 @@ TEST(Outbound, NothingPublishedIsNoPage) {
   EXPECT_TRUE(io::make_loads_messages(plan, state, kStamp).empty());
 }
 
-/// Points without rows but for those named.
+/// Returns a plan in which only the points in `named` have mode-shape rows.
 Plan make_sparse_plan(const std::set<std::int32_t>& named) {
   Plan plan = make_plan();
   plan.groups.clear();
@@ -234,7 +235,7 @@ Plan make_sparse_plan(const std::set<std::int32_t>& named) {
   return plan;
 }
 
-TEST(Outbound, AboveAThousandPointsASceneListsWhatIsNamed) {
+TEST(Outbound, AboveAThousandPointsASceneMessageListsOnlyNamedPoints) {
   const Plan plan = make_sparse_plan({3, 6, 500, 501, 1999});
   EXPECT_EQ(io::scene_listing(plan).points, 5);
   EXPECT_EQ(io::scene_listing(plan).links, 1);
@@ -254,14 +255,14 @@ TEST(Outbound, AboveAThousandPointsASceneListsWhatIsNamed) {
     }
     for (int k = 0; k < page.num_links; ++k) links.push_back("l" + std::to_string(page.first_link + k));
   }
-  // what stands in a short gap goes with its neighbours
+  // points in a short gap between listed points are listed too
   EXPECT_EQ(points, (std::vector<std::string>{"p3", "p4", "p5", "p6", "p500", "p501", "p1999"}));
   EXPECT_EQ(num_pushable, 5);
   EXPECT_EQ(num_published, 1);
   EXPECT_EQ(links, std::vector<std::string>{"l7"});
 }
 
-TEST(Outbound, ASceneIsDescribedWholeInPages) {
+TEST(Outbound, ASceneIsSentCompleteInPages) {
   const Plan plan = make_plan();
   const auto pages = io::make_scene_messages(plan, "/srv/helix.plan", kStamp);
   expect_pages(pages);
@@ -310,7 +311,7 @@ TEST(Outbound, ASceneIsDescribedWholeInPages) {
   EXPECT_EQ(elastic, kElastic);
 }
 
-TEST(Outbound, AModeShapeGoesOutForThePointsWithRows) {
+TEST(Outbound, AModeShapeIsSentForThePointsWithModeShapeRows) {
   Plan plan = make_plan();
   plan.points[3].row = -1;
   const auto pages = io::make_shapes_messages(plan, 4, kStamp);
@@ -329,7 +330,7 @@ TEST(Outbound, AModeShapeGoesOutForThePointsWithRows) {
   EXPECT_EQ(num_points, kPoints - 1);
 }
 
-TEST(Outbound, AnAppliedForceIsTheCommandToTheBit) {
+TEST(Outbound, AnAppliedForceContainsTheCommandToTheBit) {
   ForceCommand command;
   ASSERT_EQ(decode(make_force(), make_names(), command).reason, io::Reason::kAccepted);
   const freeflex_msgs::applied_t message = io::make_applied_force(command, 99, 5, kStamp);
@@ -343,7 +344,7 @@ TEST(Outbound, AnAppliedForceIsTheCommandToTheBit) {
   EXPECT_EQ(std::memcmp(&again, &command, sizeof(command)), 0);
 }
 
-TEST(Outbound, EndsOfSlotsNameTheSlotAndHowItEnded) {
+TEST(Outbound, TheEndOfASlotIsPublishedWithItsCause) {
   Expiry expiry;
   std::copy_n("tug", 3, expiry.sender.begin());
   expiry.slot = 9;

@@ -1,4 +1,5 @@
-// Pages put together, and packets made: what anybody on the bus may send takes no memory.
+// Pages are gathered into complete messages, packets are written and read, and messages from strangers on the
+// bus take no memory.
 #include "service/io/wire/page_set.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +17,7 @@ using io::PageSet;
 
 constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
 
-TEST(PageSet, IsWholeWithItsLastPageInAnyOrder) {
+TEST(PageSet, IsCompleteWhenItsLastPageHasArrivedInAnyOrder) {
   PageSet pages;
   EXPECT_TRUE(pages.take({1, 0, 5}, 2, 3, 3, 100).is_first);
   EXPECT_FALSE(pages.take({1, 0, 5}, 0, 3, 3, 100).is_whole);
@@ -24,10 +25,10 @@ TEST(PageSet, IsWholeWithItsLastPageInAnyOrder) {
   const PageSet::Taken last = pages.take({1, 0, 5}, 1, 3, 3, 100);
   EXPECT_TRUE(last.is_kept);
   EXPECT_TRUE(last.is_whole);
-  EXPECT_TRUE(pages.take({1, 0, 5}, 0, 3, 3, 100).is_first) << "the same tick may come again";
+  EXPECT_TRUE(pages.take({1, 0, 5}, 0, 3, 3, 100).is_first) << "a set for the same tick may begin again";
 }
 
-TEST(PageSet, RefusesWhatTheSceneDoesNotHaveAndKeepsWhatCame) {
+TEST(PageSet, RefusesImpossiblePageNumbersAndKeepsEarlierPages) {
   PageSet pages;
   ASSERT_TRUE(pages.take({1, 0, 5}, 0, 2, 2, 100).is_kept);
   const std::vector<std::pair<std::int32_t, std::int32_t>> refused{
@@ -39,14 +40,15 @@ TEST(PageSet, RefusesWhatTheSceneDoesNotHaveAndKeepsWhatCame) {
   EXPECT_TRUE(pages.take({1, 0, 5}, 1, 2, 2, 100).is_whole);
 }
 
-TEST(PageSet, AnotherThingBeginsAnew) {
+TEST(PageSet, AnotherTickOrEpochStartsANewSet) {
   PageSet pages;
   EXPECT_TRUE(pages.take({1, 0, 5}, 0, 2, 2, 100).is_first);
   EXPECT_TRUE(pages.take({1, 0, 6}, 1, 2, 2, 100).is_first);
-  EXPECT_FALSE(pages.take({1, 1, 6}, 0, 2, 2, 100).is_whole) << "of another epoch";
+  EXPECT_FALSE(pages.take({1, 1, 6}, 0, 2, 2, 100).is_whole)
+      << "a page of another epoch does not complete the set";
 }
 
-TEST(PageSet, HoldsNoMoreThanItsBytes) {
+TEST(PageSet, KeepsAtMostItsLimitOfBytes) {
   constexpr std::size_t kPage = 60'000;
   PageSet pages;
   std::size_t held = 0;
@@ -56,7 +58,7 @@ TEST(PageSet, HoldsNoMoreThanItsBytes) {
   EXPECT_GT(held, PageSet::kMaxBytes - kPage);
 }
 
-TEST(LcmPackets, WhatIsMadeIsRead) {
+TEST(LcmPackets, PacketsAreReadBackAsTheyWereMade) {
   const std::vector<std::byte> payload(60'000, std::byte{7});
   const std::vector<std::byte> packet = service::make_lcm_packet("FREEFLEX_STATE", payload, 0x01020304);
   const auto message = service::read_lcm_packet(packet);
@@ -68,7 +70,7 @@ TEST(LcmPackets, WhatIsMadeIsRead) {
   EXPECT_EQ(packet[7], std::byte{4});
 }
 
-TEST(LcmPackets, WhatIsNoMessageOfLcmIsNotMade) {
+TEST(LcmPackets, InvalidChannelsAndSizesGiveNoPacket) {
   EXPECT_TRUE(service::make_lcm_packet("", {}, 0).empty());
   EXPECT_TRUE(service::make_lcm_packet(std::string(64, 'x'), {}, 0).empty());
   EXPECT_TRUE(service::make_lcm_packet(std::string_view("a\0b", 3), {}, 0).empty());

@@ -1,4 +1,5 @@
-// Each reason that needs no tick is given for its cause, with what was found and what is allowed.
+// Each fault of a command gives its reason for rejection, and the text says what was found and what is
+// allowed. The reasons here do not depend on the tick.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,7 +40,8 @@ void set_wrench(force_t& m, const freeflex_msgs::wrench_t& wrench) {
 }
 
 const std::vector<BadForce> kBadForces = {
-    {"OtherSession", Reason::kWrongSession, "session 8, this daemon's is 7000000001 (status_t.session)",
+    {"OtherSession", Reason::kWrongSession,
+     "session 8, must be 7000000001 as in status_t.session of this daemon",
      [](force_t& m) { m.session = 8; }},
     {"NoSender", Reason::kBadSender, "sender \"\" of 0 characters, must be 1 to 31 of A-Z a-z 0-9 _ . -",
      [](force_t& m) { m.sender.clear(); }},
@@ -52,7 +54,7 @@ const std::vector<BadForce> kBadForces = {
     {"Axes", Reason::kBadAxes, "axes 2, must be 0 (world) or 1 (body)", [](force_t& m) { m.axes = 2; }},
     {"StartBelow", Reason::kBadTiming, "start_tick -2, must be -1 (at once) or a tick",
      [](force_t& m) { m.start_tick = -2; }},
-    {"LatePolicy", Reason::kBadTiming, "late_policy 2, must be 0 (reject) or 1 (take at the next tick)",
+    {"LatePolicy", Reason::kBadTiming, "late_policy 2, must be 0 (reject) or 1 (apply at the next tick)",
      [](force_t& m) { m.late_policy = 2; }},
     {"NoEnd", Reason::kBadTiming, "duration_ticks 0 and lease_ticks 0: one must be 0 and the other 1 to",
      [](force_t& m) { m.duration_ticks = 0; }},
@@ -76,15 +78,15 @@ const std::vector<BadForce> kBadForces = {
        m.torques = {{17, {0.0, 0.0, 1.0}}, {0, {}}};
        m.num_torques = 2;
      }},
-    {"PointBelow", Reason::kUnknownPoint, "forces[1]: point -1, the scene has 0 to 299",
+    {"PointBelow", Reason::kUnknownPoint, "forces[1]: point -1, the scene has points 0 to 299",
      [](force_t& m) { m.forces[1].point = -1; }},
-    {"PointAbove", Reason::kUnknownPoint, "forces[2]: point 300, the scene has 0 to 299",
+    {"PointAbove", Reason::kUnknownPoint, "forces[2]: point 300, the scene has points 0 to 299",
      [](force_t& m) { m.forces[2].point = 300; }},
     {"NotPushable", Reason::kNotPushable, "forces[0]: point 299 may not be pushed",
      [](force_t& m) { m.forces[0].point = 299; }},
     {"GroupWithoutRows", Reason::kNotPushable, "wrenches[0]: group 3 may not be pushed",
      [](force_t& m) { m.wrenches[0].group = 3; }},
-    {"GroupBelow", Reason::kUnknownGroup, "wrenches[0]: group -1, the scene has 4 groups from 0",
+    {"GroupBelow", Reason::kUnknownGroup, "wrenches[0]: group -1, the scene has 4 groups, numbered from 0",
      [](force_t& m) { m.wrenches[0].group = -1; }},
     {"GroupAbove", Reason::kUnknownGroup, "wrenches[1]: group 4, the scene has 4",
      [](force_t& m) { m.wrenches[1].group = 4; }},
@@ -138,8 +140,9 @@ const std::vector<BadForce> kBadForces = {
 
 class ForceIsRejected : public ::testing::TestWithParam<BadForce> {};
 
-TEST_P(ForceIsRejected, WithItsReasonInWords) {
-  ASSERT_EQ(decode(make_force()).reason, Reason::kAccepted) << "before it is spoilt";
+TEST_P(ForceIsRejected, AnInvalidForceIsRejectedWithItsReasonInWords) {
+  ASSERT_EQ(decode(make_force()).reason, Reason::kAccepted)
+      << "the command is accepted before the fault is put in";
   force_t message = make_force();
   GetParam().spoil(message);
   const io::Admission admission = decode(message);
@@ -149,23 +152,23 @@ TEST_P(ForceIsRejected, WithItsReasonInWords) {
   EXPECT_EQ(admission.sequence, 42);
   const bool has_good_sender = GetParam().reason != Reason::kBadSender;
   EXPECT_STREQ(admission.sender.data(), has_good_sender ? "pusher-1.a_B" : "");
-  EXPECT_TRUE(io::is_sane(admission)) << "every answer may go out";
+  EXPECT_TRUE(io::is_sane(admission)) << "the answer itself is valid";
 }
 
-TEST_P(ForceIsRejected, AlsoWhenItComesOutOfALog) {
-  if (GetParam().reason == Reason::kWrongSession) return;  // a log is read in whatever session it has
+TEST_P(ForceIsRejected, AnInvalidForceIsRejectedEvenIfItIsReadFromALog) {
+  if (GetParam().reason == Reason::kWrongSession) return;  // a log is read in its own session
   force_t message = make_force();
   GetParam().spoil(message);
   ForceCommand command;
   EXPECT_EQ(io::from_message(message, make_names(), command).reason, GetParam().reason);
-  if (!message.torques.empty()) return;  // without them it is a command
+  if (!message.torques.empty()) return;  // the command without its torques is valid
   EXPECT_FALSE(io::is_sane(command, make_names()) && GetParam().reason != Reason::kBadSender);
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, ForceIsRejected, ::testing::ValuesIn(kBadForces),
                          [](const auto& tested) { return tested.param.name; });
 
-TEST(Force, OfAnotherTypeIsNamedByItsFingerprint) {
+TEST(Force, AForceOfAnotherTypeIsRejectedByItsFingerprint) {
   ForceCommand command;
   const io::Admission admission =
       io::decode_force(io::encode(make_control()), kSession, make_names(), command);
@@ -175,20 +178,20 @@ TEST(Force, OfAnotherTypeIsNamedByItsFingerprint) {
   EXPECT_STREQ(admission.sender.data(), "");
 }
 
-TEST(Force, BoundaryValuesAreTaken) {
+TEST(Force, BoundaryValuesAreAccepted) {
   force_t message = make_force();
   message.sender.assign(31, 'z');
   message.slot = 63;
   message.start_tick = -1;
   message.duration_ticks = io::kMaxDurationTicks;
-  // |(60, 80, 0)| = 100 exactly; |(48, 60, 64)| = 100 with three squares to round
+  // |(60, 80, 0)| = |(48, 60, 64)| = 100, exactly the limit, by a sum of two squares and by a sum of three
   set_forces(message, {{0, {60.0, 80.0, 0.0}}, {1, {48.0, -60.0, 64.0}}, {2, {0.0, -100.0, 0.0}}});
   set_wrench(message, {1, {0.0, 0.0, 0.0}, {0.0, 30.0, 40.0}});
   const io::Admission admission = decode(message);
   EXPECT_EQ(admission.reason, Reason::kAccepted) << admission.text.data();
 }
 
-TEST(Force, WithoutContentsNeedsNoEnd) {
+TEST(Force, AForceWithoutContentsNeedsNoEnd) {
   force_t message = make_force();
   set_forces(message, {});
   message.wrenches.clear();
@@ -197,21 +200,21 @@ TEST(Force, WithoutContentsNeedsNoEnd) {
   EXPECT_EQ(decode(message).reason, Reason::kAccepted);
 }
 
-TEST(Force, WithFullListsIsTaken) {
+TEST(Force, AForceWithFullListsIsAccepted) {
   std::mt19937_64 engine(5);
   force_t message = random_force(engine);
   while (message.num_forces != 256) message = random_force(engine);
   EXPECT_EQ(decode(message).reason, Reason::kAccepted);
 }
 
-TEST(Force, InWorldAxesMayAskForATorqueAboutALineThatTurns) {
+TEST(Force, AForceInWorldAxesMayHaveATorqueAboutALineThatRotates) {
   force_t message = make_force();
   message.axes = 0;
   set_wrench(message, {1, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}});
   EXPECT_EQ(decode(message).reason, Reason::kAccepted);
 }
 
-TEST(Force, WithoutLimitsMayBeAnyFiniteSize) {
+TEST(Force, AForceMayHaveAnyFiniteSizeIfTheSceneSetsNoLimits) {
   io::NameTable names = make_names();
   names.force_limit = names.torque_limit = 0.0;
   force_t message = make_force();
@@ -220,7 +223,7 @@ TEST(Force, WithoutLimitsMayBeAnyFiniteSize) {
   EXPECT_EQ(decode(message, names, command).reason, Reason::kAccepted);
 }
 
-TEST(Force, FromTheBusEndsWithinTheLongestHoldOfTheScene) {
+TEST(Force, AForceFromTheBusMustEndWithinTheLongestHoldOfTheScene) {
   io::NameTable names = make_names();
   names.max_hold = 60.0;
   names.max_hold_ticks = 30'000;
@@ -237,18 +240,19 @@ TEST(Force, FromTheBusEndsWithinTheLongestHoldOfTheScene) {
   EXPECT_EQ(lease.reason, Reason::kHeldTooLong);
   EXPECT_STREQ(
       lease.text.data(),
-      "lease_ticks 30001, from the bus at most 30000 (60 s, commands: max_hold of the scene): renew it "
+      "lease_ticks 30001, from the bus at most 30000 (60 s, 'commands: max_hold' of the scene): renew it "
       "more often");
   const io::Admission duration = admission(io::kMaxDurationTicks, 0);
   EXPECT_EQ(duration.reason, Reason::kHeldTooLong);
   EXPECT_STREQ(duration.text.data(),
-               "duration_ticks 1000000000000000, from the bus at most 30000 (60 s, commands: max_hold of the "
-               "scene): send it again before it ends");
+               "duration_ticks 1000000000000000, from the bus at most 30000 (60 s, 'commands: max_hold' of "
+               "the scene): send it again before it ends");
   names.max_hold_ticks = 0;
-  EXPECT_EQ(admission(io::kMaxDurationTicks, 0).reason, Reason::kAccepted) << "the operator has no limit";
+  EXPECT_EQ(admission(io::kMaxDurationTicks, 0).reason, Reason::kAccepted)
+      << "the limit does not apply to the operator";
 }
 
-TEST(Control, ATargetGoesWithClearAndClearWithATarget) {
+TEST(Control, ClearNeedsATargetAndOtherControlsMustNotHaveOne) {
   const auto admission = [](std::int32_t command, const std::string& target) {
     control_t message = make_control();
     message.command = command;
@@ -262,10 +266,10 @@ TEST(Control, ATargetGoesWithClearAndClearWithATarget) {
   EXPECT_EQ(admission(control_t::HOLD, "a").reason, Reason::kBadControl);
   io::ControlCommand command{.sender = {'a'}, .sequence = 1, .command = control_t::CLEAR};
   command.target.fill('x');
-  EXPECT_FALSE(io::is_sane(command)) << "a name without an end";
+  EXPECT_FALSE(io::is_sane(command)) << "a name without a terminator";
 }
 
-TEST(Control, OutOfRangeIsRejectedWithTheRange) {
+TEST(Control, AControlOutOfRangeIsRejectedWithTheAllowedRange) {
   const std::vector<std::pair<std::int32_t, std::int64_t>> bad = {{0, 0},
                                                                   {9, 0},
                                                                   {-1, 0},
@@ -290,7 +294,7 @@ TEST(Control, OutOfRangeIsRejectedWithTheRange) {
   }
 }
 
-TEST(Control, OfEachKindIsTaken) {
+TEST(Control, EachKindOfControlIsAccepted) {
   for (const std::int32_t command : {1, 2, 3, 4, 5, 6, 7}) {
     control_t message = make_control();
     message.command = command;
@@ -299,7 +303,7 @@ TEST(Control, OfEachKindIsTaken) {
   }
 }
 
-TEST(Control, IsCheckedForSessionSenderAndType) {
+TEST(Control, SessionSenderAndTypeOfAControlAreChecked) {
   control_t message = make_control();
   message.session = 1;
   EXPECT_EQ(decode(message).reason, Reason::kWrongSession);
@@ -310,7 +314,7 @@ TEST(Control, IsCheckedForSessionSenderAndType) {
   EXPECT_EQ(io::decode_control(io::encode(make_force()), kSession, command).reason, Reason::kWrongType);
 }
 
-TEST(Reason, EachHasAName) {
+TEST(Reason, EachReasonHasAName) {
   std::set<std::string> names;
   for (int i = 0; i < io::kNumReasons; ++i) names.insert(io::reason_name(static_cast<Reason>(i)));
   EXPECT_EQ(names.size(), static_cast<std::size_t>(io::kNumReasons));
@@ -321,7 +325,7 @@ TEST(Reason, EachHasAName) {
   EXPECT_STREQ(io::reason_name(Reason::kEpochEnded), "epoch_ended");
 }
 
-TEST(Reason, TheInterfaceDocumentListsEachUnderItsNumber) {
+TEST(Reason, TheInterfaceDocumentListsEachReasonUnderItsNumber) {
   std::ifstream document(std::string(FREEFLEX_SOURCE_DIR) + "/messages/README.md");
   std::string line;
   int next = 0;
@@ -330,11 +334,11 @@ TEST(Reason, TheInterfaceDocumentListsEachUnderItsNumber) {
         "- " + std::to_string(next) + " `" + io::reason_name(static_cast<Reason>(next)) + "`: ";
     if (line.starts_with(item)) ++next;
   }
-  EXPECT_EQ(next, io::kNumReasons) << "the first that is missing";
+  EXPECT_EQ(next, io::kNumReasons) << "the first reason that the document lacks";
 }
 
-/// A plan that leaves rotation out, and then also what is out of the xy plane.
-TEST(Reasons, ACommandThatNeedsAPartLeftOutIsToldWhich) {
+/// The plan omits first only rotation, then also motion out of the xy plane.
+TEST(Reasons, ACommandThatNeedsAnOmittedFeatureIsRejectedWithItsName) {
   io::NameTable names = make_names();
   names.scope.lacks_rotation = true;
   names.scope.R_WB = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -349,8 +353,10 @@ TEST(Reasons, ACommandThatNeedsAPartLeftOutIsToldWhich) {
     ForceCommand command;
     return io::from_message(message, names, command);
   };
-  EXPECT_EQ(admission({{0, {3.0, 0.0, 0.0}}}).reason, Reason::kAccepted) << "through the centre of mass";
-  EXPECT_EQ(admission({{0, {0.0, 2.0, 0.0}}, {1, {0.0, 2.0, 0.0}}}).reason, Reason::kAccepted) << "no moment";
+  EXPECT_EQ(admission({{0, {3.0, 0.0, 0.0}}}).reason, Reason::kAccepted)
+      << "a force through the centre of mass needs no rotation";
+  EXPECT_EQ(admission({{0, {0.0, 2.0, 0.0}}, {1, {0.0, 2.0, 0.0}}}).reason, Reason::kAccepted)
+      << "two forces without a moment need no rotation";
   const io::Admission turning = admission({{0, {0.0, 2.0, 0.0}}});
   EXPECT_EQ(turning.reason, Reason::kLeftOut);
   EXPECT_NE(

@@ -1,4 +1,4 @@
-// The rings between threads and between processes.
+// The ring buffers between threads and between processes.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -25,7 +25,7 @@ Entry make_entry(std::int64_t number) {
   return entry;
 }
 
-TEST(Ring, TakesItsCapacityAndNoMore) {
+TEST(Ring, StoresNoMoreThanItsCapacity) {
   SmallRing ring;
   for (int i = 0; i < 8; ++i) {
     EXPECT_EQ(ring.num_free(), 8 - i);
@@ -41,7 +41,7 @@ TEST(Ring, TakesItsCapacityAndNoMore) {
   EXPECT_FALSE(ring.try_pop(entry));
 }
 
-TEST(Ring, KeepsOrderOverManyTurns) {
+TEST(Ring, KeepsOrderWhenTheIndicesWrapManyTimes) {
   SmallRing ring;
   std::int64_t pushed = 0;
   std::int64_t popped = 0;
@@ -57,7 +57,7 @@ TEST(Ring, KeepsOrderOverManyTurns) {
   EXPECT_EQ(popped, pushed);
 }
 
-TEST(Ring, BetweenTwoThreadsLosesAndTearsNothing) {
+TEST(Ring, BetweenTwoThreadsNoEntryIsLostOrTorn) {
   constexpr std::int64_t kEntries = 100'000;
   const auto ring = std::make_unique<SmallRing>();
   std::thread producer([&ring] {
@@ -86,27 +86,27 @@ TEST(Ring, BetweenTwoThreadsLosesAndTearsNothing) {
   EXPECT_EQ(num_torn, 0);
 }
 
-/// Writes the producer's index, the first member, as a hostile producer would.
+/// Overwrites the producer's index (offset 0) or the consumer's (offset 64), as a hostile process would.
 void overwrite(SmallRing& ring, std::size_t offset, std::uint64_t value) {
   std::memcpy(reinterpret_cast<char*>(&ring) + offset, &value, sizeof(value));
 }
 
-TEST(Ring, EmptiesWhenTheProducersIndexIsWild) {
+TEST(Ring, AnImpossibleProducerIndexEmptiesIt) {
   for (const std::uint64_t wild :
        {std::uint64_t{9}, std::uint64_t{1} << 40, ~std::uint64_t{0}, std::uint64_t{1} << 63}) {
     SmallRing ring;
     overwrite(ring, 0, wild);
     Entry entry;
     EXPECT_FALSE(ring.try_pop(entry)) << wild;
-    EXPECT_TRUE(ring.try_push(make_entry(5))) << "usable again";
+    EXPECT_TRUE(ring.try_push(make_entry(5))) << "the ring is usable again";
     ASSERT_TRUE(ring.try_pop(entry));
     EXPECT_EQ(entry.number, 5);
     EXPECT_FALSE(ring.try_pop(entry));
   }
 }
 
-TEST(Ring, StaysInsideItsArrayWhateverBothIndicesHold) {
-  // on the heap with nothing after it, for AddressSanitizer
+TEST(Ring, WithAnyIndicesItStaysInsideItsArray) {
+  // on the heap, so that AddressSanitizer reports accesses beyond it
   const auto ring = std::make_unique<SmallRing>();
   std::uint64_t bits = 1;
   Entry entry;

@@ -1,5 +1,5 @@
-// What the script behind the generated layouts takes and what it stops at: a construct that it passed over
-// would be a hole in the check of bytes.
+// The script that generates the layouts refuses every construct that it does not know. If it ignored one,
+// some bytes of messages would stay unchecked.
 #include <gtest/gtest.h>
 
 #include <ostream>
@@ -12,7 +12,7 @@ namespace {
 
 struct Result {
   int exit_code = -1;
-  std::string said;    // blanks and line ends as one blank
+  std::string errors;  // standard error; each sequence of blanks and line ends is replaced by one blank
   std::string tables;  // the generated header
 };
 
@@ -33,7 +33,7 @@ Result make_layout_of(const std::string& text) {
 struct Unknown {
   const char* name;
   const char* text;
-  const char* said;
+  const char* error;
 };
 void PrintTo(const Unknown& unknown, std::ostream* out) { *out << unknown.name; }
 
@@ -53,7 +53,7 @@ const std::vector<Unknown> kUnknown = {
     {"Constants", "package freeflex_msgs; struct a_t { const int32_t X = 1; }", "has no field"},
     {"ConstantOfAString", "package freeflex_msgs; struct a_t { const string X = 1; int32_t x; }",
      "'const string X = 1' is neither TYPE NAME"},
-    {"TypeOfNoOne", "package freeflex_msgs; struct a_t { uint32_t x; }",
+    {"UnknownType", "package freeflex_msgs; struct a_t { uint32_t x; }",
      "'uint32_t x': the type is neither one of LCM's nor one of the project's"},
     {"TypeOfAnotherPackage", "package freeflex_msgs; struct a_t { other.b_t x; }",
      "'other.b_t x' is neither TYPE NAME"},
@@ -82,38 +82,39 @@ class UnknownConstruct : public ::testing::TestWithParam<Unknown> {};
 INSTANTIATE_TEST_SUITE_P(LayoutScript, UnknownConstruct, ::testing::ValuesIn(kUnknown),
                          [](const auto& at) { return std::string(at.param.name); });
 
-TEST_P(UnknownConstruct, StopsAtWhatItDoesNotKnowAndSaysWhere) {
+TEST_P(UnknownConstruct, AnUnknownConstructStopsTheScriptWhichNamesIt) {
   const Result result = make_layout_of(GetParam().text);
   EXPECT_NE(result.exit_code, 0);
-  EXPECT_TRUE(contains(result.said, GetParam().said)) << result.said;
+  EXPECT_TRUE(contains(result.errors, GetParam().error)) << result.errors;
   EXPECT_EQ(result.tables, "");
 }
 
-TEST(LayoutScript, PassesOverCommentsConstantsAndBlanksAlone) {
+TEST(LayoutScript, IgnoresOnlyCommentsAndConstantsAndBlanks) {
   const Result result = make_layout_of(
       "// before\npackage freeflex_msgs ;\n/* one // in the other\n */ struct a_t\n{\n  int32_t n; // /* not "
       "begun\n"
       "  const int32_t A = 1, B=-2;  /* ; */\n  double x [ n ][ 3 ];  // */\n  boolean b;\n}\n");
-  EXPECT_EQ(result.exit_code, 0) << result.said;
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
   for (const char* row :
        {"{\"n\", Kind::kInt32, nullptr, true, 0, {{}}}", "{\"b\", Kind::kBoolean, nullptr, false, 0, {{}}}",
         "{\"x\", Kind::kDouble, nullptr, false, 2, {{counted_by(0), constant(3)}}}"})
     EXPECT_TRUE(contains(result.tables, row)) << row << result.tables;
 }
 
-TEST(LayoutScript, PutsEachStructAfterThoseInsideIt) {
+TEST(LayoutScript, PutsEachStructAfterItsNestedStructs) {
   const TemporaryFolder folder;
   write_text(folder / "a_t.lcm", "package freeflex_msgs; struct a_t { b_t b; c_t c; }");
   write_text(folder / "b_t.lcm", "package freeflex_msgs; struct b_t { c_t c[2]; }");
   write_text(folder / "c_t.lcm",
              "package freeflex_msgs; struct c_t { int32_t n; int32_t m; byte y[m]; byte z[n]; }");
   const Result result = make_layouts(folder, "a_t;b_t;c_t");
-  ASSERT_EQ(result.exit_code, 0) << result.said;
-  const auto place = [&result](const char* text) { return result.tables.find(text); };
-  EXPECT_LT(place("Layout c_t ="), place("Layout b_t ="));
-  EXPECT_LT(place("Layout b_t ="), place("Layout a_t ="));
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  const auto position = [&result](const char* text) { return result.tables.find(text); };
+  EXPECT_LT(position("Layout c_t ="), position("Layout b_t ="));
+  EXPECT_LT(position("Layout b_t ="), position("Layout a_t ="));
   EXPECT_TRUE(contains(result.tables, "{\"y\", Kind::kByte, nullptr, false, 1, {{counted_by(1)}}}"))
-      << "counts are numbered as they stand, not as they are used";
+      << "counts are numbered in the order in which they are declared, not in the order in which they are "
+         "used";
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The generated layouts say what the generated classes do, and the walk by them takes exactly what those
-// encode.
+// The generated layouts agree with the generated classes, and the walk over a layout accepts exactly the
+// messages that the classes encode.
 #include "service/io/wire/wire_walk.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 using Bytes = std::vector<std::byte>;
 using io::WireWalk;
 
-/// LCM's fingerprint of a struct, from names, types and dimensions (lcm-gen's lcm_struct_hash).
+/// Computes LCM's fingerprint of a struct from names, types and dimensions (lcm-gen's lcm_struct_hash).
 class Fingerprint {
  public:
   static std::int64_t of(const wire::Layout& layout) {
@@ -30,7 +30,7 @@ class Fingerprint {
       if (field.kind == wire::Kind::kStruct) {
         inside += static_cast<std::uint64_t>(of(*field.nested));
       } else {
-        own.add(word_of(field.kind));
+        own.add(type_name(field.kind));
       }
       own.add(field.num_dimensions);
       for (int i = 0; i < field.num_dimensions; ++i) {
@@ -53,10 +53,10 @@ class Fingerprint {
     add(static_cast<int>(text.size()));
     for (const char c : text) add(c);
   }
-  static std::string_view word_of(wire::Kind kind) {
-    constexpr std::string_view kWords[] = {"boolean", "byte",  "int8_t", "int16_t", "int32_t",
+  static std::string_view type_name(wire::Kind kind) {
+    constexpr std::string_view kNames[] = {"boolean", "byte",  "int8_t", "int16_t", "int32_t",
                                            "int64_t", "float", "double", "string"};
-    return kWords[static_cast<std::size_t>(kind)];
+    return kNames[static_cast<std::size_t>(kind)];
   }
   static std::string count_name(const wire::Layout& layout, int count) {
     for (const wire::Field& field : layout.fields)
@@ -67,7 +67,7 @@ class Fingerprint {
   std::int64_t value_ = 0x12345678;
 };
 
-/// A message with random contents, written by its layout alone.
+/// Writes a message with random contents, using only its layout.
 class RandomMessage {
  public:
   RandomMessage(const wire::Layout& layout, std::int64_t fingerprint, std::mt19937_64& engine)
@@ -111,7 +111,8 @@ class RandomMessage {
   Bytes bytes_;
 };
 
-/// A copy on the heap without spare capacity, so that the address sanitizer sees one byte read too far.
+/// Checks a copy of the bytes on the heap without spare capacity, so that a sanitizer reports any read beyond
+/// it.
 template <class Message>
 bool fits_exact(std::span<const std::byte> bytes) {
   const std::unique_ptr<std::byte[]> copy(new std::byte[bytes.size()]);
@@ -128,12 +129,12 @@ template <class Message>
 class WireWalkOf : public ::testing::Test {};
 TYPED_TEST_SUITE(WireWalkOf, wire::EachType<::testing::Types>);
 
-TYPED_TEST(WireWalkOf, TheLayoutHasTheFingerprintOfTheGeneratedClass) {
+TYPED_TEST(WireWalkOf, LayoutHasTheFingerprintOfTheGeneratedClass) {
   EXPECT_EQ(Fingerprint::of(*wire::layout_of<TypeParam>), TypeParam::getHash());
   EXPECT_EQ(wire::layout_of<TypeParam>->name, TypeParam::getTypeName());
 }
 
-TYPED_TEST(WireWalkOf, RandomContentsAreTheSameToTheGeneratedCode) {
+TYPED_TEST(WireWalkOf, RandomMessagesAreDecodedByTheGeneratedClass) {
   std::mt19937_64 engine(11);
   for (int i = 0; i < 200; ++i) {
     const Bytes bytes = random_message<TypeParam>(engine);
@@ -155,7 +156,7 @@ TYPED_TEST(WireWalkOf, RefusesEveryTruncationAndATrailingByte) {
   }
 }
 
-TYPED_TEST(WireWalkOf, WhateverFitsTheGeneratedDecodeTakesWhole) {
+TYPED_TEST(WireWalkOf, TheGeneratedClassDecodesEveryMessageThatFitsTheLayout) {
   std::mt19937_64 engine(13);
   for (int i = 0; i < 3000; ++i) {
     Bytes bytes = random_message<TypeParam>(engine);
@@ -167,7 +168,7 @@ TYPED_TEST(WireWalkOf, WhateverFitsTheGeneratedDecodeTakesWhole) {
                   static_cast<std::byte>(kExtreme[engine() % 4]));
     }
     if (!fits_exact<TypeParam>(bytes)) continue;
-    std::memcpy(bytes.data(), random_message<TypeParam>(engine).data(), 8);  // its fingerprint again
+    std::memcpy(bytes.data(), random_message<TypeParam>(engine).data(), 8);  // restores the fingerprint
     TypeParam message;
     ASSERT_TRUE(io::decode_walked(bytes, message)) << i;
   }
@@ -184,7 +185,7 @@ TYPED_TEST(WireWalkOf, AnotherFingerprintIsRefused) {
   }
 }
 
-/// A message of a layout in which each field is one of what a walk stops at.
+/// Hold a layout whose fields cover every cause that stops a walk.
 constexpr wire::Field kInnerFields[] = {
     {"n", wire::Kind::kInt32, nullptr, true, 0, {}},
     {"texts", wire::Kind::kString, nullptr, false, 1, {{wire::counted_by(0)}}}};
@@ -197,7 +198,7 @@ constexpr wire::Field kOuterFields[] = {
 constexpr wire::Layout kOuter = wire::make_layout("outer", kOuterFields);
 
 Bytes words(std::initializer_list<std::uint32_t> values) {
-  Bytes bytes(8);  // the fingerprint
+  Bytes bytes(8);  // room for the fingerprint
   for (const std::uint32_t value : values)
     for (int shift = 24; shift >= 0; shift -= 8)
       bytes.push_back(static_cast<std::byte>(value >> shift & 0xFFu));
@@ -205,35 +206,36 @@ Bytes words(std::initializer_list<std::uint32_t> values) {
 }
 WireWalk walk(const Bytes& bytes) { return io::walk_message(bytes, kOuter); }
 
-TEST(WireWalk, SaysWhereItStopsAndHowLongTheMessageShouldBe) {
+TEST(WireWalk, ReportsWhereItStopsAndWhatSizeTheMessageNeeds) {
   using Stop = WireWalk::Stop;
   EXPECT_EQ(walk(words({1})).stop, Stop::kMissingCount);
-  EXPECT_EQ(walk(words({1})).size, 16) << "what the counts need";
+  EXPECT_EQ(walk(words({1})).size, 16) << "the size that the counts need";
   EXPECT_EQ(walk(words({0, 0x80000000u})).stop, Stop::kNegativeCount);
-  EXPECT_EQ(walk(words({0xFFFFFFFFu, 0})).stop, Stop::kNegativeCount) << "though another array comes first";
+  EXPECT_EQ(walk(words({0xFFFFFFFFu, 0})).stop, Stop::kNegativeCount)
+      << "the negative count is found before the array before it is read";
   EXPECT_EQ(walk(words({0xFFFFFFFFu, 0})).counts[0], -1);
   const WireWalk far = walk(words({0, 0x7FFFFFFFu}));
   EXPECT_EQ(far.stop, Stop::kEnd);
-  EXPECT_EQ(far.size, 16 + std::int64_t{4} * 0x7FFFFFFF) << "past the end of the bytes, and of 32 bits";
-  EXPECT_EQ(walk(words({1, 1, 0})).stop, Stop::kMissingCount) << "of the struct inside";
+  EXPECT_EQ(far.size, 16 + std::int64_t{4} * 0x7FFFFFFF) << "the size exceeds the bytes, and also 32 bits";
+  EXPECT_EQ(walk(words({1, 1, 0})).stop, Stop::kMissingCount) << "the count of the nested struct";
   EXPECT_EQ(walk(words({1, 0, 0xFFFFFFFEu})).stop, Stop::kNegativeCount);
-  EXPECT_EQ(walk(words({1, 0, 2, 1})).stop, Stop::kBadString) << "no character, no terminator";
+  EXPECT_EQ(walk(words({1, 0, 2, 1})).stop, Stop::kBadString) << "neither a character nor a terminator";
   EXPECT_EQ(walk(words({1, 0, 1, 4, 0x61626300})).stop, Stop::kEnd);
   EXPECT_EQ(walk(words({1, 0, 1, 4, 0x61626300})).size, 28);
   for (const std::uint32_t length : {0u, 5u, 0x7FFFFFFFu, 0x80000000u, 0xFFFFFFFFu})
     EXPECT_EQ(walk(words({1, 0, 1, length, 0})).stop, Stop::kBadString) << length;
 }
 
-TEST(WireWalk, WildCountsEndWithTheBytes) {
-  // 2^31 structs, each of 2^31 strings: a walk that believed one of the two would not come back
+TEST(WireWalk, ImpossibleCountsStopAtTheEndOfTheBytes) {
+  // 2^31 - 1 structs of 2^31 - 1 strings each: a walk that trusted either count would not end
   EXPECT_EQ(walk(words({0x7FFFFFFFu, 0, 0x7FFFFFFFu})).stop, WireWalk::Stop::kBadString);
   Bytes bytes = words({0x7FFFFFFFu, 0});
-  bytes.resize(60'000);  // empty structs to the end
+  bytes.resize(60'000);  // filled with empty structs
   EXPECT_EQ(walk(bytes).stop, WireWalk::Stop::kMissingCount);
   EXPECT_EQ(walk(bytes).size, 60'004);
 }
 
-TEST(WireWalk, NoBytesAtAllReadNothing) {
+TEST(WireWalk, NothingOutsideTheBytesIsRead) {
   EXPECT_FALSE(io::fits_layout({}, kOuter));
   EXPECT_EQ(io::integer_at<std::int32_t>({}, 0), std::nullopt);
   const Bytes bytes = words({4, 0x61620000});

@@ -1,12 +1,13 @@
-// Structures with bodies move as the same made of point masses that rigid bodies hold.
+// Structures with bodies move like the same structures in which each body is replaced by point masses on a
+// rigid body.
 #include "tests/motion/body_clones.hpp"
 #include "tests/support/simulation.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-// to the joints' mass
-TEST(BodyMotion, IsThatOfThePointMassesThatARigidBodyHolds) {
+// The remaining difference comes from the mass of the joints in the copy.
+TEST(BodyMotion, ABodyMovesLikePointMassesThatARigidBodyHolds) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const RandomBodies random(seed);
     Scene bodies = random.scene(), points = as_point_masses(bodies);

@@ -1,4 +1,4 @@
-// Bodies with inertia in motion, by closed forms.
+// Motion of bodies with inertia, compared with closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -37,17 +37,18 @@ ForceCommand torque_on(int point, const Vec3& torque) {
   return command;
 }
 
-Scene two_that_are_read() {
+Scene two_published_bodies() {
   Scene scene = two_on_a_beam();
   scene.publication.points = {0, 1};
   scene.pushable = {0, 1};
   return scene;
 }
 
-// a wrench on the group of one body alone is its torque, spread over the particles that it counts as
-TEST(BodyMotion, ATorqueOnABodyIsTheWrenchOnItsOwnGroup) {
+// A wrench on a group of one body alone is spread over the particles of the body, so it equals the torque on
+// the body.
+TEST(BodyMotion, ATorqueOnABodyEqualsAWrenchOnTheGroupOfThatBody) {
   for (const Axes axes : {Axes::kBody, Axes::kWorld}) {
-    Simulation by_torque(two_that_are_read()), by_wrench(two_that_are_read());
+    Simulation by_torque(two_published_bodies()), by_wrench(two_published_bodies());
     const Vec3 torque{0.3, -0.2, 0.5};
     ForceCommand wrench = make_command(0, 1, axes), direct = torque_on(1, torque);
     direct.axes = wrench.axes;
@@ -63,9 +64,10 @@ TEST(BodyMotion, ATorqueOnABodyIsTheWrenchOnItsOwnGroup) {
   }
 }
 
-// the same on the coupled rung, and there as on the separated one where nothing turns much
-TEST(BodyMotion, ATorqueOnABodyIsTheSameOnTheCoupledRung) {
-  Scene scene = two_that_are_read();
+// On the coupled rung torque and wrench also agree with each other, and for small rotations with the
+// separated rung.
+TEST(BodyMotion, ATorqueOnABodyEqualsAWrenchAlsoOnTheCoupledRung) {
+  Scene scene = two_published_bodies();
   scene.fidelity = Fidelity::kCoupled;
   Simulation coupled(scene), by_wrench(scene);
   scene.fidelity = Fidelity::kSeparated;
@@ -85,9 +87,10 @@ TEST(BodyMotion, ATorqueOnABodyIsTheSameOnTheCoupledRung) {
   EXPECT_LT((a - c).norm(), 1e-3 * c.norm());
 }
 
-// the rate of an attitude is the difference of two attitudes; at rest the axes are the scene's
-TEST(BodyMotion, TheRateOfABodyIsThatOfItsAttitude) {
-  Scene scene = two_that_are_read();
+// The angular velocity equals the difference of two attitudes over the time between them. At rest the axes
+// are those of the scene.
+TEST(BodyMotion, AngularVelocityIsTheDerivativeOfTheAttitude) {
+  Scene scene = two_published_bodies();
   scene.initial.angular_velocity = {0.4, -0.7, 0.2};
   Simulation simulation(scene);
   EXPECT_EQ(read_body(simulation.plan, simulation.state, 0).q_WP, (Quat{1.0, 0.0, 0.0, 0.0}));
@@ -100,17 +103,18 @@ TEST(BodyMotion, TheRateOfABodyIsThatOfItsAttitude) {
   const BodyState after = read_body(simulation.plan, simulation.state, 1);
   const auto quaternion = [](const Quat& q) { return Eigen::Quaterniond(q[0], q[1], q[2], q[3]); };
   const Eigen::Quaterniond step = quaternion(before.q_WP).conjugate() * quaternion(after.q_WP);
-  const Eigen::AngleAxisd turn(step);
-  const Eigen::Vector3d found = turn.angle() * turn.axis() / 2e-3, said(now.w_P[0], now.w_P[1], now.w_P[2]);
+  const Eigen::AngleAxisd rotation(step);
+  const Eigen::Vector3d found = rotation.angle() * rotation.axis() / 2e-3,
+                        reported(now.w_P[0], now.w_P[1], now.w_P[2]);
   const GroupPose pose = read_group(simulation.plan, simulation.state, 1);
   EXPECT_GT(Eigen::Vector3d(pose.w_B[0], pose.w_B[1], pose.w_B[2]).norm(), 0.1);
-  EXPECT_LT((found - said).norm(), 1e-4 * said.norm());
+  EXPECT_LT((found - reported).norm(), 1e-4 * reported.norm());
   for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(after.q_WP[k], pose.q_WG[k], 1e-13);
 }
 
-// dH/dt of a torque in local axes is T + theta x T in body axes
-TEST(BodyMotion, ATorqueInLocalAxesTurnsWithItsBody) {
-  Scene scene = two_that_are_read();
+// In body axes a torque T in local axes gives dH/dt = T + theta x T.
+TEST(BodyMotion, ATorqueInLocalAxesRotatesWithItsBody) {
+  Scene scene = two_published_bodies();
   scene.initial.modes = {{1, 0.05, 0.0}, {2, -0.03, 0.0}};
   Load load;
   load.name = "turned";
@@ -132,7 +136,7 @@ TEST(BodyMotion, ATorqueInLocalAxesTurnsWithItsBody) {
 }
 
 TEST(BodyMotion, ATorqueOnAPointMassIsRefused) {
-  Scene scene = two_that_are_read();
+  Scene scene = two_published_bodies();
   scene.points[1].inertia.setZero();
   Load load;
   load.name = "turned";
@@ -144,8 +148,8 @@ TEST(BodyMotion, ATorqueOnAPointMassIsRefused) {
   EXPECT_NE(faults[0].message.find("has no attitude"), std::string::npos) << faults[0].message;
 }
 
-// A constant torque along the beam on one body: both turn by T t^2 / (4 J) in the mean, and their difference
-// by T / (2 k) (1 - cos w t), w^2 = 2 k / J, k = GJ / L.
+// A constant torque T along the beam acts on one body. The bodies rotate by T t^2 / (4 J) on average, and
+// their angles differ by T / (2 k) (1 - cos w t) with w^2 = 2 k / J and k = GJ / L.
 TEST(BodyMotion, ATorqueTwistsTheBeamBetweenTwoBodies) {
   constexpr double kTorque = 1e-3, kStiffness = kGJ / kL;
   Simulation simulation(two_on_a_beam());
@@ -171,10 +175,10 @@ TEST(BodyMotion, ATorqueTwistsTheBeamBetweenTwoBodies) {
   }
 }
 
-// Bodies at the ends of a beam along x whose inertia has the product +-Jxz, spun about z: the spin turns each
-// by the torque -w x J w = -+ w^2 Jxz about y, and the beam bends to a circle, theta_2 = -theta_1 = T L / (2
-// EI).
-TEST(BodyMotion, ASpinBendsWhatHoldsTiltedBodies) {
+// Two bodies at the ends of a beam along x have the products of inertia +-Jxz and spin about z. The spin
+// loads each body with the torque -w x J w = -+ w^2 Jxz about y, and the beam bends to an arc of a circle:
+// theta_2 = -theta_1 = T L / (2 EI).
+TEST(BodyMotion, ASpinBendsTheBeamBetweenTiltedBodies) {
   constexpr double kProduct = 0.1, kSpin = 0.05, kEIy = 900.0;
   Scene scene = two_on_a_beam();
   scene.fidelity = Fidelity::kSpinLoaded;
@@ -189,13 +193,13 @@ TEST(BodyMotion, ASpinBendsWhatHoldsTiltedBodies) {
   const double expected = kSpin * kSpin * kProduct * kL / (2.0 * kEIy);
   const Quat q0 = read_group(simulation.plan, simulation.state, 0).q_WG,
              q1 = read_group(simulation.plan, simulation.state, 1).q_WG;
-  // in the axes of the body: q_WB^-1 q_WG, of a small turn its vector twice
-  const auto turn_about_y = [&](const Quat& q) {
+  // q_WB^-1 q_WG is the rotation in body axes; its vector part is half the angle of a small rotation
+  const auto rotation_about_y = [&](const Quat& q) {
     const Quat& b = simulation.state.q_WB;
     return 2.0 * (b[0] * q[2] - b[2] * q[0] - b[3] * q[1] + b[1] * q[3]);
   };
-  EXPECT_NEAR(turn_about_y(q1), expected, 1e-9 * expected);
-  EXPECT_NEAR(turn_about_y(q0), -expected, 1e-9 * expected);
+  EXPECT_NEAR(rotation_about_y(q1), expected, 1e-9 * expected);
+  EXPECT_NEAR(rotation_about_y(q0), -expected, 1e-9 * expected);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Spinning bodies on the coupled rung: whirls of a shaft, rigid bodies on springs at true geometry.
+// Spinning bodies on the coupled rung: the whirl of a shaft, and rigid bodies on springs at true geometry.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -7,8 +7,8 @@
 
 #include "core/validity/judgement.hpp"
 #include "tests/motion/newton_euler.hpp"
+#include "tests/motion/rotations.hpp"
 #include "tests/motion/rung_cases.hpp"
-#include "tests/motion/turns.hpp"
 #include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {
@@ -30,11 +30,11 @@ Scene discs_on_a_shaft(double spin) {
   return scene;
 }
 
-// Two discs J = (Jt, Jt, Jp) on the ends of a round massless shaft, spun about it by W, tilted against each
-// other by phi: in axes that do not turn Jt phi'' - i W Jp phi' + (2 EI / L) phi = 0, phi = phi_x + i phi_y,
-// so that whirls are at (W Jp +- (W^2 Jp^2 + 4 Jt k)^(1/2)) / (2 Jt)   (Genta, Dynamics of Rotating Systems,
-// 2005, section 4.4: a rotor with gyroscopic effect, Jt w^2 - Jp W w - k = 0).
-TEST(CoupledBodies, DiscsOnAShaftWhirlAsTheClosedFormSays) {
+// Two discs with J = (Jt, Jt, Jp) at the ends of a round massless shaft spin about the shaft at W, and their
+// tilts differ by phi. In axes that do not rotate, Jt phi'' - i W Jp phi' + (2 EI / L) phi = 0 with phi =
+// phi_x + i phi_y, so the whirl speeds are (W Jp +- (W^2 Jp^2 + 4 Jt k)^(1/2)) / (2 Jt)   (Genta, Dynamics of
+// Rotating Systems, 2005, section 4.4: a rotor with gyroscopic effect, Jt w^2 - Jp W w - k = 0).
+TEST(CoupledBodies, DiscsOnAShaftWhirlAsInClosedForm) {
   constexpr double kSpin = 25.0, kTilt = 1e-5;
   const Scene scene = discs_on_a_shaft(kSpin);
   const Structure structure = build(scene);
@@ -46,15 +46,15 @@ TEST(CoupledBodies, DiscsOnAShaftWhirlAsTheClosedFormSays) {
   plan.initial.q[static_cast<std::size_t>(mode)] = kTilt;
   Simulation simulation(std::move(plan));
   const auto tilt = [&] {
-    const Eigen::Vector3d phi =
-        turn_of(structure, freedoms, 0, simulation.state) - turn_of(structure, freedoms, 1, simulation.state);
+    const Eigen::Vector3d phi = joint_rotation(structure, freedoms, 0, simulation.state) -
+                                joint_rotation(structure, freedoms, 1, simulation.state);
     return std::complex<double>(phi.x(), phi.y());
   };
   const std::complex<double> start = tilt();
   ASSERT_GT(std::abs(start), 0.5 * kTilt);
   const double root = std::sqrt(kSpin * kSpin * kJp * kJp + 4.0 * kJt * k);
   const double forward = (kSpin * kJp + root) / (2.0 * kJt), backward = (kSpin * kJp - root) / (2.0 * kJt);
-  // in axes that do not turn phi' = i W phi at the start
+  // at the start phi' = i W phi in axes that do not rotate
   const std::complex<double> of_forward = start * (kSpin - backward) / (forward - backward);
   double worst = 0.0;
   for (int tick = 1; tick <= 8000; ++tick) {
@@ -67,13 +67,13 @@ TEST(CoupledBodies, DiscsOnAShaftWhirlAsTheClosedFormSays) {
   }
   std::printf("whirls at %.4f and %.4f rad/s, %.4f at rest: tilt off by %.1e of itself over 2 s\n", forward,
               backward, std::sqrt(k / kJt), worst);
-  // order 4 at w h = 0.02, 2 s; the second order of the tilt is 1e-10
+  // the bound is the error of order 4 at w h = 0.02 over 2 s; terms of second order in the tilt are 1e-10
   EXPECT_LT(worst, 1e-7);
 }
 
-// Where the rung lacks what spin does to turning bodies, the word knows it: the tilt by the separated rung,
-// that by the coupled one, and what the word says of the first.
-TEST(Word, KnowsWhatSpinDoesToBodiesThatTurn) {
+// The separated rung omits the gyroscopic terms of rotating bodies. Its verdict estimates the error of the
+// tilt, and the coupled rung gives the true tilt.
+TEST(Verdict, EstimateIncludesTheGyroscopicErrorOfRotatingBodies) {
   for (const double spin : {0.02, 0.1, 0.5}) {
     std::array<Plan, 2> plans;
     Eigen::Index mode = 0;
@@ -87,26 +87,26 @@ TEST(Word, KnowsWhatSpinDoesToBodiesThatTurn) {
     }
     Simulation truth(plans[0]), separated(plans[1]);
     Judgement judgement(separated.plan);
-    Budget none;
+    Budget no_budget;
     for (int tick = 0; tick < 4000; ++tick) {
       truth.run(1);
       separated.run(1);
-      judgement.take(separated.state, none);
+      judgement.take(separated.state, no_budget);
     }
     const auto n = static_cast<Eigen::Index>(truth.plan.num_elastic);
     const double error = (Eigen::Map<const Eigen::VectorXd>(truth.state.q.data(), n) -
                           Eigen::Map<const Eigen::VectorXd>(separated.state.q.data(), n))
                              .norm();
     const Verdict verdict = judgement.now();
-    std::printf("spin %.2f rad/s: tilt of the separated rung off by %.1e of itself, told %.1e, %s\n", spin,
-                error / 1e-5, verdict.error / 1e-5, name_of(verdict.word));
-    EXPECT_NE(verdict.cause, Verdict::Cause::kUnseen);
+    std::printf("spin %.2f rad/s: tilt of the separated rung off by %.1e of itself, reported %.1e, %s\n",
+                spin, error / 1e-5, verdict.error / 1e-5, name_of(verdict.level));
+    EXPECT_NE(verdict.cause, Verdict::Cause::kUnquantified);
     EXPECT_GT(verdict.error, 0.5 * error);
     EXPECT_LT(verdict.error, 4.0 * error);
   }
 }
 
-TEST(CoupledBodies, OnASpinAxisAreRigidBodiesOnSpringsToTheSquareOfTheAmplitude) {
+TEST(CoupledBodies, BodiesOnASpinAxisMatchNewtonEulerToSecondOrderInAmplitude) {
   expect_square_of_amplitude([](double) { return Stack(); });
 }
 

@@ -1,4 +1,5 @@
-// The live error budget: what it may not touch, when it starts again, and which part sees which error.
+// The live error budget does not change the motion, restarts after each horizon, reset or step without it,
+// and shows each kind of error in its own component.
 
 #include "core/step/budget.hpp"
 
@@ -11,7 +12,7 @@
 namespace freeflex::testing {
 namespace {
 
-TEST(Budget, LeavesTheMotionAsItIsToTheBit) {
+TEST(Budget, DoesNotChangeABitOfTheMotion) {
   for (const Fidelity rung :
        {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars}) {
     const Scene scene = watched_truss(rung, 0.05);
@@ -27,7 +28,7 @@ TEST(Budget, LeavesTheMotionAsItIsToTheBit) {
   }
 }
 
-TEST(Budget, StartsFromTheStateAndAgainWhenTheHorizonIsOver) {
+TEST(Budget, RestartsFromTheStateAfterEachHorizon) {
   Watched watched(watched_truss(Fidelity::kSeparated, 0.05));
   EXPECT_EQ(read_budget(watched.plan, watched.state, watched.budget).total.position, 0.0);
   const BudgetReading full = watched.run(50);
@@ -36,13 +37,14 @@ TEST(Budget, StartsFromTheStateAndAgainWhenTheHorizonIsOver) {
   const BudgetReading anew = watched.run(1);
   EXPECT_NEAR(anew.age, 0.001, 1e-15);
   EXPECT_LT(anew.total.position, 1e-2 * full.total.position);
-  // a reset is another motion
+  // after a reset another motion begins
   reset_state(watched.plan, watched.state);
   EXPECT_NEAR(watched.run(3).age, 0.003, 1e-15);
 }
 
-// a caller may step as it likes: it loses age, not honesty
-TEST(Budget, NoticesAStepThatWasMadeWithoutItAndStartsAnew) {
+// A caller may step without the budget: the shadows then restart, so the estimate covers less time but stays
+// valid.
+TEST(Budget, RestartsAfterAStepWithoutTheBudget) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
     Watched watched(watched_truss(rung, 10.0));
     const BudgetReading old = watched.run(30);
@@ -51,12 +53,13 @@ TEST(Budget, NoticesAStepThatWasMadeWithoutItAndStartsAnew) {
     step(watched.plan, watched.state, {{&command, 1}}, watched.workspace, watched.report);
     const BudgetReading joined = read_budget(watched.plan, watched.state, watched.budget);
     EXPECT_EQ(joined.age, 0.0);
-    EXPECT_LT(joined.total.position, 1e-6 * old.total.position) << "rounding of the modes";
+    EXPECT_LT(joined.total.position, 1e-6 * old.total.position)
+        << "the difference is the rounding error of the modal coordinates";
     step(watched.plan, watched.state, {}, watched.workspace, watched.report);
     State state = watched.state;
     const BudgetReading anew = watched.run(5);
     EXPECT_NEAR(anew.age, 0.005, 1e-15);
-    // as a budget that never saw what was before, the command in force among it
+    // the budget equals that of a run that starts at this tick with the same command in force
     Workspace workspace = make_workspace(watched.plan);
     Budget fresh = make_budget(watched.plan);
     for (int k = 0; k < 5; ++k) step(watched.plan, state, {}, workspace, fresh, watched.report);
@@ -68,8 +71,8 @@ TEST(Budget, NoticesAStepThatWasMadeWithoutItAndStartsAnew) {
   }
 }
 
-// a loop that holds after a reset is asked for its status before the next tick
-TEST(Budget, ReadAfterAResetIsOfTheStateThatIsThere) {
+// A loop that pauses after a reset publishes its status before the next tick.
+TEST(Budget, IsZeroWhenReadAfterAReset) {
   Watched watched(watched_truss(Fidelity::kSeparated, 10.0));
   watched.run(30);
   reset_state(watched.plan, watched.state);
@@ -78,7 +81,7 @@ TEST(Budget, ReadAfterAResetIsOfTheStateThatIsThere) {
   EXPECT_EQ(reading.total.position, 0.0);
 }
 
-TEST(Budget, StaysAsItIsWhenAStepFails) {
+TEST(Budget, IsUnchangedIfAStepFails) {
   Watched watched(watched_truss(Fidelity::kSeparated, 10.0));
   const BudgetReading before = watched.run(30);
   ForceCommand command = make_command(0, 1, Axes::kWorld, 100);
@@ -92,7 +95,7 @@ TEST(Budget, StaysAsItIsWhenAStepFails) {
   EXPECT_NEAR(watched.run(1).age, 0.031, 1e-15);
 }
 
-TEST(Budget, OfAPlanWithoutOneIsEmpty) {
+TEST(Budget, TheReadingIsEmptyForAPlanWithoutABudget) {
   Watched watched(watched_truss(Fidelity::kSeparated, 0.0));
   const BudgetReading reading = watched.run(10);
   EXPECT_EQ(reading.age, 0.0);
@@ -100,8 +103,8 @@ TEST(Budget, OfAPlanWithoutOneIsEmpty) {
   EXPECT_EQ(watched.state.tick, 10);
 }
 
-// the shadow is the other rung itself
-TEST(Budget, IsTheDistanceFromTheBestRung) {
+// The shadow is the reference rung itself.
+TEST(Budget, TheBudgetIsTheDistanceFromTheBestRung) {
   Watched watched(watched_truss(Fidelity::kSeparated, 10.0));
   const BudgetReading reading = watched.run(400);
   Scene scene = watched_truss(Fidelity::kExactBars, 0.0);
@@ -115,11 +118,12 @@ TEST(Budget, IsTheDistanceFromTheBestRung) {
     return Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
   };
   const double angle = attitude(own).angularDistance(attitude(best));
-  EXPECT_NEAR(reading.total.attitude, kCover * angle, 1e-6 * angle) << "small angles";
+  EXPECT_NEAR(reading.total.attitude, kCover * angle, 1e-6 * angle)
+      << "for small angles the attitude error is the angle";
 }
 
-TEST(Budget, PartsSeeThePeriodTheModesLeftOutAndTheRung) {
-  // a coarse step under a sine, softly and without spin: integration
+TEST(Budget, SeparatesIntegrationErrorAndTruncationErrorAndModelError) {
+  // a coarse step under a sine load, with small deformation and no spin, has only integration error
   Scene scene = watched_truss(Fidelity::kSeparated, 10.0, 0.0);
   scene.loads[0].forces[0].force = {0.0, 0.0, 1e-4};
   scene.loads[0].history = SineHistory{9.0, 0.0};
@@ -130,20 +134,21 @@ TEST(Budget, PartsSeeThePeriodTheModesLeftOutAndTheRung) {
   const double order = std::log2(coarse.integration.elastic / fine.integration.elastic);
   std::printf("integration %.1e, at half the period %.1e: order %.2f\n", coarse.integration.elastic,
               fine.integration.elastic, order);
-  // the load is taken as linear within a step (X10)
+  // the step interpolates the load linearly (THEORY 6.1)
   EXPECT_NEAR(order, 2.0, 0.2);
   EXPECT_GT(fine.integration.elastic, 3.0 * fine.model.elastic);
   EXPECT_EQ(fine.truncation.elastic, 0.0);
 
-  // with modes of less than a tenth left out, and both rungs the same
+  // modes that contribute less than a tenth are omitted and both rungs agree, so there is only truncation
+  // error
   scene.rate = 2000.0;
   scene.pushable.clear();
   scene.leave_out.tolerance = 0.1;
   scene.leave_out.horizon = 0.25;
-  Watched lean(scene);
-  ASSERT_LT(lean.plan.num_elastic, 54);
-  const BudgetReading cut = lean.run(500);
-  std::printf("%d of 54 modes: truncation %.1e, integration %.1e, model %.1e\n", lean.plan.num_elastic,
+  Watched reduced(scene);
+  ASSERT_LT(reduced.plan.num_elastic, 54);
+  const BudgetReading cut = reduced.run(500);
+  std::printf("%d of 54 modes: truncation %.1e, integration %.1e, model %.1e\n", reduced.plan.num_elastic,
               cut.truncation.elastic, cut.integration.elastic, cut.model.elastic);
   EXPECT_GT(cut.truncation.elastic, 3.0 * std::max(cut.integration.elastic, cut.model.elastic));
   EXPECT_LT(cut.truncation.elastic, 0.5);
@@ -152,8 +157,8 @@ TEST(Budget, PartsSeeThePeriodTheModesLeftOutAndTheRung) {
   EXPECT_GT(spun.model.elastic, 100.0 * spun.integration.elastic);
 }
 
-// commands of which the plan knows nothing before they come
-TEST(Budget, ShadowsTakeTheCommands) {
+// The plan does not know these commands beforehand.
+TEST(Budget, ShadowsReceiveCommands) {
   Scene scene = watched_truss(Fidelity::kSpinLoaded, 10.0, 0.1);
   scene.loads.clear();
   Watched watched(scene);
@@ -167,17 +172,18 @@ TEST(Budget, ShadowsTakeTheCommands) {
   EXPECT_NEAR(pushed.total.position, loaded.total.position, 1e-6 * loaded.total.position);
 }
 
-TEST(Budget, OfABestShadowThatLeavesTheNumbersIsLost) {
+TEST(Budget, IsLostWhenTheReferenceShadowDiverges) {
   Scene scene = watched_truss(Fidelity::kSeparated, 10.0, 0.0);
-  // no moment: the body stays, its bars stretch beyond what the full equations can square
+  // The forces have no moment, so the body keeps its attitude. Its bars become so long that their square
+  // overflows in the full equations.
   scene.loads[0].forces = {{18, {1e120, 0.0, 0.0}}, {14, {-1e120, 0.0, 0.0}}};
   EXPECT_TRUE(Watched(scene).run(50).is_lost);
 }
 
-// no rung knows the second order of beams, so that all rungs agree there and may all be wrong; dashpots they
-// know
-TEST(Budget, WordOnLinksThatNoRungKnowsGoesByTheDisplacementToo) {
-  using Word = Verdict::Word;
+// No rung includes the second-order terms of beams, so all rungs agree on beams and may all be wrong. The
+// rungs do include the second-order terms of dashpots.
+TEST(Budget, VerdictOnLinksWithoutSecondOrderOnAnyRungAlsoUsesTheDisplacement) {
+  using Level = Verdict::Level;
   Scene springs = watched_truss(Fidelity::kExactBars, 10.0);
   springs.loads[0].forces[0].force = {0.0, 0.0, 10000.0};
   Scene damped = springs, beam = springs;
@@ -186,17 +192,17 @@ TEST(Budget, WordOnLinksThatNoRungKnowsGoesByTheDisplacementToo) {
   dashpot.points = {0, 19};
   dashpot.kind = Dashpot{5.0};
   damped.links.push_back(dashpot);
-  Link stay;
-  stay.name = "b";
-  stay.points = {0, 19};
-  stay.kind = Beam{.EA = 1e3, .GJ = 1.0, .EI_y = 1.0, .EI_z = 1.0, .y_axis = Eigen::Vector3d::UnitY()};
-  beam.links.push_back(stay);
-  EXPECT_EQ(verdict_of(springs, 150).first.word, Word::kGood);
-  EXPECT_EQ(verdict_of(damped, 150).first.word, Word::kGood);
+  Link brace;
+  brace.name = "b";
+  brace.points = {0, 19};
+  brace.kind = Beam{.EA = 1e3, .GJ = 1.0, .EI_y = 1.0, .EI_z = 1.0, .y_axis = Eigen::Vector3d::UnitY()};
+  beam.links.push_back(brace);
+  EXPECT_EQ(verdict_of(springs, 150).first.level, Level::kGood);
+  EXPECT_EQ(verdict_of(damped, 150).first.level, Level::kGood);
   const auto [verdict, cause] = verdict_of(beam, 150);
-  EXPECT_NE(verdict.word, Word::kGood) << cause;
+  EXPECT_NE(verdict.level, Level::kGood) << cause;
   beam.loads[0].forces[0].force = {0.0, 0.0, 1.0};
-  EXPECT_EQ(verdict_of(beam, 150).first.word, Word::kGood);
+  EXPECT_EQ(verdict_of(beam, 150).first.level, Level::kGood);
 }
 
 std::vector<Fault> faults_of(const Scene& scene) {
@@ -206,25 +212,25 @@ std::vector<Fault> faults_of(const Scene& scene) {
   return {faults.begin(), faults.end()};
 }
 
-TEST(Budget, AutoRefusesAHorizonOfTooManyTicksAndScenesThatItsEquationsCannotCarry) {
+TEST(Budget, AutoRefusesTooManyTicksAndScenesThatItsReferenceCannotRepresent) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.rate = 1000.0;
   scene.automatic = AutomaticRung{1e-3, {}, {}, 1e9, {}};
   std::vector<Fault> faults = faults_of(scene);
   ASSERT_FALSE(faults.empty());
-  EXPECT_NE(faults.back().message.find("ticks, at most 200000 are tried"), std::string::npos)
+  EXPECT_NE(faults.back().message.find("ticks, but at most 200000 are tried"), std::string::npos)
       << faults.back().message;
   scene.automatic->horizon = 0.1;
   scene.links[3].kind = Spring{1e15};
   faults = faults_of(scene);
   ASSERT_FALSE(faults.empty());
-  EXPECT_EQ(faults.back().message.find("fidelity: auto: the equations it compares with, fidelity exact-bars"),
-            0U)
+  EXPECT_EQ(faults.back().message.find("fidelity: auto: the reference equations, fidelity exact-bars"), 0U)
       << faults.back().message;
 }
 
-// each part of a tolerance binds alone: half of what the separated rung leaves asks for a rung above it
-TEST(Budget, AutoKeepsEachPartOfItsTolerance) {
+// Each component of a tolerance is a separate limit: a tolerance of half the error of the separated rung
+// requires a rung above it.
+TEST(Budget, AutoMeetsEachToleranceSeparately) {
   Scene scene = boxed_truss(0.5, 10.0);
   scene.rate = 1000.0;
   using Part = std::pair<std::optional<double> AutomaticRung::*, double PlanRung::*>;
@@ -234,10 +240,10 @@ TEST(Budget, AutoKeepsEachPartOfItsTolerance) {
     const auto choose = [&](double tolerance) {
       scene.automatic = AutomaticRung{{}, {}, {}, 0.5, {}};
       (*scene.automatic).*asked = tolerance;
-      return lean_plan_of(scene);
+      return reduced_plan_of(scene);
     };
     const Plan loose = choose(1e3);
-    ASSERT_EQ(loose.tried_rungs.size(), 1U) << "rigid will do";
+    ASSERT_EQ(loose.tried_rungs.size(), 1U) << "rigid suffices";
     double separated = 0.0;
     const Plan strict = choose(1e-3 * (loose.tried_rungs[0].*found));
     for (const PlanRung& rung : strict.tried_rungs)
@@ -248,11 +254,11 @@ TEST(Budget, AutoKeepsEachPartOfItsTolerance) {
     EXPECT_EQ(plan.tried_rungs.back().rung, plan.fidelity);
     EXPECT_LE((plan.tried_rungs.back().*found), 0.5 * separated);
     for (std::size_t k = 0; k + 1 < plan.tried_rungs.size(); ++k)
-      EXPECT_GT((plan.tried_rungs[k].*found), 0.5 * separated) << "a cheaper one would do";
+      EXPECT_GT((plan.tried_rungs[k].*found), 0.5 * separated) << "a cheaper rung would suffice";
   }
 }
 
-TEST(Budget, LoadsAfterWhatIsJudgedAreNamed) {
+TEST(Budget, LoadsAfterTheHorizonAreNamed) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.pushable.clear();
   scene.loads[0].history = PulseHistory{1.0, 0.1};
@@ -262,8 +268,7 @@ TEST(Budget, LoadsAfterWhatIsJudgedAreNamed) {
   ASSERT_FALSE(faults.empty());
   EXPECT_EQ(faults[0].message,
             "load 'push' begins at 1 s, after the horizon of 1 s over which leave_out: tolerance judges, and "
-            "counts for "
-            "nothing there; take a longer horizon");
+            "is therefore ignored there; take a longer horizon");
   scene.leave_out = {};
   scene.loads[0].history = TableHistory{{0.0, 0.7, 0.8}, {0.0, 0.0, 1.0}};
   scene.automatic = AutomaticRung{1.0, {}, {}, 0.6, {}};
@@ -275,19 +280,19 @@ TEST(Budget, LoadsAfterWhatIsJudgedAreNamed) {
   for (const Fault& fault : faults_of(scene)) EXPECT_EQ(fault.message.find("begins at"), std::string::npos);
 }
 
-TEST(Budget, AutoSaysThatAnotherRateWasNotTried) {
+TEST(Budget, AutoReportsAnUntriedRate) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.automatic = AutomaticRung{1.0, {}, {}, 0.1, {}};
-  const Plan plan = lean_plan_of(scene);
+  const Plan plan = reduced_plan_of(scene);
   EXPECT_EQ(find_untried_rate(plan, 1000.0), "");
   EXPECT_EQ(find_untried_rate(plan, 50.0),
-            "fidelity: auto took rigid at 1000 Hz; at 50 Hz its tolerance was not tried: put the rate into "
-            "the scene");
+            "fidelity: auto chose rigid at 1000 Hz, but at 50 Hz its tolerance was not checked: put the rate "
+            "into the scene");
   scene.automatic.reset();
-  EXPECT_EQ(find_untried_rate(lean_plan_of(scene), 50.0), "");
+  EXPECT_EQ(find_untried_rate(reduced_plan_of(scene), 50.0), "");
 }
 
-TEST(Budget, AToleranceForModesIsSaidToHaveNoEffectWhereEveryModeIsNeeded) {
+TEST(Budget, WarnsThatAModeToleranceHasNoEffectIfEveryModeIsNeeded) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.leave_out.tolerance = 0.1;
   scene.fidelity = Fidelity::kExactBars;
@@ -297,7 +302,7 @@ TEST(Budget, AToleranceForModesIsSaidToHaveNoEffectWhereEveryModeIsNeeded) {
       << faults[0].message;
 }
 
-TEST(Budget, FeedbackThatDrivesAMotionIsSaidOnEveryRung) {
+TEST(Budget, WarnsOfFeedbackThatDrivesAMotionOnEveryRung) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.rate = 2000.0;
   scene.feedbacks.push_back(

@@ -1,4 +1,4 @@
-// Each cause of a verdict names what is in the scene, and which.
+// Each cause of a verdict names the responsible item, and names nothing that the scene does not contain.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,18 +9,18 @@
 
 #include "core/plan/quasi_static.hpp"
 #include "service/io/scene/input.hpp"
+#include "tests/motion/verdict_bodies.hpp"
+#include "tests/motion/verdict_cases.hpp"
 #include "tests/motion/watched.hpp"
-#include "tests/motion/word_bodies.hpp"
-#include "tests/motion/word_cases.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-using Word = Verdict::Word;
+using Level = Verdict::Level;
 using Cause = Verdict::Cause;
 using Eigen::Vector3d;
 
-// Eleven points of 1 kg on ten beams of 1 m; the lowest bending is at 8.785 rad/s, EI / L^2 is 22 N.
+// Eleven points of 1 kg on ten beams of 1 m: the lowest bending mode is at 8.785 rad/s, and EI / L^2 is 22 N.
 constexpr double kLowest = 8.785, kBend = 22.0;
 Scene free_beam(Fidelity rung) {
   Scene scene;
@@ -42,7 +42,7 @@ void load(Scene& scene, const std::string& name, const std::vector<PointLoad>& f
   scene.loads.push_back(each);
 }
 
-// What a text may mention, by what the plan has.
+// Expects that a text mentions only items of the plan.
 void expect_only_what_is_there(const Plan& plan, const std::string& text) {
   const auto has_kind = [&](const char* kind) {
     return std::any_of(plan.links.begin(), plan.links.end(),
@@ -61,17 +61,17 @@ void expect_only_what_is_there(const Plan& plan, const std::string& text) {
       {"orbit", plan.attractor_mu > 0.0},
       {"load 1", !plan.histories.empty()},
       {"error budget", !plan.budget.shadows.empty()},
-      {"left out", !plan.parts.empty() || plan.neglect.lacks_modes != LacksModes::kNone},
+      {"left out", !plan.features.empty() || plan.unmodelled.lacks_modes != LacksModes::kNone},
       {"leave_out", plan.tolerance > 0.0},
-      {"tolerance", plan.tolerance > 0.0 || plan.neglect.tolerance > 0.0},
+      {"tolerance", plan.tolerance > 0.0 || plan.unmodelled.tolerance > 0.0},
       {"rung is rigid", plan.fidelity == Fidelity::kRigid},
   };
   for (const auto& [word, is_there] : mentioned)
     if (!is_there) {
       EXPECT_EQ(text.find(word), std::string::npos) << word << " in: " << text;
     }
-  EXPECT_LT(text.size(), 256U) << "the interface for C has no room: " << text;
-  // a name in quotes is one of the plan
+  EXPECT_LT(text.size(), 256U) << "the text is longer than the C interface allows: " << text;
+  // each name in quotes must be a name of the plan
   std::set<std::string> names;
   for (const PlanHistory& history : plan.histories) names.insert(history.name);
   for (const PlanLink& link : plan.links) names.insert(link.name);
@@ -84,7 +84,8 @@ void expect_only_what_is_there(const Plan& plan, const std::string& text) {
   }
 }
 
-// The causes on the way over some ticks, each with its first text; every text is held to what is there.
+// Returns the causes that occur during some ticks, each with its first text. Every text may mention only
+// items of the plan.
 using Causes = std::map<Cause, std::string>;
 Causes causes_of(Watched& watched, int ticks, const Inputs& first = {}) {
   Judgement judgement(watched.plan);
@@ -96,7 +97,7 @@ Causes causes_of(Watched& watched, int ticks, const Inputs& first = {}) {
     if (watched.report.status != StepStatus::kOk) break;
     judgement.take(watched.state, watched.budget);
     const Verdict& now = judgement.now();
-    if (now.word == Word::kGood) continue;
+    if (now.level == Level::kGood) continue;
     const std::string text = text_of(watched.plan, now);
     expect_only_what_is_there(watched.plan, text);
     causes.try_emplace(now.cause, text);
@@ -118,7 +119,7 @@ void expect_cause(const char* what, const Causes& causes, Cause cause,
         << what << ": " << name << " in: " << found->second;
 }
 
-// A scene, a cause that it has on the way, and what the text must name.
+// A scene, the cause it must report, and the names that the text must contain.
 struct Case {
   const char* what;
   Scene scene;
@@ -132,7 +133,7 @@ Scene spun(Scene scene, double spin) {
   return scene;
 }
 
-std::vector<Case> cases_of_the_model() {
+std::vector<Case> cases_of_model_error() {
   std::vector<Case> all;
   Scene thrust = free_beam(Fidelity::kSpinLoaded);
   load(thrust, "small", {{5, {0.0, 1e-9, 0.0}}});
@@ -176,8 +177,9 @@ std::vector<Case> cases_of_the_model() {
   return all;
 }
 
-// Of several things that act the one that changes the stiffness of the mode, not the one that bends most.
-std::vector<Case> cases_of_several() {
+// Among several loads the cause names the load that changes the modal stiffness, not the load that bends
+// most.
+std::vector<Case> cases_of_several_loads() {
   std::vector<Case> all;
   const std::vector<PointLoad> pair = {{0, {kBend, 0.0, 0.0}}, {10, {-kBend, 0.0, 0.0}}},
                                trim = {{0, {0.0, 0.1, 0.0}}, {5, {0.0, -0.2, 0.0}}, {10, {0.0, 0.1, 0.0}}};
@@ -213,26 +215,30 @@ std::vector<Case> cases_of_several() {
   return all;
 }
 
-// What is hidden: a kind of link each, a wheel, modes that are left out.
-std::vector<Case> cases_of_what_is_hidden() {
+// Returns a case of an error that cannot be quantified for each kind of link, for a wheel, and for omitted
+// modes.
+std::vector<Case> cases_of_unquantified_error() {
   std::vector<Case> all;
   all.push_back({"matrix",
                  spun(as_matrix(free_beam(Fidelity::kCoupled)), 0.34 * kLowest),
                  2.0,
-                 Cause::kUnseen,
+                 Cause::kUnquantified,
                  {"inside matrix 'K'", "the error may be up to "}});
   Scene rigid = free_beam(Fidelity::kSpinLoaded);
   rigid.links[4].kind = Rigid{};
   rigid.links[4].name = "strut";
   rigid.initial.modes = {{4, 0.03, 0.0}};
   rigid.tolerance = 10.0;
-  all.push_back(
-      {"rigid link", rigid, 0.1, Cause::kUnseen, {"inside rigid link 'strut'", "the displacement of "}});
+  all.push_back({"rigid link",
+                 rigid,
+                 0.1,
+                 Cause::kUnquantified,
+                 {"inside rigid link 'strut'", "the displacement of "}});
   Scene heavy = free_beam(Fidelity::kCoupled);
   std::get<Beam>(heavy.links[9].kind).mass_per_length = 0.5;
   heavy.links[9].name = "boom tip";
   all.push_back(
-      {"mass within a beam", spun(heavy, 0.3), 2.0, Cause::kUnseen, {"mass within beam 'boom tip'"}});
+      {"mass within a beam", spun(heavy, 0.3), 2.0, Cause::kUnquantified, {"mass within beam 'boom tip'"}});
   Scene wheel;
   for (const double x : {0.0, 2.0}) {
     add_point(wheel, 3.0, {x, 0.0, 0.0});
@@ -244,7 +250,7 @@ std::vector<Case> cases_of_what_is_hidden() {
   wheel.initial.modes = {{5, 1e-4, 0.0}, {6, 1e-4, 0.0}};
   wheel.rate = 2000.0;
   wheel.tolerance = 1e-3;
-  all.push_back({"wheel", spun(wheel, 1.0), 2.0, Cause::kUnseen, {"axis of wheel 'rotor'"}});
+  all.push_back({"wheel", spun(wheel, 1.0), 2.0, Cause::kUnquantified, {"axis of wheel 'rotor'"}});
   Scene few = free_beam(Fidelity::kSeparated);
   few.modes.count = 4;
   few.initial.modes = {{1, 1e-3, 0.0}};
@@ -271,7 +277,7 @@ std::vector<Case> cases_of_the_tick_and_the_budget() {
   tumble.tolerance = 1.0;
   tumble.fidelity = Fidelity::kCoupled;
   tumble.rate = 50.0;
-  all.push_back({"tumble", tumble, 10.0, Cause::kStep, {"the body turns", "raise the rate to"}});
+  all.push_back({"tumble", tumble, 10.0, Cause::kStep, {"the body rotates", "raise the rate to"}});
   Scene shaken = octahedron(1e8);
   shaken.initial.angular_velocity = {0.0, 0.0, 1.0};
   shaken.initial.modes = {{12, 1e-3, 0.0}};
@@ -310,12 +316,14 @@ void expect_all(const std::vector<Case>& cases) {
   }
 }
 
-TEST(Cause, OfTheModelNamesTheLoadAndTheMode) { expect_all(cases_of_the_model()); }
-TEST(Cause, OfSeveralNamesTheOneThatChangesTheStiffnessOfTheMode) { expect_all(cases_of_several()); }
-TEST(Cause, OfASteadyAnswerNamesTheCommandedLoadOrTheSpin) {
+TEST(Cause, TheCauseOfModelErrorNamesTheLoadAndTheMode) { expect_all(cases_of_model_error()); }
+TEST(Cause, AmongSeveralLoadsTheCauseNamesTheOneThatChangesTheModalStiffness) {
+  expect_all(cases_of_several_loads());
+}
+TEST(Cause, TheCauseOnAQuasiStaticAnswerNamesTheCommandedLoadOrTheSpin) {
   Scene scene = free_beam(Fidelity::kSpinLoaded);
   publish_everything(scene);
-  const Plan plan = lean_plan_of(scene);
+  const Plan plan = reduced_plan_of(scene);
   const auto text_of_steady = [&](const std::vector<PointForce>& forces, double spin) {
     std::string error;
     const std::optional<State> state = quasi_static(plan, {forces, {}, {0.0, spin, 0.0}}, error);
@@ -328,10 +336,10 @@ TEST(Cause, OfASteadyAnswerNamesTheCommandedLoadOrTheSpin) {
       {{0, 0, {0.0, 0.01, 0.0}}, {10, 0, {0.0, 0.01, 0.0}}, {5, 0, {0.0, -0.02, 0.0}}}, 0.3 * kLowest);
   EXPECT_NE(by_spin.find("the spin of the body"), std::string::npos) << by_spin;
 }
-TEST(Cause, OfWhatIsHiddenNamesTheLinkOrTheWheel) { expect_all(cases_of_what_is_hidden()); }
-TEST(Cause, OfTheTickAndTheBudgetSaysWhatToDo) { expect_all(cases_of_the_tick_and_the_budget()); }
+TEST(Cause, TheCauseOfUnquantifiedErrorNamesTheLinkOrTheWheel) { expect_all(cases_of_unquantified_error()); }
+TEST(Cause, TheCauseOfTickOrBudgetErrorNamesTheRemedy) { expect_all(cases_of_the_tick_and_the_budget()); }
 
-TEST(Cause, OfACommandNamesTheCommandAndTheModesLeftOut) {
+TEST(Cause, TheCauseAfterACommandNamesTheCommandAndTheOmittedModes) {
   Scene scene = free_beam(Fidelity::kSeparated);
   scene.publication.points = {10};
   scene.pushable = {10};
@@ -350,14 +358,15 @@ TEST(Cause, OfACommandNamesTheCommandAndTheModesLeftOut) {
                {"the commanded load", "mode "});
 }
 
-TEST(Cause, OfAnOldPlanFileSaysSo) {
+TEST(Cause, TheCauseForAnOldPlanFileNamesItsVersion) {
   Watched watched(free_beam(Fidelity::kSeparated));
-  watched.plan.neglect = {};
+  watched.plan.unmodelled = {};
   expect_cause("old plan", causes_of(watched, 10), Cause::kUnknown, {"older version"});
 }
 
-// A verdict of a scene without a matrix or rigid link blamed one.
-TEST(Cause, OfEveryShippedSceneNamesOnlyWhatIsThere) {
+// Regression: on a scene without a matrix link and without a rigid link, a verdict named such a link as
+// cause.
+TEST(Cause, TheCauseForEveryShippedSceneNamesOnlyItsContents) {
   for (const char* name : {"boom.yaml", "satellite.yaml", "rotor.yaml", "network.yaml", "ring.yaml",
                            "mast.yaml", "truss104.yaml", "truss-s1.yaml", "truss-s4.yaml", "truss-s5.yaml"}) {
     const io::SceneResult read = io::read_scene(std::string(FREEFLEX_SOURCE_DIR) + "/service/scenes/" + name);
@@ -374,7 +383,7 @@ TEST(Cause, OfEveryShippedSceneNamesOnlyWhatIsThere) {
   }
 }
 
-TEST(Cause, OfRandomStructuresNamesOnlyWhatIsThere) {
+TEST(Cause, TheCauseForRandomStructuresNamesOnlyTheirContents) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(seed);
     for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled}) {
@@ -389,34 +398,34 @@ TEST(Cause, OfRandomStructuresNamesOnlyWhatIsThere) {
   }
 }
 
-TEST(Cause, OfAVerdictHasItsErrorInPlainWords) {
-  Plan plan = lean_plan_of(free_beam(Fidelity::kSeparated));
+TEST(Cause, ReportsTheErrorAsAPercentageOfANamedScale) {
+  Plan plan = reduced_plan_of(free_beam(Fidelity::kSeparated));
   Verdict verdict;
   verdict.error = 1.2e-6, verdict.scale = 1e-3, verdict.displacement_now = 1e-4;
   EXPECT_EQ(error_text(plan, verdict), "0.12 % of the recent peak displacement, 0.001 m");
   verdict.displacement_now = 1e-3;
   EXPECT_EQ(error_text(plan, verdict), "0.12 % of the displacement, 0.001 m");
-  plan.neglect.tolerance = 1e-3;
+  plan.unmodelled.tolerance = 1e-3;
   EXPECT_EQ(error_text(plan, verdict), "0.12 % of the tolerance, 0.001 m");
   verdict.error = 2.53e-3;
   EXPECT_EQ(error_text(plan, verdict), "250 % of the tolerance, 0.001 m");
   verdict.error = 0.5;
   EXPECT_EQ(error_text(plan, verdict), "more than 10 times the tolerance, 0.001 m");
-  plan.neglect.is_known = false;
+  plan.unmodelled.is_known = false;
   EXPECT_EQ(error_text(plan, verdict), "not known");
   EXPECT_EQ(share_text(0.0, 0.0), "0 % of");
 }
 
-TEST(Cause, OfFastLoadsNamesTheLargestAndNoneThatIsNothing) {
+TEST(Cause, TheCauseOfFastLoadsNamesTheLargestLoadAndNoZeroLoad) {
   Scene scene = free_beam(Fidelity::kCoupled);
   scene.initial.modes.clear();
   const auto fast_load = [&](const char* name, double force) {
     load(scene, name, {{0, {0.0, force, 0.0}}});
     scene.loads.back().history = SineHistory{0.4 * scene.rate, 0.0};
   };
-  fast_load("nothing", 0.0);
-  Watched none(scene);
-  EXPECT_TRUE(causes_of(none, 50).empty());
+  fast_load("zero", 0.0);
+  Watched without(scene);
+  EXPECT_TRUE(causes_of(without, 50).empty());
   fast_load("hum", 1e-12);
   fast_load("buzz", 10.0);
   for (const Fidelity rung : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kCoupled}) {
@@ -426,47 +435,49 @@ TEST(Cause, OfFastLoadsNamesTheLargestAndNoneThatIsNothing) {
   }
 }
 
-TEST(Cause, OfModesLeftOutNamesACommandOnlyWhereItMovesMost) {
+TEST(Cause, TheCauseOfOmittedModesNamesACommandOnlyIfItMovesThemMost) {
   Scene scene = free_beam(Fidelity::kSeparated);
   scene.publication.points = {10};
   scene.pushable = {10};
   scene.leave_out.tolerance = 0.2;
   Watched watched(scene);
-  watched.plan.neglect.left_out = 1e-4;
+  watched.plan.unmodelled.left_out = 1e-4;
   ForceCommand command = make_command(1, 1, Axes::kBody, 50);
   add_force(command, 10, {0.0, 1e-12, 0.0});
   const Causes causes = causes_of(watched, 100, {std::span(&command, 1)});
-  expect_cause("a push of nothing", causes, Cause::kTruncation, {"would move"});
+  expect_cause("a negligible push", causes, Cause::kTruncation, {"would move"});
 }
 
-// No mode is left out and no link is hidden: what is not known is how stiffness changes between two ticks.
-TEST(Cause, OfAModeTooFastForTheTickSaysSoAndNamesNoModesLeftOut) {
+// No mode is omitted and the second order of every link is known. Only the change of stiffness between two
+// ticks is unknown.
+TEST(Cause, TheCauseOfAModeTooFastForTheTickNamesTheModeAndNoOmittedModes) {
   Scene scene = free_beam(Fidelity::kSeparated);
   Watched watched(scene);
   ResponsibleFinder finder(watched.plan);
   ModalLeaders leaders;
-  leaders.hidden = watched.plan.num_elastic - 1;
+  leaders.unquantified = watched.plan.num_elastic - 1;
   const std::string last = "mode " + std::to_string(watched.plan.num_elastic) + " (";
   Verdict verdict;
-  verdict.word = Word::kWatch, verdict.cause = Cause::kUnseen, verdict.scale = 1e-3, verdict.unseen = 1e-4;
-  ASSERT_FALSE(watched.plan.neglect.has_unseen);
-  verdict.responsible = finder.of_hidden(leaders, watched.state);
+  verdict.level = Level::kWatch, verdict.cause = Cause::kUnquantified, verdict.scale = 1e-3,
+  verdict.unquantified = 1e-4;
+  ASSERT_FALSE(watched.plan.unmodelled.has_unquantified);
+  verdict.responsible = finder.of_unquantified(leaders, watched.state);
   const std::string fast = text_of(watched.plan, verdict);
   EXPECT_NE(fast.find(last), std::string::npos) << fast;
   EXPECT_NE(fast.find("raise the rate"), std::string::npos) << fast;
   EXPECT_EQ(fast.find("left out"), std::string::npos) << fast;
-  watched.plan.neglect.lacks_modes = LacksModes::kSmallOnes;
-  verdict.responsible = finder.of_hidden(leaders, watched.state);
-  EXPECT_NE(text_of(watched.plan, verdict).find("modes left out"), std::string::npos);
+  watched.plan.unmodelled.lacks_modes = LacksModes::kSmallModes;
+  verdict.responsible = finder.of_unquantified(leaders, watched.state);
+  EXPECT_NE(text_of(watched.plan, verdict).find("modes that are left out"), std::string::npos);
 }
 
-TEST(Cause, TellsLongNamesApartThatBeginAlike) {
+TEST(Cause, LongNamesWithACommonBeginningStayDistinct) {
   Scene scene = free_beam(Fidelity::kSeparated);
   const std::string name = "main-engine-thrust-of-the-upper-stage-";
   for (const char* end : {"A", "B"}) load(scene, name + end, {{0, {0.0, 1.0, 0.0}}});
-  const Plan plan = lean_plan_of(scene);
+  const Plan plan = reduced_plan_of(scene);
   Verdict verdict;
-  verdict.word = Word::kWatch, verdict.cause = Cause::kStiffness, verdict.scale = 1.0;
+  verdict.level = Level::kWatch, verdict.cause = Cause::kStiffness, verdict.scale = 1.0;
   std::set<std::string> texts;
   for (const std::int32_t load : {0, 1}) {
     verdict.responsible = {Responsible::Agent::kLoad, load, 1, 1.0};
@@ -475,8 +486,8 @@ TEST(Cause, TellsLongNamesApartThatBeginAlike) {
   EXPECT_EQ(texts.size(), 2U) << *texts.begin();
 }
 
-// "watch: ... 2 %" beside "good up to 2 %"
-TEST(Cause, HasNoFigureThatReadsAsTheLimitItIsAbove) {
+// The text must not report "watch: ... 2 %" if 2 % is the limit of "good".
+TEST(Cause, AFigureAboveALimitIsNeverRoundedToTheLimit) {
   EXPECT_EQ(share_text(0.0203, 1.0), "2.03 % of");
   EXPECT_EQ(share_text(0.02003, 1.0), "2.003 % of");
   EXPECT_EQ(share_text(0.2012, 1.0), "20.1 % of");

@@ -1,4 +1,4 @@
-// Bodies on the coupled rung: their momenta, what they keep, and rigid bodies on springs at true geometry.
+// Bodies on the coupled rung: momenta, conserved quantities and the work of torques.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -9,14 +9,14 @@
 #include "core/step/budget.hpp"
 #include "core/structure/link_factor.hpp"
 #include "core/structure/particles.hpp"
+#include "tests/motion/rotations.hpp"
 #include "tests/motion/rung_cases.hpp"
-#include "tests/motion/turns.hpp"
 #include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-// four bodies off each other's axes on beams, two with offsets, one point mass
+// Returns three bodies and a point mass, not on one line, that beams join. Two of the bodies have offsets.
 Scene bodies_on_beams() {
   Scene scene;
   std::mt19937_64 engine(5);
@@ -42,28 +42,28 @@ Scene bodies_on_beams() {
   return scene;
 }
 
-// a particle on a body that has turned by theta: r + V + (exp [theta x] - 1) a, its rate and its derivative
-// by each coordinate, for coordinates q
-struct TurnedParticles {
+// Particles on bodies that rotate by theta: the position r + V + (exp [theta x] - 1) a as a function of the
+// modal coordinates q, and its derivatives by central differences.
+struct RotatedParticles {
   const Structure& structure;
   std::vector<CarriedMass> carried;
   Freedoms freedoms;
 
-  TurnedParticles(const Scene& scene, const Structure& of)
+  RotatedParticles(const Scene& scene, const Structure& of)
       : structure(of), carried(carried_masses(scene, Freedoms(scene))), freedoms(scene) {}
 
-  Eigen::Vector3d place(std::size_t p, const Eigen::VectorXd& q) const {
+  Eigen::Vector3d position(std::size_t p, const Eigen::VectorXd& q) const {
     const int point = carried[p].point;
     Eigen::Vector3d x =
         structure.mass_properties.r.col(point) + structure.shapes.middleRows<3>(3 * Eigen::Index{point}) * q;
     if (carried[p].arm.isZero(0.0)) return x;
     const Eigen::Vector3d theta =
-        structure.turns.middleRows<3>(freedoms.rotation(point) - freedoms.num_displacements()) * q;
+        structure.rotations.middleRows<3>(freedoms.rotation(point) - freedoms.num_displacements()) * q;
     const double angle = theta.norm();
     if (angle == 0.0) return x + carried[p].arm;
     return x + Eigen::AngleAxisd(angle, theta / angle) * carried[p].arm;
   }
-  // by central differences of fourth order, which the places of turned bodies stand to 1e-12
+  // central differences of fourth order have an error of some 1e-12
   Eigen::Matrix3Xd derivatives(std::size_t p, const Eigen::VectorXd& q) const {
     constexpr double kStep = 2e-3;
     Eigen::Matrix3Xd all(3, q.size());
@@ -71,7 +71,7 @@ struct TurnedParticles {
       const auto at = [&](double s) {
         Eigen::VectorXd moved = q;
         moved[l] += s * kStep;
-        return place(p, moved);
+        return position(p, moved);
       };
       all.col(l) = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * kStep);
     }
@@ -81,10 +81,10 @@ struct TurnedParticles {
 
 struct Momenta {
   Eigen::Vector3d H = Eigen::Vector3d::Zero();
-  Eigen::VectorXd p;  // over the mass
+  Eigen::VectorXd p;  // over the total mass
 };
-// about the centre of mass, which the second order of offset bodies moves
-Momenta momenta_of(const TurnedParticles& particles, const Eigen::VectorXd& q, const Eigen::VectorXd& q_dot,
+// the momenta refer to the centre of mass, which bodies with an offset move at second order
+Momenta momenta_of(const RotatedParticles& particles, const Eigen::VectorXd& q, const Eigen::VectorXd& q_dot,
                    const Eigen::Vector3d& w) {
   const double mass = particles.structure.mass_properties.mass;
   std::vector<Eigen::Vector3d> x;
@@ -92,7 +92,7 @@ Momenta momenta_of(const TurnedParticles& particles, const Eigen::VectorXd& q, c
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3Xd moves = Eigen::Matrix3Xd::Zero(3, q.size());
   for (std::size_t p = 0; p < particles.carried.size(); ++p) {
-    x.push_back(particles.place(p, q));
+    x.push_back(particles.position(p, q));
     b.push_back(particles.derivatives(p, q));
     centre += particles.carried[p].mass / mass * x.back();
     moves += particles.carried[p].mass / mass * b.back();
@@ -107,11 +107,12 @@ Momenta momenta_of(const TurnedParticles& particles, const Eigen::VectorXd& q, c
   return sum;
 }
 
-// H to third order in the elastic motion, p to second: both come of the energy to second order   (X194)
-TEST(CoupledBodies, MomentaAreThoseOfTurnedBodies) {
+// H has an error of third order in the elastic motion and p of second order, because both derive from the
+// energy up to second order   (THEORY 12.45).
+TEST(CoupledBodies, MomentaMatchThoseOfTheParticlesOfRotatedBodies) {
   const Scene scene = bodies_on_beams();
   const Structure structure = build(scene);
-  const TurnedParticles particles(scene, structure);
+  const RotatedParticles particles(scene, structure);
   Plan plan = compile(scene);
   const Eigen::Index n = structure.omega.size();
   ASSERT_EQ(plan.coupled.kinetics.num_tables, kBodyTables);
@@ -138,8 +139,8 @@ TEST(CoupledBodies, MomentaAreThoseOfTurnedBodies) {
   }
 }
 
-// the rates come of the energy that the momenta come of, or it would drift
-TEST(CoupledBodies, KeepEnergyAndMomentumToTheOrderOfTheMethod) {
+// The energy does not drift, because the rates and the momenta derive from the same energy.
+TEST(CoupledBodies, EnergyAndMomentumAreConservedToTheOrderOfTheMethod) {
   Scene scene = bodies_on_beams();
   std::vector<double> drift;
   for (const double rate : {500.0, 1000.0, 2000.0, 4000.0}) {
@@ -160,9 +161,9 @@ TEST(CoupledBodies, KeepEnergyAndMomentumToTheOrderOfTheMethod) {
   for (std::size_t k = 1; k < drift.size(); ++k) EXPECT_GT(std::log2(drift[k - 1] / drift[k]), 3.5);
 }
 
-// The work of a torque on one body is that by the body's own angular velocity, w + theta' + theta x theta' /
-// 2 of the energy's order, whatever the body has turned.
-TEST(CoupledBodies, ATorqueWorksOnTheBodyThatItTurns) {
+// The power of a torque on a body is the torque times the angular velocity of that body. Up to the order of
+// the energy this is w + theta' + theta x theta' / 2, whatever the angle of the body.
+TEST(CoupledBodies, TheWorkOfATorqueDependsOnTheAngularVelocityOfItsOwnBody) {
   Scene scene = bodies_on_beams();
   scene.rate = 8000.0;
   Group group;
@@ -182,9 +183,9 @@ TEST(CoupledBodies, ATorqueWorksOnTheBodyThatItTurns) {
   const auto power = [&] {
     const State& state = simulation.state;
     const Eigen::Map<const Eigen::VectorXd> q_dot(state.q_dot.data(), structure.omega.size());
-    const Eigen::Vector3d theta = turn_of(structure, freedoms, 3, state),
-                          theta_dot = structure.turns.middleRows<3>(freedoms.rotation(3) -
-                                                                    freedoms.num_displacements()) *
+    const Eigen::Vector3d theta = joint_rotation(structure, freedoms, 3, state),
+                          theta_dot = structure.rotations.middleRows<3>(freedoms.rotation(3) -
+                                                                        freedoms.num_displacements()) *
                                       q_dot,
                           w = Eigen::Map<const Eigen::Vector3d>(state.coupled.w_B.data());
     const Quat& a = state.q_WB;
@@ -197,19 +198,20 @@ TEST(CoupledBodies, ATorqueWorksOnTheBodyThatItTurns) {
   for (int tick = 1; tick <= kTicks; ++tick) {
     simulation.run(1, tick == 1 ? std::span(&command, 1) : std::span<const ForceCommand>());
     work += (tick == kTicks ? 1.0 : tick % 2 == 1 ? 4.0 : 2.0) * power();
-    largest = std::max(largest, turn_of(structure, freedoms, 3, simulation.state).norm());
+    largest = std::max(largest, joint_rotation(structure, freedoms, 3, simulation.state).norm());
   }
   work /= 3.0 * scene.rate;
   const double gained = energy_of(simulation) - energy;
-  std::printf("a torque on a body that turns by up to %.2f rad: energy %.9f J, work %.9f J\n", largest,
+  std::printf("a torque on a body that rotates by up to %.2f rad: energy %.9f J, work %.9f J\n", largest,
               gained, work);
   EXPECT_GT(largest, 0.05);
-  // Simpson's rule and the step, both of order 4: w h = 0.05 of the highest mode, which moves little
+  // Simpson's rule and the step both have order 4; for the highest mode, which moves little, w h = 0.05
   EXPECT_NEAR(gained, work, 1e-7 * std::abs(work));
 }
 
-// shadows of bodies start from the modes, which places of points do not tell
-TEST(CoupledBodies, ABudgetStartsAnewFromTheirTurns) {
+// The shadows of a plan with bodies restart from the modal coordinates, because the positions of points do
+// not determine the rotations of bodies.
+TEST(CoupledBodies, TheBudgetRestartsFromTheRotationsOfTheBodies) {
   Scene scene = bodies_on_beams();
   scene.error_budget.horizon = 0.1;
   Faults faults;
@@ -225,7 +227,7 @@ TEST(CoupledBodies, ABudgetStartsAnewFromTheirTurns) {
   double largest = 0.0;
   for (int tick = 0; tick < 350; ++tick) {
     step(*plan, state, {}, workspace, budget, report);
-    // a step that starts from other modes would be off by all of them
+    // if a shadow started from other modal coordinates, the error would be of their size
     if (tick > 110) largest = std::max(largest, read_budget(*plan, state, budget).total.elastic);
   }
   std::printf("budget of bodies over 0.1 s: elastic error at most %.1e\n", largest);

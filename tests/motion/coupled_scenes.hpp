@@ -1,4 +1,4 @@
-// What tests of dashpots and feedback start from. Header only.
+// Initial states and scenes for tests of dashpots and feedback. Header only.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -9,7 +9,7 @@
 
 namespace freeflex::testing {
 
-/// Elastic displacements at the start, none of them rigid: a self-equilibrated pull on each spring
+/// Sets initial displacements without rigid motion, by a self-equilibrated pull on each spring.
 inline void stretch(Scene& scene, double size, std::uint64_t seed) {
   std::mt19937_64 engine(seed);
   std::normal_distribution<double> normal(0.0, size);
@@ -29,7 +29,7 @@ inline void stretch(Scene& scene, double size, std::uint64_t seed) {
         {static_cast<int>(i), V.segment<3>(3 * static_cast<Eigen::Index>(i)), Eigen::Vector3d::Zero()});
 }
 
-/// (V, V') at the start.
+/// Returns (V, V') at the start.
 inline WideVector start_of(const Scene& scene) {
   const auto n = 3 * static_cast<Eigen::Index>(scene.points.size());
   WideVector y = WideVector::Zero(2 * n);
@@ -38,8 +38,8 @@ inline WideVector start_of(const Scene& scene) {
   return y;
 }
 
-/// Two boxes side by side, joined by every pair of corresponding points: 114 elastic freedoms, more than the
-/// exponential of coupled modes is kept for.
+/// Returns two adjacent boxes with links between many pairs of points: 114 elastic freedoms, too many for the
+/// exact exponential of coupled modes.
 inline Scene two_boxes() {
   Scene scene = random_structure(5, 20);
   const Scene more = random_structure(6, 20);

@@ -1,4 +1,4 @@
-// Dashpots against the linear system solved as a whole.
+// Motion with dashpots, compared with the exponential of the complete linear system.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -19,7 +19,7 @@ void add_dashpot(Scene& scene, int first, int second, double damping) {
   scene.links.push_back(link);
 }
 
-/// Largest difference of V at the end, of the largest |V| at the start.
+/// Returns the largest difference of V at the end, relative to the largest |V| at the start.
 double error_of(const Scene& scene, double seconds) {
   Simulation simulation(scene);
   simulation.run(std::llround(seconds * scene.rate));
@@ -40,35 +40,36 @@ Scene damped_octahedron(double damping) {
   Scene scene = octahedron(1e4);
   publish_everything(scene);
   stretch(scene, 1e-6, 7);
-  // three dashpots that share no mode, on bodies with springs of their own
+  // three dashpots in different directions, in parallel with springs
   add_dashpot(scene, 0, 2, damping);
   add_dashpot(scene, 1, 5, 0.7 * damping);
   add_dashpot(scene, 3, 4, 1.9 * damping);
   return scene;
 }
 
-TEST(Dashpots, ThatCoupleModesAreAdvancedExactly) {
-  for (const double damping : {0.01, 1.0, 30.0, 300.0, 3e4}) {  // the last ones beyond critical
+TEST(Dashpots, DashpotsThatCoupleModesAreAdvancedExactly) {
+  for (const double damping :
+       {0.01, 1.0, 30.0, 300.0, 3e4}) {  // the largest values are above critical damping
     Scene scene = damped_octahedron(damping);
     const Plan plan = plan_of(scene);
-    EXPECT_EQ(plan.mixing.path, PlanMixing::Path::kExact);
+    EXPECT_EQ(plan.modal_coupling.path, PlanModalCoupling::Path::kExact);
     const double error = error_of(scene, 10.0);
     std::printf(
         "dashpots of %g N s/m and their multiples, %d of %d modes coupled, 10,000 ticks: error %.1e\n",
-        damping, static_cast<int>(plan.mixing.modes.size()), plan.num_elastic, error);
-    // each of 10,000 ticks rounds once
+        damping, static_cast<int>(plan.modal_coupling.modes.size()), plan.num_elastic, error);
+    // each of 10,000 ticks has one rounding error
     EXPECT_LT(error, 1e-12);
   }
 }
 
-TEST(Dashpots, ThatShareTheModesCostNothing) {
+TEST(Dashpots, DashpotsProportionalToStiffnessCoupleNoModes) {
   Scene scene = octahedron(1e4);
   publish_everything(scene);
   stretch(scene, 1e-6, 3);
   for (Link& link : scene.links) link.viscous = 2e-3;
-  EXPECT_EQ(plan_of(scene).mixing.path, PlanMixing::Path::kNone);
+  EXPECT_EQ(plan_of(scene).modal_coupling.path, PlanModalCoupling::Path::kNone);
   EXPECT_LT(error_of(scene, 2.0), 1e-13);
-  // the same as Rayleigh's stiffness part
+  // the damping equals the stiffness-proportional part of Rayleigh damping
   Scene rayleigh = octahedron(1e4);
   rayleigh.damping.beta = 2e-3;
   const Plan a = plan_of(scene), b = plan_of(rayleigh);
@@ -77,7 +78,7 @@ TEST(Dashpots, ThatShareTheModesCostNothing) {
                 1e-14 * b.decay[static_cast<std::size_t>(mode)]);
 }
 
-TEST(Dashpots, TakeTheEnergyThatTheStructureLoses) {
+TEST(Dashpots, DashpotsDissipateTheEnergyThatTheStructureLoses) {
   Scene scene = damped_octahedron(3.0);
   scene.rate = 10000.0;
   Simulation simulation(scene);
@@ -99,8 +100,8 @@ TEST(Dashpots, TakeTheEnergyThatTheStructureLoses) {
     return sum;
   };
   const double before = energy();
-  // Simpson's rule over pairs of ticks: w h below 0.03, so its error is some 1e-8 of the part that
-  // oscillates, whose integral over 500 turns is a hundredth of the whole
+  // The work is integrated by Simpson's rule over pairs of ticks. Since w h is below 0.03, the error is some
+  // 1e-8 of the oscillating part of the power, whose integral over 500 cycles is a hundredth of the total.
   double work = power();
   const int ticks = 5000;
   for (int tick = 1; tick <= ticks; ++tick) {
@@ -115,15 +116,16 @@ TEST(Dashpots, TakeTheEnergyThatTheStructureLoses) {
   EXPECT_NEAR(work, lost, 1e-10 * lost);
 }
 
-// more mixed modes than their exponential is kept for: split, second order, and it never gains energy
-TEST(Dashpots, OnManyModesAreSplitWithSecondOrder) {
+// These coupled modes are too many for the exact exponential. They are advanced by splitting, which has
+// second order and never adds energy.
+TEST(Dashpots, DashpotsOnManyModesAreSplitWithSecondOrder) {
   Scene scene = two_boxes();
   publish_everything(scene);
   stretch(scene, 1e-7, 9);
   add_dashpot(scene, 0, 7, 20.0);
   add_dashpot(scene, 3, 31, 50.0);
   const Plan plan = plan_of(scene);
-  ASSERT_EQ(plan.mixing.path, PlanMixing::Path::kSplit);
+  ASSERT_EQ(plan.modal_coupling.path, PlanModalCoupling::Path::kSplit);
   std::vector<double> errors;
   for (const double rate : {4000.0, 8000.0, 16000.0, 32000.0}) {
     scene.rate = rate;
@@ -145,8 +147,8 @@ TEST(Dashpots, OnManyModesAreSplitWithSecondOrder) {
   }
 }
 
-// loss factor eta on every link: each mode has the damping ratio eta / 2
-TEST(LossFactors, GiveHalfOfThemselvesAsDampingRatio) {
+// If every link has the loss factor eta, every mode has the damping ratio eta / 2.
+TEST(LossFactors, ALossFactorGivesHalfItsValueAsDampingRatio) {
   Scene scene = octahedron(1e4);
   for (Link& link : scene.links) link.loss_factor = 0.04;
   const Plan plan = plan_of(scene);

@@ -1,5 +1,5 @@
-// Wheels on the coupled rung, where their axes turn with bodies: closed forms, momenta, bodies at true
-// geometry.
+// Wheels on the coupled rung, where their axes rotate with the bodies: closed forms, momenta, and bodies at
+// true geometry.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -9,8 +9,8 @@
 #include "core/plan/make_plan.hpp"
 #include "core/step/budget.hpp"
 #include "tests/motion/newton_euler.hpp"
+#include "tests/motion/rotations.hpp"
 #include "tests/motion/rung_cases.hpp"
-#include "tests/motion/turns.hpp"
 #include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {
@@ -27,7 +27,7 @@ ForceCommand motor_command(double torque) {
   return command;
 }
 
-// two bodies on a beam, a third on another, wheels on axes that are no axes of anything
+// Returns three bodies in a row on two beams. The wheel axes are not principal axes.
 Scene bodies_with_wheels() {
   Scene scene;
   for (const Vector3d& at : {Vector3d(0.0, 0.0, 0.0), Vector3d(1.1, 0.2, 0.0), Vector3d(1.9, -0.3, 0.4)}) {
@@ -44,9 +44,10 @@ Scene bodies_with_wheels() {
   return scene;
 }
 
-// As the whirl of discs on a shaft, but the bodies do not spin: J phi'' - i h phi' + (2 EI / L) phi = 0,
-// whirls at (h +- (h^2 + 4 J k)^(1/2)) / (2 J)   (Genta, Dynamics of Rotating Systems, 2005, section 4.4).
-TEST(CoupledWheels, BodiesWithRotorsWhirlAsTheClosedFormSays) {
+// This is the whirl of discs on a shaft, but the rotors spin and the bodies do not: J phi'' - i h phi' + (2
+// EI / L) phi = 0 has the whirl speeds (h +- (h^2 + 4 J k)^(1/2)) / (2 J)   (Genta, Dynamics of Rotating
+// Systems, 2005, section 4.4).
+TEST(CoupledWheels, BodiesWithRotorsWhirlAsInClosedForm) {
   constexpr double kJ = 0.3, kSpan = 0.8, kBending = 240.0, kh = 13.0, kTilt = 1e-5;
   Scene scene;
   for (const double z : {0.0, kSpan}) {
@@ -67,8 +68,8 @@ TEST(CoupledWheels, BodiesWithRotorsWhirlAsTheClosedFormSays) {
   plan.initial.q[static_cast<std::size_t>(mode)] = kTilt;
   Simulation simulation(std::move(plan));
   const auto tilt = [&] {
-    const Vector3d phi =
-        turn_of(structure, freedoms, 0, simulation.state) - turn_of(structure, freedoms, 1, simulation.state);
+    const Vector3d phi = joint_rotation(structure, freedoms, 0, simulation.state) -
+                         joint_rotation(structure, freedoms, 1, simulation.state);
     return std::complex<double>(phi.x(), phi.y());
   };
   const std::complex<double> start = tilt(), i(0.0, 1.0);
@@ -86,11 +87,13 @@ TEST(CoupledWheels, BodiesWithRotorsWhirlAsTheClosedFormSays) {
   }
   std::printf("whirls of rotors at %.4f and %.4f rad/s, %.4f at rest: tilt off by %.1e of itself over 2 s\n",
               forward, backward, std::sqrt(k / kJ), worst);
-  // order 4 at w h = 0.02, 2 s; the second order of the tilt is 1e-10
+  // the bound is above the error of order 4 at w h = 0.02 over 2 s; terms of second order in the tilt are
+  // 1e-10
   EXPECT_LT(worst, 1e-6);
 }
 
-// with H fixed it turns about H at |H| / I_1 and about its axis at w_3 - (I_3 w_3 + h) / I_1   (Hughes 1986)
+// H is constant. The body rotates about H at |H| / I_1 and about its axis at w_3 - (I_3 w_3 + h) / I_1
+// (Hughes 1986).
 TEST(CoupledWheels, ADualSpinBodyPrecessesInClosedForm) {
   constexpr double kI1 = 2.0, kI3 = 3.1, kh = 1.7;
   const Vector3d spin(0.8, -0.3, 0.6);
@@ -118,11 +121,11 @@ TEST(CoupledWheels, ADualSpinBodyPrecessesInClosedForm) {
   for (const double error : errors) EXPECT_LT(error, 5e-13);
 }
 
-Eigen::Matrix3d turned(const Vector3d& theta) { return exponential(theta).toRotationMatrix(); }
+Eigen::Matrix3d rotation_by(const Vector3d& theta) { return exponential(theta).toRotationMatrix(); }
 
-// H to third order of the turn, p to second: both come of h a . (body's angular velocity in its own axes) to
-// second order, less the rate of h a . theta   (X168)
-TEST(CoupledWheels, MomentaAreThoseOfTurnedAxes) {
+// H has an error of third order in the rotation and p of second order. Both derive from h a . (angular
+// velocity of the body in its own axes) up to second order, minus the rate of h a . theta   (THEORY 16.32).
+TEST(CoupledWheels, MomentaMatchThoseOfRotatedWheelAxes) {
   const Scene scene = bodies_with_wheels();
   Scene bare = scene;
   bare.wheels.clear();
@@ -139,17 +142,17 @@ TEST(CoupledWheels, MomentaAreThoseOfTurnedAxes) {
     Vector3d H = Vector3d::Zero();
     Eigen::VectorXd p = Eigen::VectorXd::Zero(n);
     for (const Wheel& wheel : scene.wheels) {
-      const Vector3d theta = turn_of(structure, freedoms, wheel.point, with);
-      H += wheel.momentum * turned(theta) * wheel.axis;
+      const Vector3d theta = joint_rotation(structure, freedoms, wheel.point, with);
+      H += wheel.momentum * rotation_by(theta) * wheel.axis;
       const auto rows =
-          structure.turns.middleRows<3>(freedoms.rotation(wheel.point) - freedoms.num_displacements());
+          structure.rotations.middleRows<3>(freedoms.rotation(wheel.point) - freedoms.num_displacements());
       for (Eigen::Index l = 0; l < n; ++l) {
-        // angular velocity in own axes by differences of the attitude along mode l
+        // the angular velocity in the body's own axes comes from differences of its attitude along mode l
         constexpr double kStep = 1e-4;
         const Vector3d along = rows.col(l) / rows.col(l).norm();
         const Eigen::Matrix3d rate =
-            (turned(theta + kStep * along) - turned(theta - kStep * along)) / (2.0 * kStep);
-        const Eigen::Matrix3d W = turned(theta).transpose() * rate;
+            (rotation_by(theta + kStep * along) - rotation_by(theta - kStep * along)) / (2.0 * kStep);
+        const Eigen::Matrix3d W = rotation_by(theta).transpose() * rate;
         const Vector3d own = Vector3d(W(2, 1), W(0, 2), W(1, 0)) * rows.col(l).norm();
         p[l] += wheel.momentum / structure.mass_properties.mass * wheel.axis.dot(own - rows.col(l));
       }
@@ -167,8 +170,8 @@ TEST(CoupledWheels, MomentaAreThoseOfTurnedAxes) {
   }
 }
 
-// the rates come of the energy that the momenta come of, or it would drift
-TEST(CoupledWheels, KeepEnergyAndMomentumToTheOrderOfTheMethod) {
+// The energy does not drift, because the rates and the momenta derive from the same energy.
+TEST(CoupledWheels, EnergyAndMomentumAreConservedToTheOrderOfTheMethod) {
   Scene scene = bodies_with_wheels();
   std::vector<double> drift;
   for (const double rate : {250.0, 500.0, 1000.0, 2000.0}) {
@@ -186,13 +189,13 @@ TEST(CoupledWheels, KeepEnergyAndMomentumToTheOrderOfTheMethod) {
   }
   std::printf("energy of bodies with wheels off by %.1e %.1e %.1e %.1e at 250 to 2000 Hz\n", drift[0],
               drift[1], drift[2], drift[3]);
-  // over all three halvings: it crosses zero between two of them
+  // the order is measured over all three halvings, because the error changes sign between two of them
   EXPECT_GT(std::log2(drift[0] / drift[3]), 3.0 * 3.5);
 }
 
-// The motor works on wheel and body: what the body and the structure gain is its torque times the rate at
-// which the body turns the other way about the axis.
-TEST(CoupledWheels, AMotorWorksOnTheBodyThatCarriesIt) {
+// The motor drives wheel and body in opposite directions. The energy of body and structure grows by the
+// torque times the rate at which the body rotates against the wheel.
+TEST(CoupledWheels, AMotorDoesWorkOnTheBodyThatCarriesIt) {
   constexpr double kTorque = 2.0;
   Scene scene = bodies_with_wheels();
   scene.rate = 8000.0;
@@ -204,10 +207,10 @@ TEST(CoupledWheels, AMotorWorksOnTheBodyThatCarriesIt) {
   const auto own_rate = [&] {
     const State& state = simulation.state;
     const Eigen::Map<const Eigen::VectorXd> q_dot(state.q_dot.data(), structure.omega.size());
-    const Vector3d theta = turn_of(structure, freedoms, 0, state),
-                   theta_dot =
-                       structure.turns.middleRows<3>(freedoms.rotation(0) - freedoms.num_displacements()) *
-                       q_dot,
+    const Vector3d theta = joint_rotation(structure, freedoms, 0, state),
+                   theta_dot = structure.rotations.middleRows<3>(freedoms.rotation(0) -
+                                                                 freedoms.num_displacements()) *
+                               q_dot,
                    w = as_vector(state.coupled.w_B), &a = scene.wheels[0].axis;
     const Vector3d axis = a + theta.cross(a) + 0.5 * theta.cross(theta.cross(a));
     return w.dot(axis) + a.dot(theta_dot - 0.5 * theta.cross(theta_dot));
@@ -224,12 +227,12 @@ TEST(CoupledWheels, AMotorWorksOnTheBodyThatCarriesIt) {
   const double gained = energy_of(simulation) - energy;
   std::printf("a motor on a body: energy %.9f J, work %.9f J\n", gained, work);
   EXPECT_GT(std::abs(gained), 1e-3);
-  // Simpson's rule and the step, both of order 4
+  // Simpson's rule and the step both have order 4
   EXPECT_NEAR(gained, work, 1e-6 * std::abs(work));
 }
 
-// w' and q'' are those of differences of velocities
-TEST(CoupledWheels, AccelerationsAreDifferencesOfVelocities) {
+// w' and q'' agree with differences of velocities.
+TEST(CoupledWheels, AccelerationsAgreeWithDifferencesOfVelocities) {
   Scene scene = bodies_with_wheels();
   scene.rate = 20000.0;
   Plan plan = compile(scene);
@@ -246,12 +249,12 @@ TEST(CoupledWheels, AccelerationsAreDifferencesOfVelocities) {
   std::printf("acceleration %.6g m/s^2, by differences off by %.1e of it\n", difference.norm(),
               (as_vector(now.a_W) - difference).norm() / difference.norm());
   EXPECT_GT(difference.norm(), 0.1);
-  // the third derivative of the velocity, (w h)^2 / 6 of the highest mode
+  // the difference has an error of (w h)^2 / 6 for the highest mode
   EXPECT_LT((as_vector(now.a_W) - difference).norm(), 2e-3 * difference.norm());
 }
 
-// on an axis about which all spins, with rotors on it, one sped up by a torque that goes with the amplitude
-TEST(CoupledWheels, AreThoseOfRigidBodiesOnSpringsToTheSquareOfTheAmplitude) {
+// Bodies and rotors spin about one axis. A torque proportional to the amplitude accelerates one rotor.
+TEST(CoupledWheels, BodiesWithWheelsMatchNewtonEulerToSecondOrderInAmplitude) {
   expect_square_of_amplitude([](double size) {
     Stack stack;
     const double torque = 75.0 * size;
@@ -268,8 +271,8 @@ TEST(CoupledWheels, AreThoseOfRigidBodiesOnSpringsToTheSquareOfTheAmplitude) {
   });
 }
 
-// the shadows take over what wheels have
-TEST(CoupledWheels, ABudgetRunsBesideThem) {
+// When the shadows restart, they take the momenta of the wheels from the state.
+TEST(CoupledWheels, TheErrorBudgetIncludesTheMomentaOfWheels) {
   Scene scene = bodies_with_wheels();
   scene.error_budget.horizon = 0.1;
   Faults faults;

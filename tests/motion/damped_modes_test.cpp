@@ -1,4 +1,4 @@
-// Frequency and damping of coupled modes are those of a free decay in the step itself.
+// The reported frequency and damping of coupled modes agree with a free decay that the step computes.
 #include "core/plan/damped_modes.hpp"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include "core/plan/coupled_roots.hpp"
 #include "core/plan/free_forces.hpp"
 #include "core/plan/make_plan.hpp"
-#include "core/plan/mixing.hpp"
+#include "core/plan/modal_coupling.hpp"
 #include "core/step/state.hpp"
 #include "core/structure/decompositions.hpp"
 #include "core/structure/structure.hpp"
@@ -23,8 +23,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// What one tick of the step itself makes of every coordinate and rate in turn, (size q, q'). Small motions:
-// on rungs that are not linear nothing else matters then.
+// Returns the matrix that one tick of the step applies to (size q, q'), column by column. The motions are so
+// small that nonlinear rungs act linearly.
 Eigen::MatrixXd tick_of(const Plan& plan) {
   constexpr double kSmall = 1e-9;  // [m]
   const Eigen::Index n = plan.num_elastic;
@@ -50,8 +50,8 @@ Eigen::MatrixXd tick_of(const Plan& plan) {
   return tick;
 }
 
-// Every free decay of the step: a motion along an eigenvector of a tick falls and turns by its eigenvalue at
-// each.
+// Returns the rates of free decay of the step. A motion along an eigenvector of the matrix of a tick is
+// multiplied by the eigenvalue at each tick.
 Eigen::VectorXcd decays_of(const Plan& plan) {
   const Eigen::VectorXcd mu = tick_of(plan).eigenvalues();
   return mu.array().log() / plan.period;
@@ -63,13 +63,13 @@ struct Largest {
   double off = 0.0, step_error = 0.0, first_order = 0.0;
 };
 
-// Every mode in turn: what is printed, and the free decay that is nearest to it. \return the largest
-// differences, over the decay rate: of the two, of the step as it is foreseen, of half the diagonal of the
-// damping matrix.
+// Compares every reported mode with the nearest free decay. \return the largest of each of three errors
+// relative to the decay rate: the difference of the two, the predicted error of the step, and the error of
+// half the diagonal of the damping matrix
 Largest compare(const Plan& plan, double rounding) {
   const Eigen::VectorXcd decays = decays_of(plan);
   const std::vector<DampedMode> modes = free_motion(plan).modes;
-  const MixingForces forces = mixing_forces(plan);
+  const CouplingForces forces = coupling_forces(plan);
   std::vector<bool> is_used(static_cast<std::size_t>(decays.size()), false);
   Largest largest;
   for (std::size_t l = 0; l < modes.size(); ++l) {
@@ -77,14 +77,14 @@ Largest compare(const Plan& plan, double rounding) {
     const Complex s = printed(modes[l]);
     Eigen::Index nearest = 0;
     double off = HUGE_VAL;
-    // of equal modes each has a decay of its own
+    // each of several equal modes has its own decay
     for (Eigen::Index k = 0; k < decays.size(); ++k)
       if (!is_used[static_cast<std::size_t>(k)] && std::abs(decays[k] - s) < off)
         off = std::abs(decays[k] - s), nearest = k;
     is_used[static_cast<std::size_t>(nearest)] = true;
     const double rate = std::abs(s.real());
     EXPECT_LT(off, 1.3 * modes[l].step_error * rate + rounding * std::abs(s))
-        << "mode " << l << ": " << s << " printed, " << decays[nearest] << " shown";
+        << "mode " << l << ": " << s << " printed, " << decays[nearest] << " measured";
     if (modes[l].frequency > 0.0) {
       EXPECT_NEAR(modes[l].ratio, -s.real() / std::abs(s), 1e-12);
     }
@@ -110,19 +110,21 @@ Scene damped_boxes(std::uint64_t seed, double rate) {
   return scene;
 }
 
-// 114 modes, more than the exponential takes: dashpots act by splitting, of second order in the step.
-TEST(DampedModes, OfRandomScenesAreWhatAFreeDecayShows) {
+// The scenes have up to 114 modes. That is too many for the exact exponential, so dashpots act by splitting,
+// which has second order in the step.
+TEST(DampedModes, ModesOfRandomScenesMatchAFreeDecay) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     Largest before;
     for (const double rate : {30000.0, 60000.0}) {
       const Plan plan = plan_of(damped_boxes(seed, rate));
-      ASSERT_EQ(plan.mixing.path, PlanMixing::Path::kSplit);
+      ASSERT_EQ(plan.modal_coupling.path, PlanModalCoupling::Path::kSplit);
       const Largest now = compare(plan, 1e-9);
       std::printf(
-          "seed %d, %5.0f Hz: printed and shown differ by %.1e of the decay rate, foreseen %.1e; half the "
+          "seed %d, %5.0f Hz: printed and measured differ by %.1e of the decay rate, predicted %.1e; half "
+          "the "
           "diagonal is off by %.2f\n",
           static_cast<int>(seed), rate, now.off, now.step_error, now.first_order);
-      EXPECT_GT(now.first_order, 0.1) << "a scene that shows nothing";
+      EXPECT_GT(now.first_order, 0.1) << "the coupling is too weak to test anything";
       if (before.step_error > 0.0) {
         EXPECT_NEAR(before.step_error / now.step_error, 4.0, 1.0);
       }
@@ -131,19 +133,19 @@ TEST(DampedModes, OfRandomScenesAreWhatAFreeDecayShows) {
   }
 }
 
-// A square truss has pairs of equal modes, of which a dashpot damps one combination.
-TEST(DampedModes, OfEqualModesAreWhatAFreeDecayShows) {
+// A square truss has pairs of modes of equal frequency. A dashpot damps one combination of each pair.
+TEST(DampedModes, ModesOfEqualFrequencyMatchAFreeDecay) {
   Scene scene = square_truss(12);
   add_link(scene, 1, 30, Dashpot{300.0});
   scene.damping.modal_ratio = 0.003;
   scene.rate = 20000.0;
   const Plan plan = plan_of(scene);
-  ASSERT_EQ(plan.mixing.path, PlanMixing::Path::kSplit);
+  ASSERT_EQ(plan.modal_coupling.path, PlanModalCoupling::Path::kSplit);
   const Largest now = compare(plan, 1e-9);
-  std::printf("equal modes: printed and shown differ by %.1e of the decay rate\n", now.off);
+  std::printf("equal modes: printed and measured differ by %.1e of the decay rate\n", now.off);
 }
 
-TEST(DampedModes, OnEveryRungAreWhatAFreeDecayShows) {
+TEST(DampedModes, ModesOnEveryRungMatchAFreeDecay) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
                               Fidelity::kExactBars, Fidelity::kFull}) {
     Scene scene = random_structure(7, 8);
@@ -155,14 +157,15 @@ TEST(DampedModes, OnEveryRungAreWhatAFreeDecayShows) {
     scene.fidelity = rung;
     const Largest now = compare(plan_of(scene), 1e-6);
     std::printf(
-        "%-11s printed and shown differ by %.1e of the decay rate; half the diagonal is off by %.2f\n",
+        "%-11s printed and measured differ by %.1e of the decay rate; half the diagonal is off by %.2f\n",
         name_of(rung), now.off, now.first_order);
-    EXPECT_GT(now.first_order, 0.1) << "a scene that shows nothing";
+    EXPECT_GT(now.first_order, 0.1) << "the coupling is too weak to test anything";
   }
 }
 
-// Feedback from one point on another is no damping matrix, and may let modes grow.
-TEST(DampedModes, UnderFeedbackAreWhatAFreeDecayShows) {
+// If feedback from the motion of one point acts on another, the damping matrix is not symmetric, and modes
+// may grow.
+TEST(DampedModes, ModesUnderFeedbackMatchAFreeDecay) {
   for (const bool is_large : {false, true}) {
     Scene scene = is_large ? damped_boxes(1, 8000.0) : random_structure(11, 8);
     scene.rate = 8000.0;
@@ -175,14 +178,15 @@ TEST(DampedModes, UnderFeedbackAreWhatAFreeDecayShows) {
     feedback.velocity_gain = -2.0 * Eigen::Matrix3d::Identity();
     scene.feedbacks = {feedback};
     const Largest now = compare(plan_of(scene), 1e-9);
-    std::printf("feedback: printed and shown differ by %.1e of the decay rate, foreseen %.1e\n", now.off,
+    std::printf("feedback: printed and measured differ by %.1e of the decay rate, predicted %.1e\n", now.off,
                 now.step_error);
   }
 }
 
-// A mass on three springs with a relaxation time of 0.01 s, inside a truss: 117 modes, ratio 0.005. By itself
-// it has the damping 0.005 + 0.01 omega / 2, up to 0.0216, for the truss is stiff and heavy beside it.
-TEST(DampedModes, OfASloshingMassAmongManyModesIsItsOwn) {
+// A mass hangs inside a truss on three springs with a relaxation time of 0.01 s; the scene has 117 modes and
+// a damping ratio of 0.005. The truss is stiff and heavy compared with the mass, so the modes of the mass
+// have the damping ratio 0.005 + 0.01 omega / 2, up to 0.0216.
+TEST(DampedModes, ASloshingMassAmongManyModesHasItsOwnDamping) {
   Scene scene = square_truss(10);
   const auto mass = static_cast<int>(scene.points.size());
   scene.points.push_back({"slosh", 0.05, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
@@ -204,7 +208,7 @@ TEST(DampedModes, OfASloshingMassAmongManyModesIsItsOwn) {
   const std::vector<DampedMode> modes = free_motion(plan).modes;
   for (std::size_t l = 0; l < 3; ++l) {
     const double expected = 0.005 + 0.5 * kTime * plan.omega[l];
-    // a free decay: the logarithm of the amplitude over some ten periods
+    // the decay rate is measured from the logarithm of the amplitude over about ten periods
     Plan decay = plan;
     decay.initial.q[l] = 1e-3;
     Simulation simulation(std::move(decay));
@@ -218,18 +222,18 @@ TEST(DampedModes, OfASloshingMassAmongManyModesIsItsOwn) {
       }
       before = rate;
     }
-    const double shown = std::log(first / last) / ((last_time - first_time) * 1e-3) / plan.omega[l];
-    std::printf("slosh mode %zu, %.3f rad/s: damping %.5f printed, %.5f shown, %.5f by hand\n", l + 1,
-                plan.omega[l], modes[l].ratio, shown, expected);
+    const double measured = std::log(first / last) / ((last_time - first_time) * 1e-3) / plan.omega[l];
+    std::printf("slosh mode %zu, %.3f rad/s: damping %.5f printed, %.5f measured, %.5f by hand\n", l + 1,
+                plan.omega[l], modes[l].ratio, measured, expected);
     EXPECT_NEAR(modes[l].ratio, expected, 1e-3 * expected);
-    EXPECT_NEAR(modes[l].ratio, shown, 2e-3 * shown);
+    EXPECT_NEAR(modes[l].ratio, measured, 2e-3 * measured);
     EXPECT_LT(modes[l].step_error, 1e-3);
   }
 }
 
-// Three masses in a row, two springs, and a dashpot beside one of them that couples the two modes and is so
-// strong that one of them does not oscillate.
-TEST(DampedModes, ThatDoNotOscillateHaveTwoRealEigenvalues) {
+// Three masses in a row on two springs. A dashpot in parallel with one spring couples the two modes and is so
+// strong that one mode does not oscillate.
+TEST(DampedModes, AModeThatDoesNotOscillateHasTwoRealEigenvalues) {
   Scene scene;
   for (int k = 0; k < 3; ++k)
     scene.points.push_back({"p" + std::to_string(k), 1.0, {1.0 * k, 0.0, 0.0}, Eigen::Vector3d::Zero()});
@@ -266,8 +270,8 @@ TEST(DampedModes, ThatDoNotOscillateHaveTwoRealEigenvalues) {
   EXPECT_EQ(real, 1);
 }
 
-// The same with the angular velocity of the body behind, and without what constant loads add: (size q, q',
-// w).
+// Returns the matrix that one tick applies to (size q, q', w), where w is the angular velocity of the body.
+// The response to constant loads is subtracted.
 Eigen::MatrixXd tick_with_body(const Plan& plan) {
   constexpr double kSmall = 1e-7;  // [m], [rad/s] for every unit
   const Eigen::Index n = plan.num_elastic, all = 2 * n + 3;
@@ -294,7 +298,7 @@ Eigen::MatrixXd tick_with_body(const Plan& plan) {
     const Eigen::Index l = column % n;
     double& start = column < n       ? initial.q[static_cast<std::size_t>(l)]
                     : column < 2 * n ? initial.q_dot[static_cast<std::size_t>(l)]
-                                     : initial.w_WB_B[static_cast<std::size_t>(column - 2 * n)];
+                                     : initial.w_B[static_cast<std::size_t>(column - 2 * n)];
     start = column < n ? kSmall / size_of(l) : kSmall;
     tick.col(column) = (next() - at_rest) / kSmall;
     start = 0.0;
@@ -302,16 +306,17 @@ Eigen::MatrixXd tick_with_body(const Plan& plan) {
   return tick;
 }
 
-// Largest distance of a mode from the eigenvalues of a tick, over its size.
+// Returns the largest distance between a mode and the nearest eigenvalue of a tick, relative to the magnitude
+// of the eigenvalue.
 double farthest(const std::vector<DampedMode>& modes, const Eigen::MatrixXd& tick, double period) {
-  Eigen::ArrayXcd shown = tick.eigenvalues().array().log() / period;
+  Eigen::ArrayXcd measured = tick.eigenvalues().array().log() / period;
   double most = 0.0;
   for (const DampedMode& mode : modes) {
     EXPECT_TRUE(mode.is_known);
     Eigen::Index nearest = 0;
-    const double off = (shown - printed(mode)).abs().minCoeff(&nearest);
+    const double off = (measured - printed(mode)).abs().minCoeff(&nearest);
     most = std::max(most, off / std::abs(printed(mode)));
-    shown[nearest] = HUGE_VAL;  // each belongs to one mode
+    measured[nearest] = HUGE_VAL;  // each eigenvalue belongs to one mode
   }
   return most;
 }
@@ -333,9 +338,10 @@ Scene boom_with_wheel(double momentum) {
   return scene;
 }
 
-// On the coupled rung wheels turn the modes and the body together: a tick of modes and angular velocity.
-// Below it they do nothing to free modes, and the figures are those of the structure.
-TEST(DampedModes, WithWheelsAreThoseOfModesAndBodyTogether) {
+// On the coupled rung wheels couple the modes with the rotation of the body, so the tick includes the angular
+// velocity. Below that rung wheels do not affect free modes, so the reported modes are those of the
+// structure.
+TEST(DampedModes, ModesOfABodyWithWheelsIncludeTheRotationOfTheBody) {
   for (const double momentum : {0.5, 5.0, 50.0}) {
     Scene scene = boom_with_wheel(momentum);
     scene.damping.modal_ratio = 0.01;
@@ -349,8 +355,8 @@ TEST(DampedModes, WithWheelsAreThoseOfModesAndBodyTogether) {
     const double off = farthest(motion.modes, tick_with_body(plan), plan.period);
     std::printf("wheel of %4.1f N m s: nutation %.4f Hz, modes shift by up to %.2g, off the tick by %.1e\n",
                 momentum, motion.nutation / (2.0 * M_PI), shift, off);
-    EXPECT_GT(shift, 1e-4) << "a scene that shows nothing";
-    EXPECT_LT(off, 1e-6);  // the fourth order of the step at 0.13 rad a tick
+    EXPECT_GT(shift, 1e-4) << "the coupling is too weak to test anything";
+    EXPECT_LT(off, 1e-6);  // the error of order four at 0.13 rad per tick
     scene.fidelity = Fidelity::kSeparated;
     const Plan separated = plan_of(scene);
     EXPECT_FALSE(couples_modes(separated));
@@ -376,9 +382,8 @@ Scene rocket_of_beams(double thrust, Fidelity rung) {
   return scene;
 }
 
-// A constant thrust that turns with its point lowers the frequencies, and beyond a critical size makes two
-// modes one that grows.
-TEST(DampedModes, UnderConstantFollowersAreWhatAFreeDecayShows) {
+// A constant follower thrust lowers the frequencies. Above a critical thrust two modes merge and grow.
+TEST(DampedModes, ModesUnderConstantFollowersMatchAFreeDecay) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled})
     for (const double thrust : {60.0, 1000.0}) {
       const Plan plan = plan_of(rocket_of_beams(thrust, rung));
@@ -397,8 +402,9 @@ TEST(DampedModes, UnderConstantFollowersAreWhatAFreeDecayShows) {
     }
 }
 
-// A torque on a body in local axes; on the coupled rung the load that the turned body takes has half of it.
-TEST(DampedModes, UnderATorqueThatTurnsAreWhatAFreeDecayShows) {
+// A torque acts on a body in local axes. On the coupled rung half of its follower stiffness comes from the
+// load on the rotated body.
+TEST(DampedModes, ModesUnderAFollowerTorqueMatchAFreeDecay) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled}) {
     Scene scene = boom_with_wheel(0.0);
     scene.wheels.clear();
@@ -416,31 +422,32 @@ TEST(DampedModes, UnderATorqueThatTurnsAreWhatAFreeDecayShows) {
     double shift = 0.0;
     for (std::size_t l = 0; l < modes.size(); ++l)
       shift = std::max(shift, std::abs(modes[l].frequency / plan.omega[l] - 1.0));
-    std::printf("%-9s torque that turns: modes shift by up to %.2g, off the tick by %.1e\n", name_of(rung),
+    std::printf("%-9s follower torque: modes shift by up to %.2g, off the tick by %.1e\n", name_of(rung),
                 shift, off);
-    EXPECT_GT(shift, 5e-4) << "a scene that shows nothing";
-    EXPECT_LT(shift, 0.01);  // modes that move no force keep their eigenvalues, and their places
+    EXPECT_GT(shift, 5e-4) << "the coupling is too weak to test anything";
+    EXPECT_LT(shift, 0.01);  // modes on which no force acts keep their eigenvalues and their order
     EXPECT_LT(off, 1e-5);    // second order in the step
   }
 }
 
-TEST(DampedModes, ThatAFollowerMakesGrowAreAWarningOfTheSetUp) {
+TEST(DampedModes, TheSetUpWarnsOfAModeThatAFollowerMakesGrow) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled})
     for (const double thrust : {60.0, 1000.0}) {
       const Scene scene = rocket_of_beams(thrust, rung);
       Faults faults;
       const auto structure = build_structure(scene, faults);
-      ASSERT_TRUE(structure && make_whole_plan(scene, *structure, scene.fidelity, faults));
+      ASSERT_TRUE(structure && make_full_plan(scene, *structure, scene.fidelity, faults));
       const bool warns = std::any_of(faults.begin(), faults.end(), [](const Fault& fault) {
-        return fault.message.find("load 'thrust', which turns with the structure, makes a mode grow by") !=
+        return fault.message.find("load 'thrust', which rotates with the structure, makes a mode grow by") !=
                std::string::npos;
       });
       EXPECT_EQ(warns, thrust > 500.0) << name_of(rung) << ", " << thrust;
     }
 }
 
-// What internal forces of bars at their true geometry do to the stiffness is not in the linear equations.
-TEST(DampedModes, UnderFollowersThatStrainTrueBarsAreNotKnown) {
+// The linear equations do not contain the geometric stiffness that bars at true geometry have from their
+// internal forces.
+TEST(DampedModes, ModesUnderFollowersThatStrainExactBarsAreUnknown) {
   Scene scene = square_truss(3);
   Load load;
   load.name = "thrust";
@@ -454,9 +461,9 @@ TEST(DampedModes, UnderFollowersThatStrainTrueBarsAreNotKnown) {
   EXPECT_EQ(motion.unknown, "load 'thrust' follows, and it strains bars at their true geometry");
 }
 
-// Masses in a row with springs of which some are viscous: two real eigenvalues that have most of their energy
-// in different modes leave no pair without a mode.
-TEST(DampedModes, OfASmallSceneAllHaveTheirMotion) {
+// Masses in a row on springs, some of them viscous. Two real eigenvalues may have most of their energy in
+// different modes; even then every mode must get an eigenvalue.
+TEST(DampedModes, EachModeOfASmallSceneHasAnEigenvalue) {
   Scene scene;
   for (int k = 0; k < 4; ++k)
     scene.points.push_back({"p" + std::to_string(k), 1.0, {1.0 * k, 0.0, 0.0}, Eigen::Vector3d::Zero()});
@@ -476,7 +483,8 @@ TEST(DampedModes, OfASmallSceneAllHaveTheirMotion) {
   modes.erase(modes.begin(), modes.begin() + 4);  // mechanisms
   ASSERT_EQ(modes.size(), 3U);
   EXPECT_LT(farthest(modes, tick_of(plan), plan.period), 1e-6);
-  // the pairs -1.4917 +- 13.040 i and -14.32 +- 22.15 i, and the slower one of -3.66 and -54.7
+  // expected: the pairs -1.4917 +- 13.040 i and -14.32 +- 22.15 i, and the slower of the real eigenvalues
+  // -3.66 and -54.7
   std::vector<double> frequencies;
   for (const DampedMode& mode : modes) frequencies.push_back(mode.frequency);
   std::sort(frequencies.begin(), frequencies.end());
@@ -485,8 +493,8 @@ TEST(DampedModes, OfASmallSceneAllHaveTheirMotion) {
   EXPECT_NEAR(frequencies[2], 22.15, 5e-3);
 }
 
-// A feedback that pushes away makes real eigenvalues of both signs.
-TEST(DampedModes, ThatDivergeGrow) {
+// A feedback that increases a displacement gives real eigenvalues of both signs.
+TEST(DampedModes, AModeThatDivergesIsReportedAsGrowing) {
   for (const double damping : {0.0, 20.0}) {
     Scene scene;
     for (int k = 0; k < 2; ++k)
@@ -510,15 +518,15 @@ TEST(DampedModes, ThatDivergeGrow) {
     scene.rate = 1000.0;
     const std::vector<DampedMode> modes = free_motion(plan_of(scene)).modes;
     ASSERT_EQ(modes.size(), 1U);
-    // elongation u, of which each point has half: u'' = (-200 + 250) u - 2 damping u'
+    // u is the elongation, and each point moves by u / 2: u'' = (-200 + 250) u - 2 damping u'
     EXPECT_EQ(modes[0].frequency, 0.0);
     EXPECT_NEAR(modes[0].rate, damping - std::sqrt(damping * damping + 50.0), 1e-9);
     EXPECT_EQ(modes[0].ratio, -1.0);
   }
 }
 
-// A mode that is left alone prints what it printed.
-TEST(DampedModes, ThatNothingCouplesAreTheTextbooks) {
+// A mode without coupling has its given damping ratio and the damped frequency of a single oscillator.
+TEST(DampedModes, ModesWithoutCouplingAreTextbookModes) {
   Scene scene = random_structure(3, 5);
   scene.damping.modal_ratio = 0.1;
   const Plan plan = plan_of(scene);
@@ -529,28 +537,29 @@ TEST(DampedModes, ThatNothingCouplesAreTheTextbooks) {
   }
 }
 
-// Light damping keeps its digits beside stiff links: 1e-8 of critical at a stiffness ratio of 1e12.
-TEST(CoupledRoots, KeepLightDampingBesideStiffModes) {
+// A damping ratio of 1e-8 keeps its digits although stiffnesses differ by a factor of 1e12.
+TEST(CoupledRoots, LightDampingKeepsItsDigitsDespiteStiffModes) {
   constexpr Eigen::Index kModes = 100;
   CoupledModes modes;
   modes.omega =
       Eigen::VectorXd::LinSpaced(kModes, 0.0, 6.0).unaryExpr([](double x) { return std::pow(10.0, x); });
   modes.decay = Eigen::VectorXd::Zero(kModes);
-  // each mode is damped by 2e-8 of its frequency, by one dashpot that couples all
+  // a single dashpot couples all modes and gives each a damping ratio of 1e-8
   modes.by_q = Eigen::MatrixXd::Zero(1, kModes);
   modes.out = (2.0 * 1e-8 * modes.omega.transpose()).cwiseSqrt();
   modes.by_q_dot = -modes.out;
   int count = 0;
   EXPECT_TRUE(find_coupled_roots(modes, [&](const CoupledRoot& root) {
-    // second order in the damping: 1e-16 of the frequency times the number of modes over their spacing
+    // terms of second order in the damping are 1e-16 of the frequency, times the number of modes over their
+    // spacing
     EXPECT_NEAR(-root.s.real() / std::abs(root.s), 1e-8, 1e-13);
     ++count;
   }));
   EXPECT_EQ(count, kModes);
 }
 
-// What would take minutes is not computed, and that is said at once.
-TEST(CoupledRoots, ThatAreTooManyAreNotComputed) {
+// A computation that would take minutes is refused before it starts.
+TEST(CoupledRoots, TooManyRootsAreNotComputed) {
   constexpr Eigen::Index kModes = 700;
   CoupledModes modes;
   modes.omega = Eigen::VectorXd::LinSpaced(kModes, 1.0, 100.0);

@@ -1,5 +1,5 @@
-// Dashpots and viscous springs at true direction (THEORY X94): the rungs from exact bars up are the full
-// system of them.
+// Dashpots and viscous springs along their true direction (THEORY 12.19): exact bars and the rungs above
+// agree with the full system.
 #include "core/plan/make_plan.hpp"
 #include "core/step/readout.hpp"
 #include "core/structure/structure.hpp"
@@ -18,12 +18,12 @@ Link dashpot_between(int first, int second, double damping) {
   return link;
 }
 
-/// The truss bent by centimetres while it spins, damped in one of three ways.
+/// Returns the truss bent by centimetres while it spins, damped in one of three ways.
 Scene damped_truss(const std::string& how) {
   Scene scene = boxed_truss(3.0, 2000.0);
   scene.name = how;
   scene.loads[0].history = PulseHistory{0.0, 0.064};
-  // across faces, where the springs leave a diagonal free, and along the whole
+  // along face diagonals without a spring, and along the whole truss
   if (how == "dashpots")
     for (const auto& [first, second] : {std::pair{1, 4}, {6, 9}, {11, 14}, {0, 18}})
       scene.links.push_back(dashpot_between(first, second, 20.0));
@@ -33,8 +33,9 @@ Scene damped_truss(const std::string& how) {
   return scene;
 }
 
-// an eighth order method on Cartesian points with dampers along the true line of their ends is the truth
-TEST(DamperRung, IsTheFullSystemInOrderFour) {
+// The reference is a method of order 8 on Cartesian points whose dampers act along the line between their
+// ends.
+TEST(DamperRung, ExactBarsWithDampersConvergeToTheFullSystemWithOrderFour) {
   for (const char* how : {"dashpots", "viscous", "beta"}) {
     const Scene scene = damped_truss(how);
     const Truth truth = truth_of(scene, kEndTime);
@@ -45,20 +46,21 @@ TEST(DamperRung, IsTheFullSystemInOrderFour) {
     const double undivided = errors_of(run_rung(scene, Fidelity::kCoupled, 0.25e-3, kEndTime), truth).elastic,
                  divided = errors_of(full, truth).elastic;
     std::printf(
-        "%-9s exact bars at 2 to 1/4 ms %.1e %.1e %.1e %.1e, full at 4 ms in %d parts %.1e, coupled %.1e; "
+        "%-9s exact bars at 2 to 1/4 ms %.1e %.1e %.1e %.1e, full at 4 ms in %d substeps %.1e, coupled %.1e; "
         "bent by %.2f m\n",
-        how, errors[0], errors[1], errors[2], errors[3], full.plan.coupled.num_parts, divided, undivided,
+        how, errors[0], errors[1], errors[2], errors[3], full.plan.coupled.num_substeps, divided, undivided,
         full.displacements_B().colwise().norm().maxCoeff());
     EXPECT_NEAR(std::log2(errors[1] / errors[3]), 8.0, 1.0) << how << ": order 4 over two halvings";
     EXPECT_LT(errors[3], 1e-6) << how;
-    EXPECT_LT(divided, 1e-5) << how << ": parts of half a radian";
-    EXPECT_GT(undivided, 1e3 * errors[3]) << how << ": linear dampers and bars would be seen";
+    EXPECT_LT(divided, 1e-5) << how << ": substeps of half a radian";
+    EXPECT_GT(undivided, 1e3 * errors[3])
+        << how << ": the difference would be too small to detect linear dampers and bars";
   }
 }
 
-// the same dampers, linear about the frame beside true bars, are not the full system: what the test above
-// rests on
-TEST(DamperRung, LinearDampersBesideTrueBarsAreSeen) {
+// If true bars are combined with dampers that are linear about the frame, the motion differs from the full
+// system. The test above relies on this difference.
+TEST(DamperRung, LinearDampersNextToTrueBarsAreDetected) {
   const Scene scene = damped_truss("dashpots");
   const Truth truth = truth_of(scene, kEndTime);
   Scene at_rate = scene;
@@ -73,8 +75,8 @@ TEST(DamperRung, LinearDampersBesideTrueBarsAreSeen) {
   EXPECT_GT(error, 1e-3);
 }
 
-// k (l - L) + c dl/dt of the points where they are
-TEST(DamperRung, PublishedForceIsAlongTheTrueLine) {
+// The published force is k (l - L) + c dl/dt between the current positions of the points.
+TEST(DamperRung, ThePublishedForceIsAlongTheTrueLine) {
   Scene scene = damped_truss("viscous");
   scene.links.push_back(dashpot_between(0, 18, 20.0));
   scene.publication.links = {0, 3, static_cast<int>(scene.links.size()) - 1};
@@ -93,14 +95,15 @@ TEST(DamperRung, PublishedForceIsAlongTheTrueLine) {
     const double k_spring = spring != nullptr ? spring->stiffness : 0.0,
                  c = spring != nullptr ? k_spring * link.viscous : std::get<Dashpot>(link.kind).damping;
     const double expected = k_spring * (x.norm() - rest.norm()) + c * rate;
-    // lengths are differences of positions of some metres
+    // the bound allows for rounding errors, because lengths are differences of positions of some metres
     EXPECT_NEAR(forces[k], expected, 1e-9 * (k_spring + c)) << link.name;
-    EXPECT_GT(std::abs(c * rate), 1e-3 * std::abs(expected)) << link.name << ": the rate matters";
+    EXPECT_GT(std::abs(c * rate), 1e-3 * std::abs(expected))
+        << link.name << ": the damper force is too small to test anything";
   }
 }
 
-// an internal force along the line of its ends has no resultant and no moment
-TEST(DamperRung, KeepsMomentaAndOnlyTakesEnergy) {
+// The force of a damper acts along the line of its ends, so it has no resultant and no moment.
+TEST(DamperRung, KeepsMomentaAndOnlyDissipatesEnergy) {
   Scene scene = damped_truss("dashpots");
   scene.fidelity = Fidelity::kExactBars;
   scene.rate = 2000.0;
@@ -120,40 +123,40 @@ TEST(DamperRung, KeepsMomentaAndOnlyTakesEnergy) {
     off = std::max(off, std::abs(end.angular_momentum_W[a] - start.angular_momentum_W[a]));
     size = std::max(size, std::abs(start.angular_momentum_W[a]));
   }
-  // H is a state of its own: what moves it is the order 4 of its turn with the frame
+  // H_W is a state variable; it is read in the rotated frame, whose error has order 4
   std::printf("energy %.4f to %.4f J, angular momentum kept to %.1e\n", first, last, off / size);
   EXPECT_LT(last, 0.999 * first);
   EXPECT_LT(off, 1e-12 * size);
 }
 
-TEST(DamperRung, DampersTooFastForStagesAreRefusedByName) {
+TEST(DamperRung, DampersTooFastForTheStagesAreRefusedByName) {
   Scene scene = damped_truss("beta");
-  scene.damping.beta = 10.0;  // critical at 0.2 rad/s
+  scene.damping.beta = 10.0;  // critical damping at 0.2 rad/s
   scene.rate = 1000.0;
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars, Fidelity::kFull}) {
     scene.fidelity = rung;
     Faults faults;
     const auto structure = build_structure(scene, faults);
-    const auto plan = make_whole_plan(scene, *structure, scene.fidelity, faults);
+    const auto plan = make_full_plan(scene, *structure, scene.fidelity, faults);
     EXPECT_EQ(plan.has_value(), rung != Fidelity::kExactBars) << static_cast<int>(rung);
     if (rung == Fidelity::kFull && plan) {
-      EXPECT_GT(plan->coupled.num_parts, 1);
+      EXPECT_GT(plan->coupled.num_substeps, 1);
     }
     if (rung == Fidelity::kExactBars) {
-      EXPECT_NE(faults.back().message.find("dampers let the fastest mode decay by"), std::string::npos)
+      EXPECT_NE(faults.back().message.find("dampers let the fastest mode decay at"), std::string::npos)
           << faults.back().message;
     }
   }
 }
 
-// bent by a third of its height while all that is fast decays within the tick
-TEST(DamperRung, StaysBoundedUpToItsLimit) {
+// The load bends the truss by a third of its height, while all fast motion decays within a tick.
+TEST(DamperRung, TheMotionStaysBoundedUpToTheLimitOfTheStages) {
   for (const double share : {0.1, 0.99}) {
     Scene scene = damped_truss("beta");
     scene.rate = 1000.0;
     const double omega = plan_of(scene).omega[53];
     scene.damping.beta = share * 1000.0 * scene.rate / (omega * omega);
-    // three points in a row, no resultant and no moment
+    // forces on three points in a row without resultant and moment
     const double force = 1e5 * share;
     scene.loads[0].forces = {{2, {0.0, 0.0, force}}, {10, {0.0, 0.0, -2.0 * force}}, {18, {0.0, 0.0, force}}};
     scene.fidelity = Fidelity::kExactBars;
@@ -167,12 +170,13 @@ TEST(DamperRung, StaysBoundedUpToItsLimit) {
     std::printf("fastest decay %.0f a tick: largest displacement %.2f m\n", share * 1000.0, largest);
     EXPECT_GT(largest, 0.1);
     EXPECT_LT(largest, 1.0);
-    EXPECT_EQ(largest, before) << "nothing grows after the load";
+    EXPECT_EQ(largest, before) << "a motion grows after the load has ended";
   }
 }
 
-// what a linear damper would hide from every rung is now between the rungs
-TEST(DamperRung, EstimateHoldsWithDampers) {
+// The estimate is the difference between two rungs, so it must include the difference between linear and true
+// dampers.
+TEST(DamperRung, TheEstimateCoversTheErrorWithDampers) {
   for (const char* how : {"dashpots", "viscous", "beta"}) {
     Scene scene = damped_truss(how);
     const Truth truth = truth_of(scene, kEndTime);

@@ -1,4 +1,4 @@
-// Linear feedback: what it does to the modes and to the body, and what is said of gains that are too large.
+// Linear feedback: its effect on the modes and the body, and the messages on gains that are too large.
 #include <gtest/gtest.h>
 
 #include <complex>
@@ -25,11 +25,11 @@ void add_feedback(Scene& scene, int point, int sensor, const Eigen::Matrix3d& di
   scene.feedbacks.push_back(feedback);
 }
 
-/// Faults of a scene on its way to a plan.
+/// Returns all faults up to the plan of the scene.
 Faults faults_on_its_rung(const Scene& scene) {
   Faults faults;
   if (const auto structure = build_structure(scene, faults))
-    make_whole_plan(scene, *structure, scene.fidelity, faults);
+    make_full_plan(scene, *structure, scene.fidelity, faults);
   return faults;
 }
 
@@ -39,9 +39,9 @@ bool has_words(const Faults& faults, Fault::Severity severity, const std::string
   return false;
 }
 
-// The rig of feedback: two points on a line, a spring between, the force on the second answers its own
-// displacement, velocity and acceleration: mu q'' terms in closed form. With reduced mass, x = V_2 - V_1, V_2
-// = x m_1 / M.
+// Two points on a line with a spring between them. The force on the second point is proportional to the
+// displacement, velocity and acceleration of that point, so the motion has a closed form: with the reduced
+// mass mu and x = V_2 - V_1, V_2 = x m_1 / M.
 struct FeedbackRig {
   double m1 = 3.0, m2 = 2.0, k = 500.0, g = -200.0, c = -0.8, a = -0.5;
   Scene scene() const {
@@ -61,9 +61,10 @@ struct FeedbackRig {
   }
 };
 
-TEST(Feedback, MovesTheElasticCoordinateAndTheBodyExactly) {
+TEST(Feedback, TheElasticCoordinateAndTheBodyMoveExactly) {
   const FeedbackRig rig;
-  // mu x'' + k x = (m1 / M) f, f = (m1 / M) (g x + c x' + a x''); share of the force that strains: m1 / M
+  // mu x'' + k x = (m1 / M) f, f = (m1 / M) (g x + c x' + a x''); only the fraction m1 / M of the force
+  // strains the spring
   const double M = rig.m1 + rig.m2, mu = rig.m1 * rig.m2 / M, s = rig.m1 / M;
   const double mass = mu - s * s * rig.a, damping = -s * s * rig.c, stiffness = rig.k - s * s * rig.g;
   const double decay = damping / (2.0 * mass), wd = std::sqrt(stiffness / mass - decay * decay);
@@ -77,7 +78,7 @@ TEST(Feedback, MovesTheElasticCoordinateAndTheBodyExactly) {
     simulation.run(static_cast<std::int64_t>(rate));
     const Eigen::Matrix3Xd V = simulation.displacements_B();
     EXPECT_NEAR(V(0, 1) - V(0, 0), x_at(1.0), 1e-12 * 1e-4);
-    // momentum of the body: M v = integral of f, by Simpson's rule, with f = (mu x'' + k x) / s
+    // the momentum of the body, M v, is the integral of f = (mu x'' + k x) / s, here by Simpson's rule
     double impulse = 0.0;
     const int n = 20000;
     const auto force = [&](double t) {
@@ -91,14 +92,14 @@ TEST(Feedback, MovesTheElasticCoordinateAndTheBodyExactly) {
     const double error = std::abs(simulation.state.v_WB[0] - impulse / M);
     std::printf("feedback, h = %g s: velocity of the centre of mass off by %.2e of %.2e m/s\n", 1.0 / rate,
                 error, std::abs(impulse / M));
-    // thousands of ticks round once each
+    // each of thousands of ticks has one rounding error
     EXPECT_LT(error, 1e-12 * std::abs(impulse / M));
   }
 }
 
-// Two masses, a spring, and a force c x_1' that fades within a tick from gains of 1e3 N s/m on. With
-// x = V_2 - V_1, V_1 = -m2 x / M: x'' = s m2 / (M m1) c x' - k x / mu, and M v = -c m2 x / M from x(0) = 0.
-TEST(Feedback, ThatFadesWithinATickGivesTheBodyItsExactMomentum) {
+// Two masses, a spring, and a force c x_1' that decays within a tick if the gain is 1e3 N s/m or more. With x
+// = V_2 - V_1 and V_1 = -m2 x / M: x'' = s m2 / (M m1) c x' - k x / mu, and M v = -c m2 x / M from x(0) = 0.
+TEST(Feedback, FeedbackThatDecaysWithinATickGivesTheBodyItsExactMomentum) {
   using Complex = std::complex<long double>;
   const long double m1 = 1.5L, m2 = 2.5L, k = 400.0L, M = m1 + m2, rate0 = 1e-3L, t = 0.1L;
   for (const double gain : {-1e1, -1e2, -1e3, -1e4, -1e6, -1e8}) {
@@ -111,7 +112,8 @@ TEST(Feedback, ThatFadesWithinATickGivesTheBodyItsExactMomentum) {
                             {1, Eigen::Vector3d::Zero(), {static_cast<double>(m1 / M * rate0), 0.0, 0.0}}};
     Simulation simulation(scene);
     simulation.run(100);
-    // roots of s^2 + b s + w2, the smaller from the product, which keeps its digits
+    // the roots of s^2 + b s + w2; the smaller root is computed from the product of the roots, which keeps
+    // its digits
     const long double b = -static_cast<long double>(gain) * m2 / (M * m1), w2 = k * M / (m1 * m2);
     const Complex fast = -0.5L * (b + std::sqrt(Complex(b * b - 4.0L * w2))), slow = w2 / fast;
     const Complex e_slow = std::exp(slow * t), e_fast = std::exp(fast * t);
@@ -122,14 +124,16 @@ TEST(Feedback, ThatFadesWithinATickGivesTheBodyItsExactMomentum) {
     const auto v = static_cast<double>(share * x), p = static_cast<double>(share * integral);
     std::printf("gain %g N s/m: v %.10e m/s off by %.1e, p off by %.1e of it\n", gain, v,
                 std::abs(simulation.state.v_WB[0] / v - 1.0), std::abs(simulation.state.p_WB[0] / p - 1.0));
-    // 100 ticks and the exponential of 4e4, which is doubled 17 times, round
+    // the bound allows for rounding errors of 100 ticks and of the exponential of 4e4, which needs 17
+    // squarings
     EXPECT_NEAR(simulation.state.v_WB[0], v, 1e-12 * std::abs(v)) << gain;
     EXPECT_NEAR(simulation.state.p_WB[0], p, 1e-12 * std::abs(p)) << gain;
   }
 }
 
-/// Velocity and position of the centre of mass and angular momentum of small motions, by the linear system of
-/// the points' own displacements u: V is u without its rigid part, which moves and turns the body.
+/// Position and velocity of the centre of mass and the angular momentum of small motions, from the linear
+/// system of the total displacements u of the points. V is u minus its rigid motion, which is the motion of
+/// the body.
 struct LinearBody {
   Eigen::Vector3d p, v, H;
   Eigen::VectorXd V;  // elastic displacements
@@ -168,12 +172,13 @@ LinearBody linear_body(const Scene& scene, long double seconds) {
           (rotation.transpose() * momentum).cast<double>(), (elastic * y.head(n)).cast<double>()};
 }
 
-// forces on two points that answer others, across the body: momentum, turning and path of the body
+// Forces on two points depend on the motion of other points. Momentum, rotation and path of the body agree
+// with the linear system.
 TEST(Feedback, GivesTheBodyTheMomentaOfTheLinearSystem) {
   for (const double size : {1.0, 1e3, 1e6}) {
     Scene scene = octahedron(1e4);
     publish_everything(scene);
-    stretch(scene, 1e-13, 11);  // so small that the body turns by nothing that counts
+    stretch(scene, 1e-13, 11);  // so small that the rotation of the body is negligible
     add_feedback(scene, 1, 1, Eigen::Matrix3d::Zero(), Eigen::Vector3d(-1.0, -2.0, -0.5).asDiagonal() * size);
     Eigen::Matrix3d stiffness, damping;
     stiffness << -20.0, 3.0, 0.0, 3.0, -10.0, 1.0, 0.0, 1.0, -30.0;
@@ -192,13 +197,14 @@ TEST(Feedback, GivesTheBodyTheMomentaOfTheLinearSystem) {
                                  simulation.state.p_WB[2] - p_start[2]},
                                 exact.p);
     std::printf("gains times %g: v off by %.1e, p by %.1e, H by %.1e\n", size, v, p, H);
-    // second order in the motion: it turns by some 1e-11 rad
+    // terms of second order in the motion remain; the body rotates by some 1e-11 rad
     EXPECT_LT(std::max({v, p, H}), 1e-10) << size;
   }
 }
 
-// the same on more modes than their exponential is kept for: second order, and bounded however stiff
-TEST(Feedback, OnManyModesGivesTheBodyItsMomentumWithSecondOrder) {
+// With too many modes for the exact exponential, splitting has second order and the motion stays bounded for
+// any stiffness.
+TEST(Feedback, FeedbackOnManyModesGivesTheBodyItsMomentumWithSecondOrder) {
   const auto error_of = [](double gain, double rate) {
     Scene scene = two_boxes();
     publish_everything(scene);
@@ -206,7 +212,7 @@ TEST(Feedback, OnManyModesGivesTheBodyItsMomentumWithSecondOrder) {
     scene.rate = rate;
     add_feedback(scene, 2, 2, Eigen::Matrix3d::Zero(), -gain * Eigen::Matrix3d::Identity());
     Simulation simulation(scene);
-    EXPECT_EQ(simulation.plan.mixing.path, PlanMixing::Path::kSplit);
+    EXPECT_EQ(simulation.plan.modal_coupling.path, PlanModalCoupling::Path::kSplit);
     simulation.run(std::llround(0.05 * rate));
     const Eigen::Vector3d exact = linear_body(scene, 0.05L).v;
     const Vec3& v = simulation.state.v_WB;
@@ -217,12 +223,13 @@ TEST(Feedback, OnManyModesGivesTheBodyItsMomentumWithSecondOrder) {
   };
   const double coarse = error_of(100.0, 4000.0), fine = error_of(100.0, 8000.0);
   EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.3);
-  // the force fades within a thousandth of a tick
+  // the force decays within a thousandth of a tick
   EXPECT_LT(error_of(1e6, 4000.0), 1.0);
 }
 
-// 99 kicks are fewer than the 114 modes, 120 are more and go through the modes
-TEST(Feedback, OnEveryPointIsSplitWithSecondOrder) {
+// 99 impulses are fewer than the 114 modes. 120 impulses are more, so they are combined into one impulse for
+// each mode.
+TEST(Feedback, FeedbackOnEveryPointIsSplitWithSecondOrder) {
   for (const int num_points : {33, 40}) {
     std::vector<double> errors;
     for (const double rate : {4000.0, 8000.0}) {
@@ -234,7 +241,7 @@ TEST(Feedback, OnEveryPointIsSplitWithSecondOrder) {
         add_feedback(scene, i, i, -50.0 * Eigen::Matrix3d::Identity(),
                      Eigen::Vector3d(-10.0 - i, -1.0, 0.0).asDiagonal());
       Simulation simulation(scene);
-      EXPECT_EQ(simulation.plan.mixing.num_kicks, 3 * num_points);
+      EXPECT_EQ(simulation.plan.modal_coupling.num_impulses, 3 * num_points);
       simulation.run(std::llround(0.02 * rate));
       const Eigen::VectorXd exact = linear_body(scene, 0.02L).V;
       errors.push_back((simulation.displacements_B().reshaped() - exact).norm() / exact.norm());
@@ -245,7 +252,7 @@ TEST(Feedback, OnEveryPointIsSplitWithSecondOrder) {
   }
 }
 
-TEST(Feedback, ThatDrivesIsSaid) {
+TEST(Feedback, FeedbackThatDrivesAMotionIsReported) {
   FeedbackRig rig;
   rig.c = 5.0;
   const Faults faults = faults_on_its_rung(rig.scene());
@@ -254,8 +261,9 @@ TEST(Feedback, ThatDrivesIsSaid) {
             std::string::npos);
 }
 
-// The kick holds a force over half a tick: with gain h^2 / m above 4 that drives what the structure does not.
-TEST(Feedback, ThatSplittingDrivesIsRefusedWithARateThatWillDo) {
+// The splitting impulse keeps a force constant over half a tick. If gain h^2 / m is above 4, splitting drives
+// a motion that decays without splitting.
+TEST(Feedback, FeedbackUnstableUnderSplittingIsRefusedAndASufficientRateIsNamed) {
   Scene scene = two_boxes();
   publish_everything(scene);
   stretch(scene, 1e-7, 9);
@@ -265,18 +273,19 @@ TEST(Feedback, ThatSplittingDrivesIsRefusedWithARateThatWillDo) {
   ASSERT_TRUE(has_words(faults, Fault::Severity::kError, "feedback 'f0': displacement gain of "));
   ASSERT_TRUE(has_words(faults, Fault::Severity::kError, "gain h^2 / m is 10;"));
   const std::string& message = faults.back().message;
-  const std::size_t place = message.find("raise the rate to ");
-  ASSERT_NE(place, std::string::npos) << message;
-  scene.rate = std::stod(message.substr(place + 18));
+  const std::size_t position = message.find("raise the rate to ");
+  ASSERT_NE(position, std::string::npos) << message;
+  scene.rate = std::stod(message.substr(position + 18));
   EXPECT_GT(scene.rate, 1000.0);
   EXPECT_FALSE(has_error(faults_on_its_rung(scene)));
   Simulation simulation(scene);
   simulation.run(20000);
-  // stable: the feedback is a spring to the mean frame, which stores its share of the energy at most
+  // the motion is stable: the feedback acts like a spring to the mean frame, so the displacements stay
+  // bounded
   EXPECT_LT(simulation.displacements_B().norm(), 100.0 * start_of(scene).cast<double>().norm());
 }
 
-TEST(Feedback, ThatDrivesManyModesIsSaidAtEveryRate) {
+TEST(Feedback, FeedbackThatDrivesManyModesIsReportedAtEveryRate) {
   Scene scene = two_boxes();
   add_feedback(scene, 2, 2, Eigen::Matrix3d::Zero(), 5.0 * Eigen::Matrix3d::Identity());
   for (const double rate : {1000.0, 8000.0}) {
@@ -289,11 +298,11 @@ TEST(Feedback, ThatDrivesManyModesIsSaidAtEveryRate) {
   EXPECT_FALSE(has_words(faults_on_its_rung(scene), Fault::Severity::kWarning, "feedback"));
 }
 
-TEST(Feedback, ThatSplittingMeetsCoarselyIsSaid) {
+TEST(Feedback, FeedbackWithALargeSplittingErrorIsReported) {
   Scene scene = two_boxes();
   add_feedback(scene, 2, 2, Eigen::Matrix3d::Zero(), -1e4 * Eigen::Matrix3d::Identity());
   EXPECT_TRUE(has_words(faults_on_its_rung(scene), Fault::Severity::kWarning,
-                        "mixed modes are advanced by splitting, whose error goes with the square"));
+                        "coupled modes are advanced by splitting, whose error grows with the square"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The centrifugal load of the spin and the field of an attractor, against the full Cartesian system.
+// The centrifugal load and the field of an attractor, compared with the full Cartesian system.
 #include "tests/reference/separated_cases.hpp"
 
 namespace freeflex::testing {
@@ -8,10 +8,10 @@ double error_at(const Scene& scene, const FullSystem& full) {
   return elastic_error(separated(scene, full, 1000.0), full.u);
 }
 
-// Expected figures: an independent prototype of the same equations against an extrapolation code of order 16
-// in extended precision. With the centrifugal load most of what the spin does is there; Coriolis forces and
-// the reaction on the frame are not.
-TEST(SpinLoad, LeavesTheExpectedElasticErrorOnTheShortTruss) {
+// The expected figures come from an independent prototype of the same equations, compared with an
+// extrapolation code of order 16 in extended precision. The centrifugal load is most of the effect of the
+// spin; the rung omits Coriolis forces and the reaction on the frame.
+TEST(SpinLoad, HasTheExpectedElasticErrorOnTheShortTruss) {
   struct Row {
     double spin, separated, spin_loaded;
   };
@@ -32,8 +32,8 @@ TEST(SpinLoad, LeavesTheExpectedElasticErrorOnTheShortTruss) {
   }
 }
 
-// a damped dumb-bell that spins settles to the stretch m w^2 r / k of its own size
-TEST(SpinLoad, StretchesADumbBellAsStaticsSays) {
+// A damped dumb-bell that spins settles to the elongation m w^2 r / k.
+TEST(SpinLoad, StretchesADumbBellToItsStaticLength) {
   Scene scene = spring_pair(2.0, 2.0, 1.0, 5e4);
   publish_everything(scene);
   scene.fidelity = Fidelity::kSpinLoaded;
@@ -42,18 +42,19 @@ TEST(SpinLoad, StretchesADumbBellAsStaticsSays) {
   Simulation simulation(scene);
   simulation.run(2000);
   const Eigen::Matrix3Xd V = simulation.displacements_B();
-  // 200 time constants: what is left is rounding
+  // after 200 time constants only rounding errors remain
   EXPECT_NEAR(V(0, 1) - V(0, 0), 2.0 * 4.0 * 0.5 / 5e4, 1e-15);
 }
 
-// A truss that falls round a heavy point: orbit, gravity-gradient torque and the load that strains it. What
-// is left out is the next term of the field, first order in size over distance beside the gradient.
-TEST(Attractor, PullsTurnsAndStrainsAsTheFullSystemSays) {
+// A truss orbits a heavy point: the test checks the orbit, the gravity-gradient torque and the load that
+// strains the truss. The equations omit the next term of the field, which is smaller than the gradient by
+// size over distance.
+TEST(Attractor, PullsRotatesAndStrainsLikeTheFullSystem) {
   std::vector<double> errors;
   for (const double distance : {1.0, 4.0, 16.0}) {
     Scene scene = truss_s1();
     scene.loads.clear();
-    // the gradient is the same at every distance: of 40 m, and multiples
+    // mu is chosen so that the gradient is the same at 40 m and at each multiple of 40 m
     scene.attractor.mu = 400.0 * distance * distance * distance;
     scene.attractor.position = distance * Eigen::Vector3d(1.0, -2.0, 0.5);
     scene.initial.position = distance * Eigen::Vector3d(30.0, 20.0, -15.0);
@@ -75,17 +76,17 @@ TEST(Attractor, PullsTurnsAndStrainsAsTheFullSystemSays) {
     const double off = (p - run.states[0].p_W).colwise().norm().maxCoeff();
     errors.push_back(elastic_error(elastic_displacements(system->mass, system->r, p),
                                    elastic_displacements(system->mass, system->r, run.states[0].p_W)));
-    const Eigen::Vector3d fall = p.rowwise().mean() - system->p_W - kCaseEnd * system->v_W;
+    const Eigen::Vector3d fall = p.rowwise().mean() - system->p_WB - kCaseEnd * system->v_WB;
     std::printf("attractor %.0f m away: positions within %.1e m after a fall of %.2f m, elastic error %.1e\n",
                 38.0 * distance, off, fall.norm(), errors.back());
-    // (size / distance)^2 of the fall
+    // the error is (size / distance)^2 of the distance fallen
     EXPECT_LT(off, std::pow(2.2 / (38.0 * distance), 2) * fall.norm());
   }
   EXPECT_LT(errors[0], 0.1);
   for (std::size_t k = 1; k < errors.size(); ++k) EXPECT_NEAR(errors[k - 1] / errors[k], 4.0, 1.0) << k;
 }
 
-// gravity gradient of a long thin body turns it like a pendulum of frequency sqrt(3 mu / rho^3)
+// The gravity gradient makes a long thin body librate like a pendulum with the frequency sqrt(3 mu / rho^3).
 TEST(Attractor, LibratesALongBodyWithTheKnownFrequency) {
   Scene scene;
   for (const double x : {-1.0, 1.0}) {
@@ -116,8 +117,9 @@ TEST(Attractor, LibratesALongBodyWithTheKnownFrequency) {
   const Eigen::Vector3d line = p.col(1) - p.col(0),
                         up(simulation.state.p_WB[0], simulation.state.p_WB[1], 0.0);
   const double angle = std::atan2(up.cross(line).z(), up.dot(line));
-  std::printf("libration: tilt %.6e turns to %.6e in half a period\n", tilt, angle);
-  EXPECT_NEAR(angle, -tilt, 1e-3 * tilt);  // (size / distance)^2 and one tick of half a period of 900
+  std::printf("libration: tilt %.6e becomes %.6e in half a period\n", tilt, angle);
+  EXPECT_NEAR(angle, -tilt,
+              1e-3 * tilt);  // errors: (size / distance)^2, and one tick in half a period of 900 ticks
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Forces that turn with the local deformation.
+// Forces that rotate with the local deformation.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -12,7 +12,8 @@
 namespace freeflex::testing {
 namespace {
 
-// a free beam of five points, thrust at one end along the beam, turning with that end
+// Returns a free beam of five points. A thrust along the beam acts at one end and rotates with that end if
+// `follows`.
 Scene rocket(double thrust, bool follows) {
   Scene scene;
   for (int i = 0; i < 5; ++i) {
@@ -39,8 +40,9 @@ Scene rocket(double thrust, bool follows) {
   return scene;
 }
 
-// rotations at joints, rigid bodies and neighbours are those of a rigid turn for a rigid turn
-TEST(LocalRotations, OfARigidTurnAreThatTurn) {
+// If all points rotate rigidly, the local rotations equal that rotation, whether they come from joints, rigid
+// bodies or neighbouring points.
+TEST(LocalRotations, EqualARigidRotationOfAllPoints) {
   Scene beams = rocket(1.0, true);
   Scene truss = square_truss(3);
   Scene body = square_truss(3);
@@ -49,7 +51,7 @@ TEST(LocalRotations, OfARigidTurnAreThatTurn) {
   rigid.points = {4, 5, 6, 7};
   rigid.kind = Rigid{};
   body.links.push_back(rigid);
-  const Eigen::Vector3d turn(0.3, -0.2, 0.5);
+  const Eigen::Vector3d rotation(0.3, -0.2, 0.5);
   for (const auto& [scene, point] : {std::pair<Scene&, int>{beams, 0}, {beams, 2}, {truss, 5}, {body, 5}}) {
     Load load;
     load.name = "local";
@@ -58,21 +60,21 @@ TEST(LocalRotations, OfARigidTurnAreThatTurn) {
     scene.loads = {load};
     Faults faults;
     const LinkFactor factor = factor_links(scene, true, faults);
-    // rigid turn of all points as the only "mode"
+    // a rigid rotation of all points is the only "mode"
     Structure structure;
     structure.shapes.resize(3 * static_cast<Eigen::Index>(scene.points.size()), 1);
     for (std::size_t i = 0; i < scene.points.size(); ++i)
       structure.shapes.block<3, 1>(3 * static_cast<Eigen::Index>(i), 0) =
-          turn.cross(scene.points[i].position);
+          rotation.cross(scene.points[i].position);
     const auto rotations = local_rotations(scene, factor, structure);
-    EXPECT_LT((rotations.at(point) - turn).norm(), 1e-11) << point;
+    EXPECT_LT((rotations.at(point) - rotation).norm(), 1e-11) << point;
   }
 }
 
-// The elastic equations are linear, M q'' + (c + E) q = b (f + theta(q) x f): their exponential is exact. The
-// step meets it with second order. E, the stiffness by the force's own internal forces, is judged in
-// word_test.
-TEST(Followers, MoveTheElasticCoordinatesWithSecondOrder) {
+// The elastic equations M q'' + (c + E) q = b (f + theta(q) x f) are linear, so a matrix exponential solves
+// them exactly. The step agrees with that solution to second order. verdict_test checks E, the stiffness from
+// the internal forces that the force itself causes.
+TEST(Followers, TheElasticMotionUnderFollowersHasSecondOrder) {
   Scene scene = rocket(4.0, true);
   Faults faults;
   const auto structure = build_structure(scene, faults);
@@ -124,7 +126,7 @@ TEST(Followers, MoveTheElasticCoordinatesWithSecondOrder) {
     }
     errors.push_back(error / largest);
     effect /= largest;
-    std::printf("follower, h = %g s: error %.2e, its turning matters by %.1e\n", 1.0 / rate, errors.back(),
+    std::printf("follower, h = %g s: error %.2e, its rotation matters by %.1e\n", 1.0 / rate, errors.back(),
                 effect);
   }
   EXPECT_GT(effect, 1e-2);
@@ -132,9 +134,9 @@ TEST(Followers, MoveTheElasticCoordinatesWithSecondOrder) {
     EXPECT_NEAR(std::log2(errors[k - 1] / errors[k]), 2.0, 0.2) << k;
 }
 
-// the same push sideways where elastic terms act on the body too, which are of second order in the
-// deformation
-TEST(Followers, PushTheBodyOnCoupledRungsAsBelowThem) {
+// A follower pushes the body sideways equally on coupled rungs, where elastic terms of second order in the
+// deformation act on the body too.
+TEST(Followers, PushTheBodyAlikeOnCoupledRungsAndTheRungsBelow) {
   const auto velocity = [](Fidelity rung, bool follows) {
     Scene scene = rocket(4.0, follows);
     scene.fidelity = rung;
@@ -147,15 +149,15 @@ TEST(Followers, PushTheBodyOnCoupledRungsAsBelowThem) {
   const double effect = (below - velocity(Fidelity::kSeparated, false)).norm();
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
     const double difference = (velocity(rung, true) - below).norm();
-    std::printf("velocity by the turning of the force %.1e m/s, on a coupled rung %.1e from that\n", effect,
+    std::printf("velocity by the rotation of the force %.1e m/s, on a coupled rung off by %.1e\n", effect,
                 difference);
     EXPECT_LT(difference, 0.01 * effect) << "measured 7e-4";
   }
 }
 
-// a thrust that stays with the bent end also turns the body: resultant and moment are those of the turned
-// force
-TEST(Followers, PushTheBodyAlongTheTurnedForce) {
+// A thrust that rotates with the bent end also rotates the body: its resultant and moment are those of the
+// rotated force.
+TEST(Followers, FollowersPushTheBodyAlongTheRotatedForce) {
   Scene scene = rocket(4.0, true);
   Simulation simulation(scene);
   simulation.run(100);
@@ -164,12 +166,13 @@ TEST(Followers, PushTheBodyAlongTheTurnedForce) {
   Eigen::Vector3d theta = Eigen::Vector3d::Zero();
   for (std::size_t l = 0; l < n; ++l)
     for (std::size_t a = 0; a < 3; ++a)
-      theta[static_cast<Eigen::Index>(a)] += follower.turn_rows[a * n + l] * simulation.state.q[l];
+      theta[static_cast<Eigen::Index>(a)] += follower.rotation_rows[a * n + l] * simulation.state.q[l];
   EXPECT_GT(theta.norm(), 1e-6);
   const Eigen::Vector3d force = Eigen::Vector3d(4.0, 0.0, 0.0) + theta.cross(Eigen::Vector3d(4.0, 0.0, 0.0));
   const Eigen::Vector3d r(follower.r.data());
   const Eigen::Vector3d moment = r.cross(force);
-  // the moment at the end of the step is of the deformation found first there: off by the second pass, h^2
+  // the moment at the end of the step uses the deformation of the first pass, so it differs by the second
+  // pass, of order h^2
   for (std::size_t a = 0; a < 3; ++a)
     EXPECT_NEAR(simulation.state.moment_B[a], moment[static_cast<Eigen::Index>(a)],
                 1e-6 * theta.norm() * 4.0);

@@ -1,4 +1,4 @@
-// Forces of links of every kind balance what moves the points; rigid links stay rigid; mechanisms drift.
+// The forces of links of every kind balance loads and inertia, rigid links stay rigid, and mechanisms drift.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -15,7 +15,7 @@
 namespace freeflex::testing {
 namespace {
 
-// every kind of link but plates, whose resultants are not forces on points
+// Returns a scene with every kind of link except plates, whose resultants are not forces on points.
 Scene every_kind() {
   Scene scene;
   std::mt19937_64 engine(17);
@@ -48,7 +48,7 @@ Scene every_kind() {
   return scene;
 }
 
-/// Forces of all links on the points, body axes, from what is published.
+/// Returns the forces of all links on the points, in body axes, from the published values.
 Eigen::Matrix3Xd forces_on_points(const Scene& scene, const Simulation& simulation) {
   Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(scene.points.size()));
   const auto at = [&](int i) { return Eigen::Vector3d(scene.points[static_cast<std::size_t>(i)].position); };
@@ -85,8 +85,8 @@ Eigen::Matrix3Xd forces_on_points(const Scene& scene, const Simulation& simulati
   return force;
 }
 
-/// What a load leaves to strain the structure, F - S at each point, S the part that moves it as a rigid body
-/// (7.1-7.3).
+/// Returns the part of a load that strains the structure: F - S at each point, where S is the part that moves
+/// it as a rigid body (THEORY 11.1 to 11.3).
 Eigen::Matrix3Xd straining_part(const Scene& scene, const Plan& plan, const std::vector<PointLoad>& loads) {
   const auto num_points = static_cast<Eigen::Index>(scene.points.size());
   Eigen::Matrix3Xd F = Eigen::Matrix3Xd::Zero(3, num_points), r(3, num_points);
@@ -104,7 +104,7 @@ Eigen::Matrix3Xd straining_part(const Scene& scene, const Plan& plan, const std:
   return F;
 }
 
-/// m V'' of every point, from the equations of motion of the elastic coordinates.
+/// Returns m V'' of every point from the equations of motion of the elastic coordinates.
 Eigen::Matrix3Xd elastic_inertia(const Simulation& simulation) {
   const Plan& plan = simulation.plan;
   const State& state = simulation.state;
@@ -122,14 +122,14 @@ Eigen::Matrix3Xd elastic_inertia(const Simulation& simulation) {
   return force;
 }
 
-// 10 eps k_max |V|_max and 1e-10 F_max: the larger is the second
+// The bound is 1e-10 F_max, which is larger than 10 eps k_max |V|_max.
 void expect_balance(const char* when, const Eigen::Matrix3Xd& left, double largest) {
   const double worst = left.colwise().norm().maxCoeff();
   std::printf("%s: link forces balance to %.1e N of %.1e N\n", when, worst, largest);
   EXPECT_LT(worst, 1e-10 * largest) << when;
 }
 
-// m V'' = F - S + link forces at every point, while every kind of link moves under a body-fixed load
+// Expects m V'' = F - S + link forces at every point while every kind of link moves under a body-fixed load.
 void expect_balance_in_motion(const char* when, Scene scene, const std::vector<int>& ticks) {
   scene.initial.points.push_back({3, {1e-5, -2e-5, 1e-5}, {1e-3, 0.0, -1e-3}});
   Load load;
@@ -146,19 +146,21 @@ void expect_balance_in_motion(const char* when, Scene scene, const std::vector<i
   }
 }
 
-TEST(LinkForces, BalanceTheLoadsAndTheAccelerationsOfEveryPoint) {
+TEST(LinkForces, LinkForcesBalanceTheLoadsAndTheAccelerationsOfEveryPoint) {
   expect_balance_in_motion("moving", every_kind(), {1, 50, 500});
 }
 
-// Rayleigh's stiffness part is carried by the links: beams and what rigid links hold among them
-TEST(LinkForces, BalanceWithRayleighDampingToo) {
+// The links, including beams and the supports of rigid links, carry the stiffness-proportional part of
+// Rayleigh damping.
+TEST(LinkForces, LinkForcesAlsoBalanceWithRayleighDamping) {
   Scene scene = every_kind();
   scene.damping.beta = 2e-3;
   expect_balance_in_motion("damped", scene, {1, 5, 50});
 }
 
-// k (d + beta d') of one spring, d = 0 and d' = 2e-3 m/s at the start: 100 N/m x 0.05 s x 2e-3 m/s
-TEST(LinkForces, OfADampedSpringAtRestLengthAreThoseOfItsRate) {
+// The force of a spring is k (d + beta d'). At the start d = 0 and d' = 2e-3 m/s, so it is 100 N/m x 0.05 s x
+// 2e-3 m/s.
+TEST(LinkForces, TheForceOfADampedSpringAtRestLengthDependsOnItsRate) {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
   add_point(scene, 1.0, {1.0, 0.0, 0.0});
@@ -173,7 +175,7 @@ TEST(LinkForces, OfADampedSpringAtRestLengthAreThoseOfItsRate) {
   EXPECT_NEAR(Simulation(scene).link_forces()[0], 0.01, 1e-17);
 }
 
-TEST(LinkForces, BalanceASteadyLoad) {
+TEST(LinkForces, LinkForcesBalanceASteadyLoad) {
   const Scene scene = every_kind();
   Simulation simulation(scene);
   const std::vector<PointLoad> loads{{8, {3.0, -2.0, 5.0}}, {0, {-1.0, 4.0, 2.0}}};
@@ -187,8 +189,8 @@ TEST(LinkForces, BalanceASteadyLoad) {
                  links.colwise().norm().maxCoeff());
 }
 
-// plates publish resultants; the forces that their natural forces put on the points balance as well
-TEST(LinkForces, OfPlatesBalanceToo) {
+// Plates publish resultants. The forces on points that follow from their natural forces balance too.
+TEST(LinkForces, ForcesOfPlatesBalanceToo) {
   Scene scene;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) add_point(scene, 1.0 + 0.1 * i, {0.5 * i, 0.4 * j, 0.1 * i * j});
@@ -221,7 +223,7 @@ TEST(LinkForces, OfPlatesBalanceToo) {
                  links.colwise().norm().maxCoeff());
 }
 
-TEST(RigidLinks, KeepTheirLengthInMotion) {
+TEST(RigidLinks, RigidLinksKeepTheirLengthInMotion) {
   Scene scene = every_kind();
   Load load;
   load.name = "push";
@@ -244,7 +246,7 @@ TEST(RigidLinks, KeepTheirLengthInMotion) {
   EXPECT_LT(worst, 1e-14);
 }
 
-TEST(RigidLinks, FullyRigidStructureMovesAsARigidBody) {
+TEST(RigidLinks, AFullyRigidStructureMovesAsARigidBody) {
   Scene scene;
   for (const Eigen::Vector3d& at : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 0, 0),
                                     Eigen::Vector3d(0, 2, 0), Eigen::Vector3d(0, 0, 3)})
@@ -262,8 +264,9 @@ TEST(RigidLinks, FullyRigidStructureMovesAsARigidBody) {
   EXPECT_EQ(simulation.link_forces().size(), 12);
 }
 
-// a force of 7 N pulls a rigid pair apart: half accelerates each end, so the link carries half
-TEST(RigidLinks, CarryTheForceThatAccelerationNeeds) {
+// A force of 7 N pulls one end of a rigid pair. Half of it accelerates each end, so the link carries half of
+// it.
+TEST(RigidLinks, RigidLinksCarryTheForceThatAcceleratesTheirPoints) {
   Scene scene;
   add_point(scene, 2.0, {0.0, 0.0, 0.0});
   add_point(scene, 2.0, {1.0, 0.0, 0.0});
@@ -280,9 +283,9 @@ TEST(RigidLinks, CarryTheForceThatAccelerationNeeds) {
   EXPECT_NEAR(simulation.link_forces()[0], 3.5, 1e-14);
 }
 
-// three bars on a line bend freely; a square without diagonals shears freely: both drift as they were set
-// going
-TEST(Mechanisms, DriftExactly) {
+// Three bars on a line bend freely, and a square without diagonals shears freely. Both mechanisms keep their
+// initial rates.
+TEST(Mechanisms, MechanismsKeepTheirInitialRatesExactly) {
   Scene chain;
   for (int i = 0; i < 4; ++i) add_point(chain, 1.0 + i, {1.0 * i, 0.0, 0.0});
   for (int i = 0; i < 3; ++i) add_link(chain, {i, i + 1}, Bar{1e5});
@@ -301,7 +304,7 @@ TEST(Mechanisms, DriftExactly) {
     const double t = 100000 * simulation.plan.period;
     EXPECT_EQ(simulation.state.q_dot[0], 2e-4);
     EXPECT_EQ(simulation.state.q_dot[1], 1e-4);
-    // one rounding of the value after 100,000 ticks
+    // the value after 100,000 ticks has one rounding error
     EXPECT_NEAR(simulation.state.q[0], 1e-3 + 2e-4 * t, 2.3e-16 * 0.03);
     EXPECT_NEAR(simulation.state.q[1], -3e-3 + 1e-4 * t, 2.3e-16 * 0.03);
   }

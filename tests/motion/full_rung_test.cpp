@@ -1,4 +1,4 @@
-// The full rung: exact bars with the tick divided until its fastest motion is resolved (THEORY X100).
+// The full rung: exact bars in ticks that are divided until the fastest motion is resolved (THEORY 12.29).
 #include "core/plan/make_plan.hpp"
 #include "core/plan/rungs.hpp"
 #include "core/step/budget.hpp"
@@ -9,7 +9,7 @@
 namespace freeflex::testing {
 namespace {
 
-/// The boxed truss with every other spring stiffer by a ratio.
+/// Returns the boxed truss in which every second spring is stiffer by a ratio.
 Scene stiffened(double ratio) {
   Scene scene = boxed_truss(5.0, 10.0);
   for (std::size_t k = 1; k < scene.links.size(); k += 2) scene.links[k].kind = Spring{1e5 * ratio};
@@ -29,13 +29,13 @@ std::string refusal(Scene scene, Fidelity rung, double rate) {
   scene.rate = rate;
   Faults faults;
   const auto structure = build_structure(scene, faults);
-  if (!structure || make_whole_plan(scene, *structure, scene.fidelity, faults)) return {};
+  if (!structure || make_full_plan(scene, *structure, scene.fidelity, faults)) return {};
   for (const Fault& fault : faults)
     if (fault.severity == Fault::Severity::kError) return fault.message;
   return "?";
 }
 
-TEST(FullRung, ResolvesStiffBarsThatExactBarsDoNot) {
+TEST(FullRung, ResolvesStiffBarsThatTheExactBarsRungDoesNotResolve) {
   constexpr double kEnd = 0.25;
   for (const double ratio : {1.0, 1e2, 1e4}) {
     const Scene scene = stiffened(ratio);
@@ -44,16 +44,18 @@ TEST(FullRung, ResolvesStiffBarsThatExactBarsDoNot) {
     const Errors errors = errors_of(full, truth);
     const Errors undivided = errors_of(run_rung(scene, Fidelity::kExactBars, 1e-3, kEnd), truth);
     const double omega = full.plan.omega[static_cast<std::size_t>(full.plan.num_elastic) - 1];
-    std::printf("omega_max h %5.1f, %3d parts: elastic error %.1e, in one part %.1e\n", omega * 1e-3,
-                full.plan.coupled.num_parts, errors.elastic, undivided.elastic);
-    EXPECT_LE(omega * 1e-3 / full.plan.coupled.num_parts, kFullPhase);
-    EXPECT_GT(2.0 * omega * 1e-3 / full.plan.coupled.num_parts, kFullPhase) << "no more parts than it takes";
+    std::printf("omega_max h %5.1f, %3d substeps: elastic error %.1e, undivided %.1e\n", omega * 1e-3,
+                full.plan.coupled.num_substeps, errors.elastic, undivided.elastic);
+    EXPECT_LE(omega * 1e-3 / full.plan.coupled.num_substeps, kFullPhase);
+    EXPECT_GT(2.0 * omega * 1e-3 / full.plan.coupled.num_substeps, kFullPhase)
+        << "more substeps than necessary";
     EXPECT_LT(errors.elastic, 1e-6);
   }
 }
 
-// one tick in m parts is m ticks of exact bars: pulses, sines and tables are met at the same times
-TEST(FullRung, IsExactBarsAtTheRateOfItsParts) {
+// A tick of m substeps equals m ticks of exact bars, because pulses, sines and tables are evaluated at the
+// same times.
+TEST(FullRung, TheFullRungEqualsExactBarsAtTheRateOfItsSubsteps) {
   Scene scene = stiffened(1e2);
   Load sine = scene.loads[0], table = scene.loads[0];
   scene.loads[0].history = PulseHistory{16.0 / 512.0, 32.0 / 512.0};
@@ -64,53 +66,56 @@ TEST(FullRung, IsExactBarsAtTheRateOfItsParts) {
   scene.loads.push_back(sine);
   scene.loads.push_back(table);
   const Simulation full = run_rung(scene, Fidelity::kFull, 1.0 / 512.0, 0.25);
-  const std::int32_t parts = full.plan.coupled.num_parts;
-  ASSERT_GT(parts, 4);
-  const Simulation fine = run_rung(scene, Fidelity::kExactBars, 1.0 / 512.0 / parts, 0.25);
+  const std::int32_t substeps = full.plan.coupled.num_substeps;
+  ASSERT_GT(substeps, 4);
+  const Simulation fine = run_rung(scene, Fidelity::kExactBars, 1.0 / 512.0 / substeps, 0.25);
   EXPECT_EQ(elastic_of(scene, full), elastic_of(scene, fine));
   EXPECT_EQ(full.state.p_WB, fine.state.p_WB);
   EXPECT_EQ(full.state.q_WB, fine.state.q_WB);
   EXPECT_EQ(full.state.H_W, fine.state.H_W);
 }
 
-// 1 kg moved by a dashpot of 2e4 N s/m: 2e4 1/s and more, where the stages of a tick of 1 ms stand 1
-TEST(FullRung, DividesForDashpotsWhichOtherRungsRefuse) {
+// A dashpot of 2e4 N s/m on 1 kg gives rates of 2e4 1/s and more. In a tick of 1 ms the stages are stable
+// only up to a rate of 1e3 1/s.
+TEST(FullRung, DividesTheTickForDashpotsThatOtherRungsRefuse) {
   Scene scene = boxed_truss(0.0, 1e-3);
   scene.links.push_back(dashpot(2e4));
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
-    const std::string said = refusal(scene, rung, 1000.0);
-    for (const char* part : {"at 1000 Hz: dashpots and feedback change the motion at ", "act stage by stage",
-                             "raise the rate to ", "take fidelity: full, or spin-loaded or below"})
-      EXPECT_NE(said.find(part), std::string::npos) << said;
+    const std::string message = refusal(scene, rung, 1000.0);
+    for (const char* fragment :
+         {"at 1000 Hz: dashpots and feedback change the motion at ", "act stage by stage",
+          "raise the rate to ", "take fidelity: full, or spin-loaded or below"})
+      EXPECT_NE(message.find(fragment), std::string::npos) << message;
   }
   const Simulation full = run_rung(scene, Fidelity::kFull, 1e-3, 0.5);
-  EXPECT_GE(full.plan.coupled.num_parts, 64);
+  EXPECT_GE(full.plan.coupled.num_substeps, 64);
   const Eigen::Matrix3Xd below = elastic_of(scene, run_rung(scene, Fidelity::kSeparated, 1e-3, 0.5));
   const double difference = elastic_error(elastic_of(scene, full), below);
-  std::printf("%d parts; from the exponential of the damped modes: %.1e\n", full.plan.coupled.num_parts,
-              difference);
-  // second-order terms: 1e-7 m of displacement in 1 m
+  std::printf("%d substeps; off from the exponential of the damped modes: %.1e\n",
+              full.plan.coupled.num_substeps, difference);
+  // the bound allows for second-order terms: displacements are 1e-7 m on 1 m
   EXPECT_LT(difference, 1e-5);
 }
 
-TEST(FullRung, RefusesATickInTooManyParts) {
+TEST(FullRung, ATickThatNeedsTooManySubstepsIsRefused) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.links.push_back(dashpot(1e10));
-  const std::string said = refusal(scene, Fidelity::kFull, 10.0);
-  for (const char* part : {"fidelity full at 10 Hz", "in more than 65536 parts", "take fidelity: coupled"})
-    EXPECT_NE(said.find(part), std::string::npos) << said;
+  const std::string message = refusal(scene, Fidelity::kFull, 10.0);
+  for (const char* fragment :
+       {"fidelity full at 10 Hz", "in more than 65536 substeps", "take fidelity: coupled"})
+    EXPECT_NE(message.find(fragment), std::string::npos) << message;
 }
 
-// the shadow of the same rung takes parts of half the size
-TEST(FullRung, BudgetSeesItsIntegrationError) {
+// The shadow is the same rung with substeps of half the length.
+TEST(FullRung, TheBudgetIncludesTheIntegrationErrorOfTheFullRung) {
   Scene scene = stiffened(1e2);
   scene.fidelity = Fidelity::kFull;
   scene.rate = 500.0;
   scene.error_budget.horizon = 10.0;
-  const Plan plan = lean_plan_of(scene);
+  const Plan plan = reduced_plan_of(scene);
   ASSERT_EQ(plan.budget.shadows.size(), 1U);
   const PlanShadow& shadow = plan.budget.shadows[0];
-  EXPECT_EQ(shadow.substeps * shadow.plan.coupled.num_parts, 2 * plan.coupled.num_parts);
+  EXPECT_EQ(shadow.substeps * shadow.plan.coupled.num_substeps, 2 * plan.coupled.num_substeps);
   State state = make_state(plan);
   Workspace workspace = make_workspace(plan);
   Budget budget = make_budget(plan);
@@ -118,7 +123,7 @@ TEST(FullRung, BudgetSeesItsIntegrationError) {
   for (int tick = 0; tick < 125; ++tick) step(plan, state, {}, workspace, budget, report);
   const BudgetReading reading = read_budget(plan, state, budget);
   const Simulation best =
-      run_rung(scene, Fidelity::kExactBars, 1.0 / 500.0 / plan.coupled.num_parts / 8.0, 0.25);
+      run_rung(scene, Fidelity::kExactBars, 1.0 / 500.0 / plan.coupled.num_substeps / 8.0, 0.25);
   const Simulation own = run_rung(scene, Fidelity::kFull, 1.0 / 500.0, 0.25);
   const double error = elastic_error(elastic_of(scene, own), elastic_of(scene, best));
   std::printf("estimate %.2e, error %.2e\n", reading.total.elastic, error);

@@ -1,4 +1,5 @@
-// The coupled rung on any set of modes, and with rigid links, against Lagrange's equations in accelerations.
+// The coupled rung with any set of modes and with rigid links, compared with Lagrange's equations in
+// accelerations.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -17,7 +18,7 @@ namespace {
 
 using Form = PlanKinetics::Form;
 
-// a plan in a form that it would not take by itself
+// Returns a plan in the given form, which the set-up might not choose.
 Plan in_form(const Scene& scene, const Structure& structure, const PlanSpec& spec, Form form) {
   Faults faults;
   std::optional<Plan> plan = compile(scene, structure, spec, faults);
@@ -34,13 +35,13 @@ Plan in_form(const Scene& scene, const Structure& structure, const PlanSpec& spe
   return *plan;
 }
 
-// five points, nine elastic modes of some 20 to 110 rad/s
+// Returns five points with nine elastic modes of some 20 to 110 rad/s.
 Scene five_points() {
   Scene scene;
-  const std::vector<Eigen::Vector3d> places{
+  const std::vector<Eigen::Vector3d> positions{
       {0.0, 0.0, 0.0}, {1.1, 0.1, 0.0}, {0.2, 0.9, 0.1}, {0.3, 0.2, 1.2}, {1.0, 1.1, 0.8}};
-  for (std::size_t i = 0; i < places.size(); ++i)
-    add_point(scene, 1.0 + 0.3 * static_cast<double>(i), places[i]);
+  for (std::size_t i = 0; i < positions.size(); ++i)
+    add_point(scene, 1.0 + 0.3 * static_cast<double>(i), positions[i]);
   join_all(scene, 900.0);
   for (int i = 0; i < 5; ++i) scene.publication.points.push_back(i);
   scene.pushable = scene.publication.points;
@@ -50,7 +51,7 @@ Scene five_points() {
 }
 
 PlanSpec spec_of(const Scene& scene, const Structure& structure, const std::vector<int>& modes) {
-  PlanSpec spec = whole_spec(scene, structure, Fidelity::kCoupled);
+  PlanSpec spec = full_spec(scene, structure, Fidelity::kCoupled);
   spec.modes = modes;
   for (Eigen::Index l = 0; l < spec.initial.q.size(); ++l) {
     spec.initial.q[l] = 0.02 * std::cos(1.0 + static_cast<double>(l));
@@ -59,7 +60,8 @@ PlanSpec spec_of(const Scene& scene, const Structure& structure, const std::vect
   return spec;
 }
 
-// difference of coordinates and attitude from the equations in accelerations, of the largest coordinate
+// Returns the largest difference of coordinates and attitude from the solution of the equations in
+// accelerations.
 double error_of(const Simulation& simulation, const Eigen::VectorXd& y, Eigen::Index n) {
   const Eigen::Map<const Eigen::VectorXd> q(simulation.state.q.data(), n);
   const Quat& a = simulation.state.q_WB;
@@ -68,7 +70,7 @@ double error_of(const Simulation& simulation, const Eigen::VectorXd& y, Eigen::I
   return std::max((q - y.head(n)).cwiseAbs().maxCoeff(), (attitude - y.tail<4>()).cwiseAbs().maxCoeff());
 }
 
-// accelerations of all points [m/s^2] (3 x N), body axes, where loads add up to nothing
+// Returns the accelerations of all points [m/s^2] (3 x N) in body axes, for loads without a resultant.
 Eigen::Matrix3Xd accelerations_B(const AssumedShapes& equations, const Eigen::VectorXd& y) {
   const Eigen::VectorXd z = equations.accelerations(y), q = y.head(equations.n()),
                         q_dot = y.segment(equations.n(), equations.n());
@@ -82,7 +84,7 @@ Eigen::Matrix3Xd accelerations_B(const AssumedShapes& equations, const Eigen::Ve
   return a;
 }
 
-// two world forces that pull apart and turn
+// Adds two forces in world axes that stretch and rotate the body.
 void pull(Scene& scene, AssumedShapes& equations) {
   const Eigen::Vector3d force(3.0, -2.0, 4.0);
   scene.loads.clear();
@@ -95,7 +97,7 @@ void pull(Scene& scene, AssumedShapes& equations) {
   equations.force.col(3) = -force;
 }
 
-// c (u . (b_j - b_i))^2 of each dashpot
+// Adds c (u . (b_j - b_i))^2 to the damping matrix for each dashpot.
 void damp(const Scene& scene, AssumedShapes& equations) {
   equations.damping = Eigen::MatrixXd::Zero(equations.n(), equations.n());
   for (const Link& link : scene.links) {
@@ -138,7 +140,7 @@ void expect_order_four(Scene scene, const std::vector<int>& modes, Form form, co
   EXPECT_LT(errors[4], 2e-12);
 }
 
-TEST(KeptModes, MoveAsLagrangesEquationsSay) {
+TEST(KeptModes, ObeyLagrangesEquations) {
   const Scene scene = five_points();
   for (const Form form : {Form::kPoints, Form::kTables}) {
     expect_order_four(scene, {0, 2, 5}, form, form == Form::kPoints ? "points" : "tables");
@@ -146,7 +148,7 @@ TEST(KeptModes, MoveAsLagrangesEquationsSay) {
   }
 }
 
-TEST(KeptModes, WithDashpotsMoveAsLagrangesEquationsSay) {
+TEST(KeptModes, KeptModesWithDashpotsObeyLagrangesEquations) {
   Scene scene = five_points();
   add_link(scene, 0, 2, Dashpot{8.0});
   add_link(scene, 1, 4, Dashpot{15.0});
@@ -154,7 +156,7 @@ TEST(KeptModes, WithDashpotsMoveAsLagrangesEquationsSay) {
   expect_order_four(scene, {0, 2, 5, 7}, Form::kTables, "dashpots by tables");
 }
 
-TEST(KeptModes, OfASceneMoveAsThoseOfItsWholeStructure) {
+TEST(KeptModes, KeptModesOfASceneMoveLikeThoseOfItsFullStructure) {
   Scene scene = five_points();
   scene.fidelity = Fidelity::kCoupled;
   scene.initial.velocity = {0.1, 0.2, -0.3};
@@ -164,12 +166,12 @@ TEST(KeptModes, OfASceneMoveAsThoseOfItsWholeStructure) {
   load.history = PulseHistory{0.0, 0.2};
   scene.loads.push_back(load);
   const Structure whole = build(scene);
-  PlanSpec spec = whole_spec(scene, whole, Fidelity::kCoupled);
+  PlanSpec spec = full_spec(scene, whole, Fidelity::kCoupled);
   spec.modes = {0, 1, 2, 3};
   Simulation few(in_form(scene, whole, spec, Form::kPoints));
   few.run(400);
   scene.modes.count = 4;
-  // beside itself at a half of its step: no rung above has these modes
+  // the shadow is the same rung at half the step, because the rungs above need all modes
   scene.error_budget.horizon = 0.1;
   Faults faults;
   const std::optional<Plan> plan = make_plan(scene, build(scene), faults);
@@ -182,14 +184,15 @@ TEST(KeptModes, OfASceneMoveAsThoseOfItsWholeStructure) {
   Simulation kept(*plan);
   kept.run(400);
   EXPECT_LT((kept.positions_W() - few.positions_W()).cwiseAbs().maxCoeff(), 1e-12);
-  EXPECT_GT(few.displacements_B().cwiseAbs().maxCoeff(), 1e-3) << "it must bend";
+  EXPECT_GT(few.displacements_B().cwiseAbs().maxCoeff(), 1e-3)
+      << "the structure must bend for the test to have a meaning";
 }
 
-TEST(KeptModes, AllOfThemMoveAsTheCompleteSet) {
+TEST(KeptModes, AllKeptModesTogetherMoveLikeTheCompleteSet) {
   Scene scene = boxed_truss(5.0, 100.0);
   scene.rate = 1000.0;
   const Structure structure = build(scene);
-  PlanSpec spec = whole_spec(scene, structure, Fidelity::kCoupled);
+  PlanSpec spec = full_spec(scene, structure, Fidelity::kCoupled);
   Simulation complete(in_form(scene, structure, spec, Form::kComplete));
   complete.run(500);
   const Eigen::Matrix3Xd p = complete.positions_W(), V = complete.displacements_B();
@@ -201,14 +204,14 @@ TEST(KeptModes, AllOfThemMoveAsTheCompleteSet) {
     const double velocity = (some.velocities_W() - complete.velocities_W()).cwiseAbs().maxCoeff();
     std::printf("all modes by %s: %.1e m, elastic %.1e\n", form == Form::kPoints ? "points" : "tables",
                 position, elastic);
-    // 500 ticks of rounding, at w h of 0.8
+    // the bound allows for the rounding errors of 500 ticks at w h = 0.8
     EXPECT_LT(position, 1e-12);
     EXPECT_LT(elastic, 1e-10);
     EXPECT_LT(velocity, 1e-10);
   }
 }
 
-// a rigid bar and a rigid triangle among springs: eleven freedoms less four
+// Returns a rigid bar and a rigid triangle among springs: twelve elastic freedoms minus four constraints.
 Scene with_rigid_links() {
   Scene scene = five_points();
   add_point(scene, 0.7, {1.6, -0.8, 0.5});
@@ -230,7 +233,7 @@ std::vector<int> first_modes(Eigen::Index count) {
   return modes;
 }
 
-TEST(RigidLinks, OnTheCoupledRungMoveAsLagrangesEquationsSay) {
+TEST(RigidLinks, RigidLinksOnTheCoupledRungObeyLagrangesEquations) {
   const Scene scene = with_rigid_links();
   const Structure structure = build(scene);
   ASSERT_EQ(structure.num_constraints, 4);
@@ -240,8 +243,9 @@ TEST(RigidLinks, OnTheCoupledRungMoveAsLagrangesEquationsSay) {
                       form == Form::kPoints ? "rigid links by points" : "rigid links by tables");
 }
 
-// what holds the points: m a - F - elastic forces = rigid bar and triangle + m alpha x r, alpha the second
-// order by which linear links push a deformed shape (THEORY X192)
+// Returns the tension of the rigid bar from the balance of forces on the points: m a - F - elastic forces =
+// forces of rigid bar and triangle + m alpha x r. Here alpha is the second-order effect of linear links on a
+// deformed shape (THEORY 12.37).
 double tension_of_bar(const Scene& scene, const AssumedShapes& equations, const Eigen::VectorXd& y) {
   const Eigen::Matrix3d R = AssumedShapes::attitude(y).toRotationMatrix();
   const Eigen::VectorXd q = y.head(equations.n());
@@ -278,7 +282,7 @@ double tension_of_bar(const Scene& scene, const AssumedShapes& equations, const 
   return solved[0];
 }
 
-TEST(RigidLinks, CarryWhatSpinAndLoadsPutOnThem) {
+TEST(RigidLinks, RigidLinksPublishTheForcesFromSpinAndLoads) {
   Scene scene = with_rigid_links();
   const Structure structure = build(scene);
   AssumedShapes equations = assumed_shapes(structure, first_modes(structure.omega.size()));
@@ -291,47 +295,46 @@ TEST(RigidLinks, CarryWhatSpinAndLoadsPutOnThem) {
       0.5, 400);
   const double expected = tension_of_bar(scene, equations, y);
   for (const Form form : {Form::kPoints, Form::kTables}) {
-    Simulation simulation(in_form(scene, structure, whole_spec(scene, structure, Fidelity::kCoupled), form));
+    Simulation simulation(in_form(scene, structure, full_spec(scene, structure, Fidelity::kCoupled), form));
     simulation.run(2000);
     EXPECT_NEAR(simulation.link_forces()[0], expected, 1e-9 * std::abs(expected));
   }
   std::printf("tension of the rigid bar %.6f N\n", expected);
 }
 
-TEST(KeptModes, OfATolerancesChoiceLeaveNoMoreThanItAllows) {
+TEST(KeptModes, ModesChosenByAToleranceMeetThatTolerance) {
   Scene scene = boxed_truss(0.5, 100.0);
   scene.pushable.clear();
   scene.fidelity = Fidelity::kCoupled;
   scene.rate = 1000.0;
   scene.leave_out.horizon = 2.0;
-  Simulation whole(plan_of(scene));
+  Simulation full(plan_of(scene));
   for (const double tolerance : {0.3, 0.03}) {
     scene.leave_out.tolerance = tolerance;
     Faults faults;
     const auto plan = make_plan(scene, build(scene), faults);
     ASSERT_TRUE(plan.has_value());
-    EXPECT_LT(plan->num_elastic, whole.plan.num_elastic);
+    EXPECT_LT(plan->num_elastic, full.plan.num_elastic);
     EXPECT_NE(plan->coupled.kinetics.form, Form::kComplete);
-    Simulation lean(*plan);
-    whole = Simulation(plan_of(scene));
+    Simulation reduced(*plan);
+    full = Simulation(plan_of(scene));
     double largest = 0.0, off = 0.0;
     for (int k = 0; k < 200; ++k) {
-      whole.run(10);
-      lean.run(10);
-      const Eigen::Matrix3Xd V = whole.displacements_B();
+      full.run(10);
+      reduced.run(10);
+      const Eigen::Matrix3Xd V = full.displacements_B();
       largest = std::max(largest, V.colwise().norm().maxCoeff());
-      off = std::max(off, (lean.displacements_B() - V).colwise().norm().maxCoeff());
+      off = std::max(off, (reduced.displacements_B() - V).colwise().norm().maxCoeff());
     }
-    const PlanPart& part = plan->parts[static_cast<std::size_t>(Part::kSmallModes)];
-    std::printf("tolerance %g: %d of %d modes, displacements off by %.1e of the largest, told %.1e\n",
-                tolerance, plan->num_elastic, whole.plan.num_elastic, off / largest, part.share);
+    const PlanFeature& feature = plan->features[static_cast<std::size_t>(Feature::kSmallModes)];
+    std::printf("tolerance %g: %d of %d modes, displacements off by %.1e of the largest, estimated %.1e\n",
+                tolerance, plan->num_elastic, full.plan.num_elastic, off / largest, feature.relative_error);
     EXPECT_LE(off, tolerance * largest);
-    EXPECT_LE(off, part.error);
+    EXPECT_LE(off, feature.error);
   }
 }
 
-// with rigid links or bodies the best rung is coupled: what is off is the step alone
-TEST(KeptModes, NoneBelowTheFrequencyIsWarnedOf) {
+TEST(KeptModes, AWarningSaysThatNoModeIsBelowTheGivenFrequency) {
   Scene scene = five_points();
   scene.modes.below = 1e-3;
   Faults faults;
@@ -343,8 +346,8 @@ TEST(KeptModes, NoneBelowTheFrequencyIsWarnedOf) {
       << faults[0].message;
 }
 
-// a mode that is not kept has no number
-TEST(KeptModes, HaveTheNumbersThatStartAndDampingMayName) {
+// Modes that are not kept cannot be named by number.
+TEST(KeptModes, InitialStateAndDampingMayNameOnlyKeptModes) {
   for (const bool is_damping : {false, true}) {
     Scene scene = five_points();
     scene.modes.count = 2;
@@ -359,7 +362,9 @@ TEST(KeptModes, HaveTheNumbersThatStartAndDampingMayName) {
   }
 }
 
-TEST(BestRung, IsCoupledWhereTrueBarsCannotStand) {
+// If there are rigid links or bodies, the reference is the coupled rung too, so the estimate contains only
+// the integration error.
+TEST(BestRung, IsTheCoupledRungIfExactBarsCannotBeUsed) {
   Scene scene = with_rigid_links();
   scene.rate = 1000.0;
   scene.error_budget.horizon = 0.5;
@@ -370,7 +375,7 @@ TEST(BestRung, IsCoupledWhereTrueBarsCannotStand) {
     ASSERT_TRUE(plan.has_value());
     ASSERT_FALSE(faults.empty());
     EXPECT_NE(faults.back().message.find("the best rung for rigid links is coupled"), std::string::npos);
-    EXPECT_TRUE(plan->neglect.has_unseen);
+    EXPECT_TRUE(plan->unmodelled.has_unquantified);
     EXPECT_EQ(plan->budget.shadows.front().plan.fidelity, Fidelity::kCoupled);
     EXPECT_EQ(plan->budget.shadows.size(), rung == Fidelity::kCoupled ? 1U : 2U);
     State state = make_state(*plan);

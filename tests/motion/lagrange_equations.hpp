@@ -1,5 +1,5 @@
-// Lagrange's equations of point masses with assumed shapes, in accelerations: what momentum forms are held
-// against. Header only.
+// Lagrange's equations of point masses with assumed shapes, written in accelerations. They are the reference
+// for equations in momenta. Header only.
 #pragma once
 
 #include <Eigen/Dense>
@@ -14,44 +14,46 @@ namespace freeflex::testing {
 
 using Rates = std::function<Eigen::VectorXd(double, const Eigen::VectorXd&)>;
 
-/// y after one step of the modified midpoint rule extrapolated over 2, 4, .. 12 parts, order 12 (Gragg 1965).
+/// Returns y after one step by extrapolation of the modified midpoint rule with 2, 4, .. 12 substeps, which
+/// has order 12 (Gragg 1965).
 inline Eigen::VectorXd extrapolated_step(const Rates& f, double t, const Eigen::VectorXd& y, double h) {
   constexpr std::size_t kColumns = 6;
   std::array<std::array<Eigen::VectorXd, kColumns>, kColumns> T;
-  const auto parts_of = [](std::size_t j) { return 2.0 * (static_cast<double>(j) + 1.0); };
+  const auto substeps_of = [](std::size_t j) { return 2.0 * (static_cast<double>(j) + 1.0); };
   for (std::size_t j = 0; j < kColumns; ++j) {
-    const double part = h / parts_of(j);
-    Eigen::VectorXd before = y, at = y + part * f(t, y);
-    for (int k = 1; k < parts_of(j); ++k) {
-      const Eigen::VectorXd next = before + 2.0 * part * f(t + k * part, at);
+    const double substep = h / substeps_of(j);
+    Eigen::VectorXd before = y, at = y + substep * f(t, y);
+    for (int k = 1; k < substeps_of(j); ++k) {
+      const Eigen::VectorXd next = before + 2.0 * substep * f(t + k * substep, at);
       before = at;
       at = next;
     }
-    T[j][0] = 0.5 * (before + at + part * f(t + h, at));
+    T[j][0] = 0.5 * (before + at + substep * f(t + h, at));
     for (std::size_t k = 1; k <= j; ++k) {
-      const double ratio = parts_of(j) / parts_of(j - k);
+      const double ratio = substeps_of(j) / substeps_of(j - k);
       T[j][k] = T[j][k - 1] + (T[j][k - 1] - T[j - 1][k - 1]) / (ratio * ratio - 1.0);
     }
   }
   return T[kColumns - 1][kColumns - 1];
 }
 
-/// Point masses that move by V = b q in a frame that turns: unknown accelerations (w', q'') from d'Alembert's
-/// principle point by point, a = w' x x + w x (w x x) + 2 w x V' + b q'', with linear stiffness.
+/// Point masses that move by V = b q in a rotating frame. The accelerations (w', q'') follow from
+/// d'Alembert's principle with a = w' x x + w x (w x x) + 2 w x V' + b q'' at each point and a linear
+/// stiffness.
 struct AssumedShapes {
   Eigen::VectorXd mass;     // [kg] (N)
   Eigen::Matrix3Xd r;       // [m] from the centre of mass
   Eigen::MatrixXd b;        // [-] (3N x n)
   Eigen::VectorXd omega;    // [rad/s]
   Eigen::Matrix3Xd force;   // [N] world axes, constant
-  Eigen::MatrixXd damping;  // [N s/m] (n x n) of dashpots; empty: none
+  Eigen::MatrixXd damping;  // [N s/m] (n x n) of dashpots; empty without dashpots
 
   Eigen::Index n() const { return omega.size(); }
   /// y = (q, q', w, attitude x y z w)
   static Eigen::Quaterniond attitude(const Eigen::VectorXd& y) { return Eigen::Quaterniond(y.tail<4>()); }
   Eigen::Vector3d spin(const Eigen::VectorXd& y) const { return y.segment<3>(2 * n()); }
 
-  /// (w', q'')
+  /// Returns (w', q'').
   Eigen::VectorXd accelerations(const Eigen::VectorXd& y) const {
     const Eigen::VectorXd q = y.head(n()), q_dot = y.segment(n(), n());
     const Eigen::Vector3d w = spin(y);
@@ -62,12 +64,12 @@ struct AssumedShapes {
     for (Eigen::Index i = 0; i < mass.size(); ++i) {
       const auto b_i = b.middleRows<3>(3 * i);
       const Eigen::Vector3d x = r.col(i) + b_i * q, V_dot = b_i * q_dot;
-      Eigen::MatrixXd reach(3, 3 + n());
-      reach << 0.0, x.z(), -x.y(), Eigen::RowVectorXd(b_i.row(0)), -x.z(), 0.0, x.x(),
+      Eigen::MatrixXd jacobian(3, 3 + n());
+      jacobian << 0.0, x.z(), -x.y(), Eigen::RowVectorXd(b_i.row(0)), -x.z(), 0.0, x.x(),
           Eigen::RowVectorXd(b_i.row(1)), x.y(), -x.x(), 0.0, Eigen::RowVectorXd(b_i.row(2));
-      A += mass[i] * reach.transpose() * reach;
+      A += mass[i] * jacobian.transpose() * jacobian;
       const Eigen::Vector3d known = w.cross(w.cross(x)) + 2.0 * w.cross(V_dot);
-      load += reach.transpose() * (R.transpose() * force.col(i) - mass[i] * known);
+      load += jacobian.transpose() * (R.transpose() * force.col(i) - mass[i] * known);
     }
     load.tail(n()) -= total * omega.cwiseAbs2().cwiseProduct(q);
     if (damping.size() > 0) load.tail(n()) -= damping * q_dot;
@@ -78,8 +80,9 @@ struct AssumedShapes {
     const Eigen::VectorXd z = accelerations(y);
     Eigen::VectorXd dot(y.size());
     const Eigen::Vector3d half = 0.5 * spin(y);
-    const Eigen::Quaterniond turn = attitude(y) * Eigen::Quaterniond(0.0, half.x(), half.y(), half.z());
-    dot << y.segment(n(), n()), z.tail(n()), z.head<3>(), turn.coeffs();
+    const Eigen::Quaterniond attitude_rate =
+        attitude(y) * Eigen::Quaterniond(0.0, half.x(), half.y(), half.z());
+    dot << y.segment(n(), n()), z.tail(n()), z.head<3>(), attitude_rate.coeffs();
     return dot;
   }
 
@@ -100,7 +103,7 @@ struct AssumedShapes {
   }
 };
 
-/// Those of a structure's modes.
+/// Returns the equations for some modes of a structure.
 inline AssumedShapes assumed_shapes(const Structure& structure, const std::vector<int>& modes) {
   return {structure.particles.mass,
           structure.mass_properties.r,

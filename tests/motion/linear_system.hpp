@@ -1,6 +1,6 @@
-// A linear elastic system in the plainest form, M V'' + C V' + K V = F over the displacements of all points:
-// stiffness assembled link by link, motion by the exponential of its state matrix. Nothing of modes, frames
-// or propagators.
+// The linear elastic system M V'' + C V' + K V = F in the displacements of all points, without modes, frames
+// or propagators. The stiffness is assembled link by link, and the motion is computed by the exponential of
+// the state matrix.
 #pragma once
 
 #include <Eigen/Core>
@@ -45,7 +45,7 @@ struct LinearSystem {
     }
   }
 
-  /// State matrix of (V, V').
+  /// Returns the state matrix of (V, V').
   WideMatrix generator() const {
     const Eigen::Index n = mass.size();
     WideMatrix A = WideMatrix::Zero(2 * n, 2 * n);
@@ -55,7 +55,7 @@ struct LinearSystem {
     return A;
   }
 
-  /// (V, V') at time t from (V, V') at 0, under a constant force.
+  /// Returns (V, V') at time t from (V, V') at 0 under a constant force.
   WideVector at(long double t, const WideVector& start, const WideVector& force) const {
     return advance(generator(), t, start, force);
   }
@@ -63,7 +63,7 @@ struct LinearSystem {
   WideVector advance(const WideMatrix& A, long double t, const WideVector& start,
                      const WideVector& force) const {
     const Eigen::Index n = mass.size();
-    // one more coordinate, always 1, carries the force
+    // an additional coordinate, which is always 1, multiplies the force
     WideMatrix all = WideMatrix::Zero(2 * n + 1, 2 * n + 1);
     all.topLeftCorner(2 * n, 2 * n) = A;
     all.block(n, 2 * n, n, 1) = mass.cwiseInverse().cwiseProduct(force);

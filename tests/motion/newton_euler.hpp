@@ -1,5 +1,5 @@
-// Rigid bodies by Newton and Euler on springs at true length and direction, with rotors in them: what bodies
-// and wheels of the coupled rung are held against. Header only.
+// The Newton-Euler equations of rigid bodies with rotors, joined by springs at true length and direction.
+// They are the reference for bodies and wheels on the coupled rung. Header only.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,23 +13,22 @@
 
 #include "core/step/readout.hpp"
 #include "tests/motion/lagrange_equations.hpp"
-#include "tests/motion/turns.hpp"
+#include "tests/motion/rotations.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/simulation.hpp"
 
 namespace freeflex::testing {
 
-// Rigid bodies by Newton and Euler, each with an attitude of its own, joined by springs between arms at true
-// length and direction.
+/// Rigid bodies, each with its own attitude. Springs at true length and direction join arms of the bodies.
 struct NewtonEuler {
   struct Rotor {
     int body;
-    Eigen::Vector3d axis;     // of the body
+    Eigen::Vector3d axis;     // in the axes of the body
     double momentum, torque;  // [N m s] at the start, [N m] constant
   };
   struct Spring {
     int first, second;           // bodies
-    Eigen::Vector3d arm, other;  // [m] from their centres, their axes
+    Eigen::Vector3d arm, other;  // [m] from the centre of each body, in its axes
     double stiffness, length;    // [N/m], [m]
   };
   std::vector<double> mass;
@@ -37,7 +36,8 @@ struct NewtonEuler {
   std::vector<Spring> springs;
   std::vector<Rotor> rotors;
 
-  // y = (place, velocity, attitude x y z w, spin in own axes) of each
+  /// Returns dy/dt for y = (position, velocity, attitude x y z w, angular velocity in the axes of the body)
+  /// of each body.
   Eigen::VectorXd rates(double t, const Eigen::VectorXd& y) const {
     Eigen::VectorXd dot(y.size());
     std::vector<Eigen::Vector3d> force(mass.size(), Eigen::Vector3d::Zero()), torque = force;
@@ -82,7 +82,8 @@ inline Eigen::Quaterniond exponential(const Eigen::Vector3d& theta) {
                       : Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d(theta / angle)));
 }
 
-// three bodies on an axis, each with three arms; every arm has a spring to each arm of the next body
+/// Three bodies on an axis, each with three arms. A spring joins every arm of a body to every arm of the next
+/// body.
 struct Stack {
   Scene scene;
   NewtonEuler truth;
@@ -129,7 +130,8 @@ struct Stack {
   }
 };
 
-// places of bodies and their attitudes, of the step; from those at the start the truth sets out
+/// Returns positions, velocities, attitudes and angular velocities of the three bodies in the state of the
+/// step.
 inline Eigen::VectorXd bodies_of(const Structure& structure, const Freedoms& freedoms,
                                  const Simulation& simulation) {
   Eigen::VectorXd y(39);
@@ -138,17 +140,17 @@ inline Eigen::VectorXd bodies_of(const Structure& structure, const Freedoms& fre
   const Vec3& w = simulation.state.coupled.w_B;
   for (int k = 0; k < 3; ++k) {
     const PointState point = read_point(simulation.plan, simulation.state, k);
-    const Eigen::Quaterniond turn = exponential(turn_of(structure, freedoms, k, simulation.state));
+    const Eigen::Quaterniond rotation = exponential(joint_rotation(structure, freedoms, k, simulation.state));
     y.segment<3>(13 * k) = Eigen::Map<const Eigen::Vector3d>(point.p_W.data());
     y.segment<3>(13 * k + 3) = Eigen::Map<const Eigen::Vector3d>(point.v_W.data());
-    y.segment<4>(13 * k + 6) = (R * turn).coeffs();
-    y.segment<3>(13 * k + 10) = turn.inverse() * Eigen::Map<const Eigen::Vector3d>(w.data());  // q' = 0
+    y.segment<4>(13 * k + 6) = (R * rotation).coeffs();
+    y.segment<3>(13 * k + 10) = rotation.inverse() * Eigen::Map<const Eigen::Vector3d>(w.data());  // q' = 0
   }
   return y;
 }
 
-/// One second from a still start at twelve modes: the error goes with the square of the amplitude, for the
-/// rung leaves out the second order of springs and rigid links.
+/// Expects, after one second from rest in twelve modes, an error proportional to the square of the amplitude,
+/// because the rung omits the second order of springs and rigid links.
 inline void expect_square_of_amplitude(const std::function<Stack(double)>& stack_of) {
   std::vector<double> errors;
   for (const double size : {4e-3, 2e-3, 1e-3, 5e-4}) {

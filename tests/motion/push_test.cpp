@@ -1,4 +1,5 @@
-// Bodies whose centres stand beside their points, pushed; wheels and superelements that the word must know.
+// Pushed bodies whose centres are offset from their points, and verdicts whose estimates must include such
+// bodies, wheels and superelements.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,8 +7,8 @@
 
 #include "core/plan/make_plan.hpp"
 #include "core/validity/judgement.hpp"
+#include "tests/motion/rotations.hpp"
 #include "tests/motion/rung_cases.hpp"
-#include "tests/motion/turns.hpp"
 #include "tests/motion/watched.hpp"
 #include "tests/setup/make_scene.hpp"
 
@@ -18,7 +19,8 @@ using Eigen::Vector3d;
 
 constexpr double kMass = 10.0, kArm = 0.5, kInertia = 0.1, kSpring = 40.0, kHub = 1e4, kTurn = 1e5;
 
-// a body ahead of a joint on a heavy hub: beam of 2 mm, EI / L = 40 N m/rad, its centre half a metre further
+// Returns a heavy hub and, ahead of it, a body on a joint. The joint is a beam of 2 mm with EI / L = 40 N
+// m/rad, and the centre of the body is half a metre further ahead.
 Scene pendulum(double thrust, Fidelity fidelity) {
   Scene scene;
   add_point(scene, kHub, {0.0, 0.0, 0.0});
@@ -39,37 +41,37 @@ Scene pendulum(double thrust, Fidelity fidelity) {
   return scene;
 }
 
-// turns of the joint over four seconds, from a small one at rest
-std::vector<double> turns_of(const Scene& scene) {
+// Returns the angles of the joint over four seconds; it starts at rest at a small angle.
+std::vector<double> joint_angles(const Scene& scene) {
   const Structure structure = build(scene);
   const Freedoms freedoms(scene);
   Plan plan = compile(scene);
   plan.initial.q[0] = 1e-5;
   Simulation simulation(std::move(plan));
-  std::vector<double> turns;
+  std::vector<double> angles;
   for (int tick = 0; tick < 8000; ++tick) {
-    const Vector3d turn =
-        turn_of(structure, freedoms, 1, simulation.state) - turn_of(structure, freedoms, 0, simulation.state);
-    turns.push_back(std::abs(turn.z()) > std::abs(turn.y()) ? turn.z() : turn.y());
+    const Vector3d rotation = joint_rotation(structure, freedoms, 1, simulation.state) -
+                              joint_rotation(structure, freedoms, 0, simulation.state);
+    angles.push_back(std::abs(rotation.z()) > std::abs(rotation.y()) ? rotation.z() : rotation.y());
     simulation.run(1);
   }
-  return turns;
+  return angles;
 }
 
-// An inverted pendulum in an accelerating frame: (J + mu d'^2) theta'' + (k - m a d) theta = 0, mu the
-// reduced mass, a = F / M, d' with half of the beam that it turns about. The hub's own inertia changes it by
-// 1e-5.
+// The body is an inverted pendulum in an accelerating frame: (J + mu d'^2) theta'' + (k - m a d) theta = 0.
+// Here mu is the reduced mass, a = F / M, and d' is the distance to the middle of the beam, which acts as the
+// joint. The inertia of the hub changes the frequency by 1e-5.
 TEST(Push, ABodyAheadOfItsJointIsAnInvertedPendulum) {
   const double mu = kMass * kHub / (kMass + kHub), arm = kArm + 0.001;
-  // of the coupled rung alone: the rungs below do not have it
+  // only the coupled rung has this effect
   for (const double share : {-0.5, 0.25, 0.75}) {
     const double a = share * kSpring / (kMass * kArm), thrust = a * (kHub + kMass);
-    const std::vector<double> turns = turns_of(pendulum(thrust, Fidelity::kCoupled));
-    // the frequency from zeros, the first to the last
+    const std::vector<double> angles = joint_angles(pendulum(thrust, Fidelity::kCoupled));
+    // the frequency follows from the times of the first and the last zero
     std::vector<double> zeros;
-    for (std::size_t k = 1; k < turns.size(); ++k)
-      if (turns[k - 1] * turns[k] < 0.0)
-        zeros.push_back(static_cast<double>(k - 1) + turns[k - 1] / (turns[k - 1] - turns[k]));
+    for (std::size_t k = 1; k < angles.size(); ++k)
+      if (angles[k - 1] * angles[k] < 0.0)
+        zeros.push_back(static_cast<double>(k - 1) + angles[k - 1] / (angles[k - 1] - angles[k]));
     ASSERT_GE(zeros.size(), 2u);
     const double found =
         M_PI * static_cast<double>(zeros.size() - 1) / (zeros.back() - zeros.front()) * 2000.0;
@@ -80,8 +82,8 @@ TEST(Push, ABodyAheadOfItsJointIsAnInvertedPendulum) {
   }
 }
 
-// what the rung below lacks its word knows, to the size
-TEST(Push, TheWordKnowsWhatThrustDoesToBodiesAheadOfTheirJoints) {
+// The verdict of a lower rung estimates the missing effect correctly.
+TEST(Push, EstimateIncludesThrustOnBodiesAheadOfTheirJoints) {
   for (const double share : {0.001, 0.02, 0.25, 1.2}) {
     const double thrust = share * kSpring / (kMass * kArm) * (kHub + kMass);
     std::array<Plan, 2> plans{compile(pendulum(thrust, Fidelity::kCoupled)),
@@ -89,30 +91,31 @@ TEST(Push, TheWordKnowsWhatThrustDoesToBodiesAheadOfTheirJoints) {
     for (Plan& plan : plans) plan.initial.q[0] = 1e-5;
     Simulation truth(plans[0]), separated(plans[1]);
     Judgement judgement(separated.plan);
-    Budget none;
+    Budget no_budget;
     double worst = 0.0;
     const auto n = static_cast<Eigen::Index>(truth.plan.num_elastic);
     for (int tick = 0; tick < 8000; ++tick) {
       truth.run(1);
       separated.run(1);
-      judgement.take(separated.state, none);
+      judgement.take(separated.state, no_budget);
       worst = std::max(worst, (Eigen::Map<const Eigen::VectorXd>(truth.state.q.data(), n) -
                                Eigen::Map<const Eigen::VectorXd>(separated.state.q.data(), n))
                                   .norm());
     }
     const Verdict verdict = judgement.now();
     std::printf("thrust takes %.3f of the stiffness: off by %.1e of %.1e m, %s at %.1e m\n", share, worst,
-                verdict.scale, name_of(verdict.word), verdict.error);
-    EXPECT_EQ(verdict.word, share > 0.1    ? Verdict::Word::kOutside
-                            : share > 0.01 ? Verdict::Word::kWatch
-                                           : Verdict::Word::kGood);
+                verdict.scale, name_of(verdict.level), verdict.error);
+    EXPECT_EQ(verdict.level, share > 0.1    ? Verdict::Level::kOutside
+                             : share > 0.01 ? Verdict::Level::kWatch
+                                            : Verdict::Level::kGood);
     if (share > 1.0) continue;
     EXPECT_GT(verdict.error, 0.7 * worst);
     EXPECT_LT(verdict.error, 1.5 * worst);
   }
 }
 
-// a hub with panels on beams and a wheel, a turn of it after a kick: the coupled rung is the truth
+// Returns a hub with a wheel and with panels on beams. An impulse of torque makes it rotate slowly. The
+// coupled rung gives the true motion.
 Scene hub_with_panels(double momentum, Fidelity fidelity) {
   Scene scene;
   add_point(scene, 300.0, {0.0, 0.0, 0.0});
@@ -123,44 +126,44 @@ Scene hub_with_panels(double momentum, Fidelity fidelity) {
     add_link(scene, 0, tip, Beam{1e5, 1e3, 2e3, 2e3, {0.0, 0.0, 1.0}});
   }
   scene.wheels.push_back({"wheel", 0, Vector3d::UnitZ(), momentum, {}});
-  Load kick;
-  kick.name = "kick";
-  kick.torques.push_back({0, {0.05, 0.0, 0.0}});
-  kick.history = PulseHistory{0.0, 0.2};
-  scene.loads.push_back(kick);
+  Load impulse;
+  impulse.name = "impulse";
+  impulse.torques.push_back({0, {0.05, 0.0, 0.0}});
+  impulse.history = PulseHistory{0.0, 0.2};
+  scene.loads.push_back(impulse);
   scene.fidelity = fidelity;
   scene.rate = 500.0;
   scene.publication.points = {0, 1, 2};
   return scene;
 }
 
-TEST(Push, TheWordKnowsWhatAWheelDoesToTheHubThatCarriesIt) {
+TEST(Push, EstimateIncludesTheWheelOfAHub) {
   for (const double momentum : {0.5, 20.0, 50.0}) {
     Simulation truth(hub_with_panels(momentum, Fidelity::kCoupled)),
         separated(hub_with_panels(momentum, Fidelity::kSeparated));
     Judgement judgement(separated.plan);
-    Budget none;
+    Budget no_budget;
     double worst = 0.0;
     const auto n = static_cast<Eigen::Index>(truth.plan.num_elastic);
     for (int tick = 0; tick < 30000; ++tick) {
       truth.run(1);
       separated.run(1);
-      judgement.take(separated.state, none);
+      judgement.take(separated.state, no_budget);
       worst = std::max(worst, (Eigen::Map<const Eigen::VectorXd>(truth.state.q.data(), n) -
                                Eigen::Map<const Eigen::VectorXd>(separated.state.q.data(), n))
                                   .norm());
     }
     const Verdict verdict = judgement.now();
     std::printf("wheel of %g N m s: off by %.1e of %.1e m, %s at %.1e m\n", momentum, worst, verdict.scale,
-                name_of(verdict.word), verdict.error);
+                name_of(verdict.level), verdict.error);
     EXPECT_GT(verdict.error, 0.5 * worst);
     EXPECT_LT(verdict.error, 3.0 * worst + 1e-3 * verdict.scale);
   }
 }
 
-// a wheel on a stiff mount, whose modes are above those of many soft arms and beyond those whose error is
-// integrated
-TEST(Push, TheWordKnowsWhatAWheelDoesToManyModes) {
+// A wheel on a stiff mount. The modes of the mount have higher frequencies than those of many soft arms, and
+// than the modes whose error is integrated.
+TEST(Push, EstimateIncludesAWheelAmongManyModes) {
   Scene scene;
   add_point(scene, 2000.0, {0.0, 0.0, 0.0});
   scene.points[0].inertia = Vector3d(5000.0, 5000.0, 5000.0).asDiagonal();
@@ -177,7 +180,7 @@ TEST(Push, TheWordKnowsWhatAWheelDoesToManyModes) {
   scene.publication.points = {0, 1};
   const Structure structure = build(scene);
   const Freedoms freedoms(scene);
-  const auto rows = structure.turns.middleRows<3>(freedoms.rotation(1) - freedoms.num_displacements());
+  const auto rows = structure.rotations.middleRows<3>(freedoms.rotation(1) - freedoms.num_displacements());
   Eigen::Index mode = 0;
   rows.topRows(2).rightCols(structure.omega.size() - 16).colwise().norm().maxCoeff(&mode);
   std::array<Plan, 2> plans;
@@ -189,27 +192,28 @@ TEST(Push, TheWordKnowsWhatAWheelDoesToManyModes) {
   }
   Simulation truth(plans[0]), separated(plans[1]);
   Judgement judgement(separated.plan);
-  Budget none;
+  Budget no_budget;
   double worst = 0.0;
   const auto n = static_cast<Eigen::Index>(truth.plan.num_elastic);
   for (int tick = 0; tick < 10000; ++tick) {
     truth.run(1);
     separated.run(1);
-    judgement.take(separated.state, none);
+    judgement.take(separated.state, no_budget);
     worst = std::max(worst, (Eigen::Map<const Eigen::VectorXd>(truth.state.q.data(), n) -
                              Eigen::Map<const Eigen::VectorXd>(separated.state.q.data(), n))
                                 .norm());
   }
   const Verdict verdict = judgement.now();
   std::printf("wheel among %ld modes: %s, off by %.1e of %.1e m, up to %.1e m\n",
-              static_cast<long>(structure.omega.size()), name_of(verdict.word), worst, verdict.scale,
-              verdict.unseen);
+              static_cast<long>(structure.omega.size()), name_of(verdict.level), worst, verdict.scale,
+              verdict.unquantified);
   EXPECT_GT(worst, 0.05 * verdict.scale);
-  EXPECT_EQ(verdict.word, Verdict::Word::kWatch);
+  EXPECT_EQ(verdict.level, Verdict::Level::kWatch);
 }
 
-// a particle of 5 kg on an inner coordinate, 8 m out, of which the matrices do not say where it is
-TEST(Push, TheWordKnowsThatTheInsideOfASuperelementSpinsToo) {
+// An inner coordinate of the superelement stands for a particle of 5 kg at a distance of 8 m. The matrices do
+// not contain its position.
+TEST(Push, EstimateIncludesTheSpinOfInnerMassesOfASuperelement) {
   for (const double spin : {1e-5, 0.03}) {
     Scene scene;
     add_point(scene, 500.0, {0.0, 0.0, 0.0});
@@ -241,18 +245,18 @@ TEST(Push, TheWordKnowsThatTheInsideOfASuperelementSpinsToo) {
       judgement.take(watched.state, watched.budget);
     }
     const Verdict verdict = judgement.now();
-    // m w_y w_z 8 m on the inner coordinate, over its stiffness; root mean square over the mass
+    // the force m w_y w_z 8 m on the inner coordinate, divided by its stiffness; root mean square over the
+    // mass
     const double missing =
         0.48 * spin * spin * kOut / (kOmega * kOmega) * std::sqrt(kParticle / (500.0 + kParticle));
-    std::printf("spin %g rad/s: %s, up to %.1e m, %.1e m of %.1e m is missing\n", spin, name_of(verdict.word),
-                verdict.unseen, missing, verdict.scale);
-    EXPECT_GT(verdict.unseen, missing);
-    EXPECT_EQ(verdict.word, spin > 1e-3 ? Verdict::Word::kWatch : Verdict::Word::kGood);
+    std::printf("spin %g rad/s: %s, up to %.1e m, %.1e m of %.1e m is missing\n", spin,
+                name_of(verdict.level), verdict.unquantified, missing, verdict.scale);
+    EXPECT_GT(verdict.unquantified, missing);
+    EXPECT_EQ(verdict.level, spin > 1e-3 ? Verdict::Level::kWatch : Verdict::Level::kGood);
   }
 }
 
-// a load on a massless tip bends the beam that carries it, which no mode has
-TEST(Push, OneBodyHasNothingToDeform) {
+TEST(Push, OneRigidBodyIsAlwaysGood) {
   Scene scene;
   add_point(scene, 3.0, {0.0, 0.0, 0.0});
   scene.points[0].inertia = Eigen::Vector3d(0.4, 0.5, 0.6).asDiagonal();
@@ -261,17 +265,17 @@ TEST(Push, OneBodyHasNothingToDeform) {
     scene.fidelity = rung;
     Simulation simulation(scene);
     Judgement judgement(simulation.plan);
-    Budget none;
-    judgement.take(simulation.state, none);
+    Budget no_budget;
+    judgement.take(simulation.state, no_budget);
     for (int k = 0; k < 100; ++k) {
       simulation.run(1);
-      judgement.take(simulation.state, none);
+      judgement.take(simulation.state, no_budget);
     }
-    EXPECT_EQ(judgement.worst().word, Verdict::Word::kGood) << name_of(rung);
+    EXPECT_EQ(judgement.worst().level, Verdict::Level::kGood) << name_of(rung);
   }
 }
 
-TEST(Push, AStartOfMasslessPointsIsWarnedOf) {
+TEST(Push, AnInitialStateOfMasslessPointsGivesAWarning) {
   Scene scene;
   for (int k = 0; k < 3; ++k) add_point(scene, k == 1 ? 0.0 : 1.0, {1.0 * k, 0.0, 0.0});
   for (int k = 0; k < 2; ++k) add_link(scene, {k, k + 1}, Beam{1e5, 100.0, 100.0, 100.0, {0.0, 0.0, 1.0}});
@@ -279,12 +283,13 @@ TEST(Push, AStartOfMasslessPointsIsWarnedOf) {
   Faults faults;
   EXPECT_TRUE(make_plan(scene, build(scene), faults));
   const auto found = std::ranges::find_if(faults, [](const Fault& fault) {
-    return fault.message.find("which has no mass, have no effect") != std::string::npos;
+    return fault.message.find("which has no mass, are ignored") != std::string::npos;
   });
   EXPECT_NE(found, faults.end());
 }
 
-TEST(Push, ALoadOnAMasslessPointIsWarnedOf) {
+// No mode contains the bending of a beam whose tip is massless under a load at that tip.
+TEST(Push, ALoadOnAMasslessPointGivesAWarning) {
   Scene scene;
   for (const double x : {0.0, 1.0}) add_point(scene, 2.0, {x, 0.0, 0.0});
   add_point(scene, 0.0, {2.0, 0.0, 0.0});
@@ -294,7 +299,8 @@ TEST(Push, ALoadOnAMasslessPointIsWarnedOf) {
     Faults faults;
     EXPECT_TRUE(make_plan(scene, build(scene), faults).has_value());
     return std::any_of(faults.begin(), faults.end(), [](const Fault& fault) {
-      return fault.message.find("has no mass: what a load there bends") != std::string::npos;
+      return fault.message.find("has no mass: the deformation of its links by a load there") !=
+             std::string::npos;
     });
   };
   EXPECT_FALSE(warned());

@@ -1,4 +1,4 @@
-// The coupled rung with rigid links against points at true geometry, on lines, and with one body alone.
+// The coupled rung with rigid links, compared with points at true geometry; shapes on a line; one body alone.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -6,20 +6,20 @@
 #include "core/plan/compile.hpp"
 #include "core/plan/kinetics.hpp"
 #include "tests/motion/rung_cases.hpp"
-#include "tests/motion/word_truth.hpp"
+#include "tests/motion/verdict_truth.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/wide_rotation.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-// a rigid bar and a rigid triangle among springs, or springs of the given stiffness in their place
+// Returns a rigid bar and a rigid triangle among springs, or springs of the given stiffness in their place.
 Scene held_points(double stiffness, double force) {
   Scene scene;
-  const std::vector<Eigen::Vector3d> places{{0.0, 0.0, 0.0}, {1.1, 0.1, 0.0}, {0.2, 0.9, 0.1},
-                                            {0.3, 0.2, 1.2}, {1.0, 1.1, 0.8}, {1.6, -0.8, 0.5}};
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    add_point(scene, 1.0 + 0.3 * static_cast<double>(i), places[i]);
+  const std::vector<Eigen::Vector3d> positions{{0.0, 0.0, 0.0}, {1.1, 0.1, 0.0}, {0.2, 0.9, 0.1},
+                                               {0.3, 0.2, 1.2}, {1.0, 1.1, 0.8}, {1.6, -0.8, 0.5}};
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    add_point(scene, 1.0 + 0.3 * static_cast<double>(i), positions[i]);
     scene.publication.points.push_back(static_cast<int>(i));
   }
   const auto is_held = [](int i, int j) {
@@ -38,13 +38,14 @@ Scene held_points(double stiffness, double force) {
   load.forces = {{5, {0.3 * force, -force, 0.5 * force}}};
   load.history = PulseHistory{0.0, 0.2};
   scene.loads.push_back(load);
-  // centrifugal loads go with the square
+  // centrifugal loads are proportional to the square of the spin
   scene.initial.angular_velocity = std::sqrt(force) * Eigen::Vector3d(0.3, -0.2, 0.4);
   return scene;
 }
 
-// What is left is the second order of the geometry: a share of the motion that falls as its size.
-TEST(RigidLinks, OnTheCoupledRungAreStiffSpringsAtTrueGeometryToFirstOrder) {
+// The remaining error is the second order of the geometry, so relative to the motion it is proportional to
+// the amplitude.
+TEST(RigidLinks, RigidLinksOnTheCoupledRungMatchStiffSpringsToFirstOrder) {
   constexpr double kEnd = 0.5, kStiff = 3e7;
   std::vector<double> errors;
   for (const double force : {4.0, 2.0, 1.0, 0.5}) {
@@ -81,7 +82,7 @@ Scene points_on_a_line(bool is_rigid) {
   return scene;
 }
 
-TEST(RigidLinks, OnALineKeepEnergyAndMomentum) {
+TEST(RigidLinks, RigidLinksOnALineKeepEnergyAndMomentum) {
   const Scene scene = points_on_a_line(true);
   const Structure structure = build(scene);
   ASSERT_EQ(structure.mass_properties.rigid_freedoms, 5);
@@ -97,8 +98,8 @@ TEST(RigidLinks, OnALineKeepEnergyAndMomentum) {
     EXPECT_NEAR(energy_of(simulation), energy, 1e-9 * energy);
     EXPECT_EQ(simulation.state.H_W, H);
     const Vec3& w = simulation.state.coupled.w_B;
-    EXPECT_LT(std::abs(0.6 * w[0] + 0.8 * w[1]), 1e-14) << "a line has no spin about itself";
-    // momentum by places and velocities
+    EXPECT_LT(std::abs(0.6 * w[0] + 0.8 * w[1]), 1e-14) << "points on a line have no spin about it";
+    // the momentum is computed from positions and velocities
     const Eigen::Matrix3Xd p = simulation.positions_W(), v = simulation.velocities_W();
     const Eigen::VectorXd mass = masses_of(scene);
     const Eigen::Vector3d centre = p * mass / mass.sum();
@@ -109,11 +110,11 @@ TEST(RigidLinks, OnALineKeepEnergyAndMomentum) {
   }
 }
 
-// bending across one axis without the other would push against the frame
-TEST(KeptModesOfALine, WithoutTheirPairsAreRefused) {
+// If bending about only one transverse axis were kept, it would push against the frame.
+TEST(KeptModesOfALine, OneBendingModeWithoutItsPairIsRefused) {
   const Scene scene = points_on_a_line(false);
   const Structure structure = build(scene);
-  PlanSpec spec = whole_spec(scene, structure, Fidelity::kCoupled);
+  PlanSpec spec = full_spec(scene, structure, Fidelity::kCoupled);
   spec.modes = {0, 1};  // the lowest bending in both planes
   Faults faults;
   EXPECT_TRUE(compile(scene, structure, spec, faults).has_value());
@@ -122,8 +123,8 @@ TEST(KeptModesOfALine, WithoutTheirPairsAreRefused) {
   EXPECT_NE(faults.back().message.find("keep both modes of each pair"), std::string::npos);
 }
 
-// one body by itself, by fifty digits of the free motion
-TEST(CoupledBody, AloneTurnsFreelyToRounding) {
+// The free rotation of a single body, compared with the solution in fifty digits.
+TEST(CoupledBody, ABodyAloneRotatesFreelyUpToRoundingErrors) {
   const std::array<double, 3> moment{0.7, 1.1, 1.5}, spin{0.2, 0.9, -0.3};
   Scene scene;
   add_point(scene, 3.0, {0.1, 0.2, 0.3});
@@ -142,25 +143,25 @@ TEST(CoupledBody, AloneTurnsFreelyToRounding) {
   }
   std::printf("a body alone, 2 s at 1 rad/s: off by %.1e %.1e %.1e rad at 40, 20, 10 ms, %.1e at 1 ms\n",
               errors[0], errors[1], errors[2], errors[3]);
-  // it has no modes, and so it moves as below the coupled rungs, at any tick
+  // the body has no modes, so at any tick length it moves as on the rungs below the coupled rungs
   for (const double error : errors) EXPECT_LT(error, 2e-14);
 }
 
-// random structures with rigid links, beside a reference at true geometry: what is off by more than 5 % of
-// the scale is never good
-TEST(Word, OnRigidLinksOfTheCoupledRungIsTrue) {
+// Random structures with rigid links, compared with a reference at true geometry: a motion with an error
+// above 5 % of the scale is never good.
+TEST(Verdict, IsTrueForRigidLinksOnTheCoupledRung) {
   int num_judged = 0, num_good = 0;
   for (std::uint64_t seed = 1; num_judged < 5; ++seed) {
     const RandomScene random(seed);
     if (!random.has_rigid_links()) continue;
     const auto truth = true_displacements(random.truth(), random.end());
-    const WordShares shares = compare_word(random.judged(), Fidelity::kCoupled, random.end(), truth);
+    const JudgedError judged = compare_verdict(random.judged(), Fidelity::kCoupled, random.end(), truth);
     ++num_judged;
-    num_good += shares.word == Verdict::Word::kGood;
-    EXPECT_TRUE(shares.word != Verdict::Word::kGood || shares.error < 0.05) << seed;
-    EXPECT_TRUE(shares.word != Verdict::Word::kOutside || shares.error > 0.01) << seed;
+    num_good += judged.level == Verdict::Level::kGood;
+    EXPECT_TRUE(judged.level != Verdict::Level::kGood || judged.error < 0.05) << seed;
+    EXPECT_TRUE(judged.level != Verdict::Level::kOutside || judged.error > 0.01) << seed;
   }
-  std::printf("rigid links on coupled: %d of %d words good\n", num_good, num_judged);
+  std::printf("rigid links on coupled: %d of %d verdicts good\n", num_good, num_judged);
 }
 
 }  // namespace

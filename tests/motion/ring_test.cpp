@@ -1,6 +1,6 @@
 // The ring of NASTRAN-95, demonstration problem 2-1-1 (NASA SP-223): inertia relief under a radial force, and
-// a steady spin. Published: radial displacement of point 13 past point 1, 1.733905; bending moments -80.47 at
-// point 1 and -236.00 at point 13; axial force 4.99923e4 next to point 1.
+// a steady spin. Published figures: radial displacement of point 13 relative to point 1, 1.733905; bending
+// moments -80.47 at point 1 and -236.00 at point 13; axial force 4.99923e4 next to point 1.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,13 +23,13 @@ Scene ring() {
   return result.scene.value_or(Scene{});
 }
 
-TEST(Ring, SettlesToThePublishedDisplacementMomentsAndForce) {
+TEST(Ring, TheStaticAnswerHasThePublishedDisplacementAndMomentsAndForce) {
   const Plan plan = plan_of(ring());
   const PointForce force{12, 0, {-100.0, 0.0, 0.0}};
   std::string error;
   const std::optional<State> state = quasi_static(plan, {std::span(&force, 1), {}, {0.0, 0.0, 1.0}}, error);
   ASSERT_TRUE(state) << error;
-  // both points stand on the x axis: outward is +x at point 1, -x at point 13
+  // both points lie on the x axis, and outward is +x at point 1 and -x at point 13
   const double shift = read_point(plan, *state, 0).V_B[0] - read_point(plan, *state, 12).V_B[0];
   std::array<double, 12> first{}, twelfth{};
   read_link(plan, *state, 0, first);
@@ -40,15 +40,15 @@ TEST(Ring, SettlesToThePublishedDisplacementMomentsAndForce) {
   EXPECT_NEAR(std::abs(first[4]), 80.47, 2e-4 * 80.47);
   EXPECT_NEAR(std::abs(twelfth[10]), 236.00, 2e-4 * 236.00);
   EXPECT_NEAR(first[6], 4.99923e4, 2e-4 * 4.99923e4);
-  // an independent solution with the mean-axis frame, all its digits
+  // the expected values come from an independent solution in the mean-axis frame, to all printed digits
   EXPECT_NEAR(shift, 1.733880, 5e-7);
   EXPECT_NEAR(std::abs(first[4]), 80.478, 5.1e-4);
   EXPECT_NEAR(std::abs(twelfth[10]), 236.012, 5e-4);
   EXPECT_NEAR(first[6], 49992.3, 0.05);
 }
 
-// damped, it settles in motion to what statics says, for a spin that is slow enough for the method
-TEST(Ring, SettlesInMotionToItsStatics) {
+// The damped motion settles to the quasi-static answer.
+TEST(Ring, TheDampedMotionSettlesToTheQuasiStaticAnswer) {
   Scene scene = ring();
   scene.rate = 1.0;
   scene.damping.modal_ratio = 0.5;
@@ -69,21 +69,21 @@ TEST(Ring, SettlesInMotionToItsStatics) {
     EXPECT_NEAR(simulation.state.q[mode], state->q[mode], 1e-13 * largest) << mode;
 }
 
-TEST(Ring, SpinningAtOneRadianASecondIsSaidToBeOutsideTheMethod) {
+TEST(Ring, ASpinOfOneRadianASecondIsReportedAsOutside) {
   Scene scene = ring();
   scene.initial.angular_velocity = {0.0, 0.0, 1.0};
   Faults faults;
   const auto structure = build_structure(scene, faults);
   ASSERT_TRUE(structure);
-  ASSERT_TRUE(make_whole_plan(scene, *structure, scene.fidelity, faults));
+  ASSERT_TRUE(make_full_plan(scene, *structure, scene.fidelity, faults));
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_NE(faults[0].message.find("(spin / omega_1)^2 is 69"), std::string::npos) << faults[0].message;
   EXPECT_NE(faults[0].message.find("this motion is outside the method"), std::string::npos)
       << faults[0].message;
 }
 
-// their loads stand on points that the deformation moves, not on modes
-TEST(QuasiStatic, RefusesTheRungsWhoseLoadsGoByTheDeformation) {
+// On these rungs loads act on points that move with the deformation, not on modes.
+TEST(QuasiStatic, RefusesRungsWhoseLoadsDependOnTheDeformation) {
   for (const RungTraits& rung : kRungs) {
     Scene scene = square_truss(2);
     scene.fidelity = rung.rung;
@@ -100,7 +100,7 @@ TEST(QuasiStatic, RefusesTheRungsWhoseLoadsGoByTheDeformation) {
   }
 }
 
-TEST(QuasiStatic, RefusesWhatHasNoSteadyState) {
+TEST(QuasiStatic, RefusesASceneWithoutASteadyState) {
   Scene scene;
   for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}}) {
     PointMass point;
@@ -122,7 +122,7 @@ TEST(QuasiStatic, RefusesWhatHasNoSteadyState) {
   const PointForce shear[] = {{2, 0, {1.0, 0.0, 0.0}}, {3, 0, {1.0, 0.0, 0.0}}, {0, 0, {-2.0, 0.0, 0.0}}};
   EXPECT_FALSE(quasi_static(plan, {shear, {}, {}}, error));
   EXPECT_NE(error.find("the load drives mechanism"), std::string::npos) << error;
-  // along a side nothing shears
+  // a pull along a side does not shear the square
   const PointForce stretch[] = {{0, 0, {-1.0, 0.0, 0.0}}, {1, 0, {1.0, 0.0, 0.0}}};
   const std::optional<State> state = quasi_static(plan, {stretch, {}, {}}, error);
   ASSERT_TRUE(state) << error;

@@ -1,13 +1,14 @@
-// Scenes and measures of the fidelity ladder.
+// Scenes and error measures for tests of the fidelity ladder.
 #pragma once
 
 #include "tests/reference/separated_cases.hpp"
 
 namespace freeflex::testing {
 
-/// Free truss of five sections at x = 0 .. 4 m, corners at (y, z) = (0,0), (1,0), (1,1), (0,1), 1 kg each;
-/// springs of 1e5 N/m: per section c to c+1 (cyclic) and 0 to 2, per bay c to c and c to c+1. Spin about z
-/// [rad/s]; force along world z [N] on corner (1,1) of the last section for 0.1 s.
+/// Returns a free truss of five sections at x = 0 .. 4 m with corners at (y, z) = (0,0), (1,0), (1,1), (0,1),
+/// 1 kg each. Springs of 1e5 N/m join corners c to c+1 (cyclic) and 0 to 2 in each section, and c to c and c
+/// to c+1 in each bay. It spins about z at `spin` [rad/s]. A force along world z [N] acts on corner (1,1) of
+/// the last section for 0.1 s.
 inline Scene boxed_truss(double spin, double force) {
   constexpr double kCorners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   Scene scene;
@@ -47,7 +48,7 @@ inline Scene boxed_truss(double spin, double force) {
   return scene;
 }
 
-/// The scene after `end` [s] on a rung at step h [s].
+/// Returns the scene after `end` [s] on a rung at step h [s].
 inline Simulation run_rung(Scene scene, Fidelity rung, double h, double end) {
   scene.fidelity = rung;
   scene.rate = 1.0 / h;
@@ -71,7 +72,7 @@ inline Eigen::Matrix3Xd elastic_of(const Scene& scene, const Simulation& simulat
   return elastic_of(scene, simulation.positions_W());
 }
 
-/// The full system at `end` [s].
+/// Positions of the full system at `end` [s].
 struct Truth {
   Scene scene;
   Eigen::Matrix3Xd p_W;  // [m]
@@ -100,7 +101,8 @@ inline double energy_of(const Simulation& simulation) {
   return invariants.kinetic_rigid + invariants.kinetic_elastic + invariants.potential;
 }
 
-/// After the load: the total energy drifts by at most 1e-8 of itself in each `ticks` at 1 ms, `rounds` times.
+/// Expects that after the load has ended the total energy changes by at most 1e-8 of its value during `ticks`
+/// of 1 ms, `rounds` times in succession.
 inline void expect_energy_kept(Scene scene, std::int64_t ticks, int rounds) {
   scene.fidelity = Fidelity::kCoupled;
   scene.rate = 1000.0;

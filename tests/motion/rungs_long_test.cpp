@@ -1,10 +1,12 @@
-// What the coupled rung conserves over a long time.
+// The coupled rung conserves energy over a long time.
 #include "tests/motion/rung_cases.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-TEST(RungsLong, KeepTheEnergyOfAStiffTrussFor1e7Ticks) { expect_energy_kept(truss_s4(), 100'000, 100); }
+TEST(RungsLong, TheCoupledRungKeepsTheEnergyOfAStiffTrussFor1e7Ticks) {
+  expect_energy_kept(truss_s4(), 100'000, 100);
+}
 
 }  // namespace
 }  // namespace freeflex::testing

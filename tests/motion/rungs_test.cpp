@@ -1,16 +1,18 @@
-// The coupled and exact-bars rungs against the full Cartesian system, their order, and what they conserve.
+// The coupled and exact-bars rungs, compared with the full Cartesian system: errors, order and conserved
+// quantities.
 #include "tests/motion/rung_cases.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-// Expected figures: an independent implementation of the same rungs (complete modal momenta, fourth-order
-// exponential integrator, h = 1 ms) against an extrapolation code of order 16 in extended precision, at t = 2
-// s.
-TEST(Rungs, LeaveTheExpectedErrorsOnATrussThatTurns) {
+// The expected figures come from an independent implementation of the same rungs (complete modal momenta,
+// fourth-order exponential integrator, h = 1 ms) against an extrapolation code of order 16 in extended
+// precision, at t = 2 s.
+TEST(Rungs, HaveTheExpectedErrorsOnASpinningTruss) {
   struct Row {
     double spin, force;
-    std::array<double, 4> position;  // [m] rms: separated, spin-loaded, coupled, exact bars; 0: not stated
+    std::array<double, 4>
+        position;  // [m] rms on the rungs separated, spin-loaded, coupled, exact bars; 0 if not checked
     double coupled_elastic, exact_elastic;
   };
   constexpr double kWithin = 1.5;
@@ -44,8 +46,9 @@ TEST(Rungs, LeaveTheExpectedErrorsOnATrussThatTurns) {
   }
 }
 
-// elastic differences from a run at an eighth of the smallest step; omega_max h is at most 0.5
-TEST(Rungs, AreOfFourthOrderOverFourHalvings) {
+// The errors are elastic differences from a run at an eighth of the smallest step; omega_max h is at most
+// 0.5.
+TEST(Rungs, CoupledRungsHaveOrderFourOverFourHalvings) {
   constexpr double kEndTime = 0.512;
   Scene scene = boxed_truss(5.0, 10.0);
   scene.loads[0].history = PulseHistory{0.0, 0.128};
@@ -63,7 +66,7 @@ TEST(Rungs, AreOfFourthOrderOverFourHalvings) {
       if (k == 0) continue;
       const double order = std::log2(errors[k - 1] / errors[k]);
       std::printf(" (order %.2f)", order);
-      // rounding of some 10^4 steps stands in the last figure
+      // below this the rounding errors of some 10^4 steps affect the ratio
       if (errors[k] > 1e-11) {
         EXPECT_GT(order, 3.8);
         EXPECT_LT(order, 4.3);
@@ -74,8 +77,9 @@ TEST(Rungs, AreOfFourthOrderOverFourHalvings) {
   }
 }
 
-// S4 has a mode of 673,000 rad/s; 200 steps from 0.9 to 1.1 ms hit many a multiple of pi
-TEST(Rungs, StandAnyStepBesideAStiffMode) {
+// S4 has a mode at 673,000 rad/s. For many of the 200 steps from 0.9 to 1.1 ms, its phase per step is near a
+// multiple of pi.
+TEST(Rungs, TheCoupledRungIsAccurateAtAnyStepDespiteAStiffMode) {
   constexpr int kSizes = 200, kTicks = 250;
   Scene scene = truss_s4();
   scene.loads[0].history = ConstantHistory{};
@@ -94,10 +98,13 @@ TEST(Rungs, StandAnyStepBesideAStiffMode) {
   EXPECT_LT(worst, 1e-5);
 }
 
-TEST(Rungs, KeepTheEnergyOfAStiffTrussFor1e5Ticks) { expect_energy_kept(truss_s4(), 100'000, 1); }
+TEST(Rungs, TheCoupledRungKeepsTheEnergyOfAStiffTrussFor1e5Ticks) {
+  expect_energy_kept(truss_s4(), 100'000, 1);
+}
 
-// bars of 10 to 1e6 times the stiffness of the rest; the error against steps of an eighth
-TEST(Rungs, ExactBarsLoseOrderButNotTheirHeadBesideStiffBars) {
+// Every second spring is up to 1e6 times as stiff as the others. The error is the difference from a run with
+// steps of an eighth.
+TEST(Rungs, ExactBarsLoseOrderButStayAccurateDespiteStiffBars) {
   double worst = 0.0;
   for (const double ratio : {1.0, 1e2, 1e4, 1e6}) {
     Scene scene = boxed_truss(5.0, 10.0);
@@ -112,13 +119,13 @@ TEST(Rungs, ExactBarsLoseOrderButNotTheirHeadBesideStiffBars) {
     std::printf("omega_max h %6.1f: elastic error %.1e, at half the step %.1e (order %.1f)\n", phase, coarse,
                 fine, std::log2(coarse / fine));
     worst = std::max(worst, coarse);
-    EXPECT_LT(phase, 1000.0) << "the largest that is accepted";
+    EXPECT_LT(phase, 1000.0) << "the phase exceeds the largest that is accepted";
   }
   EXPECT_LT(worst, 1e-2);
 }
 
-// dE/dt = -sum of 2 M decay q'^2, with the rates of the coordinates, not their momenta   (X92)
-TEST(Rungs, LoseTheEnergyThatTheirDampersTake) {
+// dE/dt = -sum of 2 M decay q'^2, with the rates of the coordinates and not their momenta   (THEORY 12.11).
+TEST(Rungs, TheEnergyFallsByTheWorkOfTheDampers) {
   constexpr double kStep = 1e-4;
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
     Scene scene = boxed_truss(3.0, 10.0);
@@ -140,7 +147,7 @@ TEST(Rungs, LoseTheEnergyThatTheirDampersTake) {
     };
     simulation.run(600);
     const double start = energy();
-    // Simpson's rule over 0.1 s
+    // the work is integrated by Simpson's rule over 0.1 s
     double taken = power() * kStep / 3.0;
     constexpr int kTicks = 1000;
     for (int k = 1; k <= kTicks; ++k) {
@@ -149,13 +156,13 @@ TEST(Rungs, LoseTheEnergyThatTheirDampersTake) {
     }
     const double lost = start - energy();
     std::printf("lost %.6e J, taken %.6e J, relative difference %.1e\n", lost, taken, lost / taken - 1.0);
-    // measured 5e-10: what Simpson's rule leaves of 250 to 1700 rad/s
+    // the measured difference is 5e-10, the error of Simpson's rule for 250 to 1700 rad/s
     EXPECT_NEAR(lost, taken, 1e-8 * taken);
   }
 }
 
-// positions and velocities of a state, put through Newton's law by the second difference of positions
-TEST(Rungs, ReadOutIsThatOfMovingPoints) {
+// Velocities and accelerations agree with differences of positions.
+TEST(Rungs, VelocitiesAndAccelerationsAgreeWithDifferencesOfPositions) {
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
     Scene scene = boxed_truss(3.0, 50.0);
     scene.loads[0].history = SineHistory{3.0, 0.4};
@@ -176,7 +183,7 @@ TEST(Rungs, ReadOutIsThatOfMovingPoints) {
     simulation.run(1);
     const Eigen::Matrix3Xd after = simulation.positions_W();
     const double h = 1e-4;
-    // differences leave h^2 times the fourth derivative, some (765 h)^2 / 12 of the whole
+    // the differences have a relative error of some (765 h)^2 / 12, from the fourth derivative
     EXPECT_LT(((after - before) / (2.0 * h) - v).norm(), 1e-3 * v.norm());
     EXPECT_LT(((after - 2.0 * now + before) / (h * h) - a).norm(), 1e-3 * a.norm());
     const double kinetic = 0.5 * v.squaredNorm();
@@ -184,8 +191,8 @@ TEST(Rungs, ReadOutIsThatOfMovingPoints) {
   }
 }
 
-// momenta of points about the centre of mass, with the arms they have
-TEST(Rungs, AngularMomentumIsThatOfThePoints) {
+// The angular momentum about the centre of mass is the sum over the points at their current positions.
+TEST(Rungs, AngularMomentumIsTheSumOverThePoints) {
   Scene scene = boxed_truss(2.0, 20.0);
   scene.fidelity = Fidelity::kExactBars;
   Simulation simulation(scene);
@@ -196,7 +203,7 @@ TEST(Rungs, AngularMomentumIsThatOfThePoints) {
   EXPECT_LT((H - Eigen::Vector3d(simulation.state.H_W.data())).norm(), 1e-13 * H.norm());
 }
 
-// published tensions of bars, as the full system has them: k times the true elongation
+// Published tensions of bars equal those of the full system: k times the true elongation.
 TEST(Rungs, ExactBarsPublishTrueTensions) {
   Scene scene = boxed_truss(1.0, 100.0);
   for (int k = 0; k < 57; ++k) scene.publication.links.push_back(k);
@@ -210,14 +217,14 @@ TEST(Rungs, ExactBarsPublishTrueTensions) {
     const double rest = (scene.points[static_cast<std::size_t>(ends[1])].position -
                          scene.points[static_cast<std::size_t>(ends[0])].position)
                             .norm();
-    // lengths of metres carry 2e-16, times 1e5 N/m
+    // the bound is the rounding error of lengths of some metres times 1e5 N/m
     EXPECT_NEAR(tensions[k], 1e5 * ((p.col(ends[1]) - p.col(ends[0])).norm() - rest), 2e-10) << k;
   }
 }
 
-// wrenches, body axes, followers, feedback, dashpots: where the deformation is small all rungs give one
-// motion
-TEST(Rungs, MeetTheSeparatedOneWhereDeformationIsSmall) {
+// Under wrenches, forces in body axes, followers, feedback and dashpots all rungs give the same motion if
+// deformations are small.
+TEST(Rungs, AllRungsAgreeForSmallDeformations) {
   Scene scene = boxed_truss(0.0, 1e-5);
   scene.loads[0].axes = Axes::kLocal;
   scene.groups.push_back({"tip", {16, 17, 18, 19}, {}});
@@ -242,12 +249,13 @@ TEST(Rungs, MeetTheSeparatedOneWhereDeformationIsSmall) {
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
     const double difference = elastic_error(elastic_of(scene, run_rung(scene, rung, 0.25e-3, 1.0)), below);
     std::printf("difference %.1e\n", difference);
-    // the predictor of the separated step is of order 2: (765 h)^2 / 12 of what feedback and dashpot do
+    // the predictor of the separated step has order 2, which gives an error of (765 h)^2 / 12 of the effect
+    // of feedback and dashpot
     EXPECT_LT(difference, 1e-3);
   }
 }
 
-TEST(Rungs, CarryLinesPairsAndSinglePoints) {
+TEST(Rungs, AllRungsHandleLinesAndPairsAndSinglePoints) {
   for (const int count : {1, 2, 4}) {
     Scene scene;
     scene.name = "line";
@@ -297,7 +305,7 @@ TEST(Rungs, CarryLinesPairsAndSinglePoints) {
   }
 }
 
-TEST(Rungs, RigidIsTheBodyAlone) {
+TEST(Rungs, TheRigidRungMovesTheBodyWithoutElasticMotion) {
   Scene scene = boxed_truss(0.7, 10.0);
   scene.fidelity = Fidelity::kRigid;
   Simulation rigid(scene);

@@ -1,4 +1,4 @@
-// Error of the separated rung over spin and force, and what the error budget says of it.
+// The error of the separated rung as a function of spin and force, and the estimate by the error budget.
 #include <map>
 
 #include "core/plan/budget.hpp"
@@ -11,10 +11,10 @@
 namespace freeflex::testing {
 namespace {
 
-// Said before it was measured. The displacement is proportional to the force. With spin the centrifugal
-// displacement is missing, of second order in the spin and independent of the force: as a share, spin^2 /
-// force. Without spin what is missing is of second order in the displacement: as a share, proportional to the
-// force.
+// These exponents were predicted before the measurement. The displacement is proportional to the force. If
+// the body spins, the rung omits the centrifugal displacement, which is proportional to spin^2 and
+// independent of the force, so the relative error is proportional to spin^2 / force. If it does not spin, the
+// omitted terms are of second order in the displacement, so the relative error is proportional to the force.
 constexpr double kSpinExponent = 2.0, kForceExponentSpinning = -1.0, kForceExponentAtRest = 1.0;
 
 struct Point {
@@ -30,7 +30,7 @@ Point point_at(double spin, double force) {
   const Truth truth = truth_of(scene, 2.0);
   Faults faults;
   const auto structure = build_structure(scene, faults);
-  auto plan = make_whole_plan(scene, *structure, scene.fidelity, faults);
+  auto plan = make_full_plan(scene, *structure, scene.fidelity, faults);
   compile_budget(scene, *structure, *plan, faults);
   EXPECT_FALSE(has_error(faults));
   Simulation simulation(std::move(*plan));
@@ -50,7 +50,8 @@ Point point_at(double spin, double force) {
           text_of(simulation.plan, judgement.now())};
 }
 
-/// Slope of log(error) over log(x) by least squares, over the errors between 1e-5 and 0.1; points used.
+/// Returns the least-squares slope of log(error) over log(x) for errors between 1e-5 and 0.1, and the number
+/// of points used.
 std::pair<double, int> fit(const std::vector<std::pair<double, double>>& points) {
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
   for (const auto& [value, error] : points) {
@@ -61,7 +62,7 @@ std::pair<double, int> fit(const std::vector<std::pair<double, double>>& points)
   return {(n * sxy - sx * sy) / (n * sxx - sx * sx), static_cast<int>(n)};
 }
 
-TEST(Sweep, ErrorGrowsAsItsSourcesDoAndTheWordIsOutsideWhereItMeansNothing) {
+TEST(Sweep, ErrorGrowsWithSpinAndForceAndVerdictIsOutsideWhereTheAnswerIsWrong) {
   const double spins[] = {0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0};
   const double forces[] = {1.0, 10.0, 100.0, 1000.0, 10000.0};
   std::map<std::pair<double, double>, Point> all;
@@ -70,16 +71,17 @@ TEST(Sweep, ErrorGrowsAsItsSourcesDoAndTheWordIsOutsideWhereItMeansNothing) {
     for (const double force : forces) {
       const Point point = point_at(spin, force);
       std::printf("spin %4.2f rad/s, %5.0f N: elastic error %.1e, estimate %.1e, %s %s\n", spin, force,
-                  point.elastic, point.estimate, kWords[static_cast<std::size_t>(point.verdict.word)],
+                  point.elastic, point.estimate, kWords[static_cast<std::size_t>(point.verdict.level)],
                   point.cause.c_str());
-      // within the factor 1.25 of the estimate and what rounding of the last figure makes
+      // the estimate contains the factor 1.25; the bound allows 1 % for errors of the reference
       EXPECT_LT(point.elastic, 1.01 * point.estimate) << spin << " rad/s, " << force << " N";
       if (point.elastic > kMostElastic) {
-        EXPECT_EQ(point.verdict.word, Verdict::Word::kOutside);
+        EXPECT_EQ(point.verdict.level, Verdict::Level::kOutside);
       }
       all[{spin, force}] = point;
     }
-  // where one source rules: spin at forces far below those of the table, force at rest
+  // in each of these ranges one source of error dominates: the spin at forces far below those of the table,
+  // and the force at rest
   std::vector<std::pair<double, double>> over_spin, spinning, at_rest;
   for (const double spin : {0.005, 0.01, 0.02, 0.025})
     over_spin.emplace_back(spin, point_at(spin, 0.1).elastic);
@@ -91,7 +93,8 @@ TEST(Sweep, ErrorGrowsAsItsSourcesDoAndTheWordIsOutsideWhereItMeansNothing) {
     const auto [slope, count] = fit(points);
     std::printf("elastic error ~ %s^%.2f over %d points, expected %.0f\n", what, slope, count, expected);
     EXPECT_GE(count, 3);
-    // towards the ends of the range the other source and the reference's own growth bend the line
+    // near the ends of the range the slope deviates, because the other source contributes and the
+    // displacement itself grows
     EXPECT_NEAR(slope, expected, 0.15);
   };
   expect("spin", over_spin, kSpinExponent);
@@ -99,8 +102,8 @@ TEST(Sweep, ErrorGrowsAsItsSourcesDoAndTheWordIsOutsideWhereItMeansNothing) {
   expect("force (at rest)", at_rest, kForceExponentAtRest);
 }
 
-// without a budget the word comes from the two ratios, an order of magnitude
-TEST(Sweep, WordsByTheRatiosAloneFollowTheErrors) {
+// If the plan has no budget, the verdict uses only the unmodelled terms of the plan.
+TEST(Sweep, WithoutABudgetVerdictsFollowTheErrors) {
   for (const double spin : {0.0, 0.05, 0.5, 5.0})
     for (const double force : {1.0, 100.0, 10000.0}) {
       const Scene scene = boxed_truss(spin, force);
@@ -108,24 +111,24 @@ TEST(Sweep, WordsByTheRatiosAloneFollowTheErrors) {
       for (const Fidelity rung :
            {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars}) {
         Simulation simulation = run_rung(scene, rung, 1e-3, 0.0);
-        Budget none;
+        Budget no_budget;
         Judgement judgement(simulation.plan);
-        judgement.take(simulation.state, none);
+        judgement.take(simulation.state, no_budget);
         for (int k = 0; k < 500; ++k) {
           step(simulation.plan, simulation.state, {}, simulation.workspace, simulation.report);
-          judgement.take(simulation.state, none);
+          judgement.take(simulation.state, no_budget);
         }
         const Verdict& verdict = judgement.now();
         const double error = errors_of(simulation, truth).elastic;
         const double share = error * verdict.displacement_now / verdict.scale;
         std::printf(
-            "spin %4.2f rad/s, %5.0f N, %-11s elastic error %.1e, of what matters %.1e, estimate %.1e, %s\n",
-            spin, force, name_of(rung), error, share, verdict.error / verdict.scale, name_of(verdict.word));
+            "spin %4.2f rad/s, %5.0f N, %-11s elastic error %.1e, of the scale %.1e, estimate %.1e, %s\n",
+            spin, force, name_of(rung), error, share, verdict.error / verdict.scale, name_of(verdict.level));
         if (share > 0.05) {
-          EXPECT_NE(verdict.word, Verdict::Word::kGood);
+          EXPECT_NE(verdict.level, Verdict::Level::kGood);
         }
         if (share < 0.01) {
-          EXPECT_NE(verdict.word, Verdict::Word::kOutside);
+          EXPECT_NE(verdict.level, Verdict::Level::kOutside);
         }
       }
     }

@@ -1,5 +1,5 @@
-// Random bodies with wheels, at any rate and any turn a tick, against SUNDIALS: none is good where it is
-// wrong.
+// Random bodies with wheels, at any rate and any rotation per tick, compared with SUNDIALS: if the motion is
+// wrong, the verdict is not good.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,14 +10,14 @@
 namespace freeflex::tools {
 namespace {
 
-TEST(TicksLong, NoneOfAThousandRandomBodiesIsGoodWhereItIsWrong) {
+TEST(TicksLong, NoWrongMotionOfAThousandRandomBodiesIsGood) {
   const std::vector<TickRow> rows = study_ticks(2026, 1000, [](double) { return true; });
   ASSERT_EQ(rows.size(), 1000u);
   int num_good = 0, num_outside = 0;
   double worst_attitude = 0.0, worst_energy = 0.0;
   for (const TickRow& row : rows) {
-    num_outside += row.word == Verdict::Word::kOutside ? 1 : 0;
-    if (row.word != Verdict::Word::kGood) continue;
+    num_outside += row.level == Verdict::Level::kOutside ? 1 : 0;
+    if (row.level != Verdict::Level::kGood) continue;
     ++num_good;
     EXPECT_EQ(row.error, "") << row.number;
     EXPECT_LT(row.attitude_error, 0.05) << "body " << row.number << ": " << row.turn << " rad a tick";

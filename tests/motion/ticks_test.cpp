@@ -1,4 +1,4 @@
-// Long ticks: wheels, orbits and loads in scenes, and what the word says of them.
+// Long ticks: wheels, orbits and loads in scenes, and the verdicts on them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace freeflex::testing {
 namespace {
 
 using Eigen::Vector3d;
-using Word = Verdict::Word;
+using Level = Verdict::Level;
 
 Scene single_body(double mass, const Vector3d& moments, double rate) {
   Scene scene;
@@ -27,18 +27,18 @@ Scene single_body(double mass, const Vector3d& moments, double rate) {
 
 struct JudgedRun {
   explicit JudgedRun(const Scene& scene) : simulation(scene), judgement(simulation.plan) {
-    judgement.take(simulation.state, none);
+    judgement.take(simulation.state, no_budget);
   }
   void run(double time, const ForceCommand* command = nullptr) {
     for (auto k = std::llround(time / simulation.plan.period); k > 0; --k) {
       simulation.run(1, command != nullptr ? std::span(command, 1) : std::span<const ForceCommand>{});
       command = nullptr;
-      judgement.take(simulation.state, none);
+      judgement.take(simulation.state, no_budget);
     }
   }
   Simulation simulation;
   Judgement judgement;
-  Budget none;
+  Budget no_budget;
 };
 
 double spin_of_run(const JudgedRun& watched) {
@@ -46,8 +46,8 @@ double spin_of_run(const JudgedRun& watched) {
                        angular_velocity(watched.simulation.plan, watched.simulation.state)));
 }
 
-// a small satellite whose wheel lets it nutate by 10 rad/s: in closed form |w| stays as it is
-TEST(Ticks, AWheelMayNutateFarInATick) {
+// A small satellite nutates at 10 rad/s because of its wheel. In the closed form |w| is constant.
+TEST(Ticks, ABodyWithAWheelMayNutateByALargeAngleInOneTick) {
   for (const Fidelity rung :
        {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled})
     for (const double rate : {30.0, 10.0, 5.0, 1.0}) {
@@ -64,8 +64,8 @@ TEST(Ticks, AWheelMayNutateFarInATick) {
     }
 }
 
-// 1e6 rad/s is more than 4096 substeps of a second resolve
-TEST(Ticks, ThatNothingResolvesAreOutsideWithTheRateThatWould) {
+// At 1e6 rad/s a tick of one second needs more than the allowed 4096 substeps.
+TEST(Ticks, TicksThatNeedTooManySubstepsAreOutsideAndASufficientRateIsNamed) {
   Scene scene = single_body(1.0, {0.001, 0.002, 0.0025}, 1.0);
   scene.initial.angular_velocity = {0.01, 0.02, 0.01};
   scene.wheels.push_back({"w", 0, Vector3d(0.6, 0.0, 0.8), 1000.0, {}});
@@ -74,14 +74,14 @@ TEST(Ticks, ThatNothingResolvesAreOutsideWithTheRateThatWould) {
   const auto structure = build(scene);
   Faults faults;
   ASSERT_TRUE(make_plan(scene, structure, faults));
-  std::string said;
-  for (const Fault& fault : faults) said += fault.message;
-  EXPECT_NE(said.find("raise the rate to "), std::string::npos) << said;
+  std::string messages;
+  for (const Fault& fault : faults) messages += fault.message;
+  EXPECT_NE(messages.find("raise the rate to "), std::string::npos) << messages;
   JudgedRun watched(scene);
   watched.run(3.0);
-  EXPECT_EQ(watched.judgement.worst().word, Word::kOutside);
+  EXPECT_EQ(watched.judgement.worst().level, Level::kOutside);
   const std::string text = describe(watched.simulation.plan, watched.judgement.worst());
-  EXPECT_NE(text.find("turns too far in one tick; raise the rate to "), std::string::npos) << text;
+  EXPECT_NE(text.find("rotates too far in one tick; raise the rate to "), std::string::npos) << text;
 }
 
 TEST(Ticks, APointMassCirclesAnAttractorOnEveryRung) {
@@ -108,7 +108,7 @@ TEST(Ticks, APointMassCirclesAnAttractorOnEveryRung) {
     }
 }
 
-TEST(Ticks, OneBodyFarFromAnAttractorIsNotNearIt) {
+TEST(Ticks, OneBodyFarFromAnAttractorGivesNoWarning) {
   Scene scene = single_body(500.0, {100.0, 300.0, 350.0}, 10.0);
   scene.attractor.mu = 3.986004418e14;
   scene.initial.position = {7e6, 0.0, 0.0};
@@ -119,10 +119,10 @@ TEST(Ticks, OneBodyFarFromAnAttractorIsNotNearIt) {
       << describe(watched.simulation.plan, watched.judgement.worst());
 }
 
-// two points of 1 kg on a spring of 1e-6 N/m, 10 m apart along the radius, that turn with the orbit: in the
-// turning frame the stretch s follows Hill's equations with the spring; the value is of an independent
-// integration of order 8 (DOP853) of the two points
-TEST(Ticks, ASoftPairFeelsTheFieldWhereItsPointsAre) {
+// Two points of 1 kg, 10 m apart along the radius on a spring of 1e-6 N/m, rotate with the orbit. In the
+// rotating frame the elongation follows Hill's equations with the spring. The expected value comes from an
+// independent integration of the two points with order 8 (DOP853).
+TEST(Ticks, TheFieldActsAtThePointsOfASoftPair) {
   Scene scene;
   add_point(scene, 1.0, {5.0, 0.0, 0.0});
   add_point(scene, 1.0, {-5.0, 0.0, 0.0});
@@ -142,9 +142,10 @@ TEST(Ticks, ASoftPairFeelsTheFieldWhereItsPointsAre) {
   EXPECT_NEAR(stretch, 5.90674, 1e-5);
 }
 
-// two points on a spring that does next to nothing, 10 m apart, drift about each other in a closed ellipse
-// (Hill 1878; Clohessy and Wiltshire 1960): each on its own orbit, by extrapolation of order 12
-TEST(Ticks, TwoPointsMoveAboutEachOtherAsHillSaysForTenRevolutions) {
+// Two points 10 m apart on a spring of negligible stiffness drift about each other in a closed ellipse (Hill
+// 1878; Clohessy and Wiltshire 1960). The reference integrates the orbit of each point by extrapolation of
+// order 12.
+TEST(Ticks, TwoPointsFollowHillsEquationsForTenRevolutions) {
   constexpr double kMu = 3.986004418e14, kRadius = 7e6, kStiffness = 1e-12;
   const double n = std::sqrt(kMu / kRadius) / kRadius, end = std::round(10.0 * 2.0 * M_PI / n);
   Scene scene;
@@ -157,9 +158,10 @@ TEST(Ticks, TwoPointsMoveAboutEachOtherAsHillSaysForTenRevolutions) {
   scene.attractor.mu = kMu;
   scene.initial.position = {kRadius, 0.0, 0.0};
   scene.initial.velocity = {0.0, n * kRadius, 0.0};
-  // at the ends of the small axis: x' = 0, y' = -2 n x beside the turning frame's n x
+  // at the ends of the minor axis x' = 0 and y' = -2 n x, in addition to the velocity n x of the rotating
+  // frame
   scene.initial.angular_velocity = {0.0, 0.0, -n};
-  Eigen::VectorXd y(12);  // places, velocities of both
+  Eigen::VectorXd y(12);  // positions, then velocities of both
   y << kRadius + 5.0, 0.0, 0.0, kRadius - 5.0, 0.0, 0.0, 0.0, n * kRadius - 5.0 * n, 0.0, 0.0,
       n * kRadius + 5.0 * n, 0.0;
   const auto rates = [&](double, const Eigen::VectorXd& at) {
@@ -180,12 +182,13 @@ TEST(Ticks, TwoPointsMoveAboutEachOtherAsHillSaysForTenRevolutions) {
   simulation.run(std::llround(end));
   const Eigen::Matrix3Xd p = simulation.positions_W();
   const double off = ((p.col(0) - p.col(1)) - (y.head<3>() - y.segment<3>(3))).norm();
-  std::printf("two points in orbit, ten revolutions: relative place off by %.1e m of 10 m\n", off);
+  std::printf("two points in orbit, ten revolutions: relative position off by %.1e m of 10 m\n", off);
   EXPECT_LT(off, 1e-4);
 }
 
-// a force that is fixed in the world turns in the body: the modes take it as straight over a tick
-TEST(Ticks, LoadsThatTurnWithinATickCountAsAnError) {
+// A force that is fixed in the world rotates in body axes, while the elastic step interpolates it linearly
+// over a tick.
+TEST(Ticks, LoadsThatRotateWithinATickRaiseTheEstimate) {
   const auto worst_at = [](double rate) {
     Scene scene;
     for (const double x : {0.0, 1.0, 2.0, 3.0}) add_point(scene, 1.0, {x, 0.1 * x * (3.0 - x), 0.2 * x});
@@ -202,11 +205,12 @@ TEST(Ticks, LoadsThatTurnWithinATickCountAsAnError) {
     watched.run(5.0);
     return watched.judgement.worst();
   };
-  EXPECT_NE(worst_at(4.0).tick, -1) << "0.5 rad a tick";
+  EXPECT_NE(worst_at(4.0).tick, -1) << "the body rotates by 0.5 rad per tick";
 }
 
-// a torque that swings within the tick: by Simpson's rule (2 pi / n)^4 / 2880 of it, 1.4e-5 of fourteen ticks
-TEST(Ticks, AMotorsSineKeepsItsImpulse) {
+// The torque varies within a tick. Simpson's rule has an error of (2 pi / n)^4 / 2880, which is 1.4e-5 for n
+// = 14 ticks per cycle.
+TEST(Ticks, ASineTorqueOfAMotorKeepsItsImpulse) {
   Scene scene = single_body(1.0, {1.0, 2.0, 2.5}, 1.4);
   scene.wheels.push_back({"w", 0, Vector3d::UnitZ(), 0.0, {}});
   Load load;
@@ -221,7 +225,7 @@ TEST(Ticks, AMotorsSineKeepsItsImpulse) {
   EXPECT_NEAR(angular_velocity(simulation.plan, simulation.state)[2], -right / 2.5, 2e-5 * right);
 }
 
-// past an attractor within a tick: it turns the body by its gradient where it is nearest
+// A body passes an attractor within a tick, and the gravity gradient rotates it at the closest approach.
 TEST(Ticks, AFlyByWithinATickIsResolvedOrNotGood) {
   const auto passed = [](double rate) {
     Scene scene = single_body(1.0, {0.1, 0.2, 0.25}, rate);
@@ -241,7 +245,7 @@ TEST(Ticks, AFlyByWithinATickIsResolvedOrNotGood) {
   EXPECT_EQ(is_good, is_fine_good);
 }
 
-TEST(Ticks, AJumpOfATableIsNotGood) {
+TEST(Ticks, AJumpInATableIsNotGood) {
   Scene scene = single_body(1.0, {1.0, 1.0, 1.0}, 10.0);
   Load load;
   load.name = "step";
@@ -253,7 +257,7 @@ TEST(Ticks, AJumpOfATableIsNotGood) {
   EXPECT_EQ(watched.judgement.worst().cause, Verdict::Cause::kFastLoad);
 }
 
-TEST(Ticks, APulseKeepsItsImpulseHoweverItsEndsFall) {
+TEST(Ticks, APulseKeepsItsImpulseWhereverItsEndsLieInATick) {
   for (const double duration : {0.04, 0.098, 0.102, 0.14, 0.25, 0.3, 1.23}) {
     Scene scene = single_body(2.0, {1.0, 1.0, 1.0}, 10.0);
     Load load;
@@ -267,8 +271,8 @@ TEST(Ticks, APulseKeepsItsImpulseHoweverItsEndsFall) {
   }
 }
 
-// a body that turns by a radian while its pulse waits for a tick
-TEST(Ticks, AMovedPulseOnATurningBodyIsNotGood) {
+// The body rotates by a radian between the start of its pulse and the tick to which the pulse is moved.
+TEST(Ticks, AMovedPulseOnARotatingBodyIsNotGood) {
   const auto cause_of = [](double duration) {
     Scene scene = single_body(10.0, {1.0, 2.0, 2.5}, 2.0);
     scene.initial.angular_velocity = {0.2, 4.0, 0.1};
@@ -285,7 +289,7 @@ TEST(Ticks, AMovedPulseOnATurningBodyIsNotGood) {
   EXPECT_EQ(cause_of(1.5), Verdict::Cause::kNone);
 }
 
-// alike in loads and commands
+// This holds for loads and for commands.
 TEST(Ticks, APulseShorterThanATickKeepsItsImpulse) {
   Scene scene = single_body(2.0, {1.0, 1.0, 1.0}, 10.0);
   Load load;
@@ -296,9 +300,9 @@ TEST(Ticks, APulseShorterThanATickKeepsItsImpulse) {
   Faults warnings;
   const auto structure = build(scene);
   ASSERT_TRUE(make_plan(scene, structure, warnings));
-  std::string said;
-  for (const Fault& fault : warnings) said += fault.message;
-  EXPECT_NE(said.find("so that its impulse is kept"), std::string::npos) << said;
+  std::string messages;
+  for (const Fault& fault : warnings) messages += fault.message;
+  EXPECT_NE(messages.find("so that the impulse is the same"), std::string::npos) << messages;
   Simulation simulation(scene);
   simulation.run(5);
   EXPECT_EQ(simulation.state.v_WB[0], 0.0);

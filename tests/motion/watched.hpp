@@ -1,4 +1,4 @@
-// A plan that is stepped beside its error budget.
+// A plan in motion with its error budget.
 #pragma once
 
 #include "core/step/budget.hpp"
@@ -8,7 +8,7 @@
 
 namespace freeflex::testing {
 
-/// A plan in motion with its shadows.
+/// A plan in motion with the shadows of its budget.
 struct Watched {
   Plan plan;
   State state;
@@ -17,7 +17,7 @@ struct Watched {
   StepReport report;
 
   explicit Watched(const Scene& scene)
-      : plan(lean_plan_of(scene)),
+      : plan(reduced_plan_of(scene)),
         state(make_state(plan)),
         workspace(make_workspace(plan)),
         budget(make_budget(plan)) {}

@@ -1,4 +1,5 @@
-// Wheels in bodies: the dual-spin body in closed form, spin-up, what a motor does to the structure.
+// Wheels in bodies: the dual-spin body in closed form, spin-up of a wheel, and the load of a motor on the
+// structure.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -34,8 +35,8 @@ ForceCommand motor(int wheel, double torque) {
   return command;
 }
 
-// I_1 w' = ... of an axially symmetric gyrostat: with H fixed, the body turns about H at |H| / I_1 and about
-// its own axis at w_3 - (I_3 w_3 + h) / I_1   (Hughes 1986, Spacecraft Attitude Dynamics, section 7.1)
+// The body is an axially symmetric gyrostat with constant H. It rotates about H at |H| / I_1 and about its
+// own axis at w_3 - (I_3 w_3 + h) / I_1   (Hughes 1986, Spacecraft Attitude Dynamics, section 7.1).
 TEST(Wheel, ADualSpinBodyPrecessesInClosedForm) {
   constexpr double kI1 = 2.0, kI3 = 3.1, kh = 1.7;
   const Vector3d spin(0.8, -0.3, 0.6);
@@ -58,8 +59,8 @@ TEST(Wheel, ADualSpinBodyPrecessesInClosedForm) {
   EXPECT_EQ(simulation.state.wheel_momentum[0], kh);
 }
 
-// a motor turns wheel and body against each other; the momentum of both stays
-TEST(Wheel, AMotorTurnsTheBodyTheOtherWay) {
+// A motor drives wheel and body in opposite directions, and their total angular momentum is constant.
+TEST(Wheel, AMotorRotatesTheBodyInTheOppositeDirection) {
   constexpr double kI3 = 3.1, kTorque = 0.02;
   Simulation simulation(one_body({2.0, 2.4, kI3}, Vector3d::UnitZ(), 0.0));
   const ForceCommand command = motor(0, kTorque);
@@ -86,22 +87,23 @@ Scene two_on_a_beam(const Vector3d& axis, double momentum) {
   return scene;
 }
 
-// the motor's torque loads the structure as a torque on the body does, and the whole body as none
-TEST(Wheel, AMotorLoadsTheStructureAsATorqueOnItsBody) {
+// The torque of a motor loads the structure like a torque on the body that carries the wheel. Its resultant
+// on structure and wheel together is zero.
+TEST(Wheel, AMotorLoadsTheStructureLikeATorqueOnItsBody) {
   constexpr double kTorque = 0.05;
   Simulation by_motor(two_on_a_beam(Vector3d::UnitX(), 0.0)),
       by_torque(two_on_a_beam(Vector3d::UnitX(), 0.0));
-  const ForceCommand turned = motor(0, kTorque);
+  const ForceCommand motored = motor(0, kTorque);
   ForceCommand pushed = make_command(0, 1, Axes::kBody);
   pushed.num_torques = 1;
   pushed.torques[0] = {0, 0, {-kTorque, 0.0, 0.0}};
-  by_motor.run(700, std::span(&turned, 1));
+  by_motor.run(700, std::span(&motored, 1));
   by_torque.run(700, std::span(&pushed, 1));
   const Eigen::Index n = by_motor.plan.num_elastic;
   const Eigen::Map<const Eigen::VectorXd> a(by_motor.state.q.data(), n), b(by_torque.state.q.data(), n);
   EXPECT_GT(b.norm(), 1e-7);
   EXPECT_LT((a - b).norm(), 1e-11 * b.norm());
-  // the body turns alike: from rest, I w = -h a
+  // the body rotates as from rest: I w = -h a
   EXPECT_LT((vector(angular_velocity(by_motor.plan, by_motor.state)) -
              vector(angular_velocity(by_torque.plan, by_torque.state)))
                 .norm(),
@@ -109,8 +111,9 @@ TEST(Wheel, AMotorLoadsTheStructureAsATorqueOnItsBody) {
   EXPECT_EQ(vector(by_motor.state.H_W).norm(), 0.0);
 }
 
-// built in or commanded, a torque is the same; a sine is straight between ticks for both parts of its work
-TEST(Wheel, BuiltInTorquesAreThoseOfCommands) {
+// A torque of a load has the same effect as a commanded torque. A sine is interpolated linearly between ticks
+// in the wheel and in the structure.
+TEST(Wheel, TorquesOfLoadsEqualCommandedTorques) {
   Scene scene = two_on_a_beam(Vector3d(0.6, 0.0, 0.8), 0.3);
   Simulation commanded(scene);
   Load load;
@@ -126,8 +129,8 @@ TEST(Wheel, BuiltInTorquesAreThoseOfCommands) {
   EXPECT_EQ(commanded.state.q_WB, built.state.q_WB);
 }
 
-// w' of the accelerations is that of differences of velocities
-TEST(Wheel, AccelerationsOfPointsHoldWhatTheMotorDoes) {
+// The accelerations agree with differences of velocities.
+TEST(Wheel, AccelerationsOfPointsIncludeTheMotor) {
   Scene scene = two_on_a_beam(Vector3d(0.6, 0.0, 0.8), 2.0);
   scene.fidelity = Fidelity::kRigid;
   scene.initial.angular_velocity = {0.2, 0.5, -0.4};
@@ -145,9 +148,9 @@ TEST(Wheel, AccelerationsOfPointsHoldWhatTheMotorDoes) {
   EXPECT_LT((vector(now.a_W) - difference).norm(), 1e-6 * difference.norm());
 }
 
-// a heavy rotor couples bending in two planes, which the separated rung leaves out: never good while it
-// rings. h / (2 M w) of the pair is 0.05 of a radian a radian
-TEST(Wheel, TheWordCountsGyroscopicCoupling) {
+// A heavy rotor couples bending in two planes. The separated rung omits this coupling, so the verdict is
+// never good while the structure vibrates. For the pair of modes h / (2 M w) is 0.05 rad per rad.
+TEST(Wheel, EstimateIncludesGyroscopicCoupling) {
   for (const double momentum : {0.0, 40.0}) {
     Scene scene = two_on_a_beam(Vector3d::UnitX(), momentum);
     scene.initial.modes = {{1, 1e-4, 0.0}, {2, 1e-4, 0.0}, {3, 1e-4, 0.0}, {4, 1e-4, 0.0}};
@@ -161,9 +164,9 @@ TEST(Wheel, TheWordCountsGyroscopicCoupling) {
     const Verdict verdict = judgement.now();
     std::printf("h = %g N m s: error %.2e of %.2e m\n", momentum, verdict.error, verdict.scale);
     if (momentum == 0.0)
-      EXPECT_EQ(verdict.word, Verdict::Word::kGood);
+      EXPECT_EQ(verdict.level, Verdict::Level::kGood);
     else
-      EXPECT_NE(verdict.word, Verdict::Word::kGood);
+      EXPECT_NE(verdict.level, Verdict::Level::kGood);
   }
 }
 

@@ -1,5 +1,5 @@
-"""What a tick costs from Python: a plan of 306 modes a tick and a thousand a call, and a daemon in lockstep. Median of
-five. Run in a private network, with PYTHONPATH, FREEFLEX_BIN and FREEFLEX_SOURCE as the tests are."""
+"""Time of a tick from Python: for a plan of 306 modes with 1 or 1000 ticks per call, and for a daemon in lockstep. Prints
+medians of five runs. Run it in a private network with PYTHONPATH, FREEFLEX_BIN and FREEFLEX_SOURCE as for the tests."""
 
 import os
 import statistics

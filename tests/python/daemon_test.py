@@ -1,4 +1,4 @@
-"""A daemon on the bus, heard and pushed from Python."""
+"""Python programs that read the messages of a daemon and push its points."""
 
 import contextlib
 import io
@@ -24,7 +24,7 @@ BOOM = os.path.join(SOURCE, "service", "scenes", "boom.yaml")
 
 
 def stepped(daemon, ticks):
-    """Returns a listen() that steps the daemon between two messages, so that no delay of the machine takes part."""
+    """Returns a listen() that steps the daemon between two states, so that delays of the machine have no effect."""
     listen = daemon.listen
 
     def listen_and_step(*arguments, **options):
@@ -39,7 +39,7 @@ def stepped(daemon, ticks):
 
 
 class Started:
-    """freeflexd with some options, stopped at the end."""
+    """Runs freeflexd with these arguments and stops it at the end."""
 
     def __init__(self, *arguments):
         self.process = subprocess.Popen([os.path.join(BIN, "freeflexd"), *arguments, "--log-level", "error", "--socket",
@@ -54,7 +54,7 @@ class Started:
 
 
 def blocks(heading):
-    """The Python programs below a heading of the document."""
+    """Returns the Python programs under a heading of tools/python/README.md."""
     with open(os.path.join(SOURCE, "tools", "python", "README.md"), encoding="utf-8") as file:
         section = file.read().split(heading + "\n", 1)[1].split("\n## ", 1)[0]
     return [part.split("```", 1)[0] for part in section.split("```python\n")[1:]]
@@ -67,7 +67,7 @@ class Daemon(unittest.TestCase):
             to.write(file.read() + text)
         return path
 
-    def test_lockstep_is_the_motion_of_the_plan_to_the_bit(self):
+    def test_lockstep_gives_the_motion_of_the_plan_to_the_bit(self):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "rate: 1000\npublish: {state: 1000, points: {rate: 1000, of: all}}\n")
             twin = freeflex.Plan(path).motion()
@@ -97,14 +97,14 @@ class Daemon(unittest.TestCase):
                     daemon.push({"tipp": (0, 0, 1)}, duration=1.0)
                 daemon.stop()
 
-    def test_the_example_damps_as_that_in_cpp_does(self):
+    def test_the_example_damps_like_the_example_in_cpp(self):
         with Started(SWING, "--time", "lockstep"), freeflex.connect() as daemon:
             daemon.listen = stepped(daemon, 10)
             first, last = damp(daemon, "a", "b", 4.0, seconds=8.0)
-        self.assertAlmostEqual(first, 0.083837, delta=0.002)  # amplitude 2 cm at 1 Hz, seen 100 times a second
+        self.assertAlmostEqual(first, 0.083837, delta=0.002)  # amplitude 2 cm at 1 Hz, read 100 times a second
         self.assertLess(last, 0.01 * first)
 
-    def test_what_the_document_shows_of_a_daemon_and_a_recording_runs(self):
+    def test_the_programs_of_the_document_for_a_daemon_and_a_recording_run(self):
         out = io.StringIO()
         with Started(BOOM, "--until", "6"), contextlib.redirect_stdout(out):
             exec(blocks("## A daemon")[0], {})
@@ -129,11 +129,11 @@ class Daemon(unittest.TestCase):
             with freeflex.connect() as daemon:
                 self.assertEqual((daemon.tick, daemon.status().tick, daemon.state.tick), (10000, 10000, 10000))
 
-    def test_a_step_returns_the_state_of_its_tick_whatever_the_rate_of_states(self):
+    def test_a_step_returns_the_state_of_its_tick_at_any_publication_rate(self):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 1, points: {rate: 1, of: [tip]}}\n")
             twin = freeflex.Plan(path).motion()
-            # two million ticks take longer than the timeout, but the daemon is heard
+            # two million ticks take longer than the timeout, but the daemon still publishes
             with Started(path, "--time", "lockstep"), freeflex.connect() as daemon:
                 daemon.timeout = 1.0
                 for ticks in (1, 7, 1, 1000, 2_000_000, 3):
@@ -146,15 +146,15 @@ class Daemon(unittest.TestCase):
                 with self.assertRaisesRegex(RuntimeError, "the state is of tick 2001012"):
                     daemon.state.point("tip") and here.point("tip")
 
-    def test_a_step_without_a_state_is_said(self):
+    def test_a_step_without_a_published_state_is_reported(self):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 0}\n")
             with Started(path, "--time", "lockstep"), freeflex.connect() as daemon:
-                with self.assertRaisesRegex(freeflex.StepError, "stands at tick 5, and no state of it comes: have the "
+                with self.assertRaisesRegex(freeflex.StepError, "holds at tick 5, but publishes no state: have the "
                                             "scene publish it: publish: {state: RATE}"):
                     daemon.step(5)
 
-    def test_a_step_that_another_ends_is_said(self):
+    def test_a_step_that_another_client_ends_is_reported(self):
         with Started(BOOM, "--time", "lockstep"), freeflex.connect() as daemon, freeflex.connect() as other:
             def hold():
                 while other.tick == 0:
@@ -183,7 +183,7 @@ class Daemon(unittest.TestCase):
             self.assertEqual(here.wheel("spin_x"), there.wheel("spin_x"))
             self.assertNotEqual(here.wheel("spin_z"), 0.0)
 
-    def test_the_controller_of_the_document_holds_the_satellite_and_comes_back(self):
+    def test_the_controller_of_the_document_reduces_the_rotation_and_survives_a_restart(self):
         controller, on_daemon, in_process = blocks("## A controller")
         self.assertLessEqual(sum(bool(line.strip()) for line in (controller + on_daemon).splitlines()), 20)
         names = {"__name__": "document"}
@@ -191,19 +191,19 @@ class Daemon(unittest.TestCase):
         here = names["state"]
         with subprocess.Popen([sys.executable, "-W", "error", "-c", controller + on_daemon + "print(list(state.attitude))"],
                               stdout=subprocess.PIPE, text=True) as program:
-            # lockstep, so that nothing depends on how fast the program is; the first daemon ends on its way
+            # in lockstep the result does not depend on the speed of the program; the first daemon ends before the program
             with Started(SATELLITE, "--time", "lockstep", "--until", "3") as first:
                 self.assertEqual(first.process.wait(60), 0)
             with Started(SATELLITE, "--time", "lockstep"):
                 out, _ = program.communicate(timeout=60)
         self.assertEqual(program.returncode, 0)
         self.assertEqual(out, f"{list(here.attitude)}\n")
-        # the scene's own torque turns it by z; the controller turns it back
+        # a torque of the scene rotates the satellite about z; the controller reduces this rotation
         free = freeflex.Plan(SATELLITE).motion().step(20000)
         self.assertGreater(abs(free.attitude[3]), 0.03)
         self.assertLess(abs(here.attitude[3]), 0.3 * abs(free.attitude[3]))
 
-    def test_a_controller_takes_up_a_daemon_that_is_started_again(self):
+    def test_a_controller_continues_after_a_restart_of_the_daemon(self):
         with Started(BOOM, "--until", "0.5", "--hold") as first, freeflex.connect() as daemon:
             sessions = {}
 
@@ -223,13 +223,13 @@ class Daemon(unittest.TestCase):
             daemon.run()
             with self.assertRaises(StopIteration):
                 freeflex.control(daemon, count, every=0.1)
-            # those of the new session are taken, by the names of its scene
+            # the new session accepts commands with the names of its scene
             ack = daemon.push({"tip": (0, 0, 0.1)}, lease=0.2)
             is_over.set()
             restarts.join()
             self.assertEqual((len(sessions), ack.session), (2, list(sessions)[1]))
 
-    def test_after_a_reset_nothing_of_the_epoch_before_is_returned(self):
+    def test_after_a_reset_nothing_of_the_previous_epoch_is_returned(self):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 1000, points: {rate: 1000, of: [tip]}}\n")
             with Started(path, "--time", "lockstep"), freeflex.connect() as daemon:
@@ -251,7 +251,7 @@ class Daemon(unittest.TestCase):
                 self.assertEqual(next(daemon.listen("STATE", timeout=10)).epoch, 1)
                 self.assertEqual(daemon.status().epoch, 1)
 
-    def test_what_the_controller_raises_comes_out(self):
+    def test_errors_of_the_controller_are_raised(self):
         def refuse(error):
             def controller(state):
                 calls.append(state.tick)
@@ -270,7 +270,7 @@ class Daemon(unittest.TestCase):
                     self.assertIs(caught.exception, error)
                     self.assertEqual(len(calls), 1)
 
-    def test_a_controller_that_reads_points_takes_up_a_daemon_that_is_started_again(self):
+    def test_a_controller_that_reads_points_continues_after_a_restart_of_the_daemon(self):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 1000, points: {rate: 1000, of: [tip]}}\n")
             sessions, daemons = [], contextlib.ExitStack()
@@ -285,7 +285,7 @@ class Daemon(unittest.TestCase):
                 first.process.send_signal(signal.SIGTERM)
                 first.process.wait(60)
                 start()
-                daemon.points = None  # those of this state never come
+                daemon.points = None  # the points of this state never arrive
                 state.point("tip")
 
             with daemons:
@@ -294,7 +294,7 @@ class Daemon(unittest.TestCase):
                     freeflex.control(daemon, read, every=0.1, until=1e6)
             self.assertEqual(len(set(sessions)), 2)
 
-    def test_a_controller_that_is_called_less_often_than_it_asks_for_is_warned(self):
+    def test_a_controller_that_asks_for_more_states_than_are_published_is_warned(self):
         calls = []
 
         def controller(state):
@@ -320,7 +320,7 @@ class Daemon(unittest.TestCase):
             daemon.timeout = 60.0
             receive = daemon.bus.receive
 
-            def wait(timeout):  # holds the first thread in its step until the second was refused
+            def wait(timeout):  # keeps the first thread in its step until the second is refused
                 is_in.set()
                 is_over.wait(60)
                 return receive(timeout)
@@ -336,11 +336,11 @@ class Daemon(unittest.TestCase):
             worker.join()
             daemon.bus.receive = receive
             self.assertEqual(results, [3])
-            for _ in daemon.listen("STATUS", timeout=10):  # what is done in the loop is no second user
+            for _ in daemon.listen("STATUS", timeout=10):  # calls within the loop do not count as a second thread
                 self.assertEqual(daemon.step().tick, 4)
                 break
 
-    def test_what_a_daemon_refuses_is_said_in_the_words_of_python(self):
+    def test_rejections_use_the_names_of_the_python_interface(self):
         with Started(BOOM), freeflex.connect() as daemon:
             while daemon.tick == 0:
                 daemon.status()
@@ -360,7 +360,7 @@ class Daemon(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, r"the connection to the bus is closed: connect\(\) again"):
                 call()
 
-    def test_a_step_takes_the_ticks_that_a_motion_takes(self):
+    def test_a_step_accepts_the_same_ticks_as_a_motion(self):
         motion = freeflex.Plan(BOOM).motion()
         with Started(BOOM, "--time", "lockstep"), freeflex.connect() as daemon:
             for ticks in -1, 1.5, 2**64, "1", None:
@@ -373,15 +373,15 @@ class Daemon(unittest.TestCase):
             for ticks, tick in ((0, 0), (5, 5), (0, 5)):
                 self.assertEqual((daemon.step(ticks).tick, motion.step(ticks).tick), (tick, tick))
 
-    def test_a_controller_without_states_is_said(self):
+    def test_a_controller_without_states_is_reported(self):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 0}\n")
             with Started(path), freeflex.connect() as daemon:
                 daemon.timeout = 0.5
-                with self.assertRaisesRegex(freeflex.StepError, "no STATE within 0.5 s of a daemon that is heard"):
+                with self.assertRaisesRegex(freeflex.StepError, "no STATE within 0.5 s of a running daemon"):
                     freeflex.control(daemon, lambda state: None, every=0.1)
 
-    def test_commands_under_a_key(self):
+    def test_commands_need_the_key_that_the_daemon_requires(self):
         with tempfile.TemporaryDirectory() as folder:
             keys = os.path.join(folder, "strut.key")
             subprocess.run([os.path.join(BIN, "freeflex"), "keygen", "strut", "-o", keys], check=True,
@@ -396,7 +396,7 @@ class Daemon(unittest.TestCase):
                         stranger.push({"tip": (0, 0, 1)}, duration=0.1)
                     self.assertEqual(caught.exception.ack.reason, 29)
 
-    def test_a_new_session_is_taken_up(self):
+    def test_the_client_follows_a_new_session(self):
         with freeflex.Bus() as witness:
             with Started(BOOM, "--hold"):
                 daemon = freeflex.connect()
@@ -409,9 +409,9 @@ class Daemon(unittest.TestCase):
                 daemon.close()
             self.assertIsNotNone(witness.receive(0.0))
 
-    def test_packets_that_kill_liblcm_are_let_by(self):
+    def test_packets_that_kill_liblcm_are_ignored(self):
         hostile = [b"", b"LC02", struct.pack(">II", 0x4C433032, 1), struct.pack(">II", 0x4C433032, 1) + b"NO_END",
-                   # a fragment whose offset and size wrap 32 bits, and one shorter than its head
+                   # a fragment whose offset and size overflow 32 bits, and one shorter than its header
                    struct.pack(">IIIIHH", 0x4C433033, 1, 100, 0xFFFFFFF0, 1, 3) + b"x" * 64,
                    struct.pack(">IIII", 0x4C433033, 1, 100, 0), struct.pack(">II", 0x4C433032, 2) + b"\xff\0abc",
                    lcm.pack("FREEFLEX_STATUS", b"short"),
@@ -426,14 +426,14 @@ class Daemon(unittest.TestCase):
                 daemon.status()
             self.assertGreaterEqual(daemon.num_undecodable, 1)
 
-    def test_pages_that_claim_many_others_are_let_by(self):
+    def test_pages_that_claim_very_many_pages_are_ignored(self):
         with Started(BOOM), freeflex.connect() as daemon, lcm.Bus() as stranger:
             self.assertGreater(len(daemon.scene.points), 0)
             for k in range(200):
                 for suffix, kind in (("LOADS", freeflex.loads_t), ("POINTS", freeflex.points_t),
                                      ("SCENE", freeflex.scene_t), ("SHAPES", freeflex.shapes_t)):
                     stranger.send(f"FREEFLEX_{suffix}", kind(session=daemon.session, page=k, num_pages=2**31 - 1).encode())
-            daemon.push(slot=9)  # its answer comes behind all of them
+            daemon.push(slot=9)  # the answer arrives after all these pages
             for pages in (daemon._load_pages, daemon._point_pages, daemon._scene_pages, daemon._shape_pages):
                 self.assertLess(len(pages._pages), 2)
             self.assertIsNotNone(next(daemon.listen("POINTS", timeout=10), None))
@@ -447,8 +447,8 @@ class Daemon(unittest.TestCase):
             fault = next((status.fault for status in statuses if status.fault), None)
             self.assertEqual(fault, "tip\ufffd(")
 
-    def test_nobody_there_is_said(self):
-        with self.assertRaisesRegex(TimeoutError, "no STATUS on NOBODY_STATUS: is freeflexd there"):
+    def test_a_missing_daemon_is_reported(self):
+        with self.assertRaisesRegex(TimeoutError, "no STATUS on NOBODY_STATUS: is freeflexd running"):
             freeflex.connect("NOBODY", timeout=0.2)
         with freeflex.Daemon(freeflex.Bus(), "NOBODY") as daemon, freeflex.Daemon(freeflex.Bus(), "NOBODY") as other:
             self.assertNotEqual(daemon.sender, other.sender)

@@ -1,4 +1,4 @@
-"""Recordings: what they hold, and damage; keys: the same seal as libsodium's."""
+"""Recordings: contents and damage. Keys: the seal agrees with that of libsodium."""
 
 import ctypes
 import ctypes.util
@@ -30,7 +30,7 @@ class Recordings(unittest.TestCase):
         with open(self.path, "wb") as file:
             file.write(b"".join(parts))
 
-    def test_hold_messages_in_order(self):
+    def test_messages_are_read_in_order(self):
         states = [messages.state_t(tick=k, q=[0.1 * k], q_dot=[0.0]) for k in range(3)]
         self.write(*(event(k, 10 * k, "FREEFLEX_STATE", state.encode()) for k, state in enumerate(states)),
                    event(3, 40, "OTHER_STATE", b"of another"), event(4, 50, "FREEFLEX_NEW", b"unknown"))
@@ -39,14 +39,14 @@ class Recordings(unittest.TestCase):
         self.assertEqual([message for _, message in log.messages(self.path)], states)
 
     def hear(self, reader, *arguments):
-        """What a reader yields, and the LogError that ends it."""
+        """Returns the events that a reader yields, and the LogError that ends the reading."""
         found = []
         with self.assertRaises(freeflex.LogError) as caught:
             for each in reader(self.path, *arguments):
                 found.append(each)
         return found, caught.exception
 
-    def test_cut_anywhere_give_what_is_whole_and_then_the_place(self):
+    def test_a_recording_cut_anywhere_gives_the_complete_events_and_then_the_position(self):
         first, second = (event(k, k, "FREEFLEX_STATE", messages.state_t(tick=k).encode()) for k in range(2))
         for size in range(1, len(second)):
             self.write(first, second[:size])
@@ -57,7 +57,7 @@ class Recordings(unittest.TestCase):
             self.assertEqual([each[:2] for each in error.damage], [(len(first), len(first) + size)])
             self.assertEqual([message.tick for _, message in self.hear(log.messages)[0]], [0])
 
-    def test_damage_in_the_middle_costs_its_event_and_the_one_before(self):
+    def test_damage_in_the_middle_loses_its_event_and_the_event_before(self):
         whole = [event(k, k, "FREEFLEX_STATE", messages.state_t(tick=k).encode()) for k in range(5)]
         at = len(whole[0])
         self.write(*whole[:2], b"x" + whole[2][1:], *whole[3:])
@@ -66,15 +66,15 @@ class Recordings(unittest.TestCase):
         self.assertEqual([each[:2] for each in error.damage], [(at, 3 * at)])
         self.assertRegex(str(error), f"damaged at byte {at}: no event follows at byte {2 * at}; nothing is read from there "
                                      f"to byte {3 * at}")
-        # a length that takes in the next event
+        # a length that covers the next event
         longer = bytearray(whole[1])
         longer[24:28] = struct.pack(">i", len(whole[1]) - 28 - len("FREEFLEX_STATE") + len(whole[2]))
         self.write(whole[0], bytes(longer), *whole[2:])
         found, error = self.hear(freeflex.events)
         self.assertEqual([each.number for each in found], [0, 2, 3, 4])
-        self.assertRegex(str(error), f"its lengths take in the next event, at byte {2 * at}")
+        self.assertRegex(str(error), f"its lengths include the next event, at byte {2 * at}")
 
-    def test_an_appended_recording_is_found_behind_a_cut_one(self):
+    def test_a_recording_appended_to_a_cut_recording_is_read(self):
         whole = [event(k, k, "FREEFLEX_STATE", messages.state_t(tick=k).encode()) for k in range(3)]
         self.write(*whole[:2], whole[2][:50], *whole)
         found, error = self.hear(freeflex.events)
@@ -90,22 +90,22 @@ class Recordings(unittest.TestCase):
         found, _ = self.hear(freeflex.events)
         self.assertEqual([each.number for each in found], [5, 8])
 
-    def test_a_message_that_is_none_is_told_behind_those_that_are(self):
+    def test_an_invalid_message_is_reported_after_the_valid_ones(self):
         state = messages.state_t(tick=4)
         self.write(event(0, 7, "FREEFLEX_STATE", b"not a state"), event(1, 8, "FREEFLEX_STATE", state.encode()))
         found, error = self.hear(log.messages)
         self.assertEqual([message for _, message in found], [state])
         self.assertRegex(str(error), "FREEFLEX_STATE at 7 us: not a state_t")
 
-    def test_another_file_is_no_recording(self):
+    def test_another_kind_of_file_is_refused(self):
         self.write(b"tick,time\n0,0\n")
         found, error = self.hear(freeflex.events)
         self.assertEqual(found, [])
-        self.assertRegex(str(error), "is no recording of lcm-logger")
+        self.assertRegex(str(error), "is not a recording of lcm-logger")
         self.write()
         self.assertEqual(list(freeflex.events(self.path)), [])
 
-    def test_command_prints_what_is_whole_and_exits_with_the_code_of_damage(self):
+    def test_the_command_prints_the_complete_events_and_exits_with_the_code_of_damage(self):
         whole = event(0, 0, "FREEFLEX_STATE", messages.state_t(tick=3).encode())
         self.write(whole, whole[:40])
         done = subprocess.run([sys.executable, "-m", "freeflex", "log", self.path], capture_output=True, text=True,
@@ -116,7 +116,7 @@ class Recordings(unittest.TestCase):
 
 
 class Keys(unittest.TestCase):
-    def test_seal_is_libsodiums(self):
+    def test_the_seal_agrees_with_libsodium(self):
         sodium = ctypes.CDLL(ctypes.util.find_library("sodium") or "libsodium.so.23")
         key = freeflex.Key("strut", bytes(range(32)))
         command = messages.force_t(session=5, sequence=7, forces=[messages.point_force_t(point=1, force=(1, 2, 3))])
@@ -130,7 +130,7 @@ class Keys(unittest.TestCase):
             sodium.crypto_auth(tag, tagged, ctypes.c_ulonglong(len(tagged)), key.secret)
             self.assertEqual(tag.raw, sealed[-32:])
 
-    def test_files(self):
+    def test_key_files_are_read_or_refused(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "key")
             with open(path, "w", encoding="utf-8") as file:

@@ -1,4 +1,4 @@
-"""Messages byte for byte as lcm-gen's Python makes them; what is not one to the byte is refused."""
+"""Messages have the same bytes as those of the Python code that lcm-gen generates. Other bytes are refused."""
 
 import glob
 import importlib
@@ -44,7 +44,7 @@ class Messages(unittest.TestCase):
         return "".join(self.random.choice(string.printable + "äπ漢") for _ in range(self.random.randrange(7)))
 
     def both(self, name):
-        """One message as ours and as theirs, with the same random contents."""
+        """Returns a message of this package and a message of lcm-gen's class with the same random contents."""
         kind, other = messages.TYPES[name], self.theirs(name)()
         counters = {dims[0] for _, _, dims in kind.FIELDS if dims and isinstance(dims[0], str)}
         fields, counts = {}, {}
@@ -76,12 +76,12 @@ class Messages(unittest.TestCase):
         with open(os.path.join(os.environ["FREEFLEX_SOURCE"], "CMakeLists.txt"), encoding="utf-8") as file:
             self.assertIn(f"project(freeflex VERSION {freeflex.__version__} ", file.read())
 
-    def test_every_type_is_there(self):
+    def test_every_type_has_its_fingerprint(self):
         self.assertEqual(set(messages.TYPES), self.names)
         for name, kind in messages.TYPES.items():
             self.assertEqual(kind.FINGERPRINT.to_bytes(8, "big"), self.theirs(name)._get_packed_fingerprint(), name)
 
-    def test_bytes_are_the_same_both_ways(self):
+    def test_messages_encode_and_decode_as_with_lcm_gen(self):
         for name, kind in messages.TYPES.items():
             for _ in range(100):
                 ours, theirs = self.both(name)
@@ -90,7 +90,7 @@ class Messages(unittest.TestCase):
                 self.assertEqual(kind.decode(data).encode(), data, name)
                 self.assertEqual(self.theirs(name).decode(ours.encode()).encode(), data, name)
 
-    def test_what_is_cut_or_longer_is_refused(self):
+    def test_truncated_and_longer_messages_are_refused(self):
         for name, kind in messages.TYPES.items():
             data = self.both(name)[0].encode()
             for size in range(len(data)):
@@ -99,7 +99,7 @@ class Messages(unittest.TestCase):
             with self.assertRaises(freeflex.DecodeError):
                 kind.decode(data + b"\0")
 
-    def test_hostile_bytes_end_in_one_kind_of_error_and_take_no_memory(self):
+    def test_hostile_bytes_raise_only_one_kind_of_error_and_take_no_memory(self):
         for name, kind in messages.TYPES.items():
             for _ in range(300):
                 data = bytearray(self.both(name)[0].encode())
@@ -122,7 +122,7 @@ class Messages(unittest.TestCase):
         with self.assertRaisesRegex(TypeError, "no field forse"):
             messages.force_t(forse=[])
 
-    def test_the_names_of_reasons_are_those_of_the_daemon(self):
+    def test_the_names_of_reasons_agree_with_the_daemon(self):
         path = os.path.join(os.environ["FREEFLEX_SOURCE"], "service", "io", "wire", "reason.cpp")
         with open(path, encoding="utf-8") as file:
             names = re.findall(r'\{Reason::k\w+, "(\w+)"\}', file.read())
@@ -130,7 +130,7 @@ class Messages(unittest.TestCase):
         self.assertEqual(str(freeflex.Rejected(freeflex.ack_t(reason=len(names), text="of a later version"))),
                          f"{len(names)}: of a later version")
 
-    def test_the_documentation_has_the_units(self):
+    def test_the_documentation_gives_the_units(self):
         self.assertIn("[m/s] centre of mass, world axes", messages.state_t.__doc__)
         self.assertEqual(messages.control_t.STEP, 3)
 

@@ -1,4 +1,4 @@
-"""Plans stepped from Python, beside `freeflex run` of the same scene."""
+"""Plans stepped from Python, compared with `freeflex run` of the same scene."""
 
 import csv
 import json
@@ -18,14 +18,14 @@ FREEFLEX = os.path.join(os.environ["FREEFLEX_BIN"], "freeflex")
 
 
 class Plans(unittest.TestCase):
-    def test_the_motion_is_that_of_freeflex_run(self):
+    def test_the_motion_agrees_with_freeflex_run(self):
         with tempfile.TemporaryDirectory() as folder:
             table = os.path.join(folder, "boom.csv")
             run = subprocess.run([FREEFLEX, "run", BOOM, "--until", "2", "--out", table, "--json"], check=True,
                                  capture_output=True, text=True)
             with open(table, encoding="utf-8") as file:
                 rows = list(csv.DictReader(file))
-        motion = freeflex.Plan(BOOM).motion(with_word=True)
+        motion = freeflex.Plan(BOOM).motion(with_verdict=True)
         for row in rows:
             state = motion.step(int(row["tick"]) - motion.tick)
             self.assertEqual([float(row[key]) for key in ("x", "y", "z", "qw", "qx", "qy", "qz")],
@@ -33,10 +33,10 @@ class Plans(unittest.TestCase):
             self.assertEqual([float(row[f"q{k + 1}"]) for k in range(len(state.q))], list(state.q))
         self.assertGreater(len(rows), 10)
         result = json.loads(run.stdout)
-        self.assertEqual(motion.word.word, freeflex.plan.WORDS[result["validity"]])
-        self.assertEqual(motion.word.error, result["error"])
+        self.assertEqual(motion.verdict.level, freeflex.plan.LEVELS[result["validity"]])
+        self.assertEqual(motion.verdict.error, result["error"])
 
-    def test_a_satellite_turns_by_its_wheel(self):
+    def test_a_wheel_rotates_the_satellite_and_keeps_the_momentum(self):
         plan = freeflex.Plan(SATELLITE)
         motion = plan.motion()
         before = list(motion.state.angular_momentum)
@@ -44,7 +44,7 @@ class Plans(unittest.TestCase):
         motion.push(wheels={wheel: 0.1}, duration=1.0)
         state = motion.step(round(plan.rate))
         self.assertAlmostEqual(state.wheel(wheel), 0.1, delta=1e-12)
-        # a motor is within: the whole keeps its momentum, less what loads of the scene give
+        # the torque of the motor is internal: angular momentum changes only by the loads of the scene, which also act on `twin`
         twin = plan.motion().step(round(plan.rate))
         for a, b, start in zip(state.angular_momentum, twin.angular_momentum, before):
             self.assertAlmostEqual(a, b, delta=1e-12 + 1e-3 * abs(start))
@@ -59,7 +59,7 @@ class Plans(unittest.TestCase):
             speed, of_one = motion.step(200).velocity[1], whole.step(200).velocity[1]
             self.assertAlmostEqual(speed / of_one, ticks, places=12)
 
-    def test_copies_part(self):
+    def test_copies_are_independent(self):
         plan = freeflex.Plan(BOOM)
         first = plan.motion()
         first.push({"tip": (0.0, 1.0, 0.0)}, duration=0.01)
@@ -72,13 +72,13 @@ class Plans(unittest.TestCase):
         del plan
         first.step(1)
 
-    def test_what_cannot_be_is_said(self):
+    def test_invalid_arguments_are_reported(self):
         with self.assertRaisesRegex(freeflex.StepError, "nowhere"):
             freeflex.Plan("/nowhere.yaml")
         motion = freeflex.Plan(BOOM).motion()
         with self.assertRaisesRegex(LookupError, "tip"):
             motion.push({"tipp": (0, 0, 1)}, duration=1)
-        with self.assertRaisesRegex(freeflex.StepError, "point 44, the scene has 0 to 3"):
+        with self.assertRaisesRegex(freeflex.StepError, "point 44, the scene has points 0 to 3"):
             motion.push({44: (0, 0, 1)}, duration=1)
         with self.assertRaisesRegex(ValueError, "three components"):
             motion.push({"tip": (0, 1)}, duration=1)
@@ -88,7 +88,7 @@ class Plans(unittest.TestCase):
         with self.assertRaisesRegex(freeflex.StepError, "has no inertia and takes no torque"):
             motion.push({"tip": (0, 0, 1)}, torques={"hub": (0, 0, 1)}, duration=1)
         for times in ({"duration": 60.001}, {"lease": 70}):
-            with self.assertRaisesRegex(freeflex.StepError, r"ticks, must be at most 60000 \(commands: max_hold of the scene"):
+            with self.assertRaisesRegex(freeflex.StepError, r"ticks, must be at most 60000 \('commands: max_hold' of the scene"):
                 motion.push({"tip": (0, 0, 1)}, **times)
         motion.push({"tip": (0, 0, 1)}, lease=60)
         for loads in ({"forces": {"tip": ("0.1", 0, 0)}}, {"forces": {"tip": "123"}}, {"wrenches": {0: ("123", (0, 0, 0))}},
@@ -102,12 +102,12 @@ class Plans(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, text):
                 freeflex.control(motion, lambda state: None, every=every, until=1.0)
         freeflex.control(motion, lambda state: None, every=0.3333, until=0.1)
-        with self.assertRaisesRegex(freeflex.StepError, "without a word"):
-            motion.word
+        with self.assertRaisesRegex(freeflex.StepError, "has no verdict"):
+            motion.verdict
         with self.assertRaisesRegex(ValueError, "zero byte"):
             freeflex.Plan(BOOM + "\0")
 
-    def test_a_library_that_is_none_is_said(self):
+    def test_an_invalid_library_is_reported(self):
         for library, text in (("/nowhere.so", "install freeflex"), ("libc.so.6", "not the C library of this")):
             done = subprocess.run([sys.executable, "-m", "freeflex", "step", BOOM, "1"], capture_output=True, text=True,
                                   env=os.environ | {"FREEFLEX_LIBRARY": library}, check=False)
@@ -116,11 +116,11 @@ class Plans(unittest.TestCase):
             self.assertNotIn("Traceback", done.stderr)
 
 
-    def test_a_recording_that_has_nothing_of_the_prefix_is_said(self):
+    def test_a_recording_without_the_prefix_is_reported(self):
         with tempfile.TemporaryDirectory() as folder:
             log = os.path.join(folder, "a.log")
             subprocess.run([FREEFLEX, "run", BOOM, "--until", "0.1", "--out", log], check=True, capture_output=True)
-            for prefix, code, text in (("FREEFLEX", 0, "FREEFLEX_STATE"), ("OTHER", 2, "holds nothing of OTHER")):
+            for prefix, code, text in (("FREEFLEX", 0, "FREEFLEX_STATE"), ("OTHER", 2, "holds no message of OTHER")):
                 done = subprocess.run([sys.executable, "-m", "freeflex", "--prefix", prefix, "log", log], check=False,
                                       capture_output=True, text=True)
                 self.assertEqual(done.returncode, code)
@@ -128,7 +128,7 @@ class Plans(unittest.TestCase):
 
 
 class States(unittest.TestCase):
-    def test_stay_as_they_were(self):
+    def test_states_do_not_change_when_the_motion_steps(self):
         motion = freeflex.Plan(BOOM).motion()
         motion.push({"tip": (0.0, 0.0, 10.0)}, duration=0.1)
         states = [motion.step(10) for _ in range(5)]
@@ -137,19 +137,19 @@ class States(unittest.TestCase):
         self.assertEqual(heights, sorted(set(heights)))
         self.assertEqual(states[-1].time, 0.05)
 
-    def test_points_belong_to_the_newest(self):
+    def test_points_are_read_only_from_the_newest_state(self):
         motion = freeflex.Plan(BOOM).motion()
         state = motion.step(10)
         state.point("tip")
         motion.step(1)
-        with self.assertRaisesRegex(RuntimeError, "stands at tick 11: what belongs to the state of tick 10"):
+        with self.assertRaisesRegex(RuntimeError, "is at tick 11: read from the state of tick 10"):
             state.point("tip")
         state = motion.state
-        motion.reset()  # the tick goes on, so it does not tell
+        motion.reset()  # the tick does not change, so it cannot identify the state
         with self.assertRaises(RuntimeError):
             state.point("tip")
 
-    def test_vectors_are_arrays_where_numpy_is(self):
+    def test_vectors_are_arrays_if_numpy_is_installed(self):
         state = freeflex.Plan(BOOM).motion().state
         try:
             import numpy
@@ -162,10 +162,10 @@ class States(unittest.TestCase):
 
 
 class Threads(unittest.TestCase):
-    """Two in one motion are an error of one of them, whatever each does, and the motion is that of the other alone."""
+    """Two threads use one motion: one of the calls fails, and the motion is that of the other call alone."""
 
     def both(self, motion, call):
-        """Steps in another thread while this one calls until it is refused. Returns what the steps gave."""
+        """Steps in another thread while this thread repeats its call until the call is refused. Returns the ticks of the steps."""
         results, start = [], threading.Event()
 
         def work():
@@ -190,16 +190,16 @@ class Threads(unittest.TestCase):
         self.assertGreater(refused, 0)
         return results
 
-    def test_reading_and_pushing_is_refused_while_another_steps(self):
+    def test_reading_and_pushing_is_refused_while_another_thread_steps(self):
         plan = freeflex.Plan(BOOM)
         for call in (lambda m: m.push({"tip": (0, 0, 0)}, duration=1), lambda m: m.state, lambda m: m.copy(),
                      lambda m: m.tick, lambda m: m.energy):
             motion = plan.motion()
-            # a reader that is between the steps has its turn, so that a step may be refused for it
+            # a reader may enter between two steps, so a step may be refused too
             steps = self.both(motion, call)
             self.assertEqual(motion.tick, 20000 * sum(tick is not None for tick in steps))
 
-    def test_two_that_step_take_each_tick_once(self):
+    def test_two_threads_that_step_execute_each_tick_once(self):
         motion, taken = freeflex.Plan(BOOM).motion(), []
 
         def step(which):
@@ -214,7 +214,7 @@ class Threads(unittest.TestCase):
         self.assertEqual(motion.tick % 5000, 0)
         self.assertGreaterEqual(motion.tick, sum(taken))
 
-    def test_each_with_a_copy_is_free(self):
+    def test_threads_with_copies_are_independent(self):
         first = freeflex.Plan(BOOM).motion()
         copies, results = [first.copy() for _ in range(4)], []
         threads = [threading.Thread(target=lambda m=m: results.append(list(m.step(20000).q))) for m in copies]
@@ -226,11 +226,11 @@ class Threads(unittest.TestCase):
 
 
 class Memory(unittest.TestCase):
-    def test_pushes_without_a_step_are_refused(self):
+    def test_too_many_pushes_without_a_step_are_refused(self):
         motion = freeflex.Plan(BOOM).motion()
         for _ in range(256):
             motion.push({"tip": (0, 0, 1)}, duration=1.0)
-        with self.assertRaisesRegex(freeflex.StepError, "256 pushes wait for the next step, the most that a motion holds"):
+        with self.assertRaisesRegex(freeflex.StepError, "256 pushes wait for the next step, the largest number allowed"):
             motion.push({"tip": (0, 0, 2)}, duration=1.0)
         motion.step()
         motion.push({"tip": (0, 0, 2)}, duration=1.0)

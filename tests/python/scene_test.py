@@ -1,4 +1,4 @@
-"""Scenes from a dict and from text, and values set by path."""
+"""Scenes from a dict and from text, and values that are set by path."""
 
 import contextlib
 import io
@@ -18,20 +18,20 @@ PAIR = {"name": "pair", "rate": 1000,
 
 
 class Scenes(unittest.TestCase):
-    def test_a_dict_is_the_scene_that_it_says(self):
+    def test_a_dict_gives_its_scene(self):
         plan = freeflex.Plan(PAIR)
         self.assertEqual((plan.name, plan.mass, plan.points), ("pair", 4.0, {"a": 0, "b": 1}))
-        # two masses of 2 kg on 40 N/m: the square root of 40 / 1, over 2 pi
+        # two masses of 2 kg on 40 N/m have the reduced mass of 1 kg and the frequency sqrt(40 N/m / 1 kg) / (2 pi)
         self.assertAlmostEqual(plan.frequencies[0], 40 ** 0.5 / 6.283185307179586, places=12)
         self.assertEqual(list(freeflex.Plan(text=json.dumps(PAIR)).frequencies), list(plan.frequencies))
 
-    def test_text_is_the_scene_of_its_file(self):
+    def test_text_gives_the_scene_of_its_file(self):
         with open(BOOM, encoding="utf-8") as file:
             text = file.read()
         here, there = freeflex.Plan(text=text).motion(), freeflex.Plan(BOOM).motion()
         self.assertEqual(list(here.step(1500).q), list(there.step(1500).q))
 
-    def test_files_that_a_text_names_are_in_its_folder(self):
+    def test_files_that_a_text_names_are_found_in_its_folder(self):
         path = os.path.join(SCENES, "truss104.yaml")
         with open(path, encoding="utf-8") as file:
             text = file.read()
@@ -39,7 +39,7 @@ class Scenes(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder, self.assertRaisesRegex(freeflex.StepError, "truss104_points.csv"):
             freeflex.Plan(text=text, folder=folder)
 
-    def test_a_value_set_by_path_is_that_of_a_file_with_it(self):
+    def test_a_value_set_by_path_gives_the_plan_of_a_file_with_that_value(self):
         scene = freeflex.Scene(BOOM)
         scene["points.hub.mass"] = 80
         with tempfile.TemporaryDirectory() as folder:
@@ -62,13 +62,13 @@ class Scenes(unittest.TestCase):
             self.assertEqual(plan.mass, 5.5)
             self.assertAlmostEqual(plan.rest()[1][0] - plan.rest()[0][0], 2.0, places=12)
 
-    def test_the_one_that_is_set_last_counts(self):
+    def test_the_last_value_of_a_path_applies(self):
         scene = freeflex.Scene(PAIR)
         for mass in (3, -1, 5):
             scene["points.b.mass"] = mass
         self.assertEqual(freeflex.Plan(scene).mass, 7.0)
 
-    def test_a_value_that_is_refused_is_named(self):
+    def test_a_refused_value_is_named(self):
         scene = freeflex.Scene(BOOM)
         scene["points.hub.mass"] = -1
         with self.assertRaisesRegex(freeflex.StepError, "points.hub.mass = -1.*mass -1 kg, must be"):
@@ -82,7 +82,7 @@ class Scenes(unittest.TestCase):
         with self.assertRaisesRegex(freeflex.StepError, "<text>:1:"):
             freeflex.Plan(text="points: 3")
 
-    def test_the_document_says_what_runs(self):
+    def test_the_programs_of_the_document_run(self):
         with open(os.path.join(SOURCE, "tools", "python", "README.md"), encoding="utf-8") as file:
             section = file.read().split("## Plans\n", 1)[1].split("\n## ", 1)[0]
         blocks = [part.split("```", 1)[0] for part in section.split("```python\n")[1:]]
@@ -97,11 +97,11 @@ class Scenes(unittest.TestCase):
         lines = out.getvalue().splitlines()[-3:]
         masses, frequencies = zip(*((float(word) for word in line.split()) for line in lines))
         self.assertEqual(masses, (20, 40, 80))
-        # a heavier hub vibrates slower
+        # a heavier hub lowers the frequency
         self.assertEqual(list(frequencies), sorted(frequencies, reverse=True))
         self.assertEqual(names["pair"].mass, 4.0)
 
-    def test_what_is_no_scene_is_refused_before(self):
+    def test_invalid_arguments_are_refused_before_the_set_up(self):
         for arguments in ({}, {"source": BOOM, "text": "points: []"}, {"source": BOOM, "folder": "."},
                           {"source": {"points": {1, 2}}}, {"source": {"rate": float("nan")}}, {"source": BOOM + "\0"},
                           {"text": "a: \0"}):

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # check_core_is_pure.sh SOURCE_DIR STEP.a REFERENCE.a OTHER.a...
-# Fails when a core library includes or calls what belongs to the service: bus, log, clock, thread, file. core/step must
-# also be without Eigen, the mathematical library and Boost; only core/reference may use SUNDIALS.
-# Exit 0 pure, 1 not, 2 wrong arguments.
+# Fails if a core library includes or calls parts that belong to the service: bus, log, clock, thread, file. core/step
+# must not use Eigen, the mathematical library or Boost either; only core/reference may use SUNDIALS.
+# Exit codes: 0 core is pure, 1 it is not, 2 wrong arguments.
 set -euo pipefail
 case "${1:-}" in
   -h|--help) sed -n '2,5s/^# //p' "$0"; exit 0 ;;
@@ -24,7 +24,7 @@ forbid_includes() {
   fi
 }
 
-# forbid_symbols ARCHIVE PATTERN: undefined symbols, demangled
+# forbid_symbols ARCHIVE PATTERN: compares the pattern with the undefined symbols, demangled
 forbid_symbols() {
   local undefined found
   undefined="$(nm --undefined-only --demangle "$1" | sed -n 's/^ *[UwV] //p' | sort -u)"
@@ -42,10 +42,10 @@ forbid_includes core "$service_headers"
 for archive in "$step" "$reference" "$@"; do forbid_symbols "$archive" "$service_symbols"; done
 
 forbid_includes core/step 'Eigen/|boost/|cmath>|math\.h>|complex>|numeric>|random>|core/(scene|structure|plan|paper|validity|reference)|cvode/|arkode/|sundials/'
-# sqrt is rounded exactly everywhere; the call is only what the compiler keeps for a negative argument
+# sqrt is rounded exactly on every machine; the compiler keeps the call only for a negative argument
 forbid_symbols "$step" 'sin|cos|tan|exp|log|pow|cbrt|hypot|fma|sincos|asin|acos|atan|floor|ceil|round|remainder|fmod|std::(sin|cos|exp|pow|log)|Eigen::'
 
-# arrows go downwards only
+# a library may include only the libraries below it
 above='reference'
 for folder in paper plan validity structure scene; do
   forbid_includes core/$folder "core/($above)/|cvode/|arkode/|sundials/|nvector/"

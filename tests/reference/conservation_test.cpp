@@ -1,5 +1,5 @@
-// What the Cartesian reference must keep, the order at which it converges, and the fit behind the error
-// measure.
+// Conserved quantities and order of convergence of the Cartesian reference, and the fit of a rigid motion
+// from which the elastic error is measured.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -17,7 +17,8 @@ namespace {
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-// a truss that spins off its principal axes and swings by centimetres: nothing about it is linear
+// Returns a truss that does not spin about a principal axis and deforms by centimetres, so that its motion is
+// strongly nonlinear.
 Scene wild_truss() {
   Scene scene = testing::square_truss(5);
   scene.initial.angular_velocity = {0.7, -1.1, 2.0};
@@ -27,7 +28,7 @@ Scene wild_truss() {
   return scene;
 }
 
-TEST(CartesianReference, FreeSystemKeepsEnergyAndBothMomenta) {
+TEST(CartesianReference, AFreeSystemConservesEnergyAndLinearAndAngularMomentum) {
   const CartesianSystem system = system_of(wild_truss());
   const std::vector<double> times = {1e-9, 0.5, 1.0};
   ReferenceOptions options;
@@ -38,15 +39,15 @@ TEST(CartesianReference, FreeSystemKeepsEnergyAndBothMomenta) {
   for (std::size_t k = 1; k < times.size(); ++k) {
     const CartesianInvariants sum = invariants(system, run.states[k]);
     const double energy = first.kinetic + run.strain_energy[0];
-    // local errors of 1e-11 of the elastic scale over some thousand steps
+    // the bound allows for local errors of 1e-11 of the elastic scale in some thousand steps
     EXPECT_NEAR(sum.kinetic + run.strain_energy[k], energy, 1e-9 * energy);
     EXPECT_LT((sum.linear_momentum - first.linear_momentum).norm(), 1e-11 * first.linear_momentum.norm());
     EXPECT_LT((sum.angular_momentum - first.angular_momentum).norm(), 1e-9 * first.angular_momentum.norm());
   }
 }
 
-TEST(CartesianReference, PowerOfTheLoadIsTheGainInEnergy) {
-  // a constant world force: its work is F times the way of its point
+TEST(CartesianReference, TheGainInEnergyEqualsTheWorkOfTheLoad) {
+  // the work of a constant force in world axes is F times the displacement of its point
   Scene scene = testing::square_truss(5);
   Load load;
   const Vector3d force(3.0, -4.0, 12.0);
@@ -82,7 +83,7 @@ double order_at(const CartesianSystem& system, ReferenceMethod method, double st
   return lowest;
 }
 
-// The slope of the next step must be its own: with a solver that reuses the last stage, both orders fall.
+// Each step must evaluate its own first slope: if a solver reuses the last stage, both orders fall.
 TEST(CartesianReference, FixedStepMethodsConvergeAtTheirOrder) {
   const CartesianSystem system = system_of(wild_truss());
   const double times[] = {0.25};
@@ -117,14 +118,15 @@ TEST(CartesianReference, RungeKuttaAndAdamsAgreeWithinTheirEstimates) {
   }
 }
 
-TEST(CartesianReference, BodyForceTurnsWithTheFittedAxes) {
-  // a body-axis force through the centre of a stiff body that spins about z: the world sees it turn
+TEST(CartesianReference, AForceInBodyAxesRotatesWithTheFittedAxes) {
+  // a force in body axes acts through the centre of a stiff body that spins about z, so it rotates in world
+  // axes
   Scene scene = testing::octahedron();
   constexpr double kSpin = 3.0, kForce = 2.0, kT = 0.9;
   scene.initial.angular_velocity = {0.0, 0.0, kSpin};
   Load load;
   load.axes = Axes::kBody;
-  // equal shares along x on the two points of the x axis: no moment about the centre
+  // half of the force acts on each of the two points on the x axis, so it has no moment about the centre
   for (const int point : {0, 1}) load.forces.push_back({point, {0.5 * kForce, 0.0, 0.0}});
   scene.loads.push_back(load);
   const CartesianSystem system = system_of(scene);
@@ -132,11 +134,11 @@ TEST(CartesianReference, BodyForceTurnsWithTheFittedAxes) {
   const ReferenceRun run = integrate(system, times);
   ASSERT_EQ(run.error, "");
   const Vector3d expected = kForce / kSpin * Vector3d(std::sin(kSpin * kT), 1.0 - std::cos(kSpin * kT), 0.0);
-  // centrifugal stretch of 1e-5 m changes the inertia, so the spin, by 1e-5 of itself
+  // the centrifugal stretch of 1e-5 m changes the inertia and hence the spin by 1e-5
   EXPECT_LT((invariants(system, run.states[0]).linear_momentum - expected).norm(), 1e-4 * expected.norm());
 }
 
-TEST(ElasticError, FitFindsTheRigidMotionAndLeavesEckartDisplacements) {
+TEST(ElasticError, TheFitRemovesTheRigidMotionAndLeavesEckartDisplacements) {
   std::mt19937_64 engine(11);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   for (const double angle : {0.0, 1e-8, 0.7, 3.14159}) {
@@ -148,10 +150,10 @@ TEST(ElasticError, FitFindsTheRigidMotionAndLeavesEckartDisplacements) {
         for (int a = 0; a < 3; ++a) rest(a, i) = uniform(engine);
         for (int a = 0; a < 3; ++a) V(a, i) = amplitude * uniform(engine);
       }
-      const Eigen::AngleAxisd turn(angle, Vector3d(1.0, -2.0, 0.5).normalized());
-      const Matrix3Xd p_W = (turn.toRotationMatrix() * (rest + V)).colwise() + Vector3d(3.0, -7.0, 2.0);
+      const Eigen::AngleAxisd rotation(angle, Vector3d(1.0, -2.0, 0.5).normalized());
+      const Matrix3Xd p_W = (rotation.toRotationMatrix() * (rest + V)).colwise() + Vector3d(3.0, -7.0, 2.0);
       const Matrix3Xd u = elastic_displacements(mass, rest, p_W);
-      // rounding of coordinates up to 10 m
+      // rounding errors of coordinates up to 10 m
       constexpr double kRounding = 1e-14;
       const Vector3d centre = rest * mass / mass.sum();
       Vector3d moment = Vector3d::Zero();
@@ -159,7 +161,7 @@ TEST(ElasticError, FitFindsTheRigidMotionAndLeavesEckartDisplacements) {
         moment += mass[i] * Vector3d(rest.col(i) - centre).cross(Vector3d(u.col(i)));
       EXPECT_LT((u * mass).norm(), kRounding * mass.sum());
       EXPECT_LT(moment.norm(), kRounding * mass.sum());
-      // what is left is at most what was put in
+      // the fitted displacement is at most a constant times the given displacement
       EXPECT_LE(u.norm(), 10.0 * V.norm() + kRounding);
       EXPECT_GE(u.norm(), 0.1 * V.norm() - kRounding);
       EXPECT_LT((elastic_displacements(mass, rest, rest + V) - u).norm(), 10.0 * kRounding);
@@ -167,14 +169,14 @@ TEST(ElasticError, FitFindsTheRigidMotionAndLeavesEckartDisplacements) {
   }
 }
 
-TEST(ElasticError, CollinearShapeTurnsBySmallestRotation) {
+TEST(ElasticError, ACollinearShapeIsFittedByTheSmallestRotation) {
   const Eigen::VectorXd mass = Eigen::Vector3d(1.0, 2.0, 1.0);
   Matrix3Xd rest(3, 3), bent(3, 3);
   rest << -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0;
   bent << -1.0, 0.0, 1.0, 1e-6, -1e-6, 1e-6, 0.0, 0.0, 0.0;
   EXPECT_LT((elastic_displacements(mass, rest, bent) - (bent - rest)).norm(), 1e-16);
-  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.4, Vector3d::UnitZ()).toRotationMatrix();
-  EXPECT_LT((elastic_displacements(mass, rest, turn * bent) - (bent - rest)).norm(), 1e-15);
+  const Eigen::Matrix3d rotation = Eigen::AngleAxisd(0.4, Vector3d::UnitZ()).toRotationMatrix();
+  EXPECT_LT((elastic_displacements(mass, rest, rotation * bent) - (bent - rest)).norm(), 1e-15);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The Cartesian reference against closed forms: a pair of masses on a spring moves along its line as a linear
-// oscillator, at any amplitude, because l - L is then the relative displacement itself.
+// The Cartesian reference, compared with closed forms. A pair of masses on a spring moves along its line as a
+// linear oscillator at any amplitude, because l - L is the relative displacement.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -31,17 +31,18 @@ CartesianState state_at(const CartesianSystem& system, double t, const Reference
 
 double separation(const CartesianState& state) { return (state.p_W.col(1) - state.p_W.col(0)).norm(); }
 
-// stretches the pair by `stretch` [m] at rest; only the elastic part of what is given stays
+// Returns the pair at rest, stretched by `stretch` [m]; the rigid part of the initial displacement is
+// removed.
 Scene stretched_pair(double stretch) {
   Scene scene = testing::spring_pair(kM0, kM1, kLength, kStiffness);
   scene.initial.points.push_back({1, {stretch, 0.0, 0.0}, Vector3d::Zero()});
   return scene;
 }
 
-// Local errors of 1e-9 of the swing, some ten steps a cycle: 1e-7 of it after 20 cycles, with a margin.
-constexpr double kSwingAccuracy = 1e-7;
+// Local errors of 1e-9 of the amplitude in some ten steps per cycle add up to less than 1e-7 over 20 cycles.
+constexpr double kAmplitudeAccuracy = 1e-7;
 
-TEST(CartesianReference, PairSwingsAsTheClosedFormWhileItFallsAndFlies) {
+TEST(CartesianReference, AFallingPairVibratesAsInClosedForm) {
   constexpr double kStretch = 1e-3, kT = 0.7;
   Scene scene = stretched_pair(kStretch);
   scene.gravity = {0.0, 1.0, -9.81};
@@ -50,29 +51,31 @@ TEST(CartesianReference, PairSwingsAsTheClosedFormWhileItFallsAndFlies) {
   scene.initial.attitude = Eigen::Vector4d(0.5, -0.5, 0.5, 0.5);
   const CartesianState state = state_at(system_of(scene), kT);
   const double l = kLength + kStretch * std::cos(kOmega * kT);
-  EXPECT_NEAR(separation(state), l, kSwingAccuracy * kStretch);
+  EXPECT_NEAR(separation(state), l, kAmplitudeAccuracy * kStretch);
   const Vector3d centre =
       scene.initial.position + kT * scene.initial.velocity + 0.5 * kT * kT * scene.gravity;
   const Vector3d x_W = Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5) * Vector3d::UnitX();
-  // the centre of mass is exact to rounding of 100 m; the swing to its own accuracy
+  // the centre of mass is exact up to the rounding error of 100 m, and the oscillation up to
+  // kAmplitudeAccuracy
   EXPECT_LT((state.p_W.col(0) - (centre - kM1 / (kM0 + kM1) * l * x_W)).norm(),
-            1e-13 + kSwingAccuracy * kStretch);
+            1e-13 + kAmplitudeAccuracy * kStretch);
   EXPECT_LT((state.p_W.col(1) - (centre + kM0 / (kM0 + kM1) * l * x_W)).norm(),
-            1e-13 + kSwingAccuracy * kStretch);
+            1e-13 + kAmplitudeAccuracy * kStretch);
   const double rate = -kStretch * kOmega * std::sin(kOmega * kT);
-  EXPECT_NEAR((state.v_W.col(1) - state.v_W.col(0)).dot(x_W), rate, kSwingAccuracy * kStretch * kOmega);
+  EXPECT_NEAR((state.v_W.col(1) - state.v_W.col(0)).dot(x_W), rate, kAmplitudeAccuracy * kStretch * kOmega);
 }
 
-TEST(CartesianReference, PairSwingsTheSameAtEveryAmplitude) {
+TEST(CartesianReference, APairVibratesWithOneFrequencyAtEveryAmplitude) {
   constexpr double kT = 0.3;
   for (const double stretch : {1e-9, 1e-5, 0.5}) {
     const double l = separation(state_at(system_of(stretched_pair(stretch)), kT));
-    // the separation itself is a difference of world positions of 1 m
-    EXPECT_NEAR(l, kLength + stretch * std::cos(kOmega * kT), kSwingAccuracy * stretch + 4e-16) << stretch;
+    // the length is a difference of world positions of 1 m
+    EXPECT_NEAR(l, kLength + stretch * std::cos(kOmega * kT), kAmplitudeAccuracy * stretch + 4e-16)
+        << stretch;
   }
 }
 
-TEST(CartesianReference, StiffnessProportionalDampingIsADashpotBesideEachSpring) {
+TEST(CartesianReference, StiffnessProportionalDampingEqualsADashpotInParallelWithEachSpring) {
   constexpr double kStretch = 1e-3, kT = 0.2, kBeta = 2e-4;
   Scene scene = stretched_pair(kStretch);
   scene.damping.beta = kBeta;
@@ -80,10 +83,11 @@ TEST(CartesianReference, StiffnessProportionalDampingIsADashpotBesideEachSpring)
   const double damped = std::sqrt(kOmega * kOmega - decay * decay);
   const double expected =
       kStretch * std::exp(-decay * kT) * (std::cos(damped * kT) + decay / damped * std::sin(damped * kT));
-  EXPECT_NEAR(separation(state_at(system_of(scene), kT)) - kLength, expected, kSwingAccuracy * kStretch);
+  EXPECT_NEAR(separation(state_at(system_of(scene), kT)) - kLength, expected, kAmplitudeAccuracy * kStretch);
 }
 
-// what a pair at rest does under the force F amplitude(t) on point 1 along the line, per F / m1
+// Response of a pair, initially at rest, to the force F amplitude(t) on point 1 along the line, divided by F
+// / m1.
 struct HistoryCase {
   const char* name;
   History history;
@@ -116,7 +120,7 @@ std::vector<HistoryCase> history_cases() {
   };
 }
 
-TEST(CartesianReference, EveryHistoryDrivesThePairAsTheClosedForm) {
+TEST(CartesianReference, EveryHistoryDrivesThePairAsInClosedForm) {
   constexpr double kForce = 8.0, kT = 0.3;
   for (const HistoryCase& item : history_cases()) {
     Scene scene = testing::spring_pair(kM0, kM1, kLength, kStiffness);
@@ -125,15 +129,15 @@ TEST(CartesianReference, EveryHistoryDrivesThePairAsTheClosedForm) {
     load.history = item.history;
     scene.loads.push_back(load);
     const double got = separation(state_at(system_of(scene), kT)) - kLength;
-    const double swing = kForce / kM1 / (kOmega * kOmega);
-    EXPECT_NEAR(got, kForce / kM1 * item.stretch(kT), 10.0 * kSwingAccuracy * swing) << item.name;
+    const double amplitude = kForce / kM1 / (kOmega * kOmega);
+    EXPECT_NEAR(got, kForce / kM1 * item.stretch(kT), 10.0 * kAmplitudeAccuracy * amplitude) << item.name;
   }
 }
 
-TEST(CartesianReference, PulseEdgesStandAtTicksLikeThePlans) {
+TEST(CartesianReference, PulseEdgesAreRoundedToTicksAsInAPlan) {
   constexpr double kForce = 8.0;
   Scene scene = testing::spring_pair(kM0, kM1, kLength, kStiffness);
-  scene.rate = 100.0;  // the pulse of 0.012 to 0.048 s is on for ticks 1 to 5
+  scene.rate = 100.0;  // the pulse from 0.012 to 0.048 s acts from tick 1 to tick 5
   Load load;
   load.forces.push_back({1, {kForce, 0.0, 0.0}});
   load.history = PulseHistory{0.012, 0.036};
@@ -143,28 +147,29 @@ TEST(CartesianReference, PulseEdgesStandAtTicksLikeThePlans) {
   EXPECT_NEAR(momentum[0], kForce * 0.04, 1e-12);
 }
 
-// Circular motion: reduced mass times l spin^2 is the spring's pull k (l - L).
-TEST(CartesianReference, SpinningPairKeepsTheLengthThatBalancesItsSpring) {
+// In circular motion the reduced mass times l spin^2 equals the tension k (l - L) of the spring.
+TEST(CartesianReference, ASpinningPairKeepsTheLengthAtWhichItsSpringBalancesTheSpin) {
   constexpr double kSpin = 20.0, kT = 1.0;
   const double l = kStiffness * kLength / (kStiffness - kReduced * kSpin * kSpin);
   Scene scene = stretched_pair(l - kLength);
   scene.initial.angular_velocity = {0.0, 0.0, kSpin};
-  CartesianSystem turning = system_of(scene);
-  // the same motion seen from a carrier at rest, where every displacement is as large as the pair
-  CartesianSystem resting = turning;
+  CartesianSystem rotating = system_of(scene);
+  // the same motion in a frame at rest, in which displacements are as large as the pair
+  CartesianSystem resting = rotating;
   resting.spin.setZero();
   for (int i = 0; i < 2; ++i) {
-    const Vector3d x = turning.r.col(i) + turning.initial.segment<3>(3 * i);
-    resting.initial.segment<3>(6 + 3 * i) += turning.spin.cross(x);
+    const Vector3d x = rotating.r.col(i) + rotating.initial.segment<3>(3 * i);
+    resting.initial.segment<3>(6 + 3 * i) += rotating.spin.cross(x);
   }
   ReferenceOptions options;
   options.tolerance = 1e-11;
   options.scale = ElasticScale{l - kLength, (l - kLength) * kOmega};
   const Vector3d direction(std::cos(kSpin * kT), std::sin(kSpin * kT), 0.0);
-  for (const CartesianSystem* system : {&turning, &resting}) {
+  for (const CartesianSystem* system : {&rotating, &resting}) {
     const CartesianState state = state_at(*system, kT, options);
     const Vector3d span = state.p_W.col(1) - state.p_W.col(0);
-    // three turns of a pair of 1.5 m, local errors of 1e-11 of the stretch of 18 mm in some thousand steps
+    // the bound is for three revolutions of a pair of 1.5 m, with local errors of 1e-11 of the elongation of
+    // 18 mm in some thousand steps
     EXPECT_LT((span - l * direction).norm(), 1e-9);
     EXPECT_LT((state.v_W.col(1) - state.v_W.col(0) - l * kSpin * Vector3d::UnitZ().cross(direction)).norm(),
               1e-7);
@@ -183,11 +188,11 @@ TEST(CartesianReference, EstimateCoversTheTrueError) {
     const double exact = kStretch * std::cos(kOmega * kT);
     const double error = std::abs(separation(run.states[0]) - kLength - exact) / std::abs(exact);
     EXPECT_LE(error, run.accuracy) << tolerance;
-    EXPECT_LE(run.accuracy, 1e4 * tolerance) << "an estimate that says nothing";
+    EXPECT_LE(run.accuracy, 1e4 * tolerance) << "the estimate must not be far too large";
   }
 }
 
-TEST(CartesianReference, TorqueOnAWholeBodyGivesItsAngularMomentum) {
+TEST(CartesianReference, ATorqueOnTheWholeBodyGivesTheExpectedAngularMomentum) {
   constexpr double kTorque = 0.01, kT = 1.0;
   for (const Axes axes : {Axes::kWorld, Axes::kBody}) {
     Scene scene = testing::octahedron();
@@ -199,13 +204,14 @@ TEST(CartesianReference, TorqueOnAWholeBodyGivesItsAngularMomentum) {
     scene.loads.push_back(load);
     const CartesianSystem system = system_of(scene);
     const CartesianInvariants sum = invariants(system, state_at(system, kT));
-    // the forces are spread over the rest shape: displacements of 1e-8 m change their moment by as little
+    // the torque is spread over the rest shape, so displacements of 1e-8 m change it by a relative amount of
+    // that order
     EXPECT_NEAR(sum.angular_momentum[2], kTorque * kT, 1e-6 * kTorque);
     EXPECT_LT((sum.linear_momentum - Vector3d(0.0, 0.0, 0.2)).norm(), 1e-12);
   }
 }
 
-TEST(CartesianReference, RefusesWhatHasNoTrueLength) {
+TEST(CartesianReference, RefusesScenesThatItsEquationsCannotRepresent) {
   const auto refusal = [](const Scene& scene) {
     std::string error;
     EXPECT_FALSE(make_cartesian_system(scene, error).has_value());
@@ -231,12 +237,12 @@ TEST(CartesianReference, RefusesWhatHasNoTrueLength) {
   EXPECT_NE(refusal(body).find("collinear"), std::string::npos);
 }
 
-TEST(CartesianReference, FailureOfTheSolverIsAResultWithItsText) {
+TEST(CartesianReference, AFailureOfTheSolverIsReturnedWithItsText) {
   const CartesianSystem system = system_of(stretched_pair(1e-3));
   const double times[] = {10.0};
   ReferenceOptions options;
   options.method = ReferenceMethod::kRungeKutta4;
-  options.fixed_step = 0.1;  // omega h = 18: far outside the region of stability
+  options.fixed_step = 0.1;  // omega h = 18 is far outside the region of stability
   const ReferenceRun run = integrate(system, times, options);
   EXPECT_NE(run.error.find("ERKStepEvolve"), std::string::npos) << run.error;
   EXPECT_TRUE(run.states.empty());
@@ -244,8 +250,8 @@ TEST(CartesianReference, FailureOfTheSolverIsAResultWithItsText) {
   EXPECT_NE(integrate(system, times, options).error.find("fixed step"), std::string::npos);
 }
 
-// Two cycles take some twenty steps: more than 5, and fewer than 100.
-TEST(CartesianReference, SaysThatItTookTooManySteps) {
+// Two cycles take some twenty steps, more than the limit of 5 and fewer than the limit of 100.
+TEST(CartesianReference, ARunWithTooManyStepsIsReported) {
   const CartesianSystem system = system_of(stretched_pair(1e-3));
   const double times[] = {2.0 * 2.0 * std::numbers::pi / kOmega};
   ReferenceOptions options;

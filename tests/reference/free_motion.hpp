@@ -1,4 +1,4 @@
-// What free motion of a random structure conserves, for tests of the true-geometry reference.
+// Conservation in free motion of random structures, for tests of the true-geometry reference.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,13 +14,13 @@
 
 namespace freeflex::testing {
 
-/// Columns with entries in [-size, size].
+/// Returns columns with entries in [-size, size].
 inline Eigen::Matrix3Xd random_columns(std::mt19937_64& engine, Eigen::Index count, double size) {
   std::uniform_real_distribution<double> uniform(-size, size);
   return Eigen::Matrix3Xd::NullaryExpr(3, count, [&]() { return uniform(engine); });
 }
 
-/// Holds energy and momenta of a spinning, ringing random_mixture against their values at the first time.
+/// Expects that a spinning, vibrating random_mixture keeps its energy and momenta.
 inline void expect_conservation(std::uint64_t seed) {
   std::mt19937_64 engine(seed);
   Scene scene = random_mixture(seed, 7);
@@ -41,13 +41,14 @@ inline void expect_conservation(std::uint64_t seed) {
   };
   const auto first = invariants(system, run.states[0]), last = invariants(system, run.states[2]);
   const double drift = total(2) / total(0) - 1.0;
-  const double turn = (last.angular_momentum - first.angular_momentum).norm() / first.angular_momentum.norm();
-  const double push = (last.linear_momentum - first.linear_momentum).norm() / first.linear_momentum.norm();
+  const double angular =
+      (last.angular_momentum - first.angular_momentum).norm() / first.angular_momentum.norm();
+  const double linear = (last.linear_momentum - first.linear_momentum).norm() / first.linear_momentum.norm();
   std::printf("seed %d: energy %.1e, angular momentum %.1e, momentum %.1e, elastic error %.1e\n",
-              static_cast<int>(seed), drift, turn, push, run.accuracy);
+              static_cast<int>(seed), drift, angular, linear, run.accuracy);
   EXPECT_LT(std::abs(drift), 1e-7);
-  EXPECT_LT(turn, 1e-7);
-  EXPECT_LT(push, 1e-10);
+  EXPECT_LT(angular, 1e-7);
+  EXPECT_LT(linear, 1e-10);
   EXPECT_LT(run.accuracy, 1e-5);
 }
 

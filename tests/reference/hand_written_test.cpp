@@ -1,5 +1,5 @@
-// Methods by hand of fixed step: each has its order where the motion is known in closed form and where
-// nothing is linear, and all go to one limit whatever the loads.
+// Hand-written methods with fixed steps: each has its order against a closed form and in nonlinear motion,
+// and under loads all converge to one limit.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -16,7 +16,8 @@ namespace {
 
 using Eigen::Matrix3Xd;
 
-/// A method, its order, and the steps of the coarsest run that shows it: on two points, and on the truss.
+/// A method, its order, and the numbers of steps, for two points and for the truss, of the coarsest run in
+/// which its order is visible.
 struct Case {
   Rival rival;
   int order;
@@ -26,7 +27,7 @@ constexpr std::array kCases{Case{Rival::kVerlet, 2, 2000, 10000},  Case{Rival::k
                             Case{Rival::kStoermer8, 8, 200, 800},  Case{Rival::kStoermer12, 12, 85, 300},
                             Case{Rival::kStoermer16, 16, 80, 250}, Case{Rival::kKahanLi8, 8, 200, 800}};
 
-/// State at the end of a run in `steps` equal steps.
+/// Returns the state at the end of a run of `steps` equal steps.
 CartesianState end_of(Rival rival, const CartesianSystem& system, double end, double steps) {
   std::string error;
   const auto method = make_rival(rival, system, error);
@@ -39,17 +40,16 @@ CartesianState end_of(Rival rival, const CartesianSystem& system, double end, do
   return state;
 }
 
-/// By how many powers of the step the error falls from the first run to one whose error should be 512 times
-/// less.
+/// Returns the measured order, from a run and from a second run whose error should be 512 times smaller.
 template <typename Error>
 double order_of(const Case& method, double first, const Error& error_at) {
   const double last = std::round(first * std::exp2(9.0 / method.order));
   return std::log(error_at(first) / error_at(last)) / std::log(last / first);
 }
 
-// two points on a line, pulled apart by a tenth of a metre, 37 periods: the distance is a cosine. With its
-// rate, so that no error hides where it passes through zero
-TEST(HandWritten, HasItsOrderAgainstTheClosedFormOfTwoPoints) {
+// Two points on a line, stretched by a tenth of a metre, move for 37 periods; their elongation is a cosine.
+// The error includes the rate, so that it cannot vanish where the elongation passes through zero.
+TEST(HandWritten, EachMethodHasItsOrderAgainstTheClosedFormOfTwoPoints) {
   constexpr double kLength = 2.0, kStretch = 0.1, kStiffness = 1e4, kReduced = 0.75, kEnd = 2.0;
   Scene scene = spring_pair(1.0, 3.0, kLength, kStiffness);
   scene.initial.points.push_back({1, {kStretch, 0.0, 0.0}, {0.0, 0.0, 0.0}});
@@ -66,7 +66,7 @@ TEST(HandWritten, HasItsOrderAgainstTheClosedFormOfTwoPoints) {
   }
 }
 
-/// A truss that spins off its principal axes and swings by centimetres.
+/// Returns a truss that does not spin about a principal axis and deforms by centimetres.
 Scene wild_truss() {
   Scene scene = square_truss(2);
   scene.initial.angular_velocity = {0.7, -1.1, 2.0};
@@ -75,9 +75,10 @@ Scene wild_truss() {
   return scene;
 }
 
-// steps of three radians of the fastest mode and more at the two highest orders, whose errors are rounding
-// soon after: they fall faster there than their order says, and that is why only what is less would be wrong
-TEST(HandWritten, HasItsOrderOnATrussThatSwingsByCentimetres) {
+// The methods of the two highest orders take steps of three radians of the fastest mode or more, where the
+// error falls faster than the order predicts, and soon reach rounding errors. So the test fails only if the
+// order is too low.
+TEST(HandWritten, EachMethodHasItsOrderOnATrussThatDeformsByCentimetres) {
   constexpr double kEnd = 1.0;
   const CartesianSystem system = system_of(wild_truss());
   ReferenceOptions options;
@@ -98,18 +99,18 @@ TEST(HandWritten, HasItsOrderOnATrussThatSwingsByCentimetres) {
   }
 }
 
-// a pulse in world axes, a sine and a couple that turn with the body: pieces, and forces that change within
-// them
-TEST(HandWritten, AllGoToOneLimitUnderLoadsThatJumpSwingAndTurn) {
+// The loads are a pulse in world axes, and a sine and a couple that rotate with the body. They divide the
+// time into intervals and vary within them.
+TEST(HandWritten, AllMethodsConvergeToOneLimitUnderLoads) {
   constexpr double kEnd = 0.25;
   Scene scene = wild_truss();
   add_corner_pulse(scene);
   scene.loads[0].forces[0].force *= 300.0;
-  Load swing;
-  swing.axes = Axes::kBody;
-  swing.forces = {{1, {200.0, 0.0, 100.0}}, {5, {-200.0, 50.0, 0.0}}};
-  swing.history = SineHistory{30.0, 0.4};
-  scene.loads.push_back(swing);
+  Load sine;
+  sine.axes = Axes::kBody;
+  sine.forces = {{1, {200.0, 0.0, 100.0}}, {5, {-200.0, 50.0, 0.0}}};
+  sine.history = SineHistory{30.0, 0.4};
+  scene.loads.push_back(sine);
   const CartesianSystem system = system_of(scene);
   const auto displacements = [&](Rival rival, double steps) {
     return elastic_displacements(system.mass, system.r, end_of(rival, system, kEnd, steps).p_W);
@@ -121,8 +122,9 @@ TEST(HandWritten, AllGoToOneLimitUnderLoadsThatJumpSwingAndTurn) {
   }
 }
 
-// x, v and a at both ends of a step, so the sixth power of the step: a thirtieth at half of it and less
-TEST(HandWritten, ReadsWithinLongStepsAsWellAsTheyAllow) {
+// The interpolation uses x, v and a at both ends of a step, so its error is proportional to the sixth power
+// of the step. Half the step gives at most a thirtieth of the error.
+TEST(HandWritten, InterpolationWithinLongStepsHasOrderSix) {
   const CartesianSystem system = system_of(wild_truss());
   const double times[] = {0.0503, 0.1};
   const CartesianState exact = end_of(Rival::kStoermer16, system, times[0], 200);
@@ -144,18 +146,18 @@ TEST(HandWritten, ReadsWithinLongStepsAsWellAsTheyAllow) {
   }
 }
 
-TEST(HandWritten, IsNotForScenesWithDashpotsAndSaysSo) {
+TEST(HandWritten, RefusesScenesWithDashpots) {
   Scene scene = spring_pair(1.0, 3.0, 2.0, 1e4);
   CartesianSystem system = system_of(scene);
   system.links[0].damping = 1.0;
   for (const Case& method : kCases) {
     std::string error;
     EXPECT_EQ(make_rival(method.rival, system, error), nullptr);
-    EXPECT_EQ(error, "these methods have springs and bars only, without dissipation");
+    EXPECT_EQ(error, "these methods support springs and bars only, without dissipation");
   }
 }
 
-TEST(HandWritten, CountsEachEvaluationOfTheForces) {
+TEST(HandWritten, EachEvaluationOfTheForcesIsCounted) {
   const CartesianSystem system = system_of(wild_truss());
   for (const auto& [rival, evaluations] : {std::pair{Rival::kVerlet, 1L},
                                            {Rival::kRungeKutta4, 4L},

@@ -1,6 +1,6 @@
-// Small transverse motions of a straight free beam under tension by Hermite elements: matrices of the
-// textbook (Przemieniecki 1968, Theory of Matrix Structural Analysis, chapters 5, 11 and 15). It shares no
-// code with the reference, so the reference is held against it.
+// Small transverse motions of a straight free beam under tension, computed with Hermite elements and textbook
+// matrices (Przemieniecki 1968, Theory of Matrix Structural Analysis, chapters 5, 11 and 15). The code is
+// independent of the reference and can check it.
 #pragma once
 
 #include <Eigen/Eigenvalues>
@@ -15,17 +15,17 @@ struct HermiteBeam {
   double EI = 1.0;       // [N m^2]
   double length = 1.0;   // [m] of each element
   Eigen::VectorXd mass;  // [kg] (elements + 1) on the nodes
-  bool is_consistent =
-      false;  // the mass of each element is that of one inner node and acts by its shapes instead
-  Eigen::VectorXd tension;  // [N] (elements + 1) at the nodes where mass is consistent, else (elements)
+  // consistent mass: the mass of one inner node is distributed over each element by its shape functions
+  bool is_consistent = false;
+  Eigen::VectorXd tension;  // [N] (elements + 1) at the nodes for consistent mass, otherwise (elements)
   double thrust = 0.0;      // [N] at the first node, follows its rotation
 
   Eigen::Index num_elements() const { return mass.size() - 1; }
 };
 
-/// K_G of an element under a tension that is linear along it: integral of N w' w'.
+/// Returns K_G of an element under a tension that is linear along it: the integral of N w' w'.
 inline Eigen::Matrix4d geometric_stiffness(double first, double last, double L) {
-  // Gauss points of degree 5: N has degree 1, the slopes squared have 4
+  // the Gauss points integrate degree 5 exactly: N has degree 1 and the squared slopes have degree 4
   constexpr double points[] = {0.1127016653792583, 0.5, 0.8872983346207417};
   constexpr double weights[] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
   Eigen::Matrix4d G = Eigen::Matrix4d::Zero();
@@ -38,7 +38,8 @@ inline Eigen::Matrix4d geometric_stiffness(double first, double last, double L) 
   return G;
 }
 
-/// Squares of frequencies [rad^2/s^2] by size, those of two rigid motions first. Complex in flutter.
+/// Returns the squared frequencies [rad^2/s^2] in ascending order of magnitude, the two rigid motions first.
+/// In flutter they are complex.
 inline std::vector<std::complex<double>> squared_frequencies(const HermiteBeam& beam) {
   const Eigen::Index nodes = beam.mass.size(), size = 2 * nodes;
   const double L = beam.length;
@@ -60,7 +61,7 @@ inline std::vector<std::complex<double>> squared_frequencies(const HermiteBeam& 
   if (beam.is_consistent) {
     A = M.partialPivLu().solve(K);
   } else {
-    // rotations carry no mass: condensed
+    // rotations have no mass, so they are condensed
     const auto even = Eigen::seqN(0, nodes, 2), odd = Eigen::seqN(1, nodes, 2);
     const Eigen::MatrixXd Kww = K(even, even), Kwt = K(even, odd), Ktw = K(odd, even), Ktt = K(odd, odd);
     A = beam.mass.cwiseInverse().asDiagonal() * (Kww - Kwt * Ktt.partialPivLu().solve(Ktw));
@@ -71,23 +72,24 @@ inline std::vector<std::complex<double>> squared_frequencies(const HermiteBeam& 
   return squares;
 }
 
-/// Beam that a thrust at its first node accelerates along itself.
+/// Returns a beam that a thrust at its first node accelerates along itself.
 inline HermiteBeam hermite_rocket(double EI, double length, const Eigen::VectorXd& mass, double thrust,
                                   bool is_consistent) {
   HermiteBeam beam{EI, length, mass, is_consistent, {}, thrust};
   beam.tension.resize(beam.num_elements() + (is_consistent ? 1 : 0));
   double force = -thrust;
   for (Eigen::Index k = 0; k < beam.tension.size(); ++k) {
-    // the tension jumps by the inertia of a mass on a node, or falls evenly over the elements
-    const double share = is_consistent ? (k == 0 ? 0.0 : 1.0 / static_cast<double>(beam.num_elements()))
-                                       : mass[k] / mass.sum();
-    force += thrust * share;
+    // the tension jumps at each node by the inertia of its mass, or falls linearly over each element
+    const double fraction = is_consistent ? (k == 0 ? 0.0 : 1.0 / static_cast<double>(beam.num_elements()))
+                                          : mass[k] / mass.sum();
+    force += thrust * fraction;
     beam.tension[k] = force;
   }
   return beam;
 }
 
-/// Beam with masses on its nodes that spins about an axis across it, for motions out of the plane of spin.
+/// Returns a beam with masses on its nodes that spins about a transverse axis, for motions out of the plane
+/// of spin.
 inline HermiteBeam hermite_spinner(double EI, double length, const Eigen::VectorXd& mass, double spin) {
   HermiteBeam beam{EI, length, mass, false, Eigen::VectorXd::Zero(mass.size() - 1), 0.0};
   const Eigen::VectorXd at =

@@ -1,4 +1,5 @@
-// What the loads give the body: linear momentum is the impulse, angular momentum the integral of the moment.
+// The linear momentum of a body is the impulse of its loads, and the angular momentum is the integral of
+// their moment.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -17,7 +18,7 @@ using Eigen::Vector3d;
 
 Vector3d vector(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
-TEST(Momentum, GivenByRandomCommandsIsTheirImpulse) {
+TEST(Momentum, LinearMomentumIsTheImpulseOfRandomCommands) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     std::mt19937_64 engine(seed);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -26,7 +27,8 @@ TEST(Momentum, GivenByRandomCommandsIsTheirImpulse) {
     Vector3d impulse = Vector3d::Zero();
     double size = 0.0;  // [N s] sum of |F| dt
     for (int k = 0; k < 200; ++k) {
-      // one slot after another, each lasting beyond the next few: sums of slots, replacements and expiries
+      // each command lasts longer than the interval to the next, in one slot after another, so that slots add
+      // up, are replaced and expire
       const auto ticks = static_cast<std::int64_t>(1 + engine() % 40);
       const auto duration = static_cast<std::int64_t>(1 + engine() % 100);
       ForceCommand command = make_command(k % 50, k + 1, Axes::kWorld, duration);
@@ -38,7 +40,7 @@ TEST(Momentum, GivenByRandomCommandsIsTheirImpulse) {
       }
       simulation.run(ticks, {&command, 1});
     }
-    simulation.run(200);  // until the last has expired
+    simulation.run(200);  // until the last command has expired
     ASSERT_EQ(simulation.state.num_slots, 0);
     const Vector3d gained =
         vector(read_invariants(simulation.plan, simulation.state).linear_momentum_W) - start;
@@ -48,7 +50,8 @@ TEST(Momentum, GivenByRandomCommandsIsTheirImpulse) {
   }
 }
 
-// attitude and angular momentum of the rigid body under world forces at body points, in extended precision
+// Rates of attitude and angular momentum of the rigid body under world forces at body points, in extended
+// precision.
 using Rigid = std::array<long double, 7>;  // q w x y z, H_W
 struct RigidUnderForces {
   const Plan& plan;
@@ -80,13 +83,13 @@ Rigid exact_rigid(const Simulation& at_start, const ForceCommand& command, doubl
              state.H_W[0],  state.H_W[1],  state.H_W[2]};
   namespace odeint = boost::numeric::odeint;
   odeint::runge_kutta_fehlberg78<Rigid, long double> stepper;
-  // eighth order, steps of some 5e-3 rad: far below the rounding of double
+  // steps of some 5e-3 rad with order eight have errors far below the rounding error of double precision
   const long double h = time / 2000.0L;
   for (int k = 0; k < 2000; ++k) stepper.do_step(RigidUnderForces{at_start.plan, command}, y, k * h, h);
   return y;
 }
 
-TEST(Momentum, AngularMomentumOfWorldForcesIsRightAtAnyTick) {
+TEST(Momentum, AngularMomentumUnderWorldForcesIsAccurateAtAnyTickLength) {
   constexpr double kTime = 2.0;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     std::mt19937_64 engine(seed);
@@ -106,13 +109,13 @@ TEST(Momentum, AngularMomentumOfWorldForcesIsRightAtAnyTick) {
       simulation.run(std::llround(kTime * scene.rate), {&command, 1});
       const double error = (vector(simulation.state.H_W) - H).norm() / H.norm();
       std::printf("seed %d at %g Hz: angular momentum error %.2e\n", static_cast<int>(seed), rate, error);
-      // 0.7 rad a tick at 5 Hz; a few hundred ticks round
+      // at 5 Hz a tick is 0.7 rad; otherwise there are only rounding errors of a few hundred ticks
       EXPECT_LT(error, rate < 50.0 ? 1e-9 : 1e-12) << rate;
     }
   }
 }
 
-TEST(Momentum, WithoutLoadsBothStayToTheBit) {
+TEST(Momentum, LinearAndAngularMomentumKeepEveryBitWithoutLoads) {
   Scene scene = random_structure(4, 9);
   scene.initial.angular_velocity = {0.5, 1.5, -1.0};
   scene.initial.velocity = {1.0, -0.3, 0.2};

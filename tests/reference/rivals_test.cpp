@@ -1,5 +1,5 @@
-// The methods that freeflex is compared with are right: each has its order, and the linearised ones solve the
-// linear system.
+// The methods with which freeflex is compared are correct: each has its order, and the linearised methods
+// solve the linear system.
 #include "core/reference/rivals.hpp"
 
 #include <gtest/gtest.h>
@@ -15,9 +15,9 @@
 namespace freeflex::testing {
 namespace {
 
-constexpr double kEnd = 0.25;  // [s] seventeen radians of the slowest mode
+constexpr double kEnd = 0.25;  // [s] the phase of the slowest mode is then seventeen radians
 
-/// Two sections, eight points, under the corner pulse.
+/// A truss of two sections and eight points under the corner pulse, and its motion by the reference.
 struct Small {
   Scene scene = square_truss(2);
   std::optional<CartesianSystem> system;
@@ -42,7 +42,7 @@ struct Small {
     return elastic_displacements(system->mass, system->r, p_W);
   }
 
-  /// Elastic displacements at kEnd by a rival.
+  /// Returns the elastic displacements at kEnd by a rival.
   Eigen::Matrix3Xd run(Rival rival, double step, double tolerance) const {
     std::string error;
     const auto method = make_rival(rival, *system, error);
@@ -62,7 +62,8 @@ struct Small {
     return elastic_error(run(rival, step, tolerance), u);
   }
 
-  /// The one-way rung with the centrifugal load, at 0.1 ms: the exact motion of the linearised system.
+  /// Returns the displacements on the spin-loaded rung at 0.1 ms, which are the exact motion of the
+  /// linearised system.
   Eigen::Matrix3Xd linear() const {
     Scene rung = scene;
     rung.fidelity = Fidelity::kSpinLoaded;
@@ -73,7 +74,7 @@ struct Small {
   }
 };
 
-// each halving divides the error by 2^order; the fastest mode turns 0.15 rad in the coarsest step
+// Each halving divides the error by 2^order; the coarsest step is 0.15 rad of the fastest mode.
 TEST(Rivals, FixedStepMethodsHaveTheirOrderOnTheFullSystem) {
   const Small small;
   for (const auto& [rival, order] : {std::pair{Rival::kVerlet, 2.0}, {Rival::kRungeKutta4, 4.0}}) {
@@ -88,8 +89,9 @@ TEST(Rivals, FixedStepMethodsHaveTheirOrderOnTheFullSystem) {
   }
 }
 
-// the error follows the tolerance down; 28 periods of the fastest mode add up, hence the factor of 1e5
-TEST(Rivals, PackagedMethodsFollowTheirToleranceOnTheFullSystem) {
+// The error falls with the tolerance. The factor of 1e5 allows for the errors that accumulate over 28 periods
+// of the fastest mode.
+TEST(Rivals, ErrorOfPackagedMethodsFallsWithTheirToleranceOnTheFullSystem) {
   const Small small;
   for (const Rival rival : {Rival::kErk4, Rival::kErk8, Rival::kDirk5, Rival::kAdams, Rival::kBdf}) {
     const double loose = small.error(rival, 0.0, 1e-5), tight = small.error(rival, 0.0, 1e-9);
@@ -111,25 +113,27 @@ TEST(Rivals, LeapfrogIsOfSecondOrderOnTheLinearSystem) {
   }
 }
 
-// the load is taken as linear in time over a step; the kick turns it by some 1e-3 rad in its 0.1 s, as t^2,
-// so a step of that length is off by some 1e-5, and shorter ones by the square of the step
-TEST(Rivals, KrylovSolvesTheLinearSystemWhateverItsStep) {
+// The method takes the load as linear in time over a step. During its 0.1 s the pulse rotates the body by
+// some 1e-3 rad, proportional to t^2. So a step of 0.1 s has an error of some 1e-5, and the error is
+// proportional to the square of the step.
+TEST(Rivals, KrylovSolvesTheLinearSystemAtAnyStep) {
   const Small small;
   const Eigen::Matrix3Xd exact = small.linear();
   for (const auto& [step, allowed] : {std::pair{kEnd, 3e-5}, {0.05, 8e-6}, {0.01, 1e-6}, {0.001, 1e-6}})
     EXPECT_LT(elastic_error(small.run(Rival::kKrylov, step, 1e-10), exact), allowed) << step;
 }
 
-// a spin of 0.2 rad/s: the linear methods carry its centrifugal load
-TEST(Rivals, LinearisedMethodsCarryTheCentrifugalLoad) {
+// At a spin of 0.2 rad/s the linear methods include the centrifugal load.
+TEST(Rivals, LinearisedMethodsIncludeTheCentrifugalLoad) {
   const Small small(0.2);
   const Eigen::Matrix3Xd exact = small.linear();
   EXPECT_LT(elastic_error(small.run(Rival::kKrylov, 0.01, 1e-10), exact), 1e-5);
   EXPECT_LT(elastic_error(small.run(Rival::kLeapfrog, 2e-5, 0.0), exact), 2e-3);
 }
 
-// a step past 2 / omega_max grows without bound, which is said and not shown as a motion
-TEST(Rivals, AStepBeyondStabilityIsNamed) {
+// If the step exceeds 2 / omega_max, the motion grows without bound. The run must then end with an error and
+// give no motion.
+TEST(Rivals, AStepBeyondTheStabilityLimitIsReported) {
   const Small small;
   std::string error;
   const auto method = make_rival(Rival::kVerlet, *small.system, error);
@@ -138,7 +142,7 @@ TEST(Rivals, AStepBeyondStabilityIsNamed) {
   EXPECT_NE(run.error.find("stability"), std::string::npos) << run.error;
 }
 
-TEST(Rivals, ARunStopsWhenAsked) {
+TEST(Rivals, ARunStopsOnRequest) {
   const Small small;
   for (const Rival rival : {Rival::kVerlet, Rival::kStoermer12, Rival::kKahanLi8, Rival::kErk8, Rival::kBdf,
                             Rival::kLeapfrog, Rival::kKrylov}) {
@@ -151,8 +155,8 @@ TEST(Rivals, ARunStopsWhenAsked) {
   }
 }
 
-// what is read between steps agrees with a run whose end stands there
-TEST(Rivals, ReadingOnTheWayAgreesWithAnEndThere) {
+// A state read between steps agrees with a run that ends at that time.
+TEST(Rivals, AStateReadDuringARunAgreesWithARunThatEndsAtThatTime) {
   const Small small;
   for (const auto& [rival, step, tolerance, allowed] : {std::tuple{Rival::kVerlet, 1e-4, 0.0, 2e-3},
                                                         {Rival::kRungeKutta4, 1e-4, 0.0, 1e-4},
@@ -182,7 +186,7 @@ TEST(Rivals, ReadingOnTheWayAgreesWithAnEndThere) {
   }
 }
 
-TEST(Rivals, SayWhatTheyCannotState) {
+TEST(Rivals, EachMethodNamesWhatItCannotRepresent) {
   Small small;
   std::string error;
   small.system->attractor_mu = 1.0;
@@ -197,7 +201,7 @@ TEST(Rivals, SayWhatTheyCannotState) {
   }
 }
 
-// functions of the path graph's Laplacian, whose eigenvectors are cosines (Strang 1999)
+// The matrix is the Laplacian of the path graph, whose eigenvectors are cosines (Strang 1999).
 TEST(Lanczos, FunctionsOfAMatrixWithKnownEigenvectorsAreExact) {
   constexpr int kSize = 40;
   constexpr double kStep = 1.7;

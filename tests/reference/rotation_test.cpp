@@ -1,5 +1,5 @@
-// Free rotation of a body of three distinct principal moments beside its middle axis, against an integration
-// of Euler's equations and the attitude in 50 decimal digits.
+// Free rotation of a body with three distinct principal moments near its intermediate axis, compared with an
+// integration of Euler's equations and the attitude in 50 decimal digits.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -22,7 +22,7 @@ Wide energy(const WideRotation& body) {
   return sum;
 }
 
-/// Scene of the octahedron with its spin 1e-2 rad off the middle axis y, at `rate` [Hz].
+/// Returns the octahedron at `rate` [Hz], with a spin axis 1e-2 rad from the intermediate axis y.
 Scene spinning_body(double spin, double rate) {
   Scene scene = testing::octahedron();
   scene.rate = rate;
@@ -32,13 +32,13 @@ Scene spinning_body(double spin, double rate) {
 
 WideRotation exact_rotation(const Plan& plan, double time) {
   const std::array<double, 3> moment{plan.inertia[0], plan.inertia[4], plan.inertia[8]};
-  const Wide start = energy(rotate_freely(moment, plan.initial.w_WB_B, 0.0));
-  const WideRotation body = rotate_freely(moment, plan.initial.w_WB_B, time);
+  const Wide start = energy(rotate_freely(moment, plan.initial.w_B, 0.0));
+  const WideRotation body = rotate_freely(moment, plan.initial.w_B, time);
   EXPECT_LT(abs(energy(body) - start), Wide(1e-44) * start) << "the integration is not good to 40 digits";
   return body;
 }
 
-/// Angle of the rotation between the two attitudes [rad]. Low parts of the state count.
+/// Returns the angle of the rotation between the two attitudes [rad], including the low parts of the state.
 double attitude_error(const State& state, const WideRotation& exact) {
   std::array<Wide, 4> q;
   for (std::size_t a = 0; a < 4; ++a) q[a] = Wide(state.q_WB[a]) + Wide(state.q_WB_low[a]);
@@ -57,7 +57,7 @@ double attitude_error_after(double spin, double period, double time) {
   return attitude_error(simulation.state, exact_rotation(simulation.plan, time));
 }
 
-TEST(FreeRotation, OctahedronHasTheThreeMomentsItSays) {
+TEST(FreeRotation, TheOctahedronHasThreeKnownPrincipalMoments) {
   const Plan plan = testing::plan_of(spinning_body(1.0, 1000.0));
   for (int k = 0; k < 9; ++k) {
     const double expected = k % 4 == 0 ? 2.0 + k / 4 : 0.0;
@@ -65,10 +65,10 @@ TEST(FreeRotation, OctahedronHasTheThreeMomentsItSays) {
   }
 }
 
-// Truncation: below 1e-3 (|w| h)^6 over these 20 / |w| seconds, as the test of the order shows. Rounding:
-// near the middle axis a small error grows as exp(|w| t / sqrt 8), a thousandfold, until the body has turned
-// over.
-TEST(FreeRotation, AttitudeIsThatOfTheExactMotionBesideTheMiddleAxis) {
+// Over these 20 / |w| seconds the truncation error is below 1e-3 (|w| h)^6, as the test of the order shows.
+// Near the intermediate axis a rounding error grows as exp(|w| t / sqrt 8), by a factor of a thousand, until
+// the body has flipped over.
+TEST(FreeRotation, AttitudeIsExactNearTheIntermediateAxis) {
   for (const double spin : {1.0, 5.0}) {
     const double time = 20.0 / spin;
     const double error = attitude_error_after(spin, 1e-3, time);
@@ -77,8 +77,9 @@ TEST(FreeRotation, AttitudeIsThatOfTheExactMotionBesideTheMiddleAxis) {
   }
 }
 
-// to half a radian a tick; rounding grows a thousandfold beside the middle axis
-TEST(FreeRotation, AttitudeIsThatOfTheExactMotionAtAnyTick) {
+// The body rotates by up to two radians per tick. Near the intermediate axis rounding errors grow by a factor
+// of a thousand.
+TEST(FreeRotation, AttitudeIsExactAtAnyTickLength) {
   constexpr double kTime = 16.0;
   for (const double h : {2.0, 1.0, 0.5, 0.25, 0.125, 1.0 / 32, 1.0 / 128}) {
     const double error = attitude_error_after(1.0, h, kTime);
@@ -87,7 +88,7 @@ TEST(FreeRotation, AttitudeIsThatOfTheExactMotionAtAnyTick) {
   }
 }
 
-/// Largest relative change of the rotational energy over a million ticks.
+/// Returns the largest relative change of the rotational energy over a million ticks.
 double energy_drift(double spin) {
   testing::Simulation simulation(spinning_body(spin, 1000.0));
   const double start = read_invariants(simulation.plan, simulation.state).kinetic_rigid;
@@ -100,7 +101,7 @@ double energy_drift(double spin) {
   return largest;
 }
 
-TEST(FreeRotation, EnergyStaysOverAMillionTicks) {
+TEST(FreeRotation, EnergyIsConstantOverAMillionTicks) {
   for (const double spin : {1.0, 5.0, 25.0, 50.0, 500.0}) {
     const double drift = energy_drift(spin);
     std::printf("|w| h = %g rad: energy drift %.2e over 1e6 ticks\n", spin * 1e-3, drift);

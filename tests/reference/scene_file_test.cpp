@@ -1,4 +1,4 @@
-// The trusses that ship as scene files are the trusses that the figures refer to.
+// The trusses in the shipped scene files are the trusses of the published figures.
 #include <gtest/gtest.h>
 
 #include "service/io/scene/input.hpp"
@@ -7,7 +7,8 @@
 namespace freeflex {
 namespace {
 
-/// The scene of a shipped file, which is the built one in points, springs, push and spin.
+/// Compares points, springs, push and spin of a shipped scene file with those of `built`. Returns the scene
+/// of the file.
 Scene expect_equal(const std::string& name, const Scene& built) {
   const io::SceneResult result = io::read_scene(FREEFLEX_SOURCE_DIR "/service/scenes/" + name + ".yaml");
   for (const Fault& fault : result.faults) ADD_FAILURE() << io::format_fault(fault, result.sources);
@@ -38,9 +39,9 @@ Scene expect_equal(const std::string& name, const Scene& built) {
   return file;
 }
 
-TEST(SceneFile, Truss104IsTheTrussS2) { expect_equal("truss104", testing::truss_s2()); }
+TEST(SceneFile, TheSceneTruss104IsTheTrussS2) { expect_equal("truss104", testing::truss_s2()); }
 
-TEST(SceneFile, TrussesOfTheReportAreS1ToS5AndDissipateNothing) {
+TEST(SceneFile, TheTrussesOfTheReportAreS1ToS5WithoutDamping) {
   using Build = Scene (*)();
   constexpr Build kBuild[] = {testing::truss_s1, testing::truss_s2, testing::truss_s3, testing::truss_s4,
                               [] { return testing::truss_s5(); }};

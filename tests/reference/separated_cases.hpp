@@ -1,4 +1,4 @@
-// Elastic error of the separated equations against the full system, for the quick and the long tests.
+// Elastic error of the separated equations relative to the full system, for the quick and the long tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -35,7 +35,8 @@ inline FullSystem full_system(const Scene& scene, const ReferenceOptions& option
   return full;
 }
 
-/// Elastic displacements at kCaseEnd of the step at `rate` [Hz], from its world positions.
+/// Returns the elastic displacements at kCaseEnd by the step at `rate` [Hz], computed from its world
+/// positions.
 inline Eigen::Matrix3Xd separated(Scene scene, const FullSystem& full, double rate) {
   scene.rate = rate;
   Simulation simulation(scene);
@@ -43,7 +44,8 @@ inline Eigen::Matrix3Xd separated(Scene scene, const FullSystem& full, double ra
   return elastic_displacements(full.mass, full.rest, simulation.positions_W());
 }
 
-/// The claim: the elastic error is `expected` to two digits, and neither the step nor the reference makes it.
+/// Expects that the elastic error equals `expected` to two digits, and that the errors of step and reference
+/// are negligible.
 inline void expect_elastic_error(const char* name, const Scene& scene, const FullSystem& full,
                                  double expected) {
   const Eigen::Matrix3Xd u1 = separated(scene, full, 1000.0);
@@ -59,8 +61,8 @@ inline void expect_elastic_error(const char* name, const Scene& scene, const Ful
   EXPECT_NEAR(error, expected, 0.5 * second_digit);
   EXPECT_LT(first, 0.05 * second_digit);
   EXPECT_LT(full.accuracy, 0.2 * second_digit);
-  // world-fixed loads on a frame that turns: second order, down to rounding of the fastest phase and of world
-  // positions
+  // the step has second order for world-fixed loads on a rotating frame, down to the rounding errors of the
+  // fastest phase and of world positions
   const Plan plan = plan_of(scene);
   const double phase = 2.3e-16 * *std::max_element(plan.omega.begin(), plan.omega.end()) * kCaseEnd;
   const double rounding = 2.3e-16 * full.rest.norm() / full.u.norm();

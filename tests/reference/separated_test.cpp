@@ -1,32 +1,32 @@
-// The separated equations against the full system. What is left is what they leave out: nonlinear geometry
-// and the reaction of the deformation on the frame. Expected figures: an independent prototype of the same
+// The separated equations, compared with the full system. They omit nonlinear geometry and the reaction of
+// the deformation on the frame. The expected figures come from an independent prototype of the same
 // equations, compared with an extrapolation code of order 16 in extended precision.
 #include "tests/reference/separated_cases.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-TEST(SeparatedEquations, LeaveTheExpectedElasticErrorOnTheShortTruss) {
+TEST(SeparatedEquations, HaveTheExpectedElasticErrorOnTheShortTruss) {
   ReferenceOptions options;
   options.tolerance = 1e-10;
   expect_elastic_error("S1", truss_s1(), full_system(truss_s1(), options, true), 4.2e-4);
 }
 
-TEST(SeparatedEquations, LeaveTheExpectedElasticErrorOnTheLongTruss) {
+TEST(SeparatedEquations, HaveTheExpectedElasticErrorOnTheLongTruss) {
   expect_elastic_error("S2", truss_s2(), full_system(truss_s2(), ReferenceOptions{}, true), 9.5e-5);
 }
 
-// 673,000 rad/s: the classical method is stable to omega h = 2.8 and damps the fastest modes, which carry
-// 1e-6 of the motion: the long test of the same structure shows it.
-TEST(SeparatedEquations, LeaveTheExpectedElasticErrorOnTheStiffTruss) {
+// The fastest mode is at 673,000 rad/s. The classical Runge-Kutta method is stable up to omega h = 2.8 and
+// damps the fastest modes. They carry 1e-6 of the motion, as the long test of the same structure shows.
+TEST(SeparatedEquations, HaveTheExpectedElasticErrorOnTheStiffTruss) {
   ReferenceOptions options;
   options.method = ReferenceMethod::kRungeKutta4;
   options.fixed_step = 4e-6;
   expect_elastic_error("S4", truss_s4(), full_system(truss_s4(), options, false), 2.1e-5);
 }
 
-/// Elastic error at kCaseEnd beside the two ratios by which a user tells: max|V| / max|r| over the run, and
-/// (|w| / omega_1)^2 max|r| / max|V|.
+/// Returns the elastic error at kCaseEnd, and prints it together with two ratios over the run: max|V| /
+/// max|r| and (|w| / omega_1)^2 max|r| / max|V|.
 double error_beside_ratios(const char* what, const Scene& scene) {
   ReferenceOptions options;
   options.tolerance = 1e-8;
@@ -48,9 +48,9 @@ double error_beside_ratios(const char* what, const Scene& scene) {
   return error;
 }
 
-// What the equations leave out is of second order in the displacements and in the spin. The spinning truss:
-// expected figure of the same prototype.
-TEST(SeparatedEquations, LeaveAnErrorThatGrowsWithDisplacementAndSpin) {
+// The omitted terms are of second order in the displacements and in the spin. The expected figure of the
+// spinning truss comes from the same prototype.
+TEST(SeparatedEquations, HaveAnErrorThatGrowsWithDisplacementAndSpin) {
   const auto pushed = [](double force) {
     Scene scene = truss_s1();
     for (Load& load : scene.loads)

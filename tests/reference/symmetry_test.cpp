@@ -1,7 +1,8 @@
-// Moving, turning or renumbering a scene changes how it is written down, not what it does. Such a change
-// rounds coordinates and sums; what a relative change of the scene's numbers (coordinates to the structure's
-// size, masses, stiffnesses) may do to the motion is its conditioning, measured here by changing all of them
-// at random by 2^-36 and seeing how far positions, velocities and link forces go.
+// If a scene is translated, rotated or renumbered, its description changes but its motion does not, except
+// for rounding errors of coordinates and sums. Conditioning is the change of the motion per relative change
+// of the numbers in the scene (coordinates relative to the size, masses, stiffnesses). It is measured here:
+// all numbers change at random by 2^-36, and the changes of positions, velocities and link forces are
+// recorded.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -47,7 +48,7 @@ Difference difference(const Motion& a, const Motion& b) {
 /// Largest coordinate [m] in any description of the scene used below.
 constexpr double kSize = 8.0;
 
-/// Change of the motion per relative change of the scene's numbers; the largest of a few random ones.
+/// Returns the conditioning, which is the largest value in a few random trials.
 Difference conditioning(const Scene& scene, const Motion& motion, std::mt19937_64& engine) {
   constexpr double kChange = 0x1p-36;
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -79,7 +80,7 @@ void expect_within(const char* what, const Difference& found, const Difference& 
   EXPECT_LE(found.force, 10.0 * kRounding * allowed.force) << what;
 }
 
-/// Everything at once: spin, flight, gravity, loads in both axes, an elastic start.
+/// Gives the scene a spin, a velocity, gravity, loads in world and body axes, and an elastic initial state.
 void set_going(Scene& scene) {
   scene.gravity = {0.1, 0.0, -9.81};
   scene.initial.position = {0.5, -1.0, 2.0};
@@ -104,15 +105,16 @@ void expect_the_same_in_every_description(const Scene& scene, std::uint64_t seed
   std::printf("%s: conditioning %.2g m, %.2g m/s, %.2g N per relative change of its numbers\n",
               scene.name.c_str(), allowed.p, allowed.v, allowed.force);
   const Quaterniond Q = Quaterniond(0.3, -0.5, 0.7, 0.2).normalized();
-  const Quaterniond none = Quaterniond::Identity();
+  const Quaterniond identity = Quaterniond::Identity();
   const Vector3d shift(3.7, -2.3, 1.1);
-  expect_within("moving", difference(motion_of(in_other_axes(scene, none, shift)), motion), allowed);
-  expect_within("turning", difference(motion_of(in_other_axes(scene, Q, Vector3d::Zero())), motion), allowed);
+  expect_within("translation", difference(motion_of(in_other_axes(scene, identity, shift)), motion), allowed);
+  expect_within("rotation", difference(motion_of(in_other_axes(scene, Q, Vector3d::Zero())), motion),
+                allowed);
   expect_within("both", difference(motion_of(in_other_axes(scene, Q, shift)), motion), allowed);
-  Motion turned = motion_of(in_turned_world(scene, Q));
-  turned.p_W = Q.conjugate().toRotationMatrix() * turned.p_W;
-  turned.v_W = Q.conjugate().toRotationMatrix() * turned.v_W;
-  expect_within("turned world", difference(turned, motion), allowed);
+  Motion rotated = motion_of(in_rotated_world(scene, Q));
+  rotated.p_W = Q.conjugate().toRotationMatrix() * rotated.p_W;
+  rotated.v_W = Q.conjugate().toRotationMatrix() * rotated.v_W;
+  expect_within("rotated world", difference(rotated, motion), allowed);
   std::vector<int> points(scene.points.size()), links(scene.links.size());
   std::iota(points.begin(), points.end(), 0);
   std::iota(links.begin(), links.end(), 0);
@@ -130,13 +132,13 @@ void expect_the_same_in_every_description(const Scene& scene, std::uint64_t seed
   expect_within("renumbering", difference(back, motion), allowed);
 }
 
-TEST(Symmetry, TrussMovesTheSameInEveryDescription) {
+TEST(Symmetry, TheMotionOfATrussDoesNotDependOnItsDescription) {
   Scene scene = truss_s1();
   set_going(scene);
   expect_the_same_in_every_description(scene, 1);
 }
 
-TEST(Symmetry, RandomStructuresMoveTheSameInEveryDescription) {
+TEST(Symmetry, TheMotionOfRandomStructuresDoesNotDependOnTheirDescription) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     Scene scene = random_structure(seed, 4 + static_cast<int>(seed));
     set_going(scene);
@@ -144,8 +146,9 @@ TEST(Symmetry, RandomStructuresMoveTheSameInEveryDescription) {
   }
 }
 
-// A description changed for real must fail the same comparison, or the bound says nothing.
-TEST(Symmetry, ConditioningBoundSeesAChangeOfOneMicrogram) {
+// A real change of the scene must exceed the bound of the same comparison; otherwise the bound would prove
+// nothing.
+TEST(Symmetry, ConditioningBoundDetectsAChangeOfOneMicrogram) {
   Scene scene = random_structure(3, 7);
   set_going(scene);
   std::mt19937_64 engine(3);

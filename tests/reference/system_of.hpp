@@ -1,4 +1,4 @@
-// The Cartesian system of a scene that has one.
+// The Cartesian system of a scene.
 #pragma once
 
 #include <gtest/gtest.h>

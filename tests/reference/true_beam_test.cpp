@@ -1,4 +1,4 @@
-// Beams of the true-geometry reference against published and closed forms.
+// Beams of the true-geometry reference, compared with published figures and closed forms.
 #include <array>
 #include <cmath>
 #include <complex>
@@ -9,13 +9,13 @@
 namespace freeflex::testing {
 namespace {
 
-// first two bending frequencies of a free beam under an end thrust that follows it
+// Returns the first two bending frequencies of a free beam under an end thrust that follows the beam.
 std::array<double, 2> rocket(int elements, double thrust) {
   Scene scene = beam_of(elements, kAxial);
   push(scene, 0, Axes::kLocal, {thrust, 0.0, 0.0});
   const SteadyMotion motion = steady_motion_of(scene);
   EXPECT_NEAR(motion.acceleration.x(), thrust, 1e-9 * std::max(thrust, 1.0));
-  std::vector<double> found;  // both planes alike
+  std::vector<double> found;  // each frequency occurs in both planes
   for (const auto& rate : motion.rates)
     if (rate.imag() > 5.0) found.push_back(rate.imag());
   std::sort(found.begin(), found.end());
@@ -23,8 +23,9 @@ std::array<double, 2> rocket(int elements, double thrust) {
   return {found[0], found[2]};
 }
 
-// Beal (1965, AIAA J. 3, 486-494) for the model; figures by 60 Hermite elements with consistent mass
-TEST(TrueBeam, RocketMeetsTheContinuousBeam) {
+// The model is that of Beal (1965, AIAA J. 3, 486-494); the figures come from 60 Hermite elements with
+// consistent mass.
+TEST(TrueBeam, RocketConvergesToTheContinuousBeam) {
   constexpr double table[][3] = {
       {0.0, 22.3733, 61.6728}, {20.0, 19.5294, 57.7753}, {100.0, 13.9483, 34.0619}};
   for (const auto& [thrust, first, second] : table) {
@@ -47,7 +48,7 @@ Eigen::VectorXd lumped_masses(int elements) {
   return mass;
 }
 
-TEST(HermiteBeam, MeetsTheTableOfTheContinuousRocket) {
+TEST(HermiteBeam, ReproducesTheTableOfTheContinuousRocket) {
   constexpr double table[][3] = {{0.0, 22.3733, 61.6728},
                                  {20.0, 19.5294, 57.7753},
                                  {100.0, 13.9483, 34.0619},
@@ -56,22 +57,24 @@ TEST(HermiteBeam, MeetsTheTableOfTheContinuousRocket) {
   const Eigen::VectorXd mass = Eigen::VectorXd::Constant(kElements + 1, 1.0 / kElements);
   for (const auto& [thrust, first, second] : table) {
     const auto squares = squared_frequencies(hermite_rocket(1.0, 1.0 / kElements, mass, thrust, true));
-    // the last digit, but beside flutter, where frequencies go with the root of what the mesh leaves out
+    // the tolerance is the last digit, except near flutter, where the error of a frequency is proportional to
+    // the square root of the mesh error
     const double tolerance = thrust > 109.0 ? 5e-4 : 1e-4;
     EXPECT_NEAR(std::sqrt(squares[2]).real(), first, tolerance);
     EXPECT_NEAR(std::sqrt(squares[3]).real(), second, tolerance);
   }
 }
 
-// Sum and product of the squares of two frequencies, which stay smooth where both merge.
+// Sum and product of two squared frequencies. They are smooth functions of the thrust even where the
+// frequencies merge.
 struct Pair {
   double sum = 0.0, product = 0.0;
-  /// Square of half the difference: negative in flutter.
+  /// Returns the square of half the difference, which is negative in flutter.
   double split() const { return 0.25 * sum * sum - product; }
 };
 
 Pair pair_of(const SteadyMotion& motion) {
-  // four rates a frequency: both planes, both signs
+  // each frequency gives four rates: two planes and two signs
   constexpr int kRates = 8;
   std::complex<double> sum = 0.0, squares = 0.0;
   int count = 0;
@@ -97,21 +100,22 @@ Pair discrete_pair(int elements, double thrust) {
   return {(squares[2] + squares[3]).real(), (squares[2] * squares[3]).real()};
 }
 
-// at T = 109.5 the beam of 40 lumped elements flutters already, where the continuous one does not yet
-TEST(TrueBeam, RocketMeetsItsDiscreteEigenvaluesThroughFlutter) {
+// At T = 109.5 the beam of 40 lumped elements already flutters, but the continuous beam does not.
+TEST(TrueBeam, ARocketHasTheDiscreteEigenvaluesBelowAndBeyondFlutter) {
   for (const double thrust : {100.0, 109.0, 109.5, 110.0}) {
     const Pair found = rocket_pair(40, thrust, kAxial), expected = discrete_pair(40, thrust);
     std::printf("T %5.1f: sum %.3f for %.3f, product %.1f for %.1f, split %.1f for %.1f\n", thrust, found.sum,
                 expected.sum, found.product, expected.product, found.split(), expected.split());
-    // the reference stretches: the thrust shortens it by a share thrust / EA at the most, and squares of
-    // frequencies go with the fourth power of the length, the product of two with the eighth
+    // The beam of the reference can change its length: the thrust shortens it by a fraction of at most thrust
+    // / EA. Squared frequencies change with at most the fourth power of the length, and the product of two of
+    // them with the eighth.
     const double stretch = thrust / kAxial;
     EXPECT_NEAR(found.sum, expected.sum, 4.0 * stretch * expected.sum);
     EXPECT_NEAR(found.product, expected.product, 8.0 * stretch * expected.product);
   }
 }
 
-// Beal (1965) gives 109.9; 60 Hermite elements with consistent mass 109.7
+// Beal (1965) gives 109.9; 60 Hermite elements with consistent mass give 109.7.
 TEST(TrueBeam, RocketFluttersAtItsCriticalThrust) {
   constexpr int kElements = 60;
   const Eigen::VectorXd mass = Eigen::VectorXd::Constant(kElements + 1, 1.0 / kElements);
@@ -129,7 +133,7 @@ TEST(TrueBeam, RocketFluttersAtItsCriticalThrust) {
   EXPECT_NEAR(limit, continuous, 3e-4 * continuous);
 }
 
-TEST(TrueBeam, SpinningBeamMeetsTheContinuousBeam) {
+TEST(TrueBeam, SpinningBeamConvergesToTheContinuousBeam) {
   constexpr double kFirst = 22.3733;
   constexpr double table[][4] = {{0.05, 1.003805, 2.759439, 5.406541},
                                  {0.1, 1.015134, 2.768118, 5.414389},
@@ -158,7 +162,7 @@ TEST(TrueBeam, SpinningBeamMeetsTheContinuousBeam) {
   }
 }
 
-// 11 points of 1 kg, 10 equal beams of 1 m, EI 2200 N m^2, EA 1e7 N
+// Returns 11 points of 1 kg on 10 equal beams of 1 m, EI 2200 N m^2, EA 1e7 N.
 Scene frame_of_eleven() {
   Scene scene;
   for (int i = 0; i < 11; ++i) add_point(scene, 1.0, {static_cast<double>(i), 0.0, 0.0});
@@ -166,15 +170,15 @@ Scene frame_of_eleven() {
   return scene;
 }
 
-// Hermite elements under the same tension give the same table; the masses at the ends are whole ones.
-TEST(TrueBeam, ElevenPointsMeetTheirTable) {
+// Hermite elements under the same tension give the same table. The masses at the ends are not halved.
+TEST(TrueBeam, ABeamOfElevenPointsReproducesItsTable) {
   constexpr double kEI = 2200.0;
   const Eigen::VectorXd mass = Eigen::VectorXd::Ones(11);
   const auto lowest = [](const HermiteBeam& beam, std::size_t first) {
     return std::sqrt(squared_frequencies(beam)[first]).real();
   };
-  // The table has four decimals. Hermite elements do not stretch, and squares of frequencies go with the
-  // fourth power of the length at the most
+  // The table has four decimals. Hermite elements do not stretch; squared frequencies change with at most the
+  // fourth power of the length.
   constexpr double kTolerance = 1e-4, kEA = 1e7;
   const auto expect_near = [&](double found, double expected, double discrete, double tension) {
     EXPECT_NEAR(found, expected, kTolerance);
@@ -208,7 +212,8 @@ TEST(TrueBeam, ElevenPointsMeetTheirTable) {
   }
 }
 
-// equal masses in a row, spinning: Legendre's equation in differences, exact for any number of masses
+// Equal masses in a row that spins obey the difference form of Legendre's equation, which is exact for any
+// number of masses.
 void check_chain(const Scene& scene, double spin, double tolerance) {
   const SteadyMotion motion = steady_motion_of(scene);
   const std::vector<double> across = frequencies_along(motion, 2, 1.2 * spin);
@@ -224,7 +229,7 @@ void check_chain(const Scene& scene, double spin, double tolerance) {
   }
 }
 
-TEST(TrueChain, OfSpringsSpins) {
+TEST(TrueChain, ASpinningChainOfSpringsHasLegendreFrequencies) {
   Scene scene;
   for (int i = 0; i < 6; ++i) add_point(scene, 2.0, {0.5 * i, 0.0, 0.0});
   for (int i = 0; i < 5; ++i) add_link(scene, i, i + 1, Spring{1e9});
@@ -232,7 +237,7 @@ TEST(TrueChain, OfSpringsSpins) {
   check_chain(scene, 3.0, 1e-6);
 }
 
-TEST(TrueChain, OfRigidLinksSpins) {
+TEST(TrueChain, ASpinningChainOfRigidLinksHasLegendreFrequencies) {
   Scene scene;
   for (int i = 0; i < 6; ++i) add_point(scene, 2.0, {0.5 * i, 0.0, 0.0});
   for (int i = 0; i < 5; ++i) add_link(scene, i, i + 1, Rigid{});

@@ -1,4 +1,4 @@
-// Damping, loads and rigid bodies on a line at true geometry.
+// Damping, loads, and rigid bodies on a line at true geometry.
 #include <Eigen/Geometry>
 #include <random>
 
@@ -15,7 +15,7 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-TEST(TrueDamping, SmallMotionsDecayAsTheModesDo) {
+TEST(TrueDamping, SmallMotionsDecayLikeTheModes) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     Scene scene = random_mixture(seed, 7);
     scene.damping.modal_ratio = 0.01;
@@ -26,7 +26,7 @@ TEST(TrueDamping, SmallMotionsDecayAsTheModesDo) {
       if (!std::holds_alternative<Rigid>(scene.links[k].kind)) scene.links[k].loss_factor = 0.02;
     const Structure structure = build(scene);
     const SteadyMotion motion = steady_motion_of(scene);
-    // rates of what is no rigid motion, by size, in pairs
+    // the rates of all motions except rigid motions, in ascending order and in pairs
     const auto rigid = motion.rates.size() - 2 * structure.omega.size();
     double worst = 0.0;
     for (Eigen::Index k = 0; k < structure.omega.size(); ++k) {
@@ -41,7 +41,7 @@ TEST(TrueDamping, SmallMotionsDecayAsTheModesDo) {
   }
 }
 
-TEST(TrueDamping, GivesNoForceAndNoMoment) {
+TEST(TrueDamping, HasNoResultantForceAndNoMoment) {
   Scene scene = random_mixture(3, 8);
   scene.damping.modal_ratio = 0.05;
   const CartesianSystem system = true_geometry_of(scene);
@@ -60,8 +60,9 @@ TEST(TrueDamping, GivesNoForceAndNoMoment) {
   EXPECT_LT(force.cwiseProduct(e_dot).sum(), 0.0);
 }
 
-// loads of every kind of axes, so weak that the modes are true: what differs falls with the load
-TEST(TrueLoads, WeakOnesMoveThePointsAsTheModesDo) {
+// Loads in each kind of axes are so weak that the motion is linear: the difference from the modes is
+// proportional to the square of the load.
+TEST(TrueLoads, WeakLoadsMoveThePointsAsLinearModesDo) {
   for (const Axes axes : {Axes::kWorld, Axes::kBody, Axes::kLocal}) {
     std::array<double, 2> error{};
     for (std::size_t k = 0; k < 2; ++k) {
@@ -91,8 +92,8 @@ TEST(TrueLoads, WeakOnesMoveThePointsAsTheModesDo) {
   }
 }
 
-// a rigid body turns the beams at its points, also when they stand on one line
-TEST(TrueRigid, BodyOnALineTurnsItsBeams) {
+// A rigid body rotates the beams at its points, even if the points lie on one line.
+TEST(TrueRigid, ARigidBodyOnALineRotatesTheBeamsAtItsPoints) {
   for (const bool is_line : {true, false}) {
     Scene scene;
     for (int i = 0; i < 4; ++i) add_point(scene, i == 0 ? 2.0 : 1.0, {static_cast<double>(i), 0.0, 0.0});
@@ -115,8 +116,8 @@ TEST(TrueRigid, BodyOnALineTurnsItsBeams) {
   }
 }
 
-// a rigid pair beside a free one: the first swings as the second would if its spring were stiff
-TEST(TrueRigid, LinksKeepTheirLengthThroughLongMotion) {
+// The distances between the points of rigid links stay constant.
+TEST(TrueRigid, RigidLinksKeepTheirLengthDuringALongMotion) {
   Scene scene = random_mixture(7, 8);
   scene.initial.angular_velocity = {0.5, 1.5, -1.0};
   const CartesianSystem system = true_geometry_of(scene);

@@ -1,4 +1,4 @@
-// Scenes and frequencies that the tests of the true-geometry reference share.
+// Scenes and frequencies shared by the tests of the true-geometry reference.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -28,7 +28,8 @@ inline SteadyMotion steady_motion_of(const Scene& scene) {
   return motion;
 }
 
-/// Returns the zero of a function that is nearly a straight line from low to high: three steps of the secant.
+/// Returns the zero of a nearly linear function between low and high, by two secant steps and a final
+/// interpolation.
 template <typename Function>
 double secant_root(double low, double high, const Function& function) {
   double at_low = function(low), at_high = function(high);
@@ -42,8 +43,8 @@ double secant_root(double low, double high, const Function& function) {
   return high - at_high * (high - low) / (at_high - at_low);
 }
 
-/// Frequencies above `least` [rad/s], ascending, of motions whose share of square displacement along an axis
-/// is at least 0.9.
+/// Returns the frequencies above `least` [rad/s], ascending, of the motions that have at least 0.9 of their
+/// squared displacement along the axis.
 inline std::vector<double> frequencies_along(const SteadyMotion& motion, int axis, double least) {
   std::vector<double> found;
   for (Eigen::Index k = 0; k < motion.rates.size(); ++k) {
@@ -59,7 +60,7 @@ inline std::vector<double> frequencies_along(const SteadyMotion& motion, int axi
 
 constexpr double kAxial = 1e6;  // [-] EA over EI / L^2: a beam that hardly stretches
 
-/// lumped_beam of that many elements, its axial stiffness in units of EI / L^2.
+/// Returns a lumped_beam of `elements` elements with the axial stiffness EA in units of EI / L^2.
 inline Scene beam_of(int elements, double EA) {
   Scene scene = lumped_beam(elements + 1);
   for (Link& link : scene.links) {

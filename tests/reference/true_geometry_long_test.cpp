@@ -1,4 +1,5 @@
-// The slower tests of the true-geometry reference: large deflections, buckling, a spinning disc, free motion.
+// The slower tests of the true-geometry reference: large deflections, buckling, a spinning disc and free
+// motion.
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <array>
@@ -12,8 +13,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// dead loads P and -P: the free column tips before it buckles, so among motions that are not rigid
-TEST(TrueBeam, ColumnBucklesAtEulersLoad) {
+// Under the dead loads P and -P a free column rotates rigidly before it buckles, so the test looks only at
+// elastic motions.
+TEST(TrueBeam, AColumnBucklesAtEulersLoad) {
   std::array<double, 2> critical{};
   for (std::size_t k = 0; k < 2; ++k) {
     const auto softest = [&](double P) {
@@ -30,9 +32,9 @@ TEST(TrueBeam, ColumnBucklesAtEulersLoad) {
   EXPECT_NEAR(limit, M_PI * M_PI, 1e-4 * M_PI * M_PI);
 }
 
-// two rigid crosses at the ends carry opposite couples that turn with them: the beam becomes an arc of a
-// circle
-TEST(TrueBeam, RollsUpToACircle) {
+// Opposite couples act on two rigid crosses at the ends and rotate with them, so the beam becomes an arc of a
+// circle.
+TEST(TrueBeam, ABeamUnderOppositeCouplesRollsUpToACircle) {
   constexpr int kElements = 20;
   Scene scene = beam_of(kElements, 1e4);
   constexpr double kArm = 0.1;
@@ -42,7 +44,7 @@ TEST(TrueBeam, RollsUpToACircle) {
     Link body;
     body.points = {end, up, down};
     body.kind = Rigid{};
-    // three points on a line hold no turn about it: one more
+    // three points on a line do not determine the rotation about it, so a fourth point is added
     body.points.push_back(add_point(scene, 0.02, {x, 0.0, kArm}));
     scene.links.push_back(body);
   }
@@ -64,7 +66,7 @@ TEST(TrueBeam, RollsUpToACircle) {
     ASSERT_EQ(motion.error, "") << "step " << step;
     e = motion.e;
   }
-  // a whole circle: radius 1 / (2 pi), ends together
+  // if the beam is a full circle, its radius is 1 / (2 pi) and its ends meet
   const CartesianSystem system = true_geometry_of(scene);
   const Eigen::Matrix3Xd x = system.r + Eigen::Map<const Eigen::Matrix3Xd>(e.data(), 3, system.r.cols());
   Vector3d centre = Vector3d::Zero();
@@ -74,14 +76,14 @@ TEST(TrueBeam, RollsUpToACircle) {
     off = std::max(off, std::abs(2.0 * M_PI * (x.col(i) - centre).norm() - 1.0));
   const double gap = (x.col(0) - x.col(kElements)).norm();
   std::printf("radius off by %.1e, ends %.1e apart\n", off, gap);
-  EXPECT_LT(off, 2e-5);  // (theta^4 / 1920 of the bow) 5e-6
+  EXPECT_LT(off, 2e-5);  // 5e-6 comes from theta^4 / 1920 of the bow
   EXPECT_LT(gap, 2e-5);
 }
 
 // Lamb and Southwell (1921, Proc. R. Soc. A 99, 272-280): transverse motions r^n ... cos(n phi) of a free
-// disc that only its spin stiffens, s nodal circles, k = n + 2 s, in axes that turn with it: 8 omega^2 /
-// Omega^2 = (3 + nu) k (k + 2) - (1 + 3 nu) n^2
-TEST(TruePlate, SpinningDiscMeetsLambAndSouthwell) {
+// disc whose only stiffness comes from its spin. With s nodal circles and k = n + 2 s, in rotating axes, 8
+// omega^2 / Omega^2 = (3 + nu) k (k + 2) - (1 + 3 nu) n^2.
+TEST(TruePlate, SpinningDiscAgreesWithLambAndSouthwell) {
   constexpr double kNu = 0.3, kSpin = 1.0;
   std::array<std::vector<double>, 3> found;
   constexpr std::array<int, 3> kRings{3, 4, 5};
@@ -89,13 +91,13 @@ TEST(TruePlate, SpinningDiscMeetsLambAndSouthwell) {
     const int rings = kRings[mesh];
     Scene scene;
     add_point(scene, 1.0, Vector3d::Zero());
-    // ring j holds 6 j points, from 1 + 3 j (j - 1) on
+    // ring j has 6 j points, which begin at index 1 + 3 j (j - 1)
     for (int j = 1; j <= rings; ++j)
       for (int i = 0; i < 6 * j; ++i) {
         const double angle = M_PI / 3.0 * i / j, radius = static_cast<double>(j) / rings;
         add_point(scene, 1.0, {radius * std::cos(angle), radius * std::sin(angle), 0.0});
       }
-    const Plate plate{1e4 / 1e-4, kNu, 1e-4};  // E h = 1e4 of the density per area times Omega^2 a^2
+    const Plate plate{1e4 / 1e-4, kNu, 1e-4};  // E h is 1e4 times the density per area times Omega^2 a^2
     const auto at = [](int j, int i) { return j == 0 ? 0 : 1 + 3 * j * (j - 1) + (i + 6 * j) % (6 * j); };
     for (int j = 1; j <= rings; ++j)
       for (int sector = 0; sector < 6; ++sector)
@@ -108,12 +110,13 @@ TEST(TruePlate, SpinningDiscMeetsLambAndSouthwell) {
     scene.initial.angular_velocity = {0.0, 0.0, kSpin};
     found[mesh] = frequencies_along(steady_motion_of(scene), 2, 1.1 * kSpin);
   }
-  // 2 diameters; 1 circle; 3 diameters: the first two times each
+  // the modes have 2 nodal diameters, 1 nodal circle and 3 nodal diameters; the first and the last are pairs
   const auto expected = [](int n, int s) {
     const double k = n + 2.0 * s;
     return kSpin * std::sqrt(((3.0 + kNu) * k * (k + 2.0) - (1.0 + 3.0 * kNu) * n * n) / 8.0);
   };
-  // the inscribed polygon, lumped masses and flat plates err by h^2 and h^4; three meshes take both away
+  // the inscribed polygon, lumped masses and flat plates cause errors of order h^2 and h^4, which three
+  // meshes eliminate
   std::array<double, 3> weight{1.0, 1.0, 1.0};
   for (std::size_t k = 0; k < 3; ++k)
     for (std::size_t other = 0; other < 3; ++other)
@@ -128,12 +131,13 @@ TEST(TruePlate, SpinningDiscMeetsLambAndSouthwell) {
     for (std::size_t k = 0; k < 3; ++k) limit += weight[k] * found[k][index];
     std::printf("%.5f %.5f %.5f, limit %.5f for %.5f\n", found[0][index], found[1][index], found[2][index],
                 limit, frequency);
-    // h^6 is left: 4, 5 and 6 rings are within 4e-4, half of which is the stretch of the disc by its spin
+    // an error of order h^6 remains: with 4, 5 and 6 rings the error is 4e-4, half of it from the stretch of
+    // the disc by its spin
     EXPECT_NEAR(limit, frequency, 3e-3 * frequency);
   }
 }
 
-TEST(TrueLinks, FreeMotionOfSixOthersConservesEnergyAndMomenta) {
+TEST(TrueLinks, FreeMotionOfSixMoreStructuresConservesEnergyAndMomenta) {
   for (std::uint64_t seed = 3; seed <= 8; ++seed) expect_conservation(seed);
 }
 

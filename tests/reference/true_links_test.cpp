@@ -1,5 +1,5 @@
-// Links of every kind at true geometry: forces are those of an energy, small motions those of the modes, and
-// what is conserved is conserved.
+// Links of every kind at true geometry: their forces derive from an energy, small motions agree with the
+// modes, and free motion conserves energy and momenta.
 #include <Eigen/Geometry>
 #include <array>
 #include <random>
@@ -17,44 +17,45 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// a finite rotation, so that nothing rests on the carrier being near
-Matrix3d some_turn() {
+// Returns a large rotation, so that no test relies on small rotations.
+Matrix3d some_rotation() {
   return Eigen::AngleAxisd(1.9, Vector3d(0.3, -0.5, 0.8).normalized()).toRotationMatrix();
 }
 
-// derivatives by displacements of the points and by small spins of the ends, which no other link shares:
-// large turns, a twist, and different stiffnesses in both planes
+// Compares the forces and moments of a single link with the derivatives of its energy by displacements of the
+// points and by small rotations of the ends. The link has large rotations, a twist, and different stiffnesses
+// in the two planes.
 template <typename Link, std::size_t Points>
 void expect_gradient(const Link& link, std::uint64_t seed, double size) {
   std::mt19937_64 engine(seed);
   const auto at = [&](const Matrix3Xd& moves, const Matrix3Xd& spins,
-                      const std::array<Matrix3d, Points>& ends, TurnResult& result) {
+                      const std::array<Matrix3d, Points>& ends, LinkGradient& result) {
     std::array<Vector3d, Points> d;
-    std::array<Matrix3d, Points> turned;
+    std::array<Matrix3d, Points> rotated;
     for (std::size_t k = 0; k < Points; ++k) {
       const auto column = static_cast<Eigen::Index>(k);
       d[k] = moves.col(column);
-      turned[k] = quaternion_of(spins.col(column)).toRotationMatrix() * ends[k];
+      rotated[k] = quaternion_of(spins.col(column)).toRotationMatrix() * ends[k];
     }
     if constexpr (Points == 2)
-      link.evaluate(d[1] - d[0], turned, false, result);
+      link.evaluate(d[1] - d[0], rotated, false, result);
     else
-      link.evaluate(d, turned, false, result);
+      link.evaluate(d, rotated, false, result);
     return result.energy;
   };
   constexpr Eigen::Index kCount = Points;
-  const Matrix3Xd moves = random_columns(engine, kCount, 0.1 * size), still = Matrix3Xd::Zero(3, kCount);
+  const Matrix3Xd moves = random_columns(engine, kCount, 0.1 * size), no_spins = Matrix3Xd::Zero(3, kCount);
   std::array<Matrix3d, Points> ends;
   for (Matrix3d& end : ends)
     end = quaternion_of(random_columns(engine, 1, size)).toRotationMatrix() * link.rest;
-  TurnResult result, other;
-  at(moves, still, ends, result);
+  LinkGradient result, other;
+  at(moves, no_spins, ends, result);
   double worst = 0.0, largest = 0.0;
   for (Eigen::Index k = 0; k < 3 * kCount; ++k) {
     constexpr double kStep = 1e-3;
     const auto slope = [&](bool by_spin) {
       const auto energy = [&](double steps) {
-        Matrix3Xd moved = moves, spins = still;
+        Matrix3Xd moved = moves, spins = no_spins;
         (by_spin ? spins : moved)(k % 3, k / 3) += steps * kStep;
         return at(moved, spins, ends, other);
       };
@@ -64,16 +65,16 @@ void expect_gradient(const Link& link, std::uint64_t seed, double size) {
     };
     const auto point = static_cast<std::size_t>(k / 3);
     for (const bool by_spin : {false, true}) {
-      const double stated = (by_spin ? result.moment : result.place)[point][k % 3];
+      const double stated = (by_spin ? result.moment : result.force)[point][k % 3];
       worst = std::max(worst, std::abs(stated - slope(by_spin)));
       largest = std::max(largest, std::abs(stated));
     }
   }
-  // what differences of order six leave out, (step / 1 rad)^6, and their rounding, 1e-16 / step
+  // differences of order six have a truncation error of (step / 1 rad)^6 and a rounding error of 1e-16 / step
   EXPECT_LT(worst, 1e-10 * largest) << "seed " << seed;
 }
 
-TEST(TrueLinks, ForcesAndMomentsOfOneLinkAreThoseOfItsEnergy) {
+TEST(TrueLinks, ForcesAndMomentsOfOneLinkDeriveFromItsEnergy) {
   const Beam beam{
       .EA = 3e3, .GJ = 150.0, .EI_y = 100.0, .EI_z = 320.0, .y_axis = {0.1, 0.9, -0.2}, .GA_y = 2e3};
   const Plate plate{4e6, 0.3, 0.03};
@@ -85,14 +86,14 @@ TEST(TrueLinks, ForcesAndMomentsOfOneLinkAreThoseOfItsEnergy) {
   }
 }
 
-TEST(TrueLinks, ForcesAreThoseOfTheEnergy) {
+TEST(TrueLinks, ForcesDeriveFromTheEnergy) {
   constexpr double kStep = 1e-4;  // [m]
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     std::mt19937_64 engine(seed);
     const CartesianSystem system = true_geometry_of(random_mixture(seed, 8));
     const TrueGeometry& links = *system.true_geometry;
     const Eigen::Index n = system.mass.size();
-    const Matrix3Xd e = some_turn() * (system.r + random_columns(engine, n, 0.05)) - system.r;
+    const Matrix3Xd e = some_rotation() * (system.r + random_columns(engine, n, 0.05)) - system.r;
     Matrix3Xd force = Matrix3Xd::Zero(3, n), unused = force;
     links.add_forces(e, force);
     double worst = 0.0;
@@ -109,7 +110,7 @@ TEST(TrueLinks, ForcesAreThoseOfTheEnergy) {
     std::printf("seed %d: forces of %.0f N off by %.1e N\n", static_cast<int>(seed),
                 force.cwiseAbs().maxCoeff(), worst);
     EXPECT_LT(worst, 1e-8 * force.cwiseAbs().maxCoeff());
-    // no resultant, no moment, wherever the points are
+    // the forces have no resultant and no moment, wherever the points are
     Vector3d moment = Vector3d::Zero();
     for (Eigen::Index i = 0; i < n; ++i)
       moment += Vector3d(system.r.col(i) + e.col(i)).cross(Vector3d(force.col(i)));
@@ -118,10 +119,10 @@ TEST(TrueLinks, ForcesAreThoseOfTheEnergy) {
   }
 }
 
-TEST(TrueLinks, RigidMotionStrainsNothing) {
+TEST(TrueLinks, RigidMotionStrainsNoLink) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     const CartesianSystem system = true_geometry_of(random_mixture(seed, 10));
-    const Matrix3Xd e = ((some_turn() * system.r).colwise() + Vector3d(2.0, -1.0, 0.5)) - system.r;
+    const Matrix3Xd e = ((some_rotation() * system.r).colwise() + Vector3d(2.0, -1.0, 0.5)) - system.r;
     Matrix3Xd force = Matrix3Xd::Zero(3, e.cols());
     const double energy = system.true_geometry->add_forces(e, force);
     EXPECT_LT(energy, 1e-18);
@@ -129,7 +130,7 @@ TEST(TrueLinks, RigidMotionStrainsNothing) {
   }
 }
 
-TEST(TrueLinks, SmallMotionsAreTheModes) {
+TEST(TrueLinks, SmallMotionsHaveTheModalFrequencies) {
   double worst = 0.0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const Scene scene = random_mixture(seed, 6 + static_cast<int>(seed % 5));

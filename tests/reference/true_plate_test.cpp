@@ -1,4 +1,4 @@
-// Plates of the true-geometry reference: patches, a strip beside the beam.
+// Plates of the true-geometry reference: patch tests, and a strip compared with a beam.
 #include <Eigen/Geometry>
 
 #include "core/reference/rotations.hpp"
@@ -11,7 +11,7 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-// a square of side 2 around an inner point that is nowhere special
+// Returns a square of side 2 that is divided into triangles by an inner point in general position.
 Scene patch(const Plate& plate) {
   Scene scene;
   for (const auto& [x, y] : {std::pair{-1.0, -1.0}, {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}, {0.3, -0.2}})
@@ -41,7 +41,7 @@ TEST(TruePlate, UniformStretchPassesThePatchTestAtAnyAttitude) {
 TEST(TruePlate, UniformCurvaturePassesThePatchTest) {
   const Plate plate{1e9, 0.3, 0.02};
   const Scene scene = patch(plate);
-  // w = (a x^2 + b y^2) / 2 + c x y, so small that the membrane does not feel it
+  // w = (a x^2 + b y^2) / 2 + c x y, so small that the membrane strain is negligible
   const double a = 2e-6, b = -1e-6, c = 1.5e-6;
   double energy = 0.0;
   for (const Link& link : scene.links) {
@@ -53,10 +53,10 @@ TEST(TruePlate, UniformCurvaturePassesThePatchTest) {
     for (std::size_t k = 0; k < 3; ++k) {
       const double x = corner[k].x(), y = corner[k].y();
       d[k] = {0.0, 0.0, 0.5 * (a * x * x + b * y * y) + c * x * y};
-      const Vector3d turn(b * y + c * x, -a * x - c * y, 0.0);
-      ends[k] = quaternion_of(turn).toRotationMatrix() * one.rest;
+      const Vector3d rotation(b * y + c * x, -a * x - c * y, 0.0);
+      ends[k] = quaternion_of(rotation).toRotationMatrix() * one.rest;
     }
-    TurnResult result;
+    LinkGradient result;
     one.evaluate(d, ends, false, result);
     energy += result.energy;
   }
@@ -66,7 +66,8 @@ TEST(TruePlate, UniformCurvaturePassesThePatchTest) {
   EXPECT_NEAR(energy, expected, 1e-6 * expected);
 }
 
-// a strip of length 1 along x, one plate pair wide, without lateral contraction: a beam
+// Returns a strip of length 1 along x, one pair of plates wide, with Poisson's ratio zero, so that it is a
+// beam.
 Scene strip(int elements, double thickness) {
   constexpr double kWidth = 0.04;
   Scene scene;
@@ -77,7 +78,7 @@ Scene strip(int elements, double thickness) {
   const Plate plate{12.0 / (kWidth * std::pow(thickness, 3)), 0.0, thickness};
   for (int i = 0; i < elements; ++i) {
     const int k = 2 * i;
-    // diagonals to either side in turn
+    // the diagonals alternate
     if (i % 2 == 0) {
       add_plate(scene, {k, k + 2, k + 3}, plate);
       add_plate(scene, {k, k + 3, k + 1}, plate);
@@ -90,9 +91,9 @@ Scene strip(int elements, double thickness) {
   return scene;
 }
 
-TEST(TruePlate, SpinningStripIsABeam) {
+TEST(TruePlate, ASpinningStripVibratesLikeABeam) {
   constexpr double kFirst = 22.3733;
-  // at rest and at Omega = 0.5 omega_1 in its own plane: the continuous beam
+  // expected frequencies of the continuous beam at rest, and spinning in its own plane at Omega = 0.5 omega_1
   for (const auto& [share, expected] : {std::pair{0.0, 1.0}, {0.5, 1.327300}}) {
     std::array<double, 2> found{};
     for (std::size_t k = 0; k < 2; ++k) {

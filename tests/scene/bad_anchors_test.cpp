@@ -1,5 +1,5 @@
-// A fault is reported once, where it was written: not again for each alias, and not as a missing key beside a
-// misspelt one.
+// A fault is reported once, at the position where it was written. Aliases do not repeat it, and if a key is
+// misspelt, the correct key is not reported as missing too.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {
@@ -7,7 +7,7 @@ namespace {
 
 class WrittenOnce : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(WrittenOnce, IsReportedOnce) { expect_refused(GetParam()); }
+TEST_P(WrittenOnce, AFaultThatIsWrittenOnceIsReportedOnce) { expect_refused(GetParam()); }
 
 const std::string kKeysOfPoints = "allowed: name, mass, at, inertia, offset, axes";
 
@@ -65,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(
                  {{"scene.yaml", kThreePoints + "gravity: [&g 1 m, *g, *g]\n"}},
                  {"scene.yaml:5:14: error: scene: gravity '1 m' has a unit of another kind, must be a number "
                   "[m/s^2], in SI without a unit"}},
-        BadScene{"TwoFaultsThatAreNotOne",
+        BadScene{"EqualFaultsOfTwoItems",
                  {{"scene.yaml",
                    "points:\n"
                    "  - {name: a, mass: -1, at: [0, 0, 0]}\n"
@@ -78,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(
     MisspeltKey, WrittenOnce,
     ::testing::Values(
         BadScene{
-            "Required",
+            "RequiredKey",
             {{"scene.yaml", "points:\n  - {name: a, mass: 1, att: [0, 0, 0]}\n"}},
             {"scene.yaml:2:24: error: point 'a': unknown key 'att' (did you mean 'at'?); " + kKeysOfPoints}},
         BadScene{"WithoutABlankBehindTheColon",
@@ -87,33 +87,33 @@ INSTANTIATE_TEST_SUITE_P(
                   "'mass: 1'); " +
                   kKeysOfPoints}},
         BadScene{
-            "OfAName",
+            "Name",
             {{"scene.yaml",
               "points: [{nmae: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}]\n"
               "links: {spring: [a, b], stiffness: 1}\n"}},
             {"scene.yaml:1:11: error: point 1: unknown key 'nmae' (did you mean 'name'?); " + kKeysOfPoints}},
         bad_line(
-            "OfOneOfSeveral", "loads: {force: {tip: [0, 0, 1]}}",
+            "OneOfSeveralKinds", "loads: {force: {tip: [0, 0, 1]}}",
             {"scene.yaml:5:9: error: load 1: unknown key 'force' (did you mean 'forces'?); allowed: name, "
              "axes, forces, wrenches, torques, wheels, pulse, sine, table"}),
-        bad_line("OfAGain", "feedback: {at: tip, velocty: -1}",
+        bad_line("Gain", "feedback: {at: tip, velocty: -1}",
                  {"scene.yaml:5:21: error: feedback 1: unknown key 'velocty' (did you mean 'velocity'?); "
                   "allowed: name, at, from, displacement, velocity, acceleration"}),
         bad_line(
-            "OfModes", "modes: {bellow: 3}",
+            "Modes", "modes: {bellow: 3}",
             {"scene.yaml:5:9: error: modes: unknown key 'bellow' (did you mean 'below'?); allowed: below, "
              "count"}),
         bad_line(
-            "OfGroups", "gruops: {end: tip}\nloads: {wrenches: {end: {force: [0, 0, 1]}}}",
+            "Groups", "gruops: {end: tip}\nloads: {wrenches: {end: {force: [0, 0, 1]}}}",
             {"scene.yaml:5:1: error: scene: unknown key 'gruops' (did you mean 'groups'?); allowed: name, "
              "rate, fidelity, tolerance, error_budget, points, links, groups, damping, gravity, "
              "attractor, initial, wheels, loads, feedback, leave_out, modes, publish, commands"}),
         BadScene{
-            "OfAColumn",
+            "Column",
             {{"scene.yaml", "points: {csv: points.csv}\n"}, {"points.csv", "mas,x,y,z\n1,0,0,0\n"}},
             {"points.csv:1:1: error: unknown column 'mas' (did you mean 'mass'?); allowed: name, mass, x, "
              "y, z"}},
-        BadScene{"NearNothing",
+        BadScene{"WithoutASimilarKey",
                  {{"scene.yaml", "points:\n  - {name: a, weight: 1, at: [0, 0, 0]}\n"}},
                  {"scene.yaml:2:5: error: point 'a': mass is missing, must be a number >= 0 [kg]",
                   "scene.yaml:2:15: error: point 'a': unknown key 'weight'; " + kKeysOfPoints}}),

@@ -1,4 +1,4 @@
-// Bodies, wheels, mass of links and kept modes refused, each word.
+// Scenes refused for bodies, wheels, masses of links and kept modes; messages are compared word for word.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {
@@ -6,7 +6,7 @@ namespace {
 
 class Bodies : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Bodies, AreRefusedWithThePlaceOfEachFault) { expect_refused(GetParam()); }
+TEST_P(Bodies, EachFaultIsReportedAtItsPosition) { expect_refused(GetParam()); }
 
 const std::string kBeamOfBodies =
     "points:\n"
@@ -22,7 +22,7 @@ BadScene bad_body(const std::string& name, const std::string& text, std::vector<
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Bodies,
     ::testing::Values(
-        // once, by its name, and not as a number that nobody wrote
+        // there is one fault, which names the point and shows no index
         bad_body("WheelOfAnUnknownPoint", "wheels: [{name: w, at: hubb, axis: [0, 0, 1]}]",
                  {"scene.yaml:6:24: error: wheel 'w': at names the point 'hubb', which the scene does not "
                   "have (did you mean 'hub'?)"}),
@@ -33,24 +33,24 @@ INSTANTIATE_TEST_SUITE_P(
                  {"scene.yaml:7:21: error: wheel 1: axis is zero, must be a direction",
                   "scene.yaml:8:5: error: wheel 2: axis is missing, must be a direction [x, y, z], axes of "
                   "the scene"}),
-        bad_body("CountOfNoModes", "modes: {count: 0}",
+        bad_body("CountOfZeroModes", "modes: {count: 0}",
                  {"scene.yaml:6:16: error: modes: count is 0, must be a whole number from 1 to 3700, what "
                   "one state message can carry"}),
         bad_body("CountOfHalfAMode", "modes: {count: 1.5}",
                  {"scene.yaml:6:16: error: modes: count is 1.5, must be a whole number from 1 to 3700, what "
                   "one state message can carry"}),
-        bad_body("CountInWords", "modes: {count: all}",
+        bad_body("CountAsText", "modes: {count: all}",
                  {"scene.yaml:6:16: error: modes: count 'all' is not a number, must be a number >= 0"}),
         bad_body("CountOfMoreThanAMessageHolds", "modes: {count: 3701}",
                  {"scene.yaml:6:16: error: modes: count is 3701, must be a whole number from 1 to 3700, what "
                   "one state message can carry"}),
-        bad_body("ModesBelowNothing", "modes: {below: 0}",
+        bad_body("ModesBelowZero", "modes: {below: 0}",
                  {"scene.yaml:6:16: error: modes: below 0 Hz, must be > 0"}),
-        bad_body("ModesTwice", "modes: {below: 5, count: 3}",
+        bad_body("ModesByFrequencyAndCount", "modes: {below: 5, count: 3}",
                  {"scene.yaml:6:8: error: modes has below and count; give one of them"}),
-        bad_body("ModesOfNothing", "modes: {}",
+        bad_body("EmptyModes", "modes: {}",
                  {"scene.yaml:6:8: error: modes is empty, must be {below: HZ} or {count: N}"}),
-        BadScene{"InertiaOfTwoNumbersAndAxesOfNothing",
+        BadScene{"InertiaOfTwoNumbersAndZeroAxes",
                  {{"scene.yaml",
                    "points:\n"
                    "  - {name: d, mass: 1, at: [3, 0, 0], inertia: [1, 2]}\n"
@@ -59,19 +59,19 @@ INSTANTIATE_TEST_SUITE_P(
                   "xx, yy, zz, xy, xz, yz [kg m^2]",
                   "scene.yaml:3:45: error: point 'e': axes are those of inertia and offset, and neither is "
                   "given"}},
-        BadScene{"InertiaOfNoBody",
-                 {{"scene.yaml",
-                   "points:\n"
-                   "  - {name: a, mass: 1, at: [0, 0, 0], inertia: [1, 1, 3]}\n"
-                   "  - {name: b, mass: 1, at: [1, 0, 0], inertia: [1, 1, 1, 5, 0, 0]}\n"
-                   "  - {name: c, mass: 0, at: [2, 0, 0], offset: [0, 0, 0.1]}\n"}},
-                 {"scene.yaml:2:5: error: point 'a': inertia has the principal moments 1 1 3 kg m^2: no mass "
-                  "has one above the sum of the two others; check the order and that they are about the "
-                  "centre of mass",
-                  "scene.yaml:3:5: error: point 'b': inertia has the principal moment -4 kg m^2, must be >= "
-                  "0; the entries of the matrix are wanted, products of inertia as -sum m x y",
-                  "scene.yaml:4:5: error: point 'c' has inertia or an offset, and no mass: give the mass "
-                  "that they are of"}},
+        BadScene{
+            "ImpossibleInertia",
+            {{"scene.yaml",
+              "points:\n"
+              "  - {name: a, mass: 1, at: [0, 0, 0], inertia: [1, 1, 3]}\n"
+              "  - {name: b, mass: 1, at: [1, 0, 0], inertia: [1, 1, 1, 5, 0, 0]}\n"
+              "  - {name: c, mass: 0, at: [2, 0, 0], offset: [0, 0, 0.1]}\n"}},
+            {"scene.yaml:2:5: error: point 'a': inertia has the principal moments 1 1 3 kg m^2: no moment "
+             "may exceed the sum of the two others; check the order and that they are about the "
+             "centre of mass",
+             "scene.yaml:3:5: error: point 'b': inertia has the principal moment -4 kg m^2, must be >= "
+             "0; give the entries of the inertia matrix, off the diagonal -sum m x y",
+             "scene.yaml:4:5: error: point 'c' has inertia or an offset, but no mass: give its mass"}},
         BadScene{
             "MassOfALink",
             {{"scene.yaml",
@@ -81,7 +81,8 @@ INSTANTIATE_TEST_SUITE_P(
                              "  - {bar: [hub, tip], EA: 1, mass_per_length: 1, lumped: perhaps}\n"
                              "  - {plate: [hub, mid, tip], E: 1, nu: 0.3, thickness: 0.1, density: -2}\n"}},
             {"scene.yaml:6:47: error: link 1: mass_per_length -1 kg/m, must be >= 0",
-             "scene.yaml:7:38: error: link 2: lumped tells how the mass of the link is spread, and it has "
+             "scene.yaml:7:38: error: link 2: lumped sets how the mass of the link is distributed, and it "
+             "has "
              "none; give one, or leave this out",
              "scene.yaml:8:58: error: link 3: lumped is the text 'perhaps', must be true or false",
              "scene.yaml:9:70: error: link 4: density -2 kg/m^3, must be >= 0"}},

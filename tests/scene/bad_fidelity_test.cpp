@@ -4,12 +4,13 @@
 namespace freeflex::testing {
 namespace {
 
-// line 5 is the text
+// the text under test is on line 5
 class FidelityKey : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(FidelityKey, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(FidelityKey, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
 
-const std::string kNone = "tolerance: none is stated; give position [m], attitude [rad] or elastic (share)";
+const std::string kNone =
+    "tolerance: no error is given; give position [m], attitude [rad] or elastic (share)";
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, FidelityKey,
@@ -26,23 +27,22 @@ INSTANTIATE_TEST_SUITE_P(
             "AutoWithoutTolerance", "fidelity: auto",
             {"scene.yaml:5:11: error: scene: fidelity is auto without a tolerance; add tolerance: {position: "
              "[m], attitude: [rad], elastic: share, horizon: [s]}, with at least one of the first three"}),
-        bad_line(
-            "ToleranceWithoutAuto", "tolerance: {position: 1, horizon: 2}",
-            {"scene.yaml:5:23: error: tolerance: position has no effect but with fidelity: auto; add that "
-             "or leave it out",
-             "scene.yaml:5:35: error: tolerance: horizon has no effect but with fidelity: auto; add that or "
-             "leave it out"}),
+        bad_line("ToleranceWithoutAuto", "tolerance: {position: 1, horizon: 2}",
+                 {"scene.yaml:5:23: error: tolerance: position has no effect without fidelity: auto; set "
+                  "that, or remove this key",
+                  "scene.yaml:5:35: error: tolerance: horizon has no effect without fidelity: auto; set "
+                  "that, or remove this key"}),
         bad_line("ToleranceOfDisplacementOutOfRange", "tolerance: {displacement: 0}",
                  {"scene.yaml:5:27: error: tolerance: displacement 0 m, must be > 0"}),
         bad_line("ToleranceOutOfRange", "fidelity: auto\ntolerance: {position: -1, horizon: 0}",
                  {"scene.yaml:6:23: error: tolerance: position -1 m, must be > 0",
                   "scene.yaml:6:36: error: tolerance: horizon 0 s, must be > 0"}),
-        bad_line("ToleranceOfNothing", "fidelity: auto\ntolerance: {horizon: 2}",
+        bad_line("ToleranceWithoutQuantity", "fidelity: auto\ntolerance: {horizon: 2}",
                  {"scene.yaml:6:12: error: " + kNone}),
         bad_line("ToleranceWithoutHorizon", "fidelity: auto\ntolerance: {elastic: 0.01}",
                  {"scene.yaml:6:12: error: tolerance: horizon is missing, must be a number > 0 [s]"}),
         bad_line(
-            "ToleranceOfSomethingElse", "fidelity: auto\ntolerance: {positon: 1, horizon: 2}",
+            "ToleranceOfAnUnknownQuantity", "fidelity: auto\ntolerance: {positon: 1, horizon: 2}",
             {"scene.yaml:6:13: error: tolerance: unknown key 'positon' (did you mean 'position'?); allowed: "
              "displacement, position, attitude, elastic, horizon"}),
         bad_line("BudgetIsANumber", "error_budget: 3",
@@ -50,7 +50,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "error_budget: {horizon: 3}"}),
         bad_line("BudgetWithoutHorizon", "error_budget: {}",
                  {"scene.yaml:5:15: error: error_budget: horizon is missing, must be a number > 0 [s]"}),
-        bad_line("BudgetIntoThePast", "error_budget: {horizon: -3}",
+        bad_line("BudgetWithNegativeHorizon", "error_budget: {horizon: -3}",
                  {"scene.yaml:5:25: error: error_budget: horizon -3 s, must be > 0"})),
     bad_scene_name);
 

@@ -1,13 +1,13 @@
-// Scenes refused for what they say of parts to leave out.
+// Scenes refused for their section leave_out.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-// line 5 is the text
+// the text under test is on line 5
 class LeaveOutKey : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(LeaveOutKey, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(LeaveOutKey, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
 
 const std::string kParts =
     "damping, gravity, rotation, out_of_plane, unreached_modes, small_modes, point_rows or all";
@@ -26,18 +26,18 @@ INSTANTIATE_TEST_SUITE_P(
         bad_line("OutOfRange", "leave_out: {tolerance: -1, horizon: 0}",
                  {"scene.yaml:5:24: error: leave_out: tolerance -1, must be >= 0",
                   "scene.yaml:5:37: error: leave_out: horizon 0 s, must be > 0"}),
-        bad_line("AllMayGo", "leave_out: {tolerance: 1}",
+        bad_line("ToleranceOfOne", "leave_out: {tolerance: 1}",
                  {"scene.yaml:5:24: error: leave_out: tolerance is 1, must be a share below 1"}),
         bad_line("UnknownWord", "leave_out: {on_need: replann}",
                  {"scene.yaml:5:22: error: leave_out: on_need is the text 'replann', must be keep, refuse or "
                   "replan "
                   "(did you mean 'replan'?)"}),
-        bad_line("UnknownPart", "leave_out: {keep: [rotation, plane]}",
+        bad_line("UnknownFeature", "leave_out: {keep: [rotation, plane]}",
                  {"scene.yaml:5:30: error: leave_out: keep is the text 'plane', must be " + kParts}),
         bad_line("MisspeltAll", "leave_out: {keep: alll}",
                  {"scene.yaml:5:19: error: leave_out: keep is the text 'alll', must be " + kParts +
                   " (did you mean 'all'?)"}),
-        bad_line("PartTwice", "leave_out: {keep: [rotation, rotation]}",
+        bad_line("FeatureTwice", "leave_out: {keep: [rotation, rotation]}",
                  {"scene.yaml:5:30: error: leave_out: keep names rotation twice"})),
     bad_scene_name);
 

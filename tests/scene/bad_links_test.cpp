@@ -1,10 +1,10 @@
-// Links refused for what their kind asks for: points, values, releases, losses.
+// Links refused for the points, values, releases or losses that their kind requires.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-// line 6 is the link, of three points
+// the link under test is on line 6
 BadScene bad_link(const std::string& name, const std::string& link, std::vector<std::string> messages) {
   return {name, {{"scene.yaml", kThreePoints + "links:\n  - " + link + "\n"}}, std::move(messages)};
 }
@@ -13,7 +13,7 @@ const std::string kBeam = "{name: l, beam: [hub, mid], EA: 1, GJ: 1, EIy: 1, EIz
 
 class ListOfLinks : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(ListOfLinks, IsRefusedWithThePlaceOfEachFaultyItem) { expect_refused(GetParam()); }
+TEST_P(ListOfLinks, EachFaultyItemIsReportedAtItsPosition) { expect_refused(GetParam()); }
 
 const std::string kKinds =
     "must have one of spring, bar, beam, bending, torsion, plate, matrix, flexibility, rigid, dashpot";
@@ -39,12 +39,13 @@ INSTANTIATE_TEST_SUITE_P(
              "scene.yaml:10:14: error: link 5: spring joins the point 'mid' to itself",
              "scene.yaml:11:40: error: link 'strut': EA 0 N, must be > 0",
              "scene.yaml:12:27: error: link 7: EA -5 N, must be > 0"}),
-        bad_link("BehindAChain",
+        bad_link("AfterAChain",
                  "{spring: [hub..tip, hub], stiffness: 1}\n"
                  "  - {spring: [hub, tip], stiffness: -5}",
                  {"scene.yaml:7:37: error: link 2: stiffness -5 N/m, must be > 0"}),
-        // the places in the list, although these are the links of number 5 and 6
-        bad_link("PhysicsBehindAChain",
+        // messages give the positions 2.2 and 3 in the list; among all links these links have the numbers 5
+        // and 6
+        bad_link("PhysicsAfterAChain",
                  "{spring: [hub..tip, hub], stiffness: 1}\n"
                  "  - {beam: [hub, mid, tip], EA: 1, GJ: 1, EIy: 1, EIz: 1, y_axis: [0, 1, 0]}\n"
                  "  - {beam: [hub, mid], EA: 1, GJ: 1, EIy: 1, EIz: 1, y_axis: [1, 0, 0]}",
@@ -52,9 +53,9 @@ INSTANTIATE_TEST_SUITE_P(
                   "across it, or none to have one chosen",
                   "scene.yaml:8:5: error: link 3: y_axis (1 0 0) is parallel to the beam; give a direction "
                   "across it, or none to have one chosen"}),
-        // a link that could not be read has a number too
+        // links that could not be read have numbers too
         BadScene{
-            "PhysicsBesideReading",
+            "PhysicsAndReading",
             {{"scene.yaml",
               "points:\n"
               "  - {name: a, mass: 1, at: [0, 0, 0]}\n"
@@ -71,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class BeamKeys : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(BeamKeys, AreRefusedWithTheirMessages) { expect_refused(GetParam()); }
+TEST_P(BeamKeys, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, BeamKeys,
@@ -104,7 +105,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "scene.yaml:6:90: error: link 'l': release: to is empty, must be a list of x, y, z: the "
                   "local axes about which the end turns freely"}),
         bad_link("ReleaseTwice", kBeam + "release: {to: [z, y, z]}}",
-                 {"scene.yaml:6:84: error: link 'l': release: to: 'z' stands twice; remove one"}),
+                 {"scene.yaml:6:84: error: link 'l': release: to: 'z' appears twice; remove one"}),
         bad_link("ReleaseOfFourAxes", kBeam + "release: {to: [x, y, z, z]}}",
                  {"scene.yaml:6:77: error: link 'l': release: to has 4 items, must be a list of x, y, z: the "
                   "local axes about which the end turns freely"}),
@@ -120,7 +121,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class AngleSpring : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(AngleSpring, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(AngleSpring, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, AngleSpring,
@@ -151,7 +152,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class PlateLink : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(PlateLink, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(PlateLink, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, PlateLink,
@@ -178,7 +179,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "< 0.5",
                   "scene.yaml:6:69: error: link 'l': thickness '2 mm' has a unit, must be SI without a unit "
                   "[m]: write 0.002"}),
-        bad_link("NothingButPoints", "{name: l, plate: [hub..tip]}",
+        bad_link("OnlyPoints", "{name: l, plate: [hub..tip]}",
                  {"scene.yaml:6:5: error: link 'l': E is missing, must be a number > 0 [Pa]",
                   "scene.yaml:6:5: error: link 'l': nu is missing, must be a number > -1 and < 0.5",
                   "scene.yaml:6:5: error: link 'l': thickness is missing, must be a number > 0 [m]"}),
@@ -190,7 +191,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class RigidLink : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(RigidLink, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(RigidLink, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, RigidLink,
@@ -212,7 +213,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class DashpotLink : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(DashpotLink, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(DashpotLink, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, DashpotLink,
@@ -235,7 +236,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Losses : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Losses, AreRefusedWithTheirMessages) { expect_refused(GetParam()); }
+TEST_P(Losses, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Losses,
@@ -252,7 +253,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Flexibility : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Flexibility, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(Flexibility, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
 
 const std::string kFlexibilityScene =
     "points:\n"

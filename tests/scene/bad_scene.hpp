@@ -1,4 +1,4 @@
-// A scene that must be refused: its files and every fault, word for word.
+// Scenes that must be refused, with their files and the exact text of every message.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -11,31 +11,33 @@
 namespace freeflex::testing {
 
 struct BadScene {
-  std::string name;                                        // what is wrong with it
-  std::vector<std::pair<std::string, std::string>> files;  // name and bytes; scene.yaml is the scene
-  std::vector<std::string> messages;                       // "file:line:column: severity: text", in order
+  std::string name;  // what is wrong with it
+  std::vector<std::pair<std::string, std::string>>
+      files;                          // name and bytes of each file; scene.yaml is the scene
+  std::vector<std::string> messages;  // "file:line:column: severity: text", in order
 };
 
 inline void PrintTo(const BadScene& scene, std::ostream* out) { *out << scene.name; }
 inline std::string bad_scene_name(const ::testing::TestParamInfo<BadScene>& info) { return info.param.name; }
 
-/// Loads the scene as a plan in a folder of its own and compares all messages.
+/// Loads the scene as a plan in a temporary folder and compares all messages.
 void expect_refused(const BadScene& scene);
 
-/// Three points, hub at the origin, mid 1 m along x, tip 1 m along y from there: four lines.
+/// Holds four lines of text with three points: hub at the origin, mid 1 m from it along x, tip 1 m from mid
+/// along y.
 inline const std::string kThreePoints =
     "points:\n"
     "  - {name: hub, mass: 10, at: [0, 0, 0]}\n"
     "  - {name: mid, mass: 1, at: [1, 0, 0]}\n"
     "  - {name: tip, mass: 2, at: [1, 1, 0]}\n";
 
-/// The three points and a line of text more.
+/// Returns the scene of the three points and one more line of text, on line 5.
 inline BadScene bad_line(const std::string& name, const std::string& text,
                          std::vector<std::string> messages) {
   return {name, {{"scene.yaml", kThreePoints + text + "\n"}}, std::move(messages)};
 }
 
-/// Two points joined by the matrix K.mtx.
+/// Holds two points joined by the matrix K.mtx.
 inline const std::string kMatrixScene =
     "points:\n"
     "  - {name: a, mass: 1, at: [0, 0, 0]}\n"

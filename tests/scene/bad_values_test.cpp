@@ -1,4 +1,4 @@
-// Scenes refused for ranges, references, duplicates, geometry and units.
+// Scenes refused for values out of range, unknown names, duplicates, geometry and units.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {
@@ -6,7 +6,7 @@ namespace {
 
 class Range : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Range, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(Range, EachValueOutOfRangeGivesItsMessages) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Range,
@@ -70,10 +70,10 @@ INSTANTIATE_TEST_SUITE_P(
                  {{"scene.yaml",
                    "points:\n"
                    "  - {name: a, mass: 010, at: [-07.5, 0, 0]}\n"}},
-                 {"scene.yaml:2:21: error: point 'a': mass '010' has a leading zero, which some read as "
-                  "octal: write 10",
-                  "scene.yaml:2:31: error: point 'a': at '-07.5' has a leading zero, which some read as "
-                  "octal: write -7.5"}},
+                 {"scene.yaml:2:21: error: point 'a': mass '010' has a leading zero, which some programs "
+                  "read as octal: write 10",
+                  "scene.yaml:2:31: error: point 'a': at '-07.5' has a leading zero, which some programs "
+                  "read as octal: write -7.5"}},
         BadScene{"Hexadecimal",
                  {{"scene.yaml",
                    "points:\n"
@@ -87,8 +87,8 @@ INSTANTIATE_TEST_SUITE_P(
                    "  - {name: a..b, mass: 1, at: [2, 0, 0]}\n"}},
                  {"scene.yaml:2:12: error: point 1: name 'my hub' must be 1 to 63 of A-Z a-z 0-9 _ . -",
                   "scene.yaml:3:12: error: point 2: name 'all' stands for every name; choose another",
-                  "scene.yaml:4:12: error: point 3: name 'a..b' must not hold '..', which writes a range of "
-                  "names"}},
+                  "scene.yaml:4:12: error: point 3: name 'a..b' must not contain '..', which stands for a "
+                  "range of names"}},
         BadScene{
             "ModeBeyondTheLast",
             {{"scene.yaml", kThreePoints + "links: {bar: [hub, mid, tip, hub], EA: 1e6}\n"
@@ -98,7 +98,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Reference : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Reference, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(Reference, EachUnknownNameGivesItsMessages) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Reference,
@@ -120,7 +120,7 @@ INSTANTIATE_TEST_SUITE_P(
                                                 "publish: {loads: {of: [strutt]}}\n"}},
                  {"scene.yaml:6:24: error: publish: loads: of names the link 'strutt', which the scene does "
                   "not have (did you mean 'strut'?)"}},
-        BadScene{"UnknownPointNothingNear",
+        BadScene{"UnknownPointWithoutASimilarName",
                  {{"scene.yaml", kThreePoints + "commands: {points: [antenna]}\n"}},
                  {"scene.yaml:5:21: error: commands: points names the point 'antenna', which the scene does "
                   "not have; it has hub, mid, tip"}},
@@ -140,7 +140,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Duplicate : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Duplicate, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(Duplicate, EachDuplicateGivesItsMessages) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Duplicate,
@@ -178,12 +178,12 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Geometry : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Geometry, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(Geometry, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Geometry,
     ::testing::Values(
-        BadScene{"PointsInOnePlace",
+        BadScene{"PointsAtOnePosition",
                  {{"scene.yaml",
                    "points:\n"
                    "  - {name: a, mass: 1, at: [1, 0, 0]}\n"
@@ -210,7 +210,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Units : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Units, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(Units, EachWrongUnitGivesItsMessages) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Units,
@@ -299,25 +299,24 @@ INSTANTIATE_TEST_SUITE_P(
              "point: write 0.03",
              "scene.yaml:5:45: error: damping: ratio '-1,5' has a comma, must be a number with a decimal "
              "point: write -1.5"}},
-        BadScene{
-            "DecimalCommaInLists",
-            {{"scene.yaml",
-              "points:\n"
-              "  - {name: a, mass: 1, at: [0,5, 1, -2,25]}\n"
-              "  - {name: b, mass: 1, at: [0,5,1,0]}\n"
-              "  - {name: c, mass: 1, at: [0, 5, 1, 0]}\n"
-              "loads: {forces: {a: [0, 0, 1]}, table: {times: [0, 1,5], values: [0, 1]}}\n"
-              "feedback: {at: a, velocity: [1,5, 2, 3]}\n"}},
-            {"scene.yaml:2:28: error: point 'a': at has 5 items, must be a list of 3 numbers [m]: a comma "
-             "parts items, write 0.5, -2.25",
-             "scene.yaml:3:28: error: point 'b': at has 4 items, must be a list of 3 numbers [m]: a comma "
-             "parts items, decimals take a point",
-             "scene.yaml:4:28: error: point 'c': at has 4 items, must be a list of 3 numbers [m]",
-             "scene.yaml:5:66: error: load 1: table has 3 times and 2 values; must be as many of each: a "
-             "comma parts items, write 1.5",
-             "scene.yaml:6:29: error: feedback 1: velocity has 4 items, must be a number, a list of 3 "
-             "(one for each body axis) or 3 lists of 3 (rows of a matrix) [N s/m]: a comma parts items, "
-             "write 1.5"}},
+        BadScene{"DecimalCommaInLists",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: 1, at: [0,5, 1, -2,25]}\n"
+                   "  - {name: b, mass: 1, at: [0,5,1,0]}\n"
+                   "  - {name: c, mass: 1, at: [0, 5, 1, 0]}\n"
+                   "loads: {forces: {a: [0, 0, 1]}, table: {times: [0, 1,5], values: [0, 1]}}\n"
+                   "feedback: {at: a, velocity: [1,5, 2, 3]}\n"}},
+                 {"scene.yaml:2:28: error: point 'a': at has 5 items, must be a list of 3 numbers [m]: a "
+                  "comma separates items; write 0.5, -2.25",
+                  "scene.yaml:3:28: error: point 'b': at has 4 items, must be a list of 3 numbers [m]: a "
+                  "comma separates items; write decimals with a point",
+                  "scene.yaml:4:28: error: point 'c': at has 4 items, must be a list of 3 numbers [m]",
+                  "scene.yaml:5:66: error: load 1: table has 3 times and 2 values; must be as many of each: "
+                  "a comma separates items; write 1.5",
+                  "scene.yaml:6:29: error: feedback 1: velocity has 4 items, must be a number, a list of 3 "
+                  "(one for each body axis) or 3 lists of 3 (rows of a matrix) [N s/m]: a comma separates "
+                  "items; write 1.5"}},
         BadScene{"LimitsOfCommands",
                  {{"scene.yaml",
                    "points: {mass: 2, at: [0, 0, 0]}\n"
@@ -350,9 +349,11 @@ INSTANTIATE_TEST_SUITE_P(
 
 class NumberForAMapping : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(NumberForAMapping, IsRefusedWithTheMappingToWrite) { expect_refused(GetParam()); }
+TEST_P(NumberForAMapping, ANumberInPlaceOfAMappingIsRefusedWithTheValidMapping) {
+  expect_refused(GetParam());
+}
 
-// line 5 is the text
+// the text under test is on line 5
 BadScene bad_number(const std::string& name, const std::string& text, std::vector<std::string> messages) {
   return {name, {{"scene.yaml", kThreePoints + text + "\n"}}, std::move(messages)};
 }

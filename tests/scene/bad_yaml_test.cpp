@@ -6,7 +6,7 @@ namespace {
 
 class Syntax : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Syntax, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(Syntax, EachSyntaxErrorGivesItsMessages) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Syntax,
@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Bracket : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Bracket, IsRefusedWithThePlaceWhereItWasOpened) { expect_refused(GetParam()); }
+TEST_P(Bracket, AnUnclosedBracketIsRefusedAndItsOpeningIsNamed) { expect_refused(GetParam()); }
 
 const std::string kOpenBrace =
     "YAML syntax: flow mapping without a closing brace; it was opened on line 2, column 5: close it with '}'";
@@ -166,7 +166,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Type : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Type, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+TEST_P(Type, EachWrongTypeGivesItsMessages) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Type,
@@ -255,7 +255,7 @@ INSTANTIATE_TEST_SUITE_P(
                              "  - {forces: {tip: [0, 0, 1]}, pulse: {duration: 1}, sine: {frequency: 1}}\n"}},
             {"scene.yaml:6:60: error: load 1 has a second history; must have one of pulse, sine, table, or "
              "none for a constant load"}},
-        BadScene{"LoadOfNothing",
+        BadScene{"LoadWithoutForces",
                  {{"scene.yaml", kThreePoints + "loads: [{name: idle}]\n"}},
                  {"scene.yaml:5:9: error: load 'idle' has neither forces, wrenches, torques nor wheels; it "
                   "must have one"}},

@@ -1,4 +1,4 @@
-// Faults read well on a screen and by a program.
+// Faults as text for the screen and as JSON for programs.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -9,9 +9,9 @@
 namespace freeflex::testing {
 namespace {
 
-TEST(FaultText, CaretStandsBelowTheColumn) {
+TEST(FaultText, TheCaretStandsBelowTheColumnOfTheFault) {
   const TemporaryFolder folder;
-  // characters of two bytes and tabs before the column count as one
+  // in the column number, a tab and a character of two bytes each count as one
   folder.write("scene.yaml", "points:\n  - {name: a,\tmass: -1, at: [0, 0, 0]}  # \xc3\xa9\n");
   const io::SceneResult result = io::read_scene("scene.yaml");
   ASSERT_EQ(result.faults.size(), 1u);
@@ -21,7 +21,7 @@ TEST(FaultText, CaretStandsBelowTheColumn) {
             "                        ^");
 }
 
-TEST(FaultText, CaretCountsCharactersNotBytes) {
+TEST(FaultText, TheColumnOfTheCaretCountsCharactersNotBytes) {
   const TemporaryFolder folder;
   folder.write("scene.yaml", "{\"\xc3\xa9\xc3\xa9\": 1, points: {mass: -1, at: [0, 0, 0]}}\n");
   const io::SceneResult result = io::read_scene("scene.yaml");
@@ -46,13 +46,13 @@ TEST(FaultText, LongLinesAreCutAroundTheCaret) {
   EXPECT_EQ(text.substr(line + column, 10), "-1, at: [0");
 }
 
-TEST(FaultText, PlaceIsLeftOutWhenThereIsNone) {
+TEST(FaultText, TheLocationIsOmittedIfItIsUnknown) {
   const Fault fault{Fault::Severity::kWarning, {}, "slow"};
   EXPECT_EQ(io::format_fault(fault, {"boom.yaml"}), "boom.yaml: warning: slow");
   EXPECT_EQ(io::format_fault(fault, {}), "warning: slow");
 }
 
-TEST(FaultText, JsonHoldsEveryFieldOfEveryFault) {
+TEST(FaultText, JsonContainsEveryFieldOfEveryFault) {
   const Faults faults{{Fault::Severity::kError, {1, 14, 7}, "link \"l3\"\n\xff"},
                       {Fault::Severity::kWarning, {}, "slow"}};
   const auto parsed = nlohmann::json::parse(io::faults_to_json(faults, {"boom.yaml", "links.csv"}));
@@ -63,8 +63,8 @@ TEST(FaultText, JsonHoldsEveryFieldOfEveryFault) {
   EXPECT_EQ(nlohmann::json::parse(io::faults_to_json({}, {})), nlohmann::json::array());
 }
 
-// one run of check shows all that is wrong: with the key, with the places, with the mode
-TEST(FaultText, FaultsOfPhysicsStandBesideThoseOfReading) {
+// one run reports all faults, here in a value, in a key, in positions and in a mode number
+TEST(FaultText, PhysicsFaultsAreReportedTogetherWithReadingFaults) {
   const TemporaryFolder folder;
   folder.write("scene.yaml", R"(rate: -5
 points:
@@ -91,8 +91,8 @@ initial: {modes: {99: {q: 1}}}
             "scene.yaml:9:10: error: initial state names elastic mode 99, there are 4, numbered from 1");
 }
 
-// the rigid links are the fourth and fifth of all, the second and third in the list
-TEST(FaultText, AWarningNamesALinkBehindAChainByItsPlaceToo) {
+// the rigid links are numbers 4 and 5 among all links, and the second and third item of the list
+TEST(FaultText, AWarningNamesALinkAfterAChainByItsPositionInTheList) {
   const TemporaryFolder folder;
   folder.write("scene.yaml", R"(points:
   - {name: a, mass: 1, at: [0, 0, 0]}
@@ -114,7 +114,7 @@ links:
                             "scene.yaml:8:5: warning: rigid link 3 is redundant: a freedom that it "
                             "removes is removed by 2 already") != std::string::npos;
   EXPECT_TRUE(is_second != is_third) << found;
-  EXPECT_EQ(result.plan->links[4].name, "5") << "the name is still the number";
+  EXPECT_EQ(result.plan->links[4].name, "5") << "the name of a link is its number among all links";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// A scene that must be read without any fault.
+// Scenes that must be read without any fault.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 
 namespace freeflex::testing {
 
-/// Reads the text as scene.yaml of the folder; faults fail the test.
+/// Reads the text as scene.yaml of the folder. The test fails if there is any fault.
 inline Scene read_good(const TemporaryFolder& folder, const std::string& text) {
   folder.write("scene.yaml", text);
   const io::SceneResult result = io::read_scene("scene.yaml");
@@ -18,10 +18,10 @@ inline Scene read_good(const TemporaryFolder& folder, const std::string& text) {
   return result.scene.value_or(Scene{});
 }
 
-/// The same in a folder of its own.
+/// Reads the text as scene.yaml of a temporary folder.
 inline Scene read_good(const std::string& text) { return read_good(TemporaryFolder(), text); }
 
-/// Two points 1 m apart, joined by a spring: two lines.
+/// Holds two lines of text: two points 1 m apart, joined by a spring.
 inline const std::string kTwoPoints =
     "points: [{name: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}]\n"
     "links: {spring: [a, b], stiffness: 1}\n";

@@ -1,4 +1,5 @@
-// No bytes in a scene, table or matrix crash the reader; what it takes is whole.
+// Whatever bytes a scene, table or matrix contains, the reader does not crash, and every scene that it
+// accepts is consistent.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -43,7 +44,7 @@ const std::string kCsv = "name,mass,x,y,z\r\nd,1,2,3,4\n# note\ne, 2.5 ,-1,0,7\n
 const std::string kMatrix =
     "%%MatrixMarket matrix coordinate real symmetric\n% N/m\n6 6 3\n1 1 5\n4 1 -5\n4 4 5\n";
 
-// one or two changes: a bit, a byte, a token put in, a piece cut out or doubled
+// makes one or two changes: it flips a bit, sets a byte, inserts a token, or cuts or repeats a piece
 std::string mutate(std::string text, std::mt19937_64& engine) {
   static const std::vector<std::string> kTokens{"[",
                                                 "]",
@@ -145,7 +146,7 @@ TEST(HostileScene, MutationsAreReadOrRefused) {
   int num_read = 0;
   constexpr int kRounds = 4000;
   for (int round = 0; round < kRounds; ++round) {
-    const int target = round % 4;  // the scene twice as often as each table
+    const int target = round % 4;  // the scene is changed twice as often as each of the two tables
     folder.write("scene.yaml", target < 2 ? mutate(kYaml, engine) : kYaml);
     folder.write("points.csv", target == 2 ? mutate(kCsv, engine) : kCsv);
     folder.write("K.mtx", target == 3 ? mutate(kMatrix, engine) : kMatrix);
@@ -154,7 +155,7 @@ TEST(HostileScene, MutationsAreReadOrRefused) {
     expect_sound(result);
     if (HasFatalFailure()) FAIL() << "round " << round;
   }
-  // the changes must reach both outcomes to mean anything
+  // the test is meaningful only if both outcomes occur
   EXPECT_GT(num_read, kRounds / 50);
   EXPECT_LT(num_read, kRounds / 2);
 }
@@ -168,7 +169,7 @@ TEST(HostileScene, EveryTruncationIsReadOrRefused) {
     expect_sound(io::read_scene("scene.yaml"));
     if (HasFatalFailure()) FAIL() << "length " << length;
   }
-  EXPECT_TRUE(io::read_scene("scene.yaml").scene.has_value()) << "the whole is good";
+  EXPECT_TRUE(io::read_scene("scene.yaml").scene.has_value()) << "the unchanged scene is valid";
 }
 
 }  // namespace

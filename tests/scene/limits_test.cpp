@@ -1,4 +1,4 @@
-// A scene that asks for too much is refused in bounded time and memory.
+// A scene beyond the limits is refused in bounded time and memory.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -26,7 +26,7 @@ class Limits : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(Limits, MissingSceneIsNamed) {
+TEST_F(Limits, AMissingSceneIsNamed) {
   EXPECT_EQ(read("boom.yaml"),
             Messages{"boom.yaml: error: cannot read 'boom.yaml': No such file or directory"});
   EXPECT_EQ(read(""), Messages{"error: cannot read '': the file name is empty"});
@@ -39,7 +39,7 @@ TEST_F(Limits, FoldersAndPipesAreRefusedWithoutWaiting) {
             Messages{"pipe.yaml: error: cannot read 'pipe.yaml': it is not a regular file"});
 }
 
-TEST_F(Limits, LargeFileIsNotRead) {
+TEST_F(Limits, AFileThatIsTooLargeIsNotRead) {
   folder_.write("scene.yaml", "");
   std::filesystem::resize_file("scene.yaml", 268435457);  // sparse
   EXPECT_EQ(
@@ -48,7 +48,7 @@ TEST_F(Limits, LargeFileIsNotRead) {
           "scene.yaml: error: cannot read 'scene.yaml': it has 268435457 bytes, at most 268435456 are read"});
 }
 
-TEST_F(Limits, PointsBeyondTheTableAreRefused) {
+TEST_F(Limits, TooManyPointsAreRefused) {
   std::string csv = "mass,x,y,z\n";
   for (int i = 0; i < 263000; ++i) csv += "1," + std::to_string(i) + ",0,0\n";
   folder_.write("points.csv", csv);
@@ -57,8 +57,8 @@ TEST_F(Limits, PointsBeyondTheTableAreRefused) {
                      "taken; join points, or leave some out"});
 }
 
-// at once, not when the faulty point is mended
-TEST_F(Limits, PointsThatAreTooManyAreSaidBesideOtherFaults) {
+// both faults are reported in one run, so that no second fault appears after the first is corrected
+TEST_F(Limits, TooManyPointsAreReportedTogetherWithOtherFaults) {
   std::string csv = "mass,x,y,z\n-1,0,0,0\n";
   for (int i = 1; i < 200100; ++i) csv += "1," + std::to_string(i) + ",0,0\n";
   folder_.write("points.csv", csv);
@@ -69,21 +69,21 @@ TEST_F(Limits, PointsThatAreTooManyAreSaidBesideOtherFaults) {
                 "points, or leave some out"}));
 }
 
-TEST_F(Limits, GroupsBeyondTheTableAreRefused) {
+TEST_F(Limits, TooManyGroupsAreRefused) {
   std::string text = "points: {name: a, mass: 1, at: [0, 0, 0]}\ngroups:\n";
   for (int i = 0; i < 1100; ++i) text += "  g" + std::to_string(i) + ": a\n";
   EXPECT_EQ(read_text(text),
             Messages{"scene.yaml:1027:3: error: more than 1024 groups; the rest is not read"});
 }
 
-TEST_F(Limits, FeedbacksBeyondTheTableAreRefused) {
+TEST_F(Limits, TooManyFeedbacksAreRefused) {
   std::string text = "points: {name: a, mass: 1, at: [0, 0, 0]}\nfeedback:\n";
   for (int i = 0; i < 300; ++i) text += "  - {at: a, velocity: 1}\n";
   EXPECT_EQ(read_text(text),
             Messages{"scene.yaml:259:5: error: more than 256 feedbacks; the rest is not read"});
 }
 
-TEST_F(Limits, NestedAliasesAreNotMultipliedOut) {
+TEST_F(Limits, NestedAliasesAreNotExpanded) {
   std::string text = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
   for (int i = 1; i < 30; ++i) {
     const std::string before = "*a" + std::to_string(i - 1);
@@ -92,13 +92,13 @@ TEST_F(Limits, NestedAliasesAreNotMultipliedOut) {
     text += "]\n";
   }
   const Messages messages = read_text(text + "points: *a29\n");  // 1e30 words
-  ASSERT_EQ(messages.size(), 31u);  // 30 unknown keys, and the item that stands for ten points
+  ASSERT_EQ(messages.size(), 31u);  // the faults are 30 unknown keys and one point that is a list
   EXPECT_EQ(messages[29],
             "scene.yaml:29:11: error: point 1 is a list, must be a mapping of name, mass, at, inertia, "
             "offset, axes");
 }
 
-TEST_F(Limits, MergedMappingsAreCounted) {
+TEST_F(Limits, MergedMappingsCountTowardsTheLimit) {
   std::string text = "base: &base {";
   for (int i = 0; i < 2000; ++i) text += (i ? ", k" : "k") + std::to_string(i) + ": 1";
   text += "}\nmany:\n";
@@ -108,7 +108,7 @@ TEST_F(Limits, MergedMappingsAreCounted) {
                      "matrices in Matrix Market files"});
 }
 
-TEST_F(Limits, ListsThatNameTooMuchAreRefused) {
+TEST_F(Limits, ListsThatNameTooManyItemsAreRefused) {
   std::string csv = "mass,x,y,z\n";
   for (int i = 0; i < 8192; ++i) csv += "1," + std::to_string(i) + ",0,0\n";
   folder_.write("points.csv", csv);
@@ -127,8 +127,9 @@ TEST_F(Limits, ListsThatNameTooMuchAreRefused) {
   EXPECT_EQ(read_text(text + "loads: [{forces: {'1': [0, 0, 1]}}]\n").size(), 1u);
 }
 
-// by default everything up to 1000 points; above what is named, `all` being a name
-TEST_F(Limits, AboveAThousandPointsNothingIsPublishedOrPushedUnlessNamed) {
+// up to 1000 points everything is published and pushable by default; above, only what is named, and `all`
+// names every point
+TEST_F(Limits, AboveAThousandPointsOnlyNamedPointsArePublishedOrPushable) {
   constexpr int kPoints = 1100;
   std::string csv = "mass,x,y,z\n", springs = "from,to,stiffness\n";
   for (int i = 1; i <= kPoints; ++i) {
@@ -148,9 +149,9 @@ TEST_F(Limits, AboveAThousandPointsNothingIsPublishedOrPushedUnlessNamed) {
   EXPECT_TRUE(none.scene->pushable.empty());
   ASSERT_EQ(none.faults.size(), 1u);
   EXPECT_EQ(io::format_fault(none.faults[0], none.sources, false),
-            "points.csv:2:1: warning: of 1100 points none is published: above 1000 only what is named is "
-            "published, takes commands or is listed on the bus; name them with publish: points: of, publish: "
-            "loads: of and commands: points, or in groups");
+            "points.csv:2:1: warning: none of the 1100 points is published: above 1000 points, only named "
+            "points and links are published, take commands or are listed on the bus; name them in 'publish: "
+            "points: of', 'publish: loads: of' and 'commands: points', or in groups");
   const io::SceneResult all = read_with("publish: {points: {of: all}, loads: {of: all}}\n");
   ASSERT_TRUE(all.scene);
   EXPECT_EQ(all.scene->publication.points.size(), 1100u);
@@ -163,23 +164,23 @@ TEST_F(Limits, AboveAThousandPointsNothingIsPublishedOrPushedUnlessNamed) {
   EXPECT_EQ(some.scene->pushable, std::vector<int>{1098});
 }
 
-// 3 x 1236 - 6 = 3702 motions, more than a dense decomposition tells apart
-TEST_F(Limits, RigidBodiesOfManyPointsAreRefusedWithTheWayOut) {
+// 3 x 1236 - 6 = 3702 constraints are too many for the dense decomposition
+TEST_F(Limits, RigidBodiesOfTooManyPointsAreRefused) {
   std::string csv = "mass,x,y,z\n";
   for (int i = 0; i < 1236; ++i) csv += "1," + std::to_string(i) + "," + std::to_string(i % 7) + ",0\n";
   folder_.write("points.csv", csv);
   folder_.write("scene.yaml", "points: {csv: points.csv}\nlinks: {rigid: all}\n");
   const io::PlanResult result = io::load_plan("scene.yaml");
   EXPECT_FALSE(result.plan);
-  // after what is said of points that are not named
+  // the first fault is the warning on points that are not named
   ASSERT_EQ(result.faults.size(), 2u);
   EXPECT_NE(io::format_fault(result.faults[1], result.sources, false)
-                .find("forbid 3702 motions together, at most 1500 are told apart"),
+                .find("forbid 3702 motions together, at most 1500 can be handled"),
             std::string::npos)
       << io::format_fault(result.faults[1], result.sources, false);
 }
 
-TEST_F(Limits, FaultsAreListedUpToAThousand) {
+TEST_F(Limits, AtMostAThousandFaultsAreListed) {
   std::string csv = "mass,x,y,z\n";
   for (int i = 0; i < 5000; ++i) csv += "-1,0,0,0\n";
   folder_.write("points.csv", csv);
@@ -189,7 +190,7 @@ TEST_F(Limits, FaultsAreListedUpToAThousand) {
   EXPECT_EQ(messages[1000], "scene.yaml: error: more than 1000 faults; the rest is not listed");
 }
 
-TEST_F(Limits, MatrixThatPromisesTooMuchAllocatesNothing) {
+TEST_F(Limits, AMatrixThatDeclaresTooManyEntriesAllocatesNoMemory) {
   folder_.write("points.csv", [] {
     std::string csv = "mass,x,y,z\n";
     for (int i = 0; i < 8192; ++i) csv += "1,0,0,0\n";

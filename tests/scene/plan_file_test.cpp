@@ -1,4 +1,4 @@
-// Plans on disk: whole, or not there; what is read is what was written.
+// Plan files: a plan on disk is either complete or absent, and it is read back as it was written.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -49,7 +49,7 @@ class PlanFile : public ::testing::Test {
   Plan plan_;
 };
 
-TEST_F(PlanFile, ReadsBackBitForBit) {
+TEST_F(PlanFile, ASavedPlanIsReadBackBitForBit) {
   ASSERT_EQ(plan_.points.size(), 3u);
   EXPECT_EQ(io::save_plan(plan_, "boom.plan"), "");
   const io::PlanResult result = io::load_plan("boom.plan");
@@ -57,10 +57,10 @@ TEST_F(PlanFile, ReadsBackBitForBit) {
   EXPECT_TRUE(result.faults.empty());
   EXPECT_EQ(result.sources, std::vector<std::string>{"boom.plan"});
   EXPECT_EQ(plan_to_bytes(*result.plan), plan_to_bytes(plan_));
-  EXPECT_EQ(names(), (std::vector<std::string>{"boom.plan", "scene.yaml"})) << "nothing is left beside it";
+  EXPECT_EQ(names(), (std::vector<std::string>{"boom.plan", "scene.yaml"})) << "no temporary file remains";
 }
 
-TEST_F(PlanFile, OverwritesAndObeysTheUmask) {
+TEST_F(PlanFile, ASaveOverwritesThePlanAndObeysTheUmask) {
   folder_.write("boom.plan", "old");
   const mode_t before = ::umask(027);
   EXPECT_EQ(io::save_plan(plan_, "boom.plan"), "");
@@ -97,10 +97,10 @@ TEST_F(PlanFile, EveryFlippedByteIsRefused) {
   }
   std::string damaged = bytes;
   damaged.back() = static_cast<char>(damaged.back() ^ 1);
-  EXPECT_EQ(refusal(damaged), "bad.plan: error: damaged plan: the checksum does not agree");
+  EXPECT_EQ(refusal(damaged), "bad.plan: error: damaged plan: the checksum does not match");
 }
 
-TEST_F(PlanFile, NeitherSceneNorPlanIsReadAsAScene) {
+TEST_F(PlanFile, AFileWithoutTheMagicOfAPlanIsReadAsAScene) {
   EXPECT_EQ(
       refusal("FFPLA"),
       "bad.plan:1:1: error: scene is the text 'FFPLA', must be a mapping of name, rate, fidelity, "
@@ -109,7 +109,7 @@ TEST_F(PlanFile, NeitherSceneNorPlanIsReadAsAScene) {
       "leave_out, modes, publish, commands\n    FFPLA\n    ^");
 }
 
-TEST_F(PlanFile, PlacesThatCannotBeWrittenAreNamed) {
+TEST_F(PlanFile, AMessageNamesAPathThatCannotBeWritten) {
   EXPECT_EQ(io::save_plan(plan_, "nowhere/boom.plan"),
             "cannot write 'nowhere/boom.plan': No such file or directory");
   std::filesystem::create_directory(folder_.path() / "taken");
@@ -120,9 +120,9 @@ TEST_F(PlanFile, PlacesThatCannotBeWrittenAreNamed) {
   EXPECT_EQ(names(), (std::vector<std::string>{"scene.yaml", "taken"}));
 }
 
-TEST_F(PlanFile, OneThatIsEndedKeepsTheOldPlanAndLeavesNothing) {
+TEST_F(PlanFile, AnInterruptedSaveKeepsTheOldPlanAndLeavesNoOtherFile) {
   folder_.write("boom.plan", "old");
-  for (const int most : {0, 1}) {  // before the first byte, and when all are written
+  for (const int most : {0, 1}) {  // the save ends before the first byte, or after the last
     int asked = 0;
     const auto is_ended = [&] { return asked++ >= most; };
     EXPECT_EQ(io::save_plan(plan_, "boom.plan", is_ended),
@@ -132,9 +132,9 @@ TEST_F(PlanFile, OneThatIsEndedKeepsTheOldPlanAndLeavesNothing) {
   }
 }
 
-TEST_F(PlanFile, FullDiskKeepsTheOldPlanAndLeavesNothing) {
+TEST_F(PlanFile, OnAFullDiskTheOldPlanIsKeptAndNoOtherFileIsLeft) {
   folder_.write("boom.plan", "old");
-  // a file may not grow beyond 100 bytes: the kernel refuses the rest as it does on a full disk
+  // because of the size limit of 100 bytes the kernel refuses more bytes, as on a full disk
   const auto before = std::signal(SIGXFSZ, SIG_IGN);
   rlimit limit{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &limit), 0);

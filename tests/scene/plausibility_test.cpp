@@ -1,5 +1,5 @@
-// Values that can be computed with and are likely to be in another unit: a warning for each cause.
-// Coordinates that do not resolve the structure: an error.
+// Valid values that are probably given in a wrong unit cause one warning for each kind. Coordinates too
+// coarsely rounded to resolve the structure cause an error.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,21 +19,21 @@ std::vector<std::string> texts_of(const Faults& faults, const std::vector<std::s
   return texts;
 }
 
-// what is said of a scene that is taken
+// returns the warnings on a valid scene
 std::vector<std::string> warnings_of(const std::string& text) {
   const io::SceneResult result = io::read_scene_text({.text = text, .name = "s"});
   EXPECT_TRUE(result.scene.has_value());
   return texts_of(result.faults, result.sources);
 }
 
-// the three points and a plate on them, whose values stand in braces
+// returns the warnings on a plate with these values between the three points
 std::vector<std::string> warnings_of_plate(const std::string& values) {
   return warnings_of(kThreePoints + "links:\n  - {name: skin, plate: [hub..tip], nu: 0.3, " + values + "}\n");
 }
 
 using Texts = std::vector<std::string>;
 
-TEST(Plausibility, OfAModulusNamesTheUnitInWhichItWouldBeOne) {
+TEST(Plausibility, AWarningOfAModulusNamesTheLikelyUnit) {
   EXPECT_EQ(warnings_of_plate("E: 70, thickness: 0.01"),
             Texts{"s:6:5: warning: link 'skin': E of 70 Pa is less than rubber has; in GPa write 70e9"});
   EXPECT_EQ(warnings_of_plate("E: 210000, thickness: 0.01"),
@@ -45,7 +45,7 @@ TEST(Plausibility, OfAModulusNamesTheUnitInWhichItWouldBeOne) {
     EXPECT_EQ(warnings_of_plate(std::string("thickness: 0.01, E: ") + value), Texts{}) << value;
 }
 
-TEST(Plausibility, OfADensityNamesTheUnitInWhichItWouldBeOne) {
+TEST(Plausibility, AWarningOfADensityNamesTheLikelyUnit) {
   EXPECT_EQ(warnings_of_plate("E: 7e10, thickness: 0.01, density: 2.7e-9"),
             Texts{"s:6:5: warning: link 'skin': density of 2.7e-09 kg/m^3 is less than a light foam has; "
                   "in t/mm^3 write 2700"});
@@ -59,15 +59,15 @@ TEST(Plausibility, OfADensityNamesTheUnitInWhichItWouldBeOne) {
         << value;
 }
 
-TEST(Plausibility, OfAThicknessGoesByTheWidthOfThePlate) {
+TEST(Plausibility, ThicknessIsComparedWithTheWidthOfThePlate) {
   EXPECT_EQ(warnings_of_plate("E: 7e10, thickness: 2"),
             Texts{"s:6:5: warning: link 'skin': thickness of 2 m is more than the width of the plate, "
                   "0.707106781 m; in mm write 0.002"});
   EXPECT_EQ(warnings_of_plate("E: 7e10, thickness: 0.7"), Texts{});
 }
 
-// a strip of 2 mm and 3 mm thick is odd, and no other unit makes sense of it
-TEST(Plausibility, OfASmallThicknessNamesNoUnit) {
+// a plate 2 mm wide and 3 mm thick is implausible, and no other unit would make it plausible
+TEST(Plausibility, AWarningOfASmallThicknessNamesNoUnit) {
   const std::string points =
       "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [0.002, 0, 0]}\n"
       "  - {name: c, mass: 1, at: [0, 0.002, 0]}\n";
@@ -77,8 +77,8 @@ TEST(Plausibility, OfASmallThicknessNamesNoUnit) {
   EXPECT_TRUE(texts[0].ends_with(" m")) << texts[0];
 }
 
-// sqrt(EI / EA) of an aluminium tube of 1 m is 0.35 m; with EI in N mm^2 it is 350 m
-TEST(Plausibility, OfABeamGoesByItsRadiusOfGyration) {
+// for an aluminium tube of 1 m, sqrt(EI / EA) is 0.35 m; if EI is given in N mm^2, it is 350 m
+TEST(Plausibility, BeamStiffnessIsJudgedByItsRadiusOfGyration) {
   const auto beam = [](const std::string& stiffness) {
     return warnings_of(kThreePoints + "links:\n  - {name: tube, beam: [hub, mid], GJ: 1e6, " + stiffness +
                        "}\n");
@@ -91,7 +91,7 @@ TEST(Plausibility, OfABeamGoesByItsRadiusOfGyration) {
             "with a radius of gyration of 10 m on a beam of 1 m; check the units of both"});
 }
 
-TEST(Plausibility, OfABodyGoesByTheSpanOfTheStructure) {
+TEST(Plausibility, BodyIsComparedWithTheSpanOfTheStructure) {
   const auto body = [](const std::string& values) {
     return warnings_of(kThreePoints + "  - {name: bus, mass: 100, at: [0, 0, 1], " + values +
                        "}\nlinks:\n  - {rigid: [hub, mid, tip, bus]}\n");
@@ -101,23 +101,22 @@ TEST(Plausibility, OfABodyGoesByTheSpanOfTheStructure) {
       body("inertia: [2e7, 2e7, 2e7]"),
       Texts{"s:5:5: warning: point 'bus': inertia and mass give a radius of gyration of 547.722558 m in a "
             "structure that spans 1.73205081 m; inertia is in kg m^2"});
-  EXPECT_EQ(
-      body("inertia: [1, 1, 1], offset: [0, 0, 100]"),
-      Texts{
-          "s:5:5: warning: point 'bus': offset of 100 m in a structure that spans 1.73205081 m; it is in m"});
+  EXPECT_EQ(body("inertia: [1, 1, 1], offset: [0, 0, 100]"),
+            Texts{"s:5:5: warning: point 'bus': offset of 100 m in a structure that spans 1.73205081 m; an "
+                  "offset is in m"});
 }
 
-TEST(Plausibility, OfADampingRatioIsOne) {
+TEST(Plausibility, ADampingRatioAboveOneGivesAWarning) {
   const std::string springs = kThreePoints + "links:\n  - {spring: [hub, mid, tip], stiffness: 100}\n";
   EXPECT_EQ(warnings_of(springs + "damping: {ratio: 1}\n"), Texts{});
   EXPECT_EQ(
       warnings_of(springs + "damping: {ratio: 2}\n"),
-      Texts{"s:7:10: warning: damping: a ratio of 2 is above 1, at which nothing swings; in per cent write "
-            "0.02"});
+      Texts{"s:7:10: warning: damping: a ratio of 2 is above 1, critical damping; in per cent write 0.02"});
 }
 
-// 4 x 4 cells of 5 mm, 10 mm thick: each triangle is narrower than thick, the plate is not
-TEST(Plausibility, OfAFineMeshGoesByTheWholePlate) {
+// the plate has 4 x 4 cells of 5 mm and is 10 mm thick: each triangle is narrower than its thickness, but the
+// plate of 20 mm is wider
+TEST(Plausibility, ThicknessIsComparedWithTheWholePlateInAFineMesh) {
   std::string text = "points:\n";
   for (int i = 0; i < 5; ++i)
     for (int k = 0; k < 5; ++k)
@@ -133,7 +132,7 @@ TEST(Plausibility, OfAFineMeshGoesByTheWholePlate) {
   EXPECT_EQ(warnings_of(text), Texts{});
 }
 
-TEST(Plausibility, IsDoubtedOnceForACauseWithTheNumberOfTheOthers) {
+TEST(Plausibility, EachCauseGivesOneWarningWithTheNumberOfOtherLinks) {
   std::string text = "points:\n";
   for (int i = 0; i < 5; ++i)
     text += "  - {name: p" + std::to_string(i) + ", mass: 1, at: [" + std::to_string(i) + ", " +
@@ -158,7 +157,7 @@ TEST(Plausibility, IsDoubtedOnceForACauseWithTheNumberOfTheOthers) {
             "s:8:5: warning: link 1: E of 70 Pa is less than rubber has; in GPa write 70e9; so are 2 others");
 }
 
-TEST(Plausibility, OfLengthsIsDoubtedWhenTheyAreAMillionTimesAMillionApart) {
+TEST(Plausibility, LengthsInARatioOf1e12GiveAWarning) {
   const auto scene = [](const std::string& least) {
     return "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [" + least +
            ", 0, 0]}\n  - {name: c, mass: 1, at: [1e6, 0, 0]}\nlinks:\n"
@@ -171,7 +170,7 @@ TEST(Plausibility, OfLengthsIsDoubtedWhenTheyAreAMillionTimesAMillionApart) {
   EXPECT_EQ(warnings_of(scene("1e-5")), Texts{});
 }
 
-TEST(Plausibility, OfFrequenciesIsDoubtedAThousandfoldAboveTheRate) {
+TEST(Plausibility, FrequenciesAboveAThousandTimesTheRateGiveAWarning) {
   const auto warnings = [](const std::string& stiffness) {
     const io::PlanResult result = io::load_plan_text(
         {.text = "points: [{name: a, mass: 0.001, at: [0, 0, 0]}, {name: b, mass: 0.001, at: [1, 0, 0]}]\n"
@@ -181,23 +180,24 @@ TEST(Plausibility, OfFrequenciesIsDoubtedAThousandfoldAboveTheRate) {
     EXPECT_TRUE(result.plan.has_value());
     return texts_of(result.faults, result.sources);
   };
-  // sqrt(2 k / m) / (2 pi)
+  // the frequency is sqrt(2 k / m) / (2 pi) [Hz]
   EXPECT_EQ(
       warnings("1e12"),
       Texts{"s: warning: the highest frequency, 7117625.43 Hz, is 7117.62543 times the rate of 1000 Hz; "
             "masses are in kg, lengths in m, stiffnesses in N/m, N or N m^2"});
-  EXPECT_EQ(warnings("1e10"), Texts{}) << "711 times the rate";
+  EXPECT_EQ(warnings("1e10"), Texts{}) << "the frequency is 711 times the rate";
 }
 
-// beams of metres, `offset` metres from the origin along each axis: every coordinate is a double
+// returns a scene of beams some metres long at `offset` [m] from the origin along each axis; every coordinate
+// is an exact double
 std::string far_scene(double offset) {
   std::string text = "points:\n";
-  const double places[4][3] = {{0, 0, 0}, {1.5, 0, 0}, {3, 0, 0.5}, {3, 1, 0}};
+  const double positions[4][3] = {{0, 0, 0}, {1.5, 0, 0}, {3, 0, 0.5}, {3, 1, 0}};
   const char* masses[4] = {"40", "1", "1", "2"};
   for (int i = 0; i < 4; ++i) {
     text += "  - {name: p" + std::to_string(i) + ", mass: " + masses[i] + ", at: [";
     for (int axis = 0; axis < 3; ++axis)
-      text += (axis ? ", " : "") + std::to_string(offset + places[i][axis]);
+      text += (axis ? ", " : "") + std::to_string(offset + positions[i][axis]);
     text += "]}\n";
   }
   return text +
@@ -214,12 +214,14 @@ TEST(FarFromTheOrigin, CoordinatesThatDoNotResolveTheStructureAreRefused) {
       errors(std::ldexp(1.0, 50)),
       Texts{"s:6:9: error: link 1.1 of 1.5 m has points 1.12589991e+15 m from the origin, where numbers "
             "of 64 bits are 0.25 m apart and do not resolve it; give coordinates from an origin in the "
-            "structure, and where that is by initial: position; so for 2 other links"});
+            "structure, and the position of that origin by initial: position; the same holds for 2 other "
+            "links"});
   EXPECT_EQ(
       errors(std::ldexp(1.0, 46)),
       Texts{"s:6:9: error: link 1.1 of 1.5 m has points 7.03687442e+13 m from the origin, where numbers "
             "of 64 bits are 0.015625 m apart and do not resolve it; give coordinates from an origin in "
-            "the structure, and where that is by initial: position; so for 2 other links"});
+            "the structure, and the position of that origin by initial: position; the same holds for 2 other "
+            "links"});
 }
 
 TEST(FarFromTheOrigin, CoordinatesThatResolveTheStructureKeepItsFrequencies) {
@@ -227,7 +229,7 @@ TEST(FarFromTheOrigin, CoordinatesThatResolveTheStructureKeepItsFrequencies) {
   const io::PlanResult far = io::load_plan_text({far_scene(std::ldexp(1.0, 40))});
   ASSERT_TRUE(near.plan.has_value() && far.plan.has_value());
   EXPECT_EQ(far.faults.size(), 0u);
-  EXPECT_EQ(far.plan->omega, near.plan->omega) << "places are taken from the first point, without rounding";
+  EXPECT_EQ(far.plan->omega, near.plan->omega) << "positions relative to the first point are exact";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Bodies, mass of links, superelements and wheels stand in the scene as they are written.
+// Bodies, masses of links, superelements and wheels are read as written.
 #include <Eigen/Geometry>
 
 #include "core/scene/bodies.hpp"
@@ -13,7 +13,7 @@ const std::string kPoints =
     "  - {name: b, mass: 0, at: [2, 0, 0]}\n"
     "  - {name: c, mass: 1, at: [2, 1, 0]}\n";
 
-// every fault on the way to a plan
+// returns all faults of reading and set-up
 std::string faults_of(const std::string& text) {
   const TemporaryFolder folder;
   folder.write("scene.yaml", text);
@@ -23,7 +23,7 @@ std::string faults_of(const std::string& text) {
   return all;
 }
 
-TEST(ReadBodies, InertiaOffsetAndAxesAreThoseOfTheBody) {
+TEST(ReadBodies, InertiaAndOffsetAreReadInTheAxesOfTheBody) {
   const Scene scene = read_good(
       "points:\n"
       "  - {name: a, mass: 2, at: [0, 0, 0], inertia: [3, 4, 5], offset: [0.1, 0, 0.2]}\n"
@@ -35,7 +35,7 @@ TEST(ReadBodies, InertiaOffsetAndAxesAreThoseOfTheBody) {
   Eigen::Matrix3d six;
   six << 3.0, -0.1, 0.2, -0.1, 4.0, 0.3, 0.2, 0.3, 5.0;
   EXPECT_EQ(scene.points[1].inertia, six);
-  // (0.6, 0, 0, 0.8) turns x to (-0.28, 0.96, 0)
+  // the quaternion (0.6, 0, 0, 0.8) rotates x to (-0.28, 0.96, 0)
   EXPECT_LT((scene.points[2].offset - Eigen::Vector3d(-0.28, 0.96, 0.0)).norm(), 1e-15);
   const Eigen::Vector3d x(-0.28, 0.96, 0.0), y(-0.96, -0.28, 0.0);
   const Eigen::Matrix3d J = scene.points[2].inertia;
@@ -43,7 +43,7 @@ TEST(ReadBodies, InertiaOffsetAndAxesAreThoseOfTheBody) {
   EXPECT_NEAR(y.dot(J * y), 4.0, 1e-14);
 }
 
-TEST(ReadBodies, MassOfLinksIsThatOfTheirKeys) {
+TEST(ReadBodies, LinksHaveTheMassAndDistributionThatTheirKeysGive) {
   const Scene scene = read_good(
       kPoints +
       "links:\n"
@@ -52,12 +52,12 @@ TEST(ReadBodies, MassOfLinksIsThatOfTheirKeys) {
       "  - {plate: [hub, b, c], E: 1e9, nu: 0.3, thickness: 0.01, density: 100}\n"
       "  - {beam: [b, c], EA: 1e5, GJ: 1e3, EIy: 1e3, EIz: 1e3, mass_per_length: 1, lumped: false}\n");
   EXPECT_DOUBLE_EQ(mass_of(scene, scene.links[0]), 6.0);
-  EXPECT_EQ(spread_of(scene.links[0]), MassSpread::kMeanAxial);
+  EXPECT_EQ(mass_distribution_of(scene.links[0]), MassDistribution::kMeanAxial);
   EXPECT_DOUBLE_EQ(mass_of(scene, scene.links[1]), 2.0);
-  EXPECT_EQ(spread_of(scene.links[1]), MassSpread::kLumped);
+  EXPECT_EQ(mass_distribution_of(scene.links[1]), MassDistribution::kLumped);
   EXPECT_DOUBLE_EQ(mass_of(scene, scene.links[2]), 1.0);
-  EXPECT_EQ(spread_of(scene.links[2]), MassSpread::kConsistent);
-  EXPECT_EQ(spread_of(scene.links[3]), MassSpread::kConsistent);
+  EXPECT_EQ(mass_distribution_of(scene.links[2]), MassDistribution::kConsistent);
+  EXPECT_EQ(mass_distribution_of(scene.links[3]), MassDistribution::kConsistent);
 }
 
 TEST(ReadBodies, WheelsAndTorquesAreReadByName) {
@@ -81,7 +81,7 @@ TEST(ReadBodies, WheelsAndTorquesAreReadByName) {
   EXPECT_EQ(scene.loads[0].wheels[0].torque, 0.5);
 }
 
-TEST(ReadBodies, WhatIsNoBodyIsSaid) {
+TEST(ReadBodies, UnknownWheelsTorquesOnPointsAndConflictingMassKeysAreReported) {
   const std::string beam = "links: [{beam: [hub, b, c], EA: 1e5, GJ: 1e3, EIy: 1e3, EIz: 1e3}]\n";
   const auto expect = [](const std::string& scene, const std::string& what) {
     const std::string text = faults_of(scene);

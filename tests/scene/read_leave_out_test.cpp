@@ -1,4 +1,4 @@
-// What a scene says of parts to leave out stands in it as it is written.
+// The section leave_out is read as written.
 #include <algorithm>
 
 #include "tests/scene/good_scene.hpp"
@@ -6,7 +6,7 @@
 namespace freeflex::testing {
 namespace {
 
-TEST(ReadLeaveOut, NothingButWhatChangesNothingGoesUnlessWritten) {
+TEST(ReadLeaveOut, ByDefaultTheToleranceIsZeroAndNoFeatureIsKept) {
   const LeaveOut leave_out = read_good(kTwoPoints).leave_out;
   EXPECT_EQ(leave_out.tolerance, 0.0);
   EXPECT_EQ(leave_out.on_need, OnNeed::kKeep);
@@ -21,16 +21,16 @@ TEST(ReadLeaveOut, EveryKeyIsRead) {
   EXPECT_EQ(leave_out.tolerance, 1e-3);
   EXPECT_EQ(leave_out.horizon, 2.5);
   EXPECT_EQ(leave_out.on_need, OnNeed::kReplan);
-  for (int k = 0; k < kNumParts; ++k) {
-    const auto part = static_cast<Part>(k);
+  for (int k = 0; k < kNumFeatures; ++k) {
+    const auto feature = static_cast<Feature>(k);
     EXPECT_EQ(leave_out.keeps[static_cast<std::size_t>(k)],
-              part == Part::kDamping || part == Part::kPointRows)
+              feature == Feature::kDamping || feature == Feature::kPointRows)
         << k;
   }
   EXPECT_EQ(leave_out.origin.line, 3);
 }
 
-TEST(ReadLeaveOut, AllKeepsEveryPart) {
+TEST(ReadLeaveOut, KeepAllKeepsEveryFeature) {
   const LeaveOut leave_out = read_good(kTwoPoints + "leave_out: {keep: all, on_need: refuse}\n").leave_out;
   EXPECT_EQ(leave_out.on_need, OnNeed::kRefuse);
   EXPECT_TRUE(std::all_of(leave_out.keeps.begin(), leave_out.keeps.end(), [](bool keeps) { return keeps; }));

@@ -1,4 +1,4 @@
-// Each kind of link stands in the scene as it is written.
+// Each kind of link is read as written.
 #include "core/scene/link_kinds.hpp"
 #include "tests/scene/good_scene.hpp"
 
@@ -14,14 +14,14 @@ const std::string kSixPoints =
     "  - {name: e, mass: 1, at: [0, 2, 0]}\n"
     "  - {name: f, mass: 1, at: [3, 1, 1]}\n";
 
-// the links of a scene of six points, a to f
+// returns the links that this text gives for the six points a to f
 std::vector<Link> read_links(const std::string& links) {
   return read_good(kSixPoints + "links:\n" + links).links;
 }
 
 using Released = std::array<std::array<bool, 3>, 2>;
 
-// how one of each kind is written; a new kind does not compile until it has a line here
+// the text of a link of each kind; if a new kind has no overload here, this file does not compile
 std::string written(const Spring&) { return "{spring: [a, b], stiffness: 1}"; }
 std::string written(const Bar&) { return "{bar: [a, b], EA: 1}"; }
 std::string written(const Beam&) { return "{beam: [a, b], EA: 1, GJ: 1, EIy: 1, EIz: 1}"; }
@@ -32,7 +32,7 @@ std::string written(const Plate&) { return "{plate: [a, b, c], E: 7e9, nu: 0.3, 
 std::string written(const Rigid&) { return "{rigid: [a, b]}"; }
 std::string written(const Dashpot&) { return "{dashpot: [a, b], damping: 1}"; }
 
-TEST(ReadLinks, EveryKindIsWrittenUnderItsName) {
+TEST(ReadLinks, EveryKindOfLinkIsReadFromTheKeyOfItsName) {
   const TemporaryFolder folder;
   folder.write("K.mtx", "%%MatrixMarket matrix coordinate real symmetric\n6 6 3\n1 1 5\n4 1 -5\n4 4 5\n");
   const auto expect = [&]<std::size_t I>(std::integral_constant<std::size_t, I>) {
@@ -49,7 +49,7 @@ TEST(ReadLinks, EveryKindIsWrittenUnderItsName) {
   (std::make_index_sequence<std::variant_size_v<LinkKind>>{});
 }
 
-TEST(ReadLinks, BeamHasNoShearAndNoReleaseUnlessGiven) {
+TEST(ReadLinks, ABeamHasNoShearDeformationAndNoReleaseByDefault) {
   const auto links = read_links("  - {beam: [a, b, c], EA: 1, GJ: 2, EIy: 3, EIz: 4}\n");
   ASSERT_EQ(links.size(), 2u);
   for (const Link& link : links) {
@@ -62,7 +62,7 @@ TEST(ReadLinks, BeamHasNoShearAndNoReleaseUnlessGiven) {
   }
 }
 
-TEST(ReadLinks, ShearStiffnessBelongsToTheAxisOfItsName) {
+TEST(ReadLinks, EachShearKeySetsTheStiffnessAlongItsAxis) {
   const auto links = read_links(
       "  - {beam: [a, b, c], EA: 1, GJ: 2, EIy: 3, EIz: 4, GAy: 5, GAz: 6, loss_factor: 0.25}\n"
       "  - {beam: [c, d], EA: 1, GJ: 2, EIy: 3, EIz: 4, GAz: 7}\n");
@@ -76,7 +76,7 @@ TEST(ReadLinks, ShearStiffnessBelongsToTheAxisOfItsName) {
   EXPECT_EQ(std::get<Beam>(links[2].kind).GA_z, 7.0);
 }
 
-TEST(ReadLinks, ReleasesBelongToTheEndAndAxisOfTheirName) {
+TEST(ReadLinks, EachReleaseActsAtTheEndAndAxisInItsName) {
   const std::string beam = "  - {beam: [a, b], EA: 1, GJ: 2, EIy: 3, EIz: 4, release: ";
   const auto released = [&](const std::string& release) {
     const auto links = read_links(beam + release + "}\n");
@@ -87,13 +87,13 @@ TEST(ReadLinks, ReleasesBelongToTheEndAndAxisOfTheirName) {
   EXPECT_EQ(released("{from: y, to: []}"), (Released{{{false, true, false}, {false, false, false}}}));
 }
 
-TEST(ReadLinks, BendingChainHasASpringForEachThreePoints) {
+TEST(ReadLinks, ABendingChainHasASpringForEveryThreeSuccessivePoints) {
   const auto links = read_links(
       "  - {name: one, bending: [c, a, b], stiffness: 2, viscous: 0.25, loss_factor: 0.5}\n"
       "  - {name: more, bending: [a..d], stiffness: 3}\n");
   ASSERT_EQ(links.size(), 3u);
   EXPECT_EQ(links[0].name, "one");
-  EXPECT_EQ(links[0].points, (std::vector<int>{2, 0, 1})) << "the middle point keeps its place";
+  EXPECT_EQ(links[0].points, (std::vector<int>{2, 0, 1})) << "the middle point stays in the middle";
   EXPECT_EQ(std::get<BendingSpring>(links[0].kind).stiffness, 2.0);
   EXPECT_EQ(links[0].viscous, 0.25);
   EXPECT_EQ(links[0].loss_factor, 0.5);
@@ -104,7 +104,7 @@ TEST(ReadLinks, BendingChainHasASpringForEachThreePoints) {
   EXPECT_EQ(std::get<BendingSpring>(links[2].kind).stiffness, 3.0);
 }
 
-TEST(ReadLinks, TorsionChainOfARingHasASpringForEachBond) {
+TEST(ReadLinks, ATorsionChainAroundARingHasASpringForEachBond) {
   const auto links =
       read_links("  - {torsion: [a..e, a, b, c], stiffness: 4, viscous: 0.5, loss_factor: 0.25}\n");
   ASSERT_EQ(links.size(), 5u);
@@ -119,7 +119,7 @@ TEST(ReadLinks, TorsionChainOfARingHasASpringForEachBond) {
   }
 }
 
-TEST(ReadLinks, PlateKeepsItsPointsAndMaterial) {
+TEST(ReadLinks, APlateKeepsItsPointsAndMaterial) {
   const auto links = read_links(
       "  - {name: skin, plate: [f, a, c], E: 7e10, nu: 0.3, thickness: 2e-3, loss_factor: 0.01}\n");
   ASSERT_EQ(links.size(), 1u);
@@ -132,7 +132,7 @@ TEST(ReadLinks, PlateKeepsItsPointsAndMaterial) {
   EXPECT_EQ(links[0].loss_factor, 0.01);
 }
 
-TEST(ReadLinks, RigidBodyIsOneLinkOverItsSelection) {
+TEST(ReadLinks, ARigidBodyIsOneLinkOverAllSelectedPoints) {
   const auto links =
       read_links("  - {rigid: [b, a]}\n  - {name: body, rigid: [c..e, a]}\n  - {rigid: all}\n");
   ASSERT_EQ(links.size(), 3u);
@@ -143,7 +143,7 @@ TEST(ReadLinks, RigidBodyIsOneLinkOverItsSelection) {
   EXPECT_EQ(links[2].points, (std::vector<int>{0, 1, 2, 3, 4, 5}));
 }
 
-TEST(ReadLinks, DashpotsStandAlongAChain) {
+TEST(ReadLinks, AChainOfDashpotsHasOneDashpotForEachPairOfNeighbours) {
   const auto links = read_links("  - {name: damper, dashpot: [a, b, c], damping: 12.5}\n");
   ASSERT_EQ(links.size(), 2u);
   EXPECT_EQ(links[1].name, "damper.2");
@@ -151,7 +151,7 @@ TEST(ReadLinks, DashpotsStandAlongAChain) {
   EXPECT_EQ(std::get<Dashpot>(links[1].kind).damping, 12.5);
 }
 
-TEST(ReadLinks, LossesBelongToEveryLinkOfAChain) {
+TEST(ReadLinks, EveryLinkOfAChainHasTheLossesOfTheChain) {
   const auto links = read_links(
       "  - {spring: [a, b, c], stiffness: 1, viscous: 0.5, loss_factor: 0.25}\n"
       "  - {bar: [a, b, c], EA: 1, viscous: 1, loss_factor: 0}\n");
@@ -164,7 +164,8 @@ TEST(ReadLinks, LossesBelongToEveryLinkOfAChain) {
   }
 }
 
-// links 0 to 5: spring, rigid link, rigid body, matrix, flexibility, dashpot
+// returns which of the links 0 to 5 are published: spring, rigid link, rigid body, matrix, flexibility,
+// dashpot
 std::vector<int> published_links(const std::string& publish) {
   const TemporaryFolder folder;
   folder.write("K.mtx", "%%MatrixMarket matrix coordinate real symmetric\n6 6 1\n1 1 1\n");
@@ -180,7 +181,7 @@ std::vector<int> published_links(const std::string& publish) {
       .publication.links;
 }
 
-TEST(ReadLinks, LongForcesArePublishedOnlyByName) {
+TEST(ReadLinks, LinksWithManyForceComponentsArePublishedOnlyIfNamed) {
   const std::vector<int> short_ones{0, 1, 5};
   EXPECT_EQ(published_links(""), short_ones);
   EXPECT_EQ(published_links("publish: {loads: {rate: 10}}\n"), short_ones);
@@ -190,7 +191,7 @@ TEST(ReadLinks, LongForcesArePublishedOnlyByName) {
   EXPECT_EQ(published_links("publish: {loads: {of: []}}\n"), std::vector<int>{});
 }
 
-TEST(ReadLinks, SceneOfEveryKindBecomesAPlanWithoutAnyFault) {
+TEST(ReadLinks, ASceneWithEveryKindOfLinkBecomesAPlanWithoutFaults) {
   const TemporaryFolder folder;
   folder.write("K.mtx", "%%MatrixMarket matrix coordinate real symmetric\n6 6 3\n1 1 5\n4 1 -5\n4 4 5\n");
   std::string flexibility = "%%MatrixMarket matrix coordinate real symmetric\n6 6 6\n";
@@ -217,9 +218,9 @@ TEST(ReadLinks, SceneOfEveryKindBecomesAPlanWithoutAnyFault) {
   const io::PlanResult result = io::load_plan("scene.yaml");
   for (const Fault& fault : result.faults) ADD_FAILURE() << io::format_fault(fault, result.sources);
   ASSERT_TRUE(result.plan.has_value());
-  EXPECT_EQ(result.plan->num_elastic, 3 * 6 - 6 - 1) << "one freedom less for the rigid link";
+  EXPECT_EQ(result.plan->num_elastic, 3 * 6 - 6 - 1) << "the rigid link removes one freedom";
   EXPECT_EQ(result.plan->links.size(), 16u);
-  EXPECT_EQ(result.plan->link_outputs.size(), 14u) << "all but the two matrices";
+  EXPECT_EQ(result.plan->link_outputs.size(), 14u) << "all links except the two matrices";
 }
 
 }  // namespace

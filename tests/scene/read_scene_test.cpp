@@ -1,4 +1,4 @@
-// What a person writes is what the scene holds.
+// Every key of a scene is read as written.
 #include <gtest/gtest.h>
 
 #include "tests/scene/good_scene.hpp"
@@ -6,7 +6,7 @@
 namespace freeflex::testing {
 namespace {
 
-// every key of every section, each with a value that occurs nowhere else
+// every key of every section, each with a distinct value
 const std::string kEveryKey = R"(
 name: everything
 rate: 500
@@ -44,13 +44,13 @@ commands: {points: [tip, '2'], force_limit: 1000, torque_limit: 100, max_age: 0.
   sender_share: 0.5, max_hold: 5}
 )";
 
-TEST(ReadScene, PointsAndLinksStandAsWritten) {
+TEST(ReadScene, PointsAndLinksAreReadAsWritten) {
   const Scene scene = read_good(kEveryKey);
   EXPECT_EQ(scene.name, "everything");
   EXPECT_EQ(scene.rate, 500.0);
   ASSERT_EQ(scene.points.size(), 4u);
   EXPECT_EQ(scene.points[0].position, Eigen::Vector3d(0.5, -1.5, 0.2));
-  EXPECT_EQ(scene.points[1].name, "2") << "a point without a name has its number";
+  EXPECT_EQ(scene.points[1].name, "2") << "the name of a point without a name is its number";
   EXPECT_EQ(scene.points[1].mass, 0.25);
   EXPECT_EQ(scene.points[2].mass, 3.0);
   EXPECT_EQ(scene.points[2].origin.line, 7);
@@ -62,7 +62,7 @@ TEST(ReadScene, PointsAndLinksStandAsWritten) {
   EXPECT_EQ(std::get<Bar>(scene.links[1].kind).EA, 2e7);
 }
 
-TEST(ReadScene, ChainJoinsEachPointToTheNext) {
+TEST(ReadScene, AChainJoinsEachPointToTheNext) {
   const Scene scene = read_good(kEveryKey);
   ASSERT_EQ(scene.links.size(), 5u);
   const std::vector<std::vector<int>> ends{{0, 1}, {1, 2}, {2, 0}};
@@ -77,7 +77,7 @@ TEST(ReadScene, ChainJoinsEachPointToTheNext) {
   }
 }
 
-TEST(ReadScene, DampingGravityAndInitialStateStandAsWritten) {
+TEST(ReadScene, DampingGravityAndInitialStateAreReadAsWritten) {
   const Scene scene = read_good(kEveryKey);
   EXPECT_EQ(scene.damping.modal_ratio, 0.01);
   EXPECT_EQ(scene.damping.mode_ratios, (std::vector<std::pair<int, double>>{{7, 0.02}, {2, 0.03}}));
@@ -99,7 +99,7 @@ TEST(ReadScene, DampingGravityAndInitialStateStandAsWritten) {
   EXPECT_EQ(initial.modes[0].q_dot, 0.8);
 }
 
-TEST(ReadScene, LoadsAndTheirHistoriesStandAsWritten) {
+TEST(ReadScene, LoadsAndTheirHistoriesAreReadAsWritten) {
   const Scene scene = read_good(kEveryKey);
   ASSERT_EQ(scene.loads.size(), 4u);
   EXPECT_EQ(scene.loads[0].name, "kick");
@@ -122,7 +122,7 @@ TEST(ReadScene, LoadsAndTheirHistoriesStandAsWritten) {
   EXPECT_TRUE(std::holds_alternative<ConstantHistory>(scene.loads[3].history));
 }
 
-TEST(ReadScene, SelectionsKeepTheOrderWritten) {
+TEST(ReadScene, SelectionsKeepTheirWrittenOrder) {
   const Scene scene = read_good(kEveryKey);
   ASSERT_EQ(scene.groups.size(), 2u);
   EXPECT_EQ(scene.groups[0].points, (std::vector<int>{2, 3}));
@@ -141,12 +141,12 @@ TEST(ReadScene, SelectionsKeepTheOrderWritten) {
   EXPECT_EQ(scene.torque_limit, 100.0);
 }
 
-TEST(ReadScene, EverythingIsPublishedAndPushableUnlessChosen) {
+TEST(ReadScene, EverythingIsPublishedAndPushableByDefault) {
   const Scene scene = read_good(
       "points: [{name: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}]\n"
       "links: {spring: [a, b], stiffness: 1}\n"
       "groups: {both: all}\n");
-  EXPECT_EQ(scene.name, "scene") << "from the file name";
+  EXPECT_EQ(scene.name, "scene") << "the name comes from the file name";
   EXPECT_EQ(scene.publication.points, (std::vector<int>{0, 1}));
   EXPECT_EQ(scene.publication.links, (std::vector<int>{0}));
   EXPECT_EQ(scene.publication.groups, (std::vector<int>{0}));
@@ -155,7 +155,7 @@ TEST(ReadScene, EverythingIsPublishedAndPushableUnlessChosen) {
   EXPECT_EQ(scene.command_limits, (CommandLimits{.max_age = 1.0, .sender_share = 0.25, .max_hold = 60.0}));
 }
 
-TEST(ReadScene, AnchorsAndMergesSaveTyping) {
+TEST(ReadScene, AnchorsAndMergesAreExpanded) {
   const Scene scene = read_good(
       "points:\n"
       "  - &first {name: a, mass: 7, at: [0, 0, 0]}\n"
@@ -168,7 +168,7 @@ TEST(ReadScene, AnchorsAndMergesSaveTyping) {
   EXPECT_EQ(scene.gravity, Eigen::Vector3d(1, 0, 0));
 }
 
-TEST(ReadScene, JsonIsYaml) {
+TEST(ReadScene, ASceneInJsonIsReadAsYaml) {
   const Scene scene = read_good(
       "{\n\t\"name\": \"json\",\r\n"
       "  \"points\": [{\"name\": \"a\", \"mass\": 1.5, \"at\": [0, -1e-3, 2E+2]}]\n}\n");
@@ -190,11 +190,11 @@ TEST(ReadScene, AttitudeIsNormalisedToTheLastBit) {
   const Scene scene =
       read_good("points: {mass: 1, at: [0, 0, 0]}\ninitial: {attitude: [0.7071068, 0, 0.7071068, 0]}\n");
   EXPECT_NEAR(scene.initial.attitude.norm(), 1.0,
-              2.3e-16);  // one rounding of the norm and one of each quotient
+              2.3e-16);  // the norm and each quotient are rounded once
   EXPECT_EQ(scene.initial.attitude[0], scene.initial.attitude[2]);
 }
 
-TEST(ReadScene, HashCoversEveryFileInOrder) {
+TEST(ReadScene, TheSceneHashCoversEveryFileInOrder) {
   const TemporaryFolder folder;
   const auto hash = [&](const std::string& yaml, const std::string& csv) {
     folder.write("scene.yaml", yaml);
@@ -212,7 +212,7 @@ TEST(ReadScene, HashCoversEveryFileInOrder) {
   EXPECT_EQ(first, 0x3f1483d8e9accb3bu) << "XXH3-64, seed 0, of both texts as one";
 }
 
-TEST(ReadScene, RatesAboveTheTickRateAreAWarning) {
+TEST(ReadScene, PublicationRatesAboveTheTickRateGiveAWarning) {
   const TemporaryFolder folder;
   folder.write("scene.yaml", "rate: 100\npoints: {mass: 1, at: [0, 0, 0]}\npublish: {state: 200}\n");
   const io::SceneResult result = io::read_scene("scene.yaml");
@@ -224,7 +224,7 @@ TEST(ReadScene, RatesAboveTheTickRateAreAWarning) {
             "most once");
 }
 
-TEST(ReadScene, FilesAreFoundBesideTheScene) {
+TEST(ReadScene, FilesAreFoundInTheFolderOfTheScene) {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "scenes");
   folder.write("scenes/scene.yaml", "points: {csv: points.csv}\n");

@@ -1,4 +1,4 @@
-// The schema for editors says what the reader does, as far as a schema can.
+// The schema for editors accepts and refuses the same scenes as the reader, as far as a schema can.
 #include "service/io/scene/schema.hpp"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,8 @@ std::string read_file(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// What the schema says of each scene: empty where it takes it, a fault where not; nullopt: it is no YAML.
+/// Returns the answer of the schema for each scene: "" if it is accepted, a fault if it is refused, nullopt
+/// if it is not YAML.
 std::vector<std::optional<std::string>> ask_schema(const std::vector<std::string>& scenes) {
   const TemporaryFolder folder;
   folder.write("schema.json", io::scene_schema());
@@ -51,15 +52,15 @@ std::vector<std::optional<std::string>> ask_schema(const std::vector<std::string
   return answers;
 }
 
-/// A scene with something changed.
+/// Holds the text of a changed scene and a description of the change.
 struct Changed {
   std::string what, text;
 };
 
-/// A scene with every key, and the files that it names.
+/// Provides a scene with every key, and the files that it names.
 class Schema : public ::testing::Test {
  protected:
-  struct Place {
+  struct Location {
     Pointer path;
     const Section* section;
   };
@@ -70,14 +71,15 @@ class Schema : public ::testing::Test {
     for (const char* name : {"K.mtx", "M.mtx"})
       folder_.write(name, "%%MatrixMarket matrix coordinate real symmetric\n13 13 1\n1 1 1\n");
     folder_.write("F.mtx", "%%MatrixMarket matrix coordinate real symmetric\n6 6 1\n1 1 1\n");
-    find_places(scene_, io::reader::sections::kScene, Pointer());
+    find_locations(scene_, io::reader::sections::kScene, Pointer());
   }
   bool is_taken(const std::string& text) const {
-    std::filesystem::remove("scene.yaml");  // to write it over waits for the disk
+    std::filesystem::remove("scene.yaml");  // overwriting the file would wait for the disk
     folder_.write("scene.yaml", text);
     return io::read_scene("scene.yaml").scene.has_value();
   }
-  /// A copy with the value at a place and key replaced, and without what that does not need.
+  /// Returns a copy of the scene with another value for the key at the path, without the sections that the
+  /// test does not need.
   Json with(const Pointer& path, const std::string& key, const Json& value) const {
     static const std::set<std::string> kNeeded{"points", "links",    "groups",
                                                "wheels", "fidelity", "tolerance"};
@@ -93,9 +95,9 @@ class Schema : public ::testing::Test {
   void expect_refused_by_both(const std::vector<Changed>& changes) const {
     std::vector<std::string> texts;
     for (const Changed& change : changes) texts.push_back(change.text);
-    const auto said = ask_schema(texts);
+    const auto answers = ask_schema(texts);
     for (std::size_t i = 0; i < changes.size(); ++i) {
-      EXPECT_NE(said[i], "") << changes[i].what;
+      EXPECT_NE(answers[i], "") << changes[i].what;
       EXPECT_FALSE(is_taken(changes[i].text)) << changes[i].what;
     }
   }
@@ -103,26 +105,26 @@ class Schema : public ::testing::Test {
 
   const TemporaryFolder folder_;
   const Json scene_ = with_every_key();
-  std::vector<Place> places_;
+  std::vector<Location> locations_;
 
  private:
-  void find_places(const Json& value, const Section& section, const Pointer& path) {
-    places_.push_back({path, &section});
+  void find_locations(const Json& value, const Section& section, const Pointer& path) {
+    locations_.push_back({path, &section});
     for (const Key& key : section.keys) {
       const std::string name(key.name);
       if (key.sections.empty() || !value.contains(name)) continue;
       const Json& below = value[name];
       if (key.per != Per::kNothing)
         for (const auto& [each, item] : below.items())
-          find_places(item, *key.sections[0], path / name / each);
+          find_locations(item, *key.sections[0], path / name / each);
       else if (below.is_array())
         for (std::size_t i = 0; i < below.size(); ++i)
-          find_places(below[i], section_of(below[i], key), path / name / i);
+          find_locations(below[i], section_of(below[i], key), path / name / i);
       else
-        find_places(below, section_of(below, key), path / name);
+        find_locations(below, section_of(below, key), path / name);
     }
   }
-  /// The one whose required keys are there.
+  /// Returns the section of the schema whose required keys the item has.
   static const Section& section_of(const Json& item, const Key& key) {
     const auto fits = [&](const Section* section) {
       return std::all_of(section->keys.begin(), section->keys.end(), [&](const Key& each) {
@@ -181,7 +183,7 @@ Json Schema::with_every_key() {
 })");
 }
 
-// the sections of a scene, each once
+// calls `take` once for each section of a scene
 void each_section(const Section& section, const std::string& chapter, std::set<const Section*>& seen,
                   const std::function<void(const Section&, const std::string& chapter)>& take) {
   if (!seen.insert(&section).second) return;
@@ -195,54 +197,54 @@ void each_section(const std::function<void(const Section&, const std::string& ch
   each_section(io::reader::sections::kScene, "", seen, take);
 }
 
-TEST_F(Schema, TakesASceneWithEveryKeyOfTheTable) {
+TEST_F(Schema, AcceptsASceneWithEveryKeyOfTheTable) {
   EXPECT_TRUE(is_taken(scene_.dump()));
   Json other = scene_;
   other["modes"] = {{"count", 3}};
   EXPECT_TRUE(is_taken(other.dump()));
-  const auto said = ask_schema({scene_.dump(), other.dump()});
-  EXPECT_EQ(said[0], "");
-  EXPECT_EQ(said[1], "");
+  const auto answers = ask_schema({scene_.dump(), other.dump()});
+  EXPECT_EQ(answers[0], "");
+  EXPECT_EQ(answers[1], "");
   each_section([&](const Section& section, const std::string&) {
     for (const Key& key : section.keys)
       EXPECT_TRUE(key.name == "count" ||
-                  std::any_of(places_.begin(), places_.end(),
-                              [&](const Place& place) {
-                                return place.section == &section &&
-                                       scene_[place.path].contains(std::string(key.name));
+                  std::any_of(locations_.begin(), locations_.end(),
+                              [&](const Location& location) {
+                                return location.section == &section &&
+                                       scene_[location.path].contains(std::string(key.name));
                               }))
           << section.name << ": " << key.name;
   });
 }
 
-TEST_F(Schema, RefusesWithTheReaderWhatIsMisspeltMissingOrOfAnotherKind) {
+TEST_F(Schema, RefusesMisspeltMissingAndMistypedKeysAsTheReaderDoes) {
   std::vector<Changed> changes;
   const auto add = [&](const std::string& what, const Json& changed) {
     changes.push_back({what, changed.dump()});
   };
-  for (const Place& place : places_)
-    for (const Key& key : place.section->keys) {
-      const std::string name(key.name), where = place.path.to_string() + "/" + name;
-      if (!scene_[place.path].contains(name)) continue;
-      Json misspelt = with(place.path, name + "x", scene_[place.path][name]);
-      misspelt[place.path].erase(name);
+  for (const Location& location : locations_)
+    for (const Key& key : location.section->keys) {
+      const std::string name(key.name), where = location.path.to_string() + "/" + name;
+      if (!scene_[location.path].contains(name)) continue;
+      Json misspelt = with(location.path, name + "x", scene_[location.path][name]);
+      misspelt[location.path].erase(name);
       add(where + " misspelt", misspelt);
-      Json missing = with(place.path, name, nullptr);
-      missing[place.path].erase(name);
+      Json missing = with(location.path, name, nullptr);
+      missing[location.path].erase(name);
       if (key.is_required) add(where + " missing", missing);
-      add(where + " empty", with(place.path, name, nullptr));
-      add(where + " nested", with(place.path, name, Json::parse("[[[]]]")));
+      add(where + " empty", with(location.path, name, nullptr));
+      add(where + " nested", with(location.path, name, Json::parse("[[[]]]")));
     }
   expect_refused_by_both(changes);
   EXPECT_GT(changes.size(), 400u);
 }
 
-TEST_F(Schema, RefusesWithTheReaderNumbersOutOfRange) {
+TEST_F(Schema, RefusesNumbersOutOfRangeAsTheReaderDoes) {
   std::vector<Changed> changes;
-  for (const Place& place : places_)
-    for (const Key& key : place.section->keys) {
+  for (const Location& location : locations_)
+    for (const Key& key : location.section->keys) {
       const std::string name(key.name);
-      if ((key.form != Form::kNumber && key.form != Form::kWhole) || !scene_[place.path].contains(name))
+      if ((key.form != Form::kNumber && key.form != Form::kWhole) || !scene_[location.path].contains(name))
         continue;
       std::vector<double> beyond;
       for (const Range& range : {io::reader::range_of(key.quantity.bound), key.range}) {
@@ -252,16 +254,16 @@ TEST_F(Schema, RefusesWithTheReaderNumbersOutOfRange) {
       if (key.form == Form::kWhole) beyond.push_back(1.5);
       for (const double value : beyond) {
         const Json wrong = key.per == Per::kMode ? Json{{"1", value}} : Json(value);
-        changes.push_back(
-            {place.path.to_string() + "/" + name + " " + wrong.dump(), with(place.path, name, wrong).dump()});
+        changes.push_back({location.path.to_string() + "/" + name + " " + wrong.dump(),
+                           with(location.path, name, wrong).dump()});
       }
     }
   expect_refused_by_both(changes);
   EXPECT_GT(changes.size(), 60u);
 }
 
-// every value at every key: what the reader takes, the schema does
-TEST_F(Schema, TakesWhatTheReaderTakes) {
+// tries every value at every key
+TEST_F(Schema, AcceptsWhatTheReaderAccepts) {
   const std::vector<std::string> values{"0",
                                         "1",
                                         "+3",
@@ -333,13 +335,13 @@ TEST_F(Schema, TakesWhatTheReaderTakes) {
                                         "2 m"};
   std::vector<std::string> taken;
   std::set<std::pair<const Section*, std::string_view>> done;
-  for (const Place& place : places_)
-    for (const Key& key : place.section->keys) {
+  for (const Location& location : locations_)
+    for (const Key& key : location.section->keys) {
       const std::string name(key.name);
-      if (!scene_[place.path].contains(name) || !done.emplace(place.section, key.name).second) continue;
-      taken.push_back(with(place.path, name, scene_[place.path][name]).dump());
+      if (!scene_[location.path].contains(name) || !done.emplace(location.section, key.name).second) continue;
+      taken.push_back(with(location.path, name, scene_[location.path][name]).dump());
       EXPECT_TRUE(is_taken(taken.back())) << taken.back();
-      const std::string text = with(place.path, name, "@@").dump();
+      const std::string text = with(location.path, name, "@@").dump();
       const std::size_t at = text.find("\"@@\"");
       for (const std::string& value : values) {
         std::string changed = text;
@@ -347,12 +349,12 @@ TEST_F(Schema, TakesWhatTheReaderTakes) {
         if (is_taken(changed)) taken.push_back(changed);
       }
     }
-  const auto said = ask_schema(taken);
-  for (std::size_t i = 0; i < taken.size(); ++i) EXPECT_EQ(said[i], "") << taken[i];
+  const auto answers = ask_schema(taken);
+  for (std::size_t i = 0; i < taken.size(); ++i) EXPECT_EQ(answers[i], "") << taken[i];
   EXPECT_GT(taken.size(), 500u);
 }
 
-TEST_F(Schema, TakesEverySceneThatIsShippedOrRecorded) {
+TEST_F(Schema, AcceptsEveryShippedOrRecordedScene) {
   std::vector<std::string> names, texts;
   const std::filesystem::path top = FREEFLEX_SOURCE_DIR;
   for (const char* below : {"service/scenes", "tests"})
@@ -361,19 +363,20 @@ TEST_F(Schema, TakesEverySceneThatIsShippedOrRecorded) {
         names.push_back(entry.path().string());
         texts.push_back(read_file(entry.path()));
       }
-  const auto said = ask_schema(texts);
-  for (std::size_t i = 0; i < names.size(); ++i) EXPECT_EQ(said[i], "") << names[i];
+  const auto answers = ask_schema(texts);
+  for (std::size_t i = 0; i < names.size(); ++i) EXPECT_EQ(answers[i], "") << names[i];
   EXPECT_GT(names.size(), 20u);
 }
 
-/// A fault that a schema can see: of a key, a type or a range. What depends on another key, and numbers that
-/// YAML takes and scenes do not, it does not see.
+/// Returns whether a schema can find this fault, which must concern a key, a type or a range. A schema cannot
+/// find faults that depend on another key, nor numbers that are valid in YAML but not in scenes.
 bool is_of_schema(const std::string& message) {
   static const std::regex kSeen(
       "unknown key|is missing, must|has no kind|is both|must be a (number|mapping|whole number|share)|"
       "must be (>|>=|from) ?[-0-9]|must be a list of ([0-9]+ )?numbers|must be text|has a unit|is not for |"
       " is (the text '.*'|a list|a mapping|empty), must be|has neither|has no gain|modes is empty|"
-      "must be 1 to 63|must not hold|stands for every name|must be 3 moments|stands twice|names .* twice$");
+      "must be 1 to 63|must not contain|stands for every name|must be 3 moments|appears twice|names .* "
+      "twice$");
   static const std::regex kUnseen(
       "tolerance: horizon is missing|leading zero|hexadecimal|not finite|too large or too small|YAML syntax");
   return std::regex_search(message, kSeen) && !std::regex_search(message, kUnseen);
@@ -386,7 +389,7 @@ TEST_F(Schema, AgreesWithTheReaderOnTheScenesOfOtherTests) {
       "FREEFLEX_KEPT_SCENES='" + kept.path().string() + "' '" + self +
       "' --gtest_filter='-Schema*:HostileScene*:Limits*:PlanFile*:*Shipped*' >/dev/null";
   EXPECT_EQ(std::system(command.c_str()), 0);
-  std::vector<std::string> texts, faults;  // of the reader, in words; empty: none
+  std::vector<std::string> texts, faults;  // faults reported by the reader, "" for a valid scene
   std::vector<bool> must_refuse;
   for (const auto& entry : std::filesystem::directory_iterator(kept.path())) {
     const std::string path = (entry.path() / "scene.yaml").string();
@@ -402,20 +405,20 @@ TEST_F(Schema, AgreesWithTheReaderOnTheScenesOfOtherTests) {
     }
     must_refuse.push_back(is_seen);
   }
-  const auto said = ask_schema(texts);
+  const auto answers = ask_schema(texts);
   for (std::size_t i = 0; i < texts.size(); ++i) {
     if (faults[i].empty()) {
-      EXPECT_EQ(said[i], "") << texts[i];
+      EXPECT_EQ(answers[i], "") << texts[i];
     }
     if (must_refuse[i]) {
-      EXPECT_NE(said[i], "") << texts[i] << faults[i];
+      EXPECT_NE(answers[i], "") << texts[i] << faults[i];
     }
   }
   EXPECT_GT(std::count(must_refuse.begin(), must_refuse.end(), true), 100);
   EXPECT_GT(std::count(faults.begin(), faults.end(), ""), 60);
 }
 
-TEST(SchemaTable, EveryKeyIsInTheDocumentOfScenesWithItsUnit) {
+TEST(SchemaTable, EveryKeyIsInTheSceneDocumentWithItsUnit) {
   const std::string document =
       read_file(std::filesystem::path(FREEFLEX_SOURCE_DIR) / "service/scenes/README.md");
   each_section([&](const Section& section, const std::string& chapter) {
@@ -440,7 +443,7 @@ TEST(SchemaTable, EveryKeyIsInTheDocumentOfScenesWithItsUnit) {
   });
 }
 
-TEST(SchemaTable, ItsExamplesMakeAScene) {
+TEST(SchemaTable, ExamplesTogetherMakeAValidScene) {
   Json scene;
   for (const Key& key : io::reader::sections::kScene.keys)
     if (!key.example.empty()) scene[std::string(key.name)] = Json::parse(key.example);

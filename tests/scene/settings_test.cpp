@@ -1,4 +1,4 @@
-// Values set in a scene by their paths, before it is read.
+// Values that are set in a scene by path before the scene is read.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 namespace freeflex::testing {
 namespace {
 
-// a scene of the kinds of places that a path can name: items, an alias, names with dots, tables
+// a scene with every kind of target that a path can name: items, an alias, names that contain dots, tables
 const std::string kScene =
     "points:\n"
     "  - &hub {name: hub, mass: 10, at: [0, 0, 0]}\n"
@@ -72,7 +72,7 @@ std::vector<double> stiffnesses(const Scene& scene) {
   return values;
 }
 
-TEST(Settings, AreTakenApartAtTheFirstEqualsSignOutsideQuotes) {
+TEST(Settings, AreSplitAtTheFirstEqualsSignOutsideQuotes) {
   const auto setting = io::parse_setting("points.\"a=b\".at=[0, 0, 1]");
   ASSERT_TRUE(setting.has_value());
   EXPECT_EQ(setting->path, "points.\"a=b\".at");
@@ -83,19 +83,19 @@ TEST(Settings, AreTakenApartAtTheFirstEqualsSignOutsideQuotes) {
   EXPECT_EQ(io::parse_setting("rate=").value().value, "");
 }
 
-TEST(Settings, ChangeTheItemOfAName) {
+TEST(Settings, ChangeTheItemWithTheGivenName) {
   EXPECT_EQ(masses(good({"points.hub.mass=41"})), (std::vector<double>{41, 10, 2, 2, 1, 1}))
-      << "and not the point that merges it by an alias";
+      << "the point that merges the changed point by an alias does not change";
   EXPECT_EQ(masses(good({"points.mid.mass=41"})), (std::vector<double>{10, 41, 2, 2, 1, 1}));
   EXPECT_EQ(good({"points.mid.at=[1, 0, 0.5]"}).points[1].position, Eigen::Vector3d(1, 0, 0.5));
 }
 
-TEST(Settings, ChangeTheItemOfAPlaceCountedFromOne) {
+TEST(Settings, ChangeTheItemAtTheGivenPositionCountedFromOne) {
   EXPECT_EQ(masses(good({"points.4.mass=41"})), (std::vector<double>{10, 10, 2, 41, 1, 1}));
   EXPECT_EQ(masses(good({"points.1.mass=41"})), (std::vector<double>{41, 10, 2, 2, 1, 1}));
 }
 
-TEST(Settings, ChangeTheItemOfANameInQuotes) {
+TEST(Settings, ChangeTheItemWithAQuotedName) {
   EXPECT_EQ(masses(good({"points.\"a.b\".mass=41"})), (std::vector<double>{10, 10, 41, 2, 1, 1}));
   EXPECT_EQ(masses(good({"points.'a.b'.mass=41"})), (std::vector<double>{10, 10, 41, 2, 1, 1}));
   const std::string numbered =
@@ -104,8 +104,8 @@ TEST(Settings, ChangeTheItemOfANameInQuotes) {
   EXPECT_EQ(masses(good({"points.\"2\".mass=41"}, numbered)), (std::vector<double>{41, 1}));
 }
 
-TEST(Settings, ChangeAllItemsThatTakeTheKey) {
-  EXPECT_EQ(masses(good({"points.*.mass=3"})), (std::vector<double>(6, 3.0))) << "rows of tables too";
+TEST(Settings, ChangeAllItemsThatAcceptTheKey) {
+  EXPECT_EQ(masses(good({"points.*.mass=3"})), (std::vector<double>(6, 3.0))) << "rows of tables change too";
   const Scene scene = good({"links.*.E=6.9e10"});
   EXPECT_EQ(std::get<Plate>(scene.links[4].kind).E, 6.9e10);
   EXPECT_EQ(stiffnesses(scene), (std::vector<double>{1e5, 1e5, 1e5, 100, 200, 300, 400}));
@@ -120,7 +120,7 @@ TEST(Settings, ChangeRowsOfTablesByTheirNames) {
   EXPECT_EQ(scene.points[5].origin.line, 3);
 }
 
-TEST(Settings, AddAKeyThatTheItemMayHave) {
+TEST(Settings, AddAKeyThatTheItemAcceptsButLacks) {
   const Scene scene = good({"points.hub.inertia=[1, 1, 1]", "points.r1.offset=[0, 0, 0.1]",
                             "damping.ratio=0.02", "damping.modes.1=0.03", "links.skin.density=2700",
                             "loads.kick.forces.hub=[1, 0, 0]", "groups.end=[a.b, r1]", "rate=500"});
@@ -135,21 +135,21 @@ TEST(Settings, AddAKeyThatTheItemMayHave) {
   EXPECT_EQ(scene.rate, 500);
 }
 
-TEST(Settings, TakeMappingsAndGoDeepIntoThem) {
+TEST(Settings, MaySetAMappingOrOneValueWithinIt) {
   const Scene scene = good({"damping={ratio: 0.02}", "loads.kick.pulse.duration=0.2"});
   EXPECT_EQ(scene.damping.modal_ratio, 0.02);
   EXPECT_EQ(std::get<PulseHistory>(scene.loads[0].history).duration, 0.2);
   EXPECT_EQ(std::get<PulseHistory>(scene.loads[0].history).start, 1.0);
 }
 
-TEST(Settings, ApplyInTheirOrder) {
+TEST(Settings, ApplyInTheOrderGiven) {
   EXPECT_EQ(masses(good({"points.*.mass=3", "points.hub.mass=41"})),
             (std::vector<double>{41, 3, 3, 3, 3, 3}));
   EXPECT_EQ(masses(good({"points.r1.mass=41", "points.*.mass=3"})), (std::vector<double>(6, 3.0)));
   EXPECT_EQ(good({"rate=500", "rate=600"}).rate, 600);
 }
 
-TEST(Settings, AreInTheHashOfTheScene) {
+TEST(Settings, ChangeTheHashOfTheScene) {
   const std::uint64_t plain = good({}).hash, set = good({"rate=500"}).hash;
   EXPECT_NE(set, plain);
   EXPECT_EQ(good({"rate=500"}).hash, set);
@@ -158,7 +158,7 @@ TEST(Settings, AreInTheHashOfTheScene) {
             good({"points.hub.mass=11", "points.mid.mass=2"}).hash);
 }
 
-TEST(Settings, GiveThePlanOfTheSceneThatIsWrittenSo) {
+TEST(Settings, GiveTheSamePlanAsASceneFileWithTheseValues) {
   const TemporaryFolder folder;
   folder.write("scene.yaml", kThreePoints + "links: {spring: [hub, mid, tip], stiffness: 1e4}\n");
   folder.write("written.yaml",
@@ -167,12 +167,14 @@ TEST(Settings, GiveThePlanOfTheSceneThatIsWrittenSo) {
   io::PlanResult written = io::load_plan("written.yaml");
   ASSERT_TRUE(set.plan.has_value() && written.plan.has_value());
   EXPECT_EQ(set.plan->omega, written.plan->omega);
-  EXPECT_NE(plan_fingerprint(*set.plan), plan_fingerprint(*written.plan)) << "the hash is of what was read";
+  EXPECT_NE(plan_fingerprint(*set.plan), plan_fingerprint(*written.plan))
+      << "the scene hash covers the text and the settings";
   set.plan->scene_hash = written.plan->scene_hash;
-  EXPECT_EQ(plan_fingerprint(*set.plan), plan_fingerprint(*written.plan)) << "and all else is the same";
+  EXPECT_EQ(plan_fingerprint(*set.plan), plan_fingerprint(*written.plan))
+      << "everything except the scene hash agrees";
 }
 
-TEST(Settings, OfAPlanFileAreRefused) {
+TEST(Settings, AreRefusedForAPlanFile) {
   const TemporaryFolder folder;
   folder.write("scene.yaml", kThreePoints + "links: {spring: [hub, mid, tip], stiffness: 1e4}\n");
   const io::PlanResult made = io::load_plan("scene.yaml");
@@ -186,7 +188,7 @@ TEST(Settings, OfAPlanFileAreRefused) {
             "a scene, before its set-up; name the scene that the plan was made from");
 }
 
-TEST(SceneText, IsReadAsTheFileIs) {
+TEST(SceneText, SceneTextIsReadLikeASceneFile) {
   const TemporaryFolder folder;
   std::filesystem::create_directory(folder.path() / "beside");
   folder.write("beside/scene.yaml", kScene);
@@ -202,7 +204,7 @@ TEST(SceneText, IsReadAsTheFileIs) {
   EXPECT_EQ(text.sources.front(), "<text>");
 }
 
-TEST(SceneText, MayBeJson) {
+TEST(SceneText, SceneTextMayBeJson) {
   const io::PlanResult result =
       io::load_plan_text({R"({"name": "pair", "points": [{"name": "a", "mass": 1, "at": [0, 0, 0]},
                                       {"name": "b", "mass": 1e0, "at": [1.0, 0, 0]}],
@@ -215,7 +217,7 @@ TEST(SceneText, MayBeJson) {
   EXPECT_EQ(result.plan->period, 0.005);
 }
 
-TEST(SceneText, HasItsFaultsAtItsOwnLines) {
+TEST(SceneText, ReportsFaultsAtItsOwnLines) {
   const io::SceneResult result = io::read_scene_text({"points:\n  - {name: a, mass: -1, at: [0, 0, 0]}\n"});
   EXPECT_FALSE(result.scene.has_value());
   EXPECT_EQ(texts_of(result),
@@ -225,13 +227,14 @@ TEST(SceneText, HasItsFaultsAtItsOwnLines) {
       std::vector<std::string>{"Plan(text):1:1: error: the file is empty; a scene has at least points"});
 }
 
-// what is no item of the scene, or of another kind, is refused for that alone
-TEST(Settings, TakeEveryPathThatTheSchemaLists) {
+// the value 1 may be wrong for a path, but no path may be refused
+TEST(Settings, AcceptEveryPathInTheSchema) {
   const auto schema = nlohmann::json::parse(io::scene_schema());
   const auto paths = schema["x-paths"]["paths"].get<std::vector<std::string>>();
   for (const std::string& path : paths)
     for (const std::string& text : texts_of(read_with({path + "=1"})))
-      for (const char* fault : {"unknown key", "a key is due", "is an item", "as a whole", "names are what"})
+      for (const char* fault :
+           {"unknown key", "a key must follow here", "is an item", "as a whole", "names are what"})
         EXPECT_EQ(text.find(fault), std::string::npos) << text;
   for (const char* path : {"rate", "points.*.mass", "links.*.E", "loads.*.forces.*", "loads.*.pulse.start",
                            "initial.modes.*.q", "groups.*", "points.*.csv"})
@@ -250,7 +253,7 @@ std::string bad_settings_name(const ::testing::TestParamInfo<BadSettings>& info)
 
 class BadSetting : public ::testing::TestWithParam<BadSettings> {};
 
-TEST_P(BadSetting, IsRefusedWithItsMessage) {
+TEST_P(BadSetting, EachFaultGivesItsMessage) {
   const io::SceneResult result = read_with(GetParam().arguments);
   EXPECT_FALSE(result.scene.has_value());
   EXPECT_EQ(texts_of(result), GetParam().messages);
@@ -263,39 +266,42 @@ BadSettings bad(const std::string& name, const std::string& argument, const std:
 INSTANTIATE_TEST_SUITE_P(
     Path, BadSetting,
     ::testing::Values(
-        bad("NoSection", "pionts.hub.mass=1",
+        bad("UnknownSection", "pionts.hub.mass=1",
             "scene: unknown key 'pionts' (did you mean 'points'?); allowed: name, rate, fidelity, tolerance, "
             "error_budget, points, links, groups, damping, gravity, attractor, initial, wheels, loads, "
             "feedback, leave_out, modes, publish, commands"),
-        bad("NoName", "points.hbu.mass=1", "points: none is named 'hbu' (did you mean 'hub'?)"),
-        bad("NoNameNear", "loads.xyz.axes=body", "loads: none is named 'xyz'; there are kick"),
-        bad("NoNameInTables", "points.r3.mass=1", "points: none is named 'r3' (did you mean 'r1'?)"),
+        bad("UnknownNameInAList", "points.hbu.mass=1", "points: none is named 'hbu' (did you mean 'hub'?)"),
+        bad("UnknownNameWithoutASimilarOne", "loads.xyz.axes=body",
+            "loads: none is named 'xyz'; there are kick"),
+        bad("UnknownNameInTables", "points.r3.mass=1", "points: none is named 'r3' (did you mean 'r1'?)"),
         bad("NameWithDots", "points.a.b.mass=1",
             "points: none is named 'a'; a name with dots stands in quotes: points.\"a.b\""),
-        bad("NoPlace", "loads.0.axes=body", "loads: there is no place 0; the items are counted from 1 to 1"),
-        bad("NoPlaceBesideATable", "points.6.mass=1",
-            "points: there is no place 6; the items are counted from 1 to 5, and a row of a table goes by "
-            "its name: write points.\"6\""),
-        bad("TableByPlace", "points.5.mass=1",
+        bad("NoSuchPosition", "loads.0.axes=body",
+            "loads: there is no position 0; the items are numbered from 1 to 1"),
+        bad("NoSuchPositionBesideATable", "points.6.mass=1",
+            "points: there is no position 6; the items are numbered from 1 to 5, and a row of a table is set "
+            "by its name: write points.\"6\""),
+        bad("TableByPosition", "points.5.mass=1",
             "points.5 is a table; name a row of it, as in points.NAME.mass, or write points.*.mass for all "
             "rows"),
-        bad("NoKey", "points.hub.mas=1",
+        bad("UnknownKeyOfAnItem", "points.hub.mas=1",
             "points.hub: unknown key 'mas' (did you mean 'mass'?); allowed: name, mass, at, inertia, offset, "
             "axes"),
-        bad("NoKeyOfARow", "points.r1.mas=1",
+        bad("UnknownKeyOfARow", "points.r1.mas=1",
             "points.r1: unknown key 'mas' (did you mean 'mass'?); allowed: name, mass, at, inertia, offset, "
             "axes"),
         bad("RefusedKey", "links.skin.viscous=1",
             "links.skin: viscous is not for beams and plates: rotations carry no mass, and a moment that "
             "depends on their rate would make them states of their own; use loss_factor, or damping: "
             "rayleigh"),
-        bad("NoKeyOfAll", "links.*.stifness=1",
+        bad("KeyOfNoKind", "links.*.stifness=1",
             "links.*: unknown key 'stifness' (did you mean 'stiffness'?); allowed: name, spring, stiffness, "
             "viscous, loss_factor, bar, EA, mass_per_length, lumped, mean_axial, beam, GJ, EIy, EIz, GAy, "
             "GAz, y_axis, release, bending, torsion, plate, E, nu, thickness, density, matrix, points, mass, "
             "rotations, inner, flexibility, rigid, dashpot, damping"),
-        bad("KeyOfOtherKinds", "links.*.GJ=1", "links.*: no item here takes GJ, which is a key of beam"),
-        bad("NoItems", "wheels.*.momentum=1", "the scene has no wheels; a path changes items and adds none"),
+        bad("KeyOfAnotherKind", "links.*.GJ=1", "links.*: no item here takes GJ, which is a key of beam"),
+        bad("NoItems", "wheels.*.momentum=1",
+            "the scene has no wheels; a path can change items but cannot add them"),
         bad("EndsAtAnItem", "points.hub=1",
             "points.hub is an item, and its keys are set one by one: write points.hub.KEY"),
         bad("NameOfAnItem", "points.mid.name=hub",
@@ -307,8 +313,8 @@ INSTANTIATE_TEST_SUITE_P(
         bad("GoesOnBeyondANamedList", "loads.kick.forces.mid.x=1",
             "loads.kick.forces.mid is a list of numbers and is set as a whole: end the path there"),
         bad("AllKeys", "damping.*=1",
-            "damping: * stands for items and names, and here a key is due: ratio, modes, rayleigh"),
-        bad("AllOfNothing", "damping.modes.*=1",
+            "damping: * stands for items and names, but a key must follow here: ratio, modes, rayleigh"),
+        bad("AllOfAnEmptyList", "damping.modes.*=1",
             "damping.modes is empty: there is nothing that * could stand for"),
         bad("EmptyStep", "points..mass=1", "a key or a name is missing, character 8 of the path"),
         bad("DotAtTheEnd", "points.hub.=1", "a key or a name is missing, character 12 of the path"),
@@ -329,7 +335,8 @@ INSTANTIATE_TEST_SUITE_P(
         bad("Unit", "points.hub.mass=5 g",
             "point 'hub': mass '5 g' has a unit, must be SI without a unit [kg]: write 0.005"),
         bad("DecimalComma", "points.hub.at=[0,5, 1, 0]",
-            "point 'hub': at has 4 items, must be a list of 3 numbers [m]: a comma parts items, write 0.5"),
+            "point 'hub': at has 4 items, must be a list of 3 numbers [m]: a comma separates items; write "
+            "0.5"),
         bad("Empty", "points.hub.mass=", "point 'hub': mass is empty, must be a number >= 0 [kg]"),
         bad("List", "points.hub.mass=[1]", "point 'hub': mass is a list, must be a number >= 0 [kg]"),
         bad("Syntax", "points.hub.at=[1, 2",

@@ -1,4 +1,4 @@
-// The scenes that come with the program are what their descriptions say.
+// The shipped scenes agree with their descriptions.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,12 +24,12 @@ double total_mass(const Scene& scene) {
 
 class ShippedScene : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(ShippedScene, BecomesAPlanWithoutAnyFault) {
+TEST_P(ShippedScene, BecomesAPlanWithoutFaults) {
   const io::PlanResult result =
       io::load_plan(std::string(FREEFLEX_SOURCE_DIR) + "/service/scenes/" + GetParam());
   for (const Fault& fault : result.faults) ADD_FAILURE() << io::format_fault(fault, result.sources);
   ASSERT_TRUE(result.plan.has_value());
-  EXPECT_FALSE(result.plan->histories.empty()) << "nothing would move";
+  EXPECT_FALSE(result.plan->histories.empty()) << "without loads nothing would move in the scene";
   EXPECT_FALSE(result.plan->published_points.empty());
 }
 
@@ -44,21 +44,21 @@ INSTANTIATE_TEST_SUITE_P(ShippedScenes, ShippedScene,
                            return stem;
                          });
 
-TEST(ShippedScenes, RotorHasThePublishedMassAndAFreeStiffness) {
+TEST(ShippedScenes, RotorHasThePublishedMassAndNoForceUnderTranslation) {
   const Scene scene = read_shipped("rotor.yaml");
   ASSERT_EQ(scene.points.size(), 115u);
-  EXPECT_NEAR(total_mass(scene), 77.966, 5e-4);  // published to 5 digits
+  EXPECT_NEAR(total_mass(scene), 77.966, 5e-4);  // the published mass has 5 digits
   ASSERT_EQ(scene.links.size(), 1u);
   const MatrixLink& link = std::get<MatrixLink>(scene.links[0].kind);
   ASSERT_EQ(link.matrix.rows(), 345);
   EXPECT_EQ(Eigen::SparseMatrix<double>(link.matrix.transpose()).toDense(), link.matrix.toDense());
-  // moving all points together strains nothing, to the digits that the model was written with
+  // a common translation of all points strains no link, up to the digits of the published model
   Eigen::VectorXd shift = Eigen::VectorXd::Zero(345);
   for (int i = 0; i < 115; ++i) shift[3 * i + 2] = 1.0;
   EXPECT_LT((link.matrix * shift).norm(), 1e-8 * link.matrix.norm());
 }
 
-TEST(ShippedScenes, RotorRimIsTheDiscsOuterRing) {
+TEST(ShippedScenes, TheRimOfTheRotorIsTheOuterRingOfTheDisc) {
   const Scene scene = read_shipped("rotor.yaml");
   ASSERT_FALSE(scene.groups.empty());
   ASSERT_EQ(scene.groups[0].name, "rim");
@@ -99,14 +99,15 @@ TEST(ShippedScenes, BeamBendsAtTheContinuousFrequencies) {
   const std::array<double, 3> beta{4.7300407, 7.8532046, 10.9956078};
   for (std::size_t mode = 0; mode < 3; ++mode) {
     const double exact = beta[mode] * beta[mode] * scale;
-    // lumping on 101 points errs by about (n pi)^2 / 12 / 100^2 of the frequency and less than 2e-3 for these
-    // modes
+    // the relative error of lumping the mass on 101 points is about (n pi)^2 / 12 / 100^2, less than 2e-3 for
+    // these modes
     EXPECT_NEAR(plan.omega[2 * mode] / exact, 1.0, 2e-3);
-    EXPECT_NEAR(plan.omega[2 * mode + 1] / plan.omega[2 * mode], 1.0, 1e-9) << "twice, across y and z";
+    EXPECT_NEAR(plan.omega[2 * mode + 1] / plan.omega[2 * mode], 1.0, 1e-9)
+        << "each frequency occurs twice, bending along y and z";
   }
 }
 
-TEST(ShippedScenes, TrussIsWhatItsCommentSays) {
+TEST(ShippedScenes, TrussHasThePointsAndLinksOfItsDescription) {
   const Scene scene = read_shipped("truss104.yaml");
   ASSERT_EQ(scene.points.size(), 104u);
   ASSERT_EQ(scene.links.size(), 456u);

@@ -1,4 +1,4 @@
-// CSV and Matrix Market files mean what their formats say.
+// CSV and Matrix Market files are read as their formats define.
 #include <gtest/gtest.h>
 
 #include "tests/scene/good_scene.hpp"
@@ -8,7 +8,7 @@ namespace {
 
 const std::string kThreeRows = "mass,x,y,z\n1,0,0,0\n1,1,0,0\n1,0,1,0\n";
 
-TEST(Csv, ColumnsStandInAnyOrderWithCommentsBlanksAndCrLf) {
+TEST(Csv, ColumnsMayBeInAnyOrderAndCommentsBlanksAndCrLfAreAllowed) {
   const TemporaryFolder folder;
   folder.write(
       "points.csv",
@@ -24,7 +24,7 @@ TEST(Csv, ColumnsStandInAnyOrderWithCommentsBlanksAndCrLf) {
   EXPECT_EQ(scene.points[1].origin.line, 6);
 }
 
-TEST(Csv, HeaderGivesTheKindOfLink) {
+TEST(Csv, TheHeaderOfATableGivesTheKindOfItsLinks) {
   const TemporaryFolder folder;
   folder.write("points.csv", kThreeRows);
   folder.write("springs.csv", "from,to,stiffness\n1,2,5\n");
@@ -80,7 +80,7 @@ TEST(Csv, SpringsAndBarsMayHaveLosses) {
   EXPECT_EQ(scene.links[2].viscous, 1e-3);
 }
 
-TEST(Csv, DashpotsAndPlatesHaveColumnsOfTheirOwn) {
+TEST(Csv, DashpotsAndPlatesHaveTheirOwnColumns) {
   const TemporaryFolder folder;
   folder.write("points.csv", kThreeRows);
   folder.write("dashpots.csv", "from,to,damping\n1,2,5\n");
@@ -100,7 +100,7 @@ TEST(Csv, DashpotsAndPlatesHaveColumnsOfTheirOwn) {
 
 class MatrixMarket : public ::testing::Test {
  protected:
-  // the matrix that K.mtx gives for two points
+  // returns the stiffness matrix of two points from the text of K.mtx
   Eigen::MatrixXd read(const std::string& text) {
     folder_.write("K.mtx", text);
     const Scene scene =
@@ -123,19 +123,19 @@ Eigen::MatrixXd spring_along_x(double stiffness) {
   return matrix;
 }
 
-TEST_F(MatrixMarket, SymmetricCoordinatesAreMirrored) {
+TEST_F(MatrixMarket, ASymmetricCoordinateFileIsMirrored) {
   EXPECT_EQ(
       read("%%MatrixMarket matrix coordinate real symmetric\n% [N/m]\n\n6 6 3\n1 1 5e0\n4 1 -5\n\n4 4 5.0\n"),
       spring_along_x(5));
 }
 
-TEST_F(MatrixMarket, GeneralCoordinatesHoldBothTriangles) {
+TEST_F(MatrixMarket, AGeneralCoordinateFileListsBothTriangles) {
   EXPECT_EQ(read("%%matrixmarket MATRIX Coordinate Integer General\r\n6 6 4\r\n4 1 -5\r\n1 1 5\r\n1 4 "
                  "-5\r\n4 4 5\r\n"),
             spring_along_x(5));
 }
 
-TEST_F(MatrixMarket, RoundedGeneralMatrixIsAveraged) {
+TEST_F(MatrixMarket, AGeneralMatrixWithRoundedEntriesIsAveragedWithItsTranspose) {
   const Eigen::MatrixXd matrix =
       read("%%MatrixMarket matrix coordinate real general\n6 6 4\n1 1 1\n4 1 -0.9999999996\n1 4 -1\n4 4 1\n");
   ASSERT_EQ(matrix.rows(), 6);
@@ -143,9 +143,9 @@ TEST_F(MatrixMarket, RoundedGeneralMatrixIsAveraged) {
   EXPECT_DOUBLE_EQ(matrix(0, 3), -0.9999999998);
 }
 
-// 9e-7 of the largest entry, as tables of seven digits differ, are averaged; 1.1e-6 are refused by the same
-// measure
-TEST_F(MatrixMarket, AsymmetryOfSevenDigitsPassesTheReaderAndTheSetUp) {
+// an asymmetry of 9e-7 of the largest entry, which can result from rounding to seven digits, is removed by
+// averaging; an asymmetry of 1.1e-6 is refused
+TEST_F(MatrixMarket, AnAsymmetryFromRoundingToSevenDigitsIsAcceptedByReaderAndSetUp) {
   const auto load = [&](const std::string& entry) {
     folder_.write("K.mtx", "%%MatrixMarket matrix coordinate real general\n6 6 4\n1 1 1\n4 1 " + entry +
                                "\n1 4 -1\n4 4 1\n");
@@ -164,7 +164,7 @@ TEST_F(MatrixMarket, AsymmetryOfSevenDigitsPassesTheReaderAndTheSetUp) {
       << refused.faults[0].message;
 }
 
-TEST_F(MatrixMarket, FlexibilityIsReadLikeStiffness) {
+TEST_F(MatrixMarket, AFlexibilityMatrixIsReadLikeAStiffnessMatrix) {
   folder_.write("F.mtx",
                 "%%MatrixMarket matrix coordinate real symmetric\n% [m/N]\n6 6 2\n1 1 2e-6\n4 1 -1e-6\n");
   const Scene scene =
@@ -183,7 +183,7 @@ TEST_F(MatrixMarket, FlexibilityIsReadLikeStiffness) {
   EXPECT_EQ(link.matrix.toDense(), expected);
 }
 
-TEST_F(MatrixMarket, ArraysRunDownTheColumns) {
+TEST_F(MatrixMarket, AnArrayFileListsItsEntriesColumnByColumn) {
   const Eigen::MatrixXd expected = [] {
     Eigen::MatrixXd matrix(6, 6);
     for (int row = 0; row < 6; ++row)

@@ -1,4 +1,5 @@
-// A folder of its own for a test, which works inside it so that messages name files as written.
+// A temporary folder. It is the current folder while the object exists, so that messages name files as the
+// scene does.
 #pragma once
 
 #include <unistd.h>
@@ -22,7 +23,7 @@ class TemporaryFolder {
   ~TemporaryFolder() {
     std::filesystem::current_path(before_);
     std::error_code ignored;
-    // asked for by the test of the schema, which looks at the scenes of the others too
+    // schema_test.cpp sets this variable to check the scenes of the other tests too
     if (const char* kept = std::getenv("FREEFLEX_KEPT_SCENES"))
       std::filesystem::copy(path_, kept / path_.filename(), std::filesystem::copy_options::recursive,
                             ignored);

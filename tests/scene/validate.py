@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""validate.py SCHEMA TEXTS: what a JSON Schema says of scenes, as an editor would ask it.
+"""validate.py SCHEMA TEXTS: validates scenes with a JSON Schema, as an editor does.
 
-TEXTS is a JSON list of scenes in YAML. Prints a JSON list: "" for one that the schema takes, its first fault for one
-that it refuses, null for one that is no YAML.
+TEXTS is a JSON list of scenes in YAML. Prints a JSON list with an entry for each: "" if the schema accepts it, the
+first fault if it refuses it, null if it is not YAML.
 """
 import json
 import re
@@ -13,7 +13,7 @@ import yaml
 
 
 class Core(yaml.SafeLoader):
-    """YAML 1.2: 1e5 is a number and y is text; keys are the text that is written."""
+    """Loads YAML 1.2, in which 1e5 is a number and y is text. Keys stay text."""
 
     yaml_implicit_resolvers = {}
 

@@ -1,4 +1,5 @@
-// The simulation thread allocates nothing once it runs. A program of its own: it replaces operator new.
+// The simulation thread allocates no memory after it has started. These tests are a separate program because
+// they replace operator new.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -13,7 +14,7 @@ bool is_counting = false;
 int num_allocations = 0;
 }  // namespace
 
-// not inlined: GCC 12 takes an inlined pair of these for a mismatch of malloc and delete
+// not inlined, because GCC 12 warns of a mismatch of malloc and delete if the pair is inlined
 __attribute__((noinline)) void* operator new(std::size_t size) {
   if (is_counting) ++num_allocations;
   if (void* memory = std::malloc(size)) return memory;
@@ -49,14 +50,14 @@ TEST(Loop, AllocatesNothing) {
   rig.control(freeflex_msgs::control_t::RESET);
   rig.push(make_push(301, 1));
   is_counting = true;
-  ::operator delete(::operator new(1));  // the counter counts
+  ::operator delete(::operator new(1));  // the counter must notice this allocation
   rig.simulation.run();
   is_counting = false;
   EXPECT_EQ(std::exchange(num_allocations, 0), 1);
   EXPECT_EQ(rig.simulation.state().tick, 2000);
   rig.collect();
-  EXPECT_EQ(rig.acks.size(), 303u + service::CommandDesk::kBusPending)
-      << "every command was answered, and again those that waited for the reset";
+  EXPECT_EQ(rig.acks.size(), 303u + service::CommandQueue::kBusPending)
+      << "every command is answered, and commands that wait at the reset are answered again";
 }
 
 TEST(Loop, AllocatesNothingOnTheFullRungWithItsBudget) {
@@ -64,13 +65,13 @@ TEST(Loop, AllocatesNothingOnTheFullRungWithItsBudget) {
   publish_everything(scene);
   scene.fidelity = Fidelity::kFull;
   scene.error_budget.horizon = 0.1;
-  const Plan plan = lean_plan_of(scene);
-  ASSERT_GT(plan.coupled.num_parts, 1);
+  const Plan plan = reduced_plan_of(scene);
+  ASSERT_GT(plan.coupled.num_substeps, 1);
   Rig rig(plan, {.until_tick = 400});
   rig.push(make_push(1, 0, 100));
   rig.control(freeflex_msgs::control_t::RESET);
   is_counting = true;
-  ::operator delete(::operator new(1));  // the counter counts
+  ::operator delete(::operator new(1));  // the counter must notice this allocation
   rig.simulation.run();
   is_counting = false;
   EXPECT_EQ(std::exchange(num_allocations, 0), 1);
@@ -93,13 +94,13 @@ TEST(Loop, AllocatesNothingOnTheCoupledRungWithRigidLinksOrBodies) {
     publish_everything(scene);
     scene.fidelity = Fidelity::kCoupled;
     scene.error_budget.horizon = 0.1;
-    const Plan plan = lean_plan_of(scene);
+    const Plan plan = reduced_plan_of(scene);
     ASSERT_NE(plan.coupled.kinetics.form, PlanKinetics::Form::kComplete);
     Rig rig(plan, {.until_tick = 400});
     rig.push(make_push(1, 0, 100));
     rig.control(freeflex_msgs::control_t::RESET);
     is_counting = true;
-    ::operator delete(::operator new(1));  // the counter counts
+    ::operator delete(::operator new(1));  // the counter must notice this allocation
     rig.simulation.run();
     is_counting = false;
     EXPECT_EQ(std::exchange(num_allocations, 0), 1);
@@ -107,7 +108,7 @@ TEST(Loop, AllocatesNothingOnTheCoupledRungWithRigidLinksOrBodies) {
   }
 }
 
-// bodies on beams of their own mass, wheels turned by a load and by commands, torques on bodies by both
+// returns bodies on beams with mass; a load and commands drive the wheels and apply torques on the bodies
 Scene with_wheels(Fidelity fidelity) {
   Scene scene = octahedron();
   for (int i = 0; i < 2; ++i) {
@@ -132,9 +133,9 @@ Scene with_wheels(Fidelity fidelity) {
   return scene;
 }
 
-TEST(Loop, AllocatesNothingWithWheelsTorquesAndSpreadMass) {
+TEST(Loop, AllocatesNothingWithWheelsTorquesAndDistributedMass) {
   for (const Fidelity fidelity : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
-    const Plan plan = lean_plan_of(with_wheels(fidelity));
+    const Plan plan = reduced_plan_of(with_wheels(fidelity));
     ASSERT_EQ(plan.wheels.all.size(), 2u);
     Rig rig(plan, {.until_tick = 400, .limits = {.sender_share = 1.0}});
     for (int i = 0; i < 3; ++i) {
@@ -147,20 +148,20 @@ TEST(Loop, AllocatesNothingWithWheelsTorquesAndSpreadMass) {
       rig.push(command);
     }
     is_counting = true;
-    ::operator delete(::operator new(1));  // the counter counts
+    ::operator delete(::operator new(1));  // the counter must notice this allocation
     rig.simulation.run();
     is_counting = false;
     EXPECT_EQ(std::exchange(num_allocations, 0), 1);
     EXPECT_EQ(rig.simulation.state().tick, 400);
     EXPECT_NEAR(rig.simulation.state().wheel_momentum[0] - 0.3, plan.period * (400 * 0.01 + 100 * 0.02),
                 1e-12)
-        << "what the load and two commands put in";
+        << "the angular impulse is that of the load and of two commands";
     EXPECT_EQ(rig.output->num_accepted.load(), 3);
   }
 }
 
 TEST(Loop, AllocatesNothingWhenItReplans) {
-  // a ring in a plane, with springs across it that bend nothing: out of the plane it has modes of its own
+  // a plane ring of beams has separate modes out of its plane
   Scene scene = octahedron();
   for (PointMass& point : scene.points) point.position.z() = 0.0;
   scene.points[4].position = {1.0, 1.0, 0.0};
@@ -175,18 +176,18 @@ TEST(Loop, AllocatesNothingWhenItReplans) {
   }
   publish_everything(scene);
   scene.leave_out.on_need = OnNeed::kReplan;
-  const Plan plan = lean_plan_of(scene);
-  ASSERT_EQ(plan.wide.size(), 1u);
+  const Plan plan = reduced_plan_of(scene);
+  ASSERT_EQ(plan.fallback.size(), 1u);
   Rig rig(plan, {.until_tick = 600});
-  rig.push(make_push(1, 0, 100));  // (1, 2, 3): out of the plane, with a moment
+  rig.push(make_push(1, 0, 100));  // this push along (1, 2, 3) is out of the plane and has a moment
   rig.push(make_push(2, 1, 300));
   is_counting = true;
-  ::operator delete(::operator new(1));  // the counter counts
+  ::operator delete(::operator new(1));  // the counter must notice this allocation
   rig.simulation.run();
   is_counting = false;
   EXPECT_EQ(std::exchange(num_allocations, 0), 1);
-  EXPECT_TRUE(rig.simulation.state().is_wide);
-  EXPECT_EQ(rig.simulation.state().wide_tick, 100);
+  EXPECT_TRUE(rig.simulation.state().uses_fallback);
+  EXPECT_EQ(rig.simulation.state().fallback_tick, 100);
 }
 
 }  // namespace

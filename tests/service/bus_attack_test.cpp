@@ -1,7 +1,7 @@
-// The real freeflexd while its receiving processes are killed again and again, and while packets that kill
-// liblcm come at 1 to 1000 a second, or hostile ones as fast as they can be sent: how soon input is back, how
-// many commands are heard, whether a bit changes. FREEFLEX_ATTACK_KILLS and FREEFLEX_ATTACK_SECONDS say how
-// much of it.
+// The real freeflexd while its receiving processes are killed repeatedly, while packets that kill liblcm
+// arrive at 1 to 1000 a second, and under floods of hostile packets. The tests measure the time until
+// commands are answered again and how many commands arrive, and check that no bit of the motion changes.
+// FREEFLEX_ATTACK_KILLS and FREEFLEX_ATTACK_SECONDS set the number of kills and the duration.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -30,10 +30,10 @@ constexpr bool kIsQuick = FREEFLEX_ATTACK_KILLS < 100;
 constexpr int kKills = FREEFLEX_ATTACK_KILLS;
 constexpr std::chrono::seconds kSeconds{FREEFLEX_ATTACK_SECONDS};
 
-/// Named by the build: ctest tells tests apart by name alone.
+/// The build defines the name of this class, because ctest distinguishes tests only by name.
 class FREEFLEX_ATTACK_NAME : public Daemon {};
 
-/// The processes of a daemon's ingress; the one that receives is the eldest.
+/// Returns the processes of a daemon's ingress. The first is the oldest, which is the receiver.
 std::vector<pid_t> find_children(const Process& daemon) {
   const std::string task = "/proc/" + std::to_string(daemon.pid()) + "/task/" + std::to_string(daemon.pid());
   std::ifstream file(task + "/children");
@@ -42,7 +42,7 @@ std::vector<pid_t> find_children(const Process& daemon) {
   return children;
 }
 
-/// A command that is accepted and changes nothing: it clears a slot that is empty.
+/// Returns a command that is accepted and changes nothing: it clears an empty slot.
 ForceCommand make_idle(std::int64_t sequence) {
   ForceCommand command = make_push(sequence, 63);
   command.num_points = 0;
@@ -51,7 +51,7 @@ ForceCommand make_idle(std::int64_t sequence) {
   return command;
 }
 
-/// Sends one command a millisecond until one sent after the call is answered: the time that took.
+/// Sends a command each millisecond until one of them is answered. Returns the time [us] since the kill.
 milliseconds::rep wait_for_input(BusClient& client, steady_clock::time_point killed) {
   const std::int64_t first = client.next_sequence;
   const std::size_t num_acks = client.acks.size();
@@ -75,7 +75,7 @@ void print_us(const char* what, std::vector<milliseconds::rep> us) {
               at(0.99), at(1.0));
 }
 
-TEST_F(FREEFLEX_ATTACK_NAME, InputIsBackAfterEachKillAndEveryTickIsExecuted) {
+TEST_F(FREEFLEX_ATTACK_NAME, CommandsAreAnsweredAgainAfterEachKillAndEveryTickIsExecuted) {
   BusClient client("AK");
   Process daemon(command_line("AK"));
   ASSERT_TRUE(client.meet()) << daemon.output();
@@ -86,7 +86,8 @@ TEST_F(FREEFLEX_ATTACK_NAME, InputIsBackAfterEachKillAndEveryTickIsExecuted) {
   for (int i = 0; i < kKills; ++i) {
     const std::vector<pid_t> children = find_children(daemon);
     ASSERT_FALSE(children.empty()) << i;
-    // bursts of ten, the next kill as soon as input is back; in each third both processes
+    // kills come in bursts of ten, each as soon as commands are answered again; every third kill ends both
+    // processes
     const bool kills_both = i % 3 == 2 && children.size() > 1;
     const auto killed = steady_clock::now();
     ASSERT_TRUE(send_signal(children[0], SIGKILL));
@@ -99,7 +100,7 @@ TEST_F(FREEFLEX_ATTACK_NAME, InputIsBackAfterEachKillAndEveryTickIsExecuted) {
       ASSERT_TRUE(client.until([&] { return steady_clock::now() >= end; }));
     }
   }
-  print_us("input back, the one that receives killed", one_us);
+  print_us("input back, receiver killed", one_us);
   print_us("input back, both killed", both_us);
   std::ranges::copy(one_us, std::back_inserter(both_us));
   print_us("input back, all", both_us);
@@ -116,8 +117,8 @@ TEST_F(FREEFLEX_ATTACK_NAME, InputIsBackAfterEachKillAndEveryTickIsExecuted) {
   EXPECT_EQ(daemon.wait(), 0) << daemon.output();
 }
 
-// What hangs is found by its silence: 100 ms when it was stopped.
-TEST_F(FREEFLEX_ATTACK_NAME, InputIsBackAfterEachHang) {
+// A process that hangs is detected by its missing beats; a stopped process is detected after 100 ms.
+TEST_F(FREEFLEX_ATTACK_NAME, CommandsAreAnsweredAgainAfterEachHang) {
   BusClient client("AH");
   Process daemon(command_line("AH"));
   ASSERT_TRUE(client.meet()) << daemon.output();
@@ -132,7 +133,7 @@ TEST_F(FREEFLEX_ATTACK_NAME, InputIsBackAfterEachHang) {
     const auto end = steady_clock::now() + milliseconds(50);
     ASSERT_TRUE(client.until([&] { return steady_clock::now() >= end; }));
   }
-  print_us("input back, the one that receives stopped", hung_us);
+  print_us("input back, receiver stopped", hung_us);
   ASSERT_TRUE(client.until([&] { return client.statuses.back().ingress_hangs >= kHangs; }));
   EXPECT_EQ(client.statuses.back().ingress_hangs, kHangs);
 }
@@ -158,7 +159,7 @@ constexpr const char* kFloods[] = {"none",
                                    "channel names",
                                    "negative lengths"};
 
-/// Sends packets of one kind as fast as the system takes them, from a thread of its own.
+/// Sends packets of one kind as fast as the system accepts them, from its own thread.
 class Flooder {
  public:
   Flooder(Flood kind, const std::string& prefix, std::int64_t session)
@@ -167,7 +168,7 @@ class Flooder {
     message.sender = "copy";
     bytes_ = io::encode(message);
     negative_ = bytes_;
-    // the four counts are the last sixteen bytes of a command without any
+    // the last sixteen bytes of an empty command are its four counts
     for (std::size_t i = negative_.size() - 16; i < negative_.size(); ++i) negative_[i] = std::byte{0xFF};
     if (kind != Flood::kNone) thread_ = std::thread([this] { run(); });
   }
@@ -221,15 +222,15 @@ class Flooder {
   std::thread thread_;
 };
 
-/// What a run of kSeconds left.
+/// Holds the results of a run of kSeconds.
 struct Attacked {
   std::map<std::int64_t, state_t> states;
   std::int64_t num_sent = 0, num_heard = 0, num_flooded = 0;
   status_t first{}, last{};
 };
 
-/// Ten commands with ticks of their own, then 100 idle ones a second, and so many crafted packets a second,
-/// or a flood.
+/// Sends ten commands for given ticks, then 100 idle commands a second while crafted packets or a flood
+/// arrive.
 Attacked run_attacked(int packets_a_second, Flood flood = Flood::kNone) {
   Attacked run;
   BusClient client("AP");
@@ -263,7 +264,7 @@ Attacked run_attacked(int packets_a_second, Flood flood = Flood::kNone) {
     return passed >= kSeconds + milliseconds(500);
   }));
   run.num_flooded = flooder.num_sent();
-  // answers are lost on their way through a flood: what was heard the daemon's count tells
+  // under a flood answers are lost too, so the daemon's own count is used
   std::set<std::int64_t> heard;
   for (std::size_t i = num_acks; i < client.acks.size(); ++i)
     if (client.acks[i].sequence >= first_sequence && client.acks[i].reason == 0)
@@ -279,7 +280,7 @@ Attacked run_attacked(int packets_a_second, Flood flood = Flood::kNone) {
   return run;
 }
 
-/// Every state that both have has the same bits.
+/// Expects that the states of each tick have the same bits in both runs.
 void expect_same_motion(const Attacked& run, const Attacked& peaceful) {
   int num_compared = 0;
   for (const auto& [tick, state] : run.states) {
@@ -291,10 +292,10 @@ void expect_same_motion(const Attacked& run, const Attacked& peaceful) {
   EXPECT_GE(num_compared, 10);
 }
 
-TEST_F(FREEFLEX_ATTACK_NAME, FloodsCostNoTickNoProcessAndNoBit) {
+TEST_F(FREEFLEX_ATTACK_NAME, AFloodSkipsNoTickEndsNoProcessAndChangesNoBit) {
   const Attacked peaceful = run_attacked(0);
   for (int kind = 0; kind <= static_cast<int>(Flood::kNegativeLengths); ++kind) {
-    // one of those that kill liblcm, one for the filter, one for the codec
+    // the quick run has only one flood that kills liblcm, one for the packet filter and one for the codec
     if (kIsQuick && kind != static_cast<int>(Flood::kWrappingFragment) &&
         kind != static_cast<int>(Flood::kChannels) && kind != static_cast<int>(Flood::kNegativeLengths))
       continue;
@@ -313,7 +314,7 @@ TEST_F(FREEFLEX_ATTACK_NAME, FloodsCostNoTickNoProcessAndNoBit) {
   }
 }
 
-TEST_F(FREEFLEX_ATTACK_NAME, CraftedPacketsCostNoCommandNoProcessAndNoBit) {
+TEST_F(FREEFLEX_ATTACK_NAME, CraftedPacketsLoseNoCommandEndNoProcessAndChangeNoBit) {
   const Attacked peaceful = run_attacked(0);
   for (const int rate : {0, 1, 20, 100, 1000}) {
     if (kIsQuick && (rate == 1 || rate == 100)) continue;

@@ -24,9 +24,9 @@ namespace freeflex::testing {
 
 namespace {
 
-constexpr std::size_t kHeader = 8;               // "LC02" and the sequence
-constexpr int kReceiveBuffer = 8 * 1024 * 1024;  // [B] asked for
-constexpr int kRecorderPriority = 1;             // before ordinary programs, after the daemon
+constexpr std::size_t kHeader = 8;               // [bytes] "LC02" and the sequence
+constexpr int kReceiveBuffer = 8 * 1024 * 1024;  // [bytes] requested
+constexpr int kRecorderPriority = 1;             // above ordinary programs, below the daemon
 
 std::int64_t wall_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
@@ -50,7 +50,7 @@ BusClient::BusClient(std::string prefix, const char* group_address)
   const int on = 1;
   setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   setsockopt(fd_, SOL_SOCKET, SO_REUSEPORT, &on, sizeof on);
-  // beyond the system's limit where this process may
+  // with privileges the buffer may exceed the system's limit
   if (setsockopt(fd_, SOL_SOCKET, SO_RCVBUFFORCE, &kReceiveBuffer, sizeof kReceiveBuffer) != 0) {
     setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &kReceiveBuffer, sizeof kReceiveBuffer);
   }
@@ -110,7 +110,7 @@ void BusClient::take(const std::string& channel, std::span<const std::byte> payl
 
 template <class Command>
 void BusClient::publish(const char* suffix, const Command& command) {
-  constexpr std::int64_t kValidity = 50'000'000;  // [us] a machine may stand still meanwhile
+  constexpr std::int64_t kValidity = 50'000'000;  // [us] long enough even if the machine stalls
   const std::string channel = prefix_ + suffix;
   packets.publish(channel, key ? seal(command, channel, *key, wall_us() + kValidity) : io::encode(command));
 }
@@ -146,7 +146,7 @@ freeflex_msgs::ack_t BusClient::answer(std::int64_t sequence) {
 
 bool BusClient::meet() {
   statuses.clear();
-  // STARTING may yet yield to another daemon, and takes no commands
+  // a daemon in mode STARTING takes no commands and may still give way to another
   const auto is_up = [this] {
     return !statuses.empty() && statuses.back().mode != freeflex_msgs::status_t::STARTING;
   };
@@ -212,10 +212,10 @@ std::string Process::output() const {
   return text.str();
 }
 
-/// LCM's default bus with a socket buffer of 4 MB, or the largest that the kernel gives.
+/// Returns the URL of LCM's default bus with a socket buffer of 4 MB, or the kernel's limit if that is less.
 static std::string recording_url() {
   std::int64_t size = 4 * 1024 * 1024;
-  std::int64_t most = 0;  // a network namespace may not show it
+  std::int64_t most = 0;  // 0 if the file is missing, as in some network namespaces
   if (std::ifstream("/proc/sys/net/core/rmem_max") >> most) size = std::min(size, most);
   return "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=" + std::to_string(size);
 }
@@ -223,7 +223,7 @@ static std::string recording_url() {
 Recorder::Recorder(const std::string& prefix, const std::string& log)
     : logger_({"lcm-logger", "-q", "-f", "-c", prefix + "_.*", "--lcm-url", recording_url(), log},
               kRecorderPriority) {
-  // it says nothing when it is ready: the first of these that arrives is the file's first record
+  // lcm-logger does not report that it is ready, so probes are sent until one is in the file
   PacketSender packets;
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
   std::error_code none;

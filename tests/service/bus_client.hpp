@@ -1,5 +1,5 @@
-// A bus without liblcm's receiver: whole LCM messages read off a plain socket, so that hostile packets that
-// kill liblcm pass by. And the daemon as a child process.
+// A bus client that does not use liblcm's receiver, and programs as child processes. The client reads
+// unfragmented LCM messages from a plain socket, so packets that kill liblcm do not harm it.
 #pragma once
 
 #include <sys/types.h>
@@ -23,10 +23,10 @@
 
 namespace freeflex::testing {
 
-/// Far above any machine's need: only a hang is a failure.
+/// Holds a time far longer than any machine needs, so that a test fails only if a program hangs.
 inline constexpr std::chrono::seconds kPatience{60};
 
-/// Sends commands to one prefix and keeps what the daemon answers.
+/// Sends commands to one prefix and stores all messages of the daemon.
 class BusClient {
  public:
   explicit BusClient(std::string prefix, const char* group = "239.255.76.67");
@@ -34,19 +34,19 @@ class BusClient {
   BusClient(const BusClient&) = delete;
   BusClient& operator=(const BusClient&) = delete;
 
-  /// Reads what has come, and more until it holds. False when kPatience ran out.
+  /// Reads messages until the condition is true. Returns false if it stays false for kPatience.
   bool until(const std::function<bool()>& condition);
-  /// Reads what has come.
+  /// Reads the messages that have arrived.
   void read() { receive(0); }
 
   void send(const ForceCommand& command);
   std::int64_t send_control(std::int32_t command, std::int64_t count = 0, const std::string& target = "");
-  /// The answer to a sequence number of ours, waited for; reason -1 when none came.
+  /// Waits for the answer to this sequence number and returns it. The reason is -1 if no answer came.
   freeflex_msgs::ack_t answer(std::int64_t sequence);
-  /// Takes the session from the next STATUS; false when none came.
+  /// Waits for a STATUS and stores its session. Returns false if no STATUS came.
   bool meet();
 
-  std::optional<SealingKey> key;  // of sender "test": commands are sealed with it
+  std::optional<SealingKey> key;  // seals the commands of sender "test", if given
   std::int64_t session = 0;
   std::int64_t next_sequence = 1;
   std::vector<freeflex_msgs::ack_t> acks;
@@ -54,7 +54,7 @@ class BusClient {
   std::map<std::int64_t, freeflex_msgs::state_t> states;  // by tick
   std::vector<freeflex_msgs::status_t> statuses;
   std::map<std::string, std::int64_t> num_messages;  // by channel
-  int num_early_states = 0;                          // that came before an APPLIED they contain
+  int num_early_states = 0;  // states that arrived before an APPLIED entry that they include
   PacketSender packets;
 
  private:
@@ -68,10 +68,10 @@ class BusClient {
   std::vector<std::byte> buffer_;
 };
 
-/// A program with its standard error in a file of its own; killed when it goes out of scope.
+/// Runs a program and writes its output into a temporary file. The destructor kills the program.
 class Process {
  public:
-  /// With a priority above 0 under SCHED_FIFO, where the system gives it.
+  /// Starts the program. With a priority above 0 it runs under SCHED_FIFO, if the system allows that.
   explicit Process(const std::vector<std::string>& arguments, int priority = 0);
   ~Process();
   Process(const Process&) = delete;
@@ -79,9 +79,10 @@ class Process {
 
   pid_t pid() const { return pid_; }
   void signal(int number) const;
-  /// Exit status, or 1000 + signal; -1 when it did not end in kPatience.
+  /// Returns the exit status, 1000 + signal if a signal ended the program, or -1 if it does not end within
+  /// kPatience.
   int wait();
-  /// What it wrote to standard output and error so far.
+  /// Returns its standard output and error so far.
   std::string output() const;
 
  private:
@@ -89,22 +90,22 @@ class Process {
   std::string log_;
 };
 
-/// The unmodified lcm-logger on one prefix, from the constructor's return on. It keeps 31 messages that it
-/// has not yet handled and drops what comes then, so it runs before ordinary programs; a machine that stands
-/// still for some 20 ms loses a part all the same.
+/// Records one prefix with the unmodified lcm-logger; the recording has begun when the constructor returns.
+/// lcm-logger queues 31 messages and drops any more, so it runs at a priority above ordinary programs. If the
+/// machine stalls for some 20 ms, messages are still lost.
 class Recorder {
  public:
   Recorder(const std::string& prefix, const std::string& log);
-  /// Ends the recording. Empty, or what went wrong.
+  /// Ends the recording. Returns "" or the error.
   std::string stop();
 
  private:
   Process logger_;
 };
 
-/// Path of a program of the build.
+/// Returns the path of a program of the build.
 std::string program(const std::string& name);
-/// Path of a scene of the project.
+/// Returns the path of a shipped scene.
 std::string scene_path(const std::string& name);
 
 }  // namespace freeflex::testing

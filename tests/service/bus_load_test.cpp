@@ -1,7 +1,8 @@
-// The rotor at 1 kHz under 500 commands a second, every point published at 50 Hz, recorded by lcm-logger:
-// each command is accounted for by sender, acknowledgement, APPLIED and log alike. FREEFLEX_LOAD_SECONDS says
-// how long. The percentiles of lateness stand beside those of cyclictest in the same minute: on a machine
-// without a real-time kernel both follow what else runs.
+// The rotor runs at 1 kHz under 500 commands a second, every point is published at 50 Hz, and lcm-logger
+// records the bus. Sender, acknowledgements, APPLIED entries and log must agree on each command.
+// FREEFLEX_LOAD_SECONDS sets the duration. The percentiles of lateness are printed together with those of
+// cyclictest in the same minute, because without a real-time kernel both depend on the other programs of the
+// machine.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -31,12 +32,12 @@ constexpr int kSeconds = FREEFLEX_LOAD_SECONDS;
 constexpr microseconds kCommandPeriod{2000};  // 500 a second
 constexpr const char* kPrefix = "LOAD";
 
-std::string no_network;  // why there is none
+std::string no_network;  // why there is no private network; empty if there is one
 
-/// What the sender expects of each of its sequence numbers.
+/// Holds the expected answer to each sequence number.
 using Expected = std::map<std::int64_t, Reason>;
 
-/// Sends for kSeconds; a part of the commands is to be turned down, by the ingress or by the desk.
+/// Sends commands for kSeconds. The ingress or the command queue must reject some of them.
 Expected send_load(BusClient& client) {
   Expected expected;
   auto next = steady_clock::now();
@@ -56,14 +57,14 @@ Expected send_load(BusClient& client) {
   return expected;
 }
 
-/// Counts of one record of what the daemon answered.
+/// Counts the answers and APPLIED entries in one record of the bus.
 struct Account {
   std::map<std::int64_t, int> answers;  // by sequence
   std::map<std::int64_t, int> applied;  // by sequence
   std::map<std::int64_t, Reason> reasons;
-  std::int64_t next_applied = 0;  // applied_sequence expected next
+  std::int64_t next_applied = 0;  // the next expected applied_sequence
   bool has_gap = false;
-  std::int64_t first_missing = -1;  // applied_sequence
+  std::int64_t first_missing = -1;  // first missing applied_sequence
 
   void add(const ack_t& ack) {
     if (ack.sender != "test") return;
@@ -77,7 +78,7 @@ struct Account {
   }
 };
 
-/// Every command answered once and as expected, and applied once if and only if it was accepted.
+/// Expects that every command is answered once as expected, and applied once if and only if it was accepted.
 void expect_complete(const Expected& expected, const Account& account, const std::string& who) {
   EXPECT_FALSE(account.has_gap) << who;
   int num_wrong = 0;
@@ -93,7 +94,7 @@ void expect_complete(const Expected& expected, const Account& account, const std
   EXPECT_EQ(num_wrong, 0) << who << ": commands not accounted for, of " << expected.size();
 }
 
-/// What lcm-logger wrote: messages by channel, and the same account.
+/// Holds the recording of lcm-logger: the number of messages on each channel, and the account.
 struct Recording {
   std::map<std::string, std::int64_t> counts;
   Account account;
@@ -122,9 +123,9 @@ Recording read_recording(const std::string& path) {
   return recording;
 }
 
-/// States of the scene's rate that the client did not hear, from the first that it heard to the last.
+/// Returns how many due states the client did not receive between its first and its last state.
 std::int64_t num_missing_states(const BusClient& client) {
-  constexpr std::int64_t kEvery = 20;  // [ticks] publish: state of the rotor
+  constexpr std::int64_t kEvery = 20;  // [ticks] interval of the rotor's `publish: state`
   const std::int64_t first = client.states.begin()->first, last = client.states.rbegin()->first;
   std::int64_t num_missing = 0;
   for (std::int64_t tick = (first + kEvery - 1) / kEvery * kEvery; tick <= last; tick += kEvery)
@@ -132,7 +133,7 @@ std::int64_t num_missing_states(const BusClient& client) {
   return num_missing;
 }
 
-/// Ticks against wall time between the first and the last status of the running loop.
+/// Prints ticks and wall time between the first and the last status of the running loop.
 void report_ticks(const BusClient& client, const status_t& first, const status_t& last) {
   const double seconds = static_cast<double>(last.utime - first.utime) * 1e-6;
   const double elapsed = seconds * last.rate;
@@ -148,15 +149,17 @@ void report_ticks(const BusClient& client, const status_t& first, const status_t
     for (std::size_t i = 0; i < 4; ++i) worst[i] = std::max(worst[i], status.lateness_us[i]);
   }
   print_row("lateness, worst windows", worst);
-  // a status is stamped up to a few periods of the publisher after its tick; a lost tick would stay lost
+  // a status is stamped up to a few periods of the publisher after its tick, but a lost tick would stay
+  // missing
   if (last.slips == 0 && kSeconds >= 30) {
     EXPECT_NEAR(executed, elapsed, 50.0);
   }
 }
 
-/// What `freeflex replay` says of a recording that lacks messages: never that it is complete.
+/// Expects that `freeflex replay` names the first missing entry of an incomplete recording.
 void expect_loss_named(const std::string& log, const Recording& recording) {
-  if (!recording.account.has_gap) return;  // what is lost is not needed for a replay, or is the end
+  if (!recording.account.has_gap)
+    return;  // the lost messages are at the end of the recording, or a replay does not need them
   Process replay({program("freeflex"), "replay", log, "--prefix", kPrefix});
   EXPECT_EQ(replay.wait(), 3) << replay.output();
   const std::string named =
@@ -164,7 +167,7 @@ void expect_loss_named(const std::string& log, const Recording& recording) {
   EXPECT_NE(replay.output().find(named), std::string::npos) << named << ", not:\n" << replay.output();
 }
 
-/// The recording says what the step does, and the unmodified player brings all of it back.
+/// Expects that the recording replays to the bit, and that the unmodified player sends all APPLIED entries.
 void expect_replayable(const std::string& log, std::size_t num_applied) {
   Process replay({program("freeflex"), "replay", log, "--prefix", kPrefix});
   EXPECT_EQ(replay.wait(), 0) << replay.output();
@@ -176,8 +179,8 @@ void expect_replayable(const std::string& log, std::size_t num_applied) {
   EXPECT_EQ(player.wait(), 0);
 }
 
-/// Played into another daemon the recorded commands are of another session: each is heard and answered, none
-/// moves it. (What feeds them back is `freeflex run --log` and `replay`.)
+/// Plays the recording into another daemon. The commands belong to another session, so each is answered and
+/// none is applied. (`freeflex run --log` and `replay` do apply recorded commands.)
 void expect_foreign_in_a_fresh_daemon(const std::string& log, std::size_t num_commands) {
   BusClient client(kPrefix);
   Process daemon({program("freeflexd"), scene_path("rotor.yaml"), "--prefix", kPrefix, "--time", "lockstep"});
@@ -192,7 +195,7 @@ void expect_foreign_in_a_fresh_daemon(const std::string& log, std::size_t num_co
   for (const ack_t& ack : client.acks) ASSERT_EQ(ack.reason, static_cast<int>(Reason::kWrongSession));
   EXPECT_EQ(client.statuses.back().commands_accepted, 0);
   EXPECT_EQ(client.statuses.back().commands_received, expected);
-  client.next_sequence = 1'000'000;  // the recording answers to those of its own
+  client.next_sequence = 1'000'000;  // beyond the sequences in the recording
   EXPECT_EQ(client.answer(client.send_control(control_t::STEP, 50)).reason, 0);
   ASSERT_TRUE(client.until([&] { return client.states.contains(50); }));
   EXPECT_EQ(client.states.at(50).applied_count, 0);
@@ -200,12 +203,12 @@ void expect_foreign_in_a_fresh_daemon(const std::string& log, std::size_t num_co
               client.acks.size());
 }
 
-/// Named by the build, BusLoadFor5s or BusLoadFor60s: ctest tells tests apart by name alone.
+/// The build defines the name of this class, because ctest distinguishes tests only by name.
 class FREEFLEX_LOAD_NAME : public ::testing::Test {
  protected:
   void SetUp() override {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-    GTEST_SKIP() << "a sanitizer slows the tick to its period: the load is for ordinary builds";
+    GTEST_SKIP() << "with a sanitizer a tick takes its whole period";
 #endif
     if (!no_network.empty()) GTEST_SKIP() << no_network;
     log_ = std::filesystem::temp_directory_path() / ("freeflex-load-" + std::to_string(getpid()) + ".log");
@@ -214,7 +217,7 @@ class FREEFLEX_LOAD_NAME : public ::testing::Test {
   std::filesystem::path log_;
 };
 
-/// One run of the daemon under the load, recorded, with what the client itself must have heard.
+/// Runs the daemon under the load, records it, and checks what the client received.
 void run_load(BusClient& client, const std::string& log, Expected& expected) {
   Recorder recorder(kPrefix, log);
   Process daemon({program("freeflexd"), scene_path("rotor.yaml"), "--prefix", kPrefix});
@@ -223,7 +226,7 @@ void run_load(BusClient& client, const std::string& log, Expected& expected) {
   expected = send_load(client);
   ASSERT_TRUE(client.until([&] { return client.acks.size() >= expected.size(); }))
       << client.acks.size() << " answers to " << expected.size();
-  // the last slots end, then one more status tells of all
+  // the loop waits until the last slots have ended and a status includes their ends
   const std::int64_t end = client.states.rbegin()->first + 100;
   ASSERT_TRUE(client.until([&] { return client.statuses.back().tick > end; }));
   const status_t last = client.statuses.back();
@@ -240,9 +243,9 @@ void run_load(BusClient& client, const std::string& log, Expected& expected) {
   for (const ack_t& ack : client.acks) heard.add(ack);
   for (const applied_t& entry : client.applied) heard.add(entry);
   expect_complete(expected, heard, "client");
-  EXPECT_EQ(client.num_early_states, 0) << "a state comes after the APPLIED it contains";
+  EXPECT_EQ(client.num_early_states, 0) << "a state must arrive after the APPLIED entries that it includes";
   EXPECT_EQ(num_missing_states(client), client.statuses.back().states_dropped - first.states_dropped)
-      << "what is due is heard, or counted";
+      << "every due state must be received or counted as dropped";
   EXPECT_EQ(last.commands_received, static_cast<std::int64_t>(expected.size()));
   std::int64_t num_rejected = 0;
   for (const auto& rejection : last.rejections) num_rejected += rejection.count;
@@ -251,7 +254,7 @@ void run_load(BusClient& client, const std::string& log, Expected& expected) {
               heard.answers.size(), heard.applied.size(), static_cast<long long>(num_rejected));
 }
 
-/// Commands, answers and APPLIED that passed on the bus, by the client's own socket, and are not in the log.
+/// Returns how many commands, answers and APPLIED messages the client received that are not in the log.
 std::int64_t num_lost(const BusClient& client, const Recording& recording) {
   std::int64_t lost = 0;
   for (const char* channel : {channels::kForce, channels::kAck, channels::kApplied}) {
@@ -261,10 +264,11 @@ std::int64_t num_lost(const BusClient& client, const Recording& recording) {
   return lost;
 }
 
-TEST_F(FREEFLEX_LOAD_NAME, EveryCommandIsAccountedForBySenderAnswerAppliedAndLog) {
+TEST_F(FREEFLEX_LOAD_NAME, SenderAnswersAppliedEntriesAndLogAgreeOnEveryCommand) {
   print_cyclictest("cyclictest before", kSeconds < 30 ? 2 : 10);
-  // lcm-logger drops what comes while the machine keeps it from running: such a recording must be named
-  // incomplete by replay, and is made again. What the client hears has no second try.
+  // lcm-logger drops messages while the machine keeps it from running. `replay` must call such a recording
+  // incomplete, and the recording is repeated. The messages that the client receives must be complete in each
+  // run.
   constexpr int kMostRecordings = 5;
   for (int i = 1; i <= kMostRecordings; ++i) {
     BusClient client(kPrefix);
@@ -279,7 +283,7 @@ TEST_F(FREEFLEX_LOAD_NAME, EveryCommandIsAccountedForBySenderAnswerAppliedAndLog
     if (const std::int64_t lost = num_lost(client, recording); lost > 0) {
       std::printf("lcm-logger lost %lld messages of recording %d\n", static_cast<long long>(lost), i);
       expect_loss_named(log_.string(), recording);
-      ASSERT_LT(i, kMostRecordings) << "not one of " << i << " recordings is whole";
+      ASSERT_LT(i, kMostRecordings) << "none of " << i << " recordings is complete";
       continue;
     }
     expect_complete(expected, recording.account, "lcm-logger");

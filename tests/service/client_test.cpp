@@ -1,4 +1,4 @@
-// The client for C++ against the real freeflexd.
+// The C++ client with the real freeflexd.
 #include "service/client/client.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace freeflex::testing {
 namespace {
 
-/// A page of a scene of three points, of which it lists one.
+/// Returns a page with one point of a scene of three points and three pages.
 freeflex_msgs::scene_t page_of_three(std::int32_t page) {
   freeflex_msgs::scene_t scene{};
   scene.session = 1;
@@ -28,7 +28,7 @@ freeflex_msgs::scene_t page_of_three(std::int32_t page) {
   return scene;
 }
 
-TEST(SceneCatalogue, IsWholeWithItsLastPage) {
+TEST(SceneCatalogue, IsCompleteWhenItsLastPageHasArrived) {
   client::SceneCatalogue scene;
   for (const std::int32_t page : {2, 0, 0}) scene.take(page_of_three(page), 100);
   EXPECT_FALSE(scene.is_complete());
@@ -40,7 +40,7 @@ TEST(SceneCatalogue, IsWholeWithItsLastPage) {
   EXPECT_EQ(scene.max_load_pages(), 0);
 }
 
-TEST(SceneCatalogue, RefusesCountsThatNoDaemonHas) {
+TEST(SceneCatalogue, RefusesImpossibleCounts) {
   client::SceneCatalogue scene;
   constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
   for (const std::int32_t page : {0, 1}) scene.take(page_of_three(page), 100);
@@ -49,16 +49,17 @@ TEST(SceneCatalogue, RefusesCountsThatNoDaemonHas) {
                                      &Scene::total_elastic, &Scene::num_pages, &Scene::first_point}) {
     for (const std::int32_t value : {kMost, -1}) {
       Scene page = page_of_three(2);
-      page.session = 2;  // of another daemon, so that what is taken would begin anew
+      page.session =
+          2;  // the session of another daemon: if the page were accepted, a new catalogue would begin
       page.*count = value;
       scene.take(page, 100);
     }
   }
   scene.take(page_of_three(2), 100);
-  EXPECT_TRUE(scene.is_complete()) << "what came before is kept";
+  EXPECT_TRUE(scene.is_complete()) << "earlier pages are kept";
 }
 
-/// A scene of two masses on a spring, 4 kg together, in a file of its own.
+/// Writes a scene of two masses on a spring, 4 kg together.
 class ClientOfADaemon : public Daemon {
  protected:
   void SetUp() override {
@@ -72,7 +73,7 @@ class ClientOfADaemon : public Daemon {
   }
   ~ClientOfADaemon() override { std::remove(scene_.c_str()); }
 
-  /// The daemon, in lockstep unless other words say otherwise.
+  /// Returns the daemon's command line; the default is lockstep.
   std::vector<std::string> line(std::vector<std::string> more = {"--time", "lockstep"}) const {
     std::vector<std::string> words{program("freeflexd"), scene_, "--prefix", kPrefix, "--log-level", "error"};
     words.insert(words.end(), more.begin(), more.end());
@@ -86,7 +87,7 @@ class ClientOfADaemon : public Daemon {
   std::string scene_ = temporary_path("client.yaml");
 };
 
-TEST_F(ClientOfADaemon, StepReturnsTheStateOfThatTick) {
+TEST_F(ClientOfADaemon, StepReturnsTheStateOfTheTickThatItExecutes) {
   const Process daemon(line());
   client::Daemon pair(options());
   EXPECT_EQ(pair.scene().head().name, "pair");
@@ -95,7 +96,7 @@ TEST_F(ClientOfADaemon, StepReturnsTheStateOfThatTick) {
   EXPECT_EQ(pair.step(1000).tick, start + 1001);
 }
 
-TEST_F(ClientOfADaemon, NothingOfTheEpochBeforeAResetIsReturnedAfterIt) {
+TEST_F(ClientOfADaemon, AfterAResetNothingOfThePreviousEpochIsReturned) {
   const Process daemon(line());
   client::Daemon pair(options());
   pair.push({.forces = {{"b", {2.0, 0.0, 0.0}}}, .duration = 0.5});
@@ -117,11 +118,11 @@ TEST_F(ClientOfADaemon, APushByNameActsForItsDuration) {
   const std::int64_t tick = pair.push({.forces = {{"b", {2.0, 0.0, 0.0}}}, .duration = 0.5});
   const freeflex_msgs::state_t& state = pair.step(1000);
   EXPECT_GE(state.tick, tick + 500);
-  // 2 N for 0.5 s on 4 kg; the sum of 500 ticks rounds at 1e-13 at most
+  // 2 N for 0.5 s on 4 kg; the rounding errors of 500 ticks add up to 1e-13 at most
   EXPECT_NEAR(state.velocity[0], 2.0 * 0.5 / 4.0, 1e-12);
 }
 
-TEST_F(ClientOfADaemon, PointsAndLoadsComeWholeByName) {
+TEST_F(ClientOfADaemon, PointsAndLoadsAreFoundByName) {
   const Process daemon(line());
   client::Daemon pair(options());
   pair.push({.forces = {{"a", {-1.0, 0.0, 0.0}}, {"b", {1.0, 0.0, 0.0}}}, .duration = 10.0});
@@ -140,24 +141,24 @@ TEST_F(ClientOfADaemon, ARejectionHasItsReasonAndText) {
   client::Daemon pair(options());
   try {
     pair.push({.forces = {{"b", {11.0, 0.0, 0.0}}}, .duration = 0.1});
-    FAIL() << "11 N with a limit of 10 N";
+    FAIL() << "11 N were accepted above a limit of 10 N";
   } catch (const client::Rejected& rejected) {
     EXPECT_EQ(rejected.ack.reason, static_cast<std::int32_t>(io::Reason::kOverLimit));
     EXPECT_NE(std::string(rejected.what()).find("rejected: over_limit: "), std::string::npos)
         << rejected.what();
   }
-  EXPECT_THROW(pair.run(), client::Rejected);  // in lockstep
+  EXPECT_THROW(pair.run(), client::Rejected);  // RUN is rejected in lockstep
   EXPECT_THROW(pair.push({.forces = {{"b", {1.0, 0.0, 0.0}}}, .duration = 1.0, .lease = 1.0}),
                client::Rejected);
   try {
     pair.push({.forces = {{"nose", {1.0, 0.0, 0.0}}}, .duration = 1.0});
-    FAIL() << "there is no nose";
+    FAIL() << "the scene has no point nose";
   } catch (const client::UnknownName& unknown) {
     EXPECT_STREQ(unknown.what(), "no point 'nose'; there are: a, b");
   }
 }
 
-TEST_F(ClientOfADaemon, ADaemonThatIsStartedAgainIsTakenUp) {
+TEST_F(ClientOfADaemon, AfterARestartOfTheDaemonTheClientWorksAgain) {
   std::optional<Process> daemon;
   daemon.emplace(line());
   client::Daemon pair(options());
@@ -167,7 +168,7 @@ TEST_F(ClientOfADaemon, ADaemonThatIsStartedAgainIsTakenUp) {
   EXPECT_EQ(daemon->wait(), 0);
   daemon.reset();
   daemon.emplace(line());
-  // the command goes to the daemon that is gone
+  // the command has the session of the daemon that has ended
   EXPECT_THROW(pair.push({.forces = {{"b", {1.0, 0.0, 0.0}}}, .duration = 0.1}), client::Restarted);
   EXPECT_NE(pair.session(), first);
   pair.push({.forces = {{"b", {1.0, 0.0, 0.0}}}, .duration = 0.1});
@@ -175,7 +176,7 @@ TEST_F(ClientOfADaemon, ADaemonThatIsStartedAgainIsTakenUp) {
   EXPECT_GE(pair.step(3).tick, start + 3);
 }
 
-TEST_F(ClientOfADaemon, AKeyFileSealsCommands) {
+TEST_F(ClientOfADaemon, CommandsAreSealedWithTheKeyOfAKeyFile) {
   const std::string key = temporary_path("client.key");
   ASSERT_EQ(Process({program("freeflex"), "keygen", "pilot", "--out", key}).wait(), 0);
   {
@@ -191,17 +192,16 @@ TEST_F(ClientOfADaemon, AKeyFileSealsCommands) {
   std::remove(key.c_str());
 }
 
-TEST_F(ClientOfADaemon, WithoutADaemonItNamesTheBus) {
+TEST_F(ClientOfADaemon, WithoutADaemonTheErrorNamesTheBus) {
   client::Options hasty = options();
   hasty.timeout = std::chrono::milliseconds(50);
   try {
     const client::Daemon nobody(hasty);
-    FAIL() << "nobody is there";
+    FAIL() << "no daemon runs";
   } catch (const client::NoAnswer& silence) {
-    EXPECT_STREQ(
-        silence.what(),
-        "no STATUS within 0.05 s on udpm://239.255.76.67:7667?ttl=0, channels CLIENT_*: is freeflexd "
-        "there?");
+    EXPECT_STREQ(silence.what(),
+                 "no STATUS within 0.05 s on udpm://239.255.76.67:7667?ttl=0, channels CLIENT_*: is "
+                 "freeflexd running?");
   }
   hasty.url = "memq://";
   EXPECT_THROW(const client::Daemon nobody(hasty), client::NoBus);

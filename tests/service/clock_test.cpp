@@ -1,4 +1,4 @@
-// Deadlines, overruns and slips, with time injected; durations of the histogram.
+// Deadlines, overruns and slips with a simulated clock, and the histogram of durations.
 #include "service/clock.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ using service::SlidingPercentiles;
 
 constexpr std::int64_t kMillisecond = 1'000'000;  // [ns]
 
-TEST(Pacer, DeadlinesOfAPeriodThatIsNoWholeNumberDoNotDrift) {
+TEST(Pacer, DeadlinesOfANonIntegerPeriodDoNotDrift) {
   const double period = 1e9 / 3000.0;
   Pacer pacer(period);
   pacer.rebase(5);
@@ -27,17 +27,18 @@ TEST(Pacer, DeadlinesOfAPeriodThatIsNoWholeNumberDoNotDrift) {
   EXPECT_EQ(pacer.deadline_ns(), 5 + 1'000'000'000'000);
 }
 
-TEST(Pacer, CountsATickThatEndsAfterTheNextDeadline) {
+TEST(Pacer, CountsATickThatEndsAfterTheNextDeadlineAsAnOverrun) {
   Pacer pacer(1e6);
   pacer.rebase(0);
-  pacer.finish_tick(kMillisecond);  // exactly in time
+  pacer.finish_tick(kMillisecond);  // exactly at the deadline
   EXPECT_EQ(pacer.num_overruns(), 0);
   pacer.finish_tick(2 * kMillisecond + 1);
   EXPECT_EQ(pacer.num_overruns(), 1);
-  EXPECT_EQ(pacer.deadline_ns(), 2 * kMillisecond) << "the deadline stays: the next tick catches up";
+  EXPECT_EQ(pacer.deadline_ns(), 2 * kMillisecond)
+      << "the deadline is not moved, so the next tick catches up";
 }
 
-TEST(Pacer, GivesUpLostTimeOnlyBeyondTheBound) {
+TEST(Pacer, SkipsLostTimeOnlyBeyondTheBound) {
   static_assert(Pacer::kCatchUp >= 100 * kMillisecond);
   Pacer pacer(1e6);
   pacer.rebase(0);
@@ -49,8 +50,8 @@ TEST(Pacer, GivesUpLostTimeOnlyBeyondTheBound) {
   EXPECT_EQ(pacer.deadline_ns(), now);
 }
 
-TEST(Pacer, TellsOneStandstillFromAPeriodThatIsTooShort) {
-  // every tick takes 1.5 ms of 1 ms: some 400 of them until the arrears are too large
+TEST(Pacer, DistinguishesOneStallFromAPeriodThatIsTooShort) {
+  // every tick takes 1.5 ms in a period of 1 ms, so the delay exceeds the bound after some 400 ticks
   Pacer slow(1e6);
   std::int64_t now = 0;
   slow.rebase(now);
@@ -60,7 +61,7 @@ TEST(Pacer, TellsOneStandstillFromAPeriodThatIsTooShort) {
     slow.finish_tick(now += 1'500'000);
   }
   EXPECT_EQ(slow.slip_gap_ns(), 1'500'000);
-  // one sleep of 10 s, in a loop that held its period
+  // one stall of 10 s in a loop that otherwise keeps its period
   Pacer stopped(1e6);
   stopped.rebase(now = 0);
   for (int i = 0; i < 100; ++i) {
@@ -75,14 +76,14 @@ TEST(Pacer, TellsOneStandstillFromAPeriodThatIsTooShort) {
   EXPECT_EQ(stopped.slip_gap_ns(), late);
 }
 
-TEST(Pacer, SaysOfASlipWhatItWas) {
+TEST(Pacer, ReportsTheCauseOfASlip) {
   EXPECT_NE(service::slip_text(1e-3, 1).find("does not hold the period of 1000 us"), std::string::npos);
   const std::string stood = service::slip_text(1e-3, 2, 10'040 * kMillisecond);
   EXPECT_NE(stood.find("stood still for 10.0 s"), std::string::npos) << stood;
   EXPECT_EQ(stood.find("period"), std::string::npos) << stood;
 }
 
-/// Runs 1000 ticks of 1 ms; the machine stalls once, at tick 100.
+/// Runs 1000 ticks of 1 ms. The machine stalls once, at tick 100.
 void run_with_stall(Rig& rig, std::int64_t stall_ns) {
   bool has_stalled = false;
   rig.clock.on_sleep = [&] {
@@ -101,8 +102,7 @@ TEST(Loop, CatchesUpAfterAStallAndExecutesEveryTick) {
   run_with_stall(rig, 50 * kMillisecond);
   EXPECT_EQ(rig.simulation.state().tick, 1000);
   EXPECT_EQ(rig.output->num_slips.load(), 0);
-  // the tick that stood at 100 ms ended at 150 ms, and so did all up to the one that stood at 149 ms (the
-  // last of which ended exactly when the next stood)
+  // the ticks due at 100 to 149 ms all ended at 150 ms, the last one exactly at its deadline
   EXPECT_EQ(rig.output->num_overruns.load(), 49);
   EXPECT_EQ(rig.clock.now_ns() - start, 999 * kMillisecond) << "no time was lost";
 }
@@ -115,12 +115,13 @@ TEST(Loop, SlipsOnceAfterALongStallAndStillExecutesEveryTick) {
   EXPECT_EQ(rig.simulation.state().tick, 1000);
   EXPECT_EQ(rig.output->num_slips.load(), 1);
   EXPECT_EQ(rig.output->num_overruns.load(), 1);
-  // tick 100 ended at 600 ms, where the new base stands: 899 ticks follow, the first at once
+  // tick 100 ended at 600 ms, which is the new base of the deadlines; 899 ticks follow, the first without
+  // delay
   EXPECT_EQ(rig.clock.now_ns() - start, 600 * kMillisecond + 898 * kMillisecond);
 }
 
-TEST(Loop, OfSlowTicksObeysBetweenThem) {
-  // 100 s a tick; told to stop 5 s into the first
+TEST(Loop, ObeysControlsBetweenSlowTicks) {
+  // a tick lasts 100 s; STOP is sent 5 s after the start of the first tick
   Plan plan = octahedron_plan();
   set_rate(plan, 0.01);
   Rig rig(plan, {});
@@ -132,12 +133,13 @@ TEST(Loop, OfSlowTicksObeysBetweenThem) {
     told_ns = rig.clock.now_ns();
   };
   rig.run();
-  EXPECT_EQ(rig.simulation.state().tick, 1) << "the first stands at the start, the second was not reached";
+  EXPECT_EQ(rig.simulation.state().tick, 1)
+      << "the first tick is at the start, and the loop stops before the second";
   EXPECT_LT(rig.clock.now_ns() - told_ns, 100'000'000);
   EXPECT_EQ(rig.output->num_overruns.load(), 0);
 }
 
-TEST(Loop, AHoldIsNoOverrun) {
+TEST(Loop, AHoldIsNotCountedAsAnOverrun) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.starts_holding = true, .until_tick = 10});
   int num_sleeps = 0;
@@ -150,21 +152,21 @@ TEST(Loop, AHoldIsNoOverrun) {
   EXPECT_EQ(rig.output->num_slips.load(), 0);
 }
 
-TEST(Histogram, KnowsADurationToThreePercentAndNeverTooSmall) {
+TEST(Histogram, RoundsDurationsUpByAtMostThreePercent) {
   std::mt19937_64 engine(7);
   std::uniform_real_distribution<double> exponent(std::log(64.0), std::log(1.3e11));
   for (int i = 0; i < 100'000; ++i) {
     const auto ns = static_cast<std::int64_t>(std::exp(exponent(engine)));
     const auto edge = Histogram::upper_edge(Histogram::bucket(ns));
     ASSERT_GT(edge, ns);
-    // a bucket is 1/32 of its octave's lower end wide
+    // the width of a bucket is 1/32 of the lower limit of its octave
     ASSERT_LE(static_cast<double>(edge), static_cast<double>(ns) * (1.0 + 1.0 / 32.0) + 1.0);
   }
   EXPECT_EQ(Histogram::bucket(-5), 0);
   EXPECT_EQ(Histogram::bucket(INT64_MAX), Histogram::kNumBuckets - 1);
 }
 
-TEST(Histogram, GivesPercentilesOfTheWindowOnly) {
+TEST(Histogram, PercentilesCoverOnlyTheWindow) {
   Histogram histogram;
   SlidingPercentiles percentiles(histogram);
   EXPECT_EQ(percentiles.read().count, 0);
@@ -174,13 +176,13 @@ TEST(Histogram, GivesPercentilesOfTheWindowOnly) {
   histogram.record(5'000'000);
   const service::Percentiles all = percentiles.read();
   EXPECT_EQ(all.count, 1000);
-  const double width = 1.0 / 32.0;  // of a bucket
+  const double width = 1.0 / 32.0;  // relative width of a bucket
   EXPECT_NEAR(all.us[0], 10.0, 10.0 * width);
   EXPECT_NEAR(all.us[1], 1000.0, 1000.0 * width);  // 990th of 1000
   EXPECT_NEAR(all.us[2], 1000.0, 1000.0 * width);  // 999th
   EXPECT_NEAR(all.us[3], 5000.0, 5000.0 * width);
-  for (int i = 0; i < SlidingPercentiles::kSpan + 1; ++i) percentiles.turn();
-  EXPECT_EQ(percentiles.read().count, 0) << "all of it is older than the window";
+  for (int i = 0; i < SlidingPercentiles::kSpan + 1; ++i) percentiles.advance();
+  EXPECT_EQ(percentiles.read().count, 0) << "all records are older than the window";
 }
 
 }  // namespace

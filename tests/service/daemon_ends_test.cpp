@@ -1,4 +1,4 @@
-// How the real freeflexd ends, and what it says when it does not begin.
+// The real freeflexd ends cleanly on signals, and reports the cause if it cannot start.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -21,11 +21,11 @@ namespace {
 using freeflex_msgs::status_t;
 
 struct End {
-  std::string set_up;        // what the shell does before
-  std::vector<int> signals;  // sent at one moment
+  std::string set_up;        // shell commands before the daemon starts
+  std::vector<int> signals;  // signals sent at once
 };
 
-TEST_F(Daemon, EndsInOrderOnASignalHoweverItWasStarted) {
+TEST_F(Daemon, EndsCleanlyOnASignalHoweverItWasStarted) {
   // a shell without job control ignores SIGINT for its background jobs
   const std::vector<End> ends{{"", {SIGINT}},
                               {"", {SIGTERM}},
@@ -56,37 +56,37 @@ constexpr bool kIsInstrumented = true;
 constexpr bool kIsInstrumented = false;
 #endif
 
-/// From where nothing of it fits to where all does.
-TEST_F(Daemon, WithLittleAddressSpaceRunsOrSaysWhichLimitItMeets) {
+/// The limits range from too little memory for the loader to enough for the whole program.
+TEST_F(Daemon, WithLittleAddressSpaceItRunsOrNamesTheLimit) {
   if (kIsInstrumented) GTEST_SKIP() << "a sanitizer takes terabytes of address space";
   int num_refused = 0;
   int num_run = 0;
-  // from 24 to 30 MB there is no thread to end the log with
+  // between 24 and 30 MB the thread that ends the log cannot be created
   for (int megabytes = 24; megabytes <= 420; megabytes += megabytes < 30 ? 2 : megabytes < 120 ? 20 : 100) {
     const std::string limit = "ulimit -v " + std::to_string(1000 * megabytes) + ";";
     Process daemon(by_shell(limit, command_line("AS", {"--until", "0.01", "--socket", "none"})));
     const int status = daemon.wait();
-    const std::string said = daemon.output();
+    const std::string output = daemon.output();
     if (status == 0) {
       ++num_run;
       continue;
     }
-    // the system's loader comes before any of ours
-    if (status == 127 && said.find("error while loading shared libraries") != std::string::npos) continue;
+    // the loader fails before any code of freeflexd runs
+    if (status == 127 && output.find("error while loading shared libraries") != std::string::npos) continue;
     ++num_refused;
-    // 2: the set-up of the scene has words of its own
+    // if the exit status is 2, the message comes from the set-up of the scene
     const std::string found =
         "Address space is limited to " + std::to_string(std::lround(1.024 * megabytes)) + " MB";
     const std::string named = status == 2 ? "allow more memory (ulimit -v)" : found;
-    EXPECT_TRUE(status == 1 || status == 2) << megabytes << " MB: " << said;
-    EXPECT_NE(said.find(named), std::string::npos) << megabytes << " MB: " << said;
-    EXPECT_NE(said.find("ulimit -v"), std::string::npos) << megabytes << " MB: " << said;
+    EXPECT_TRUE(status == 1 || status == 2) << megabytes << " MB: " << output;
+    EXPECT_NE(output.find(named), std::string::npos) << megabytes << " MB: " << output;
+    EXPECT_NE(output.find("ulimit -v"), std::string::npos) << megabytes << " MB: " << output;
   }
   EXPECT_GT(num_run, 0);
   EXPECT_GT(num_refused, 0);
 }
 
-TEST_F(Daemon, WithFewFilesSaysSo) {
+TEST_F(Daemon, WithTooFewOpenFilesItNamesTheLimit) {
   Process daemon(by_shell("ulimit -n 12;", command_line("NF", {"--until", "0.01", "--socket", "none"})));
   EXPECT_EQ(daemon.wait(), 1);
   EXPECT_NE(daemon.output().find("Open files are limited to 12: allow more with ulimit -n"),
@@ -94,31 +94,32 @@ TEST_F(Daemon, WithFewFilesSaysSo) {
       << daemon.output();
 }
 
-TEST_F(Daemon, SaysWhichLibraryItsFilterEnds) {
-  if (kIsInstrumented) GTEST_SKIP() << "a sanitizer needs calls of its own, and there is no filter";
-  if (prctl(PR_GET_SECCOMP) < 0) GTEST_SKIP() << "this kernel has no filter of system calls";
+TEST_F(Daemon, NamesAPreloadedLibraryWhoseSystemCallsItsFilterForbids) {
+  if (kIsInstrumented) GTEST_SKIP() << "with a sanitizer there is no filter";
+  if (prctl(PR_GET_SECCOMP) < 0) GTEST_SKIP() << "this kernel cannot filter system calls";
   const std::string library = FREEFLEX_FORBIDDEN_CALL;
   Process daemon(by_shell("export LD_PRELOAD=" + library + ";", command_line("FC", {"--socket", "none"})));
   EXPECT_EQ(daemon.wait(), 1) << daemon.output();
-  const std::string said = daemon.output();
-  EXPECT_NE(said.find("cannot start the ingress process: 5 in a row ended at once"), std::string::npos)
-      << said;
-  EXPECT_NE(said.find("made a system call that its filter forbids. LD_PRELOAD is set to '" + library + "'"),
+  const std::string output = daemon.output();
+  EXPECT_NE(output.find("cannot start the ingress process: 5 starts in a row failed at once"),
             std::string::npos)
-      << said;
+      << output;
+  EXPECT_NE(output.find("made a system call that its filter forbids. LD_PRELOAD is set to '" + library + "'"),
+            std::string::npos)
+      << output;
 }
 
-TEST_F(Daemon, EndsCleanlyWhenToldDuringStartUp) {
+TEST_F(Daemon, EndsCleanlyOnASignalDuringStartUp) {
   BusClient client("F");
   Process daemon(command_line("F"));
-  // the scene is read; the ingress starts, or the bus is listened to
+  // the scene has been read; now the ingress starts or the daemon listens to the bus
   ASSERT_TRUE(client.until([&] { return daemon.output().find("104 points") != std::string::npos; }));
   daemon.signal(SIGTERM);
   EXPECT_EQ(daemon.wait(), 0);
   EXPECT_NE(daemon.output().find("before the first tick"), std::string::npos) << daemon.output();
 }
 
-TEST_F(Daemon, LeavesNoIngressBehindWhenItIsKilled) {
+TEST_F(Daemon, LeavesNoIngressProcessIfItIsKilled) {
   BusClient client("G");
   Process daemon(command_line("G", {"--hold"}));
   ASSERT_TRUE(client.meet()) << daemon.output();
@@ -129,13 +130,13 @@ TEST_F(Daemon, LeavesNoIngressBehindWhenItIsKilled) {
   const auto is_gone = [ingress] {
     std::ifstream stat("/proc/" + std::to_string(ingress) + "/stat");
     std::string pid, name, state;
-    // a zombie that waits for its new parent has ended as well
+    // a zombie that has not been reaped has ended too
     return !(stat >> pid >> name >> state) || state == "Z";
   };
   EXPECT_TRUE(client.until(is_gone));
 }
 
-TEST_F(Daemon, OfAnIngressKilledAgainAndAgainTakesCommandsAfterwards) {
+TEST_F(Daemon, AcceptsCommandsAfterRepeatedKillsOfItsIngress) {
   BusClient client("K");
   Process daemon(command_line("K"));
   ASSERT_TRUE(client.meet()) << daemon.output();
@@ -149,7 +150,7 @@ TEST_F(Daemon, OfAnIngressKilledAgainAndAgainTakesCommandsAfterwards) {
   EXPECT_EQ(client.answer(client.next_sequence).reason, 0);
 }
 
-TEST_F(Daemon, StoppedAndContinuedRunsOnAndPublishesTheLostTime) {
+TEST_F(Daemon, KeepsRunningAfterAStopAndPublishesASlip) {
   BusClient client("L");
   Process daemon(command_line("L"));
   ASSERT_TRUE(client.meet()) << daemon.output();
@@ -169,7 +170,7 @@ TEST_F(Daemon, StoppedAndContinuedRunsOnAndPublishesTheLostTime) {
   EXPECT_EQ(daemon.output().find("does not hold the period"), std::string::npos) << daemon.output();
 }
 
-/// Every thread of the process stands: a signal to stop is sent sooner than it is obeyed.
+/// Returns whether every thread of the process has stopped; after SIGSTOP this takes some time.
 bool has_stopped(const Process& process) {
   const std::filesystem::directory_iterator tasks("/proc/" + std::to_string(process.pid()) + "/task");
   return std::all_of(begin(tasks), end(tasks), [](const auto& task) {
@@ -193,7 +194,7 @@ TEST_F(Daemon, CommandsThatWaitedWhileItWasStoppedAreRefusedAsTooOld) {
     const ForceCommand push = make_push(client.next_sequence++);
     client.send(push);
     const std::int64_t control = client.send_control(freeflex_msgs::control_t::RESET);
-    // the scene says nothing of it: 1 s
+    // the scene sets no max_age, so the limit is 1 s
     const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(1200);
     ASSERT_TRUE(client.until([&] { return std::chrono::steady_clock::now() > end; }));
     daemon.signal(SIGCONT);
@@ -202,11 +203,11 @@ TEST_F(Daemon, CommandsThatWaitedWhileItWasStoppedAreRefusedAsTooOld) {
     EXPECT_NE(refused.text.find("for its decision, at most 1 s"), std::string::npos) << refused.text;
     EXPECT_EQ(client.answer(control).reason, static_cast<int>(io::Reason::kTooOld)) << mode;
     client.send(make_push(client.next_sequence));
-    EXPECT_EQ(client.answer(client.next_sequence).reason, 0) << "one that is new is taken";
+    EXPECT_EQ(client.answer(client.next_sequence).reason, 0) << "a new command is accepted";
   }
 }
 
-TEST_F(Daemon, TheSceneSaysHowOldACommandMayBeAndWhatOneSenderHas) {
+TEST_F(Daemon, TheSceneSetsTheLargestAgeOfCommandsAndTheShareOfASender) {
   const std::string scene = temporary_path("limits.yaml");
   std::ofstream(scene) << "points: [{mass: 1, at: [0, 0, 0]}, {mass: 1, at: [1, 0, 0]}]\n"
                           "links: [{spring: [1, 2], stiffness: 100}]\n"
@@ -219,7 +220,7 @@ TEST_F(Daemon, TheSceneSaysHowOldACommandMayBeAndWhatOneSenderHas) {
     push.slot = slot;
     client.send(push);
     EXPECT_EQ(client.answer(push.sequence).reason, slot < 2 ? 0 : static_cast<int>(io::Reason::kNoSlotFree))
-        << "64 slots are shared, 2 of them for one";
+        << "a sender has 0.03125 of 64 slots, which is 2";
   }
   daemon.signal(SIGSTOP);
   ASSERT_TRUE(client.until([&] { return has_stopped(daemon); }));
@@ -233,13 +234,13 @@ TEST_F(Daemon, TheSceneSaysHowOldACommandMayBeAndWhatOneSenderHas) {
   std::filesystem::remove(scene);
 }
 
-TEST_F(Daemon, EndsAfterOneTickWhenUntilIsShorter) {
+TEST_F(Daemon, EndsAfterOneTickIfUntilIsShorterThanATick) {
   Process daemon(command_line("M", {"--until", "1e-9"}));
   EXPECT_EQ(daemon.wait(), 0);
-  EXPECT_NE(daemon.output().find("ended as told: 1 ticks"), std::string::npos) << daemon.output();
+  EXPECT_NE(daemon.output().find("ended as requested: 1 ticks"), std::string::npos) << daemon.output();
 }
 
-TEST_F(Daemon, SaysWhatIsWrongAndHowToMendIt) {
+TEST_F(Daemon, NamesEachFaultOfItsCommandLine) {
   const auto expect = [](std::vector<std::string> arguments, int status, const std::string& words) {
     arguments.insert(arguments.begin(), program("freeflexd"));
     Process daemon(arguments);
@@ -267,7 +268,7 @@ TEST_F(Daemon, SaysWhatIsWrongAndHowToMendIt) {
   expect({scene, "--ingress-user", "nosuch"}, 2, "nosuch");
 }
 
-TEST_F(Daemon, RefusesAPlanThatIsNotWhole) {
+TEST_F(Daemon, RefusesATruncatedPlan) {
   const std::string plan = temporary_path("cut.plan");
   Process compile({program("freeflex"), "compile", scene_path("boom.yaml"), "-o", plan});
   ASSERT_EQ(compile.wait(), 0) << compile.output();
@@ -278,8 +279,8 @@ TEST_F(Daemon, RefusesAPlanThatIsNotWhole) {
   std::filesystem::remove(plan);
 }
 
-TEST_F(Daemon, SaysHowToGetAMulticastRoute) {
-  // a network namespace whose loopback is down has no route at all
+TEST_F(Daemon, WithoutAMulticastRouteItNamesTheCommandsThatAddOne) {
+  // a network namespace whose loopback interface is down has no route
   Process daemon({"unshare", "-n", program("freeflexd"), scene_path("boom.yaml")});
   EXPECT_EQ(daemon.wait(), 1);
   const std::string output = daemon.output();

@@ -9,7 +9,7 @@
 namespace freeflex::testing {
 
 namespace {
-std::string no_network;  // why there is none
+std::string no_network;  // why there is no private network; empty if there is one
 }
 
 void Daemon::SetUp() {

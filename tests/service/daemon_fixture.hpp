@@ -1,4 +1,4 @@
-// What the tests of the real freeflexd share.
+// Helpers for the tests of the real freeflexd.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,26 +10,26 @@
 
 namespace freeflex::testing {
 
-/// Skips, with the reason, where the kernel refuses a private network.
+/// A fixture that skips its tests, with the reason, if the kernel refuses a private network.
 class Daemon : public ::testing::Test {
  protected:
   void SetUp() override;
 };
 
-/// freeflexd on the truss of 104 points.
+/// Returns the command line of freeflexd on the truss of 104 points.
 std::vector<std::string> command_line(const std::string& prefix, std::vector<std::string> more = {});
 
-/// The same program started by a shell that runs set_up first, with its standard streams sent as said.
+/// Returns a shell command that runs `set_up` and then the program with its streams redirected by `streams`.
 std::vector<std::string> by_shell(const std::string& set_up, const std::vector<std::string>& arguments,
                                   const std::string& streams = "");
 
-/// Every number of a published motion.
+/// Returns every number of a published motion.
 std::vector<double> motion(const freeflex_msgs::state_t& state);
 
-/// The ingress of a daemon, which is its only child; -1 while there is none.
+/// Returns the ingress of a daemon, its first child process, or -1 while there is none.
 pid_t find_ingress(const Process& daemon);
 
-/// A file's path for this process alone.
+/// Returns a temporary path that only this process uses.
 std::string temporary_path(const std::string& name);
 
 }  // namespace freeflex::testing

@@ -1,4 +1,5 @@
-// The real freeflexd --keys: who holds a key is obeyed as without keys, who holds none is not.
+// With --keys the real freeflexd obeys only the holders of its keys, and it obeys them as a daemon without
+// keys obeys everybody.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -18,7 +19,7 @@ using freeflex_msgs::control_t;
 using freeflex_msgs::state_t;
 using io::Reason;
 
-/// A folder with the key "test", gone with the object.
+/// Makes a temporary folder with the key "test".
 class KeyFolder {
  public:
   KeyFolder() : path_(temporary_path("keys")) {
@@ -46,7 +47,7 @@ std::int64_t count(const BusClient& client, Reason reason) {
   return 0;
 }
 
-TEST_F(Daemon, WithKeysObeysTheirHolderAlone) {
+TEST_F(Daemon, WithKeysItObeysOnlyTheHoldersOfTheKeys) {
   const KeyFolder keys;
   Process daemon(command_line("K", {"--keys", keys.path()}));
   BusClient client("K");
@@ -58,7 +59,8 @@ TEST_F(Daemon, WithKeysObeysTheirHolderAlone) {
   EXPECT_EQ(client.answer(push.sequence).reason, 0);
   EXPECT_EQ(client.answer(client.send_control(control_t::HOLD)).reason, 0);
 
-  // a stranger without a key is told so; copies, other channels and other secrets are counted
+  // a stranger without a key is answered; copied commands, commands on another channel and commands sealed
+  // with another secret are only counted
   freeflex_msgs::control_t stop{};
   stop.session = client.session;
   stop.sender = "stranger";
@@ -83,11 +85,11 @@ TEST_F(Daemon, WithKeysObeysTheirHolderAlone) {
   EXPECT_EQ(client.answer(client.send_control(control_t::STOP)).reason, 0);
   EXPECT_EQ(daemon.wait(), 0) << daemon.output();
   const std::string log = daemon.output();
-  EXPECT_NE(log.find("commands are taken under a key only: test"), std::string::npos) << log;
+  EXPECT_NE(log.find("commands on the bus need one of these keys: test"), std::string::npos) << log;
   EXPECT_NE(log.find("was not sealed with it for this channel"), std::string::npos) << log;
 }
 
-/// 300 ticks in lockstep with three pushes.
+/// Runs 300 ticks in lockstep with three pushes.
 std::map<std::int64_t, state_t> run_programme(const std::vector<std::string>& more,
                                               const std::optional<SealingKey>& key) {
   std::vector<std::string> arguments{"--time", "lockstep"};
@@ -107,7 +109,7 @@ std::map<std::int64_t, state_t> run_programme(const std::vector<std::string>& mo
   return client.states;
 }
 
-TEST_F(Daemon, WithKeysGivesTheBitsThatItGivesWithout) {
+TEST_F(Daemon, WithKeysTheMotionHasTheSameBits) {
   const KeyFolder keys;
   const auto open = run_programme({}, std::nullopt);
   const auto sealed = run_programme({"--keys", keys.file()}, keys.key());
@@ -116,7 +118,7 @@ TEST_F(Daemon, WithKeysGivesTheBitsThatItGivesWithout) {
   EXPECT_NE(motion(open.at(300)), motion(open.at(0)));
 }
 
-TEST_F(Daemon, WithKeysTheOperatorsSocketNeedsNone) {
+TEST_F(Daemon, WithKeysTheOperatorsSocketNeedsNoKey) {
   const KeyFolder keys;
   const std::string socket = temporary_path("keys.sock");
   Process daemon(command_line("O", {"--keys", keys.path(), "--socket", socket}));
@@ -127,7 +129,7 @@ TEST_F(Daemon, WithKeysTheOperatorsSocketNeedsNone) {
   EXPECT_EQ(daemon.wait(), 0) << daemon.output();
 }
 
-TEST_F(Daemon, WithKeysDoesNotStartWithoutAPrivateOne) {
+TEST_F(Daemon, DoesNotStartIfAKeyFileIsMissingOrReadableByOthers) {
   const auto refused = [](const std::string& keys) {
     Process daemon(command_line("M", {"--keys", keys}));
     EXPECT_EQ(daemon.wait(), 2) << daemon.output();
@@ -138,7 +140,7 @@ TEST_F(Daemon, WithKeysDoesNotStartWithoutAPrivateOne) {
                                std::filesystem::perm_options::add);
   EXPECT_NE(refused(keys.path()).find("chmod 600 '" + keys.file() + "'"), std::string::npos);
   std::filesystem::remove(keys.file());
-  EXPECT_NE(refused(keys.path()).find("holds no key"), std::string::npos);
+  EXPECT_NE(refused(keys.path()).find("holds no file *.key"), std::string::npos);
   EXPECT_NE(refused("").find("cannot be read"), std::string::npos);
 }
 

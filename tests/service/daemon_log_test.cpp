@@ -1,4 +1,5 @@
-// The log of the real freeflexd: whatever becomes of it no tick is lost, and nobody on the bus can fill it.
+// The log of the real freeflexd: if writing the log fails, no tick is lost, and nobody on the bus can flood
+// the log.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -26,14 +27,14 @@ using service::LimitedLog;
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-/// Makes a daemon say much: a thousand STATUS messages a second, each of another session, and five kills of
-/// its ingress.
+/// Makes a daemon write many log lines: it sends a thousand STATUS messages a second, each of another
+/// session, and kills the ingress five times a second.
 class Provoker {
  public:
   Provoker(BusClient& client, const Process& daemon, const std::string& prefix)
       : client_(client), daemon_(daemon), channel_(prefix + channels::kStatus) {}
 
-  /// Goes on until it holds; false when kPatience ran out.
+  /// Continues until the condition is true. Returns false if it stays false for kPatience.
   bool until(const std::function<bool()>& condition) {
     return client_.until([&] {
       const auto now = steady_clock::now();
@@ -61,20 +62,20 @@ class Provoker {
   steady_clock::time_point next_kill_{};
 };
 
-/// Status of the daemon itself, the latest; nullptr: none yet.
+/// Returns the daemon's own latest status, or nullptr if there is none yet.
 const status_t* own_status(const BusClient& client) {
   const auto is_own = [&](const status_t& status) { return status.session == client.session; };
   const auto latest = std::find_if(client.statuses.rbegin(), client.statuses.rend(), is_own);
   return latest == client.statuses.rend() ? nullptr : &*latest;
 }
 
-/// Where the log goes.
+/// Describes where the daemon writes its log.
 struct LogTarget {
-  std::string set_up;   // what the shell does before
-  std::string streams;  // of the daemon
+  std::string set_up;   // shell commands before the daemon starts
+  std::string streams;  // redirections of the daemon's streams
 };
 
-/// 1.5 s of the truss, in peace or made to say much.
+/// Runs the truss for 1.5 s, with or without provocation.
 std::map<std::int64_t, state_t> run_with_log(const LogTarget& target, bool is_provoked, std::string& log) {
   const std::string what = target.set_up + " " + target.streams;
   BusClient client("H");
@@ -96,14 +97,14 @@ std::map<std::int64_t, state_t> run_with_log(const LogTarget& target, bool is_pr
   return client.states;
 }
 
-TEST_F(Daemon, RunsToItsEndWhateverBecomesOfItsLogAndNoBitDiffers) {
+TEST_F(Daemon, RunsToItsEndWithTheSameBitsIfItsLogFails) {
   std::string log;
   const auto peaceful = run_with_log({"", ""}, false, log);
   std::array<int, 2> broken{};
   ASSERT_EQ(pipe(broken.data()), 0);
   close(broken[0]);
-  // a file that may not grow, of 512 or 1024 bytes; /dev/full refuses every byte, as a full disk does;
-  // closed, the first sockets would be called 0, 1 and 2; a pipe whose reader has gone
+  // the logs are a file limited to 512 or 1024 bytes; /dev/full, which refuses every byte like a full disk;
+  // closed streams, whose numbers 0, 1 and 2 the first sockets could get; and a pipe without a reader
   const std::vector<LogTarget> targets{{"ulimit -f 1;", ""},
                                        {"", "2>/dev/full"},
                                        {"", "<&- >&- 2>&-"},
@@ -111,7 +112,7 @@ TEST_F(Daemon, RunsToItsEndWhateverBecomesOfItsLogAndNoBitDiffers) {
   for (const LogTarget& target : targets) {
     const auto provoked = run_with_log(target, true, log);
     if (!target.set_up.empty()) {
-      EXPECT_TRUE(log.size() == 512 || log.size() == 1024) << "the limit was not met: " << log;
+      EXPECT_TRUE(log.size() == 512 || log.size() == 1024) << "the log did not reach the limit: " << log;
     }
     int num_compared = 0;
     for (const auto& [tick, state] : provoked) {
@@ -125,9 +126,9 @@ TEST_F(Daemon, RunsToItsEndWhateverBecomesOfItsLogAndNoBitDiffers) {
   close(broken[1]);
 }
 
-TEST_F(Daemon, EndsAlthoughThePipeOfItsLogIsFull) {
+TEST_F(Daemon, EndsEvenIfThePipeOfItsLogIsFull) {
 #if defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "the thread sanitizer's own _exit waits until standard error is written";
+  GTEST_SKIP() << "the _exit of the thread sanitizer waits until standard error is written";
 #endif
   std::array<int, 2> ends{};
   ASSERT_EQ(pipe(ends.data()), 0);
@@ -146,7 +147,7 @@ TEST_F(Daemon, EndsAlthoughThePipeOfItsLogIsFull) {
   close(ends[1]);
 }
 
-TEST_F(Daemon, SaysByItsExitStatusWhatItsLogDoesNotTake) {
+TEST_F(Daemon, ReturnsItsExitStatusIfItsLogCannotBeWritten) {
 #if defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "the thread sanitizer writes a file of its own before main()";
 #endif
@@ -157,7 +158,7 @@ TEST_F(Daemon, SaysByItsExitStatusWhatItsLogDoesNotTake) {
   }
 }
 
-TEST_F(Daemon, LetsItsIngressWriteToNoLog) {
+TEST_F(Daemon, RedirectsTheOutputOfItsIngressToDevNull) {
   BusClient client("V");
   Process daemon(command_line("V", {"--hold"}));
   ASSERT_TRUE(client.meet()) << daemon.output();
@@ -166,10 +167,11 @@ TEST_F(Daemon, LetsItsIngressWriteToNoLog) {
     EXPECT_EQ(std::filesystem::read_symlink(descriptors + number), "/dev/null") << number;
 }
 
-/// Lines of a log that have the words: when [ms of the day] they were written and how many are held back.
+/// Holds the times [ms of the day] of the lines with certain words, and the reported numbers of suppressed
+/// lines.
 struct Repeated {
   std::vector<int> written_ms;
-  std::vector<std::int64_t> counts;  // of the lines that tell one
+  std::vector<std::int64_t> counts;  // from the lines that report suppressed lines
 };
 Repeated find_lines(const std::string& log, const std::string& words) {
   Repeated found;
@@ -187,25 +189,27 @@ Repeated find_lines(const std::string& log, const std::string& words) {
 }
 
 void expect_ten_a_second(const std::vector<int>& written_ms, const std::string& words) {
-  constexpr int kDay = 86'400'000;     // [ms]
-  constexpr int kAlmostASecond = 990;  // [ms] the clock of the log may be set meanwhile
+  constexpr int kDay = 86'400'000;  // [ms]
+  constexpr int kAlmostASecond =
+      990;  // [ms] less than 1000, because the clock may be adjusted in the meantime
   for (std::size_t i = LimitedLog::kMost; i < written_ms.size(); ++i) {
     const int passed = (written_ms[i] - written_ms[i - LimitedLog::kMost] + kDay) % kDay;
     EXPECT_GE(passed, kAlmostASecond) << words << ", line " << i;
   }
 }
 
-TEST_F(Daemon, UnderAFloodOfForeignStatusLogsTenLinesASecondOfAKindAndCountsTheOthers) {
+TEST_F(Daemon, UnderAFloodOfForeignStatusLogsTenLinesOfAKindASecondAndCountsTheOthers) {
   const std::string foreign = "another freeflexd";
   BusClient client("U");
   Process daemon(command_line("U"));
   ASSERT_TRUE(client.meet()) << daemon.output();
   Provoker provoker(client, daemon, "U");
-  // ten lines, their count and nine more; then for 200 ms what is held back
+  // the test waits for ten lines, the line with the count and nine more lines, and then for 200 ms in which
+  // lines are suppressed
   ASSERT_TRUE(provoker.until([&] { return find_lines(daemon.output(), foreign).written_ms.size() >= 20; }));
   std::int64_t tick = own_status(client)->tick + 200;
   ASSERT_TRUE(provoker.until([&] { return own_status(client)->tick >= tick; }));
-  // nothing follows: the count comes within a second, and none is left for the end
+  // without further messages the count is written within a second, so no count is due at the end
   tick = own_status(client)->tick + 1500;
   ASSERT_TRUE(client.until([&] { return own_status(client)->tick >= tick; }));
   const std::size_t num_counts = find_lines(daemon.output(), foreign).counts.size();

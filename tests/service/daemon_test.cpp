@@ -1,4 +1,5 @@
-// The real freeflexd in a private network: commands, answers, a second daemon, one motion in every timing.
+// The real freeflexd in a private network: commands and answers, a second daemon on the prefix, and the same
+// motion in every timing.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <unistd.h>
@@ -20,7 +21,7 @@ using freeflex_msgs::state_t;
 using freeflex_msgs::status_t;
 using io::Reason;
 
-TEST_F(Daemon, AnswersACommandPublishesItAppliedAndMoves) {
+TEST_F(Daemon, AnswersACommandPublishesItAsAppliedAndMovesTheBody) {
   BusClient client("A");
   Process daemon(command_line("A", {"--time", "lockstep"}));
   ASSERT_TRUE(client.meet()) << daemon.output();
@@ -40,16 +41,17 @@ TEST_F(Daemon, AnswersACommandPublishesItAppliedAndMoves) {
   EXPECT_EQ(client.applied[0].command.forces[0].force[2], 6.0);
   EXPECT_EQ(client.applied[1].kind, applied_t::EXPIRED);
   EXPECT_EQ(client.applied[1].tick, 40);
-  // 30 ms of (2, 4, 6) N, and what the scene pushes itself: 100 ms of (0.48, 0.6, 0.64) N; 104 kg
+  // the momentum of 104 kg comes from (2, 4, 6) N for 30 ms and from the scene's load of (0.48, 0.6, 0.64) N
+  // for 100 ms
   const state_t& state = client.states.at(100);
   EXPECT_EQ(state.applied_count, 2);
   const Vec3 pulse{0.048, 0.060, 0.064};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double impulse = 0.06 * static_cast<double>(axis + 1) + pulse[axis];
     EXPECT_NEAR(104.0 * state.velocity[axis], impulse, 1e-12 * impulse)
-        << axis;  // 100 sums, each rounded to 1e-16
+        << axis;  // the tolerance allows for 100 additions, each with a rounding error of 1e-16
   }
-  // every multiple of the publication interval is there: lockstep skips none
+  // in lockstep every multiple of the publication interval is published
   for (std::int64_t tick = 0; tick <= 100; tick += 20) EXPECT_TRUE(client.states.contains(tick)) << tick;
   EXPECT_EQ(client.answer(client.send_control(control_t::RUN)).reason, static_cast<int>(Reason::kWrongMode));
   EXPECT_EQ(client.answer(client.send_control(control_t::STOP)).reason, 0);
@@ -76,7 +78,7 @@ TEST_F(Daemon, PublishesEveryChannelAndEndsCleanlyOnSigint) {
   }));
   EXPECT_EQ(client.applied[1].kind, applied_t::LEASE_LOST) << "nobody renewed the lease";
   EXPECT_EQ(client.applied[1].tick, client.applied[0].tick + 20);
-  // the counters tell of both
+  // the counters include both commands
   ASSERT_TRUE(client.until([&] { return client.statuses.back().commands_accepted == 2; }));
   EXPECT_EQ(client.statuses.back().commands_received, 2);
   EXPECT_EQ(client.statuses.back().mode, status_t::RUNNING);
@@ -86,11 +88,11 @@ TEST_F(Daemon, PublishesEveryChannelAndEndsCleanlyOnSigint) {
   EXPECT_TRUE(client.until([&] { return client.statuses.back().mode == status_t::STOPPED; }));
 }
 
-TEST_F(Daemon, SendsTheSceneWhenAsked) {
+TEST_F(Daemon, SendsTheSceneOnRequest) {
   BusClient client("SC");
   Process daemon(command_line("SC", {"--hold"}));
   ASSERT_TRUE(client.meet()) << daemon.output();
-  // by itself it sends one a second: fewer than asked for in the time that is waited
+  // without a request the daemon sends one a second, which gives fewer than kAsked within kPatience
   constexpr std::int64_t kAsked = 2 * std::chrono::seconds(kPatience).count();
   const std::int64_t before = client.num_messages[channels::kScene];
   for (std::int64_t i = 0; i < kAsked; ++i)
@@ -101,7 +103,7 @@ TEST_F(Daemon, SendsTheSceneWhenAsked) {
   EXPECT_EQ(answer.text, "found 2: SCENE takes a page from 1 to 1, or 0 for all");
 }
 
-TEST_F(Daemon, AnswersWhatTheIngressTurnsDown) {
+TEST_F(Daemon, AnswersCommandsThatTheIngressRejects) {
   BusClient client("C");
   Process daemon(command_line("C", {"--hold"}));
   ASSERT_TRUE(client.meet()) << daemon.output();
@@ -123,21 +125,21 @@ TEST_F(Daemon, AnswersWhatTheIngressTurnsDown) {
   ASSERT_TRUE(client.until([&] { return client.statuses.back().num_rejections == 2; }));
 }
 
-TEST_F(Daemon, RefusesASecondOneOnThePrefixAndSaysWhoIsThere) {
+TEST_F(Daemon, RefusesToStartIfAnotherDaemonUsesThePrefixAndNamesThatDaemon) {
   BusClient client("D");
   Process first(command_line("D", {"--hold"}));
   ASSERT_TRUE(client.meet()) << first.output();
   Process second(command_line("D"));
   EXPECT_EQ(second.wait(), 1);
   EXPECT_NE(second.output().find(std::to_string(client.session)), std::string::npos) << second.output();
-  EXPECT_NE(second.output().find("--prefix"), std::string::npos) << "says what to do";
+  EXPECT_NE(second.output().find("--prefix"), std::string::npos) << "the message must name the remedy";
   Process elsewhere(command_line("D2", {"--until", "0.01"}));
   EXPECT_EQ(elsewhere.wait(), 0) << elsewhere.output();
   first.signal(SIGTERM);
   EXPECT_EQ(first.wait(), 0);
 }
 
-TEST_F(Daemon, OfTwoStartedTogetherExactlyOneStays) {
+TEST_F(Daemon, OfTwoDaemonsStartedTogetherExactlyOneKeepsRunning) {
   BusClient client("E");
   Process one(command_line("E", {"--until", "3"}));
   Process other(command_line("E", {"--until", "3"}));
@@ -147,8 +149,8 @@ TEST_F(Daemon, OfTwoStartedTogetherExactlyOneStays) {
 
 constexpr int kIncomplete = 3;  // exit status of freeflex replay
 
-/// What `freeflex replay` ends with and says of an lcm-logger recording of 2 s with commands at ticks of
-/// their own.
+/// Holds the exit status and the output of `freeflex replay` for an lcm-logger recording of 2 s with six
+/// commands.
 struct Verdict {
   int status = -1;
   std::string text;
@@ -185,14 +187,14 @@ Verdict record_and_replay(const std::string& timing, std::map<std::int64_t, stat
   return {status, replay.output()};
 }
 
-TEST_F(Daemon, RecordingsInEveryTimingAreOneMotionAndReplayToTheBit) {
+TEST_F(Daemon, RecordingsInEveryTimingHaveTheSameMotionAndReplayToTheBit) {
   std::map<std::int64_t, state_t> first;
   for (const char* timing : {"realtime", "scaled=10", "asap", "lockstep"}) {
     std::map<std::int64_t, state_t> states;
     Verdict verdict = record_and_replay(timing, states);
-    // lcm-logger keeps 30 messages and drops what comes while it does not run: flat out they come within
-    // milliseconds. replay says so, but for an end that was lost whole, and without the scene it asks for a
-    // plan; any other fault stands
+    // While lcm-logger does not run, it queues 30 messages and drops any more; flat out they arrive within
+    // milliseconds. `replay` reports the loss, unless the whole end of the recording is lost, and asks for a
+    // plan if the scene is lost. Only such recordings are repeated.
     const auto lacks_something = [&] {
       return verdict.status == kIncomplete || (verdict.status == 0 && !verdict.covers_all()) ||
              verdict.text.find("the log holds no T_SCENE") != std::string::npos;
@@ -211,11 +213,11 @@ TEST_F(Daemon, RecordingsInEveryTimingAreOneMotionAndReplayToTheBit) {
   }
 }
 
-TEST_F(Daemon, IsHeldInAFaultAndRecoversByReset) {
+TEST_F(Daemon, AfterAFaultItHoldsAndAResetMakesItRunAgain) {
   BusClient client("J");
   Process daemon({program("freeflexd"), scene_path("boom.yaml"), "--prefix", "J", "--time", "lockstep"});
   ASSERT_TRUE(client.meet()) << daemon.output();
-  // each is finite, their sum is not
+  // each force is finite, but their sum is not
   ForceCommand huge = make_push(client.next_sequence++, 0, 5, 0, 5e307);
   for (int point = 1; point < 4; ++point) add_force(huge, point, Eigen::Vector3d(1e308, 1e308, 1e308));
   client.send(huge);
@@ -235,7 +237,7 @@ TEST_F(Daemon, IsHeldInAFaultAndRecoversByReset) {
   ASSERT_TRUE(client.until([&] { return client.states.contains(15); }));
   EXPECT_EQ(client.states.at(15).epoch, 1);
   EXPECT_TRUE(client.until([&] { return daemon.output().find("fault: ") != std::string::npos; }))
-      << "and the log says it";
+      << "the log reports it too";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The envelope: its bytes are what another language's HMAC makes, and no bit of it can be changed.
+// The tag of an envelope agrees with the HMAC of Python, and an envelope with any changed bit is refused.
 #include "service/envelope.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ using service::has_right_tag;
 using service::read_envelope;
 using Bytes = std::vector<std::byte>;
 
-/// id alice, secret 00 01 02 ... 1f.
+/// Returns the key with id alice and the secret 00 01 02 ... 1f.
 SealingKey counting_key() {
   SealingKey key{.id = "alice"};
   std::iota(key.secret.begin(), key.secret.end(), static_cast<unsigned char>(0));
@@ -36,8 +36,9 @@ std::string hex(std::span<const std::byte> bytes) {
   return text;
 }
 
-// the lines of messages/README.md, section 12, run by Python 3.11 with its own hmac
-TEST(Envelope, IsWhatPythonsHmacMakes) {
+// the expected bytes come from the lines in messages/README.md, section 12, run by Python 3.11 with its
+// module hmac
+TEST(Envelope, HasTheTagThatPythonsHmacGives) {
   freeflex_msgs::control_t hold = make_control();
   hold.utime = 1;
   hold.command = freeflex_msgs::control_t::HOLD;
@@ -47,7 +48,7 @@ TEST(Envelope, IsWhatPythonsHmacMakes) {
             "e92af8c45009aeec864b5c663e34dcab588a2a1433c136b7e7c1689614977326");
 }
 
-TEST(Envelope, ReadsBackAndBearsItsTag) {
+TEST(Envelope, IsReadBackWithItsTag) {
   const Bytes sealed = sealed_force();
   const auto envelope = read_envelope(sealed);
   ASSERT_TRUE(envelope);
@@ -62,7 +63,7 @@ TEST(Envelope, ReadsBackAndBearsItsTag) {
   EXPECT_TRUE(has_right_tag(*envelope, kForceChannel, counting_key()));
 }
 
-TEST(Envelope, NoChangedBitIsTaken) {
+TEST(Envelope, IsRefusedIfAnyBitIsChanged) {
   const Bytes sealed = sealed_force();
   for (std::size_t i = 0; i < 8 * sealed.size(); ++i) {
     Bytes changed = sealed;
@@ -72,7 +73,7 @@ TEST(Envelope, NoChangedBitIsTaken) {
   }
 }
 
-TEST(Envelope, IsForOneChannelAndOneKey) {
+TEST(Envelope, IsValidForOneChannelAndOneKey) {
   const Bytes sealed = sealed_force();
   const auto envelope = read_envelope(sealed);
   ASSERT_TRUE(envelope);
@@ -83,10 +84,10 @@ TEST(Envelope, IsForOneChannelAndOneKey) {
   EXPECT_FALSE(has_right_tag(*envelope, kForceChannel, other));
 }
 
-TEST(Envelope, NoOtherLengthIsAnEnvelope) {
+TEST(Envelope, IsRefusedIfItsLengthIsChanged) {
   Bytes sealed = sealed_force();
   for (std::size_t size = 0; size < sealed.size(); ++size) {
-    // a copy without spare capacity, so that a sanitizer sees a byte too far
+    // the copy has no spare capacity, so that a sanitizer reports any read beyond it
     const Bytes cut(sealed.begin(), sealed.begin() + static_cast<std::ptrdiff_t>(size));
     EXPECT_FALSE(read_envelope(cut)) << size;
   }
@@ -94,7 +95,7 @@ TEST(Envelope, NoOtherLengthIsAnEnvelope) {
   EXPECT_FALSE(read_envelope(sealed));
 }
 
-TEST(Envelope, OfTheLargestCommandFitsItsPlaceInTheRing) {
+TEST(Envelope, TheEnvelopeOfTheLargestCommandFitsAnEntryOfTheRing) {
   freeflex_msgs::force_t force = make_force();
   force.forces.resize(256), force.num_forces = 256;
   force.wrenches.resize(16), force.num_wrenches = 16;

@@ -1,4 +1,4 @@
-// A library to be preloaded: in place of poll() it also opens a file, as one that fakes the clock reads its
+// A library to preload. Its poll() also opens a file, as a library that fakes the clock would do to read its
 // settings.
 #include <fcntl.h>
 #include <poll.h>

@@ -1,5 +1,5 @@
-// Forged, replayed, re-channelled, expired commands, FREEFLEX_FORGERIES of them, between honest ones: none is
-// let through, each is counted once, and every honest one arrives.
+// FREEFLEX_FORGERIES forged, copied, redirected and expired commands are sent between honest commands. None
+// is accepted, each is counted once, and every honest command arrives.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,12 +17,13 @@ using Bytes = std::vector<std::byte>;
 
 constexpr int kKinds = 14;
 
-/// Makes what somebody without alice's secret can send: from nothing, or from what alice sent.
+/// Makes the packets that somebody without alice's secret can send, with or without having overheard packets
+/// of alice.
 class Forger {
  public:
   explicit Forger(VerifierRig& rig) : rig_(rig) {}
 
-  /// What alice sends, and the forger hears.
+  /// Returns a packet from alice, which the forger overhears.
   Bytes honest(bool is_force) {
     ++sequence_;
     heard_ = is_force ? seal(force(sequence_), kForceChannel, alice_.sealing, rig_.valid_until())
@@ -36,54 +37,54 @@ class Forger {
     const std::int64_t next = sequence_ + 1 + below(1000);
     const std::int64_t now = rig_.time.wall_us;
     switch (kind) {
-      case 0: {  // any tag
+      case 0: {  // a command with a random tag
         Bytes bytes = seal(force(next), kForceChannel, thief_.sealing, rig_.valid_until());
         for (std::size_t i = bytes.size() - 32; i < bytes.size(); ++i) bytes[i] = any_byte();
         return rig_.deliver(bytes);
       }
-      case 1:  // sealed with another secret under alice's name
+      case 1:  // a command sealed with another secret under alice's name
         return rig_.deliver(seal(force(next), kForceChannel, thief_.sealing, rig_.valid_until()));
-      case 2:  // sealed with the name of nobody
+      case 2:  // a command sealed under an unknown name
         return rig_.deliver(seal(force(next), kForceChannel, stranger_.sealing, rig_.valid_until()));
-      case 3:  // heard, and sent again as it was
+      case 3:  // alice's command, sent again unchanged
         return rig_.deliver(heard_, heard_is_force_);
-      case 4: {  // heard, with a bit changed
+      case 4: {  // alice's command with one bit changed
         Bytes bytes = heard_;
         bytes[below(bytes.size())] ^= static_cast<std::byte>(1u << below(8));
         return rig_.deliver(bytes, heard_is_force_);
       }
-      case 5: {  // heard, with another sequence: its eight bytes stand behind fingerprint, id and session
+      case 5: {  // alice's command with another sequence: eight bytes after fingerprint, id and session
         Bytes bytes = heard_;
         for (std::size_t i = 0; i < 8; ++i)
           bytes[26 + i] = static_cast<std::byte>(static_cast<std::uint64_t>(next) >> (56 - 8 * i));
         return rig_.deliver(bytes, heard_is_force_);
       }
-      case 6:  // heard on the other channel
+      case 6:  // alice's command on the other channel
         return rig_.deliver(heard_, !heard_is_force_);
-      case 7:  // alice's, for a daemon on another prefix
+      case 7:  // alice's command for a daemon on another prefix
         return rig_.deliver(seal(force(next), "OTHER_FORCE", alice_.sealing, rig_.valid_until()));
-      case 8: {  // alice's, of another session
+      case 8: {  // alice's command for another session
         freeflex_msgs::force_t old = force(next);
         old.session = kSession - 1 - below(1000);
         return rig_.deliver(seal(old, kForceChannel, alice_.sealing, rig_.valid_until()));
       }
-      case 9:  // alice's, held back until it was no longer valid
+      case 9:  // alice's command, delayed until it was no longer valid
         ++sequence_;
         return rig_.deliver(
             seal(force(sequence_), kForceChannel, alice_.sealing, now - 1 - below(1'000'000)));
-      case 10:  // alice's, valid for too long
+      case 10:  // alice's command with too long a validity
         ++sequence_;
         return rig_.deliver(
             seal(force(sequence_), kForceChannel, alice_.sealing, now + io::kMaxValidity + 1 + below(1000)));
-      case 11:  // no envelope at all
+      case 11:  // a command without an envelope
         return rig_.deliver(io::encode(force(next)));
-      case 12: {  // cut, or longer
+      case 12: {  // alice's command, cut or extended
         Bytes bytes = heard_;
         bytes.resize(below(2 * bytes.size()));
         if (bytes.size() == heard_.size()) bytes.pop_back();
         return rig_.deliver(bytes, heard_is_force_);
       }
-      default:  // random parts of the heard one
+      default:  // alice's command with random changes
         Bytes bytes = heard_;
         for (int n = 0; n < 3; ++n)
           for (std::size_t i = below(bytes.size()), end = std::min(bytes.size(), i + 8); i < end; ++i)
@@ -111,7 +112,7 @@ class Forger {
   bool heard_is_force_ = true;
 };
 
-TEST(FREEFLEX_FORGERY_NAME, NoneIsLetThroughAndEachIsCounted) {
+TEST(FREEFLEX_FORGERY_NAME, NoForgeryIsAcceptedAndEachIsCounted) {
   VerifierRig rig({make_key("alice"), make_key("bob")});
   Forger forger(rig);
   int num_honest = 0;
@@ -128,7 +129,7 @@ TEST(FREEFLEX_FORGERY_NAME, NoneIsLetThroughAndEachIsCounted) {
     ASSERT_FALSE(rig.next_command()) << "forgery " << i << " of kind " << i % kKinds;
     rig.time.wall_us += 10;
     rig.time.now_ns += 10'000;
-    // an answer is only owed to alice, for what she sealed and nobody had sent before, or to who has no key
+    // only alice, for new commands that alice sealed, and senders without a key get answers
     for (io::Admission answer = rig.next_answer(); answer.reason != Reason::kAccepted;
          answer = rig.next_answer()) {
       ASSERT_TRUE(answer.reason == Reason::kExpired || answer.reason == Reason::kValidTooLong ||

@@ -1,4 +1,4 @@
-// An ingress in somebody else's hands: writes what it likes into everything it can reach.
+// A hostile ingress: it writes arbitrary bytes into all memory that it can reach.
 #pragma once
 
 #include <algorithm>
@@ -17,10 +17,10 @@ class HostileIngress {
  public:
   HostileIngress(service::SharedBlock& block, std::uint64_t seed) : block_(block), engine_(seed) {}
 
-  /// Bytes of a genuine message that it may send again, parts of it changed.
+  /// Stores the bytes of a genuine message, which it may later send again with changes.
   void overhear(std::span<const std::byte> bytes) { heard_.assign(bytes.begin(), bytes.end()); }
 
-  /// One act, random or crafted.
+  /// Performs one hostile action, random or crafted.
   void act() {
     switch (engine_() % 8) {
       case 0:
@@ -38,14 +38,14 @@ class HostileIngress {
       case 6:
         return push_answer();
       default:
-        // now and then all of a ring at once, which is 10 MB
+        // one of 256 such actions fills a whole ring of 10 MB
         if (engine_() % 256 != 0) return scribble(64);
         return fill(&block_.inbound, sizeof(block_.inbound), static_cast<int>(engine_() & 0xFFU));
     }
   }
 
  private:
-  /// All that it maps for writing.
+  /// Returns all memory that is mapped writable in its process.
   std::span<std::byte> reach() const { return {reinterpret_cast<std::byte*>(&block_), sizeof(block_)}; }
   void scribble(std::size_t size) {
     const std::span<std::byte> all = reach();
@@ -54,7 +54,7 @@ class HostileIngress {
   }
   static void fill(void* to, std::size_t size, int value) { std::memset(to, value, size); }
 
-  /// head_ and tail_ are the first words of two lines of the cache.
+  /// Overwrites head_ or tail_, the first words of two cache lines.
   void write_indices() {
     constexpr std::size_t kLine = 64;
     auto* ring = reinterpret_cast<std::byte*>(engine_() % 2 == 0 ? static_cast<void*>(&block_.inbound)
@@ -72,7 +72,7 @@ class HostileIngress {
     block_.seats[engine_() % 2].lacks.store(static_cast<std::uint32_t>(any));
     block_.other_session.store(any);
   }
-  /// A command that a daemon without keys obeys, under the name of a key.
+  /// Pushes a command under the name of a key, which a daemon without keys would obey.
   void push_command() {
     service::InboundEntry entry{};
     const char name[] = "test";
@@ -88,11 +88,11 @@ class HostileIngress {
       entry.kind = service::InboundKind::kControl;
       std::memcpy(entry.control.sender.data(), name, sizeof(name));
       entry.control.sequence = static_cast<std::int64_t>(engine_() >> 1);
-      entry.control.command = 1 + static_cast<std::int32_t>(engine_() % 5);  // STOP and RESET among them
+      entry.control.command = 1 + static_cast<std::int32_t>(engine_() % 5);  // including STOP and RESET
     }
     block_.inbound.try_push(entry);
   }
-  /// Bytes of any length that it claims, made from what it overheard.
+  /// Pushes changed bytes of the overheard message under a false length.
   void push_bytes() {
     service::InboundEntry entry{};
     entry.received_ns = static_cast<std::int64_t>(engine_());
@@ -114,7 +114,7 @@ class HostileIngress {
     }
     block_.inbound.try_push(entry);
   }
-  /// An answer that would tell a controller that its command was refused.
+  /// Pushes a false answer that rejects a controller's command.
   void push_answer() {
     service::RejectionEntry entry{};
     entry.admission.reason = static_cast<io::Reason>(engine_() % (io::kNumReasons + 3));

@@ -1,5 +1,5 @@
-// Files of keys: private or refused, every fault with its place and the way out, and never a secret in a
-// message.
+// Key files must be private, every fault is reported with its location and remedy, and no message shows a
+// secret.
 #include "service/keys.hpp"
 
 #include <gtest/gtest.h>
@@ -28,19 +28,19 @@ class KeyFiles : public ::testing::Test {
     plan_.groups[0].name = "base", plan_.groups[1].name = "top";
     chmod(folder_.path().c_str(), 0700);
   }
-  /// A private file; its path.
+  /// Writes a private file and returns its path.
   std::string write(const std::string& name, const std::string& text, mode_t mode = 0600) {
     const std::string path = folder_.path() / name;
     std::ofstream(path) << text;
     chmod(path.c_str(), mode);
     return path;
   }
-  /// The fault of a file of id a, the secret and more lines, without the path.
+  /// Returns the fault of a key file that contains `front` and then the lines `more`, without its path.
   std::string fault_of(const std::string& more, const std::string& front = "id: a\nsecret: " + kSecret) {
     const std::string path = write("a.key", front + "\n" + more);
     const KeysResult result = load_keys(path, plan_);
     EXPECT_TRUE(result.keys.empty());
-    EXPECT_EQ(result.faults.find("eeeeeeee"), std::string::npos) << "a part of the secret: " << result.faults;
+    EXPECT_EQ(result.faults.find("eeeeeeee"), std::string::npos) << "shows the secret: " << result.faults;
     return result.faults.starts_with(path) ? result.faults.substr(path.size()) : "? " + result.faults;
   }
   service::Grants grants_of(const std::string& more) {
@@ -52,7 +52,7 @@ class KeyFiles : public ::testing::Test {
   Plan plan_;
 };
 
-TEST_F(KeyFiles, ANewKeyIsPrivateReadsBackAndIsNeverWrittenOver) {
+TEST_F(KeyFiles, ANewKeyFileIsPrivateAndReadableAndNeverOverwritten) {
   const std::string file = folder_.path() / "alice.key";
   ASSERT_EQ(service::make_key(file, "alice"), "");
   struct stat status {};
@@ -62,7 +62,7 @@ TEST_F(KeyFiles, ANewKeyIsPrivateReadsBackAndIsNeverWrittenOver) {
   ASSERT_EQ(first.faults, "");
   ASSERT_EQ(first.keys.size(), 1u);
   EXPECT_EQ(first.keys[0].sealing.id, "alice");
-  EXPECT_EQ(service::make_key(file, "bob"), file + ": is there already, and a key is never written over");
+  EXPECT_EQ(service::make_key(file, "bob"), file + ": exists already, and a key is never overwritten");
   EXPECT_EQ(load_key(file).keys.at(0).sealing.secret, first.keys[0].sealing.secret);
   const std::string other = folder_.path() / "bob.key";
   ASSERT_EQ(service::make_key(other, "bob"), "");
@@ -72,15 +72,17 @@ TEST_F(KeyFiles, ANewKeyIsPrivateReadsBackAndIsNeverWrittenOver) {
   EXPECT_EQ(both.keys[1].sealing.id, "bob");
   EXPECT_EQ(service::make_key(folder_.path() / "x.key", "no spaces"),
             "name 'no spaces': must be 1 to 31 of A-Z a-z 0-9 _ . -, not beginning with local.");
-  EXPECT_NE(service::make_key(folder_.path() / "x.key", "local.x"), "") << "the operator's socket's";
+  EXPECT_NE(service::make_key(folder_.path() / "x.key", "local.x"), "")
+      << "names that begin with local. are reserved for the operator";
 }
 
-TEST_F(KeyFiles, OthersMayNotReadItNorPutOneBesideIt) {
+TEST_F(KeyFiles, FilesAndFoldersOpenToOthersAreRefused) {
   const std::string file = write("a.key", "id: a\nsecret: " + kSecret, 0640);
   EXPECT_EQ(load_keys(file, plan_).faults,
-            file + ": error: mode 0640: others may use it: chmod 600 '" + file + "'");
+            file + ": error: mode 0640: other users have access: chmod 600 '" + file + "'");
   EXPECT_EQ(load_keys(folder_.path(), plan_).faults, load_keys(file, plan_).faults);
-  EXPECT_EQ(load_key(file).faults, load_keys(file, plan_).faults) << "nor who signs with it";
+  EXPECT_EQ(load_key(file).faults, load_keys(file, plan_).faults)
+      << "load_key, which is for sealing, refuses it too";
   chmod(file.c_str(), 0400);
   EXPECT_EQ(load_keys(folder_.path(), plan_).faults, "");
   chmod(folder_.path().c_str(), 0730);
@@ -96,7 +98,7 @@ TEST_F(KeyFiles, OthersMayNotReadItNorPutOneBesideIt) {
   }
 }
 
-TEST_F(KeyFiles, ALinkAPipeOrNothingIsNoKey) {
+TEST_F(KeyFiles, SymbolicLinksPipesAndMissingFilesAreRefused) {
   const std::string file = write("a.key", "id: a\nsecret: " + kSecret);
   const std::string link = folder_.path() / "b.key";
   ASSERT_EQ(symlink(file.c_str(), link.c_str()), 0);
@@ -116,28 +118,27 @@ TEST_F(KeyFiles, ALinkAPipeOrNothingIsNoKey) {
             empty + ": error: is empty; 'freeflex keygen ID --out FILE' writes a key");
   unlink(empty.c_str());
   write("readme.txt", "nothing");
-  EXPECT_NE(load_keys(folder_.path(), plan_).faults.find("holds no key, that is no file *.key"),
-            std::string::npos);
+  EXPECT_NE(load_keys(folder_.path(), plan_).faults.find("holds no file *.key"), std::string::npos);
 }
 
-TEST_F(KeyFiles, TwoOfOneIdOrOneSecretAreRefused) {
+TEST_F(KeyFiles, TwoKeysWithTheSameIdOrSecretAreRefused) {
   const std::string a = write("a.key", "id: a\nsecret: " + kSecret);
   const std::string b = write("b.key", "id: a\nsecret: " + std::string(64, '1'));
   EXPECT_NE(load_keys(folder_.path(), plan_).faults.find("has the id of"), std::string::npos);
   write("b.key", "id: b\nsecret: " + kSecret);
   EXPECT_EQ(load_keys(folder_.path(), plan_).faults,
-            b + ": error: has the secret of " + a + ": make a key of its own with freeflex keygen");
+            b + ": error: has the secret of " + a + ": make another key with freeflex keygen");
 }
 
-TEST_F(KeyFiles, WithoutListsAKeyMayDoEverything) {
+TEST_F(KeyFiles, AKeyWithoutListsMayDoEverythingExceptClear) {
   const service::Grants grants = grants_of("");
   EXPECT_TRUE(grants.has_force && grants.has_control && grants.points.empty() && grants.groups.empty());
-  EXPECT_EQ(grants.controls, ~(1U << 8)) << "all but clear, which acts on what others have";
+  EXPECT_EQ(grants.controls, ~(1U << 8)) << "all controls except clear, which acts on other senders";
   EXPECT_EQ(grants.num_slots, 64);
   EXPECT_EQ(grants.largest_force + grants.largest_torque + grants.commands_per_second, 0.0);
 }
 
-TEST_F(KeyFiles, ListsSayWhatAKeyMayDo) {
+TEST_F(KeyFiles, TheirListsLimitWhatAKeyMayDo) {
   const service::Grants grants = grants_of(
       "controls: [hold, stop, clear]\npoints: [p1..p3, p5]\ngroups: []\nlargest_force: 2.5\n"
       "largest_torque: 0.5\nslots: 4\ncommands_per_second: 20\n");
@@ -153,12 +154,12 @@ TEST_F(KeyFiles, ListsSayWhatAKeyMayDo) {
   EXPECT_TRUE(watcher.has_control);
 }
 
-TEST_F(KeyFiles, EveryFaultHasItsPlaceAndTheWayOut) {
+TEST_F(KeyFiles, EveryFaultGivesItsLocationAndWhatIsAllowed) {
   const std::string rest = "\nsecret: " + kSecret;
   EXPECT_EQ(
       fault_of("", "secret: " + kSecret),
       ":1:1: error: key: id is missing, must be 1 to 31 of A-Z a-z 0-9 _ . -, not beginning with local.");
-  EXPECT_NE(fault_of("", "id: local.x" + rest), "") << "the loop takes nothing under it from the bus";
+  EXPECT_NE(fault_of("", "id: local.x" + rest), "") << "the loop ignores such names from the bus";
   EXPECT_EQ(fault_of("", "id: a b" + rest),
             ":1:5: error: key: id 'a b', must be 1 to 31 of A-Z a-z 0-9 _ . -, not beginning with local.");
   EXPECT_EQ(fault_of("", "id: a"), ":1:1: error: key: secret is missing, must be 64 hexadecimal digits");

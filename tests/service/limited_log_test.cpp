@@ -1,4 +1,4 @@
-// What the log says again and again, by a clock of the test's own.
+// The limit on repeated log lines, with a simulated clock.
 #include "service/limited_log.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ using service::kSecond;
 using service::LimitedLog;
 using service::LineKind;
 
-/// A log into a list, with the time of each line.
+/// Collects the lines of a log together with their times.
 class LimitedLogTest : public ::testing::Test {
  protected:
   struct Line {
@@ -24,11 +24,11 @@ class LimitedLogTest : public ::testing::Test {
     std::string text;
   };
 
-  void say(LineKind kind, const std::string& text) { log_.say(kind, now_ns_, text); }
-  /// Passes time and gives the log its turn.
+  void write(LineKind kind, const std::string& text) { log_.write(kind, now_ns_, text); }
+  /// Advances the time and lets the log write the lines that are due.
   void pass(std::int64_t ns) {
     now_ns_ += ns;
-    log_.turn(now_ns_);
+    log_.write_due(now_ns_);
   }
   std::vector<std::string> texts() const {
     std::vector<std::string> all;
@@ -43,19 +43,19 @@ class LimitedLogTest : public ::testing::Test {
   }};
 };
 
-TEST_F(LimitedLogTest, WritesWhatComesSeldom) {
+TEST_F(LimitedLogTest, WritesAllLinesThatAreRare) {
   for (int i = 0; i < 100; ++i) {
-    say(LineKind::kSlip, "slip");
+    write(LineKind::kSlip, "slip");
     pass(kSecond / LimitedLog::kMost);
   }
   EXPECT_EQ(texts(), std::vector<std::string>(100, "slip"));
 }
 
-TEST_F(LimitedLogTest, WritesTenAndWhenASecondIsOverTheCountThoughNothingFollows) {
+TEST_F(LimitedLogTest, WritesTenLinesAndAfterASecondTheNumberOfSuppressedLines) {
   std::vector<std::string> expected;
   for (int i = 0; i < 247; ++i) {
     const std::string text = "session " + std::to_string(i);
-    say(LineKind::kOtherDaemon, text);
+    write(LineKind::kOtherDaemon, text);
     if (i < LimitedLog::kMost) expected.push_back(text);
   }
   EXPECT_EQ(texts(), expected);
@@ -68,40 +68,40 @@ TEST_F(LimitedLogTest, WritesTenAndWhenASecondIsOverTheCountThoughNothingFollows
   EXPECT_EQ(texts(), expected);
 }
 
-TEST_F(LimitedLogTest, WritesADueCountBeforeTheNextLine) {
-  for (int i = 0; i <= LimitedLog::kMost; ++i) say(LineKind::kFault, "fault");
+TEST_F(LimitedLogTest, WritesTheNumberOfSuppressedLinesBeforeTheNextLine) {
+  for (int i = 0; i <= LimitedLog::kMost; ++i) write(LineKind::kFault, "fault");
   now_ns_ += kSecond;
-  say(LineKind::kFault, "another");
+  write(LineKind::kFault, "another");
   ASSERT_EQ(lines_.size(), 12u);
   EXPECT_EQ(lines_[10].text, "... and 1 more of this kind in the last second, the last: fault");
   EXPECT_EQ(lines_[11].text, "another");
 }
 
-TEST_F(LimitedLogTest, HoldsNoKindBackForAnother) {
-  for (int i = 0; i < 1000; ++i) say(LineKind::kOtherDaemon, "flood");
-  say(LineKind::kIngressEnded, "once");
+TEST_F(LimitedLogTest, LimitsEachKindOfLineSeparately) {
+  for (int i = 0; i < 1000; ++i) write(LineKind::kOtherDaemon, "flood");
+  write(LineKind::kIngressEnded, "once");
   EXPECT_EQ(lines_.size(), 11u);
   EXPECT_EQ(lines_.back().text, "once");
   EXPECT_EQ(lines_.back().kind, LineKind::kIngressEnded);
 }
 
-TEST_F(LimitedLogTest, CountsAtTheEndWhatIsHeldBack) {
-  for (int i = 0; i < 15; ++i) say(LineKind::kReplan, "back");
+TEST_F(LimitedLogTest, WritesTheNumberOfSuppressedLinesAtTheEnd) {
+  for (int i = 0; i < 15; ++i) write(LineKind::kReplan, "back");
   log_.end();
   log_.end();
   ASSERT_EQ(lines_.size(), 11u);
   EXPECT_EQ(lines_.back().text, "... and 5 more of this kind in the last second, the last: back");
 }
 
-TEST_F(LimitedLogTest, WritesAtMostTenInAnySecondAndCountsEveryLineOnce) {
+TEST_F(LimitedLogTest, WritesAtMostTenLinesInAnySecondAndCountsEveryLineOnce) {
   std::mt19937_64 engine(12);
-  std::int64_t num_said = 0;
+  std::int64_t num_written = 0;
   for (int i = 0; i < 100'000; ++i) {
-    // from floods to pauses of a second
+    // intervals between 0 and a second
     const std::uint64_t exponent = engine() % 31;
     pass(static_cast<std::int64_t>(engine() % (std::uint64_t{1} << exponent)));
-    say(LineKind::kFault, "fault");
-    ++num_said;
+    write(LineKind::kFault, "fault");
+    ++num_written;
   }
   log_.end();
   std::int64_t num_counted = 0;
@@ -109,21 +109,21 @@ TEST_F(LimitedLogTest, WritesAtMostTenInAnySecondAndCountsEveryLineOnce) {
     long long held = 0;
     const bool is_count = std::sscanf(lines_[i].text.c_str(), "... and %lld more", &held) == 1;
     num_counted += is_count ? held : 1;
-    // the one that end() wrote did not wait
+    // end() writes the last line without waiting for the interval
     if (i >= LimitedLog::kMost && i + 1 < lines_.size()) {
       EXPECT_GE(lines_[i].time_ns - lines_[i - LimitedLog::kMost].time_ns, kSecond) << i;
     }
   }
-  EXPECT_EQ(num_counted, num_said);
+  EXPECT_EQ(num_counted, num_written);
   EXPECT_GT(lines_.size(), 1000u);
 }
 
-TEST_F(LimitedLogTest, OfASteadyFloodWritesNineLinesAndTheirCountASecond) {
+TEST_F(LimitedLogTest, InASteadyFloodWritesNineLinesAndOneCountASecond) {
   for (int i = 0; i < 60'000; ++i) {
-    say(LineKind::kOtherDaemon, "flood");
+    write(LineKind::kOtherDaemon, "flood");
     pass(kSecond / 1000);
   }
-  // ten at first; then, every 1.01 s, a count and nine
+  // at first there are ten lines, then a count and nine lines every 1.01 s
   EXPECT_NEAR(static_cast<double>(lines_.size()), 600.0, 10.0);
 }
 

@@ -1,4 +1,5 @@
-// Commands at the simulation loop: how many are taken in, whose, how old, what is not trusted.
+// Commands at the simulation loop: how many it takes in a tick, from which senders, up to what age, and what
+// it checks.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -16,7 +17,7 @@ using io::Reason;
 using service::LoopSettings;
 using service::Timing;
 
-TEST(Loop, DrainsABoundedNumberOfCommandsATickAndAnswersAll) {
+TEST(Loop, TakesABoundedNumberOfCommandsPerTickAndAnswersAllOfThem) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 20});
   for (int i = 0; i < 200; ++i) ASSERT_TRUE(rig.push(make_push(i + 1, i % 16)));
@@ -32,7 +33,7 @@ TEST(Loop, DrainsABoundedNumberOfCommandsATickAndAnswersAll) {
   }
 }
 
-TEST(Loop, LeavesCommandsInTheRingWhileTheirAnswersHaveNoRoom) {
+TEST(Loop, LeavesCommandsInTheRingWhileThereIsNoRoomForTheirAnswers) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 2000});
   std::int64_t sequence = 1;
@@ -42,16 +43,16 @@ TEST(Loop, LeavesCommandsInTheRingWhileTheirAnswersHaveNoRoom) {
     for (int i = 0; i < 100; ++i) num_pushed += rig.push(make_push(sequence++, 0)) ? 1 : 0;
     rig.take_motion();
   };
-  rig.run();  // acknowledgements are read only now
+  rig.run();  // acknowledgements are not read before the end of the run
   ASSERT_GT(num_pushed, service::Output::kNumAcks);
   ASSERT_LE(rig.acks.size(), static_cast<std::size_t>(service::Output::kNumAcks));
   for (std::size_t i = 1; i < rig.acks.size(); ++i) ASSERT_GT(rig.acks[i].sequence, rig.acks[i - 1].sequence);
   std::size_t num_forces = 0;
   for (const auto& entry : rig.applied) num_forces += entry.kind == applied_t::FORCE ? 1 : 0;
-  EXPECT_EQ(num_forces, rig.acks.size()) << "nothing was taken that was not answered";
+  EXPECT_EQ(num_forces, rig.acks.size()) << "every command that was taken is answered";
 }
 
-TEST(Loop, HearsTheOperatorWhateverTheBusHolds) {
+TEST(Loop, ObeysTheOperatorHoweverManyCommandsComeFromTheBus) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 2000});
   const auto entry = std::make_unique<service::InboundEntry>();
@@ -61,7 +62,7 @@ TEST(Loop, HearsTheOperatorWhateverTheBusHolds) {
     entry->control = {{'l', 'o', 'c', 'a', 'l', '.', 'o'}, sequence, command, 0};
     return rig.output->operator_commands.try_push(*entry);
   };
-  // answers to the bus are not read: from some tick on nothing of it is taken any more
+  // nobody reads answers to the bus, so after some ticks the loop takes no more commands from the bus
   std::int64_t sequence = 1;
   bool has_reset = false;
   bool has_stopped = false;
@@ -83,10 +84,10 @@ TEST(Loop, HearsTheOperatorWhateverTheBusHolds) {
     EXPECT_EQ(answer.reason, Reason::kAccepted);
   }
   for (const auto& ack : rig.acks)
-    ASSERT_EQ(ack.sender[0], 't') << "answers to the operator are the operator's";
+    ASSERT_EQ(ack.sender[0], 't') << "answers to the operator are not sent to the bus";
 }
 
-TEST(Loop, ClearsASenderForTheBusOnlyWhereKeysWereChecked) {
+TEST(Loop, ACommandFromTheBusClearsASenderOnlyIfItsKeyWasChecked) {
   const Plan plan = octahedron_plan();
   for (const bool may_bus_clear : {false, true}) {
     Rig rig(plan, {.timing = kAsap, .until_tick = 200, .may_bus_clear = may_bus_clear});
@@ -105,7 +106,7 @@ TEST(Loop, ClearsASenderForTheBusOnlyWhereKeysWereChecked) {
       EXPECT_EQ(rig.acks.back().reason, Reason::kNotGranted);
       continue;
     }
-    EXPECT_EQ(rig.acks[2].reason, Reason::kCleared) << "of what waited, again";
+    EXPECT_EQ(rig.acks[2].reason, Reason::kCleared) << "the waiting command is answered a second time";
     EXPECT_EQ(rig.acks[2].sequence, 2);
     EXPECT_EQ(rig.acks[3].reason, Reason::kAccepted);
     ASSERT_EQ(rig.applied.size(), 2u);
@@ -116,7 +117,7 @@ TEST(Loop, ClearsASenderForTheBusOnlyWhereKeysWereChecked) {
   }
 }
 
-TEST(Loop, TakesNothingOfTheOperatorFromTheBus) {
+TEST(Loop, IgnoresCommandsFromTheBusUnderANameOfTheOperator) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 5});
   ForceCommand forged = make_push(1);
@@ -130,7 +131,7 @@ TEST(Loop, TakesNothingOfTheOperatorFromTheBus) {
   EXPECT_FALSE(rig.output->operator_acks.try_pop(answer));
 }
 
-TEST(Loop, TrustsNothingInTheRing) {
+TEST(Loop, ChecksEveryEntryOfTheRing) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 10});
   ForceCommand bad = make_push(1);
@@ -147,9 +148,9 @@ TEST(Loop, TrustsNothingInTheRing) {
   rig.push(bad);
   rig.control(control_t::STEP, -1);
   rig.control(77);
-  service::InboundEntry wild{};
-  wild.kind = static_cast<service::InboundKind>(99);
-  rig.inbound->try_push(wild);
+  service::InboundEntry unknown{};
+  unknown.kind = static_cast<service::InboundKind>(99);
+  rig.inbound->try_push(unknown);
   rig.push(make_push(5));
   rig.run();
   ASSERT_EQ(rig.acks.size(), 1u);
@@ -167,31 +168,31 @@ TEST(Loop, RefusesCommandsThatWaitedTooLongInEveryMode) {
     constexpr std::int64_t kMilli = 1'000'000;
     rig.push(make_push(1));
     rig.control(control_t::RESET);
-    rig.clock.suspend(20 * kMilli);  // in age 520 ms and 500 ms
+    rig.clock.suspend(20 * kMilli);  // the ages are then 520 ms and 500 ms
     rig.push(make_push(2));
     rig.control(control_t::SHAPES, 1);
     rig.clock.suspend(500 * kMilli);
-    const bool stands = settings.starts_holding || settings.timing.kind == Timing::Kind::kLockstep;
+    const bool is_holding = settings.starts_holding || settings.timing.kind == Timing::Kind::kLockstep;
     rig.clock.on_sleep = [&] {
       if (rig.next_sequence == 1'000'002) rig.control(control_t::STEP, 10);
       rig.take_motion();
     };
-    if (!stands) rig.clock.on_sleep = [&] { rig.take_motion(); };
+    if (!is_holding) rig.clock.on_sleep = [&] { rig.take_motion(); };
     rig.run();
     std::map<std::int64_t, service::AckEntry> answers;
     for (const auto& ack : rig.acks) answers[ack.sequence] = ack;
     EXPECT_EQ(answers.at(1).reason, Reason::kTooOld);
     EXPECT_GE(answers.at(1).found, 520) << "[ms]";
-    EXPECT_EQ(answers.at(1'000'000).reason, Reason::kTooOld) << "controls as well";
+    EXPECT_EQ(answers.at(1'000'000).reason, Reason::kTooOld) << "controls are refused too";
     EXPECT_EQ(rig.simulation.state().epoch, 0);
   }
 }
 
-TEST(Loop, TakesACommandOfTheAgeThatIsAllowedAndNoTimeOnTrust) {
+TEST(Loop, AcceptsCommandsUpToTheAllowedAgeAndCorrectsFalseReceptionTimes) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 2});
   rig.push(make_push(1));
-  rig.clock.suspend(1'000'000'000);  // to the nanosecond what the scene allows when it says nothing
+  rig.clock.suspend(1'000'000'000);  // exactly the default max_age, in nanoseconds
   auto entry = std::make_unique<service::InboundEntry>();
   entry->kind = service::InboundKind::kForce;
   for (const std::int64_t received_ns : {INT64_MIN, std::int64_t{-1}, INT64_MAX}) {

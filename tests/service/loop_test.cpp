@@ -1,4 +1,4 @@
-// The simulation loop: one answer in every timing, controls, faults, what leaves it.
+// The simulation loop: it gives the same motion in every timing; controls, faults and outputs.
 #include "service/loop.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ using service::LoopSettings;
 using service::Mode;
 using service::Timing;
 
-TEST(Timing, NamesReadBack) {
+TEST(Timing, EachNameIsReadBackAsItsTiming) {
   for (const char* name : {"realtime", "lockstep", "asap", "scaled=10", "scaled=0.25", "scaled=1e-3"}) {
     const auto timing = service::parse_timing(name);
     ASSERT_TRUE(timing) << name;
@@ -34,15 +34,16 @@ TEST(Timing, NamesReadBack) {
   }
 }
 
-/// What one run gave: its last state, and the published ones by tick.
+/// Holds the results of a run: the last state, the published states by tick, and the APPLIED entries.
 struct Course {
   std::vector<std::uint64_t> last;
   std::map<std::int64_t, std::vector<std::uint64_t>> published;
-  std::vector<std::array<std::int64_t, 4>> applied;  // tick, kind, sequence of command, of entry
+  std::vector<std::array<std::int64_t, 4>>
+      applied;  // tick, kind, sequence of the command, sequence of the entry
 };
 
-/// 400 ticks with commands at ticks of their own: overlapping slots, both axes, an end, a lost lease, a
-/// clear.
+/// Runs 400 ticks with commands for given ticks. They overlap in slots, use world and body axes, and include
+/// an end, a lost lease and a clear.
 Course run_course(const Plan& plan, const Timing& timing) {
   service::MonotonicClock clock;
   Rig rig(plan, {.timing = timing, .until_tick = 400}, clock);
@@ -80,7 +81,7 @@ Course run_course(const Plan& plan, const Timing& timing) {
   return course;
 }
 
-TEST(Loop, GivesTheSameBitsFlatOutTenTimesRealTimeAndLockstep) {
+TEST(Loop, GivesTheSameBitsFlatOutAtTenTimesRealTimeAndInLockstep) {
   const Plan plan = octahedron_plan();
   const Course flat_out = run_course(plan, kAsap);
   const std::vector<std::array<std::int64_t, 4>> applied{
@@ -88,7 +89,7 @@ TEST(Loop, GivesTheSameBitsFlatOutTenTimesRealTimeAndLockstep) {
       {157, applied_t::EXPIRED, 1, 3}, {191, applied_t::LEASE_LOST, 2, 4}, {250, applied_t::FORCE, 4, 5},
       {300, applied_t::FORCE, 5, 6}};
   EXPECT_EQ(flat_out.applied, applied);
-  // no state is skipped when nothing presses: the start and every twentieth of a second
+  // flat out no state is skipped, so the start and every twentieth tick are published
   for (std::int64_t tick = 0; tick <= 400; tick += 20) EXPECT_TRUE(flat_out.published.contains(tick)) << tick;
   EXPECT_NE(flat_out.published.at(100), flat_out.published.at(120));
   for (const Timing& timing : {Timing{Timing::Kind::kScaled, 10.0}, kRealtime, kLockstep}) {
@@ -106,7 +107,7 @@ TEST(Loop, GivesTheSameBitsFlatOutTenTimesRealTimeAndLockstep) {
   }
 }
 
-TEST(Loop, LockstepAdvancesByStepAloneAndPublishesAfterEach) {
+TEST(Loop, InLockstepAdvancesOnlyByStepAndPublishesAfterEachStep) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kLockstep});
   std::vector<std::int64_t> published;
@@ -133,7 +134,7 @@ TEST(Loop, LockstepAdvancesByStepAloneAndPublishesAfterEach) {
   EXPECT_EQ(rig.acks[3].mode, Mode::kStopped);
 }
 
-TEST(Loop, HoldsStepsAndRunsAgainInRealTime) {
+TEST(Loop, InRealTimeItHoldsStepsAndRunsAgain) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.until_tick = 500});
   bool has_held = false;
@@ -154,13 +155,13 @@ TEST(Loop, HoldsStepsAndRunsAgainInRealTime) {
   rig.run();
   EXPECT_EQ(rig.simulation.state().tick, 500);
   ASSERT_EQ(rig.acks.size(), 4u);
-  EXPECT_EQ(rig.acks[0].reason, Reason::kWrongMode) << "STEP while running";
+  EXPECT_EQ(rig.acks[0].reason, Reason::kWrongMode) << "STEP is not allowed while the loop runs";
   for (int i = 1; i < 4; ++i) EXPECT_EQ(rig.acks[static_cast<std::size_t>(i)].reason, Reason::kAccepted);
 }
 
-TEST(Loop, ResetGoesBackToTheStartInANewEpochAndAnswersWhatWaited) {
+TEST(Loop, ResetReturnsToTheStartInANewEpochAndAnswersWaitingCommands) {
   const Plan plan = octahedron_plan();
-  // nobody reads the states, for which the loop waits a second each
+  // nobody reads the states, so the loop waits a second for each
   Rig rig(plan, {.timing = kAsap, .until_tick = 300, .limits = {.max_age = 1e3}});
   rig.push(make_push(1, 0, -1));
   rig.push(make_push(2, 1, 290));
@@ -176,14 +177,14 @@ TEST(Loop, ResetGoesBackToTheStartInANewEpochAndAnswersWhatWaited) {
   EXPECT_EQ(rig.acks[2].found, 290);
   EXPECT_EQ(rig.acks[3].reason, Reason::kAccepted);
   const std::int64_t tick = rig.acks[3].tick;
-  EXPECT_GE(tick, 200) << "ticks go on";
+  EXPECT_GE(tick, 200) << "the tick is not reset";
   ASSERT_EQ(rig.applied.size(), 3u);
   EXPECT_EQ(rig.applied[1].kind, applied_t::RESET);
   EXPECT_EQ(rig.applied[1].tick, tick);
   EXPECT_EQ(rig.applied[2].kind, applied_t::FORCE);
   EXPECT_EQ(rig.applied[2].tick, tick) << "the first command of the new epoch";
   EXPECT_EQ(rig.applied[2].sequence, 2);
-  // the new epoch is a run of its own
+  // the motion in the new epoch is that of a new run
   Rig fresh(plan, {.timing = kAsap, .until_tick = 300 - tick});
   fresh.push(make_push(1, 0, -1));
   fresh.run();
@@ -194,7 +195,7 @@ TEST(Loop, ResetGoesBackToTheStartInANewEpochAndAnswersWhatWaited) {
   EXPECT_EQ(motion_bits(state), motion_bits(fresh.simulation.state()));
 }
 
-TEST(Loop, HoldsTheLastGoodStateWhenTheNextIsNotFiniteAndResetRecovers) {
+TEST(Loop, KeepsTheLastFiniteStateIfTheNextIsNotFiniteAndAResetRestartsIt) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {});
   ForceCommand huge = make_push(1, 0, 50, 0, 5e307);
@@ -226,24 +227,24 @@ TEST(Loop, HoldsTheLastGoodStateWhenTheNextIsNotFiniteAndResetRecovers) {
     if (rig.tick() == 120) rig.control(control_t::STOP);
   };
   rig.run();
-  EXPECT_GE(rig.simulation.state().tick, 120) << "it ran before the fault, so it runs after the reset";
+  EXPECT_GE(rig.simulation.state().tick, 120) << "the loop runs before the fault and again after the reset";
   EXPECT_EQ(rig.simulation.state().epoch, 1);
   ASSERT_EQ(rig.acks.size(), 8u);
   EXPECT_EQ(rig.acks[0].reason, Reason::kAccepted);
   for (std::size_t i = 1; i < 5; ++i) EXPECT_EQ(rig.acks[i].reason, Reason::kWrongMode) << i;
-  EXPECT_EQ(rig.acks[5].reason, Reason::kEpochEnded) << "the command that was never applied";
+  EXPECT_EQ(rig.acks[5].reason, Reason::kEpochEnded) << "this answers the command that was never applied";
   EXPECT_EQ(rig.acks[5].sequence, 1);
   EXPECT_EQ(rig.acks[6].reason, Reason::kAccepted);
-  ASSERT_EQ(rig.applied.size(), 1u) << "a command that faulted changed nothing";
+  ASSERT_EQ(rig.applied.size(), 1u) << "the command that caused the fault was not applied";
   EXPECT_EQ(rig.applied[0].kind, applied_t::RESET);
 }
 
-TEST(Loop, AppliedHasNoGapWhenNobodyReadsIt) {
+TEST(Loop, TheSequenceOfAppliedHasNoGapIfNobodyReadsIt) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 3000});
   std::int64_t sequence = 1;
   rig.clock.on_sleep = [&] {
-    // acknowledgements are read, APPLIED is not
+    // the test reads acknowledgements but not APPLIED
     for (service::AckEntry ack; rig.output->acks.try_pop(ack);) rig.acks.push_back(ack);
     for (int i = 0; i < 40; ++i) rig.push(make_push(sequence++, i % 8));
     rig.take_motion();
@@ -255,8 +256,8 @@ TEST(Loop, AppliedHasNoGapWhenNobodyReadsIt) {
     num_full += ack.reason == Reason::kQueueFull ? 1 : 0;
   }
   EXPECT_EQ(num_accepted + num_full, static_cast<std::int64_t>(rig.acks.size()));
-  EXPECT_GT(num_full, 0) << "the ring was filled";
-  // the sequence has no hole, and every accepted command is there, whole
+  EXPECT_GT(num_full, 0) << "the ring of APPLIED must fill up";
+  // the sequence has no gap, and every accepted command is in it
   std::int64_t num_forces = 0;
   for (std::size_t i = 0; i < rig.applied.size(); ++i) {
     ASSERT_EQ(rig.applied[i].sequence, static_cast<std::int64_t>(i));
@@ -266,26 +267,26 @@ TEST(Loop, AppliedHasNoGapWhenNobodyReadsIt) {
   EXPECT_EQ(rig.simulation.applied_count(), static_cast<std::int64_t>(rig.applied.size()));
 }
 
-TEST(Loop, AStateThatFindsNoRoomIsCountedAndTheOthersArriveInOrder) {
+TEST(Loop, AStateForWhichThereIsNoRoomIsCountedAndTheOthersArriveInOrder) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kRealtime, .until_tick = 400}, 5);
   std::vector<std::int64_t> arrived;
-  // nobody looks until tick 200; then one at a time is taken
+  // the test reads nothing until tick 200, and then one state at each sleep
   rig.clock.on_sleep = [&] {
     if (rig.tick() < 200) return;
     if (const auto* snapshot = rig.take_motion()) arrived.push_back(snapshot->motion.tick);
   };
   rig.run();
   while (const auto* snapshot = rig.take_motion()) arrived.push_back(snapshot->motion.tick);
-  // every 20 ticks one is due, and one more at the end: those of 0 to 80 wait, those of 100 to 200 find no
-  // room
+  // a state is due every 20 ticks and at the end; the states of ticks 0 to 80 wait, and those of ticks 100 to
+  // 200 find no room
   const std::vector<std::int64_t> wanted{0,   20,  40,  60,  80,  220, 240, 260,
                                          280, 300, 320, 340, 360, 380, 400, 400};
   EXPECT_EQ(arrived, wanted);
   EXPECT_EQ(rig.output->num_dropped[io::kStateChannel].load(), 6);
 }
 
-TEST(Loop, HandsOutModesAndPagesThatExist) {
+TEST(Loop, PassesOnRequestsForModesAndPagesThatExist) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 5});
   rig.output->num_scene_pages = {3, 4};

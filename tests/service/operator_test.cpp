@@ -1,5 +1,5 @@
-// The operator of the real freeflexd against strangers on its bus: they take what the bus has, and shut out
-// neither controls nor whoever runs the daemon, nor keep one from starting.
+// The operator of the real freeflexd, while strangers use its bus. They can take all slots of the bus, but
+// they cannot block controls or the operator, and they cannot keep a daemon from starting.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/socket.h>
@@ -21,12 +21,12 @@ using freeflex_msgs::control_t;
 using freeflex_msgs::status_t;
 using io::Reason;
 
-/// freeflex push over the socket: its exit code, and what it said.
-int push(const std::string& socket, std::vector<std::string> arguments, std::string* said = nullptr) {
+/// Runs freeflex push over the socket. Returns its exit code, and its output in `output`.
+int push(const std::string& socket, std::vector<std::string> arguments, std::string* output = nullptr) {
   arguments.insert(arguments.begin(), {program("freeflex"), "push", "--timeout", "60", "--socket", socket});
   Process process(arguments);
   const int status = process.wait();
-  if (said != nullptr) *said = process.output();
+  if (output != nullptr) *output = process.output();
   return status;
 }
 
@@ -36,10 +36,11 @@ ForceCommand of(const std::string& sender, ForceCommand command) {
   return command;
 }
 
-/// Sixty-four invented senders, of whom the first 48 hold every slot and every place that the bus has.
+/// Sends from 64 invented senders. The first 48 of them take every slot and every queue entry of the bus.
 void take_everything(BusClient& client) {
-  constexpr int kWaiting = 4;                // of each, beside a slot
-  constexpr std::int64_t kLongest = 60'000;  // [ticks] that the bus may hold a slot, or a place
+  constexpr int kWaiting = 4;  // waiting commands of each sender, in addition to a slot
+  constexpr std::int64_t kLongest =
+      60'000;  // [ticks] longest duration and longest wait that are allowed on the bus
   for (int i = 0; i < 64; ++i) {
     ForceCommand push = of("invented-" + std::to_string(i), make_push(1, 0, -1, 96, 1e-6));
     push.duration_ticks = kLongest;
@@ -50,8 +51,8 @@ void take_everything(BusClient& client) {
         return !client.acks.empty() && client.acks.back().sequence == push.sequence &&
                client.acks.back().sender == push.sender.data();
       })) << i;
-      // 48 x 4 places: the rest finds none. Before, a place may be taken until the next tick, or the answers
-      // behind.
+      // 48 x 4 commands fill the queue, so later senders find no room. An earlier sender may also find the
+      // queue full until the next tick or while answers are pending.
       const bool is_full = client.acks.back().reason == static_cast<int>(Reason::kQueueFull);
       if (i >= 48) {
         ASSERT_TRUE(is_full) << i;
@@ -65,10 +66,10 @@ void take_everything(BusClient& client) {
   }
 }
 
-TEST_F(Daemon, StrangersShutOutNeitherControlsNorTheOperator) {
+TEST_F(Daemon, StrangersCannotBlockControlsOrTheOperator) {
   const std::string socket = temporary_path("operator.sock");
   BusClient client("OP");
-  // slow, so that what is held does not end by itself before the test does
+  // the time is slow, so that no slot ends before the end of the test
   Process daemon(command_line("OP", {"--socket", socket, "--time", "scaled=0.05"}));
   ASSERT_TRUE(client.meet()) << daemon.output();
   take_everything(client);
@@ -79,22 +80,25 @@ TEST_F(Daemon, StrangersShutOutNeitherControlsNorTheOperator) {
   EXPECT_EQ(client.answer(client.send_control(control_t::RUN)).reason, 0);
   client.send(of("invented-60", make_push(10)));
   ASSERT_TRUE(client.until([&] { return client.acks.back().sequence == 10; }));
-  EXPECT_EQ(client.acks.back().reason, static_cast<int>(Reason::kQueueFull)) << "the bus's places are taken";
-  // the operator has slots and places of its own
-  std::string said;
+  EXPECT_EQ(client.acks.back().reason, static_cast<int>(Reason::kQueueFull))
+      << "the bus's queue entries are taken";
+  // the operator has its own slots and queue entries
+  std::string output;
   for (int slot = 0; slot < 16; ++slot) {
     EXPECT_EQ(
         push(socket,
              {"--point", "s24c0", "--force", "0,0,1", "--duration", "1000", "--slot", std::to_string(slot)},
-             &said),
+             &output),
         0)
-        << said;
+        << output;
   }
-  EXPECT_EQ(push(socket, {"--point", "s24c0", "--force", "0,0,1", "--slot", "16"}, &said), 1);
-  EXPECT_NE(said.find("no_slot_free: all 16 slots that are open to this sender"), std::string::npos) << said;
-  // and clears the bus, whose part anybody may have then
-  ASSERT_EQ(push(socket, {"--clear-sender", "*"}, &said), 0) << said;
-  ASSERT_TRUE(client.until([&] { return client.statuses.back().num_slots == 16; })) << "the operator's own";
+  EXPECT_EQ(push(socket, {"--point", "s24c0", "--force", "0,0,1", "--slot", "16"}, &output), 1);
+  EXPECT_NE(output.find("no_slot_free: all 16 slots that are open to this sender"), std::string::npos)
+      << output;
+  // the operator clears all senders on the bus, and their slots are free again
+  ASSERT_EQ(push(socket, {"--clear-sender", "*"}, &output), 0) << output;
+  ASSERT_TRUE(client.until([&] { return client.statuses.back().num_slots == 16; }))
+      << "the operator's slots stay in force";
   const auto count = [&client](std::int32_t kind) {
     return std::ranges::count_if(client.applied, [kind](const auto& entry) { return entry.kind == kind; });
   };
@@ -103,22 +107,22 @@ TEST_F(Daemon, StrangersShutOutNeitherControlsNorTheOperator) {
     return std::ranges::count(client.acks, static_cast<int>(Reason::kCleared), &freeflex_msgs::ack_t::reason);
   };
   EXPECT_TRUE(client.until([&] { return num_cleared() >= 48 * 4; }))
-      << "those that waited are answered again";
+      << "waiting commands must be answered again";
   for (int slot = 0; slot < 16; ++slot) {
     client.send(make_push(client.next_sequence, slot, -1, 96));
     EXPECT_EQ(client.answer(client.next_sequence++).reason, 0) << slot;
   }
-  EXPECT_EQ(count(freeflex_msgs::applied_t::CLEARED), 48) << "and no more than those";
+  EXPECT_EQ(count(freeflex_msgs::applied_t::CLEARED), 48) << "no other slots are cleared";
   EXPECT_EQ(num_cleared(), 48 * 4);
   const std::int64_t epoch = client.statuses.back().epoch;
-  EXPECT_EQ(push(socket, {"--control", "reset"}, &said), 0) << said;
+  EXPECT_EQ(push(socket, {"--control", "reset"}, &output), 0) << output;
   EXPECT_TRUE(client.until([&] { return client.statuses.back().epoch == epoch + 1; }));
-  EXPECT_EQ(push(socket, {"--control", "stop"}, &said), 0) << said;
+  EXPECT_EQ(push(socket, {"--control", "stop"}, &output), 0) << output;
   EXPECT_EQ(daemon.wait(), 0);
   EXPECT_FALSE(std::filesystem::exists(socket));
 }
 
-TEST_F(Daemon, ClearingASenderIsTheOperatorsAndReplaysToTheBit) {
+TEST_F(Daemon, OnlyTheOperatorClearsASenderAndTheRecordingReplaysToTheBit) {
   const std::string socket = temporary_path("operator.sock");
   const std::string log = temporary_path("clear.log");
   const auto record = [&] {
@@ -137,9 +141,9 @@ TEST_F(Daemon, ClearingASenderIsTheOperatorsAndReplaysToTheBit) {
     advance(50);
     EXPECT_EQ(client.answer(client.send_control(control_t::CLEAR, 0, "test")).reason,
               static_cast<int>(Reason::kNotGranted))
-        << "anybody could, on the bus";
-    std::string said;
-    EXPECT_EQ(push(socket, {"--clear-sender", "test"}, &said), 0) << said;
+        << "a sender on the bus must not clear, because then anybody could";
+    std::string output;
+    EXPECT_EQ(push(socket, {"--clear-sender", "test"}, &output), 0) << output;
     EXPECT_TRUE(
         client.until([&] { return client.acks.back().reason == static_cast<int>(Reason::kCleared); }));
     EXPECT_EQ(client.acks.back().sequence, 3);
@@ -153,7 +157,7 @@ TEST_F(Daemon, ClearingASenderIsTheOperatorsAndReplaysToTheBit) {
                                                                  {0, applied_t::FORCE, 1, 2},
                                                                  {50, applied_t::CLEARED, 0, 1},
                                                                  {50, applied_t::CLEARED, 1, 2}}));
-    EXPECT_EQ(push(socket, {"--control", "stop"}, &said), 0) << said;
+    EXPECT_EQ(push(socket, {"--control", "stop"}, &output), 0) << output;
     EXPECT_EQ(daemon.wait(), 0);
     EXPECT_EQ(recorder.stop(), "");
     Process replay({program("freeflex"), "replay", log, "--prefix", "OC"});
@@ -167,27 +171,27 @@ TEST_F(Daemon, ClearingASenderIsTheOperatorsAndReplaysToTheBit) {
   EXPECT_NE(text.find("identical to the bit over 150 ticks"), std::string::npos) << text;
 }
 
-TEST_F(Daemon, NamesOnTheBusAndOnTheSocketAreApart) {
+TEST_F(Daemon, NamesOfTheOperatorAreRefusedOnTheBusAndOtherNamesOnTheSocket) {
   const std::string socket = temporary_path("operator.sock");
   BusClient client("ON");
   Process daemon(command_line("ON", {"--hold", "--socket", socket}));
   ASSERT_TRUE(client.meet()) << daemon.output();
-  std::string said;
-  EXPECT_EQ(push(socket, {"--control", "run", "--sender", "test"}, &said), 1);
-  EXPECT_NE(said.find("bad_sender: sender test: on this socket the name begins with local."),
+  std::string output;
+  EXPECT_EQ(push(socket, {"--control", "run", "--sender", "test"}, &output), 1);
+  EXPECT_NE(output.find("bad_sender: sender test: on this socket the name must begin with local."),
             std::string::npos)
-      << said;
+      << output;
   client.send(of("local.push", make_push(1)));
   ASSERT_TRUE(client.until([&] { return !client.acks.empty(); }));
   EXPECT_EQ(client.acks.back().reason, static_cast<int>(Reason::kBadSender));
   const std::int64_t seen = client.statuses.back().commands_received;
-  EXPECT_EQ(push(socket, {"--control", "run"}, &said), 0) << said;
+  EXPECT_EQ(push(socket, {"--control", "run"}, &output), 0) << output;
   EXPECT_TRUE(client.until([&] { return client.statuses.back().commands_received > seen; }));
   EXPECT_EQ(client.acks.size(), 1u) << "answers to the operator are not on the bus";
   EXPECT_TRUE(client.until([&] { return client.statuses.back().commands_accepted == 1; }));
 }
 
-TEST_F(Daemon, TheOperatorsSocketIsItsOwnersAloneAndNeverInTheWay) {
+TEST_F(Daemon, TheOperatorsSocketIsPrivateAndAStaleOneIsReplaced) {
   const std::string socket = temporary_path("operator.sock");
   BusClient client("OS");
   {
@@ -206,15 +210,16 @@ TEST_F(Daemon, TheOperatorsSocketIsItsOwnersAloneAndNeverInTheWay) {
       }
       int status = 0;
       waitpid(stranger, &status, 0);
-      EXPECT_EQ(WEXITSTATUS(status), 0) << "another user could connect";
+      EXPECT_EQ(WEXITSTATUS(status), 0) << "another user must not be able to connect";
     }
     Process second(command_line("OT", {"--socket", socket}));
     EXPECT_EQ(second.wait(), 1);
-    EXPECT_NE(second.output().find("another program has " + socket), std::string::npos) << second.output();
+    EXPECT_NE(second.output().find("another program listens on " + socket), std::string::npos)
+        << second.output();
     daemon.signal(SIGKILL);
     EXPECT_EQ(daemon.wait(), 1000 + SIGKILL);
   }
-  ASSERT_TRUE(std::filesystem::exists(socket)) << "what is left behind";
+  ASSERT_TRUE(std::filesystem::exists(socket)) << "a killed daemon does not remove its socket";
   Process next(command_line("OT", {"--socket", socket}));
   BusClient other("OT");
   ASSERT_TRUE(other.meet()) << next.output();
@@ -222,7 +227,7 @@ TEST_F(Daemon, TheOperatorsSocketIsItsOwnersAloneAndNeverInTheWay) {
   EXPECT_EQ(next.wait(), 0);
 }
 
-TEST_F(Daemon, WithoutAPathDaemonAndOperatorMeetWhereNobodyElseCanBe) {
+TEST_F(Daemon, WithoutAPathDaemonAndOperatorUseAPrivateFolder) {
   const std::string theirs = temporary_path("theirs");
   const std::string mine = temporary_path("mine");
   for (const std::string& folder : {theirs, mine}) {
@@ -230,11 +235,11 @@ TEST_F(Daemon, WithoutAPathDaemonAndOperatorMeetWhereNobodyElseCanBe) {
     std::filesystem::permissions(folder, std::filesystem::perms::owner_all);
   }
   std::filesystem::permissions(theirs, std::filesystem::perms::all);
-  const auto push_hold = [](const std::string& folder, std::string& said) {
+  const auto push_hold = [](const std::string& folder, std::string& output) {
     Process process(by_shell("XDG_RUNTIME_DIR=" + folder, {program("freeflex"), "push", "--prefix", "OX",
                                                            "--socket", "--control", "hold"}));
     const int status = process.wait();
-    said = process.output();
+    output = process.output();
     return status;
   };
   for (const std::string& folder : {mine, theirs}) {
@@ -243,21 +248,21 @@ TEST_F(Daemon, WithoutAPathDaemonAndOperatorMeetWhereNobodyElseCanBe) {
     ASSERT_TRUE(client.meet()) << daemon.output();
     const std::string socket = folder + "/freeflexd-OX.sock";
     EXPECT_EQ(std::filesystem::exists(socket), folder == mine) << daemon.output();
-    std::string said;
-    EXPECT_EQ(push_hold(folder, said), 0) << said;
+    std::string output;
+    EXPECT_EQ(push_hold(folder, output), 0) << output;
     daemon.signal(SIGTERM);
     EXPECT_EQ(daemon.wait(), 0);
     EXPECT_FALSE(std::filesystem::exists(socket));
-    EXPECT_EQ(push_hold(folder, said), 1) << said;
-    EXPECT_NE(said.find("no daemon at "), std::string::npos) << said;
+    EXPECT_EQ(push_hold(folder, output), 1) << output;
+    EXPECT_NE(output.find("no daemon at "), std::string::npos) << output;
     std::filesystem::remove_all(folder);
   }
 }
 
-TEST_F(Daemon, AStrangersStatusKeepsNoDaemonFromStarting) {
+TEST_F(Daemon, AForeignStatusCannotKeepADaemonFromStarting) {
   BusClient client("OQ");
   status_t invented{};
-  invented.session = 1;  // older than any daemon
+  invented.session = 1;  // older than any daemon's
   auto next = std::chrono::steady_clock::now();
   const auto until = [&](const std::function<bool()>& condition) {
     return client.until([&] {
@@ -275,7 +280,7 @@ TEST_F(Daemon, AStrangersStatusKeepsNoDaemonFromStarting) {
     return !client.statuses.empty() && client.statuses.back().session != 1 &&
            client.statuses.back().mode == status_t::RUNNING;
   })) << daemon.output();
-  EXPECT_NE(daemon.output().find("started all the same, as told by --take-over"), std::string::npos);
+  EXPECT_NE(daemon.output().find("started anyway, because of --take-over"), std::string::npos);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// When the publisher looks at its rings.
+// The times at which the publisher looks at its ring buffers.
 #include <gtest/gtest.h>
 
 #include "service/publisher.hpp"
@@ -10,7 +10,7 @@ using service::LookPace;
 
 constexpr std::int64_t kIdle = 250;  // [ns]
 
-/// Looks that end within this time, each of the cost and with something left behind.
+/// Returns how many looks end within `time` if each takes `cost` and the rings are never empty.
 int count_looks(std::int64_t cost, std::int64_t time) {
   LookPace pace(kIdle);
   std::int64_t now = pace.next(0, false);
@@ -19,22 +19,22 @@ int count_looks(std::int64_t cost, std::int64_t time) {
   return num_looks;
 }
 
-TEST(LookPace, WhatALookCostsDoesNotComeOnTopOfTheIdleTime) {
+TEST(LookPace, TheDurationOfALookIsNotAddedToTheIdleTime) {
   EXPECT_EQ(count_looks(0, 100 * kIdle), 100);
   EXPECT_EQ(count_looks(kIdle - 1, 100 * kIdle), 100);
-  // one that costs more follows the one before at once
+  // looks that last longer than the idle time follow each other without a pause
   EXPECT_EQ(count_looks(2 * kIdle, 100 * kIdle), 50);
 }
 
-TEST(LookPace, ALateWakeUpIsCaughtUpByNoBurst) {
+TEST(LookPace, ALateWakeUpIsNotFollowedByABurstOfLooks) {
   LookPace pace(kIdle);
   EXPECT_EQ(pace.next(1000, false), 1250);
-  // woken 10,000 late
+  // woken 10,000 ns late
   EXPECT_EQ(pace.next(11'250, true), 11'250);
-  EXPECT_EQ(pace.next(11'260, true), 11'500) << "the next is an idle time later";
+  EXPECT_EQ(pace.next(11'260, true), 11'500) << "the next look is one idle time after the late one";
 }
 
-TEST(LookPace, WithNothingLeftItRestsForAWholeIdleTime) {
+TEST(LookPace, IfTheRingsAreEmptyWaitsForAFullIdleTime) {
   LookPace pace(kIdle);
   pace.next(0, true);
   EXPECT_EQ(pace.next(10, false), 10 + kIdle);

@@ -1,4 +1,4 @@
-// Queue between two threads, filled in place.
+// A queue between two threads whose entries are filled in place.
 #include "service/queue.hpp"
 
 #include <gtest/gtest.h>
@@ -13,26 +13,26 @@ using service::Queue;
 
 TEST(Queue, GivesEachValueOnceInOrderAndHasNoRoomWhenFull) {
   Queue<int> queue(7, 2);
-  EXPECT_EQ(queue.front(), nullptr) << "nothing was offered yet";
+  EXPECT_EQ(queue.front(), nullptr) << "empty before the first offer";
   for (int i = 1; i <= 2; ++i) {
     int* const draft = queue.draft();
     ASSERT_NE(draft, nullptr);
     *draft = i;
     queue.offer();
   }
-  EXPECT_EQ(queue.draft(), nullptr) << "both places wait for the reader";
+  EXPECT_EQ(queue.draft(), nullptr) << "both entries wait for the reader";
   for (int i = 1; i <= 2; ++i) {
     const int* const oldest = queue.front();
     ASSERT_NE(oldest, nullptr);
     EXPECT_EQ(*oldest, i);
-    EXPECT_EQ(queue.front(), oldest) << "what is at the front stays until it is dropped";
+    EXPECT_EQ(queue.front(), oldest) << "the front stays until it is dropped";
     queue.drop();
     ASSERT_NE(queue.draft(), nullptr);
   }
   EXPECT_EQ(queue.front(), nullptr);
 }
 
-TEST(Queue, NeverTearsNorLosesAValueBetweenThreads) {
+TEST(Queue, NeverTearsOrLosesAValueBetweenThreads) {
   struct Value {
     std::array<std::int64_t, 64> copies{};
   };

@@ -1,5 +1,5 @@
-// A command that needs a part left out brings it back at its tick, and the motion is that of a plan that had
-// it all along.
+// If a command needs an omitted feature, the plan is replaced at the tick of the command, and the motion is
+// that of a plan that always had the feature.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -13,7 +13,8 @@
 namespace freeflex::testing {
 namespace {
 
-/// A ladder in the xy plane, 8 points, beams, with a kick in the plane; `turned`: not along the world's axes.
+/// Returns a ladder of 8 points and beams in the xy plane of the body. If `has_kick`, a pulse of force acts
+/// in this plane. If `is_turned`, the ladder is rotated against the world.
 Scene ladder(OnNeed on_need, bool has_kick = true, bool is_turned = false) {
   Scene scene;
   scene.name = "ladder";
@@ -54,83 +55,84 @@ ForceCommand push_across() {
   return command;
 }
 
-TEST(Replan, AfterItTheMotionIsThatOfThePlanWithEverythingIn) {
+TEST(Replan, AReplannedRunHasTheMotionOfTheFullPlan) {
   Scene scene = ladder(OnNeed::kReplan);
-  Simulation lean(lean_plan_of(scene));
+  Simulation reduced(reduced_plan_of(scene));
   scene.leave_out.keeps.fill(true);
-  Simulation whole(lean_plan_of(scene));
-  ASSERT_EQ(lean.plan.wide.size(), 1U);
-  ASSERT_LT(lean.plan.num_elastic, whole.plan.num_elastic);
-  lean.run(200);
-  whole.run(200);
-  EXPECT_FALSE(lean.state.is_wide);
+  Simulation full(reduced_plan_of(scene));
+  ASSERT_EQ(reduced.plan.fallback.size(), 1U);
+  ASSERT_LT(reduced.plan.num_elastic, full.plan.num_elastic);
+  reduced.run(200);
+  full.run(200);
+  EXPECT_FALSE(reduced.state.uses_fallback);
   const ForceCommand command = push_across();
   double largest = 0.0, change = 0.0;
   for (int tick = 0; tick < 1500; ++tick) {
     const std::span<const ForceCommand> due(&command, tick == 0 ? 1U : 0U);
-    lean.run(1, due);
-    whole.run(1, due);
-    largest = std::max(largest, whole.displacements_B().cwiseAbs().maxCoeff());
-    change = std::max(change, (lean.displacements_B() - whole.displacements_B()).cwiseAbs().maxCoeff());
-    change = std::max(change, (lean.positions_W() - whole.positions_W()).cwiseAbs().maxCoeff());
+    reduced.run(1, due);
+    full.run(1, due);
+    largest = std::max(largest, full.displacements_B().cwiseAbs().maxCoeff());
+    change = std::max(change, (reduced.displacements_B() - full.displacements_B()).cwiseAbs().maxCoeff());
+    change = std::max(change, (reduced.positions_W() - full.positions_W()).cwiseAbs().maxCoeff());
   }
-  EXPECT_TRUE(lean.state.is_wide);
-  EXPECT_EQ(lean.state.wide_tick, 200);
-  EXPECT_EQ(static_cast<Need>(lean.state.wide_need), Need::kOutOfPlane);
-  EXPECT_EQ(lean.plan.wide.front().num_elastic, whole.plan.num_elastic);
+  EXPECT_TRUE(reduced.state.uses_fallback);
+  EXPECT_EQ(reduced.state.fallback_tick, 200);
+  EXPECT_EQ(static_cast<Need>(reduced.state.fallback_need), Need::kOutOfPlane);
+  EXPECT_EQ(reduced.plan.fallback.front().num_elastic, full.plan.num_elastic);
   std::printf("change %.1e of the largest displacement\n", change / largest);
-  // phases of 1e4 rad/s over 1.7 s, eps each way; and position of 3 m to eps against displacements of 1e-2
+  // the bound allows for rounding errors of phases of 1e4 rad/s over 1.7 s, and of positions of 3 m relative
+  // to displacements of 1e-2 m
   EXPECT_LE(change, 5e-11 * largest);
 }
 
-TEST(Replan, CommandsThatNeedNothingLeaveThePlanAsItIs) {
-  Simulation lean(lean_plan_of(ladder(OnNeed::kReplan)));
+TEST(Replan, CommandsThatNeedNoOmittedFeatureDoNotChangeThePlan) {
+  Simulation reduced(reduced_plan_of(ladder(OnNeed::kReplan)));
   ForceCommand command = make_command(0, 1, Axes::kBody);
   add_force(command, 3, {0.2, 0.1, 0.0});
-  lean.run(100, {&command, 1});
-  EXPECT_FALSE(lean.state.is_wide);
-  EXPECT_EQ(lean.state.q.size(), static_cast<std::size_t>(lean.plan.num_padded));
+  reduced.run(100, {&command, 1});
+  EXPECT_FALSE(reduced.state.uses_fallback);
+  EXPECT_EQ(reduced.state.q.size(), static_cast<std::size_t>(reduced.plan.num_padded));
 }
 
-TEST(Replan, AResetGoesBackToThePlanAsItStarted) {
-  Simulation lean(lean_plan_of(ladder(OnNeed::kReplan)));
-  Simulation fresh(lean.plan);
+TEST(Replan, AResetRestoresTheInitialPlan) {
+  Simulation reduced(reduced_plan_of(ladder(OnNeed::kReplan)));
+  Simulation fresh(reduced.plan);
   const ForceCommand command = push_across();
-  lean.run(50, {&command, 1});
-  ASSERT_TRUE(lean.state.is_wide);
-  reset_state(lean.plan, lean.state);
-  EXPECT_FALSE(lean.state.is_wide);
-  lean.run(300);
+  reduced.run(50, {&command, 1});
+  ASSERT_TRUE(reduced.state.uses_fallback);
+  reset_state(reduced.plan, reduced.state);
+  EXPECT_FALSE(reduced.state.uses_fallback);
+  reduced.run(300);
   fresh.run(300);
-  EXPECT_EQ(lean.state.q, fresh.state.q);
-  EXPECT_EQ(lean.state.q_dot, fresh.state.q_dot);
-  EXPECT_EQ(lean.state.q_WB, fresh.state.q_WB);
-  // and again
-  lean.run(50, {&command, 1});
-  EXPECT_TRUE(lean.state.is_wide);
+  EXPECT_EQ(reduced.state.q, fresh.state.q);
+  EXPECT_EQ(reduced.state.q_dot, fresh.state.q_dot);
+  EXPECT_EQ(reduced.state.q_WB, fresh.state.q_WB);
+  // the command makes the loop replan again
+  reduced.run(50, {&command, 1});
+  EXPECT_TRUE(reduced.state.uses_fallback);
 }
 
-TEST(Replan, AStepThatFailsLeavesTheStateAsItWas) {
-  Simulation lean(lean_plan_of(ladder(OnNeed::kReplan)));
-  lean.run(50);
-  const State before = lean.state;
+TEST(Replan, AFailedStepLeavesTheStateUnchanged) {
+  Simulation reduced(reduced_plan_of(ladder(OnNeed::kReplan)));
+  reduced.run(50);
+  const State before = reduced.state;
   ForceCommand command = make_command(0, 1, Axes::kBody);
   add_force(command, 3, {0.0, 0.0, 1.7e308});
   add_force(command, 4, {0.0, 0.0, 1.7e308});
-  step(lean.plan, lean.state, {{&command, 1}}, lean.workspace, lean.report);
-  ASSERT_EQ(lean.report.status, StepStatus::kNotFinite);
-  EXPECT_FALSE(lean.state.is_wide);
-  EXPECT_EQ(lean.state.q, before.q);
-  EXPECT_EQ(lean.state.q_low, before.q_low);
-  EXPECT_EQ(lean.state.q_dot, before.q_dot);
-  Simulation other(lean.plan);
+  step(reduced.plan, reduced.state, {{&command, 1}}, reduced.workspace, reduced.report);
+  ASSERT_EQ(reduced.report.status, StepStatus::kNotFinite);
+  EXPECT_FALSE(reduced.state.uses_fallback);
+  EXPECT_EQ(reduced.state.q, before.q);
+  EXPECT_EQ(reduced.state.q_low, before.q_low);
+  EXPECT_EQ(reduced.state.q_dot, before.q_dot);
+  Simulation other(reduced.plan);
   other.run(60);
-  lean.run(10);
-  EXPECT_EQ(lean.state.q, other.state.q) << "it goes on as if nothing had been asked";
+  reduced.run(10);
+  EXPECT_EQ(reduced.state.q, other.state.q) << "the motion continues as if the command had not been sent";
 }
 
 TEST(Replan, TheLoopReplansAtTheTickOfTheCommandToTheBit) {
-  const Plan plan = lean_plan_of(ladder(OnNeed::kReplan));
+  const Plan plan = reduced_plan_of(ladder(OnNeed::kReplan));
   Rig rig(plan, {.timing = {service::Timing::Kind::kAsap, 1.0}, .until_tick = 600});
   ForceCommand command = push_across();
   command.start_tick = 123;
@@ -139,39 +141,39 @@ TEST(Replan, TheLoopReplansAtTheTickOfTheCommandToTheBit) {
   Simulation again(plan);
   again.run(123);
   again.run(477, {&command, 1});
-  EXPECT_EQ(rig.simulation.state().wide_tick, 123);
+  EXPECT_EQ(rig.simulation.state().fallback_tick, 123);
   EXPECT_EQ(motion_bits(rig.simulation.state()), motion_bits(again.state));
 }
 
-TEST(Replan, RotationComesBackWithAMoment) {
+TEST(Replan, ACommandWithAMomentRestoresTheOmittedRotation) {
   Scene scene = ladder(OnNeed::kReplan, false, true);
-  Simulation lean(lean_plan_of(scene));
-  EXPECT_FALSE(lean.plan.turns);
+  Simulation reduced(reduced_plan_of(scene));
+  EXPECT_FALSE(reduced.plan.has_rotation);
   scene.leave_out.keeps.fill(true);
-  Simulation whole(lean_plan_of(scene));
-  // a force through the centre of mass needs no rotation: opposite ones on a line, in world axes
+  Simulation full(reduced_plan_of(scene));
+  // opposite forces on one line have no moment, so they need no rotation, even in world axes
   ForceCommand line = make_command(0, 1, Axes::kWorld, 50);
-  const Mat3 R = rotation_matrix(lean.plan.initial.q_WB);
+  const Mat3 R = rotation_matrix(reduced.plan.initial.q_WB);
   const Eigen::Vector3d along(R[0], R[3], R[6]);
   add_force(line, 0, 2.0 * along);
   add_force(line, 6, -2.0 * along);
-  lean.run(100, {&line, 1});
-  whole.run(100, {&line, 1});
-  EXPECT_FALSE(lean.state.is_wide);
+  reduced.run(100, {&line, 1});
+  full.run(100, {&line, 1});
+  EXPECT_FALSE(reduced.state.uses_fallback);
   ForceCommand moment = make_command(1, 2, Axes::kWorld, 50);
   add_force(moment, 0, 2.0 * along.unitOrthogonal());
-  lean.run(400, {&moment, 1});
-  whole.run(400, {&moment, 1});
-  EXPECT_TRUE(lean.state.is_wide);
-  EXPECT_EQ(static_cast<Need>(lean.state.wide_need), Need::kRotation);
-  // attitudes after 0.4 s of some 0.1 rad/s, rounding of a sum of 400 turns
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(lean.state.q_WB[i], whole.state.q_WB[i], 1e-13);
-  EXPECT_LE((lean.displacements_B() - whole.displacements_B()).norm(),
-            5e-11 * whole.displacements_B().norm());
+  reduced.run(400, {&moment, 1});
+  full.run(400, {&moment, 1});
+  EXPECT_TRUE(reduced.state.uses_fallback);
+  EXPECT_EQ(static_cast<Need>(reduced.state.fallback_need), Need::kRotation);
+  // the body rotates at some 0.1 rad/s for 0.4 s, and the rounding errors of 400 small rotations add up
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(reduced.state.q_WB[i], full.state.q_WB[i], 1e-13);
+  EXPECT_LE((reduced.displacements_B() - full.displacements_B()).norm(),
+            5e-11 * full.displacements_B().norm());
 }
 
-TEST(Scope, SizesFromDenormalToTheLargestAreJudgedAlike) {
-  const Plan plan = lean_plan_of(ladder(OnNeed::kRefuse));
+TEST(Scope, TheFeatureThatAForceNeedsDoesNotDependOnItsSize) {
+  const Plan plan = reduced_plan_of(ladder(OnNeed::kRefuse));
   for (const double size : {5e-324, 1e-300, 1.0, 1e300, std::numeric_limits<double>::max()}) {
     ForceCommand command = make_command(0, 1, Axes::kBody);
     add_force(command, 1, {0.0, size, 0.0});
@@ -181,8 +183,8 @@ TEST(Scope, SizesFromDenormalToTheLargestAreJudgedAlike) {
   }
 }
 
-TEST(Scope, WrenchesAreHeldToThePlane) {
-  const Plan plan = lean_plan_of(ladder(OnNeed::kRefuse));
+TEST(Scope, WrenchesOutOfThePlaneAreDetected) {
+  const Plan plan = reduced_plan_of(ladder(OnNeed::kRefuse));
   const auto need = [&](const Vec3& force, const Vec3& torque) {
     ForceCommand command = make_command(0, 1, Axes::kBody);
     command.num_wrenches = 1;

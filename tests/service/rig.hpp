@@ -1,4 +1,5 @@
-// A simulation loop without a bus: commands go into its ring, what comes out is collected. One thread.
+// Runs a simulation loop in one thread without a bus: commands go into its ring, and its outputs are
+// collected.
 #pragma once
 
 #include <functional>
@@ -13,7 +14,7 @@
 
 namespace freeflex::testing {
 
-/// Time that passes only by sleeping, or when a test says so.
+/// Simulates a clock that advances only by sleep and by pass().
 class FakeClock final : public service::Clock {
  public:
   std::int64_t now_ns() noexcept override { return now_ns_; }
@@ -23,10 +24,10 @@ class FakeClock final : public service::Clock {
     if (on_sleep) on_sleep();
   }
   void pass(std::int64_t ns) { now_ns_ += ns; }
-  /// The machine is suspended: only the boot time goes on.
+  /// Simulates that the machine is suspended: only the boot time advances.
   void suspend(std::int64_t ns) { suspended_ns_ += ns; }
 
-  std::function<void()> on_sleep;  // after each sleep
+  std::function<void()> on_sleep;  // called after each sleep
 
  private:
   std::int64_t now_ns_ = 1'000'000'000;
@@ -37,44 +38,47 @@ inline constexpr service::Timing kRealtime{};
 inline constexpr service::Timing kLockstep{service::Timing::Kind::kLockstep, 1.0};
 inline constexpr service::Timing kAsap{service::Timing::Kind::kAsap, 1.0};
 
-/// The octahedron, everything pushable and published, at 1 kHz.
+/// Returns a plan of the octahedron at 1 kHz in which everything is pushable and published.
 Plan octahedron_plan();
 
-/// [N] along (1, 2, 3) on a point, by sender "test", for a minute at 1 kHz, the longest that the bus may.
+/// Returns a command of sender "test": a force of `size` [N] times (1, 2, 3) on a point, for a minute at 1
+/// kHz, which is the longest duration allowed on the bus.
 ForceCommand make_push(std::int64_t sequence, int slot = 0, std::int64_t start_tick = -1, int point = 0,
                        double size = 1.0);
 
 struct Rig {
-  /// \param most_waiting  snapshots of a channel; with one a loop without a pace waits for each to be taken
+  /// \param most_waiting  snapshots that a channel can store; if it is 1, a loop without a pace waits for the
+  /// reader
   Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock_of_loop,
       std::size_t most_waiting = 1);
   Rig(const Plan& plan, const service::LoopSettings& settings, std::size_t most_waiting = 1)
       : Rig(plan, settings, clock, most_waiting) {}
 
-  /// False when the ring is full.
+  /// Returns false if the ring is full.
   bool push(const ForceCommand& command);
   bool control(std::int32_t command, std::int64_t count = 0, const std::string& target = "");
-  /// What the rings hold by now, appended to acks and applied.
+  /// Moves all entries of the rings to acks and applied.
   void collect();
-  /// The oldest STATE that nobody took, or null; the oldest of each channel beside it is taken too.
+  /// Returns the oldest STATE that has not been taken, or null. Takes the oldest message of each other
+  /// channel too.
   const service::Snapshot* take_motion();
-  /// Runs to the end and collects.
+  /// Runs to the end and collects the outputs.
   void run();
-  /// Next tick to be executed, as the loop last published it.
+  /// Returns the next tick to execute, as the loop last published it.
   std::int64_t tick() const { return output->tick.load(); }
 
   FakeClock clock;
-  service::Clock& loop_clock;  // that one unless another was given
+  service::Clock& loop_clock;  // `clock`, unless the constructor got another clock
   std::unique_ptr<service::InboundRing> inbound = std::make_unique<service::InboundRing>();
   std::unique_ptr<service::Output> output;
   service::Simulation simulation;
   std::vector<service::AckEntry> acks;
   std::vector<service::AppliedEntry> applied;
-  std::int64_t next_sequence = 1'000'000;  // of controls
-  service::Snapshot taken;                 // by take_motion
+  std::int64_t next_sequence = 1'000'000;  // next sequence of a control
+  service::Snapshot taken;                 // the snapshot that take_motion() returned
 };
 
-/// Every number of the motion, bit for bit.
+/// Returns the bits of every number of the motion.
 std::vector<std::uint64_t> motion_bits(const MotionState& motion);
 
 }  // namespace freeflex::testing

@@ -1,4 +1,5 @@
-// What a signal does to the process, at its worst moments. Each in a process of its own.
+// Signals that arrive at inconvenient moments end the process cleanly or are ignored. Each test runs in its
+// own process.
 #include "service/signals.hpp"
 
 #include <fcntl.h>
@@ -16,7 +17,7 @@ using ::testing::ExitedWithCode;
 
 constexpr int kNotEnded = 9;
 
-TEST(SignalsDeathTest, DuringStartUpEndTheProcessAtOnceAndCleanly) {
+TEST(SignalsDeathTest, EndTheProcessAtOnceAndCleanlyDuringStartUp) {
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
     EXPECT_EXIT(
         {
@@ -28,7 +29,7 @@ TEST(SignalsDeathTest, DuringStartUpEndTheProcessAtOnceAndCleanly) {
   }
 }
 
-TEST(SignalsDeathTest, AreHeardWhereTheyWereIgnoredOrBlocked) {
+TEST(SignalsDeathTest, AreReceivedEvenIfTheParentIgnoredOrBlockedThem) {
   for (const int number : {SIGINT, SIGTERM}) {
     EXPECT_EXIT(
         {
@@ -45,7 +46,7 @@ TEST(SignalsDeathTest, AreHeardWhereTheyWereIgnoredOrBlocked) {
   }
 }
 
-TEST(SignalsDeathTest, HangUpStaysIgnoredUnderNohup) {
+TEST(SignalsDeathTest, AHangUpStaysIgnoredUnderNohup) {
   EXPECT_EXIT(
       {
         signal(SIGHUP, SIG_IGN);
@@ -57,7 +58,7 @@ TEST(SignalsDeathTest, HangUpStaysIgnoredUnderNohup) {
       ExitedWithCode(0), "");
 }
 
-TEST(SignalsDeathTest, TheFirstCountsAndMoreAtTheSameMomentAreTheSameWish) {
+TEST(SignalsDeathTest, TheFirstEndsTheProcessAndOthersAtTheSameTimeAreIgnored) {
   EXPECT_EXIT(
       {
         SignalWatch signals;
@@ -70,7 +71,7 @@ TEST(SignalsDeathTest, TheFirstCountsAndMoreAtTheSameMomentAreTheSameWish) {
       ExitedWithCode(0), "");
 }
 
-TEST(SignalsDeathTest, DuringStartUpEndTheProcessAlthoughThePipeOfItsLogIsFull) {
+TEST(SignalsDeathTest, EndTheProcessDuringStartUpEvenIfThePipeOfItsLogIsFull) {
   EXPECT_EXIT(
       {
         int ends[2];
@@ -86,7 +87,7 @@ TEST(SignalsDeathTest, DuringStartUpEndTheProcessAlthoughThePipeOfItsLogIsFull) 
       ExitedWithCode(0), "");
 }
 
-TEST(SignalsDeathTest, ThoseThatAWriteCanBringDoNothing) {
+TEST(SignalsDeathTest, SignalsFromFailedWritesAreIgnored) {
   for (const int number : {SIGPIPE, SIGXFSZ, SIGTTOU}) {
     EXPECT_EXIT(
         {
@@ -98,7 +99,7 @@ TEST(SignalsDeathTest, ThoseThatAWriteCanBringDoNothing) {
   }
 }
 
-TEST(SignalsDeathTest, OneThatComesLateEndsAnOrderlyEndThatHangs) {
+TEST(SignalsDeathTest, ALaterSignalEndsAShutdownThatHangs) {
   EXPECT_EXIT(
       {
         SignalWatch signals;

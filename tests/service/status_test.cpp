@@ -1,4 +1,4 @@
-// What FREEFLEX_STATUS says of a motion, against closed form.
+// The figures that FREEFLEX_STATUS gives on a motion, compared with closed forms.
 #include "service/status.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ using service::Mode;
 using service::Snapshot;
 using service::StatusReporter;
 
-/// Reports of a state that a test steps by itself.
+/// Reports the status of a state that the test itself steps.
 struct Report {
   explicit Report(const Scene& scene) : motion(scene) { snapshot.free.take(motion.plan, motion.state); }
 
@@ -40,7 +40,7 @@ struct Report {
   Snapshot snapshot;
 };
 
-/// Two points of 1 kg, 1 m apart, 100 N/m: omega^2 = 2 k / m. Stretched at rest by 2 mm at each end.
+/// Returns two points of 1 kg, 1 m apart, on 100 N/m, at rest and displaced by 2 mm each: omega^2 = 2 k / m.
 Scene stretched_pair() {
   Scene scene = spring_pair(1.0, 1.0, 1.0, 100.0);
   publish_everything(scene);
@@ -49,11 +49,11 @@ Scene stretched_pair() {
   return scene;
 }
 
-TEST(Status, EnergiesAndSizesOfAStretchedPair) {
+TEST(Status, PublishesTheEnergiesAndDisplacementsOfAStretchedPair) {
   Report report(stretched_pair());
   const status_t status = report.now();
-  const double potential = 0.5 * 100.0 * 4e-3 * 4e-3;           // [J] the spring is 4 mm longer
-  EXPECT_NEAR(status.potential, potential, 1e-14 * potential);  // a few roundings
+  const double potential = 0.5 * 100.0 * 4e-3 * 4e-3;           // [J] the spring is stretched by 4 mm
+  EXPECT_NEAR(status.potential, potential, 1e-14 * potential);  // a few rounding errors
   EXPECT_EQ(status.kinetic_rigid, 0.0);
   EXPECT_NEAR(status.max_displacement, 2e-3, 1e-17);
   EXPECT_NEAR(status.displacement_ratio, 2e-3 / 0.5, 1e-15);
@@ -62,12 +62,13 @@ TEST(Status, EnergiesAndSizesOfAStretchedPair) {
   EXPECT_EQ(status.rate, 1000.0);
 }
 
-TEST(Status, SpinRatioIsSpinOverFrequencySquaredTimesSizeOverDisplacement) {
+TEST(Status, SpinRatioIsTheSquareOfSpinOverFrequencyTimesSizeOverDisplacement) {
   Scene scene = stretched_pair();
   scene.initial.angular_velocity = Eigen::Vector3d(0.0, 0.0, 0.3);
   Report report(scene);
   const double expected = 0.3 * 0.3 / 200.0 * 0.5 / 2e-3;
-  EXPECT_NEAR(report.now().spin_ratio, expected, 1e-13 * expected);  // omega_1 through a set-up
+  EXPECT_NEAR(report.now().spin_ratio, expected,
+              1e-13 * expected);  // rounding error of omega_1 in the set-up
 }
 
 TEST(Status, SpinWithoutDisplacementIsPublishedAsAFiniteNumber) {
@@ -78,17 +79,17 @@ TEST(Status, SpinWithoutDisplacementIsPublishedAsAFiniteNumber) {
   EXPECT_EQ(report.now().spin_ratio, 1e9);
 }
 
-TEST(Status, TellsTheWordOfNowAndTheWorstWithWhatTheyCompare) {
+TEST(Status, PublishesTheCurrentAndTheWorstVerdictWithTheirFigures) {
   Report report(stretched_pair());
   Verdict& now = report.snapshot.verdict;
-  now.word = Verdict::Word::kWatch;
+  now.level = Verdict::Level::kWatch;
   now.cause = Verdict::Cause::kSpinLoad;
   now.tick = 7;
   now.error = 1e-4;
   now.displacement_now = 1e-3;
   now.scale = 2e-3;
   report.snapshot.worst = now;
-  report.snapshot.worst.word = Verdict::Word::kOutside;
+  report.snapshot.worst.level = Verdict::Level::kOutside;
   report.snapshot.worst.tick = 5;
   const status_t status = report.now();
   EXPECT_EQ(status.validity, status_t::WATCH);
@@ -101,40 +102,41 @@ TEST(Status, TellsTheWordOfNowAndTheWorstWithWhatTheyCompare) {
   EXPECT_EQ(status.error_scale, 2e-3);
 }
 
-TEST(Status, ModesLeftOutHaveNoBoundYet) {
+TEST(Status, TheTruncationBoundOfOmittedModesIsUnknownAtFirst) {
   EXPECT_EQ(Report(stretched_pair()).now().truncation_bound, 0.0);
   Report report(stretched_pair());
-  PlanPart left_out;
-  left_out.part = Part::kSmallModes;
+  PlanFeature left_out;
+  left_out.feature = Feature::kSmallModes;
   left_out.is_left_out = true;
   left_out.count = 1;
-  report.motion.plan.parts.push_back(left_out);
-  StatusReporter lean{report.motion.plan, report.identity, *report.output, *report.shared, report.ingress};
+  report.motion.plan.features.push_back(left_out);
+  StatusReporter reduced{report.motion.plan, report.identity, *report.output, *report.shared, report.ingress};
   report.snapshot.motion = report.motion.state;
-  EXPECT_EQ(lean.report(report.snapshot, 1).truncation_bound, -1.0);
+  EXPECT_EQ(reduced.report(report.snapshot, 1).truncation_bound, -1.0);
 }
 
-TEST(Status, DriftCountsFromTheTickAtWhichThePushEnds) {
+TEST(Status, DriftIsMeasuredFromTheTickAtWhichThePushEnds) {
   Scene scene = octahedron();
   publish_everything(scene);
   Report report(scene);
-  EXPECT_EQ(report.now().energy_drift, 0.0) << "at rest there is nothing to drift";
+  EXPECT_EQ(report.now().energy_drift, 0.0) << "without energy there is no drift";
   ForceCommand push = make_push(1);
   push.duration_ticks = 100;
   report.run(50, {&push, 1});
-  EXPECT_EQ(report.now().energy_drift, 0.0) << "while it is pushed";
+  EXPECT_EQ(report.now().energy_drift, 0.0) << "the drift is zero during a push";
   report.run(60);
   EXPECT_GT(report.now().kinetic_rigid, 0.0);
   report.run(1000);
   const status_t free = report.now();
-  // modal energy and momentum are kept to rounding, far below this; the work of the push would be 1
+  // the drift of energy and momentum by rounding errors is far smaller than this; if the work of the push
+  // were included, the drift would be 1
   EXPECT_LT(free.energy_drift, 1e-12);
   EXPECT_LT(free.momentum_drift, 1e-12);
   EXPECT_LT(free.eckart_residual, 1e-13);
 }
 
-// a daemon in lockstep may make a thousand steps before its first report
-TEST(Status, DriftCountsFromTheStartHoweverLateTheFirstReportIs) {
+// in lockstep a daemon may take a thousand steps before its first report
+TEST(Status, DriftIsMeasuredFromTheStartHoweverLateTheFirstReportIs) {
   Report report(stretched_pair());
   report.run(1000);
   for (auto* each : {&report.motion.state.q, &report.motion.state.q_dot})
@@ -157,7 +159,8 @@ TEST(Status, AnOrbitKeepsItsEnergy) {
   point.publication.points = point.pushable = {0};
   Report report(point);
   report.run(2000);
-  EXPECT_GT(std::abs(report.now().kinetic_rigid / (0.5 * 9000.0 * 9000.0) - 1.0), 0.1) << "it has risen";
+  EXPECT_GT(std::abs(report.now().kinetic_rigid / (0.5 * 9000.0 * 9000.0) - 1.0), 0.1)
+      << "the altitude has changed";
   EXPECT_LT(report.now().energy_drift, 1e-13);
 }
 
@@ -166,11 +169,12 @@ TEST(Status, FreeFallKeepsItsEnergy) {
   scene.gravity = Eigen::Vector3d(0.0, 0.0, -9.81);
   Report report(scene);
   report.run(1001);
-  // 96 J of fall cancel against its height, to 8 roundings, beside 0.8 mJ of oscillation
+  // 96 J of kinetic energy cancel the potential energy with 8 rounding errors, and the energy of the
+  // oscillation is 0.8 mJ
   EXPECT_LT(report.now().energy_drift, 8 * 2.2e-16 * 96.0 / 0.8e-3);
 }
 
-TEST(Status, DampedEnergyIsNoDrift) {
+TEST(Status, DissipatedEnergyIsNotCountedAsDrift) {
   Scene scene = stretched_pair();
   scene.damping.modal_ratio = 0.1;
   Report report(scene);
@@ -178,7 +182,7 @@ TEST(Status, DampedEnergyIsNoDrift) {
   EXPECT_EQ(report.now().energy_drift, 0.0);
 }
 
-TEST(Status, RejectionsOfIngressAndLoopAreAddedByReason) {
+TEST(Status, RejectionsByTheIngressAndByTheLoopAreAddedForEachReason) {
   Report report(stretched_pair());
   report.shared->rejections[10] = 3;
   report.shared->received = 12;
@@ -207,7 +211,7 @@ TEST(Status, RejectionsOfIngressAndLoopAreAddedByReason) {
   EXPECT_EQ(status.rejections[1].count, 2);
 }
 
-TEST(Status, AFaultNamesTickAndCommand) {
+TEST(Status, AFaultNamesItsTickAndTheCommand) {
   Snapshot snapshot;
   snapshot.mode = Mode::kFault;
   snapshot.fault.tick = 77;
@@ -220,12 +224,12 @@ TEST(Status, AFaultNamesTickAndCommand) {
   }
 }
 
-TEST(Status, PassesOnNoCountOfTheIngressThatCannotBe) {
+TEST(Status, ImpossibleCountsFromTheIngressAreLimited) {
   service::ReportedCount count;
   EXPECT_EQ(count.take(-5), 0);
   EXPECT_EQ(count.take(INT64_MIN), 0);
   EXPECT_EQ(count.take(10), 10);
-  EXPECT_EQ(count.take(3), 10) << "it never falls";
+  EXPECT_EQ(count.take(3), 10) << "a count never decreases";
   EXPECT_EQ(count.take(INT64_MAX), 10 + service::ReportedCount::kMostAtOnce);
   Report report(stretched_pair());
   report.shared->received.store(-7);

@@ -1,5 +1,5 @@
-// The daemon with an ingress that was taken over: this program is the test, the daemon that it starts, and
-// that daemon's ingress, which writes what it likes into everything it can reach for as long as it lives.
+// The daemon with a hostile ingress. This program is the test, the daemon that it starts, and that daemon's
+// ingress, which writes arbitrary bytes into all memory that it can reach until it is killed.
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <signal.h>
@@ -25,10 +25,11 @@
 namespace freeflex::testing {
 namespace {
 
-std::string no_network;  // why there is none
+std::string no_network;  // why there is no private network; empty if there is one
 
-/// Is quiet until a FORCE comes: before the daemon runs a word of another one on its prefix keeps it from
-/// starting. It is confined as the honest one is, so that it makes no other system calls than that.
+/// Runs the hostile ingress. It does nothing until a FORCE arrives, because a report of another daemon on the
+/// prefix would keep this daemon from starting. It is confined like the genuine ingress and makes only the
+/// same system calls.
 service::IngressEnd be_hostile(service::SharedBlock& block, const service::IngressSettings& settings,
                                int seat) {
   static std::array<std::byte, 65536> buffer;  // UDP has no larger packet
@@ -49,7 +50,8 @@ service::IngressEnd be_hostile(service::SharedBlock& block, const service::Ingre
               : std::nullopt;
       is_hostile = message && message->channel == "T_FORCE";
     } else {
-      // some acts at a time: the daemon is to meet each state, also on one processor
+      // after a hundred actions there is a pause, so that the daemon can run in between, even on a single
+      // processor
       for (int i = 0; i < 100; ++i) hostile.act();
       poll(nullptr, 0, 1);
     }
@@ -57,7 +59,7 @@ service::IngressEnd be_hostile(service::SharedBlock& block, const service::Ingre
   return service::IngressEnd::kDaemonGone;
 }
 
-/// This program as the daemon: PROGRAM daemon KEYS
+/// Runs this program as the daemon: PROGRAM daemon KEYS
 int be_daemon(const char* keys) {
   service::DaemonOptions options;
   options.input = scene_path("truss104.yaml");
@@ -70,7 +72,7 @@ int be_daemon(const char* keys) {
   return status;
 }
 
-TEST(TakenOverDaemon, AppliesNothingAndRunsOn) {
+TEST(DaemonWithAHostileIngress, AppliesNoCommandAndKeepsRunning) {
   if (!no_network.empty()) GTEST_SKIP() << no_network;
   const std::filesystem::path folder =
       std::filesystem::path(P_tmpdir) / ("freeflex-takeover-" + std::to_string(getpid()));
@@ -81,8 +83,8 @@ TEST(TakenOverDaemon, AppliesNothingAndRunsOn) {
   Process daemon({std::filesystem::read_symlink("/proc/self/exe"), "daemon", key});
   ASSERT_TRUE(client.meet()) << daemon.output();
   ASSERT_TRUE(client.until([&] { return client.statuses.back().mode == freeflex_msgs::status_t::RUNNING; }));
-  // One push, under no key, makes a life hostile. A busy machine kills a life whose beat stands still between
-  // two of its acts: the next one gets a push of its own.
+  // One push without a key makes an ingress hostile. On a busy machine an ingress may be killed because its
+  // beats are missing, so each replacement gets its own push.
   std::int64_t num_lives = 0;
   const auto provoke = [&] {
     if (client.statuses.back().ingress_restarts < num_lives) return;
@@ -94,7 +96,7 @@ TEST(TakenOverDaemon, AppliesNothingAndRunsOn) {
       if (rejection.reason != static_cast<std::int32_t>(io::Reason::kQueueFull)) count += rejection.count;
     return count;
   };
-  // ten thousand entries of its making were looked at, over a second of ticks and more
+  // at least 10,000 entries of the ingress are refused, over more than 1000 ticks
   const std::int64_t from = client.statuses.back().tick;
   EXPECT_TRUE(client.until([&] {
     provoke();
@@ -106,7 +108,7 @@ TEST(TakenOverDaemon, AppliesNothingAndRunsOn) {
   EXPECT_EQ(client.statuses.back().commands_accepted, 0);
   EXPECT_EQ(client.statuses.back().epoch, 0);
   EXPECT_TRUE(client.applied.empty());
-  EXPECT_TRUE(client.acks.empty()) << "nor does it answer in the daemon's name";
+  EXPECT_TRUE(client.acks.empty()) << "the false answers of the ingress are not published";
   std::filesystem::remove_all(folder);
 }
 

@@ -1,5 +1,5 @@
-// An ingress that was taken over, beside verifier and simulation in one thread: whatever it writes, only what
-// the holder of the key sealed is applied, and that once.
+// A hostile ingress, the verifier and the simulation run alternately in one thread. Whatever the ingress
+// writes, only commands that the holder of the key sealed are applied, each at most once.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ using service::Key;
 
 constexpr int kTicks = 3000;
 
-/// What one run gave.
+/// Holds the results of a run.
 struct Course {
   std::vector<std::uint64_t> last;
   std::vector<service::AppliedEntry> applied;
@@ -26,8 +26,8 @@ struct Course {
   std::map<std::int64_t, std::vector<std::byte>> sealed;  // by sequence
 };
 
-/// The octahedron under a verifier. At each tick the ingress acts so many times, twice; at every hundredth
-/// its part is handed a genuine push in between, which it may lose.
+/// Runs the octahedron with a verifier. At each tick the ingress performs `acts_a_tick` hostile actions
+/// twice. At every hundredth tick it receives a genuine push in between, which it may lose.
 Course run_course(std::uint64_t seed, int acts_a_tick, bool has_pushes) {
   const Key key = make_key("test");
   const Plan plan = octahedron_plan();
@@ -36,7 +36,7 @@ Course run_course(std::uint64_t seed, int acts_a_tick, bool has_pushes) {
   auto ingress = std::make_unique<service::SharedBlock>();
   auto settings = std::make_unique<service::IngressSettings>();
   settings->are_keys_required = true;
-  service::Inlet inlet(*ingress, *settings);
+  service::PacketHandler packet_handler(*ingress, *settings);
   service::Verifier verifier({key}, {.session = kSession, .channel_prefix = "TEST"}, *names, *ingress,
                              [](service::LineKind, const std::string&) {});
   FakeClock clock;
@@ -55,7 +55,7 @@ Course run_course(std::uint64_t seed, int acts_a_tick, bool has_pushes) {
       const auto message = io::to_message(push, kSession, 0);
       course.sealed[sequence] = seal(message, "TEST_FORCE", key.sealing, time.wall_us + 1);
       hostile.overhear(course.sealed[sequence]);
-      inlet.on_force(course.sealed[sequence], time.now_ns);
+      packet_handler.on_force(course.sealed[sequence], time.now_ns);
     }
     for (int i = 0; i < acts_a_tick; ++i) hostile.act();
     for (int i = 0; i < 64 && verifier.take(time); ++i) continue;
@@ -68,17 +68,17 @@ Course run_course(std::uint64_t seed, int acts_a_tick, bool has_pushes) {
   return course;
 }
 
-TEST(TakenOverIngress, AppliesNothing) {
+TEST(HostileIngressBesideAVerifier, AppliesNoCommand) {
   const Course peaceful = run_course(0, 0, false);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Course attacked = run_course(seed, 20, false);
     EXPECT_TRUE(attacked.applied.empty());
     EXPECT_TRUE(attacked.acks.empty());
-    EXPECT_EQ(attacked.last, peaceful.last) << "not a bit of the motion";
+    EXPECT_EQ(attacked.last, peaceful.last) << "no bit of the motion changes";
   }
 }
 
-TEST(TakenOverIngress, CanLoseCommandsAndCanNeitherMakeNorRepeatOne) {
+TEST(HostileIngressBesideAVerifier, CanLoseCommandsButCannotMakeOrRepeatOne) {
   const Course peaceful = run_course(0, 0, true);
   EXPECT_EQ(peaceful.acks.size(), peaceful.sealed.size());
   std::size_t num_taken = 0;
@@ -90,7 +90,7 @@ TEST(TakenOverIngress, CanLoseCommandsAndCanNeitherMakeNorRepeatOne) {
       const std::int64_t sequence = entry.command.sequence;
       EXPECT_TRUE(taken.insert(sequence).second) << sequence << " twice";
       ASSERT_TRUE(attacked.sealed.contains(sequence)) << sequence;
-      // to the bit what was sealed
+      // the applied command has the same bits as the sealed command
       const auto envelope = service::read_envelope(attacked.sealed.at(sequence));
       const auto applied = io::encode(io::to_message(entry.command, kSession, 0));
       EXPECT_TRUE(std::equal(applied.begin(), applied.end(), envelope->body.begin(), envelope->body.end()));

@@ -35,9 +35,9 @@ VerifierRig::VerifierRig(std::vector<service::Key> keys) {
 
 void VerifierRig::deliver(std::span<const std::byte> bytes, bool is_force) {
   if (is_force)
-    inlet.on_force(bytes, time.now_ns);
+    packet_handler.on_force(bytes, time.now_ns);
   else
-    inlet.on_control(bytes, time.now_ns);
+    packet_handler.on_control(bytes, time.now_ns);
   while (verifier->take(time)) continue;
 }
 

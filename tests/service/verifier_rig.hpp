@@ -1,4 +1,4 @@
-// A verifier behind an ingress's part, without a network: messages go in as bytes, commands come out.
+// A packet handler and a verifier without a network: the input is messages as bytes, the output is commands.
 #pragma once
 
 #include <memory>
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "service/ingress_inlet.hpp"
+#include "service/packet_handler.hpp"
 #include "service/verifier.hpp"
 #include "tests/messages/commands.hpp"
 
@@ -14,34 +14,34 @@ namespace freeflex::testing {
 
 inline const std::string kForceChannel = "TEST_FORCE", kControlChannel = "TEST_CONTROL";
 
-/// A key that may do everything; its secret follows from its id.
+/// Returns a key without limits; its secret is derived from its id.
 service::Key make_key(const std::string& id);
 
-/// make_force() and make_control() with a sequence, as a key's holder sends them.
+/// Return make_force() and make_control() with a sequence number, as the holder of a key sends them.
 freeflex_msgs::force_t force_of(std::int64_t sequence);
 freeflex_msgs::control_t control_of(std::int64_t sequence);
 
 struct VerifierRig {
-  /// On the scene of make_names(), in kSession, prefix TEST.
+  /// Uses the scene of make_names(), kSession and the prefix TEST.
   explicit VerifierRig(std::vector<service::Key> keys);
 
-  /// A message on FORCE or CONTROL, taken by the ingress's part and then by the verifier.
+  /// Passes a message on FORCE or CONTROL to the packet handler and then to the verifier.
   void deliver(std::span<const std::byte> bytes, bool is_force = true);
   void seal_and_deliver(const freeflex_msgs::force_t& force, const service::Key& key);
   void seal_and_deliver(const freeflex_msgs::control_t& control, const service::Key& key);
-  /// [us] a second after the time of the rig
+  /// Returns the time [us] that is one second after the time of the rig.
   std::int64_t valid_until() const { return time.wall_us + 1'000'000; }
 
-  /// The next command that was let through.
+  /// Returns the next command that was accepted, or nullopt.
   std::optional<service::InboundEntry> next_command();
-  /// The next answer to a rejection; reason kAccepted when there is none.
+  /// Returns the next answer to a rejection; its reason is kAccepted if there is none.
   io::Admission next_answer();
   std::int64_t count(io::Reason reason) const;
 
   service::Verifier::Time time{1'700'000'000'000'000, 5'000'000'000};
   std::unique_ptr<service::SharedBlock> ingress = std::make_unique<service::SharedBlock>();
   std::unique_ptr<service::IngressSettings> settings = std::make_unique<service::IngressSettings>();
-  service::Inlet inlet{*ingress, *settings};
+  service::PacketHandler packet_handler{*ingress, *settings};
   std::vector<std::string> log;
   std::unique_ptr<service::Verifier> verifier;
 };

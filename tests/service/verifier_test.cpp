@@ -1,4 +1,4 @@
-// What a command under a key must be, rule by rule, and what is answered.
+// The rules for commands under a key, and the answers to commands that break them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ const Key kAlice = make_key("alice"), kBob = make_key("bob");
 
 class VerifierTest : public ::testing::Test {
  protected:
-  /// One refusal with an answer to alice, and nothing let through.
+  /// Expects one refusal with an answer to alice, and no accepted command. Returns the text of the answer.
   std::string refused(Reason reason, std::int64_t sequence) {
     EXPECT_FALSE(rig_.next_command());
     const io::Admission answer = rig_.next_answer();
@@ -34,7 +34,7 @@ class VerifierTest : public ::testing::Test {
     EXPECT_TRUE(io::is_sane(answer));
     return answer.text.data();
   }
-  /// One refusal that is counted, without an answer.
+  /// Expects refusals that are counted but not answered.
   void dropped(Reason reason, std::int64_t count = 1) {
     EXPECT_FALSE(rig_.next_command());
     EXPECT_EQ(rig_.next_answer().reason, Reason::kAccepted);
@@ -48,7 +48,7 @@ class VerifierTest : public ::testing::Test {
   VerifierRig rig_{{kAlice, kBob}};
 };
 
-TEST_F(VerifierTest, LetsASealedCommandThroughAsItWasSent) {
+TEST_F(VerifierTest, PassesOnASealedCommandUnchanged) {
   rig_.seal_and_deliver(force_of(7), kAlice);
   const auto force = rig_.next_command();
   ASSERT_TRUE(force);
@@ -68,19 +68,19 @@ TEST_F(VerifierTest, LetsASealedCommandThroughAsItWasSent) {
   EXPECT_EQ(rig_.next_answer().reason, Reason::kAccepted);
 }
 
-TEST_F(VerifierTest, APlainCommandIsToldThatKeysAreRequired) {
+TEST_F(VerifierTest, TheAnswerToAPlainCommandSaysThatAKeyIsRequired) {
   rig_.deliver(io::encode(force_of(7)));
   const io::Admission answer = rig_.next_answer();
   EXPECT_EQ(answer.reason, Reason::kKeyRequired);
   EXPECT_STREQ(answer.sender.data(), "pusher-1.a_B");
   EXPECT_EQ(answer.sequence, 7);
-  EXPECT_STREQ(answer.text.data(), "this daemon takes commands under a key only: seal it in an envelope_t");
+  EXPECT_STREQ(answer.text.data(), "this daemon takes only commands under a key: seal it in an envelope_t");
   rig_.deliver(io::encode(control_of(8)), false);
   EXPECT_EQ(rig_.next_answer().reason, Reason::kKeyRequired);
   EXPECT_FALSE(rig_.next_command());
 }
 
-TEST_F(VerifierTest, PlainCommandsAreAnsweredTenTimesASecondAndNeverUnderTheNameOfAKey) {
+TEST_F(VerifierTest, PlainCommandsGetAtMostTenAnswersASecondAndNoneIfTheyUseTheNameOfAKey) {
   force_t plain = force_of(7);
   plain.sender = "alice";
   rig_.deliver(io::encode(plain));
@@ -108,15 +108,15 @@ TEST_F(VerifierTest, AForgedTagIsCountedAndNotAnswered) {
   EXPECT_NE(rig_.log[0].find("a command on TEST_FORCE that names key 'alice' was not sealed with it"),
             std::string::npos)
       << rig_.log[0];
-  EXPECT_TRUE(accepts(7)) << "a forgery uses no sequence up";
+  EXPECT_TRUE(accepts(7)) << "a forgery does not use up the sequence";
 }
 
-TEST_F(VerifierTest, AnUnknownKeyIsCountedAndNotAnswered) {
+TEST_F(VerifierTest, ACommandUnderAnUnknownKeyIsCountedAndNotAnswered) {
   rig_.seal_and_deliver(force_of(7), make_key("mallory"));
   dropped(Reason::kUnknownKey);
 }
 
-TEST_F(VerifierTest, ACommandForOneChannelIsNoneOnTheOther) {
+TEST_F(VerifierTest, ACommandSealedForOneChannelIsRefusedOnTheOther) {
   rig_.deliver(seal(force_of(7), kForceChannel, kAlice.sealing, rig_.valid_until()), false);
   dropped(Reason::kBadTag, 1);
   rig_.deliver(seal(control_of(8), kControlChannel, kAlice.sealing, rig_.valid_until()), true);
@@ -125,7 +125,7 @@ TEST_F(VerifierTest, ACommandForOneChannelIsNoneOnTheOther) {
   dropped(Reason::kBadTag, 3);
 }
 
-TEST_F(VerifierTest, ACommandIsTakenOnceAndACopyIsNotAnswered) {
+TEST_F(VerifierTest, ACommandIsAcceptedOnceAndItsCopyIsNotAnswered) {
   const auto sealed = seal(force_of(7), kForceChannel, kAlice.sealing, rig_.valid_until());
   rig_.deliver(sealed);
   EXPECT_TRUE(rig_.next_command());
@@ -137,19 +137,19 @@ TEST_F(VerifierTest, ACommandIsTakenOnceAndACopyIsNotAnswered) {
   dropped(Reason::kStaleSequence, 3);
   EXPECT_TRUE(accepts(8));
   rig_.seal_and_deliver(force_of(7), kBob);
-  EXPECT_TRUE(rig_.next_command()) << "another key counts for itself";
+  EXPECT_TRUE(rig_.next_command()) << "each key has its own sequences";
   rig_.seal_and_deliver(force_of(0), make_key("bob"));
   dropped(Reason::kStaleSequence, 4);
 }
 
-TEST_F(VerifierTest, ANewIngressKnowsNoSequenceAndNeedsNone) {
+TEST_F(VerifierTest, ANewIngressDoesNotResetTheSequences) {
   ASSERT_TRUE(accepts(7));
   new (rig_.ingress.get()) service::SharedBlock;
   rig_.seal_and_deliver(force_of(7), kAlice);
   dropped(Reason::kStaleSequence);
 }
 
-TEST_F(VerifierTest, AnotherSessionIsCountedAndNotAnswered) {
+TEST_F(VerifierTest, ACommandForAnotherSessionIsCountedAndNotAnswered) {
   force_t other = force_of(7);
   other.session = kSession - 1;
   rig_.seal_and_deliver(other, kAlice);
@@ -157,7 +157,7 @@ TEST_F(VerifierTest, AnotherSessionIsCountedAndNotAnswered) {
   EXPECT_TRUE(accepts(7));
 }
 
-TEST_F(VerifierTest, ValidityHasPassedOrLiesTooFarAhead) {
+TEST_F(VerifierTest, AnExpiredOrTooLongValidityIsRefused) {
   const std::int64_t now = rig_.time.wall_us;
   const auto send = [this](std::int64_t sequence, std::int64_t valid_until) {
     rig_.deliver(seal(force_of(sequence), kForceChannel, kAlice.sealing, valid_until));
@@ -182,8 +182,8 @@ TEST_F(VerifierTest, ValidityHasPassedOrLiesTooFarAhead) {
   dropped(Reason::kStaleSequence);
 }
 
-TEST_F(VerifierTest, SenderAndSequenceAreTheEnvelopes) {
-  // what an honest sealer never makes: an inner command of another name or number, under a right tag
+TEST_F(VerifierTest, SenderAndSequenceOfACommandMustMatchItsEnvelope) {
+  // no honest holder of a key makes a command of another sender or sequence with a correct tag
   const auto send = [this](const std::string& sender, std::int64_t inner, std::int64_t outer) {
     freeflex_msgs::envelope_t envelope{};
     force_t force = force_of(inner);
@@ -209,21 +209,21 @@ TEST_F(VerifierTest, SenderAndSequenceAreTheEnvelopes) {
   EXPECT_TRUE(rig_.next_command());
 }
 
-TEST_F(VerifierTest, TheCommandInsideIsCheckedAsWithoutKeys) {
+TEST_F(VerifierTest, ASealedCommandIsCheckedLikeAPlainOne) {
   force_t far = force_of(1);
   far.forces[1].point = 300;
   rig_.seal_and_deliver(far, kAlice);
-  EXPECT_EQ(refused(Reason::kUnknownPoint, 1), "forces[1]: point 300, the scene has 0 to 299");
+  EXPECT_EQ(refused(Reason::kUnknownPoint, 1), "forces[1]: point 300, the scene has points 0 to 299");
   control_t odd = control_of(2);
   odd.command = 99;
   rig_.seal_and_deliver(odd, kAlice);
   refused(Reason::kBadControl, 2);
-  // a control command sealed for FORCE
+  // a control that is sealed for the channel FORCE is refused
   rig_.deliver(seal(control_of(3), kForceChannel, kAlice.sealing, rig_.valid_until()));
   refused(Reason::kWrongType, 3);
 }
 
-TEST_F(VerifierTest, BytesThatAreNoEnvelopeAreCountedAndNotAnswered) {
+TEST_F(VerifierTest, BytesThatAreNotAnEnvelopeAreCountedAndNotAnswered) {
   rig_.deliver({});
   dropped(Reason::kMalformed, 1);
   auto sealed = seal(force_of(7), kForceChannel, kAlice.sealing, rig_.valid_until());
@@ -236,7 +236,7 @@ TEST_F(VerifierTest, BytesThatAreNoEnvelopeAreCountedAndNotAnswered) {
   dropped(Reason::kWrongType, 1);
 }
 
-TEST_F(VerifierTest, EntriesThatNoIngressMakesAreCounted) {
+TEST_F(VerifierTest, RingEntriesThatNoIngressWouldMakeAreCounted) {
   auto entry = std::make_unique<service::InboundEntry>();
   for (const std::int32_t kind : {0, 1, 2, 5, -1}) {
     entry->kind = static_cast<InboundKind>(kind);
@@ -253,7 +253,7 @@ TEST_F(VerifierTest, EntriesThatNoIngressMakesAreCounted) {
 
 class GrantsTest : public VerifierTest {
  protected:
-  /// The one key of the rig, with what it may do.
+  /// Gives the rig one key with limits.
   void grant(const std::function<void(service::Grants&)>& limit) {
     Key key = kAlice;
     limit(key.grants);
@@ -263,7 +263,7 @@ class GrantsTest : public VerifierTest {
   }
 };
 
-TEST_F(GrantsTest, ChannelsAndControls) {
+TEST_F(GrantsTest, GrantsLimitChannelsAndControls) {
   grant([](service::Grants& grants) { grants.has_force = false, grants.controls = 1U << control_t::STOP; });
   rig_.seal_and_deliver(force_of(1), kAlice);
   EXPECT_EQ(refused(Reason::kNotGranted, 1), "FORCE is not among the channels of key alice");
@@ -290,7 +290,7 @@ TEST_F(GrantsTest, OnlyAKeyThatNamesClearMayClear) {
   EXPECT_TRUE(rig_.next_command());
 }
 
-TEST_F(GrantsTest, PointsGroupsAndSlots) {
+TEST_F(GrantsTest, GrantsLimitPointsGroupsAndSlots) {
   grant([](service::Grants& grants) {
     grants.points.assign(300, false);
     grants.points[0] = grants.points[298] = true;
@@ -305,8 +305,8 @@ TEST_F(GrantsTest, PointsGroupsAndSlots) {
   EXPECT_EQ(refused(Reason::kNotGranted, 3), "slot 5, key alice may use 0 to 4");
 }
 
-TEST_F(GrantsTest, TheLargestForceAndTorqueOfAnEntry) {
-  // of make_force() the largest are |forces[2]| = 60 and |wrenches[1].torque| = sqrt(113)
+TEST_F(GrantsTest, GrantsLimitTheForceAndTorqueOfAnEntry) {
+  // the largest values of make_force() are |forces[2]| = 60 and |wrenches[1].torque| = sqrt(113)
   grant([](service::Grants& grants) { grants.largest_force = 59.0; });
   rig_.seal_and_deliver(force_of(1), kAlice);
   EXPECT_EQ(refused(Reason::kOverKeyLimit, 1),
@@ -316,10 +316,10 @@ TEST_F(GrantsTest, TheLargestForceAndTorqueOfAnEntry) {
   EXPECT_EQ(refused(Reason::kOverKeyLimit, 2),
             "wrenches[1]: group 1: |torque| 10.63014581 N m, key alice may use at most 10 N m");
   grant([](service::Grants& grants) { grants.largest_force = std::hypot(1.0 / 3.0, 0.0, 60.0); });
-  EXPECT_TRUE(accepts(3)) << "exactly the limit";
+  EXPECT_TRUE(accepts(3)) << "a command exactly at the limit is accepted";
 }
 
-TEST_F(GrantsTest, ARateIsABucketOfOneSecond) {
+TEST_F(GrantsTest, GrantsLimitTheRateAndAllowABurstOfOneSecond) {
   grant([](service::Grants& grants) { grants.commands_per_second = 5.0; });
   std::int64_t sequence = 0;
   const auto burst = [&] {
@@ -337,7 +337,7 @@ TEST_F(GrantsTest, ARateIsABucketOfOneSecond) {
   EXPECT_EQ(burst(), 5);
 }
 
-TEST_F(VerifierTest, AnEnvelopeInAnEnvelopeIsNoCommand) {
+TEST_F(VerifierTest, ANestedEnvelopeIsRefused) {
   freeflex_msgs::envelope_t outer{};
   outer.key_id = "alice";
   outer.session = kSession;
@@ -355,27 +355,27 @@ TEST_F(VerifierTest, AnEnvelopeInAnEnvelopeIsNoCommand) {
   EXPECT_EQ(rig_.next_answer().reason, Reason::kWrongType);
 }
 
-TEST_F(VerifierTest, WhatComesInFragmentsIsMalformed) {
-  // the first of two, which names the channel
+TEST_F(VerifierTest, FragmentedMessagesAreMalformed) {
+  // the first of two fragments, which contains the name of the channel
   std::vector<std::byte> packet(20 + kForceChannel.size() + 1 + 8);
-  const std::uint32_t words[] = {0x4c433033, 1, 70'000, 0};  // mark, number, size, offset
+  const std::uint32_t words[] = {0x4c433033, 1, 70'000, 0};  // magic, number, size, offset
   for (std::size_t i = 0; i < std::size(words); ++i)
     for (std::size_t k = 0; k < 4; ++k)
       packet[4 * i + k] = static_cast<std::byte>(words[i] >> (24 - 8 * k) & 0xFFU);
   packet[19] = std::byte{2};
   std::memcpy(packet.data() + 20, kForceChannel.c_str(), kForceChannel.size() + 1);
   rig_.settings->channel_prefix = {'T', 'E', 'S', 'T'};
-  service::Inlet inlet(*rig_.ingress, *rig_.settings);
-  inlet.on_packet(packet, rig_.time.now_ns);
+  service::PacketHandler packet_handler(*rig_.ingress, *rig_.settings);
+  packet_handler.on_packet(packet, rig_.time.now_ns);
   EXPECT_TRUE(rig_.verifier->take(rig_.time));
   dropped(Reason::kMalformed);
 }
 
-TEST_F(VerifierTest, ForcesLeaveControlsTheirPlaces) {
+TEST_F(VerifierTest, ForcesLeaveRoomForControls) {
   const auto force = seal(force_of(7), kForceChannel, kAlice.sealing, rig_.valid_until());
-  for (int i = 0; i < 1030; ++i) rig_.inlet.on_force(force, rig_.time.now_ns);
-  rig_.inlet.on_control(seal(control_of(8), kControlChannel, kAlice.sealing, rig_.valid_until()),
-                        rig_.time.now_ns);
+  for (int i = 0; i < 1030; ++i) rig_.packet_handler.on_force(force, rig_.time.now_ns);
+  rig_.packet_handler.on_control(seal(control_of(8), kControlChannel, kAlice.sealing, rig_.valid_until()),
+                                 rig_.time.now_ns);
   while (rig_.verifier->take(rig_.time)) continue;
   ASSERT_TRUE(rig_.next_command());
   const auto control = rig_.next_command();
@@ -383,11 +383,11 @@ TEST_F(VerifierTest, ForcesLeaveControlsTheirPlaces) {
   EXPECT_EQ(control->kind, service::InboundKind::kControl);
 }
 
-TEST_F(VerifierTest, WhatFoundNoRoomInTheRingIsCounted) {
+TEST_F(VerifierTest, CommandsWithoutRoomInTheRingAreCounted) {
   const auto sealed = seal(force_of(7), kForceChannel, kAlice.sealing, rig_.valid_until());
   constexpr int kSent = 1030;
   constexpr int kLost = kSent - service::SharedBlock::num_places(service::InboundKind::kRawForce);
-  for (int i = 0; i < kSent; ++i) rig_.inlet.on_force(sealed, rig_.time.now_ns);
+  for (int i = 0; i < kSent; ++i) rig_.packet_handler.on_force(sealed, rig_.time.now_ns);
   std::thread running([this] { rig_.verifier->run(); });
   while (rig_.count(Reason::kQueueFull) < kLost || rig_.verifier->block().received.load() < kSent)
     std::this_thread::yield();

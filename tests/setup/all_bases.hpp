@@ -1,4 +1,4 @@
-// Every basis of a scene. Header only.
+// Makes every basis of a scene. Header only.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace freeflex::testing {
 struct Bases {
   Structure structure;
   LinkFactor factor;
-  std::vector<Basis> all;  // the explicit recipe of the shape first, the modes last
+  std::vector<Basis> all;  // first the explicit recipe for the shape, last the modes
 };
 
 inline Bases bases_of(const Scene& scene) {

@@ -1,4 +1,5 @@
-// The elastic motion does not depend on the basis (Alekseev 1970, section 6), shown on trajectories.
+// The elastic motion does not depend on the basis (Alekseev 1970, section 6): trajectories in all bases
+// agree.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,8 +17,8 @@ namespace {
 
 constexpr int kTicks = 10000;
 
-/// M q'' + c q = Q of one basis, Q constant from the start on, solved in closed form by diagonalising its own
-/// c = (A b)'(A b), in factor form.
+/// Solves M q'' + c q = Q in one basis in closed form; Q is constant from the start. It diagonalises c = (A
+/// b)'(A b) of that basis through the factor A b.
 class Motion {
  public:
   Motion(const Scene& scene, const Bases& bases, const Basis& basis, const Eigen::VectorXd& start,
@@ -33,7 +34,7 @@ class Motion {
   }
   Eigen::VectorXd displacements(double time) const {
     const Eigen::VectorXd cosine = (omega_ * time).array().cos();
-    // 1 - cos keeps its digits while the angle is small
+    // in this form 1 - cos keeps its digits for small angles
     const Eigen::VectorXd rise = 2.0 * (0.5 * omega_ * time).array().sin().square();
     return own_shapes_ * (start_.cwiseProduct(cosine) + deflection_.cwiseProduct(rise));
   }
@@ -43,7 +44,7 @@ class Motion {
   Eigen::MatrixXd own_shapes_;
 };
 
-// random displacements free of rigid motion and of what rigid links forbid, and random forces
+// Random forces, and random displacements without rigid motion and without motion that rigid links prevent.
 struct Excitation {
   Eigen::VectorXd start, load;
 };
@@ -55,7 +56,7 @@ Excitation excite(const Basis& basis, Engine& engine) {
   return {basis.shapes * q, load};
 }
 
-// largest difference of V between bases over all ticks, as a share of the largest V
+// Compares V between the bases at all ticks, relative to the largest V.
 void expect_one_motion(const std::string& name, const Scene& scene, std::uint64_t seed, double& worst) {
   const Bases bases = bases_of(scene);
   Engine engine(seed);
@@ -80,7 +81,7 @@ void expect_one_motion(const std::string& name, const Scene& scene, std::uint64_
   worst = std::max(worst, apart / largest / bound);
 }
 
-TEST(MotionInEveryBasis, IsOneAndTheSameOverTenThousandTicks) {
+TEST(MotionInEveryBasis, IsTheSameOverTenThousandTicks) {
   double worst = 0.0;
   for (std::uint64_t seed = 1; seed <= 3; ++seed)
     for (const auto& [name, num_elastic, scene] : every_class(seed, {2.0, 1.0}))
@@ -88,7 +89,7 @@ TEST(MotionInEveryBasis, IsOneAndTheSameOverTenThousandTicks) {
   std::printf("worst: %.2g of the bound\n", worst);
 }
 
-TEST(MotionInEveryBasis, IsOneAndTheSameWithStiffnesses1e10Apart) {
+TEST(MotionInEveryBasis, IsTheSameForStiffnessesInARatioOf1e10) {
   double worst = 0.0;
   for (std::uint64_t seed = 1; seed <= 3; ++seed)
     for (const auto& [name, num_elastic, scene] : every_class(seed, {2.0, 10.0}))
@@ -96,8 +97,8 @@ TEST(MotionInEveryBasis, IsOneAndTheSameWithStiffnesses1e10Apart) {
   std::printf("worst: %.2g of the bound\n", worst);
 }
 
-// the step runs on the modes; what it publishes is the motion of the paper's own basis
-TEST(MotionInEveryBasis, IsThatOfTheStep) {
+// The step computes in the basis of the modes. It publishes the same motion as the basis of the paper.
+TEST(MotionInEveryBasis, AgreesWithTheStep) {
   for (const double decades : {1.0, 10.0})
     for (const auto& [name, num_elastic, given] : every_class(4, {2.0, decades})) {
       Scene scene = given;

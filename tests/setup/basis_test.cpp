@@ -27,7 +27,7 @@ MassProperties properties_of(const Scene& scene) {
   return find_mass_properties(scene, faults);
 }
 
-// rank of a recipe with the points as they are numbered, rigid links aside
+// Returns the rank of the force groups of a recipe for the points in their given order, without rigid links.
 std::size_t rank_in_turn(const Scene& scene, Recipe recipe) {
   const Eigen::MatrixXd groups = force_groups(recipe, scene.points, properties_of(scene), in_turn(scene));
   return independent_groups(Eigen::MatrixXd(0, groups.rows()), groups).kept.size();
@@ -42,7 +42,7 @@ Basis basis_of(const Scene& scene, Recipe recipe) {
   return basis;
 }
 
-// points of a grid in a plane, row by row
+// Returns the points of a grid in a plane, row by row.
 Scene grid(int rows, int columns) {
   Scene scene;
   for (int i = 0; i < rows; ++i)
@@ -51,7 +51,7 @@ Scene grid(int rows, int columns) {
   return scene;
 }
 
-TEST(ForceGroups, AreAsManyAsTheRecipeSaysAndInEquilibrium) {
+TEST(ForceGroups, EachRecipeGivesItsNumberOfGroupsAndEachGroupIsInEquilibrium) {
   for (const auto& [name, num_elastic, scene] : every_class(3, {1.0, 1.0})) {
     const MassProperties properties = properties_of(scene);
     const Recipe own = recipe_of(shape_class(scene.points, properties));
@@ -67,7 +67,7 @@ TEST(ForceGroups, AreAsManyAsTheRecipeSaysAndInEquilibrium) {
           force += f.block<3, 1>(3 * i, l);
           moment += properties.r.col(i).cross(f.block<3, 1>(3 * i, l));
         }
-        // some ten terms of order one, one rounding each; arms of up to 6 m
+        // the sums have some ten terms of order one with one rounding error each, and arms of up to 6 m
         EXPECT_LT(force.norm(), 1e-14) << name << ' ' << name_of(recipe) << ' ' << l;
         EXPECT_LT(moment.norm(), 3e-14) << name << ' ' << name_of(recipe) << ' ' << l;
       }
@@ -75,8 +75,8 @@ TEST(ForceGroups, AreAsManyAsTheRecipeSaysAndInEquilibrium) {
   }
 }
 
-// (7.1)-(7.3): what a unit load leaves to accelerate the body strains no link
-TEST(ForceGroups, WhatTheFormalRecipeTakesFromALoadAcceleratesTheBodyRigidly) {
+// The remainder of a unit load gives accelerations that strain no link (THEORY 11.1 to 11.3).
+TEST(ForceGroups, TheRemainderOfTheFormalRecipeAcceleratesTheBodyRigidly) {
   for (const auto& [name, num_elastic, scene] : every_class(4, {2.0, 1.0})) {
     const MassProperties properties = properties_of(scene);
     const Eigen::MatrixXd F = force_groups(Recipe::kFormal, scene.points, properties, in_turn(scene));
@@ -126,8 +126,8 @@ TEST(Basis, IsCompleteAndOrthonormalForEveryShapeAndMassesUpTo1e12Apart) {
                 worst.most_skipped);
 }
 
-// the figures that Basis states of itself, taken anew from b in 64-bit mantissas
-TEST(Basis, StatesItsOwnResiduals) {
+// The residuals that Basis reports are recomputed from b with 64-bit mantissas.
+TEST(Basis, ReportsItsOwnResiduals) {
   for (const auto& [name, num_elastic, scene] : every_class(2, {12.0, 1.0})) {
     const MassProperties properties = properties_of(scene);
     for (const Basis& basis : bases_of(scene).all) {
@@ -149,14 +149,14 @@ TEST(Basis, StatesItsOwnResiduals) {
               gram, std::abs(product / static_cast<long double>(properties.mass) - (l == u ? 1.0L : 0.0L)));
         }
       }
-      // its own sums round some 30 terms
+      // the sums in Basis have the rounding errors of some 30 terms
       EXPECT_LT(std::abs(static_cast<double>(force) - basis.force_residual), 5e-15) << name;
       EXPECT_LT(std::abs(static_cast<double>(gram) - basis.gram_error), 5e-15) << name;
     }
   }
 }
 
-TEST(Basis, OfOnePointIsEmpty) {
+TEST(Basis, TheBasisOfOnePointIsEmpty) {
   Scene scene;
   add_point(scene, 2.0, {1.0, 2.0, 3.0});
   for (const Recipe recipe : {Recipe::kCollinear, Recipe::kPlanar, Recipe::kSpatial, Recipe::kFormal,
@@ -167,7 +167,7 @@ TEST(Basis, OfOnePointIsEmpty) {
   }
 }
 
-TEST(Basis, CubeInLexicographicOrderYields15Of18AndAnotherNumberingAll) {
+TEST(Basis, ACubeInLexicographicOrderGives15Of18GroupsAndAnotherNumberingGivesAll) {
   const Scene scene = cube(1, {0.0, 0.0});
   EXPECT_EQ(rank_in_turn(scene, Recipe::kSpatial), 15u);
   const Basis basis = basis_of(scene, Recipe::kSpatial);
@@ -180,7 +180,7 @@ TEST(Basis, CubeInLexicographicOrderYields15Of18AndAnotherNumberingAll) {
   EXPECT_EQ(sorted, in_turn(scene));
 }
 
-TEST(Basis, SixSectionSquareTrussYields55Of66AndAnotherNumberingAll) {
+TEST(Basis, ASquareTrussOfSixSectionsGives55Of66GroupsAndAnotherNumberingGivesAll) {
   const Scene scene = square_truss(6);
   EXPECT_EQ(rank_in_turn(scene, Recipe::kSpatial), 55u);
   const Basis basis = basis_of(scene, Recipe::kSpatial);
@@ -188,8 +188,8 @@ TEST(Basis, SixSectionSquareTrussYields55Of66AndAnotherNumberingAll) {
   EXPECT_EQ(basis.rank(), 66);
 }
 
-// a recipe is complete exactly when no window of its numbering is flat
-TEST(Basis, ExplicitRecipesAreCompleteExactlyWhenNoWindowIsFlat) {
+// a recipe is complete if and only if no window of its numbering is flat
+TEST(Basis, AnExplicitRecipeIsCompleteIfAndOnlyIfNoWindowIsFlat) {
   Engine engine(7);
   int num_complete = 0, num_short = 0;
   for (int attempt = 0; attempt < 400; ++attempt) {
@@ -212,12 +212,12 @@ TEST(Basis, ExplicitRecipesAreCompleteExactlyWhenNoWindowIsFlat) {
     EXPECT_EQ(is_complete, window_spread(properties, window) >= kFlatWindow) << attempt;
     (is_complete ? num_complete : num_short) += 1;
   }
-  // both kinds occur
+  // complete and incomplete recipes must both occur
   EXPECT_GT(num_complete, 20);
   EXPECT_GT(num_short, 20);
 }
 
-TEST(Basis, GridInRowsFallsShortInItsPlaneAndAnotherNumberingDoesNot) {
+TEST(Basis, AGridNumberedByRowsIsIncompleteAndAnotherNumberingIsComplete) {
   const Scene scene = grid(3, 3);
   EXPECT_LT(rank_in_turn(scene, Recipe::kPlanar), 21u);
   const Basis basis = basis_of(scene, Recipe::kPlanar);
@@ -225,22 +225,23 @@ TEST(Basis, GridInRowsFallsShortInItsPlaneAndAnotherNumberingDoesNot) {
   EXPECT_TRUE(basis.flat_window.empty());
 }
 
-// ten points of a plane and an apex: of eleven numbers in a row, the apex can be in four windows of eight
-TEST(Basis, WhatNoNumberingCompletesNamesFourPointsOfOnePlane) {
+// The points are ten points in a plane and an apex. In any numbering of the eleven points, the apex lies in
+// at most four of the eight windows.
+TEST(Basis, IfNoNumberingIsCompleteFourPointsInOnePlaneAreNamed) {
   Scene scene = grid(2, 5);
   add_point(scene, 1.0, {1.0, 0.3, 1.7});
   join_all(scene, 1e4);
   const Basis basis = basis_of(scene, Recipe::kSpatial);
-  // each flat window costs one group
+  // each flat window reduces the rank by one
   EXPECT_EQ(basis.rank(), 27 - 4);
   EXPECT_FALSE(basis.is_complete());
   ASSERT_EQ(basis.flat_window.size(), 4u);
   for (const int point : basis.flat_window) EXPECT_LT(point, 10);
-  // the formal recipe does not mind
+  // the formal recipe is complete
   EXPECT_TRUE(basis_of(scene, Recipe::kFormal).is_complete());
 }
 
-TEST(Basis, PlanarShapeWithOnePointOffALineNamesThreePointsOfTheLine) {
+TEST(Basis, APlanarShapeWithOnePointOffALineNamesThreePointsOfTheLine) {
   Scene scene;
   for (int i = 0; i < 8; ++i) add_point(scene, 1.0, {1.0 * i, 2.0 * i, 0.0});
   add_point(scene, 1.0, {0.0, 1.0, 0.0});
@@ -251,7 +252,7 @@ TEST(Basis, PlanarShapeWithOnePointOffALineNamesThreePointsOfTheLine) {
   for (const int point : basis.flat_window) EXPECT_LT(point, 8);
 }
 
-TEST(Basis, ExplicitRecipeOfAnotherShapeSaysWhatItNeeds) {
+TEST(Basis, AnExplicitRecipeForAnotherShapeNamesTheShapeItNeeds) {
   const Scene scene = cloud(1, 5, {1.0, 1.0});
   const Structure structure = build(scene);
   Faults faults;
@@ -259,13 +260,13 @@ TEST(Basis, ExplicitRecipeOfAnotherShapeSaysWhatItNeeds) {
   const Basis basis =
       find_basis(scene, structure, factor_links(scene, false, faults), Recipe::kCollinear, why_not);
   EXPECT_EQ(basis.rank(), 0);
-  EXPECT_NE(why_not.find("needs a collinear shape, this one is spatial"), std::string::npos) << why_not;
+  EXPECT_NE(why_not.find("needs a collinear shape, but this shape is spatial"), std::string::npos) << why_not;
 }
 
-// (3.4), and C_ul = 0 for vectors that come later
-TEST(Basis, CoefficientsRebuildEveryGroupAndAreTriangular) {
+// Groups are reproduced by THEORY 11.11, and C_ul = 0 for later vectors.
+TEST(Basis, ItsCoefficientsReproduceEveryForceGroupAndAreTriangular) {
   for (const auto& [name, num_elastic, scene] : every_class(5, {6.0, 1.0})) {
-    if (name == "partly rigid") continue;  // its groups have a part that rigid links take
+    if (name == "partly rigid") continue;  // rigid links carry a part of the groups of this scene
     const MassProperties properties = properties_of(scene);
     for (const Basis& basis : bases_of(scene).all) {
       if (basis.coefficients.size() == 0) continue;
@@ -275,7 +276,8 @@ TEST(Basis, CoefficientsRebuildEveryGroupAndAreTriangular) {
       const Eigen::VectorXd root_mass = masses(scene).cwiseSqrt();
       const Eigen::MatrixXd error = root_mass.asDiagonal() * (basis.shapes * basis.coefficients - beta);
       const Eigen::MatrixXd size = root_mass.asDiagonal() * beta;
-      // a load of one on a heavy point leaves a group as small as the light mass over it, and its rounding
+      // a unit load on a heavy point gives a group as small as the ratio of the lightest to the heaviest
+      // mass, and its rounding error is relatively large
       const double load = properties.mass / root_mass.minCoeff();
       for (Eigen::Index l = 0; l < beta.cols(); ++l)
         EXPECT_LT(error.col(l).norm(), 1e-14 * size.col(l).norm() + 1e-15 * load) << l;
@@ -289,8 +291,8 @@ TEST(Basis, CoefficientsRebuildEveryGroupAndAreTriangular) {
   }
 }
 
-// (6.1), (6.2), (6.5)
-TEST(Basis, EachIsAnOrthogonalChangeOfEveryOther) {
+// THEORY 11.13, 11.15, 11.18
+TEST(Basis, AnyTwoBasesAreRelatedByAnOrthogonalMatrix) {
   for (const auto& [name, num_elastic, scene] : every_class(6, {4.0, 1.0})) {
     Engine engine(11);
     const Bases bases = bases_of(scene);
@@ -310,8 +312,8 @@ TEST(Basis, EachIsAnOrthogonalChangeOfEveryOther) {
   }
 }
 
-// a width of 1e-9 of the length is a width: n = 3N - 6, not 3N - 5
-TEST(Basis, OfAShapeNearlyOnALineIsComplete) {
+// A shape with a width of 1e-9 of its length is not a line: n = 3N - 6, not 3N - 5.
+TEST(Basis, TheBasisOfAShapeNearlyOnALineIsComplete) {
   Engine engine(3);
   Scene scene;
   for (int i = 0; i < 6; ++i)

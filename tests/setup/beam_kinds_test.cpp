@@ -1,4 +1,4 @@
-// Beams with shear and with releases, built into rigid bodies; flexibility as input.
+// Beams with shear, with releases, and built into rigid bodies; flexibility matrices as input.
 #include <Eigen/LU>
 #include <cmath>
 
@@ -22,8 +22,8 @@ constexpr double kEIy = 3e3, kEIz = 5e3, kGAy = 8e4, kGAz = 6e4;
 Beam with_shear() { return {1e7, 1e4, kEIy, kEIz, {0.0, 1.0, 0.0}, kGAy, kGAz}; }
 
 // S. Timoshenko, Strength of Materials I, section 39: w = F L^3 / 48 EI + F L / 4 k G A for a simply
-// supported beam
-TEST(TimoshenkoBeams, SagInTheMiddleByBendingAndShear) {
+// supported beam.
+TEST(TimoshenkoBeams, DeflectByBendingAndShear) {
   Scene scene;
   for (int i = 0; i < 3; ++i) add_point(scene, 1.0, {0.7 * i, 0.0, 0.0});
   for (int i = 0; i < 2; ++i) add_link(scene, i, i + 1, with_shear());
@@ -33,8 +33,9 @@ TEST(TimoshenkoBeams, SagInTheMiddleByBendingAndShear) {
   EXPECT_NEAR(1.0 / K(5, 5), L * L * L / (48.0 * kEIy) + L / (4.0 * kGAz), 1e-13 / K(5, 5));
 }
 
-// three masses 1/4, 1/2, 1/4 of a free beam: omega^2 = 4 / (L^3 / 48 EI + L / 4 k G A), 192 without shear
-TEST(TimoshenkoBeams, VibrateSlowerByTheirShear) {
+// A free beam has the masses 1/4, 1/2, 1/4: omega^2 = 4 / (L^3 / 48 EI + L / 4 k G A), which is 192 without
+// shear.
+TEST(TimoshenkoBeams, VibrateMoreSlowlyWithShear) {
   Scene scene = lumped_beam(3);
   for (const double GA : {0.0, 1e4, 10.0, 1.0}) {
     for (Link& link : scene.links) {
@@ -46,7 +47,7 @@ TEST(TimoshenkoBeams, VibrateSlowerByTheirShear) {
   }
 }
 
-// a rigid body of four points with a beam built into one of them
+// Returns a rigid body of four points with a beam built into one of them.
 Scene cantilever(const Beam& beam) {
   Scene scene;
   add_point(scene, 1e3, {0.0, 0.0, 0.0});
@@ -63,8 +64,8 @@ Scene cantilever(const Beam& beam) {
   return scene;
 }
 
-// w = F L^3 / 3 EI + F L / k G A at the tip of a cantilever
-TEST(TimoshenkoBeams, BuiltIntoARigidBodyBendAsCantilevers) {
+// w = F L^3 / 3 EI + F L / k G A at the tip of a cantilever.
+TEST(TimoshenkoBeams, BendLikeCantileversIfBuiltIntoARigidBody) {
   const Eigen::MatrixXd K = stiffness_of(cantilever(with_shear()));
   EXPECT_NEAR(1.0 / K(13, 13), 8.0 / (3.0 * kEIz) + 2.0 / kGAy, 1e-12 / K(13, 13));
   EXPECT_NEAR(1.0 / K(14, 14), 8.0 / (3.0 * kEIy) + 2.0 / kGAz, 1e-12 / K(14, 14));
@@ -74,9 +75,9 @@ TEST(TimoshenkoBeams, BuiltIntoARigidBodyBendAsCantilevers) {
   EXPECT_NEAR(1.0 / euler(13, 13), 8.0 / (3.0 * kEIz), 1e-12 / euler(13, 13));
 }
 
-TEST(Releases, HingeABeamAboutTheAxisThatIsReleasedAlone) {
+TEST(Releases, AReleaseHingesABeamOnlyAboutItsAxis) {
   Beam hinged = with_shear();
-  hinged.released[0][2] = true;  // about local z: deflection along y is free
+  hinged.released[0][2] = true;  // the release is about local z, so deflection along y is free
   const Scene scene = cantilever(hinged);
   const Eigen::MatrixXd K = stiffness_of(scene);
   EXPECT_NEAR(K(13, 13), 0.0, 1e-12 * K(14, 14));
@@ -85,9 +86,9 @@ TEST(Releases, HingeABeamAboutTheAxisThatIsReleasedAlone) {
   EXPECT_EQ(structure.mechanisms.size(), 1u);
 }
 
-// a cantilever whose other end is a hinge on a second beam keeps the reaction of a propped one: here the
-// moment at the released end of a built-in beam is zero
-TEST(Releases, CarryNoMoment) {
+// A second beam with a released end continues a cantilever. At the released end the moment is zero and the
+// force is not.
+TEST(Releases, AReleasedEndCarriesNoMoment) {
   Scene scene = cantilever(with_shear());
   add_point(scene, 1.0, {3.0, 1.0, 0.5});
   Beam released = with_shear();
@@ -103,7 +104,7 @@ TEST(Releases, CarryNoMoment) {
   EXPECT_GT(force.rows.row(0).cwiseAbs().maxCoeff(), 1e-3 * largest);
 }
 
-TEST(Releases, PinEndedFrameIsTheTrussOfItsBars) {
+TEST(Releases, AFrameWithPinnedEndsEqualsTheTrussOfItsBars) {
   Scene truss = square_truss(4);
   Scene frame = truss;
   for (std::size_t i = 0; i < truss.links.size(); ++i) {
@@ -121,7 +122,8 @@ TEST(Releases, PinEndedFrameIsTheTrussOfItsBars) {
     EXPECT_NEAR(b.omega[k], a.omega[k], 1e-12 * a.omega[k]) << k;
 }
 
-// displacements per force of a truss held at six chosen freedoms, as one would measure or compute it
+// Returns the displacements per force of a truss that is held at six chosen freedoms, as one would measure or
+// compute them.
 Eigen::MatrixXd flexibility(const Scene& truss, const std::vector<int>& held) {
   const Eigen::MatrixXd K = stiffness_of(truss);
   std::vector<int> free;
@@ -146,23 +148,23 @@ Scene described_by(const Scene& truss, const Eigen::MatrixXd& F) {
   return scene;
 }
 
-TEST(Flexibility, DescribesTheStructureHoweverItWasHeld) {
+TEST(Flexibility, AFlexibilityMatrixDescribesTheStructureForAnySupports) {
   const Scene truss = square_truss(3);
   const Structure exact = build(truss);
-  // one corner held three ways, its neighbour along y two, its neighbour along z once
+  // one corner is held in three directions, its neighbour along y in two, and its neighbour along z in one
   for (const std::vector<int>& held :
        {std::vector<int>{0, 1, 2, 3, 5, 9}, std::vector<int>{33, 34, 35, 30, 32, 24}}) {
     const Structure measured = build(described_by(truss, flexibility(truss, held)));
     EXPECT_EQ(measured.mass_properties.rigid_freedoms, 6);
     EXPECT_TRUE(measured.mechanisms.empty());
     ASSERT_EQ(measured.omega.size(), exact.omega.size());
-    // a flexibility matrix of this condition keeps all but some five digits
+    // with the condition number of this flexibility matrix about five digits are lost
     for (Eigen::Index k = 0; k < exact.omega.size(); ++k)
       EXPECT_NEAR(measured.omega[k], exact.omega[k], 1e-10 * exact.omega[k]) << k;
   }
 }
 
-TEST(Flexibility, ThatIsNotReciprocalNamesTheWorstEntry) {
+TEST(Flexibility, AMatrixThatIsNotReciprocalNamesItsWorstEntry) {
   const Scene truss = square_truss(2);
   Eigen::MatrixXd F = flexibility(truss, {0, 1, 2, 3, 5, 9});
   F(10, 20) *= 1.5;
@@ -171,12 +173,12 @@ TEST(Flexibility, ThatIsNotReciprocalNamesTheWorstEntry) {
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_NE(faults[0].message.find("the flexibility matrix is not symmetric"), std::string::npos)
       << faults[0].message;
-  // row 10 is point 3 along y, column 20 point 6 along z
+  // row 10 is point 3 along y, and column 20 is point 6 along z
   EXPECT_NE(faults[0].message.find("worst are point 'p6' z by point 'p3' y"), std::string::npos)
       << faults[0].message;
 }
 
-TEST(Flexibility, ThatDoesNotResistIsRefused) {
+TEST(Flexibility, AMatrixThatIsNotPositiveDefiniteIsRefused) {
   const Scene truss = square_truss(2);
   Eigen::MatrixXd F = flexibility(truss, {0, 1, 2, 3, 5, 9});
   F.row(23).setZero();

@@ -1,4 +1,4 @@
-// Beams: stiffness against the textbook matrix, closed forms, end forces in equilibrium.
+// Beams: stiffness compared with the textbook matrix, closed forms, and equilibrium of end forces.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -12,8 +12,8 @@ namespace {
 
 using Matrix12 = Eigen::Matrix<double, 12, 12>;
 
-// Stiffness of a beam in its local axes, freedoms u v w and three rotations at each end (Przemieniecki 1968,
-// section 5.6, without shear).
+// Returns the stiffness of a beam in its local axes, with freedoms u v w and three rotations at each end
+// (Przemieniecki 1968, section 5.6, without shear).
 Matrix12 textbook_stiffness(const Beam& beam, double L) {
   Matrix12 k = Matrix12::Zero();
   const auto set = [&](int i, int j, double value) { k(i, j) = k(j, i) = value; };
@@ -23,24 +23,24 @@ Matrix12 textbook_stiffness(const Beam& beam, double L) {
     set(at + 6, at + 6, value);
     set(at, at + 6, -value);
   }
-  const auto bend = [&](int v, int turn, double EI, double sign) {
+  const auto bend = [&](int v, int rotation, double EI, double sign) {
     set(v, v, 12.0 * EI / (L * L * L));
     set(v + 6, v + 6, 12.0 * EI / (L * L * L));
     set(v, v + 6, -12.0 * EI / (L * L * L));
-    set(v, turn, sign * 6.0 * EI / (L * L));
-    set(v, turn + 6, sign * 6.0 * EI / (L * L));
-    set(v + 6, turn, -sign * 6.0 * EI / (L * L));
-    set(v + 6, turn + 6, -sign * 6.0 * EI / (L * L));
-    set(turn, turn, 4.0 * EI / L);
-    set(turn + 6, turn + 6, 4.0 * EI / L);
-    set(turn, turn + 6, 2.0 * EI / L);
+    set(v, rotation, sign * 6.0 * EI / (L * L));
+    set(v, rotation + 6, sign * 6.0 * EI / (L * L));
+    set(v + 6, rotation, -sign * 6.0 * EI / (L * L));
+    set(v + 6, rotation + 6, -sign * 6.0 * EI / (L * L));
+    set(rotation, rotation, 4.0 * EI / L);
+    set(rotation + 6, rotation + 6, 4.0 * EI / L);
+    set(rotation, rotation + 6, 2.0 * EI / L);
   };
   bend(1, 5, beam.EI_z, 1.0);
   bend(2, 4, beam.EI_y, -1.0);
   return k;
 }
 
-// a frame in space: no two beams in line, one closed loop, all four properties different
+// Returns a space frame with one closed loop. No two beams are in line, and all four properties differ.
 Scene space_frame() {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
@@ -64,7 +64,7 @@ Eigen::Matrix3d axes_of(const Scene& scene, const Link& link) {
                    std::get<Beam>(link.kind).y_axis);
 }
 
-// textbook assembly over displacements and rotations, rotations eliminated by Cholesky
+// Returns the textbook stiffness of the displacements; the rotations are eliminated by Cholesky.
 Eigen::MatrixXd condensed_textbook(const Scene& scene) {
   const auto n = 3 * static_cast<Eigen::Index>(scene.points.size());
   Eigen::MatrixXd K = Eigen::MatrixXd::Zero(2 * n, 2 * n);
@@ -72,9 +72,9 @@ Eigen::MatrixXd condensed_textbook(const Scene& scene) {
     const Eigen::Vector3d span = scene.points[static_cast<std::size_t>(link.points[1])].position -
                                  scene.points[static_cast<std::size_t>(link.points[0])].position;
     const Eigen::Matrix3d axes = axes_of(scene, link);
-    Matrix12 turn = Matrix12::Zero();
-    for (int block = 0; block < 4; ++block) turn.block<3, 3>(3 * block, 3 * block) = axes.transpose();
-    const Matrix12 k = turn.transpose() * textbook_stiffness(std::get<Beam>(link.kind), span.norm()) * turn;
+    Matrix12 R = Matrix12::Zero();
+    for (int block = 0; block < 4; ++block) R.block<3, 3>(3 * block, 3 * block) = axes.transpose();
+    const Matrix12 k = R.transpose() * textbook_stiffness(std::get<Beam>(link.kind), span.norm()) * R;
     std::vector<Eigen::Index> freedoms;
     for (const int point : link.points)
       for (const Eigen::Index first : {3 * point + Eigen::Index{0}, n + 3 * point})
@@ -85,16 +85,17 @@ Eigen::MatrixXd condensed_textbook(const Scene& scene) {
   return K.topLeftCorner(n, n) - K_tv.transpose() * K.bottomRightCorner(n, n).ldlt().solve(K_tv);
 }
 
-TEST(Beams, CondensedFactorIsTheTextbookStiffnessCondensed) {
+TEST(Beams, TheCondensedFactorEqualsTheCondensedTextbookStiffness) {
   const Scene scene = space_frame();
   Faults faults;
   const LinkFactor factor = factor_links(scene, false, faults);
   const Eigen::MatrixXd expected = condensed_textbook(scene);
-  // Cholesky on the assembled matrix loses its condition, EA / EI L^2 = 1e3 or so
+  // Cholesky on the assembled matrix loses digits in proportion to its condition number, EA L^2 / EI of about
+  // 1e3
   EXPECT_LT((factor.rows.transpose() * factor.rows - expected).norm(), 1e-12 * expected.norm());
 }
 
-TEST(Beams, SimplySupportedBeamIsAsStiffAsTheClosedForm) {
+TEST(Beams, ASimplySupportedBeamHasTheClosedFormStiffness) {
   Scene scene;
   for (const double x : {0.0, 0.7, 1.4}) add_point(scene, 1.0, {x, 0.0, 0.0});
   for (int i = 0; i < 2; ++i) add_link(scene, i, i + 1, Beam{1e7, 1e4, 3.0e3, 5.0e3, {0.0, 1.0, 0.0}});
@@ -102,12 +103,12 @@ TEST(Beams, SimplySupportedBeamIsAsStiffAsTheClosedForm) {
   const LinkFactor factor = factor_links(scene, false, faults);
   const Eigen::MatrixXd K = factor.rows.transpose() * factor.rows;
   const double L3 = 1.4 * 1.4 * 1.4;
-  EXPECT_NEAR(K(4, 4), 48.0 * 5.0e3 / L3, 1e-13 * K(4, 4));  // EI_z bends along y
-  EXPECT_NEAR(K(5, 5), 48.0 * 3.0e3 / L3, 1e-13 * K(5, 5));  // EI_y bends along z
+  EXPECT_NEAR(K(4, 4), 48.0 * 5.0e3 / L3, 1e-13 * K(4, 4));  // bending along y has EI_z
+  EXPECT_NEAR(K(5, 5), 48.0 * 3.0e3 / L3, 1e-13 * K(5, 5));  // bending along z has EI_y
   EXPECT_NEAR(K(3, 3), 2.0 * 1e7 / 0.7, 1e-13 * K(3, 3));
 }
 
-TEST(Beams, CollinearChainDropsItsOneFreeRotationAndKeepsEveryMode) {
+TEST(Beams, ACollinearChainLosesItsFreeRotationButKeepsEveryMode) {
   const Structure chain = build(lumped_beam(6));
   EXPECT_EQ(chain.mass_properties.rigid_freedoms, 5);
   EXPECT_EQ(chain.omega.size(), 13);
@@ -115,14 +116,14 @@ TEST(Beams, CollinearChainDropsItsOneFreeRotationAndKeepsEveryMode) {
   EXPECT_GT(chain.omega[0], 1.0);
 }
 
-// forces of the end of a beam at a point, scene axes: force, then moment
+// Returns the force and moment that an end of a beam exerts on its point, in scene axes.
 Eigen::Matrix<double, 6, 1> end_force(const Scene& scene, const LinkForceRows& force,
                                       const Eigen::VectorXd& q, int end) {
   const Eigen::VectorXd all = force.rows * q;
   const Eigen::Matrix3d axes = axes_of(scene, scene.links[static_cast<std::size_t>(force.link)]);
-  Eigen::Matrix<double, 6, 1> turned;
-  turned << axes * all.segment<3>(6 * end), axes * all.segment<3>(6 * end + 3);
-  return turned;
+  Eigen::Matrix<double, 6, 1> in_scene;
+  in_scene << axes * all.segment<3>(6 * end), axes * all.segment<3>(6 * end + 3);
+  return in_scene;
 }
 
 TEST(Beams, EndForcesBalanceEachBeamEachJointAndTheStiffness) {
@@ -152,12 +153,13 @@ TEST(Beams, EndForcesBalanceEachBeamEachJointAndTheStiffness) {
     joint_moment.segment<3>(3 * link.points[0]) += first.tail<3>();
     joint_moment.segment<3>(3 * link.points[1]) += second.tail<3>();
   }
-  // no moment is applied to a joint, so its beams balance; together they hold the points at V
+  // no moment acts on a joint, so the moments of its beams cancel; the forces of all beams together hold the
+  // points at V
   EXPECT_LT(joint_moment.norm(), 1e-11 * largest);
   EXPECT_LT((point_force - factor.rows.transpose() * (factor.rows * V)).norm(), 1e-11 * largest);
 }
 
-TEST(Beams, AxialForceOfAStretchedBeamIsTensionAtItsSecondEnd) {
+TEST(Beams, TheAxialForceOfAStretchedBeamIsPositiveAtItsSecondEnd) {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
   add_point(scene, 1.0, {2.0, 0.0, 0.0});
@@ -166,7 +168,7 @@ TEST(Beams, AxialForceOfAStretchedBeamIsTensionAtItsSecondEnd) {
   add_link(scene, 1, 0, Spring{7e4});
   scene.publication.links = {0, 1, 2};
   const Structure structure = build(scene);
-  // the one elastic mode stretches by 1 mm
+  // the only elastic mode stretches the beam by 1 mm
   const double stretch = structure.shapes(3, 0) - structure.shapes(0, 0);
   const Eigen::VectorXd q = Eigen::VectorXd::Constant(1, 1e-3 / stretch);
   const Eigen::VectorXd beam = structure.link_forces[0].rows * q;

@@ -1,4 +1,4 @@
-// Bodies with inertia and massless points: closed forms, a published beam, and the same structures made of
+// Bodies with inertia, and massless points: closed forms, a published beam, and the same structures made of
 // point masses.
 #include "core/scene/bodies.hpp"
 
@@ -31,9 +31,10 @@ double largest_difference(const Eigen::VectorXd& omega, const Eigen::VectorXd& e
   return ((omega - expected).array() / expected.array()).abs().maxCoeff();
 }
 
-// NASTRAN-95 demonstration problem 12-1-1: published 81.85413, 512.7766, 1435.909, 2815.451 Hz with a
-// reduction to 11 points; these are of all 101. Without the inertia the first would be 358.8.
-TEST(Bodies, AFreeBeamWithAHeavyTurningEndHasThePublishedFrequencies) {
+// NASTRAN-95 demonstration problem 12-1-1. The published frequencies, 81.85413, 512.7766, 1435.909 and
+// 2815.451 Hz, come from a reduction to 11 points; the figures here are for all 101 points. Without the
+// inertia the first frequency would be 358.8 Hz.
+TEST(Bodies, AFreeBeamWithAHeavyRotaryEndHasThePublishedFrequencies) {
   constexpr double kE = 10.4e6, kI = 0.083, kLength = 20.0, kDensity = 0.2523e-3;
   constexpr int kSpans = 100;
   Scene scene;
@@ -56,7 +57,7 @@ TEST(Bodies, AFreeBeamWithAHeavyTurningEndHasThePublishedFrequencies) {
 }
 
 // Two equal bodies at the ends of a massless beam.
-TEST(Bodies, TwoOnABeamVibrateAsInClosedForm) {
+TEST(Bodies, TwoBodiesOnABeamVibrateAsInClosedForm) {
   constexpr double kM = 3.0, kL = 1.7, kEA = 5e5, kGJ = 700.0, kBendY = 900.0, kBendZ = 1300.0;
   const Eigen::Vector3d J(0.4, 0.5, 0.7);
   Scene scene;
@@ -65,8 +66,8 @@ TEST(Bodies, TwoOnABeamVibrateAsInClosedForm) {
   add_link(scene, 0, 1, Beam{kEA, kGJ, kBendY, kBendZ, {0.0, 1.0, 0.0}});
   const Structure structure = build(scene);
   ASSERT_EQ(structure.omega.size(), 6);
-  // symmetric: 2 EI / (L J); antisymmetric: 6 EI / (L J) (1 + 4 J / (m L^2)), the turn of the ends and of the
-  // chord
+  // squared frequencies: 2 EI / (L J) of the symmetric mode; 6 EI / (L J) (1 + 4 J / (m L^2)) of the
+  // antisymmetric mode, in which the ends and the chord rotate
   Eigen::VectorXd square(6);
   square << 2.0 * kEA / (kL * kM), 2.0 * kGJ / (kL * J[0]), 2.0 * kBendZ / (kL * J[2]),
       2.0 * kBendY / (kL * J[1]), 6.0 * kBendZ / (kL * J[2]) * (1.0 + 4.0 * J[2] / (kM * kL * kL)),
@@ -76,11 +77,11 @@ TEST(Bodies, TwoOnABeamVibrateAsInClosedForm) {
   EXPECT_LT(largest_difference(structure.omega, omega), 1e-13);
 }
 
-// one with inertia and offset, in axes of its own, on a bent frame of beams with point masses
+// Returns a bent frame of beams with point masses and a body with an offset and inertia in its own axes.
 Scene frame_with_body() {
   Scene scene;
-  const Eigen::Matrix3d turn = Eigen::Quaterniond(0.8, 0.3, -0.4, 0.2).normalized().matrix();
-  add_body(scene, 4.0, {0.1, 0.0, 0.2}, turn * diagonal(0.3, 0.5, 0.6) * turn.transpose(), {0.2, -0.1, 0.3});
+  const Eigen::Matrix3d R = Eigen::Quaterniond(0.8, 0.3, -0.4, 0.2).normalized().matrix();
+  add_body(scene, 4.0, {0.1, 0.0, 0.2}, R * diagonal(0.3, 0.5, 0.6) * R.transpose(), {0.2, -0.1, 0.3});
   add_point(scene, 0.5, {1.0, 0.1, 0.0});
   add_point(scene, 0.7, {1.8, 0.9, 0.3});
   add_point(scene, 0.3, {0.4, 1.1, -0.2});
@@ -89,7 +90,8 @@ Scene frame_with_body() {
   return scene;
 }
 
-// the same with the body as point masses that a rigid body of four points and its joint holds together
+// Returns the frame with point masses in place of the body. A rigid body of four points and the joint holds
+// them together.
 Scene frame_of_points(const Scene& scene, double joint_mass) {
   Scene points = scene;
   const std::vector<CarriedMass> carried = carried_masses(scene, Freedoms(scene));
@@ -103,9 +105,9 @@ Scene frame_of_points(const Scene& scene, double joint_mass) {
   return points;
 }
 
-TEST(Bodies, VibrateAsThePointMassesThatARigidBodyHolds) {
+TEST(Bodies, VibrateLikePointMassesThatARigidBodyHolds) {
   const Scene scene = frame_with_body();
-  // the joint of the other must have some mass, and the difference goes with it
+  // the joint of the copy must have a mass, and the difference is proportional to that mass
   const auto difference = [&](double joint_mass) {
     return largest_difference(build(frame_of_points(scene, joint_mass)).omega, build(scene).omega);
   };
@@ -113,20 +115,20 @@ TEST(Bodies, VibrateAsThePointMassesThatARigidBodyHolds) {
   EXPECT_NEAR(difference(1e-5) / difference(1e-7), 100.0, 0.1);
 }
 
-TEST(Bodies, VibrateTheSameWhereverTheSceneStands) {
+TEST(Bodies, FrequenciesDoNotDependOnThePositionAndAttitudeOfTheScene) {
   const Scene scene = frame_with_body();
-  Scene turned = scene;
-  const Eigen::Matrix3d turn = Eigen::Quaterniond(0.2, -0.6, 0.5, 0.7).normalized().matrix();
-  for (PointMass& point : turned.points) {
-    point.position = turn * point.position + Eigen::Vector3d(10.0, -20.0, 5.0);
-    point.offset = turn * point.offset;
-    point.inertia = turn * point.inertia * turn.transpose();
+  Scene rotated = scene;
+  const Eigen::Matrix3d R = Eigen::Quaterniond(0.2, -0.6, 0.5, 0.7).normalized().matrix();
+  for (PointMass& point : rotated.points) {
+    point.position = R * point.position + Eigen::Vector3d(10.0, -20.0, 5.0);
+    point.offset = R * point.offset;
+    point.inertia = R * point.inertia * R.transpose();
   }
-  for (Link& link : turned.links) std::get<Beam>(link.kind).y_axis = turn * std::get<Beam>(link.kind).y_axis;
-  EXPECT_LT(largest_difference(build(turned).omega, build(scene).omega), 1e-13);
+  for (Link& link : rotated.links) std::get<Beam>(link.kind).y_axis = R * std::get<Beam>(link.kind).y_axis;
+  EXPECT_LT(largest_difference(build(rotated).omega, build(scene).omega), 1e-13);
 }
 
-TEST(Bodies, CountAsTheirParticlesInEverySum) {
+TEST(Bodies, ABodyEqualsItsParticlesInEverySum) {
   const Scene scene = frame_with_body();
   double mass = 0.0;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
@@ -162,7 +164,7 @@ TEST(Bodies, CountAsTheirParticlesInEverySum) {
   }
 }
 
-TEST(Bodies, HaveTheMassPropertiesOfTheirParticles) {
+TEST(Bodies, ABodyHasTheMassPropertiesOfItsParticles) {
   const Scene scene = frame_with_body();
   const MassProperties with = build(scene).mass_properties,
                        of_points = build(frame_of_points(scene, 1e-12)).mass_properties;
@@ -172,8 +174,8 @@ TEST(Bodies, HaveTheMassPropertiesOfTheirParticles) {
   EXPECT_LT((with.principal - of_points.principal).norm(), 1e-11);
 }
 
-// a rigid link with a hub: springs between arms of two bodies
-TEST(Bodies, CarryRigidArms) {
+// Each of two rigid links contains a body, and springs join the arms of the two bodies.
+TEST(Bodies, RigidArmsFollowTheRotationOfTheirBody) {
   Scene scene;
   const int a = add_body(scene, 2.0, {0.0, 0.0, 0.0}, diagonal(0.2, 0.3, 0.4)),
             b = add_body(scene, 1.0, {2.0, 0.1, 0.2}, diagonal(0.1, 0.15, 0.2));
@@ -188,7 +190,7 @@ TEST(Bodies, CarryRigidArms) {
   for (const auto& arm : arms) add_link(scene, arm, Rigid{});
   for (std::size_t k = 1; k < 4; ++k)
     for (std::size_t l = 1; l < 4; ++l) add_link(scene, arms[0][k], arms[1][l], Spring{1000.0});
-  // the same of point masses, joints almost without mass
+  // the copy is made of point masses, and its joints have almost no mass
   Scene points = scene;
   const std::vector<CarriedMass> carried = carried_masses(scene, Freedoms(scene));
   points.links.erase(points.links.begin(), points.links.begin() + 2);
@@ -204,7 +206,7 @@ TEST(Bodies, CarryRigidArms) {
   const Structure structure = build(scene);
   EXPECT_EQ(structure.omega.size(), 6);
   EXPECT_LT(largest_difference(structure.omega, build(points).omega), 1e-9);
-  // what arms hold has no mass: every mode may be named
+  // the tips of the arms have no mass, so there are six modes, and damping may name each of them
   scene.damping.mode_ratios = {{6, 0.01}};
   build(scene);
   scene.damping.mode_ratios = {{7, 0.01}};
@@ -212,8 +214,8 @@ TEST(Bodies, CarryRigidArms) {
   EXPECT_FALSE(build_structure(scene, faults));
 }
 
-// massless in between: one beam of the whole length
-TEST(MasslessPoints, InABeamChangeNothing) {
+// Massless points divide a beam, and the result equals one beam of the whole length.
+TEST(MasslessPoints, MasslessPointsWithinABeamDoNotChangeItsFrequencies) {
   const auto two_bodies = [](const std::vector<double>& between) {
     Scene scene;
     add_body(scene, 3.0, {0.0, 0.0, 0.0}, diagonal(0.4, 0.5, 0.7));
@@ -226,7 +228,7 @@ TEST(MasslessPoints, InABeamChangeNothing) {
   EXPECT_LT(largest_difference(two_bodies({0.3, 1.0, 1.1}), two_bodies({})), 1e-12);
 }
 
-TEST(MasslessPoints, ThatNothingHoldsAreNamed) {
+TEST(MasslessPoints, MasslessPointsThatNoLinkHoldsAreNamed) {
   Scene scene = frame_with_body();
   add_point(scene, 0.0, {3.0, 0.0, 0.0});
   add_link(scene, 2, 4, Spring{100.0});
@@ -237,9 +239,9 @@ TEST(MasslessPoints, ThatNothingHoldsAreNamed) {
             "point 'p4' has no mass, and links do not hold it in every direction: give a mass, or add links");
 }
 
-TEST(Bodies, WithAnInertiaThatNoMassHasAreRefused) {
+TEST(Bodies, ABodyWithAnImpossibleInertiaIsRefused) {
   for (const auto& [inertia, words] :
-       {std::pair{diagonal(1.0, 1.0, 2.1), "no mass has one above the sum of the two others"},
+       {std::pair{diagonal(1.0, 1.0, 2.1), "no moment may exceed the sum of the two others"},
         std::pair{diagonal(-1.0, 1.0, 1.0), "must be >= 0"}}) {
     Scene scene = frame_with_body();
     scene.points[0].inertia = inertia;
@@ -250,8 +252,9 @@ TEST(Bodies, WithAnInertiaThatNoMassHasAreRefused) {
   }
 }
 
-// a body that one spring holds turns about its point: mechanisms, named by the body
-TEST(Bodies, ThatNothingKeepsFromTurningAreMechanisms) {
+// If springs hold a body only at its point, it can rotate about that point. These are mechanisms, named by
+// the body.
+TEST(Bodies, ABodyThatIsFreeToRotateIsAMechanism) {
   Scene scene;
   add_body(scene, 2.0, {0.0, 0.0, 0.0}, diagonal(0.2, 0.3, 0.4));
   for (const Eigen::Vector3d& at : {Eigen::Vector3d{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}})
@@ -265,7 +268,7 @@ TEST(Bodies, ThatNothingKeepsFromTurningAreMechanisms) {
     EXPECT_EQ(mechanism.moved_points, std::vector<int>{0});
 }
 
-TEST(Bodies, AloneHaveNoElasticFreedom) {
+TEST(Bodies, ABodyAloneHasNoElasticFreedom) {
   Scene scene;
   add_body(scene, 2.0, {0.0, 0.0, 0.0}, diagonal(0.2, 0.3, 0.4));
   const Structure structure = build(scene);

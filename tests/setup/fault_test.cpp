@@ -1,4 +1,4 @@
-// Every fault of a scene's physics is found, at once, with the words a person needs.
+// All faults of a scene's physics are reported at once, in plain words.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ Faults faults_of(const Scene& scene) {
   const auto structure = build_structure(scene, faults);
   EXPECT_EQ(structure.has_value(), !has_error(faults));
   if (structure) {
-    const auto plan = make_whole_plan(scene, *structure, scene.fidelity, faults);
+    const auto plan = make_full_plan(scene, *structure, scene.fidelity, faults);
     EXPECT_EQ(plan.has_value(), !has_error(faults));
   }
   return faults;
@@ -48,7 +48,7 @@ Eigen::SparseMatrix<double> spring_matrix(double stiffness) {
   return K;
 }
 
-// a sound scene with a beam, a matrix link, a group, loads
+// Returns a scene without faults that has a beam, a matrix link, a group and loads.
 Scene sound_scene() {
   Scene scene = square_truss(2);
   scene.points[0].origin = {0, 4, 3};
@@ -70,10 +70,10 @@ Scene sound_scene() {
   return scene;
 }
 
-TEST(Faults, SoundSceneHasNone) { EXPECT_EQ(all_words(faults_of(sound_scene())), ""); }
+TEST(Faults, AFaultlessSceneHasNoFaults) { EXPECT_EQ(all_words(faults_of(sound_scene())), ""); }
 
 struct BadScene {
-  const char* words;  // part of the message
+  const char* words;  // a fragment of the message
   std::function<void(Scene&)> spoil;
 };
 
@@ -83,7 +83,7 @@ MatrixLink& box(Scene& scene) { return std::get<MatrixLink>(scene.links.back().k
 const std::vector<BadScene>& bad_scenes() {
   static const std::vector<BadScene> kBad{
       {"the scene has no points", [](Scene& s) { s = Scene{}; }},
-      {"point 'p0' has inertia or an offset, and no mass",
+      {"point 'p0' has inertia or an offset, but no mass",
        [](Scene& s) { s.points[0].mass = 0.0, s.points[0].offset[0] = 0.1; }},
       {"point 'p0': mass is -2 kg", [](Scene& s) { s.points[0].mass = -2.0; }},
       {"mass is nan kg", [](Scene& s) { s.points[0].mass = kNaN; }},
@@ -137,7 +137,7 @@ const std::vector<BadScene>& bad_scenes() {
        [](Scene& s) {
          s.damping.mode_ratios = {{19, 0.1}};
        }},
-      // a rigid pair takes one of the 18
+      // a rigid pair removes one of the 18 modes
       {"damping names elastic mode 18, there are 17",
        [](Scene& s) {
          s.links[0].kind = Rigid{};
@@ -165,7 +165,7 @@ const std::vector<BadScene>& bad_scenes() {
        [](Scene& s) {
          s.initial.modes.push_back({0, 1.0, 0.0});
        }},
-      {"initial attitude (0 0 0 0) is no rotation", [](Scene& s) { s.initial.attitude.setZero(); }},
+      {"initial attitude (0 0 0 0) is not a rotation", [](Scene& s) { s.initial.attitude.setZero(); }},
       {"initial velocity is not finite", [](Scene& s) { s.initial.velocity.x() = kNaN; }},
       {"initial displacement names point index 8",
        [](Scene& s) {
@@ -181,7 +181,7 @@ const std::vector<BadScene>& bad_scenes() {
          for (PointMass& p : s.points) p.mass = 1.0;
          s.attractor.position = s.initial.position + centre;
        }},
-      {"its pull is no finite number",
+      {"its pull is not a finite number",
        [](Scene& s) {
          s.attractor.mu = 100.0;
          s.attractor.position = {1e300, 0.0, 0.0};
@@ -194,11 +194,11 @@ const std::vector<BadScene>& bad_scenes() {
          s.loads[0].wrenches.clear();
        }},
       {"load 'push' names group index 2", [](Scene& s) { s.loads[0].wrenches[0].group = 2; }},
-      {"cannot take 1 N m of the torque: its points lie on a line",
+      {"cannot support 1 N m of the torque: its points lie on a line",
        [](Scene& s) {
          s.loads[0].wrenches[0].torque = {1.0, 0.0, 0.0};
        }},
-      {"cannot take 1 N m of the torque: its points lie in one place",
+      {"cannot support 1 N m of the torque: its points lie at one position",
        [](Scene& s) { s.groups[0].points = {3}; }},
       {"pulse duration is 0 s",
        [](Scene& s) {
@@ -212,7 +212,7 @@ const std::vector<BadScene>& bad_scenes() {
        [](Scene& s) {
          s.loads[0].history = TableHistory{{0.0, 1.0}, {1.0}};
        }},
-      {"times of the table must increase, row 2 has 0 s after 1 s",
+      {"times of the table must increase; row 2 has 0 s after 1 s",
        [](Scene& s) {
          s.loads[0].history = TableHistory{{1.0, 0.0}, {1.0, 2.0}};
        }},
@@ -228,7 +228,7 @@ const std::vector<BadScene>& bad_scenes() {
   return kBad;
 }
 
-TEST(Faults, EachIsFoundAndSaysWhatIsWrong) {
+TEST(Faults, EachFaultIsFoundAndNamed) {
   for (const BadScene& bad : bad_scenes()) {
     Scene scene = sound_scene();
     bad.spoil(scene);
@@ -237,7 +237,7 @@ TEST(Faults, EachIsFoundAndSaysWhatIsWrong) {
   }
 }
 
-// X72 is a series in size over distance: 1 of 5 here
+// The equations are a series in size over distance (THEORY 8.19), which here is 1 over 5.
 TEST(Faults, AnAttractorNearTheBodyIsAWarning) {
   Scene scene;
   add_point(scene, 1.0, {-1.0, 0.0, 0.0});
@@ -248,7 +248,8 @@ TEST(Faults, AnAttractorNearTheBodyIsAWarning) {
     scene.attractor.position = {0.0, distance, 0.0};
     const Faults faults = faults_of(scene);
     EXPECT_FALSE(has_error(faults));
-    EXPECT_EQ(all_words(faults).find("hold far from the body") != std::string::npos, is_near) << distance;
+    EXPECT_EQ(all_words(faults).find("valid only far from the body") != std::string::npos, is_near)
+        << distance;
     EXPECT_EQ(all_words(faults).find("wrong by some 20 % here") != std::string::npos, distance == 5.0);
   }
 }
@@ -259,8 +260,9 @@ struct Overflow {
   int line;
 };
 
-// what overflows is said at the value that makes it, though it shows in frequencies or propagators only
-TEST(Faults, OverflowIsSaidAtTheMostExtremeValue) {
+// An overflow is reported at the value that causes it, although it appears only in frequencies or
+// propagators.
+TEST(Faults, AnOverflowIsReportedAtTheMostExtremeValue) {
   const std::vector<Overflow> overflows{
       {"link 's3': stiffness of 1e+308 N/m: ", [](Scene& s) { s.links[3].kind = Spring{1e308}; }, 40},
       {"EA of 1e+308 N: the frequencies are not finite", [](Scene& s) { beam(s).EA = 1e308; }, 41},
@@ -280,7 +282,7 @@ TEST(Faults, OverflowIsSaidAtTheMostExtremeValue) {
   };
   for (const Overflow& overflow : overflows) {
     Scene scene = sound_scene();
-    // a coordinate that a program left instead of zero does no harm and takes no blame
+    // a coordinate near zero that a program wrote is harmless and is not reported
     scene.points[0].position.x() += 1e-320;
     scene.links[3].origin.line = 40;
     scene.links[scene.links.size() - 2].origin.line = 41;
@@ -293,7 +295,7 @@ TEST(Faults, OverflowIsSaidAtTheMostExtremeValue) {
   }
 }
 
-TEST(Faults, AllAreReportedAtOnceWithTheirPlaces) {
+TEST(Faults, AllFaultsAreReportedAtOnceWithTheirLines) {
   Scene scene = sound_scene();
   scene.points[0].mass = -1.0;
   scene.links[3].kind = Spring{0.0};
@@ -305,8 +307,8 @@ TEST(Faults, AllAreReportedAtOnceWithTheirPlaces) {
   EXPECT_EQ(faults.back().origin.line, 30);
 }
 
-TEST(MatrixLinks, WrittenWithSevenDigitsAreTaken) {
-  // the stiffness of a small truss, as a table with seven digits would give it
+TEST(MatrixLinks, MatricesWrittenWithSevenDigitsAreAccepted) {
+  // the stiffness of a small truss is rounded to seven digits, as in a table
   Scene truss = square_truss(2);
   const Structure exact = build(truss);
   Eigen::MatrixXd K = Eigen::MatrixXd::Zero(24, 24);
@@ -323,7 +325,7 @@ TEST(MatrixLinks, WrittenWithSevenDigitsAreTaken) {
   truss.links.push_back(link);
   const Structure structure = build(truss);
   EXPECT_TRUE(structure.mechanisms.empty());
-  // single precision of K over the square of the frequency ratio
+  // the bound is the rounding error of single precision in K, divided by the square of the frequency ratio
   EXPECT_LT(((structure.omega - exact.omega).array() / exact.omega.array()).abs().maxCoeff(),
             1e-7 * exact.conditioning * exact.conditioning);
 }

@@ -1,5 +1,5 @@
-// Matrix links that resist rigid motion: what is taken out of them is said, and counted in the stated
-// accuracy.
+// Matrix links that resist rigid motion: the removed stiffness is reported, and the stated accuracy includes
+// its effect.
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -20,7 +20,7 @@ Eigen::MatrixXd assembled(const Scene& scene) {
   return factor.rows.transpose() * factor.rows;
 }
 
-// the scene with one matrix in place of all its links
+// Returns the scene with one matrix in place of all its links.
 Scene with_matrix(Scene scene, const Eigen::MatrixXd& K) {
   scene.links.clear();
   scene.publication.links.clear();
@@ -32,7 +32,7 @@ Scene with_matrix(Scene scene, const Eigen::MatrixXd& K) {
   return scene;
 }
 
-// points out of their grid, so that no entry is a round number
+// Returns the scene with its points moved off their grid, so that no entry is a round number.
 Scene uneven(Scene scene) {
   std::mt19937_64 engine(7);
   std::uniform_real_distribution<double> shift(-0.05, 0.05);
@@ -41,13 +41,13 @@ Scene uneven(Scene scene) {
   return scene;
 }
 
-// springs to ground along all axes of some points
+// Returns K with springs to ground along all axes of some points.
 Eigen::MatrixXd grounded(Eigen::MatrixXd K, const std::vector<int>& points, double stiffness) {
   for (const int point : points) K.diagonal().segment<3>(3 * Eigen::Index{point}).array() += stiffness;
   return K;
 }
 
-// every entry as a table with so many significant digits holds it
+// Returns K with every entry rounded to a number of significant digits, as in a table.
 Eigen::MatrixXd printed(Eigen::MatrixXd K, int digits) {
   for (double& entry : K.reshaped()) {
     char text[40];
@@ -58,7 +58,7 @@ Eigen::MatrixXd printed(Eigen::MatrixXd K, int digits) {
   return K;
 }
 
-// frequencies of the matrix as given, support and all [rad/s] ascending
+// Returns the frequencies of the given matrix including its supports [rad/s], ascending.
 Eigen::VectorXd given_frequencies(const Scene& scene, const Eigen::MatrixXd& K) {
   const Eigen::VectorXd root = masses(scene).cwiseSqrt().cwiseInverse();
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(root.asDiagonal() * K * root.asDiagonal())
@@ -67,14 +67,14 @@ Eigen::VectorXd given_frequencies(const Scene& scene, const Eigen::MatrixXd& K) 
       .cwiseSqrt();
 }
 
-double largest_move(const Eigen::VectorXd& omega, const Eigen::VectorXd& given) {
+double largest_shift(const Eigen::VectorXd& omega, const Eigen::VectorXd& given) {
   return ((given.tail(omega.size()) - omega).array() / omega.array()).abs().maxCoeff();
 }
 
-// the frequencies that a warning lists
+// Returns the frequencies that a warning lists.
 std::vector<double> listed(const std::string& message) {
   std::vector<double> values;
-  const std::string before = "swing at ";
+  const std::string before = "vibrate at ";
   const char* at = message.c_str() + message.find(before) + before.size();
   const char* const end = message.c_str() + message.find(" Hz");
   while (at < end) {
@@ -85,9 +85,9 @@ std::vector<double> listed(const std::string& message) {
   return values;
 }
 
-// A braced tower of three sections on soft springs, 1e-5 of the matrix: six frequencies below 0.3 Hz go, and
-// are said.
-TEST(HeldMatrices, SayInHertzWhatIsTakenOut) {
+// A braced tower of three sections stands on springs that are 1e-5 as stiff as the matrix. Six frequencies
+// below 0.3 Hz are removed and reported.
+TEST(HeldMatrices, TheRemovedFrequenciesAreReportedInHertz) {
   const Scene tower = square_truss(3);
   Eigen::MatrixXd K = assembled(tower);
   const double norm = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K).eigenvalues().tail<1>()[0];
@@ -111,17 +111,18 @@ TEST(HeldMatrices, SayInHertzWhatIsTakenOut) {
   EXPECT_NE(message.find("give the matrix without supports"), std::string::npos) << message;
   const std::vector<double> hertz = listed(message);
   ASSERT_EQ(hertz.size(), 6u) << message;
-  // rigid motions alone: what the structure gives beside them is of second order
+  // the expected frequencies are those of a rigid body; the compliance of the structure changes them at
+  // second order
   for (std::size_t k = 0; k < 6; ++k)
     EXPECT_NEAR(hertz[k], given[static_cast<Eigen::Index>(k)] / (2.0 * M_PI), 1e-3 * hertz[k]) << k;
-  const double moved = largest_move(structure.omega, given);
+  const double moved = largest_shift(structure.omega, given);
   EXPECT_LT(moved, structure.frequency_accuracy);
   EXPECT_GT(10.0 * moved, structure.frequency_accuracy);
-  std::printf("%s\nlargest move %.2e, stated %.2e\n", message.c_str(), moved, structure.frequency_accuracy);
+  std::printf("%s\nlargest shift %.2e, stated %.2e\n", message.c_str(), moved, structure.frequency_accuracy);
 }
 
-// one spring to ground holds one motion
-TEST(HeldMatrices, ListTheMotionsThatAreHeldAlone) {
+// One spring to ground resists one rigid motion.
+TEST(HeldMatrices, OnlyTheRigidMotionsThatAreHeldAreReported) {
   const Scene tower = square_truss(3);
   Eigen::MatrixXd K = assembled(tower);
   K(5, 5) += 2.0;
@@ -131,7 +132,7 @@ TEST(HeldMatrices, ListTheMotionsThatAreHeldAlone) {
   EXPECT_EQ(listed(warnings[0].message).size(), 1u) << warnings[0].message;
 }
 
-TEST(HeldMatrices, AreNotThoseThatAreFreeToRoundingOfDoubles) {
+TEST(HeldMatrices, AMatrixThatIsFreeExceptForRoundingErrorsIsNotTakenForHeld) {
   const Scene tower = square_truss(3);
   Faults warnings;
   const Structure structure = build(with_matrix(tower, assembled(tower)), &warnings);
@@ -139,9 +140,9 @@ TEST(HeldMatrices, AreNotThoseThatAreFreeToRoundingOfDoubles) {
   EXPECT_LT(structure.frequency_accuracy, 1e-12);
 }
 
-// tables of 6 to 12 digits leave what their last digit leaves: counted, not taken for a support; a support
-// beyond it is
-TEST(HeldMatrices, AreToldFromRoundingOfPrintedDigits) {
+// Tables of 6 to 12 digits have errors in their last digit. These raise the stated accuracy and are not taken
+// for a support, but a stiffer support is detected.
+TEST(HeldMatrices, HeldMatricesAreDistinguishedFromMatricesRoundedToPrintedDigits) {
   const Scene tower = uneven(square_truss(3));
   const Eigen::MatrixXd K = assembled(tower);
   for (const int digits : {6, 7, 9, 12}) {
@@ -150,11 +151,12 @@ TEST(HeldMatrices, AreToldFromRoundingOfPrintedDigits) {
     Faults warnings;
     const Structure structure = build(with_matrix(tower, table), &warnings);
     EXPECT_TRUE(warnings.empty()) << warnings[0].message;
-    const double moved = largest_move(structure.omega, given_frequencies(tower, table));
-    EXPECT_LE(moved, structure.frequency_accuracy + 1e-13);  // rounding of the eigensolver
-    std::printf("%d digits: largest move %.1e, stated %.1e\n", digits, moved, structure.frequency_accuracy);
-    if (digits == 6) continue;  // what follows is more than a free structure may have
-    // forty units of the last digit of the largest entry on each of four points
+    const double moved = largest_shift(structure.omega, given_frequencies(tower, table));
+    EXPECT_LE(moved, structure.frequency_accuracy + 1e-13);  // rounding error of the eigensolver
+    std::printf("%d digits: largest shift %.1e, stated %.1e\n", digits, moved, structure.frequency_accuracy);
+    if (digits == 6)
+      continue;  // here the support below would be refused, because it is too stiff for a free structure
+    // on each of four points the support is forty units of the last digit of the largest entry
     const double unit = std::pow(10.0, std::floor(std::log10(K.maxCoeff())) + 1.0 - digits);
     build(with_matrix(tower, printed(grounded(K, {0, 1, 2, 3}, 40.0 * unit), digits)), &warnings);
     ASSERT_EQ(warnings.size(), 1u);
@@ -162,8 +164,8 @@ TEST(HeldMatrices, AreToldFromRoundingOfPrintedDigits) {
   }
 }
 
-// a long and thin structure: rounding of six digits is as stiff as its bending
-TEST(HeldMatrices, OfTooFewDigitsAreSaidWhereTheyHoldALongStructure) {
+// In a long and thin structure the rounding errors of six digits are as large as the bending stiffness.
+TEST(HeldMatrices, MatricesOfTooFewDigitsAreReportedIfTheyHoldALongStructure) {
   Scene truss = uneven(square_truss(26));
   for (PointMass& point : truss.points) point.position.tail<2>() *= 0.2;
   const Eigen::MatrixXd table = printed(assembled(truss), 6);
@@ -173,14 +175,14 @@ TEST(HeldMatrices, OfTooFewDigitsAreSaidWhereTheyHoldALongStructure) {
   EXPECT_NE(warnings[0].message.find("by the rounding of its digits"), std::string::npos)
       << warnings[0].message;
   EXPECT_NE(warnings[0].message.find("write the matrix with more digits"), std::string::npos);
-  const double moved = largest_move(structure.omega, given_frequencies(truss, table));
+  const double moved = largest_shift(structure.omega, given_frequencies(truss, table));
   EXPECT_LE(moved, structure.frequency_accuracy);
-  std::printf("%s\nlargest move %.1e, stated %.1e\n", warnings[0].message.c_str(), moved,
+  std::printf("%s\nlargest shift %.1e, stated %.1e\n", warnings[0].message.c_str(), moved,
               structure.frequency_accuracy);
 }
 
-// the protein's Hessian, as tables hold it and on springs to ground of 1e-6 of it
-TEST(HeldMatrices, OfTheProteinMoveItsFrequenciesByLessThanIsStated) {
+// The Hessian of the protein, from tables with few digits, and on springs to ground of 1e-6 of its size.
+TEST(HeldMatrices, TheMatrixOfTheProteinShiftsItsFrequenciesByLessThanStated) {
   const io::SceneResult read =
       io::read_scene(std::string(FREEFLEX_SOURCE_DIR) + "/service/scenes/network.yaml");
   ASSERT_TRUE(read.scene);
@@ -202,16 +204,16 @@ TEST(HeldMatrices, OfTheProteinMoveItsFrequenciesByLessThanIsStated) {
     Faults warnings;
     const Structure structure = build(with_matrix(network, each.K), &warnings);
     EXPECT_EQ(warnings.size(), each.is_said ? 1u : 0u);
-    const double moved = largest_move(structure.omega, given_frequencies(network, each.K));
-    EXPECT_LE(moved, structure.frequency_accuracy + 1e-12);  // rounding of the eigensolver
-    std::printf("protein, %s: largest move %.2e, stated %.2e\n", each.name, moved,
+    const double moved = largest_shift(structure.omega, given_frequencies(network, each.K));
+    EXPECT_LE(moved, structure.frequency_accuracy + 1e-12);  // rounding error of the eigensolver
+    std::printf("protein, %s: largest shift %.2e, stated %.2e\n", each.name, moved,
                 structure.frequency_accuracy);
   }
 }
 
-// any masses, a matrix over some of the points beside springs and another matrix, supports and errors of
-// either sign
-TEST(HeldMatrices, StatedAccuracyCoversTheMove) {
+// The scenes have various masses, springs, a matrix on some of the points and another matrix, and supports
+// and errors of both signs.
+TEST(HeldMatrices, TheStatedAccuracyCoversTheFrequencyShift) {
   double tightest = 1e300, loosest = 0.0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
@@ -222,15 +224,16 @@ TEST(HeldMatrices, StatedAccuracyCoversTheMove) {
     Eigen::MatrixXd given = Eigen::MatrixXd::Zero(30, 30);
     std::vector<Link> matrices;
     for (const std::vector<int>& points : {std::vector<int>{0, 1, 2, 3, 4, 5}, {4, 5, 6, 7, 8, 9}}) {
-      Scene part;
-      for (const int point : points) part.points.push_back(scene.points[static_cast<std::size_t>(point)]);
-      join_all(part, 1e5);
-      Eigen::MatrixXd K = assembled(part), noise(18, 18);
+      Scene substructure;
+      for (const int point : points)
+        substructure.points.push_back(scene.points[static_cast<std::size_t>(point)]);
+      join_all(substructure, 1e5);
+      Eigen::MatrixXd K = assembled(substructure), noise(18, 18);
       for (double& entry : noise.reshaped()) entry = normal(engine);
-      // one sign and both
+      // errors of one sign or of both
       noise = seed % 2 == 0 ? Eigen::MatrixXd(noise * noise.transpose() / 18.0)
                             : Eigen::MatrixXd(noise + noise.transpose());
-      // of 4e-6 to 4e-9 of the matrix
+      // the error is 4e-6 to 4e-9 relative to the matrix
       K += 0.3 * std::pow(10.0, -static_cast<double>(seed % 4)) * noise;
       Link link;
       link.name = "K" + std::to_string(matrices.size());
@@ -246,12 +249,12 @@ TEST(HeldMatrices, StatedAccuracyCoversTheMove) {
     given += assembled(scene);
     scene.links.insert(scene.links.end(), matrices.begin(), matrices.end());
     const Structure structure = build(scene);
-    const double moved = largest_move(structure.omega, given_frequencies(scene, given));
-    EXPECT_LE(moved, structure.frequency_accuracy + 1e-13);  // rounding of the eigensolver
+    const double moved = largest_shift(structure.omega, given_frequencies(scene, given));
+    EXPECT_LE(moved, structure.frequency_accuracy + 1e-13);  // rounding error of the eigensolver
     tightest = std::min(tightest, structure.frequency_accuracy / moved);
     loosest = std::max(loosest, structure.frequency_accuracy / moved);
   }
-  std::printf("stated accuracy over the largest move: %.1f to %.1f\n", tightest, loosest);
+  std::printf("stated accuracy over the largest shift: %.1f to %.1f\n", tightest, loosest);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Moving, turning or renumbering a scene changes nothing but names.
+// If a scene is translated, rotated or renumbered, only its description changes.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -13,7 +13,7 @@
 namespace freeflex::testing {
 namespace {
 
-// displacements under self-equilibrated static loads: V = sum b (b.F) / (M omega^2)
+// Returns the displacements under self-equilibrated static loads: V = sum b (b.F) / (M omega^2).
 Eigen::VectorXd static_displacement(const Structure& structure, const Eigen::VectorXd& F) {
   const Eigen::VectorXd Q = structure.shapes.transpose() * F;
   return structure.shapes *
@@ -28,15 +28,15 @@ struct Placing {
 
 Scene changed(const Scene& scene, const Placing& change) {
   Scene other = scene;
-  std::vector<int> place(scene.points.size());
-  for (std::size_t k = 0; k < place.size(); ++k) {
+  std::vector<int> new_index(scene.points.size());
+  for (std::size_t k = 0; k < new_index.size(); ++k) {
     const auto old = static_cast<std::size_t>(change.order[k]);
     other.points[k] = scene.points[old];
     other.points[k].position = change.R * scene.points[old].position + change.shift;
-    place[old] = static_cast<int>(k);
+    new_index[old] = static_cast<int>(k);
   }
   for (Link& link : other.links)
-    for (int& point : link.points) point = place[static_cast<std::size_t>(point)];
+    for (int& point : link.points) point = new_index[static_cast<std::size_t>(point)];
   std::reverse(other.links.begin(), other.links.end());
   return other;
 }
@@ -52,8 +52,8 @@ void expect_same(const Scene& scene, const Placing& change) {
 
   const Structure one = build(scene), other = build(changed(scene, change));
   ASSERT_EQ(one.omega.size(), other.omega.size());
-  // coordinates are rounded anew, up to eps times the shift; K passes that on by its condition,
-  // conditioning^2
+  // coordinates are rounded again, with errors of up to eps times the shift; the condition number of K,
+  // conditioning^2, amplifies them
   const double rounding = kEpsilon * (1.0 + change.shift.norm());
   const double condition = one.conditioning * one.conditioning;
   const double frequency_error = ((other.omega - one.omega).array() / one.omega.array()).abs().maxCoeff();
@@ -82,9 +82,11 @@ void expect_invariant(const Scene& scene) {
   expect_same(scene, {R, {3.0, -50.0, 70.0}, mixed});
 }
 
-TEST(Invariance, TrussIsTheSameMovedTurnedAndRenumbered) { expect_invariant(square_truss(5)); }
+TEST(Invariance, ATrussKeepsItsFrequenciesIfTranslatedRotatedAndRenumbered) {
+  expect_invariant(square_truss(5));
+}
 
-TEST(Invariance, RandomStructuresAreTheSameMovedTurnedAndRenumbered) {
+TEST(Invariance, RandomStructuresKeepTheirFrequenciesIfTranslatedRotatedAndRenumbered) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) expect_invariant(random_structure(seed, 8));
 }
 

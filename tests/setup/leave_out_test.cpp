@@ -1,5 +1,5 @@
-// What leaving a part out changes, against what the plan allowed. Each kind over a set of seeded scenes, the
-// part forced back in by leave_out.keep.
+// The change of the motion when a feature is omitted, compared with the error that the plan allowed. Each
+// kind of feature is tested on seeded scenes; leave_out.keep makes the second plan keep the feature.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,8 +14,8 @@ namespace {
 
 using testing::Change;
 using testing::change_by;
-using testing::lean_plan_of;
-using testing::part_of;
+using testing::feature_of;
+using testing::reduced_plan_of;
 using testing::TimedCommand;
 
 constexpr std::int64_t kTicks = 2000;  // 2 s at 1 kHz
@@ -39,7 +39,7 @@ Load pulse_on(int point, const Eigen::Vector3d& force, double duration, Axes axe
   return load;
 }
 
-/// A structure of 12 to 84 modes, no commands, one load.
+/// Returns a structure of 12 to 84 modes without commands and with one load.
 Scene loaded_scene(std::uint64_t seed) {
   std::mt19937_64 engine(seed);
   Scene scene = seed % 2 == 0 ? testing::random_structure(seed, 6 + static_cast<int>(seed % 9))
@@ -57,7 +57,7 @@ Scene loaded_scene(std::uint64_t seed) {
   return scene;
 }
 
-/// Shares of `values` that are at most `bound`.
+/// Returns the fraction of `values` that are at most `bound`.
 double share_within(const std::vector<double>& values, double bound) {
   const auto count =
       std::count_if(values.begin(), values.end(), [&](double value) { return value <= bound; });
@@ -72,19 +72,19 @@ void print(const char* what, std::vector<double> ratios) {
       100.0 * share_within(ratios, 10.0));
 }
 
-TEST(LeaveOut, SmallModesChangeDisplacementsByNoMoreThanAllowedAndByATenthAtLeast) {
+TEST(LeaveOut, OmittingSmallModesChangesDisplacementsByATenthToAllOfTheAllowedError) {
   std::vector<double> ratios, link_ratios;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const Scene scene = loaded_scene(seed);
-    const PlanPart part = part_of(lean_plan_of(scene), Part::kSmallModes);
-    if (!part.is_left_out) continue;
-    const Change change = change_by(scene, Part::kSmallModes, kTicks);
-    EXPECT_LE(change.displacement, part.error) << "seed " << seed;
+    const PlanFeature feature = feature_of(reduced_plan_of(scene), Feature::kSmallModes);
+    if (!feature.is_left_out) continue;
+    const Change change = change_by(scene, Feature::kSmallModes, kTicks);
+    EXPECT_LE(change.displacement, feature.error) << "seed " << seed;
     EXPECT_LE(change.displacement, scene.leave_out.tolerance * change.largest * 1.02)
-        << "seed " << seed << ": 500 looks may miss two per cent of the largest displacement";
-    EXPECT_LE(change.link_force, part.link_error) << "seed " << seed;
-    ratios.push_back(part.error / change.displacement);
-    link_ratios.push_back(part.link_error / change.link_force);
+        << "seed " << seed << ": 500 samples may underestimate the largest displacement by two per cent";
+    EXPECT_LE(change.link_force, feature.link_error) << "seed " << seed;
+    ratios.push_back(feature.error / change.displacement);
+    link_ratios.push_back(feature.link_error / change.link_force);
   }
   ASSERT_GE(ratios.size(), 40U);
   print("small modes, displacements", ratios);
@@ -93,7 +93,7 @@ TEST(LeaveOut, SmallModesChangeDisplacementsByNoMoreThanAllowedAndByATenthAtLeas
   EXPECT_GE(share_within(link_ratios, 10.0), 0.8);
 }
 
-TEST(LeaveOut, SmallModesAreAllowedForWhateverCommandsPush) {
+TEST(LeaveOut, TheErrorAllowedForSmallModesCoversCommands) {
   std::vector<double> ratios, link_ratios;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     std::mt19937_64 engine(seed);
@@ -101,17 +101,17 @@ TEST(LeaveOut, SmallModesAreAllowedForWhateverCommandsPush) {
     const int point = static_cast<int>(engine() % scene.points.size());
     scene.pushable = {point};
     scene.leave_out.tolerance = log_uniform(engine, 0.01, 0.3);
-    const PlanPart part = part_of(lean_plan_of(scene), Part::kSmallModes);
-    if (!part.is_left_out) continue;
-    // on and off
+    const PlanFeature feature = feature_of(reduced_plan_of(scene), Feature::kSmallModes);
+    if (!feature.is_left_out) continue;
+    // the command is switched on and off
     ForceCommand command =
         testing::make_command(0, 1, Axes::kBody, 1 + static_cast<std::int64_t>(engine() % 300));
     const Eigen::Vector3d force = 5.0 * random_vector(engine);
     testing::add_force(command, point, force);
-    const Change change = change_by(scene, Part::kSmallModes, 600, {{10, command}});
-    const double allowed = 2.0 * part.error_per_force * force.norm();
+    const Change change = change_by(scene, Feature::kSmallModes, 600, {{10, command}});
+    const double allowed = 2.0 * feature.error_per_force * force.norm();
     EXPECT_LE(change.displacement, allowed) << "seed " << seed;
-    const double link_allowed = 2.0 * part.link_error_per_force * force.norm();
+    const double link_allowed = 2.0 * feature.link_error_per_force * force.norm();
     EXPECT_LE(change.link_force, link_allowed) << "seed " << seed;
     ratios.push_back(allowed / change.displacement);
     link_ratios.push_back(link_allowed / change.link_force);
@@ -123,7 +123,7 @@ TEST(LeaveOut, SmallModesAreAllowedForWhateverCommandsPush) {
   EXPECT_GE(share_within(link_ratios, 10.0), 0.8);
 }
 
-TEST(LeaveOut, LinkForcesUnderASteadyLoadAreRightWithoutTheSmallModes) {
+TEST(LeaveOut, LinkForcesUnderASteadyLoadAreExactWithoutTheSmallModes) {
   Scene scene = testing::square_truss(5);
   scene.pushable.clear();
   scene.loads = {pulse_on(18, {3.0, 4.0, 5.0}, 1e3, Axes::kBody)};
@@ -131,23 +131,23 @@ TEST(LeaveOut, LinkForcesUnderASteadyLoadAreRightWithoutTheSmallModes) {
   scene.damping.modal_ratio = 0.5;
   scene.leave_out.tolerance = 0.1;
   scene.leave_out.horizon = 0.5;
-  const Plan plan = lean_plan_of(scene);
-  ASSERT_GE(part_of(plan, Part::kSmallModes).count, 10);
+  const Plan plan = reduced_plan_of(scene);
+  ASSERT_GE(feature_of(plan, Feature::kSmallModes).count, 10);
   testing::Simulation without(plan);
   scene.leave_out.keeps.fill(true);
-  testing::Simulation with(lean_plan_of(scene));
-  // the slowest decay is 30 1/s: forgotten by e^-60
+  testing::Simulation with(reduced_plan_of(scene));
+  // the slowest decay rate is 30 1/s, so e^-60 remains after 2 s
   without.run(2000);
   with.run(2000);
   const Eigen::VectorXd exact = with.link_forces();
-  // a load in body axes is constant: nothing but rounding of sums over 54 modes is left
+  // a load in body axes is constant, so only the rounding errors of sums over 54 modes remain
   EXPECT_LE((without.link_forces() - exact).norm(), 1e-12 * exact.norm());
 }
 
-/// A random frame of beams in the xy plane, no commands but those given.
+/// Returns a random frame of beams in the xy plane.
 Scene planar_scene(std::uint64_t seed) {
   std::mt19937_64 engine(seed);
-  std::uniform_real_distribution<double> place(-2.0, 2.0);
+  std::uniform_real_distribution<double> coordinate(-2.0, 2.0);
   Scene scene;
   scene.name = "planar";
   const int num_points = 5 + static_cast<int>(seed % 8);
@@ -155,7 +155,7 @@ Scene planar_scene(std::uint64_t seed) {
     PointMass point;
     point.name = std::to_string(i);
     point.mass = log_uniform(engine, 0.3, 3.0);
-    point.position = {place(engine), place(engine), 0.0};
+    point.position = {coordinate(engine), coordinate(engine), 0.0};
     scene.points.push_back(point);
     if (i == 0) continue;
     Link link;
@@ -171,17 +171,18 @@ Scene planar_scene(std::uint64_t seed) {
   return scene;
 }
 
-/// Largest change over the seeds that leave the part out, as a share of the largest displacement.
+/// Returns the largest change, relative to the largest displacement, over all seeds whose plan omits the
+/// feature.
 template <typename MakeScene>
-double exact_change(const char* what, Part part, int least, const MakeScene& make_scene,
+double exact_change(const char* what, Feature feature, int least, const MakeScene& make_scene,
                     const std::vector<TimedCommand>& commands = {}) {
   double largest = 0.0;
   int num_left_out = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Scene scene = make_scene(seed);
-    if (!part_of(lean_plan_of(scene), part).is_left_out) continue;
+    if (!feature_of(reduced_plan_of(scene), feature).is_left_out) continue;
     ++num_left_out;
-    const Change change = change_by(scene, part, kTicks, commands);
+    const Change change = change_by(scene, feature, kTicks, commands);
     largest = std::max({largest, change.displacement / change.largest, change.position / change.largest});
     if (change.largest_force > 0.0) largest = std::max(largest, change.link_force / change.largest_force);
   }
@@ -191,17 +192,18 @@ double exact_change(const char* what, Part part, int least, const MakeScene& mak
   return largest;
 }
 
-// [-] phases drift by the rounding of frequencies, eps omega t = 2e-16 * 1e4 rad/s * 2 s, where a mode was
-// turned among its equals or a plan was set up over fewer of them; times 10
+// [-] ten times the drift of phases by rounding errors of the frequencies, eps omega t = 2e-16 * 1e4 rad/s *
+// 2 s. Frequencies differ if modes of equal frequency were combined differently, or if the plan has fewer of
+// them.
 constexpr double kRounding = 5e-11;
 
-TEST(LeaveOut, ModesOutOfThePlaneChangeNothingBeyondRounding) {
-  EXPECT_LE(exact_change("out of plane", Part::kOutOfPlane, 20, planar_scene), kRounding);
+TEST(LeaveOut, OmittingOutOfPlaneModesChangesOnlyRoundingErrors) {
+  EXPECT_LE(exact_change("out of plane", Feature::kOutOfPlane, 20, planar_scene), kRounding);
 }
 
-TEST(LeaveOut, ModesThatNothingReachesChangeNothingBeyondRounding) {
-  // loads on the axis of symmetry of a beam leave half of its modes alone, and the pairs of equal bending
-  // frequencies by the choice of their directions
+TEST(LeaveOut, OmittingUnexcitableModesChangesOnlyRoundingErrors) {
+  // loads on the axis of symmetry of a beam do not excite half of its modes; of each pair of equal bending
+  // frequencies they excite only one mode, because the directions of the pair may be chosen
   const auto make = [](std::uint64_t seed) {
     Scene scene;
     scene.name = "symmetric";
@@ -224,102 +226,103 @@ TEST(LeaveOut, ModesThatNothingReachesChangeNothingBeyondRounding) {
     scene.pushable.clear();
     return scene;
   };
-  EXPECT_GE(lean_plan_of(make(1)).parts[static_cast<std::size_t>(Part::kUnreachedModes)].count +
-                lean_plan_of(make(1)).parts[static_cast<std::size_t>(Part::kOutOfPlane)].count,
+  EXPECT_GE(reduced_plan_of(make(1)).features[static_cast<std::size_t>(Feature::kUnreachedModes)].count +
+                reduced_plan_of(make(1)).features[static_cast<std::size_t>(Feature::kOutOfPlane)].count,
             10);
-  EXPECT_LE(exact_change("unreached", Part::kUnreachedModes, 20, make), kRounding);
+  EXPECT_LE(exact_change("unreached", Feature::kUnreachedModes, 20, make), kRounding);
 }
 
-TEST(LeaveOut, RotationChangesNothingBeyondRoundingWhereNothingTurns) {
+TEST(LeaveOut, OmittingRotationChangesOnlyRoundingErrorsIfNothingRotatesTheBody) {
   const auto make = [](std::uint64_t seed) {
     Scene scene = testing::random_structure(seed, 8);
     scene.pushable.clear();
-    // opposite forces along the line of two points have no moment
+    // opposite forces on two points along their line have no moment
     const Eigen::Vector3d along = (scene.points[1].position - scene.points[0].position).normalized();
     Load load = pulse_on(0, 7.0 * along, 0.1, seed % 2 == 0 ? Axes::kWorld : Axes::kBody);
     load.forces.push_back({1, -7.0 * along});
     scene.loads = {load};
     return scene;
   };
-  EXPECT_LE(exact_change("rotation", Part::kRotation, 20, make), kRounding);
+  EXPECT_LE(exact_change("rotation", Feature::kRotation, 20, make), kRounding);
 }
 
-TEST(LeaveOut, DampingAndGravityChangeNoBitWhereThereIsNone) {
-  for (const Part part : {Part::kDamping, Part::kGravity}) {
+TEST(LeaveOut, OmittingDampingAndGravityChangesNoBitIfThereIsNone) {
+  for (const Feature feature : {Feature::kDamping, Feature::kGravity}) {
     const auto make = [](std::uint64_t seed) {
       Scene scene = loaded_scene(seed);
       scene.damping.modal_ratio = 0.0;
       scene.leave_out.tolerance = 0.0;
       return scene;
     };
-    EXPECT_EQ(exact_change(name_of(part), part, 20, make), 0.0);
+    EXPECT_EQ(exact_change(name_of(feature), feature, 20, make), 0.0);
   }
 }
 
-TEST(LeaveOut, RowsOfPointsNobodyAsksForChangeNoBit) {
+TEST(LeaveOut, OmittingModeShapeRowsOfUnusedPointsChangesNoBit) {
   const auto make = [](std::uint64_t seed) {
     Scene scene = loaded_scene(seed);
     scene.leave_out.tolerance = 0.0;
     scene.publication.points = {0, 1};
     return scene;
   };
-  EXPECT_EQ(exact_change("rows of points", Part::kPointRows, 20, make), 0.0);
+  EXPECT_EQ(exact_change("rows of points", Feature::kPointRows, 20, make), 0.0);
 }
 
-TEST(LeaveOut, NothingThatACommandMayNeedGoesUnlessTheSceneSaysSo) {
+TEST(LeaveOut, FeaturesThatACommandMayNeedAreKeptUnlessTheSceneAllowsTheirOmission) {
   Scene scene = planar_scene(1);
   scene.loads.clear();
   scene.leave_out.on_need = OnNeed::kKeep;
-  const Plan kept = lean_plan_of(scene);
-  EXPECT_FALSE(part_of(kept, Part::kOutOfPlane).is_left_out);
-  EXPECT_FALSE(part_of(kept, Part::kRotation).is_left_out);
+  const Plan kept = reduced_plan_of(scene);
+  EXPECT_FALSE(feature_of(kept, Feature::kOutOfPlane).is_left_out);
+  EXPECT_FALSE(feature_of(kept, Feature::kRotation).is_left_out);
   EXPECT_EQ(kept.num_elastic, 3 * static_cast<int>(scene.points.size()) - 6);
   scene.leave_out.on_need = OnNeed::kRefuse;
-  const Plan lean = lean_plan_of(scene);
-  EXPECT_TRUE(part_of(lean, Part::kOutOfPlane).is_left_out);
-  EXPECT_TRUE(part_of(lean, Part::kRotation).is_left_out);
-  // a planar structure of N points has N - 3 freedoms across its plane
-  EXPECT_EQ(part_of(lean, Part::kOutOfPlane).count, static_cast<int>(scene.points.size()) - 3);
+  const Plan reduced = reduced_plan_of(scene);
+  EXPECT_TRUE(feature_of(reduced, Feature::kOutOfPlane).is_left_out);
+  EXPECT_TRUE(feature_of(reduced, Feature::kRotation).is_left_out);
+  // a planar structure of N points has N - 3 elastic freedoms out of its plane
+  EXPECT_EQ(feature_of(reduced, Feature::kOutOfPlane).count, static_cast<int>(scene.points.size()) - 3);
 }
 
-TEST(LeaveOut, LoadsThatTurnWithCommandsKeepTheSmallModes) {
+TEST(LeaveOut, SmallModesAreKeptIfCommandsMayRotateTheBodyUnderALoad) {
   Scene scene = loaded_scene(1);
   scene.loads.front().axes = Axes::kWorld;
   scene.leave_out.tolerance = 0.2;
-  EXPECT_TRUE(part_of(lean_plan_of(scene), Part::kSmallModes).is_left_out);
+  EXPECT_TRUE(feature_of(reduced_plan_of(scene), Feature::kSmallModes).is_left_out);
   scene.pushable = {0};
-  const PlanPart part = part_of(lean_plan_of(scene), Part::kSmallModes);
-  EXPECT_FALSE(part.is_left_out);
-  EXPECT_NE(part.why.find("commands may turn the body"), std::string::npos) << part.why;
+  const PlanFeature feature = feature_of(reduced_plan_of(scene), Feature::kSmallModes);
+  EXPECT_FALSE(feature.is_left_out);
+  EXPECT_NE(feature.why.find("commands may turn the body"), std::string::npos) << feature.why;
 }
 
-TEST(LeaveOut, TheCoupledRungLeavesSmallModesAndNothingElse) {
+TEST(LeaveOut, TheCoupledRungOmitsOnlySmallModes) {
   Scene scene = loaded_scene(2);
   scene.fidelity = Fidelity::kCoupled;
-  const Plan plan = lean_plan_of(scene);
+  const Plan plan = reduced_plan_of(scene);
   EXPECT_LT(plan.num_elastic, testing::plan_of(scene).num_elastic);
-  for (const PlanPart& part : plan.parts) EXPECT_EQ(part.is_left_out, part.part == Part::kSmallModes);
+  for (const PlanFeature& feature : plan.features)
+    EXPECT_EQ(feature.is_left_out, feature.feature == Feature::kSmallModes);
 }
 
-TEST(LeaveOut, RungsWithTrueBarsKeepEveryMode) {
+TEST(LeaveOut, RungsWithExactBarsKeepEveryMode) {
   Scene scene = loaded_scene(2);
   scene.fidelity = Fidelity::kExactBars;
-  const Plan plan = lean_plan_of(scene);
+  const Plan plan = reduced_plan_of(scene);
   EXPECT_EQ(plan.num_elastic, testing::plan_of(scene).num_elastic);
-  for (const PlanPart& part : plan.parts) EXPECT_FALSE(part.is_left_out);
+  for (const PlanFeature& feature : plan.features) EXPECT_FALSE(feature.is_left_out);
 }
 
-TEST(LeaveOut, ModesKeepTheNumbersOfTheScene) {
+TEST(LeaveOut, KeptModesHaveTheirNumbersInTheScene) {
   Scene scene = planar_scene(2);
   scene.damping.mode_ratios = {{1, 0.1}, {5, 0.2}, {9, 0.05}};
-  const Plan whole = testing::plan_of(scene);
-  const Plan lean = lean_plan_of(scene);
-  ASSERT_LT(lean.num_elastic, whole.num_elastic);
-  ASSERT_EQ(lean.mode_numbers.size(), static_cast<std::size_t>(lean.num_elastic));
-  for (std::size_t l = 0; l < lean.mode_numbers.size(); ++l) {
-    const auto number = static_cast<std::size_t>(lean.mode_numbers[l]) - 1;
-    EXPECT_DOUBLE_EQ(lean.omega[l], whole.omega[number]);
-    EXPECT_DOUBLE_EQ(lean.decay[l], whole.decay[number]);
+  const Plan full = testing::plan_of(scene);
+  const Plan reduced = reduced_plan_of(scene);
+  ASSERT_LT(reduced.num_elastic, full.num_elastic);
+  ASSERT_EQ(reduced.mode_numbers.size(), static_cast<std::size_t>(reduced.num_elastic));
+  for (std::size_t l = 0; l < reduced.mode_numbers.size(); ++l) {
+    const auto number = static_cast<std::size_t>(reduced.mode_numbers[l]) - 1;
+    EXPECT_DOUBLE_EQ(reduced.omega[l], full.omega[number]);
+    EXPECT_DOUBLE_EQ(reduced.decay[l], full.decay[number]);
   }
 }
 

@@ -1,4 +1,4 @@
-// Scenes written in one line each. Header only.
+// One-line helpers that build scenes. Header only.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ inline void join_all(Scene& scene, double stiffness) {
     for (int j = 0; j < i; ++j) add_link(scene, i, j, Spring{stiffness});
 }
 
-/// Structure of a scene that has no error.
+/// Returns the structure of a scene without errors.
 inline Structure build(const Scene& scene, Faults* warnings = nullptr) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
@@ -49,11 +49,11 @@ inline Structure build(const Scene& scene, Faults* warnings = nullptr) {
   return structure ? *structure : Structure{};
 }
 
-/// Plan of a scene that has no error.
+/// Returns the full plan of a scene without errors.
 inline Plan compile(const Scene& scene, Faults* warnings = nullptr) {
   Faults faults;
   const Structure structure = build(scene);
-  const auto plan = make_whole_plan(scene, structure, scene.fidelity, faults);
+  const auto plan = make_full_plan(scene, structure, scene.fidelity, faults);
   for (const Fault& fault : faults)
     if (fault.severity == Fault::Severity::kError) ADD_FAILURE() << fault.message;
   if (warnings != nullptr) *warnings = faults;
@@ -66,8 +66,8 @@ inline Eigen::VectorXd masses(const Scene& scene) {
   return mass;
 }
 
-/// Free beam of length 1 along x with EI = rho A = 1 and half masses at its ends; axial motion and torsion
-/// far above.
+/// Returns a free beam of length 1 along x with EI = rho A = 1 and half masses at its ends. Its axial and
+/// torsional frequencies are far above the bending frequencies.
 inline Scene lumped_beam(int num_points) {
   Scene scene;
   const int num_spans = num_points - 1;

@@ -1,4 +1,4 @@
-// How accurate the sparse set-up is on masts: what the quick tests and the long ones hold.
+// Accuracy of the sparse set-up on masts, for the quick and the long tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,7 +21,8 @@ inline Scene mast(int sections, int count) {
   return scene;
 }
 
-/// The lowest 20 against as many digits as it takes, `checked` of them.  \return the lowest [rad/s]
+/// Compares `checked` of the lowest 20 frequencies with a solution in many digits.  \return the lowest
+/// frequency [rad/s]
 inline double expect_accurate(int sections, int checked) {
   const Scene scene = mast(sections, 20);
   const Structure structure = build(scene);
@@ -38,7 +39,7 @@ inline double expect_accurate(int sections, int checked) {
   }
   EXPECT_LT(worst, 1e-9);
   ::testing::Test::RecordProperty("worst", std::to_string(worst));
-  // a square mast bends alike both ways: the first four frequencies are two pairs
+  // a square mast has equal bending frequencies in both planes, so the first four frequencies are two pairs
   EXPECT_NEAR(structure.omega[1] / structure.omega[0], 1.0, 1e-10);
   EXPECT_NEAR(structure.omega[3] / structure.omega[2], 1.0, 1e-10);
   std::printf("%d bays: worst of %d frequencies %.1e, stated %.1e\n", sections - 1, checked, worst,
@@ -46,7 +47,8 @@ inline double expect_accurate(int sections, int checked) {
   return structure.omega[0];
 }
 
-/// Stiffness ratio 1e12, masses 1e4: the same frequencies however points are numbered.
+/// Expects the same frequencies for two numberings of the points, with a stiffness ratio of 1e12 and a mass
+/// ratio of 1e4.
 inline void expect_same_of_any_numbering(int sections) {
   Scene scene = mast(sections, 20);
   for (std::size_t i = 0; i < scene.links.size(); ++i)

@@ -20,7 +20,7 @@ LinkFactor factor_of(const Scene& scene) {
   return factor_links(scene, false, faults);
 }
 
-// relative, by the largest entry
+// Returns the largest difference divided by the largest entry.
 double difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return (a - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff();
 }
@@ -40,8 +40,8 @@ Scene square_without_diagonals() {
   return scene;
 }
 
-// one spring k between m1 and m2: its elongation is q M / sqrt(m1 m2), so c = k M^2 / (m1 m2)
-TEST(Maxwell, TwoPointsHaveTheirClosedForm) {
+// One spring k between m1 and m2: its elongation is q M / sqrt(m1 m2), so c = k M^2 / (m1 m2).
+TEST(Maxwell, TwoPointsHaveTheClosedForm) {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
   add_point(scene, 3.0, {0.0, 2.0, 0.0});
@@ -55,9 +55,9 @@ TEST(Maxwell, TwoPointsHaveTheirClosedForm) {
   }
 }
 
-// Mohr's sum T T L / EA with member forces by hand from the equilibrium of the joints of a right triangle of
-// bars; a pair of forces along one side loads that bar alone
-TEST(Maxwell, ATriangleOfBarsCarriesAPairOfForcesInOneBarOnly) {
+// Delta is Mohr's sum T T L / EA for a right triangle of bars, with member forces computed by hand from the
+// equilibrium of the joints. A pair of forces along one side loads only the bar of that side.
+TEST(Maxwell, InATriangleOfBarsAPairOfForcesAlongOneSideLoadsOnlyItsBar) {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
   add_point(scene, 2.0, {3.0, 0.0, 0.0});
@@ -76,13 +76,13 @@ TEST(Maxwell, ATriangleOfBarsCarriesAPairOfForcesInOneBarOnly) {
   const Eigen::Vector3d flexibility(3.0 / 600.0, 5.0 / 700.0, 4.0 / 800.0);
   const Bases bases = bases_of(scene);
   for (const Basis& basis : bases.all) {
-    // tensions by hand: each joint's force resolved along its two bars
+    // tensions by hand: the force on each joint is resolved along its two bars
     const Eigen::MatrixXd p = unit_forces(scene.points, basis.shapes);
     Eigen::Matrix3d tension;
     for (Eigen::Index l = 0; l < 3; ++l) {
       const double diagonal = -p(4, l) * 5.0 / 4.0;
       tension(1, l) = diagonal;                        // p_y of joint 1 against bar 1-2
-      tension(0, l) = p(3, l) - diagonal * 3.0 / 5.0;  // the rest of p_x of joint 1
+      tension(0, l) = p(3, l) - diagonal * 3.0 / 5.0;  // the remainder of p_x of joint 1
       tension(2, l) = -p(1, l);                        // p_y of joint 0
     }
     const Eigen::MatrixXd by_hand = tension.transpose() * flexibility.asDiagonal() * tension;
@@ -91,7 +91,7 @@ TEST(Maxwell, ATriangleOfBarsCarriesAPairOfForcesInOneBarOnly) {
   }
 }
 
-TEST(Maxwell, StatesBalanceTheirLoadsAndRedundancyIsLinksLessFreedoms) {
+TEST(Maxwell, EachStateBalancesItsLoadAndRedundancyIsLinksMinusFreedoms) {
   const std::vector<std::pair<std::string, int>> redundant{
       {"pair", 0},       {"chain of 9", 0},          {"triangle", 0},
       {"cloud of 4", 0}, {"cloud of 10", 45 - 24},   {"cube", 28 - 18},
@@ -111,13 +111,14 @@ TEST(Maxwell, StatesBalanceTheirLoadsAndRedundancyIsLinksLessFreedoms) {
       for (const auto& [freedom, coefficient] : factor.natural[k].coefficients)
         balance.row(freedom) += coefficient * states.natural.row(static_cast<Eigen::Index>(k));
     balance.topRows(loads.rows()) += factor.constraints.transpose() * states.multipliers - loads;
-    // a few roundings of the largest natural force, moments per length of 0.1 m included
+    // the bound allows a few rounding errors of the largest natural force, including moments over lengths of
+    // 0.1 m
     const double largest = std::max(states.natural.cwiseAbs().maxCoeff(), loads.cwiseAbs().maxCoeff());
     EXPECT_LT(balance.cwiseAbs().maxCoeff(), 1e-12 * largest);
   }
 }
 
-TEST(Maxwell, MohrsDeltaIsTheInverseOfBTransposedKBWithinConditioning) {
+TEST(Maxwell, MohrsDeltaIsTheInverseOfCUpToAmplifiedRoundingErrors) {
   double worst = 0.0;
   for (const double decades : {1.0, 4.0, 8.0})
     for (std::uint64_t seed = 1; seed <= 5; ++seed)
@@ -129,7 +130,8 @@ TEST(Maxwell, MohrsDeltaIsTheInverseOfBTransposedKBWithinConditioning) {
           const Maxwell maxwell = find_maxwell(scene, bases.structure, bases.factor, basis.shapes);
           ASSERT_TRUE(maxwell.c && maxwell.delta);
           EXPECT_EQ(maxwell.delta->rows(), num_elastic);
-          // forming b' K b and inverting it cost the condition of c, sums of n terms n roundings
+          // forming and inverting b' K b amplifies rounding errors by the condition number of c; a sum of n
+          // terms has n rounding errors
           const double allowed = 10.0 * static_cast<double>(num_elastic + 10) * kEpsilon *
                                  std::pow(bases.structure.conditioning, 2);
           const double error = difference(influence_of(*maxwell.c), *maxwell.delta);
@@ -141,8 +143,8 @@ TEST(Maxwell, MohrsDeltaIsTheInverseOfBTransposedKBWithinConditioning) {
   std::printf("worst difference: %.2g of what conditioning allows\n", worst);
 }
 
-// in the basis of the modes c is M omega^2, and Mohr's delta its inverse, entry by entry
-TEST(Maxwell, DeltaOfTheModesIsDiagonalWithTheFrequencies) {
+// In the basis of the modes c is M omega^2, and each entry of Mohr's delta is that of the inverse.
+TEST(Maxwell, DeltaInTheBasisOfTheModesIsDiagonalWithTheirFrequencies) {
   for (const auto& [name, num_elastic, scene] : every_class(9, {1.0, 1.0})) {
     const Bases bases = bases_of(scene);
     const Maxwell maxwell = find_maxwell(scene, bases.structure, bases.factor, bases.structure.shapes);
@@ -155,11 +157,11 @@ TEST(Maxwell, DeltaOfTheModesIsDiagonalWithTheFrequencies) {
   }
 }
 
-// Castigliano: delta_lu = d2 Pi / ds_l ds_u of the energy stored under the loads sum s_l p_l, displacements
-// by Cholesky from an assembled K held by springs on the rigid motions alone
-TEST(Maxwell, DeltaIsTheSecondDifferenceOfTheEnergy) {
+// Castigliano: delta_lu = d2 Pi / ds_l ds_u, where Pi is the energy stored under the loads sum s_l p_l. The
+// displacements come from Cholesky on an assembled K with additional springs on the rigid motions.
+TEST(Maxwell, DeltaIsTheSecondDerivativeOfTheEnergy) {
   for (const auto& [name, num_elastic, scene] : every_class(10, {1.0, 1.0})) {
-    if (name == "partly rigid") continue;  // K is infinite
+    if (name == "partly rigid") continue;  // rigid links make K infinite
     SCOPED_TRACE(name);
     const Bases bases = bases_of(scene);
     const Eigen::MatrixXd rigid = rigid_motions(bases.structure.mass_properties);
@@ -172,7 +174,7 @@ TEST(Maxwell, DeltaIsTheSecondDifferenceOfTheEnergy) {
     const double scale = maxwell.delta->cwiseAbs().maxCoeff();
     for (Eigen::Index l = 0; l < p.cols(); l += 3)
       for (Eigen::Index u = 0; u < p.cols(); u += 2) {
-        // exact for a quadratic but for rounding
+        // central differences of a quadratic function are exact except for rounding errors
         const double second = 0.25 * (energy(p.col(l) + p.col(u)) - energy(p.col(l) - p.col(u)) -
                                       energy(-p.col(l) + p.col(u)) + energy(-p.col(l) - p.col(u)));
         EXPECT_NEAR(second, (*maxwell.delta)(l, u),
@@ -181,8 +183,8 @@ TEST(Maxwell, DeltaIsTheSecondDifferenceOfTheEnergy) {
   }
 }
 
-// (6.3), (6.4)
-TEST(Maxwell, CoefficientsTurnWithTheBasis) {
+// THEORY 11.16, 11.17
+TEST(Maxwell, CoefficientsTransformWithTheBasis) {
   for (const auto& [name, num_elastic, scene] : every_class(12, {2.0, 2.0})) {
     const Bases bases = bases_of(scene);
     const Basis& from = bases.all.front();
@@ -192,30 +194,31 @@ TEST(Maxwell, CoefficientsTurnWithTheBasis) {
       const Maxwell other = find_maxwell(scene, bases.structure, bases.factor, to.shapes);
       const Eigen::MatrixXd a = change_of_basis(scene.points, from, to);
       EXPECT_LT(difference(a * *own.c * a.transpose(), *other.c), 1e-12);
-      // least energy among self-stresses loses what stiffnesses differ by, not its square
+      // minimising the energy over self-stresses loses digits in proportion to the ratio of stiffnesses, not
+      // to its square
       EXPECT_LT(difference(a * *own.delta * a.transpose(), *other.delta), 1e-12);
     }
   }
 }
 
-TEST(Maxwell, AMechanismLeavesNoDeltaAndIsNamed) {
+TEST(Maxwell, AStructureWithAMechanismHasNoDeltaAndTheMechanismIsNamed) {
   const Scene scene = square_without_diagonals();
   const Bases bases = bases_of(scene);
   ASSERT_FALSE(bases.structure.mechanisms.empty());
   const Maxwell maxwell = find_maxwell(scene, bases.structure, bases.factor, bases.all.front().shapes);
   EXPECT_FALSE(maxwell.delta);
   EXPECT_NE(maxwell.delta_absence.find("p"), std::string::npos) << maxwell.delta_absence;
-  EXPECT_NE(maxwell.delta_absence.find("no equilibrium"), std::string::npos) << maxwell.delta_absence;
+  EXPECT_NE(maxwell.delta_absence.find("cannot be balanced"), std::string::npos) << maxwell.delta_absence;
   ASSERT_TRUE(maxwell.c);
-  // four springs, six elastic freedoms: c has rank four
+  // there are four springs and six elastic freedoms, so c has rank four
   const Eigen::VectorXd values = maxwell.c->jacobiSvd().singularValues();
   EXPECT_GT(values[3], 1e-3 * values[0]);
   EXPECT_LT(values[4], 1e-14 * values[0]);
 }
 
-// over all 3N - 6 displacements a rigid link leaves delta with one zero and no c; over the n that it allows
-// both exist
-TEST(Maxwell, ARigidLinkLeavesNoCOverAllDisplacementsAndIsNamed) {
+// Over all 3N - 6 displacements, a rigid link makes one eigenvalue of delta zero, and c does not exist. Over
+// the n displacements that the link allows, both exist.
+TEST(Maxwell, WithARigidLinkThereIsNoCOverAllDisplacementsAndTheLinkIsNamed) {
   const Scene elastic = cloud(5, 6, {1.0, 1.0});
   Scene scene = elastic;
   scene.links[3].kind = Rigid{};
@@ -237,14 +240,15 @@ TEST(Maxwell, ARigidLinkLeavesNoCOverAllDisplacementsAndIsNamed) {
   EXPECT_LT(difference(influence_of(*allowed.c), *allowed.delta), 1e-15 * condition_of(*allowed.c));
 }
 
-// two masses at rest in a mode that moves the rest only: what C makes of them is rounding beside rounding
+// A mode moves only other points, and both ends of the link are at rest. The strain that C gives for the link
+// is then a rounding error.
 TEST(Maxwell, ARigidLinkAtRestInAModeIsNotTakenForStretched) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Scene scene = [&] {
       Scene s = cloud(seed, 6, {1.0, 1.0});
       for (Link& link : s.links)
         if (link.points[0] + link.points[1] == 1) link.kind = Rigid{};
-      // a second structure far off, joined to the first by nothing: its modes leave the link alone
+      // a second structure far from the first and not joined to it: its modes do not move the link
       const Scene other = cloud(seed + 100, 5, {1.0, 1.0});
       for (const PointMass& point : other.points)
         add_point(s, point.mass, point.position + Eigen::Vector3d(9.0, 0.0, 0.0));
@@ -259,8 +263,8 @@ TEST(Maxwell, ARigidLinkAtRestInAModeIsNotTakenForStretched) {
   }
 }
 
-// a spring inside a rigid body carries nothing, whatever the loads
-TEST(Maxwell, ASpringInsideARigidBodyAddsNothing) {
+// A spring inside a rigid body carries no force under any load.
+TEST(Maxwell, ASpringInsideARigidBodyChangesNoCoefficient) {
   const Scene elastic = cloud(3, 5, {1.0, 1.0});
   Scene scene = elastic;
   scene.links.resize(1);
@@ -275,7 +279,7 @@ TEST(Maxwell, ASpringInsideARigidBodyAddsNothing) {
   EXPECT_FALSE(maxwell.c);
 }
 
-// delta of stiff links nears that of rigid ones as 1 / stiffness
+// The delta of stiff springs approaches that of rigid links in proportion to 1 / stiffness.
 TEST(Maxwell, DeltaWithARigidLinkIsTheLimitOfStiffSprings) {
   const Scene elastic = cloud(5, 6, {1.0, 1.0});
   const Basis all = bases_of(elastic).all.front();
@@ -289,7 +293,8 @@ TEST(Maxwell, DeltaWithARigidLinkIsTheLimitOfStiffSprings) {
   for (double k = 1e6; k < 1e12; k *= 10.0) {
     scene.links[3].kind = Spring{k};
     const double gap = difference(delta_of(), limit);
-    // the next order is the mean stiffness over k; rounding is some 1e-15 over the gap
+    // terms of the next order are the mean stiffness over k; rounding errors are some 1e-15 over the
+    // difference
     if (last > 0.0) {
       EXPECT_NEAR(last / gap, 10.0, 10.0 * (3e4 / k * 10.0 + 1e-14 / gap)) << k;
     }
@@ -298,7 +303,7 @@ TEST(Maxwell, DeltaWithARigidLinkIsTheLimitOfStiffSprings) {
   EXPECT_LT(last, 1e-6);
 }
 
-TEST(Maxwell, ABodyThatIsRigidThroughoutHasNoCoefficients) {
+TEST(Maxwell, AFullyRigidBodyHasNoCoefficients) {
   Scene scene = cloud(3, 5, {1.0, 1.0});
   scene.links.clear();
   add_angle(scene, {0, 1, 2, 3, 4}, Rigid{});

@@ -1,6 +1,6 @@
-// Bending and torsion springs: molecules whose frequencies are closed forms (E. B. Wilson, J. C. Decius, P.
-// C. Cross, Molecular Vibrations, 1955, chapters 4 and 8; G. Herzberg, Infrared and Raman Spectra, 1945,
-// section II,4).
+// Bending and torsion springs: molecules with closed-form frequencies (E. B. Wilson, J. C. Decius, P. C.
+// Cross, Molecular Vibrations, 1955, chapters 4 and 8; G. Herzberg, Infrared and Raman Spectra, 1945, section
+// II,4).
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
@@ -20,8 +20,9 @@ void expect_frequencies(const Structure& molecule, std::vector<double> squares, 
   }
 }
 
-// w1^2 = k / m_O, w3^2 = (k / m_O)(1 + 2 m_O / m_C), w2^2 = 2 k_d / (l^2 m_O) (1 + 2 m_O / m_C), twice
-TEST(Molecules, CarbonDioxideBendsTwiceAndStretchesTwice) {
+// w1^2 = k / m_O, w3^2 = (k / m_O)(1 + 2 m_O / m_C), w2^2 = 2 k_d / (l^2 m_O) (1 + 2 m_O / m_C), a double
+// frequency.
+TEST(Molecules, CarbonDioxideHasTwoBendingAndTwoStretchingModes) {
   constexpr double kOxygen = 15.9949, kCarbon = 12.0, kStretch = 1600.0, kBend = 77.0, kLength = 1.16;
   Scene scene;
   for (const double x : {-kLength, 0.0, kLength})
@@ -37,20 +38,20 @@ TEST(Molecules, CarbonDioxideBendsTwiceAndStretchesTwice) {
   expect_frequencies(molecule, {bend, bend, kStretch / kOxygen, kStretch / kOxygen * ratio}, 1e-14);
 }
 
-// bent XY2, valence forces: lambda_3 = k (mu_Y + mu_X (1 - cos a)); lambda_1 + lambda_2 = k (mu_Y + mu_X (1 +
-// cos a))
-// + 2 k_d / l^2 (mu_Y + mu_X (1 - cos a)); lambda_1 lambda_2 = 2 k k_d / l^2 mu_Y (mu_Y + 2 mu_X)
-TEST(Molecules, WaterMeetsItsGFMatrix) {
+// Bent XY2 with valence forces: lambda_3 = k (mu_Y + mu_X (1 - cos a)); lambda_1 + lambda_2 = k (mu_Y + mu_X
+// (1 + cos a)) + 2 k_d / l^2 (mu_Y + mu_X (1 - cos a)); lambda_1 lambda_2 = 2 k k_d / l^2 mu_Y (mu_Y + 2
+// mu_X).
+TEST(Molecules, WaterHasTheFrequenciesOfItsGFMatrix) {
   constexpr double kHydrogen = 1.00783, kOxygen = 15.99491, kStretch = 780.0, kBend = 63.0, kLength = 0.9575;
   const double angle = 104.51 * M_PI / 180.0;
   Scene scene;
   add_point(scene, kOxygen, {0.3, -0.2, 0.1});
-  const Eigen::Matrix3d turn =
+  const Eigen::Matrix3d R =
       Eigen::AngleAxisd(1.1, Eigen::Vector3d(1.0, 2.0, -0.5).normalized()).toRotationMatrix();
   for (const double side : {-0.5, 0.5})
     add_point(scene, kHydrogen,
-              scene.points[0].position + turn * Eigen::Vector3d(kLength * std::sin(side * angle),
-                                                                kLength * std::cos(side * angle), 0.0));
+              scene.points[0].position + R * Eigen::Vector3d(kLength * std::sin(side * angle),
+                                                             kLength * std::cos(side * angle), 0.0));
   add_link(scene, {0, 1}, Spring{kStretch});
   add_link(scene, {0, 2}, Spring{kStretch});
   add_link(scene, {1, 0, 2}, BendingSpring{kBend});
@@ -63,8 +64,8 @@ TEST(Molecules, WaterMeetsItsGFMatrix) {
   expect_frequencies(molecule, {high, product / high, kStretch * (y + x * (1.0 - c))}, 1e-13);
 }
 
-// X3, equilateral: lambda_1 = 3 k / m, lambda_2 = 3 k / (2 m) twice
-TEST(Molecules, EquilateralTriangleMeetsItsGFMatrix) {
+// X3, equilateral: lambda_1 = 3 k / m, lambda_2 = 3 k / (2 m), a double frequency.
+TEST(Molecules, EquilateralTriangleHasTheFrequenciesOfItsGFMatrix) {
   constexpr double kMass = 15.99491, kStretch = 570.0;
   Scene scene;
   for (int i = 0; i < 3; ++i)
@@ -74,8 +75,8 @@ TEST(Molecules, EquilateralTriangleMeetsItsGFMatrix) {
                      1e-14);
 }
 
-// the rows of angles are their derivatives: central differences of the angles themselves
-TEST(Molecules, RowsAreTheDerivativesOfTheAngles) {
+// Deformation rows of angles agree with central differences of the angles.
+TEST(Molecules, DeformationRowsAreTheDerivativesOfTheAngles) {
   Scene scene;
   add_point(scene, 1.0, {0.1, 0.9, -0.2});
   add_point(scene, 2.0, {-0.4, 0.1, 0.3});
@@ -94,25 +95,26 @@ TEST(Molecules, RowsAreTheDerivativesOfTheAngles) {
   };
   Eigen::VectorXd bending = Eigen::VectorXd::Zero(12), torsion = bending;
   const DeformationRows bend_rows = bending_rows(scene, scene.links[0]),
-                        turn_rows = torsion_rows(scene, scene.links[1]);
+                        twist_rows = torsion_rows(scene, scene.links[1]);
   for (const auto& [freedom, value] : bend_rows.at(0).coefficients) bending[freedom] += value;
-  for (const auto& [freedom, value] : turn_rows.at(0).coefficients) torsion[freedom] += value;
-  constexpr double kStep = 1e-5;  // truncation and rounding both some 1e-10
+  for (const auto& [freedom, value] : twist_rows.at(0).coefficients) torsion[freedom] += value;
+  constexpr double kStep = 1e-5;  // truncation and rounding errors are both some 1e-10
   for (int freedom = 0; freedom < 12; ++freedom) {
     double& x = scene.points[static_cast<std::size_t>(freedom / 3)].position[freedom % 3];
     const double rest = x;
     x = rest + kStep;
-    const double bend_up = angle(), turn_up = dihedral();
+    const double bend_up = angle(), twist_up = dihedral();
     x = rest - kStep;
-    const double bend_down = angle(), turn_down = dihedral();
+    const double bend_down = angle(), twist_down = dihedral();
     x = rest;
     EXPECT_NEAR(bending[freedom], (bend_up - bend_down) / (2.0 * kStep), 1e-9) << freedom;
-    EXPECT_NEAR(torsion[freedom], (turn_up - turn_down) / (2.0 * kStep), 1e-9) << freedom;
+    EXPECT_NEAR(torsion[freedom], (twist_up - twist_down) / (2.0 * kStep), 1e-9) << freedom;
   }
 }
 
-// hydrogen peroxide without torsion turns freely about its middle bond; with it, nothing does
-TEST(Molecules, TorsionSpringRemovesTheOneMechanism) {
+// Without torsional stiffness, hydrogen peroxide rotates freely about its middle bond. With torsional
+// stiffness there is no mechanism.
+TEST(Molecules, ATorsionSpringRemovesTheOnlyMechanism) {
   Scene scene;
   add_point(scene, 1.0, {-0.3, 0.9, 0.0});
   add_point(scene, 16.0, {0.0, 0.0, 0.0});
@@ -122,14 +124,14 @@ TEST(Molecules, TorsionSpringRemovesTheOneMechanism) {
   add_link(scene, {0, 1, 2}, BendingSpring{80.0});
   add_link(scene, {1, 2, 3}, BendingSpring{80.0});
   Faults warnings;
-  const Structure loose = build(scene, &warnings);
-  ASSERT_EQ(loose.mechanisms.size(), 1u);
-  EXPECT_EQ(loose.omega[0], 0.0);
+  const Structure without = build(scene, &warnings);
+  ASSERT_EQ(without.mechanisms.size(), 1u);
+  EXPECT_EQ(without.omega[0], 0.0);
   add_link(scene, {0, 1, 2, 3}, TorsionSpring{5.0});
-  const Structure whole = build(scene);
-  EXPECT_TRUE(whole.mechanisms.empty());
-  EXPECT_EQ(whole.omega.size(), 6);
-  EXPECT_GT(whole.omega[0], 0.0);
+  const Structure with = build(scene);
+  EXPECT_TRUE(with.mechanisms.empty());
+  EXPECT_EQ(with.omega.size(), 6);
+  EXPECT_GT(with.omega[0], 0.0);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Plans as bytes: exact round trip, and no damaged or hostile file gets further than an error text.
+// Plans as bytes: the round trip is exact, and a damaged or hostile file is refused with an error text.
 #include "core/plan/plan_bytes.hpp"
 
 #include <fstream>
@@ -15,13 +15,13 @@
 namespace freeflex::testing {
 namespace {
 
-// every kind of content, small enough to try each of its bytes
+// Returns a plan with every kind of content that is small enough to change each of its bytes.
 Plan rich_plan() {
   Scene scene = square_truss(2);
   scene.name = "rich";
   add_link(scene, 0, 1, Beam{1e5, 1e3, 1e3, 1e3, {1.0, 0.0, 0.0}});
-  const int loose = add_point(scene, 0.5, {3.0, 3.0, 3.0});
-  add_link(scene, 5, loose, Spring{10.0});
+  const int hung = add_point(scene, 0.5, {3.0, 3.0, 3.0});
+  add_link(scene, 5, hung, Spring{10.0});
   scene.pushable = {0, 7};
   scene.publication.points = {1};
   scene.publication.links = {0, static_cast<int>(scene.links.size()) - 2};
@@ -43,7 +43,7 @@ Plan rich_plan() {
   return plan;
 }
 
-// a plan that was accepted can be run and read
+// Steps an accepted plan and reads its motion.
 void exercise(const Plan& plan) {
   State state = make_state(plan);
   Workspace workspace = make_workspace(plan);
@@ -75,7 +75,7 @@ TEST(PlanBytes, RoundTripIsExactToTheBit) {
   EXPECT_EQ(back->histories[1].pattern.Q_B, plan.histories[1].pattern.Q_B);
 }
 
-TEST(PlanBytes, FingerprintChangesWithEveryKindOfContent) {
+TEST(PlanBytes, TheFingerprintChangesWithEveryKindOfContent) {
   const Plan plan = rich_plan();
   const std::uint64_t before = plan_fingerprint(plan);
   for (int field = 0; field < 6; ++field) {
@@ -90,7 +90,7 @@ TEST(PlanBytes, FingerprintChangesWithEveryKindOfContent) {
   }
 }
 
-TEST(PlanBytes, TruncationAtEveryByteIsRefused) {
+TEST(PlanBytes, APlanCutAtAnyByteIsRefused) {
   const std::vector<std::byte> bytes = plan_to_bytes(rich_plan());
   std::string error;
   for (std::size_t size = 0; size < bytes.size(); ++size) {
@@ -100,7 +100,7 @@ TEST(PlanBytes, TruncationAtEveryByteIsRefused) {
   }
 }
 
-TEST(PlanBytes, ContentCutAtEveryByteAndSealedAgainIsRefused) {
+TEST(PlanBytes, ContentCutAtAnyByteIsRefusedEvenWithAValidChecksum) {
   const std::vector<std::byte> bytes = plan_to_bytes(rich_plan());
   std::string error;
   for (std::size_t size = kHeaderSize; size < bytes.size(); ++size) {
@@ -110,9 +110,9 @@ TEST(PlanBytes, ContentCutAtEveryByteAndSealedAgainIsRefused) {
   }
 }
 
-// Two files of older programs: version 5 has no tables that judge, version 7 has no names and no longest
-// hold.
-TEST(PlanBytes, PlansOfOlderVersionsAreTaken) {
+// The files are from two older programs: version 5 has no tables for verdicts, version 7 has no names and no
+// limit on holds.
+TEST(PlanBytes, PlansOfOlderVersionsAreAccepted) {
   for (const auto& [name, version] : {std::pair{"every_feature", 5}, {"bodies", 7}}) {
     std::ifstream file(std::string(FREEFLEX_SOURCE_DIR) + "/tests/bits/" + name + ".plan", std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(file), {}};
@@ -121,13 +121,13 @@ TEST(PlanBytes, PlansOfOlderVersionsAreTaken) {
     std::string error;
     const auto plan = plan_from_bytes(std::as_bytes(std::span(text)), error);
     ASSERT_TRUE(plan) << name << ": " << error;
-    EXPECT_EQ(plan->neglect.is_known, version > 5) << name;
-    EXPECT_TRUE(plan->neglect.named.links.empty()) << name;
+    EXPECT_EQ(plan->unmodelled.is_known, version > 5) << name;
+    EXPECT_TRUE(plan->unmodelled.named.links.empty()) << name;
     EXPECT_EQ(plan->command_limits.max_hold, CommandLimits{}.max_hold) << name;
   }
 }
 
-TEST(PlanBytes, WrongMarkVersionLengthAndChecksumAreNamed) {
+TEST(PlanBytes, AWrongMagicVersionLengthOrChecksumIsNamed) {
   const std::vector<std::byte> bytes = plan_to_bytes(rich_plan());
   const auto error_of = [](const std::vector<std::byte>& damaged) {
     std::string error;
@@ -161,25 +161,27 @@ TEST(PlanBytes, AnyFlippedBitIsFoundByTheChecksum) {
   }
 }
 
-// rich_plan's loose point leaves mechanisms: modes of frequency zero, the first ones, one for each that is
-// named
-TEST(PlanBytes, AModeOfFrequencyZeroThatIsNoMechanismIsRefused) {
+// In rich_plan a point on a single spring gives mechanisms. The first modes have frequency zero, one for each
+// named mechanism.
+TEST(PlanBytes, AModeOfFrequencyZeroThatIsNotAMechanismIsRefused) {
   const Plan plan = rich_plan();
   const std::size_t num = plan.mechanisms.size();
   ASSERT_GT(num, 0U);
   EXPECT_EQ(find_inconsistency(plan), "");
-  Plan none = plan, fewer = plan, more = plan, later = plan;
-  none.mechanisms.clear();
+  Plan no_mechanism = plan, fewer = plan, more = plan, later = plan;
+  no_mechanism.mechanisms.clear();
   fewer.mechanisms.pop_back();
   more.mechanisms.push_back({0});
   std::swap(later.omega[0], later.omega[num]);
-  for (const Plan* bad : {&none, &fewer, &more})
-    EXPECT_EQ(find_inconsistency(*bad), "there are not as many mechanisms as modes of frequency zero");
-  EXPECT_EQ(find_inconsistency(later), "a mode of frequency zero does not come before the others");
+  for (const Plan* bad : {&no_mechanism, &fewer, &more})
+    EXPECT_EQ(find_inconsistency(*bad),
+              "the number of mechanisms is not the number of modes of frequency zero");
+  EXPECT_EQ(find_inconsistency(later), "a mode of frequency zero comes after a mode of another frequency");
 }
 
-// Mutations whose checksum agrees: refused with a text, or harmless to run. Sanitizers watch the reads.
-TEST(PlanBytes, SealedMutationsAreRefusedOrHarmless) {
+// A changed plan with a valid checksum is refused with a text, or harmless to run. Sanitizers report reads
+// out of bounds.
+TEST(PlanBytes, MutationsWithAValidChecksumAreRefusedOrHarmless) {
   const std::vector<std::byte> bytes = plan_to_bytes(rich_plan());
   std::mt19937_64 engine(2);
   int num_refused = 0, num_taken = 0;
@@ -192,11 +194,11 @@ TEST(PlanBytes, SealedMutationsAreRefusedOrHarmless) {
         case 0:
           damaged[at] = static_cast<std::byte>(engine());
           break;
-        case 1: {  // a count or an index of -1
+        case 1: {  // sets a count or an index to -1
           std::memset(damaged.data() + at, 0xff, 4);
           break;
         }
-        case 2: {  // a large count
+        case 2: {  // sets a count to a large value
           const std::uint64_t count = 1ULL << (engine() % 64);
           std::memcpy(damaged.data() + at, &count, 8);
           break;

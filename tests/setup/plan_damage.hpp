@@ -1,4 +1,4 @@
-// Saved plans with bytes that are not theirs. Header only.
+// Saved plans with damaged bytes. Header only.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace freeflex::testing {
 
 constexpr std::size_t kHeaderSize = 28;  // magic 8, version 4, length 8, checksum 8
 
-/// Writes a length and a checksum that agree, so that what follows them is put to the test.
+/// Writes the matching length and checksum, so that the reader checks the content itself.
 inline void seal(std::vector<std::byte>& bytes) {
   const std::uint64_t checksum = XXH3_64bits(bytes.data() + kHeaderSize, bytes.size() - kHeaderSize);
   const std::uint64_t length = bytes.size() - kHeaderSize;
@@ -23,7 +23,7 @@ inline void seal(std::vector<std::byte>& bytes) {
   std::memcpy(bytes.data() + 20, &checksum, 8);
 }
 
-/// The error of a plan that something in it was spoilt.
+/// Returns the error of reading a plan after `spoil` has changed it.
 template <typename Spoil>
 std::string error_of_spoilt(Plan plan, const Spoil& spoil) {
   spoil(plan);
@@ -36,15 +36,15 @@ inline void expect_named(const std::string& error, const char* what) {
   EXPECT_NE(error.find(what), std::string::npos) << error;
 }
 
-/// Plans that were refused, and taken, of those with a bit flipped, four bytes set or one byte lost, sealed
-/// again.
+/// Numbers of damaged plans that were refused and accepted. Each has a flipped bit, four bytes set or one
+/// byte removed, and a matching checksum.
 struct DamageCount {
   int num_refused = 0, num_taken = 0;
 };
-/// \param exercise  runs a plan that was taken: no access out of bounds
+/// \param exercise  runs an accepted plan; sanitizers report any access out of bounds
 template <typename Exercise>
-DamageCount damage(const Plan& whole, std::uint64_t seed, int num_trials, const Exercise& exercise) {
-  const std::vector<std::byte> bytes = plan_to_bytes(whole);
+DamageCount damage(const Plan& intact, std::uint64_t seed, int num_trials, const Exercise& exercise) {
+  const std::vector<std::byte> bytes = plan_to_bytes(intact);
   std::mt19937_64 engine(seed);
   DamageCount count;
   for (int trial = 0; trial < num_trials; ++trial) {

@@ -1,4 +1,4 @@
-// What compile() puts into a plan.
+// Contents of the plans that compile() makes.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -25,7 +25,7 @@ bool mentions(const Faults& faults, const std::string& words) {
   return false;
 }
 
-TEST(Plans, CarryTheShapesOfTheirPointsRowByRow) {
+TEST(Plans, HaveModeShapeRowsForThePointsThatAreUsed) {
   Scene scene = square_truss(3);
   scene.pushable = {7};
   scene.publication.points = {2, 7, 2};
@@ -52,7 +52,7 @@ TEST(Plans, CarryTheShapesOfTheirPointsRowByRow) {
   EXPECT_EQ(plan.rows.size(), 5U * 3U * 32U);
 }
 
-TEST(Plans, InverseInertiaInvertsTheInertia) {
+TEST(Plans, TheInverseInertiaIsTheInverseOfTheInertia) {
   const Plan plan = compile(random_structure(4, 8));
   EXPECT_LT((matrix(plan.inertia) * matrix(plan.inverse_inertia) - Eigen::Matrix3d::Identity()).norm(),
             1e-14);
@@ -62,7 +62,7 @@ TEST(Plans, InverseInertiaInvertsTheInertia) {
 }
 
 // decay = zeta omega + alpha / 2 + beta omega^2 / 2
-TEST(Plans, DampingAddsModalAndRayleighParts) {
+TEST(Plans, TheDampingOfAModeIsTheSumOfItsModalAndRayleighDamping) {
   Scene scene = square_truss(2);
   scene.damping.modal_ratio = 0.01;
   scene.damping.mode_ratios = {{3, 0.2}, {5, 0.0}};
@@ -76,8 +76,8 @@ TEST(Plans, DampingAddsModalAndRayleighParts) {
   }
 }
 
-// V_i = sum q b gives back displacements that hold no rigid motion
-TEST(Plans, InitialDisplacementsComeBackFromTheModes) {
+// V_i = sum q b reproduces displacements without rigid motion.
+TEST(Plans, TheModesReproduceInitialDisplacements) {
   Scene scene = square_truss(3);
   const Structure structure = build(scene);
   const Eigen::VectorXd V = 1e-3 * structure.shapes.col(4) - 2e-3 * structure.shapes.col(11);
@@ -94,12 +94,12 @@ TEST(Plans, InitialDisplacementsComeBackFromTheModes) {
   }
 }
 
-TEST(Plans, RigidPartOfInitialDisplacementsIsTakenOutWithAWarning) {
+TEST(Plans, RigidMotionInInitialDisplacementsIsRemovedWithAWarning) {
   Scene scene = square_truss(3);
   for (int i = 0; i < 12; ++i) scene.initial.points.push_back({i, {1e-3, 0.0, 0.0}, Eigen::Vector3d::Zero()});
   Faults warnings;
   const Plan plan = compile(scene, &warnings);
-  EXPECT_TRUE(mentions(warnings, "initial displacements of the points hold 100 % of rigid motion"));
+  EXPECT_TRUE(mentions(warnings, "initial displacements of the points contain 100 % of rigid motion"));
   for (const double q : plan.initial.q) EXPECT_LT(std::abs(q), 1e-17);
 }
 
@@ -107,24 +107,24 @@ TEST(Plans, InitialPoseMovesTheCentreOfMass) {
   Scene scene = square_truss(3);
   for (PointMass& point : scene.points) point.position += Eigen::Vector3d(1.0, 2.0, 3.0);
   scene.initial.position = {10.0, 0.0, 0.0};
-  scene.initial.attitude = {2.0, 0.0, 0.0, 2.0};  // a quarter turn about z, to be normalised
+  scene.initial.attitude = {2.0, 0.0, 0.0, 2.0};  // a quarter turn about z, not yet normalised
   const Plan plan = compile(scene);
   EXPECT_LT((vector(plan.initial.p_WB) - Eigen::Vector3d(8.0, 1.0, 3.0)).norm(), 1e-14);
   EXPECT_NEAR(plan.initial.q_WB[0], std::sqrt(0.5), kEpsilon);
   EXPECT_NEAR(plan.initial.q_WB[3], std::sqrt(0.5), kEpsilon);
 }
 
-TEST(Plans, SpinAboutALineIsTakenOutWithAWarning) {
+TEST(Plans, SpinAboutALineIsRemovedWithAWarning) {
   Scene scene = lumped_beam(4);
   scene.initial.angular_velocity = {3.0, 1.0, 0.0};
   Faults warnings;
   const Plan plan = compile(scene, &warnings);
   EXPECT_TRUE(mentions(warnings, "3 rad/s about the line of the points"));
-  EXPECT_LT((vector(plan.initial.w_WB_B) - Eigen::Vector3d(0.0, 1.0, 0.0)).norm(), 1e-15);
+  EXPECT_LT((vector(plan.initial.w_B) - Eigen::Vector3d(0.0, 1.0, 0.0)).norm(), 1e-15);
 }
 
-// sum of f_i is the force, sum of d_i x f_i the torque the group can take
-TEST(Plans, GroupWeightsSpreadAWrenchWithoutLoss) {
+// The sum of f_i is the force, and the sum of d_i x f_i is the part of the torque that the group can carry.
+TEST(Plans, GroupWeightsReproduceTheForceAndTorqueOfAWrench) {
   Scene scene = random_structure(9, 9);
   scene.groups.push_back({"body", {0, 2, 3, 5, 8}, {}});
   scene.groups.push_back({"pair", {1, 4}, {}});
@@ -143,14 +143,14 @@ TEST(Plans, GroupWeightsSpreadAWrenchWithoutLoss) {
       force += f;
       torque += d.cross(f);
     }
-    Eigen::Vector3d taken = T - vector(group.line) * vector(group.line).dot(T);
-    if (group.torque_rank == 0) taken.setZero();
+    Eigen::Vector3d carried = T - vector(group.line) * vector(group.line).dot(T);
+    if (group.torque_rank == 0) carried.setZero();
     EXPECT_LT((force - F).norm(), 1e-14);
-    EXPECT_LT((torque - taken).norm(), 1e-14);
+    EXPECT_LT((torque - carried).norm(), 1e-14);
   }
 }
 
-TEST(Plans, PulseEdgesAreRoundedToTicksAndSaySo) {
+TEST(Plans, PulseEdgesAreRoundedToTicksWithAWarning) {
   Scene scene = square_truss(2);
   scene.rate = 1000.0;
   const auto add = [&](const char* name, const History& history) {
@@ -174,7 +174,7 @@ TEST(Plans, PulseEdgesAreRoundedToTicksAndSaySo) {
   EXPECT_FALSE(mentions(warnings, "'on'"));
   EXPECT_TRUE(mentions(warnings, "load 'off': the pulse starts at 0.0104 s"));
   EXPECT_TRUE(mentions(warnings, "'short': the pulse ends at "));
-  EXPECT_TRUE(mentions(warnings, "so that its impulse is kept"));
+  EXPECT_TRUE(mentions(warnings, "so that the impulse is the same"));
 
   set_rate(plan, 10000.0);
   EXPECT_EQ(plan.histories[1].start_tick, 104);
@@ -182,7 +182,7 @@ TEST(Plans, PulseEdgesAreRoundedToTicksAndSaySo) {
   EXPECT_EQ(plan_to_bytes(plan), plan_to_bytes(compile(scene)));
 }
 
-TEST(Plans, LoadsThatAreFasterThanTicksAreSaid) {
+TEST(Plans, WarnOfLoadsThatVaryFasterThanTheTicks) {
   Scene scene = square_truss(2);
   scene.rate = 1000.0;
   const auto add = [&](const char* name, const History& history) {
@@ -204,10 +204,10 @@ TEST(Plans, LoadsThatAreFasterThanTicksAreSaid) {
                "load 'aliased': the sine of 999 Hz has less than 13 ticks a cycle at 1000 Hz; it acts "
                "as straight lines between its values at ticks: raise the rate to 12987 Hz or more"));
   EXPECT_TRUE(
-      mentions(warnings, "load 'fine': rows 1 and 2 of the table are 0.0003 s apart, a tick is 0.001 s"));
+      mentions(warnings, "load 'fine': rows 1 and 2 of the table are 0.0003 s apart, but a tick is 0.001 s"));
 }
 
-TEST(Plans, LinkRowsGiveTensionFromTheModes) {
+TEST(Plans, LinkForceRowsGiveTheTensionFromTheModes) {
   const Scene scene = square_truss(3);
   const Structure structure = build(scene);
   const Plan plan = compile(scene);

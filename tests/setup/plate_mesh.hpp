@@ -14,8 +14,9 @@ inline void add_plate(Scene& scene, int first, int second, int third, const Plat
   scene.links[static_cast<std::size_t>(link)].points.push_back(third);
 }
 
-/// Plate of sides a [m] along x and b [m] along y, of surface density 1 kg/m^2: cells_x by cells_y
-/// rectangles, each halved, diagonals in turn. Each cell gives a quarter of its mass to each corner.
+/// Returns a plate with sides a [m] along x and b [m] along y and a surface density of 1 kg/m^2. It has
+/// cells_x by cells_y rectangles, each divided by a diagonal; the diagonals alternate. Each cell gives a
+/// quarter of its mass to each corner.
 inline Scene plate_mesh(double a, double b, int cells_x, int cells_y, const Plate& plate) {
   Scene scene;
   const double quarter = 0.25 * a * b / (cells_x * cells_y);
@@ -38,13 +39,13 @@ inline Scene plate_mesh(double a, double b, int cells_x, int cells_y, const Plat
   return scene;
 }
 
-/// Moves every point.
+/// Returns the scene with every point moved.
 inline Scene moved(Scene scene, const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& to) {
   for (PointMass& point : scene.points) point.position = to(point.position);
   return scene;
 }
 
-/// Plates' stiffness of unit bending rigidity, D = E t^3 / 12 (1 - nu^2) = 1 N m.
+/// Returns a plate of unit bending rigidity, D = E t^3 / 12 (1 - nu^2) = 1 N m.
 inline Plate unit_plate(double nu, double thickness) {
   return {12.0 * (1.0 - nu * nu) / (thickness * thickness * thickness), nu, thickness};
 }

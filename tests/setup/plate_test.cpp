@@ -13,15 +13,15 @@
 namespace freeflex::testing {
 namespace {
 
-// a turn about no special axis: columns are the directions of a patch's x, y, z
+// Returns a rotation about a general axis; its columns are the directions of a patch's x, y, z.
 Eigen::Matrix3d skew_axes() {
   return Eigen::AngleAxisd(1.1, Eigen::Vector3d(0.3, -0.5, 0.7).normalized()).toRotationMatrix();
 }
 
 constexpr double kLength = 0.24, kWidth = 0.12;  // [m]
 
-// The patch of MacNeal and Harder (1985, Finite Elements in Analysis and Design 1, 3-20), each of its five
-// quadrilaterals halved: points 0 to 3 are the corners of the rectangle, 4 to 7 lie within.
+// The patch of MacNeal and Harder (1985, Finite Elements in Analysis and Design 1, 3-20) with each of its
+// five quadrilaterals halved: points 0 to 3 are the corners of the rectangle, 4 to 7 lie inside.
 Scene patch(const Plate& plate) {
   Scene scene;
   for (const auto& [x, y] : std::initializer_list<std::pair<double, double>>{{0.0, 0.0},
@@ -48,7 +48,8 @@ Scene patch(const Plate& plate) {
 
 const Plate kPlate{2e11, 0.3, 2e-3};
 
-// coefficients of rows, times the roots of their stiffnesses unless plain
+// Returns the coefficients of deformation rows, multiplied by the square roots of their stiffnesses unless
+// `plain`.
 Eigen::MatrixXd dense(const DeformationRows& rows, int num_freedoms, bool plain = false) {
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), num_freedoms);
   for (std::size_t i = 0; i < rows.size(); ++i)
@@ -59,7 +60,7 @@ Eigen::MatrixXd dense(const DeformationRows& rows, int num_freedoms, bool plain 
 
 using Field = std::function<Eigen::Vector3d(const Eigen::Vector3d&)>;
 
-// all freedoms of a scene whose points are displaced and whose joints are turned by these fields
+// Returns all freedoms of a scene whose points are displaced and whose joints are rotated by these fields.
 Eigen::VectorXd freedoms_of(const Scene& scene, const Field& displacement, const Field& rotation) {
   const Freedoms freedoms(scene);
   Eigen::VectorXd u = Eigen::VectorXd::Zero(freedoms.num_all());
@@ -71,7 +72,7 @@ Eigen::VectorXd freedoms_of(const Scene& scene, const Field& displacement, const
   return u;
 }
 
-// minimum of the strain energy with the freedoms of the first num_held points as given
+// Returns the freedoms that minimise the strain energy for given freedoms of the first num_held points.
 Eigen::VectorXd relax(const Scene& scene, int num_held, const Eigen::VectorXd& given) {
   const Freedoms freedoms(scene);
   DeformationRows rows;
@@ -94,7 +95,7 @@ Eigen::VectorXd relax(const Scene& scene, int num_held, const Eigen::VectorXd& g
   return u;
 }
 
-// plate_resultants of every plate for given freedoms, one column each
+// Returns the plate_resultants of every plate for given freedoms, one column each.
 Eigen::MatrixXd resultants(const Scene& scene, const Eigen::VectorXd& u) {
   const Freedoms freedoms(scene);
   Eigen::MatrixXd all(6, static_cast<Eigen::Index>(scene.links.size()));
@@ -108,23 +109,24 @@ Eigen::MatrixXd resultants(const Scene& scene, const Eigen::VectorXd& u) {
   return all;
 }
 
-// xx, yy, xy of a symmetric tensor of the scene in the local axes of a plate whose normal is z
+// Returns the components xx, yy, xy, in the local axes of a plate with normal z, of a symmetric tensor that
+// is given in scene axes.
 Eigen::Vector3d in_local_axes(const Scene& scene, const Link& link, const Eigen::Vector3d& z,
                               const Eigen::Matrix3d& tensor) {
   const Eigen::Vector3d x = span_of(scene, link).normalized(), y = z.cross(x);
   return {x.dot(tensor * x), y.dot(tensor * y), x.dot(tensor * y)};
 }
 
-// Hooke's law in plane stress, per unit of E h / (1 - nu^2), for a strain tensor within the plane with normal
-// z
+// Returns the stress of Hooke's law in plane stress, per unit of E h / (1 - nu^2), for a strain tensor within
+// the plane with normal z.
 Eigen::Matrix3d plane_stress(const Eigen::Matrix3d& strain, const Eigen::Vector3d& z, double nu) {
   return (1.0 - nu) * strain + nu * strain.trace() * (Eigen::Matrix3d::Identity() - z * z.transpose());
 }
 
-// QR of rows whose membrane is l / t = 1e2 times as stiff as their bending loses no more than that
+// membrane rows are l / t = 1e2 times as stiff as bending rows, and QR loses no more than these two digits
 constexpr double kPatchTolerance = 1e3 * kEpsilon * 1e2;
 
-TEST(Plates, ConstantStrainImposedOnAnIrregularPatchIsConstantWithin) {
+TEST(Plates, ConstantStrainOnTheEdgeOfAnIrregularPatchIsConstantInside) {
   const Eigen::Matrix3d axes = skew_axes();
   const Eigen::Vector3d z = axes.col(2);
   const Scene scene =
@@ -132,10 +134,10 @@ TEST(Plates, ConstantStrainImposedOnAnIrregularPatchIsConstantWithin) {
   Eigen::Matrix3d strain = Eigen::Matrix3d::Zero();
   strain.topLeftCorner<2, 2>() << 1.0e-3, 0.7e-3, 0.7e-3, -0.4e-3;
   strain = axes * strain * axes.transpose();
-  Eigen::Vector3d turn = 2e-3 * z;  // and a turn in the plane
+  Eigen::Vector3d rotation = 2e-3 * z;  // the field includes a rotation in the plane
   const Eigen::VectorXd u = freedoms_of(
-      scene, [&](const Eigen::Vector3d& p) { return Eigen::Vector3d(strain * p + turn.cross(p)); },
-      [&](const Eigen::Vector3d&) -> Eigen::Vector3d { return turn; });
+      scene, [&](const Eigen::Vector3d& p) { return Eigen::Vector3d(strain * p + rotation.cross(p)); },
+      [&](const Eigen::Vector3d&) -> Eigen::Vector3d { return rotation; });
   const Eigen::MatrixXd found = resultants(scene, relax(scene, 4, u));
   const double Et = kPlate.E * kPlate.thickness / (1.0 - kPlate.nu * kPlate.nu);
   const Eigen::Matrix3d N = Et * plane_stress(strain, z, kPlate.nu);
@@ -146,7 +148,7 @@ TEST(Plates, ConstantStrainImposedOnAnIrregularPatchIsConstantWithin) {
   }
 }
 
-TEST(Plates, ConstantCurvatureImposedOnAnIrregularPatchIsConstantWithin) {
+TEST(Plates, ConstantCurvatureOnTheEdgeOfAnIrregularPatchIsConstantInside) {
   const Eigen::Matrix3d axes = skew_axes();
   const Eigen::Vector3d z = axes.col(2);
   const Scene scene =
@@ -161,7 +163,7 @@ TEST(Plates, ConstantCurvatureImposedOnAnIrregularPatchIsConstantWithin) {
       [&](const Eigen::Vector3d& p) { return Eigen::Vector3d((0.5 * p.dot(H * p) + slope.dot(p)) * z); },
       [&](const Eigen::Vector3d& p) { return Eigen::Vector3d((H * p + slope).cross(z)); });
   const Eigen::MatrixXd found = resultants(scene, relax(scene, 4, u));
-  // a deflection that curves upwards shortens the upper face
+  // a deflection with upward curvature compresses the upper face
   const double D = kPlate.E * std::pow(kPlate.thickness, 3) / (12.0 * (1.0 - kPlate.nu * kPlate.nu));
   const Eigen::Matrix3d M = -D * plane_stress(H, z, kPlate.nu);
   for (Eigen::Index i = 0; i < found.cols(); ++i) {
@@ -171,11 +173,11 @@ TEST(Plates, ConstantCurvatureImposedOnAnIrregularPatchIsConstantWithin) {
   }
 }
 
-// displacements of a free structure under loads in equilibrium, through the condensed factor
+// Returns the displacements of a free structure under balanced loads, from the condensed factor.
 Eigen::VectorXd free_response(const Scene& scene, const LinkFactor& factor, const Eigen::VectorXd& force) {
   std::vector<int> points(scene.points.size());
   for (std::size_t i = 0; i < points.size(); ++i) points[i] = static_cast<int>(i);
-  // least squares of the rows held by the rigid motions: V = A^+ (A^+)' F
+  // least squares of the rows together with the rigid motions: V = A^+ (A^+)' F
   const Eigen::MatrixXd rigid = rigid_basis(scene, points);
   Eigen::MatrixXd held(factor.rows.rows() + rigid.cols(), factor.rows.cols());
   held << factor.rows, factor.rows.norm() * rigid.transpose();
@@ -186,8 +188,8 @@ Eigen::VectorXd free_response(const Scene& scene, const LinkFactor& factor, cons
 }
 
 TEST(Plates, CornerForcesTwistAFreePlateUniformly) {
-  // Timoshenko and Woinowsky-Krieger 1959, section 11: forces +-P at the corners are a twisting moment P / 2
-  // all over
+  // Timoshenko and Woinowsky-Krieger 1959, section 11: forces +-P at the corners give a uniform twisting
+  // moment P / 2
   const Scene scene = patch(kPlate);
   Faults faults;
   const LinkFactor factor = factor_links(scene, true, faults);
@@ -209,11 +211,11 @@ TEST(Plates, CornerForcesTwistAFreePlateUniformly) {
   EXPECT_NEAR(warp, kLength * kWidth * P / (2.0 * (1.0 - kPlate.nu) * D), kPatchTolerance * warp);
 }
 
-TEST(Plates, StretchOfAFreePlateByEdgeForcesIsUniform) {
+TEST(Plates, EdgeForcesStretchAFreePlateUniformly) {
   const Scene scene = patch(kPlate);
   Faults faults;
   const LinkFactor factor = factor_links(scene, true, faults);
-  const double F = 500.0;  // on each short side, half at either corner
+  const double F = 500.0;  // on each short side, half of it at each corner
   Eigen::VectorXd force = Eigen::VectorXd::Zero(factor.rows.cols());
   force[0] = force[9] = -0.5 * F;
   force[3] = force[6] = 0.5 * F;
@@ -231,7 +233,8 @@ TEST(Plates, StretchOfAFreePlateByEdgeForcesIsUniform) {
   EXPECT_NEAR(V[10] - V[1], -kPlate.nu * elongation * kWidth / kLength, kPatchTolerance * elongation);
 }
 
-// flat in a skew plane; bent into a quarter of a tube; a cap of height 1e-6 and a needle
+// Returns a patch flat in a skew plane, a patch bent into a quarter of a tube, a cap of height 1e-6, and a
+// needle.
 std::vector<Scene> shapes() {
   const Eigen::Matrix3d axes = skew_axes();
   std::vector<Scene> all{moved(patch(kPlate),
@@ -253,19 +256,19 @@ std::vector<Scene> shapes() {
   return all;
 }
 
-TEST(Plates, RigidMotionsStrainNothing) {
+TEST(Plates, RigidMotionsStrainNoPlate) {
   for (const Scene& scene : shapes()) {
     const Freedoms freedoms(scene);
     for (int motion = 0; motion < 6; ++motion) {
       const Eigen::Vector3d axis = Eigen::Vector3d::Unit(motion % 3);
-      const bool turns = motion >= 3;
+      const bool rotates = motion >= 3;
       const Eigen::VectorXd u = freedoms_of(
-          scene, [&](const Eigen::Vector3d& p) { return turns ? Eigen::Vector3d(axis.cross(p)) : axis; },
-          [&](const Eigen::Vector3d&) { return turns ? axis : Eigen::Vector3d(0.0, 0.0, 0.0); });
+          scene, [&](const Eigen::Vector3d& p) { return rotates ? Eigen::Vector3d(axis.cross(p)) : axis; },
+          [&](const Eigen::Vector3d&) { return rotates ? axis : Eigen::Vector3d(0.0, 0.0, 0.0); });
       for (const Link& link : scene.links) {
         const Eigen::MatrixXd rows = dense(plate_rows(scene, link, freedoms), freedoms.num_all(), true);
         const Eigen::VectorXd strain = (rows * u).cwiseAbs(), size = rows.cwiseAbs() * u.cwiseAbs();
-        // some roundings of the terms, among them of positions up to 8 m away from the triangle
+        // some rounding errors of the terms, including positions up to 8 m away from the triangle
         for (Eigen::Index row = 0; row < strain.size(); ++row)
           EXPECT_LE(strain[row], 16.0 * kEpsilon * size[row]);
       }
@@ -273,7 +276,7 @@ TEST(Plates, RigidMotionsStrainNothing) {
   }
 }
 
-TEST(Plates, AMeshHasSixRigidFreedomsAndNoMechanismFlatOrBent) {
+TEST(Plates, AFlatOrBentMeshHasSixRigidFreedomsAndNoMechanism) {
   for (const Scene& scene : shapes()) {
     if (scene.links.size() == 1) continue;
     const Structure structure = build(scene);
@@ -282,7 +285,7 @@ TEST(Plates, AMeshHasSixRigidFreedomsAndNoMechanismFlatOrBent) {
     EXPECT_TRUE(structure.mechanisms.empty());
     EXPECT_GT(structure.omega[0], 0.0);
   }
-  // two plates on one edge, neither bars nor more plates to hold them
+  // two plates with a common edge, without bars or other plates that hold them
   Scene hinge;
   for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}})
     add_point(hinge, 1.0, {x, y, 0.0});
@@ -308,7 +311,7 @@ TEST(Plates, TheNumberingOfThePointsDoesNotMatter) {
       longest = std::max(longest, (at(k + 1) - at(k)).norm());
       twice_area = (at(k + 1) - at(k)).cross(at(k + 2) - at(k)).norm();
     }
-    // a rounding turns the normal by eps l / height
+    // a rounding error rotates the normal by eps l / height
     const double tolerance = 16.0 * kEpsilon * longest * longest / twice_area * K.norm();
     std::sort(link.points.begin(), link.points.end());
     do {
@@ -318,7 +321,7 @@ TEST(Plates, TheNumberingOfThePointsDoesNotMatter) {
   }
 }
 
-TEST(Plates, ANeedleKeepsTheDigitsOfItsHeight) {
+TEST(Plates, TheHeightOfANeedleTriangleKeepsItsDigits) {
   Scene scene;
   const Eigen::Vector3d near(0.4, 0.7, 0.2), far(-0.3, 1.1, 1.9);
   const Eigen::Vector3d tip = near + 1e-7 * Eigen::Vector3d(1.0, 2.0, -1.0);
@@ -326,8 +329,9 @@ TEST(Plates, ANeedleKeepsTheDigitsOfItsHeight) {
   add_plate(scene, 0, 1, 2, kPlate);
   const DeformationRows rows = plate_rows(scene, scene.links[0], Freedoms(scene));
   const Eigen::MatrixXd first = dense({rows[0]}, 9 + 9, true);
-  // the first row holds the gradients of the barycentric coordinates: 1 / height over the side opposite.
-  // Positions are data, so the 64 bits of extended precision know the height to 1e-19 l / height
+  // The first row contains the gradients of the barycentric coordinates, which are 1 / height over the
+  // opposite side. Positions are exact data, so extended precision with 64 bits gives the height with an
+  // error of 1e-19 l / height.
   using Vector = Eigen::Matrix<long double, 3, 1>;
   const Vector a = tip.cast<long double>() - near.cast<long double>();
   const Vector b = far.cast<long double>() - near.cast<long double>();
@@ -345,14 +349,14 @@ TEST(Plates, RoundingOfPositionsDoesNotSoftenAFlatPlate) {
     for (Eigen::Index l = 0; l < found.omega.size(); ++l)
       EXPECT_NEAR(found.omega[l], structure.omega[l], tolerance * structure.omega[l]);
   };
-  // a quarter turn leaves cos(pi / 2) = 6e-17 behind; elsewhere all digits are rounded
+  // after a quarter turn cos(pi / 2) is 6e-17; at other angles all digits are rounded
   const Eigen::AngleAxisd quarter(std::acos(0.0), Eigen::Vector3d::UnitX());
   compare(moved(flat, [&](const Eigen::Vector3d& p) { return Eigen::Vector3d(quarter * p); }), 1e-11);
   const Eigen::Matrix3d axes = skew_axes();
   compare(moved(flat, [&](const Eigen::Vector3d& p) { return Eigen::Vector3d(axes * p); }), 1e-11);
   std::mt19937_64 engine(5);
   std::normal_distribution<double> normal;
-  // seven digits of a table: what membranes add to bending is (1e-7 / t)^2
+  // positions have seven digits, as in a table, so membranes add (1e-7 / t)^2 to bending
   compare(
       moved(flat,
             [&](const Eigen::Vector3d& p) { return Eigen::Vector3d(p.x(), p.y(), 1e-7 * normal(engine)); }),

@@ -1,4 +1,4 @@
-// Plates that converge: frequencies of the free square plate, a strip that is a beam.
+// Convergence of plates: frequencies of the free square plate, and a strip compared with a beam.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -15,7 +15,8 @@ namespace {
 
 constexpr int kNumModes = 5;
 
-// values of the Legendre polynomials below n at x and of their first two derivatives, columns 0, 1, 2
+// Returns the Legendre polynomials of degree below n at x and their first two derivatives, in columns 0, 1,
+// 2.
 Eigen::MatrixXd legendre(Eigen::Index n, double x) {
   Eigen::MatrixXd P = Eigen::MatrixXd::Zero(n, 3);
   P(0, 0) = 1.0;
@@ -29,11 +30,12 @@ Eigen::MatrixXd legendre(Eigen::Index n, double x) {
   return P;
 }
 
-// omega a^2 sqrt(rho h / D) of the free square plate by Ritz's method (1909) with n x n products of Legendre
-// polynomials: thin-plate theory, an upper bound, converged in five digits for n = 14.
+// Returns omega a^2 sqrt(rho h / D) of the free square plate by Ritz's method (1909) with n x n products of
+// Legendre polynomials. It is an upper bound in thin-plate theory, and for n = 14 it has converged to five
+// digits.
 Eigen::VectorXd ritz_free_square(Eigen::Index n, double nu) {
-  // integrals over [-1, 1] of derivatives d and e of each pair, by Gauss's rule from the polynomials'
-  // recurrence
+  // the integrals over [-1, 1] of the derivatives d and e of each pair are computed by Gauss's rule, whose
+  // points come from the recurrence of the polynomials
   Eigen::MatrixXd jacobi = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index k = 1; k < n; ++k) {
     const auto degree = static_cast<double>(k);
@@ -59,7 +61,9 @@ Eigen::VectorXd ritz_free_square(Eigen::Index n, double nu) {
       M.block(n * i, n * k, n, n) = I00(i, k) * I00;
     }
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(K, M, Eigen::EigenvaluesOnly);
-  return 4.0 * solver.eigenvalues().segment<kNumModes>(3).cwiseSqrt();  // side 2; three rigid motions first
+  return 4.0 * solver.eigenvalues()
+                   .segment<kNumModes>(3)
+                   .cwiseSqrt();  // the side is 2; the first three modes are rigid motions
 }
 
 TEST(PlateVibration, FrequenciesOfTheFreeSquarePlateConvergeWithTheSquareOfTheMesh) {
@@ -79,7 +83,8 @@ TEST(PlateVibration, FrequenciesOfTheFreeSquarePlateConvergeWithTheSquareOfTheMe
   EXPECT_NEAR(exact[1] * hertz, 2.360, 0.0006);
   EXPECT_NEAR(exact[2] * hertz, 2.922, 0.0006);
 
-  // a / h = 1000: motion in the plane is 6e3 / a^2 sqrt(D / rho h) and faster, bending first
+  // at a / h = 1000 the frequencies of in-plane motion begin at 6e3 / a^2 sqrt(D / rho h), so the lowest
+  // modes bend
   const std::vector<int> meshes{4, 8, 12};
   std::vector<Eigen::VectorXd> found;
   found.reserve(meshes.size());
@@ -100,12 +105,12 @@ TEST(PlateVibration, FrequenciesOfTheFreeSquarePlateConvergeWithTheSquareOfTheMe
     EXPECT_GT(order, 1.8);
     EXPECT_LT(order, 2.2);
     EXPECT_LT(std::abs(error[2]), 0.026);
-    // what is left after the square of the mesh is of a higher order
+    // extrapolation removes the error of second order; the remainder has higher order
     EXPECT_NEAR(extrapolated, exact[l], 0.1 * std::abs(found[2][l] - exact[l]));
   }
 }
 
-TEST(PlateVibration, AStripWithoutPoissonsRatioBendsAsABeam) {
+TEST(PlateVibration, AStripWithoutPoissonsRatioBendsLikeABeam) {
   // three-point bending: F L^3 / 48 EI between the middle and the ends
   const double L = 1.0, b = 0.25, F = 2.0;
   const Plate plate{7e10, 0.0, 0.01};
@@ -128,11 +133,12 @@ TEST(PlateVibration, AStripWithoutPoissonsRatioBendsAsABeam) {
     const Eigen::MatrixXd rigid = rigid_basis(scene, points), K = factor.rows.transpose() * factor.rows;
     const Eigen::VectorXd V =
         (K + K.trace() / static_cast<double>(K.rows()) * rigid * rigid.transpose()).ldlt().solve(force);
-    // work of the forces: the deflection under them, whatever its course across
+    // the deflection is measured by the work of the forces, which is independent of the shape across the
+    // strip
     error.push_back(force.dot(V) / (F * beam) - 1.0);
     std::printf("strip, %d cells along: deflection over the beam's, less one: %.3e\n", cells, error.back());
   }
-  // the deflection's course across a cell is not cubic, so the error falls with the square of the cell
+  // the deflection across a cell is not cubic, so the error is proportional to the square of the cell size
   for (std::size_t i = 1; i < error.size(); ++i) EXPECT_NEAR(std::log2(error[i - 1] / error[i]), 2.0, 0.2);
   EXPECT_LT(error.back(), 1e-3);
 }

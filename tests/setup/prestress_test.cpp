@@ -1,4 +1,5 @@
-// Stiffness by internal forces: links at true geometry, and what spin and thrust do to frequencies.
+// Geometric stiffness: deformations of links at true geometry, and the effect of spin and thrust on
+// frequencies.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
@@ -21,15 +22,15 @@ Scene one_link(const LinkKind& kind, const std::vector<Eigen::Vector3d>& at) {
   Link link;
   link.name = "l";
   link.kind = kind;
-  for (const Eigen::Vector3d& place : at) {
+  for (const Eigen::Vector3d& position : at) {
     link.points.push_back(static_cast<int>(scene.points.size()));
-    add_point(scene, 1.0, place);
+    add_point(scene, 1.0, position);
   }
   scene.links.push_back(link);
   return scene;
 }
 
-// every kind, and of bending springs the straight, the folded and the bent
+// Returns links of every kind, with straight, folded and bent bending springs.
 std::vector<Scene> links_of_every_kind(std::mt19937_64& engine) {
   const auto some = [&](int count) {
     std::vector<Eigen::Vector3d> at;
@@ -47,11 +48,11 @@ std::vector<Scene> links_of_every_kind(std::mt19937_64& engine) {
           one_link(Plate{.E = 7e10, .nu = 0.3, .thickness = 0.01}, some(3))};
 }
 
-// A turn of the whole, however large, strains nothing; a small displacement strains as the rows say, and the
-// difference is of second order.
-TEST(TrueGeometry, OfEveryLinkIsBlindToTurnsOfTheWholeAndTangentToItsRows) {
+// A rigid rotation of any angle strains no link. The strain by a small displacement agrees with the
+// deformation rows up to second order.
+TEST(TrueGeometry, DeformationOfEveryLinkIsInvariantToRotationAndTangentToItsRows) {
   std::mt19937_64 engine(20260712);
-  double worst_turn = 0.0, worst_tangent = 0.0;
+  double worst_rotation = 0.0, worst_tangent = 0.0;
   for (int round = 0; round < 20; ++round)
     for (const Scene& scene : links_of_every_kind(engine)) {
       const Freedoms freedoms(scene);
@@ -59,18 +60,18 @@ TEST(TrueGeometry, OfEveryLinkIsBlindToTurnsOfTheWholeAndTangentToItsRows) {
       Faults faults;
       const LinkFactor factor = factor_links(scene, true, faults);
       const auto num_points = static_cast<Eigen::Index>(scene.points.size());
-      // a turn of the whole by up to 2 rad about the first point
-      const Eigen::Vector3d turn = 2.0 * random_vector(engine).normalized();
-      const Eigen::Matrix3d R = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
+      // the whole link rotates by 2 rad about the first point
+      const Eigen::Vector3d rotation = 2.0 * random_vector(engine).normalized();
+      const Eigen::Matrix3d R = Eigen::AngleAxisd(rotation.norm(), rotation.normalized()).toRotationMatrix();
       Eigen::Matrix3Xd V(3, num_points), theta(3, num_points);
       for (Eigen::Index k = 0; k < num_points; ++k) {
         const Eigen::Vector3d arm =
             scene.points[static_cast<std::size_t>(k)].position - scene.points[0].position;
         V.col(k) = R * arm - arm + random_vector(engine).Constant(0.3);
-        theta.col(k) = turn;
+        theta.col(k) = rotation;
       }
-      worst_turn = std::max(worst_turn, link.deformations(V, theta).cwiseAbs().maxCoeff());
-      // along a random displacement: central differences of the true deformation
+      worst_rotation = std::max(worst_rotation, link.deformations(V, theta).cwiseAbs().maxCoeff());
+      // the derivative along a random displacement comes from central differences of the true deformation
       for (Eigen::Index k = 0; k < num_points; ++k)
         V.col(k) = random_vector(engine), theta.col(k) = random_vector(engine);
       constexpr double kStep = 1e-5;
@@ -81,28 +82,28 @@ TEST(TrueGeometry, OfEveryLinkIsBlindToTurnsOfTheWholeAndTangentToItsRows) {
         double expected = 0.0, size = 0.0;
         for (const auto& [freedom, coefficient] :
              factor.natural[static_cast<std::size_t>(row)].coefficients) {
-          const bool is_turn = freedom >= freedoms.num_displacements();
-          const int place = is_turn ? freedom - freedoms.num_displacements() : freedom;
-          const double value = is_turn ? theta(place % 3, place / 3) : V(place % 3, place / 3);
+          const bool is_rotation = freedom >= freedoms.num_displacements();
+          const int index = is_rotation ? freedom - freedoms.num_displacements() : freedom;
+          const double value = is_rotation ? theta(index % 3, index / 3) : V(index % 3, index / 3);
           expected += coefficient * value;
           size = std::max(size, std::abs(coefficient * value));
         }
         worst_tangent = std::max(worst_tangent, std::abs(slope[row] - expected) / size);
       }
     }
-  std::printf("largest deformation by a turn %.1e, tangent off by %.1e\n", worst_turn, worst_tangent);
-  EXPECT_LT(worst_turn, 1e-12);    // rounding of places of some 10 m
-  EXPECT_LT(worst_tangent, 1e-7);  // third order of the step, over lengths of 0.1 m and more
+  std::printf("largest deformation by a rotation %.1e, tangent off by %.1e\n", worst_rotation, worst_tangent);
+  EXPECT_LT(worst_rotation, 1e-12);  // rounding errors of positions of some 10 m
+  EXPECT_LT(worst_tangent, 1e-7);    // error of third order in the step, over lengths of 0.1 m and more
 }
 
 constexpr double kBeamEI = 100.0, kBeamLength = 1.0;
 
-// A free beam of 1 kg and 1 m along x, stiffer in y so that no two modes are alike.
+// Returns a free beam of 1 kg and 1 m along x, stiffer in y so that no two modes have equal frequencies.
 Scene free_beam(int elements) {
   Scene scene;
   for (int k = 0; k <= elements; ++k) {
-    const double share = (k == 0 || k == elements ? 0.5 : 1.0) / elements;
-    add_point(scene, share, {kBeamLength * k / elements, 0.0, 0.0});
+    const double mass_fraction = (k == 0 || k == elements ? 0.5 : 1.0) / elements;
+    add_point(scene, mass_fraction, {kBeamLength * k / elements, 0.0, 0.0});
   }
   for (int k = 0; k < elements; ++k) {
     Link link;
@@ -122,12 +123,12 @@ struct Judged {
 Judged judged(const Scene& scene, Fidelity rung) {
   Faults faults;
   auto structure = build_structure(scene, faults);
-  auto plan = make_whole_plan(scene, *structure, rung, faults);
+  auto plan = make_full_plan(scene, *structure, rung, faults);
   EXPECT_FALSE(has_error(faults));
   return {std::move(*structure), std::move(*plan)};
 }
 
-// the bending modes in the plane of x and the given axis, lowest first
+// Returns the bending modes in the plane of x and the given axis, lowest first.
 std::vector<std::size_t> bending_modes(const Judged& judged, Eigen::Index axis) {
   std::vector<std::size_t> modes;
   for (Eigen::Index l = 0; l < judged.structure.omega.size(); ++l) {
@@ -140,18 +141,19 @@ std::vector<std::size_t> bending_modes(const Judged& judged, Eigen::Index axis) 
   return modes;
 }
 
-// E of a pair of one mode by the spin, over M
+// Returns the diagonal entry, for a mode, of the geometric stiffness E by the spin, divided by M.
 double by_spin(const Plan& plan, std::size_t mode, const Eigen::Vector3d& w) {
-  const double* row = plan.neglect.spin_rows.data() + 6 * mode;
+  const double* row = plan.unmodelled.spin_rows.data() + 6 * mode;
   return (row[0] * w[0] * w[0] + row[1] * w[1] * w[1] + row[2] * w[2] * w[2] + row[3] * w[0] * w[1] +
           row[4] * w[0] * w[2] + row[5] * w[1] * w[2]) /
          plan.mass;
 }
 
-// The uniform free beam that spins about an axis across it (continuous beam, 60 Hermite elements): at
-// Omega = 0.05 omega_1 the frequencies out of the plane are 1.003805, 2.759439, 5.406541 of omega_1, at rest
-// 1, 61.6728 / 22.3733 and 5.403918; in the plane omega^2 - Omega^2.
-TEST(Prestress, OfASpinningFreeBeamIsThatOfTheContinuousBeam) {
+// The uniform free beam that spins about a transverse axis (continuous beam, 60 Hermite elements). At Omega =
+// 0.05 omega_1 the out-of-plane frequencies are 1.003805, 2.759439 and 5.406541 times omega_1; at rest they
+// are 1, 61.6728 / 22.3733 and 5.403918 times omega_1. In the plane of spin the squared frequencies are lower
+// by Omega^2.
+TEST(Prestress, GeometricStiffnessOfASpinningFreeBeamAgreesWithTheContinuousBeam) {
   const double at_rest[] = {1.0, 61.6728 / 22.3733, 120.9034 / 22.3733};
   const double spinning[] = {1.003805, 2.759439, 5.406541};
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kSeparated}) {
@@ -164,23 +166,24 @@ TEST(Prestress, OfASpinningFreeBeamIsThatOfTheContinuousBeam) {
                    in = by_spin(beam.plan, along[k], {0.0, 0.0, 1.0});
       std::printf("%s, mode %zu: out of the plane %.4f, in it %.4f, continuous beam %.4f\n", name_of(rung),
                   k + 1, out, in, expected);
-      // the last digit of the table is 4e-4 to 4e-3 of the difference; lumped masses are 2e-3 of it a mode
+      // the last digit of the table is 4e-4 to 4e-3 of the difference, and lumped masses add 2e-3 of the
+      // difference per mode
       EXPECT_NEAR(out, expected, 0.01 * expected);
-      // softening of the plane of spin is the coupled rung's own
+      // only the coupled rung includes the softening in the plane of spin
       EXPECT_NEAR(in, rung == Fidelity::kCoupled ? expected : expected - 1.0, 0.02 * expected);
     }
   }
 }
 
-// Dead loads P and -P at the ends: E = -P phi'^2 integrated; the free column's first elastic frequency falls
-// to zero at P = pi^2 EI / L^2, where its shape is a half sine; by the shape of the mode at rest the load is
-// within 1 % (Rayleigh: an upper bound).
-TEST(Prestress, OfAColumnUnderDeadEndLoadsMeetsEulersLoad) {
+// Dead loads P and -P at the ends: E is the integral of -P phi'^2. The first elastic frequency of the free
+// column falls to zero at P = pi^2 EI / L^2, where its shape is a half sine. The mode shape at rest gives
+// this load within 1 % (Rayleigh: an upper bound).
+TEST(Prestress, GeometricStiffnessOfAColumnUnderDeadEndLoadsGivesEulersLoad) {
   Scene scene = free_beam(40);
   const Judged column = judged(scene, Fidelity::kCoupled);
   const auto modes = bending_modes(column, 2);
   const Structure& structure = column.structure;
-  // static answer to unit compression
+  // static response to unit compression
   const Eigen::Index last = structure.shapes.rows() - 3;
   Eigen::VectorXd q(structure.omega.size());
   for (Eigen::Index l = 0; l < q.size(); ++l) {

@@ -1,4 +1,4 @@
-// Frequencies that were published or have a closed form.
+// Frequencies that are published or have a closed form.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -21,9 +21,9 @@ Scene read(const std::string& name) {
 
 double hertz(double omega) { return omega / (2.0 * M_PI); }
 
-// Exudyn, test rotorDiscTest: lowest free-free frequency 104.6370132606291 Hz. The further figures come from
-// a dense eigensolver on the published matrices; each holds to half a unit of its last digit.
-TEST(Published, RotorHasSixRigidFreedomsAndItsFrequencies) {
+// Exudyn, test rotorDiscTest: lowest free-free frequency 104.6370132606291 Hz. The other figures come from a
+// dense eigensolver on the published matrices, and are correct to half a unit of the last digit.
+TEST(Published, TheRotorHasSixRigidFreedomsAndThePublishedFrequencies) {
   const Structure rotor = build(read("rotor.yaml"));
   EXPECT_EQ(rotor.mass_properties.rigid_freedoms, 6);
   EXPECT_TRUE(rotor.mechanisms.empty());
@@ -33,15 +33,15 @@ TEST(Published, RotorHasSixRigidFreedomsAndItsFrequencies) {
                                          224.552115, 238.687929, 284.204726, 284.204726};
   for (Eigen::Index mode = 0; mode < 8; ++mode)
     EXPECT_NEAR(hertz(rotor.omega[mode]), kHertz[static_cast<std::size_t>(mode)], 6e-7) << mode;
-  // an eigensolver on K loses (3992 / 105)^2 roundings, some 1e-12
+  // an eigensolver on K has an error of (3992 / 105)^2 rounding errors, some 1e-12
   EXPECT_NEAR(hertz(rotor.omega[0]), 104.6370132606291, 1e-11 * 104.6);
   EXPECT_NEAR(hertz(rotor.omega[338]), 3992.0, 0.5);
   std::printf("rotor: %.11f Hz, relative difference %.1e\n", hertz(rotor.omega[0]),
               hertz(rotor.omega[0]) / 104.6370132606291 - 1.0);
 }
 
-// ProDy, test data of the anisotropic network model of 1UBI: eigenvalues of K, five digits.
-TEST(Published, NetworkHasSixZerosAndTheEigenvaluesOfProDy) {
+// ProDy, test data of the anisotropic network model of 1UBI: eigenvalues of K to five digits.
+TEST(Published, TheNetworkHasSixZeroFrequenciesAndTheEigenvaluesOfProDy) {
   const Structure network = build(read("network.yaml"));
   EXPECT_EQ(network.mass_properties.rigid_freedoms, 6);
   EXPECT_TRUE(network.mechanisms.empty());
@@ -50,7 +50,8 @@ TEST(Published, NetworkHasSixZerosAndTheEigenvaluesOfProDy) {
       0.033933, 0.15243, 0.35979, 0.71644, 1.5448, 1.6734, 1.7472, 2.1088, 2.6287, 2.7101,
       3.4322,   3.6169,  3.8034,  4.0122,  4.1684, 4.5047, 4.6214, 4.7206, 4.8334, 5.0606,
       5.3962,   5.794,   5.9457,  6.0696,  6.2235, 6.3581, 6.3971, 6.5122, 6.6829, 6.7006};
-  // the first within 1e-6 of the print, the rest to half a unit of their last digit
+  // the first eigenvalue is within 1e-6 of the printed value, the others within half a unit of their last
+  // digit
   EXPECT_NEAR(std::pow(network.omega[0], 2), kEigenvalues[0], 1e-6);
   for (std::size_t mode = 1; mode < kEigenvalues.size(); ++mode) {
     const double unit = std::pow(10.0, std::floor(std::log10(kEigenvalues[mode])) - 4.0);
@@ -60,8 +61,8 @@ TEST(Published, NetworkHasSixZerosAndTheEigenvaluesOfProDy) {
   }
 }
 
-// K of the same network has six eigenvalues below 1e-10 of the largest.
-TEST(Published, NetworkMatrixHasSixEigenvaluesAtRounding) {
+// The matrix K of the same network has six eigenvalues below 1e-10 of the largest.
+TEST(Published, TheStiffnessMatrixOfTheNetworkHasSixEigenvaluesOfTheSizeOfRoundingErrors) {
   Faults faults;
   const LinkFactor factor = factor_links(read("network.yaml"), false, faults);
   const Eigen::MatrixXd K = factor.rows.transpose() * factor.rows;
@@ -70,10 +71,10 @@ TEST(Published, NetworkMatrixHasSixEigenvaluesAtRounding) {
   EXPECT_GT(value[6], 1e-10 * value.tail<1>()[0]);
 }
 
-TEST(Published, LumpedFreeBeamsMeetTheirExactValuesToSevenDigits) {
+TEST(Published, LumpedFreeBeamsHaveTheirExactValuesToSevenDigits) {
   struct Case {
     int num_points;
-    std::vector<double> omega;  // [rad/s] exact for the lumped beam; each occurs in both planes
+    std::vector<double> omega;  // [rad/s] exact for the lumped beam; each frequency occurs in both planes
   };
   for (const Case& each : {Case{3, {std::sqrt(192.0)}}, Case{5, {18.908034, 48.0, 86.844198}},
                            Case{21, {22.201614, 60.877261}}, Case{81, {22.362461}}}) {
@@ -89,13 +90,13 @@ TEST(Published, LumpedFreeBeamsMeetTheirExactValuesToSevenDigits) {
 }
 
 // beta L = 4.730040744862704 is the first root of cos x cosh x = 1.
-TEST(Published, LumpedFreeBeamConvergesWithTheSquareOfItsSpacing) {
+TEST(Published, TheLumpedFreeBeamConvergesWithTheSquareOfItsSpacing) {
   const double exact = std::pow(4.730040744862704, 2);
   double coarser = 0.0;
   for (const int num_spans : {10, 20, 40, 80}) {
     const double error = exact - build(lumped_beam(num_spans + 1)).omega[0];
     EXPECT_GT(error, 0.0);
-    // the next term of the expansion leaves some 1 / spans^2
+    // the next term of the expansion is relatively some 1 / spans^2
     if (coarser > 0.0) {
       EXPECT_NEAR(coarser / error, 4.0, 16.0 * 4.0 / (num_spans * num_spans)) << num_spans;
       std::printf("lumped beam of %d spans: error %.3e rad/s, falls by %.3f\n", num_spans, error,
@@ -105,9 +106,9 @@ TEST(Published, LumpedFreeBeamConvergesWithTheSquareOfItsSpacing) {
   }
 }
 
-// w1^2 = k / m_O, w3^2 = (k / m_O)(1 + 2 m_O / m_C); without a bending spring the bending is a mechanism, in
-// two planes.
-TEST(Published, CarbonDioxideStretchesInItsRatioAndBendsFreely) {
+// w1^2 = k / m_O, w3^2 = (k / m_O)(1 + 2 m_O / m_C); without a bending spring there is a bending mechanism in
+// each of two planes.
+TEST(Published, CarbonDioxideHasItsRatioOfStretchingFrequenciesAndBendsFreely) {
   constexpr double kOxygen = 15.9949, kCarbon = 12.0, kStiffness = 1600.0;
   Scene scene;
   add_point(scene, kOxygen, {-1.16, 0.0, 0.0});

@@ -1,5 +1,5 @@
-// Rigid bodies whose points stand on a line: what is joined to them turns with them, about the line without
-// inertia.
+// Rigid bodies whose points lie on a line: the links at their points rotate with them, and rotation about the
+// line has no inertia.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -12,18 +12,17 @@
 namespace freeflex::testing {
 namespace {
 
-// the scene turned at random and moved by `away` [m] along each axis
+// Returns the scene rotated at random and moved by `away` [m] along each axis.
 Scene placed(Scene scene, std::uint64_t seed, double away) {
   std::mt19937_64 engine(seed);
   std::normal_distribution<double> normal;
-  const Eigen::Matrix3d turn =
-      Eigen::Quaterniond(normal(engine), normal(engine), normal(engine), normal(engine))
-          .normalized()
-          .matrix();
+  const Eigen::Matrix3d R = Eigen::Quaterniond(normal(engine), normal(engine), normal(engine), normal(engine))
+                                .normalized()
+                                .matrix();
   for (PointMass& point : scene.points)
-    point.position = turn * point.position + Eigen::Vector3d(away, -away, 0.5 * away);
+    point.position = R * point.position + Eigen::Vector3d(away, -away, 0.5 * away);
   for (Link& link : scene.links)
-    if (auto* beam = std::get_if<Beam>(&link.kind)) beam->y_axis = turn * beam->y_axis;
+    if (auto* beam = std::get_if<Beam>(&link.kind)) beam->y_axis = R * beam->y_axis;
   return scene;
 }
 
@@ -34,10 +33,11 @@ double largest_difference(const Eigen::VectorXd& omega, const Eigen::VectorXd& e
 constexpr double kEA = 1e6, kGJ = 1e3, kEI = 300.0;
 Beam tube() { return {kEA, kGJ, kEI, kEI, Eigen::Vector3d::Zero()}; }
 
-// A cross piece along z, 3 kg at +-0.7 m and 2 kg at its middle, where a beam of 1.3 m with 1.5 kg at its end
-// begins. The end deflects by F L^3 / (3 EI) against the body: omega^2 = 3 EI / L^3 (1 / m + 1 / M_b + L^2 /
-// J); it stretches with EA / L (1 / m + 1 / M_b). About the line the beam meets no inertia and turns freely.
-TEST(RigidBodiesOnALine, ClampABeamAcrossAndHingeItAlongTheirLine) {
+// A cross piece along z has 3 kg at +-0.7 m and 2 kg at its middle. There a beam of 1.3 m begins, with 1.5 kg
+// at its end. The end deflects by F L^3 / (3 EI) relative to the body, so omega^2 = 3 EI / L^3 (1 / m + 1 /
+// M_b + L^2 / J). The beam stretches with omega^2 = EA / L (1 / m + 1 / M_b). About the line the body has no
+// inertia, and the beam rotates freely.
+TEST(RigidBodiesOnALine, ClampABeamAcrossTheirLineButLetItRotateAboutTheLine) {
   constexpr double kArm = 0.7, kLength = 1.3, kEnd = 1.5, kBody = 8.0;
   Scene scene;
   add_point(scene, 2.0, {0.0, 0.0, 0.0});
@@ -59,7 +59,7 @@ TEST(RigidBodiesOnALine, ClampABeamAcrossAndHingeItAlongTheirLine) {
       EXPECT_TRUE(warnings.empty());
       EXPECT_TRUE(structure.mechanisms.empty());
       ASSERT_EQ(structure.omega.size(), 2) << away << ", seed " << seed;
-      // some roundings of the coordinates over the size of the body
+      // some rounding errors of the coordinates relative to the size of the body
       const double error = largest_difference(structure.omega, expected) / std::max(1.0, away);
       EXPECT_LT(error, 1e-14) << away << ", seed " << seed;
       worst = std::max(worst, error);
@@ -68,10 +68,11 @@ TEST(RigidBodiesOnALine, ClampABeamAcrossAndHingeItAlongTheirLine) {
               worst);
 }
 
-// Arms along x from both ends of a body along z. Across the plane of the arms the body's turn about its line
-// couples their ends, e = (y_1 - Y_1) - (y_2 - Y_2) with stiffness k / 2, k = 3 EI / L^3: omega^2 = k (1 / m
-// + 1 / m_body). One joint's moment about the line is what the other takes.
-TEST(RigidBodiesOnALine, CoupleBeamsByTheTurnAboutTheirLine) {
+// Arms along x from both ends of a body along z. Out of the plane of the arms, the rotation of the body about
+// its line couples the ends of the arms: the elongation e = (y_1 - Y_1) - (y_2 - Y_2) has the stiffness k / 2
+// with k = 3 EI / L^3, so omega^2 = k (1 / m + 1 / m_body). The moments of the two joints about the line
+// cancel.
+TEST(RigidBodiesOnALine, CoupleTheBeamsAtTheirPointsByRotatingAboutTheLine) {
   constexpr double kLength = 1.3, kEnd = 1.5, kBodyEnd = 3.0;
   Scene scene;
   add_point(scene, kBodyEnd, {0.0, 0.0, 0.8});
@@ -96,18 +97,19 @@ TEST(RigidBodiesOnALine, CoupleBeamsByTheTurnAboutTheirLine) {
     const Eigen::RowVectorXd first = structure.link_forces[0].rows.row(5),
                              second = structure.link_forces[1].rows.row(5);
     EXPECT_GT(first.norm(), 1.0);
-    // rounding of the stiffest row, EA, over that of bending
+    // rounding errors of the stiffest row, EA, are large relative to bending
     EXPECT_LT((first + second).norm(), 1e-10 * first.norm()) << seed;
   }
 }
 
 struct LineCase {
   const char* name;
-  std::function<void(Scene&)> add;  // to points 0 to 2 of the body and 3 to 6 beside it
+  std::function<void(Scene&)>
+      add;  // adds links between points 0 to 2 of the body and points 3 to 6 next to it
 };
 
-// a body of three points on a line (0 to 2), and points around it; with `off_line` [kg] > 0 another point of
-// the body
+// Returns a body of three points on a line (0 to 2) and points around it. If `off_line` [kg] > 0, the body
+// has a further point of this mass off the line.
 Scene with_body(const LineCase& each, double off_line, double distance = 1.0) {
   Scene scene;
   const Eigen::Vector3d along = Eigen::Vector3d(0.3, -0.7, 0.9).normalized();
@@ -164,8 +166,8 @@ const std::vector<LineCase>& line_cases() {
   return kCases;
 }
 
-// the point off the line adds one frequency, that of its own inertia about the line; its mass moves the
-// others by its share
+// The point off the line adds one frequency, which depends on its inertia about the line. It shifts the other
+// frequencies in proportion to its mass.
 TEST(RigidBodiesOnALine, AreTheLimitOfALightPointOffTheLine) {
   for (const LineCase& each : line_cases()) {
     SCOPED_TRACE(each.name);
@@ -184,27 +186,27 @@ TEST(RigidBodiesOnALine, AreTheLimitOfALightPointOffTheLine) {
   }
 }
 
-// 1 kg so near the line that its inertia about it is nothing: the turn is that of the points, however thin
-// the body
-TEST(RigidBodiesOnALine, AreTheLimitOfThinBodies) {
+// A point of 1 kg is so near the line that its inertia about the line is negligible. However thin the body
+// is, its rotation follows from its points.
+TEST(RigidBodiesOnALine, AreTheLimitOfEverThinnerBodies) {
   for (const double width : {1e-5, 1e-7}) {
     const LineCase& each = line_cases()[1];
     const Structure thin = build(placed(with_body(each, 1.0, width), 4, 0.0));
     Scene scene = with_body(each, 0.0);
-    // the same kilogram on the line
+    // the same mass on the line
     scene.links.back().points.push_back(
         add_point(scene, 1.0, 0.4 * Eigen::Vector3d(0.3, -0.7, 0.9).normalized()));
     const Structure line = build(placed(scene, 4, 0.0));
     ASSERT_EQ(thin.omega.size(), line.omega.size() + 1);
     const double error = largest_difference(thin.omega.head(line.omega.size()), line.omega);
-    // the point stands off by `width`
+    // the distance of the point from the line is `width`
     EXPECT_LT(error, 10.0 * width);
     std::printf("a body %.0e m wide: frequencies differ by %.1e from those of one on a line\n", width, error);
   }
 }
 
-// four points of beams along x, a cross piece along z at the first
-TEST(RigidBodiesOnALine, HoldTheRootOfATee) {
+// Beams join four points along x, and a cross piece along z lies at the first point.
+TEST(RigidBodiesOnALine, ClampTheRootOfATee) {
   for (const double off_line : {0.0, 1e-9}) {
     Scene scene;
     for (int i = 0; i < 4; ++i) add_point(scene, i == 0 ? 2.0 : 1.0, {1.0 * i, 0.0, 0.0});
@@ -216,15 +218,15 @@ TEST(RigidBodiesOnALine, HoldTheRootOfATee) {
     EXPECT_TRUE(structure.mechanisms.empty());
     ASSERT_GE(structure.omega.size(), 8);
     const Eigen::VectorXd hertz = structure.omega / (2.0 * M_PI);
-    // those of the body with the light point, to the digits given
+    // expected: the frequencies of the body with a light point off the line, to the printed digits
     EXPECT_NEAR(hertz[0], 0.84, 0.005);
     EXPECT_NEAR(hertz[1], 2.16, 0.005);
     EXPECT_NEAR(hertz[2], 3.25, 0.005);
   }
 }
 
-// beams in one line with the body turn about it as they like, and no point moves
-TEST(RigidBodiesOnALine, FreeTurnAboutTheirLineIsNoMotionOfPoints) {
+// Beams in line with the body rotate about that line freely, and no point moves.
+TEST(RigidBodiesOnALine, FreeRotationAboutTheirLineMovesNoPoint) {
   Scene scene;
   for (int i = 0; i < 5; ++i) add_point(scene, 1.0 + i, {0.0, 0.0, 0.5 * i});
   add_link(scene, {0, 1, 2}, Rigid{});
@@ -232,7 +234,7 @@ TEST(RigidBodiesOnALine, FreeTurnAboutTheirLineIsNoMotionOfPoints) {
   add_link(scene, {3, 4}, tube());
   for (const bool has_more : {false, true}) {
     if (has_more) {
-      // not all on one line any more: 1 kg held by springs
+      // a point of 1 kg on springs, so that the points are not all on one line
       const int more = add_point(scene, 1.0, {0.7, 0.3, 1.0});
       for (const int i : {0, 2, 4}) add_link(scene, {i, more}, Spring{1e4});
     }
@@ -246,8 +248,8 @@ TEST(RigidBodiesOnALine, FreeTurnAboutTheirLineIsNoMotionOfPoints) {
   }
 }
 
-// an arm that swings about the line moves its end, and nothing else; two arms at one body swing together
-TEST(RigidBodiesOnALine, ArmsThatSwingAboutTheLineAreOneMechanism) {
+// If an arm rotates about the line, only its end moves. Two arms at one body rotate together.
+TEST(RigidBodiesOnALine, ArmsThatRotateAboutTheLineAreOneMechanism) {
   Scene scene;
   for (const double z : {-0.8, 0.0, 0.9}) add_point(scene, 1.0, {0.0, 0.0, z});
   const int away = add_point(scene, 2.0, {-1.0, 0.2, 0.1}), beyond = add_point(scene, 2.0, {-0.9, -1.0, 0.3});
@@ -268,8 +270,9 @@ TEST(RigidBodiesOnALine, ArmsThatSwingAboutTheLineAreOneMechanism) {
   }
 }
 
-// a force that follows a point of the body turns as it does with a light point off the line   (X73)
-TEST(RigidBodiesOnALine, TurnTheForcesThatFollowTheirPoints) {
+// A follower force on a point of the body rotates as if the body had a light point off the line   (THEORY
+// 8.25).
+TEST(RigidBodiesOnALine, RotateTheFollowerForcesAtTheirPoints) {
   const auto followed = [](double off_line) {
     Scene scene = with_body(line_cases()[1], off_line);
     Load load;
@@ -279,14 +282,15 @@ TEST(RigidBodiesOnALine, TurnTheForcesThatFollowTheirPoints) {
     return build(placed(scene, 3, 1.0));
   };
   const Structure line = followed(0.0), light = followed(1e-9);
-  const Eigen::MatrixXd turn = line.local_rotations.at(1);
-  EXPECT_GT(turn.norm(), 0.1);
-  // shapes move by the share of the light point over the gap of frequencies
-  EXPECT_LT((light.local_rotations.at(1) - turn).norm(), 1e-6 * turn.norm());
+  const Eigen::MatrixXd rotation = line.local_rotations.at(1);
+  EXPECT_GT(rotation.norm(), 0.1);
+  // mode shapes change by the relative mass of the light point, divided by the gap between frequencies
+  EXPECT_LT((light.local_rotations.at(1) - rotation).norm(), 1e-6 * rotation.norm());
 }
 
-// of two bodies that share two points the one that is no line turns their joints: together they are one body
-TEST(RigidBodiesOnALine, LeaveJointsToABodyThatIsNoLine) {
+// If two bodies share two points, the body with points off the line rotates their joints. Together they are
+// one rigid body.
+TEST(RigidBodiesOnALine, ShareJointsThatABodyOffTheLineRotates) {
   const auto bodies = [](const std::vector<std::vector<int>>& each) {
     Scene scene;
     for (const double x : {0.0, 0.6, 1.0}) add_point(scene, 2.0, {x, 0.0, 0.0});

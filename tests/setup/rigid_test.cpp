@@ -1,4 +1,5 @@
-// Rigid links and bodies: freedoms they remove, limits of stiff springs, redundancy, the forces they carry.
+// Rigid links and rigid bodies: the freedoms they remove, the limit of stiff springs, redundancy, and the
+// forces they carry.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
@@ -20,7 +21,7 @@ void add_rigid(Scene& scene, std::vector<int> points, const std::string& name) {
   scene.links.push_back(link);
 }
 
-// a braced cube of springs with some of its edges rigid, or of the given stiffness
+// Returns a braced cube of springs. Some of its edges are rigid, or have the given stiffness.
 Scene cube(double stiffness) {
   Scene scene;
   std::mt19937_64 engine(11);
@@ -30,7 +31,7 @@ Scene cube(double stiffness) {
               {(i & 1) + jitter(engine), ((i >> 1) & 1) + jitter(engine), (i >> 2) + jitter(engine)});
   for (int i = 0; i < 8; ++i)
     for (int j = 0; j < i; ++j) {
-      const bool is_edge = i == 1 || (i == 7 && j == 3);  // three links that share no loop
+      const bool is_edge = i == 1 || (i == 7 && j == 3);  // three links that are not in a common loop
       if (is_edge && stiffness == 0.0)
         add_rigid(scene, {i, j}, "r" + std::to_string(i) + std::to_string(j));
       else
@@ -39,14 +40,15 @@ Scene cube(double stiffness) {
   return scene;
 }
 
-TEST(RigidLinks, RemoveOneFreedomEach) {
+TEST(RigidLinks, EachRigidLinkRemovesOneFreedom) {
   const Structure rigid = build(cube(0.0));
   EXPECT_EQ(rigid.num_constraints, 2);
   EXPECT_EQ(rigid.omega.size(), 3 * 8 - 6 - 2);
   EXPECT_TRUE(rigid.mechanisms.empty());
 }
 
-// frequencies of stiff springs fall short of the rigid limit like 1 / stiffness, over nine decades
+// Over nine decades, frequencies with stiff springs approach the rigid limit from below in proportion to 1 /
+// stiffness.
 TEST(RigidLinks, AreTheLimitOfStiffSprings) {
   const Structure limit = build(cube(0.0));
   double softer = 0.0;
@@ -57,7 +59,8 @@ TEST(RigidLinks, AreTheLimitOfStiffSprings) {
     const double error = ((low - limit.omega).array() / limit.omega.array()).abs().maxCoeff();
     std::printf("stiffness %.0e: relative difference %.3e, times stiffness ratio %.3f\n", stiffness, error,
                 error * stiffness / 1e4);
-    // first order in 1 / stiffness, second-order terms a few times its square, and the rounding of both sides
+    // the difference is of first order in 1 / stiffness; second-order terms are a few times its square, and
+    // both sides have rounding errors
     const double ratio = 1e4 / stiffness;
     if (decade > 0) {
       EXPECT_NEAR(softer / error, 10.0, 10.0 * (300.0 * ratio + 30.0 * 2.3e-16 / error)) << decade;
@@ -66,7 +69,7 @@ TEST(RigidLinks, AreTheLimitOfStiffSprings) {
   }
 }
 
-TEST(RigidLinks, RigidStructureHasNoElasticCoordinateAndRuns) {
+TEST(RigidLinks, AFullyRigidStructureHasNoElasticCoordinateAndRuns) {
   Scene scene = cube(0.0);
   scene.links.clear();
   add_rigid(scene, {0, 1, 2, 3, 4, 5, 6, 7}, "body");
@@ -79,8 +82,8 @@ TEST(RigidLinks, RigidStructureHasNoElasticCoordinateAndRuns) {
   EXPECT_EQ(find_inconsistency(plan), "");
 }
 
-// 1 kg and 2 kg in one place of a rigid body are 3 kg there, in whatever order the body names its points
-TEST(RigidBodies, MayHoldPointsInOnePlaceInAnyOrder) {
+// 1 kg and 2 kg at one position of a rigid body equal 3 kg there, whatever the order of the points.
+TEST(RigidBodies, ARigidBodyMayHaveCoincidentPointsInAnyOrder) {
   const auto with = [](const std::vector<double>& masses_at_corner, const std::vector<int>& body) {
     Scene scene;
     for (const Eigen::Vector3d& at : {Eigen::Vector3d(1.0, 0.1, 0.0), Eigen::Vector3d(0.2, 1.0, 0.3)})
@@ -99,7 +102,7 @@ TEST(RigidBodies, MayHoldPointsInOnePlaceInAnyOrder) {
        {std::vector<int>{4, 5, 0, 1}, {4, 0, 5, 1}, {0, 4, 1, 5}, {5, 4, 1, 0}}) {
     const Structure split = build(with({1.0, 2.0}, body));
     ASSERT_EQ(split.omega.size(), whole.omega.size());
-    // a few roundings
+    // a few rounding errors
     EXPECT_LT(((split.omega - whole.omega).array() / whole.omega.array()).abs().maxCoeff(), 1e-13);
   }
   Faults faults;
@@ -108,7 +111,7 @@ TEST(RigidBodies, MayHoldPointsInOnePlaceInAnyOrder) {
       << faults[0].message;
 }
 
-TEST(RigidLinks, RedundancyIsFoundAndNamed) {
+TEST(RigidLinks, RedundantRigidLinksAreFoundAndNamed) {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
   add_point(scene, 1.0, {1.0, 0.0, 0.0});
@@ -122,7 +125,7 @@ TEST(RigidLinks, RedundancyIsFoundAndNamed) {
   EXPECT_EQ(structure.num_constraints, 3);
   EXPECT_EQ(structure.omega.size(), 0);
   ASSERT_EQ(warnings.size(), 1u);
-  // either of two equal links may be the one too many
+  // either of two equal links may be named as redundant
   EXPECT_TRUE(warnings[0].message.find(
                   "rigid link 'again' is redundant: a freedom that it removes is removed by 'ab'") !=
                   std::string::npos ||
@@ -132,8 +135,9 @@ TEST(RigidLinks, RedundancyIsFoundAndNamed) {
       << warnings[0].message;
 }
 
-// four points in a plane, all six distances: one too many, and all take part
-TEST(RigidLinks, RigidSquareWithBothDiagonalsNamesTheWholeLoop) {
+// Rigid links fix all six distances of four points in a plane. One link is redundant, and the loop contains
+// all six.
+TEST(RigidLinks, ARigidSquareWithBothDiagonalsNamesAllLinksOfItsLoop) {
   Scene scene;
   for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}})
     add_point(scene, 1.0, {x, y, 0.0});
@@ -142,7 +146,7 @@ TEST(RigidLinks, RigidSquareWithBothDiagonalsNamesTheWholeLoop) {
   Faults warnings;
   const Structure structure = build(scene, &warnings);
   EXPECT_EQ(structure.num_constraints, 5);
-  // out of its plane nothing holds the square's warping
+  // no link resists warping of the square out of its plane
   EXPECT_EQ(structure.omega.size(), 1);
   EXPECT_EQ(structure.mechanisms.size(), 1u);
   ASSERT_GE(warnings.size(), 1u);
@@ -152,8 +156,8 @@ TEST(RigidLinks, RigidSquareWithBothDiagonalsNamesTheWholeLoop) {
   EXPECT_EQ(named, 6) << warnings[0].message;
 }
 
-// beams that end at a rigid body are clamped to it: the same as beams to a body of very stiff beams
-TEST(RigidBodies, HoldTheRotationsOfBeams) {
+// Beams that end at a rigid body are clamped to it, as if very stiff beams replaced the body.
+TEST(RigidBodies, ARigidBodyClampsTheRotationsOfItsBeams) {
   const auto scene_of = [](bool is_rigid) {
     Scene scene;
     add_point(scene, 5.0, {0.0, 0.0, 0.0});

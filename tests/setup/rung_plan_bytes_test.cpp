@@ -1,4 +1,4 @@
-// Plans of the coupled rungs, with the shadows of an error budget, as bytes.
+// The bytes of plans of the coupled rungs with the shadows of an error budget.
 #include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "core/step/budget.hpp"
@@ -12,7 +12,7 @@
 namespace freeflex::testing {
 namespace {
 
-/// Four points on the full rung, two parts a tick, with feedback, a sine and a budget.
+/// Returns a plan of four points on the full rung with two substeps per tick, feedback, a sine and a budget.
 Plan full_plan() {
   Scene scene;
   scene.name = "full";
@@ -31,10 +31,11 @@ Plan full_plan() {
   scene.fidelity = Fidelity::kFull;
   scene.rate = 1000.0;
   scene.error_budget.horizon = 0.004;
-  return lean_plan_of(scene);
+  return reduced_plan_of(scene);
 }
 
-/// Steps with the shadows beside, a command, a reset and a horizon that is over: no access out of bounds.
+/// Runs a plan with its shadows through a command, a reset and the end of a horizon. Sanitizers report any
+/// access out of bounds.
 void exercise_with_budget(const Plan& plan) {
   State state = make_state(plan);
   Workspace workspace = make_workspace(plan);
@@ -51,9 +52,9 @@ void exercise_with_budget(const Plan& plan) {
   }
 }
 
-TEST(RungPlan, ComesBackFromBytesToTheBit) {
+TEST(RungPlan, RoundTripThroughBytesIsExact) {
   const Plan plan = full_plan();
-  ASSERT_GT(plan.coupled.num_parts, 1);
+  ASSERT_GT(plan.coupled.num_substeps, 1);
   ASSERT_EQ(plan.budget.shadows.size(), 1U);
   const std::vector<std::byte> bytes = plan_to_bytes(plan);
   std::string error;
@@ -61,48 +62,49 @@ TEST(RungPlan, ComesBackFromBytesToTheBit) {
   ASSERT_TRUE(back.has_value()) << error;
   EXPECT_EQ(plan_to_bytes(*back), bytes);
   EXPECT_EQ(back->coupled.functions, plan.coupled.functions);
-  EXPECT_EQ(back->coupled.num_parts, plan.coupled.num_parts);
+  EXPECT_EQ(back->coupled.num_substeps, plan.coupled.num_substeps);
   EXPECT_EQ(back->coupled.bars.size(), 6U);
-  EXPECT_EQ(back->budget.shadows[0].plan.coupled.num_parts, plan.budget.shadows[0].plan.coupled.num_parts);
+  EXPECT_EQ(back->budget.shadows[0].plan.coupled.num_substeps,
+            plan.budget.shadows[0].plan.coupled.num_substeps);
   exercise_with_budget(*back);
 }
 
-TEST(RungPlan, WhatDoesNotFitTheRungIsRefused) {
+TEST(RungPlan, ContentThatDoesNotFitTheRungIsRefused) {
   const auto error_of = [](const auto& spoil) { return error_of_spoilt(full_plan(), spoil); };
-  expect_named(error_of([](Plan& p) { p.coupled.num_parts = 3; }), "no power of two");
-  expect_named(error_of([](Plan& p) { p.coupled.num_parts = 1 << 20; }), "too large");
-  expect_named(error_of([](Plan& p) { p.coupled.part_phase = -1.0; }), "the phase of a part");
+  expect_named(error_of([](Plan& p) { p.coupled.num_substeps = 3; }), "not a power of two");
+  expect_named(error_of([](Plan& p) { p.coupled.num_substeps = 1 << 20; }), "too large");
+  expect_named(error_of([](Plan& p) { p.coupled.substep_phase = -1.0; }), "the phase of a substep");
   expect_named(error_of([](Plan& p) { p.coupled.functions.pop_back(); }), "functions of the modes");
   expect_named(error_of([](Plan& p) { p.coupled.bars[2].first = 4; }), "a bar is out of range");
   expect_named(error_of([](Plan& p) { p.coupled.bars[2].damping = -1.0; }), "a bar is out of range");
   expect_named(error_of([](Plan& p) { std::swap(p.coupled.bars[0], p.coupled.bars[1]); }), "out of order");
-  expect_named(error_of([](Plan& p) { p.fidelity = Fidelity::kCoupled; }), "the phase of a part");
-  expect_named(error_of([](Plan& p) { p.fidelity = static_cast<Fidelity>(6); }), "no known kind");
-  expect_named(error_of([](Plan& p) { p.budget.shadows[0].substeps = 3; }), "no known kind");
+  expect_named(error_of([](Plan& p) { p.fidelity = Fidelity::kCoupled; }), "the phase of a substep");
+  expect_named(error_of([](Plan& p) { p.fidelity = static_cast<Fidelity>(6); }), "an unknown kind");
+  expect_named(error_of([](Plan& p) { p.budget.shadows[0].substeps = 3; }), "an unknown kind");
   expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.points.pop_back(); }), "shadow");
-  expect_named(error_of([](Plan& p) { p.budget.horizon = 0.0; }), "without a horizon");
+  expect_named(error_of([](Plan& p) { p.budget.horizon = 0.0; }), "has no horizon");
   expect_named(error_of([](Plan& p) { p.budget.horizon = -1.0; }), "out of range");
   expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.budget.shadows = p.budget.shadows; }),
-               "holds another");
+               "contains another");
 }
 
-TEST(RungPlan, SealedDamageIsRefusedOrHarmless) {
+TEST(RungPlan, DamagedContentWithAValidChecksumIsRefusedOrHarmless) {
   const DamageCount count = damage(full_plan(), 11, 2000, exercise_with_budget);
   EXPECT_GT(count.num_refused, 500);
   EXPECT_GT(count.num_taken, 100);
 }
 
-TEST(RungPlan, AnotherRateDividesAnew) {
+TEST(RungPlan, AnotherRateHasItsOwnSubsteps) {
   Plan plan = full_plan();
-  const std::int32_t parts = plan.coupled.num_parts;
+  const std::int32_t num_substeps = plan.coupled.num_substeps;
   set_rate(plan, 500.0);
-  EXPECT_EQ(plan.coupled.num_parts, 2 * parts);
+  EXPECT_EQ(plan.coupled.num_substeps, 2 * num_substeps);
   EXPECT_EQ(plan.budget.shadows[0].plan.period * plan.budget.shadows[0].substeps, plan.period);
   EXPECT_EQ(find_inconsistency(plan), "");
   exercise_with_budget(plan);
 }
 
-/// Two bodies on a beam, one of them in a group, on the coupled rung.
+/// Returns the plan of two bodies on a beam, one of them in a group, on the coupled rung.
 Plan body_plan() {
   Scene scene;
   scene.name = "bodies";
@@ -118,10 +120,10 @@ Plan body_plan() {
   publish_everything(scene);
   scene.fidelity = Fidelity::kCoupled;
   scene.initial.angular_velocity = {0.1, 0.2, 0.3};
-  return lean_plan_of(scene);
+  return reduced_plan_of(scene);
 }
 
-TEST(RungPlan, OfBodiesComesBackFromBytesToTheBit) {
+TEST(RungPlan, TheRoundTripOfAPlanWithBodiesIsExact) {
   const Plan plan = body_plan();
   ASSERT_EQ(plan.coupled.kinetics.form, PlanKinetics::Form::kTables);
   const std::vector<std::byte> bytes = plan_to_bytes(plan);
@@ -133,22 +135,21 @@ TEST(RungPlan, OfBodiesComesBackFromBytesToTheBit) {
   exercise_with_budget(*back);
 }
 
-TEST(RungPlan, OfBodiesThatDoesNotFitIsRefused) {
+TEST(RungPlan, ContentThatDoesNotFitAPlanWithBodiesIsRefused) {
   using Form = PlanKinetics::Form;
   const auto error_of = [](const auto& spoil) { return error_of_spoilt(body_plan(), spoil); };
-  expect_named(error_of([](Plan& p) { p.coupled.kinetics.form = static_cast<Form>(3); }), "no known form");
-  expect_named(error_of([](Plan& p) { p.coupled.kinetics.form = Form::kPoints; }), "without sums for them");
-  expect_named(error_of([](Plan& p) { p.coupled.kinetics.num_tables = 10; }), "none of those known");
+  expect_named(error_of([](Plan& p) { p.coupled.kinetics.form = static_cast<Form>(3); }), "an unknown form");
+  expect_named(error_of([](Plan& p) { p.coupled.kinetics.form = Form::kPoints; }), "no tables for them");
+  expect_named(error_of([](Plan& p) { p.coupled.kinetics.num_tables = 10; }), "number of tables");
   expect_named(error_of([](Plan& p) { p.coupled.kinetics.tables.pop_back(); }), "sums over pairs of modes");
   expect_named(error_of([](Plan& p) { p.coupled.kinetics.moments.front() = 1.0 / 0.0; }),
                "sums over pairs of modes");
   expect_named(error_of([](Plan& p) { p.fidelity = Fidelity::kExactBars; }), "true bars");
   const Plan full = full_plan();
-  expect_named(error_of_spoilt(full, [](Plan& p) { p.coupled.kinetics.num_tables = 9; }),
-               "none of those known");
+  expect_named(error_of_spoilt(full, [](Plan& p) { p.coupled.kinetics.num_tables = 9; }), "number of tables");
 }
 
-TEST(RungPlan, OfBodiesSealedDamageIsRefusedOrHarmless) {
+TEST(RungPlan, DamageInAPlanWithBodiesIsRefusedOrHarmless) {
   const DamageCount count = damage(body_plan(), 12, 2000, exercise_with_budget);
   EXPECT_GT(count.num_refused, 500);
   EXPECT_GT(count.num_taken, 100);

@@ -1,4 +1,4 @@
-// Structures of every class of shape, random ones by seed. Header only.
+// Random structures of every class of shape. Header only.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -32,17 +32,18 @@ int add_angle(Scene& scene, std::initializer_list<int> points, const Kind& kind)
   return link;
 }
 
-/// What random scenes are drawn from: logarithms to base 10 over which masses and stiffnesses spread evenly.
+/// Ranges of random scenes: masses and stiffnesses are log-uniform over these decades.
 struct Spread {
-  double masses = 1.0;       // ratio of the largest to the smallest, decades
-  double stiffnesses = 1.0;  // the same
+  double masses = 1.0;       // decades between the smallest and the largest mass
+  double stiffnesses = 1.0;  // decades between the smallest and the largest stiffness
 };
 
 inline double draw(Engine& engine, double middle, double decades) {
   return middle * std::pow(10.0, uniform(engine, -0.5, 0.5) * decades);
 }
 
-/// The given masses of a scene are replaced: first and last the extremes, the rest in between.
+/// Replaces the masses of a scene. The first and the last mass are the extremes, and the others lie in
+/// between.
 inline void spread_masses(Scene& scene, Engine& engine, double decades) {
   for (PointMass& point : scene.points) point.mass = draw(engine, 1.0, decades);
   scene.points.front().mass = std::pow(10.0, -0.5 * decades);
@@ -53,8 +54,8 @@ inline double stiffness(Engine& engine, const Spread& spread) {
   return draw(engine, 1e4, spread.stiffnesses);
 }
 
-/// A chain on a random line: springs between neighbours, bending springs, points in random places at least
-/// 0.2 m apart.
+/// Returns a chain of springs and bending springs. Its points have random positions on a random line, at
+/// least 0.2 m apart.
 inline Scene chain(std::uint64_t seed, int num_points, const Spread& spread) {
   Engine engine(seed);
   Scene scene;
@@ -69,8 +70,9 @@ inline Scene chain(std::uint64_t seed, int num_points, const Spread& spread) {
   return scene;
 }
 
-/// Points of a random plane around its middle, in turn by 1.1 to 1.9 rad, no three in succession near a line:
-/// every pair joined, torsion springs on four in succession.
+/// Returns points in a random plane around a centre. Successive points are 1.1 to 1.9 rad apart, so that no
+/// three of them are nearly on a line. Springs join every pair, and torsion springs hold every four
+/// successive points.
 inline Scene sheet(std::uint64_t seed, int num_points, const Spread& spread) {
   Engine engine(seed);
   Scene scene;
@@ -89,7 +91,7 @@ inline Scene sheet(std::uint64_t seed, int num_points, const Spread& spread) {
   return scene;
 }
 
-/// Points in general position, every pair joined.
+/// Returns points in general position; springs or bars join every pair.
 inline Scene cloud(std::uint64_t seed, int num_points, const Spread& spread) {
   Engine engine(seed);
   Scene scene;
@@ -100,7 +102,7 @@ inline Scene cloud(std::uint64_t seed, int num_points, const Spread& spread) {
   return scene;
 }
 
-/// Corners of a unit cube in lexicographic order, every pair joined.
+/// Returns the corners of a unit cube in lexicographic order; every pair is joined.
 inline Scene cube(std::uint64_t seed, const Spread& spread) {
   Engine engine(seed);
   Scene scene;
@@ -111,7 +113,7 @@ inline Scene cube(std::uint64_t seed, const Spread& spread) {
   return scene;
 }
 
-/// square_truss with masses and stiffnesses of its own.
+/// Returns a square_truss with random masses and stiffnesses.
 inline Scene truss(std::uint64_t seed, int sections, const Spread& spread) {
   Engine engine(seed);
   Scene scene = square_truss(sections);
@@ -120,8 +122,8 @@ inline Scene truss(std::uint64_t seed, int sections, const Spread& spread) {
   return scene;
 }
 
-/// Hydrogen peroxide: two bonds O-H and one O-O, two angles, one dihedral of 112 degrees. SI units of order
-/// one in place of those of molecules.
+/// Returns hydrogen peroxide: two bonds O-H, one bond O-O, two angles and one dihedral angle of 112 degrees.
+/// All values are of order one in SI units.
 inline Scene peroxide(std::uint64_t seed, const Spread& spread) {
   Engine engine(seed);
   Scene scene;
@@ -138,7 +140,7 @@ inline Scene peroxide(std::uint64_t seed, const Spread& spread) {
   return scene;
 }
 
-/// A cloud with a rigid link between points 0 and 1 and a rigid body of points 2 to 4.
+/// Returns a cloud with a rigid link between points 0 and 1 and a rigid body of points 2 to 4.
 inline Scene partly_rigid(std::uint64_t seed, int num_points, const Spread& spread) {
   Scene scene = cloud(seed, num_points, spread);
   std::vector<Link> elastic;
@@ -152,7 +154,8 @@ inline Scene partly_rigid(std::uint64_t seed, int num_points, const Spread& spre
   return scene;
 }
 
-/// Free space frame of beams along the edges of a tetrahedron, one shear-flexible and released at one end.
+/// Returns a free space frame of beams along the edges of a tetrahedron. One beam is shear-flexible, and one
+/// is released at one end.
 inline Scene frame(std::uint64_t seed, const Spread& spread) {
   Engine engine(seed);
   Scene scene;
@@ -178,8 +181,8 @@ struct NamedScene {
   Scene scene;
 };
 
-/// One of each class for a seed. The body of three points and the rigid link of the partly rigid one remove 3
-/// and 1 freedoms.
+/// Returns one scene of each class for a seed. In the partly rigid scene the body of three points removes 3
+/// freedoms and the rigid link removes 1.
 inline std::vector<NamedScene> every_class(std::uint64_t seed, const Spread& spread) {
   return {{"pair", 6 - 5, chain(seed, 2, spread)},
           {"chain of 3", 9 - 5, chain(seed, 3, spread)},

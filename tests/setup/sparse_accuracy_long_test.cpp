@@ -4,9 +4,9 @@
 namespace freeflex::testing {
 namespace {
 
-// In bays, a mast bends as a beam whose first frequency goes with n^-2 but for shear and rotary inertia,
-// which take a part of the order of n^-2 (Timoshenko 1921, Phil. Mag. 41, 744-746)
-TEST(SparseAccuracyLong, MastsOfUpTo25000BaysAreThoseOfManyDigitsAndTendToABeam) {
+// A mast of n bays bends like a beam. Its first frequency is proportional to n^-2, except that shear and
+// rotary inertia reduce it by a fraction of order n^-2 (Timoshenko 1921, Phil. Mag. 41, 744-746).
+TEST(SparseAccuracyLong, MastsOfUpTo25000BaysAgreeWithManyDigitsAndConvergeToABeam) {
   std::array<double, 3> scaled{};
   const std::array<int, 3> bays{250, 2500, 25000};
   for (std::size_t i = 0; i < bays.size(); ++i)
@@ -17,12 +17,12 @@ TEST(SparseAccuracyLong, MastsOfUpTo25000BaysAreThoseOfManyDigitsAndTendToABeam)
   EXPECT_NEAR(first / second, 100.0, 10.0);
 }
 
-TEST(SparseAccuracyLong, StiffAndHeavyMastsOf10000PointsDoNotDependOnTheNumbering) {
+TEST(SparseAccuracyLong, FrequenciesOfStiffAndHeavyMastsOf10000PointsDoNotDependOnTheNumbering) {
   expect_same_of_any_numbering(2500);
 }
 
-// beyond some 10,000 points SCOTCH would order by threads, and by what it ordered before
-TEST(SparseAccuracyLong, TheSameSceneHasTheSameModesToTheBit) {
+// Above some 10,000 points SCOTCH could use threads, and its ordering would depend on previous orderings.
+TEST(SparseAccuracyLong, RepeatedSetUpGivesTheSameModesToTheBit) {
   const Scene scene = mast(6000, 30);
   const Structure one = build(scene), two = build(scene);
   EXPECT_EQ((one.omega - two.omega).cwiseAbs().maxCoeff(), 0.0);

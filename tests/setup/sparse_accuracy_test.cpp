@@ -1,15 +1,17 @@
-// Accuracy of the sparse set-up on masts of many bays: against the same mast in many digits, and against
-// itself.
+// Accuracy of the sparse set-up on masts of many bays, compared with a solution in many digits and with
+// another numbering of the same mast.
 #include "tests/setup/mast_accuracy.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-TEST(SparseAccuracy, AMastOf250BaysIsThatOfManyDigits) { expect_accurate(251, 20); }
+TEST(SparseAccuracy, FrequenciesOfAMastOf250BaysAgreeWithManyDigits) { expect_accurate(251, 20); }
 
-TEST(SparseAccuracy, AMastOf2500BaysIsThatOfManyDigits) { expect_accurate(2501, 4); }
+TEST(SparseAccuracy, FrequenciesOfAMastOf2500BaysAgreeWithManyDigits) { expect_accurate(2501, 4); }
 
-TEST(SparseAccuracy, StiffAndHeavyMastsDoNotDependOnTheNumbering) { expect_same_of_any_numbering(300); }
+TEST(SparseAccuracy, FrequenciesOfStiffAndHeavyMastsDoNotDependOnTheNumbering) {
+  expect_same_of_any_numbering(300);
+}
 
 }  // namespace
 }  // namespace freeflex::testing

@@ -1,4 +1,4 @@
-// Set-ups of 3,000 points to their plans, for the sanitizers.
+// Set-ups of 3,000 points up to a plan, which also run under sanitizers.
 #include <gtest/gtest.h>
 
 #include "tests/setup/make_scene.hpp"
@@ -24,8 +24,8 @@ void keeps_thirty(Scene scene) {
   EXPECT_GT(plan->num_elastic, 0);
 }
 
-TEST(SparseLarge, AMastOf3000Points) { keeps_thirty(square_truss(750)); }
-TEST(SparseLarge, APlateOf3042Points) { keeps_thirty(two_layer_plate(39)); }
+TEST(SparseLarge, SetsUpAMastOf3000Points) { keeps_thirty(square_truss(750)); }
+TEST(SparseLarge, SetsUpAPlateOf3042Points) { keeps_thirty(two_layer_plate(39)); }
 
 }  // namespace
 }  // namespace freeflex::testing

@@ -1,4 +1,4 @@
-// The sparse set-up against the dense one on the same scenes, and what it must say.
+// The sparse set-up, compared with the dense set-up on the same scenes, and its messages.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,8 +24,9 @@ std::optional<Structure> sparse(Scene scene, int count, Faults& faults) {
   return build_structure_by(scene, SetupPath::kSparse, faults);
 }
 
-// what a force on any point gives any other through the lowest modes: the same however equal frequencies and
-// signs are chosen; mechanisms with the flexibility of the first elastic mode
+// Returns the response of every point to a force on any other through the lowest modes. It does not depend on
+// signs or on the choice of modes of equal frequency. Mechanisms are given the flexibility of the first
+// elastic mode.
 Eigen::MatrixXd response(const Eigen::MatrixXd& rows, const Eigen::VectorXd& omega, Eigen::Index count) {
   Eigen::VectorXd softness(count);
   const double first = omega[std::min<Eigen::Index>((omega.head(count).array() == 0.0).count(), count - 1)];
@@ -38,8 +39,9 @@ double difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return a.size() == 0 ? 0.0 : (a - b).cwiseAbs().maxCoeff() / std::max(a.cwiseAbs().maxCoeff(), 1e-300);
 }
 
-// Both paths on a scene. Stated accuracies are those of the lowest elastic frequency; shapes differ by the
-// square root of what two close frequencies leave open, and tenfold rounding of the highest.
+// Compares the two set-ups on a scene. The stated accuracies apply to the lowest elastic frequency. Mode
+// shapes differ by the square root of the uncertainty of two close frequencies, and by ten rounding errors of
+// the highest frequency.
 void expect_equal(const Scene& scene, int count, const std::string& what) {
   SCOPED_TRACE(what);
   Faults faults;
@@ -49,19 +51,20 @@ void expect_equal(const Scene& scene, int count, const std::string& what) {
   const auto few = sparse(scene, count, sparse_faults);
   ASSERT_TRUE(few) << text_of(sparse_faults);
   ASSERT_GE(few->omega.size(), count);
-  EXPECT_TRUE(few->kept.is_part);
+  EXPECT_TRUE(few->kept.is_subset);
   const Eigen::Index n = few->omega.size();
   ASSERT_LE(n, whole->omega.size());
   EXPECT_EQ(few->num_constraints, whole->num_constraints);
   EXPECT_EQ(few->mechanisms.size(), whole->mechanisms.size());
-  // beside what is stated of the lowest, rounding of higher ones: membranes are a thousand times stiffer than
-  // what bends
+  // the stated accuracy of the lowest frequency plus the rounding errors of higher frequencies: membranes are
+  // a thousand times stiffer than bending
   const double accuracy = few->frequency_accuracy + whole->frequency_accuracy + 4096.0 * kEpsilon;
   for (Eigen::Index k = 0; k < n; ++k)
     EXPECT_LE(std::abs(few->omega[k] - whole->omega[k]), accuracy * whole->omega[k]) << "mode " << k;
   EXPECT_LT(difference(response(whole->shapes, whole->omega, n), response(few->shapes, few->omega, n)), 1e-8);
   ASSERT_EQ(few->link_forces.size(), whole->link_forces.size());
-  // links within a rigid body carry rounding: all are held against the one that carries most
+  // links within a rigid body carry only rounding errors, so all links are compared relative to the link with
+  // the largest force
   double largest = 0.0;
   for (const LinkForceRows& force : whole->link_forces)
     if (force.rows.rows() > 0)
@@ -92,7 +95,7 @@ void publish_elastic(Scene& scene) {
       links.end());
 }
 
-TEST(SparseModes, AgreeWithTheDenseOnesOfRandomSprings) {
+TEST(SparseModes, AgreeWithTheDenseSetUpOnRandomSprings) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed)
     for (const int count : {1, 7, 13}) {
       Scene scene = random_structure(seed, 8 + static_cast<int>(seed % 5));
@@ -101,7 +104,7 @@ TEST(SparseModes, AgreeWithTheDenseOnesOfRandomSprings) {
     }
 }
 
-TEST(SparseModes, AgreeWithTheDenseOnesOfLinksOfEveryKind) {
+TEST(SparseModes, AgreeWithTheDenseSetUpOnLinksOfEveryKind) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Scene scene = random_mixture(seed, 8 + static_cast<int>(seed % 9));
     publish_elastic(scene);
@@ -109,25 +112,25 @@ TEST(SparseModes, AgreeWithTheDenseOnesOfLinksOfEveryKind) {
   }
 }
 
-TEST(SparseModes, AreAllModesWhenAllAreAskedFor) {
+TEST(SparseModes, AreAllModesIfAllAreRequested) {
   const Scene scene = random_structure(5, 9);
   expect_equal(scene, 21, "all");
 }
 
-TEST(SparseModes, AgreeWithTheDenseOnesOfSquareTrusses) {
+TEST(SparseModes, AgreeWithTheDenseSetUpOnSquareTrusses) {
   for (const int sections : {5, 26}) expect_equal(square_truss(sections), 20, "truss");
   expect_equal(truss_s4(), 20, "stiffness ratio 1e4, mass ratio 1e4");
 }
 
-// every third point of a truss a body, beside it, or massless
-TEST(SparseModes, AgreeWithTheDenseOnesOfBodiesAndMasslessPoints) {
+// Every third point of a truss is a body with an offset, and one point is massless.
+TEST(SparseModes, AgreeWithTheDenseSetUpOnBodiesAndMasslessPoints) {
   Scene scene = square_truss(6);
   for (std::size_t i = 0; i < scene.points.size(); i += 3) {
     PointMass& point = scene.points[i];
     point.inertia = Eigen::Vector3d(0.2, 0.25, 0.3).asDiagonal();
     point.offset = {0.1, 0.05, -0.1};
   }
-  // beams along and across give attitudes something to turn against
+  // beams along and across the truss resist the rotation of the bodies
   for (int i = 0; i < 24; ++i) {
     add_link(scene, i, 4 * (i / 4) + (i + 1) % 4, Beam{1e5, 1e3, 1e3, 2e3});
     if (i + 4 < 24) add_link(scene, i, i + 4, Beam{1e5, 1e3, 1e3, 2e3});
@@ -141,17 +144,17 @@ TEST(SparseModes, AgreeWithTheDenseOnesOfBodiesAndMasslessPoints) {
   expect_equal(scene, 16, "bodies, one with an arm");
 }
 
-TEST(SparseModes, OfAStraightChainOfBeamsLeaveItsFreeTorsionOut) {
+TEST(SparseModes, LeaveOutTheFreeTorsionOfAStraightChainOfBeams) {
   Scene scene;
   for (int i = 0; i < 12; ++i) add_point(scene, 1.0, {0.48 * i, 0.6 * i, 0.64 * i});
   add_point(scene, 1.0, {1.0, -1.0, 0.5});
   for (int i = 0; i < 11; ++i) add_link(scene, i, i + 1, Beam{1e5, 1e3, 1e3, 2e3});
-  // hung on by springs, which leave the chain's own turn about its line free
+  // the chain hangs on springs, which leave its rotation about its line free
   for (int i = 0; i < 12; i += 2) add_link(scene, i, 12, Spring{1e3});
   expect_equal(scene, 8, "chain");
 }
 
-TEST(SparseModes, NameMechanismsAsTheDensePathDoes) {
+TEST(SparseModes, MechanismsAreNamedAsByTheDenseSetUp) {
   Scene scene = square_truss(6);
   const int hung = add_point(scene, 1.0, {2.0, 0.5, 1.5});
   add_link(scene, 10, hung, Spring{1e4});
@@ -169,7 +172,7 @@ TEST(SparseModes, NameMechanismsAsTheDensePathDoes) {
   EXPECT_NE(text_of(faults).find("mechanism 1 of 2"), std::string::npos);
 }
 
-TEST(SparseModes, DoNotTakeASoftStructureForALooseOne) {
+TEST(SparseModes, ASoftStructureIsNotTakenForAMechanism) {
   Scene scene = square_truss(6);
   const int hung = add_point(scene, 1.0, {2.0, 0.5, 1.5});
   for (const int other : {9, 10, 11}) add_link(scene, other, hung, Spring{1e-7});
@@ -182,17 +185,17 @@ TEST(SparseModes, DoNotTakeASoftStructureForALooseOne) {
     EXPECT_NEAR(few->omega[k] / whole.omega[k], 1.0, 1e-10) << "mode " << k;
 }
 
-TEST(SparseModes, RefuseMasslessPointsThatNothingHolds) {
+TEST(SparseModes, MasslessPointsThatNoLinkHoldsAreRefused) {
   Scene scene = square_truss(6);
-  const int loose = add_point(scene, 0.0, {2.0, 0.5, 1.5});
-  add_link(scene, 10, loose, Spring{1e4});
+  const int hung = add_point(scene, 0.0, {2.0, 0.5, 1.5});
+  add_link(scene, 10, hung, Spring{1e4});
   Faults faults;
   EXPECT_FALSE(sparse(scene, 10, faults));
   EXPECT_NE(text_of(faults).find("has no mass, and links do not hold it"), std::string::npos)
       << text_of(faults);
 }
 
-TEST(SparseModes, RefuseManyMechanisms) {
+TEST(SparseModes, ASceneWithManyMechanismsIsRefused) {
   Scene scene;
   for (int i = 0; i < 30; ++i) add_point(scene, 1.0, {1.0 * i, 0.1 * (i % 3), 0.1 * (i % 2)});
   for (int i = 0; i < 29; ++i) add_link(scene, i, i + 1, Spring{1e4});
@@ -201,7 +204,7 @@ TEST(SparseModes, RefuseManyMechanisms) {
   EXPECT_NE(text_of(faults).find("more than five mechanisms"), std::string::npos) << text_of(faults);
 }
 
-TEST(SparseModes, KeepEqualFrequenciesWhole) {
+TEST(SparseModes, ModesOfEqualFrequencyAreKeptTogether) {
   Faults faults;
   const auto few = sparse(square_truss(26), 1, faults);
   ASSERT_TRUE(few) << text_of(faults);
@@ -209,7 +212,7 @@ TEST(SparseModes, KeepEqualFrequenciesWhole) {
   EXPECT_NEAR(few->omega[1] / few->omega[0], 1.0, 1e-10);
 }
 
-TEST(SparseModes, BelowAFrequencyAreThoseOfTheDensePath) {
+TEST(SparseModes, ModesBelowAFrequencyAgreeWithTheDenseSetUp) {
   Scene scene = square_truss(26);
   const Structure whole = build(scene);
   for (const double below : {3.0, 10.0, 20.0}) {
@@ -219,35 +222,35 @@ TEST(SparseModes, BelowAFrequencyAreThoseOfTheDensePath) {
     ASSERT_TRUE(few) << text_of(faults);
     const Eigen::Index expected = (whole.omega.array() < 2.0 * M_PI * below).count();
     EXPECT_EQ(few->omega.size(), expected);
-    // none is missing below that: it is no higher than the first that is not kept, and no lower than what was
-    // asked
-    EXPECT_GE(few->kept.counted_below, below);
-    EXPECT_LE(few->kept.counted_below, whole.omega[expected] / (2.0 * M_PI));
+    // no mode is missing below the verified frequency, which lies between the requested frequency and the
+    // first mode that is not kept
+    EXPECT_GE(few->kept.verified_below, below);
+    EXPECT_LE(few->kept.verified_below, whole.omega[expected] / (2.0 * M_PI));
     Faults dense_faults;
-    const auto part = build_structure_by(scene, SetupPath::kDense, dense_faults);
-    ASSERT_TRUE(part);
-    EXPECT_EQ(part->omega.size(), expected);
+    const auto dense = build_structure_by(scene, SetupPath::kDense, dense_faults);
+    ASSERT_TRUE(dense);
+    EXPECT_EQ(dense->omega.size(), expected);
   }
 }
 
-// what is counted is told of the modes that are kept, none among them
-TEST(SparseModes, BelowTheLowestThereIsNone) {
+// The verified frequency is reported even if no mode is kept.
+TEST(SparseModes, NoModesAreFoundBelowTheLowestFrequency) {
   Scene scene = square_truss(26);
   const Structure whole = build(scene);
   const double lowest = whole.omega[0] / (2.0 * M_PI);
   for (const double below : {1e-3, 0.5 * lowest, 0.99 * lowest}) {
     scene.modes.below = below;
     Faults faults;
-    const auto none = build_structure_by(scene, SetupPath::kSparse, faults);
-    ASSERT_TRUE(none) << text_of(faults);
-    EXPECT_EQ(none->omega.size(), 0);
-    EXPECT_GE(none->kept.counted_below, below);
-    EXPECT_LE(none->kept.counted_below, lowest);
+    const auto no_modes = build_structure_by(scene, SetupPath::kSparse, faults);
+    ASSERT_TRUE(no_modes) << text_of(faults);
+    EXPECT_EQ(no_modes->omega.size(), 0);
+    EXPECT_GE(no_modes->kept.verified_below, below);
+    EXPECT_LE(no_modes->kept.verified_below, lowest);
   }
 }
 
-// all modes are found, and the word judges more of them than are kept
-TEST(SparseModes, OfFewPointsMakeAPlan) {
+// The set-up finds all modes, and the verdict uses more modes than are kept.
+TEST(SparseModes, AFewPointsWithLimitedModesGiveAPlan) {
   for (const int count : {1, 12, 40}) {
     Scene scene = square_truss(10);
     scene.modes.count = count;
@@ -261,9 +264,9 @@ TEST(SparseModes, OfFewPointsMakeAPlan) {
   }
 }
 
-TEST(SparseModes, EndWhenToldTo) {
+TEST(SparseModes, TheSearchForModesEndsOnRequest) {
   SetupProgress progress;
-  progress.say = [](const std::string&, double) { return false; };
+  progress.report = [](const std::string&, double) { return false; };
   Scene scene = square_truss(100);
   scene.modes.count = 50;
   Faults faults;

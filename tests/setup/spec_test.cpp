@@ -1,4 +1,5 @@
-// The set-up decides once, compiles what was decided, and says each fault once; lists of kinds and rungs.
+// The set-up decides on a specification once, compiles it, and reports each fault once. The tests also check
+// the lists of link kinds and rungs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +20,7 @@ TEST(Spec, TheSameSpecGivesTheSamePlanToTheByte) {
   const Scene scene = truss_s5();
   const Structure structure = build(scene);
   for (const RungTraits& rung : kRungs) {
-    const PlanSpec spec = whole_spec(scene, structure, rung.rung);
+    const PlanSpec spec = full_spec(scene, structure, rung.rung);
     Faults faults;
     const auto once = freeflex::compile(scene, structure, spec, faults);
     const auto again = freeflex::compile(scene, structure, spec, faults);
@@ -30,14 +31,14 @@ TEST(Spec, TheSameSpecGivesTheSamePlanToTheByte) {
   }
 }
 
-TEST(Spec, APlanHasTheModesTheRateAndTheCodeOfItsSpec) {
+TEST(Spec, APlanHasTheModesTheRateAndTheFeaturesOfItsSpec) {
   const Scene scene = truss_s1();
   const Structure structure = build(scene);
-  PlanSpec spec = whole_spec(scene, structure, Fidelity::kSeparated);
+  PlanSpec spec = full_spec(scene, structure, Fidelity::kSeparated);
   spec.modes = {2, 7, 11};
   spec.numbers_modes = true;
   spec.rate = 250.0;
-  spec.damps = false;
+  spec.has_damping = false;
   Faults faults;
   const auto plan = freeflex::compile(scene, structure, spec, faults);
   ASSERT_TRUE(plan);
@@ -45,10 +46,10 @@ TEST(Spec, APlanHasTheModesTheRateAndTheCodeOfItsSpec) {
   EXPECT_EQ(plan->mode_numbers, (std::vector<std::int32_t>{3, 8, 12}));
   for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(plan->omega[k], structure.omega[spec.modes[k]]);
   EXPECT_EQ(plan->period, 1.0 / 250.0);
-  EXPECT_FALSE(plan->damps);
+  EXPECT_FALSE(plan->has_damping);
 }
 
-TEST(Spec, ARateSetAfterwardsIsThatOfTheSpecWithShadowsAndAll) {
+TEST(Spec, ARateSetAfterwardsGivesThePlanOfThatRateWithItsShadows) {
   Scene scene = truss_s5();
   scene.error_budget.horizon = 0.5;
   const Structure structure = build(scene);
@@ -61,8 +62,8 @@ TEST(Spec, ARateSetAfterwardsIsThatOfTheSpecWithShadowsAndAll) {
   EXPECT_EQ(plan_to_bytes(*moved), plan_to_bytes(*made));
 }
 
-// a scene that is compiled four times: whole, lean, best and fine beside it
-TEST(MakePlan, SaysEachFaultOnceHoweverManyPlansAreCompiled) {
+// This scene is compiled four times: for the full and the reduced plan, and for two shadows.
+TEST(MakePlan, ReportsEachFaultOnceForAnyNumberOfPlans) {
   Scene scene = truss_s1();
   scene.error_budget.horizon = 0.5;
   scene.leave_out.tolerance = 1e-3;
@@ -75,7 +76,7 @@ TEST(MakePlan, SaysEachFaultOnceHoweverManyPlansAreCompiled) {
     return std::count_if(faults.begin(), faults.end(),
                          [&](const Fault& fault) { return fault.message.find(words) != std::string::npos; });
   };
-  EXPECT_EQ(count("is not slow beside the lowest frequency"), 1);
+  EXPECT_EQ(count("is not slow compared with the lowest frequency"), 1);
   EXPECT_EQ(count("of rigid motion (mass-weighted)"), 1);
   EXPECT_EQ(count("the pulse ends at"), 1);
   std::set<std::string> messages;
@@ -83,14 +84,14 @@ TEST(MakePlan, SaysEachFaultOnceHoweverManyPlansAreCompiled) {
   EXPECT_EQ(messages.size(), faults.size());
 }
 
-TEST(LinkKinds, EachHasANameOfItsOwnAndAsManyPointsAsItNeeds) {
+TEST(LinkKinds, EachKindHasAUniqueNameAndARangeOfPoints) {
   std::set<std::string> names;
   const auto look = [&](const auto& kind) {
     const LinkTraits traits = traits_of(kind);
     EXPECT_TRUE(names.insert(traits.name).second) << traits.name;
     EXPECT_GE(traits.least, 2U) << traits.name;
     EXPECT_LE(traits.least, traits.most) << traits.name;
-    // what has a direction of its own has exactly two points
+    // a kind of link with an axis has exactly two points
     if (traits.is_axial) {
       EXPECT_EQ(traits.most, 2U) << traits.name;
     }
@@ -123,11 +124,11 @@ TEST(LinkKinds, OnlySpringsBarsAndDashpotsResistAlongALine) {
   expect(MatrixLink{}, 0.0, 0.0);
 }
 
-TEST(Rungs, EachKeepsWhatTheOneBeforeItKeeps) {
+TEST(Rungs, EachRungIncludesTheTermsOfTheRungBelow) {
   for (std::size_t k = 1; k < kRungs.size(); ++k) {
     const RungTraits &less = kRungs[k - 1], &more = kRungs[k];
     EXPECT_GE(more.has_modes, less.has_modes) << more.name;
-    // every term of the spin takes the place of its load alone
+    // a coupled rung has every term of the spin instead of only the centrifugal load
     EXPECT_GE(more.takes_spin_load || more.couples, less.takes_spin_load) << more.name;
     EXPECT_GE(more.couples, less.couples) << more.name;
     EXPECT_GE(more.has_true_geometry, less.has_true_geometry) << more.name;

@@ -1,4 +1,4 @@
-// Low frequencies of stiff structures against sixty-digit arithmetic.
+// Low frequencies of stiff structures, compared with sixty-digit arithmetic.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,8 +13,8 @@
 namespace freeflex::testing {
 namespace {
 
-// Square truss of three sections whose points are moved a little, so that no frequency repeats. Every
-// odd-numbered link is stiffer by stiffness_ratio; points are heavy and light by turns.
+// Returns a square truss of three sections whose points are moved a little, so that no frequency repeats.
+// Odd-numbered links are stiffer by stiffness_ratio, and heavy and light points alternate.
 Scene stiff_truss(double stiffness_ratio, double mass_ratio) {
   std::mt19937_64 engine(7);
   std::uniform_real_distribution<double> shift(-0.1, 0.1);
@@ -39,7 +39,7 @@ Scene stiff_truss(double stiffness_ratio, double mass_ratio) {
   return scene;
 }
 
-// what an eigensolver makes of the assembled stiffness, in double
+// Returns the lowest frequency by an eigensolver on the assembled stiffness in double precision.
 double naive_lowest(const Scene& scene) {
   ExactMatrix exact = exact_dynamic_matrix(scene);
   const auto size = static_cast<Eigen::Index>(exact.size);
@@ -51,9 +51,9 @@ double naive_lowest(const Scene& scene) {
 }
 
 struct Errors {
-  double lowest = 0.0;  // [-] of the lowest frequency
-  double worst = 0.0;   // [-] of any
-  double naive = 0.0;   // [-] of the lowest by an eigensolver on K
+  double lowest = 0.0;  // [-] error of the lowest frequency
+  double worst = 0.0;   // [-] largest error of any frequency
+  double naive = 0.0;   // [-] error of the lowest frequency by an eigensolver on K
 };
 
 Errors errors_of(const Scene& scene, const Structure& structure) {
@@ -70,7 +70,7 @@ Errors errors_of(const Scene& scene, const Structure& structure) {
   return errors;
 }
 
-// prints a row of the table and holds the errors to what is promised
+// Prints a row of the table and checks the errors against the promised bounds.
 Errors check(const char* name, double stiffness_ratio, double mass_ratio, const Scene& scene) {
   const Structure structure = build(scene);
   EXPECT_TRUE(structure.mechanisms.empty());
@@ -83,7 +83,7 @@ Errors check(const char* name, double stiffness_ratio, double mass_ratio, const 
             << '\n';
   EXPECT_LT(errors.lowest, 1e-8);
   EXPECT_LT(errors.worst, 1e-8);
-  // what is stated covers what is true
+  // the stated accuracy covers the true error
   EXPECT_LT(errors.lowest, structure.frequency_accuracy);
   return errors;
 }
@@ -94,21 +94,21 @@ void print_head() {
          "    eigensolver\n";
 }
 
-TEST(Stiff, LowestFrequencyOfATrussHoldsAgainstSixtyDigits) {
+TEST(Stiff, LowestFrequencyOfATrussAgreesWithSixtyDigits) {
   print_head();
   for (const double mass_ratio : {1.0, 1e4})
     for (const double stiffness_ratio : {1e8, 1e10, 1e12, 1e15}) {
       const Errors errors =
-          check("by turns", stiffness_ratio, mass_ratio, stiff_truss(stiffness_ratio, mass_ratio));
-      // the case is hard: an eigensolver on the assembled stiffness has nothing left
+          check("alternating", stiffness_ratio, mass_ratio, stiff_truss(stiffness_ratio, mass_ratio));
+      // in this difficult case an eigensolver on the assembled stiffness has no correct digits
       if (stiffness_ratio == 1e15) {
         EXPECT_GT(errors.naive, 1e-3);
       }
     }
 }
 
-// stiffnesses and masses spread evenly over the decades, so that no two scales separate
-TEST(Stiff, GradedTrussHoldsAgainstSixtyDigits) {
+// Stiffnesses and masses are spread evenly over the decades, so that no two scales separate.
+TEST(Stiff, FrequenciesOfAGradedTrussAgreeWithSixtyDigits) {
   print_head();
   for (const double stiffness_ratio : {1e8, 1e12, 1e15})
     for (std::uint64_t seed = 1; seed <= 2; ++seed) {

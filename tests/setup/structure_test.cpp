@@ -1,4 +1,4 @@
-// Properties that hold for every structure, over shapes of every class.
+// Properties that every structure has, for shapes of every class.
 #include "core/structure/structure.hpp"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ double uniform(Engine& engine, double low, double high) {
 Eigen::Vector3d random_vector(Engine& engine) {
   return {uniform(engine, -1.0, 1.0), uniform(engine, -1.0, 1.0), uniform(engine, -1.0, 1.0)};
 }
-// 10^0 .. 10^decades
+// Returns a value between 10^0 and 10^decades.
 double graded(Engine& engine, double decades) { return std::pow(10.0, uniform(engine, 0.0, decades)); }
 
 struct ShapeClass {
@@ -47,7 +47,7 @@ Scene two_points(Engine& engine) {
   return scene;
 }
 
-// beams keep a line of points from folding
+// Returns points on a line; beams keep the line from folding.
 Scene collinear(Engine& engine) {
   Scene scene;
   const Eigen::Vector3d start = random_vector(engine), along = random_vector(engine);
@@ -57,7 +57,8 @@ Scene collinear(Engine& engine) {
   return scene;
 }
 
-// every bar lies in the plane, so each point moves freely out of it, but for the three rigid motions
+// Returns bars that all lie in one plane, so each point moves freely out of the plane; three combinations of
+// these motions are rigid.
 Scene planar_bars(Engine& engine) {
   Scene scene;
   const Eigen::Vector3d u = random_vector(engine), v = random_vector(engine);
@@ -70,8 +71,8 @@ Scene planar_bars(Engine& engine) {
 
 Scene spatial(Engine& engine) { return random_structure(engine(), 9); }
 
-// a stiff body with one point on a single spring (it swings in two directions) and one on two (it swings in
-// one)
+// Returns a stiff body with one point on a single spring, free in two directions, and one point on two
+// springs, free in one direction.
 Scene dangling(Engine& engine) {
   Scene scene = spatial(engine);
   const int one = add_point(scene, 0.3, {9.0, 8.0, 7.0});
@@ -116,7 +117,7 @@ void for_each_structure(const std::function<void(const ShapeClass&, const Scene&
     }
 }
 
-TEST(Structures, HaveTheFreedomsOfTheirShape) {
+TEST(Structures, TheNumberOfFreedomsDependsOnTheShape) {
   for_each_structure([](const ShapeClass& shape, const Scene& scene, const Structure& structure) {
     const auto num_freedoms = 3 * static_cast<Eigen::Index>(scene.points.size());
     EXPECT_EQ(structure.mass_properties.rigid_freedoms, shape.rigid_freedoms);
@@ -137,7 +138,7 @@ TEST(Structures, HaveTheFreedomsOfTheirShape) {
   });
 }
 
-// (3.3), to a few roundings for each of the n products
+// The products of THEORY 4.3 hold up to a few rounding errors for each of the n terms.
 TEST(Structures, UnitDisplacementsAreOrthonormalInTheMassMetric) {
   for_each_structure([](const ShapeClass&, const Scene& scene, const Structure& structure) {
     const double M = structure.mass_properties.mass;
@@ -148,7 +149,7 @@ TEST(Structures, UnitDisplacementsAreOrthonormalInTheMassMetric) {
   });
 }
 
-// (2.2) of each unit displacement
+// The conditions of THEORY 2.12 hold for each unit displacement.
 TEST(Structures, UnitDisplacementsHaveNoMomentum) {
   for_each_structure([](const ShapeClass&, const Scene& scene, const Structure& structure) {
     const MassProperties& body = structure.mass_properties;
@@ -167,14 +168,14 @@ TEST(Structures, UnitDisplacementsHaveNoMomentum) {
   });
 }
 
-// omega^2 M = b' K b. Rounding of b leaves some eps of the largest frequency.
+// omega^2 M = b' K b holds up to rounding errors of b, which are some eps of the largest frequency.
 TEST(Structures, FrequenciesAreTheRayleighQuotientsOfTheirShapes) {
   for_each_structure([](const ShapeClass&, const Scene& scene, const Structure& structure) {
     if (structure.omega.size() == 0) return;
     Faults faults;
     const LinkFactor factor = factor_links(scene, false, faults);
     const Eigen::MatrixXd strain = factor.rows * structure.shapes / std::sqrt(structure.mass_properties.mass);
-    // directions of short links carry the rounding of the coordinates
+    // the rounding errors of coordinates affect the directions of short links most
     double shortest = 1.0;
     for (const Link& link : scene.links)
       shortest = std::min(shortest, (scene.points[static_cast<std::size_t>(link.points[1])].position -
@@ -186,7 +187,7 @@ TEST(Structures, FrequenciesAreTheRayleighQuotientsOfTheirShapes) {
   });
 }
 
-TEST(Structures, RigidMotionStrainsNoLink) {
+TEST(Structures, ARigidMotionStrainsNoLink) {
   for_each_structure([](const ShapeClass&, const Scene& scene, const Structure& structure) {
     Faults faults;
     const LinkFactor factor = factor_links(scene, false, faults);
@@ -196,7 +197,7 @@ TEST(Structures, RigidMotionStrainsNoLink) {
   });
 }
 
-TEST(Structures, SignsAreFixedByTheLargestComponent) {
+TEST(Structures, TheLargestComponentOfAModeShapeIsPositive) {
   for_each_structure([](const ShapeClass&, const Scene&, const Structure& structure) {
     for (Eigen::Index mode = 0; mode < structure.omega.size(); ++mode)
       EXPECT_GT(structure.shapes.col(mode).maxCoeff(), -(1.0 - 2e-6) * structure.shapes.col(mode).minCoeff());
@@ -218,8 +219,8 @@ TEST(Mechanisms, AreNamedByThePointsThatMove) {
   EXPECT_NE(warnings.back().message.find("moves without straining any link"), std::string::npos);
 }
 
-// to first order a point of a chain may leave the line and keep its distances from all others
-TEST(Mechanisms, OfAChainMoveOnePointEachAgainstTwoThatRest) {
+// To first order, a point of a chain may leave the line without changing its distances from the other points.
+TEST(Mechanisms, EachMechanismOfAChainMovesOnePointRelativeToTwoPointsAtRest) {
   Scene scene;
   for (int i = 0; i < 4; ++i) add_point(scene, 1.0 + i, {0.5 * i, 0.0, 0.0});
   for (int i = 0; i < 3; ++i) add_link(scene, i, i + 1, Spring{100.0});
@@ -241,7 +242,7 @@ TEST(Mechanisms, SoftLinksAreNeverTakenForMechanisms) {
   EXPECT_GT(structure.omega[0], 0.0);
 }
 
-TEST(Mechanisms, StructureWithoutLinksIsAllMechanism) {
+TEST(Mechanisms, AStructureWithoutLinksHasOnlyMechanisms) {
   Scene scene;
   for (int i = 0; i < 4; ++i) add_point(scene, 1.0, {0.3 * i, 1.0 * i * i, i == 2 ? 1.0 : 0.0});
   const Structure structure = build(scene);
@@ -249,7 +250,8 @@ TEST(Mechanisms, StructureWithoutLinksIsAllMechanism) {
   EXPECT_TRUE(structure.omega.isZero(0.0));
 }
 
-// a width of 1e-12 of the length is a width; one at rounding is none
+// Points with a width of 1e-12 of the length are not on a line; points with a width of the size of rounding
+// errors are.
 TEST(RigidFreedoms, AreFiveOnlyForPointsOnALine) {
   for (const double width : {1e-3, 1e-12, 0.0}) {
     Scene scene;
@@ -260,7 +262,7 @@ TEST(RigidFreedoms, AreFiveOnlyForPointsOnALine) {
     EXPECT_EQ(body.rigid_freedoms, width > 0.0 ? 6 : 5) << width;
     EXPECT_EQ(faults.size(), width == 1e-12 ? 1U : 0U) << width;
   }
-  // in a direction that no coordinate follows
+  // the line is not parallel to a coordinate axis
   Scene scene;
   for (int i = 0; i < 9; ++i)
     add_point(scene, 1.0, Eigen::Vector3d(1.0, 2.0, 3.0) + 0.1 * i * Eigen::Vector3d(0.3, -0.7, 0.9));
@@ -269,8 +271,8 @@ TEST(RigidFreedoms, AreFiveOnlyForPointsOnALine) {
   EXPECT_TRUE(faults.empty());
 }
 
-// box of 8 equal masses at its corners: I_x = M (b^2 + c^2) / 4 for edges a, b, c
-TEST(MassPropertiesOfABox, AreTheClosedForm) {
+// A box of 8 equal masses at its corners has I_x = M (b^2 + c^2) / 4 for edges a, b, c.
+TEST(MassPropertiesOfABox, HaveTheClosedForm) {
   Scene scene;
   for (int corner = 0; corner < 8; ++corner)
     add_point(scene, 0.5, {10.0 + (corner & 1) * 2.0, -3.0 + (corner & 2) * 1.5, (corner & 4) * 1.0});
@@ -283,7 +285,7 @@ TEST(MassPropertiesOfABox, AreTheClosedForm) {
   EXPECT_NEAR(body.principal_axes.determinant(), 1.0, 1e-14);
 }
 
-TEST(FrequencyClusters, JoinNeighboursWithinTheGap) {
+TEST(FrequencyClusters, FrequenciesWithinTheGapAreInOneCluster) {
   const auto clusters = frequency_clusters(Eigen::Vector4d(1.0, 1.0 + 1e-10, 2.0, 3.0), 1e-9);
   ASSERT_EQ(clusters.size(), 3U);
   EXPECT_EQ(clusters[0].count, 2);

@@ -12,8 +12,8 @@
 namespace freeflex::testing {
 namespace {
 
-// printed by pyYeti's cbcheck: free-free frequencies [Hz], centre of mass from the first grid [in], radii of
-// gyration about the principal axes [in]
+// Figures printed by pyYeti's cbcheck: free-free frequencies [Hz], centre of mass from the first grid [in],
+// radii of gyration about the principal axes [in].
 TEST(Superelement, TheReducedBodyHasThePublishedFrequencies) {
   const io::SceneResult input =
       io::read_scene(std::string(FREEFLEX_SOURCE_DIR) + "/tests/setup/outboard/outboard.yaml");
@@ -35,7 +35,7 @@ TEST(Superelement, TheReducedBodyHasThePublishedFrequencies) {
   EXPECT_LT(structure.matrix_sums.momenta.cwiseAbs().maxCoeff(), 1e-6 * body.mass * 500.0);
 }
 
-// a chain of beams, and the same with the middle one given by its own matrices
+// Returns a chain of beams, or the same chain in which matrices replace the middle beam.
 Scene chain(bool is_matrix) {
   Scene scene;
   const std::array<Eigen::Vector3d, 4> at{
@@ -55,7 +55,7 @@ Scene chain(bool is_matrix) {
   const LinkFactor factor = factor_links(alone, false, faults);
   const Eigen::MatrixXd A = dense_rows(factor.natural, 12, false),
                         N = dense_rows(mass_rows(alone, freedoms, 1.0), 12, false);
-  // freedoms stand as displacements of both, then rotations of both
+  // factor_links orders freedoms as displacements of both points, then rotations of both points
   const std::vector<int> order{0, 1, 2, 6, 7, 8, 3, 4, 5, 9, 10, 11};
   MatrixLink matrix;
   matrix.has_rotations = true;
@@ -65,30 +65,30 @@ Scene chain(bool is_matrix) {
   return scene;
 }
 
-TEST(Superelement, ABeamByItsOwnMatricesIsThatBeam) {
+TEST(Superelement, ABeamGivenByItsMatricesEqualsThatBeam) {
   const Structure beams = build(chain(false)), mixed = build(chain(true));
   ASSERT_EQ(beams.omega.size(), mixed.omega.size());
   EXPECT_LT(((beams.omega - mixed.omega).array() / beams.omega.array()).abs().maxCoeff(), 1e-10);
   EXPECT_NEAR(beams.mass_properties.mass, mixed.mass_properties.mass, 1e-14);
   EXPECT_LT((beams.mass_properties.inertia - mixed.mass_properties.inertia).norm(), 1e-13);
   EXPECT_LT((beams.mass_properties.p_SB - mixed.mass_properties.p_SB).norm(), 1e-14);
-  // momenta of particles and of the matrix cancel: the frame's conditions   (2.2)
-  const Particles& parts = mixed.particles;
+  // the momenta of the particles and of the matrix cancel, as the mean-axis frame requires   (THEORY 2.12)
+  const Particles& particles = mixed.particles;
   for (Eigen::Index l = 0; l < mixed.omega.size(); ++l) {
     Eigen::Matrix<double, 6, 1> sum = mixed.matrix_sums.momenta.col(l);
     const double own = sum.norm();
-    for (Eigen::Index p = 0; p < parts.mass.size(); ++p) {
-      const Eigen::Vector3d b = parts.shapes.block<3, 1>(3 * p, l), r = parts.r.col(p);
-      sum.head<3>() += parts.mass[p] * b;
-      sum.tail<3>() += parts.mass[p] * r.cross(b);
+    for (Eigen::Index p = 0; p < particles.mass.size(); ++p) {
+      const Eigen::Vector3d b = particles.shapes.block<3, 1>(3 * p, l), r = particles.r.col(p);
+      sum.head<3>() += particles.mass[p] * b;
+      sum.tail<3>() += particles.mass[p] * r.cross(b);
     }
     EXPECT_GT(own, 0.0);
     EXPECT_LT(sum.norm(), 1e-10 * mixed.mass_properties.mass) << l;
   }
 }
 
-// nothing but the matrix has mass: no particles, and the motion that the beam has by itself
-TEST(Superelement, MayCarryAllOfTheMass) {
+// Only the matrix has mass, so there are no particles. The motion equals that of the beam alone.
+TEST(Superelement, AMatrixMayHaveAllOfTheMass) {
   Scene beam = chain(false), matrix = chain(true);
   for (Scene* scene : {&beam, &matrix}) {
     scene->points = {scene->points[1], scene->points[2]};
@@ -122,14 +122,14 @@ std::string first_error(const Scene& scene) {
 }
 MatrixLink& middle(Scene& scene) { return std::get<MatrixLink>(scene.links[1].kind); }
 
-TEST(Superelement, ErrorsSayWhatAMatrixIsNot) {
+TEST(Superelement, ErrorsNameTheMissingProperty) {
   const auto expect = [](const char* what, auto change) {
     Scene scene = chain(true);
     change(middle(scene));
     EXPECT_NE(first_error(scene).find(what), std::string::npos) << first_error(scene);
   };
   expect("mass matrix is not symmetric", [](MatrixLink& m) { m.mass.coeffRef(0, 7) += 0.1; });
-  expect("in translation along x, y, z, which must be one",
+  expect("in translation along x, y, z, which must be equal",
          [](MatrixLink& m) { m.mass.coeffRef(0, 0) += 0.1; });
   expect("mass matrix is not positive semidefinite",
          [](MatrixLink& m) { m.mass.coeffRef(3, 4) = m.mass.coeffRef(4, 3) = 1.0; });

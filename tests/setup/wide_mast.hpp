@@ -1,4 +1,4 @@
-// Frequencies of masts of unit masses in 113 bits, from vectors that are near.
+// Computes frequencies of masts of unit masses in 113 bits from approximate mode shapes.
 #pragma once
 
 #include <algorithm>
@@ -13,13 +13,13 @@ namespace freeflex::testing {
 
 using Wide = __float128;
 
-/// Symmetric matrix of small bandwidth in 113 bits: L D L^T without pivoting, which is enough with a positive
-/// shift and so many digits.
+/// A symmetric matrix of small bandwidth in 113 bits. It is factored as L D L^T without pivoting, which is
+/// accurate enough with a positive shift and so many digits.
 class Banded {
  public:
   Banded(int size, int width)
       : size_(size), width_(width), entries_(static_cast<std::size_t>(size) * (width + 1)) {}
-  // row >= column >= row - width
+  // \pre row >= column >= row - width
   Wide& at(int row, int column) {
     return entries_[static_cast<std::size_t>(row) * (width_ + 1) + static_cast<std::size_t>(row - column)];
   }
@@ -49,15 +49,16 @@ class Banded {
   std::vector<Wide> entries_;
 };
 
-/// Frequencies of a mast of unit masses from vectors that are near, by inverse iteration about each in 113
-/// bits: what comes of it owes nothing to how the vectors were found.
+/// Computes frequencies of a mast of unit masses by inverse iteration in 113 bits from approximate mode
+/// shapes. The result does not depend on how the shapes were found.
 class WideMast {
  public:
   explicit WideMast(const Scene& scene) : scene_(scene), size_(3 * static_cast<int>(scene.points.size())) {}
 
-  // \return omega after steps of (K - near^2)^-1 on the vector
+  // \return omega after `steps` of (K - near^2)^-1 on the vector
   double omega(double near, const Eigen::VectorXd& vector, int steps) const {
-    // a little beside it, so that nothing is singular: a pair is one frequency
+    // the shift is slightly off the frequency, so that the matrix is not singular; a pair of equal
+    // frequencies is treated as one
     const Wide shift = Wide(near) * near * (1.0 + 1e-7);
     Banded K(size_, 3 * 8 - 1);
     for (const Link& link : scene_.links) add(link, K);
@@ -77,7 +78,7 @@ class WideMast {
   }
 
  private:
-  // direction times length, and the square of the length
+  // Returns the vector between the ends of the link, and in `square` the square of its length.
   std::array<Wide, 3> span(const Link& link, Wide& square) const {
     std::array<Wide, 3> d{};
     square = 0;

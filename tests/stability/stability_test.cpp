@@ -1,4 +1,4 @@
-// Stiff and extreme cases: each meets its figure, or is refused or flagged by name.
+// Stiff and extreme cases: the error of each is within its limit, or the case is refused or reported by name.
 #include "tools/stability/stability.hpp"
 
 #include <gtest/gtest.h>
@@ -11,12 +11,12 @@
 
 namespace freeflex::tools {
 
-/// How GoogleTest and ctest name a case.
+/// Prints the name that GoogleTest and ctest show for a case.
 void PrintTo(const StabilityCase& what, std::ostream* out) { *out << what.group << ": " << what.name; }
 
 namespace {
 
-/// Letters and digits of a case, for the name of its test.
+/// Returns the letters and digits of a case, for the name of its test.
 std::string test_name(const StabilityCase& what) {
   std::string name;
   for (const char c : what.group + " " + what.name) {
@@ -29,14 +29,14 @@ std::string test_name(const StabilityCase& what) {
 
 class Stability : public ::testing::TestWithParam<StabilityCase> {};
 
-TEST_P(Stability, HoldsItsFigureOrIsNamed) {
+TEST_P(Stability, IsWithinItsLimitOrRefusedByName) {
   const StabilityCase& what = GetParam();
   StabilityOptions options;
   options.is_quick = true;
   options.has_peers = false;
   const Outcome outcome = what.run(options);
   print_row({what, outcome});
-  EXPECT_LE(outcome.measured, what.limit) << what.group << ": " << what.name << ": " << outcome.said;
+  EXPECT_LE(outcome.measured, what.limit) << what.group << ": " << what.name << ": " << outcome.message;
 }
 
 INSTANTIATE_TEST_SUITE_P(Table, Stability, ::testing::ValuesIn(stability_cases()),
@@ -51,7 +51,7 @@ StabilityRow row_of(double measured, double limit) {
   return row;
 }
 
-TEST(StabilityTable, WhatIsNotANumberFails) {
+TEST(StabilityTable, AResultThatIsNotANumberFails) {
   EXPECT_TRUE(row_of(1e-9, 1e-8).holds());
   EXPECT_FALSE(row_of(1e-7, 1e-8).holds());
   EXPECT_FALSE(row_of(NAN, 1e-8).holds());
@@ -64,23 +64,22 @@ TEST(StabilityTable, WhatIsNotANumberFails) {
 
 TEST(StabilityTable, LinesFitTheScreen) {
   StabilityReport report;
-  const std::string words =
-      "the words of a message that says at length what is wrong, where, and the way out";
+  const std::string words = "the words of a long message that names the error, its position and the remedy";
   report.machine.processor = words;
   report.machine.compiler = words;
   StabilityRow long_name = row_of(1e-9, 1e-8), refused = long_name;
   long_name.what.name = "stiffness ratio 1e15, mass ratio 1e12, nearly planar, askew";
-  long_name.outcome.said = words;
+  long_name.outcome.message = words;
   long_name.outcome.peers = {{"ARKODE implicit 5", NAN, words + ": " + words}};
   refused.what.must_refuse = true;
-  refused.outcome.said = words + "; " + words + "; " + words;
+  refused.outcome.message = words + "; " + words + "; " + words;
   report.rows = {long_name, refused};
   ::testing::internal::CaptureStdout();
   print_text(report);
   std::istringstream text(::testing::internal::GetCapturedStdout());
   std::string line, all;
   for (; std::getline(text, line); all += line) EXPECT_LE(line.size(), 120U) << line;
-  EXPECT_NE(all.find("way out; "), std::string::npos) << "every word is there";
+  EXPECT_NE(all.find("remedy; "), std::string::npos) << "every word of the text must be in the table";
 }
 
 TEST(StabilityTable, TextOfCasesIsQuoted) {
@@ -92,8 +91,8 @@ TEST(StabilityTable, TextOfCasesIsQuoted) {
   EXPECT_EQ(page.find("a < b"), std::string::npos);
 }
 
-// at omega h = pi Verlet and RK4 are beyond their stability, and methods that choose their step are not
-TEST(StabilityTable, OtherMethodsStandBesideOursAsTheyAre) {
+// At omega h = pi Verlet and RK4 are unstable, but methods that choose their own step are not.
+TEST(StabilityTable, OtherMethodsAreListedEachWithItsOwnError) {
   const auto cases = stability_cases();
   const auto found = std::find_if(cases.begin(), cases.end(),
                                   [](const StabilityCase& what) { return what.name == "omega h pi"; });

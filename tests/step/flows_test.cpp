@@ -1,4 +1,5 @@
-// Turns, orbits and loads over long ticks, against closed forms and by order of convergence.
+// Rotations, orbits and loads over long ticks, compared with closed forms and checked by their order of
+// convergence.
 #include "core/step/flows.hpp"
 
 #include <gtest/gtest.h>
@@ -11,22 +12,22 @@
 #include "core/step/kepler.hpp"
 #include "core/step/principal.hpp"
 #include "core/step/readout.hpp"
-#include "core/step/tick_turn.hpp"
+#include "core/step/tick_rotation.hpp"
 #include "tests/step/hand_plan.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-double apart(const Quat& a, const Quat& b) {
+double angle_between(const Quat& a, const Quat& b) {
   const Quat c = multiply({a[0], -a[1], -a[2], -a[3]}, b);
   return 2.0 * std::asin(std::min(1.0, std::sqrt(c[1] * c[1] + c[2] * c[2] + c[3] * c[3])));
 }
-Quat turn_about(const Vec3& axis, double angle) {
+Quat rotation_about(const Vec3& axis, double angle) {
   const Vec3 v = scale(std::sin(0.5 * angle) / length(axis), axis);
   return {std::cos(0.5 * angle), v[0], v[1], v[2]};
 }
 
-/// Uniform and seeded.
+/// A seeded source of uniform random numbers.
 class Random {
  public:
   explicit Random(unsigned seed) : engine_(seed) {}
@@ -49,7 +50,7 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-/// A body without modes; rows of axes are its principal axes.
+/// Sets the inertia of a body without modes. The rows of `axes` are its principal axes.
 void set_inertia(const Vec3& moments, const Mat3& axes, Plan& plan) {
   plan.inertia = plan.inverse_inertia = {};
   for (std::size_t i = 0; i < 3; ++i)
@@ -62,7 +63,8 @@ void set_inertia(const Vec3& moments, const Mat3& axes, Plan& plan) {
 }
 constexpr Mat3 kOwnAxes{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
 
-/// Moments of a needle, a flat body or a compact one; no moment is above the sum of the others.
+/// Returns the principal moments of a needle, a flat body or a compact body. No moment exceeds the sum of the
+/// other two.
 Vec3 random_moments(Random& random, double largest_ratio) {
   const double thin = random.decades(-std::log10(largest_ratio), 0.0);
   switch (static_cast<int>(random.between(0.0, 3.0))) {
@@ -84,13 +86,13 @@ double energy_of_rotation(const Plan& plan, const Frame& frame, const Vec3& whee
   return 0.5 * dot(own, multiply(plan.inverse_inertia, own));
 }
 
-TEST(PrincipalAxes, OfADiagonalInertiaAreItsOwnToTheBit) {
+TEST(PrincipalAxes, PrincipalAxesOfADiagonalInertiaAreExact) {
   const PlanPrincipal principal = principal_of({0.5, 0, 0, 0, 0.25, 0, 0, 0, 1.0 / 3.0});
   EXPECT_EQ(principal.inverse_moment, (Vec3{0.5, 1.0 / 3.0, 0.25}));
   EXPECT_EQ(principal.R_PB, (Mat3{1, 0, 0, 0, 0, 1, 0, -1, 0}));
 }
 
-TEST(PrincipalAxes, OfAnyInertiaDiagonaliseItAndAreRightHanded) {
+TEST(PrincipalAxes, PrincipalAxesDiagonaliseAnyInertiaAndAreRightHanded) {
   Random random(5);
   for (int k = 0; k < 1000; ++k) {
     Plan plan;
@@ -113,8 +115,8 @@ TEST(PrincipalAxes, OfAnyInertiaDiagonaliseItAndAreRightHanded) {
   }
 }
 
-/// Place and velocity on a conic of semi-major axis 1 (-1: hyperbola), mu = 1, at a mean anomaly, by halving
-/// in extended precision.
+/// Position and velocity on a conic of semi-major axis 1 (-1: hyperbola), mu = 1, at a mean anomaly, by
+/// bisection in extended precision.
 struct OnConic {
   Vec3 p, v;
 };
@@ -137,8 +139,9 @@ OnConic on_conic(long double e, long double mean) {
           {static_cast<double>(-s * rate), static_cast<double>(b * c * rate), 0.0}};
 }
 
-// the error of a conic grows with |v| t / r: that is the condition of the problem, not of the method
-TEST(Kepler, FallsOnEveryConicOverAnyTime) {
+// The error on a conic grows with |v| t / r, which is the conditioning of the problem and not an error of the
+// method.
+TEST(Kepler, TheFallIsAccurateOnEveryConicOverAnyTime) {
   Random random(11);
   for (const double e : {0.0, 0.3, 0.9, 0.99, 0.999999, 1.000001, 1.5, 20.0}) {
     double worst = 0.0;
@@ -149,38 +152,39 @@ TEST(Kepler, FallsOnEveryConicOverAnyTime) {
       const double condition = 1.0 + length(end.v) * std::abs(t) / length(end.p);
       worst = std::max(worst, length(sub(add(start.p, gain.p), end.p)) / (length(end.p) * condition));
     }
-    std::printf("conic of eccentricity %g: place off by %.1e of the distance at most\n", e, worst);
-    EXPECT_LT(worst, 5e-13);  // 1e-13 beside a parabola, where X is large
+    std::printf("conic of eccentricity %g: position off by %.1e of the distance at most\n", e, worst);
+    EXPECT_LT(worst, 5e-13);  // 1e-13 near a parabola, where the universal anomaly X is large
   }
 }
 
-TEST(Kepler, FallsStraightIntoTheAttractorAndOutAgain) {
-  // E - sin E = 1 - of a line of length 2: x = 1 - cos E
+TEST(Kepler, AStraightFallHasTheClosedForm) {
+  // on a straight line of length 2 the fall follows from Kepler's equation in E - sin E, with x = 1 - cos E
   const Fall gain = fall(1.0, {2.0, 0.0, 0.0}, {}, 2.0);
   const double x = 2.0 + gain.p[0], E = std::acos(1.0 - x);
   EXPECT_NEAR(M_PI - (E - std::sin(E)), 2.0, 1e-14);
 }
 
-// any turn per tick: 20 rad/s is 2 rad in a tenth of a second
-TEST(Flows, SpinAboutAPrincipalAxisIsExactAtAnyTick) {
+// The angle per tick may be large: 20 rad/s is 2 rad in a tenth of a second.
+TEST(Flows, SpinAboutAPrincipalAxisIsExactAtAnyTickLength) {
   for (const std::size_t axis : {0, 2})
-    for (const double turn : {1e-3, 0.1, 2.0, 3.1, 40.0, 1000.0}) {
+    for (const double angle : {1e-3, 0.1, 2.0, 3.1, 40.0, 1000.0}) {
       Plan plan = hand_plan(0.1, {});
-      plan.initial.w_WB_B = {};
-      plan.initial.w_WB_B[axis] = turn / plan.period;
+      plan.initial.w_B = {};
+      plan.initial.w_B[axis] = angle / plan.period;
       HandRun run(plan);
       constexpr std::int64_t kTicks = 1000;
       run.run(kTicks);
       Vec3 direction{};
       direction[axis] = 1.0;
-      // the angle of a tick is rounded alike each time
-      EXPECT_LT(apart(run.state.q_WB, turn_about(direction, turn * kTicks)), 1e-12 + 4e-16 * turn * kTicks)
-          << turn << " rad a tick";
+      // the rounding error of the angle per tick is the same at each tick
+      EXPECT_LT(angle_between(run.state.q_WB, rotation_about(direction, angle * kTicks)),
+                1e-12 + 4e-16 * angle * kTicks)
+          << angle << " rad a tick";
     }
 }
 
-// a body with equal moments across its axis and a wheel along it turns about H at |H| / I_1 and about its
-// axis at w_3 - (I_3 w_3 + h) / I_1   (Hughes 1986, Spacecraft Attitude Dynamics, section 7.1)
+// A body with equal transverse moments and a wheel along its axis rotates about H at |H| / I_1 and about its
+// axis at w_3 - (I_3 w_3 + h) / I_1   (Hughes 1986, Spacecraft Attitude Dynamics, section 7.1).
 TEST(Flows, ABodyWithAWheelOnItsAxisNutatesInClosedForm) {
   constexpr double kI = 0.002, kWheel = 0.02;
   for (const double rate : {1000.0, 30.0, 20.0, 10.0, 5.0, 1.0}) {
@@ -188,7 +192,7 @@ TEST(Flows, ABodyWithAWheelOnItsAxisNutatesInClosedForm) {
     set_inertia({kI, kI, kI}, kOwnAxes, plan);
     plan.wheels.all.resize(1);
     Frame frame;
-    StepLoads loads;
+    RigidLoads loads;
     loads.wheels.h[0] = {0.0, 0.0, kWheel};
     const Vec3 w{0.01, 0.0, 0.01};
     frame.H_W = add(scale(kI, w), loads.wheels.h[0]);
@@ -198,9 +202,9 @@ TEST(Flows, ABodyWithAWheelOnItsAxisNutatesInClosedForm) {
     for (std::int64_t k = 0; k < ticks; ++k)
       frame = advance_frame(plan, frame, rotation_matrix(frame.q_WB), loads);
     const double own = w[2] - (kI * w[2] + kWheel) / kI;
-    const Quat exact = multiply(turn_about(start.H_W, length(start.H_W) / kI * kTime),
-                                turn_about({0.0, 0.0, 1.0}, own * kTime));
-    const double off = apart(frame.q_WB, exact),
+    const Quat exact = multiply(rotation_about(start.H_W, length(start.H_W) / kI * kTime),
+                                rotation_about({0.0, 0.0, 1.0}, own * kTime));
+    const double off = angle_between(frame.q_WB, exact),
                  energy = energy_of_rotation(plan, frame, loads.wheels.h[0]) /
                               energy_of_rotation(plan, start, loads.wheels.h[0]) -
                           1.0;
@@ -212,9 +216,9 @@ TEST(Flows, ABodyWithAWheelOnItsAxisNutatesInClosedForm) {
   }
 }
 
-// momentum to the bit, energy to 1e-9; inertia ratios to 1e6, wheels to 1000 times the momentum of the body,
-// 0.001 to 3 rad a tick
-TEST(Flows, FreeMotionKeepsMomentumAndEnergyAtAnyTick) {
+// Momentum is kept to the bit and energy to 1e-9 for inertia ratios up to 1e6, wheels with up to 1000 times
+// the momentum of the body, and 0.001 to 3 rad per tick.
+TEST(Flows, FreeMotionKeepsMomentumAndEnergyAtAnyTickLength) {
   Random random(21);
   double worst = 0.0;
   int most_substeps = 0, num_unresolved = 0;
@@ -223,7 +227,7 @@ TEST(Flows, FreeMotionKeepsMomentumAndEnergyAtAnyTick) {
     set_inertia(random_moments(random, 1e6), k % 2 == 0 ? kOwnAxes : random.axes(), plan);
     Frame frame;
     frame.H_W = multiply(plan.inertia, random.direction());  // 1 rad/s
-    StepLoads loads;
+    RigidLoads loads;
     if (k % 3 != 0) {
       plan.wheels.all.resize(1);
       loads.wheels.h[0] = scale(length(frame.H_W) * random.decades(-2.0, 3.0), random.direction());
@@ -231,9 +235,9 @@ TEST(Flows, FreeMotionKeepsMomentumAndEnergyAtAnyTick) {
     }
     plan.period = random.decades(-3.0, 0.5);
     const Frame start = frame;
-    const TickTurn turn = turn_in_tick(plan, frame, rotation_matrix(frame.q_WB), loads);
-    const int substeps = substeps_for(turn.uneven);
-    if (turn.uneven > kUnevenTurn * kMostSubsteps) {
+    const TickRotation rotation = rotation_in_tick(plan, frame, rotation_matrix(frame.q_WB), loads);
+    const int substeps = substeps_for(rotation.substep_angle);
+    if (rotation.substep_angle > kSubstepRotation * kMaxRotationSubsteps) {
       ++num_unresolved;
       continue;
     }
@@ -248,13 +252,13 @@ TEST(Flows, FreeMotionKeepsMomentumAndEnergyAtAnyTick) {
       "1000 free bodies: energy off by %.1e at most, %d substeps a tick at most, %d need more than %d and "
       "are "
       "not resolved\n",
-      worst, most_substeps, num_unresolved, kMostSubsteps);
+      worst, most_substeps, num_unresolved, kMaxRotationSubsteps);
   EXPECT_LT(worst, 1e-9);
   EXPECT_LT(num_unresolved, 100);
 }
 
-/// What is wrong with a pushed body after 4 s of n ticks.
-double error_after(int n, const StepLoads& unit, bool is_attracted, bool varies) {
+/// Returns the error of a pushed body after 4 s in n ticks.
+double error_after(int n, const RigidLoads& unit, bool is_attracted, bool varies) {
   const auto end_of = [&](int ticks) {
     Plan plan = hand_plan(4.0 / ticks, {});
     plan.inertia = {2.0, 0.3, 0.0, 0.3, 3.0, 0.1, 0.0, 0.1, 4.0};
@@ -281,9 +285,9 @@ double error_after(int n, const StepLoads& unit, bool is_attracted, bool varies)
       return load;
     };
     for (int k = 0; k < ticks; ++k) {
-      StepLoads loads;
+      RigidLoads loads;
       loads.start = at(1.0 * k / ticks);
-      if (varies) loads.later.emplace(StepLoads::Later{at((k + 0.5) / ticks), at((k + 1.0) / ticks)});
+      if (varies) loads.later.emplace(RigidLoads::Later{at((k + 0.5) / ticks), at((k + 1.0) / ticks)});
       loads.wheels = unit.wheels;
       const Mat3 R = rotation_matrix(frame.q_WB);
       frame = advance_by_flows(plan, frame, R, loads, 1);
@@ -291,15 +295,15 @@ double error_after(int n, const StepLoads& unit, bool is_attracted, bool varies)
     return frame;
   };
   const Frame exact = end_of(512), end = end_of(n);
-  return apart(end.q_WB, exact.q_WB) + length(sub(end.H_W, exact.H_W)) + length(sub(end.v_WB, exact.v_WB)) +
-         length(sub(end.p_WB, exact.p_WB));
+  return angle_between(end.q_WB, exact.q_WB) + length(sub(end.H_W, exact.H_W)) +
+         length(sub(end.v_WB, exact.v_WB)) + length(sub(end.p_WB, exact.p_WB));
 }
 
-TEST(Flows, OfOneSubstepConvergeAtOrderEightUnderLoads) {
+TEST(Flows, FlowsOfOneSubstepConvergeAtOrderEightUnderLoads) {
   RigidLoad in_world;
   in_world.force_W = {0.5, -1.0, 0.7};
   in_world.has_moment_W = true;
-  const Vec3 r{0.4, 0.2, -0.6};  // where it acts
+  const Vec3 r{0.4, 0.2, -0.6};  // point of application
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t b = 0; b < 3; ++b) {
       in_world.moment_W[9 * c + 3 * ((c + 2) % 3) + b] += r[(c + 1) % 3] * in_world.force_W[b];
@@ -314,7 +318,7 @@ TEST(Flows, OfOneSubstepConvergeAtOrderEightUnderLoads) {
   const WheelMomentum wheels{{Vec3{0.5, 1.0, 0.2}, Vec3{}, Vec3{}}};
   struct Case {
     const char* what;
-    StepLoads loads;
+    RigidLoads loads;
     bool is_attracted, varies;
   };
   for (const Case& each : {Case{"world force", {in_world, {}, {}}, false, false},
@@ -322,7 +326,7 @@ TEST(Flows, OfOneSubstepConvergeAtOrderEightUnderLoads) {
                            Case{"attractor", {{}, {}, {}}, true, false},
                            Case{"all, varying, a wheel", {all, {}, wheels}, false, true},
                            Case{"attractor and all", {all, {}, wheels}, true, true}}) {
-    // 0.1 rad a tick and below, so that the next order is small
+    // the body rotates by at most 0.1 rad per tick, so that terms of the next order are small
     const double coarse = error_after(12, each.loads, each.is_attracted, each.varies),
                  fine = error_after(24, each.loads, each.is_attracted, each.varies);
     std::printf("%s: error %.1e and %.1e at h and h/2, order %.2f\n", each.what, coarse, fine,
@@ -331,28 +335,28 @@ TEST(Flows, OfOneSubstepConvergeAtOrderEightUnderLoads) {
   }
 }
 
-// the step of order 6 and the flows meet where one takes over from the other
-TEST(Flows, AgreeWithTheStepOfOrderSixWhereTicksAreShort) {
+// The step of order 6 and the flows agree at the tick length at which one replaces the other.
+TEST(Flows, FlowsAgreeWithTheStepOfOrderSixIfTicksAreShort) {
   Random random(31);
   for (int k = 0; k < 200; ++k) {
     Plan plan = hand_plan(1.0, {});
     set_inertia(random_moments(random, 1e3), random.axes(), plan);
     Frame frame;
     frame.H_W = multiply(plan.inertia, random.direction());
-    StepLoads loads;
+    RigidLoads loads;
     plan.period = 1e-6;
-    const TickTurn turn = turn_in_tick(plan, frame, rotation_matrix(frame.q_WB), loads);
-    plan.period *= kShortTurn / turn.whole * 0.999;
+    const TickRotation rotation = rotation_in_tick(plan, frame, rotation_matrix(frame.q_WB), loads);
+    plan.period *= kShortRotation / rotation.total * 0.999;
     Frame by_flows = frame, by_step = frame;
     for (int tick = 0; tick < 10; ++tick) {
       by_step = advance_frame(plan, by_step, rotation_matrix(by_step.q_WB), loads);
       by_flows = advance_by_flows(plan, by_flows, rotation_matrix(by_flows.q_WB), loads, 1);
     }
-    EXPECT_LT(apart(by_flows.q_WB, by_step.q_WB), 1e-13);
+    EXPECT_LT(angle_between(by_flows.q_WB, by_step.q_WB), 1e-13);
   }
 }
 
-TEST(Orbit, IsKeplersAtAnyTickAndEccentricity) {
+TEST(Orbit, AnOrbitFollowsKeplerAtAnyTickLengthAndEccentricity) {
   for (const double e : {0.0, 0.5, 0.9, 0.966, 0.99})
     for (const int ticks : {1, 3, 10, 100, 1000}) {
       Plan plan = hand_plan(2.0 * M_PI / ticks, {});
@@ -360,15 +364,15 @@ TEST(Orbit, IsKeplersAtAnyTickAndEccentricity) {
       const OnConic start = on_conic(e, 0.4);
       plan.initial.p_WB = start.p;
       plan.initial.v_WB = start.v;
-      plan.turns = false;
+      plan.has_rotation = false;
       HandRun run(plan);
-      // ten revolutions and a third of a tick's worth of one more
+      // the run covers ten revolutions and a third of the ticks of another revolution
       const std::int64_t n = 10 * ticks + std::max(1, ticks / 3);
       run.run(n);
       const OnConic end = on_conic(e, 0.4L + static_cast<long double>(n) * plan.period);
       const double off = length(sub(run.state.p_WB, end.p));
       if (ticks == 100) std::printf("orbit of eccentricity %g, ten revolutions: off by %.1e\n", e, off);
-      // rounding of the energy turns into a phase that grows with time, faster at the perigee
+      // rounding errors of the energy become a phase error that grows with time, faster at the perigee
       EXPECT_LT(off, 5e-11 / ((1.0 - e) * (1.0 - e))) << e << ", " << ticks;
     }
 }

@@ -1,4 +1,4 @@
-// Translation and rotation of the whole step under gravity, forces and torques.
+// Translation and rotation of the body in the complete step under gravity, forces and torques.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,13 +14,13 @@ namespace {
 
 double norm(const Vec3& a) { return std::sqrt(dot(a, a)); }
 double distance(const Vec3& a, const Vec3& b) { return norm(sub(a, b)); }
-/// Angle between two attitudes [rad].
+/// Returns the angle between two attitudes [rad].
 double angle(const Quat& a, const Quat& b) {
   const Quat c = multiply({a[0], -a[1], -a[2], -a[3]}, b);
   return 2.0 * std::asin(std::min(1.0, std::sqrt(c[1] * c[1] + c[2] * c[2] + c[3] * c[3])));
 }
 
-TEST(Translation, FallsAsGalileoSays) {
+TEST(Translation, ABodyFallsWithConstantAcceleration) {
   Plan plan = hand_plan(1e-3, {});
   plan.gravity_W = {0.3, -0.2, -9.81};
   plan.initial.p_WB = {1.0, 2.0, 3.0};
@@ -32,7 +32,7 @@ TEST(Translation, FallsAsGalileoSays) {
   for (std::size_t i = 0; i < 3; ++i) {
     const double v = plan.initial.v_WB[i] + plan.gravity_W[i] * t;
     const double p = plan.initial.p_WB[i] + plan.initial.v_WB[i] * t + 0.5 * plan.gravity_W[i] * t * t;
-    // the products h v and h g are rounded alike each tick; sums are compensated
+    // the products h v and h g have the same rounding error at each tick, and sums are compensated
     EXPECT_NEAR(run.state.v_WB[i], v, 4e-16 * std::abs(v));
     EXPECT_NEAR(run.state.p_WB[i], p, 1e-15 * (std::abs(p) + std::abs(plan.initial.v_WB[i] * t)));
   }
@@ -47,7 +47,7 @@ TEST(Translation, MomentumEqualsTheImpulseOfCommandsAndPulses) {
   pulse.end_tick = 117;
   pulse.pattern = build_pattern(plan, {0, std::span(&pushed, 1), {}, {}});
   plan.histories.push_back(pulse);
-  plan.initial.w_WB_B = {0.4, -2.0, 1.0};
+  plan.initial.w_B = {0.4, -2.0, 1.0};
   HandRun run(plan);
   ForceCommand command = hand_command("test", 0);
   command.duration_ticks = 321;
@@ -58,16 +58,16 @@ TEST(Translation, MomentumEqualsTheImpulseOfCommandsAndPulses) {
   EXPECT_LE(distance(scale(plan.mass, run.state.v_WB), impulse), 1e-12 * norm(impulse));
 }
 
-/// State after `time` of a spinning body pushed in every way a force can be fixed: in world and in body axes.
+/// Returns the state after `time` of a spinning body under forces in world and in body axes.
 State pushed_body(double period, double time, const std::vector<ForceCommand>& commands) {
   Plan plan = hand_plan(period, {}, 4);
-  plan.initial.w_WB_B = {0.5, 2.0, -1.0};
+  plan.initial.w_B = {0.5, 2.0, -1.0};
   HandRun run(plan);
   run.run(std::llround(time / period), commands);
   return run.state;
 }
 
-/// The same motion at ticks of 1 rad and below, against ticks of 1 mrad.
+/// Compares the motion at ticks of at most 1 rad with the motion at ticks of 1 mrad.
 void expect_right_at_any_tick(const char* what, const std::vector<ForceCommand>& commands, double most) {
   constexpr double kTime = 2.0;
   const State exact = pushed_body(1.0 / 2048, kTime, commands);
@@ -80,34 +80,35 @@ void expect_right_at_any_tick(const char* what, const std::vector<ForceCommand>&
   }
 }
 
-// the order is that of flows_test; here both kinds of step meet
-TEST(Rotation, IsRightAtAnyTickUnderWorldForces) {
+// flows_test checks the order of convergence. The next two tests cover short and long ticks, which use
+// different steps.
+TEST(Rotation, RotationUnderWorldForcesIsAccurateAtAnyTickLength) {
   ForceCommand command = hand_command("test", 0);
   add_force(command, 0, {3.0, 1.0, -2.0});
   add_force(command, 2, {-1.0, 2.0, 1.0});
   expect_right_at_any_tick("world forces", {command}, 1e-9);
 }
 
-TEST(Rotation, IsRightAtAnyTickUnderBodyForces) {
+TEST(Rotation, RotationUnderBodyForcesIsAccurateAtAnyTickLength) {
   ForceCommand command = hand_command("test", 0, 1);
   add_force(command, 1, {3.0, 1.0, -2.0});
   expect_right_at_any_tick("body forces", {command}, 1e-9);
 }
 
-TEST(Rotation, SpinAboutAPrincipalAxisTurnsAtConstantRate) {
+TEST(Rotation, SpinAboutAPrincipalAxisIsConstant) {
   Plan plan = hand_plan(1e-3, {});
-  plan.initial.w_WB_B = {0.0, 0.0, 3.0};
+  plan.initial.w_B = {0.0, 0.0, 3.0};
   HandRun run(plan);
   constexpr std::int64_t kTicks = 100000;
   run.run(kTicks);
   const double half = 0.5 * 3.0 * static_cast<double>(kTicks) * plan.period;
   const Quat exact = {std::cos(half), 0.0, 0.0, std::sin(half)};
-  // (omega h)^7 / (7! 2^6) a tick, and rounding relative to the angle
+  // the error is (omega h)^7 / (7! 2^6) per tick, and rounding errors relative to the angle
   EXPECT_LE(angle(run.state.q_WB, exact), 1e-13 + 4e-16 * 2.0 * half);
   EXPECT_LE(std::abs(read_invariants(plan, run.state).quaternion_norm_error), 4e-16);
 }
 
-TEST(Rotation, TorqueFixedInTheBodySpinsItUpAboutAPrincipalAxis) {
+TEST(Rotation, ATorqueFixedInTheBodySpinsItUpAboutAPrincipalAxis) {
   Plan plan = hand_plan(1e-3, {}, 6);
   plan.groups.push_back(hand_group(plan, {0, 1, 2, 3, 4, 5}));
   HandRun run(plan);
@@ -121,7 +122,7 @@ TEST(Rotation, TorqueFixedInTheBodySpinsItUpAboutAPrincipalAxis) {
   EXPECT_LE(angle(run.state.q_WB, {std::cos(half), 0.0, std::sin(half), 0.0}), 1e-12);
 }
 
-TEST(Rotation, CollinearBodyHasNoSpinAboutItsLine) {
+TEST(Rotation, ACollinearBodyHasNoSpinAboutItsLine) {
   Plan plan = hand_plan(1e-3, {}, 2);
   plan.points[0].r = {-1.0, 0.0, 0.0};
   plan.points[1].r = {1.0, 0.0, 0.0};
@@ -130,18 +131,18 @@ TEST(Rotation, CollinearBodyHasNoSpinAboutItsLine) {
   set_principal(plan);
   plan.line = {1.0, 0.0, 0.0};
   plan.rigid_freedoms = 5;
-  plan.initial.w_WB_B = {0.0, 1.0, 0.5};
+  plan.initial.w_B = {0.0, 1.0, 0.5};
   HandRun run(plan);
   ForceCommand command = hand_command("test", 0);
   add_force(command, 0, {0.3, 0.2, -0.1});
   run.run(5000, std::span(&command, 1));
   EXPECT_EQ(angular_velocity(plan, run.state)[0], 0.0);
-  // no moment acts along the line, so none of the angular momentum does
+  // no moment acts along the line, so the angular momentum along it is zero
   EXPECT_LE(std::abs(multiply_transposed(rotation_matrix(run.state.q_WB), run.state.H_W)[0]),
             1e-13 * norm(run.state.H_W));
 }
 
-TEST(Rotation, SinglePointDoesNotTurn) {
+TEST(Rotation, ASinglePointDoesNotRotate) {
   Plan plan = hand_plan(1e-3, {}, 1);
   plan.points[0].r = {};
   plan.inertia = plan.inverse_inertia = {};
@@ -155,17 +156,17 @@ TEST(Rotation, SinglePointDoesNotTurn) {
   EXPECT_NEAR(run.state.v_WB[0], 0.3 / plan.mass * 1.0, 1e-15);
 }
 
-TEST(Rotation, BodyForcesOfASteadilySpinningBodyDrawACircle) {
+TEST(Rotation, AForceInBodyAxesOnASteadilySpinningBodyGivesACircularPath) {
   Plan plan = hand_plan(1e-3, {}, 1);
-  plan.points[0].r = {};  // at the centre of mass: no moment
-  plan.initial.w_WB_B = {0.0, 0.0, 2.0};
+  plan.points[0].r = {};  // at the centre of mass, so that there is no moment
+  plan.initial.w_B = {0.0, 0.0, 2.0};
   HandRun run(plan);
   ForceCommand command = hand_command("test", 0, 1);
   add_force(command, 0, {0.5, 0.0, 0.0});
   constexpr std::int64_t kTicks = 3000;
   run.run(kTicks, std::span(&command, 1));
   const double t = static_cast<double>(kTicks) * plan.period, a = 0.5 / plan.mass, w = 2.0;
-  // Simpson's rule: h^4 w^4 / 2880 of the acceleration
+  // Simpson's rule has an error of h^4 w^4 / 2880 of the acceleration
   EXPECT_NEAR(run.state.v_WB[0], a / w * std::sin(w * t), 1e-13);
   EXPECT_NEAR(run.state.v_WB[1], a / w * (1.0 - std::cos(w * t)), 1e-13);
   EXPECT_NEAR(run.state.p_WB[0], a / (w * w) * (1.0 - std::cos(w * t)), 1e-13);

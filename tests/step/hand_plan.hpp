@@ -1,4 +1,4 @@
-// Plans made by hand, with every number chosen by the test.
+// Makes plans in which the test chooses every number.
 #pragma once
 
 #include <span>
@@ -16,21 +16,22 @@ struct Mode {
   double q_dot = 0.0;  // [m/s] at the start
 };
 
-/// A body of mass 2 kg and principal moments 2, 3, 4 kg m^2 with the given modes. Point k of num_points lies
-/// at hand_point(k) and moves in mode l by hand_shape(k, l); every point is pushable and has rows.
+/// Returns a plan of a body of 2 kg with the principal moments 2, 3 and 4 kg m^2 and the given modes. Point k
+/// of num_points lies at hand_point(k) and moves in mode l by hand_shape(k, l). Every point is pushable and
+/// has mode-shape rows.
 Plan hand_plan(double period, std::span<const Mode> modes, int num_points = 1);
 Vec3 hand_point(int point);
 Vec3 hand_shape(int point, int mode);
 
-/// A group of these points, with its weights.
+/// Returns a group of these points with its weights.
 PlanGroup hand_group(const Plan& plan, std::vector<std::int32_t> points);
 
-/// A command of sender `sender` without loads, in force for ever; add_force and add_wrench fill it.
+/// Returns a command of `sender` without loads that never ends. add_force and add_wrench fill it.
 ForceCommand hand_command(const char* sender, int slot, std::int32_t axes = 0);
 void add_force(ForceCommand& command, int point, const Vec3& force);
 void add_wrench(ForceCommand& command, int group, const Vec3& force, const Vec3& torque);
 
-/// A state and its workspace, stepped with commands at the first tick.
+/// A state and its workspace. The commands take effect at the first tick of a run.
 struct HandRun {
   explicit HandRun(const Plan& given)
       : plan(given), state(make_state(given)), workspace(make_workspace(given)) {}

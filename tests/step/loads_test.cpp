@@ -1,4 +1,4 @@
-// Loads: patterns, projections, wrenches, histories and their limits at ticks.
+// Loads: patterns, projections, wrenches, and histories with their left and right limits at ticks.
 #include "core/step/loads.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ Plan loads_plan() {
   return plan;
 }
 
-/// Q_l = sum_i F_i . b_il with the forces turned one by one (5.6).
+/// Returns Q_l = sum_i F_i . b_il, where each force is rotated separately (THEORY 4.20).
 std::vector<double> direct_sum(const Plan& plan, const std::vector<Vec3>& force_B) {
   std::vector<double> Q(static_cast<std::size_t>(plan.num_padded), 0.0);
   for (std::size_t i = 0; i < force_B.size(); ++i)
@@ -55,7 +55,7 @@ void expect_equal(const std::vector<double>& found, const std::vector<double>& e
 
 constexpr double kRounding = 1e-14;  // sums of some ten terms of order one
 
-TEST(Loads, ProjectionIsTheSumOverPointsWhetherDirectOrByTable) {
+TEST(Loads, TheProjectionByTableOrDirectlyIsTheSumOverPoints) {
   const Plan plan = loads_plan();
   const Mat3 R = some_rotation();
   for (const int num_pushed : {1, 2, 3, 4, 7}) {
@@ -72,7 +72,7 @@ TEST(Loads, ProjectionIsTheSumOverPointsWhetherDirectOrByTable) {
   }
 }
 
-TEST(Loads, BodyForcesDoNotTurn) {
+TEST(Loads, ForcesInBodyAxesDoNotRotateWithTheAttitude) {
   const Plan plan = loads_plan();
   const std::vector<PointForce> forces = {{2, 0, {1.0, 2.0, 3.0}}, {5, 0, {-1.0, 0.5, 0.0}}};
   const LoadPattern pattern = build_pattern(plan, {1, forces, {}, {}});
@@ -82,19 +82,19 @@ TEST(Loads, BodyForcesDoNotTurn) {
   expect_equal(projected(plan, pattern, rotation_matrix({1, 0, 0, 0})), direct_sum(plan, force_B), kRounding);
 }
 
-/// The forces on points that a wrench stands for, by its definition (X12), body axes.
+/// Returns the forces on points, in body axes, that a wrench stands for by its definition (THEORY 8.8).
 std::vector<Vec3> spread(const Plan& plan, std::size_t group_index, const Vec3& F_B, const Vec3& T_B) {
   const PlanGroup& group = plan.groups[group_index];
   std::vector<Vec3> forces(plan.points.size());
   for (const std::int32_t i : group.points) {
     const PlanPoint& point = plan.points[static_cast<std::size_t>(i)];
-    const Vec3 turned = cross(multiply(group.inverse_inertia, T_B), sub(point.r, group.centre));
-    forces[static_cast<std::size_t>(i)] = scale(point.mass, add_scaled(turned, 1.0 / group.mass, F_B));
+    const Vec3 angular = cross(multiply(group.inverse_inertia, T_B), sub(point.r, group.centre));
+    forces[static_cast<std::size_t>(i)] = scale(point.mass, add_scaled(angular, 1.0 / group.mass, F_B));
   }
   return forces;
 }
 
-TEST(Wrench, HasItsForceItsTorqueAndTheProjectionOfItsForces) {
+TEST(Wrench, AWrenchHasItsForceAndTorqueAndTheProjectionOfItsPointForces) {
   const Plan plan = loads_plan();
   const Mat3 R = some_rotation();
   const Vec3 F = {1.0, -2.0, 0.5}, T = {0.3, 0.7, -1.1};
@@ -106,14 +106,14 @@ TEST(Wrench, HasItsForceItsTorqueAndTheProjectionOfItsForces) {
                  T_B = axes == 0 ? multiply_transposed(R, T) : T;
       const std::vector<Vec3> forces = spread(plan, k, F_B, T_B);
       expect_equal(projected(plan, pattern, R), direct_sum(plan, forces), 4 * kRounding);
-      // resultant and moment, from the forces and from the pattern as the frame reads it
+      // resultant and moment are computed from the forces, and from the pattern as the frame evaluates it
       Vec3 resultant{}, moment{};
       for (std::size_t i = 0; i < forces.size(); ++i) {
         resultant = add(resultant, forces[i]);
         moment = add(moment, cross(plan.points[i].r, forces[i]));
       }
-      Plan still = plan;
-      still.initial.q_WB = {1.0, 0.0, 0.0, 0.0};
+      Plan unrotated = plan;
+      unrotated.initial.q_WB = {1.0, 0.0, 0.0, 0.0};
       Vec3 moment_found = pattern.torque_B;
       for (std::size_t c = 0; c < 3; ++c)
         for (std::size_t a = 0; a < 3; ++a)
@@ -129,7 +129,7 @@ TEST(Wrench, HasItsForceItsTorqueAndTheProjectionOfItsForces) {
   }
 }
 
-TEST(Wrench, TorqueAlongTheLineOfACollinearGroupDoesNothing) {
+TEST(Wrench, ATorqueAlongTheLineOfACollinearGroupHasNoEffect) {
   const Plan plan = loads_plan();
   const Wrench along{1, 0, {}, scale(3.0, plan.groups[1].line)};
   HandRun run(plan);
@@ -140,7 +140,7 @@ TEST(Wrench, TorqueAlongTheLineOfACollinearGroupDoesNothing) {
   for (const double Q : run.state.Q) EXPECT_LE(std::abs(Q), 1e-13);
 }
 
-TEST(Wrench, EqualsItsForcesOverAWholeRun) {
+TEST(Wrench, AWrenchMovesTheBodyLikeItsPointForces) {
   const Plan plan = loads_plan();
   const Vec3 F = {0.2, 0.1, -0.3}, T = {0.3, 0.7, -1.1};
   HandRun by_wrench(plan), by_forces(plan);
@@ -163,7 +163,7 @@ PlanHistory history_of(const Plan& plan, PlanHistory::Kind kind) {
   return history;
 }
 
-TEST(History, PulseIsOnFromItsFirstTickToItsLast) {
+TEST(History, APulseIsOnFromItsFirstTickToItsLast) {
   PlanHistory pulse;
   pulse.kind = PlanHistory::Kind::kPulse;
   pulse.start_tick = 3;
@@ -176,7 +176,7 @@ TEST(History, PulseIsOnFromItsFirstTickToItsLast) {
   }
 }
 
-TEST(History, SineKeepsItsPhaseForAMillionMillionTicks) {
+TEST(History, ASineKeepsItsPhaseForATrillionTicks) {
   PlanHistory sine;
   sine.kind = PlanHistory::Kind::kSine;
   std::mt19937_64 engine(3);
@@ -189,14 +189,14 @@ TEST(History, SineKeepsItsPhaseForAMillionMillionTicks) {
     const std::int64_t tick = k < 20 ? k : ticks(engine);
     const Real cycles = Real(tick) * Real(1e-3) * Real(sine.frequency) + Real(sine.phase);
     const double exact = sin(two_pi * cycles).convert_to<double>();
-    // the phase in cycles is rounded at 1/2, its slope is 2 pi
+    // the phase in cycles, near 1/2, has a rounding error, and the slope of the sine is 2 pi
     EXPECT_NEAR(amplitude_right(sine, 1e-3, tick), exact, 8e-16);
     const Real middle = cycles + Real(1e-3) * Real(sine.frequency) / 2;
     EXPECT_NEAR(amplitude_middle(sine, 1e-3, tick), sin(two_pi * middle).convert_to<double>(), 8e-16);
   }
 }
 
-TEST(History, TableIsLinearBetweenRowsAndHeldOutside) {
+TEST(History, ATableIsLinearBetweenRowsAndConstantOutsideThem) {
   PlanHistory table;
   table.kind = PlanHistory::Kind::kTable;
   table.times = {1.0, 2.0, 4.0};
@@ -212,7 +212,7 @@ TEST(History, TableIsLinearBetweenRowsAndHeldOutside) {
   EXPECT_EQ(amplitude_middle(table, 0.25, 5), amplitude_right(table, 0.125, 11));
 }
 
-TEST(History, PulseDrivesAModeAsTheClosedFormSays) {
+TEST(History, APulseDrivesAModeAsInClosedForm) {
   Plan plan = hand_plan(1e-3, kModes, 1);
   plan.points[0].r = {};
   PlanHistory pulse = history_of(plan, PlanHistory::Kind::kPulse);
@@ -233,7 +233,7 @@ TEST(History, PulseDrivesAModeAsTheClosedFormSays) {
   }
 }
 
-TEST(History, CountsFromTheStartOfTheEpoch) {
+TEST(History, TheTimeOfAHistoryIsCountedFromTheStartOfTheEpoch) {
   Plan plan = hand_plan(1e-3, kModes, 1);
   PlanHistory pulse = history_of(plan, PlanHistory::Kind::kPulse);
   pulse.start_tick = 5;
@@ -250,25 +250,25 @@ TEST(History, CountsFromTheStartOfTheEpoch) {
   EXPECT_NE(first[0], 0.0);
 }
 
-// of a large structure few points have rows
-TEST(Loads, TakeRoomForPointsWithRowsAlone) {
-  constexpr int kNamed = 3;
-  const Plan plan = hand_plan(1e-3, kModes, kNamed);
+// In a large structure few points have mode-shape rows.
+TEST(Loads, LoadsTakeMemoryOnlyForPointsWithModeShapeRows) {
+  constexpr int kWithRows = 3;
+  const Plan plan = hand_plan(1e-3, kModes, kWithRows);
   Plan large = plan;
   for (int k = 0; k < 1000; ++k)
     large.points.insert(large.points.begin() + k % 2, PlanPoint{"", 0.0, {}, -1, false});
-  const auto is_named = [](const PlanPoint& point) { return point.row >= 0; };
-  EXPECT_EQ(make_load_sums(large).force_W.size(), std::size_t{kNamed});
+  const auto has_rows = [](const PlanPoint& point) { return point.row >= 0; };
+  EXPECT_EQ(make_load_sums(large).force_W.size(), std::size_t{kWithRows});
   HandRun run(plan), large_run(large);
   std::vector<ForceCommand> pushes, large_pushes;
   for (const std::int32_t axes : {0, 1}) {
     ForceCommand push = hand_command("test", axes, axes), large_push = push;
-    std::int32_t place = 0;
-    for (int k = 0; k < kNamed; ++k, ++place) {
-      while (!is_named(large.points[static_cast<std::size_t>(place)])) ++place;
+    std::int32_t index = 0;
+    for (int k = 0; k < kWithRows; ++k, ++index) {
+      while (!has_rows(large.points[static_cast<std::size_t>(index)])) ++index;
       const Vec3 force = {1.0 + k, -0.5 * k, 0.25};
       add_force(push, k, force);
-      add_force(large_push, place, force);
+      add_force(large_push, index, force);
     }
     pushes.push_back(push);
     large_pushes.push_back(large_push);
@@ -279,7 +279,7 @@ TEST(Loads, TakeRoomForPointsWithRowsAlone) {
   EXPECT_EQ(run.state.q_WB, large_run.state.q_WB);
 }
 
-TEST(Loads, StateCarriesTheLeftLimit) {
+TEST(Loads, TheStateKeepsTheLeftLimitOfTheLoads) {
   const Plan plan = hand_plan(1e-3, kModes, 1);
   HandRun run(plan);
   ForceCommand push = hand_command("test", 0, 1), clear = hand_command("test", 0, 1);

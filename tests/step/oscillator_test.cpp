@@ -1,4 +1,4 @@
-// The whole step on single oscillators and on a structure against closed form at t = n h.
+// The complete step on single oscillators and on a structure, compared with the closed form at t = n h.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -21,18 +21,19 @@ namespace {
 constexpr double kPi = 3.141592653589793;
 constexpr std::array<double, 5> kRatios = {0.0, 1e-9, 0.02, 1.0, 1e3};
 
-/// What loads the modes besides their initial state.
+/// Load on the modes in addition to their initial state.
 enum class Load { kNone, kConstant, kLinear };
 constexpr double kForce = 0.37;       // [N] along x of the body
-constexpr double kRampTime = 2048.0;  // [s] after which the linear load would be kForce
+constexpr double kRampTime = 2048.0;  // [s] time at which the linear load would reach kForce
 
-/// omega h over sixteen decades, beside the turns where rounding repeats itself, and anywhere.
+/// Returns values of omega h over sixteen decades: at and near fractions of a cycle, where rounding errors
+/// repeat, and at random.
 std::vector<double> steps_in_radians(std::uint64_t seed, int num_random) {
   std::vector<double> W;
   for (int decade = -8; decade <= 8; ++decade) W.push_back(std::pow(10.0, decade));
-  for (const double turn : {kPi / 6, kPi / 4, kPi / 3, kPi / 2, 2 * kPi / 3, kPi, 2 * kPi, 1000 * kPi}) {
-    W.push_back(turn);
-    W.push_back(turn * (1.0 + 1e-12));
+  for (const double angle : {kPi / 6, kPi / 4, kPi / 3, kPi / 2, 2 * kPi / 3, kPi, 2 * kPi, 1000 * kPi}) {
+    W.push_back(angle);
+    W.push_back(angle * (1.0 + 1e-12));
   }
   std::mt19937_64 engine(seed);
   std::uniform_real_distribution<double> decade(-8.0, 8.0);
@@ -53,14 +54,15 @@ std::vector<Mode> modes_for(double period, std::uint64_t seed, int num_random) {
   return modes;
 }
 
-/// Largest error of one mode at any checkpoint in units of eps times the largest |(omega q, q_dot)| so far.
+/// Largest error of a mode at any checkpoint, in units of eps times the largest |(omega q, q_dot)| up to that
+/// checkpoint.
 struct Worst {
   double error = 0.0;  // [eps]
-  double share = 0.0;  // of (2 + 0.2 n) eps
+  double share = 0.0;  // relative to the bound (2 + 0.2 n) eps
   std::string where;
 };
 
-/// \param row  of the plan, in the direction of the force: Q = kForce row
+/// \param row  mode-shape row of the plan in the direction of the force, so that Q = kForce row
 void compare(const Plan& plan, const State& state, std::int64_t n, Load load, std::span<const double> row,
              const std::vector<double>& largest, Worst& worst) {
   const Real t = Real(n) * Real(plan.period), M(plan.mass);
@@ -80,7 +82,7 @@ void compare(const Plan& plan, const State& state, std::int64_t n, Load load, st
   }
 }
 
-/// Steps to the last checkpoint and compares at each.
+/// Steps to the last checkpoint and compares at every checkpoint.
 Worst run_and_compare(const Plan& plan, std::span<const ForceCommand> commands, Load load,
                       std::span<const double> row, std::int64_t last) {
   HandRun run(plan);
@@ -101,7 +103,8 @@ Worst run_and_compare(const Plan& plan, std::span<const ForceCommand> commands, 
   return worst;
 }
 
-/// The commands or the history that load point `point` along x of the axes.
+/// Applies the load to the point along x of the given axes. Returns the commands, or adds a history to the
+/// plan.
 std::vector<ForceCommand> load_point(Plan& plan, int point, std::int32_t axes, Load load) {
   const PointForce force{point, 0, {kForce, 0.0, 0.0}};
   std::vector<ForceCommand> commands;
@@ -122,17 +125,18 @@ std::vector<ForceCommand> load_point(Plan& plan, int point, std::int32_t axes, L
 
 Worst run_to(double period, std::uint64_t seed, int num_random, Load load, std::int64_t last) {
   Plan plan = hand_plan(period, modes_for(period, seed, num_random));
-  plan.points[0].r = {};  // no moment: the body does not turn, and world axes stay body axes
+  plan.points[0]
+      .r = {};  // the load has no moment, so the body does not rotate and world axes remain body axes
   const auto commands = load_point(plan, 0, 0, load);
   return run_and_compare(plan, commands, load, plan.rows, last);
 }
 
-/// A truss with a point on a single spring (two mechanisms), spinning, its modes damped in every way, pushed
-/// at a corner in body axes, which turn with it.
+/// Runs a spinning truss with a point on a single spring (two mechanisms) and modes with every kind of
+/// damping. A force at a corner in body axes rotates with the truss.
 Worst run_structure_to(double rate, double stiffer, Load load, std::int64_t last) {
   Scene scene = square_truss(3);
   scene.rate = rate;
-  scene.points.push_back({"loose", 0.5, {2.0, 0.5, 0.5}, Eigen::Vector3d::Zero()});
+  scene.points.push_back({"hung", 0.5, {2.0, 0.5, 0.5}, Eigen::Vector3d::Zero()});
   scene.links.push_back({"tether", {11, 12}, Spring{1e3}, {}});
   for (Link& link : scene.links) std::get<Spring>(link.kind).stiffness *= stiffer;
   scene.initial.angular_velocity = {0.3, -0.2, 0.4};
@@ -147,30 +151,32 @@ Worst run_structure_to(double rate, double stiffer, Load load, std::int64_t last
   return run_and_compare(plan, commands, load, row, last);
 }
 
-// both coordinates rounded once, half a unit in the last place, eps / 2 at most relative to either
+// both coordinates are rounded once, by half a unit in the last place, which is at most eps / 2 relative to
+// each
 constexpr double kRoundedOnce = 0.75;
 
-TEST(Oscillator, FreeMotionIsTheClosedFormRoundedOnceAfterAThousandTicks) {
+TEST(Oscillator, FreeMotionAfterAThousandTicksIsTheClosedFormRoundedOnce) {
   EXPECT_LE(run_to(1e-3, 1, 40, Load::kNone, 1000).error, kRoundedOnce);
   EXPECT_LE(run_to(1.0 / 3000.0, 2, 40, Load::kNone, 1000).error, kRoundedOnce);
 }
 
-TEST(Oscillator, ConstantLoadStaysWithinTheBoundAfterAThousandTicks) {
+TEST(Oscillator, ErrorUnderAConstantLoadStaysWithinTheBoundOverAThousandTicks) {
   EXPECT_LE(run_to(1e-3, 3, 40, Load::kConstant, 1000).share, 1.0);
 }
 
-TEST(Oscillator, LinearLoadStaysWithinTheBoundAfterAThousandTicks) {
+TEST(Oscillator, ErrorUnderALinearLoadStaysWithinTheBoundOverAThousandTicks) {
   EXPECT_LE(run_to(1e-3, 4, 40, Load::kLinear, 1000).share, 1.0);
 }
 
-// soft against the step, comparable with it, and stiff: omega h up to 1e-3, 1 and 1e6
-TEST(Structure, MovesAsTheClosedFormUnderBodyForcesWhileItTurns) {
+// In three runs the modes are soft, comparable and stiff relative to the step: omega h is up to 1e-3, 1 and
+// 1e6.
+TEST(Structure, ASpinningStructureFollowsTheClosedFormUnderForcesInBodyAxes) {
   for (const auto& [rate, stiffer] : {std::pair{1e6, 1.0}, {1e3, 1.0}, {1e3, 1e12}})
     for (const Load load : {Load::kNone, Load::kConstant, Load::kLinear})
       EXPECT_LE(run_structure_to(rate, stiffer, load, 1000).share, 1.0) << rate << ' ' << stiffer;
 }
 
-TEST(StructureOverAMillionTicks, MovesAsTheClosedFormUnderBodyForcesWhileItTurns) {
+TEST(StructureOverAMillionTicks, ASpinningStructureFollowsTheClosedFormUnderForcesInBodyAxes) {
   EXPECT_LE(run_structure_to(1e3, 1.0, Load::kConstant, 1000000).share, 1.0);
   EXPECT_LE(run_structure_to(1e3, 1.0, Load::kLinear, 1000000).share, 1.0);
 }
@@ -179,7 +185,7 @@ TEST(OscillatorOverAMillionTicks, FreeMotionIsTheClosedFormRoundedOnce) {
   EXPECT_LE(run_to(1e-3, 5, 0, Load::kNone, 1000000).error, kRoundedOnce);
 }
 
-TEST(OscillatorOverAMillionTicks, LoadedMotionStaysWithinTheBound) {
+TEST(OscillatorOverAMillionTicks, ErrorUnderALoadStaysWithinTheBound) {
   EXPECT_LE(run_to(1e-3, 6, 0, Load::kConstant, 1000000).share, 1.0);
   EXPECT_LE(run_to(1e-3, 7, 0, Load::kLinear, 1000000).share, 1.0);
 }

@@ -1,4 +1,4 @@
-// The coefficients of the exact propagator against the exponential of the state matrix, by scaling and
+// The coefficients of the exact propagator, compared with the exponential of the state matrix by scaling and
 // squaring.
 #include "core/plan/propagator.hpp"
 
@@ -13,7 +13,7 @@
 namespace freeflex {
 namespace {
 
-// squaring up to 50 times, of matrices whose entries span 1e22
+// enough digits for 50 squarings of matrices whose entries differ by factors of up to 1e22
 using Real =
     boost::multiprecision::number<boost::multiprecision::cpp_bin_float<250>, boost::multiprecision::et_off>;
 using Matrix = std::array<std::array<Real, 4>, 4>;
@@ -28,7 +28,8 @@ Matrix multiply(const Matrix& a, const Matrix& b) {
   return c;
 }
 
-/// exp of the matrix of (q, h q_dot, f, change of f over the step) over one step, f = h^2 Q / M.
+/// Returns the exponential, over one step, of the matrix for (q, h q_dot, f, change of f over the step) with
+/// f = h^2 Q / M.
 Matrix exponential(const Real& W, const Real& a) {
   Matrix A{};
   A[0][1] = A[1][2] = A[2][3] = 1;
@@ -51,7 +52,7 @@ Matrix exponential(const Real& W, const Real& a) {
   return sum;
 }
 
-/// |found - exact| / |exact|; 0 when both are below what 250 digits leave of cancelled ones.
+/// Returns |found - exact| / |exact|, or 0 if both are below the cancellation error of 250 digits.
 double relative_error(const Real& found, const Real& exact) {
   if (abs(exact) < Real("1e-180")) return abs(found) < Real("1e-179") ? 0.0 : 1.0;
   return (abs(found - exact) / abs(exact)).convert_to<double>();
@@ -80,7 +81,7 @@ Errors errors_of(double omega, double decay, double period, double mass) {
                    relative_error(Real(lanes.w_v1[0]), h / M * E[1][3])})};
 }
 
-// the leading part has 26 bits, the rest 53, each cut or rounded once
+// the leading part has 26 bits and the remainder 53, each truncated or rounded once
 constexpr double kCoefficientError = 0x1p-78;
 constexpr double kWeightError = 0x1p-53;
 
@@ -100,14 +101,14 @@ TEST(Propagator, EqualsTheMatrixExponentialOverSixteenDecades) {
     }
 }
 
-TEST(Propagator, EqualsTheMatrixExponentialBesideCriticalDampingAndHalfTurns) {
+TEST(Propagator, EqualsTheMatrixExponentialNearCriticalDampingAndNearHalfCycles) {
   constexpr double kPeriod = 1e-3, kMass = 0.1, kPi = 3.141592653589793;
   for (const double W : {1e-6, 0.3, 0.999999999, 1.0, 2.5, 40.0})
     for (const double ratio : {1.0 - 1e-15, 1.0 - 1e-9, 1.0, 1.0 + 1e-15, 1.0 + 1e-9, 1.01})
       expect_exact(W / kPeriod, ratio * (W / kPeriod), kPeriod, kMass);
-  for (const double turns : {1.0 / 6, 0.25, 1.0 / 3, 0.5, 1.0, 1000.0})
+  for (const double cycles : {1.0 / 6, 0.25, 1.0 / 3, 0.5, 1.0, 1000.0})
     for (const double ratio : {0.0, 1e-9, 0.02})
-      expect_exact(2 * kPi * turns / kPeriod, ratio * 2 * kPi * turns / kPeriod, kPeriod, kMass);
+      expect_exact(2 * kPi * cycles / kPeriod, ratio * 2 * kPi * cycles / kPeriod, kPeriod, kMass);
 }
 
 TEST(Propagator, EqualsTheMatrixExponentialWithoutStiffness) {
@@ -126,7 +127,7 @@ TEST(Propagator, EqualsTheMatrixExponentialForRandomModes) {
   }
 }
 
-TEST(Propagator, LeadingPartsHaveTwentySixBits) {
+TEST(Propagator, TheLeadingPartOfEachCoefficientHasTwentySixBits) {
   Propagator p;
   p.lanes.resize(1);
   set_mode(p, 0, 314.159, 2.0, 1e-3, 1.0);

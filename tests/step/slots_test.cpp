@@ -1,4 +1,4 @@
-// Command slots: what replaces, clears, ends and adds up; and that a step which fails leaves no trace.
+// Command slots: commands replace, clear, end and add up. A failed step changes nothing.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ ForceCommand push(const char* sender, int slot, const Vec3& force, std::int64_t 
   return command;
 }
 
-/// Everything a later step depends on.
+/// Returns whether two states agree in everything on which a later step depends.
 bool is_same(const State& a, const State& b) {
   const MotionState &motion = a, &other = b;
   bool is_same = motion == other && a.num_slots == b.num_slots && a.slots_changed == b.slots_changed;
@@ -30,7 +30,7 @@ bool is_same(const State& a, const State& b) {
   return is_same;
 }
 
-TEST(Slots, AddUpInOneOrderWhateverTheOrderOfArrival) {
+TEST(Slots, ForcesOfSlotsAddUpAlikeInAnyOrderOfArrival) {
   const Plan plan = hand_plan(1e-3, kFiveModes, 3);
   std::vector<ForceCommand> commands;
   for (int k = 0; k < 9; ++k)
@@ -47,7 +47,7 @@ TEST(Slots, AddUpInOneOrderWhateverTheOrderOfArrival) {
   }
 }
 
-TEST(Slots, CommandReplacesItsOwnSlotOnly) {
+TEST(Slots, ACommandReplacesOnlyItsOwnSlot) {
   const Plan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   const std::vector<ForceCommand> first = {push("a", 0, {1, 0, 0}), push("a", 1, {0, 2, 0}),
@@ -64,7 +64,7 @@ TEST(Slots, CommandReplacesItsOwnSlotOnly) {
   EXPECT_EQ(run.state.force_W, (Vec3{0, 16, 4}));
 }
 
-TEST(Slots, DurationEndsAtItsTickAndIsReported) {
+TEST(Slots, ACommandWithADurationEndsAtItsTickAndItsEndIsReported) {
   const Plan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   ForceCommand command = push("a", 7, {1, 0, 0}, 3);
@@ -83,7 +83,7 @@ TEST(Slots, DurationEndsAtItsTickAndIsReported) {
   EXPECT_DOUBLE_EQ(run.state.v_WB[0] * plan.mass, 3e-3);
 }
 
-TEST(Slots, LeaseHoldsWhileRenewedAndEndsWhenNot) {
+TEST(Slots, ALeaseLastsWhileItIsRenewedAndThenExpires) {
   const Plan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   ForceCommand command = push("a", 0, {1, 0, 0}, 0);
@@ -100,7 +100,7 @@ TEST(Slots, LeaseHoldsWhileRenewedAndEndsWhenNot) {
   EXPECT_EQ(run.state.num_slots, 0);
 }
 
-TEST(Slots, ExpiryComesBeforeTheCommandThatTakesItsPlace) {
+TEST(Slots, AnExpiredCommandEndsBeforeItsSlotIsTakenAgain) {
   const Plan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   const ForceCommand first = push("a", 0, {1, 0, 0}, 2), second = push("a", 0, {3, 0, 0});
@@ -110,7 +110,7 @@ TEST(Slots, ExpiryComesBeforeTheCommandThatTakesItsPlace) {
   EXPECT_EQ(run.state.force_W[0], 3.0);
 }
 
-TEST(Slots, AreSixtyFourAndNoMore) {
+TEST(Slots, AreLimitedToSixtyFour) {
   const Plan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   std::vector<ForceCommand> commands;
@@ -127,9 +127,9 @@ TEST(Slots, AreSixtyFourAndNoMore) {
   EXPECT_EQ(run.state.force_W[0], static_cast<double>(kMaxSlots));
 }
 
-TEST(Slots, ResetDropsThemAndStartsAgainFromTheInitialState) {
+TEST(Slots, AResetClearsTheSlotsAndRestoresTheInitialState) {
   Plan plan = hand_plan(1e-3, kFiveModes, 1);
-  plan.initial.w_WB_B = {0.1, 0.2, 0.3};
+  plan.initial.w_B = {0.1, 0.2, 0.3};
   HandRun run(plan);
   const ForceCommand command = push("a", 0, {1, 0, 0});
   run.run(50, std::span(&command, 1));
@@ -145,9 +145,9 @@ TEST(Slots, ResetDropsThemAndStartsAgainFromTheInitialState) {
   EXPECT_EQ(run.state.q_WB, other.state.q_WB);
 }
 
-TEST(NotFinite, StepLeavesTheStateAsItWas) {
+TEST(NotFinite, AFailedStepDoesNotChangeTheState) {
   Plan plan = hand_plan(1e-3, kFiveModes, 2);
-  plan.initial.w_WB_B = {0.1, 0.2, 0.3};
+  plan.initial.w_B = {0.1, 0.2, 0.3};
   HandRun run(plan);
   const std::vector<ForceCommand> start = {push("a", 0, {1, 0, 0}, 10), push("b", 0, {1, 0, 0})};
   run.run(10, start);
@@ -161,7 +161,7 @@ TEST(NotFinite, StepLeavesTheStateAsItWas) {
     EXPECT_EQ(run.report.num_expiries, 0);
     EXPECT_TRUE(is_same(run.state, before));
   }
-  // and goes on as if nothing had been tried
+  // the run continues as if the invalid command had never been sent
   HandRun other(plan);
   other.run(10, start);
   run.run(30);

@@ -1,5 +1,5 @@
-// Frequencies of scenes of springs in sixty-digit arithmetic, from the exact doubles of the scene. Header
-// only.
+// Computes frequencies of scenes of springs in sixty-digit arithmetic from the exact doubles of the scene.
+// Header only.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ struct ExactMatrix {
   Exact& operator()(std::size_t i, std::size_t j) { return entries[i * size + j]; }
 };
 
-/// M^-1/2 K M^-1/2.  \pre every link is a spring
+/// Returns M^-1/2 K M^-1/2.  \pre every link is a spring
 inline ExactMatrix exact_dynamic_matrix(const Scene& scene) {
   const std::size_t size = 3 * scene.points.size();
   ExactMatrix K{size, std::vector<Exact>(size * size)};
@@ -45,8 +45,8 @@ inline ExactMatrix exact_dynamic_matrix(const Scene& scene) {
   return K;
 }
 
-/// Eigenvalues, ascending, by cyclic Jacobi: sixty digits of the largest, so 30 of the smallest at a ratio of
-/// 1e30.
+/// Returns the eigenvalues, ascending, by cyclic Jacobi. They have sixty digits relative to the largest, so
+/// the smallest has 30 digits if the ratio is 1e30.
 inline std::vector<Exact> exact_eigenvalues(ExactMatrix K) {
   const std::size_t n = K.size;
   for (int sweep = 0; sweep < 60; ++sweep) {

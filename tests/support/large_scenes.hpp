@@ -1,4 +1,4 @@
-// Large structures of springs: a two-layer plate, in memory or as files of a scene. Header only.
+// A large structure of springs: a two-layer plate, as a Scene or as files of a scene. Header only.
 #pragma once
 
 #include <fstream>
@@ -8,7 +8,8 @@
 
 namespace freeflex::testing {
 
-/// side x side x 2 points of 1 kg a metre apart, each joined to its neighbours and diagonals by 1e5 N/m
+/// Returns side x side x 2 points of 1 kg, one metre apart. Springs of 1e5 N/m join each to its neighbours
+/// along edges and diagonals.
 inline Scene two_layer_plate(int side) {
   Scene scene;
   const auto point = [side](int i, int j, int k) { return (i * side + j) * 2 + k; };
@@ -42,7 +43,7 @@ inline Scene two_layer_plate(int side) {
   return scene;
 }
 
-/// The same as scene.yaml, points.csv and links.csv in a folder.
+/// Writes the same plate as scene.yaml, points.csv and links.csv into a folder.
 inline void write_two_layer_plate(const std::string& folder, int side, int count) {
   const Scene scene = two_layer_plate(side);
   std::ofstream points(folder + "/points.csv"), links(folder + "/links.csv");

@@ -1,9 +1,9 @@
-// UDP packets to an LCM group, written by hand: what no LCM library would send. Header only.
+// UDP packets to an LCM group that no LCM library would send. Header only.
 //
-// LCM 1.3.1 on the wire, all big-endian: a short message is "LC02", sequence u32, channel with its NUL,
-// payload; a fragment is "LC03", sequence u32, message size u32, offset of this fragment u32, number of this
-// fragment u16, count of fragments u16, then in fragment 0 the channel with its NUL, then bytes of the
-// payload.
+// The wire format of LCM 1.3.1, with all numbers big-endian: a short message is "LC02", sequence u32, channel
+// with its NUL, payload. A fragment is "LC03", sequence u32, message size u32, offset of this fragment u32,
+// number of this fragment u16, count of fragments u16, then in fragment 0 the channel with its NUL, then
+// bytes of the payload.
 #pragma once
 
 #include <arpa/inet.h>
@@ -19,7 +19,8 @@
 
 namespace freeflex::testing {
 
-/// One UDP socket, so one source address, by which LCM joins fragments. To be used in a private network only.
+/// Sends from one UDP socket and so from one source address, by which LCM reassembles fragments. Use it only
+/// in a private network.
 class PacketSender {
  public:
   explicit PacketSender(const char* group = "239.255.76.67", std::uint16_t port = 7667)
@@ -34,21 +35,21 @@ class PacketSender {
   PacketSender(const PacketSender&) = delete;
   PacketSender& operator=(const PacketSender&) = delete;
 
-  /// False when the kernel did not take it whole.
+  /// Sends a packet. Returns false if the kernel did not accept all of it.
   bool send(std::span<const std::byte> packet) {
     return sendto(fd_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to_),
                   sizeof(to_)) == static_cast<ssize_t>(packet.size());
   }
 
-  /// A well-formed short message.
+  /// Sends a well-formed short message.
   bool publish(const std::string& channel, std::span<const std::byte> payload) {
     Packet packet;
     packet.u32(kShort).u32(sequence_++).text(channel).append(payload);
     return send(packet.bytes);
   }
 
-  /// Kills liblcm's reader thread: offset + size wraps 32 bits to less than the message size, so 32 bytes are
-  /// copied to 4 GiB past the buffer.
+  /// Kills the reader thread of liblcm: offset + size wraps around 32 bits to less than the message size, so
+  /// 32 bytes are copied to 4 GiB past the buffer.
   bool send_wrapping_fragment(const std::string& channel) {
     constexpr std::uint32_t kSize = 32;
     Packet packet;
@@ -57,25 +58,26 @@ class PacketSender {
     return send(packet.bytes);
   }
 
-  /// Kills liblcm's reader thread: 16 bytes are 4 short of a fragment header, so the size of the part is 2^32
-  /// - 4, which the offset 4 wraps to 0. A good first fragment goes before it, for the runt to belong to.
+  /// Kills the reader thread of liblcm: 16 bytes are 4 short of a fragment header, so the size of the
+  /// fragment is 2^32 - 4, which the offset 4 wraps to 0. A valid first fragment precedes it, so that the
+  /// truncated one belongs to a message.
   bool send_fragment_runt(const std::string& channel) {
     Packet first;
     first.u32(kFragment).u32(sequence_).u32(1000).u32(0).u16(0).u16(2).text(channel);
     first.bytes.resize(first.bytes.size() + 100);
-    Packet runt;
-    runt.u32(kFragment).u32(sequence_++).u32(1000).u32(4);
-    return send(first.bytes) && send(runt.bytes);
+    Packet truncated;
+    truncated.u32(kFragment).u32(sequence_++).u32(1000).u32(4);
+    return send(first.bytes) && send(truncated.bytes);
   }
 
-  /// A short message that ends inside the channel name: liblcm reads the rest of the name out of whatever the
-  /// buffer held before, and may report a payload of a negative size.
+  /// Sends a short message that ends inside the channel name: liblcm reads the rest of the name from old
+  /// contents of the buffer, and may report a payload of negative size.
   bool send_cut_channel(const std::string& channel) {
     Packet packet;
     packet.u32(kShort).u32(sequence_++).append(std::as_bytes(std::span(channel.data(), channel.size() / 2)));
     return send(packet.bytes);
   }
-  /// A first fragment of a message of so many bytes, with so many of them.
+  /// Sends a first fragment of `part_size` bytes of a message of `message_size` bytes.
   bool send_first_fragment(const std::string& channel, std::uint32_t message_size, std::size_t part_size) {
     Packet packet;
     packet.u32(kFragment).u32(sequence_++).u32(message_size).u32(0).u16(0).u16(2).text(channel);

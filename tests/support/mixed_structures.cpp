@@ -17,8 +17,8 @@ class Builder {
  public:
   Builder(std::uint64_t seed, int num_points, const Mixture& mixture) : engine_(seed) {
     scene_.name = "random mixture " + std::to_string(seed);
-    place(num_points);
-    // a tree of beams: each point to the nearest before it
+    place_points(num_points);
+    // a tree of beams: a beam joins each point to the nearest earlier point
     for (int i = 1; i < num_points; ++i) add({nearest_before(i), i}, beam(mixture.releases && i % 5 == 0));
     for (int k = 0; k < num_points / 2; ++k) {
       const std::vector<int> two = pick(2);
@@ -40,13 +40,13 @@ class Builder {
   Scene take() { return std::move(scene_); }
 
  private:
-  // the engine's bits are standard; the library's distributions are not
+  // the standard defines the bits of the engine but not those of the library's distributions
   double uniform(double low, double high) {
     return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
   }
   const Vector3d& at(int point) const { return scene_.points[static_cast<std::size_t>(point)].position; }
 
-  void place(int num_points) {
+  void place_points(int num_points) {
     while (static_cast<int>(scene_.points.size()) < num_points) {
       PointMass point;
       point.name = std::string("p").append(std::to_string(scene_.points.size()));
@@ -75,7 +75,7 @@ class Builder {
     return all;
   }
 
-  // points of which no three in a row come near a line
+  // Returns points such that no three successive points are nearly collinear.
   std::vector<int> pick_spread(int count) {
     for (;;) {
       const std::vector<int> points = pick(count);
@@ -92,12 +92,13 @@ class Builder {
   Beam beam(bool is_released) {
     Beam beam{uniform(1e4, 1e5), uniform(100.0, 500.0), uniform(100.0, 1e3), uniform(100.0, 1e3)};
     if (engine_() % 3 == 0) beam.GA_y = uniform(1e3, 1e4);
-    // a hinge at one end, about an axis across
+    // a hinge at one end about a transverse axis
     if (is_released) beam.released[engine_() % 2][1 + engine_() % 2] = true;
     return beam;
   }
 
-  // the linear stiffness of springs between all pairs of four points, or what it gives under balanced loads
+  // Adds a matrix link: the linear stiffness of springs between all pairs of four points, or their
+  // flexibility under balanced loads.
   void add_matrix(bool is_flexibility) {
     const std::vector<int> points = pick_spread(4);
     MatrixXd K = MatrixXd::Zero(12, 12);

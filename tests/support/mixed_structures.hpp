@@ -7,14 +7,14 @@
 
 namespace freeflex::testing {
 
-/// Kinds of link that a random structure may hold beside springs, bars and beams.
+/// Kinds of link that a random structure may have in addition to springs, bars and beams.
 struct Mixture {
   bool plates = true, angles = true, matrices = true, rigid = true, releases = true;
 };
 
-/// Random points in a box of some 3 m, no two closer than 0.5 m, 0.3 to 3 kg; a tree of beams through all of
-/// them, and links of every kind that the mixture allows. Highest over lowest frequency some 100. The same
-/// seed gives the same scene.  \pre 6 <= num_points <= 20
+/// Returns random points of 0.3 to 3 kg in a box of some 3 m, no two closer than 0.5 m, with a tree of beams
+/// through all points and links of every kind that the mixture allows. The highest frequency is some 100
+/// times the lowest. The same seed gives the same scene.  \pre 6 <= num_points <= 20
 Scene random_mixture(std::uint64_t seed, int num_points, const Mixture& mixture = {});
 
 }  // namespace freeflex::testing

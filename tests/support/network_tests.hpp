@@ -1,4 +1,4 @@
-// Tests that need a bus: the main that gives them a network of their own.
+// The main function of tests that need a bus, which runs them in a private network.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 
 namespace freeflex::testing {
 
-inline std::string refusal;  // why there is no private network; empty: there is one
+inline std::string refusal;  // why there is no private network; empty if there is one
 
-/// Runs all tests in a private network. Listing them needs none.
+/// Runs all tests in a private network. Listing the tests needs no network.
 inline int run_network_tests(int argc, char** argv) {
   ::testing::InitGoogleTest(&argc, argv);
   if (!GTEST_FLAG_GET(list_tests)) refusal = enter_private_network();

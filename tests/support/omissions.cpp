@@ -9,7 +9,7 @@
 
 namespace freeflex::testing {
 
-Plan lean_plan_of(const Scene& scene) {
+Plan reduced_plan_of(const Scene& scene) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
   auto plan = structure ? make_plan(scene, *structure, faults) : std::nullopt;
@@ -20,12 +20,14 @@ Plan lean_plan_of(const Scene& scene) {
   return std::move(*plan);
 }
 
-const PlanPart& part_of(const Plan& plan, Part part) { return plan.parts[static_cast<std::size_t>(part)]; }
+const PlanFeature& feature_of(const Plan& plan, Feature feature) {
+  return plan.features[static_cast<std::size_t>(feature)];
+}
 
-Change change_by(Scene scene, Part back, std::int64_t ticks, const std::vector<TimedCommand>& commands) {
-  Simulation without(lean_plan_of(scene));
+Change change_by(Scene scene, Feature back, std::int64_t ticks, const std::vector<TimedCommand>& commands) {
+  Simulation without(reduced_plan_of(scene));
   scene.leave_out.keeps[static_cast<std::size_t>(back)] = true;
-  Simulation with(lean_plan_of(scene));
+  Simulation with(reduced_plan_of(scene));
   Change change;
   const auto compare = [&] {
     for (const std::int32_t point : with.plan.published_points) {

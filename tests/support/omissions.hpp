@@ -1,4 +1,4 @@
-// Two plans of one scene side by side: with a part left out and with it forced back in.
+// Compares two plans of one scene: one omits a feature, and the other is forced to keep it.
 #pragma once
 
 #include <vector>
@@ -7,28 +7,30 @@
 
 namespace freeflex::testing {
 
-/// Aborts with the faults of the scene when it has no plan.
-Plan lean_plan_of(const Scene& scene);
+/// Returns the plan of a scene that omits every feature that may be omitted. Aborts with the faults of the
+/// scene if it has no plan.
+Plan reduced_plan_of(const Scene& scene);
 
-/// The account of a part.  \pre the plan was judged
-const PlanPart& part_of(const Plan& plan, Part part);
+/// Returns the plan's record of a feature.  \pre the plan was judged
+const PlanFeature& feature_of(const Plan& plan, Feature feature);
 
-/// A command and the tick at which it is given.
+/// A command and the tick at which it is sent.
 struct TimedCommand {
   std::int64_t tick = 0;
   ForceCommand command;
 };
 
-/// The most that two runs differ by at any tick.
+/// Largest differences between two runs at any tick.
 struct Change {
   double displacement = 0.0;   // [m] of a point, body axes
   double position = 0.0;       // [m] of a point, world axes
   double link_force = 0.0;     // [N], [N m]
-  double largest = 0.0;        // [m] displacement of the run with everything in
+  double largest = 0.0;        // [m] largest displacement in the run that keeps the feature
   double largest_force = 0.0;  // [N], [N m]
 };
 
-/// Runs the scene as it is and with `back` kept, and compares what is published.
-Change change_by(Scene scene, Part back, std::int64_t ticks, const std::vector<TimedCommand>& commands = {});
+/// Runs the scene unchanged and with the feature `back` kept, and compares the published quantities.
+Change change_by(Scene scene, Feature back, std::int64_t ticks,
+                 const std::vector<TimedCommand>& commands = {});
 
 }  // namespace freeflex::testing

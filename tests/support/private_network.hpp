@@ -1,4 +1,5 @@
-// A network of this process alone: UDP multicast works over its loopback and nothing leaves it. Header only.
+// A private network of this process: UDP multicast works over its loopback interface, and no packet leaves
+// the network. Header only.
 #pragma once
 
 #include <arpa/inet.h>
@@ -28,7 +29,8 @@ inline bool write_file(const char* path, const std::string& text) {
   return is_whole;
 }
 
-/// Loopback up, able to multicast, with the route that LCM asks for.
+/// Brings the loopback interface up with multicast and the route that LCM needs. Returns an error text, which
+/// is empty on success.
 inline std::string set_up_loopback() {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return std::string("socket: ") + std::strerror(errno);
@@ -56,8 +58,8 @@ inline std::string set_up_loopback() {
   return fault;
 }
 
-/// A folder for the sockets of operators, until this process ends: a daemon of the same user outside has its
-/// own.
+/// A folder for operators' sockets that exists as long as this process and is separate from the folder of the
+/// user's other daemons.
 class RuntimeFolder {
  public:
   RuntimeFolder() {
@@ -75,10 +77,10 @@ class RuntimeFolder {
   pid_t owner_ = getpid();
 };
 
-/// Moves this process, and every process and thread it starts from now on, into a network namespace of its
-/// own, with a user namespace when it is not root, and gives it an XDG_RUNTIME_DIR. Call it in main, before
-/// any thread. Returns an empty string, or why the kernel refuses: then the process is where it was, and
-/// tests that need the network skip with that text.
+/// Moves this process, and every process and thread that it starts later, into a private network namespace
+/// (and a user namespace if it is not root), and sets XDG_RUNTIME_DIR. Call it in main before any thread
+/// starts. Returns an empty string, or the reason why the kernel refuses. In that case the process stays in
+/// its network, and tests that need a private network are skipped with that text.
 inline std::string enter_private_network() {
   const uid_t user = getuid();
   const gid_t group = getgid();
@@ -86,8 +88,8 @@ inline std::string enter_private_network() {
   if (unshare(flags) != 0)
     return std::string("no private network namespace: unshare: ") + std::strerror(errno);
   if ((flags & CLONE_NEWUSER) != 0) {
-    // a process that its user namespace does not name loses its rights with the next exec; failing is
-    // harmless
+    // A process whose user is not mapped in its user namespace loses its rights at the next exec. Failure is
+    // harmless.
     write_file("/proc/self/setgroups", "deny");
     write_file("/proc/self/uid_map", "0 " + std::to_string(user) + " 1");
     write_file("/proc/self/gid_map", "0 " + std::to_string(group) + " 1");

@@ -1,4 +1,4 @@
-// A signal to one process. Header only.
+// Sends a signal to one process. Header only.
 #pragma once
 
 #include <signal.h>
@@ -6,8 +6,8 @@
 
 namespace freeflex::testing {
 
-/// False when there is no such process. kill() by itself takes -1, which here means that there is none, for
-/// every process of the machine.
+/// Sends a signal to a process. Returns false if there is no such process. Here -1 means "no process", but
+/// for kill() it means every process of the machine.
 inline bool send_signal(pid_t pid, int number) { return pid > 1 && kill(pid, number) == 0; }
 
 }  // namespace freeflex::testing

@@ -21,7 +21,7 @@ namespace {
 template <typename Read>
 Eigen::Matrix3Xd read_points(const Simulation& simulation, Read read) {
   const auto count = static_cast<Eigen::Index>(simulation.plan.points.size());
-  // no number where the plan keeps nothing of a point
+  // NaN for a point of which the plan has no data
   Eigen::Matrix3Xd values = Eigen::Matrix3Xd::Constant(3, count, std::numeric_limits<double>::quiet_NaN());
   for (Eigen::Index i = 0; i < count; ++i) {
     if (simulation.plan.points[static_cast<std::size_t>(i)].row < 0) continue;
@@ -37,7 +37,7 @@ Plan plan_of(const Scene& scene) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
   if (!structure) give_up("no structure:", faults);
-  auto plan = make_whole_plan(scene, *structure, scene.fidelity, faults);
+  auto plan = make_full_plan(scene, *structure, scene.fidelity, faults);
   if (!plan) give_up("no plan:", faults);
   return std::move(*plan);
 }

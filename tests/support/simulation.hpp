@@ -1,4 +1,4 @@
-// A compiled scene in motion, read out as matrices.
+// A compiled scene in motion, with its read-out as matrices.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,20 +11,20 @@
 
 namespace freeflex::testing {
 
-/// Aborts with the faults of the scene when it has no plan.
+/// Returns the full plan of a scene. Aborts with the faults of the scene if it has no plan.
 Plan plan_of(const Scene& scene);
 
 struct Simulation {
   explicit Simulation(const Scene& scene) : Simulation(plan_of(scene)) {}
   explicit Simulation(Plan given);
 
-  /// Steps `ticks` times; the commands take effect at the first. Aborts when a step fails.
+  /// Steps `ticks` times. The commands take effect at the first tick. Aborts if a step fails.
   void run(std::int64_t ticks, std::span<const ForceCommand> commands = {});
 
   Eigen::Matrix3Xd positions_W() const;      // [m] (3 x N), every point published
   Eigen::Matrix3Xd velocities_W() const;     // [m/s] (3 x N)
   Eigen::Matrix3Xd displacements_B() const;  // [m] (3 x N)
-  Eigen::VectorXd link_forces() const;       // [N], [N m] rows of every published link in turn
+  Eigen::VectorXd link_forces() const;       // [N], [N m] values of every published link in sequence
 
   Plan plan;
   State state;
@@ -32,7 +32,8 @@ struct Simulation {
   StepReport report;
 };
 
-/// A command of no loads from sender "test" that takes effect at once and lasts; add_force fills it.
+/// Returns a command without loads from sender "test" that takes effect at the next tick and never ends.
+/// add_force fills it.
 ForceCommand make_command(int slot, std::int64_t sequence, Axes axes = Axes::kWorld,
                           std::int64_t duration_ticks = std::int64_t{1} << 40);
 void add_force(ForceCommand& command, int point, const Eigen::Vector3d& force);

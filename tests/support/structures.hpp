@@ -1,4 +1,4 @@
-// Structures that several test areas share, as Scene values. Every point and spring link is published.
+// Structures that several test areas share, as Scene values. Every point and spring is published.
 #pragma once
 
 #include <cstdint>
@@ -7,33 +7,35 @@
 
 namespace freeflex::testing {
 
-/// Free truss of square cross-section, sections 1 m apart along x and centred, corners c = 0..3 of section i
-/// at (y, z) = (-.5,-.5), (.5,-.5), (.5,.5), (-.5,.5), point 4 i + c, 1 kg each. Springs of 1e5 N/m at rest
-/// length, in this order: per section c to c+1 (cyclic), 0 to 2, 1 to 3; then to the next section, for each
-/// c: c to c, c to c+1, c+1 to c. \pre sections >= 2
+/// Returns a free truss of square cross-section, centred, with sections 1 m apart along x. Corner c = 0..3 of
+/// section i is point 4 i + c of 1 kg at (y, z) = (-.5,-.5), (.5,-.5), (.5,.5), (-.5,.5). Springs of 1e5 N/m
+/// at rest length join, in this order, in each section c to c+1 (cyclic), 0 to 2, 1 to 3; then each section
+/// to the next, for each c: c to c, c to c+1, c+1 to c. \pre sections >= 2
 Scene square_truss(int sections);
 
-/// World-axis force of 1 N along (0.48, 0.6, 0.64) on point N-2 for 0 < t < 0.1 s.
+/// Adds a force in world axes of 1 N along (0.48, 0.6, 0.64) on point N-2 for 0 < t < 0.1 s.
 void add_corner_pulse(Scene& scene);
 
-/// The trusses S1 to S5 that figures in tests and benchmarks refer to.
+/// Return the trusses S1 to S5 of the figures in tests and benchmarks.
 Scene truss_s1();  // 5 sections (20 points, 78 springs) with the corner pulse
 Scene truss_s2();  // 26 sections (104 points, 456 springs) with the corner pulse
 Scene truss_s3();  // 250 sections (1000 points, 4488 springs) with the corner pulse
-/// S1 with every odd-numbered spring (from 0) at 1e9 N/m, and 0.01 kg where i + c is odd, 100 kg where even.
+/// Returns S1 with 1e9 N/m in every odd-numbered spring (numbered from 0), and masses of 0.01 kg if i + c is
+/// odd and 100 kg if i + c is even.
 Scene truss_s4();
-/// S1 spinning at `spin` [rad/s] about z through its centre of mass, not pre-strained. S5: 0.1 rad/s.
+/// Returns S1 spinning at `spin` [rad/s] about z through its centre of mass, without initial strain. S5 has
+/// 0.1 rad/s.
 Scene truss_s5(double spin = 0.1);
 
-/// Six points on the coordinate axes, every pair joined by a spring: principal moments exactly 2, 3 and
-/// 4 kg m^2 about x, y and z, so y is the middle axis.
+/// Returns six points on the coordinate axes; a spring joins every pair. The principal moments about x, y and
+/// z are exactly 2, 3 and 4 kg m^2, so y is the intermediate axis.
 Scene octahedron(double stiffness = 1e6);
 
-/// Two points `length` apart on the x axis, the first at -length m1 / (m0 + m1).
+/// Returns two points `length` apart on the x axis, the first at -length m1 / (m0 + m1).
 Scene spring_pair(double m0, double m1, double length, double stiffness);
 
-/// Random points in a box, no two closer than 0.3 m, masses 0.1 to 10 kg, every pair joined by a spring or
-/// a bar of 1e4 to 1e6 N/m. The same seed gives the same scene. \pre 4 <= num_points <= 20
+/// Returns random points of 0.1 to 10 kg in a box, no two closer than 0.3 m. A spring or a bar of 1e4 to 1e6
+/// N/m joins every pair. The same seed gives the same scene. \pre 4 <= num_points <= 20
 Scene random_structure(std::uint64_t seed, int num_points);
 
 /// Publishes every point and every spring, bar and beam; makes every point pushable.

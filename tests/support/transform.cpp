@@ -42,7 +42,7 @@ Scene in_other_axes(const Scene& scene, const Eigen::Quaterniond& Q, const Eigen
   return result;
 }
 
-Scene in_turned_world(const Scene& scene, const Eigen::Quaterniond& Q) {
+Scene in_rotated_world(const Scene& scene, const Eigen::Quaterniond& Q) {
   Scene result = scene;
   for (Load& load : result.loads) {
     if (load.axes != Axes::kWorld) continue;
@@ -58,7 +58,7 @@ Scene in_turned_world(const Scene& scene, const Eigen::Quaterniond& Q) {
 
 Scene renumbered(const Scene& scene, std::span<const int> points, std::span<const int> links) {
   Scene result = scene;
-  std::vector<int> number(points.size());  // of each old point
+  std::vector<int> number(points.size());  // new number of each old point
   for (std::size_t i = 0; i < points.size(); ++i) {
     const auto old = static_cast<std::size_t>(points[i]);
     result.points[i] = scene.points[old];

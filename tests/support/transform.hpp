@@ -1,4 +1,5 @@
-// The same physics written down differently: moved and turned axes, a turned world, other numbers.
+// Equivalent descriptions of the same physics: in translated and rotated axes, in a rotated world, and with
+// other numbers of points and links.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,14 +9,14 @@
 
 namespace freeflex::testing {
 
-/// The scene described in other scene axes, x' = Q x + t, standing so that the motion in the world is the
-/// same.
+/// Returns the scene in other scene axes, x' = Q x + t, with the initial pose that gives the same motion in
+/// the world.
 Scene in_other_axes(const Scene& scene, const Eigen::Quaterniond& Q, const Eigen::Vector3d& t);
 
-/// The scene in a world turned by Q: every world vector v becomes Q v, nothing in scene axes changes.
-Scene in_turned_world(const Scene& scene, const Eigen::Quaterniond& Q);
+/// Returns the scene in a world rotated by Q: every world vector v becomes Q v; scene axes do not change.
+Scene in_rotated_world(const Scene& scene, const Eigen::Quaterniond& Q);
 
-/// Point i of the result is point `points[i]` of the scene, link i link `links[i]`.
+/// Returns the scene renumbered: its point i was point `points[i]`, its link i was link `links[i]`.
 Scene renumbered(const Scene& scene, std::span<const int> points, std::span<const int> links);
 
 }  // namespace freeflex::testing

@@ -12,20 +12,20 @@ namespace freeflex::testing {
 using Wide = boost::multiprecision::cpp_bin_float_50;
 
 struct WideRotation {
-  std::array<Wide, 3> moment;         // [kg m^2] principal, along the body axes
+  std::array<Wide, 3> moment;         // [kg m^2] principal moments about the body axes
   std::array<Wide, 3> w;              // [rad/s] body axes
   std::array<Wide, 4> q{1, 0, 0, 0};  // body to world
 };
 
-/// sum_j a_j b_(k-j)
+/// Returns sum_j a_j b_(k-j).
 inline Wide convolution(const std::vector<Wide>& a, const std::vector<Wide>& b, std::size_t k) {
   Wide sum = 0;
   for (std::size_t j = 0; j <= k; ++j) sum += a[j] * b[k - j];
   return sum;
 }
 
-/// One Taylor step of order 48. The nearest pole of the elliptic functions is about 1.5 / |w| away, so steps
-/// of 0.1 / |w| leave 1e-56 of each.
+/// Advances the body by one Taylor step of order 48. The nearest pole of the elliptic functions is about 1.5
+/// / |w| away, so steps of 0.1 / |w| have an error of 1e-56 each.
 inline void taylor_step(WideRotation& body, const Wide& h) {
   constexpr std::size_t kOrder = 48;
   std::array<std::vector<Wide>, 3> w;
@@ -55,7 +55,7 @@ inline void taylor_step(WideRotation& body, const Wide& h) {
   for (std::size_t a = 0; a < 4; ++a) body.q[a] = sum(q[a]);
 }
 
-/// After `time` [s] from rest attitude at angular velocity w [rad/s].
+/// Returns the body `time` [s] after it started at the identity attitude with angular velocity w [rad/s].
 inline WideRotation rotate_freely(const std::array<double, 3>& moment, const std::array<double, 3>& w,
                                   double time) {
   WideRotation body;

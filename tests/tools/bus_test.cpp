@@ -1,4 +1,4 @@
-// push, monitor and LCM's own logger and player against a running daemon, in a network of their own.
+// `freeflex push`, `freeflex monitor` and LCM's logger and player with a running daemon in a private network.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,8 +19,8 @@ class OnTheBus : public ::testing::Test {
   void SetUp() override {
     if (!refusal.empty()) GTEST_SKIP() << refusal;
   }
-  /// Runs a script with $F and $D for the programs, $P for a push that waits longer than any machine needs
-  /// and $T for a folder; the daemon runs the frame and is stopped after.
+  /// Runs a script while a daemon runs the scene, and then stops the daemon. In the script $F and $D are the
+  /// programs, $P is a push with a timeout of 60 s and $T is a folder.
   Outcome with_daemon(const std::string& script, const std::string& scene = kGolden + "frame.plan") {
     return run("F=" + kFreeflex + "; P=\"$F push --timeout 60\"; D=" + kFreeflexd + "; T=" + folder_.path() +
                "; export XDG_RUNTIME_DIR=$T; $D " + scene + " --log-level error & daemon=$!; (" + script +
@@ -29,7 +29,7 @@ class OnTheBus : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(OnTheBus, PushIsAcceptedWithItsTick) {
+TEST_F(OnTheBus, APushIsAcceptedAndItsTickIsPrinted) {
   const Outcome outcome = with_daemon("$P --json --point tip --force -1,0,0 --duration 0.1");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json json = Json::parse(outcome.out);
@@ -37,8 +37,8 @@ TEST_F(OnTheBus, PushIsAcceptedWithItsTick) {
   EXPECT_GE(json["tick"], 0);
 }
 
-TEST_F(OnTheBus, OnePushHoldsAForceForEachPoint) {
-  // far enough ahead for the monitor to listen when it takes effect
+TEST_F(OnTheBus, OnePushAppliesAForceToEachOfItsPoints) {
+  // the tick is so far ahead that the monitor already listens
   const Outcome outcome = with_daemon(
       "$P --point tip=0,0.5,3 --point hub=0,-5e-1,-3 --point mid --force 1,2,3 --at-tick 4000 >&2 && "
       "$F monitor --channel APPLIED --json --count 1 --duration 20");
@@ -50,8 +50,8 @@ TEST_F(OnTheBus, OnePushHoldsAForceForEachPoint) {
       << outcome.out;
 }
 
-// ticks of the golden plan last 1 ms
-TEST_F(OnTheBus, PushSaysWhatTicksMakeOfADuration) {
+// a tick of the golden plan lasts 1 ms
+TEST_F(OnTheBus, PushWarnsIfADurationIsRoundedToTicks) {
   const std::string push = "$P --point tip --force 0,0,1 ";
   for (const auto& [asked, words] : std::vector<std::pair<std::string, std::string>>{
            {"--duration 1e-5", "--duration 1e-05 s is 0.01 ticks: it lasts 1 tick, 0.001 s"},
@@ -63,7 +63,7 @@ TEST_F(OnTheBus, PushSaysWhatTicksMakeOfADuration) {
   EXPECT_FALSE(contains(with_daemon(push + "--duration 0.1").err, "warning"));
 }
 
-TEST_F(OnTheBus, PushIsRejectedWithItsReason) {
+TEST_F(OnTheBus, ARejectedPushPrintsTheReason) {
   const Outcome outcome = with_daemon("$P --point tip --force 0,0,1 --at-tick 0");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
   EXPECT_TRUE(contains(outcome.out, "rejected at tick ")) << outcome.out;
@@ -91,7 +91,7 @@ TEST_F(OnTheBus, RejectionsNamePointsAndOptions) {
     EXPECT_TRUE(contains(outcome.out, part)) << part << " not in " << outcome.out << outcome.err;
 }
 
-TEST_F(OnTheBus, PushToAnUnknownNameSaysWhatThereIs) {
+TEST_F(OnTheBus, PushToAnUnknownNameListsTheNames) {
   const Outcome outcome = with_daemon("$P --point nose --force 0,0,1");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(contains(outcome.err, "no point 'nose' in scene 'frame'")) << outcome.err;
@@ -104,14 +104,14 @@ TEST_F(OnTheBus, PushToAnUnknownNameSaysWhatThereIs) {
 TEST_F(OnTheBus, PushWithoutADaemonNamesTheBus) {
   const Outcome outcome = run(kFreeflex + " push --point tip --force 0,0,1 --timeout 0.3");
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_TRUE(contains(outcome.err, "no daemon heard")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "no message of a daemon has come")) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "udpm://239.255.76.67:7667")) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "FREEFLEX_")) << outcome.err;
 }
 
-TEST_F(OnTheBus, PushOverTheSocketFindsTheUsualPlace) {
+TEST_F(OnTheBus, PushOverTheSocketFindsItsDefaultPath) {
   const Outcome outcome = with_daemon(
-      "while ! $P --socket --point tip --force 0,0,1 2>$T/said; do grep -q 'no daemon at' $T/said || "
+      "while ! $P --socket --point tip --force 0,0,1 2>$T/err; do grep -q 'no daemon at' $T/err || "
       "exit 9; "
       "sleep 0.05; done; $P --socket --control hold; $P --socket --point nose --force 0,0,1");
   EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
@@ -139,15 +139,15 @@ TEST_F(OnTheBus, PushSealsWithAKey) {
       kGolden + "frame.plan --keys " + key);
   EXPECT_TRUE(contains(outcome.out, "accepted: takes effect at tick ")) << outcome.out << outcome.err;
   EXPECT_TRUE(
-      contains(outcome.out, "key_required: this daemon takes commands under a key only: add --key FILE"))
+      contains(outcome.out, "key_required: this daemon takes only commands under a key: add --key FILE"))
       << outcome.out << outcome.err;
-  EXPECT_TRUE(contains(outcome.err, "Does it have this key in its --keys")) << outcome.err;
-  // what is sealed can still be read
+  EXPECT_TRUE(contains(outcome.err, "Do the daemon's --keys contain this key")) << outcome.err;
+  // sealed commands can still be read
   EXPECT_TRUE(contains(outcome.out, R"("key_id":"pilot")")) << outcome.out;
   EXPECT_TRUE(contains(outcome.out, R"("command":"hold")")) << outcome.out;
 }
 
-TEST_F(OnTheBus, PushTakesNoKeyThatOthersCanRead) {
+TEST_F(OnTheBus, PushRefusesAKeyThatOthersCanRead) {
   const std::string key = folder_ / "pilot.key";
   ASSERT_EQ(run(kFreeflex + " keygen pilot --out " + key + " && chmod 644 " + key).exit_code, 0);
   const Outcome outcome = run(kFreeflex + " push --control stop --key " + key);
@@ -155,7 +155,7 @@ TEST_F(OnTheBus, PushTakesNoKeyThatOthersCanRead) {
   EXPECT_TRUE(contains(outcome.err, "chmod 600 '" + key + "'")) << outcome.err;
   const Outcome twice = run(kFreeflex + " push --control stop --sender a --key " + key);
   EXPECT_EQ(twice.exit_code, 2);
-  EXPECT_TRUE(contains(twice.err, "--key goes without --sender")) << twice.err;
+  EXPECT_TRUE(contains(twice.err, "--key cannot be used with --sender")) << twice.err;
 }
 
 TEST_F(OnTheBus, MonitorCountsEveryChannel) {
@@ -170,7 +170,7 @@ TEST_F(OnTheBus, MonitorCountsEveryChannel) {
   }
 }
 
-TEST_F(OnTheBus, MonitorPrintsOneJsonObjectALineForAChannel) {
+TEST_F(OnTheBus, MonitorPrintsEachMessageOfAChannelAsOneLineOfJson) {
   const Outcome outcome = with_daemon("$F monitor --channel STATE --json --count 3");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   std::istringstream lines(outcome.out);
@@ -180,52 +180,52 @@ TEST_F(OnTheBus, MonitorPrintsOneJsonObjectALineForAChannel) {
   EXPECT_EQ(count, 3);
 }
 
-TEST_F(OnTheBus, JsonFieldsStandInTheHelp) {
+TEST_F(OnTheBus, JsonFieldsAreInTheHelp) {
   const Json answer = Json::parse(with_daemon("$P --json --point tip --force 0,0,1").out);
-  EXPECT_EQ(unsaid(answer, run(kFreeflex + " push --help").out), "") << answer;
+  EXPECT_EQ(undocumented(answer, run(kFreeflex + " push --help").out), "") << answer;
   const std::string help = run(kFreeflex + " monitor --help").out;
   Json table = Json::parse(with_daemon("$F monitor --json --count 3 --duration 30 --interval 20").out);
   Json& channels = table["channels"];
   ASSERT_FALSE(channels.empty());
-  // names of channels and fields of messages are no fields of ours
+  // channel names and message fields are not fields of the JSON of monitor itself
   for (auto& [name, channel] : channels.items()) {
     channel["last"] = nullptr;
-    EXPECT_EQ(unsaid(channel, help), "") << name;
+    EXPECT_EQ(undocumented(channel, help), "") << name;
   }
   table["channels"] = nullptr;
-  EXPECT_EQ(unsaid(table, help), "");
+  EXPECT_EQ(undocumented(table, help), "");
   Json message = Json::parse(with_daemon("$F monitor --channel SCENE --json --count 1").out);
   EXPECT_EQ(message["message"]["plan_fingerprint"].get<std::string>().size(), 16u) << message;
   message["message"] = nullptr;
-  EXPECT_EQ(unsaid(message, help), "");
+  EXPECT_EQ(undocumented(message, help), "");
 }
 
-TEST_F(OnTheBus, MonitorThatHearsTooLittleIsExitOne) {
+TEST_F(OnTheBus, MonitorGivesExitOneIfItHearsTooFewMessages) {
   const Outcome outcome = with_daemon("$F monitor --channel 'ST.TE' --count 1 --duration 0.5");
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_TRUE(contains(outcome.err, "nothing heard on FREEFLEX_ST.TE")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "no message has come on FREEFLEX_ST.TE")) << outcome.err;
 }
 
-TEST_F(OnTheBus, NothingHeardIsExitOne) {
+TEST_F(OnTheBus, MonitorGivesExitOneIfItHearsNothing) {
   const Outcome other = with_daemon("$F monitor --channel NOSUCH --duration 0.5");
   EXPECT_EQ(other.exit_code, 1) << other.err;
-  EXPECT_TRUE(contains(other.err, "nothing heard on FREEFLEX_NOSUCH")) << other.err;
+  EXPECT_TRUE(contains(other.err, "no message has come on FREEFLEX_NOSUCH")) << other.err;
   EXPECT_EQ(run(kFreeflex + " monitor --duration 0.3 --json").exit_code, 1);
   EXPECT_EQ(run(kFreeflex + " monitor --live --duration 0.3").exit_code, 1);
 }
 
-TEST_F(OnTheBus, MonitorTellsOnceThatNothingIsHeard) {
-  // several intervals, whose number does not matter
+TEST_F(OnTheBus, MonitorReportsOnceThatNothingIsHeard) {
+  // only one line is printed in several intervals
   for (const char* what : {"--count 1", "--channel STATE --count 1", "--live"}) {
     const Outcome outcome = run(kFreeflex + " monitor " + what + " --interval 0.1 --duration 1");
     EXPECT_EQ(outcome.exit_code, 1) << what;
-    const std::string told = outcome.out + outcome.err;
-    EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << what << ": " << told;
-    EXPECT_TRUE(contains(told, "nothing heard") || contains(told, "waiting for a daemon")) << told;
+    const std::string text = outcome.out + outcome.err;
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << what << ": " << text;
+    EXPECT_TRUE(contains(text, "no message has come") || contains(text, "waiting for a daemon")) << text;
   }
 }
 
-TEST_F(OnTheBus, NoRateIsGivenBeforeItCanBeMeasured) {
+TEST_F(OnTheBus, MonitorPrintsNoRateBeforeItCanBeMeasured) {
   const Outcome table = with_daemon("$F monitor --json --count 3 --duration 30 --interval 20");
   ASSERT_EQ(table.exit_code, 0) << table.err;
   const Json channels = Json::parse(table.out)["channels"];
@@ -238,10 +238,10 @@ TEST_F(OnTheBus, NoRateIsGivenBeforeItCanBeMeasured) {
   EXPECT_TRUE(contains(text.out, "        -          - ")) << text.out;
   const Outcome live = with_daemon("$F monitor --live --count 1");
   EXPECT_EQ(live.exit_code, 2);
-  EXPECT_TRUE(contains(live.err, "--live goes without --count")) << live.err;
+  EXPECT_TRUE(contains(live.err, "--live cannot be used with --count")) << live.err;
 }
 
-TEST_F(OnTheBus, ClearEndsWhatActsInTheSlot) {
+TEST_F(OnTheBus, ClearEndsTheForceInTheSlot) {
   const Outcome outcome = with_daemon(
       "$P --point tip --force 0,0,1 --duration 50 && $P --clear && "
       "$F monitor --channel STATUS --json --count 1");
@@ -251,18 +251,18 @@ TEST_F(OnTheBus, ClearEndsWhatActsInTheSlot) {
   EXPECT_EQ(Json::parse(outcome.out.substr(start))["message"]["num_slots"], 0) << outcome.out;
 }
 
-TEST_F(OnTheBus, LiveViewPrintsLinesWhereThereIsNoTerminal) {
+TEST_F(OnTheBus, LiveViewPrintsLinesWithoutATerminal) {
   const Outcome outcome = with_daemon("$F monitor --live --duration 1.5 --interval 0.5");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  // it spins
+  // the frame spins, so its verdict is not good
   EXPECT_FALSE(contains(outcome.out, ", running, good, rate ")) << outcome.out;
   EXPECT_TRUE(contains(outcome.out, "largest displacement")) << outcome.out;
   EXPECT_FALSE(contains(outcome.out, "\033")) << outcome.out;
 }
 
-TEST_F(OnTheBus, ALoggedSessionReplaysAndSoDoesItsPlayedBackRecording) {
-  // lcm-logger keeps 31 messages while it does not run: it goes before ordinary programs where the system
-  // lets it, and a recording that replay calls incomplete (3) is made again
+TEST_F(OnTheBus, ARecordedSessionAndItsPlaybackBothReplay) {
+  // lcm-logger queues only 31 messages while it does not run. So it gets a priority above ordinary programs,
+  // if the system allows that, and a recording that replay calls incomplete (3) is repeated
   const std::string record = R"(
 rt="chrt -f 1"; $rt true 2>/dev/null || rt=
 record() { rm -f "$1"; $rt lcm-logger -q -c '^FREEFLEX_.*' "$1" >&2 & logger=$!; sleep 0.3; }
@@ -288,7 +288,7 @@ whole fly $T/one.log && whole play $T/two.log
   const Outcome outcome = run("F=" + kFreeflex + "; P=\"$F push --timeout 60\"; D=" + kFreeflexd +
                               "; PLAN=" + kGolden + "frame.plan; T=" + folder_.path() + record);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
-  // once for each recording
+  // the text appears once for each recording
   const std::size_t first = outcome.out.find("identical to the bit over ");
   ASSERT_NE(first, std::string::npos) << outcome.out << outcome.err;
   EXPECT_NE(outcome.out.find("identical to the bit over ", first + 1), std::string::npos)

@@ -1,4 +1,4 @@
-// The command line as a person or a script meets it: exit codes, texts, JSON.
+// The command line for users and scripts: exit codes, texts and JSON.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ TEST(CommandLine, HelpOfEveryCommandShowsAnExampleAndExitCodes) {
   }
 }
 
-TEST(CommandLine, WrongUsageIsExitTwo) {
+TEST(CommandLine, WrongUsageGivesExitTwo) {
   for (const char* arguments : {"",
                                 "nonsense",
                                 "check",
@@ -79,7 +79,7 @@ TEST(CommandLine, WrongUsageIsExitTwo) {
   }
 }
 
-TEST(CommandLine, OutputThatCannotBeWrittenIsExitOne) {
+TEST(CommandLine, OutputThatCannotBeWrittenGivesExitOne) {
   for (const char* arguments : {"check", "modes", "modes --json"}) {
     const Outcome outcome = run(kFreeflex + " " + arguments + " " + kScenes + "boom.yaml >/dev/full");
     EXPECT_EQ(outcome.exit_code, 1) << arguments;
@@ -87,8 +87,8 @@ TEST(CommandLine, OutputThatCannotBeWrittenIsExitOne) {
   }
 }
 
-// of one block, so that the shell's own files of what is said do not meet the limit
-TEST(CommandLine, AFileAtItsSizeLimitIsAWriteThatFailsAndKillsNothing) {
+// the limit is one block; the shell's own files for the output stay below it
+TEST(CommandLine, AFileAtItsSizeLimitGivesExitOneAndKillsNoProcess) {
   const TemporaryFolder folder;
   const std::string limited = "ulimit -f 1; cd " + folder.path() + "; " + kFreeflex + " ";
   const Outcome compiled = run(limited + "compile " + kScenes + "boom.yaml -o a.plan");
@@ -100,7 +100,7 @@ TEST(CommandLine, AFileAtItsSizeLimitIsAWriteThatFailsAndKillsNothing) {
   EXPECT_TRUE(contains(ran.err, "File too large")) << ran.err;
 }
 
-TEST(CommandLine, AUrlThatIsNoneIsExitTwoWithWhatIsAllowed) {
+TEST(CommandLine, ABadUrlGivesExitTwoAndTheMessageSaysWhatIsAllowed) {
   for (const char* url :
        {"nonsense", "tcpq://127.0.0.1:1", "udpm://1.2.3.4:1", "udpm://239.255.76.67:7667?ttl=x"}) {
     for (const char* arguments : {"push --point tip --force 0,0,1", "monitor --duration 1"}) {
@@ -112,7 +112,7 @@ TEST(CommandLine, AUrlThatIsNoneIsExitTwoWithWhatIsAllowed) {
   }
 }
 
-TEST(CommandLine, NothingIsWrittenOverWhatIsRead) {
+TEST(CommandLine, InputFilesAreNeverOverwritten) {
   const TemporaryFolder folder;
   const std::string scene = read_text(kScenes + "boom.yaml");
   write_text(folder / "a.yaml", scene);
@@ -126,8 +126,9 @@ TEST(CommandLine, NothingIsWrittenOverWhatIsRead) {
   }
 }
 
-// a line of two points takes no torque about itself, one point takes none, and 1e308 N has no finite answer
-TEST(Loads, ThatHaveNoAnswerAreExitTwoInWords) {
+// two points cannot take a torque about their line, one point cannot take any torque, and for 1e308 N the
+// answer is not finite
+TEST(Loads, LoadsWithoutAStaticAnswerGiveExitTwoAndTheCause) {
   const TemporaryFolder folder;
   write_text(folder / "a.yaml",
              "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 3, at: [2, 0, 0]}\n"
@@ -136,10 +137,12 @@ TEST(Loads, ThatHaveNoAnswerAreExitTwoInWords) {
              "groups: {l: [a, b], p: [c], body: [a..d]}\n");
   const std::vector<std::pair<std::string, std::string>> refused{
       {"--wrench l=0,0,0,5,0,0",
-       "group 'l' cannot take 5 N m of the torque: its points lie on a line and it is about that line"},
-      {"--wrench l=0,0,0,5,1,0", "group 'l' cannot take 5 N m of the torque"},
-      {"--wrench p=0,0,0,0,0,7", "group 'p' cannot take 7 N m of the torque: its points lie in one place"},
-      {"--force a=1e308,0,0", "the answer is not finite: the load is too large"}};
+       "group 'l' cannot support 5 N m of the torque: its points lie on a line, and this part is about that "
+       "line"},
+      {"--wrench l=0,0,0,5,1,0", "group 'l' cannot support 5 N m of the torque"},
+      {"--wrench p=0,0,0,0,0,7",
+       "group 'p' cannot support 7 N m of the torque: its points lie at one position"},
+      {"--force a=1e308,0,0", "the result is not finite: the load is too large"}};
   for (const auto& [arguments, words] : refused) {
     const Outcome outcome = run(kFreeflex + " loads " + folder / "a.yaml" + " " + arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
@@ -150,14 +153,14 @@ TEST(Loads, ThatHaveNoAnswerAreExitTwoInWords) {
     EXPECT_EQ(run(kFreeflex + " loads " + folder / "a.yaml" + " " + taken).exit_code, 0) << taken;
 }
 
-TEST(Loads, AreThoseOfANamedScene) {
+TEST(Loads, AreReportedWithTheNameOfTheScene) {
   const std::string line = kFreeflex + " loads " + kScenes + "boom.yaml --force tip=0,5,0";
   EXPECT_TRUE(run(line).out.starts_with("boom: 4 points, 3 links\nresultant          0 5 0 N, "))
       << run(line).out;
   EXPECT_EQ(Json::parse(run(line + " --json").out)["name"], "boom");
 }
 
-TEST(Check, APlanIsCheckedToo) {
+TEST(Check, APlanFileIsCheckedToo) {
   const TemporaryFolder folder;
   ASSERT_EQ(run(kFreeflex + " compile " + kScenes + "boom.yaml -o " + folder / "boom.plan").exit_code, 0);
   const Outcome good = run(kFreeflex + " check " + folder / "boom.plan");
@@ -172,14 +175,14 @@ TEST(Check, APlanIsCheckedToo) {
       << cut.out;
 }
 
-TEST(Check, GoodSceneIsExitZeroWithOneLine) {
+TEST(Check, AGoodSceneGivesExitZeroAndOneLine) {
   const Outcome outcome = run(kFreeflex + " check " + kScenes + "boom.yaml");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_TRUE(contains(outcome.out, "boom.yaml: good, 4 points, 3 links, 6 rigid and 6 elastic freedoms"));
   EXPECT_TRUE(outcome.err.empty()) << outcome.err;
 }
 
-TEST(Check, NamesEveryFaultWithItsPlace) {
+TEST(Check, NamesEveryFaultWithItsLine) {
   const TemporaryFolder folder;
   write_text(
       folder / "bad.yaml",
@@ -192,7 +195,7 @@ TEST(Check, NamesEveryFaultWithItsPlace) {
   EXPECT_TRUE(outcome.out.empty()) << outcome.out;
 }
 
-TEST(Check, JsonHoldsTheSameFaults) {
+TEST(Check, JsonContainsTheSameFaults) {
   const TemporaryFolder folder;
   write_text(folder / "bad.yaml", "points:\n  - {name: a, mass: -1, at: [0, 0, 0]}\n");
   const Outcome outcome = run(kFreeflex + " check --json " + folder / "bad.yaml");
@@ -204,14 +207,14 @@ TEST(Check, JsonHoldsTheSameFaults) {
   EXPECT_EQ(json["faults"][0]["severity"], "error");
 }
 
-TEST(Check, MissingFileIsExitTwo) {
+TEST(Check, AMissingFileGivesExitTwo) {
   const Outcome outcome = run(kFreeflex + " check /nonexistent/scene.yaml");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(contains(outcome.err, "/nonexistent/scene.yaml")) << outcome.err;
 }
 
 TEST(Modes, JsonAndTextAgreeOnTwoMassesAndASpring) {
-  // two masses m on a spring k: one frequency, sqrt(2 k / m) / (2 pi); five rigid freedoms
+  // two masses m on a spring k have one frequency, sqrt(2 k / m) / (2 pi), and five rigid freedoms
   const TemporaryFolder folder;
   write_text(folder / "two.yaml",
              "points:\n  - {name: a, mass: 2, at: [0, 0, 0]}\n  - {name: b, mass: 2, at: [3, 0, "
@@ -232,8 +235,8 @@ TEST(Modes, JsonAndTextAgreeOnTwoMassesAndASpring) {
   EXPECT_TRUE(contains(text.out, "1.125395395")) << text.out;
 }
 
-// two masses m on a spring k: omega^2 = 2 k / m
-TEST(Modes, FollowTheValuesThatAreSet) {
+// for two masses m on a spring k, omega^2 = 2 k / m
+TEST(Modes, ModesDependOnTheValuesSetOnTheCommandLine) {
   const TemporaryFolder folder;
   write_text(folder / "pair.yaml",
              "points: [{name: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}]\n"
@@ -248,10 +251,10 @@ TEST(Modes, FollowTheValuesThatAreSet) {
   EXPECT_NEAR(frequency("--set 'points.*.mass=4' --set links.1.stiffness=50 "), 5.0 / (2.0 * pi), 1e-12);
 }
 
-// Three masses in a row, a dashpot beside one of the two springs: u'' = -2 (c u' + k u) + k w, w'' = c u' + k
-// u - 2 k w. With c = 2 N s/m and k = 100 N/m the eigenvalues are the roots of s^4 + 4 s^3 + 400 s^2 + 600 s
-// + 30000.
-TEST(Modes, PrintTheDampingThatDashpotsGiveTogether) {
+// Three masses in a row with two springs, and a dashpot in parallel with one spring: u'' = -2 (c u' + k u) +
+// k w, w'' = c u' + k u - 2 k w. With c = 2 N s/m and k = 100 N/m the eigenvalues are the roots of s^4 + 4
+// s^3 + 400 s^2 + 600 s + 30000.
+TEST(Modes, IncludeTheCouplingByDashpots) {
   const TemporaryFolder folder;
   write_text(folder / "row.yaml",
              "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
@@ -278,7 +281,7 @@ TEST(Modes, PrintTheDampingThatDashpotsGiveTogether) {
   EXPECT_TRUE(contains(text.out, "coupled            dashpots couple 2 modes of ")) << text.out;
 }
 
-TEST(Modes, MarksTheRotorsRepeatedFrequency) {
+TEST(Modes, TheRepeatedFrequencyOfTheRotorIsMarked) {
   const Outcome outcome = run(kFreeflex + " modes --json " + kScenes + "rotor.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json modes = Json::parse(outcome.out)["modes"];
@@ -286,8 +289,9 @@ TEST(Modes, MarksTheRotorsRepeatedFrequency) {
   EXPECT_NE(modes[1]["cluster"], modes[2]["cluster"]);
 }
 
-// Two bars in an angle, whose opening feedback holds: the mechanism swings, or grows where it pushes away.
-TEST(Modes, HaveARowForAMechanismThatMoves) {
+// Feedback acts on the angle between two springs, which is a mechanism: it oscillates, or grows if the
+// feedback pushes it away.
+TEST(Modes, AMechanismUnderFeedbackHasARow) {
   const TemporaryFolder folder;
   const auto text_of = [&](const std::string& gains) {
     write_text(
@@ -307,8 +311,8 @@ TEST(Modes, HaveARowForAMechanismThatMoves) {
   EXPECT_FALSE(contains(text_of(""), "a mechanism\n"));
 }
 
-TEST(Modes, NamesTheMechanismsPoints) {
-  // springs along a line do not resist bending: one motion in each of two planes
+TEST(Modes, ThePointsOfAMechanismAreNamed) {
+  // springs along a line do not resist bending, which gives one mechanism in each of two planes
   const Outcome outcome = run(kFreeflex + " modes --json " + kGolden + "chain.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json json = Json::parse(outcome.out);
@@ -320,7 +324,7 @@ TEST(Modes, NamesTheMechanismsPoints) {
   EXPECT_TRUE(contains(run(kFreeflex + " modes " + kGolden + "chain.yaml").out, "mode 1 moves "));
 }
 
-TEST(Compile, PlanStandsForItsScene) {
+TEST(Compile, ACompiledPlanGivesTheModesOfItsScene) {
   const TemporaryFolder folder;
   const Outcome outcome =
       run(kFreeflex + " compile --json " + kScenes + "boom.yaml -o " + folder / "boom.plan");
@@ -330,7 +334,7 @@ TEST(Compile, PlanStandsForItsScene) {
             run(kFreeflex + " modes --json " + kScenes + "boom.yaml").out);
 }
 
-TEST(Compile, UnwritablePlanIsExitOneAndDamagedPlanExitTwo) {
+TEST(Compile, AnUnwritablePlanGivesExitOneAndADamagedPlanExitTwo) {
   EXPECT_EQ(run(kFreeflex + " compile " + kScenes + "boom.yaml -o /nonexistent/boom.plan").exit_code, 1);
   const TemporaryFolder folder;
   ASSERT_EQ(run(kFreeflex + " compile " + kScenes + "boom.yaml -o " + folder / "boom.plan").exit_code, 0);
@@ -344,11 +348,10 @@ TEST(Compile, UnwritablePlanIsExitOneAndDamagedPlanExitTwo) {
 
 TEST(Scripts, WrongArgumentsAreAnsweredWithUsage) {
   const std::string top = std::string(FREEFLEX_SOURCE_DIR) + "/";
-  for (const char* script : {"tests/bits/one_set_of_bits", "tests/reference/check_core_is_pure.sh",
-                             "tests/reference/check_theory_index.sh"}) {
+  for (const char* script : {"tests/bits/one_set_of_bits", "tests/reference/check_core_is_pure.sh"}) {
     const Outcome help = run(top + script + " --help");
     EXPECT_EQ(help.exit_code, 0) << help.err;
-    EXPECT_TRUE(contains(help.out, "Exit 0 ")) << help.out;
+    EXPECT_TRUE(contains(help.out, "Exit codes: 0 ")) << help.out;
     for (const char* arguments : {"", "a", "/nonexistent 1 --record", "/nonexistent x"}) {
       const Outcome wrong = run(top + script + " " + arguments);
       EXPECT_EQ(wrong.exit_code, 2) << script << " " << arguments << wrong.err;
@@ -360,7 +363,7 @@ TEST(Scripts, WrongArgumentsAreAnsweredWithUsage) {
   EXPECT_TRUE(contains(option.err, "usage: ")) << option.err;
 }
 
-TEST(CommandLine, ClosedPipeEndsQuietly) {
+TEST(CommandLine, AClosedPipeEndsTheProgramWithoutAMessage) {
   const Outcome outcome = run(kFreeflex + " modes --count 0 " + kScenes + "rotor.yaml | head -n 1");
   EXPECT_TRUE(outcome.err.empty()) << outcome.err;
 }

@@ -1,4 +1,5 @@
-// freeflex compare: what differs, by how much, what was not compared; and the columns of tables.
+// `freeflex compare` reports what differs and by how much, and what was not compared. The tests also check
+// the columns of tables.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,8 +40,8 @@ class Compare : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-// a recording and a table of one run have every value in common, under the same names
-TEST_F(Compare, ARecordingIsItsTableToTheBit) {
+// a recording and a table of the same run contain the same values under the same names
+TEST_F(Compare, ARecordingAndATableOfOneRunAgreeToTheBit) {
   for (const char* scene : {"satellite.yaml", "truss104.yaml", "boom.yaml"}) {
     const std::string publish = folder_ / "scene.yaml";
     make(kScenes + scene, "a.log");
@@ -61,7 +62,7 @@ TEST_F(Compare, ARecordingIsItsTableToTheBit) {
     EXPECT_GT(quantity(satellite, name)["values"], 0) << name;
 }
 
-TEST_F(Compare, SaysWhereItDiffersAndByHowMuch) {
+TEST_F(Compare, ReportsWhereFilesDifferAndByHowMuch) {
   write_text(folder_ / "a.csv", "tick,time,x,point.tip.x,q1\n0,0,1,5,0\n1,0.1,2,6,-10\n2,0.2,3,7,4\n");
   write_text(folder_ / "b.csv",
              "tick,time,point.tip.x,x,q1,extra\n1,0.1,6,2.5,-10,1\n2,0.2,8,3,4,1\n3,0.3,9,9,9,1\n");
@@ -80,18 +81,18 @@ TEST_F(Compare, SaysWhereItDiffersAndByHowMuch) {
       json["not_compared"].dump(),
       R"(["1 tick of the table that only the first holds","1 tick of the table that only the second holds",)"
       R"("1 column that only the second holds: extra"])");
-  // 1/8 and 1/6 of the largest values
+  // the relative differences are 1/8 and 1/6 of the largest values
   EXPECT_EQ(compare("a.csv", "b.csv", "--common --tolerance 0.2").exit_code, 0);
   const Outcome part = compare("a.csv", "b.csv", "--tolerance 0.2");
   EXPECT_EQ(part.exit_code, 3);
-  EXPECT_TRUE(contains(part.err, "as far as both go")) << part.err;
+  EXPECT_TRUE(contains(part.err, "the common part is the same")) << part.err;
   EXPECT_EQ(compare_json("a.csv", "b.csv", "--tolerance 0.2")["result"], "incomplete");
   EXPECT_EQ(compare("a.csv", "b.csv", "--tolerance 0.15").exit_code, 1);
   const Outcome text = compare("a.csv", "b.csv", "--tolerance 0.15");
   EXPECT_TRUE(contains(text.out, "differs from tick 1 on: x: 2, 2.5")) << text.out;
 }
 
-TEST_F(Compare, OneAttitudeHasTwoQuaternions) {
+TEST_F(Compare, BothQuaternionsOfAnAttitudeAreEqual) {
   write_text(folder_ / "a.csv", "tick,qw,qx,qy,qz\n0,0.6,0,0,0.8\n");
   write_text(folder_ / "b.csv", "tick,qw,qx,qy,qz\n0,-0.6,0,0,-0.8\n");
   EXPECT_EQ(compare("a.csv", "b.csv").exit_code, 0);
@@ -99,13 +100,13 @@ TEST_F(Compare, OneAttitudeHasTwoQuaternions) {
   EXPECT_EQ(compare("a.csv", "b.csv").exit_code, 1);
 }
 
-TEST_F(Compare, PartsOfAnAttitudeStandInAnyOrder) {
+TEST_F(Compare, ComponentsOfAnAttitudeMayComeInAnyOrder) {
   write_text(folder_ / "a.csv", "tick,qw,qx,qy,qz\n0,0.1,0.2,0.3,0.9\n");
   write_text(folder_ / "b.csv", "tick,qz,qy,qw,qx\n0,-0.9,-0.3,-0.1,-0.2\n");
   EXPECT_EQ(compare("a.csv", "b.csv").exit_code, 0);
 }
 
-TEST_F(Compare, AnInfinityHidesNothing) {
+TEST_F(Compare, AnInfinityDoesNotHideOtherDifferences) {
   write_text(folder_ / "a.csv", "tick,x,y\n0,1,2\n1,1,3\n");
   write_text(folder_ / "b.csv", "tick,x,y\n0,1,700\n1,inf,3\n");
   EXPECT_EQ(compare("a.csv", "b.csv", "--tolerance 1e-6").exit_code, 1);
@@ -113,7 +114,7 @@ TEST_F(Compare, AnInfinityHidesNothing) {
   EXPECT_EQ(compare("b.csv", "b.csv").exit_code, 0);
 }
 
-// another set-up, another rung
+// a different rung gives a different set-up and a different motion
 TEST_F(Compare, AnotherRungDiffersByItsError) {
   make(kScenes + "truss-s5.yaml", "a.log");
   write_text(folder_ / "coupled.yaml", std::regex_replace(read_text(kScenes + "truss-s5.yaml"),
@@ -128,7 +129,7 @@ TEST_F(Compare, AnotherRungDiffersByItsError) {
   EXPECT_EQ(compare("a.log", "b.log", "--tolerance 10").exit_code, 0);
 }
 
-TEST_F(Compare, NumbersThatAreNoneDiffer) {
+TEST_F(Compare, NotANumberAlwaysDiffers) {
   write_text(folder_ / "a.csv", "tick,x\n0,nan\n1,1\n");
   write_text(folder_ / "b.csv", "tick,x\n0,nan\n1,nan\n");
   const Json json = compare_json("a.csv", "b.csv", "--tolerance 100");
@@ -137,7 +138,7 @@ TEST_F(Compare, NumbersThatAreNoneDiffer) {
   EXPECT_EQ(json["first"]["tick"], 1);
 }
 
-TEST_F(Compare, SaysWhatItCannotRead) {
+TEST_F(Compare, ReportsWhatItCannotRead) {
   const auto refuses = [&](const std::string& text, int exit_code, const std::string& why) {
     write_text(folder_ / "a.csv", "tick,x\n0,1\n1,2\n");
     write_text(folder_ / "b.csv", text);
@@ -149,8 +150,8 @@ TEST_F(Compare, SaysWhatItCannotRead) {
   refuses("a line\n", 2, "neither a recording nor a table");
   refuses("tick,x\n0,1\n1\n", 3, "line 3: fewer columns");
   refuses("tick,x\n0,1\n1,2,3\n", 3, "line 3: more columns");
-  refuses("tick,x\n0,1\n1,two\n", 3, "line 3: no number");
-  refuses("tick,x\n0,1\n0,2\n", 3, "line 3: tick 0 behind 0");
+  refuses("tick,x\n0,1\n1,two\n", 3, "line 3: there is no number");
+  refuses("tick,x\n0,1\n0,2\n", 3, "line 3: tick 0 after tick 0");
   refuses("tick,x\n0,1\n1,2", 3, "line 3: the line does not end");
   refuses("tick,y\n0,1\n", 3, "nothing was compared");
   refuses("tick,x\n7,1\n", 3, "nothing was compared");
@@ -166,8 +167,8 @@ TEST_F(Compare, SaysWhatItCannotRead) {
   EXPECT_TRUE(contains(cut.err, "cut.log")) << cut.err;
 }
 
-TEST_F(Compare, UnlikeThingsHaveScalesOfTheirOwn) {
-  // a force of 1e4 N beside a moment of 1 N m; a temperature beside a strain
+TEST_F(Compare, EachQuantityHasItsOwnScale) {
+  // a force of 1e4 N and a moment of 1 N m; a temperature and a strain
   write_text(folder_ / "a.csv",
              "tick,link.a.1,link.a.2,link.b.1,link.b.2,strain,heat\n0,1e4,1,1e4,1,1e-6,300\n");
   write_text(folder_ / "b.csv",
@@ -181,7 +182,7 @@ TEST_F(Compare, UnlikeThingsHaveScalesOfTheirOwn) {
   EXPECT_EQ(json["first"]["column"], "strain");
 }
 
-TEST_F(Compare, TwoMotionsInOneFileAreSaid) {
+TEST_F(Compare, AFileWithTwoMotionsIsReported) {
   make(kScenes + "boom.yaml", "a.log");
   const std::string once = read_text(folder_ / "a.log");
   write_text(folder_ / "twice.log", once + once);
@@ -201,7 +202,7 @@ TEST_F(Compare, TwoMotionsInOneFileAreSaid) {
   EXPECT_TRUE(contains(both.err, "two motions were put into one file")) << both.err;
 }
 
-TEST_F(Compare, DamageBesideTheMotionIsSaid) {
+TEST_F(Compare, DamageOutsideTheMotionIsReported) {
   write_text(folder_ / "scene.yaml", read_text(kScenes + "boom.yaml") +
                                          "\npublish: {points: {rate: 100, of: all}, loads: {rate: 100}}\n");
   make(folder_ / "scene.yaml", "a.log");
@@ -229,7 +230,7 @@ TEST_F(Compare, AnOptionWithoutEffectIsRefused) {
   EXPECT_TRUE(contains(pipe.err, "not a regular file")) << pipe.err;
 }
 
-TEST_F(Compare, ReplaySaysWhatItDidNotCompare) {
+TEST_F(Compare, ReplayReportsWhatItDidNotCompare) {
   write_text(folder_ / "scene.yaml", read_text(kScenes + "boom.yaml") +
                                          "\npublish: {points: {rate: 100, of: all}, loads: {rate: 100}}\n");
   make(folder_ / "scene.yaml", "a.log");

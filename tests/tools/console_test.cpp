@@ -1,4 +1,4 @@
-// What the subcommands share on the terminal: broken lines, and a line of progress that only a terminal sees.
+// Terminal output of all subcommands: wrapped lines, and a progress line that appears only on terminals.
 #include "tools/terminal/console.hpp"
 
 #include <fcntl.h>
@@ -17,7 +17,7 @@
 namespace freeflex::testing {
 namespace {
 
-TEST(Wrapped, BreaksAtBlanksAndIndentsWhatFollows) {
+TEST(Wrapped, ALineBreaksAtBlanksAndFollowingLinesAreIndented) {
   EXPECT_EQ(tools::wrapped("short", 7), "short");
   EXPECT_EQ(tools::wrapped("", 7), "");
   const std::string word(30, 'a');
@@ -25,7 +25,7 @@ TEST(Wrapped, BreaksAtBlanksAndIndentsWhatFollows) {
   EXPECT_EQ(tools::wrapped(text, 0), word + " " + word + " " + word + "\n" + word + " " + word);
   EXPECT_EQ(tools::wrapped(text, 40), word + " " + word + "\n" + std::string(40, ' ') + word + " " + word +
                                           "\n" + std::string(40, ' ') + word);
-  // as wide as the line, and a word that no line holds
+  // one word is as wide as the line, and another is wider than any line
   const std::string full(tools::kLineWidth, 'b'), longer(tools::kLineWidth + 5, 'c');
   EXPECT_EQ(tools::wrapped(full, 0), full);
   EXPECT_EQ(tools::wrapped(full + " a", 0), full + "\na");
@@ -37,7 +37,7 @@ TEST(Fingerprint, IsSixteenHexadecimalDigits) {
   EXPECT_EQ(tools::fingerprint_text(~std::uint64_t{0}), "ffffffffffffffff");
 }
 
-/// A terminal and who looks at it.
+/// Opens a pseudo-terminal and reads the text that is shown on it.
 class Terminal {
  public:
   Terminal() { is_open_ = openpty(&master_, &slave_, nullptr, nullptr, nullptr) == 0; }
@@ -49,7 +49,7 @@ class Terminal {
   Terminal& operator=(const Terminal&) = delete;
   bool is_open() const { return is_open_; }
   int slave() const { return slave_; }
-  /// Reads until a part is seen; false when nothing more comes for a minute.
+  /// Reads until the text appears. Returns false if nothing arrives for a minute.
   bool shows(const std::string& part) {
     pollfd ready{master_, POLLIN, 0};
     while (!contains(seen_, part)) {
@@ -69,7 +69,7 @@ class Terminal {
   std::string seen_;
 };
 
-/// Standard error is another file while this lives.
+/// Redirects standard error to another file while the object exists.
 class StandardError {
  public:
   explicit StandardError(int other) : saved_(dup(STDERR_FILENO)) { dup2(other, STDERR_FILENO); }
@@ -84,7 +84,7 @@ class StandardError {
   int saved_;
 };
 
-TEST(Progress, ShowsTheTimeThenTheBarAndGoesAway) {
+TEST(Progress, FirstShowsTheTimeThenABarAndIsErased) {
   Terminal terminal;
   ASSERT_TRUE(terminal.is_open());
   {
@@ -97,7 +97,7 @@ TEST(Progress, ShowsTheTimeThenTheBarAndGoesAway) {
   EXPECT_TRUE(terminal.shows(" s left\033[K\r\033[K")) << terminal.seen();
 }
 
-TEST(Progress, IsForTerminalsAlone) {
+TEST(Progress, IsOnlyShownOnTerminals) {
   const TemporaryFolder folder;
   const int file = open((folder / "err").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600);
   {
@@ -109,7 +109,7 @@ TEST(Progress, IsForTerminalsAlone) {
   EXPECT_EQ(read_text(folder / "err"), "");
 }
 
-/// Starts freeflex with a terminal for standard error and interrupts it once a part is seen there.
+/// Runs freeflex with a terminal as standard error and interrupts it when the text appears there.
 bool shows_on_terminal(const std::string& arguments, const std::string& part) {
   Terminal terminal;
   const TemporaryFolder folder;
@@ -128,8 +128,8 @@ bool shows_on_terminal(const std::string& arguments, const std::string& part) {
   return is_seen;
 }
 
-// each takes many times the half second after which the line comes
-TEST(Progress, OfWhateverTakesLongIsOnTheTerminal) {
+// each command takes much longer than half a second, after which the progress line appears
+TEST(Progress, IsShownByEveryLongCommand) {
   const std::string large = kScenes + "truss-s3.yaml";
   shows_on_terminal("check " + large, "check: ");
   for (const char* command : {"modes ", "inspect ", "plan ", "compile -o a.plan "})

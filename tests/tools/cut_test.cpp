@@ -1,4 +1,5 @@
-// A recording that a full disk cut: every command takes what is whole, tells what is not, and exits with 3.
+// A recording that ends early because the disk was full: every command uses the complete records, names the
+// cut, and exits with 3.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -10,7 +11,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Two seconds of the boom, and the first half of the file.
+/// Makes a recording of two seconds of the boom, and a copy that ends after the first half of the file.
 class Cut : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -21,19 +22,19 @@ class Cut : public ::testing::Test {
   Outcome freeflex(const std::string& arguments) {
     return run("cd " + folder_.path() + " && " + kFreeflex + " " + arguments);
   }
-  /// Exit code 3 and the place of the cut.
+  /// Expects exit code 3 and a message with the position of the cut.
   static void expect_named(const Outcome& outcome) {
     EXPECT_EQ(outcome.exit_code, 3) << outcome.out << outcome.err;
     EXPECT_TRUE(contains(outcome.err, "cut.log: damaged at byte ") &&
                 contains(outcome.err, ": the file ends inside a record, of which "))
         << outcome.err;
   }
-  /// Ticks of the states in front of the cut.
+  /// Returns the ticks of the states before the cut.
   std::int64_t known_tick() { return Json::parse(freeflex("replay --json cut.log").out)["ticks"]; }
   TemporaryFolder folder_;
 };
 
-TEST_F(Cut, ReplayComparesWhatIsWhole) {
+TEST_F(Cut, ReplayComparesTheCompleteRecordsOfACutRecording) {
   const Outcome outcome = freeflex("replay cut.log");
   expect_named(outcome);
   EXPECT_TRUE(
@@ -43,7 +44,7 @@ TEST_F(Cut, ReplayComparesWhatIsWhole) {
   EXPECT_LT(known_tick(), 1500);
 }
 
-TEST_F(Cut, RunFeedsItsCommandsAsFarAsTheyAreKnown) {
+TEST_F(Cut, RunAppliesTheCommandsOfACutRecordingUpToTheCut) {
   const std::string known = std::to_string(known_tick());
   for (const char* until : {"", " --until 2"}) {
     const Outcome outcome = freeflex("run " + kScenes + "boom.yaml --log cut.log --out fed.log" + until);
@@ -61,7 +62,7 @@ TEST_F(Cut, RunFeedsItsCommandsAsFarAsTheyAreKnown) {
   EXPECT_EQ(Json::parse(shorter.out)["complete"], false);
 }
 
-TEST_F(Cut, CompareComparesWhatIsWholeAndCommonIsNotEnough) {
+TEST_F(Cut, CompareUsesTheCompleteRecordsAndReportsTheCutEvenWithCommon) {
   for (const char* more : {"", " --common"}) {
     const Outcome outcome = freeflex(std::string("compare whole.log cut.log") + more);
     expect_named(outcome);
@@ -74,7 +75,7 @@ TEST_F(Cut, CompareComparesWhatIsWholeAndCommonIsNotEnough) {
   EXPECT_TRUE(json["first"].is_null());
 }
 
-TEST_F(Cut, CompareTakesTheRowsInFrontOfTheCutOfATable) {
+TEST_F(Cut, CompareUsesTheRowsBeforeTheCutOfATable) {
   write_text(folder_ / "a.csv", "tick,x\n0,1\n1,2\n2,3\n");
   write_text(folder_ / "b.csv", "tick,x\n0,1\n1,2\n2,");
   const Outcome same = freeflex("compare a.csv b.csv --json");
@@ -85,13 +86,13 @@ TEST_F(Cut, CompareTakesTheRowsInFrontOfTheCutOfATable) {
   EXPECT_EQ(freeflex("compare a.csv b.csv").exit_code, 1);
 }
 
-TEST_F(Cut, ViewShowsWhatIsWhole) {
+TEST_F(Cut, ViewShowsTheCompleteRecordsOfACutRecording) {
   const Outcome outcome = freeflex("view cut.log --html a.html");
   expect_named(outcome);
   EXPECT_GT(read_text(folder_ / "a.html").size(), 10'000u);
 }
 
-TEST_F(Cut, BeforeTheFirstRecordNothingIsWhole) {
+TEST_F(Cut, ACutWithinTheFirstRecordLeavesNothingToUse) {
   write_text(folder_ / "cut.log", read_text(folder_ / "whole.log").substr(0, 100));
   for (const char* arguments : {"replay cut.log", "compare cut.log whole.log", "view cut.log --html a.html"})
     expect_named(freeflex(arguments));

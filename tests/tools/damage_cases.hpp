@@ -1,4 +1,4 @@
-// A recording with one byte changed, replayed in this process.
+// Replays, within this process, of a recording with one changed byte.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -25,9 +25,9 @@ namespace freeflex::testing {
 using tools::ReplayOutcome;
 using ReplayResult = ReplayOutcome::Result;
 
-/// What lcm-logger recorded of freeflexd and the frame, with SCENE as the daemon sends it: the golden
-/// recording lacks it, for it names a file. Of STATUS, most of its bytes and nothing of a replay, every
-/// eighth is left.
+/// Holds the golden recording of the frame with SCENE messages as the daemon sends them. The golden recording
+/// lacks SCENE, because SCENE names a file. Only every eighth STATUS is kept, because they are most of the
+/// bytes and a replay does not need them.
 class RealRecording {
  public:
   RealRecording() {
@@ -56,7 +56,7 @@ class RealRecording {
     EXPECT_EQ(whole.result, ReplayResult::kIdentical) << whole.error;
   }
 
-  /// As replay answers to other bytes.
+  /// Replays the bytes in `changed`.
   ReplayOutcome replay(const std::string& changed) const {
     const std::string other = folder / "changed.log";
     write_text(other, changed);
@@ -79,13 +79,13 @@ inline const RealRecording& real() {
   return recording;
 }
 
-/// What became of flips.
+/// Counts the outcomes of replays after changes of one byte.
 struct Tally {
   int refused = 0, differs = 0, warned = 0, unchanged = 0;
 };
 
-/// A flip is refused or named in words, or everything that the whole recording holds was compared and is the
-/// same to the bit.
+/// Expects that a changed byte is refused or named, or that the complete recording was compared and is
+/// identical.
 inline void expect_accounted(const ReplayOutcome& outcome, Tally& tally, const std::string& which) {
   const ReplayOutcome& whole = real().whole;
   if (outcome.result == ReplayResult::kIncomplete || outcome.result == ReplayResult::kError) {
@@ -105,7 +105,7 @@ inline void expect_accounted(const ReplayOutcome& outcome, Tally& tally, const s
   }
 }
 
-/// Flips of bytes at random places to random values.
+/// Sets random bytes to random values, one at a time, and replays each changed recording.
 inline Tally flip_bytes(int count, std::uint64_t seed) {
   const RealRecording& recording = real();
   std::mt19937_64 random(seed);

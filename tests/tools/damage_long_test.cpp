@@ -1,10 +1,10 @@
-// The claim on damaged recordings, on many flips.
+// Recordings in which one byte is changed, in many trials.
 #include "tests/tools/damage_cases.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-TEST(DamageLong, NoneOf20000FlipsIsPassedOver) {
+TEST(DamageLong, EachOf20000FlippedBytesIsNamedOrHarmless) {
   const Tally tally = flip_bytes(20'000, 12);
   EXPECT_GT(tally.refused, 3'000);
   EXPECT_GT(tally.differs, 6'000);

@@ -1,4 +1,4 @@
-// One damaged byte of a recording is named, or changes nothing; what is whole is replayed, and a replay ends.
+// A damaged byte is named or changes nothing, complete records are replayed, and every replay ends.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,10 +14,10 @@ namespace {
 
 using freeflex_msgs::state_t;
 
-// [bytes] in a message, from its fingerprint on
+// offsets [bytes] in a message from its fingerprint on
 constexpr std::size_t kSession = 16, kEpoch = 24, kTick = 32;
 
-/// The first, second, ... event of a channel.
+/// Returns the event with this index on a channel; indices start at 0.
 const io::LogEvent& event_on(const std::string& channel, std::size_t which) {
   for (const io::LogEvent& event : real().events)
     if (event.channel == channel && which-- == 0) return event;
@@ -28,7 +28,7 @@ std::size_t name_at(const io::LogEvent& event) {
 }
 std::size_t message_at(const io::LogEvent& event) { return name_at(event) + event.channel.size(); }
 
-/// The recording, changed as a list of events.
+/// Replays the recording with a change to its list of events.
 ReplayOutcome replay_edited(const std::function<void(std::vector<io::LogEvent>&)>& change,
                             const std::string& prefix = channels::kDefaultPrefix) {
   const TemporaryFolder folder;
@@ -47,7 +47,7 @@ void edit_state(io::LogEvent& event, const std::function<void(state_t&)>& change
   event.bytes = io::encode(state);
 }
 
-TEST(Damage, NoFlipIsPassedOver) {
+TEST(Damage, EveryFlippedByteIsNamedOrHarmless) {
   const Tally tally = flip_bytes(2'000, 11);
   EXPECT_GT(tally.refused, 300);
   EXPECT_GT(tally.differs, 600);
@@ -58,21 +58,21 @@ std::int64_t end_of(const io::LogEvent& event) {
          static_cast<std::int64_t>(event.channel.size() + event.bytes.size());
 }
 
-/// What a replay compared.
+/// Holds what a replay compared: ticks, states, commands.
 using Compared = std::array<std::int64_t, 3>;
 Compared compared(const ReplayOutcome& outcome) {
   return {outcome.ticks, outcome.num_states, outcome.num_commands};
 }
 
-TEST(Damage, ACutRecordingIsReplayedAsFarAsOneThatEndsInFrontOfTheCut) {
-  // behind the first STATE and SCENE, without which there is nothing to replay
+TEST(Damage, ACutRecordingIsReplayedUpToTheLastCompleteRecord) {
+  // all cuts are after the first STATE and SCENE; without these there would be nothing to replay
   const auto first = static_cast<std::size_t>(end_of(event_on("FREEFLEX_SCENE", 0)));
   std::mt19937_64 random(7);
   std::vector<std::size_t> cuts;
   for (std::size_t k = 1; k < 40; ++k) cuts.push_back(first + k);
   for (int k = 0; k < 60; ++k) cuts.push_back(first + random() % (real().bytes.size() - first));
   for (const std::size_t cut : cuts) {
-    std::int64_t begin = 0, all = 0;  // of the record that is cut
+    std::int64_t begin = 0, all = 0;  // offset and size of the record that is cut
     for (const io::LogEvent& event : real().events)
       if (event.offset <= static_cast<std::int64_t>(cut)) begin = event.offset, all = end_of(event) - begin;
     const auto there = static_cast<std::int64_t>(cut) - begin;
@@ -94,8 +94,8 @@ TEST(Damage, ACutRecordingIsReplayedAsFarAsOneThatEndsInFrontOfTheCut) {
   }
 }
 
-// the record in front of the damaged one goes with it, for its lengths may be what is wrong
-TEST(Damage, ADamagedSyncWordCostsTwoRecordsAndWhatDependsOnThem) {
+// the record before the damaged record is lost too, because its lengths may be damaged
+TEST(Damage, ADamagedSyncWordLosesTwoRecordsAndTheStatesThatDependOnThem) {
   int num_with_command = 0;
   const std::vector<io::LogEvent>& events = real().events;
   for (std::size_t i = 9; i + 1 < events.size(); i += 7) {
@@ -106,7 +106,7 @@ TEST(Damage, ADamagedSyncWordCostsTwoRecordsAndWhatDependsOnThem) {
                                             std::to_string(events[i - 1].offset) + " to byte " +
                                             std::to_string(events[i + 1].offset)))
         << outcome.error;
-    std::int64_t known = std::int64_t{1} << 62;  // applied records without a gap
+    std::int64_t known = std::int64_t{1} << 62;  // number of APPLIED records before the first gap
     for (const std::size_t lost : {i - 1, i}) {
       freeflex_msgs::applied_t applied;
       if (events[lost].channel == "FREEFLEX_APPLIED" && io::decode_message(events[lost].bytes, applied))
@@ -128,7 +128,7 @@ TEST(Damage, ADamagedSyncWordCostsTwoRecordsAndWhatDependsOnThem) {
   EXPECT_GT(num_with_command, 1);
 }
 
-TEST(Damage, NoFlipInWhatAStateCountsIsSteppedTo) {
+TEST(Damage, EveryChangedCounterOfAStateIsDetected) {
   const io::LogEvent& state = event_on("FREEFLEX_STATE", 20);
   for (const std::size_t field : {kEpoch, kTick}) {
     for (std::size_t at = message_at(state) + field; at < message_at(state) + field + 8; ++at) {
@@ -142,9 +142,10 @@ TEST(Damage, NoFlipInWhatAStateCountsIsSteppedTo) {
   }
 }
 
-TEST(Damage, NoFlipInTheTickOfACommandIsSteppedTo) {
+TEST(Damage, EveryChangedTickFieldOfACommandIsDetected) {
   Tally tally;
-  for (const std::size_t which : {0, 3, 7, 8, 9}) {  // force, lost lease, reset, force, end: the last of them
+  for (const std::size_t which :
+       {0, 3, 7, 8, 9}) {  // a force, a lost lease, a reset, the last force and its end
     const std::size_t tick = message_at(event_on("FREEFLEX_APPLIED", which)) + kTick;
     for (std::size_t at = tick; at < tick + 8; ++at)
       for (int mask = 1; mask < 256; mask += 12)
@@ -153,7 +154,7 @@ TEST(Damage, NoFlipInTheTickOfACommandIsSteppedTo) {
   EXPECT_EQ(tally.unchanged, 0);
 }
 
-TEST(Damage, AChannelNameIsDamagedAtItsByte) {
+TEST(Damage, ADamagedChannelNameIsNamedAtItsByte) {
   for (const char* channel : {"FREEFLEX_STATE", "FREEFLEX_APPLIED", "FREEFLEX_SCENE"}) {
     const io::LogEvent& event = event_on(channel, 2);
     for (std::size_t at = name_at(event); at < message_at(event); ++at) {
@@ -161,14 +162,14 @@ TEST(Damage, AChannelNameIsDamagedAtItsByte) {
         const ReplayOutcome outcome = real().replay_flipped(at, 1 << bit);
         EXPECT_EQ(outcome.result, ReplayResult::kIncomplete) << channel << at;
         EXPECT_GT(outcome.num_states, 0) << channel << at;
-        EXPECT_TRUE(contains(outcome.error, "its name is damaged at byte " + std::to_string(at)))
+        EXPECT_TRUE(contains(outcome.error, "the channel name is damaged at byte " + std::to_string(at)))
             << outcome.error;
       }
     }
   }
 }
 
-TEST(Damage, ASessionNumberIsDamagedAtItsByte) {
+TEST(Damage, ADamagedSessionNumberIsNamedAtItsByte) {
   for (const char* channel : {"FREEFLEX_STATE", "FREEFLEX_APPLIED", "FREEFLEX_SCENE"}) {
     const std::size_t session = message_at(event_on(channel, 1)) + kSession;
     for (std::size_t at = session; at < session + 8; ++at) {
@@ -181,8 +182,8 @@ TEST(Damage, ASessionNumberIsDamagedAtItsByte) {
   }
 }
 
-TEST(Damage, NoLengthTakesInTheNextRecords) {
-  // every other value of one byte of a length that lets the record end where a later one does
+TEST(Damage, ADamagedLengthThatCoversTheNextRecordsIsDetected) {
+  // the test tries every value of one byte of a length for which the record ends at the end of a later record
   std::map<std::int64_t, bool> is_end{{static_cast<std::int64_t>(real().bytes.size()), true}};
   for (const io::LogEvent& event : real().events) is_end[event.offset] = true;
   int num_tried = 0;
@@ -210,7 +211,7 @@ TEST(Damage, AForgedTickBeyondTheLongestGapIsRefused) {
   const ReplayOutcome outcome = replay_edited([](auto& events) {
     for (std::size_t i = events.size(); i-- > 0;) {
       if (events[i].channel != "FREEFLEX_STATE") continue;
-      // the last state, which contains every command, with the time that belongs to the tick
+      // the last state, which includes every command, gets the forged tick and its time
       return edit_state(events[i], [](state_t& state) {
         const std::int64_t first = state.tick - std::llround(state.time * 1000.0);
         state.tick = std::int64_t{1} << 40;
@@ -237,8 +238,8 @@ TEST(Damage, LostStatesAreCounted) {
   EXPECT_EQ(lost.result, ReplayResult::kIdentical) << lost.error;
   EXPECT_EQ(state_loss(real().whole).num_ticks, 0) << real().whole.warning;
   EXPECT_EQ(lost.num_states + state_loss(lost).num_ticks, real().whole.num_states);
-  EXPECT_EQ(state_loss(lost).num_on_way(), state_loss(lost).num_ticks);
-  EXPECT_TRUE(contains(lost.warning, " not in the log, the first of tick 500")) << lost.warning;
+  EXPECT_EQ(state_loss(lost).num_lost_in_transit(), state_loss(lost).num_ticks);
+  EXPECT_TRUE(contains(lost.warning, " not in the log, first at tick 500")) << lost.warning;
   const ReplayOutcome late = replay_edited([](auto& events) {
     const std::int64_t first = event_on("FREEFLEX_STATE", 0).offset;
     std::erase_if(events, [first](const io::LogEvent& event) { return event.offset <= first; });
@@ -248,11 +249,12 @@ TEST(Damage, LostStatesAreCounted) {
   EXPECT_EQ(state_loss(late).num_before, 1);
 }
 
-TEST(Damage, OtherProgramsOfTheNetworkAreLeftAlone) {
+TEST(Damage, MessagesOfOtherProgramsAreIgnored) {
   const ReplayOutcome outcome = replay_edited([](auto& events) {
     for (std::size_t i = events.size(); i-- > 0;) {
       if (events[i].channel != "FREEFLEX_STATE") continue;
-      // a daemon of another prefix, one that is observed, anything at all, and a state passed on
+      // the other messages have another prefix, are from an observed daemon, are on an unrelated channel, or
+      // forward a state
       io::LogEvent other = events[i];
       edit_state(other, [](state_t& state) { state.session ^= 0x5a5a5a5a5a; });
       other.channel = "GREEFLEX_STATE";
@@ -268,8 +270,8 @@ TEST(Damage, OtherProgramsOfTheNetworkAreLeftAlone) {
   EXPECT_EQ(outcome.num_states, real().whole.num_states);
 }
 
-TEST(Damage, RunsOfOneNumberAndPrefixesThatAreAlikeAreKeptApart) {
-  // freeflex run calls every session 1: two of them in one log differ by their prefixes alone
+TEST(Damage, RunsWithOneSessionNumberAreSeparatedByTheirPrefixes) {
+  // every session of `freeflex run` has the number 1, so two runs in one log differ only in their prefixes
   const auto both = [](auto& events) {
     const std::vector<io::LogEvent> one = events;
     for (io::LogEvent event : one) {
@@ -284,7 +286,7 @@ TEST(Damage, RunsOfOneNumberAndPrefixesThatAreAlikeAreKeptApart) {
   }
 }
 
-TEST(Damage, OfManySessionsSomeAreNamed) {
+TEST(Damage, OfManySessionsOnlyTheFirstAreListed) {
   const ReplayOutcome outcome = replay_edited([](auto& events) {
     const io::LogEvent state = event_on("FREEFLEX_STATE", 0);
     for (int i = 0; i < 1000; ++i) {

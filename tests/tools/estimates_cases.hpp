@@ -1,4 +1,4 @@
-// Studies of the error estimate, printed.
+// Prints studies of the error estimate and counts their results.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -27,20 +27,21 @@ inline tools::EstimateSummary print(const std::vector<tools::EstimateRow>& rows)
   return sum;
 }
 
-/// The word beside the truth: the elastic error, and its share of the scale that the word goes by, which is
-/// no less than the displacement.
-struct WordTally {
-  int good = 0, false_good = 0;                      // of good words: off by more than 5 % of the scale
-  int small = 0, small_good = 0, small_outside = 0;  // an elastic error below 1 %
+/// Counts verdicts that agree or disagree with the true elastic error, and with that error relative to the
+/// scale of the verdict, which is at least the displacement.
+struct VerdictTally {
+  int good = 0, false_good = 0;                      // false_good: the error exceeds 5 % of the scale
+  int small = 0, small_good = 0, small_outside = 0;  // scenes with an elastic error below 1 %
 };
-inline WordTally tally_words(const std::vector<tools::EstimateRow>& rows) {
-  WordTally sum;
+inline VerdictTally tally_verdicts(const std::vector<tools::EstimateRow>& rows) {
+  VerdictTally sum;
   for (const auto& row : rows) {
-    // where the place is what is wrong, the word is right whatever the elastic error
+    // if the error is in the position, the verdict is right whatever the elastic error is
     if (!row.error.empty() || row.verdict.cause == Verdict::Cause::kPosition) continue;
     const double share = row.truth.elastic * row.verdict.displacement_now / row.verdict.scale;
-    const bool is_good = row.verdict.word == Verdict::Word::kGood,
-               is_outside = row.verdict.word == Verdict::Word::kOutside, is_small = row.truth.elastic < 0.01;
+    const bool is_good = row.verdict.level == Verdict::Level::kGood,
+               is_outside = row.verdict.level == Verdict::Level::kOutside,
+               is_small = row.truth.elastic < 0.01;
     sum.good += is_good;
     sum.false_good += is_good && share > 0.05;
     sum.small += is_small;

@@ -1,14 +1,15 @@
-// The error estimate holds on random scenes, and fidelity: auto takes the cheapest rung that is good enough.
+// The error estimate covers the error on random scenes, and `fidelity: auto` chooses the cheapest sufficient
+// rung.
 #include "tests/tools/estimates_cases.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-TEST(Estimates, HoldOnAFewRandomScenes) {
+TEST(Estimates, CoverTheErrorOnAFewRandomScenes) {
   const auto rows = tools::study_estimates(3, 15, [](double) { return true; });
   const auto sum = print(rows);
   ASSERT_EQ(sum.num_scenes, 15);
-  // of 15 the odd one may fall out where 95 in 100 must not
+  // one of 15 scenes may fail even if the estimate covers the error in 95 of 100 scenes
   EXPECT_GE(sum.inside_position, 0.9);
   EXPECT_GE(sum.inside_elastic, 0.9);
   EXPECT_GE(sum.close_position, 0.8);
@@ -16,7 +17,7 @@ TEST(Estimates, HoldOnAFewRandomScenes) {
   EXPECT_GE(sum.auto_meets, 0.9);
 }
 
-TEST(Estimates, ScenesAreTheSameForTheSameNumbers) {
+TEST(Estimates, RandomScenesDependOnlyOnSeedAndNumber) {
   for (int k = 0; k < 6; ++k) {
     const Scene a = tools::random_scene(5, k), b = tools::random_scene(5, k), c = tools::random_scene(6, k);
     ASSERT_EQ(a.points.size(), b.points.size());

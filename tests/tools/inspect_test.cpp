@@ -1,4 +1,4 @@
-// freeflex inspect: the paper's quantities, as text and as JSON.
+// `freeflex inspect` shows the quantities of the paper as text and as JSON.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ Json inspect_json(const std::string& yaml, const std::string& options, int exit_
   return outcome.out.empty() ? Json() : Json::parse(outcome.out);
 }
 
-/// Corners of a unit cube in lexicographic order, every pair joined.
+/// Returns a scene of the corners of a unit cube in lexicographic order; springs join every pair.
 std::string cube() {
   std::string yaml = "points:\n";
   for (int i = 0; i < 8; ++i)
@@ -63,7 +63,7 @@ TEST(Inspect, ShowsTheClosedFormsOfTwoMassesAndASpringInEveryBasis) {
   }
 }
 
-// beta = (M / m) f, f = -+1 N along the line: |beta| in the metric of sum m b.b = M is M / sqrt(m1 m2)
+// beta = (M / m) f with f = -+1 N along the line; in the metric of sum m b.b = M its norm is M / sqrt(m1 m2)
 TEST(Inspect, ShowsTheCoefficientOfTheOnlyGroup) {
   const Json json = inspect_json(kPair, "--basis collinear");
   EXPECT_NEAR(json["basis"]["C"][0][0], 4.0 / std::sqrt(3.0), 1e-14);
@@ -71,7 +71,7 @@ TEST(Inspect, ShowsTheCoefficientOfTheOnlyGroup) {
   EXPECT_EQ(json["basis"]["kept"][0], "a - b");
 }
 
-TEST(Inspect, CubeIsRenumberedAndSaysSo) {
+TEST(Inspect, ReportsThatACubeIsRenumbered) {
   const Json json = inspect_json(cube(), "");
   EXPECT_EQ(json["shape"], "spatial");
   EXPECT_EQ(json["basis"]["recipe"], "spatial");
@@ -81,11 +81,11 @@ TEST(Inspect, CubeIsRenumberedAndSaysSo) {
   EXPECT_LT(double{json["inverse_error"]}, 1e-12);
   const Outcome text = inspect(cube(), "");
   EXPECT_TRUE(contains(text.out, "basis              spatial, rank 18 of 18")) << text.out;
-  EXPECT_TRUE(contains(text.out, "as in the scene it has rank 15, so: c")) << text.out;
+  EXPECT_TRUE(contains(text.out, "the order of the scene gives rank 15; used instead: c")) << text.out;
   EXPECT_TRUE(contains(text.out, "statically indeterminate to degree 10")) << text.out;
 }
 
-TEST(Inspect, FormalRecipeSkipsAsManyLoadsAsThereAreRigidFreedomsAndNamesThem) {
+TEST(Inspect, TheFormalRecipeSkipsOneLoadPerRigidFreedomAndNamesEach) {
   const Json json = inspect_json(cube(), "--basis formal");
   EXPECT_EQ(json["basis"]["groups"], 24);
   ASSERT_EQ(json["basis"]["skipped"].size(), 6u);
@@ -95,8 +95,8 @@ TEST(Inspect, FormalRecipeSkipsAsManyLoadsAsThereAreRigidFreedomsAndNamesThem) {
   EXPECT_GT(double{json["basis"]["least_kept"]}, 0.1);
 }
 
-// ten points in a plane and one above: no numbering keeps every four in a row off the plane
-TEST(Inspect, AnIncompleteRecipeSaysByHowManyAndWhyAndAutoTakesTheFormalOne) {
+// ten points in a plane and one above: every numbering has four consecutive points in the plane
+TEST(Inspect, AnIncompleteRecipeNamesTheCauseAndAutoChoosesTheFormalRecipe) {
   std::string yaml = "points:\n";
   for (int i = 0; i < 10; ++i)
     yaml += "  - {name: g" + std::to_string(i) + ", mass: 1, at: [" + std::to_string(i / 5) + ", " +
@@ -118,7 +118,7 @@ TEST(Inspect, AnIncompleteRecipeSaysByHowManyAndWhyAndAutoTakesTheFormalOne) {
   EXPECT_EQ(inspect_json(yaml, "")["basis"]["recipe"], "formal");
 }
 
-TEST(Inspect, AMechanismLeavesNoDeltaAndSaysWhichPointsMove) {
+TEST(Inspect, AMechanismIsNamedByItsPointsAndHasNoDelta) {
   const std::string yaml =
       "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
       "  - {name: c, mass: 1, at: [2, 0, 0]}\nlinks:\n  - {spring: [a, b, c], stiffness: 10}\n";
@@ -133,7 +133,7 @@ TEST(Inspect, AMechanismLeavesNoDeltaAndSaysWhichPointsMove) {
 }
 
 TEST(Inspect, CountsRigidLinksAndTheirRedundancies) {
-  // a triangle of rigid links with a rigid body over it: three of six freedoms are removed twice
+  // a triangle of rigid links lies within a rigid body, so three of six freedoms are removed twice
   const std::string yaml =
       "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
       "  - {name: c, mass: 1, at: [0, 1, 0]}\n  - {name: d, mass: 1, at: [0.2, 0.3, 1]}\nlinks:\n"
@@ -152,11 +152,11 @@ TEST(Inspect, CountsRigidLinksAndTheirRedundancies) {
   }
 }
 
-TEST(Inspect, ARecipeForAnotherShapeAndAPlanAreExitTwo) {
+TEST(Inspect, ARecipeForAnotherShapeOrAPlanFileGivesExitTwo) {
   const Outcome shape = inspect(cube(), "--basis collinear");
   EXPECT_EQ(shape.exit_code, 2);
   EXPECT_TRUE(shape.out.empty());
-  EXPECT_TRUE(contains(shape.err, "the collinear recipe needs a collinear shape, this one is spatial"))
+  EXPECT_TRUE(contains(shape.err, "the collinear recipe needs a collinear shape, but this shape is spatial"))
       << shape.err;
   EXPECT_EQ(inspect(cube(), "--basis sideways").exit_code, 2);
   const TemporaryFolder folder;
@@ -166,7 +166,7 @@ TEST(Inspect, ARecipeForAnotherShapeAndAPlanAreExitTwo) {
   EXPECT_TRUE(contains(plan.err, "is a plan")) << plan.err;
 }
 
-TEST(Inspect, LargeScenesHaveSummariesInPlaceOfMatrices) {
+TEST(Inspect, LargeScenesGiveSummariesInsteadOfMatrices) {
   const Outcome outcome = run(kFreeflex + " inspect --json " + kScenes + "beam101.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json json = Json::parse(outcome.out);
@@ -184,8 +184,8 @@ TEST(Inspect, HelpShowsAnExampleAndExitCodes) {
   EXPECT_TRUE(contains(outcome.out, "Exit codes: 0 ")) << outcome.out;
 }
 
-// the answer is linear, on the highest rung that is, whatever the scene's own
-TEST(Loads, AreThoseOfTheLinearEquationsOnEveryRung) {
+// the answer is that of the highest linear rung, whatever the rung of the scene
+TEST(Loads, StaticLoadsAreComputedByTheLinearEquationsOnEveryRung) {
   const TemporaryFolder folder;
   const auto answer = [&](const std::string& fidelity) {
     write_text(folder / "scene.yaml", cube() + "fidelity: " + fidelity + "\n");
@@ -202,7 +202,7 @@ TEST(Loads, AreThoseOfTheLinearEquationsOnEveryRung) {
   ASSERT_EQ(run(kFreeflex + " compile " + (folder / "scene.yaml") + " -o " + plan).exit_code, 0);
   const Outcome refused = run(kFreeflex + " loads --force c0=1,0,0 " + plan);
   EXPECT_EQ(refused.exit_code, 2) << refused.out;
-  EXPECT_TRUE(contains(refused.err, "name the scene")) << refused.err;
+  EXPECT_TRUE(contains(refused.err, "give the scene")) << refused.err;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The installed tree serves a program of somebody else's.
+// Other programs can be built against the installed tree and run.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -13,12 +13,12 @@
 namespace freeflex::testing {
 namespace {
 
-/// The installed tree, and the example controller built against it where Eigen and Boost are not to be had.
+/// Installs the tree and builds the example controller against it without Eigen and Boost.
 struct Example {
   explicit Example(std::string in) : folder(std::move(in)) {}
   void make() {
     install = run("cmake --install " FREEFLEX_BUILD_DIR " --prefix " + folder + "/prefix");
-    // what pkg-config is asked for stands in a file
+    // this file records the packages for which pkg-config is called
     write_text(folder + "/pkg-config",
                "#!/bin/sh\necho \"$@\" >>" + folder + "/asked\nexec pkg-config \"$@\"\n");
     std::filesystem::permissions(folder + "/pkg-config", std::filesystem::perms::owner_all);
@@ -28,18 +28,19 @@ struct Example {
                 "&& cmake --build " +
                 folder + "/build");
   }
-  /// Runs a script with $C and $D for the controller and the daemon on the example's scene, $daemon of which
-  /// is stopped after.
+  /// Runs a script, in which $C is the controller and $D is the daemon on the scene of the example, and then
+  /// stops the process $daemon.
   Outcome fly(const std::string& script) const {
     return run("C='timeout 100 " + folder + "/build/controller'; D='" + folder + "/prefix/bin/freeflexd " +
                folder + "/prefix/share/freeflex/examples/controller/swing.yaml --log-level error'; " +
                script + "; code=$?; kill $daemon; wait $daemon; exit $code");
   }
   std::string folder;
-  Outcome install, build;  // of make()
+  Outcome install, build;  // outcomes of make()
 };
 
-/// Where ctest has the first test leave the example for the others; null: each program makes its own.
+/// Returns the folder in which, under ctest, the first test leaves the example for the other tests. Returns
+/// null if each program makes its own.
 const char* shared_folder() { return std::getenv("FREEFLEX_EXAMPLE"); }
 
 const Example& example() {
@@ -52,7 +53,7 @@ const Example& example() {
   return made;
 }
 
-TEST(Install, TheTreeServesTheExampleWithoutEigenAndBoost) {
+TEST(Install, TheExampleBuildsAgainstTheInstalledTreeWithoutEigenAndBoost) {
   const TemporaryFolder own;
   if (shared_folder() != nullptr) {
     std::filesystem::remove_all(shared_folder());
@@ -64,7 +65,7 @@ TEST(Install, TheTreeServesTheExampleWithoutEigenAndBoost) {
   EXPECT_EQ(example.build.exit_code, 0) << example.build.out << example.build.err;
 }
 
-TEST(Install, AControllerBuiltAgainstTheInstalledTreeDampsItsVibrationAndLeavesItsDriftAlone) {
+TEST(Install, AControllerBuiltAgainstTheInstalledTreeDampsTheVibrationButNotTheDrift) {
   if (!refusal.empty()) GTEST_SKIP() << refusal;
   const std::string& folder = example().folder;
   for (const char* file :
@@ -78,15 +79,15 @@ TEST(Install, AControllerBuiltAgainstTheInstalledTreeDampsItsVibrationAndLeavesI
     EXPECT_TRUE(std::filesystem::exists(folder + "/prefix/" + file)) << file;
   }
 
-  // Two masses of 2 kg on a spring that swing without damping at 1 Hz and drift. The strut of 4 N s/m on a
-  // reduced mass of 1 kg makes that a damping ratio of 4 / (2 * 2 pi) = 0.32, so 1 % is reached within
-  // ln(100) / (0.32 * 2 pi) = 2.3 s.
+  // Two masses of 2 kg on a spring oscillate at 1 Hz without damping, and drift. With the reduced mass of 1
+  // kg, the strut of 4 N s/m gives a damping ratio of 4 / (2 * 2 pi) = 0.32, so the amplitude falls to 1 %
+  // within ln(100) / (0.32 * 2 pi) = 2.3 s.
   const Outcome controlled =
       example().fly("$D & daemon=$!; $C a b 4; code=$?; " + folder + "/prefix/bin/freeflex" +
                     " monitor --channel STATE --json --count 1; (exit $code)");
   EXPECT_EQ(controlled.exit_code, 0) << controlled.out << controlled.err;
   EXPECT_TRUE(contains(controlled.out, "speed along the line: ")) << controlled.out;
-  // the strut has left the drift alone: its two forces cancel
+  // the two forces of the strut cancel, so they do not change the drift
   const std::size_t start = controlled.out.find('{');
   ASSERT_NE(start, std::string::npos) << controlled.out << controlled.err;
   const auto state = nlohmann::json::parse(controlled.out.substr(start))["message"];
@@ -95,13 +96,13 @@ TEST(Install, AControllerBuiltAgainstTheInstalledTreeDampsItsVibrationAndLeavesI
     EXPECT_NEAR(state["velocity"][k].get<double>(), drift[k], 1e-12) << controlled.out;
 }
 
-TEST(Install, TheControllerRunsAgainAndAgainOnOneDaemon) {
+TEST(Install, TheControllerCanRunRepeatedlyOnOneDaemon) {
   if (!refusal.empty()) GTEST_SKIP() << refusal;
   const Outcome twice = example().fly("$D & daemon=$!; $C a b 4 && $C a b 4");
   EXPECT_EQ(twice.exit_code, 0) << twice.out << twice.err;
 }
 
-TEST(Install, TheControllerTakesUpADaemonThatIsStartedAgain) {
+TEST(Install, TheControllerContinuesAfterARestartOfTheDaemon) {
   if (!refusal.empty()) GTEST_SKIP() << refusal;
   const Outcome outlived = example().fly(
       "$C a b 4 & controller=$!; $D --until 1.5; kill -0 $controller || exit 9; $D & daemon=$!; "
@@ -118,18 +119,18 @@ TEST(Install, TheControllerSealsItsCommandsWhenItIsGivenAKey) {
   EXPECT_EQ(sealed.exit_code, 0) << sealed.out << sealed.err;
   const Outcome plain = example().fly("$D --keys " + file + " & daemon=$!; $C a b 4");
   EXPECT_EQ(plain.exit_code, 1) << plain.out;
-  EXPECT_TRUE(contains(plain.err, "rejected: key_required: this daemon takes commands under a key only"))
+  EXPECT_TRUE(contains(plain.err, "rejected: key_required: this daemon takes only commands under a key"))
       << plain.err;
 }
 
-TEST(Install, TheControllerNamesAPointThatIsNotThere) {
+TEST(Install, TheControllerNamesAnUnknownPoint) {
   if (!refusal.empty()) GTEST_SKIP() << refusal;
   const Outcome unknown = example().fly("$D & daemon=$!; $C a nose 4");
   EXPECT_EQ(unknown.exit_code, 2) << unknown.out;
   EXPECT_TRUE(contains(unknown.err, "controller: no point 'nose'; there are: a, b")) << unknown.err;
 }
 
-TEST(Install, TheClientNeedsLcmAndLibsodiumAloneAndTheCoreItsOwn) {
+TEST(Install, EachInstalledComponentNeedsOnlyItsOwnLibraries) {
   const std::string asked = read_text(example().folder + "/asked");
   EXPECT_TRUE(contains(asked, "lcm")) << asked;
   for (const char* library : {"libfyaml", "libxxhash"}) EXPECT_FALSE(contains(asked, library)) << asked;
@@ -149,10 +150,11 @@ TEST(Install, TheClientNeedsLcmAndLibsodiumAloneAndTheCoreItsOwn) {
   EXPECT_TRUE(contains(other.err, "freeflex has no component 'engine'")) << other.err;
 }
 
-// C by pkg-config, Python by its path or by none, all with the library that is installed
-TEST(Install, ServesCAndPython) {
+// the C program is built with pkg-config, and Python gets the path of the library or finds it; both use the
+// installed library
+TEST(Install, TheInstalledTreeWorksFromCAndPython) {
 #ifdef __SANITIZE_ADDRESS__
-  GTEST_SKIP() << "a library with the address sanitizer wants it of the program that loads it";
+  GTEST_SKIP() << "a library with the address sanitizer needs a program with the address sanitizer";
 #endif
   const std::string prefix = example().folder + "/prefix", program = example().folder + "/plain_c";
   const Outcome built =
@@ -169,7 +171,7 @@ TEST(Install, ServesCAndPython) {
           "/lib/python3/dist-packages PYTHONDONTWRITEBYTECODE=1 python3 -m freeflex step " + scene + " 1");
   ASSERT_EQ(from_python.exit_code, 0) << from_python.err;
   EXPECT_TRUE(contains(from_python.out, "boom: tick 1000")) << from_python.out;
-  // a virtual environment that is the prefix
+  // the prefix is used as a virtual environment
   const Outcome from_environment =
       run("python3 -m venv --without-pip " + prefix + " && cd / && env -u PYTHONPATH " + prefix +
           "/bin/python3 -m freeflex step " + scene + " 1");
@@ -177,7 +179,7 @@ TEST(Install, ServesCAndPython) {
   EXPECT_EQ(from_environment.out, from_python.out);
 }
 
-/// #include of every header that is installed: one that lacks another is found where it does not compile.
+/// Returns an #include of every installed header, so that a missing header fails to compile.
 std::string every_header() {
   const std::filesystem::path top = example().folder + "/prefix/include/freeflex";
   std::set<std::string> lines;
@@ -188,7 +190,7 @@ std::string every_header() {
   return std::accumulate(lines.begin(), lines.end(), std::string());
 }
 
-TEST(Install, AProgramBuiltAgainstTheInstalledTreeSteps) {
+TEST(Install, AProgramBuiltAgainstTheInstalledTreeStepsAPlan) {
   const TemporaryFolder folder;
   write_text(folder / "CMakeLists.txt",
              "cmake_minimum_required(VERSION 3.25)\nproject(steps CXX)\nfind_package(freeflex "

@@ -1,4 +1,4 @@
-// The JSON that a command prints, against what its --help says of the fields.
+// Compares the fields of the JSON that a command prints with the fields that a text documents.
 #pragma once
 
 #include <cctype>
@@ -8,7 +8,7 @@
 
 namespace freeflex::testing {
 
-/// Every key of an object, and of what is in it.
+/// Adds every key of a JSON value, at all levels.
 inline void add_keys(const nlohmann::json& value, std::set<std::string>& keys) {
   if (value.is_object())
     for (const auto& [key, item] : value.items()) keys.insert(key);
@@ -16,8 +16,9 @@ inline void add_keys(const nlohmann::json& value, std::set<std::string>& keys) {
     for (const auto& item : value) add_keys(item, keys);
 }
 
-/// Keys that are no word of the text, a blank behind each. Empty: all are said.
-inline std::string unsaid(const nlohmann::json& value, const std::string& text) {
+/// Returns the keys that do not occur as a word in the text, each followed by a blank; "" if all are
+/// documented.
+inline std::string undocumented(const nlohmann::json& value, const std::string& text) {
   std::set<std::string> keys, words;
   add_keys(value, keys);
   std::string word;

@@ -1,5 +1,5 @@
-// The set-up of a large scene under signals, and with memory that runs out anywhere between the start of the
-// program and the last byte of its plan.
+// The set-up of a large scene under signals, and under memory limits that are reached anywhere from the start
+// of the program to the last byte of its plan.
 #include <gtest/gtest.h>
 
 #include "tests/support/large_scenes.hpp"
@@ -10,8 +10,8 @@ namespace {
 
 constexpr const char* kFiles = "links.csv\npoints.csv\nscene.yaml\n";
 
-// 20,000 points: the factor alone takes seconds
-TEST(LargeSetupLong, EndsWithinASecondOfASignalOrTwo) {
+// 20,000 points, whose factorization alone takes seconds
+TEST(LargeSetupLong, EndsWithinASecondAfterOneOrTwoSignals) {
   const TemporaryFolder folder;
   write_two_layer_plate(folder.path(), 100, 60);
   const std::string script = R"(cd $folder
@@ -38,9 +38,9 @@ end=$(date +%s%N)
 }
 
 // 3,042 points, 60 modes
-TEST(LargeSetupLong, SaysThatMemoryRanOutWhereverItDoesAndLeavesNothing) {
+TEST(LargeSetupLong, ReportsThatMemoryRanOutAtAnyPointAndLeavesNoFile) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "a sanitizer's address space is no measure of what it takes";
+  GTEST_SKIP() << "a program with a sanitizer takes far more address space";
 #endif
   const TemporaryFolder folder;
   write_two_layer_plate(folder.path(), 39, 60);
@@ -51,7 +51,7 @@ TEST(LargeSetupLong, SaysThatMemoryRanOutWhereverItDoesAndLeavesNothing) {
                                 "; timeout 60 " + kFreeflex + " compile scene.yaml -o a.plan");
     is_done = outcome.exit_code == 0;
     if (is_done) break;
-    // where the loader or an OpenBLAS as it is loaded finds none, nothing of ours has begun
+    // if the loader or OpenBLAS fails while loading, no code of freeflex has run
     const bool is_loaded =
         !contains(outcome.err, "shared librar") && !contains(outcome.err, "pthread_create");
     if (!is_loaded) continue;
@@ -63,7 +63,7 @@ TEST(LargeSetupLong, SaysThatMemoryRanOutWhereverItDoesAndLeavesNothing) {
   }
   EXPECT_TRUE(is_done);
   EXPECT_GT(num_short, 20);
-  std::printf("%d limits too small, each said\n", num_short);
+  std::printf("%d limits too small, each reported\n", num_short);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// How the set-up of a large scene ends before its time: memory that runs out, a full disk.
+// The set-up of a large scene fails with a message and leaves no file if memory runs out or the disk is full.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kFiles = "links.csv\npoints.csv\nscene.yaml\n";
 
-// address space of a sanitizer's program is no measure of what it takes
+// a program with a sanitizer takes far more address space
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kIsLimitable = false;
 #else
@@ -29,8 +29,9 @@ class LargeSetup : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-// an OpenBLAS that finds no memory asks for ever: 180 MB hold the program, and not its buffer
-TEST_F(LargeSetup, SaysThatMemoryRanOutAndWhatToDo) {
+// OpenBLAS tries for ever to allocate its buffer; in 180 MB there is room for the program but not for this
+// buffer
+TEST_F(LargeSetup, ReportsThatMemoryRanOutAndNamesTheRemedy) {
   if (!kIsLimitable) GTEST_SKIP() << "a sanitizer";
   make(25);
   for (const int megabytes : {85, 120, 180}) {
@@ -42,19 +43,19 @@ TEST_F(LargeSetup, SaysThatMemoryRanOutAndWhatToDo) {
   }
 }
 
-TEST_F(LargeSetup, IsRefusedBeforehandWhereALimitLeavesLessThanItTakes) {
+TEST_F(LargeSetup, IsRefusedBeforehandIfTheMemoryLimitIsTooLow) {
   if (!kIsLimitable) GTEST_SKIP() << "a sanitizer";
   make(60, 2000);
   const Outcome outcome = compile_within(700000);
   EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
-  EXPECT_TRUE(contains(outcome.err, "MB that the machine has or a limit leaves (ulimit -v)")) << outcome.err;
-  EXPECT_TRUE(contains(outcome.err, "ask for fewer with modes: {count: N}")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "the machine or a limit (ulimit -v) provides")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "ask for fewer modes with modes: {count: N}")) << outcome.err;
   EXPECT_EQ(left(), kFiles);
 }
 
-TEST_F(LargeSetup, OnAFullDiskLeavesNothing) {
+TEST_F(LargeSetup, LeavesNoFileOnAFullDisk) {
   const std::string mounted = "unshare -rm sh -c 'mount -t tmpfs -o size=8k none " + folder_.path() + " && ";
-  if (run(mounted + "true'").exit_code != 0) GTEST_SKIP() << "the kernel refuses a mount of its own";
+  if (run(mounted + "true'").exit_code != 0) GTEST_SKIP() << "the kernel refuses a private mount";
   const Outcome outcome = run(mounted + kFreeflex + " compile " + kScenes + "boom.yaml -o " +
                               folder_ / "a.plan" + "; echo $?; ls " + folder_.path() + "'");
   EXPECT_EQ(outcome.out, "1\n");

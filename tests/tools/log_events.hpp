@@ -1,4 +1,4 @@
-// Messages of an LCM event log, read and written whole.
+// Reads and writes all messages of an LCM event log at once.
 #pragma once
 
 #include <gtest/gtest.h>

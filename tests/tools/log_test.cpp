@@ -1,4 +1,4 @@
-// Log files: what is written is read back, damage is never taken for the end.
+// Log files: records are read back as written, and damage is never taken for the end of the file.
 #include "service/io/wire/log.hpp"
 
 #include <gtest/gtest.h>
@@ -24,14 +24,14 @@ using testing::read_text;
 using testing::TemporaryFolder;
 using testing::write_text;
 
-constexpr std::size_t kHeader = 28;  // [bytes] of a record, then channel and data
+constexpr std::size_t kHeader = 28;  // [bytes] header of a record, before channel and data
 
 std::vector<std::byte> bytes_of(std::string_view text) {
   const auto* first = reinterpret_cast<const std::byte*>(text.data());
   return {first, first + text.size()};
 }
 
-/// Three records of 28 + 3 + 5, 28 + 4 + 0 and 28 + 3 + 2 bytes.
+/// Writes three records of 28 + 3 + 5, 28 + 4 + 0 and 28 + 3 + 2 bytes and returns the file's bytes.
 std::string three_records(const TemporaryFolder& folder) {
   LogWriter writer(folder / "three.log");
   writer.write("ONE", 11, bytes_of("abcde"));
@@ -41,7 +41,7 @@ std::string three_records(const TemporaryFolder& folder) {
   return read_text(folder / "three.log");
 }
 
-/// Number of records that a file gives; in error what the reader tells of the rest.
+/// Returns the number of records in a file; `error` gets the reader's report on the rest of the file.
 int count_records(const std::string& path, std::string& error, bool& is_damaged) {
   LogReader reader(path);
   LogEvent event;
@@ -52,7 +52,7 @@ int count_records(const std::string& path, std::string& error, bool& is_damaged)
   return count;
 }
 
-TEST(LogFile, ReadsBackWhatWasWritten) {
+TEST(LogFile, RecordsAreReadBackAsWritten) {
   const TemporaryFolder folder;
   three_records(folder);
   LogReader reader(folder / "three.log");
@@ -73,7 +73,7 @@ TEST(LogFile, ReadsBackWhatWasWritten) {
   EXPECT_EQ(none.channel, "ONE");
 }
 
-TEST(LogFile, CutAnywhereItGivesEveryWholeRecordAndThePlace) {
+TEST(LogFile, AFileCutAnywhereGivesEveryCompleteRecordAndThePositionOfTheCut) {
   const TemporaryFolder folder;
   const std::string whole = three_records(folder);
   const std::size_t first_end = kHeader + 3 + 5;
@@ -101,7 +101,7 @@ TEST(LogFile, CutAnywhereItGivesEveryWholeRecordAndThePlace) {
   }
 }
 
-TEST(LogFile, BytesBetweenRecordsAreDamageAtTheirOffset) {
+TEST(LogFile, BytesBetweenRecordsAreReportedAsDamageAtTheirOffset) {
   const TemporaryFolder folder;
   std::string text = three_records(folder);
   const std::size_t first_end = kHeader + 3 + 5;
@@ -109,7 +109,7 @@ TEST(LogFile, BytesBetweenRecordsAreDamageAtTheirOffset) {
   write_text(folder / "bad.log", text);
   std::string error;
   bool is_damaged = false;
-  // the record in front of them may have ended elsewhere: its lengths may be what is damaged
+  // the record before these bytes is lost too, because its lengths may be damaged
   EXPECT_EQ(count_records(folder / "bad.log", error, is_damaged), 2);
   EXPECT_TRUE(is_damaged);
   EXPECT_TRUE(
@@ -117,7 +117,7 @@ TEST(LogFile, BytesBetweenRecordsAreDamageAtTheirOffset) {
       << error;
 }
 
-TEST(LogFile, BytesAfterTheLastRecordAreDamage) {
+TEST(LogFile, BytesAfterTheLastRecordAreReportedAsDamage) {
   const TemporaryFolder folder;
   write_text(folder / "tail.log", three_records(folder) + "garbage");
   std::string error;
@@ -126,7 +126,7 @@ TEST(LogFile, BytesAfterTheLastRecordAreDamage) {
   EXPECT_TRUE(is_damaged);
 }
 
-TEST(LogFile, ImpossibleLengthsAreDamageAndReserveNothing) {
+TEST(LogFile, ImpossibleLengthsAreReportedAsDamageAndReserveNoMemory) {
   const TemporaryFolder folder;
   const std::string whole = three_records(folder);
   for (const std::size_t field : {std::size_t{20}, std::size_t{24}}) {
@@ -145,12 +145,13 @@ TEST(LogFile, ImpossibleLengthsAreDamageAndReserveNothing) {
   }
 }
 
-TEST(LogFile, ALengthThatTakesInTheNextRecordIsDamage) {
+TEST(LogFile, ALengthThatCoversTheNextRecordIsReportedAsDamage) {
   const TemporaryFolder folder;
   const std::string whole = three_records(folder);
   const std::size_t second_size = kHeader + 4, third_size = kHeader + 3 + 2;
   for (const std::size_t extra : {second_size, second_size + third_size}) {
-    for (const std::size_t field : {std::size_t{23}, std::size_t{27}}) {  // of the first record
+    for (const std::size_t field :
+         {std::size_t{23}, std::size_t{27}}) {  // positions of the two lengths in the first record
       std::string text = whole;
       text[field] = static_cast<char>(text[field] + static_cast<char>(extra));
       write_text(folder / "long.log", text);
@@ -164,7 +165,7 @@ TEST(LogFile, ALengthThatTakesInTheNextRecordIsDamage) {
   }
 }
 
-TEST(LogFile, APieceOfAnotherLogInAMessageIsNoDamage) {
+TEST(LogFile, APieceOfAnotherLogInAMessageIsNotReportedAsDamage) {
   const TemporaryFolder folder;
   const std::string piece = three_records(folder);
   {
@@ -177,7 +178,7 @@ TEST(LogFile, APieceOfAnotherLogInAMessageIsNoDamage) {
   EXPECT_EQ(count_records(folder / "piece.log", error, is_damaged), 4) << error;
 }
 
-/// Channels that a file gives, with their time stamps.
+/// Returns the channels in a file, with their time stamps.
 std::string stamps(const std::string& path) {
   LogReader reader(path);
   LogEvent event;
@@ -186,8 +187,8 @@ std::string stamps(const std::string& path) {
   return found;
 }
 
-// what is looked through for the next record is read in blocks of 65536 bytes
-TEST(LogFile, TheNextRecordIsFoundBehindAnyNumberOfBytes) {
+// the search for the next record reads blocks of 65536 bytes
+TEST(LogFile, TheNextRecordIsFoundAfterAnyNumberOfBytes) {
   const TemporaryFolder folder;
   const std::string whole = three_records(folder);
   std::mt19937_64 random(5);
@@ -201,7 +202,7 @@ TEST(LogFile, TheNextRecordIsFoundBehindAnyNumberOfBytes) {
   }
 }
 
-TEST(LogFile, TwoDamagedPlacesAreCountedWithTheirBytes) {
+TEST(LogFile, DamageAtTwoPlacesIsCountedWithItsBytes) {
   const TemporaryFolder folder;
   {
     LogWriter writer(folder / "a.log");
@@ -222,15 +223,15 @@ TEST(LogFile, TwoDamagedPlacesAreCountedWithTheirBytes) {
       << error;
 }
 
-// lcm-logger numbers anew when it appends
-TEST(LogFile, ALogAppendedToACutOneIsFound) {
+// lcm-logger starts numbering again when it appends
+TEST(LogFile, ALogAppendedToACutLogIsRead) {
   const TemporaryFolder folder;
   const std::string whole = three_records(folder);
   write_text(folder / "a.log", whole.substr(0, whole.size() - 3) + whole);
   EXPECT_EQ(stamps(folder / "a.log"), "ONE11 NULL12 ONE11 NULL12 TWO13 ");
 }
 
-TEST(LogFile, RecordsWithinADamagedMessageAreNotTaken) {
+TEST(LogFile, RecordsInsideADamagedMessageAreNotRead) {
   const TemporaryFolder folder;
   const std::string inner = three_records(folder).substr(36);  // numbers 1 and 2
   {
@@ -244,7 +245,7 @@ TEST(LogFile, RecordsWithinADamagedMessageAreNotTaken) {
   EXPECT_EQ(stamps(folder / "a.log"), "FILE0 FILE1 FILE2 FILE3 FILE6 FILE7 ");
 }
 
-TEST(LogFile, ARecordIsReadAgainBesideDamage) {
+TEST(LogFile, ARecordNextToDamageCanBeReadAgain) {
   const TemporaryFolder folder;
   write_text(folder / "a.log", three_records(folder).substr(0, 80));
   LogReader reader(folder / "a.log");
@@ -258,13 +259,13 @@ TEST(LogFile, ARecordIsReadAgainBesideDamage) {
   EXPECT_FALSE(reader.next(again));
 }
 
-TEST(LogFile, MissingFileIsAnErrorAndNotDamage) {
+TEST(LogFile, AMissingFileIsAnErrorAndNotDamage) {
   const LogReader reader("/nonexistent/flight.log");
   EXPECT_FALSE(reader.is_damaged());
   EXPECT_TRUE(contains(reader.error(), "No such file")) << reader.error();
 }
 
-TEST(LogFile, UnfinishedFileIsRemoved) {
+TEST(LogFile, AnUnfinishedFileIsRemoved) {
   const TemporaryFolder folder;
   {
     LogWriter writer(folder / "a.log");
@@ -274,7 +275,7 @@ TEST(LogFile, UnfinishedFileIsRemoved) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
-TEST(LogFile, InterruptedFileStaysMarked) {
+TEST(LogFile, AnInterruptedFileStaysMarkedAsPartial) {
   const TemporaryFolder folder;
   LogWriter writer(folder / "a.log");
   writer.write("ONE", 1, {});
@@ -286,7 +287,7 @@ TEST(LogFile, InterruptedFileStaysMarked) {
   EXPECT_EQ(error, "");
 }
 
-/// While one stands, a file may have so many bytes, and a write beyond is an error.
+/// Limits the size of files while the object exists. A write beyond the limit is an error.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -306,8 +307,8 @@ class FileSizeLimit {
   void (*handler_)(int);
 };
 
-// records of sizes below and above that of the stream's buffer, limits at every kind of place in one
-TEST(LogFile, AtASizeLimitEveryRecordThatFitsStays) {
+// records are smaller and larger than the buffer of the stream, and the limits lie in every part of a record
+TEST(LogFile, AtASizeLimitEveryRecordThatFitsIsKept) {
   const TemporaryFolder folder;
   std::mt19937_64 random(3);
   for (int k = 0; k < 60; ++k) {
@@ -342,7 +343,7 @@ TEST(LogFile, AtASizeLimitEveryRecordThatFitsStays) {
   }
 }
 
-TEST(CsvFile, AtASizeLimitEveryRowThatFitsStays) {
+TEST(CsvFile, AtASizeLimitEveryRowThatFitsIsKept) {
   const TemporaryFolder folder;
   for (const rlim_t limit : {3, 11, 12, 15, 16, 70'000}) {
     std::optional<CsvWriter> writer(std::in_place, folder / "t.csv");
@@ -354,7 +355,7 @@ TEST(CsvFile, AtASizeLimitEveryRowThatFitsStays) {
     }
     const std::optional<std::int64_t> kept = writer->kept_tick();
     writer.reset();
-    // 11 bytes of names, 4 of the row of tick 0
+    // the column names have 11 bytes, and the row of tick 0 has 4
     EXPECT_EQ(kept.has_value(), limit >= 15) << limit;
     if (limit < 15) {
       EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << limit;
@@ -368,13 +369,13 @@ TEST(CsvFile, AtASizeLimitEveryRowThatFitsStays) {
   }
 }
 
-TEST(LogFile, FullDiskIsReported) {
+TEST(LogFile, AFullDiskIsReported) {
   LogWriter writer("/dev/full");
   for (int i = 0; i < 1000; ++i) writer.write("ONE", i, bytes_of("0123456789"));
   EXPECT_TRUE(contains(writer.close(), "No space left"));
 }
 
-TEST(CsvFile, NumbersReadBackToTheSameBits) {
+TEST(CsvFile, NumbersAreReadBackWithTheSameBits) {
   const TemporaryFolder folder;
   std::mt19937_64 random(7);
   std::vector<double> values{0.0, -0.0, 5e-324, std::numeric_limits<double>::max(), 0.1, 1.0 / 3.0};

@@ -1,4 +1,4 @@
-// What a recording lacks of the motion is counted, and told apart by what the daemon's status says.
+// Missing messages of a recording are counted. The daemon's status shows how many of them were never sent.
 #include "tools/bus/losses.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ using freeflex_msgs::status_t;
 using tools::Loss;
 using tools::RecordedSession;
 
-/// 1 kHz, each channel every 20 ticks.
+/// Returns a plan at 1 kHz that publishes each channel every 20 ticks.
 Plan every_20_ticks() {
   Plan plan;
   plan.period = 1e-3;
@@ -39,73 +39,74 @@ void add_states(RecordedSession& session, std::initializer_list<std::int64_t> ti
 Loss loss_of(const RecordedSession& session, const char* channel = "STATE") {
   for (const Loss& loss : find_losses(session, every_20_ticks()))
     if (loss.channel == channel) return loss;
-  ADD_FAILURE() << "nothing of " << channel;
+  ADD_FAILURE() << "no loss of " << channel;
   return {};
 }
 
-TEST(Losses, AWholeRecordingLacksNothing) {
+TEST(Losses, ACompleteRecordingHasNoLosses) {
   RecordedSession session;
-  add_states(session, {0, 20, 40, 40, 47, 60});  // a hold at 47, and one message twice
+  add_states(session, {0, 20, 40, 40, 47, 60});  // there is a hold at tick 47, and one message occurs twice
   session.unsent.take(dropped(0, 0, 79, status_t::STOPPED));
   EXPECT_EQ(loss_of(session).num_ticks, 0);
   EXPECT_EQ(describe(loss_of(session), session.unsent), "");
   EXPECT_EQ(find_losses(session, every_20_ticks()).size(), 1u)
-      << "of a channel that was not recorded nothing is said";
+      << "a channel that was not recorded is not reported";
 }
 
-TEST(Losses, AreTheDaemonsAsFarAsItsStatusSaysAndTheRecordersElse) {
+TEST(Losses, MessagesThatWereNotSentAreDistinguishedFromMessagesLostInTransit) {
   RecordedSession session;
-  add_states(session, {40, 60, 160, 180, 220});  // 0 and 20 came before; 80 to 140 and 200 are lost
-  session.unsent.take(dropped(7, 0));            // of before the log begins
+  add_states(session,
+             {40, 60, 160, 180, 220});  // ticks 0 and 20 are before the recording; 80 to 140 and 200 are lost
+  session.unsent.take(dropped(7, 0));   // dropped before the log begins
   session.unsent.take(dropped(10, 0));
   const Loss loss = loss_of(session);
   EXPECT_EQ(loss.num_ticks, 7);
   EXPECT_EQ(loss.first_tick, 0);
   EXPECT_EQ(loss.num_before, 2);
   EXPECT_EQ(loss.num_unsent, 3);
-  EXPECT_EQ(loss.num_on_way(), 2);
+  EXPECT_EQ(loss.num_lost_in_transit(), 2);
   EXPECT_EQ(describe(loss, session.unsent),
-            "STATE of 7 ticks that the daemon publishes at the scene's rate is not in the log, the first of "
-            "tick 0: "
-            "2 of before it begins; 3 not sent, as the status counts; 2 lost on the way");
+            "STATE of 7 ticks that the daemon publishes at the scene's rate is not in the log, first at tick "
+            "0: "
+            "2 from before the log begins; 3 not sent, as the status counts; 2 lost in transit");
 }
 
-TEST(Losses, WithoutAStatusNobodyIsBlamed) {
+TEST(Losses, HaveNoKnownCauseIfTheRecordingHasNoStatus) {
   RecordedSession session;
   add_states(session, {0, 40});
   EXPECT_EQ(describe(loss_of(session), session.unsent),
-            "STATE of 1 tick that the daemon publishes at the scene's rate is not in the log, the first of "
-            "tick 20: "
-            "1 not sent or lost on the way, no status tells");
+            "STATE of 1 tick that the daemon publishes at the scene's rate is not in the log, first at tick "
+            "20: "
+            "1 not sent or lost in transit (no status in the log)");
 }
 
-TEST(Losses, TheEndIsWhereTheDaemonStopped) {
+TEST(Losses, AreCountedUpToTheTickAtWhichTheDaemonStopped) {
   RecordedSession session;
   add_states(session, {0, 20, 40});
   session.unsent.take(dropped(0, 0, 95));
-  EXPECT_EQ(loss_of(session).num_ticks, 0) << "the recording may have ended before the daemon";
+  EXPECT_EQ(loss_of(session).num_ticks, 0) << "the recording may have ended before the daemon did";
   session.unsent.take(dropped(0, 0, 100, status_t::STOPPED));
   EXPECT_EQ(loss_of(session).num_ticks, 3);
   EXPECT_EQ(loss_of(session).first_tick, 60);
 }
 
-TEST(Losses, ATickOfPagesIsThereWhenAllOfThemAre) {
+TEST(Losses, ATickIsCompleteOnlyIfAllItsPagesAreThere) {
   RecordedSession session;
   auto& pages = session.pages[io::kPointsChannel];
   for (const std::int64_t tick : {0, 20, 40, 60})
     for (const std::int32_t page : {2, 0, 1})
       if (tick != 40 || page != 1) pages.push_back({tick, 0, page, 3});
-  pages.push_back({40, 0, 2, 3});  // one twice is not two
-  pages.push_back({40, 1, 1, 3});  // nor is that of another epoch
+  pages.push_back({40, 0, 2, 3});  // a repeated page does not replace the missing one
+  pages.push_back({40, 1, 1, 3});  // a page of another epoch does not replace it either
   session.unsent.take(dropped(5, 0));
   session.unsent.take(dropped(9, 0));
   const Loss loss = loss_of(session, "POINTS");
   EXPECT_EQ(loss.num_ticks, 1);
   EXPECT_EQ(loss.first_tick, 40);
-  EXPECT_EQ(loss.num_unsent, 0) << "it was STATE that was not sent";
+  EXPECT_EQ(loss.num_unsent, 0) << "all unsent messages are on the channel STATE";
 }
 
-TEST(Losses, DamagedNumbersAreCountedWith) {
+TEST(Losses, DamagedNumbersDoNotBreakTheCount) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
   constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
   RecordedSession session;
@@ -114,7 +115,7 @@ TEST(Losses, DamagedNumbersAreCountedWith) {
   session.unsent.take(dropped(kMost, kLeast));
   const Loss loss = loss_of(session);
   EXPECT_GT(loss.num_ticks, 0);
-  EXPECT_GE(loss.num_on_way(), 0);
+  EXPECT_GE(loss.num_lost_in_transit(), 0);
 }
 
 }  // namespace

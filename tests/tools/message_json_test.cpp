@@ -1,4 +1,4 @@
-// Messages as monitor prints them.
+// The JSON of messages that monitor prints.
 #include "tools/bus/message_json.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ tools::Json fields_of(const char* suffix, const Message& message) {
   return tools::decode_by_suffix(suffix, io::encode(message)).fields;
 }
 
-// on the wire they are signed; everywhere else they are sixteen hexadecimal digits
+// these values are signed integers on the wire and sixteen hexadecimal digits everywhere else
 TEST(MessageJson, FingerprintsAndHashesAreHexadecimal) {
   freeflex_msgs::scene_t scene{};
   scene.plan_fingerprint = -2;
@@ -41,7 +41,7 @@ TEST(MessageJson, FingerprintsAndHashesAreHexadecimal) {
   EXPECT_EQ(fields_of(channels::kShapes, shapes)["plan_fingerprint"], "0000000000000001");
 }
 
-TEST(MessageJson, AnEnvelopeIsShownWithWhatIsInside) {
+TEST(MessageJson, AnEnvelopeIsShownWithItsContents) {
   freeflex_msgs::control_t control{};
   control.sender = "desk";
   control.command = freeflex_msgs::control_t::SCENE;
@@ -57,7 +57,7 @@ TEST(MessageJson, AnEnvelopeIsShownWithWhatIsInside) {
   EXPECT_EQ(shown.fields["tag"], std::string(62, '0') + "ab");
 }
 
-TEST(MessageJson, AMessageOf03IsNamed) {
+TEST(MessageJson, AMessageOfVersion03IsNamed) {
   const std::vector<std::byte> bytes = [] {
     std::vector<std::byte> state(200);
     const std::uint64_t fingerprint = 0x61063d95b061afa7;

@@ -1,4 +1,4 @@
-// freeflex plan, and runs and replays of plans that leave parts out.
+// `freeflex plan`, and runs and replays of reduced plans.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// A square of beams in the xy plane, with what else is told.
+/// Returns a scene with a square of beams in the xy plane, followed by the text `more`.
 std::string square(const std::string& more) {
   return "rate: 1000\n"
          "points:\n"
@@ -37,34 +37,35 @@ Json plan_json(const std::string& yaml, const std::string& options = "") {
   return outcome.out.empty() ? Json() : Json::parse(outcome.out);
 }
 
-Json part_of(const Json& plan, const std::string& name) {
-  for (const Json& part : plan["parts"])
-    if (part["part"] == name) return part;
-  ADD_FAILURE() << "no part " << name;
+Json feature_of(const Json& plan, const std::string& name) {
+  for (const Json& feature : plan["features"])
+    if (feature["feature"] == name) return feature;
+  ADD_FAILURE() << "no feature " << name;
   return {};
 }
 
-TEST(Plan, SaysOfEveryPartWhetherItIsThereAndWhy) {
+TEST(Plan, ReportsForEachFeatureWhetherAndWhyItIsOmitted) {
   const Json plan = plan_json(square("leave_out: {on_need: refuse}\n"));
   EXPECT_EQ(plan["modes_of_scene"], 6);
-  EXPECT_EQ(plan["modes"], 5) << "four points have one mode across their plane";
+  EXPECT_EQ(plan["modes"], 5) << "four points have one mode out of their plane";
   EXPECT_EQ(plan["on_need"], "refuse");
-  EXPECT_EQ(part_of(plan, "out_of_plane")["left_out"], true);
-  EXPECT_EQ(part_of(plan, "out_of_plane")["count"], 1);
-  EXPECT_EQ(part_of(plan, "rotation")["left_out"], true);
-  EXPECT_EQ(part_of(plan, "damping")["left_out"], true);
-  EXPECT_EQ(part_of(plan, "gravity")["left_out"], true);
-  EXPECT_EQ(part_of(plan, "point_rows")["left_out"], false);
-  for (const Json& part : plan["parts"]) EXPECT_FALSE(part["why"].get<std::string>().empty()) << part;
-  EXPECT_EQ(plan["features"]["loads"], false);
+  EXPECT_EQ(feature_of(plan, "out_of_plane")["left_out"], true);
+  EXPECT_EQ(feature_of(plan, "out_of_plane")["count"], 1);
+  EXPECT_EQ(feature_of(plan, "rotation")["left_out"], true);
+  EXPECT_EQ(feature_of(plan, "damping")["left_out"], true);
+  EXPECT_EQ(feature_of(plan, "gravity")["left_out"], true);
+  EXPECT_EQ(feature_of(plan, "point_rows")["left_out"], false);
+  for (const Json& feature : plan["features"])
+    EXPECT_FALSE(feature["why"].get<std::string>().empty()) << feature;
+  EXPECT_EQ(plan["scene_uses"]["loads"], false);
   EXPECT_GT(plan["ns"]["step"].get<double>(), 0.0);
 }
 
-TEST(Plan, SaysWhatARungInPartsAndItsBudgetCost) {
+TEST(Plan, ReportsTheCostOfSubstepsAndErrorBudget) {
   std::string scene = square("fidelity: full\nerror_budget: {horizon: 1}\n");
   const Json plan = plan_json(scene.replace(scene.find("rate: 1000"), 10, "rate: 100"));
   EXPECT_EQ(plan["rung"], "full");
-  EXPECT_GT(plan["parts_of_a_tick"], 1);
+  EXPECT_GT(plan["substeps_per_tick"], 1);
   EXPECT_EQ(plan["budget_horizon"], 1.0);
   EXPECT_EQ(plan["budget_steps"], Json::parse(R"([{"fidelity": "full", "steps_per_tick": 2}])"));
   EXPECT_GT(plan["ns"]["stages"].get<double>(), 0.0);
@@ -81,31 +82,31 @@ TEST(Plan, LinesFitTheScreen) {
   }
 }
 
-TEST(Plan, KeepForcesPartsBackIn) {
+TEST(Plan, TheOptionKeepRestoresFeatures) {
   const std::string yaml = square("damping: {ratio: 0}\nleave_out: {on_need: refuse}\n");
   const Json rotation = plan_json(yaml, "--keep rotation damping");
-  EXPECT_EQ(part_of(rotation, "rotation")["left_out"], false);
-  EXPECT_EQ(part_of(rotation, "damping")["left_out"], false);
-  EXPECT_EQ(part_of(rotation, "out_of_plane")["left_out"], true);
+  EXPECT_EQ(feature_of(rotation, "rotation")["left_out"], false);
+  EXPECT_EQ(feature_of(rotation, "damping")["left_out"], false);
+  EXPECT_EQ(feature_of(rotation, "out_of_plane")["left_out"], true);
   const Json all = plan_json(yaml, "--keep all");
-  for (const Json& part : all["parts"]) EXPECT_EQ(part["left_out"], false) << part;
+  for (const Json& feature : all["features"]) EXPECT_EQ(feature["left_out"], false) << feature;
   EXPECT_EQ(all["modes"], 6);
 }
 
-TEST(Plan, AFileTellsTheSameAsItsSceneAndTakesNoParts) {
+TEST(Plan, APlanFileGivesTheReportOfItsSceneAndRefusesKeep) {
   const TemporaryFolder folder;
   write_text(folder / "scene.yaml", square("leave_out: {on_need: replan}\n"));
   ASSERT_EQ(run(kFreeflex + " compile " + folder / "scene.yaml -o " + folder / "scene.plan").exit_code, 0);
   const Json scene = Json::parse(run(kFreeflex + " plan --json " + folder / "scene.yaml").out);
   const Json file = Json::parse(run(kFreeflex + " plan --json " + folder / "scene.plan").out);
-  EXPECT_EQ(scene["parts"], file["parts"]);
+  EXPECT_EQ(scene["features"], file["features"]);
   EXPECT_EQ(file["on_need"], "replan");
   const Outcome refused = run(kFreeflex + " plan " + folder / "scene.plan --keep all");
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_TRUE(contains(refused.err, "is a plan, which is fixed")) << refused.err;
+  EXPECT_TRUE(contains(refused.err, "is a plan, whose features are fixed")) << refused.err;
 }
 
-/// A log of one command at tick 40, out of the plane.
+/// Writes a log of one command at tick 40 with a force out of the plane.
 void write_commands(const std::string& path) {
   ForceCommand command{};
   command.sender = {'t', 'e', 's', 't'};
@@ -136,7 +137,7 @@ TEST(Plan, ARunReplansAtTheRecordedTickAndItsReplayIsIdenticalToTheBit) {
   EXPECT_TRUE(contains(replayed.out, "identical to the bit over 500 ticks")) << replayed.out;
 }
 
-TEST(Plan, ATableHasTheColumnsOfThePlanThatMayComeBack) {
+TEST(Plan, ATableHasTheColumnsOfTheFullPlan) {
   const TemporaryFolder folder;
   write_text(folder / "scene.yaml", square("publish: {state: 1000}\nleave_out: {on_need: replan}\n"));
   write_commands(folder / "commands.log");
@@ -144,7 +145,8 @@ TEST(Plan, ATableHasTheColumnsOfThePlanThatMayComeBack) {
                           folder / "commands.log --until 0.1 --out " + folder / "out.csv");
   ASSERT_EQ(fed.exit_code, 0) << fed.err;
   const std::string table = read_text(folder / "out.csv");
-  EXPECT_TRUE(contains(table.substr(0, table.find('\n')), ",q6,")) << "six modes, five before the command";
+  EXPECT_TRUE(contains(table.substr(0, table.find('\n')), ",q6,"))
+      << "the plan has six modes, but only five before the command";
   std::size_t columns = 0;
   std::istringstream lines(table);
   for (std::string line; std::getline(lines, line);) {
@@ -164,19 +166,20 @@ TEST(Plan, ARecordedCommandThatThePlanCannotFollowIsRefused) {
   EXPECT_TRUE(contains(refused.err, "rotation is left out")) << refused.err;
 }
 
-TEST(Plan, SteadyLoadsAreAnsweredWithEveryModeInWhateverTheSceneLeavesOut) {
+TEST(Plan, SteadyLoadsAreComputedWithAllModesEvenIfThePlanOmitsSome) {
   const TemporaryFolder folder;
-  write_text(folder / "whole.yaml", square(""));
-  write_text(folder / "lean.yaml", square("leave_out: {on_need: refuse}\ncommands: {points: [b]}\n"));
+  write_text(folder / "full.yaml", square(""));
+  write_text(folder / "reduced.yaml", square("leave_out: {on_need: refuse}\ncommands: {points: [b]}\n"));
   const std::string load = " --force d=0,0,1 --json";
-  const Outcome whole = run(kFreeflex + " loads " + folder / "whole.yaml" + load),
-                lean = run(kFreeflex + " loads " + folder / "lean.yaml" + load);
-  ASSERT_EQ(whole.exit_code, 0) << whole.err;
-  ASSERT_EQ(lean.exit_code, 0) << lean.err;
-  const Json a = Json::parse(whole.out), b = Json::parse(lean.out);
+  const Outcome full = run(kFreeflex + " loads " + folder / "full.yaml" + load),
+                reduced = run(kFreeflex + " loads " + folder / "reduced.yaml" + load);
+  ASSERT_EQ(full.exit_code, 0) << full.err;
+  ASSERT_EQ(reduced.exit_code, 0) << reduced.err;
+  const Json a = Json::parse(full.out), b = Json::parse(reduced.out);
   EXPECT_EQ(a["points"], b["points"]);
-  ASSERT_EQ(run(kFreeflex + " compile " + folder / "lean.yaml -o " + folder / "lean.plan").exit_code, 0);
-  const Outcome refused = run(kFreeflex + " loads " + folder / "lean.plan" + load);
+  ASSERT_EQ(run(kFreeflex + " compile " + folder / "reduced.yaml -o " + folder / "reduced.plan").exit_code,
+            0);
+  const Outcome refused = run(kFreeflex + " loads " + folder / "reduced.plan" + load);
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_TRUE(contains(refused.err, "name the scene")) << refused.err;
 }

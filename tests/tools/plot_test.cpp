@@ -1,4 +1,4 @@
-// Pictures in files: what they keep of a long motion.
+// Plots in files: the reduction of a long motion to samples, and the panels.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,8 +19,8 @@ namespace {
 
 using tools::Samples;
 
-// an oscillation of 15.625 Hz has whole periods in 64 ticks of 1 kHz: every 64th of them is one value
-TEST(Plot, NoPeakIsLostAndNothingLooksSlower) {
+// 15.625 Hz is one period in 64 ticks of 1 ms, so every 64th tick would have the same value
+TEST(Plot, SamplesKeepThePeaksAndDoNotAlias) {
   Samples samples(2);
   const auto value = [](int tick) { return std::sin(2.0 * std::numbers::pi * 15.625e-3 * tick); };
   for (int tick = 0; tick <= 200'000; ++tick)
@@ -34,14 +34,15 @@ TEST(Plot, NoPeakIsLostAndNothingLooksSlower) {
   EXPECT_EQ(*std::max_element(kick.begin(), kick.end()), 7.0);
   const auto at = static_cast<std::size_t>(std::max_element(kick.begin(), kick.end()) - kick.begin());
   EXPECT_NEAR(time[at], 123.457, 200.0 / 500.0);
-  // all but the last, which may be part of a period: from trough to crest
+  // each pair of samples is a trough and a crest, except the last pair, which may cover only a part of a
+  // period
   for (std::size_t k = 0; k + 2 < wave.size(); k += 2) {
     EXPECT_LT(wave[k], -0.99) << k;
     EXPECT_GT(wave[k + 1], 0.99) << k;
   }
 }
 
-TEST(Plot, WhatFitsIsKeptAsItIs) {
+TEST(Plot, ShortMotionsAreNotReducedToSamples) {
   Samples samples(1);
   for (int tick = 0; tick < 1500; ++tick) samples.take(tick, {0.5 * tick});
   ASSERT_EQ(samples.time().size(), 1500u);
@@ -52,7 +53,7 @@ TEST(Plot, WhatFitsIsKeptAsItIs) {
 using tools::MotionPlot;
 using tools::Panel;
 
-/// The panels of a scene's motion after so many ticks.
+/// Returns the panels of a scene's motion over `num_ticks` ticks.
 std::vector<Panel> panels_of(const std::string& scene, int num_ticks) {
   const TemporaryFolder folder;
   write_text(folder / "scene.yaml", scene);
@@ -76,14 +77,14 @@ const Panel& panel(const std::vector<Panel>& panels, const std::string& begin) {
   throw std::runtime_error("no panel " + begin);
 }
 
-// three points of 1 kg with three springs of 100, 400 and 900 N/m in their plane
+// three points of 1 kg joined by springs of 100, 400 and 900 N/m
 constexpr const char* kTriangle =
     "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
     "  - {name: c, mass: 1, at: [0, 1, 0]}\nlinks:\n  - {spring: [a, b], stiffness: 100}\n"
     "  - {spring: [b, c], stiffness: 400}\n  - {spring: [c, a], stiffness: 900}\n";
 
 TEST(Plot, ModesAreRankedByTheirPeakEnergy) {
-  // q of the third is half that of the first, but its frequency is far more than twice as high
+  // the amplitude of mode 3 is half that of mode 1, but its frequency is much more than twice as high
   const std::vector<Panel> panels =
       panels_of(std::string(kTriangle) + "initial: {modes: {1: {q: 1e-4}, 3: {q: 5e-5}}}\n", 2000);
   const Panel& q = panel(panels, "elastic coordinates [m] of the modes");
@@ -92,7 +93,7 @@ TEST(Plot, ModesAreRankedByTheirPeakEnergy) {
   EXPECT_TRUE(q.series[0].name.starts_with("mode 3, ")) << q.series[0].name;
   EXPECT_TRUE(q.series[1].name.starts_with("mode 1, ")) << q.series[1].name;
   for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(q.series[k].name, energy.series[k].name);
-  // M/2 omega^2 q^2 at the start and, undamped, ever after; the name gives four digits of the frequency
+  // without damping the energy stays M/2 omega^2 q^2; the name of a series gives four digits of the frequency
   for (const auto& [k, amplitude] : {std::pair{0, 5e-5}, {1, 1e-4}}) {
     const auto& series = energy.series[static_cast<std::size_t>(k)];
     const double hertz = std::stod(series.name.substr(series.name.find(", ") + 2));
@@ -101,8 +102,8 @@ TEST(Plot, ModesAreRankedByTheirPeakEnergy) {
   }
 }
 
-TEST(Plot, AttitudeAndPointingErrorAreThoseFromTheStart) {
-  // 2 s at 0.1 rad/s about the body's z axis, which is a principal one; attitude at the start: a quarter
+TEST(Plot, AttitudeAndPointingErrorAreRelativeToTheStart) {
+  // the body rotates for 2 s at 0.1 rad/s about its principal axis z; the initial attitude is a quarter turn
   // about x
   const std::vector<Panel> panels =
       panels_of(std::string(kTriangle) +
@@ -119,17 +120,17 @@ TEST(Plot, AttitudeAndPointingErrorAreThoseFromTheStart) {
   EXPECT_NEAR(panel(panels, "angular velocity [rad/s]").series[2].y.back(), 0.1, 1e-12);
 }
 
-TEST(Plot, WheelsHaveTheirNames) {
+TEST(Plot, WheelsAreNamed) {
   const std::vector<Panel> panels = panels_of(read_text(kScenes + "satellite.yaml"), 5000);
   const Panel& wheels = panel(panels, "angular momenta of wheels [N m s]");
   ASSERT_EQ(wheels.series.size(), 2u);
   EXPECT_EQ(wheels.series[0].name, "spin_z");
   EXPECT_EQ(wheels.series[1].name, "spin_x");
-  // driven from 1 s on
+  // a torque drives the wheel after 1 s
   EXPECT_NE(wheels.series[0].y.back(), 0.0);
 }
 
-TEST(Plot, ARotationIsTheShorterWayRoundOfEitherQuaternion) {
+TEST(Plot, BothQuaternionsOfAnAttitudeGiveTheRotationVectorOfTheSmallerAngle) {
   const auto about_z = [](double degrees) {
     const double half = degrees * std::numbers::pi / 360.0;
     return Quat{std::cos(half), 0.0, 0.0, std::sin(half)};
@@ -145,7 +146,7 @@ TEST(Plot, ARotationIsTheShorterWayRoundOfEitherQuaternion) {
   EXPECT_EQ(tools::rotation_between(about_z(20.0), about_z(20.0))[2], 0.0);
 }
 
-TEST(Plot, ColumnsOfTwoMotionsAreTracedTickByTick) {
+TEST(Plot, ColumnsOfTwoMotionsAreReadTickByTick) {
   const TemporaryFolder folder;
   write_text(folder / "a.csv", "tick,x,qw,qx,qy,qz\n0,1,0.6,0,0,0.8\n2,3,0.6,0,0,0.8\n3,4,0.6,0,0,0.8\n");
   write_text(folder / "b.csv", "tick,qw,qx,qy,qz,x\n1,1,0,0,0,9\n2,-0.6,0,0,-0.8,5\n3,0.6,0,0,0.8,4\n");
@@ -158,7 +159,7 @@ TEST(Plot, ColumnsOfTwoMotionsAreTracedTickByTick) {
   EXPECT_EQ(found, (std::vector<std::string>{"2 0 0.8 0.8", "2 1 3 5", "3 0 0.8 0.8", "3 1 4 4"}));
 }
 
-TEST(Plot, CompareDrawsBothAndKeepsItsExitCode) {
+TEST(Plot, ComparePlotsBothMotionsAndKeepsItsExitCode) {
   const TemporaryFolder folder;
   write_text(folder / "a.csv", "tick,x\n0,1\n1,2\n");
   write_text(folder / "b.csv", "tick,x\n0,1\n1,2.5\n");
@@ -174,7 +175,7 @@ TEST(Plot, CompareDrawsBothAndKeepsItsExitCode) {
   EXPECT_EQ(run(compare + "a.csv --plot d.gif").exit_code, 2);
 }
 
-TEST(Plot, FilesAreWrittenOrItIsSaidWhyNot) {
+TEST(Plot, FilesAreWrittenOrTheCauseIsReported) {
   const TemporaryFolder folder;
   const std::string boom = kFreeflex + " run " + kScenes + "boom.yaml --until 1 ";
   for (const char* name : {"a.svg", "b.PNG"}) {

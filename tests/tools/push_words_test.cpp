@@ -1,4 +1,4 @@
-// A rejection reads in the words of whoever typed the command, whichever rule it broke.
+// Messages on rejections use the names and options of the push command, whatever the reason.
 #include "tools/bus/push_words.hpp"
 
 #include <gtest/gtest.h>
@@ -16,20 +16,20 @@ namespace {
 
 using io::Reason;
 
-/// The daemon's words for a loop's rejection, in push's.
+/// Returns the text for a rejection by the loop, as push prints it.
 std::string loop_text(const service::AckEntry& entry) {
   return tools::in_push_words(service::make_ack(entry, service::Identity{}).text,
                               [](std::string_view, std::int64_t) { return std::string(); });
 }
 
-/// Names as a scene may have them.
+/// Returns the name of an item of a scene.
 std::string name_of(std::string_view kind, std::int64_t index) {
   if (kind == "point") return index == 19 ? "RUN.20" : index == 4 ? "in point 19" : "";
   if (kind == "group") return index == 2 ? "start_tick" : "";
   return index == 1 ? "spin" : "";
 }
 
-/// What check_command says of a command, in push's words. The table has 20 points and 3 groups.
+/// Returns the text of check_command for a command, as push prints it. The table has 20 points and 3 groups.
 std::string command_text(Reason reason, const std::function<void(ForceCommand&, io::NameTable&)>& change) {
   auto command = std::make_unique<ForceCommand>();
   auto table = std::make_unique<io::NameTable>();
@@ -52,7 +52,7 @@ std::string command_text(Reason reason, const std::function<void(ForceCommand&, 
   return tools::in_push_words(text.data(), name_of);
 }
 
-TEST(PushWords, IndicesBecomeNames) {
+TEST(PushWords, IndicesAreReplacedByNames) {
   EXPECT_EQ(command_text(Reason::kOverLimit, [](auto& command, auto&) { command.points[1].force[2] = 20.0; }),
             "point 'RUN.20': |force| 20 N, the scene allows at most 10 N");
   EXPECT_EQ(
@@ -83,19 +83,19 @@ TEST(PushWords, IndicesBecomeNames) {
                            command.num_wheels = 1;
                            command.wheels[0].wheel = 1;
                          }),
-            "wheel 'spin' is in point 'RUN.20', which may not be pushed; add it to commands: points");
+            "wheel 'spin' is in point 'RUN.20', which may not be pushed; add it to 'commands: points'");
   EXPECT_EQ(command_text(Reason::kTooManyPoints, [](auto& command, auto&) { command.num_points = 257; }),
             "257 points, must be at most 256");
 }
 
-TEST(PushWords, FieldsBecomeOptions) {
+TEST(PushWords, MessageFieldsAreReplacedByOptions) {
   EXPECT_EQ(loop_text({.reason = Reason::kLate, .tick = 3001, .found = 1}),
             "--at-tick 1 has passed, next is 3001: name a later one, none, or add --late-ok");
   EXPECT_EQ(loop_text({.reason = Reason::kTooFarAhead, .tick = 5, .found = 200'000'000, .most = 100'000'000}),
             "--at-tick 200000000 is more than 100000000 ticks ahead of 5: send it later");
   EXPECT_EQ(
       loop_text({.reason = Reason::kTooFarAhead, .tick = 5, .found = 70'000, .most = 60'000}),
-      "--at-tick 70000 is more than 60000 ticks ahead of 5: send it later; commands: max_hold of the scene "
+      "--at-tick 70000 is more than 60000 ticks ahead of 5: send it later; 'commands: max_hold' of the scene "
       "is the limit");
   EXPECT_EQ(
       command_text(Reason::kHeldTooLong,
@@ -104,7 +104,7 @@ TEST(PushWords, FieldsBecomeOptions) {
                      table.max_hold_ticks = 60'000;
                      command.duration_ticks = 70'000;
                    }),
-      "--duration of 70000 ticks, from the bus at most 60000 (60 s, commands: max_hold of the scene): send "
+      "--duration of 70000 ticks, from the bus at most 60000 (60 s, 'commands: max_hold' of the scene): send "
       "it again before it ends");
   EXPECT_EQ(loop_text({.reason = Reason::kNotGranted, .command = freeflex_msgs::control_t::CLEAR}),
             "--clear-sender is taken over the operator's socket, or under a key whose controls name clear");
@@ -114,9 +114,10 @@ TEST(PushWords, FieldsBecomeOptions) {
   EXPECT_EQ(loop_text({.reason = Reason::kBadControl, .command = control_t::SCENE, .found = 4, .most = 3}),
             "--control scene=4: must be a page from 1 to 3, or scene without a number for all");
   EXPECT_EQ(loop_text({.reason = Reason::kQueueFull, .command = control_t::SHAPES, .found = 3}),
-            "its publication lags: send again later");
-  EXPECT_EQ(loop_text({.reason = Reason::kQueueFull, .found = 64}),
-            "all 64 commands that may wait of this sender, by itself or with others, do: send again later");
+            "the publisher is behind: send again later");
+  EXPECT_EQ(
+      loop_text({.reason = Reason::kQueueFull, .found = 64}),
+      "this sender, by itself or with others, has the most commands that may wait, 64: send again later");
   EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .command = control_t::RUN}),
             "--control run does not apply in lockstep: send --control step=N");
   EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .command = control_t::STEP}),
@@ -125,7 +126,7 @@ TEST(PushWords, FieldsBecomeOptions) {
             "the simulation is faulted: only --control reset and --control stop are taken");
 }
 
-TEST(PushWords, NoRejectionOfTheLoopKeepsAWordOfTheWire) {
+TEST(PushWords, NoRejectionOfTheLoopShowsNamesOfMessageFields) {
   for (int reason = 1; reason < io::kNumReasons; ++reason) {
     const std::string text = loop_text({.reason = static_cast<Reason>(reason), .tick = 3, .found = 1});
     for (const char* word :

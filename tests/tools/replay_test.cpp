@@ -1,4 +1,4 @@
-// freeflex replay says whether a recording is what the step does, and what is wrong when it is not.
+// `freeflex replay` reports whether the step reproduces a recording, and names the cause if it does not.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -18,8 +18,9 @@ using freeflex_msgs::applied_t;
 using freeflex_msgs::state_t;
 using Json = nlohmann::json;
 
-/// A recording of the frame made by this build, fed with the commands of the golden one, and its plan: what
-/// is tampered with below must be sound before. Without SCENE, like the golden ones.
+/// Holds the plan of the frame and a recording that this build made with the commands of the golden
+/// recording. The tests below change this recording, so it must be undamaged. Like the golden recordings it
+/// has no SCENE.
 struct SoundRecording {
   SoundRecording() {
     const Outcome compiled = run(kFreeflex + " compile " + kGolden + "frame.yaml -o " + plan);
@@ -39,7 +40,7 @@ const SoundRecording& sound() {
   return recording;
 }
 
-/// That recording, tampered with by change.
+/// Replays the undamaged recording after a change.
 Outcome replay_changed(const std::function<void(std::vector<io::LogEvent>&)>& change) {
   const TemporaryFolder folder;
   std::vector<io::LogEvent> events = sound().events;
@@ -48,7 +49,7 @@ Outcome replay_changed(const std::function<void(std::vector<io::LogEvent>&)>& ch
   return run(kFreeflex + " replay " + folder / "changed.log --plan " + sound().plan);
 }
 
-/// Positions of the events of a channel.
+/// Returns the indices of the events of a channel.
 std::vector<std::size_t> find_all(const std::vector<io::LogEvent>& events, const std::string& channel) {
   std::vector<std::size_t> found;
   for (std::size_t i = 0; i < events.size(); ++i) {
@@ -82,7 +83,7 @@ TEST_P(GoldenRecording, IsReproducedToTheBit) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   const Json json = Json::parse(outcome.out);
   EXPECT_EQ(json["result"], "identical");
-  // the recordings hold commands of every kind, a reset and several seconds
+  // the recordings contain commands of every kind and a reset, and are several seconds long
   EXPECT_GE(json["commands"], 5);
   EXPECT_GE(json["states"], 50);
   EXPECT_GE(json["ticks"], 2000);
@@ -90,7 +91,7 @@ TEST_P(GoldenRecording, IsReproducedToTheBit) {
 INSTANTIATE_TEST_SUITE_P(Scenes, GoldenRecording, ::testing::Values("chain", "frame", "truss"),
                          [](const auto& scene) { return std::string(scene.param); });
 
-TEST(Replay, OneBitOfAStateDiffersAndIsNamed) {
+TEST(Replay, AStateThatDiffersInOneBitIsNamed) {
   std::int64_t tick = 0;
   const Outcome outcome = replay_changed([&](auto& events) {
     const auto states = find_all(events, "FREEFLEX_STATE");
@@ -123,7 +124,7 @@ TEST(Replay, EveryCoordinateIsCompared) {
   }
 }
 
-TEST(Replay, AChangedCommandShowsInTheStates) {
+TEST(Replay, AChangedCommandChangesTheStates) {
   const Outcome outcome = replay_changed([](auto& events) {
     edit<applied_t>(events[find_all(events, "FREEFLEX_APPLIED").front()],
                     [](applied_t& applied) { applied.command.forces.at(0).force[1] *= 2.0; });
@@ -131,7 +132,7 @@ TEST(Replay, AChangedCommandShowsInTheStates) {
   EXPECT_EQ(outcome.exit_code, 1) << outcome.out << outcome.err;
 }
 
-TEST(Replay, AChangedEndShowsAtItsTick) {
+TEST(Replay, AChangedEndOfASlotIsReportedAtItsTick) {
   const Outcome outcome = replay_changed([](auto& events) {
     for (const std::size_t i : find_all(events, "FREEFLEX_APPLIED")) {
       edit<applied_t>(events[i], [](applied_t& applied) {
@@ -143,7 +144,7 @@ TEST(Replay, AChangedEndShowsAtItsTick) {
   EXPECT_TRUE(contains(outcome.out, "slots that ended")) << outcome.out;
 }
 
-TEST(Replay, AMissingCommandIsIncomplete) {
+TEST(Replay, ARecordingThatLacksACommandIsIncomplete) {
   const auto num_applied = find_all(sound().events, "FREEFLEX_APPLIED").size();
   for (std::size_t dropped = 0; dropped < num_applied; ++dropped) {
     const Outcome outcome = replay_changed([&](auto& events) {
@@ -154,14 +155,14 @@ TEST(Replay, AMissingCommandIsIncomplete) {
     EXPECT_TRUE(
         contains(outcome.err, "log incomplete: applied sequence " + std::to_string(dropped) + " missing"))
         << outcome.err;
-    // no state in front of the first command depends on it
+    // no state before the missing command depends on it
     EXPECT_TRUE(contains(outcome.out, "up to tick ") && contains(outcome.out, " as recorded, to the bit ("))
         << outcome.out;
     EXPECT_FALSE(contains(outcome.out, "identical")) << outcome.out;
   }
 }
 
-TEST(Replay, ALateStartIsIncompleteWhenCommandsCameBefore) {
+TEST(Replay, ARecordingThatStartsAfterACommandIsIncomplete) {
   const Outcome outcome = replay_changed([](auto& events) {
     const auto applied = find_all(events, "FREEFLEX_APPLIED");
     events.erase(events.begin(), events.begin() + static_cast<std::ptrdiff_t>(applied[1]) + 1);
@@ -170,7 +171,7 @@ TEST(Replay, ALateStartIsIncompleteWhenCommandsCameBefore) {
   EXPECT_TRUE(contains(outcome.err, "applied sequence 0 missing")) << outcome.err;
 }
 
-TEST(Replay, ALateStartBeforeTheFirstCommandIsComplete) {
+TEST(Replay, ARecordingThatStartsLateButBeforeTheFirstCommandIsComplete) {
   const Outcome outcome = replay_changed([](auto& events) {
     const auto states = find_all(events, "FREEFLEX_STATE");
     events.erase(events.begin() + static_cast<std::ptrdiff_t>(states.front()));
@@ -190,7 +191,7 @@ TEST(Replay, RepeatedAndReorderedMessagesChangeNothing) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
 }
 
-TEST(Replay, ATruncatedOrDamagedFileIsIncompleteWithItsOffset) {
+TEST(Replay, ATruncatedOrDamagedFileIsIncompleteAndTheOffsetIsNamed) {
   const TemporaryFolder folder;
   const std::string whole = read_text(kGolden + "frame.log");
   const std::string replay = kFreeflex + " replay --plan " + kGolden + "frame.plan ";
@@ -199,12 +200,12 @@ TEST(Replay, ATruncatedOrDamagedFileIsIncompleteWithItsOffset) {
     const Outcome outcome = run(replay + folder / "cut.log");
     EXPECT_EQ(outcome.exit_code, 3) << length << outcome.out;
     const std::string words = "damaged at byte ";
-    const std::size_t place = outcome.err.find(words);
-    ASSERT_NE(place, std::string::npos) << outcome.err;
+    const std::size_t position = outcome.err.find(words);
+    ASSERT_NE(position, std::string::npos) << outcome.err;
     EXPECT_FALSE(contains(outcome.out, "identical")) << outcome.out;
     if (length == 10) continue;
-    // cut at the byte that is named it is what was compared, and no more
-    const std::size_t at = std::stoul(outcome.err.substr(place + words.size()));
+    // the file up to the named byte contains exactly the records that were compared
+    const std::size_t at = std::stoul(outcome.err.substr(position + words.size()));
     write_text(folder / "whole.log", std::string_view(whole).substr(0, at));
     const Json part = Json::parse(run(replay + "--json " + folder / "cut.log").out);
     const Json named = Json::parse(run(replay + "--json " + folder / "whole.log").out);
@@ -215,7 +216,7 @@ TEST(Replay, ATruncatedOrDamagedFileIsIncompleteWithItsOffset) {
   }
 }
 
-TEST(Replay, AShortTextIsNoLog) {
+TEST(Replay, AShortTextIsNotALog) {
   const TemporaryFolder folder;
   for (const char* text :
        {"a", "abc", "nine byte", "some text that is longer than the header of a record\n"}) {
@@ -235,7 +236,7 @@ TEST(Replay, ACommandOfAnotherPlanContradictsTheLog) {
   EXPECT_EQ(one.exit_code, 3) << one.out;
   EXPECT_TRUE(contains(one.err, "log incomplete: the message on FREEFLEX_APPLIED at byte ")) << one.err;
   EXPECT_TRUE(contains(one.err, "names the plan ")) << one.err;
-  // against SCENE, when all commands agree among themselves
+  // the commands agree with each other but contradict SCENE
   const TemporaryFolder folder;
   std::vector<io::LogEvent> events = read_events(sound().folder / "sound.log");
   for (const std::size_t i : find_all(events, "FREEFLEX_APPLIED"))
@@ -246,7 +247,7 @@ TEST(Replay, ACommandOfAnotherPlanContradictsTheLog) {
   EXPECT_TRUE(contains(all.err, "a session has one plan")) << all.err;
 }
 
-TEST(Replay, ADamagedMessageIsIncomplete) {
+TEST(Replay, ARecordingWithADamagedMessageIsIncomplete) {
   const Outcome outcome = replay_changed([](auto& events) {
     io::LogEvent& state = events[find_all(events, "FREEFLEX_STATE")[3]];
     state.bytes.erase(state.bytes.end() - 8, state.bytes.end());
@@ -255,8 +256,8 @@ TEST(Replay, ADamagedMessageIsIncomplete) {
   EXPECT_TRUE(contains(outcome.err, "FREEFLEX_STATE at byte ")) << outcome.err;
 }
 
-// of every number in a state, the last bit
-TEST(Replay, NoNumberOfAStateIsPassedOver) {
+// the test changes the last bit of every number in a state, one at a time
+TEST(Replay, EveryNumberOfAStateIsCompared) {
   const TemporaryFolder folder;
   const Outcome made =
       run(kFreeflex + " run " + kScenes + "satellite.yaml --until 0.1 --out " + folder / "a.log");
@@ -286,8 +287,8 @@ TEST(Replay, NoNumberOfAStateIsPassedOver) {
   differs("wheel_momentum[", [](state_t& s) -> double& { return s.wheel_momentum.back(); });
 }
 
-TEST(Replay, ARecordingOf03IsRefusedByName) {
-  // a state_t of 0.3 has another fingerprint and no wheels at its end
+TEST(Replay, ARecordingOfVersion03IsRefusedByName) {
+  // a state_t of version 0.3 has another fingerprint and no wheels at its end
   const Outcome outcome = replay_changed([](auto& events) {
     for (const std::size_t i : find_all(events, "FREEFLEX_STATE")) {
       std::vector<std::byte>& bytes = events[i].bytes;
@@ -306,8 +307,8 @@ TEST(Replay, ARecordingOf03IsRefusedByName) {
       << outcome.err;
 }
 
-TEST(Replay, TellsWhatTheDaemonDidNotSendFromWhatWasLostOnTheWay) {
-  // the daemon's own recording: of 5 states that are gone it counted 3 as not sent
+TEST(Replay, DistinguishesUnsentMessagesFromLostMessages) {
+  // the daemon's status reports that 3 of the 5 missing states were not sent
   const TemporaryFolder folder;
   std::vector<io::LogEvent> events = read_events(kGolden + "frame.log");
   int which = 0;
@@ -318,17 +319,17 @@ TEST(Replay, TellsWhatTheDaemonDidNotSendFromWhatWasLostOnTheWay) {
                                 [](auto& status) { status.states_dropped = 3; });
   write_events(folder / "gaps.log", events);
   const std::string replay = kFreeflex + " replay " + folder / "gaps.log --plan " + kGolden + "frame.plan";
-  const Outcome told = run(replay);
-  EXPECT_EQ(told.exit_code, 0) << told.err;
-  EXPECT_TRUE(contains(told.err, "3 not sent, as the status counts; 2 lost on the way")) << told.err;
+  const Outcome text = run(replay);
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_TRUE(contains(text.err, "3 not sent, as the status counts; 2 lost in transit")) << text.err;
   const Json missing = Json::parse(run(replay + " --json").out)["missing"];
   EXPECT_EQ(missing["STATE"]["ticks"], 5) << missing;
   EXPECT_EQ(missing["STATE"]["unsent"], 3) << missing;
-  EXPECT_EQ(missing["STATE"]["on_the_way"], 2) << missing;
-  EXPECT_FALSE(missing.contains("POINTS")) << "there is none in the log";
+  EXPECT_EQ(missing["STATE"]["lost_in_transit"], 2) << missing;
+  EXPECT_FALSE(missing.contains("POINTS")) << "the log has no POINTS";
 }
 
-TEST(Replay, AnUnreadableStatusIsNamedAndHindersNothing) {
+TEST(Replay, AnUnreadableStatusIsNamedAndDoesNotStopTheReplay) {
   const TemporaryFolder folder;
   std::vector<io::LogEvent> events = read_events(kGolden + "frame.log");
   for (const std::size_t i : {1u, 2u, 3u}) events[find_all(events, "FREEFLEX_STATUS")[i]].bytes.resize(9);
@@ -340,7 +341,7 @@ TEST(Replay, AnUnreadableStatusIsNamedAndHindersNothing) {
   EXPECT_TRUE(contains(outcome.err, ", and so are 2 others")) << outcome.err;
 }
 
-TEST(Replay, MissingFilesAndWrongPlansAreUsage) {
+TEST(Replay, MissingFilesAndWrongPlansAreUsageErrors) {
   const TemporaryFolder folder;
   write_events(folder / "frame.log", sound().events);
   const std::string replay = kFreeflex + " replay " + folder / "frame.log ";
@@ -358,14 +359,14 @@ TEST(Replay, MissingFilesAndWrongPlansAreUsage) {
   EXPECT_TRUE(contains(no_log.err, "not an LCM event log")) << no_log.err;
 }
 
-TEST(Replay, SeveralSessionsMustBeChosenFrom) {
+TEST(Replay, OneOfSeveralSessionsMustBeChosen) {
   const auto both = [](auto& events) {
     for (const io::LogEvent& event : read_events(kGolden + "chain.log")) events.push_back(event);
   };
   const Outcome open = replay_changed(both);
   EXPECT_EQ(open.exit_code, 2);
   EXPECT_TRUE(contains(open.err, "several sessions")) << open.err;
-  // and one of them replays
+  // if a session is chosen, it is replayed
   state_t state;
   const auto& frame = sound().events;
   ASSERT_TRUE(io::decode_message(frame[find_all(frame, "FREEFLEX_STATE")[0]].bytes, state));
@@ -378,17 +379,17 @@ TEST(Replay, SeveralSessionsMustBeChosenFrom) {
   EXPECT_EQ(chosen.exit_code, 0) << chosen.err << chosen.out;
 }
 
-TEST(Replay, RunFedWithARecordingGivesTheRecordedStates) {
+TEST(Replay, ARunWithTheCommandsOfARecordingGivesTheRecordedStates) {
   const TemporaryFolder folder;
   const std::string plan = kGolden + "truss.plan";
   const Outcome rerun =
       run(kFreeflex + " run " + plan + " --log " + kGolden + "truss.log --out " + folder / "again.log");
   ASSERT_EQ(rerun.exit_code, 0) << rerun.err;
-  // the run names its plan and replays without being told
+  // the SCENE of the run names its plan, so replay does not need --plan
   const Outcome replayed = run(kFreeflex + " replay " + folder / "again.log");
   EXPECT_EQ(replayed.exit_code, 0) << replayed.out << replayed.err;
-  EXPECT_TRUE(contains(replayed.out, "commands fed back")) << replayed.out;
-  // states recorded from the daemon occur in the run with the same bits
+  EXPECT_TRUE(contains(replayed.out, "commands applied")) << replayed.out;
+  // the states that the daemon published occur in the run with the same bits
   std::vector<state_t> again;
   for (const io::LogEvent& event : read_events(folder / "again.log")) {
     state_t state;

@@ -1,4 +1,5 @@
-// freeflex report: the measures and comparisons, and the program from end to end. No time is judged.
+// `freeflex report`: the error measures, the comparisons and the complete program. The tests make no claim on
+// times.
 #include "tools/report/report.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +17,7 @@
 namespace freeflex::testing {
 namespace {
 
-/// Four points, six springs, a kick of 20 ms.
+/// Holds four points, six springs and a pulse of force of 20 ms.
 const std::string kTetrahedron =
     "name: tetrahedron\npoints:\n"
     "  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
@@ -24,7 +25,7 @@ const std::string kTetrahedron =
     "links:\n  - {spring: [a, b, c, a, d, b], stiffness: 1e4}\n  - {spring: [c, d], stiffness: 1e4}\n"
     "loads:\n  - {name: kick, forces: {d: [0.3, 0.5, 0.2]}, pulse: {start: 0, duration: 0.02}}\n";
 
-/// A cube of springs and its motion, for the measures.
+/// Provides a cube of springs and its motion for the error measures.
 class Measures : public ::testing::Test {
  protected:
   Measures() {
@@ -48,7 +49,8 @@ class Measures : public ::testing::Test {
     structure = build_structure(scene, faults);
   }
 
-  /// Mode l at amplitude q [m] and frequency omega [rad/s], read each 10 ms for 2 s.
+  /// Returns a vibration of mode l with amplitude q [m] and frequency omega [rad/s], sampled every 10 ms for
+  /// 2 s.
   tools::Motion vibration(Eigen::Index l, double q, double omega) const {
     tools::Motion motion;
     const Eigen::Map<const Eigen::Matrix3Xd> shape(structure->shapes.col(l).data(), 3, 8);
@@ -62,7 +64,7 @@ class Measures : public ::testing::Test {
   std::optional<Structure> structure;
 };
 
-TEST_F(Measures, FrequencyErrorIsThatOfTheModeThatMoves) {
+TEST_F(Measures, FrequencyErrorIsMeasuredOnTheModeThatMoves) {
   const double omega = structure->omega[2];
   const tools::ErrorMeter meter(*system, *structure, 0.0, vibration(2, 1e-6, omega));
   for (const double error : {1e-2, 1e-4, 1e-6})
@@ -70,19 +72,19 @@ TEST_F(Measures, FrequencyErrorIsThatOfTheModeThatMoves) {
   EXPECT_FALSE(meter.frequency({}).has_value()) << "a motion without frames has no frequency";
 }
 
-TEST_F(Measures, PositionAttitudeAndElasticErrorAreToldApart) {
+TEST_F(Measures, PositionAttitudeAndElasticErrorsAreSeparated) {
   const tools::Motion motion = vibration(1, 1e-6, structure->omega[1]);
   const tools::ErrorMeter meter(*system, *structure, 0.0, motion);
   const double angle = 1e-7;
-  Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, Eigen::Vector3d(1, 2, 2) / 3.0).toRotationMatrix();
-  Eigen::Matrix3Xd p_W = turn * motion.end.p_W;
+  Eigen::Matrix3d rotation = Eigen::AngleAxisd(angle, Eigen::Vector3d(1, 2, 2) / 3.0).toRotationMatrix();
+  Eigen::Matrix3Xd p_W = rotation * motion.end.p_W;
   p_W.row(1).array() += 0.25;
   EXPECT_NEAR(meter.attitude(p_W), angle, 1e-14);
   EXPECT_NEAR(meter.position(p_W), 0.25, 1e-6);
-  EXPECT_LT(meter.elastic(p_W), 1e-8) << "a rigid motion is no elastic error";
+  EXPECT_LT(meter.elastic(p_W), 1e-8) << "a rigid motion is not an elastic error";
 }
 
-/// One report of everything, shared by the tests below.
+/// Runs one report with all its parts, which the tests below share.
 class ReportProgram : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -120,26 +122,27 @@ TEST_F(ReportProgram, MeasuresEveryRungAndEveryOtherMethod) {
   EXPECT_FALSE(json["findings"].empty());
 }
 
-// the propagator is exact for any step: the free motion in one step is the motion of many
-TEST_F(ReportProgram, FreeMotionIsTakenInOneStep) {
+// the propagator is exact for any step, so one step of free motion gives the same result as many
+TEST_F(ReportProgram, FreeMotionIsComputedInOneStepOnRungsWithoutStages) {
   const auto json = nlohmann::json::parse(outcome.out);
   std::map<std::string, nlohmann::json> many, one;  // by rung
   for (const auto& item : json["scenes"][0]["runs"]) {
     if (item["family"] != "freeflex" || item["step"] != 0.02) continue;
     (item["free_step"].is_null() ? many : one)[item["method"]] = item;
   }
-  EXPECT_EQ(one.size(), 3u) << "rungs without stages";
+  EXPECT_EQ(one.size(), 3u) << "there are three rungs without stages";
   for (const auto& [rung, item] : one) {
     EXPECT_EQ(item["steps"], 2) << rung;
     EXPECT_NEAR(item["free_step"], 0.08, 1e-12);
     ASSERT_TRUE(many.count(rung));
     EXPECT_NEAR(item["elastic_error"], many[rung]["elastic_error"], 1e-6) << rung;
-    EXPECT_TRUE(item["cpu_10ms"].is_null()) << "there is nothing to read in between";
+    EXPECT_TRUE(item["cpu_10ms"].is_null()) << "there are no frames within a single step";
   }
 }
 
-// each rung of the ladder is nearer to the full system, and what a linear method leaves is the model's
-TEST_F(ReportProgram, ModelErrorFallsUpTheLadderAndIsSharedByTheLinearMethods) {
+// each rung is closer to the full system than the rung below, and the error of converged linear methods is
+// their model error
+TEST_F(ReportProgram, ModelErrorFallsFromRungToRungAndIsTheSameForAllLinearMethods) {
   const auto json = nlohmann::json::parse(outcome.out);
   std::map<std::string, double> model, least;
   for (const auto& item : json["scenes"][0]["runs"]) {
@@ -148,7 +151,8 @@ TEST_F(ReportProgram, ModelErrorFallsUpTheLadderAndIsSharedByTheLinearMethods) {
     auto [found, is_new] = least.try_emplace(item["method"], item["elastic_error"]);
     if (!is_new) found->second = std::min(found->second, item["elastic_error"].get<double>());
   }
-  EXPECT_NEAR(model["rigid"], 1.0, 1e-9) << "all that is elastic is missing, but for rounding of positions";
+  EXPECT_NEAR(model["rigid"], 1.0, 1e-9)
+      << "the rigid rung has no elastic motion; the remainder is the rounding error of positions";
   EXPECT_LT(model["separated"], 0.01);
   EXPECT_LT(model["coupled"], model["separated"]);
   EXPECT_LT(model["exact-bars"], 0.1 * model["coupled"]);
@@ -158,7 +162,7 @@ TEST_F(ReportProgram, ModelErrorFallsUpTheLadderAndIsSharedByTheLinearMethods) {
   EXPECT_LT(least["Runge-Kutta 4"], 1e-5);
 }
 
-TEST_F(ReportProgram, WritesATableAPageAndAPictureThatNeedNothingElse) {
+TEST_F(ReportProgram, WritesATableAndAPageAndAPictureThatLoadNoOtherFile) {
   const std::string csv = read_text(*folder / "out/report.csv");
   const auto json = nlohmann::json::parse(read_text(*folder / "out/report.json"));
   std::istringstream lines(csv);
@@ -178,9 +182,9 @@ TEST_F(ReportProgram, WritesATableAPageAndAPictureThatNeedNothingElse) {
   EXPECT_EQ(rows, json["scenes"][0]["runs"].size());
   const std::string page = read_text(*folder / "out/report.html"),
                     svg = read_text(*folder / "out/work-precision.svg");
-  EXPECT_TRUE(contains(page, "<svg")) << "the picture stands in the page";
+  EXPECT_TRUE(contains(page, "<svg")) << "the page contains the picture";
   for (const std::string& text : {page, svg}) {
-    // the name of the SVG language is no address that anybody opens
+    // the SVG namespace is only a name, not an address that a browser loads
     std::string rest = text;
     const std::string name = "http://www.w3.org/2000/svg";
     for (std::size_t at = rest.find(name); at != std::string::npos; at = rest.find(name))
@@ -193,7 +197,7 @@ TEST_F(ReportProgram, WritesATableAPageAndAPictureThatNeedNothingElse) {
     EXPECT_TRUE(contains(svg, part)) << part;
 }
 
-TEST(ReportEstimates, StandOnThePageInTheTableAndInTheJson) {
+TEST(ReportEstimates, AreOnThePageAndInTheTableAndInTheJson) {
   const TemporaryFolder folder;
   const Outcome outcome = run(kFreeflex + " report --estimates 2 --seed 4 --json --out " + folder / "out");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -204,15 +208,16 @@ TEST(ReportEstimates, StandOnThePageInTheTableAndInTheJson) {
   EXPECT_EQ(json, nlohmann::json::parse(read_text(folder / "out/report.json")));
   const std::string csv = read_text(folder / "out/estimates.csv"),
                     page = read_text(folder / "out/report.html");
-  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3) << "a head, and a line a scene";
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3)
+      << "the table has a header and a line for each scene";
   for (const char* part :
-       {"How honest the error estimate is", "2 random scenes of seed 4", "estimate over truth"})
+       {"Reliability of the error estimate", "2 random scenes of seed 4", "estimate over truth"})
     EXPECT_TRUE(contains(page, part)) << part;
-  EXPECT_FALSE(contains(page, "Work and precision")) << "nothing was measured";
+  EXPECT_FALSE(contains(page, "Work and precision")) << "no times were measured";
   EXPECT_FALSE(std::filesystem::exists(folder / "out/report.csv"));
 }
 
-TEST(ReportArguments, RungsThatWouldTakeTooLongAreNamed) {
+TEST(ReportArguments, RungsThatWouldTakeTooLongAreSkippedAndNamed) {
   const TemporaryFolder folder;
   write_text(folder / "scene.yaml", kTetrahedron);
   const Outcome outcome = run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --budget 1e-9 --json " +
@@ -225,9 +230,9 @@ TEST(ReportArguments, RungsThatWouldTakeTooLongAreNamed) {
       << scene["left_out"][0];
 }
 
-// the reference moves the edges of a pulse to the scene's ticks; so must rungs at other steps, and a wrench
-// keeps its group
-TEST(ReportArguments, EdgesBetweenTicksAndWrenchesAreTheSameLoadForEveryMethod) {
+// the reference moves the edges of a pulse to the ticks of the scene, so runs of rungs with other steps must
+// do so too; a wrench acts on its group in every run
+TEST(ReportArguments, PulseEdgesBetweenTicksAndWrenchesActAlikeInEveryMethod) {
   const TemporaryFolder folder;
   std::string scene = kTetrahedron;
   scene.replace(
@@ -249,7 +254,7 @@ TEST(ReportArguments, EdgesBetweenTicksAndWrenchesAreTheSameLoadForEveryMethod) 
   EXPECT_EQ(fine, 2);
 }
 
-TEST(ReportArguments, ASceneWithoutDeformationLeavesTheOthersTheirReport) {
+TEST(ReportArguments, ASceneWithoutDeformationDoesNotStopTheReportOnOthers) {
   const TemporaryFolder folder;
   write_text(folder / "scene.yaml", kTetrahedron);
   write_text(folder / "still.yaml", kTetrahedron.substr(0, kTetrahedron.find("loads:")));
@@ -260,7 +265,7 @@ TEST(ReportArguments, ASceneWithoutDeformationLeavesTheOthersTheirReport) {
   EXPECT_TRUE(contains(read_text(folder / "out/report.csv"), "tetrahedron,freeflex,separated"));
 }
 
-TEST(ReportArguments, NothingThatIsReadIsWrittenOver) {
+TEST(ReportArguments, InputFilesAreNotOverwritten) {
   const TemporaryFolder folder;
   const std::string points = "name,mass,x,y,z\na,1,0,0,0\nb,1,1,0,0\nc,1,0,1,0\nd,1,0,0,1\n";
   write_text(folder / "report.csv", points);
@@ -275,7 +280,7 @@ TEST(ReportArguments, NothingThatIsReadIsWrittenOver) {
   EXPECT_EQ(read_text(folder / "report.csv"), points);
 }
 
-TEST(ReportArguments, WhatCannotBeReportedIsSaid) {
+TEST(ReportArguments, ScenesAndOptionsThatCannotBeReportedAreRefused) {
   const TemporaryFolder folder;
   write_text(folder / "beam.yaml",
              "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
@@ -295,7 +300,7 @@ TEST(ReportArguments, WhatCannotBeReportedIsSaid) {
                               " " + folder / "tetrahedron.yaml");
   EXPECT_EQ(blocked.exit_code, 1);
   EXPECT_TRUE(contains(blocked.err, "file: Not a directory")) << blocked.err;
-  EXPECT_EQ(blocked.out, "") << "said before anything is measured";
+  EXPECT_EQ(blocked.out, "") << "the report is refused before anything is measured";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// freeflex report: what its figures say, and how it is laid out.
+// `freeflex report`: its findings and its layout.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,9 +40,9 @@ Study made_study() {
   return study;
 }
 
-// error h^4, cost 1 / h: the line between 1e-1 at 1e-3 s/s and 1e-5 at 1e-2 s/s passes 2e-4 at 10^-(3 - 2.7 /
-// 4)
-TEST(ReportComparison, TakesTheCheapestOfOursAndReadsOthersOffTheirLine) {
+// the error is proportional to h^4 and the cost to 1 / h: on the line from error 1e-1 at 1e-3 s/s to 1e-5 at
+// 1e-2 s/s, the error is 2e-4 at 10^-(3 - 2.7 / 4) s/s
+TEST(ReportComparison, ChoosesTheCheapestRungAndInterpolatesOtherMethods) {
   const auto found = tools::compare_at(made_study(), 1e-3, ReadOut::kOnce);
   ASSERT_TRUE(found.has_value());
   EXPECT_EQ(found->ours, 0u);
@@ -50,14 +50,15 @@ TEST(ReportComparison, TakesTheCheapestOfOursAndReadsOthersOffTheirLine) {
   EXPECT_EQ(found->hand_written.method, "Runge-Kutta 4");
   const double error = 2e-4 * 1.05;
   EXPECT_NEAR(found->hand_written.cpu, std::pow(10.0, -3.0 + 0.25 * (-1.0 - std::log10(error))), 1e-9);
-  EXPECT_EQ(found->packaged.method, "") << "its error stays above ours";
+  EXPECT_EQ(found->packaged.method, "") << "the error of every packaged method stays above that of freeflex";
   EXPECT_EQ(found->linearised.method, "Krylov, linear");
   EXPECT_NEAR(found->linearised.ratio, 300.0, 1e-9);
   EXPECT_EQ(found->best.method, "Krylov, linear");
 }
 
-// two methods of one model error, whose runs differ from it in the last digits either way
-TEST(ReportComparison, OfOneModelErrorIsTheSameError) {
+// two methods have the same model error; the errors of their runs differ from it in the last digits in both
+// directions
+TEST(ReportComparison, EqualModelErrorsAreTreatedAsTheSameError) {
   Study study = made_study();
   study.runs[0].model_error = 2.1e-4;
   study.runs[6].elastic_error = 2.2e-4;
@@ -66,8 +67,8 @@ TEST(ReportComparison, OfOneModelErrorIsTheSameError) {
   EXPECT_EQ(tools::compare_at(study, 1e-3, ReadOut::kOnce)->linearised.method, "");
 }
 
-// others are swept to kFinest: a rung below that is compared there
-TEST(ReportComparison, AsksOthersForNoLessThanTheyAreSweptTo) {
+// other methods are run for errors down to kFinest, so a rung with a smaller error is compared at kFinest
+TEST(ReportComparison, ComparesOtherMethodsOnlyDownToTheErrorsTheyWereRunFor) {
   Study study = made_study();
   study.runs[2].elastic_error = 1e-9;
   study.runs[5].elastic_error = tools::kFinest;
@@ -76,7 +77,7 @@ TEST(ReportComparison, AsksOthersForNoLessThanTheyAreSweptTo) {
   EXPECT_NEAR(found->error, 1.05 * tools::kFinest, 1e-14);
 }
 
-TEST(ReportComparison, ComparesNothingWhenInterrupted) {
+TEST(ReportComparison, AnInterruptedReportComparesNothing) {
   tools::Report report;
   report.studies.push_back(made_study());
   report.is_interrupted = true;
@@ -85,13 +86,13 @@ TEST(ReportComparison, ComparesNothingWhenInterrupted) {
   EXPECT_TRUE(contains(sentences[0], "Interrupted"));
 }
 
-TEST(ReportComparison, ClimbsTheLadderOnlyWhereTheLevelAsksForIt) {
+TEST(ReportComparison, ChoosesAHigherRungOnlyIfTheErrorLevelRequiresIt) {
   const Study study = made_study();
   EXPECT_EQ(study.runs[tools::compare_at(study, 1e-5, ReadOut::kOnce)->ours].method, "coupled");
   EXPECT_FALSE(tools::compare_at(study, 1e-7, ReadOut::kOnce).has_value());
 }
 
-TEST(ReportComparison, SaysWhereOthersAreCheaper) {
+TEST(ReportComparison, ReportsWhereOtherMethodsAreCheaper) {
   tools::Report report;
   report.studies.push_back(made_study());
   report.studies[0].runs[6].cpu[2] = 1e-7;
@@ -125,7 +126,7 @@ TEST(ReportText, FitsTheScreenAndKeepsEveryRun) {
     EXPECT_TRUE(contains(text, part)) << text;
 }
 
-TEST(ReportPage, EscapesWhatAScenesNameMayHold) {
+TEST(ReportPage, EscapesTheNameOfTheScene) {
   tools::Report report;
   report.studies.push_back(made_study());
   for (const std::string& text : {tools::to_html(report), tools::work_precision_svg(report)}) {

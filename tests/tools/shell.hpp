@@ -1,4 +1,4 @@
-// Programs run as a person would run them. Header only.
+// Runs programs in a shell, as a user does. Header only.
 #pragma once
 
 #include <sys/wait.h>
@@ -18,7 +18,7 @@ inline const std::string kFreeflexd = std::string(FREEFLEX_BIN_DIR) + "/freeflex
 inline const std::string kScenes = std::string(FREEFLEX_SOURCE_DIR) + "/service/scenes/";
 inline const std::string kGolden = std::string(FREEFLEX_SOURCE_DIR) + "/tests/tools/golden/";
 
-/// A folder that goes away with the object.
+/// Makes a temporary folder; the destructor removes it.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -54,7 +54,7 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs a shell command to its end.
+/// Runs a shell command and waits for its end.
 inline Outcome run(const std::string& command) {
   const TemporaryFolder folder;
   const std::string line =

@@ -1,4 +1,4 @@
-// What a person is told whose command line is wrong, by freeflex and by freeflexd in the same words.
+// Messages on wrong command lines. freeflex and freeflexd give the same messages.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -10,9 +10,9 @@
 namespace freeflex::testing {
 namespace {
 
-TEST(CommandLine, AMisspeltWordIsAnsweredWithTheNearest) {
+TEST(CommandLine, AMisspeltWordIsAnsweredWithASimilarWord) {
   const std::vector<std::pair<std::string, std::string>> misspelt{
-      {"chek a.yaml", "no command 'chek' (did you mean 'check'?); there are check, schema, modes, "},
+      {"chek a.yaml", "no command 'chek' (did you mean 'check'?); the commands are check, schema, modes, "},
       {"check --jsno a.yaml", "no option '--jsno' (did you mean '--json'?)"},
       {"run a.yaml --untl=3", "no option '--untl=3' (did you mean '--until'?)"},
       {"--versoin", "no option '--versoin' (did you mean '--version'?)"},
@@ -28,52 +28,52 @@ TEST(CommandLine, AMisspeltWordIsAnsweredWithTheNearest) {
   }
 }
 
-TEST(CommandLine, WhatIsNotThreeNumbersIsToldSo) {
+TEST(CommandLine, VectorsMustBeThreeNumbers) {
   const std::vector<std::pair<std::string, std::string>> refused{
-      {"push --point a --force 5", "--force 5: three numbers X,Y,Z in newton are wanted, as 0,5,0"},
-      {"push --point a --force 1,2,3,4", "--force 1,2,3,4: three numbers X,Y,Z in newton are wanted"},
-      {"push --point a --force 1,x,3", "--force 1,x,3: three numbers X,Y,Z in newton are wanted"},
-      {"push --group a --torque 1,2", "--torque 1,2: three numbers X,Y,Z in newton metre are wanted"},
-      {"loads a.yaml --spin 1", "--spin 1: three numbers X,Y,Z in rad/s are wanted"}};
+      {"push --point a --force 5", "--force 5: must be three numbers X,Y,Z in newton, as 0,5,0"},
+      {"push --point a --force 1,2,3,4", "--force 1,2,3,4: must be three numbers X,Y,Z in newton"},
+      {"push --point a --force 1,x,3", "--force 1,x,3: must be three numbers X,Y,Z in newton"},
+      {"push --group a --torque 1,2", "--torque 1,2: must be three numbers X,Y,Z in newton metre"},
+      {"loads a.yaml --spin 1", "--spin 1: must be three numbers X,Y,Z in rad/s"}};
   for (const auto& [arguments, text] : refused) {
     const Outcome outcome = run(kFreeflex + " " + arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
     EXPECT_TRUE(contains(outcome.err, "error: " + text)) << outcome.err;
   }
-  // also apart, before a scene, and below zero
+  // the numbers may also be separate words before a scene, and they may be negative
   for (const char* taken : {"--spin 0,0,-1 ", "--spin 0 0 -1 "})
     EXPECT_TRUE(contains(run(kFreeflex + " loads " + taken + kScenes + "boom.yaml").err, "spin-loaded"))
         << taken;
 }
 
-TEST(CommandLine, WhatWouldHaveNoEffectBesideASocketIsRefused) {
+TEST(CommandLine, OptionsWithoutEffectOverASocketAreRefused) {
   const std::string push = kFreeflex + " push --control hold --timeout 0.3 ";
   for (const auto& [options, words] : std::vector<std::pair<std::string, std::string>>{
-           {"--socket --lcm-url udpm://239.255.76.67:7667?ttl=0", "--socket goes without --lcm-url"},
-           {"--socket /nowhere.sock --prefix A", "--socket PATH goes without --prefix"}}) {
+           {"--socket --lcm-url udpm://239.255.76.67:7667?ttl=0", "--socket cannot be used with --lcm-url"},
+           {"--socket /nowhere.sock --prefix A", "--socket PATH cannot be used with --prefix"}}) {
     const Outcome outcome = run(push + options);
     EXPECT_EQ(outcome.exit_code, 2) << options;
     EXPECT_TRUE(contains(outcome.err, words)) << outcome.err;
   }
-  // without a path the prefix says whose socket is meant
+  // if no path is given, the prefix selects the socket
   EXPECT_TRUE(contains(run(push + "--prefix NOBODYS_ --socket").err, "no daemon at"));
 }
 
-TEST(CommandLine, WhatWouldHaveNoEffectIsRefused) {
+TEST(CommandLine, OptionsWithoutEffectAreRefused) {
   const std::string log = kGolden + "frame.log";
   for (const auto& [arguments, words] : std::vector<std::pair<std::string, std::string>>{
-           {"push --wheel a=1 --axes body", "--axes goes with --point or --group"},
-           {"view " + log + " --html a.html --port 8000", "--html goes without --port"},
+           {"push --wheel a=1 --axes body", "--axes needs --point or --group"},
+           {"view " + log + " --html a.html --port 8000", "--html cannot be used with --port"},
            {"view " + log + " --html a.csv", "must be a name that ends with .html"},
            {"schema --out a.yaml", "must be a name that ends with .json"},
-           {"compile " + kScenes + "boom.yaml -o " + log, "is there and is no plan"}}) {
+           {"compile " + kScenes + "boom.yaml -o " + log, "exists and is not a plan file"}}) {
     const Outcome outcome = run(kFreeflex + " " + arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
     EXPECT_TRUE(contains(outcome.err, words)) << outcome.err;
   }
 }
 
-TEST(CommandLine, TheFormerSpellingOfStabilityNamesTheNewOne) {
+TEST(CommandLine, TheFormerSpellingOfStabilityNamesTheNewSpelling) {
   for (const char* arguments : {"report --stability", "report --stability --quick --out x"}) {
     const Outcome outcome = run(kFreeflex + " " + arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
@@ -82,7 +82,7 @@ TEST(CommandLine, TheFormerSpellingOfStabilityNamesTheNewOne) {
   EXPECT_FALSE(contains(run(kFreeflex + " report --help").out, "--stability"));
 }
 
-TEST(CommandLine, TheDaemonTakesNumbersAsScenesDo) {
+TEST(CommandLine, TheDaemonReadsNumbersLikeTheSceneReader) {
   for (const char* number : {"0x10", "' 5'", "010", "inf"}) {
     const Outcome outcome =
         run("timeout 20 " + kFreeflexd + " " + kScenes + "boom.yaml --until 0.1 --rate " + number);
@@ -91,7 +91,7 @@ TEST(CommandLine, TheDaemonTakesNumbersAsScenesDo) {
   }
 }
 
-TEST(CommandLine, TheDaemonWithoutASceneSaysItsUsage) {
+TEST(CommandLine, TheDaemonWithoutASceneShowsItsUsage) {
   const Outcome outcome = run(kFreeflexd);
   EXPECT_EQ(outcome.exit_code, 2);
   for (const char* part :
@@ -100,7 +100,7 @@ TEST(CommandLine, TheDaemonWithoutASceneSaysItsUsage) {
   EXPECT_EQ(outcome.out, "");
 }
 
-// what stands behind the name of the program, without the line on how to get help
+// returns the message without the name of the program and without the line on how to get help
 std::string words_of(const std::string& err) {
   std::string words = err.substr(0, err.find("\nTry '"));
   for (const char* program : {"freeflexd: ", "freeflex: "})
@@ -108,7 +108,7 @@ std::string words_of(const std::string& err) {
   return words.ends_with('\n') ? words.substr(0, words.size() - 1) : words;
 }
 
-TEST(CommandLine, BothProgramsSayOneFaultInTheSameWords) {
+TEST(CommandLine, BothProgramsReportAFaultInTheSameWords) {
   const TemporaryFolder folder;
   write_text(folder / "good.yaml", read_text(kScenes + "boom.yaml"));
   write_text(folder / "bad.yaml",
@@ -128,7 +128,7 @@ TEST(CommandLine, BothProgramsSayOneFaultInTheSameWords) {
        "error: --prefix: found 'no/slash', must be 1 to 32 of A-Z a-z 0-9 _ -"}};
   for (const auto& [arguments, words] : faults) {
     const std::string line = "cd " + folder.path() + " && timeout 20 ";
-    // --until and --out would come first among what is missing
+    // if these options were missing, freeflex would first report --until and --out
     const Outcome daemon = run(line + kFreeflexd + " " + (arguments.empty() ? "--hold" : arguments));
     const Outcome tool = run(line + kFreeflex + " run --until 1 --out a.log " + arguments);
     EXPECT_EQ(daemon.exit_code, 2) << arguments << daemon.err;
@@ -139,8 +139,8 @@ TEST(CommandLine, BothProgramsSayOneFaultInTheSameWords) {
   }
 }
 
-// over a tick of 1000 s the feedback's growth by 1e20 a second is beyond a double
-TEST(CommandLine, ARateThatDoesNotSuitTheSceneIsRefusedByBoth) {
+// with a growth rate of 1e20 per second, the motion under feedback overflows a double within a tick of 1000 s
+TEST(CommandLine, BothProgramsRefuseARateThatDoesNotSuitTheScene) {
   const TemporaryFolder folder;
   write_text(folder / "a.yaml",
              "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
@@ -155,7 +155,7 @@ TEST(CommandLine, ARateThatDoesNotSuitTheSceneIsRefusedByBoth) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.plan"));
 }
 
-TEST(CommandLine, AWordThatIsNoChoiceIsAnsweredWithTheChoices) {
+TEST(CommandLine, AnInvalidChoiceIsAnsweredWithTheChoices) {
   const std::vector<std::pair<std::string, std::string>> refused{
       {kFreeflex + " push --point a --force 0,0,1 --axes bdy", "--axes: found 'bdy'; allowed: world, body"},
       {kFreeflex + " inspect a.yaml --basis x",

@@ -1,4 +1,4 @@
-// The layout check in front of the generated decoders.
+// The layout check that messages must pass before the generated decoders.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -136,7 +136,7 @@ using Messages = ::testing::Types<ack_t, applied_t, control_t, envelope_t, force
                                   scene_t, shapes_t, state_t, status_t>;
 TYPED_TEST_SUITE(WireLayout, Messages);
 
-TYPED_TEST(WireLayout, FitsWhatTheGeneratedCodeEncodes) {
+TYPED_TEST(WireLayout, AcceptsEveryMessageThatTheGeneratedCodeEncodes) {
   const std::vector<std::byte> bytes = io::encode(some<TypeParam>());
   TypeParam decoded{};
   EXPECT_TRUE(io::decode_message(bytes, decoded));
@@ -155,7 +155,7 @@ TYPED_TEST(WireLayout, RefusesEveryShorterAndLongerMessage) {
 
 TYPED_TEST(WireLayout, RefusesWrongCountsBeforeTheyReachTheDecoder) {
   const std::vector<std::byte> whole = io::encode(some<TypeParam>());
-  // wherever four bytes are changed to a count of -1 or 2^30, nothing throws, allocates or reads outside
+  // if any four bytes are changed to a count of -1 or 2^30, nothing throws, allocates or reads out of bounds
   for (const int top : {0xff, 0x40}) {
     for (std::size_t at = 8; at + 4 <= whole.size(); ++at) {
       std::vector<std::byte> bytes = whole;
@@ -167,7 +167,7 @@ TYPED_TEST(WireLayout, RefusesWrongCountsBeforeTheyReachTheDecoder) {
   }
 }
 
-TEST(WireFingerprint, RefusesAnotherType) {
+TEST(WireFingerprint, AMessageOfAnotherTypeIsRefused) {
   ack_t ack{};
   EXPECT_FALSE(io::decode_message(io::encode(some<control_t>()), ack));
 }

@@ -1,5 +1,5 @@
-// What a browser that has stopped reading costs the daemon: lateness of its ticks with one and without, in turn.
-// Run in a private network: FREEFLEX_BIN has the programs, FREEFLEX_SOURCE the tree.
+// Compares the lateness of the daemon's ticks alternately with and without a browser that has stopped reading. Run it in
+// a private network; FREEFLEX_BIN is the folder of the programs, FREEFLEX_SOURCE the source tree.
 import { spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -17,7 +17,7 @@ const start = (program, ...options) => spawn(join(bin, program), options, { stdi
 const sleep = (seconds) => new Promise((resolve) => setTimeout(resolve, 1000 * seconds));
 const median = (all) => all.sort((a, b) => a - b)[Math.floor(all.length / 2)];
 
-/** [us] p99.9 of lateness, a figure a window, over SECONDS. */
+/** Returns the p99.9 of lateness [us] of each window over SECONDS. */
 function lateness() {
   const { stdout } = spawnSync(join(bin, "freeflex"), ["monitor", "--channel", "STATUS", "--json", "--duration", String(SECONDS)]);
   return String(stdout).trim().split("\n").map((line) => JSON.parse(line).message.lateness_us.p99_9).filter((x) => x > 0);

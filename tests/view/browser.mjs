@@ -1,12 +1,12 @@
-// Chromium without a window, driven over its own debugging protocol through a pipe.
+// Controls headless Chromium by its debugging protocol over a pipe.
 import { spawn } from "node:child_process";
 import { existsSync } from "node:fs";
 
-/** The browser's program; null where there is none. */
+/** Holds the path of the browser, or null if there is none. */
 export const chromium = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync) ?? null;
 
 export class Browser {
-  /** `isGroup`: its processes are a group of their own, which signals can be sent to. */
+  /** If `isGroup`, its processes form their own group, so that a signal reaches all of them. */
   constructor(folder, isGroup = false) {
     this.process = spawn(chromium, ["--headless=new", "--no-sandbox", "--remote-debugging-pipe", "--use-angle=swiftshader",
       "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--no-first-run", "--window-size=1280,800",
@@ -38,7 +38,7 @@ export class Browser {
       this.process.stdio[3].write(JSON.stringify({ id, method, params, sessionId }) + "\0");
     });
   }
-  /** A page in a new tab, which the calls below are about from then on. */
+  /** Opens a page in a new tab; the methods below then apply to this page. */
   async open(url) {
     const { targetId } = await this.send("Target.createTarget", { url: "about:blank" }, undefined);
     const { sessionId } = await this.send("Target.attachToTarget", { targetId, flatten: true }, undefined);
@@ -47,13 +47,13 @@ export class Browser {
     await this.send("Page.navigate", { url });
     return sessionId;
   }
-  /** The value of an expression in the page. */
+  /** Returns the value of an expression in the page. */
   async value(expression) {
     const { result, exceptionDetails } = await this.send("Runtime.evaluate", { expression, returnByValue: true, awaitPromise: true });
     if (exceptionDetails) throw new Error(exceptionDetails.exception?.description ?? exceptionDetails.text);
     return result.value;
   }
-  /** Waits until an expression holds; throws, with what the page says, when it does not. */
+  /** Waits until an expression holds. Throws an error with the page's notice if it does not in time. */
   async until(expression, seconds = 20) {
     const end = Date.now() + 1000 * seconds;
     while (Date.now() < end) {
@@ -66,7 +66,7 @@ export class Browser {
   async mouse(type, x, y, buttons = 1) {
     await this.send("Input.dispatchMouseEvent", { type, x, y, button: "left", buttons, clickCount: 1 });
   }
-  /** PNG bytes. */
+  /** Returns a screenshot as PNG bytes. */
   async picture() {
     const { data } = await this.send("Page.captureScreenshot", { format: "png" });
     return Buffer.from(data, "base64");

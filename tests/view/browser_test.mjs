@@ -1,4 +1,5 @@
-// freeflex view in a browser. Run by node in a private network: FREEFLEX_BIN has the programs, FREEFLEX_SOURCE the tree.
+// `freeflex view` in a browser. Node runs it in a private network; FREEFLEX_BIN is the folder of the programs and
+// FREEFLEX_SOURCE is the source tree.
 import assert from "node:assert/strict";
 import { spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, rmSync, statSync, writeFileSync } from "node:fs";
@@ -33,7 +34,7 @@ async function urlOf(child) {
 const browser = chromium ? new Browser(join(folder, "profile")) : null;
 after(() => browser?.close());
 
-// two points along x that swing at 1 Hz about 1 m, 2 cm each way, and do not turn
+// two points on the x axis vibrate at 1 Hz without rotation; their distance is 1 m +- 2 cm
 const SWING = `points:
   - {name: a, mass: 2, at: [0, 0, 0]}
   - {name: b, mass: 2, at: [1, 0, 0]}
@@ -44,7 +45,7 @@ initial:
 publish: {loads: {rate: 50, of: all}}
 `;
 
-/** Centres [pixels] of the dots of points in the picture of the canvas: patches of their colour. */
+/** Holds an expression for the centres [pixels] of the points' dots on the canvas, found by their colour. */
 const DOTS = `(() => {
   const page = freeflexPage, canvas = document.getElementById("picture"), gl = page.picture.gl;
   const { width, height } = canvas, pixels = new Uint8Array(4 * width * height);
@@ -59,7 +60,7 @@ const DOTS = `(() => {
   return sums.map(({ x, y, n }) => [x / n, y / n]).sort((a, b) => a[0] - b[0]);
 })()`;
 
-test("a motion is drawn where it is, and a push of the mouse is taken", { skip, timeout: 120000 }, async () => {
+test("points are drawn at their positions, and a push by the mouse is applied", { skip, timeout: 120000 }, async () => {
   writeFileSync(join(folder, "swing.yaml"), SWING);
   const daemon = start("freeflexd", "swing.yaml", "--log-level", "error", "--socket", "none");
   const url = await urlOf(start("freeflex", "view", "swing.yaml"));
@@ -67,14 +68,14 @@ test("a motion is drawn where it is, and a push of the mouse is taken", { skip, 
   await browser.until("window.freeflexPage?.live?.frame && freeflexPage.status");
   const first = await browser.value("freeflexPage.frame.tick");
   await browser.until(`freeflexPage.frame.tick > ${first} + 500`);
-  // seen from -y, so that x goes to the right; 20 times as large, without what else is drawn
+  // the view is from -y, so that x points to the right; displacements are shown 20 times as large; everything else is hidden
   await browser.value(`(() => {
     Object.assign(freeflexPage.camera, { yaw: -Math.PI / 2, pitch: 0, distance: 3 });
     for (const id of ["amplify", "ghost", "axes"]) document.getElementById(id).checked = false;
     document.getElementById("factor").value = 20;
   })()`);
   await new Promise((resolve) => setTimeout(resolve, 300));
-  // samples of one and the same frame: state and pixels
+  // each sample has the state and the pixels of one frame
   const samples = [];
   for (let k = 0; k < 40; ++k) {
     const { dots, tick, height } = await browser.value(`new Promise((resolve) => requestAnimationFrame(() => resolve({
@@ -83,33 +84,33 @@ test("a motion is drawn where it is, and a push of the mouse is taken", { skip, 
     await new Promise((resolve) => setTimeout(resolve, 37));
   }
   assert.ok(samples.length > 20, `${samples.length} pictures with two dots`);
-  // by a pinhole at 3 m with an angle of 0.7 rad from below to above, and the closed form of the swing
+  // expected: the picture of a pinhole camera at 3 m with a vertical angle of 0.7 rad, for the closed form of the vibration
   const focal = samples[0].height / 2 / Math.tan(0.35);
   const expected = (tick) => (focal / 3) * (1 + 20 * 0.02 * Math.cos((2 * Math.PI * tick) / 1000));
   const amplitude = (focal / 3) * 20 * 0.02;
   const worst = Math.max(...samples.map(({ tick, distance }) => Math.abs(distance - expected(tick))));
-  const reach = Math.max(...samples.map((s) => s.distance)) - Math.min(...samples.map((s) => s.distance));
+  const range = Math.max(...samples.map((s) => s.distance)) - Math.min(...samples.map((s) => s.distance));
   console.log(`${samples.length} pictures, largest difference ${worst.toFixed(2)} of ${amplitude.toFixed(1)} pixels`);
-  assert.ok(reach > amplitude, "it swings");
+  assert.ok(range > amplitude, "it vibrates");
   assert.ok(worst < 0.02 * amplitude + 1, `${worst} pixels off, amplitude ${amplitude}`);
   assert.ok(await browser.value(`freeflexPage.picture.loadScales.get("N") > 0.5`), "links are coloured by their loads");
 
-  // from the right point, 80 pixels up
+  // the mouse drags from the right point 80 pixels up
   const box = await browser.value(`(() => { const { left, top } = document.getElementById("picture").getBoundingClientRect();
     const [x, y] = ${DOTS}[1]; const canvas = document.getElementById("picture");
     return { x: left + x, y: top + canvas.height - y }; })()`);
   await browser.value("document.getElementById('factor').value = 0; document.getElementById('newtons').value = 5");
   await new Promise((resolve) => setTimeout(resolve, 300));
-  const still = await browser.value(`(() => { const { left, top } = document.getElementById("picture").getBoundingClientRect();
+  const unamplified = await browser.value(`(() => { const { left, top } = document.getElementById("picture").getBoundingClientRect();
     const [x, y] = ${DOTS}[1]; const canvas = document.getElementById("picture");
     return { x: left + x, y: top + canvas.height - y, before: freeflexPage.frame.position[2] }; })()`);
-  assert.ok(Math.abs(still.y - box.y) < 2);
-  await browser.mouse("mousePressed", still.x, still.y);
-  for (let k = 1; k <= 8; ++k) await browser.mouse("mouseMoved", still.x, still.y - 10 * k);
+  assert.ok(Math.abs(unamplified.y - box.y) < 2);
+  await browser.mouse("mousePressed", unamplified.x, unamplified.y);
+  for (let k = 1; k <= 8; ++k) await browser.mouse("mouseMoved", unamplified.x, unamplified.y - 10 * k);
   await browser.until("/accepted at tick/.test(document.getElementById('notice').textContent)");
-  await browser.until(`freeflexPage.frame.position[2] > ${still.before} + 0.01`);
-  await browser.mouse("mouseReleased", still.x, still.y - 80, 0);
-  // the force ends: the velocity stays
+  await browser.until(`freeflexPage.frame.position[2] > ${unamplified.before} + 0.01`);
+  await browser.mouse("mouseReleased", unamplified.x, unamplified.y - 80, 0);
+  // the test waits until the force has ended
   await new Promise((resolve) => setTimeout(resolve, 1000));
   writeFileSync(join(folder, "live.png"), await browser.picture());
 
@@ -118,7 +119,7 @@ test("a motion is drawn where it is, and a push of the mouse is taken", { skip, 
   assert.match(rows, /lateness\s+p50 [0-9.]+, p99.9 [0-9.]+, most [0-9.]+ us/);
   assert.match(rows, /verdict\s+(good|watch|outside)/);
 
-  // a mode is animated
+  // the button of a mode animates the mode
   await browser.value("document.querySelector('#modes button').click()");
   const spread = await browser.value(`new Promise((resolve) => {
     const seen = [];
@@ -132,15 +133,15 @@ test("a motion is drawn where it is, and a push of the mouse is taken", { skip, 
   assert.deepEqual(browser.complaints, []);
 });
 
-test("a fault is said", { skip, timeout: 60000 }, async () => {
-  // no state is finite under such a force
+test("a fault is shown", { skip, timeout: 60000 }, async () => {
+  // the state is not finite under this force
   writeFileSync(join(folder, "fault.yaml"), SWING + "loads: [{forces: {a: [1e300, 1e300, 0]}, pulse: {start: 2, duration: 1}}]\n");
   start("freeflexd", "fault.yaml", "--log-level", "off", "--socket", "none");
   await browser.open(await urlOf(start("freeflex", "view", "fault.yaml")));
   await browser.until("/^fault: /.test(document.getElementById('notice').textContent)");
 });
 
-test("a recording plays, from the program and from one file", { skip, timeout: 120000 }, async () => {
+test("a recording plays from the program and from a single file", { skip, timeout: 120000 }, async () => {
   const ran = spawnSync(join(bin, "freeflex"), ["run", join(scenes, "satellite.yaml"), "--until", "5", "--out", join(folder, "flight.log")]);
   assert.equal(ran.status, 0, String(ran.stderr));
   const played = async (url) => {
@@ -151,14 +152,14 @@ test("a recording plays, from the program and from one file", { skip, timeout: 1
     const first = await browser.value("freeflexPage.player.time");
     await browser.until(`freeflexPage.player.time > ${first} + 0.5`);
     await browser.value("document.getElementById('play').click()");
-    const still = await browser.value("freeflexPage.player.time");
+    const paused = await browser.value("freeflexPage.player.time");
     await new Promise((resolve) => setTimeout(resolve, 300));
-    assert.equal(await browser.value("freeflexPage.player.time"), still);
+    assert.equal(await browser.value("freeflexPage.player.time"), paused);
     const titles = await browser.value("[...document.querySelectorAll('.title')].map((title) => title.textContent)");
     for (const part of ["elastic coordinates [m]", "attitude [deg]", "pointing error [deg]", "angular velocity [rad/s]", "wheels [N m s]"])
       assert.ok(titles.some((title) => title.includes(part)), `${part}: ${titles}`);
     assert.match(await browser.value("document.getElementById('status').innerText"), /worst verdict\s+good throughout/);
-    // on a narrow screen the picture is above what stands beside it otherwise
+    // on a narrow screen the panel is below the picture, not next to it
     await browser.send("Emulation.setDeviceMetricsOverride", { width: 420, height: 800, deviceScaleFactor: 1, mobile: false });
     await browser.until("document.getElementById('picture').clientWidth >= 400");
     assert.ok(await browser.value("document.getElementById('stage').getBoundingClientRect().bottom <= document.querySelector('aside').getBoundingClientRect().top"));

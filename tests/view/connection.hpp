@@ -1,4 +1,4 @@
-// What a browser does with the page's server. Header only.
+// The browser's side of a connection to the page's server. Header only.
 #pragma once
 
 #include <arpa/inet.h>
@@ -14,7 +14,7 @@
 
 namespace freeflex::testing {
 
-/// A connection of one's own, byte by byte.
+/// Opens a TCP connection and sends and reads bytes.
 class Connection {
  public:
   explicit Connection(int port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
@@ -33,7 +33,7 @@ class Connection {
   void send(const std::string& text) {
     EXPECT_EQ(::send(socket_, text.data(), text.size(), 0), std::ssize(text));
   }
-  /// Returns false where the server has closed.
+  /// Returns false if the server has closed the connection.
   bool try_send(const std::string& text) {
     return ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL) == std::ssize(text);
   }
@@ -57,7 +57,8 @@ class Connection {
     }
     return head;
   }
-  /// A frame of the server, which are not masked: opcode and content.
+  /// Reads an unmasked frame of the server. Returns opcode and content; the opcode is -1 if the connection
+  /// has ended.
   std::pair<int, std::string> read_frame() {
     const std::string head = read(2);
     if (head.size() < 2) return {-1, {}};
@@ -69,7 +70,7 @@ class Connection {
     }
     return {head[0] & 0xf, read(size)};
   }
-  /// Returns true where the server closes before the patience ends, whatever it sends before.
+  /// Returns whether the server closes the connection within 5 s. Data that it sends before are ignored.
   bool is_closed_by_server() {
     char rest[1024];
     while (true) {
@@ -81,10 +82,10 @@ class Connection {
   void send_text(const std::string& text) {
     std::string frame = "\x81";
     frame += static_cast<char>(0x80 | text.size());
-    frame += std::string(4, '\0') + text;  // masked by nothing
+    frame += std::string(4, '\0') + text;  // a mask of zeros
     send(frame);
   }
-  /// Asks for the page's WebSocket. Returns the head of the answer.
+  /// Requests the WebSocket of the page. Returns the head of the answer.
   std::string open_socket(int port, const std::string& origin, const std::string& token) {
     send("GET /ws?token=" + token + " HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
          "\r\nOrigin: " + origin +

@@ -1,4 +1,5 @@
-// view_fixture FOLDER: what the page is sent of some scenes, and where the read-out says that points are.
+// view_fixture FOLDER: writes the data that the page gets for some scenes, and the positions of their points
+// by the program's read-out.
 #include <cstdio>
 #include <fstream>
 #include <string>

@@ -1,5 +1,5 @@
-// What anybody on the bus may send beside a daemon: view and monitor live on, hold no more than before, and
-// still show the daemon.
+// Hostile messages on the bus of a daemon: view and monitor keep running, their memory does not grow, and
+// they still show the daemon.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -24,7 +24,7 @@ namespace {
 constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
 constexpr const char* kNotUtf8 = "tip\xC3\x28\xFF";
 
-/// [kB] The most memory that a process had so far.
+/// Returns the peak memory [kB] of a process.
 long peak_memory(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/status");
   for (std::string line; std::getline(file, line);)
@@ -32,7 +32,7 @@ long peak_memory(pid_t pid) {
   return -1;
 }
 
-/// Waits until it holds; false when it does not within kPatience.
+/// Waits until the condition is true. Returns false if it stays false for kPatience.
 template <class Condition>
 bool eventually(Condition condition) {
   const auto end = std::chrono::steady_clock::now() + kPatience;
@@ -47,7 +47,7 @@ class BesideStrangers : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!refusal.empty()) GTEST_SKIP() << refusal;
-    // loads are published, so a page of them is gathered
+    // this scene publishes loads, so pages of LOADS are gathered
     daemon_.emplace(
         std::vector<std::string>{program("freeflexd"), scene_path("satellite.yaml"), "--log-level", "error"});
     bus_.emplace(channels::kDefaultPrefix);
@@ -69,7 +69,7 @@ class BesideStrangers : public ::testing::Test {
     EXPECT_TRUE(packets.send(empty));
   }
 
-  /// Sends pages of the daemon's own session that claim to be a few of very many.
+  /// Sends pages in the daemon's session, each of which claims to be one of 2^31 - 1 pages.
   void send_endless_pages(int count) {
     freeflex_msgs::loads_t loads{};
     freeflex_msgs::points_t points{};
@@ -101,7 +101,7 @@ class BesideStrangers : public ::testing::Test {
     bus_->packets.publish(kNotUtf8, {});
   }
 
-  /// Sends empty messages on so many channels that nobody has.
+  /// Sends empty messages on `count` unknown channels.
   void send_new_channels(int count) {
     for (int k = 0; k < count; ++k)
       bus_->packets.publish("FREEFLEX_STRANGER_" + std::to_string(k) + std::string(40, 'x'), {});
@@ -124,7 +124,7 @@ class BesideStrangers : public ::testing::Test {
   std::optional<BusClient> bus_;
 };
 
-TEST_F(BesideStrangers, MonitorLivesOnAndShowsTheDaemon) {
+TEST_F(BesideStrangers, MonitorKeepsRunningAndShowsTheDaemon) {
   for (const std::vector<std::string>& words : {std::vector<std::string>{"--live", "--interval", "0.05"},
                                                 {"--json", "--interval", "0.05"},
                                                 {"--interval", "0.05"},
@@ -135,8 +135,8 @@ TEST_F(BesideStrangers, MonitorLivesOnAndShowsTheDaemon) {
     Process monitor(line);
     const bool is_ack = words[1] == "ACK";
     const std::string mark = words[0] == "--live" ? "tick " : is_ack ? "_ACK" : "FREEFLEX_STATUS";
-    // what is printed thrice from here on is of messages that came behind the strangers'; the daemon's
-    // answers, which the last shows, are asked for
+    // three more outputs show messages that arrived after the hostile messages; the last monitor shows ACK,
+    // so commands are sent for the daemon to answer
     const auto goes_on = [&] {
       for (int k = 0; k < 3; ++k) {
         const std::size_t shown = monitor.output().size();
@@ -159,12 +159,12 @@ TEST_F(BesideStrangers, MonitorLivesOnAndShowsTheDaemon) {
     send_new_channels(2000);
     EXPECT_TRUE(goes_on()) << words.back();
     expect_alive(monitor);
-    // 300 pages of 56 kB are 17 MB, 2000 channels with a table line each at every interval some 2 MB
+    // 300 pages of 56 kB are 17 MB; 2000 channels with one table line each per interval take some 2 MB
     EXPECT_LT(peak_memory(monitor.pid()), before + 8'000) << words.back();
   }
 }
 
-TEST_F(BesideStrangers, ViewLivesOnAndShowsTheDaemon) {
+TEST_F(BesideStrangers, ViewKeepsRunningAndShowsTheDaemon) {
   Process view({program("freeflex"), "view", scene_path("satellite.yaml")});
   ASSERT_TRUE(eventually(
       [&] { return view.output().find("token=") != std::string::npos && view.output().ends_with("\n"); }));
@@ -175,7 +175,7 @@ TEST_F(BesideStrangers, ViewLivesOnAndShowsTheDaemon) {
   Connection browser(port);
   ASSERT_TRUE(browser.open_socket(port, "http://127.0.0.1:" + std::to_string(port), token)
                   .starts_with("HTTP/1.1 101"));
-  // the next text with this part; empty when none came
+  // returns the next text that contains `part`, or "" if none came
   const auto next_text = [&](const std::string& part) {
     for (int k = 0; k < 5000; ++k) {
       const auto [opcode, text] = browser.read_frame();
@@ -189,7 +189,7 @@ TEST_F(BesideStrangers, ViewLivesOnAndShowsTheDaemon) {
   send_endless_pages(50);
   send_broken_text();
   const std::string replaced = next_text("tip\xEF\xBF\xBD(");
-  EXPECT_NE(replaced, "") << "the text is shown with U+FFFD in the place of what is not UTF-8";
+  EXPECT_NE(replaced, "") << "bytes that are not UTF-8 are shown as U+FFFD";
   const long before = peak_memory(view.pid());
   // 1000 pages of 56 kB
   for (int round = 0; round < 10; ++round) {
@@ -199,7 +199,7 @@ TEST_F(BesideStrangers, ViewLivesOnAndShowsTheDaemon) {
   expect_alive(view);
   EXPECT_LT(peak_memory(view.pid()), before + 8'000);
 
-  // a page's own name is cut at 32 bytes, which here is within a character
+  // the name of the page is cut to 31 bytes, here before a character of two bytes
   browser.send_text(R"({"push":null,"by":")" + std::string(31, 'a') + "\xC3\xA9\"}");
   const std::string answer = next_text("\"ack\"");
   EXPECT_NE(answer.find("\"by\":\"" + std::string(31, 'a') + "\""), std::string::npos) << answer;

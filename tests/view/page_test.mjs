@@ -1,5 +1,5 @@
-// The arithmetic of the page beside the program's read-out. Run by node: FREEFLEX_PAGE is the folder of its sources,
-// FREEFLEX_FIXTURE that of view_fixture.
+// The arithmetic of the page, compared with the program's read-out. Node runs it; FREEFLEX_PAGE is the folder of the
+// page's sources and FREEFLEX_FIXTURE is the folder that view_fixture wrote.
 import assert from "node:assert/strict";
 import { readFileSync, readdirSync } from "node:fs";
 import { join } from "node:path";
@@ -26,7 +26,7 @@ const read = (name) => ({
 });
 const distance = (a, b) => Math.hypot(...a.map((x, k) => x - b[k]));
 
-test("points are where the read-out says, to 1e-6 of the size and of the displacement", () => {
+test("positions agree with the read-out to 1e-6 of the size, and displacements to 1e-6 of the largest", () => {
   for (const name of scenes) {
     const { body, frame, expected } = read(name);
     assert.equal(frame.tick, expected.tick);
@@ -41,7 +41,7 @@ test("points are where the read-out says, to 1e-6 of the size and of the displac
   }
 });
 
-test("the rms over the mass is that of the points", () => {
+test("the rms from the modal coordinates equals the mass-weighted rms of the points", () => {
   const { body, frame } = read("truss104");
   let sum = 0, mass = 0;
   for (let point = 0; point < body.points; ++point) {
@@ -51,7 +51,7 @@ test("the rms over the mass is that of the points", () => {
   assert.ok(Math.abs(Math.sqrt(sum / mass) / motion.rms(frame.q) - 1) < 1e-5);
 });
 
-test("what moves is drawn: attitude, rates by axis, pointing error and momenta of wheels, each with its unit", () => {
+test("attitude, angular velocity by axis, pointing error and momenta of wheels are plotted, each with its unit", () => {
   const { body, frame, expected } = read("satellite");
   assert.deepEqual(body.attitude, expected.initial_attitude);
   assert.ok(expected.wheels.length > 1 && expected.wheels.some((h) => h !== 0));
@@ -65,7 +65,7 @@ test("what moves is drawn: attitude, rates by axis, pointing error and momenta o
   assert.ok(pointing > 0 && Math.abs(Math.hypot(...angles) - pointing) < 1e-12 * pointing);
 });
 
-test("the rotation vector leads from one attitude to the other, the shorter way", () => {
+test("the rotation vector takes one attitude to the other by the smaller angle", () => {
   const times = ([a, b, c, d], [w, x, y, z]) => [a * w - b * x - c * y - d * z, a * x + b * w + c * z - d * y,
     a * y - b * z + c * w + d * x, a * z + b * y - c * x + d * w];
   const of = (v) => {
@@ -83,56 +83,56 @@ test("the rotation vector leads from one attitude to the other, the shorter way"
 test("the body fills the picture, whatever its shape", () => {
   for (const name of scenes) {
     const { body } = read(name), R = motion.rotation(body.attitude);
-    const places = Array.from({ length: body.points }, (_, k) => motion.apply(R, [...body.rest.slice(3 * k, 3 * k + 3)]));
+    const positions = Array.from({ length: body.points }, (_, k) => motion.apply(R, [...body.rest.slice(3 * k, 3 * k + 3)]));
     for (const [width, height] of [[880, 800], [420, 400], [300, 900]]) {
       const camera = new Camera(body.size);
-      camera.face(places);
-      camera.fit(places, width, height);
+      camera.face(positions);
+      camera.fit(positions, width, height);
       const matrix = camera.matrix(width, height);
-      const reach = [0, 1].map((axis) => Math.max(...places.map((place) => {
-        const [x, y, depth] = project(matrix, place, width, height);
+      const extent = [0, 1].map((axis) => Math.max(...positions.map((position) => {
+        const [x, y, depth] = project(matrix, position, width, height);
         assert.ok(depth > 0);
         return Math.abs(axis === 0 ? (2 * x) / width - 1 : (2 * y) / height - 1);
       })));
-      // a margin of a fourteenth for what moves, and no more
-      assert.ok(Math.max(...reach) < 0.9 && Math.max(...reach) > 0.8, `${name} ${width} x ${height}: ${reach}`);
+      // a margin of a fourteenth remains for the motion
+      assert.ok(Math.max(...extent) < 0.9 && Math.max(...extent) > 0.8, `${name} ${width} x ${height}: ${extent}`);
     }
   }
 });
 
-test("a rigid link of many points is a solid", () => {
+test("a rigid link of many points is drawn as a solid", () => {
   const { body } = read("satellite");
   const bus = body.linkNames.indexOf("bus");
   assert.ok(!body.lineLinks.includes(bus));
   const corners = new Set([...body.triangles].filter((_, k) => body.triangleLinks[Math.floor(k / 3)] === bus).map((k) => body.pointNames[k]));
-  // all but the hub, which lies in the face between the hinges
+  // all corners except the hub, which lies in the face between the hinges
   for (const name of ["jet1", "jet2", "jet3", "jet4", "la1", "la2", "ra1", "ra2"]) assert.ok(corners.has(name), name);
 });
 
-test("a recording shows its worst verdict, and says when it has none", () => {
+test("the page shows the worst verdict of a recording, or that there is none", () => {
   const recording = (statuses) => new motion.Recording({ time: [0], clock: [0], statuses }, 0);
   const status = (validity, cause, worst) => ({ clock: 0, tick: 7, validity, validity_cause: cause, worst_validity: worst,
     worst_validity_tick: worst > 0 ? 3 : -1, worst_validity_cause: worst > 0 ? "spin" : "" });
-  assert.match(recordedVerdict(recording([]).verdict())[1], /^no verdict in this recording/);
-  assert.deepEqual(recordedVerdict(recording([status(0, "", 0)]).verdict()).slice(1), ["good throughout", "word good"]);
+  assert.match(recordedVerdict(recording([]).verdict())[1], /^no verdict, because this recording/);
+  assert.deepEqual(recordedVerdict(recording([status(0, "", 0)]).verdict()).slice(1), ["good throughout", "verdict good"]);
   assert.deepEqual(recordedVerdict(recording([status(0, "", 0), status(0, "", 2), status(1, "loads", 1)]).verdict()).slice(1),
-    ["outside, first at tick 3: spin", "word outside"]);
+    ["outside, first at tick 3: spin", "verdict outside"]);
 });
 
-test("the model error says what it is", () => {
+test("the model error is shown in metres and relative to its scale", () => {
   const { body, frame } = read("boom");
   const rows = statusRows(body, frame, { model_error: 1e-6, error_scale: 1e-3, validity: 0, validity_cause: "" }, 1, null);
   assert.match(rows.find(([name]) => name === "model error")[1], /off by about 1\.00e-6 m, 0\.1 % of 1\.00e-3 m/);
 });
 
-test("an amplified displacement is so many times as large", () => {
+test("the amplification multiplies the displacements", () => {
   const { body, frame } = read("boom");
   const at = (factor) => motion.worldPoint(body, frame, 3, factor);
   const one = distance(at(1), at(0)), many = distance(at(50), at(0));
   assert.ok(Math.abs(many / one - 50) < 1e-6);
 });
 
-test("names, links and groups are those of the scene", () => {
+test("names, links and groups agree with the scene", () => {
   const { body } = read("satellite");
   assert.equal(body.name, "satellite");
   assert.equal(nameOf(body.pointNames, 0), "hub");
@@ -142,7 +142,7 @@ test("names, links and groups are those of the scene", () => {
   assert.equal(nameOf([], 4), "5");
 });
 
-test("loads have a figure for each published link", () => {
+test("there is a load for each published link", () => {
   for (const name of scenes) {
     const { body, loads } = read(name);
     assert.equal(loads.values.length, body.publishedLinks.length);
@@ -150,30 +150,30 @@ test("loads have a figure for each published link", () => {
   }
 });
 
-test("the camera sees a place where a pinhole would", () => {
+test("the camera projects positions like a pinhole camera", () => {
   const camera = new Camera(1);
   camera.yaw = 0;
   camera.pitch = 0;
   camera.distance = 10;
   const matrix = camera.matrix(800, 600);
-  // from +x: y to the right, z up
+  // the view is from +x, with y to the right and z up
   const focal = 300 / Math.tan(Camera.ANGLE / 2);
   const close = (a, b) => assert.ok(distance(a.slice(0, 2), b) < 1e-9 * 1000, `${a} ${b}`);
   close(project(matrix, [0, 0, 0], 800, 600), [400, 300]);
   close(project(matrix, [0, 1, 0], 800, 600), [400 + focal / 10, 300]);
   close(project(matrix, [2, 0, 1], 800, 600), [400, 300 - focal / 8]);
   assert.ok(project(matrix, [11, 0, 0], 800, 600)[2] < 0, "behind the eye");
-  const turned = multiply(matrix, rigid(motion.rotation([Math.SQRT1_2, 0, 0, Math.SQRT1_2]), [0, 0, 0]));
-  close(project(turned, [1, 0, 0], 800, 600), [400 + focal / 10, 300]); // x to y
+  const rotated = multiply(matrix, rigid(motion.rotation([Math.SQRT1_2, 0, 0, Math.SQRT1_2]), [0, 0, 0]));
+  close(project(rotated, [1, 0, 0], 800, 600), [400 + focal / 10, 300]); // rotates x to y
 });
 
-test("a push is of the point under the mouse, along the drag", () => {
+test("a push acts on the point under the mouse, along the drag", () => {
   const { body, frame } = read("boom");
   const camera = new Camera(body.size), matrix = camera.matrix(800, 600);
   const target = frame.position;
   for (const point of body.pushable) {
-    const place = motion.worldPoint(body, frame, point, 1).map((x, axis) => x - target[axis]);
-    const [x, y] = project(matrix, place, 800, 600);
+    const position = motion.worldPoint(body, frame, point, 1).map((x, axis) => x - target[axis]);
+    const [x, y] = project(matrix, position, 800, 600);
     assert.equal(pick(body, frame, 1, target, matrix, 800, 600, x + 3, y - 2), point);
   }
   assert.equal(pick(body, frame, 1, target, matrix, 800, 600, 1, 1), null);
@@ -184,7 +184,7 @@ test("a push is of the point under the mouse, along the drag", () => {
   assert.ok(firstForce(body) > 0);
 });
 
-test("the amplification goes by whole steps and does not flicker", () => {
+test("the amplification changes in discrete steps with hysteresis", () => {
   const amplifier = new motion.Amplifier(1);
   assert.equal(amplifier.take(1e-4, 0.02), 200);
   assert.equal(amplifier.take(0.9e-4, 0.02), 200);
@@ -194,7 +194,7 @@ test("the amplification goes by whole steps and does not flicker", () => {
   assert.deepEqual([0.7, 1, 3, 60, 5e-4].map(motion.niceBelow), [0.5, 1, 2, 50, 5e-4]);
 });
 
-test("a recording is read between its frames", () => {
+test("a recording is interpolated between its frames", () => {
   const s = Math.SQRT1_2;
   const recording = new motion.Recording({
     clock: Float64Array.of(1, 2, 4), tick: Float64Array.of(10, 20, 40), time: Float64Array.of(1, 2, 4),
@@ -204,7 +204,7 @@ test("a recording is read between its frames", () => {
   }, 2);
   assert.deepEqual(recording.at(3).position, [2, 0, 0]);
   assert.deepEqual([...recording.at(1.5).q], [1, 2]);
-  // the shorter way from one quaternion to the other
+  // the attitude is interpolated by the smaller angle between the quaternions
   const half = recording.at(1.5).attitude;
   assert.ok(distance(half, [Math.cos(Math.PI / 8), 0, 0, Math.sin(Math.PI / 8)]) < 1e-12);
   assert.equal(recording.at(99).tick, 40);
@@ -213,14 +213,14 @@ test("a recording is read between its frames", () => {
   assert.deepEqual([2.4, 2.6].map((t) => recording.status(t).tick), [5, 25]);
 });
 
-test("what is no data is refused", () => {
-  assert.throws(() => parseBlob(new ArrayBuffer(4)), /no data of freeflex/);
-  assert.throws(() => parseBlob(new TextEncoder().encode("<html>").buffer), /no data of freeflex/);
+test("bytes that are not data of freeflex are refused", () => {
+  assert.throws(() => parseBlob(new ArrayBuffer(4)), /not data of freeflex/);
+  assert.throws(() => parseBlob(new TextEncoder().encode("<html>").buffer), /not data of freeflex/);
   assert.equal(parseMessage(new ArrayBuffer(16)), null);
   assert.deepEqual([...new Uint8Array(fromBase64("AAH/"))], [0, 1, 255]);
 });
 
-test("the scripts are short enough to be read, and load nothing from elsewhere", () => {
+test("the scripts have fewer than 3000 lines and load nothing from other addresses", () => {
   let lines = 0;
   for (const name of readdirSync(source)) {
     const text = readFileSync(join(source, name), "utf8");

@@ -1,4 +1,4 @@
-// What the page gets of a recording, and which modes it is told to move.
+// The data that the page gets from a recording, and the ranking of the modes that it shows.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,7 +25,7 @@ Body body_of(const std::string& scene) {
   return std::move(*body);
 }
 
-/// Writes the scene and the first state of a plan, as freeflex run does, in session 1.
+/// Writes the scene and the first state of a plan in session 1, as `freeflex run` does.
 void write_begin(const Body& body, io::LogWriter& log) {
   io::Stamp stamp;
   stamp.session = 1;
@@ -36,7 +36,7 @@ void write_begin(const Body& body, io::LogWriter& log) {
             io::encode(io::make_state_message(body.plan, make_state(body.plan), stamp)));
 }
 
-TEST(ViewRecording, OfTwoScenesIsRefused) {
+TEST(ViewRecording, ARecordingOfTwoScenesIsRefused) {
   TemporaryFolder folder;
   Body boom = body_of("boom.yaml");
   const Body rotor = body_of("rotor.yaml");
@@ -53,7 +53,8 @@ TEST(ViewRecording, OfTwoScenesIsRefused) {
   }
 }
 
-// M/2 (qdot^2 + omega^2 q^2): a high mode of small amplitude has more than a low one of a larger one
+// by the energy M/2 (qdot^2 + omega^2 q^2), a mode of high frequency can rank above a mode of low frequency
+// with a larger amplitude
 TEST(ModesThatMove, AreRankedByPeakEnergyUntilTheEpochEnds) {
   const Body body = body_of("boom.yaml");
   ASSERT_GT(body.num_modes, 3);
@@ -67,7 +68,7 @@ TEST(ModesThatMove, AreRankedByPeakEnergyUntilTheEpochEnds) {
   state.q[2] = 2e-3 * omega(0) / omega(2);
   state.q_dot[3] = 3e-3 * omega(0);
   peaks.take(state);
-  // what has faded stays in the ranking
+  // modes that have decayed stay in the ranking
   state.q[2] = state.q_dot[3] = 0.0;
   peaks.take(state);
   const tools::Json largest = peaks.largest();

@@ -1,4 +1,4 @@
-// The page's server: who may enter, what a browser gets, and one that stops reading.
+// The server of the page: access, the messages to a browser, and browsers that stop reading.
 #include "tools/view/server.hpp"
 
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ namespace {
 using tools::PageServer;
 using Clock = std::chrono::steady_clock;
 
-/// [bytes] The memory of this process.
+/// Returns the resident memory of this process [bytes].
 std::size_t resident_memory() {
   std::ifstream file("/proc/self/statm");
   std::size_t all = 0, resident = 0;
@@ -69,7 +69,7 @@ class ViewServer : public ::testing::Test {
   std::string token_;
 };
 
-TEST_F(ViewServer, GivesThePageToWhoHasTheAddress) {
+TEST_F(ViewServer, GivesThePageToEveryoneWhoHasItsAddress) {
   ASSERT_TRUE(server_.error().empty()) << server_.error();
   const std::string page = get("/?token=" + token_, own());
   EXPECT_TRUE(page.starts_with("HTTP/1.1 200")) << page;
@@ -80,11 +80,11 @@ TEST_F(ViewServer, GivesThePageToWhoHasTheAddress) {
   EXPECT_TRUE(get("/other?token=" + token_, own()).starts_with("HTTP/1.1 404"));
 }
 
-TEST_F(ViewServer, LetsNobodyElseIn) {
+TEST_F(ViewServer, RefusesRequestsWithoutTheTokenOrFromAForeignOrigin) {
   EXPECT_TRUE(get("/", own()).starts_with("HTTP/1.1 403"));
   EXPECT_TRUE(get("/?token=" + std::string(32, '0'), own()).starts_with("HTTP/1.1 403"));
   EXPECT_TRUE(get("/?token=" + token_.substr(1), own()).starts_with("HTTP/1.1 403"));
-  // a name that somebody made to mean this machine
+  // a foreign host name that resolves to this machine
   EXPECT_TRUE(get("/?token=" + token_, "evil.example:" + std::to_string(port_)).starts_with("HTTP/1.1 403"));
   EXPECT_TRUE(get("/body?token=" + token_, "evil.example").starts_with("HTTP/1.1 403"));
   for (const auto& [origin, token] : {std::pair<std::string, std::string>{"http://evil.example", token_},
@@ -96,7 +96,7 @@ TEST_F(ViewServer, LetsNobodyElseIn) {
   }
 }
 
-TEST_F(ViewServer, SendsTheLatestToWhoComesLate) {
+TEST_F(ViewServer, SendsTheLatestMessagesToABrowserThatJoinsLate) {
   server_.send_latest("status", "first");
   server_.send_latest("status", "second");
   Connection connection(port_);
@@ -111,10 +111,10 @@ TEST_F(ViewServer, SendsTheLatestToWhoComesLate) {
   EXPECT_EQ(taken(), "hello");
 }
 
-// one browser reads nothing: nobody waits for it, and another gets its frames
-TEST_F(ViewServer, ABrowserThatStopsReadingHoldsNothingUp) {
-  Connection deaf(port_), other(port_);
-  ASSERT_TRUE(open_socket(deaf, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
+// one browser does not read; the server does not wait for it, and another browser gets its frames
+TEST_F(ViewServer, ABrowserThatStopsReadingDelaysNeitherTheServerNorOtherBrowsers) {
+  Connection stalled(port_), other(port_);
+  ASSERT_TRUE(open_socket(stalled, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
   ASSERT_TRUE(open_socket(other, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
   const auto large = bytes_of(std::string(1 << 20, 'x'));
   Clock::duration longest{};
@@ -124,7 +124,8 @@ TEST_F(ViewServer, ABrowserThatStopsReadingHoldsNothingUp) {
     server_.send_once("text " + std::to_string(k));
     longest = std::max(longest, Clock::now() - before);
   }
-  // to take what waits for a socket would be some milliseconds a megabyte, and for ever here
+  // waiting for a socket would take some milliseconds per megabyte, and would never end for the stalled
+  // browser
   EXPECT_LT(longest, std::chrono::seconds(1));
   bool has_frame = false, has_text = false;
   for (int k = 0; k < 300 && !(has_frame && has_text); ++k) {
@@ -136,23 +137,23 @@ TEST_F(ViewServer, ABrowserThatStopsReadingHoldsNothingUp) {
   EXPECT_TRUE(has_text);
 }
 
-TEST_F(ViewServer, TakesEightAndSaysSo) {
+TEST_F(ViewServer, AcceptsEightBrowsersAndRefusesTheNextWithTheCause) {
   std::vector<std::unique_ptr<Connection>> all;
   for (int k = 0; k < tools::kMostViewers; ++k) {
     all.push_back(std::make_unique<Connection>(port_));
     ASSERT_TRUE(open_socket(*all.back(), "http://" + own(), token_).starts_with("HTTP/1.1 101"));
   }
-  // the last may not have joined yet
+  // the test waits until the last browser has joined
   server_.send_latest("status", "there");
   for (const auto& connection : all) EXPECT_EQ(connection->read_frame().second, "there");
   Connection late(port_);
   ASSERT_TRUE(open_socket(late, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
-  EXPECT_NE(late.read_frame().second.find("as many browsers"), std::string::npos);
+  EXPECT_NE(late.read_frame().second.find("too many browsers"), std::string::npos);
 }
 
-// as many connections as the server holds without a token, of each kind: all are younger than what they would
-// keep out, and the page is given before the 5 s patience of a read is over
-TEST_F(ViewServer, StrangersThatSendNoWholeHeaderKeepNobodyOut) {
+// for each kind of incomplete header the test opens as many connections as the server keeps without a token.
+// All are older than the request for the page, which must be answered within the 5 s timeout of a read
+TEST_F(ViewServer, ConnectionsWithIncompleteHeadersBlockNobody) {
   constexpr int kOfAKind = 64;
   std::vector<std::unique_ptr<Connection>> silent, slow;
   for (int k = 0; k < kOfAKind; ++k) {
@@ -175,7 +176,7 @@ TEST_F(ViewServer, StrangersThatSendNoWholeHeaderKeepNobodyOut) {
   for (const auto& connection : silent) EXPECT_TRUE(connection->is_closed_by_server());
   is_over = true;
   dribble.join();
-  // who has the token stays
+  // a connection that has the token stays open
   server_.send_latest("status", "there");
   EXPECT_EQ(browser.read_frame().second, "there");
 }
@@ -190,7 +191,7 @@ TEST_F(ViewServer, ALongHeaderIsRefused) {
   EXPECT_TRUE(connection.is_closed_by_server());
 }
 
-TEST_F(ViewServer, WhatIsNoRequestIsRefused) {
+TEST_F(ViewServer, InvalidRequestsAreRefused) {
   Connection connection(port_);
   connection.send("hello\r\n\r\n");
   EXPECT_TRUE(connection.read_head().starts_with("HTTP/1.1 400"));
@@ -199,8 +200,8 @@ TEST_F(ViewServer, WhatIsNoRequestIsRefused) {
   EXPECT_TRUE(post.read_head().starts_with("HTTP/1.1 405"));
 }
 
-// the length that a frame announces is judged, and not one byte of it is kept
-TEST_F(ViewServer, AFrameAboveTheLimitClosesBeforeItIsHeld) {
+// the announced length of a frame closes the connection before any of its bytes are stored
+TEST_F(ViewServer, AFrameAboveTheLimitClosesItsConnectionBeforeItIsStored) {
   const std::string announced("\x81\xff\x00\x00\x01\x00\x00\x00\x00\x00\x00\x00\x00\x00", 14);  // 2^40 bytes
   Connection connection(port_);
   ASSERT_TRUE(open_socket(connection, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
@@ -209,12 +210,12 @@ TEST_F(ViewServer, AFrameAboveTheLimitClosesBeforeItIsHeld) {
   EXPECT_TRUE(connection.try_send(announced));
   const auto [opcode, content] = connection.read_frame();
   EXPECT_EQ(opcode, 8);
-  EXPECT_EQ(content.substr(0, 2), "\x03\xf1");  // 1009: too big
+  EXPECT_EQ(content.substr(0, 2), "\x03\xf1");  // 1009: message too big
   for (int k = 0; k < 64 && connection.try_send(piece); ++k) continue;
   EXPECT_LT(resident_memory(), before + (std::size_t{16} << 20));
 }
 
-TEST_F(ViewServer, ATextAboveTheLimitClosesAndIsNotTaken) {
+TEST_F(ViewServer, ATextAboveTheLimitIsIgnoredAndClosesItsConnection) {
   Connection connection(port_);
   ASSERT_TRUE(open_socket(connection, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
   connection.send(std::string("\x81\xfe\x10\x01\x00\x00\x00\x00", 8) + std::string(4097, 'x'));
@@ -222,17 +223,17 @@ TEST_F(ViewServer, ATextAboveTheLimitClosesAndIsNotTaken) {
   EXPECT_TRUE(taken().empty());
 }
 
-TEST_F(ViewServer, AFrameWithoutAMaskCloses) {
+TEST_F(ViewServer, AFrameWithoutAMaskClosesItsConnection) {
   Connection connection(port_);
   ASSERT_TRUE(open_socket(connection, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
   connection.send(std::string("\x81\x05hello", 7));
   const auto [opcode, content] = connection.read_frame();
   EXPECT_EQ(opcode, 8);
-  EXPECT_EQ(content.substr(0, 2), "\x03\xea");  // 1002: against the protocol
+  EXPECT_EQ(content.substr(0, 2), "\x03\xea");  // 1002: protocol error
   EXPECT_TRUE(taken().empty());
 }
 
-TEST(ViewServerPort, ThatIsTakenIsSaid) {
+TEST(ViewServerPort, APortInUseIsReported) {
   PageServer first({"", {}, {}}, 0, [](std::string_view) {});
   const std::string url = first.url();
   const int port = std::stoi(url.substr(url.find(":", 7) + 1));

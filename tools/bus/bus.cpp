@@ -48,7 +48,7 @@ bool Bus::wait(std::chrono::milliseconds time, const std::function<bool()>& done
     const auto left =
         std::chrono::duration_cast<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
     if (left.count() <= 0 || is_interrupted()) return false;
-    // short waits, so that an interruption is noticed
+    // the waits are short, so that an interrupt is noticed
     const std::optional<BusMessage> message = connection_.receive(std::min(left, kLongestWait));
     if (!message) continue;
     for (const auto& [channel, handler] : handlers_)

@@ -1,4 +1,4 @@
-// The message bus as a tool sees it.
+// Connection of the tools to the message bus.
 #pragma once
 
 #include <chrono>
@@ -19,50 +19,50 @@ class App;
 
 namespace freeflex::tools {
 
-/// Where a daemon is to be found.
+/// Network and channel prefix of a daemon.
 struct BusOptions {
   std::string lcm_url;              // empty: LCM_DEFAULT_URL, else LCM's default
-  std::string prefix = "FREEFLEX";  // of the channel names
+  std::string prefix = "FREEFLEX";  // first part of the channel names
 };
 
 using client::SceneCatalogue;
 using service::BusMessage;
 
-/// --lcm-url and --prefix.
+/// Adds --lcm-url and --prefix.
 void add_bus_options(CLI::App& command, BusOptions& options);
 
-/// One connection to the bus. Not copyable, one thread.
+/// One connection to the bus. Not copyable; for one thread.
 class Bus {
  public:
   using Handler = std::function<void(const BusMessage&)>;
 
   explicit Bus(const BusOptions& options);
-  /// Empty, or why there is no bus, with the commands that make one.
+  /// Returns the reason why there is no bus, with the commands that provide one; empty if there is no error.
   const std::string& error() const { return error_; }
-  /// The error is in what the user gave, not in the machine.
+  /// Returns true if the cause of the error is in the arguments; false if it is in the machine.
   bool is_usage_error() const { return is_usage_; }
-  /// Calls handler for every message on the channel, of all channels when it is empty, from within wait().
+  /// Makes wait() call the handler for every message on the channel; an empty name means all channels.
   void subscribe(const std::string& channel, Handler handler);
   bool publish(const std::string& channel, std::span<const std::byte> bytes);
-  /// Handles messages until time runs out or done() holds. False when time ran out.
+  /// Handles messages until done() is true. Returns false if the time runs out before that.
   bool wait(std::chrono::milliseconds time, const std::function<bool()>& done);
 
-  /// "udpm://... , prefix FREEFLEX", for messages.
+  /// Returns "udpm://..., channels FREEFLEX_*", for messages to the user.
   std::string describe() const;
 
  private:
   BusOptions options_;
   std::string error_;
   bool is_usage_ = false;
-  std::vector<std::pair<std::string, Handler>> handlers_;  // by channel
+  std::vector<std::pair<std::string, Handler>> handlers_;  // with their channels
   service::BusConnection connection_;
 };
 
-/// Names of status_t.mode and of status_t.validity.
+/// Each returns a name: mode_name of status_t.mode, validity_name of status_t.validity.
 const char* mode_name(std::int32_t mode);
 const char* validity_name(std::int32_t validity);  // "good", "watch", "outside"
 
-/// [us] since 1970.
+/// Returns the time of the wall clock [us] since 1970.
 std::int64_t wall_clock_us();
 
 }  // namespace freeflex::tools

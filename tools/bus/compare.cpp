@@ -17,10 +17,10 @@ namespace {
 
 using Result = CompareOutcome::Result;
 
-/// A column that a part of either has.
+/// Indices of a column that both files have.
 struct Common {
-  std::size_t a, b;      // in the rows
-  std::size_t quantity;  // in the outcome
+  std::size_t a, b;      // of the column in the rows of the first and the second file
+  std::size_t quantity;  // of its quantity in the outcome
 };
 
 double difference(double a, double b) {
@@ -29,7 +29,7 @@ double difference(double a, double b) {
   return a == b ? 0.0 : std::abs(a - b);
 }
 
-/// What of a list the other does not have, shortened.
+/// Returns a text with the first names of a list and the number of the others.
 std::string names_text(const std::vector<std::string>& names) {
   constexpr std::size_t kShown = 4;
   std::string text;
@@ -38,31 +38,34 @@ std::string names_text(const std::vector<std::string>& names) {
   return names.size() > kShown ? text + " and " + std::to_string(names.size() - kShown) + " more" : text;
 }
 
-/// Each damage once: every part and every pass meets it.
+/// Adds a damage to the outcome, unless the outcome has it already: every part and every pass reports it
+/// again.
 void add_damage(const std::string& text, CompareOutcome& outcome) {
   if (!text.empty() && outcome.error.find(text) == std::string::npos)
     outcome.error = joined(outcome.error, text);
 }
 
-/// Two parts that have columns in common, in two passes: the first finds the scale of each quantity.
+/// Compares two parts with common columns in two passes. The first pass finds the scale of each quantity; the
+/// second compares the rows.
 class Pair {
  public:
   Pair(MotionFile& a, std::size_t part_a, MotionFile& b, std::size_t part_b, CompareOutcome& outcome)
       : a_(a), b_(b), part_a_(part_a), part_b_(part_b), outcome_(outcome) {
     const Columns &in_a = a.parts()[part_a].columns, &in_b = b.parts()[part_b].columns;
     const std::vector<std::string> quantities = quantities_of(in_a);
-    std::unordered_map<std::string, std::size_t> places;
-    for (std::size_t k = 0; k < in_b.size(); ++k) places.emplace(in_b[k], k);
+    std::unordered_map<std::string, std::size_t> indices;
+    for (std::size_t k = 0; k < in_b.size(); ++k) indices.emplace(in_b[k], k);
     for (std::size_t k = 0; k < in_a.size(); ++k) {
-      const auto found = places.find(in_a[k]);
-      if (found != places.end()) columns_.push_back({k, found->second, quantity(quantities[k])});
+      const auto found = indices.find(in_a[k]);
+      if (found != indices.end()) columns_.push_back({k, found->second, quantity(quantities[k])});
     }
     find_quaternions(in_a);
   }
   const std::vector<Common>& columns() const { return columns_; }
   const std::string& name_of(const Common& column) const { return a_.parts()[part_a_].columns[column.a]; }
 
-  /// False when Ctrl-C came: the outcome tells so, and also where a file is damaged, whose rows end there.
+  /// Finds the scale of each quantity. Returns false after Ctrl-C. The outcome reports Ctrl-C, and any damage
+  /// that ends the rows of a file.
   bool find_scales() {
     return walk([this] {
       for (const Common& column : columns_) {
@@ -92,35 +95,36 @@ class Pair {
                take(row_a_.tick, k, row_a_.values[column->a], row_b_.values[column->b]);
            });
   }
-  /// In words, what rows had no other.
-  void say_what_is_left() {
-    const auto say = [this](std::int64_t count, const MotionFile& file, std::size_t part, const char* which) {
+  /// Adds texts about rows that the other file does not have.
+  void report_unmatched() {
+    const auto report = [this](std::int64_t count, const MotionFile& file, std::size_t part,
+                               const char* which) {
       if (count > 0)
         outcome_.not_compared.push_back(counted(count, "tick") + " of " + file.parts()[part].name +
                                         " that only " + which + " holds");
     };
-    say(num_only_a_, a_, part_a_, "the first");
-    say(num_only_b_, b_, part_b_, "the second");
+    report(num_only_a_, a_, part_a_, "the first");
+    report(num_only_b_, b_, part_b_, "the second");
     for (const auto& [odd, which] : {std::pair{odd_a_, "the first"}, {odd_b_, "the second"}})
       if (odd > 0)
         outcome_.not_compared.push_back(counted(odd, "tick") + " of " + a_.parts()[part_a_].name + " in " +
-                                        which + " that are not whole or have other columns than its first");
+                                        which + " that are incomplete or have other columns than its first");
   }
 
  private:
-  // those whose four parts both have, in whatever order
+  // quaternions whose four components both files have, in any order
   void find_quaternions(const Columns& in_a) {
-    std::unordered_map<std::string, const Common*> places;
-    for (const Common& column : columns_) places.emplace(in_a[column.a], &column);
+    std::unordered_map<std::string, const Common*> by_name;
+    for (const Common& column : columns_) by_name.emplace(in_a[column.a], &column);
     for (const Common& column : columns_) {
       const std::string& name = in_a[column.a];
       if (!name.ends_with("qw")) continue;
       std::array<Common, 4> quaternion{column, column, column, column};
       bool is_whole = true;
       for (std::size_t k = 1; k < 4; ++k) {
-        const auto part = places.find(name.substr(0, name.size() - 1) + "xyz"[k - 1]);
-        is_whole = is_whole && part != places.end();
-        if (is_whole) quaternion[k] = *part->second;
+        const auto component = by_name.find(name.substr(0, name.size() - 1) + "xyz"[k - 1]);
+        is_whole = is_whole && component != by_name.end();
+        if (is_whole) quaternion[k] = *component->second;
       }
       if (is_whole) quaternions_.push_back(quaternion);
     }
@@ -166,13 +170,13 @@ class Pair {
     return true;
   }
 
-  // the same attitude has two quaternions
+  // q and -q are the same attitude
   void align_quaternions() {
     for (const std::array<Common, 4>& quaternion : quaternions_) {
       double product = 0.0;
-      for (const Common& part : quaternion) product += row_a_.values[part.a] * row_b_.values[part.b];
+      for (const Common& each : quaternion) product += row_a_.values[each.a] * row_b_.values[each.b];
       if (!(product < 0.0)) continue;
-      for (const Common& part : quaternion) row_b_.values[part.b] *= -1.0;
+      for (const Common& each : quaternion) row_b_.values[each.b] *= -1.0;
     }
   }
 
@@ -214,9 +218,9 @@ std::vector<Pair> pairs_of(MotionFile& a, MotionFile& b, CompareOutcome& outcome
   return pairs;
 }
 
-/// Columns of one that no part of the other has.
-void say_columns_left(const MotionFile& one, const MotionFile& other, const char* which,
-                      CompareOutcome& outcome) {
+/// Adds a text about the columns that only one of the files has.
+void report_unmatched_columns(const MotionFile& one, const MotionFile& other, const char* which,
+                              CompareOutcome& outcome) {
   std::unordered_map<std::string, bool> known;
   for (const MotionFile::Part& part : other.parts())
     for (const std::string& column : part.columns) known[column] = true;
@@ -227,7 +231,7 @@ void say_columns_left(const MotionFile& one, const MotionFile& other, const char
   if (!left.empty())
     outcome.not_compared.push_back(counted(static_cast<std::int64_t>(left.size()), "column") + " that only " +
                                    which + " holds: " + names_text(left));
-  for (const std::string& what : one.ignored()) outcome.beside.push_back(what + " of " + which);
+  for (const std::string& what : one.ignored()) outcome.other_content.push_back(what + " of " + which);
   add_damage(one.damage(), outcome);
 }
 
@@ -236,7 +240,7 @@ void say_columns_left(const MotionFile& one, const MotionFile& other, const char
 CompareOutcome compare_motions(const CompareRequest& request) {
   CompareOutcome outcome;
   const auto fail = [&outcome](const std::string& error) {
-    // one that is damaged is not one that was named wrongly
+    // damage is not an error of the arguments
     const bool is_damaged = error.find("damaged") != std::string::npos;
     outcome.result = is_damaged ? Result::kNothing : Result::kError;
     outcome.error = error;
@@ -248,26 +252,25 @@ CompareOutcome compare_motions(const CompareRequest& request) {
   const auto b = open_motion(request.b, request.prefix, request.session_b, error);
   if (!b) return fail(error);
   if (!a->is_recording() && !b->is_recording() && request.prefix != channels::kDefaultPrefix)
-    return fail("--prefix goes with recordings: a table has no channels");
+    return fail("--prefix needs a recording: a table has no channels");
   std::vector<Pair> pairs = pairs_of(*a, *b, outcome);
   for (Pair& pair : pairs)
     if (!pair.find_scales()) return outcome;
   for (Pair& pair : pairs)
     if (!pair.find_differences(request.tolerance)) return outcome;
-  for (Pair& pair : pairs) pair.say_what_is_left();
-  say_columns_left(*a, *b, "the first", outcome);
-  say_columns_left(*b, *a, "the second", outcome);
+  for (Pair& pair : pairs) pair.report_unmatched();
+  report_unmatched_columns(*a, *b, "the first", outcome);
+  report_unmatched_columns(*b, *a, "the second", outcome);
   if (outcome.num_rows == 0) {
     outcome.result = Result::kNothing;
-    add_damage("they have no tick in common, or no column: nothing was compared", outcome);
+    add_damage("the files have no tick or no column in common: nothing was compared", outcome);
   } else if (outcome.first) {
     outcome.result = Result::kDiffers;
   } else if (!outcome.error.empty()) {
     outcome.result = Result::kIncomplete;
   } else if (!outcome.not_compared.empty() && !request.is_common_enough) {
     outcome.result = Result::kIncomplete;
-    outcome.error =
-        "they are the same as far as both go, the rest is not compared: --common takes that for enough";
+    outcome.error = "the common part is the same, the rest is not compared: --common accepts that";
   }
   return outcome;
 }

@@ -24,8 +24,10 @@
 namespace freeflex::tools {
 namespace {
 
-constexpr std::int64_t kTwoDaemons = 2'000'000;  // [us] in which both of two daemons are heard
-constexpr double kSilent = 2.0;  // [s] without a word of a daemon that speaks ten times a second
+// [us] two daemons publish if a STATUS of each arrives within this time
+constexpr std::int64_t kTwoDaemons = 2'000'000;
+// [s] without a message after which the daemon is shown as silent; it sends ten STATUS a second
+constexpr double kSilent = 2.0;
 
 constexpr std::size_t kMaxNotes = 6;
 constexpr std::size_t kMaxModes = 6;
@@ -35,16 +37,16 @@ constexpr const char* kPlain = "\033[0m";
 
 double norm(const double (&v)[3]) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-/// "##########" for a value between zero and largest.
+/// Returns a bar "##########" whose length shows a value between zero and largest.
 std::string bar(double value, double largest) {
   constexpr double kWidth = 32.0;
-  const double share = largest > 0.0 ? std::clamp(value / largest, 0.0, 1.0) : 0.0;
-  return std::string(static_cast<std::size_t>(std::lround(share * kWidth)), '#');
+  const double ratio = largest > 0.0 ? std::clamp(value / largest, 0.0, 1.0) : 0.0;
+  return std::string(static_cast<std::size_t>(std::lround(ratio * kWidth)), '#');
 }
 
 std::string bold(const std::string& text) { return kBold + text + kPlain; }
 
-/// A count that should stay zero.
+/// Returns the text of a count that should stay zero, highlighted if it is not zero.
 std::string alarming(const char* name, std::int64_t count) {
   const std::string text = std::string(name) + " " + std::to_string(count);
   return count == 0 ? text : kAlarm + text + kPlain;
@@ -54,8 +56,8 @@ std::string vector_row(const char* name, const double (&v)[3], const char* unit)
   return format_text("%-10s x % .4e   y % .4e   z % .4e  %s\n", name, v[0], v[1], v[2], unit);
 }
 
-/// [deg] between body and world axes, 0 to 180.
-double turned(const double (&attitude)[4]) {
+/// Returns the angle [deg] between body and world axes, 0 to 180.
+double rotation_angle(const double (&attitude)[4]) {
   const double vector_part = std::hypot(attitude[1], attitude[2], attitude[3]);
   return 2.0 * std::atan2(vector_part, std::abs(attitude[0])) * 180.0 / std::numbers::pi;
 }
@@ -63,7 +65,7 @@ double turned(const double (&attitude)[4]) {
 }  // namespace
 
 Screen::Screen(bool is_terminal) : is_terminal_(is_terminal) {
-  // alternate screen, cursor hidden, long lines cut instead of wrapped
+  // switches to the alternate screen, hides the cursor and cuts long lines instead of wrapping them
   if (is_terminal_) std::fputs("\033[?1049h\033[?25l\033[?7l", stdout);
 }
 
@@ -84,8 +86,8 @@ void Screen::show(const std::string& text) {
   if (!is_terminal_) {
     std::fputs(text.c_str(), stdout);
   } else {
-    // over the old page, each line cleared behind its end: nothing flickers; no end of line on the last row,
-    // which would scroll
+    // the page is drawn over the old page, and the rest of each line is cleared, so that nothing flickers. An
+    // end of line on the last row would scroll, so there is none
     std::string drawn = "\033[H";
     const int rows = num_rows();
     std::istringstream lines(text);
@@ -130,7 +132,7 @@ bool LiveView::is_of_daemon(std::int64_t session) const { return !status_ || sta
 void LiveView::take_status(const freeflex_msgs::status_t& status) {
   const std::int64_t now_us = wall_clock_us();
   if (status_ && status_->session != status.session) {
-    // one that is started again is not heard from under its old session
+    // after a restart, the old session of the daemon sends no more messages
     if (now_us - other_heard_us_ < kTwoDaemons && other_session_ == status.session) sees_two_ = true;
     other_session_ = status_->session;
     other_heard_us_ = now_us;
@@ -141,7 +143,8 @@ void LiveView::take_status(const freeflex_msgs::status_t& status) {
       status.utime > status_->utime) {
     const double seconds = static_cast<double>(status.utime - status_->utime) * 1e-6;
     const double rate = static_cast<double>(status.tick - status_->tick) / seconds;
-    // over about a second: a single pair would show the lateness of the publisher
+    // the average over about a second; the rate from one pair of messages would include the lateness of the
+    // publisher
     measured_rate_ = measured_rate_ ? *measured_rate_ + 0.1 * (rate - *measured_rate_) : rate;
   } else {
     measured_rate_.reset();
@@ -206,7 +209,7 @@ std::string LiveView::motion_text() const {
   const auto& s = *state_;
   return vector_row("position", s.position, "m      centre of mass") +
          format_text("%-10s w % .6f  x % .6f  y % .6f  z % .6f  turned %.1f deg\n", "attitude", s.attitude[0],
-                     s.attitude[1], s.attitude[2], s.attitude[3], turned(s.attitude)) +
+                     s.attitude[1], s.attitude[2], s.attitude[3], rotation_angle(s.attitude)) +
          vector_row("velocity", s.velocity, "m/s") +
          vector_row("spin", s.angular_velocity, "rad/s  body axes") + "\n";
 }
@@ -219,7 +222,7 @@ std::string LiveView::elastic_text(std::size_t num_modes) const {
   const double largest = largest_point_ >= 0 ? largest_displacement_ : status_->max_displacement;
   std::string out = "elastic    largest displacement " + bold(format_text("%.4e m", largest)) + at + "\n";
   if (state_) {
-    // the modes that move most, by the size of q
+    // lists the modes with the largest |q|
     std::vector<std::size_t> order(state_->q.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     const std::size_t shown = std::min(num_modes, order.size());
@@ -247,9 +250,9 @@ std::string LiveView::elastic_text(std::size_t num_modes) const {
 
 std::string LiveView::validity_text() const {
   const auto& s = *status_;
-  const std::string word = validity_name(s.validity);
+  const std::string verdict = validity_name(s.validity);
   const bool is_good = s.validity == freeflex_msgs::status_t::GOOD;
-  std::string out = "validity   " + (is_good ? bold(word) : std::string(kAlarm) + word + kPlain);
+  std::string out = "validity   " + (is_good ? bold(verdict) : std::string(kAlarm) + verdict + kPlain);
   out += s.validity_cause.empty() ? "" : "  " + s.validity_cause;
   if (s.worst_validity > s.validity)
     out += format_text("\n           was %s at tick %" PRId64 "  ", validity_name(s.worst_validity),
@@ -258,14 +261,14 @@ std::string LiveView::validity_text() const {
   out += "\n";
   if (s.error_scale > 0.0)
     out += "error      " + share_text(s.model_error, s.error_scale) +
-           format_text(" the displacements that count, %.2g m (good up to %g %%, outside above %g %%)\n",
+           format_text(" the reference displacement, %.2g m (good up to %g %%, outside above %g %%)\n",
                        s.error_scale, 100.0 * kGoodElastic, 100.0 * kMostElastic);
   if (s.budget_horizon == 0.0) return out;
   out += format_text("budget     over %.3g s (of %.3g)   position m   attitude rad   elastic\n", s.budget_age,
                      s.budget_horizon);
-  static constexpr std::array kParts{"estimate", "integration", "truncation", "model"};
-  for (std::size_t k = 0; k < kParts.size(); ++k)
-    out += format_text("  %-12s %20.1e %14.1e %9.1e\n", kParts[k], s.error_position[k], s.error_attitude[k],
+  static constexpr std::array kErrors{"estimate", "integration", "truncation", "model"};
+  for (std::size_t k = 0; k < kErrors.size(); ++k)
+    out += format_text("  %-12s %20.1e %14.1e %9.1e\n", kErrors[k], s.error_position[k], s.error_attitude[k],
                        s.error_elastic[k]);
   return out;
 }
@@ -305,7 +308,7 @@ std::string LiveView::page(const std::string& bus, int num_rows) const {
   if (!status_) return "freeflex: " + line() + "\n" + last_line;
   const std::size_t num_modes = num_rows < 28 ? 3 : kMaxModes;
   std::string out = header_text() + motion_text() + elastic_text(num_modes) + timing_text() + commands_text();
-  // the latest commands and answers take what is left
+  // the remaining lines show the latest commands and answers
   const auto left = num_rows - 1 - std::count(out.begin(), out.end(), '\n');
   for (std::size_t i = notes_.size() -
                        std::min(notes_.size(), static_cast<std::size_t>(std::max(left, std::ptrdiff_t{0})));

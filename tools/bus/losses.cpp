@@ -13,10 +13,11 @@ namespace {
 
 using freeflex_msgs::status_t;
 
-// a damaged one may be any number
+// limit of ticks, because a damaged tick may be any number
 constexpr std::int64_t kLastTick = std::numeric_limits<std::int64_t>::max() - 1;
 
-/// Ticks of which every page is there, ascending; a tick of two epochs is there when one of them is whole.
+/// Returns the ticks of which all pages have arrived, ascending. If a tick occurs in two epochs, it is
+/// returned if the pages of one epoch are complete.
 std::vector<std::int64_t> whole_ticks(std::vector<PageRecord> pages) {
   const auto key = [](const PageRecord& page) { return std::tie(page.tick, page.epoch, page.page); };
   std::sort(pages.begin(), pages.end(),
@@ -31,15 +32,15 @@ std::vector<std::int64_t> whole_ticks(std::vector<PageRecord> pages) {
   return ticks;
 }
 
-/// Multiples of `every` from 0 to below the tick.
+/// Returns the number of multiples of `every` that are at least 0 and less than the tick.
 std::int64_t multiples_below(std::int64_t tick, std::int64_t every) {
   return tick > 0 ? (tick - 1) / every + 1 : 0;
 }
 
-/// \param ticks  ascending, not empty
+/// Returns which ticks are missing from a list.  \param ticks  ascending, not empty
 Loss find_loss(const std::vector<std::int64_t>& ticks, std::int64_t every, std::int64_t end_tick) {
   Loss loss;
-  std::int64_t next = 0;  // first tick that was not met
+  std::int64_t next = 0;  // first tick after the ticks that were examined
   const auto miss = [&](std::int64_t until) {
     const std::int64_t count = multiples_below(until, every) - multiples_below(next, every);
     if (count <= 0) return;
@@ -60,9 +61,9 @@ Loss find_loss(const std::vector<std::int64_t>& ticks, std::int64_t every, std::
 void UnsentCounts::take(const status_t& status) {
   const std::array<std::int64_t, io::kNumMotionChannels> counts{status.states_dropped, status.points_dropped,
                                                                 status.loads_dropped};
-  // counts only grow, so that it does not matter in which order the log holds them
-  const auto widen = [this](Range& range, std::int64_t told) {
-    const std::int64_t count = std::max<std::int64_t>(told, 0);
+  // counts never decrease, so the order of the messages in the log does not matter
+  const auto widen = [this](Range& range, std::int64_t published) {
+    const std::int64_t count = std::max<std::int64_t>(published, 0);
     range.first = has_any ? std::min(range.first, count) : count;
     range.last = has_any ? std::max(range.last, count) : count;
   };
@@ -90,13 +91,13 @@ std::vector<Loss> find_losses(const RecordedSession& session, const Plan& plan) 
 std::string describe(const Loss& loss, const UnsentCounts& counts) {
   if (loss.num_ticks == 0) return {};
   std::string text = loss.channel + " of " + counted(loss.num_ticks, "tick") +
-                     " that the daemon publishes at the scene's rate is not in the log, the first of tick " +
+                     " that the daemon publishes at the scene's rate is not in the log, first at tick " +
                      std::to_string(loss.first_tick) + ":";
-  if (loss.num_before > 0) text += " " + std::to_string(loss.num_before) + " of before it begins;";
+  if (loss.num_before > 0) text += " " + std::to_string(loss.num_before) + " from before the log begins;";
   if (loss.num_unsent > 0) text += " " + std::to_string(loss.num_unsent) + " not sent, as the status counts;";
-  if (loss.num_on_way() > 0)
-    text += " " + std::to_string(loss.num_on_way()) +
-            (counts.has_any ? " lost on the way;" : " not sent or lost on the way, no status tells;");
+  if (loss.num_lost_in_transit() > 0)
+    text += " " + std::to_string(loss.num_lost_in_transit()) +
+            (counts.has_any ? " lost in transit;" : " not sent or lost in transit (no status in the log);");
   text.pop_back();
   return text;
 }

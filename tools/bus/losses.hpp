@@ -1,4 +1,5 @@
-// What a daemon published by its scene's rates and a recording does not hold, and who lost it.
+// Finds messages that a daemon published at its scene's rates but that a recording lacks, and where they were
+// lost.
 #pragma once
 
 #include <array>
@@ -14,7 +15,7 @@ namespace freeflex::tools {
 
 struct RecordedSession;
 
-/// One page of POINTS or LOADS.
+/// Tick and number of one page of POINTS or LOADS.
 struct PageRecord {
   std::int64_t tick = 0;
   std::int64_t epoch = 0;
@@ -22,7 +23,7 @@ struct PageRecord {
   std::int32_t num_pages = 0;
 };
 
-/// What the daemon's status said of messages that it did not send, at its first and its last word in the log.
+/// The daemon's counts of messages that it did not send, in the first and in the last STATUS of the log.
 struct UnsentCounts {
   void take(const freeflex_msgs::status_t& status);
 
@@ -31,28 +32,30 @@ struct UnsentCounts {
     std::int64_t size() const { return last - first; }
   };
   bool has_any = false;
-  std::array<Range, io::kNumMotionChannels> dropped;  // as io::kMotionChannels
-  Range failed;                                       // sends that the network did not take, of any channel
-  std::int64_t end_tick = -1;                         // at which the daemon ended, when it said so
+  std::array<Range, io::kNumMotionChannels> dropped;  // in the order of io::kMotionChannels
+  Range failed;                                       // messages of any channel that the network refused
+  std::int64_t end_tick = -1;  // tick at which the daemon ended, if a STATUS reports it; else -1
 };
 
-/// Ticks of one channel of the motion.
+/// The ticks that a recording lacks on one channel of the motion.
 struct Loss {
   std::string channel;          // "STATE"
-  std::int64_t num_ticks = 0;   // that the daemon publishes and the log does not hold whole
-  std::int64_t first_tick = 0;  // of them
-  std::int64_t num_before = 0;  // before the first that the log holds: lost, or it began later
-  std::int64_t num_unsent = 0;  // of the rest, as many as the daemon counts as not sent between its first and
-                                // its last status in the log
-  std::int64_t num_on_way() const { return num_ticks - num_before - num_unsent; }  // sent, and lost
+  std::int64_t num_ticks = 0;   // ticks that the daemon published and that are not complete in the log
+  std::int64_t first_tick = 0;  // the first of these ticks
+  // number of these before the first tick in the log: either lost, or the log began later
+  std::int64_t num_before = 0;
+  std::int64_t num_unsent = 0;  // number of the others that were not sent, from the daemon's counts in the
+                                // first and the last STATUS of the log
+  // number of ticks that were sent and lost
+  std::int64_t num_lost_in_transit() const { return num_ticks - num_before - num_unsent; }
 };
 
-/// For each channel of the motion of which the log holds anything; to its last tick there, or to the end of
-/// the daemon when its last status says that.
-/// \pre find_flaw is empty
+/// Returns the losses on each channel of the motion that is in the log, up to the channel's last tick in the
+/// log. If the daemon's last STATUS gives the tick at which it ended, up to that tick.
+/// \pre find_flaw returned an empty text
 std::vector<Loss> find_losses(const RecordedSession& session, const Plan& plan);
 
-/// In words; empty when nothing is missing.
+/// Returns a loss as text; empty if nothing is missing.
 std::string describe(const Loss& loss, const UnsentCounts& counts);
 
 }  // namespace freeflex::tools

@@ -21,7 +21,7 @@ Json array_of(const double (&values)[N]) {
   return out;
 }
 
-/// The wire's integers have a sign, fingerprints none.
+/// Returns a fingerprint as text. A fingerprint is unsigned, but integers on the wire are signed.
 std::string hex(std::int64_t fingerprint) {
   return fingerprint_text(static_cast<std::uint64_t>(fingerprint));
 }
@@ -332,7 +332,7 @@ std::string summary_of(const status_t& m) {
          (m.validity_cause.empty() ? "" : ": " + m.validity_cause);
 }
 
-/// What numbers the messages of a type; those without are not numbered.
+/// Sets stream and number of a message. Messages of types without an overload are not numbered.
 template <class Message>
 void number_message(const Message&, DecodedMessage&) {}
 void number_message(const applied_t& m, DecodedMessage& out) {
@@ -367,7 +367,7 @@ DecodedMessage decode_as(std::span<const std::byte> bytes) {
   return out;
 }
 
-/// A command, or the envelope around one.
+/// Decodes a command, or an envelope and the command in it.
 template <class Command>
 DecodedMessage decode_command(std::span<const std::byte> bytes) {
   envelope_t envelope;

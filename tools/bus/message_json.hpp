@@ -1,4 +1,4 @@
-// Messages as JSON and as one line of text.
+// Converts messages to JSON and to one line of text.
 #pragma once
 
 #include <cstddef>
@@ -11,18 +11,18 @@
 
 namespace freeflex::tools {
 
-/// What is known of a message by its channel.
-// NOLINTNEXTLINE(bugprone-exception-escape): the move of Json is noexcept, whatever it calls
+/// A message that was decoded according to its channel.
+// NOLINTNEXTLINE(bugprone-exception-escape): moving a Json never throws
 struct DecodedMessage {
-  Json fields;          // null: not one of ours, or damaged
+  Json fields;          // null: the message is not one of freeflex, or it is damaged
   std::string summary;  // one line, may be empty
-  // Messages of one stream follow each other at equal steps of number; empty stream: not numbered.
+  // Messages of one stream have numbers in equal steps. If the stream is empty, the message is not numbered.
   std::string stream;
   std::int64_t number = 0;
-  std::int64_t step = 0;  // 0: the smallest step seen
+  std::int64_t step = 0;  // difference of successive numbers; 0: the smallest difference that occurs
 };
 
-/// Decodes by the part of the channel name after the prefix ("_STATE"). Never throws.
+/// Decodes a message by the suffix of its channel name, without the prefix ("_STATE"). Never throws.
 DecodedMessage decode_by_suffix(std::string_view suffix, std::span<const std::byte> bytes);
 
 }  // namespace freeflex::tools

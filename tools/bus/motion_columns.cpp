@@ -10,7 +10,7 @@ namespace {
 constexpr std::array kAxes{"x", "y", "z"};
 constexpr std::array kQuaternion{"qw", "qx", "qy", "qz"};
 
-// commas would make two columns of one
+// a comma in a name would split its column
 std::string without_commas(std::string name) {
   std::replace(name.begin(), name.end(), ',', '_');
   return name;
@@ -21,7 +21,7 @@ void append_axes(const std::string& front, const char* letter, Columns& columns)
 }
 
 void append_quaternion(const std::string& front, Columns& columns) {
-  for (const char* part : kQuaternion) columns.push_back(front + part);
+  for (const char* component : kQuaternion) columns.push_back(front + component);
 }
 
 bool is_number(std::string_view text) {
@@ -33,7 +33,7 @@ bool is_one_of(std::string_view text, std::string_view letter) {
          std::string_view("xyz").find(text.back()) != std::string_view::npos;
 }
 
-// of x, qw, vx, ax, wx and so on; empty: none of them
+// returns the quantity of a column x, qw, vx, ax, wx and so on; empty for any other column
 std::string_view kinematic(std::string_view last) {
   if (is_one_of(last, "")) return "position [m]";
   if (last == "qw" || is_one_of(last, "q")) return "attitude [-]";
@@ -56,7 +56,8 @@ Columns state_columns(int num_elastic, const std::vector<std::string>& wheels) {
   return columns;
 }
 
-// names may hold dots: first and last part are fixed, so that no two columns have one name
+// names may contain dots, but the first and the last part of a column name are fixed, so column names are
+// unique
 
 void append_point_columns(const std::string& name, bool is_body, Columns& columns) {
   const std::string front = "point." + without_commas(name) + ".";
@@ -107,7 +108,7 @@ std::vector<std::string> quantities_of(const Columns& columns) {
   const auto is_value = [](const std::string& column) {
     return column.starts_with("link.") && is_number(column.substr(column.rfind('.') + 1));
   };
-  std::unordered_map<std::string, int> num_values;  // by the name of the link
+  std::unordered_map<std::string, int> num_values;  // of each link, by its name
   for (const std::string& column : columns)
     if (is_value(column)) ++num_values[column.substr(0, column.rfind('.'))];
   std::vector<std::string> quantities;

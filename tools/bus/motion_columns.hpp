@@ -1,4 +1,4 @@
-// Names of the columns of a motion in a table, and what each measures.
+// Names and quantities of the columns of a motion in a table.
 #pragma once
 
 #include <cstddef>
@@ -11,18 +11,20 @@ namespace freeflex::tools {
 
 using Columns = std::vector<std::string>;
 
-/// time, the frame, q and q_dot of the modes, momenta of the wheels: the order of state_t.
+/// Returns the names of the columns of time, frame, q and q_dot of the modes, and momenta of the wheels, in
+/// the order of state_t.
 Columns state_columns(int num_elastic, const std::vector<std::string>& wheels);
-/// point.NAME: place, velocity, acceleration; of a body attitude and rate behind them.
+/// Appends the columns of point.NAME: position, velocity, acceleration; for a body also attitude and angular
+/// velocity.
 void append_point_columns(const std::string& name, bool is_body, Columns& columns);
-/// group.NAME: place, attitude, velocity, rate.
+/// Appends the columns of group.NAME: position, attitude, velocity, angular velocity.
 void append_group_columns(const std::string& name, Columns& columns);
-/// link.NAME: its values, by its kind.
+/// Appends the columns of link.NAME, which depend on the kind of the link.
 void append_link_columns(const std::string& name, std::string_view kind, int num_values, Columns& columns);
 
-/// What each column measures, with its unit: "points: velocity [m/s]". Values of links whose kind a name does
-/// not tell are one quantity where they have one number and their links equally many; a name that none of the
-/// above gives is a quantity of its own.
+/// Returns the quantity of each column, with its unit: "points: velocity [m/s]". If the values of links are
+/// numbered, the kind of the links is unknown: value k of all links that have the same number of values is
+/// then one quantity. A column with any other name is a quantity of its own.
 std::vector<std::string> quantities_of(const Columns& columns);
 
 }  // namespace freeflex::tools

@@ -1,4 +1,5 @@
-// Recordings of a motion: STATE, POINTS and LOADS of one session, names by its SCENE.
+// Reads a recording of a motion: STATE, POINTS and LOADS of one session, with names from the SCENE of the
+// session.
 #include <algorithm>
 #include <array>
 #include <functional>
@@ -28,18 +29,19 @@ using freeflex_msgs::points_t;
 using freeflex_msgs::scene_t;
 using freeflex_msgs::state_t;
 
-/// What a message stands in the columns by: where the values of a thing begin, -1 of one that is in none.
-class Places {
+/// First columns of the values of points, bodies, groups or links, by index of the item.
+class FirstColumns {
  public:
-  void set(std::int32_t index, std::size_t place) { places_[index] = place; }
+  void set(std::int32_t index, std::size_t column) { columns_[index] = column; }
+  /// Returns the values of an item in a row; nullptr if the item has no column.
   double* find(std::int32_t index, std::vector<double>& values) const {
-    const auto found = places_.find(index);
-    return found == places_.end() ? nullptr : values.data() + found->second;
+    const auto found = columns_.find(index);
+    return found == columns_.end() ? nullptr : values.data() + found->second;
   }
-  std::size_t size() const { return places_.size(); }
+  std::size_t size() const { return columns_.size(); }
 
  private:
-  std::map<std::int32_t, std::size_t> places_;
+  std::map<std::int32_t, std::size_t> columns_;
 };
 
 struct Names {
@@ -53,27 +55,27 @@ std::string name_of(const std::map<std::int32_t, std::string>& names, std::int32
   return found == names.end() ? "#" + std::to_string(index) : found->second;
 }
 
-/// Where one page stands in the log.
+/// Position of one page in the log.
 struct PageAt {
   std::int64_t tick = 0;
   std::int32_t page = 0, num_pages = 1;
   std::int64_t offset = 0;  // [bytes]
   std::int64_t epoch = 0;
-  std::size_t content = 0;  // of a state: hash of what moves
+  std::size_t content = 0;  // for a state: hash of the motion
 };
 
-/// One part: its pages by tick, and where their values stand in a row.
+/// The pages of one part ordered by tick, and the columns of their values.
 struct Index {
   std::vector<PageAt> pages;
   std::size_t num_columns = 0;
-  Places points, bodies, groups, links;
+  FirstColumns points, bodies, groups, links;
   std::map<std::int32_t, std::int32_t> link_sizes;
   int num_elastic = -1;
 };
 
 void take(const double* from, std::size_t size, double*& to) { to = std::copy_n(from, size, to); }
 
-/// False when the message is not of these columns.
+/// Copies the values of a message into a row. Returns false if the message does not have these columns.
 bool fill(const Index& index, const state_t& message, std::vector<double>& values) {
   if (message.num_elastic != index.num_elastic) return false;
   double* to = values.data();
@@ -130,7 +132,7 @@ class PageReader : public RowReader {
       const std::size_t first = at_;
       while (at_ != index_.pages.size() && index_.pages[at_].tick == index_.pages[first].tick) ++at_;
       row.tick = index_.pages[first].tick;
-      // what no page of the tick says is no number
+      // values that no page of the tick contains are NaN
       row.values.assign(index_.num_columns, std::numeric_limits<double>::quiet_NaN());
       bool is_whole = at_ - first == static_cast<std::size_t>(index_.pages[first].num_pages);
       for (std::size_t k = first; k != at_ && is_whole; ++k) {
@@ -156,14 +158,14 @@ class PageReader : public RowReader {
 
 class RecordedMotion : public MotionFile {
  public:
-  /// \param damage  what was found that cannot be read
+  /// \param damage  damage of the recording; empty if there is none
   RecordedMotion(std::string path, const std::string& prefix, std::int64_t session, const std::string& damage)
       : path_(std::move(path)), prefix_(prefix), session_(session) {
     if (!damage.empty()) damage_ = damage.starts_with(path_) ? damage : path_ + ": " + damage;
   }
   bool is_recording() const override { return true; }
 
-  /// Empty, or what is wrong with the log.
+  /// Reads the index of the recording. Returns an empty text or the error of the log.
   std::string read() {
     io::LogReader log(path_);
     io::LogEvent event;
@@ -208,7 +210,7 @@ class RecordedMotion : public MotionFile {
     if (!io::decode_message(event.bytes, message) || message.session != session_) return;
     PageAt page{message.tick, 0, 1, event.offset, message.epoch, 0};
     if constexpr (std::is_same_v<Message, state_t>) {
-      message.utime = message.applied_count = 0;  // what a state that is sent again may change
+      message.utime = message.applied_count = 0;  // a state that is sent again may differ in these fields
       const std::vector<std::byte> bytes = io::encode(message);
       page.content =
           std::hash<std::string_view>{}({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
@@ -234,18 +236,19 @@ class RecordedMotion : public MotionFile {
     }
   }
 
-  /// Empty, or that one tick of one epoch has two states.
+  /// Returns an error if one tick of one epoch has two different states; else an empty text.
   std::string find_two_states() const {
     std::map<std::pair<std::int64_t, std::int64_t>, std::size_t> contents;
     for (const PageAt& page : indices_[io::kStateChannel].pages)
       if (contents.try_emplace({page.epoch, page.tick}, page.content).first->second != page.content)
         return path_ + ": the STATE at byte " + std::to_string(page.offset) +
-               " contradicts one before it of tick " + std::to_string(page.tick) +
+               " contradicts an earlier one of tick " + std::to_string(page.tick) +
                ": it is damaged, or two motions were put into one file";
     return {};
   }
 
-  // by tick and page; a packet may have come twice, and while a daemon stands its last tick comes again
+  // orders pages by tick and number and removes repeated pages: a packet may arrive twice, and a daemon that
+  // holds sends its last tick again
   static void sort(Index& index) {
     const auto key = [](const PageAt& page) { return std::tie(page.tick, page.page); };
     std::stable_sort(index.pages.begin(), index.pages.end(),
@@ -255,7 +258,7 @@ class RecordedMotion : public MotionFile {
     index.pages.erase(repeats, index.pages.end());
   }
 
-  /// Columns by the first whole tick of each channel.
+  /// Sets the columns from the first complete tick of each channel.
   void lay_out(io::LogReader& log) {
     const auto add = [this](std::size_t channel, const char* name, Columns columns) {
       if (columns.empty()) return;
@@ -364,7 +367,7 @@ std::unique_ptr<MotionFile> open_recording(const std::string& path, const std::s
                                                  joined(recording.damage, recording.warning));
   error = motion->read();
   if (error.empty() && motion->parts().empty())
-    error = joined(recording.damage, path + ": it holds no whole " + prefix + channels::kState + ", " +
+    error = joined(recording.damage, path + ": it holds no complete " + prefix + channels::kState + ", " +
                                          prefix + channels::kPoints + " or " + prefix + channels::kLoads);
   if (!error.empty()) return nullptr;
   return motion;
@@ -374,7 +377,7 @@ std::unique_ptr<MotionFile> open_motion(const std::string& path, const std::stri
                                         std::optional<std::int64_t> session, std::string& error) {
   if (begins_as_log(path)) return open_recording(path, prefix, session, error);
   if (!session) return open_table(path, error);
-  error = path + ": a session was chosen, and it is no recording";
+  error = path + ": a session was chosen, but the file is not a recording";
   return nullptr;
 }
 

@@ -1,4 +1,4 @@
-// A motion in a file, tick by tick: a recording or a table.
+// Reads a motion tick by tick from a file, which is a recording or a table.
 #pragma once
 
 #include <cstddef>
@@ -14,17 +14,18 @@ namespace freeflex::tools {
 
 struct MotionRow {
   std::int64_t tick = 0;
-  std::vector<double> values;  // of the part's columns
+  std::vector<double> values;  // one for each column of the part
 };
 
-/// Reads the rows of one part from the first on.
+/// Reads the rows of one part, beginning with the first.
 class RowReader {
  public:
   virtual ~RowReader() = default;
-  /// The next row, ticks ascending; false at the end, or at damage, which ends the rows (see error()).
+  /// Reads the next row; ticks ascend. Returns false at the end of the part, or at damage, which ends the
+  /// rows (see error()).
   virtual bool next(MotionRow& row) = 0;
   const std::string& error() const { return error_; }
-  /// Ticks that hold other columns than the part has: they are passed over.
+  /// Returns the number of ticks that were skipped because their columns differ from those of the part.
   std::int64_t num_odd() const { return num_odd_; }
 
  protected:
@@ -32,7 +33,7 @@ class RowReader {
   std::int64_t num_odd_ = 0;
 };
 
-/// What a file holds: a table is one part, a recording has one of each of STATE, POINTS and LOADS.
+/// The parts of a file: a table is one part; a recording has one part for each of STATE, POINTS and LOADS.
 class MotionFile {
  public:
   virtual ~MotionFile() = default;
@@ -42,9 +43,9 @@ class MotionFile {
   };
   const std::vector<Part>& parts() const { return parts_; }
   virtual std::unique_ptr<RowReader> open(std::size_t part) = 0;
-  /// What it holds beside that and nothing reads, in words.
+  /// Returns texts about the contents that are not read.
   const std::vector<std::string>& ignored() const { return ignored_; }
-  /// Empty, or what of it cannot be read though the rest can.
+  /// Returns the damage that prevents reading a part of the file; empty if there is none.
   const std::string& damage() const { return damage_; }
   virtual bool is_recording() const = 0;
 
@@ -54,9 +55,9 @@ class MotionFile {
   std::string damage_;
 };
 
-/// A table that `freeflex run` wrote or that has its columns, or a recording. nullptr, with the reason: it
-/// cannot be read, is damaged, or holds several sessions and none is chosen. \param prefix  of the channels
-/// in a recording
+/// Opens a recording, or a table with the columns of `freeflex run`. Returns nullptr and sets `error` to the
+/// reason if the file cannot be read or is damaged, or if it contains several sessions and none is chosen.
+/// \param prefix  first part of the channel names in a recording
 std::unique_ptr<MotionFile> open_motion(const std::string& path, const std::string& prefix,
                                         std::optional<std::int64_t> session, std::string& error);
 

@@ -1,4 +1,4 @@
-// The kinds of files behind open_motion.
+// Opens the two kinds of files that open_motion accepts.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace freeflex::tools {
 
-/// nullptr, with the reason: see open_motion.
+/// Each opens a file of one kind. Returns nullptr and sets `error` to the reason, as open_motion does.
 std::unique_ptr<MotionFile> open_table(const std::string& path, std::string& error);
 std::unique_ptr<MotionFile> open_recording(const std::string& path, const std::string& prefix,
                                            std::optional<std::int64_t> session, std::string& error);

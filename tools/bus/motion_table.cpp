@@ -1,4 +1,4 @@
-// Tables of a motion.
+// Reads a table of a motion.
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
@@ -26,24 +26,24 @@ class TableReader : public RowReader {
       return false;
     }
     ++number_;
-    // a file that ends without the end of its line was cut there
+    // if the last line has no end of line, it was cut
     if (file_.eof()) return damage("the line does not end: the table was cut");
     row.values.resize(num_columns_);
     const char *at = line_.data(), *end = at + line_.size();
     if (end != at && end[-1] == '\r') --end;
-    if (!read(at, end, row.tick)) return damage("no tick");
+    if (!read(at, end, row.tick)) return damage("there is no tick");
     if (row.tick <= last_)
-      return damage("tick " + std::to_string(row.tick) + " behind " + std::to_string(last_));
+      return damage("tick " + std::to_string(row.tick) + " after tick " + std::to_string(last_));
     last_ = row.tick;
     for (double& value : row.values) {
       if (at == end) return damage("fewer columns than the first line names");
-      if (!read(++at, end, value)) return damage("no number");
+      if (!read(++at, end, value)) return damage("there is no number");
     }
     return at == end || damage("more columns than the first line names");
   }
 
  private:
-  // a number up to the next comma or the end
+  // reads a number up to the next comma or the end
   template <typename T>
   static bool read(const char*& at, const char* end, T& value) {
     const auto [behind, error] = std::from_chars(at, end, value);
@@ -79,7 +79,7 @@ class Table : public MotionFile {
 }  // namespace
 
 std::unique_ptr<MotionFile> open_table(const std::string& path, std::string& error) {
-  // what is read more than once cannot be a pipe
+  // the file is read several times, so it must not be a pipe
   std::error_code fault;
   if (std::filesystem::exists(path, fault) && !std::filesystem::is_regular_file(path, fault)) {
     error = path + ": not a regular file";
@@ -93,8 +93,8 @@ std::unique_ptr<MotionFile> open_table(const std::string& path, std::string& err
   }
   if (!line.empty() && line.back() == '\r') line.pop_back();
   if (!line.starts_with("tick,")) {
-    error = path +
-            ": neither a recording nor a table: its first line must name the columns, tick the first of them";
+    error =
+        path + ": neither a recording nor a table: its first line must name the columns, beginning with tick";
     return nullptr;
   }
   Columns columns;

@@ -30,8 +30,8 @@ OperatorLink::OperatorLink(const service::OperatorPlaces& places) : buffer_(chan
     fd_ = -1;
   }
   error_ = (faults.empty() ? "no folder in which a daemon of this user could listen" : faults) +
-           (places.faults.empty() ? "" : "\nNot looked at: " + places.faults) +
-           "\nIs freeflexd running, of this user, with the same --prefix or --socket?";
+           (places.faults.empty() ? "" : "\nUnsuitable folders: " + places.faults) +
+           "\nIs freeflexd running as this user, with the same --prefix or --socket?";
 }
 
 OperatorLink::~OperatorLink() {
@@ -49,7 +49,7 @@ bool OperatorLink::wait(std::chrono::milliseconds time, const std::function<bool
     const auto left =
         std::chrono::duration_cast<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
     if (left.count() <= 0 || is_interrupted()) return false;
-    // short waits, so that an interruption is noticed
+    // the waits are short, so that an interrupt is noticed
     pollfd readable{fd_, POLLIN, 0};
     if (poll(&readable, 1, static_cast<int>(std::min<std::int64_t>(left.count(), 100))) <= 0) continue;
     const ssize_t size = recv(fd_, buffer_.data(), buffer_.size(), MSG_DONTWAIT);

@@ -1,4 +1,4 @@
-// The operator's socket of a daemon, as a tool sees it.
+// Connection of the tools to the operator's socket of a daemon.
 #pragma once
 
 #include <chrono>
@@ -11,24 +11,25 @@
 
 namespace freeflex::tools {
 
-/// One connection. What the daemon sends is scene_t and ack_t, each message one packet. Not copyable, one
-/// thread.
+/// One connection, over which the daemon sends scene_t and ack_t, one packet per message. Not copyable; for
+/// one thread.
 class OperatorLink {
  public:
   using Handler = std::function<void(std::span<const std::byte>)>;
 
-  /// Connects to the first of the places at which a daemon listens.
+  /// Connects to the first place in the list at which a daemon listens.
   explicit OperatorLink(const service::OperatorPlaces& places);
   ~OperatorLink();
   OperatorLink(const OperatorLink&) = delete;
   OperatorLink& operator=(const OperatorLink&) = delete;
 
-  /// Empty, or why there is no connection.
+  /// Returns the reason why there is no connection; empty if there is no error.
   const std::string& error() const { return error_; }
-  /// Of the socket that it is connected to.
+  /// Returns the path of the connected socket.
   const std::string& path() const { return path_; }
   bool send(std::span<const std::byte> bytes);
-  /// Hands over messages until time runs out, the daemon closes or done() holds. False unless it holds.
+  /// Passes messages to the handler until done() is true. Returns false if the time runs out, or the daemon
+  /// closes the connection, before that.
   bool wait(std::chrono::milliseconds time, const std::function<bool()>& done, const Handler& handler);
 
  private:

@@ -21,15 +21,15 @@ using freeflex_msgs::control_t;
 using freeflex_msgs::force_t;
 
 constexpr double kDefaultDuration = 1.0;           // [s]
-constexpr std::int64_t kMaxCount = 1'000'000'000;  // as the daemon takes it
+constexpr std::int64_t kMaxCount = 1'000'000'000;  // limit of the daemon
 
-/// What --point says: NAME, pushed by --force, or NAME=X,Y,Z.
+/// The argument of --point: NAME, on which --force acts, or NAME=X,Y,Z.
 struct PointArgument {
   std::string name;
   std::optional<std::array<double, 3>> force;  // [N]
 };
 
-/// nullopt when what stands behind = is not three numbers.
+/// Parses the argument of --point. Returns nullopt if the text after = is not three numbers.
 std::optional<PointArgument> parse_point(const std::string& text) {
   const auto named = parse_named_numbers(text, 3);
   if (!named) return std::nullopt;
@@ -38,17 +38,19 @@ std::optional<PointArgument> parse_point(const std::string& text) {
   return point;
 }
 
-/// run, hold, reset, stop, scene, step=N, shapes=MODE, scene=PAGE.
+/// Parses run, hold, reset, stop, scene, step=N, shapes=MODE or scene=PAGE; returns nullopt for any other
+/// text.
 std::optional<control_t> parse_control(const std::string& text) {
-  constexpr std::array<std::pair<std::string_view, std::int32_t>, 5> kWords{{{"run", control_t::RUN},
-                                                                             {"hold", control_t::HOLD},
-                                                                             {"reset", control_t::RESET},
-                                                                             {"stop", control_t::STOP},
-                                                                             {"scene", control_t::SCENE}}};
+  constexpr std::array<std::pair<std::string_view, std::int32_t>, 5> kUncounted{
+      {{"run", control_t::RUN},
+       {"hold", control_t::HOLD},
+       {"reset", control_t::RESET},
+       {"stop", control_t::STOP},
+       {"scene", control_t::SCENE}}};
   constexpr std::array<std::pair<std::string_view, std::int32_t>, 3> kCounted{
       {{"step=", control_t::STEP}, {"shapes=", control_t::SHAPES}, {"scene=", control_t::SCENE}}};
   control_t control{};
-  for (const auto& [name, command] : kWords) {
+  for (const auto& [name, command] : kUncounted) {
     control.command = command;
     if (text == name) return control;
   }
@@ -67,19 +69,20 @@ std::int64_t to_ticks(double seconds, double rate) {
   return std::max<std::int64_t>(1, std::llround(seconds * rate));
 }
 
-/// What of a force acts in the ticks of a duration, so that its impulse is kept; 1 where it is whole ticks.
-double impulse_share(double seconds, double rate) {
+/// Returns the factor by which a force is scaled so that its impulse stays the same when the duration is
+/// rounded to ticks. The factor is 1 if the duration is a whole number of ticks.
+double impulse_factor(double seconds, double rate) {
   constexpr double kOnTick = 1e-6;
   const double wanted = seconds * rate, given = static_cast<double>(to_ticks(seconds, rate));
   return std::abs(wanted - given) <= kOnTick ? 1.0 : wanted / given;
 }
 
-/// Three components, zero where they were not given.
+/// Copies three components; leaves `to` zero if none are given.
 void copy_vector(const std::vector<double>& from, double (&to)[3]) {
   if (!from.empty()) std::copy_n(from.begin(), 3, to);
 }
 
-/// Says which points, or groups, there are instead of one that there is not.
+/// Prints an error for an unknown name, with the names in the scene.
 void explain_unknown(const std::string& kind, const std::string& name, const SceneCatalogue& scene,
                      const std::vector<std::string>& known) {
   std::string text = "no " + kind + " '" + name + "' in scene '" + scene.head().name + "'" +
@@ -87,15 +90,15 @@ void explain_unknown(const std::string& kind, const std::string& name, const Sce
   text += kind == "point" ? "points that can be pushed: " : kind + "s: ";
   text += known.empty() ? "none" : listed(known, 12);
   if (const std::size_t rest = scene.num_unlisted(); kind == "point" && rest > 0)
-    text +=
-        "; " + std::to_string(rest) + " of " + std::to_string(scene.points().size()) +
-        " points are not listed, for nothing names them: add those to push to commands: points of the scene";
+    text += "; " + std::to_string(rest) + " of " + std::to_string(scene.points().size()) +
+            " points are not listed, because nothing names them: add those that you push to 'commands: "
+            "points' of the scene";
   if (kind == "point" && scene.find_group(name)) text += "; there is a group of that name: --group " + name;
   if (kind == "group" && scene.find_point(name)) text += "; there is a point of that name: --point " + name;
   print_error(text);
 }
 
-/// The points' part of a command. False when a name is unknown.
+/// Adds the points to a command. Returns false if a name is unknown.
 bool add_points(const PushOptions& options, const SceneCatalogue& scene, force_t& force) {
   for (const std::string& text : options.points) {
     const PointArgument argument = *parse_point(text);
@@ -126,7 +129,7 @@ bool add_points(const PushOptions& options, const SceneCatalogue& scene, force_t
   return true;
 }
 
-/// The groups' part of a command. False when a name is unknown.
+/// Adds the groups to a command. Returns false if a name is unknown.
 bool add_groups(const PushOptions& options, const SceneCatalogue& scene, force_t& force) {
   for (const std::string& name : options.groups) {
     const std::optional<std::int32_t> index = scene.find_group(name);
@@ -145,7 +148,7 @@ bool add_groups(const PushOptions& options, const SceneCatalogue& scene, force_t
   return true;
 }
 
-/// The wheels' part of a command. False when a name is unknown.
+/// Adds the wheels to a command. Returns false if a name is unknown.
 bool add_wheels(const PushOptions& options, const SceneCatalogue& scene, force_t& force) {
   const auto& wheels = scene.head().wheels;
   for (const std::string& text : options.wheels) {
@@ -167,7 +170,7 @@ bool add_wheels(const PushOptions& options, const SceneCatalogue& scene, force_t
   return true;
 }
 
-/// The first of a list that was given, or nothing.
+/// Returns the first option of the list that the user gave; empty if there is none.
 std::string first_given(const CLI::App& command, std::initializer_list<const char*> names) {
   for (const char* name : names) {
     if (command.count(name) > 0) return name;
@@ -175,41 +178,41 @@ std::string first_given(const CLI::App& command, std::initializer_list<const cha
   return {};
 }
 
-/// Options that say two things at once, or nothing. Empty: none.
+/// Returns an error if options contradict each other or have no effect; else an empty text.
 std::string find_conflict(const CLI::App& command) {
   std::string other;
   if (command.count("--control") > 0) {
     other = first_given(command, {"--point", "--group", "--wheel", "--force", "--torque", "--axes",
                                   "--duration", "--lease", "--clear", "--slot", "--at-tick", "--late-ok"});
-    if (!other.empty()) return "--control goes without " + other;
+    if (!other.empty()) return "--control cannot be used with " + other;
   }
   if (command.count("--clear-sender") > 0) {
     other =
         first_given(command, {"--control", "--point", "--group", "--wheel", "--force", "--torque", "--axes",
                               "--duration", "--lease", "--clear", "--slot", "--at-tick", "--late-ok"});
-    if (!other.empty()) return "--clear-sender goes without " + other;
+    if (!other.empty()) return "--clear-sender cannot be used with " + other;
   }
   if (command.count("--clear") > 0) {
     other = first_given(
         command, {"--point", "--group", "--wheel", "--force", "--torque", "--axes", "--duration", "--lease"});
-    if (!other.empty()) return "--clear goes without " + other;
+    if (!other.empty()) return "--clear cannot be used with " + other;
   }
   if (command.count("--axes") > 0 && first_given(command, {"--point", "--group"}).empty())
-    return "--axes goes with --point or --group: the torque of a wheel's motor is about its own axis";
+    return "--axes needs --point or --group: the torque of a wheel's motor is about its own axis";
   if (command.count("--lease") > 0 && command.count("--duration") > 0)
     return "give --duration or --lease, not both";
   if (command.count("--key") > 0 && command.count("--sender") > 0)
-    return "--key goes without --sender: the sender is the key's id";
+    return "--key cannot be used with --sender: the sender is the key's id";
   if (command.count("--key") > 0 && command.count("--socket") > 0)
-    return "--key goes without --socket: who may open the operator's socket needs no key";
+    return "--key cannot be used with --socket: the operator's socket needs no key";
   if (command.count("--socket") > 0 && command.count("--lcm-url") > 0)
-    return "--socket goes without --lcm-url: nothing goes over the bus";
+    return "--socket cannot be used with --lcm-url: the command is not sent over the bus";
   if (command.count("--late-ok") > 0 && command.count("--at-tick") == 0)
-    return "--late-ok goes with --at-tick: without it a command takes effect at once";
+    return "--late-ok needs --at-tick: without --at-tick a command takes effect at once";
   return {};
 }
 
-/// What is wrong with points, groups and what acts on them. Empty: nothing.
+/// Returns the error in points, groups and the loads on them; empty if there is none.
 std::string find_force_fault(const PushOptions& options) {
   for (const std::string& text : options.wheels) {
     const auto named = parse_named_numbers(text, 1);
@@ -217,7 +220,7 @@ std::string find_force_fault(const PushOptions& options) {
       return "--wheel '" + text + "': must be NAME=TORQUE with a number [N m]";
   }
   if (options.points.empty() && options.groups.empty() && !options.torque.empty())
-    return "--torque acts on nothing: a --wheel has its own =TORQUE";
+    return "--torque has no effect: a --wheel has its own =TORQUE";
   bool takes_force = !options.groups.empty();
   bool needs_force = !options.groups.empty() && options.torque.empty();
   for (const std::string& text : options.points) {
@@ -229,7 +232,7 @@ std::string find_force_fault(const PushOptions& options) {
   if (needs_force && options.force.empty())
     return "give --force X,Y,Z [N] or, for groups and bodies, --torque X,Y,Z [N m]";
   if (!takes_force && !options.force.empty())
-    return "--force acts on nothing: every --point has its own =X,Y,Z; leave one of the two out";
+    return "--force has no effect: every --point has its own =X,Y,Z; omit one of the two";
   return {};
 }
 
@@ -237,7 +240,7 @@ std::string find_force_fault(const PushOptions& options) {
 
 std::string find_push_fault(const CLI::App& command, const PushOptions& options) {
   if (command.count("--prefix") > 0 && options.socket && !options.socket->empty())
-    return "--socket PATH goes without --prefix: the socket is that of one daemon";
+    return "--socket PATH cannot be used with --prefix: the socket already identifies the daemon";
   std::string conflict = find_conflict(command);
   if (!conflict.empty()) return conflict;
   const bool is_force =
@@ -277,15 +280,15 @@ control_t make_control(const PushOptions& options) {
   return control;
 }
 
-/// A push acts in whole ticks, with so much of its force that the impulse is kept.
-void keep_impulse(double share, force_t& force) {
-  const auto scale = [share](auto& vector) {
-    for (double& each : vector) each *= share;
+/// Scales the loads of a push that lasts a whole number of ticks, so that its impulse is as requested.
+void keep_impulse(double factor, force_t& force) {
+  const auto scale = [factor](auto& vector) {
+    for (double& each : vector) each *= factor;
   };
   for (auto& each : force.forces) scale(each.force);
   for (auto& each : force.torques) scale(each.torque);
   for (auto& each : force.wrenches) scale(each.force), scale(each.torque);
-  for (auto& each : force.wheels) each.torque *= share;
+  for (auto& each : force.wheels) each.torque *= factor;
 }
 
 std::optional<force_t> make_force(const PushOptions& options, const SceneCatalogue& scene) {
@@ -304,13 +307,14 @@ std::optional<force_t> make_force(const PushOptions& options, const SceneCatalog
       !add_wheels(options, scene, force))
     return std::nullopt;
   if (force.duration_ticks > 0)
-    if (const double share = impulse_share(options.duration.value_or(kDefaultDuration), rate); share != 1.0)
-      keep_impulse(share, force);
+    if (const double factor = impulse_factor(options.duration.value_or(kDefaultDuration), rate);
+        factor != 1.0)
+      keep_impulse(factor, force);
   return force;
 }
 
 std::string rounded_duration(const PushOptions& options, double rate) {
-  constexpr double kMuch = 0.01;  // of what was asked for
+  constexpr double kMuch = 0.01;  // [-] relative to the time asked for
   if (!options.duration && !options.lease) return {};
   const double asked = options.lease.value_or(options.duration.value_or(0.0));
   const std::int64_t ticks = to_ticks(asked, rate);
@@ -319,8 +323,7 @@ std::string rounded_duration(const PushOptions& options, double rate) {
   std::ostringstream text;
   text << (options.lease ? "--lease " : "--duration ") << asked << " s is " << asked * rate
        << " ticks: it lasts " << ticks << (ticks == 1 ? " tick, " : " ticks, ") << lasts << " s; "
-       << (options.lease ? "it is renewed or ends then"
-                         : "with so much of the force that the impulse is kept");
+       << (options.lease ? "it is renewed or ends then" : "the force is scaled to keep the impulse");
   return text.str();
 }
 

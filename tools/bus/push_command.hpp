@@ -1,4 +1,4 @@
-// What freeflex push is asked for: its options, their rules, and the message that they make.
+// The options of freeflex push, their rules, and the message that is made from them.
 #pragma once
 
 #include <cstdint>
@@ -16,9 +16,9 @@ struct PushOptions {
   BusOptions bus;
   std::vector<std::string> points;
   std::vector<std::string> groups;
-  std::vector<std::string> wheels;  // NAME=TORQUE
-  std::vector<double> force;        // [N] (3), or not given
-  std::vector<double> torque;       // [N m] (3), or not given
+  std::vector<std::string> wheels;  // each NAME=TORQUE
+  std::vector<double> force;        // [N] (3); empty: not given
+  std::vector<double> torque;       // [N m] (3); empty: not given
   std::string axes = "world";
   std::optional<double> duration;  // [s]
   std::optional<double> lease;     // [s]
@@ -26,29 +26,31 @@ struct PushOptions {
   int slot = 0;
   std::optional<std::int64_t> at_tick;
   bool late_ok = false;
-  std::string sender;  // empty: "push", over the socket "local.push"
-  std::string key;     // file; empty: the command goes as it is
+  std::string sender;  // empty: "push", or "local.push" over the socket
+  std::string key;     // key file; empty: the command is not sealed
   std::string control;
-  std::string clear_sender;  // whose pushes end; *: every sender of the bus
+  std::string clear_sender;  // sender whose pushes end; *: every sender of the bus
   double timeout = 3.0;      // [s]
   bool json = false;
-  std::optional<std::string> socket;  // the operator's in place of the bus; empty: the usual one
+  std::optional<std::string>
+      socket;  // path of the operator's socket, which replaces the bus; an empty path means the default
 };
 
-/// What is wrong with the options, as far as it needs no daemon: what contradicts, has no effect or is
-/// missing. Empty: nothing. \param command  that parsed them
+/// Returns a text about the first option that contradicts another, has no effect or is missing, as far as
+/// that is known without a daemon; empty if there is none.  \param command  command that parsed the options
 std::string find_push_fault(const CLI::App& command, const PushOptions& options);
 
-/// True when the command is a control_t, which needs no scene.
+/// Returns true if the command is a control_t, which needs no scene.
 bool is_control(const PushOptions& options);
-/// \pre find_push_fault found nothing, is_control
+/// Returns the control_t that the options describe.  \pre find_push_fault returned an empty text, and
+/// is_control is true
 freeflex_msgs::control_t make_control(const PushOptions& options);
 
-/// Names become indices, seconds become ticks. An unknown name is explained and gives nullopt.
-/// \pre find_push_fault found nothing
+/// Returns the force_t that the options describe, with indices instead of names and ticks instead of seconds.
+/// If a name is unknown, prints an error and returns nullopt.  \pre find_push_fault returned an empty text
 std::optional<freeflex_msgs::force_t> make_force(const PushOptions& options, const SceneCatalogue& scene);
 
-/// What the daemon's ticks make of a duration or lease that is no whole number of them; empty: as asked.
+/// Returns a warning if the duration or lease is not a whole number of ticks; else an empty text.
 /// \param rate  [Hz] of the daemon's ticks
 std::string rounded_duration(const PushOptions& options, double rate);
 

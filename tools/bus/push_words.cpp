@@ -8,7 +8,7 @@
 namespace freeflex::tools {
 namespace {
 
-/// "forces[2]: point 19" becomes "point 'tip'", "in point 3" becomes "in point 'hub'".
+/// Replaces "forces[2]: point 19" by "point 'tip'", and "in point 3" by "in point 'hub'".
 std::string with_names(const std::string& text, const NameOf& name_of) {
   static const std::regex entry(
       R"((?:(?:forces|torques|wrenches|wheels)\[\d+\]: |\b(in ))(point|group|wheel) (\d+))");
@@ -52,7 +52,7 @@ std::string in_push_words(std::string text, const NameOf& name_of) {
        {std::regex(R"(\bRESET\b)"), "--control reset"},
        {std::regex(R"(\bSTOP\b)"), "--control stop"}}};
   for (const auto& [wire, ours] : kWords) text = std::regex_replace(text, wire, ours);
-  return with_names(text, name_of);  // last: names may look like anything
+  return with_names(text, name_of);  // names are inserted last, because a name may contain any of these words
 }
 
 }  // namespace freeflex::tools

@@ -1,4 +1,4 @@
-// The daemon's reasons in the words of freeflex push.
+// Rewords rejections of the daemon with the option names of freeflex push.
 #pragma once
 
 #include <cstdint>
@@ -8,11 +8,11 @@
 
 namespace freeflex::tools {
 
-/// The name of a "point", "group" or "wheel" by its index in the scene; empty where none is known.
+/// Returns the name of a "point", "group" or "wheel" with this index in the scene; empty if it is unknown.
 using NameOf = std::function<std::string(std::string_view kind, std::int64_t index)>;
 
-/// Returns ack_t.text in the words of whoever typed the command: indices become names, fields become options.
-/// What has no other word stays as it is.
+/// Returns ack_t.text after replacing indices by names, and fields of messages by options. All other text
+/// stays the same.
 std::string in_push_words(std::string text, const NameOf& name_of);
 
 }  // namespace freeflex::tools

@@ -20,9 +20,9 @@ namespace {
 
 using freeflex_msgs::applied_t;
 
-constexpr std::size_t kMostNamed = 20;  // sessions in a message
+constexpr std::size_t kMostNamed = 20;  // largest number of sessions that a message lists
 
-/// Takes the messages of a log into the index.
+/// Builds the index of a log.
 class Indexer {
  public:
   Indexer(Recording& recording, const std::string& prefix)
@@ -35,13 +35,14 @@ class Indexer {
         status_(prefix + channels::kStatus),
         strays_(prefix) {}
 
-  /// Passes over a message that does not decode. False, with the error, when it is of another version.
+  /// Adds a message to the index; skips a message that does not decode. If the message is of another version,
+  /// sets the error and returns false.
   bool take(const io::LogEvent& event);
-  /// Takes out sessions of which there is nothing to replay, and tells what could not be read.
+  /// Removes sessions that have nothing to replay, and sets damage and warning.
   void finish(const std::string& damage_of_file);
 
  private:
-  /// Messages that do not decode.
+  /// Counts messages that do not decode.
   struct Unread {
     std::int64_t count = 0;
     std::string first;
@@ -53,13 +54,13 @@ class Indexer {
   RecordedSession& own_session_of(const io::LogEvent& event, std::int64_t session);
   template <class Message>
   bool take_pages(const io::LogEvent& event, std::size_t channel);
-  bool take_beside(const io::LogEvent& event);
+  bool take_other(const io::LogEvent& event);
 
   Recording& recording_;
-  std::string applied_, state_, scene_, points_, loads_, status_;  // channels
-  Unread of_motion_, beside_;                                      // of the first three, of the others
+  std::string applied_, state_, scene_, points_, loads_, status_;  // channel names
+  Unread of_motion_, of_others_;  // on the first three channels, and on the others
   StrayFinder strays_;
-  std::unordered_map<std::int64_t, std::size_t> places_;  // of sessions in the recording
+  std::unordered_map<std::int64_t, std::size_t> indices_;  // index of each session in the recording
 };
 
 RecordedSession& Indexer::own_session_of(const io::LogEvent& event, std::int64_t session) {
@@ -68,12 +69,12 @@ RecordedSession& Indexer::own_session_of(const io::LogEvent& event, std::int64_t
 }
 
 RecordedSession& Indexer::session_of(std::int64_t session) {
-  const auto [place, is_new] = places_.try_emplace(session, recording_.sessions.size());
+  const auto [found, is_new] = indices_.try_emplace(session, recording_.sessions.size());
   if (is_new) recording_.sessions.emplace_back().session = session;
-  return recording_.sessions[place->second];
+  return recording_.sessions[found->second];
 }
 
-/// All messages of a session say one thing of its plan.
+/// Records a contradiction if a message has a value that differs from the value in earlier messages.
 void expect_one(const io::LogEvent& event, const std::string& what, const std::string& found,
                 const std::string& before, RecordedSession& session) {
   if (found == before || !session.contradiction.empty()) return;
@@ -137,7 +138,7 @@ bool Indexer::read(const io::LogEvent& event) {
     freeflex_msgs::scene_t message;
     if (!io::decode_message(event.bytes, message)) return false;
     take_scene(event, message, own_session_of(event, message.session));
-  } else if (!take_beside(event)) {
+  } else if (!take_other(event)) {
     strays_.take_foreign(event);
   }
   return true;
@@ -153,8 +154,9 @@ bool Indexer::take_pages(const io::LogEvent& event, std::size_t channel) {
   return true;
 }
 
-/// What no motion depends on: it says what is missing. False when the channel is none of these.
-bool Indexer::take_beside(const io::LogEvent& event) {
+/// Takes messages on POINTS, LOADS and STATUS; a motion does not depend on them. Returns false for any other
+/// channel.
+bool Indexer::take_other(const io::LogEvent& event) {
   bool is_read = false;
   if (event.channel == points_) {
     is_read = take_pages<freeflex_msgs::points_t>(event, io::kPointsChannel);
@@ -167,7 +169,7 @@ bool Indexer::take_beside(const io::LogEvent& event) {
   } else {
     return false;
   }
-  if (!is_read) beside_.take(event);
+  if (!is_read) of_others_.take(event);
   return true;
 }
 
@@ -178,14 +180,14 @@ void Indexer::finish(const std::string& damage_of_file) {
     recording_.damage = joined(recording_.damage, strays.front().text);
     if (strays.size() > 1)
       recording_.damage += ", and " + counted(static_cast<std::int64_t>(strays.size()) - 1, "message") +
-                           " more left a session in such a way";
+                           " more damaged in the same way";
   }
   std::erase_if(recording_.sessions, [&](const RecordedSession& session) {
     const auto is_stray = [&](const StrayFinder::Stray& stray) { return stray.session == session.session; };
     return (session.applied.empty() && session.states.empty() && !session.has_scene) ||
            std::any_of(strays.begin(), strays.end(), is_stray);
   });
-  recording_.warning = beside_.text();
+  recording_.warning = of_others_.text();
 }
 
 }  // namespace
@@ -223,7 +225,7 @@ RecordedSession* choose_session(Recording& recording, std::optional<std::int64_t
                                 std::string& error) {
   auto& sessions = recording.sessions;
   if (sessions.empty()) {
-    error = "the log holds no message of a session (other channel prefix? see --prefix)";
+    error = "the log contains no message of a session: is --prefix right?";
     return nullptr;
   }
   if (!session && sessions.size() == 1) return &sessions.front();
@@ -235,7 +237,7 @@ RecordedSession* choose_session(Recording& recording, std::optional<std::int64_t
   known.reserve(sessions.size());
   for (const RecordedSession& candidate : sessions) known.push_back(std::to_string(candidate.session));
   error = session ? "the log holds no session " + std::to_string(*session) + "; it holds "
-                  : "the log holds several sessions, choose one with --session: ";
+                  : "the log contains several sessions, choose one with --session: ";
   error += listed(known, kMostNamed);
   return nullptr;
 }
@@ -265,7 +267,7 @@ std::string CommandFeed::take_commands(std::int64_t tick, std::vector<ForceComma
     if (!log_.read_at(record.offset, event)) return log_.error();
     if (!io::decode_message(event.bytes, message))
       return "applied sequence " + std::to_string(record.sequence) + " is damaged";
-    // what was cleared is a command without contents
+    // a cleared slot is recorded as a command without loads
     if (kind == applied_t::FORCE || kind == applied_t::CLEARED) {
       const io::Admission admission = io::from_message(message.command, names_, commands.emplace_back());
       if (admission.reason != io::Reason::kAccepted) {

@@ -1,4 +1,5 @@
-// What an LCM log holds of one daemon session: commands as they took effect, states, the plan's identity.
+// The contents of an LCM log for one session of a daemon: the commands that took effect, the states, and the
+// plan.
 #pragma once
 
 #include <array>
@@ -16,14 +17,15 @@
 
 namespace freeflex::tools {
 
-/// Where an applied_t stands in the log. Messages stay in the file: a long recording does not fit memory.
+/// Position of an applied_t in the log. Messages stay in the file, because a long recording does not fit in
+/// memory.
 struct AppliedRecord {
   std::int64_t sequence = 0;
   std::int64_t tick = 0;
-  std::int32_t kind = 0;    // applied_t constants
+  std::int32_t kind = 0;    // one of the constants in applied_t
   std::int64_t offset = 0;  // [bytes]
 };
-/// Where a state_t stands in the log.
+/// Position of a state_t in the log.
 struct StateRecord {
   std::int64_t epoch = 0;
   std::int64_t tick = 0;
@@ -33,70 +35,75 @@ struct StateRecord {
 };
 struct RecordedSession {
   std::int64_t session = 0;
-  std::vector<AppliedRecord> applied;                                 // by sequence, repeats dropped
-  std::vector<StateRecord> states;                                    // by epoch, then tick
-  std::array<std::vector<PageRecord>, io::kNumMotionChannels> pages;  // as io::kMotionChannels
+  std::vector<AppliedRecord> applied;  // ordered by sequence, without repeated records
+  std::vector<StateRecord> states;     // ordered by epoch, then by tick
+  std::array<std::vector<PageRecord>, io::kNumMotionChannels> pages;  // in the order of io::kMotionChannels
   UnsentCounts unsent;
-  bool has_scene = false;  // the log holds a FREEFLEX_SCENE of it
-  std::string plan_file;   // as it says
-  double rate = 0.0;       // [Hz] as it says
+  bool has_scene = false;  // true: the log contains a FREEFLEX_SCENE of the session
+  std::string plan_file;   // from FREEFLEX_SCENE
+  double rate = 0.0;       // [Hz] from FREEFLEX_SCENE
   std::optional<std::uint64_t> plan_fingerprint;
-  std::string contradiction;  // empty, or which message names another plan, file or rate than those before it
+  std::string contradiction;  // text about a message whose plan, file or rate differs from earlier messages;
+                              // empty if there is none
 };
 struct Recording {
   std::vector<RecordedSession> sessions;  // in the order in which they appear
-  std::string error;    // why nothing can be taken: the file cannot be read, or is of another version
-  std::string damage;   // empty, or what is not whole and was passed over, and where
-  std::string warning;  // messages of POINTS, LOADS, STATUS that could not be read, if any
+  // reason why nothing can be read: the file is not accessible, or it is of another version
+  std::string error;
+  std::string damage;  // which damaged part was skipped, and where; empty if there is none
+  // messages of POINTS, LOADS and STATUS that could not be read; empty if there are none
+  std::string warning;
 };
 
-/// Reads the index of a log, of what is whole in it: linear in its records and sessions.
-/// \param prefix  of the channel names
+/// Reads the index of the intact part of a log. The time is linear in the number of records and sessions.
+/// \param prefix  first part of the channel names
 Recording read_recording(io::LogReader& log, const std::string& prefix);
 
-/// The session asked for, or the only one. nullptr and a reason when there is none or the choice is open.
+/// Returns the requested session, or the only one. If there is no such session, or there are several, sets
+/// `error` to the reason and returns nullptr.
 RecordedSession* choose_session(Recording& recording, std::optional<std::int64_t> session,
                                 std::string& error);
 
-/// Leaves of a session what is known to be complete: the applied records up to the first sequence that is
-/// missing, and the states that contain none behind it. Empty, or what was taken out and why.
+/// Cuts a session at the first applied sequence that is missing: removes the later applied records and the
+/// states that include them. Returns what was removed and why; empty if nothing was removed.
 std::string cut_at_gap(RecordedSession& session);
 
-/// The tick up to which the session tells all that took effect.
+/// Returns the tick up to which the session contains all commands that took effect.
 std::int64_t last_known_tick(const RecordedSession& session);
 
-/// Two remarks as one.
+/// Joins two texts.
 std::string joined(const std::string& a, const std::string& b);
 
-/// Empty when all messages name one plan, no applied sequence has two contents, and epochs, ticks and counts
-/// of applied records agree with one another; else what contradicts, with its byte. \pre cut_at_gap was
-/// called
+/// Returns the first contradiction and its byte. Returns an empty text if all messages name one plan, no
+/// applied sequence has two contents, and epochs, ticks and counts of applied records agree.  \pre cut_at_gap
+/// was called
 std::string find_flaw(const RecordedSession& session);
 
-/// [ticks] Most that may lie between two states, or before the first one: 115 days at 1 kHz. So a replay ends
-/// also where a tick was forged with everything that it is checked against.
-inline constexpr std::int64_t kMostUnseenTicks = 10'000'000'000;
-/// Empty when the time of each state is that of its tick and no gap is longer than kMostUnseenTicks: so every
-/// tick that is to be stepped to is borne out by a second number. \pre find_flaw is empty
-/// \param period  [s] of a tick; 0: not known, gaps alone are looked at
+/// [ticks] Largest gap between two states, or before the first state: 115 days at 1 kHz. With this limit a
+/// replay ends even if somebody forged a tick and all numbers that the tick is checked against.
+inline constexpr std::int64_t kMostUnrecordedTicks = 10'000'000'000;
+/// Returns a text about the first state whose time disagrees with its tick, or about a gap above
+/// kMostUnrecordedTicks; empty if there is none. A second number thus confirms every tick that the replay
+/// steps to.  \pre find_flaw returned an empty text  \param period  [s] period of a tick; 0: not known, only
+/// gaps are checked
 std::string find_time_flaw(const RecordedSession& session, double period);
 
-/// Hands out the records of a session in the order in which they took effect.
+/// Returns the records of a session one after another, in the order in which they took effect.
 class CommandFeed {
  public:
   CommandFeed(io::LogReader& log, const RecordedSession& session, const Plan& plan);
 
-  /// Kind of the next record at this tick, 0 when there is none.
+  /// Returns the kind of the next record at this tick; 0 if there is none.
   std::int32_t next_kind(std::int64_t tick) const;
-  /// Takes a RESET. \pre next_kind is RESET
+  /// Takes a RESET.  \pre next_kind is RESET
   void take_reset() { ++next_; }
-  /// Takes all records of a tick up to a RESET: commands into commands, ended slots into ended.
-  /// Empty, or what is wrong with the log.
+  /// Takes all records of a tick up to a RESET. Appends commands to `commands` and ended slots to `ended`.
+  /// Returns an empty text or the error of the log.
   std::string take_commands(std::int64_t tick, std::vector<ForceCommand>& commands,
                             std::vector<freeflex_msgs::applied_t>& ended);
-  /// Tick of the next record; nullopt after the last.
+  /// Returns the tick of the next record; nullopt after the last record.
   std::optional<std::int64_t> next_tick() const;
-  /// Records taken so far.
+  /// Returns the number of records taken so far.
   std::int64_t num_taken() const { return static_cast<std::int64_t>(next_); }
 
  private:

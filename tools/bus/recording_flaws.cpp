@@ -1,4 +1,5 @@
-// What is wrong with a recording, found before a tick is stepped: its numbers say most things twice.
+// Finds contradictions in a recording before it is replayed. Most numbers of a recording follow from other
+// numbers in it, which allows the checks.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -18,7 +19,8 @@ std::string name_of(const StateRecord& state) {
   return "the state at byte " + std::to_string(state.offset) + ", of tick " + std::to_string(state.tick);
 }
 
-/// Where the epochs of a session begin, by the number of applied records that a state contains.
+/// The beginnings of the epochs of a session. The number of applied records that a state includes gives the
+/// state's epoch.
 class Epochs {
  public:
   explicit Epochs(const RecordedSession& session) : begins_(1) {
@@ -42,7 +44,8 @@ class Epochs {
   std::vector<Begin> begins_;
 };
 
-/// Sequences that occur once, ticks that do not go back, kinds that there are.
+/// Checks that each sequence occurs once, that ticks do not decrease, and that kinds exist. Returns the first
+/// error.
 std::string find_applied_flaw(const RecordedSession& session) {
   std::int64_t expected = 0;
   const AppliedRecord* before = nullptr;
@@ -62,7 +65,8 @@ std::string find_applied_flaw(const RecordedSession& session) {
   return {};
 }
 
-/// What a state contains took effect before its tick, the rest did not.
+/// Checks that the applied records that a state includes took effect before its tick, and that all others
+/// took effect later.
 std::string find_order_flaw(const RecordedSession& session, const StateRecord& state) {
   const auto count = static_cast<std::size_t>(state.applied_count);
   const auto explain = [&](const AppliedRecord& record, const char* verb) {
@@ -71,7 +75,7 @@ std::string find_order_flaw(const RecordedSession& session, const StateRecord& s
   };
   if (count > 0) {
     const AppliedRecord& last = session.applied[count - 1];
-    // a reset takes effect at its tick, a step that takes a command ends one tick later
+    // a reset takes effect at its tick; the step that applies a command ends one tick later
     if (last.kind == applied_t::RESET ? last.tick > state.tick : last.tick >= state.tick)
       return explain(last, "contains");
   }
@@ -80,11 +84,11 @@ std::string find_order_flaw(const RecordedSession& session, const StateRecord& s
   return {};
 }
 
-/// Empty, or that nothing is recorded of too many ticks.
-std::string find_gap(const std::string& name, std::int64_t tick, std::int64_t seen) {
-  if (tick - seen <= kMostUnseenTicks) return {};
-  return name + ", is " + std::to_string(tick - seen) +
-         " ticks after what the log holds before it, at most " + std::to_string(kMostUnseenTicks) +
+/// Returns an error if too many ticks lie between two records; else an empty text.
+std::string find_gap(const std::string& name, std::int64_t tick, std::int64_t before) {
+  if (tick - before <= kMostUnrecordedTicks) return {};
+  return name + ", is " + std::to_string(tick - before) +
+         " ticks after what the log holds before it, at most " + std::to_string(kMostUnrecordedTicks) +
          " are replayed: it is damaged, or record from the start";
 }
 
@@ -97,7 +101,7 @@ std::string cut_at_gap(RecordedSession& session) {
     ++expected;
   }
   const auto num_applied = static_cast<std::int64_t>(session.applied.size());
-  // one that comes again or is below 0 is no gap but a contradiction
+  // a sequence that occurs twice or is below 0 is not a gap but a contradiction
   const bool has_gap =
       expected < num_applied && session.applied[static_cast<std::size_t>(expected)].sequence > expected;
   if (expected < num_applied && !has_gap) return {};
@@ -134,7 +138,7 @@ std::string find_flaw(const RecordedSession& session) {
       return name_of(state) + " and with " + std::to_string(state.applied_count) +
              " applied records, is damaged: both count from 0";
     if (state.epoch != epochs.epoch(state))
-      return name_of(state) + ", says epoch " + std::to_string(state.epoch) + " and contains " +
+      return name_of(state) + ", has epoch " + std::to_string(state.epoch) + " and contains " +
              counted(epochs.epoch(state), "reset") + ": epoch or applied_count is damaged";
     if (std::string order = find_order_flaw(session, state); !order.empty()) return order;
   }
@@ -143,25 +147,25 @@ std::string find_flaw(const RecordedSession& session) {
 
 std::string find_time_flaw(const RecordedSession& session, double period) {
   const Epochs epochs(session);
-  std::int64_t seen = 0;
+  std::int64_t before = 0;
   for (const StateRecord& state : session.states) {
     const std::int64_t first = epochs.first_tick(state);
     const double time = static_cast<double>(state.tick - first) * period;
-    // what is off by less than half a tick the comparison names as a difference; a NaN is no time
+    // if a time is wrong by less than half a tick, the comparison of states reports it; NaN is not a time
     if (period > 0.0 && !(std::abs(state.time - time) < 0.5 * period))
-      return name_of(state) + ", says time " + format_text("%.17g s", state.time) + ", and its tick is " +
+      return name_of(state) + ", has time " + format_text("%.17g s", state.time) + ", and its tick is " +
              format_text("%.17g s", time) + " after tick " + std::to_string(first) +
              ", where its epoch begins: one of them is damaged";
-    std::string gap = find_gap(name_of(state), state.tick, seen);
+    std::string gap = find_gap(name_of(state), state.tick, before);
     if (!gap.empty()) return gap;
-    seen = state.tick;
+    before = state.tick;
   }
   const std::size_t num_contained =
       session.states.empty() ? 0 : static_cast<std::size_t>(session.states.back().applied_count);
   for (std::size_t i = num_contained; i < session.applied.size(); ++i) {
-    std::string gap = find_gap(name_of(session.applied[i]), session.applied[i].tick, seen);
+    std::string gap = find_gap(name_of(session.applied[i]), session.applied[i].tick, before);
     if (!gap.empty()) return gap;
-    seen = session.applied[i].tick;
+    before = session.applied[i].tick;
   }
   return {};
 }

@@ -26,7 +26,7 @@ std::string exact(double value) {
   return text;
 }
 
-/// First coordinate of two states that is not the same to the bit.
+/// Returns the first coordinate in which the bits of two states differ.
 std::optional<Difference> compare(const state_t& recorded, const state_t& replayed) {
   const auto values = [&](const char* name, const double* a, const double* b,
                           std::size_t size) -> std::optional<Difference> {
@@ -70,7 +70,7 @@ std::string slot_text(const std::string& sender, std::int32_t slot, std::int64_t
   return printable(sender) + " slot " + std::to_string(slot) + " sequence " + std::to_string(sequence);
 }
 
-/// Slots that ended at a tick: the recording against what the step did.
+/// Compares the slots that the recording reports as ended at a tick with the slots that the step ended.
 std::optional<Difference> compare_ends(std::int64_t tick, const std::vector<applied_t>& recorded,
                                        const StepReport& report) {
   std::string wanted;
@@ -90,10 +90,10 @@ std::optional<Difference> compare_ends(std::int64_t tick, const std::vector<appl
   return Difference{tick, "slots that ended", text(wanted), text(found)};
 }
 
-/// A plan under simulation, driven by a recording.
+/// Simulates a plan with the commands of a recording.
 class Replay {
  public:
-  /// \param outcome  with the warnings so far
+  /// \param outcome  contains the warnings so far
   Replay(const Plan& plan, io::LogReader& log, const RecordedSession& session, ReplayOutcome outcome)
       : plan_(plan),
         log_(log),
@@ -130,7 +130,7 @@ class Replay {
     outcome_.error = "log incomplete: " + error;
   }
 
-  /// One reset or one tick towards a recorded state.
+  /// Executes one reset or one tick on the way to a recorded state.
   void advance(const StateRecord& target) {
     if (is_interrupted()) {
       outcome_.result = Result::kStopped;
@@ -172,7 +172,7 @@ class Replay {
     ++outcome_.num_states;
   }
 
-  /// What the log does not hold, and what it holds beyond the last state.
+  /// Adds warnings about messages that are missing in the log, and about records after the last state.
   void count_rest() {
     static constexpr std::array kBeside{io::kPointsChannel, io::kLoadsChannel};
     for (const std::size_t channel : kBeside)
@@ -214,7 +214,8 @@ ReplayOutcome incomplete(const std::string& error) {
   return no_answer(Result::kIncomplete, "log incomplete: " + error);
 }
 
-/// The plan of the recording at its rate, or why it is not.
+/// Returns the plan of the recording at its rate. If there is none, sets `outcome` to the reason and returns
+/// nullopt.
 std::optional<Plan> find_plan(const ReplayRequest& request, const RecordedSession& session,
                               ReplayOutcome& outcome) {
   const std::string path = request.plan.empty() ? session.plan_file : request.plan;
@@ -229,10 +230,10 @@ std::optional<Plan> find_plan(const ReplayRequest& request, const RecordedSessio
     return std::nullopt;
   }
   if (!session.plan_fingerprint) {
-    outcome.warn("the log does not say which plan was recorded; taken on trust: " + path);
+    outcome.warn("the log does not name its plan, so it is not checked: " + path);
     return plan;
   }
-  // the log may name a rate that no scene has
+  // a damaged log may give a rate that no scene can have
   const bool has_rate = session.rate >= kLeastRate && session.rate <= kMostRate;
   if (plan_fingerprint(*plan) != *session.plan_fingerprint && has_rate) set_rate(*plan, session.rate);
   if (plan_fingerprint(*plan) != *session.plan_fingerprint) {
@@ -274,7 +275,7 @@ ReplayOutcome replay(const ReplayRequest& request) {
   }
   const std::string time_flaw = find_time_flaw(*session, plan->period);
   if (!time_flaw.empty()) return incomplete(joined(loss, time_flaw));
-  // reading the index ended at the end of the file; from here on records are read by offset
+  // the index is complete; from now on records are read by offset
   outcome = Replay(*plan, log, *session, std::move(outcome)).run();
   if (loss.empty()) return outcome;
   if (outcome.result != Result::kIdentical) {

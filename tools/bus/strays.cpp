@@ -18,7 +18,7 @@
 namespace freeflex::tools {
 namespace {
 
-// a message begins with its fingerprint, and these with utime and session
+// a message begins with its fingerprint; in these types utime and session come next
 constexpr std::int64_t kSessionAt = 16;  // [bytes]
 constexpr bool has_session(const wire::Layout& layout) {
   return layout.fields[0].name == "utime" && layout.fields[1].name == "session";
@@ -33,7 +33,8 @@ std::int64_t read_integer(std::span<const std::byte> bytes, std::int64_t at) {
   return static_cast<std::int64_t>(value);
 }
 
-/// The suffix of the channel that a message belongs on by its type; empty: not one that a replay takes.
+/// Returns the suffix of the channel on which messages of this type are sent; empty for types that a replay
+/// does not use.
 std::string_view suffix_of(std::span<const std::byte> bytes) {
   if (bytes.size() < static_cast<std::size_t>(kSessionAt) + sizeof(std::int64_t)) return {};
   const std::int64_t fingerprint = read_integer(bytes, 0);
@@ -43,7 +44,7 @@ std::string_view suffix_of(std::span<const std::byte> bytes) {
   return {};
 }
 
-/// Where two names of one length differ, when it is in one byte.
+/// Returns the index of the only byte in which two names of one length differ; else nullopt.
 std::optional<std::size_t> find_one_byte(std::string_view a, std::string_view b) {
   std::optional<std::size_t> found;
   if (a.size() != b.size()) return found;
@@ -72,9 +73,9 @@ void StrayFinder::take_foreign(const io::LogEvent& event) {
   const std::string_view suffix = suffix_of(event.bytes);
   if (suffix.empty() || !find_one_byte(event.channel, prefix_ + std::string(suffix))) return;
   const std::int64_t session = read_integer(event.bytes, kSessionAt);
-  std::string_view place = event.channel;
-  if (place.ends_with(suffix)) place.remove_suffix(suffix.size());
-  take(event, session, foreign_[std::to_string(session) + ' ' + std::string(place)]);
+  std::string_view prefix = event.channel;
+  if (prefix.ends_with(suffix)) prefix.remove_suffix(suffix.size());
+  take(event, session, foreign_[std::to_string(session) + ' ' + std::string(prefix)]);
 }
 
 std::vector<StrayFinder::Stray> StrayFinder::find() const {
@@ -95,7 +96,7 @@ void StrayFinder::find_renamed(std::vector<Stray>& strays) const {
       strays.push_back({"the message at byte " + std::to_string(group.offset) + " is of session " +
                             std::to_string(group.session) + " and of the type of " + meant +
                             ", but on the channel " + printable(group.channel) +
-                            ": its name is damaged at byte " + std::to_string(byte) + ", where " +
+                            ": the channel name is damaged at byte " + std::to_string(byte) + ", where " +
                             format_text("%02x", static_cast<unsigned char>(meant[*at])) + " is meant",
                         std::nullopt});
       break;
@@ -109,7 +110,7 @@ void StrayFinder::find_renumbered(std::vector<Stray>& strays) const {
   if (!has_lone) return;
   std::unordered_set<std::int64_t> found;
   for (int byte = 0; byte < 8; ++byte) {
-    // sessions that are equal but for this byte have one number without it
+    // without this byte, sessions that differ only in it have the same number
     const auto rest = [byte](std::int64_t session) {
       return static_cast<std::uint64_t>(session) & ~(std::uint64_t{0xff} << 8 * byte);
     };

@@ -1,4 +1,4 @@
-// freeflex check: every fault of a scene at once.
+// freeflex check: prints every fault of a scene at once.
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -30,22 +30,23 @@ constexpr const char* kCheckFooter = R"(Example:
   freeflex check service/scenes/rotor.yaml
   freeflex check boom.yaml --set 'points.tip.at=[3, 1, 0.5]'
 JSON fields:
-  scene        the file;  ok: whether it is good
+  scene        the file;  ok: true if it has no errors
   faults       of each: file, line, column, severity (error or warning), message
   points, links, rigid_freedoms, elastic_freedoms, mechanisms
-               numbers of them, when it is good
-  modes_counted_below
-               [Hz] when the lowest modes alone are kept: none is missing below
+               counts, if the scene is good
+  modes_complete_below
+               [Hz] when only the lowest modes are kept: no mode below this frequency is missing
 Exit codes: 0 the scene is good (warnings allowed), 2 it has errors or cannot be read.)";
 
 struct Checked {
   std::optional<Plan> plan;
-  KeptModes kept;  // of a scene
+  KeptModes kept;  // only for a scene
   Faults faults;
   std::vector<std::string> sources;
 };
 
-/// A scene through all of the set-up, or a plan as every program checks it when it loads it.
+/// Checks a scene by executing the whole set-up, or a plan with the checks that every program makes when it
+/// loads a plan.
 Checked check_file(const std::string& path, const io::Settings& settings) {
   Progress progress("check");
   if (io::is_plan_file(path)) {
@@ -83,7 +84,7 @@ int check(const CheckOptions& options) {
       out["rigid_freedoms"] = plan->rigid_freedoms;
       out["elastic_freedoms"] = plan->num_elastic;
       out["mechanisms"] = plan->mechanisms.size();
-      if (checked.kept.is_part) out["modes_counted_below"] = checked.kept.counted_below;
+      if (checked.kept.is_subset) out["modes_complete_below"] = checked.kept.verified_below;
     }
     print_json(out);
     return is_good ? kExitOk : kExitUsage;
@@ -101,18 +102,20 @@ int check(const CheckOptions& options) {
               plan->num_elastic,
               counted(static_cast<std::int64_t>(plan->mechanisms.size()), "mechanism").c_str(),
               counted(warnings, "warning").c_str());
-  if (checked.kept.is_part && plan->num_elastic > 0)
+  if (checked.kept.is_subset && plan->num_elastic > 0)
     std::printf(
-        "  only the lowest elastic modes are set up (modes:); none is missing below %.6g Hz, counted by "
-        "inertia\n",
-        checked.kept.counted_below);
+        "  only the lowest elastic modes are set up (modes:); none is missing below %.6g Hz, verified by a "
+        "Sturm sequence\n",
+        checked.kept.verified_below);
   const io::SceneListing listing = io::scene_listing(*plan);
   if (const auto num_points = static_cast<std::int32_t>(plan->points.size()); listing.points < num_points)
-    std::printf("  %s published, %d take commands, %d of %d listed on the bus: above %d only what is named\n",
-                counted(static_cast<std::int64_t>(plan->published_points.size()), "point").c_str(),
-                static_cast<int>(std::count_if(plan->points.begin(), plan->points.end(),
-                                               [](const PlanPoint& point) { return point.pushable; })),
-                listing.points, num_points, kMostByDefault);
+    std::printf(
+        "  %s published, %d take commands, %d of %d listed on the bus: if there are more than %d points, "
+        "only named ones are\n",
+        counted(static_cast<std::int64_t>(plan->published_points.size()), "point").c_str(),
+        static_cast<int>(std::count_if(plan->points.begin(), plan->points.end(),
+                                       [](const PlanPoint& point) { return point.pushable; })),
+        listing.points, num_points, kMostByDefault);
   return kExitOk;
 }
 
@@ -121,7 +124,7 @@ int check(const CheckOptions& options) {
 void add_check(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CheckOptions>();
   CLI::App* command =
-      app.add_subcommand("check", "all faults of a scene at once: file, line, column, what is allowed");
+      app.add_subcommand("check", "all faults of a scene at once: file, line, column, allowed values");
   command->add_option("SCENE", options->scene, "scene file (YAML), or a plan")->required();
   add_settings(*command, options->settings);
   command->add_flag("--json", options->json, "one JSON object on standard output");

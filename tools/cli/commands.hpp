@@ -1,4 +1,4 @@
-// The subcommands of freeflex. Each add_*() declares its options and a callback that leaves the exit code in
+// The subcommands of freeflex. Each add_*() declares its options and a callback that stores the exit code in
 // exit_code.
 #pragma once
 
@@ -8,23 +8,23 @@ namespace freeflex::tools {
 
 inline constexpr int kExitOk = 0;
 inline constexpr int kExitDiffers =
-    1;                                // the answer is no: states differ, command rejected, output not written
+    1;                                // negative result: states differ, command rejected, output not written
 inline constexpr int kExitUsage = 2;  // wrong arguments, scene or plan
 inline constexpr int kExitIncomplete = 3;     // a log that is damaged or lacks something
 inline constexpr int kExitInterrupted = 130;  // Ctrl-C, SIGTERM
 
-/// A subcommand in the list of all.
+/// Name and meaning of a subcommand, as the list of subcommands shows them.
 struct Description {
   const char* name;
   const char* meaning;
 };
-// of freeflex-study
+// subcommands of freeflex-study
 inline constexpr Description kInspect{
     "inspect", "mass, freedoms, unit elastic displacements, Maxwell and influence coefficients"};
 inline constexpr Description kReport{
-    "report", "error against run time of every rung, beside other methods on the same scene"};
+    "report", "error against run time of every rung, and of other methods on the same scene"};
 inline constexpr Description kStability{
-    "stability", "stiff and extreme cases, each beside the figure that it must meet and other methods"};
+    "stability", "stiff and extreme cases, each with the limit that it must meet and other methods"};
 
 void add_check(CLI::App& app, int& exit_code);
 void add_schema(CLI::App& app, int& exit_code);

@@ -1,4 +1,4 @@
-// freeflex compare: two motions beside each other, in words.
+// freeflex compare: reports the differences of two motions.
 #include "tools/bus/compare.hpp"
 
 #include <CLI/App.hpp>
@@ -25,36 +25,37 @@ using Result = CompareOutcome::Result;
 
 struct CompareOptions {
   CompareRequest request;
-  std::string plot;  // empty: none
+  std::string plot;  // picture file; empty: no picture
   bool json = false;
 };
 
 constexpr const char* kCompareFooter = R"(Example:
   freeflex run boom.yaml --until 3 --out a.log
   freeflex compare a.log b.csv --tolerance 1e-6 --plot difference.svg
-Rows of one tick are compared, columns by their names; q and -q are one attitude. What differs is judged by the
-largest value of its quantity in either file; a column that freeflex does not name is a quantity of its own.
-The picture has, of up to six quantities that differ most, the column with the largest difference in both files, and the
-difference below it, between broken lines where the tolerance is.
-Of a file that is damaged, what is whole is compared, and the error tells where it is damaged.
+Rows of one tick are compared, columns by their names; q and -q are the same attitude. Differences are relative to the
+largest value of the quantity in either file; a column that freeflex does not name is a quantity of its own.
+The picture shows, for the six quantities that differ most, the column with the largest difference in both files, and
+below it the difference, with the tolerance as broken lines.
+If a file is damaged, its intact part is compared, and the error describes the damage.
 JSON fields:
   a, b, tolerance, rows
   result       same, differs, incomplete, nothing, interrupted or error
   first        the earliest difference beyond the tolerance: tick, column, a, b
-  quantities   of each: name with unit, values, scale (largest value), largest (difference, null where one is no
-               number), tick, column, beyond
-  not_compared what only one of them holds, in words
-  beside       what they hold that is no motion, in words
-  error        in words, where there is one
+  quantities   for each: name with unit, values, scale (largest value), largest (difference, null where a value is
+               no number), tick, column, beyond (the tolerance)
+  not_compared contents of only one file, as texts
+  other_content
+               contents that do not belong to a motion, as texts
+  error        a text, if any
 Exit codes: 0 the same within the tolerance, 1 differs, 2 wrong arguments or no file that holds a motion, 3 a file is
 damaged, or only one of them holds a tick or a column, 130 interrupted.)";
 
-struct ResultWord {
+struct ResultName {
   const char* name;  // in JSON
   int exit_code;
 };
-/// In the order of CompareOutcome::Result.
-constexpr std::array<ResultWord, 6> kResults{{{"same", kExitOk},
+/// Names and exit codes, in the order of CompareOutcome::Result.
+constexpr std::array<ResultName, 6> kResults{{{"same", kExitOk},
                                               {"differs", kExitDiffers},
                                               {"incomplete", kExitIncomplete},
                                               {"nothing", kExitIncomplete},
@@ -74,7 +75,7 @@ void report_json(const CompareOptions& options, const CompareOutcome& outcome) {
            {"first", outcome.first ? json_of(*outcome.first) : Json()},
            {"quantities", Json::array()},
            {"not_compared", outcome.not_compared},
-           {"beside", outcome.beside}};
+           {"other_content", outcome.other_content}};
   for (const QuantityDifference& each : outcome.quantities)
     out["quantities"].push_back({{"name", each.name},
                                  {"values", each.num_values},
@@ -102,8 +103,9 @@ void print_quantities(const CompareOutcome& outcome) {
   }
 }
 
-/// The curves of both files, and their difference, of the column of each quantity in which it is largest: of
-/// the quantities that differ most beside their largest value. Empty, or what went wrong.
+/// Draws the curves of both files and their difference. Chooses the quantities with the largest relative
+/// differences and, of each quantity, the column with the largest difference. Returns an empty text or the
+/// error.
 std::string plot(const CompareOptions& options, const CompareOutcome& outcome) {
   constexpr std::size_t kMostQuantities = 6;
   std::vector<const QuantityDifference*> shown;
@@ -139,7 +141,7 @@ std::string plot(const CompareOptions& options, const CompareOutcome& outcome) {
              (tolerance > 0.0 ? format_text(", tolerance \u00b1%.3g", tolerance) : ", no tolerance"),
          ticks,
          {{"B - A", samples[k].column(2)}}});
-    // a tolerance far beyond what differs would hide that
+    // a tolerance far above the difference would flatten the curve of the difference
     constexpr double kFar = 10.0;
     if (tolerance > 0.0 && tolerance < kFar * shown[k]->largest)
       panels.back().levels = {-tolerance, tolerance};
@@ -152,18 +154,19 @@ int report(const CompareOptions& options, const CompareOutcome& outcome) {
   if (options.json) return report_json(options, outcome), exit_code;
   if (outcome.num_rows > 0) print_quantities(outcome);
   for (const std::string& what : outcome.not_compared) std::printf("not compared: %s\n", what.c_str());
-  for (const std::string& what : outcome.beside) std::printf("no motion: %s\n", what.c_str());
+  for (const std::string& what : outcome.other_content)
+    std::printf("not part of a motion: %s\n", what.c_str());
   if (!outcome.error.empty()) print_error(outcome.error);
   if (outcome.result != Result::kSame && outcome.result != Result::kDiffers) return exit_code;
   for (const QuantityDifference& each : outcome.quantities)
     if (each.name.starts_with("time") && each.is_beyond)
       std::printf(
-          "note: one tick is not one time in both: they ran at other rates (--rate), or began apart\n");
+          "note: equal ticks have different times: the rates (--rate) or the starts of the runs differ\n");
   const std::string rows = counted(outcome.num_rows, "row");
   if (outcome.result == Result::kSame)
     std::printf("the same within %g of each quantity's largest value, %s compared%s\n",
                 options.request.tolerance, rows.c_str(),
-                outcome.not_compared.empty() ? "" : "; the rest was not, as --common says");
+                outcome.not_compared.empty() ? "" : "; the rest was not compared (--common)");
   else
     std::printf("differs from tick %" PRId64 " on: %s: %.17g, %.17g\n", outcome.first->tick,
                 printable(outcome.first->column).c_str(), outcome.first->a, outcome.first->b);
@@ -187,20 +190,19 @@ int compare(const CompareOptions& options) {
 void add_compare(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CompareOptions>();
   CompareRequest& request = options->request;
-  CLI::App* command =
-      app.add_subcommand("compare", "two recordings or tables, how far one is from the other");
+  CLI::App* command = app.add_subcommand("compare", "differences of two recordings or tables");
   command->add_option("A", request.a, "LCM event log, or a table with the columns of freeflex run")
       ->required();
   command->add_option("B", request.b, "the other")->required();
   command
       ->add_option("--tolerance", request.tolerance,
-                   "share of the largest value of a quantity that is no difference")
+                   "ignore differences up to this fraction of the quantity's largest value")
       ->check(not_negative())
       ->type_name("X")
       ->capture_default_str();
   for (const auto& [name, session] :
        {std::pair{"--session-a", &request.session_a}, {"--session-b", &request.session_b}})
-    command->add_option(name, *session, "session of that recording when it holds several")
+    command->add_option(name, *session, "session of that recording, if it contains several")
         ->check(whole_number(0, kMost<std::int64_t>))
         ->type_name("N");
   command->add_option("--prefix", request.prefix, "first part of the channel names")
@@ -213,7 +215,8 @@ void add_compare(CLI::App& app, int& exit_code) {
         return is_picture(path) ? std::string() : "found '" + path + "', must be " + kPictures;
       })
       ->type_name("FILE");
-  command->add_flag("--common", request.is_common_enough, "ticks and columns that both hold are enough");
+  command->add_flag("--common", request.is_common_enough,
+                    "accept files of which only some ticks and columns can be compared");
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(kCompareFooter);
   command->callback([options, &exit_code] { exit_code = compare(*options); });

@@ -1,4 +1,5 @@
-// freeflex compile: the result of the set-up as a file that every program takes in place of the scene.
+// freeflex compile: writes the result of the set-up to a plan file, which every program accepts instead of
+// the scene.
 #include "core/plan/compile.hpp"
 
 #include <CLI/App.hpp>
@@ -20,7 +21,7 @@ struct CompileOptions {
   std::string scene;
   io::Settings settings;
   std::string plan;
-  double rate = 0.0;  // [Hz] 0: the scene's
+  double rate = 0.0;  // [Hz] 0: the scene's rate
   bool json = false;
 };
 
@@ -39,9 +40,10 @@ int compile(const CompileOptions& options) {
   std::error_code ignored;
   if (std::filesystem::is_regular_file(options.plan, ignored) &&
       std::filesystem::file_size(options.plan, ignored) > 0 && !io::is_plan_file(options.plan))
-    return print_error("'" + options.plan + "' is there and is no plan: remove it, or name another"),
+    return print_error("'" + options.plan +
+                       "' exists and is not a plan file: remove it, or name another file"),
            kExitUsage;
-  // from here on there is a file, which is taken away again
+  // from now on an interrupt must remove the file
   if (is_interrupted()) return std::fputs(kInterrupted, stderr), kExitInterrupted;
   const std::string error = io::save_plan(*plan, options.plan, is_interrupted);
   if (!error.empty() && is_interrupted()) return std::fputs(kInterrupted, stderr), kExitInterrupted;
@@ -69,14 +71,14 @@ int compile(const CompileOptions& options) {
 void add_compile(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CompileOptions>();
   CLI::App* command =
-      app.add_subcommand("compile", "scene to plan: set-up done once, the same bits everywhere");
+      app.add_subcommand("compile", "scene to plan file: set up once, the same bits everywhere");
   command->add_option("SCENE", options->scene, "scene file, or a plan to write at another rate")->required();
   command->add_option("-o,--output", options->plan, "plan file to write")
       ->required()
       ->check(file_name())
       ->type_name("PLAN");
   add_settings(*command, options->settings);
-  command->add_option("--rate", options->rate, "ticks per second [Hz] instead of the scene's")
+  command->add_option("--rate", options->rate, "ticks per second [Hz], instead of the scene's rate")
       ->check(rate_in_hertz())
       ->type_name("HZ");
   command->add_flag("--json", options->json, "one JSON object on standard output");

@@ -1,4 +1,4 @@
-// The folder that --out names, where a long study puts its files.
+// The folder of --out, into which a long study writes its files.
 #pragma once
 
 #include <filesystem>
@@ -8,15 +8,15 @@
 namespace freeflex::tools {
 
 struct NamedText {
-  const char* name;  // of the file
+  const char* name;  // name of the file
   std::string text;
 };
 
-/// Makes the folder, unless its name is empty. False, explained, when it takes no files: a long study is to
-/// know before it starts.
+/// Makes the folder, unless its name is empty. If no file can be written there, prints an error and returns
+/// false, so that a long study fails before it starts.
 bool prepare_folder(const std::filesystem::path& folder);
 
-/// Writes the files; the first that cannot be written is explained, and false.
+/// Writes the files. At the first file that cannot be written, prints an error and returns false.
 bool write_folder(const std::filesystem::path& folder, const std::vector<NamedText>& files);
 
 }  // namespace freeflex::tools

@@ -1,4 +1,4 @@
-// freeflex inspect: the paper's quantities of a scene, its basis, Maxwell and influence coefficients.
+// freeflex inspect: shows the paper's quantities of a scene: basis, Maxwell and influence coefficients.
 #include <CLI/App.hpp>
 #include <array>
 #include <memory>
@@ -26,20 +26,21 @@ constexpr const char* kInspectFooter = R"(Example:
   freeflex inspect service/scenes/boom.yaml --basis formal
 JSON fields:
   name, points, links, shape, rigid_freedoms, constraints, redundant_constraints, elastic_freedoms
-               shape is collinear, planar or spatial, the others after name are numbers of them
-  mass, masses [kg] of all and of each point;  centre [m], scene axes
+               shape is collinear, planar or spatial; the other fields but name are counts
+  mass, masses [kg] total, and of each point;  centre [m], scene axes
   inertia, principal_moments, principal_axes
-               [kg m^2], about the centre of mass; the axes are unit vectors, one a row
+               [kg m^2], about the centre of mass; the axes are unit vectors, one per row
   basis        recipe, rank, expected; gram_error, force_residual, moment_residual, constraint_residual; b, the
-               unit elastic displacements; with force groups rank_as_numbered, numbering, groups, kept, skipped,
+               unit elastic displacements; with force groups also rank_as_numbered, numbering, groups, kept, skipped,
                least_kept, most_skipped, C [N], flat_points
-  delta, c     Maxwell [m/N] and influence [N/m] coefficients: exists, reason or else size, least_diagonal,
-               largest_diagonal, largest_beside, symmetry_error, matrix; of delta redundant_links
+  delta, c     Maxwell [m/N] and influence [N/m] coefficients: exists, and either reason, or size,
+               least_diagonal, largest_diagonal, largest_off_diagonal, symmetry_error, matrix; delta also has
+               redundant_links
   inverse_error, conditioning
-               max |c delta - 1| (null where one is missing), of c
+               max |c delta - 1| (null where c or delta is missing); condition number of c
   mechanisms   of each: names of the points that it moves
   frequencies  [Hz];  frequency_accuracy [-] of the lowest
-  b, C and matrix are there up to 200 elastic freedoms.
+  b, C and matrix are included up to 200 elastic freedoms.
 Exit codes: 0 done, 1 the basis is not complete, 2 the scene has errors or another shape than the recipe
 needs.)";
 
@@ -54,7 +55,7 @@ std::vector<std::string> basis_names() {
   return names;
 }
 
-/// None for auto.
+/// Returns the recipe with this name; nullopt for auto.
 std::optional<Recipe> recipe_named(const std::string& name) {
   for (const Recipe recipe : kRecipes)
     if (name == name_of(recipe)) return recipe;
@@ -63,7 +64,7 @@ std::optional<Recipe> recipe_named(const std::string& name) {
 
 int inspect(const InspectOptions& options) {
   if (io::is_plan_file(options.scene)) {
-    print_error(options.scene + " is a plan, which holds no links: name the scene that it was made from");
+    print_error(options.scene + " is a plan, which contains no links: name the scene that it was made from");
     return kExitUsage;
   }
   io::SceneResult read = io::read_scene(options.scene);
@@ -101,7 +102,7 @@ void add_inspect(CLI::App& app, int& exit_code) {
       ->add_option(
           "--basis", options->basis,
           "recipe of the unit elastic displacements: " + listed(basis_names(), basis_names().size()) +
-              "; auto is the explicit one of the shape where it is complete, else formal")
+              "; auto: the explicit recipe of the shape if that is complete, else formal")
       ->capture_default_str()
       ->check(one_of(basis_names()))
       ->type_name("RECIPE");

@@ -39,7 +39,7 @@ Json json_of(const std::optional<Eigen::MatrixXd>& matrix, const std::string& ab
   out["size"] = matrix->rows();
   out["least_diagonal"] = summary.least_diagonal;
   out["largest_diagonal"] = summary.largest_diagonal;
-  out["largest_beside"] = summary.largest_beside;
+  out["largest_off_diagonal"] = summary.largest_off_diagonal;
   out["symmetry_error"] = summary.symmetry_error;
   if (matrix->rows() <= kFullMatrices) out["matrix"] = json_of(*matrix);
   return out;
@@ -86,9 +86,9 @@ MatrixSummary summary_of(const Eigen::MatrixXd& matrix) {
   if (matrix.size() == 0) return summary;
   summary.least_diagonal = matrix.diagonal().minCoeff();
   summary.largest_diagonal = matrix.diagonal().maxCoeff();
-  Eigen::MatrixXd beside = matrix;
-  beside.diagonal().setZero();
-  summary.largest_beside = beside.cwiseAbs().maxCoeff();
+  Eigen::MatrixXd off_diagonal = matrix;
+  off_diagonal.diagonal().setZero();
+  summary.largest_off_diagonal = off_diagonal.cwiseAbs().maxCoeff();
   const double largest = matrix.cwiseAbs().maxCoeff();
   if (largest > 0.0) summary.symmetry_error = (matrix - matrix.transpose()).cwiseAbs().maxCoeff() / largest;
   return summary;
@@ -98,14 +98,15 @@ std::optional<Inspection> inspect_scene(Scene scene, Structure structure, std::o
                                         std::string& why_not) {
   if (!are_point_masses(scene)) {
     why_not =
-        "the paper's bases are of point masses; this scene has bodies or massless points: see freeflex modes";
+        "the paper's bases are for point masses; this scene has bodies or massless points: use freeflex "
+        "modes";
     return std::nullopt;
   }
   Inspection inspection;
   inspection.scene = std::move(scene);
   inspection.structure = std::move(structure);
-  Faults said_before;
-  const LinkFactor factor = factor_links(inspection.scene, false, said_before);
+  Faults reported_before;
+  const LinkFactor factor = factor_links(inspection.scene, false, reported_before);
   inspection.shape = shape_class(inspection.scene.points, inspection.structure.mass_properties);
   for (const Link& link : inspection.scene.links)
     if (traits_of(link).effect == LinkEffect::kForbids)
@@ -126,13 +127,14 @@ std::optional<Inspection> inspect_scene(Scene scene, Structure structure, std::o
 
 std::string group_name(const Inspection& inspection, int group) {
   const Basis& basis = inspection.basis;
-  const auto name = [&](std::size_t place) {
-    return inspection.scene.points[static_cast<std::size_t>(basis.numbering[place])].name;
+  const auto name = [&](std::size_t number) {
+    return inspection.scene.points[static_cast<std::size_t>(basis.numbering[number])].name;
   };
   const auto num_points = basis.numbering.size();
   auto index = static_cast<std::size_t>(group);
   if (basis.recipe == Recipe::kFormal) return name(index / 3) + " " + "xyz"[index % 3];
-  // pairs 1, 2, ... numbers apart come first, then three or four neighbours
+  // tries first the pairs of points whose numbers differ by 1, 2, ..., then groups of three or four
+  // neighbours
   const std::size_t last_apart = static_cast<std::size_t>(window_size(basis.recipe)) - 1;
   for (std::size_t apart = 1; apart <= last_apart && apart < num_points; ++apart) {
     if (index < num_points - apart) return name(index) + " - " + name(index + apart);
@@ -217,13 +219,13 @@ void print_shortage(const Inspection& inspection) {
   const Basis& basis = inspection.basis;
   if (basis.is_complete()) return;
   const auto short_by = basis.num_expected - static_cast<int>(basis.rank());
-  std::printf("  short by %d; no numbering was found that gives all", short_by);
-  const char* place = basis.flat_window.size() == 2   ? "in one place"
+  std::printf("  short by %d; no numbering of the points was found that gives a complete basis", short_by);
+  const char* where = basis.flat_window.size() == 2   ? "in one place"
                       : basis.flat_window.size() == 3 ? "on one line"
                                                       : "in one plane";
   if (!basis.flat_window.empty())
-    std::printf(": %s follow each other and lie %s",
-                listed(names_of(inspection.scene, basis.flat_window), 8).c_str(), place);
+    std::printf(": %s are consecutive and lie %s",
+                listed(names_of(inspection.scene, basis.flat_window), 8).c_str(), where);
   std::printf("\n");
 }
 
@@ -234,14 +236,15 @@ void print_basis(const Inspection& inspection) {
   print_shortage(inspection);
   if (!basis.numbering.empty()) {
     if (basis.rank_as_numbered < basis.rank())
-      std::printf("  numbering        as in the scene it has rank %d, so: %s\n", basis.rank_as_numbered,
-                  listed(names_of(inspection.scene, basis.numbering), 24).c_str());
+      std::printf("  numbering        the order of the scene gives rank %d; used instead: %s\n",
+                  basis.rank_as_numbered, listed(names_of(inspection.scene, basis.numbering), 24).c_str());
     std::vector<std::string> skipped;
     for (const int group : basis.choice.skipped) skipped.push_back(group_name(inspection, group));
     std::printf("  force groups     %d, %zu skipped%s%s\n", static_cast<int>(basis.coefficients.cols()),
                 skipped.size(), skipped.empty() ? "" : ": ", listed(skipped, 12).c_str());
-    std::printf("  independence     kept ones add at least %.2g of themselves, skipped ones at most %.2g\n",
-                basis.choice.least_kept, basis.choice.most_skipped);
+    std::printf(
+        "  independence     independent part of kept groups at least %.2g, of skipped ones at most %.2g\n",
+        basis.choice.least_kept, basis.choice.most_skipped);
     if (basis.rank() > 0) {
       double least = std::numeric_limits<double>::infinity(), most = 0.0;
       for (std::size_t l = 0; l < basis.choice.kept.size(); ++l) {
@@ -268,8 +271,8 @@ void print_matrix(const char* name, const std::optional<Eigen::MatrixXd>& matrix
   const auto size = static_cast<int>(matrix->rows());
   std::printf("%-18s %d x %d", name, size, size);
   if (size > 0)
-    std::printf(", diagonal %.6g to %.6g %s, beside it up to %.6g, asymmetry %.1e", summary.least_diagonal,
-                summary.largest_diagonal, unit, summary.largest_beside, summary.symmetry_error);
+    std::printf(", diagonal %.6g to %.6g %s, off-diagonal up to %.6g, asymmetry %.1e", summary.least_diagonal,
+                summary.largest_diagonal, unit, summary.largest_off_diagonal, summary.symmetry_error);
   std::printf("\n");
 }
 
@@ -282,9 +285,9 @@ void print_coefficients(const Inspection& inspection) {
   print_matrix("c", maxwell.c, maxwell.c_absence, "N/m");
   if (inspection.structure.conditioning > 0.0)
     std::printf("conditioning       %.3g of c%s\n", conditioning_of_c(inspection),
-                inspection.structure.mechanisms.empty() ? "" : ", mechanisms aside");
+                inspection.structure.mechanisms.empty() ? "" : ", without mechanisms");
   if (inspection.inverse_error)
-    std::printf("  c delta - 1      %.1e, conditioning allows some %.1e\n", *inspection.inverse_error,
+    std::printf("  c delta - 1      %.1e; conditioning allows about %.1e\n", *inspection.inverse_error,
                 std::numeric_limits<double>::epsilon() * conditioning_of_c(inspection));
 }
 

@@ -1,4 +1,4 @@
-// What freeflex inspect shows: the paper's quantities of one scene (Alekseev 1970).
+// Computes and prints what freeflex inspect shows: the paper's quantities of one scene (Alekseev 1970).
 #pragma once
 
 #include <optional>
@@ -11,11 +11,11 @@
 
 namespace freeflex::tools {
 
-/// Smallest and largest of what can be told of a square matrix at a glance.
+/// Ranges of the entries of a square matrix.
 struct MatrixSummary {
   double least_diagonal = 0.0, largest_diagonal = 0.0;
-  double largest_beside = 0.0;  // largest |entry| off the diagonal
-  double symmetry_error = 0.0;  // [-] largest |a_lu - a_ul| over the largest |entry|
+  double largest_off_diagonal = 0.0;  // largest |entry| off the diagonal
+  double symmetry_error = 0.0;        // [-] largest |a_lu - a_ul| over the largest |entry|
 };
 MatrixSummary summary_of(const Eigen::MatrixXd& matrix);
 
@@ -23,21 +23,23 @@ struct Inspection {
   Scene scene;
   Structure structure;
   ShapeClass shape = ShapeClass::kSpatial;
-  int num_rigid_rows = 0;  // freedoms that rigid links remove, counted link by link
+  int num_rigid_rows = 0;  // freedoms that rigid links remove, summed over links
   Basis basis;
   Maxwell maxwell;
-  std::optional<double> inverse_error;  // [-] max |c delta - 1|, where both stand over a complete basis
+  std::optional<double> inverse_error;  // [-] max |c delta - 1|, if both exist and the basis is complete
 };
 
-/// An empty recipe name is that of the shape where it is complete, else the formal one.
-/// \param why_not  set, and nothing returned, when the recipe does not apply to the shape
+/// Computes the quantities of a scene. If no recipe is given, uses the explicit recipe of the shape if its
+/// basis is complete, else the formal recipe. If the recipe does not apply, sets why_not to the reason and
+/// returns nullopt.
 std::optional<Inspection> inspect_scene(Scene scene, Structure structure, std::optional<Recipe> recipe,
                                         std::string& why_not);
 
-/// "hub x" for a unit load of the formal recipe, "hub - mid" for others: the points that a group acts on.
+/// Returns the points that a force group acts on: "hub x" for a unit load of the formal recipe, "hub - mid"
+/// for other recipes.
 std::string group_name(const Inspection& inspection, int group);
 
-/// Full matrices are in the JSON up to this many elastic freedoms.
+/// Largest number of elastic freedoms for which the JSON contains full matrices.
 inline constexpr Eigen::Index kFullMatrices = 200;
 
 Json to_json(const Inspection& inspection);

@@ -1,4 +1,4 @@
-// freeflex keygen: a file with which somebody may command a daemon that requires keys.
+// freeflex keygen: makes a key file, which is needed to send commands to a daemon that requires keys.
 #include <CLI/App.hpp>
 #include <cstdio>
 #include <memory>
@@ -14,14 +14,14 @@ namespace {
 
 struct KeygenOptions {
   std::string name;
-  std::string file;  // empty: NAME.key
+  std::string file;  // key file; empty: NAME.key
 };
 
 constexpr const char* kKeygenFooter = R"(Example:
   mkdir -m 700 keys && freeflex keygen operator --out keys/operator.key
   freeflexd service/scenes/rotor.yaml --keys keys &
   freeflex push --control hold --key keys/operator.key
-The file has mode 0600 and takes lines that say what the key may do; it is never written over.
+The file has mode 0600. Lines in it set what the key may do. An existing file is never overwritten.
 Exit codes: 0 written, 1 not written, 2 wrong arguments.)";
 
 int keygen(const KeygenOptions& options) {
@@ -37,8 +37,8 @@ int keygen(const KeygenOptions& options) {
 
 void add_keygen(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<KeygenOptions>();
-  CLI::App* command = app.add_subcommand("keygen", "a new key, for a daemon that takes commands under keys");
-  command->add_option("NAME", options->name, "id of the key, the sender of its commands")
+  CLI::App* command = app.add_subcommand("keygen", "a new key, for a daemon that requires keys");
+  command->add_option("NAME", options->name, "id of the key, which is the sender name of its commands")
       ->required()
       ->check([](const std::string& name) {
         return service::is_key_id(name) ? std::string() : found(name, service::kKeyIdAllowed);

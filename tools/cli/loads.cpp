@@ -1,4 +1,4 @@
-// freeflex loads: what a steady load does to the structure, by inertia relief.
+// freeflex loads: computes displacements and link forces under a steady load, by inertia relief.
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cmath>
@@ -26,7 +26,7 @@ struct LoadsOptions {
   std::vector<std::string> forces;
   std::vector<std::string> wrenches;
   std::vector<std::string> torques;
-  std::vector<double> spin;  // [rad/s] (3), or not given
+  std::vector<double> spin;  // [rad/s] (3); empty: not given
   bool json = false;
 };
 
@@ -37,10 +37,11 @@ JSON fields:
   name         of the scene;  force [N] and torque [N m]: the resultant about the centre of mass, body axes
   points       of each: name, displacement [m], body axes, in the frame of mean axes
   links        of each: name, kind, values [N, N m] by kind (messages/README.md, section 7)
-  validity     0 good, 1 watch, 2 outside;  cause: why not good;  error, scale [m]: what the word compares
+  validity     0 good, 1 watch, 2 outside;  cause: why not good;  error, scale [m]: the estimated
+               error and what the verdict compares it with
 Exit codes: 0 done, 2 the scene, plan or load has errors.)";
 
-/// Index of a name among items, or -1.
+/// Returns the index of the item with this name, or -1.
 template <class Items>
 std::int32_t find_name(const Items& items, const std::string& name) {
   for (std::size_t i = 0; i < items.size(); ++i)
@@ -56,7 +57,7 @@ std::string names_of(const Items& items) {
   return names.empty() ? "none" : listed(names, 12);
 }
 
-/// Loads of the command line; false after explaining.
+/// Reads the forces of the command line. If one is wrong, prints an error and returns false.
 bool read_forces(const LoadsOptions& options, const Plan& plan, std::vector<PointForce>& forces) {
   for (const std::string& text : options.forces) {
     const auto named = parse_named_numbers(text, 3);
@@ -67,10 +68,11 @@ bool read_forces(const LoadsOptions& options, const Plan& plan, std::vector<Poin
     const std::int32_t point = find_name(plan.points, named->name);
     if (point < 0 || plan.points[static_cast<std::size_t>(point)].row < 0) {
       print_error(
-          "--force: " + std::string(point < 0 ? "there is no point '" : "the plan has no rows for point '") +
+          "--force: " +
+          std::string(point < 0 ? "there is no point '" : "the plan stores no mode shapes at point '") +
           named->name +
           (point < 0 ? "'; points are " + names_of(plan.points)
-                     : "'; add it to commands: points of the scene"));
+                     : "'; add it to 'commands: points' of the scene"));
       return false;
     }
     forces.push_back({point, 0, {named->numbers[0], named->numbers[1], named->numbers[2]}});
@@ -104,7 +106,7 @@ bool read_torques(const LoadsOptions& options, const Plan& plan, std::vector<Poi
       return false;
     }
     const std::int32_t point = find_name(plan.points, named->name);
-    if (point < 0 || turning_of(plan, point) < 0) {
+    if (point < 0 || attitude_index_of(plan, point) < 0) {
       print_error("--torque: " +
                   (point < 0 ? "there is no point '" + named->name + "'; points are " + names_of(plan.points)
                              : "point '" + named->name +
@@ -149,7 +151,7 @@ void print_loads_json(const Plan& plan, const State& state) {
     links.push_back({{"name", force.name}, {"kind", force.kind}, {"values", force.values}});
   out["links"] = links;
   const Verdict verdict = judge_steady(plan, state);
-  out["validity"] = static_cast<int>(verdict.word);
+  out["validity"] = static_cast<int>(verdict.level);
   out["cause"] = text_of(plan, verdict);
   out["error"] = verdict.error;
   out["scale"] = verdict.scale;
@@ -177,23 +179,23 @@ void print_loads(const Plan& plan, const State& state) {
     std::printf("\n");
   }
   const Verdict verdict = judge_steady(plan, state);
-  std::printf("word: %s\n", describe(plan, verdict).c_str());
+  std::printf("verdict: %s\n", describe(plan, verdict).c_str());
   std::printf("estimated error: %s\n", error_text(plan, verdict).c_str());
 }
 
-/// The plan with every part in it: the load asked about need not be one that the scene knows. Prints the
-/// faults.
-std::optional<Plan> load_whole_or_explain(const std::string& path) {
+/// Loads the full plan, with every feature, because the load may need features that the scene's loads do not
+/// need. Prints the faults.
+std::optional<Plan> load_full_plan_or_explain(const std::string& path) {
   if (io::is_plan_file(path)) {
     std::optional<Plan> plan = load_or_explain(path, 0.0);
-    const auto lacks = [](const PlanPart& part) {
-      return part.is_left_out && (part.part == Part::kRotation || part.part == Part::kOutOfPlane ||
-                                  part.part == Part::kUnreachedModes || part.part == Part::kSmallModes);
+    const auto lacks = [](const PlanFeature& feature) {
+      return feature.is_left_out &&
+             (feature.feature == Feature::kRotation || feature.feature == Feature::kOutOfPlane ||
+              feature.feature == Feature::kUnreachedModes || feature.feature == Feature::kSmallModes);
     };
-    if (!plan || std::none_of(plan->parts.begin(), plan->parts.end(), lacks)) return plan;
-    print_error(
-        path +
-        " leaves modes or rotation out, which this load may need: name the scene that it was made from");
+    if (!plan || std::none_of(plan->features.begin(), plan->features.end(), lacks)) return plan;
+    print_error(path +
+                " omits modes or rotation, which this load may need: name the scene that it was made from");
     return std::nullopt;
   }
   io::SceneResult read = io::read_scene(path);
@@ -202,10 +204,10 @@ std::optional<Plan> load_whole_or_explain(const std::string& path) {
   {
     Progress progress("set-up");
     if (read.scene) structure = build_structure(*read.scene, read.faults, progress.of_setup());
-    // the answer is linear, on the highest rung that is
+    // the steady response is linear, so the highest linear rung is used
     const bool is_linear = read.scene && !read.scene->automatic && !traits_of(read.scene->fidelity).couples;
     const Fidelity rung = is_linear ? read.scene->fidelity : Fidelity::kSpinLoaded;
-    if (structure) plan = make_whole_plan(*read.scene, *structure, rung, read.faults);
+    if (structure) plan = make_full_plan(*read.scene, *structure, rung, read.faults);
   }
   print_faults(read.faults, read.sources);
   return plan;
@@ -216,7 +218,7 @@ int loads(const LoadsOptions& options) {
     print_error("no load is given; give --force, --wrench, --torque or --spin");
     return kExitUsage;
   }
-  const std::optional<Plan> plan = load_whole_or_explain(options.input);
+  const std::optional<Plan> plan = load_full_plan_or_explain(options.input);
   if (!plan) return kExitUsage;
   std::vector<PointForce> forces;
   std::vector<Wrench> wrenches;
@@ -232,7 +234,7 @@ int loads(const LoadsOptions& options) {
     print_error(error);
     return kExitUsage;
   }
-  if (!plan->feedbacks.empty()) print_warning("feedback takes no part in the steady answer");
+  if (!plan->feedbacks.empty()) print_warning("feedback is ignored in the steady response");
   options.json ? print_loads_json(*plan, *state) : print_loads(*plan, *state);
   return kExitOk;
 }

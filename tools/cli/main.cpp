@@ -1,4 +1,4 @@
-// freeflex: the command line beside the daemon.
+// freeflex: the command line program.
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 namespace freeflex::tools {
 namespace {
 
-/// What freeflex-study does: these need the paper's bases, the reference and the rivals, and no other command
-/// does, so the programs that a run takes are built without them.
+/// Subcommands of freeflex-study. Only these need the paper's bases, the reference and the rival methods, so
+/// freeflex is built without those libraries.
 constexpr std::array kStudies{kInspect, kReport, kStability};
 
 void add_commands(CLI::App& app, int& exit_code) {
@@ -39,22 +39,24 @@ void add_commands(CLI::App& app, int& exit_code) {
   add_compare(app, exit_code);
 }
 
-/// The command asked for: the first word that is no option, so that `freeflex --help inspect` is one of
-/// inspect too.
+/// Returns the first argument that is not an option, so that `freeflex --help inspect` also reaches inspect;
+/// empty if there is none.
 const char* find_command(int argc, char** argv) {
   const auto is_word = [](const char* argument) { return argument[0] != '-'; };
   const auto found = std::find_if(argv + 1, argv + argc, is_word);
   return found != argv + argc ? *found : "";
 }
 
-/// Goes on as freeflex-study, which stands beside this program. Comes back only when that cannot be started.
+/// Replaces this process by freeflex-study, which is in the folder of this program. Returns only if
+/// freeflex-study cannot be started; the result is the exit code.
 int become_study(const char* command, char** argv) {
   std::error_code ignored;
   const std::string study =
       (std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / "freeflex-study").string();
   execv(study.c_str(), argv);
   print_error(std::string(command) + ": " + study + ": " + std::strerror(errno) +
-              "; it is a program of its own, which tools/build makes and cmake --install installs");
+              "; freeflex-study is a separate program: build it with tools/build, or install it with cmake "
+              "--install");
   return kExitDiffers;
 }
 

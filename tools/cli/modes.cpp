@@ -1,4 +1,4 @@
-// freeflex modes: mass properties, freedoms and frequencies of a scene or plan.
+// freeflex modes: prints mass properties, freedoms and frequencies of a scene or plan.
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <array>
@@ -24,7 +24,7 @@ namespace {
 struct ModesOptions {
   std::string input;
   io::Settings settings;
-  std::string plot;  // empty: no picture
+  std::string plot;  // picture file; empty: no picture
   int count = 30;
   bool json = false;
 };
@@ -34,31 +34,32 @@ constexpr const char* kModesFooter = R"(Example:
   freeflex modes boom.yaml --set points.tip.mass=3
 JSON fields:
   name, points, links, rigid_freedoms, elastic_freedoms
-               the last four are numbers of them
+               the last four are counts
   mass         [kg];  centre [m], scene axes
   principal_moments, principal_axes
-               [kg m^2] ascending; unit vectors in body axes, one a row
+               [kg m^2] ascending; unit vectors in body axes, one per row
   frequency_accuracy
-               [-] of the lowest
+               [-] relative, of the lowest frequency
   modes        of each: mode (number from 1), frequency [Hz] of the structure alone, damped_frequency [Hz],
                damping_ratio and decay_rate [1/s] of its free motion with damping, feedback, constant
-               followers and wheels (null where they were not computed, negative where it grows), cluster
-               (the same for equal ones)
+               followers and wheels (null where not computed, negative where the motion grows), cluster
+               (the same number for equal frequencies)
   nutation     [Hz] of the body where wheels couple it with the modes;  null: none
-  not_computed why the motion of modes was not computed;  empty: all were
+  not_computed why the damped motion of some modes was not computed;  empty: none is missing
   mechanisms   of each: names of the points that it moves
-  coupling     what keeps modes from being independent, in words;  dependent_loads: names of loads that
-               follow the elastic motion
-  step_error   largest error of a tick by splitting, over what damping does in a tick;  null: no splitting
+  coupling     what couples the modes, as a text;  dependent_loads: names of loads that depend on the elastic
+               motion
+  step_error   largest splitting error of a tick, relative to the damping in that tick;  null: no splitting
 Exit codes: 0 done, 1 the picture was not written, 2 the scene or plan has errors.)";
 
 struct Frequency {
   double hertz = 0.0;  // [Hz] of the structure alone
-  DampedMode damped;   // with all that couples the modes
-  int cluster = 0;     // equal for frequencies that are the same to the accuracy
+  DampedMode damped;   // including everything that couples the modes
+  int cluster = 0;     // frequencies that are equal within the accuracy have the same number
 };
 
-/// Frequencies closer than this are one cluster: repeated by symmetry, split by rounding.
+/// Returns the relative distance below which frequencies form one cluster: they are equal by symmetry and
+/// differ only by rounding errors.
 double cluster_width(const Plan& plan) { return std::max(1e-9, 10.0 * plan.frequency_accuracy); }
 
 std::vector<Frequency> frequencies(const Plan& plan, const FreeMotion& motion) {
@@ -79,8 +80,8 @@ std::vector<Frequency> frequencies(const Plan& plan, const FreeMotion& motion) {
   return out;
 }
 
-/// Moments ascending; axes as columns, right-handed, each with its largest component positive where that
-/// leaves it so.
+/// Principal moments, ascending, and right-handed principal axes as columns. The largest component of each of
+/// the first two axes is positive.
 struct Principal {
   Eigen::Vector3d moments;  // [kg m^2]
   Eigen::Matrix3d axes;     // [-] body axes
@@ -97,7 +98,7 @@ Principal principal_axes(const Plan& plan) {
     if (principal.axes(largest, k) < 0.0) principal.axes.col(k) *= -1.0;
   }
   principal.axes.col(2) = principal.axes.col(0).cross(principal.axes.col(1));
-  // no signed zeros on the screen
+  // converts -0 to 0, so that the screen shows no signed zeros
   principal.axes =
       principal.axes.unaryExpr([](double value) { return std::abs(value) < 1e-15 ? 0.0 : value; });
   return principal;
@@ -113,36 +114,36 @@ std::vector<std::vector<std::string>> mechanism_names(const Plan& plan) {
   return out;
 }
 
-/// Number of a mode in the scene, from 1: those left out count.
+/// Returns the number of a mode in the scene, from 1; omitted modes are included in the numbering.
 int number_of(const Plan& plan, std::size_t mode) {
   return plan.mode_numbers.empty() ? static_cast<int>(mode) + 1 : plan.mode_numbers[mode];
 }
 
 bool leaves_modes_out(const Plan& plan) {
-  return std::any_of(plan.parts.begin(), plan.parts.end(), [](const PlanPart& part) {
-    return part.is_left_out && part.count > 0 && part.part != Part::kPointRows;
+  return std::any_of(plan.features.begin(), plan.features.end(), [](const PlanFeature& feature) {
+    return feature.is_left_out && feature.count > 0 && feature.feature != Feature::kPointRows;
   });
 }
 
-/// Returns how dashpots and feedback couple modes, in words; empty where they do not.
-std::string mixing_text(const Plan& plan) {
-  const PlanMixing& mixing = plan.mixing;
-  if (mixing.num_damping == 0 && plan.feedbacks.empty()) return {};
-  const std::string what = plan.feedbacks.empty()    ? "dashpots"
-                           : mixing.num_damping == 0 ? "feedback"
-                                                     : "dashpots and feedback";
+/// Returns a text that says how dashpots and feedback couple the modes; empty if they do not.
+std::string damping_coupling_text(const Plan& plan) {
+  const PlanModalCoupling& modal_coupling = plan.modal_coupling;
+  if (modal_coupling.num_damping == 0 && plan.feedbacks.empty()) return {};
+  const std::string what = plan.feedbacks.empty()            ? "dashpots"
+                           : modal_coupling.num_damping == 0 ? "feedback"
+                                                             : "dashpots and feedback";
   const std::string coupled = what + " couple" + (what == "feedback" ? "s " : " ");
-  if (mixing.path == PlanMixing::Path::kExact)
-    return coupled + counted(static_cast<std::int64_t>(mixing.modes.size()), "mode") + " of " +
+  if (modal_coupling.path == PlanModalCoupling::Path::kExact)
+    return coupled + counted(static_cast<std::int64_t>(modal_coupling.modes.size()), "mode") + " of " +
            std::to_string(plan.num_elastic) + "; the step advances them together, without error";
-  if (mixing.path == PlanMixing::Path::kSplit)
+  if (modal_coupling.path == PlanModalCoupling::Path::kSplit)
     return coupled +
            "too many modes for the exact step; their damping is advanced by splitting, with an error of "
            "second order in the step";
   return coupled + "the modes; the step applies them as forces";
 }
 
-/// Returns the names of loads in local axes, with "load" or "loads".
+/// Returns the names of the loads, with "load" or "loads".
 std::string load_names(const Plan& plan, const std::vector<std::size_t>& loads) {
   std::vector<std::string> names;
   names.reserve(loads.size());
@@ -150,28 +151,28 @@ std::string load_names(const Plan& plan, const std::vector<std::size_t>& loads) 
   return (names.size() == 1 ? "load " : "loads ") + listed(names, 8);
 }
 
-/// Returns what keeps modes from being independent, in words; empty when nothing does.
+/// Returns a text that names everything that couples the modes; empty if nothing does.
 std::string coupling_text(const Plan& plan) {
   if (plan.num_elastic == 0) return {};
-  std::vector<std::string> parts;
-  if (std::string text = mixing_text(plan); !text.empty()) parts.push_back(std::move(text));
+  std::vector<std::string> texts;
+  if (std::string text = damping_coupling_text(plan); !text.empty()) texts.push_back(std::move(text));
   if (const auto loads = follower_loads(plan, true); !loads.empty())
-    parts.push_back(load_names(plan, loads) + (loads.size() == 1 ? " turns" : " turn") +
+    texts.push_back(load_names(plan, loads) + (loads.size() == 1 ? " rotates" : " rotate") +
                     " with the structure and " + (loads.size() == 1 ? "couples" : "couple") + " the modes");
   if (const auto loads = follower_loads(plan, false); !loads.empty())
-    parts.push_back(load_names(plan, loads) + (loads.size() == 1 ? " turns" : " turn") +
+    texts.push_back(load_names(plan, loads) + (loads.size() == 1 ? " rotates" : " rotate") +
                     " with the structure and " + (loads.size() == 1 ? "varies" : "vary") +
-                    ": the modes are those without");
-  if (has_gyroscopic_forces(plan)) parts.push_back("wheels couple the modes with each other and the body");
+                    ", which is not included in these modes");
+  if (has_gyroscopic_forces(plan)) texts.push_back("wheels couple the modes with each other and the body");
   std::string all;
-  for (const std::string& part : parts) all += (all.empty() ? "" : "; ") + part;
+  for (const std::string& text : texts) all += (all.empty() ? "" : "; ") + text;
   return all;
 }
 
-/// [-] of what damping does in a tick: a larger error of the step is a warning.
+/// [-] Largest error of the step, relative to the damping in a tick, that causes no warning.
 constexpr double kMostStepError = 0.01;
 
-/// The largest error of a tick by splitting, and the mode that has it.
+/// The largest splitting error of a tick, and its mode.
 struct StepError {
   double size = 0.0;     // [-]
   std::size_t mode = 0;  // index
@@ -184,13 +185,12 @@ StepError largest_step_error(const std::vector<Frequency>& all) {
 }
 
 std::string step_error_text(const Plan& plan, const StepError& error) {
-  return format_text(
-      "in a tick at %.10g Hz the step changes the motion of mode %d by %.2g %% more or less than its "
-      "damping does",
-      1.0 / plan.period, number_of(plan, error.mode), 100.0 * error.size);
+  return format_text("in a tick at %.10g Hz the splitting error of mode %d is %.2g %% of its damping",
+                     1.0 / plan.period, number_of(plan, error.mode), 100.0 * error.size);
 }
 
-/// What of the load follows the elastic motion, so that the body's motion is no longer apart from it.
+/// Returns the names of loads that depend on the elastic motion and therefore couple rigid and elastic
+/// motion.
 std::vector<std::string> dependent_loads(const Plan& plan) {
   std::vector<std::string> names;
   for (const PlanFeedback& feedback : plan.feedbacks) names.push_back("feedback " + feedback.name);
@@ -230,7 +230,7 @@ void print_modes_json(const Plan& plan, const Principal& principal, const FreeMo
                      {"cluster", frequency.cluster}});
   }
   out["modes"] = modes;
-  const bool is_split = plan.mixing.path == PlanMixing::Path::kSplit;
+  const bool is_split = plan.modal_coupling.path == PlanModalCoupling::Path::kSplit;
   out["step_error"] = is_split ? Json(largest_step_error(all).size) : Json();
   out["nutation"] = motion.nutation > 0.0 ? Json(motion.nutation / (2.0 * std::numbers::pi)) : Json();
   out["not_computed"] = motion.unknown;
@@ -252,7 +252,8 @@ void print_row(const Plan& plan, std::size_t mode, const Frequency& frequency) {
               damped_text(damped).c_str(), damped.is_known ? format_text("%.4g", damped.ratio).c_str() : "-");
 }
 
-/// A mechanism that only keeps its displacement has no row: the list of mechanisms tells enough.
+/// Returns true if a mechanism gets a row in the table. A mechanism that only keeps its displacement appears
+/// only in the list of mechanisms.
 bool has_row(const Frequency& mechanism) {
   const DampedMode& damped = mechanism.damped;
   return !damped.is_known || damped.frequency != 0.0 || damped.rate != 0.0;
@@ -284,7 +285,7 @@ void print_frequencies(const Plan& plan, const std::vector<Frequency>& all, int 
   }
 }
 
-/// The lowest modes as pictures. An exit code other than kExitOk is explained.
+/// Draws the lowest modes. Returns the exit code; prints the error if it is not kExitOk.
 int plot_modes(const ModesOptions& options) {
   constexpr int kMostPlotted = 12;
   const std::optional<Body> body = make_body(options.input, options.plot);
@@ -357,12 +358,12 @@ int modes(const ModesOptions& options) {
   }
   std::printf("rigid freedoms     %d%s\n", plan->rigid_freedoms, kind);
   std::printf("elastic freedoms   %d%s\n", plan->num_elastic,
-              leaves_modes_out(*plan) ? ", others are left out (freeflex plan says why)" : "");
+              leaves_modes_out(*plan) ? ", others are omitted (freeflex plan shows why)" : "");
   if (const std::string text = coupling_text(*plan); !text.empty())
     std::printf("coupled            %s\n", text.c_str());
   if (error.size > 0.0) std::printf("step               %s\n", step_error_text(*plan, error).c_str());
   if (const auto names = dependent_loads(*plan); !names.empty())
-    std::printf("not separated      %s: the body's motion follows the elastic one\n",
+    std::printf("not separated      %s: the body's motion depends on the elastic motion\n",
                 listed(names, 8).c_str());
   const auto mechanisms = mechanism_names(*plan);
   if (!mechanisms.empty()) {

@@ -1,4 +1,4 @@
-// freeflex monitor: what goes over the bus.
+// freeflex monitor: shows the messages on the bus.
 #include <unistd.h>
 
 #include <CLI/App.hpp>
@@ -38,26 +38,26 @@ constexpr const char* kMonitorFooter = R"(Examples:
   freeflex monitor
   freeflex monitor --live
   freeflex monitor --channel STATE --json --count 10
-Messages of more than 65,499 bytes, which freeflex has none of, are not shown.
-Gaps count messages that are missing between two that came, where the messages are numbered.
+Messages above 65,499 bytes are not shown; freeflex sends none.
+Gaps are the messages missing between two received ones, for channels whose messages are numbered.
 JSON fields of a table:
-  utime        [us] since 1970, when it was made
-  channels     by name: rate [Hz] and bytes_per_second (null: too short for a rate), count, bytes, smallest,
+  utime        [us] since 1970, when the table was made
+  channels     by name: rate [Hz] and bytes_per_second (null: interval too short for a rate), count, bytes, smallest,
                largest [bytes], gaps, last (fields of the last message)
 JSON fields of a message:
   channel      its name;  received [us] since 1970;  bytes: its size
   message      the fields of its .lcm file, in the units there; fingerprints and hashes in 16 hexadecimal digits
-Exit codes: 0 ended as told or by Ctrl-C, 1 nothing heard, fewer than --count messages in --duration, or no
+Exit codes: 0 ended as asked or by Ctrl-C, 1 nothing heard, fewer than --count messages in --duration, or no
 message bus, 2 wrong arguments.)";
 
-// NOLINTNEXTLINE(bugprone-exception-escape): the move of Json is noexcept, whatever it calls
+// NOLINTNEXTLINE(bugprone-exception-escape): moving a Json never throws
 struct Channel {
   std::int64_t count = 0;
   std::int64_t bytes = 0;
-  std::int64_t recent_count = 0;  // since the last table
+  std::int64_t recent_count = 0;  // messages since the last table
   std::int64_t recent_bytes = 0;
   std::size_t smallest = 0, largest = 0;  // [bytes]
-  std::int64_t gaps = 0;                  // messages that should have come in between
+  std::int64_t gaps = 0;                  // messages missing between received messages
   std::string stream;
   std::int64_t last_number = 0;
   std::int64_t step = 0;
@@ -65,7 +65,7 @@ struct Channel {
   Json fields;
 };
 
-/// Counts what a numbered message shows to be missing.
+/// Counts the messages that are missing before a numbered message.
 void count_gaps(Channel& channel, const DecodedMessage& message) {
   if (message.stream.empty()) return;
   if (message.stream == channel.stream && message.number > channel.last_number) {
@@ -106,7 +106,7 @@ class Overview {
     channel.fields = std::move(decoded.fields);
   }
 
-  /// \param seconds  [s] since the last table; nullopt: too short for a rate
+  /// Returns the table of channels.  \param seconds  [s] since the last table; nullopt: too short for a rate
   std::string table(std::optional<double> seconds) {
     std::string out = format_text("%-20s %9s %10s %8s %15s %6s  %s\n", "channel", "rate [Hz]", "[kB/s]",
                                   "count", "size [B]", "gaps", "last message");
@@ -157,15 +157,16 @@ class Overview {
 
   std::string prefix_;
   std::map<std::string, Channel> channels_;
-  std::int64_t num_unlisted_ = 0;  // messages on channels beyond the most
+  std::int64_t num_unlisted_ = 0;  // messages on channels that exceed kMostChannels
 };
 
 Clock::duration seconds(double value) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
 }
 
-/// Calls show(), with the time it covers [s], every interval, and for what came after the last, until the
-/// time is over, count messages came, or Ctrl-C. Less than half an interval is too short for a rate: nullopt.
+/// Calls show() after every interval and at the end, with the time since the last call [s]; nullopt if this
+/// time is below half an interval and thus too short for a rate. Ends after the duration, after `count`
+/// messages or at Ctrl-C.
 void watch(Bus& bus, const MonitorOptions& options, const std::int64_t& num_messages,
            const std::function<void(std::optional<double>)>& show) {
   constexpr double kForever = 1e9;  // [s]
@@ -187,25 +188,25 @@ void watch(Bus& bus, const MonitorOptions& options, const std::int64_t& num_mess
   }
 }
 
-/// Tells once, on standard error, that nothing has come.
+/// Warns once if no message has come.
 class SilenceNote {
  public:
   explicit SilenceNote(std::string text) : text_(std::move(text)) {}
-  /// After an interval. True when nothing has come.
+  /// Returns true if no message has come. Must be called after each interval.
   bool take(std::int64_t num_messages) {
     if (num_messages > 0) return false;
-    if (!is_told_) print_warning(text_);
-    is_told_ = true;
+    if (!is_printed_) print_warning(text_);
+    is_printed_ = true;
     return true;
   }
 
  private:
   std::string text_;
-  bool is_told_ = false;
+  bool is_printed_ = false;
 };
 
 std::int64_t monitor_channel(Bus& bus, const MonitorOptions& options) {
-  // a short name means one of ours
+  // adds the prefix to a name that lacks it
   const bool is_short = options.channel.find(options.bus.prefix) != 0;
   const std::string name = is_short ? options.bus.prefix + "_" + options.channel : options.channel;
   std::int64_t num_messages = 0;
@@ -231,7 +232,7 @@ std::int64_t monitor_channel(Bus& bus, const MonitorOptions& options) {
     }
     std::fflush(stdout);
   });
-  SilenceNote note("nothing heard on " + name + " so far (" + bus.describe() +
+  SilenceNote note("no message has come on " + name + " so far (" + bus.describe() +
                    "); 'freeflex monitor' shows which channels there are");
   watch(bus, options, num_messages, [&](std::optional<double>) { note.take(num_messages); });
   return num_messages;
@@ -245,7 +246,7 @@ std::int64_t monitor_all(Bus& bus, const MonitorOptions& options) {
     overview.take(message);
   });
   Screen screen(isatty(STDOUT_FILENO) == 1 && !options.json);
-  SilenceNote note("nothing heard so far (" + bus.describe() +
+  SilenceNote note("no message has come so far (" + bus.describe() +
                    "): is a freeflexd running, and does it use this bus?");
   watch(bus, options, num_messages, [&](std::optional<double> seconds) {
     const bool is_silent = note.take(num_messages);
@@ -273,7 +274,7 @@ std::int64_t monitor_live(Bus& bus, const MonitorOptions& options) {
   std::string line;
   watch(bus, pace, num_messages, [&](std::optional<double>) {
     const std::string note = options.note.empty() ? std::string() : options.note + "\n";
-    // what has been printed once without a message since is not printed again
+    // while no message comes, the line is not printed again
     if (!is_terminal && num_messages == 0 && line == view.line()) return;
     line = view.line();
     screen.show(is_terminal ? note + view.page(bus.describe(), screen.num_rows() - (note.empty() ? 0 : 1))
@@ -284,12 +285,13 @@ std::int64_t monitor_live(Bus& bus, const MonitorOptions& options) {
 
 int monitor(const MonitorOptions& options) {
   if (options.live && (options.json || !options.channel.empty()))
-    return print_error("--live goes with neither --json nor --channel"), kExitUsage;
+    return print_error("--live cannot be used with --json or --channel"), kExitUsage;
   if (options.live && options.count)
-    return print_error("--live goes without --count, which counts messages: end it with --duration S"),
+    return print_error("--live cannot be used with --count, which counts messages: end it with --duration S"),
            kExitUsage;
-  if (!options.live && !options.note.empty()) return print_error("--note is a line above --live"), kExitUsage;
-  if (is_interrupted()) return kExitOk;  // from here on the ordinary end
+  if (!options.live && !options.note.empty())
+    return print_error("--note needs --live: it is a line above the live view"), kExitUsage;
+  if (is_interrupted()) return kExitOk;  // from now on Ctrl-C is the normal end
   Bus bus(options.bus);
   if (!bus.error().empty()) return print_error(bus.error()), bus.is_usage_error() ? kExitUsage : kExitDiffers;
   const std::int64_t num_messages = options.live              ? monitor_live(bus, options)
@@ -303,17 +305,17 @@ int monitor(const MonitorOptions& options) {
 void add_monitor(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<MonitorOptions>();
   CLI::App* command =
-      app.add_subcommand("monitor", "what goes over the bus: every channel, one channel, or the live state");
+      app.add_subcommand("monitor", "messages on the bus: all channels, one channel, or the live state");
   command
       ->add_option("--channel", options->channel,
-                   "print the messages of one channel as they come: STATE or any full name")
+                   "print the messages of one channel as they come: STATE, or a full name")
       ->type_name("NAME");
   command->add_flag("--live", options->live, "the live state of the structure");
   command->add_option("--note", options->note, "a line above --live on a terminal")->type_name("TEXT");
-  command->add_option("--count", options->count, "end after so many messages")
+  command->add_option("--count", options->count, "end after this many messages")
       ->check(whole_number(1, kMost<std::int64_t>))
       ->type_name("N");
-  command->add_option("--duration", options->duration, "end after so long [s]")
+  command->add_option("--duration", options->duration, "end after this time [s]")
       ->check(positive_time())
       ->type_name("S");
   command->add_option("--interval", options->interval, "time between tables, or lines of --live [s]")

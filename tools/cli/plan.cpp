@@ -1,5 +1,5 @@
-// freeflex plan: what a plan keeps and leaves out of a scene, why, what that may change, and what a step
-// costs.
+// freeflex plan: shows which features of a scene a plan keeps and which it omits, the reasons, the error
+// bounds, and the cost of a step.
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -29,50 +29,51 @@ constexpr const char* kPlanFooter = R"(Example:
   freeflex plan boom.yaml --keep rotation small_modes
 JSON fields:
   name, modes, modes_of_scene, mode_numbers
-               how many are kept, of how many, and which
+               number of modes kept, number in the scene, and which are kept
   tolerance, horizon, on_need
-               as the scene's leave_out says: [-], [s], keep, replan or refuse
-  rung, parts_of_a_tick
-               the fidelity, and in how many parts a coupled rung takes a tick
-  rungs_tried  by fidelity: auto; of each: rung, finite, position [m], attitude [rad], elastic, meets
+               values of the scene's leave_out: [-], [s], and keep, replan or refuse
+  rung, substeps_per_tick
+               the fidelity, and the substeps of a tick on a coupled rung
+  rungs_tried  by fidelity: auto; for each: rung, finite, position [m], attitude [rad], elastic, meets
   budget_horizon, budget_steps
-               [s] of the error budget; of each rung beside the state: fidelity, steps_per_tick
-  parts        of each: part, left_out, count, why, error [m], share, error_per_force [m/N],
-               share_per_force, link_error [N, N m], link_error_per_force
-  features     whether the scene has loads, follower_forces, feedback, dashpots, spin_load, attractor,
+               [s] of the error budget; for each of its rungs: fidelity, steps_per_tick
+  features     for each: feature, left_out, count, why, error [m], relative_error (to the largest displacement),
+               error_per_force [m/N], relative_error_per_force, link_error [N, N m], link_error_per_force
+  scene_uses   whether the scene has loads, follower_forces, feedback, dashpots, spin_load, attractor,
                coupled_rungs
-  ns, ns_with_everything_kept
-               [ns] a step: step, and its rigid, modes, loads, fields, coupling, stages; beside it push,
-               point (a point pushed, a point read), budget
+  ns, ns_full_plan
+               [ns] per step, of this plan and with every feature kept: step, and its rigid, modes, loads,
+               fields, coupling, stages; in addition push and point (for a point pushed and a point read), budget
 Exit codes: 0 done, 2 the scene or plan has errors.)";
 
 constexpr std::size_t kShownModes = 12;
 
 std::vector<std::string> keep_names() {
   std::vector<std::string> names{"all"};
-  for (int k = 0; k < kNumParts; ++k) names.emplace_back(name_of(static_cast<Part>(k)));
+  for (int k = 0; k < kNumFeatures; ++k) names.emplace_back(name_of(static_cast<Feature>(k)));
   return names;
 }
 
 void keep_more(const std::vector<std::string>& names, LeaveOut& leave_out) {
   for (const std::string& name : names) {
     if (name == "all") leave_out.keeps.fill(true);
-    for (int k = 0; k < kNumParts; ++k)
-      if (name == name_of(static_cast<Part>(k))) leave_out.keeps[static_cast<std::size_t>(k)] = true;
+    for (int k = 0; k < kNumFeatures; ++k)
+      if (name == name_of(static_cast<Feature>(k))) leave_out.keeps[static_cast<std::size_t>(k)] = true;
   }
 }
 
-/// The plan that is shown and, of a scene, the same with everything kept.
+/// The plan that is shown and, for a scene, the full plan, which keeps every feature.
 struct Plans {
-  std::optional<Plan> plan, whole;
+  std::optional<Plan> plan, full;
 };
 
 Plans load(const PlanOptions& options) {
   Plans plans;
   if (io::is_plan_file(options.input)) {
     if (!options.keep.empty()) {
-      print_error(options.input +
-                  " is a plan, which is fixed: name the scene that it was made from to --keep parts");
+      print_error(
+          options.input +
+          " is a plan, whose features are fixed: to use --keep, name the scene that it was made from");
       return plans;
     }
     plans.plan = load_or_explain(options.input, 0.0);
@@ -92,17 +93,17 @@ Plans load(const PlanOptions& options) {
   if (!plans.plan) return plans;
   const Progress progress("set-up");
   Faults repeated;
-  plans.whole = make_whole_plan(*read.scene, *structure, plans.plan->fidelity, repeated);
+  plans.full = make_full_plan(*read.scene, *structure, plans.plan->fidelity, repeated);
   return plans;
 }
 
-/// Code that is there only for what the scene has, with whether it has it.
-std::vector<std::pair<const char*, bool>> features(const Plan& plan) {
+/// Returns the names of features that cost time only if a scene uses them, and whether this scene uses them.
+std::vector<std::pair<const char*, bool>> scene_uses(const Plan& plan) {
   const auto has_followers = [](const PlanHistory& history) { return !history.followers.empty(); };
   return {{"loads", !plan.histories.empty()},
           {"follower_forces", std::any_of(plan.histories.begin(), plan.histories.end(), has_followers)},
           {"feedback", !plan.feedbacks.empty()},
-          {"dashpots", plan.mixing.num_damping > 0},
+          {"dashpots", plan.modal_coupling.num_damping > 0},
           {"spin_load", plan.has_spin_load},
           {"attractor", plan.attractor_mu > 0.0},
           {"coupled_rungs", is_coupled(plan)}};
@@ -117,7 +118,7 @@ Json to_json(const StepCost& cost) {
 
 const char* on_need_name(const Plan& plan) {
   if (!plan.scope.lacks_rotation && !plan.scope.lacks_out_of_plane) return "keep";
-  return plan.wide.empty() ? "refuse" : "replan";
+  return plan.fallback.empty() ? "refuse" : "replan";
 }
 
 Json rungs_json(const Plan& plan) {
@@ -132,43 +133,42 @@ Json rungs_json(const Plan& plan) {
   return rungs;
 }
 
-/// What `fidelity: auto` tried, and what the error budget runs beside.
+/// Prints the rungs that `fidelity: auto` tried, and the rungs of the error budget.
 void print_rungs(const Plan& plan) {
   std::printf("rung               %s", name_of(plan.fidelity));
-  if (plan.coupled.num_parts > 1) std::printf(", each tick in %d parts", plan.coupled.num_parts);
+  if (plan.coupled.num_substeps > 1) std::printf(", %d substeps per tick", plan.coupled.num_substeps);
   std::printf("\n");
   for (const PlanRung& each : plan.tried_rungs) {
     if (each.is_finite)
       std::printf("  %-16s estimate %.2g m, %.2g rad, elastic %.2g: %s\n", name_of(each.rung), each.position,
                   each.attitude, each.elastic,
-                  each.meets ? "meets the tolerance, taken" : "not within the tolerance");
+                  each.meets ? "meets the tolerance, chosen" : "does not meet the tolerance");
     else
-      std::printf("  %-16s leaves the numbers\n", name_of(each.rung));
+      std::printf("  %-16s diverges\n", name_of(each.rung));
   }
   if (plan.budget.shadows.empty()) return;
-  std::string beside;
+  std::string shadows;
   for (const PlanShadow& shadow : plan.budget.shadows)
-    beside += std::string(beside.empty() ? "" : ", ") + name_of(shadow.plan.fidelity) +
-              (shadow.substeps > 1 ? " " + std::to_string(shadow.substeps) + " times a tick" : "");
-  const std::string text =
-      format_text("over %.6g s; steps beside the state: %s", plan.budget.horizon, beside.c_str());
+    shadows += std::string(shadows.empty() ? "" : ", ") + name_of(shadow.plan.fidelity) +
+               (shadow.substeps > 1 ? " " + std::to_string(shadow.substeps) + " times a tick" : "");
+  const std::string text = format_text("over %.6g s; shadow steps: %s", plan.budget.horizon, shadows.c_str());
   std::printf("error budget       %s\n", wrapped(text, 19).c_str());
 }
 
-Json parts_json(const Plan& plan) {
-  Json parts = Json::array();
-  for (const PlanPart& part : plan.parts)
-    parts.push_back({{"part", name_of(part.part)},
-                     {"left_out", part.is_left_out},
-                     {"count", part.count},
-                     {"why", part.why},
-                     {"error", part.error},
-                     {"share", part.share},
-                     {"error_per_force", part.error_per_force},
-                     {"share_per_force", part.share_per_force},
-                     {"link_error", part.link_error},
-                     {"link_error_per_force", part.link_error_per_force}});
-  return parts;
+Json features_json(const Plan& plan) {
+  Json features = Json::array();
+  for (const PlanFeature& feature : plan.features)
+    features.push_back({{"feature", name_of(feature.feature)},
+                        {"left_out", feature.is_left_out},
+                        {"count", feature.count},
+                        {"why", feature.why},
+                        {"error", feature.error},
+                        {"relative_error", feature.relative_error},
+                        {"error_per_force", feature.error_per_force},
+                        {"relative_error_per_force", feature.relative_error_per_force},
+                        {"link_error", feature.link_error},
+                        {"link_error_per_force", feature.link_error_per_force}});
+  return features;
 }
 
 void print_plan_json(const Plans& plans) {
@@ -176,44 +176,43 @@ void print_plan_json(const Plans& plans) {
   Json out;
   out["name"] = plan.name;
   out["modes"] = plan.num_elastic;
-  if (plans.whole) out["modes_of_scene"] = plans.whole->num_elastic;
+  if (plans.full) out["modes_of_scene"] = plans.full->num_elastic;
   out["mode_numbers"] = plan.mode_numbers;
   out["tolerance"] = plan.tolerance;
   out["horizon"] = plan.horizon;
   out["on_need"] = on_need_name(plan);
   out["rung"] = name_of(plan.fidelity);
-  out["parts_of_a_tick"] = plan.coupled.num_parts;
+  out["substeps_per_tick"] = plan.coupled.num_substeps;
   out["rungs_tried"] = rungs_json(plan);
   out["budget_horizon"] = plan.budget.horizon;
   out["budget_steps"] = Json::array();
   for (const PlanShadow& shadow : plan.budget.shadows)
     out["budget_steps"].push_back(
         {{"fidelity", name_of(shadow.plan.fidelity)}, {"steps_per_tick", shadow.substeps}});
-  out["parts"] = parts_json(plan);
+  out["features"] = features_json(plan);
   Json present = Json::object();
-  for (const auto& [name, is_there] : features(plan)) present[name] = is_there;
-  out["features"] = present;
+  for (const auto& [name, is_there] : scene_uses(plan)) present[name] = is_there;
+  out["scene_uses"] = present;
   predict_step(plan);  // the processor warms up
   out["ns"] = to_json(predict_step(plan));
-  if (plans.whole) out["ns_with_everything_kept"] = to_json(predict_step(*plans.whole));
+  if (plans.full) out["ns_full_plan"] = to_json(predict_step(*plans.full));
   print_json(out);
 }
 
-void print_errors(const Plan& plan, const PlanPart& part) {
-  if (part.part != Part::kSmallModes) return;
-  if (part.share > 0.0 || part.error > 0.0)
+void print_errors(const Plan& plan, const PlanFeature& feature) {
+  if (feature.feature != Feature::kSmallModes) return;
+  if (feature.relative_error > 0.0 || feature.error > 0.0)
     std::printf(
         "    built-in loads and initial state, %.6g s: at most %.3g m, %.2g of the largest displacement\n",
-        plan.horizon, part.error, part.share);
-  if (part.error_per_force > 0.0)
+        plan.horizon, feature.error, feature.relative_error);
+  if (feature.error_per_force > 0.0)
     std::printf(
-        "    commands: at most %.3g m a newton, %.2g of the static displacement, times the force that "
-        "stands\n"
+        "    commands: at most %.3g m per newton, %.2g of the static displacement, times the present force\n"
         "    plus the sum of its changes\n",
-        part.error_per_force, part.share_per_force);
-  if (part.link_error > 0.0 || part.link_error_per_force > 0.0)
-    std::printf("    published link forces: at most %.3g N, and %.3g a newton; right for steady loads\n",
-                part.link_error, part.link_error_per_force);
+        feature.error_per_force, feature.relative_error_per_force);
+  if (feature.link_error > 0.0 || feature.link_error_per_force > 0.0)
+    std::printf("    published link forces: at most %.3g N, and %.3g per newton; exact for steady loads\n",
+                feature.link_error, feature.link_error_per_force);
 }
 
 std::string mode_list(const Plan& plan) {
@@ -222,27 +221,28 @@ std::string mode_list(const Plan& plan) {
   return listed(names, kShownModes);
 }
 
-void print_parts(const Plan& plan) {
-  std::printf("  %-16s %-9s %6s  why\n", "part", "", "count");
-  for (const PlanPart& part : plan.parts) {
-    const std::string count = part.count > 0 ? std::to_string(part.count) : "";
-    std::printf("  %-16s %-9s %6s  %s\n", name_of(part.part), part.is_left_out ? "left out" : "kept",
-                count.c_str(), wrapped(part.why, 37).c_str());
-    if (part.is_left_out) print_errors(plan, part);
+void print_features(const Plan& plan) {
+  std::printf("  %-16s %-9s %6s  why\n", "feature", "", "count");
+  for (const PlanFeature& feature : plan.features) {
+    const std::string count = feature.count > 0 ? std::to_string(feature.count) : "";
+    std::printf("  %-16s %-9s %6s  %s\n", name_of(feature.feature), feature.is_left_out ? "left out" : "kept",
+                count.c_str(), wrapped(feature.why, 37).c_str());
+    if (feature.is_left_out) print_errors(plan, feature);
   }
   std::string absent, present;
-  for (const auto& [name, is_there] : features(plan))
+  for (const auto& [name, is_there] : scene_uses(plan))
     (is_there ? present : absent) += std::string(" ") + name;
-  std::printf("the scene asks for %s\n", present.empty() ? " none of the rest" : present.c_str());
-  std::printf("it has no          %s\n", absent.c_str());
+  std::printf("the scene uses     %s\n", present.empty() ? " none of the other features" : present.c_str());
+  std::printf("it does not use    %s\n", absent.c_str());
   if (plan.scope.lacks_rotation || plan.scope.lacks_out_of_plane)
     std::printf("a command that needs %s%s%s is %s\n", plan.scope.lacks_rotation ? "rotation" : "",
                 plan.scope.lacks_rotation && plan.scope.lacks_out_of_plane ? " or " : "",
                 plan.scope.lacks_out_of_plane ? "out_of_plane" : "",
-                plan.wide.empty() ? "refused (left_out)"
-                                  : format_text("taken: from its tick on %d modes are stepped",
-                                                plan.wide.front().num_elastic)
-                                        .c_str());
+                plan.fallback.empty()
+                    ? "refused (left_out)"
+                    : format_text("accepted: from the tick of the command on, %d modes are simulated",
+                                  plan.fallback.front().num_elastic)
+                          .c_str());
 }
 
 void print_cost(const Plans& plans) {
@@ -261,11 +261,12 @@ void print_cost(const Plans& plans) {
   }
   if (cost.budget > 0.0)
     std::printf(
-        "                   the error budget adds %.0f ns, %.3g times the step; leave error_budget out to "
-        "save it\n",
+        "                   the error budget adds %.0f ns, %.3g times the step; omit error_budget to save "
+        "this time\n",
         cost.budget, cost.budget / cost.step());
-  if (plans.whole && !is_coupled(*plans.plan))
-    std::printf("                   with everything kept %.0f ns\n", predict_step(*plans.whole).step());
+  if (plans.full && !is_coupled(*plans.plan))
+    std::printf("                   full plan, with every feature kept: %.0f ns\n",
+                predict_step(*plans.full).step());
 }
 
 int show(const PlanOptions& options) {
@@ -277,14 +278,13 @@ int show(const PlanOptions& options) {
   }
   const Plan& plan = *plans.plan;
   std::string head = plan.name + ": " + counted(plan.num_elastic, "mode");
-  if (plans.whole && plans.whole->num_elastic != plan.num_elastic)
-    head +=
-        format_text(" of %d, of the scene's numbers %s", plans.whole->num_elastic, mode_list(plan).c_str());
+  if (plans.full && plans.full->num_elastic != plan.num_elastic)
+    head += format_text(" of %d, kept are numbers %s", plans.full->num_elastic, mode_list(plan).c_str());
   std::printf("%s\n", wrapped(head, 0).c_str());
-  if (plan.parts.empty())
+  if (plan.features.empty())
     std::printf("everything is kept\n");
   else
-    print_parts(plan);
+    print_features(plan);
   print_rungs(plan);
   print_cost(plans);
   return kExitOk;
@@ -294,14 +294,15 @@ int show(const PlanOptions& options) {
 
 void add_plan(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<PlanOptions>();
-  CLI::App* command = app.add_subcommand(
-      "plan", "what is kept and left out of a scene, why, what that may change, ns a step");
+  CLI::App* command =
+      app.add_subcommand("plan", "features kept and left out of a scene, why, error bounds, ns per step");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
   command
       ->add_option("--keep", options->keep,
-                   "parts that stay whatever the scene needs: " + listed(keep_names(), keep_names().size()))
+                   "features to keep even where the scene does not need them: " +
+                       listed(keep_names(), keep_names().size()))
       ->check(one_of(keep_names()))
-      ->type_name("PART");
+      ->type_name("FEATURE");
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(kPlanFooter);
   command->callback([options, &exit_code] { exit_code = show(*options); });

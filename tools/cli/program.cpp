@@ -18,7 +18,7 @@
 namespace freeflex::tools {
 namespace {
 
-/// The exit code, or 1 when what was printed did not all reach its file.
+/// Returns the exit code, or 1 if not all of the output was written.
 int end_output(int exit_code) {
   errno = 0;
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
@@ -28,14 +28,15 @@ int end_output(int exit_code) {
 
 int run_command_line(int argc, char** argv, AddCommands add_commands) {
   end_when_interrupted(kExitInterrupted);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is a write that fails
+  // at the size limit of files, a write then fails instead of ending the process
+  std::signal(SIGXFSZ, SIG_IGN);
   CLI::App app{"freeflex: scenes, plans, runs and recordings of free flexible structures", "freeflex"};
   app.formatter(make_help_formatter());
   app.set_help_flag("-h,--help", "this text");
   app.set_version_flag("--version", std::string("freeflex ") + FREEFLEX_VERSION, "name and version");
   app.require_subcommand(1);
   app.footer(
-      "Exit codes: 0 done, 1 the answer is no (differs, rejected, not written), 2 wrong arguments, scene or "
+      "Exit codes: 0 done, 1 negative result (differs, rejected, not written), 2 wrong arguments, scene or "
       "plan,\n"
       "3 log damaged or incomplete, 130 interrupted. 'freeflex COMMAND --help' shows examples.");
 
@@ -44,7 +45,7 @@ int run_command_line(int argc, char** argv, AddCommands add_commands) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    // --help and --version come this way too
+    // CLI11 reports --help and --version as exceptions too
     if (error.get_exit_code() == 0) return app.exit(error), end_output(kExitOk);
     print_error(explain(app, error));
     return kExitUsage;

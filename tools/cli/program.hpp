@@ -1,11 +1,12 @@
-// What freeflex and freeflex-study share: a command line of subcommands and how it ends.
+// Common code of freeflex and freeflex-study: parses a command line of subcommands, runs one and ends the
+// program.
 #pragma once
 
 #include <CLI/App.hpp>
 
 namespace freeflex::tools {
 
-/// Adds the subcommands of a program; their callbacks leave the exit code in exit_code.
+/// Adds the subcommands of a program; their callbacks store the exit code in exit_code.
 using AddCommands = void (*)(CLI::App& app, int& exit_code);
 
 /// Parses and runs one subcommand. Returns the exit code of the program.

@@ -1,4 +1,4 @@
-// freeflex push: one command from the shell, acknowledged on screen.
+// freeflex push: sends one command and prints the acknowledgement.
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <chrono>
@@ -41,53 +41,54 @@ constexpr const char* kPushFooter = R"(Examples:
   freeflex push --group hub --torque 0,0,5 --axes body --lease 2 --slot 3
   freeflex push --control step=100
   freeflex push --control stop --key operator.key         (to a daemon that was started with --keys)
-  freeflex push --socket --control stop                   (as the daemon's user, whatever is on the bus)
-  freeflex push --socket --clear-sender guidance          (ends what that sender pushes)
+  freeflex push --socket --control stop                   (as the daemon's user, even if the bus is flooded)
+  freeflex push --socket --clear-sender guidance          (ends the pushes of that sender)
 JSON fields:
-  accepted     true or false;  tick: from which it acts, or at which it was rejected
-  reason       accepted, or a name of messages/README.md, section 6;  text: the same in words
+  accepted     true or false;  tick: at which it takes effect, or was rejected
+  reason       accepted, or a name of messages/README.md, section 6;  text: the reason as a sentence
   sequence, session
                of the command and of the daemon that answered
 The command is sent once.
 Exit codes: 0 accepted, 1 rejected or not answered, 2 wrong arguments or names.)";
 
-/// What is known of the daemon, and its answer to our command.
+/// What is known about the daemon, and the daemon's answer to the command.
 struct Exchange {
   std::optional<std::int64_t> session;
-  std::string unread;  // why the last STATUS could not be read
+  std::string unread;  // reason why the last STATUS could not be read
   SceneCatalogue scene;
-  std::optional<SealingKey> key;  // of --key
-  std::int64_t sequence = 0;      // of our command
-  std::int64_t sent_to = 0;       // the session that it names
+  std::optional<SealingKey> key;  // from --key
+  std::int64_t sequence = 0;      // of the command
+  std::int64_t sent_to = 0;       // session that the command names
   std::optional<freeflex_msgs::ack_t> answer;
-  // of another session: of a daemon that was started again meanwhile, or of a second one on the prefix
+  // answer from another session: of a restarted daemon, or of a second daemon on the prefix
   std::optional<freeflex_msgs::ack_t> answer_of_other;
 };
 
-/// The way to a daemon: the bus, or the operator's socket.
+/// Connection to a daemon: the bus, or the operator's socket.
 struct Line {
   std::function<bool(std::chrono::milliseconds, const std::function<bool()>&)> wait;
   std::function<bool(const char* suffix, std::span<const std::byte>)> publish;
   std::string description;
-  std::string advice;  // when nobody answers
+  std::string advice;  // advice for the user if nobody answers
 };
 
-/// As it goes out: sealed where there is a key.
+/// Fills in time, session, sender and sequence. Returns the message as bytes, which are sealed if there is a
+/// key.
 template <class Message>
 std::vector<std::byte> address(Message& message, const PushOptions& options,
                                const std::optional<SealingKey>& key, const std::string& channel,
                                std::int64_t session) {
   constexpr std::int64_t kValidity =
-      10'000'000;  // [us] the way to the daemon, and a clock that is a little off
+      10'000'000;  // [us] allows for the transfer to the daemon and a small clock error
   message.utime = wall_clock_us();
   message.session = session;
   message.sender = options.sender;
-  // grows from one call of this program to the next
+  // increases from one call of this program to the next
   message.sequence = message.utime;
   return key ? seal(message, channel, *key, message.utime + kValidity) : io::encode(message);
 }
 
-/// The key of --key, whose id becomes the sender; explains what is wrong with it.
+/// Reads the key of --key, whose id becomes the sender. If that fails, prints the errors and returns false.
 bool read_key(PushOptions& options, std::optional<SealingKey>& key) {
   if (options.key.empty()) return true;
   const service::KeysResult result = service::load_key(options.key);
@@ -97,7 +98,7 @@ bool read_key(PushOptions& options, std::optional<SealingKey>& key) {
   return true;
 }
 
-/// The name by index of what the scene lists.
+/// Returns the name of a point, group or wheel with this index in the scene; empty if it is not listed.
 std::string name_in(const SceneCatalogue& scene, std::string_view kind, std::int64_t index) {
   const auto name_at = [index](const auto& items) {
     const auto at = static_cast<std::size_t>(index);
@@ -125,7 +126,7 @@ int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack, co
                 {"sequence", ack.sequence},
                 {"session", ack.session}});
   } else if (is_accepted) {
-    // the bus has one daemon of a prefix; the socket is whose it is
+    // a prefix on the bus identifies one daemon; a socket may belong to any daemon of the user
     const std::string who = options.socket && scene.is_complete()
                                 ? " by the daemon of scene '" + printable(scene.head().name) + "'"
                                 : "";
@@ -139,7 +140,7 @@ int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack, co
 int explain_silence(const Line& line, const std::string& what, bool has_key = false) {
   if (is_interrupted()) return kExitInterrupted;
   constexpr const char* kOfKey =
-      "\nDoes it have this key in its --keys, with this secret? Its log says which it refused.";
+      "\nDo the daemon's --keys contain this key, with this secret? The daemon's log lists refused keys.";
   print_error(what + " (" + line.description + ")\n" + line.advice + (has_key ? kOfKey : ""));
   return kExitDiffers;
 }
@@ -153,9 +154,10 @@ int push_over(const Line& line, const PushOptions& options, Exchange& known) {
            (!needs_scene || (known.scene.is_complete() && known.scene.head().session == *known.session));
   };
   if (!line.wait(timeout, is_found)) {
-    const std::string unread =
-        known.unread.empty() ? "no daemon heard" : "status of a daemon heard, but " + known.unread;
-    return explain_silence(line, known.session ? "a daemon is there, but its scene did not come" : unread);
+    const std::string unread = known.unread.empty()
+                                   ? "no message of a daemon has come"
+                                   : "a daemon is running, but its status is " + known.unread;
+    return explain_silence(line, known.session ? "a daemon is there, but its scene did not arrive" : unread);
   }
   bool is_sent = false;
   known.sent_to = *known.session;
@@ -176,11 +178,12 @@ int push_over(const Line& line, const PushOptions& options, Exchange& known) {
     is_sent = line.publish(channels::kControl, bytes);
   }
   if (!is_sent) return print_error("the command could not be sent (" + line.description + ")"), kExitDiffers;
-  // sent once: an answer that is lost leaves it open whether the command was taken, and a second would act
-  // twice
+  // the command is sent only once: if the answer is lost, the daemon may have accepted it, and a second
+  // command would act again
   if (!line.wait(timeout, [&] { return known.answer.has_value(); }) && known.answer_of_other)
     return print_answer(options, *known.answer_of_other, known.scene);
-  if (!known.answer) return explain_silence(line, "sent, but no answer came", known.key.has_value());
+  if (!known.answer)
+    return explain_silence(line, "the command was sent, but no answer came", known.key.has_value());
   return print_answer(options, *known.answer, known.scene);
 }
 
@@ -215,8 +218,8 @@ int push_over_bus(PushOptions options) {
                     return bus.publish(options.bus.prefix + suffix, bytes);
                   },
                   bus.describe(),
-                  "Is freeflexd running there? Same LCM_DEFAULT_URL, same network namespace, same --prefix? "
-                  "Its own user reaches it with --socket whatever is on the bus."};
+                  "Is freeflexd running, with the same LCM_DEFAULT_URL, network namespace and --prefix? The "
+                  "daemon's own user can reach it with --socket, which does not need the bus."};
   return push_over(line, options, known);
 }
 
@@ -233,7 +236,7 @@ int push_over_socket(const PushOptions& options) {
   };
   const Line line{[&](auto time, const auto& done) { return link.wait(time, done, take); },
                   [&](const char*, std::span<const std::byte> bytes) { return link.send(bytes); },
-                  link.path(), "Is it stopped? It also holds eight such connections at most."};
+                  link.path(), "Is the daemon stopped? It accepts at most eight such connections."};
   return push_over(line, options, known);
 }
 
@@ -244,14 +247,14 @@ int push(const CLI::App& command, PushOptions options) {
   return options.socket ? push_over_socket(options) : push_over_bus(options);
 }
 
-/// What is pushed, how and when.
+/// Adds the options of loads and their timing.
 void add_force_options(CLI::App& command, PushOptions& options) {
   command
       .add_option("--point", options.points,
                   "point to push, by --force or by its own =X,Y,Z [N]; may be repeated")
       ->type_name("NAME[=X,Y,Z]")
       ->allow_extra_args(false);
-  command.add_option("--group", options.groups, "group to push and turn; may be repeated")
+  command.add_option("--group", options.groups, "group to push and rotate; may be repeated")
       ->type_name("NAME")
       ->allow_extra_args(false);
   command.add_option("--wheel", options.wheels, "torque of a wheel's motor [N m]; may be repeated")
@@ -263,26 +266,28 @@ void add_force_options(CLI::App& command, PushOptions& options) {
       ->check(one_of({"world", "body"}))
       ->type_name("AXES")
       ->capture_default_str();
-  command.add_option("--duration", options.duration, "how long it acts [s], default 1")
+  command.add_option("--duration", options.duration, "how long the loads act [s], default 1")
       ->check(positive_time())
       ->type_name("S");
   command
       .add_option("--lease", options.lease,
-                  "instead of --duration: ends after so long [s] unless renewed by the same sender and slot")
+                  "instead of --duration: the loads end after this time [s] unless the same sender renews "
+                  "them in the same slot")
       ->check(positive_time())
       ->type_name("S");
-  command.add_flag("--clear", options.clear, "empty the slot: ends what acts there");
-  command.add_option("--slot", options.slot, "0 to 63: replaces what this sender has there")
+  command.add_flag("--clear", options.clear, "clear the slot: its loads end");
+  command.add_option("--slot", options.slot, "0 to 63: the loads replace those of this sender in this slot")
       ->check(whole_number(0, kMaxSlotNumber))
       ->type_name("N")
       ->capture_default_str();
   command.add_option("--at-tick", options.at_tick, "take effect at this tick, default at once")
       ->check(whole_number(0, kMost<std::int64_t>))
       ->type_name("TICK");
-  command.add_flag("--late-ok", options.late_ok, "when --at-tick has passed: at once instead of a rejection");
+  command.add_flag("--late-ok", options.late_ok,
+                   "if --at-tick has passed: take effect at once instead of being rejected");
 }
 
-/// Who sends, and how long to wait.
+/// Adds the options of sender, key, bus and waiting time.
 void add_exchange_options(CLI::App& command, PushOptions& options) {
   command
       .add_option("--sender", options.sender,
@@ -306,9 +311,8 @@ void add_exchange_options(CLI::App& command, PushOptions& options) {
           [&options](const std::vector<std::string>& path) {
             options.socket = path.empty() ? "" : path.front();
           },
-          "not over the bus but over the daemon's socket for its own user, which nobody else can reach or "
-          "fill; "
-          "without PATH the usual one of --prefix")
+          "use, instead of the bus, the daemon's socket for its own user, which nobody else can reach or "
+          "flood; without PATH the default socket of --prefix")
       ->type_name("[PATH]")
       ->expected(0, 1);
   command.add_flag("--json", options.json, "one JSON object on standard output");
@@ -318,17 +322,16 @@ void add_exchange_options(CLI::App& command, PushOptions& options) {
 
 void add_push(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<PushOptions>();
-  CLI::App* command = app.add_subcommand("push", "one command to a running daemon, acknowledged on screen");
+  CLI::App* command = app.add_subcommand("push", "send one command to a running daemon and print its answer");
   add_force_options(*command, *options);
   command
       ->add_option("--control", options->control,
                    "instead of a force: run, hold, reset, stop, step=N, shapes=MODE, scene or scene=PAGE")
       ->type_name("COMMAND");
   command
-      ->add_option(
-          "--clear-sender", options->clear_sender,
-          "instead of a force: end all that this sender pushes, and forget its commands that wait; '*': "
-          "of every sender of the bus. Over --socket, or with a key that may")
+      ->add_option("--clear-sender", options->clear_sender,
+                   "instead of a force: end all pushes of this sender, and drop its waiting commands; '*': "
+                   "of every sender of the bus. Needs --socket, or a key that permits it")
       ->type_name("NAME");
   add_exchange_options(*command, *options);
   command->footer(kPushFooter);

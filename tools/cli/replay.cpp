@@ -1,4 +1,4 @@
-// freeflex replay: whether a recording is what the step does, in words.
+// freeflex replay: checks whether the step reproduces a recording bit for bit.
 #include "tools/bus/replay.hpp"
 
 #include <CLI/App.hpp>
@@ -27,35 +27,35 @@ constexpr const char* kReplayFooter = R"(Example:
 JSON fields:
   log          the file;  result: identical, differs, incomplete, interrupted or error
   ticks, states, commands
-               over how many ticks, how many states compared, how many commands fed back, also where
-               incomplete
-  missing      of each of STATE, POINTS and LOADS that the log holds: ticks that the daemon publishes and the log
-               does not hold, first, before (the log begins), unsent (as the daemon's status counts), on_the_way
-  not_compared what the log holds beside the states, in words
-  difference   where it differs: tick, what, recorded, replayed (with the bits, 16 hexadecimal digits)
+               numbers of ticks replayed, states compared and commands applied, also for an incomplete log
+  missing      for each of STATE, POINTS and LOADS that the log contains: ticks (published by the daemon, not in the
+               log), first (of these), before (the log begins), unsent (as the daemon's status counts),
+               lost_in_transit
+  not_compared other contents of the log, as texts
+  difference   the first difference: tick, what, recorded, replayed (with the bits, 16 hexadecimal digits)
   error, warning
-               in words, where there is one
-Of a log that is damaged or lacks a command, what is whole is replayed up to the last state whose commands are all
-known; the error tells where it is damaged and which tick that is.
+               texts, if any
+A log that is damaged or lacks a command is replayed up to the last state whose commands are all known; the error
+gives that tick and the place of the damage.
 Exit codes: 0 identical to the bit, 1 differs (first tick, coordinate and both values are printed), 2 wrong
 arguments, plan or no log at all, 3 log damaged or incomplete, 130 interrupted.)";
 
-struct ResultWord {
+struct ResultName {
   const char* name;  // in JSON
   int exit_code;
 };
-/// In the order of ReplayOutcome::Result.
-constexpr std::array<ResultWord, 5> kResults{{{"identical", kExitOk},
+/// Names and exit codes, in the order of ReplayOutcome::Result.
+constexpr std::array<ResultName, 5> kResults{{{"identical", kExitOk},
                                               {"differs", kExitDiffers},
                                               {"incomplete", kExitIncomplete},
                                               {"interrupted", kExitInterrupted},
                                               {"error", kExitUsage}}};
 
 int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
-  const ResultWord& word = kResults[static_cast<std::size_t>(outcome.result)];
+  const ResultName& result = kResults[static_cast<std::size_t>(outcome.result)];
   if (options.json) {
     Json out{{"log", options.request.log},
-             {"result", word.name},
+             {"result", result.name},
              {"ticks", outcome.ticks},
              {"states", outcome.num_states},
              {"commands", outcome.num_commands}};
@@ -65,7 +65,7 @@ int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
                                       {"first", loss.num_ticks > 0 ? Json(loss.first_tick) : Json()},
                                       {"before", loss.num_before},
                                       {"unsent", loss.num_unsent},
-                                      {"on_the_way", loss.num_on_way()}};
+                                      {"lost_in_transit", loss.num_lost_in_transit()}};
     if (outcome.difference) {
       out["difference"] = {{"tick", outcome.difference->tick},
                            {"what", outcome.difference->what},
@@ -76,11 +76,11 @@ int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
     if (!outcome.error.empty()) out["error"] = outcome.error;
     if (!outcome.warning.empty()) out["warning"] = outcome.warning;
     print_json(out);
-    return word.exit_code;
+    return result.exit_code;
   }
   if (!outcome.warning.empty()) print_warning(outcome.warning);
-  if (word.exit_code == kExitOk) {
-    std::printf("identical to the bit over %" PRId64 " ticks (%s compared, %s fed back)\n", outcome.ticks,
+  if (result.exit_code == kExitOk) {
+    std::printf("identical to the bit over %" PRId64 " ticks (%s compared, %s applied)\n", outcome.ticks,
                 counted(outcome.num_states, "state").c_str(),
                 counted(outcome.num_commands, "command").c_str());
     for (const std::string& what : outcome.not_compared)
@@ -91,13 +91,13 @@ int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
                 outcome.difference->replayed.c_str());
   } else {
     print_error(outcome.error);
-    // the states in front of what is missing
+    // the states before the gap were identical
     if (outcome.num_states > 0)
-      std::printf("up to tick %" PRId64 " as recorded, to the bit (%s compared, %s fed back)\n",
-                  outcome.ticks, counted(outcome.num_states, "state").c_str(),
+      std::printf("up to tick %" PRId64 " as recorded, to the bit (%s compared, %s applied)\n", outcome.ticks,
+                  counted(outcome.num_states, "state").c_str(),
                   counted(outcome.num_commands, "command").c_str());
   }
-  return word.exit_code;
+  return result.exit_code;
 }
 
 }  // namespace
@@ -105,13 +105,13 @@ int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
 void add_replay(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReplayOptions>();
   ReplayRequest& request = options->request;
-  CLI::App* command =
-      app.add_subcommand("replay", "recorded commands fed back, recorded states compared bit for bit");
+  CLI::App* command = app.add_subcommand(
+      "replay", "apply recorded commands and compare the states with the recorded ones bit for bit");
   command->add_option("LOG", request.log, "LCM event log, as lcm-logger or freeflex run writes it")
       ->required();
   command->add_option("--plan", request.plan, "plan or scene that was recorded; else the file the log names")
       ->type_name("FILE");
-  command->add_option("--session", request.session, "session to replay when the log holds several")
+  command->add_option("--session", request.session, "session to replay, if the log contains several")
       ->check(whole_number(0, kMost<std::int64_t>))
       ->type_name("N");
   command->add_option("--prefix", request.prefix, "first part of the channel names")

@@ -1,4 +1,4 @@
-// freeflex report: error against run time of scenes, beside other methods.
+// freeflex report: measures error against run time on scenes, with other methods for comparison.
 #include "tools/report/report.hpp"
 
 #include <CLI/App.hpp>
@@ -23,8 +23,8 @@ struct ReportOptions {
   std::vector<std::string> scenes;
   std::string folder;
   StudyOptions study;
-  std::vector<double> ends{study.end};  // [s] one for all, or one a scene
-  std::uint64_t seed = 2;               // the factor of the estimate was set on seed 1
+  std::vector<double> ends{study.end};  // [s] one end for all scenes, or one per scene
+  std::uint64_t seed = 2;  // not 1, because the factor of the error estimate was chosen with seed 1
   int num_estimates = 0, num_ticks = 0;
   bool only_rungs = false;
   bool json = false;
@@ -41,31 +41,32 @@ JSON fields:
                [rad/s], spin [rad/s], end [s], reference (method, accuracy of its elastic error, cpu [s]),
                complete, runs, left_out (what, why), comparisons
   runs         of each: family, method, step and free_step [s], tolerance, repeats, and failure, or else
-               elastic_error, integration_error, model_error (shares of the elastic displacements),
+               elastic_error, integration_error, model_error (relative to the elastic displacements),
                position_error [m rms], attitude_error [rad], frequency_error, energy_drift, CPU time
                cpu_once, cpu_10ms, cpu_1ms [s] per simulated second by read-out, steps, ns_per_step, set_up
-               [s], memory [bytes]; null: does not apply
+               [s], memory [bytes]; null: not applicable
   comparisons  of each: level, read_out, rung (null: none reaches the level), step and free_step [s],
                elastic_error, model_error, error_asked_of_others, cpu [s/s], and best_other, hand_written,
                packaged, linearised (null, or method, cpu, ratio to ours)
-  complete     whether all that was asked for is there;  findings: sentences
-  estimates    with --estimates: seed; summary (shares: inside, inside_lower_bound, within_factor_3, each of
-               position and elastic; good, watch, outside, auto_meets, auto_cheapest; numbers of scenes and
+  complete     whether everything requested is included;  findings: conclusions, as sentences
+  estimates    with --estimates: seed; summary (fractions: inside, inside_lower_bound, within_factor_3, each of
+               position and elastic; good, watch, outside, auto_meets, auto_cheapest; counts: scenes,
                failed); histogram_elastic, histogram_position; scenes (of each: scene, shape, stiffness
                [N/m], spin [rad/s], force [N], truth and estimate (position [m], elastic), validity, cause,
                lost, tolerance, chosen, cheapest, chosen_error, error)
-  ticks        with --ticks: seed; bins (of each: from, to [rad a tick], bodies, good, watch, outside,
+  ticks        with --ticks: seed; bins (of each: from, to [rad per tick], bodies, good, watch, outside,
                worst_attitude_error [rad], worst_energy_error, ns_per_tick); bodies (of each: body, rate
-               [Hz], turn [rad a tick], wheel, inertia_ratio, substeps, ticks, validity, attitude_error
+               [Hz], rotation [rad per tick], wheel, inertia_ratio, substeps, ticks, validity, attitude_error
                [rad], energy_error, ns_per_tick, error)
 Exit codes: 0 done, 1 not written, 2 wrong arguments or a scene without a full system, 130 interrupted.)";
 
-/// Every scene read before the first is measured; empty on an error, which is printed.
+/// Reads all scenes, so that errors are found before the first measurement. On an error, prints it and
+/// returns an empty list.
 std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
   std::vector<Scene> scenes;
   for (const std::string& file : files) {
     if (io::is_plan_file(file)) {
-      print_error(file + " is a plan, which holds no links: name the scene that it was made from");
+      print_error(file + " is a plan, which contains no links: name the scene that it was made from");
       return {};
     }
     io::SceneResult read = io::read_scene(file);
@@ -82,17 +83,17 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
   return scenes;
 }
 
-/// What is wrong with the arguments as a whole. Empty: nothing.
+/// Returns the error in the combination of arguments; empty if there is none.
 std::string find_fault(const ReportOptions& options) {
   if (options.scenes.empty() && options.num_estimates == 0 && options.num_ticks == 0)
-    return "SCENE is needed, or --estimates N or --ticks N, which have scenes of their own";
+    return "SCENE is needed, or --estimates N or --ticks N, which make their own scenes";
   if (options.ends.size() > 1 && options.ends.size() != options.scenes.size())
     return format_text("--until has %zu times for %zu scenes: give one for all, or one a scene",
                        options.ends.size(), options.scenes.size());
   return {};
 }
 
-/// What a report of scenes may write.
+/// Names of the files that a report may write.
 constexpr std::array kFileNames{"report.json",        "report.html",   "report.csv",
                                 "work-precision.svg", "estimates.csv", "ticks.csv"};
 
@@ -121,14 +122,15 @@ int report(const ReportOptions& options) {
   report.machine = this_machine();
   StudyOptions study = options.study;
   study.has_rivals = !options.only_rungs;
-  // nobody asks until the first set-up is done: an interrupt ends it at once
+  // is_interrupted() is not called before the first set-up is done, so until then an interrupt ends the
+  // program
   bool is_interrupted_now = false, failed = false;
   for (std::size_t k = 0; k < scenes.size() && !is_interrupted_now; ++k) {
     study.end = options.ends[options.ends.size() == 1 ? 0 : k];
     {
       Progress progress(scenes[k].name);
-      report.studies.push_back(study_scene(options.scenes[k], scenes[k], study, [&](double share) {
-        if (share >= 0.0) progress.update(share);
+      report.studies.push_back(study_scene(options.scenes[k], scenes[k], study, [&](double done) {
+        if (done >= 0.0) progress.update(done);
         return !is_interrupted();
       }));
     }
@@ -136,7 +138,7 @@ int report(const ReportOptions& options) {
     if (is_interrupted_now && report.studies.back().runs.empty()) {
       report.studies.pop_back();
     } else if (!report.studies.back().error.empty()) {
-      // the others are measured all the same
+      // after a failure, the other scenes are still measured
       print_error(options.scenes[k] + ": " + report.studies.back().error);
       report.studies.pop_back();
       failed = true;
@@ -145,8 +147,8 @@ int report(const ReportOptions& options) {
   if (options.num_estimates > 0 && !is_interrupted_now) {
     Progress progress("estimates");
     report.seed = options.seed;
-    report.estimates = study_estimates(options.seed, options.num_estimates, [&](double share) {
-      progress.update(share);
+    report.estimates = study_estimates(options.seed, options.num_estimates, [&](double done) {
+      progress.update(done);
       return !is_interrupted();
     });
     is_interrupted_now = is_interrupted();
@@ -154,8 +156,8 @@ int report(const ReportOptions& options) {
   if (options.num_ticks > 0 && !is_interrupted_now) {
     Progress progress("ticks");
     report.ticks_seed = options.seed;
-    report.ticks = study_ticks(options.seed, options.num_ticks, [&](double share) {
-      progress.update(share);
+    report.ticks = study_ticks(options.seed, options.num_ticks, [&](double done) {
+      progress.update(done);
       return !is_interrupted();
     });
     is_interrupted_now = is_interrupted();
@@ -178,16 +180,16 @@ void add_report(CLI::App& app, int& exit_code) {
   command->add_option("SCENE", options->scenes, "scene files of springs and bars");
   command
       ->add_option("--estimates", options->num_estimates,
-                   "random scenes on which the error estimate is held against the full system")
+                   "random scenes on which the error estimate is compared with the full system")
       ->check(whole_number(1, 100000))
       ->type_name("N");
   command
       ->add_option(
           "--ticks", options->num_ticks,
-          "random bodies with wheels on which the word is held against SUNDIALS over the turn of a tick")
+          "random bodies with wheels on which the verdict is compared with SUNDIALS, by rotation per tick")
       ->check(whole_number(1, 100000))
       ->type_name("N");
-  command->add_option("--seed", options->seed, "of the random scenes and bodies")
+  command->add_option("--seed", options->seed, "seed of the random scenes and bodies")
       ->capture_default_str()
       ->check(whole_number(0, kMost<std::int64_t>))
       ->type_name("S");
@@ -203,17 +205,17 @@ void add_report(CLI::App& app, int& exit_code) {
       ->allow_extra_args(false)
       ->check(study_time())
       ->type_name("S[,S...]");
-  command->add_option("--budget", options->study.budget, "CPU time that one run may take [s]")
+  command->add_option("--budget", options->study.budget, "largest CPU time of one run [s]")
       ->capture_default_str()
       ->check(positive_time())
       ->type_name("S");
-  command->add_option("--repeats", options->study.repeats, "timings of a run, of which the median is taken")
+  command->add_option("--repeats", options->study.repeats, "timings of a run; the median is reported")
       ->capture_default_str()
       ->check(whole_number(1, 1000))
       ->type_name("N");
   command->add_flag("--rungs", options->only_rungs,
-                    "no other methods, only the rungs against the full system");
-  // as it was called up to version 0.3; not in the help
+                    "compare only the rungs with the full system, without other methods");
+  // this option existed up to version 0.3; --help does not show it
   command
       ->add_flag_callback(
           "--stability",

@@ -1,4 +1,4 @@
-// freeflex run: the step without the bus, as fast as it goes, to a log or a table.
+// freeflex run: simulates a scene or plan without the bus, as fast as possible, and writes a log or a table.
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cinttypes>
@@ -31,16 +31,16 @@ struct RunOptions {
   io::Settings settings;
   std::string log;
   std::string out;   // empty: no file
-  std::string plot;  // empty: none
+  std::string plot;  // empty: no picture
   std::string prefix = channels::kDefaultPrefix;
   std::optional<std::int64_t> session;
   std::optional<double> until;  // [s]
-  double rate = 0.0;            // [Hz] 0: the scene's
+  double rate = 0.0;            // [Hz] 0: the scene's rate
   bool json = false;
 };
 
 constexpr const char* kRunFooter = R"(Example:
-  freeflex run service/scenes/rotor.yaml --until 10        (the last lines alone: how far to trust it)
+  freeflex run service/scenes/rotor.yaml --until 10        (prints only the verdict at the end)
   freeflex run service/scenes/rotor.yaml --until 10 --out rotor.log
   freeflex run rotor.plan --log flight.log --out flight.csv
   freeflex run boom.yaml --set points.hub.mass=41 --set 'links.*.GJ=6e4' --until 1 --out heavy.log
@@ -55,29 +55,30 @@ rigid link; link.NAME.moment [N m] of each published bending or torsion spring; 
 published link: 12 of a beam, 6 of a plate, three a point of a matrix or a rigid body (messages/README.md, section
 7).
 JSON fields:
-  output       the file, null where none is asked for;  ticks, time [s]: how far it went;  complete: whether to the
-               end, with all commands of --log
+  output       the file, null where none is asked for;  ticks, time [s]: how far it went;  complete: whether it
+               reached the end with all commands of --log
   displacement_ratio, spin_ratio
-               orders of magnitude for scripts of before: the word and its error say how far to trust the
-               run; null when no points are published
-  validity     0 good, 1 watch, 2 outside, at the end;  cause: why not good;  error, scale [m]: what the word
-               compares;  worst: validity, tick and cause of the worst since the start
+               orders of magnitude, kept for older scripts: see validity and error instead; null when no points
+               are published
+  validity     0 good, 1 watch, 2 outside, at the end;  cause: why not good;  error, scale [m]: the estimated
+               error and what the verdict compares it with;  worst: validity, tick and cause of the worst
+               verdict since the start
   errors       null without error_budget in the scene, else: age [s], lost, and estimate, integration,
                truncation, model, each null when lost, else position [m], attitude [rad], elastic
 Exit codes: 0 written, 1 not written or the state stopped being finite, 2 wrong arguments, scene or plan,
-3 --log damaged or incomplete, 130 interrupted. After an interrupt, or where the disk was full, what was done is in
-FILE.partial, which replay takes.)";
+3 --log damaged or incomplete, 130 interrupted. After an interrupt, or when the disk is full, FILE.partial holds
+the run so far, and replay takes it.)";
 
 struct Commands {
   std::unique_ptr<io::LogReader> log;
   Recording recording;
   RecordedSession* session = nullptr;
   std::unique_ptr<CommandFeed> feed;
-  bool is_foreign = false;  // recorded with another plan
-  std::string loss;         // empty, or what of the log cannot be used
+  bool is_foreign = false;  // true: the log was recorded with another plan
+  std::string loss;         // which part of the log cannot be used; empty if all of it can
 };
 
-/// The most a run showed of what the method takes as small: what freeflex run is judged by at its end.
+/// Keeps the largest displacement and the largest spin of a run; the method assumes that both are small.
 class Extremes {
  public:
   explicit Extremes(const Plan& plan) : plan_(plan), validity_(plan) {}
@@ -87,10 +88,11 @@ class Extremes {
     spin_ = std::max(spin_, norm(angular_velocity(plan_, state)));
   }
   double size() const { return validity_.size(); }  // [m] max |r|
-  /// False when the scene publishes no points: then nobody looks at displacements.
+  /// Returns false if the scene publishes no points, because displacements are then not read.
   bool is_known() const { return !plan_.published_points.empty(); }
   double displacement_ratio() const { return validity_.displacement_ratio(displacement_); }
-  /// Of the largest spin and the largest displacement: at one tick a vibration may pass through zero.
+  /// Returns the ratio computed from the largest spin and the largest displacement of the whole run. A single
+  /// tick does not suffice, because a vibration may pass through zero.
   double spin_ratio() const { return validity_.spin_ratio(spin_, displacement_); }
 
  private:
@@ -100,38 +102,40 @@ class Extremes {
   double spin_ = 0.0;          // [rad/s]
 };
 
-/// [ticks] between two looks at the extremes: reading every point costs many times a tick.
+/// [ticks] between two updates of the extremes, because reading every point takes many times as long as a
+/// tick.
 constexpr std::int64_t kLookEvery = 16;
 
-/// Says so when a run went beyond the method at any tick.
+/// Prints a warning if a run was outside the validity of its rung at any tick.
 void warn_beyond_limits(const Plan& plan, const Verdict& worst) {
-  if (worst.word != Verdict::Word::kOutside) return;
+  if (worst.level != Verdict::Level::kOutside) return;
   print_warning(text_of(plan, worst) +
-                ": outside what this rung can answer (README, 'When not to trust it')");
+                ": outside the validity of this rung (README, 'When not to trust it')");
 }
 
-/// An option that would have no effect or writes into another's file. Empty: none.
+/// Returns an error if an option has no effect, or if two options write to one file; else an empty text.
 std::string find_idle_option(const CLI::App& command, const RunOptions& options) {
   if (options.json && is_standard_output(options.out))
-    return "--json goes with a file for --out: standard output holds the table of --out -";
+    return "--json needs a file for --out: with --out - the table is written to standard output";
   if (!options.log.empty()) return {};
-  if (options.session) return "--session goes with --log: it names one of the sessions there";
+  if (options.session) return "--session needs --log: it chooses a session of that log";
   if (command.count("--prefix") > 0 && (options.out.empty() || is_table(options.out)))
-    return "--prefix goes with --log or an --out that is a log: a table and a picture have no channels";
+    return "--prefix needs --log, or an --out that is a log: a table and a picture have no channels";
   return {};
 }
 
-/// The state is all of a table and most of a log. False, explained, when there would be no row.
+/// If a table would have no row, prints an error and returns false. If a log would have no STATE, prints a
+/// warning.
 bool has_states(const Plan& plan, const std::string& out) {
   if (plan.state_rate > 0.0) return true;
   const std::string what = "the scene publishes no state ('publish: {state: 0}')";
-  const std::string remedy = "give publish: state a rate [Hz]";
+  const std::string remedy = "set 'publish: state' to a rate [Hz]";
   if (is_table(out)) return print_error(what + ", so the table would have no row: " + remedy), false;
-  print_warning(what + ", so the log holds no STATE and cannot be replayed: " + remedy);
+  print_warning(what + ", so the log contains no STATE and cannot be replayed: " + remedy);
   return true;
 }
 
-/// Opens the log that commands come from. An exit code other than kExitOk is explained.
+/// Opens the log from which commands are read. Returns the exit code; prints the error if it is not kExitOk.
 int open_commands(const RunOptions& options, const Plan& plan, Commands& commands) {
   commands.log = std::make_unique<io::LogReader>(options.log);
   if (!commands.log->error().empty()) return print_error(commands.log->error()), kExitUsage;
@@ -155,9 +159,9 @@ int open_commands(const RunOptions& options, const Plan& plan, Commands& command
   if (commands.is_foreign) {
     print_warning("the commands were recorded with another plan (fingerprint " + fingerprint_text(recorded) +
                   ", this one " + fingerprint_text(plan_fingerprint(plan)) +
-                  "): they act on the points and groups of the same numbers here");
+                  "): they act on the points and groups that have the same numbers in this plan");
   }
-  // of another plan the period is known from the log alone
+  // if the log was recorded with another plan, only the log gives the period
   const double rate = commands.session->rate;
   const double foreign_period = rate > 0.0 ? 1.0 / rate : 0.0;
   const std::string time_flaw =
@@ -168,8 +172,8 @@ int open_commands(const RunOptions& options, const Plan& plan, Commands& command
   return kExitOk;
 }
 
-/// Last tick to reach, or nullopt (explained). No tick is reached whose commands the log does not tell for
-/// certain.
+/// Returns the tick at which the run ends; on an error, prints it and returns nullopt. The run ends before a
+/// tick if the log does not contain all commands of the tick.
 std::optional<std::int64_t> last_tick(const RunOptions& options, const Plan& plan, const Commands& commands) {
   std::optional<std::int64_t> last;
   if (options.until) {
@@ -178,7 +182,7 @@ std::optional<std::int64_t> last_tick(const RunOptions& options, const Plan& pla
     last = static_cast<std::int64_t>(ticks);
   }
   if (commands.session == nullptr) {
-    if (!last) print_error("--until T is needed (or --log, whose last state then is the end)");
+    if (!last) print_error("--until S is needed, or --log, whose last state is then the end");
     return last;
   }
   const std::int64_t known = last_known_tick(*commands.session);
@@ -189,11 +193,11 @@ struct Result {
   int exit_code = kExitOk;
   std::string error;
   std::int64_t ticks = 0;
-  std::optional<BudgetReading> budget = std::nullopt;  // at the end, when the scene asks for one
-  Verdict verdict = {}, worst = {};                    // at the end, and of the epoch that ran last
+  std::optional<BudgetReading> budget = std::nullopt;  // at the end, if the scene sets an error budget
+  Verdict verdict = {}, worst = {};  // verdict at the end, and worst verdict of the last epoch
 };
 
-/// What a record that cannot be fed means.
+/// Returns the result if a record of the log does not fit the plan.
 Result refuse_record(const std::string& error, bool is_foreign, std::int64_t tick) {
   if (!is_foreign) return {kExitIncomplete, "log incomplete: " + error, tick};
   return {kExitUsage,
@@ -201,7 +205,7 @@ Result refuse_record(const std::string& error, bool is_foreign, std::int64_t tic
           tick};
 }
 
-/// Steps to the last tick, applies what the feed holds, hands everything to the output.
+/// Steps to the last tick, applies the commands of the log and passes every state to the output.
 Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& output, Extremes& extremes,
                 MotionPlot* plot) {
   CommandFeed* const feed = log.feed.get();
@@ -241,8 +245,8 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
       return {kExitDiffers,
               "the state after tick " + std::to_string(tick) + " is not finite (before it: " +
                   describe(plan, judgement.worst().tick < 0 ? judgement.now() : judgement.worst()) +
-                  "): " + (plan.feedbacks.empty() ? "" : "the feedback drives a motion without end, or ") +
-                  (plan.attractor_mu > 0.0 ? "the body came too near to the attractor, or " : "") +
+                  "): " + (plan.feedbacks.empty() ? "" : "the feedback is unstable, or ") +
+                  (plan.attractor_mu > 0.0 ? "the body came too close to the attractor, or " : "") +
                   "loads or spin are far too large for this structure; check " +
                   (plan.feedbacks.empty() ? "" : "the signs and sizes of gains, a higher rate, and ") +
                   "the units of loads, masses and stiffnesses, and take smaller loads",
@@ -268,22 +272,22 @@ Json json_of(const ErrorSize& error, bool is_lost) {
   return {{"position", error.position}, {"attitude", error.attitude}, {"elastic", error.elastic}};
 }
 
-/// Returns the estimated error and the limits it is held against.
+/// Returns the estimated error and the limits of the verdicts.
 std::string error_line(const Plan& plan, const Verdict& verdict) {
   return error_text(plan, verdict) +
          format_text(" (good up to %g %%, outside above %g %%)", 100.0 * kGoodElastic, 100.0 * kMostElastic);
 }
 
-/// Prints the word at the end of a run, the error that it goes by, and the worst word where that is another.
-void print_word(std::FILE* to, const Plan& plan, const Verdict& verdict, const Verdict& worst) {
-  std::fprintf(to, "word at the end: %s\n", describe(plan, verdict).c_str());
+/// Prints the verdict at the end of a run and its estimated error, and the worst verdict if it differs.
+void print_verdict(std::FILE* to, const Plan& plan, const Verdict& verdict, const Verdict& worst) {
+  std::fprintf(to, "verdict at the end: %s\n", describe(plan, verdict).c_str());
   std::fprintf(to, "estimated error at the end: %s\n", error_line(plan, verdict).c_str());
-  if (worst.word > verdict.word)
-    std::fprintf(to, "the worst, at %.6g s: %s\n", static_cast<double>(worst.tick) * plan.period,
+  if (worst.level > verdict.level)
+    std::fprintf(to, "worst verdict, at %.6g s: %s\n", static_cast<double>(worst.tick) * plan.period,
                  describe(plan, worst).c_str());
 }
 
-/// The error budget at the end of a run.
+/// Prints the error budget at the end of a run.
 void print_budget(std::FILE* to, const BudgetReading& reading) {
   std::fprintf(to, "errors over the last %.3g s:\n", reading.age);
   if (reading.is_lost) return;
@@ -297,7 +301,7 @@ void print_budget(std::FILE* to, const BudgetReading& reading) {
   row("model", reading.model);
 }
 
-/// What was done and how far it can be trusted.
+/// Prints the result of a run and its verdict.
 void report(const RunOptions& options, const std::string& name, const Result& result, std::int64_t last,
             const Plan& plan, const Extremes& extremes) {
   const bool is_complete = result.exit_code == kExitOk;
@@ -319,19 +323,19 @@ void report(const RunOptions& options, const std::string& name, const Result& re
                 {"complete", is_complete},
                 {"displacement_ratio", known(extremes.displacement_ratio())},
                 {"spin_ratio", known(extremes.spin_ratio())},
-                {"validity", static_cast<int>(result.verdict.word)},
+                {"validity", static_cast<int>(result.verdict.level)},
                 {"cause", text_of(plan, result.verdict)},
                 {"error", result.verdict.error},
                 {"scale", result.verdict.scale},
                 {"worst",
-                 {{"validity", static_cast<int>(result.worst.word)},
+                 {{"validity", static_cast<int>(result.worst.level)},
                   {"tick", result.worst.tick},
                   {"cause", text_of(plan, result.worst)}}},
                 {"errors", errors}});
   } else if (is_to_end) {
     std::FILE* const to = is_standard_output(options.out) ? stderr : stdout;
     std::fprintf(to, "%s: %s, %.10g s\n", name.c_str(), counted(result.ticks, "tick").c_str(), seconds);
-    print_word(to, plan, result.verdict, result.worst);
+    print_verdict(to, plan, result.verdict, result.worst);
     if (result.budget) print_budget(to, *result.budget);
   } else if (result.exit_code == kExitInterrupted) {
     const char* const verb = options.out.empty() ? "did" : "holds";
@@ -341,13 +345,13 @@ void report(const RunOptions& options, const std::string& name, const Result& re
   warn_beyond_limits(plan, result.worst);
 }
 
-/// The file that holds the run, else the scene.
+/// Returns the file to which the run was written, or the name of the scene if there is no file.
 std::string name_of(const RunOptions& options, const Plan& plan, const RunOutput& output, bool is_partial) {
   if (options.out.empty()) return options.plot.empty() ? plan.name : options.plot;
   return is_partial || is_standard_output(options.out) ? output.working_path() : options.out;
 }
 
-/// Closes the output, draws the picture, prints what was done and how far it can be trusted.
+/// Closes the output, draws the picture, prints the result and its verdict.
 int finish(const RunOptions& options, const Plan& plan, const Commands& commands, std::int64_t last,
            RunOutput& output, Result& result, const Extremes& extremes, const MotionPlot* plot) {
   const bool is_piped = is_standard_output(options.out);
@@ -356,16 +360,16 @@ int finish(const RunOptions& options, const Plan& plan, const Commands& commands
     return print_error(result.error + (is_piped ? "; the table ends there" : "; nothing was written")),
            result.exit_code;
   if (const std::string error = output.close(is_interrupt); !error.empty()) {
-    // of standard output it is said at the end of every command
+    // an error of standard output is not printed here: every command prints it at its end
     const std::optional<std::int64_t> kept = output.kept_tick();
     if (!is_piped && !kept) print_error(error);
     if (!kept) return kExitDiffers;
-    print_error(error + "; the file stays and holds the run up to tick " + std::to_string(*kept) + " of " +
-                std::to_string(last) + ": make room and run again, or use it as it is");
+    print_error(error + "; the file is kept and contains the run up to tick " + std::to_string(*kept) +
+                " of " + std::to_string(last) + ": make room and run again, or use it as it is");
     result.exit_code = kExitDiffers;
     result.ticks = *kept;
   }
-  // of what was done, also where that is not all
+  // the picture is also drawn if the run did not reach its end
   const std::string plot_error = plot != nullptr ? plot->write(options.plot) : std::string();
   if (!plot_error.empty() && options.out.empty()) return print_error(plot_error), kExitDiffers;
   const std::string name = name_of(options, plan, output, result.exit_code != kExitOk);
@@ -394,7 +398,7 @@ int run(const CLI::App& command, const RunOptions& options) {
   const std::optional<std::int64_t> last = last_tick(options, *plan, commands);
   if (!last) return kExitUsage;
 
-  // from here on an interrupt leaves what was done in NAME.partial
+  // from now on, an interrupt leaves the run so far in NAME.partial
   if (is_interrupted()) return std::fputs(kInterrupted, stderr), kExitInterrupted;
   const std::unique_ptr<RunOutput> output =
       make_run_output(*plan, options.input, options.prefix, options.out);
@@ -411,19 +415,19 @@ int run(const CLI::App& command, const RunOptions& options) {
 
 void add_run(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<RunOptions>();
-  CLI::App* command = app.add_subcommand("run", "the same step without the bus, as fast as it goes");
+  CLI::App* command = app.add_subcommand("run", "runs a scene or plan without the bus, as fast as possible");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
   add_settings(*command, options->settings);
   command->add_option("--log", options->log, "LCM log whose commands are applied at their recorded ticks")
       ->check(file_name())
       ->type_name("FILE");
-  command->add_option("--session", options->session, "session of that log when it holds several")
+  command->add_option("--session", options->session, "session of that log, if it contains several")
       ->check(whole_number(0, kMost<std::int64_t>))
       ->type_name("N");
   command->add_option("--until", options->until, "simulated time to stop at [s], to the nearest tick")
       ->check(must_be("a number >= 0 [s]", [](double time) { return time >= 0.0 && std::isfinite(time); }))
       ->type_name("S");
-  command->add_option("--rate", options->rate, "ticks per second [Hz] instead of the scene's")
+  command->add_option("--rate", options->rate, "ticks per second [Hz], instead of the scene's rate")
       ->check(rate_in_hertz())
       ->type_name("HZ");
   command->add_option("--out", options->out, std::string("what to write: ") + kOutputs)

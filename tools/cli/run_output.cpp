@@ -27,7 +27,7 @@ bool is_due(std::int64_t every, std::int64_t tick, bool is_edge) {
   return every > 0 && (is_edge || tick % every == 0);
 }
 
-/// Capitals do not matter.
+/// Returns true if a path has the ending, in capitals or not.
 bool has_ending(const std::string& path, const char* ending) {
   std::string found = std::filesystem::path(path).extension().string();
   for (char& c : found) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -100,8 +100,7 @@ class LogOutput : public RunOutput {
     return std::llround(static_cast<double>(tick) * plan_.period * 1e6);
   }
 
-  /// What a run knows of the daemon's status: the motion and its verdict. What needs a clock or a bus stays
-  /// 0.
+  /// Returns a status message with the motion and its verdict. Fields that need a clock or a bus are zero.
   freeflex_msgs::status_t status_of(const State& state, const Judgement& judgement, Budget& budget) {
     freeflex_msgs::status_t status{};
     status.utime = stamp_.utime;
@@ -149,8 +148,8 @@ class CsvOutput : public RunOutput {
     const Columns state = state_columns(widest(plan).num_elastic, wheels);
     names.insert(names.end(), state.begin(), state.end());
     for (const std::int32_t point : plan.published_points)
-      append_point_columns(plan.points[static_cast<std::size_t>(point)].name, turning_of(plan, point) >= 0,
-                           names);
+      append_point_columns(plan.points[static_cast<std::size_t>(point)].name,
+                           attitude_index_of(plan, point) >= 0, names);
     for (const std::int32_t group : plan.published_groups)
       append_group_columns(plan.groups[static_cast<std::size_t>(group)].name, names);
     for (const PlanLinkOutput& output : plan.link_outputs) {
@@ -193,13 +192,13 @@ class CsvOutput : public RunOutput {
   const std::string& working_path() const override { return writer_.working_path(); }
 
  private:
-  // columns are those of the wide plan where there is one: modes left out stand at zero
-  static const Plan& widest(const Plan& plan) { return plan.wide.empty() ? plan : plan.wide.front(); }
+  // if there is a fallback plan, the columns are those of the fallback plan; omitted modes are zero
+  static const Plan& widest(const Plan& plan) { return plan.fallback.empty() ? plan : plan.fallback.front(); }
   void append(const double* first, std::size_t size) { values_.insert(values_.end(), first, first + size); }
   void append_point(const State& state, std::int32_t point) {
     const PointState read = read_point(plan_, state, point);
     for (const Vec3* vector : {&read.p_W, &read.v_W, &read.a_W}) append(vector->data(), 3);
-    if (turning_of(plan_, point) < 0) return;
+    if (attitude_index_of(plan_, point) < 0) return;
     const BodyState body = read_body(plan_, state, point);
     append(body.q_WP.data(), 4);
     append(body.w_P.data(), 3);
@@ -214,9 +213,9 @@ class CsvOutput : public RunOutput {
   void append_modes(const State& state, const std::vector<double>& modes) {
     const std::size_t first = values_.size();
     values_.resize(first + static_cast<std::size_t>(widest(plan_).num_elastic), 0.0);
-    const bool is_spread = !plan_.wide.empty() && !state.is_wide;
+    const bool is_spread = !plan_.fallback.empty() && !state.uses_fallback;
     for (std::size_t l = 0; l < modes.size(); ++l)
-      values_[first + (is_spread ? static_cast<std::size_t>(plan_.wide_modes[l]) : l)] = modes[l];
+      values_[first + (is_spread ? static_cast<std::size_t>(plan_.fallback_modes[l]) : l)] = modes[l];
   }
 
   const Plan& plan_;
@@ -225,7 +224,7 @@ class CsvOutput : public RunOutput {
   std::vector<double> values_;
 };
 
-/// Of a run of which the summary or the picture alone is wanted.
+/// Writes nothing. Used for a run with only a summary or a picture.
 class NoOutput : public RunOutput {
  public:
   void publish(const State&, bool) override {}

@@ -1,4 +1,4 @@
-// Where freeflex run puts what it computes.
+// Outputs of freeflex run: a log, a table or nothing.
 #pragma once
 
 #include <cstdint>
@@ -15,37 +15,39 @@ namespace freeflex::tools {
 class RunOutput {
  public:
   virtual ~RunOutput() = default;
-  /// Writes what is due at the state's tick; everything when is_edge (start, end, reset).
+  /// Writes the messages, or the row, that are due at the state's tick. Writes all of them if is_edge is true
+  /// (at start, end and reset).
   virtual void publish(const State& state, bool is_edge) = 0;
-  /// Writes the verdict on a state where it is due; always when is_edge.
+  /// Writes the verdict on a state if it is due or is_edge is true.
   virtual void judge(const State& state, const Judgement& judgement, Budget& budget, bool is_edge) = 0;
-  /// A reset took effect at a tick.
+  /// Records that a reset took effect at a tick.
   virtual void applied_reset(std::int64_t tick) = 0;
-  /// What a step at this tick took in.
+  /// Records the commands that the step of a tick applied, and the slots that ended in that step.
   virtual void applied_step(std::int64_t tick, const StepReport& report,
                             std::span<const ForceCommand> commands) = 0;
   virtual bool has_error() const = 0;
-  /// Completes the file, or leaves it as NAME.partial. Empty, or what went wrong.
+  /// Completes the file, or keeps it as NAME.partial if is_partial is true. Returns an empty text or the
+  /// error.
   virtual std::string close(bool is_partial) = 0;
-  /// The tick up to which NAME.partial holds the run after close() returned an error; nullopt: no file is
-  /// left.
+  /// After close() returned an error: returns the last tick in NAME.partial, or nullopt if no file was kept.
   virtual std::optional<std::int64_t> kept_tick() const = 0;
   virtual const std::string& working_path() const = 0;
 };
 
-/// What --out may name.
+/// Files that --out may name, for messages.
 inline constexpr const char* kOutputs =
     "NAME.csv (a table), NAME.log (an LCM log) or - (a table on standard output)";
 
-/// kOutputs, endings in any case; or a device or pipe, which takes a log.
+/// Returns true if a path is one of kOutputs, with the ending in capitals or not, or is a device or pipe, to
+/// which a log is written.
 bool is_output(const std::string& path);
-/// True for a path under which make_run_output writes a table.
+/// Returns true if make_run_output writes a table to the path.
 bool is_table(const std::string& path);
 bool is_standard_output(const std::string& path);
 
-/// \param path   empty: nothing is written; of a table, or of an LCM log with the daemon's channels,
-/// deterministic: session 1, time stamps
-///               in simulated time
+/// Makes the output for a path. A log has the daemon's channels. It is deterministic: its session is 1 and
+/// its time stamps are simulated time.
+/// \param path   path of a table or an LCM log; empty: nothing is written
 /// \param input  scene or plan file, for FREEFLEX_SCENE
 std::unique_ptr<RunOutput> make_run_output(const Plan& plan, const std::string& input,
                                            const std::string& prefix, const std::string& path);

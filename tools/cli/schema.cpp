@@ -1,4 +1,4 @@
-// freeflex schema: what an editor completes and checks scenes by.
+// freeflex schema: prints the JSON Schema with which editors complete and check scenes.
 #include "service/io/scene/schema.hpp"
 
 #include <CLI/App.hpp>
@@ -21,8 +21,8 @@ constexpr const char* kSchemaFooter = R"(Example:
   freeflex schema --out scene.schema.json
 An editor with a YAML language server completes and checks a scene that begins with the line
   # yaml-language-server: $schema=scene.schema.json
-The schema knows keys, types, units and ranges; freeflex check knows the rest too. Its field x-paths lists the paths of
-values that --set takes.
+The schema covers keys, types, units and ranges; freeflex check covers everything else as well. Its field x-paths lists
+the paths of values that --set takes.
 Exit codes: 0 written, 1 not written, 2 wrong arguments.)";
 
 int write_schema(const std::string& path) {
@@ -46,7 +46,7 @@ int write_schema(const std::string& path) {
 void add_schema(CLI::App& app, int& exit_code) {
   auto path = std::make_shared<std::string>();
   CLI::App* command =
-      app.add_subcommand("schema", "JSON Schema of scenes, by which editors complete and check them");
+      app.add_subcommand("schema", "JSON Schema of scenes, with which editors complete and check them");
   command->add_option("-o,--out", *path, "file to write, default standard output")
       ->check(file_name(".json"))
       ->type_name("FILE");

@@ -1,4 +1,4 @@
-// freeflex stability: stiff and extreme cases, each beside the figure that it must meet.
+// freeflex stability: runs stiff and extreme cases, each with the limit that it must meet.
 #include "tools/stability/stability.hpp"
 
 #include <CLI/App.hpp>
@@ -26,10 +26,10 @@ constexpr const char* kStabilityFooter = R"(Example:
 JSON fields:
   machine      processor, cores, system, compiler, flags, version, commit, date
   complete     whether every case ran
-  holds        whether every case holds or is named
-  cases        of each: group, case, quantity, verdict, measured, limit (in the quantity), said, cpu [s],
+  holds        whether every case holds, or is refused or flagged by name where it must be
+  cases        of each: group, case, quantity, verdict, measured, limit (in the quantity), message, cpu [s],
                peers (other methods: method, measured, failure)
-Exit codes: 0 every case holds or is named, 1 a case fails or a file was not written, 2 wrong arguments,
+Exit codes: 0 holds is true, 1 a case fails or a file was not written, 2 wrong arguments,
 130 interrupted.)";
 
 int stability(const StabilityArguments& options) {
@@ -41,7 +41,7 @@ int stability(const StabilityArguments& options) {
   StabilityReport report;
   {
     Progress progress("stability");
-    report = check_stability(settings, [&progress](double share) { progress.update(share); });
+    report = check_stability(settings, [&progress](double done) { progress.update(done); });
   }
   if (options.json)
     print_json(to_json(report));

@@ -1,4 +1,4 @@
-// freeflex-study: the commands of freeflex that take a structure or the methods themselves apart.
+// freeflex-study: the subcommands that analyse a structure or compare the methods.
 #include "tools/cli/commands.hpp"
 #include "tools/cli/program.hpp"
 

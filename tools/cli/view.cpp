@@ -1,4 +1,4 @@
-// freeflex view: the structure in a browser, live or from a recording.
+// freeflex view: shows the structure in a browser, live or from a recording.
 #include <CLI/App.hpp>
 #include <cstdio>
 #include <fstream>
@@ -21,8 +21,8 @@ namespace {
 
 struct ViewOptions {
   BusOptions bus;
-  std::string file;  // scene, plan or recording; empty: what the daemon has
-  std::string plan;  // of a recording
+  std::string file;  // scene, plan or recording; empty: the scene of the daemon
+  std::string plan;  // plan of a recording
   std::string html;
   std::string key;
   std::optional<std::int64_t> session;
@@ -30,18 +30,19 @@ struct ViewOptions {
 };
 
 constexpr const char* kViewFooter = R"(Examples:
-  freeflex view                                (the daemon that is heard, with the scene that it names)
-  freeflex view satellite.yaml                 (before there is a daemon: its modes; then its motion)
+  freeflex view                                (the running daemon, with the scene that it names)
+  freeflex view satellite.yaml                 (before a daemon runs: its modes; then its motion)
   freeflex view flight.log
   freeflex view flight.log --html flight.html  (one file that needs nothing else)
-The page is at the address that is printed, on this machine alone; who has the address may look and push. From another
+The page is at the printed address, on this machine only; whoever has the address may look and push. From another
 machine: ssh -L PORT:127.0.0.1:PORT, with --port PORT.
-Drag: turn; shift and drag: move; wheel: nearer; drag a point that takes commands: push it.
-Of a recording that is damaged, what is whole is shown, and the error tells what is not.
+Drag: rotate; shift and drag: move; wheel: zoom; drag a point that takes commands: push it.
+If a recording is damaged, its intact part is shown, and the error describes the damage.
 Exit codes: 0 ended by Ctrl-C, or the file is written, 1 no server, no bus, no daemon or not written, 2 wrong arguments,
 scene or plan, 3 LOG damaged or incomplete.)";
 
-/// The file that the daemon says it was given. Empty, explained.
+/// Returns the scene or plan file that the daemon publishes. If there is no daemon, prints an error and
+/// returns an empty text.
 std::string file_of_daemon(const BusOptions& options) {
   constexpr std::chrono::milliseconds kPatience{3000};
   std::string file;
@@ -51,12 +52,12 @@ std::string file_of_daemon(const BusOptions& options) {
     if (io::decode_message(message.bytes, page)) file = page.plan_file;
   });
   if (!bus.wait(kPatience, [&file] { return !file.empty() || is_interrupted(); }) && !is_interrupted())
-    print_error("no daemon is heard (" + bus.describe() +
+    print_error("no message of a daemon has come (" + bus.describe() +
                 "): start freeflexd, or name a scene, a plan or a recording");
   return file;
 }
 
-/// Writes the page with everything in it.
+/// Writes the page with all its data.
 int write_html(const ViewOptions& options, const Body& body, const std::vector<std::byte>& motion) {
   io::PartialFile target(options.html);
   std::ofstream file(target.working_path(), std::ios::binary);
@@ -69,7 +70,7 @@ int write_html(const ViewOptions& options, const Body& body, const std::vector<s
   return kExitOk;
 }
 
-/// Serves until Ctrl-C. \param bus  null: a recording
+/// Serves the page until Ctrl-C.  \param bus  null if a recording is shown
 int serve(const ViewOptions& options, Body& body, std::vector<std::byte> motion, Bus* bus,
           std::optional<SealingKey> key) {
   constexpr std::chrono::milliseconds kLook{20};
@@ -121,7 +122,7 @@ int view_recording(const ViewOptions& options) {
 
 int view(const CLI::App& command, const ViewOptions& options) {
   if (command.count("--html") > 0 && command.count("--port") > 0)
-    return print_error("--html goes without --port: nothing is served"), kExitUsage;
+    return print_error("--html cannot be used with --port: nothing is served"), kExitUsage;
   std::optional<SealingKey> key;
   if (!options.key.empty()) {
     const service::KeysResult result = service::load_key(options.key);
@@ -130,7 +131,7 @@ int view(const CLI::App& command, const ViewOptions& options) {
   }
   if (!options.file.empty() && is_recording(options.file)) return view_recording(options);
   if (!options.plan.empty() || options.session)
-    return print_error("--plan and --session go with a recording"), kExitUsage;
+    return print_error("--plan and --session need a recording"), kExitUsage;
   if (!options.html.empty()) {
     if (options.file.empty()) return print_error("--html needs a scene, a plan or a recording"), kExitUsage;
     const std::optional<Body> body = make_body(options.file, options.html);
@@ -151,22 +152,21 @@ void add_view(CLI::App& app, int& exit_code) {
   constexpr int kMostPort = 65535;
   auto options = std::make_shared<ViewOptions>();
   CLI::App* command = app.add_subcommand("view", "the structure in a browser: live, or a recording");
-  command->add_option("FILE", options->file, "scene, plan or recording; without one what the daemon says");
+  command->add_option("FILE", options->file,
+                      "scene, plan or recording; default: the scene that the daemon names");
   command->add_option("--plan", options->plan, "scene or plan of a recording; else the file that it names")
       ->type_name("FILE");
-  command->add_option("--session", options->session, "session of a recording that holds several")
+  command->add_option("--session", options->session, "session of a recording, if it contains several")
       ->check(whole_number(0, kMost<std::int64_t>))
       ->type_name("N");
   command->add_option("--port", options->port, "port on loopback; 0: any that is free")
       ->check(whole_number(0, kMostPort))
       ->type_name("N")
       ->capture_default_str();
-  command
-      ->add_option("--html", options->html,
-                   "writes the page into this file, with all that it shows, and ends")
+  command->add_option("--html", options->html, "write the page with all its data into this file, and end")
       ->check(file_name(".html"))
       ->type_name("FILE");
-  command->add_option("--key", options->key, "key file for pushes, where the daemon requires keys")
+  command->add_option("--key", options->key, "key file for pushes, if the daemon requires keys")
       ->type_name("FILE");
   add_bus_options(*command, options->bus);
   command->footer(kViewFooter);

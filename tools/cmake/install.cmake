@@ -1,12 +1,12 @@
-# what cmake --install gives: programs, libraries, headers, message types and their document, licence, scenes and
-# their schema, an example and the CMake package with its components messages, client and core
+# installs programs, libraries, headers, message types and their document, licence, scenes and their schema, an example,
+# and the CMake package with its components messages, client and core
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/freeflex)
 set(header_dir ${CMAKE_INSTALL_INCLUDEDIR}/freeflex)
 
-# freeflex::messages needs LCM alone, so it is a component of its own
+# freeflex::messages needs only LCM, so it is a component of its own
 install(TARGETS freeflex_messages EXPORT freeflexMessages COMPONENT development)
-# so are freeflex::client, which needs libsodium too, and what it has in common with the core
+# likewise freeflex::client, which needs libsodium in addition, and the code that it shares with the core
 set(Wire_targets freeflex_options freeflex_step freeflex_io_wire)
 set(Client_targets freeflex_bus_socket freeflex_client)
 set(Core_targets freeflex_scene freeflex_structure freeflex_plan freeflex_validity freeflex_core freeflex_io_scene
@@ -49,7 +49,7 @@ install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
 install(DIRECTORY tests/tools/controller DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/examples COMPONENT development)
 install(DIRECTORY service/scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/scenes COMPONENT programs)
 
-# the C interface and what finds it, and Python
+# the C interface with its pkg-config file, and Python
 configure_file(tools/cmake/freeflex.pc.in ${CMAKE_BINARY_DIR}/freeflex.pc @ONLY)
 install(TARGETS freeflex_c LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT programs NAMELINK_COMPONENT development)
 install(FILES service/c/freeflex.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
@@ -57,7 +57,8 @@ install(FILES ${CMAKE_BINARY_DIR}/freeflex.pc DESTINATION ${CMAKE_INSTALL_LIBDIR
 install(DIRECTORY ${CMAKE_BINARY_DIR}/python/freeflex DESTINATION ${FREEFLEX_PYTHON_DIR} COMPONENT python
   FILES_MATCHING PATTERN "location.py" EXCLUDE PATTERN "*.py")
 install(FILES ${CMAKE_BINARY_DIR}/python_installed/location.py DESTINATION ${FREEFLEX_PYTHON_DIR}/freeflex COMPONENT python)
-# a prefix that Python looks under, such as a virtual environment or /usr/local, finds it without PYTHONPATH; not packaged
+# if the prefix is one that Python searches, such as a virtual environment or /usr/local, Python finds the package
+# without PYTHONPATH; not for the .deb packages
 foreach(packages site-packages dist-packages)
   set(folder lib/python${Python3_VERSION_MAJOR}.${Python3_VERSION_MINOR}/${packages})
   file(RELATIVE_PATH from_folder /prefix/${folder} /prefix/${FREEFLEX_PYTHON_DIR})
@@ -66,7 +67,7 @@ foreach(packages site-packages dist-packages)
 endforeach()
 install(FILES tools/python/README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-freeflex COMPONENT python)
 
-# made from --help and from the documents
+# manual pages, completion and schema, and the documents
 set(share ${CMAKE_BINARY_DIR}/share)
 install(DIRECTORY ${share}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT programs FILES_MATCHING PATTERN "*.1.gz")
 install(FILES ${share}/bash-completion/freeflex DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions

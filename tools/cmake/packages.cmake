@@ -4,7 +4,7 @@ set(CPACK_PACKAGE_NAME freeflex)
 set(CPACK_PACKAGE_VENDOR freeflex)
 set(CPACK_PACKAGE_CONTACT "${FREEFLEX_CONTACT}")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
-# each package has its own, in its description; one of the whole would be put before it
+# empty, because a common summary would precede the summary in each package's description
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_VERBATIM_VARIABLES ON)
@@ -17,11 +17,11 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME freeflex)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SECTION science)
-# it holds libfreeflex.so.1
+# the package contains libfreeflex.so.1
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 file(WRITE ${CMAKE_BINARY_DIR}/triggers "activate-noawait ldconfig\n")
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA ${CMAKE_BINARY_DIR}/triggers)
-# loaded when a large scene asks for them, so nothing else names them
+# these libraries are loaded at run time for large scenes, so dpkg-shlibdeps does not find them
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS "libmumps-seq-5.5, libopenblas0-serial")
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_RECOMMENDS "python3-freeflex (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_PROGRAMS_DESCRIPTION "Real-time simulation of free flexible structures

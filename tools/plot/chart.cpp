@@ -17,12 +17,12 @@ namespace freeflex::tools {
 namespace {
 
 constexpr double kWidth = 900.0, kLeft = 90.0, kRight = 170.0, kTop = 40.0, kPanel = 150.0, kGap = 22.0;
-constexpr std::size_t kMostSamples = 2000;  // three a unit of the width
+constexpr std::size_t kMostSamples = 2000;  // about three samples per unit of the width of a panel
 
 struct Colour {
   double r, g, b;
 };
-// those of Okabe and Ito, which people who do not see all colours can tell apart
+// the palette of Okabe and Ito, distinguishable for people with colour blindness
 constexpr std::array<Colour, 7> kColours{{{0.0, 0.45, 0.70},
                                           {0.84, 0.37, 0.0},
                                           {0.0, 0.62, 0.45},
@@ -37,12 +37,12 @@ std::string ending_of(const std::string& path) {
   return ending;
 }
 
-/// A page of cairo's that becomes a file.
+/// Draws a page with cairo and writes it to a file.
 class Page {
  public:
   Page(const std::string& path, double width, double height)
       : target_(path), is_svg_(ending_of(path) == ".svg") {
-    constexpr double kScale = 2.0;  // pixels of a point, for screens of today
+    constexpr double kScale = 2.0;  // pixels per point, for high-resolution screens
     surface_.reset(is_svg_ ? cairo_svg_surface_create(target_.working_path().c_str(), width, height)
                            : cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(kScale * width),
                                                         static_cast<int>(kScale * height)));
@@ -58,30 +58,30 @@ class Page {
   void ink(const Colour& colour, double opacity = 1.0) {
     cairo_set_source_rgba(get(), colour.r, colour.g, colour.b, opacity);
   }
-  /// \param align  share of the width that stands left of x
-  void text(double x, double y, const std::string& words, double size, double align = 0.0) {
+  /// Draws a text.  \param align  fraction of the text's width that is left of x
+  void text(double x, double y, const std::string& label, double size, double align = 0.0) {
     cairo_text_extents_t extents;
     cairo_set_font_size(get(), size);
-    cairo_text_extents(get(), words.c_str(), &extents);
+    cairo_text_extents(get(), label.c_str(), &extents);
     cairo_move_to(get(), x - align * extents.x_advance, y);
-    cairo_show_text(get(), words.c_str());
+    cairo_show_text(get(), label.c_str());
   }
-  /// The words as far as they fit into a width.
-  std::string fitted(std::string words, double size, double width) {
+  /// Shortens a text to fit a width.
+  std::string fitted(std::string label, double size, double width) {
     cairo_text_extents_t extents;
     cairo_set_font_size(get(), size);
-    const auto is_wide = [&](const std::string& text) {
+    const auto is_too_wide = [&](const std::string& text) {
       cairo_text_extents(get(), text.c_str(), &extents);
       return extents.x_advance > width;
     };
-    if (!is_wide(words)) return words;
+    if (!is_too_wide(label)) return label;
     do {
-      // no byte of a character is left without the others
-      while (words.size() > 1 && (static_cast<unsigned char>(words.back()) & 0xC0U) == 0x80U)
-        words.pop_back();
-      words.pop_back();
-    } while (!words.empty() && is_wide(words + "..."));
-    return words + "...";
+      // cuts between two UTF-8 characters
+      while (label.size() > 1 && (static_cast<unsigned char>(label.back()) & 0xC0U) == 0x80U)
+        label.pop_back();
+      label.pop_back();
+    } while (!label.empty() && is_too_wide(label + "..."));
+    return label + "...";
   }
   void line(double x0, double y0, double x1, double y1, double width) {
     cairo_set_line_width(get(), width);
@@ -89,7 +89,7 @@ class Page {
     cairo_line_to(get(), x1, y1);
     cairo_stroke(get());
   }
-  /// Empty, or what went wrong.
+  /// Writes the file. Returns an empty text or the error.
   std::string finish() {
     cairo_.reset();
     cairo_status_t status = CAIRO_STATUS_SUCCESS;
@@ -117,7 +117,7 @@ class Page {
   std::unique_ptr<cairo_t, CloseCairo> cairo_;
 };
 
-/// What an axis goes from and to, and where it has its marks.
+/// Range of an axis and the distance between its tick marks.
 struct Axis {
   double low = 0.0, high = 1.0, step = 1.0;
 
@@ -144,7 +144,7 @@ struct Axis {
   }
 };
 
-/// A mark's number with the digits that tell it from its neighbours.
+/// Returns the number at a tick mark, with enough digits to differ from the neighbouring numbers.
 std::string number(double value, const Axis& axis) {
   const double largest = std::max(std::abs(axis.low), std::abs(axis.high));
   const int digits = static_cast<int>(std::floor(std::log10(largest / axis.step))) + 2;
@@ -168,7 +168,7 @@ void draw_curve(Page& page, const std::vector<double>& x, const std::vector<doub
 constexpr Colour kInk{0.15, 0.15, 0.15}, kGrid{0.86, 0.86, 0.86};
 constexpr double kText = 11.0, kSmall = 10.0;
 
-/// From the smallest to the largest of the values; 0 to 0 where there is none.
+/// Returns the smallest and the largest of the values; 0 and 0 if there are none.
 std::array<double, 2> range_of(const std::vector<const std::vector<double>*>& all) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (const std::vector<double>* values : all)
@@ -230,7 +230,7 @@ void draw_panel(Page& page, const Panel& panel, const Axis& across, double top, 
   draw_legend(page, panel, top);
 }
 
-/// Across and up, as seen along a corner of the axes; z is up.
+/// Returns the isometric projection of a position: coordinates to the right and up. z points up.
 std::array<double, 2> seen(const std::array<float, 3>& x) {
   constexpr double kCos = 0.8660254037844387;
   const double a = x[0], b = x[1], c = x[2];
@@ -272,7 +272,7 @@ std::string plot_shapes(const std::string& path, const std::string& title,
                         const std::vector<std::array<std::size_t, 2>>& lines,
                         const std::vector<Shape>& shapes) {
   constexpr std::size_t kColumns = 4;
-  constexpr double kCell = 220.0, kLabel = 24.0, kShown = 0.12;  // of the size: largest displacement
+  constexpr double kCell = 220.0, kLabel = 24.0, kShown = 0.12;  // kShown: largest displacement over the size
   constexpr Colour kGhost{0.7, 0.7, 0.7}, kBody{0.0, 0.3, 0.55}, kInk{0.1, 0.1, 0.1};
   if (shapes.empty()) return "there are no modes to plot";
   std::array<double, 2> low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
@@ -290,20 +290,20 @@ std::string plot_shapes(const std::string& path, const std::string& title,
     const std::size_t row = s / kColumns;
     const double left = 10.0 + kCell * static_cast<double>(s % kColumns),
                  top = kTop + (kCell + kLabel) * static_cast<double>(row);
-    const auto place = [&](std::size_t point, double share) {
+    const auto position = [&](std::size_t point, double amplitude) {
       std::array<float, 3> at = rest[point];
       for (std::size_t k = 0; k < 3; ++k)
-        at[k] += static_cast<float>(share * size) * shapes[s].displacement[point][k];
+        at[k] += static_cast<float>(amplitude * size) * shapes[s].displacement[point][k];
       const auto [x, y] = seen(at);
       return std::array<double, 2>{left + kCell / 2 + (x - 0.5 * (low[0] + high[0])) * scale,
                                    top + kLabel + kCell / 2 - (y - 0.5 * (low[1] + high[1])) * scale};
     };
-    for (const auto& [share, colour, width] :
+    for (const auto& [amplitude, colour, width] :
          {std::tuple{0.0, kGhost, 0.6}, std::tuple{kShown, kBody, rest.size() > 500 ? 0.5 : 1.2}}) {
       page.ink(colour);
       cairo_set_line_width(page.get(), width);
       for (const auto& [a, b] : lines) {
-        const auto from = place(a, share), to = place(b, share);
+        const auto from = position(a, amplitude), to = position(b, amplitude);
         cairo_move_to(page.get(), from[0], from[1]);
         cairo_line_to(page.get(), to[0], to[1]);
       }
@@ -316,7 +316,7 @@ std::string plot_shapes(const std::string& path, const std::string& title,
 }
 
 void Samples::take(double time, const std::vector<double>& values) {
-  // fmin and fmax pass over what is no number
+  // fmin and fmax ignore NaN
   if (num_in_last_ < every_ && !time_.empty()) {
     ++num_in_last_;
     for (std::size_t k = 0; k < values.size(); ++k) {

@@ -1,4 +1,4 @@
-// Pictures in files: curves over time, and shapes.
+// Draws pictures and writes them to files: curves over time, and shapes.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace freeflex::tools {
 
-/// True of NAME.svg and NAME.png, capitals do not matter.
+/// Returns true if a path is NAME.svg or NAME.png, in capitals or not.
 bool is_picture(const std::string& path);
 inline constexpr const char* kPictures = "NAME.svg or NAME.png";
 
@@ -17,44 +17,46 @@ struct Series {
   std::string name;
   std::vector<double> y;
 };
-/// Curves with one vertical axis.
+/// Curves with a common vertical axis.
 struct Panel {
-  std::string label;      // with its unit
-  std::vector<double> x;  // of the values of every series
+  std::string label;      // with unit
+  std::vector<double> x;  // abscissas of the values of all series
   std::vector<Series> series;
-  std::vector<double> levels = {};  // drawn across as broken lines
+  std::vector<double> levels = {};  // values at which horizontal broken lines are drawn
 };
-/// Panels below each other over one horizontal axis, each with a legend. Empty, or what went wrong.
-/// \param x_label  of that axis, with its unit
+/// Draws panels below each other with a common horizontal axis, each with a legend. Returns an empty text or
+/// the error.  \param x_label  label of the horizontal axis, with unit
 std::string plot_panels(const std::string& path, const std::string& title, const std::string& x_label,
                         const std::vector<Panel>& panels);
 
-/// A body as lines, at rest and deformed.
+/// Label and displacements of a body that is drawn as lines, at rest and deformed.
 struct Shape {
   std::string label;
-  std::vector<std::array<float, 3>> displacement;  // [-] of each point, the largest 1
+  std::vector<std::array<float, 3>> displacement;  // [-] of each point; the largest has length 1
 };
-/// One picture of each shape, in rows. \param rest  [m] of the points  \param lines  pairs of points
-/// Empty, or what went wrong.
+/// Draws one picture of each shape, in rows. Returns an empty text or the error.  \param rest  [m] positions
+/// of the points
+/// \param lines  pairs of points
 std::string plot_shapes(const std::string& path, const std::string& title,
                         const std::vector<std::array<float, 3>>& rest,
                         const std::vector<std::array<std::size_t, 2>>& lines,
                         const std::vector<Shape>& shapes);
 
-/// Values of ticks that come one after another, in no more samples than a picture can show: of so many ticks
-/// in turn the least and the largest, so that no peak is lost and nothing looks slower than it is.
+/// Reduces the values of successive ticks to the number of samples that a picture can show. Keeps the
+/// smallest and the largest value of each group of ticks, so that no peak is lost and no aliasing occurs.
 class Samples {
  public:
   explicit Samples(std::size_t num_columns) : least_(num_columns), largest_(num_columns) {}
-  /// One value for each column.
+  /// Adds one value for each column.
   void take(double time, const std::vector<double>& values);
-  /// Of the values of a curve.
+  /// Returns the times that belong to the values of column().
   std::vector<double> time() const;
-  /// One for each tick; of several ticks the least, then the largest.
+  /// Returns one value for each tick or, if ticks are grouped, the smallest and the largest value of each
+  /// group, in this order.
   std::vector<double> column(std::size_t k) const;
 
  private:
-  std::size_t every_ = 1, num_in_last_ = 1;  // ticks of a sample, of the last one
+  std::size_t every_ = 1, num_in_last_ = 1;  // ticks of each sample, and of the last sample
   std::vector<double> time_;
   std::vector<std::vector<double>> least_, largest_;
 };

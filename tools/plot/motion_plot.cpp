@@ -16,7 +16,7 @@ constexpr std::size_t kMostPoints = 6, kMostModes = 6, kMostWheels = 6;
 
 double length(const Vec3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-/// Those farthest from the centre, which move most.
+/// Returns the published points farthest from the centre, which move most.
 std::vector<std::int32_t> outer_points(const Plan& plan) {
   std::vector<std::int32_t> points = plan.published_points;
   const auto distance = [&](std::int32_t point) {
@@ -28,25 +28,25 @@ std::vector<std::int32_t> outer_points(const Plan& plan) {
   return points;
 }
 
-/// The plan whose modes are all that there are.
-const Plan& modal_plan(const Plan& plan) { return plan.wide.empty() ? plan : plan.wide.front(); }
+/// Returns the plan that has all modes: the fallback plan if there is one, else the plan itself.
+const Plan& modal_plan(const Plan& plan) { return plan.fallback.empty() ? plan : plan.fallback.front(); }
 
 std::size_t num_wheels(const Plan& plan) { return std::min(kMostWheels, plan.wheels.all.size()); }
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-// columns in front of the points' displacements: rms, place, rotation, rates, pointing error
-constexpr std::size_t kRms = 0, kPlace = 1, kRotation = 4, kRates = 7, kPointing = 10, kPoints = 11;
+// columns before the points' displacements: rms, position, rotation, rates, pointing error
+constexpr std::size_t kRms = 0, kPosition = 1, kRotation = 4, kRates = 7, kPointing = 10, kPoints = 11;
 
 }  // namespace
 
 Vec3 rotation_between(const Quat& from, const Quat& to) {
-  const Quat turn = multiply({from[0], -from[1], -from[2], -from[3]}, to);
-  const Vec3 vector{turn[1], turn[2], turn[3]};
+  const Quat rotation = multiply({from[0], -from[1], -from[2], -from[3]}, to);
+  const Vec3 vector{rotation[1], rotation[2], rotation[3]};
   const double sine = length(vector);
   if (sine == 0.0) return {};
-  // q and -q are one attitude
-  const double scale = std::copysign(2.0 * std::atan2(sine, std::abs(turn[0])) / sine, turn[0]);
+  // q and -q are the same attitude
+  const double scale = std::copysign(2.0 * std::atan2(sine, std::abs(rotation[0])) / sine, rotation[0]);
   return {scale * vector[0], scale * vector[1], scale * vector[2]};
 }
 
@@ -59,14 +59,14 @@ MotionPlot::MotionPlot(const Plan& plan)
       most_energy_(q_.size()),
       samples_(kPoints + points_.size() + num_wheels(plan) + 2 * q_.size()) {}
 
-/// Of the plan that the state is in; modes that it leaves out stand at zero.
+/// Reads the modes of the active plan; modes that the plan omits are zero.
 void MotionPlot::take_modes(const State& state) {
   const Plan& active = active_plan(plan_, state);
   const bool is_reduced = &active != &modal_plan_;
   std::fill(q_.begin(), q_.end(), 0.0);
   std::fill(energy_.begin(), energy_.end(), 0.0);
   for (std::size_t l = 0; l < static_cast<std::size_t>(active.num_elastic); ++l) {
-    const std::size_t mode = is_reduced ? static_cast<std::size_t>(plan_.wide_modes[l]) : l;
+    const std::size_t mode = is_reduced ? static_cast<std::size_t>(plan_.fallback_modes[l]) : l;
     const double rate = state.q_dot[l], spring = modal_plan_.omega[mode] * state.q[l];
     q_[mode] = state.q[l];
     energy_[mode] = 0.5 * modal_plan_.mass * (rate * rate + spring * spring);
@@ -124,7 +124,7 @@ std::vector<Panel> MotionPlot::panels() const {
     add_modes("elastic coordinates [m] of the modes with the largest peak energy", modes);
     add_modes("energies of these modes [J]: M/2 (q_dot^2 + omega^2 q^2)", modes + q_.size());
   }
-  add_axes("centre of mass [m], world axes", kPlace);
+  add_axes("centre of mass [m], world axes", kPosition);
   add_axes("attitude [deg]: rotation vector from the initial attitude, its body axes", kRotation);
   begin("pointing error [deg]: angle from the initial attitude");
   add("angle", kPointing);

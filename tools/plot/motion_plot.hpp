@@ -1,4 +1,4 @@
-// A motion as curves over time.
+// Plots a motion as curves over time.
 #pragma once
 
 #include <string>
@@ -9,34 +9,36 @@
 
 namespace freeflex::tools {
 
-/// What of a motion is plotted: displacements, coordinates and energies of the modes that had the most
-/// energy, place of the centre of mass, attitude and pointing error from the attitude at the start, rates,
-/// and momenta of the wheels where there are any.
+/// Plots displacements, coordinates and energies of the modes with the largest peak energy, position of the
+/// centre of mass, attitude and pointing error relative to the initial attitude, angular velocity, and
+/// momenta of wheels.
 class MotionPlot {
  public:
   explicit MotionPlot(const Plan& plan);
-  /// The state at the start and after every tick; it keeps what a picture can show.
+  /// Adds a state. Must be called at the start and after every tick. Keeps only the samples that a picture
+  /// can show.
   void take(const State& state);
-  /// The curves with their labels.
+  /// Returns the curves with their labels.
   std::vector<Panel> panels() const;
-  /// Empty, or what went wrong.
+  /// Writes the picture. Returns an empty text or the error.
   std::string write(const std::string& path) const;
 
  private:
   void take_modes(const State& state);
 
   const Plan& plan_;
-  const Plan& modal_plan_;            // whose modes are shown: the fallback plan where there is one
-  std::vector<std::int32_t> points_;  // whose displacements are shown
-  std::vector<double> q_, energy_;    // [m], [J] of each mode of that plan
-  std::vector<double> most_energy_;   // [J] of each mode so far
+  const Plan& modal_plan_;            // plan whose modes are shown: the fallback plan if there is one
+  std::vector<std::int32_t> points_;  // points whose displacements are shown
+  std::vector<double> q_, energy_;    // [m], [J] for each mode of modal_plan_
+  std::vector<double> most_energy_;   // [J] largest energy of each mode so far
   Quat first_{1.0, 0.0, 0.0, 0.0};    // attitude at the start
   bool has_first_ = false;
   std::vector<double> values_;
   Samples samples_;
 };
 
-/// Rotation vector from one attitude to another, axes of the first body: the shorter way round.  [rad]
+/// Returns the rotation vector [rad] from one attitude to another, in the body axes of the first attitude.
+/// Its length is at most pi.
 Vec3 rotation_between(const Quat& from, const Quat& to);
 
 }  // namespace freeflex::tools

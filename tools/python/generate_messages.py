@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """generate_messages.py OUTPUT FILE.lcm...: writes the Python module of the message types.
 
-Reads what the .lcm files of freeflex use of LCM's language: one struct a file, constants, arrays of fixed
-and of counted size. Anything else ends with an error that names file and line. The fingerprints are those
-of lcm-gen (its hash over the names and types of fields, then over the structs inside).
+Reads the part of LCM's language that the .lcm files of freeflex use: one struct per file, constants, and arrays whose
+size is fixed or given by a count. Anything else is an error with file and line. The fingerprints equal those of
+lcm-gen: a hash over names and types of fields and over the structs inside.
 """
 
 import os
@@ -19,7 +19,7 @@ MORE = re.compile(r"^\s*//\s*(.*?)\s*$")
 
 
 class Type:
-    """One struct: its fields (name, type, sizes, comment), constants and the comment above it."""
+    """One struct: fields (name, type, sizes, comment), constants and the comment above the struct."""
 
     def __init__(self, name, about):
         self.name, self.about = name, about
@@ -31,7 +31,7 @@ def fail(file, line, what):
 
 
 def parse(file):
-    """The struct of one file."""
+    """Returns the struct of one file."""
     result, about, inside = None, [], False
     with open(file, encoding="utf-8") as lines:
         for number, line in enumerate(lines, 1):
@@ -55,17 +55,17 @@ def parse(file):
                 known = [name for name, *_ in result.fields]
                 for size in sizes:
                     if isinstance(size, str) and size not in known:
-                        fail(file, number, f"the size {size} is no field before {name}")
+                        fail(file, number, f"the size {size} of {name} is not an earlier field")
                 result.fields.append((name, kind, sizes, comment or ""))
             else:
-                fail(file, number, f"not of the language that this reads: {line.strip()}")
+                fail(file, number, f"not in the supported part of the language: {line.strip()}")
     if result is None:
         fail(file, 1, "no struct")
     return result
 
 
 def add(v, c):
-    """One step of LCM's hash, on 64 bits with sign."""
+    """Returns the hash after one step of LCM's algorithm, computed with signed 64-bit integers."""
     shifted = (v << 8) & MASK
     spread = v >> 55 if v < 1 << 63 else (v >> 55) | (MASK ^ 0x1FF)
     return ((shifted ^ spread) + c) & MASK
@@ -123,7 +123,7 @@ def text_of(one, types):
 
 
 def in_order(types):
-    """Structs before those that hold them."""
+    """Returns the structs in an order in which each precedes the structs that contain it."""
     done = []
 
     def visit(one):
@@ -148,10 +148,10 @@ def main():
         for name, kind, _, _ in one.fields:
             if kind not in PRIMITIVES and kind not in types:
                 sys.exit(f"{one.name}.{name}: no file has the type {kind}")
-    parts = ['"""The messages of freeflex, made from messages/*.lcm: fields, units, constants."""\n\n'
+    parts = ['"""The messages of freeflex, generated from messages/*.lcm: fields, units, constants."""\n\n'
              "from freeflex.codec import Message, index_types"]
     parts += [text_of(one, types) for one in in_order(types)]
-    parts.append("#: all of them by name\nTYPES = index_types("
+    parts.append("#: all message types by name\nTYPES = index_types("
                  + ", ".join(sorted(types)) + ")\n")
     os.makedirs(os.path.dirname(output) or ".", exist_ok=True)
     with open(output, "w", encoding="utf-8") as file:

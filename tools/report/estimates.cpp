@@ -17,7 +17,8 @@ namespace {
 
 constexpr double kEnd = 1.0;  // [s]
 
-/// Uniform draws that no library's distribution decides.
+/// Draws random numbers without the distributions of the standard library, because these differ between
+/// implementations.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : engine_(seed) {}
@@ -83,12 +84,13 @@ void make_truss(Scene& scene, Draw& draw, const std::function<double()>& stiffne
   }
 }
 
-/// Each point on a face of the last tetrahedron: as many springs as it takes to hold it.
+/// Makes a mast of tetrahedra: joins each new point to the three points of a face of the last tetrahedron by
+/// three springs, as many as are needed to fix it.
 void make_mast(Scene& scene, Draw& draw, const std::function<double()>& stiffness) {
   const int count = draw.whole(5, 14);
   for (int i = 0; i < count; ++i) {
-    const double turn = 131.8 * M_PI / 180.0 * i;  // Boerdijk and Coxeter's helix of tetrahedra
-    add_point(scene, {0.316 * i, 0.52 * std::cos(turn), 0.52 * std::sin(turn)}, draw.decade(0.1, 10.0));
+    const double angle = 131.8 * M_PI / 180.0 * i;  // Boerdijk and Coxeter's helix of tetrahedra
+    add_point(scene, {0.316 * i, 0.52 * std::cos(angle), 0.52 * std::sin(angle)}, draw.decade(0.1, 10.0));
     for (int back = 1; back <= std::min(i, 3); ++back) join(scene, i - back, i, stiffness());
   }
 }
@@ -122,13 +124,13 @@ ErrorSize true_error(const Measure& measure, const Plan& plan, const State& stat
   return error;
 }
 
-/// Largest true elastic error over the samples of a rung; infinite when it leaves the numbers.
+/// Returns the largest true elastic error over the samples of a rung; infinite if the rung diverges.
 double rung_error(Scene scene, Fidelity rung, const Structure& structure, const Measure& measure,
                   const std::vector<CartesianState>& truth) {
   scene.fidelity = rung;
   scene.automatic.reset();
   Faults faults;
-  const auto plan = make_whole_plan(scene, structure, scene.fidelity, faults);
+  const auto plan = make_full_plan(scene, structure, scene.fidelity, faults);
   if (!plan) return INFINITY;
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
@@ -185,7 +187,7 @@ void judge_estimate(const Scene& scene, const Structure& structure, const Measur
   while (static_cast<double>(state.tick) * plan->period < kEnd - 0.5 * plan->period) {
     step(*plan, state, {}, workspace, budget, report);
     if (report.status != StepStatus::kOk) {
-      row.error = "the separated rung left the numbers";
+      row.error = "the separated rung diverged";
       return;
     }
     judgement.take(state, budget);
@@ -286,26 +288,26 @@ EstimateSummary summarize(const std::vector<EstimateRow>& rows) {
     }
     ++sum.num_scenes;
     const auto tally = [&](int first, double truth, double estimate) {
-      // without an estimate the verdict says so, and that must be right: outside
+      // if there is no estimate, the verdict is outside, which is counted as correct
       const bool is_inside = row.is_lost || truth <= estimate;
       counts[first] += is_inside ? 1 : 0;
       counts[first + 1] += row.is_lost || (truth <= 3.0 * estimate && estimate <= 3.0 * truth) ? 1 : 0;
     };
     tally(0, row.truth.position, row.estimate.position);
     tally(2, row.truth.elastic, row.estimate.elastic);
-    ++counts[4 + static_cast<int>(row.verdict.word)];
+    ++counts[4 + static_cast<int>(row.verdict.level)];
     const bool meets = row.chosen == "none" ? row.cheapest == "none" : row.chosen_error <= row.tolerance;
     counts[7] += meets ? 1 : 0;
     counts[8] += row.chosen == row.cheapest ? 1 : 0;
   }
   if (sum.num_scenes == 0) return sum;
-  const auto share = [&](int k) { return static_cast<double>(counts[k]) / sum.num_scenes; };
-  sum.inside_position = share(0), sum.close_position = share(1);
-  sum.inside_elastic = share(2), sum.close_elastic = share(3);
+  const auto fraction = [&](int k) { return static_cast<double>(counts[k]) / sum.num_scenes; };
+  sum.inside_position = fraction(0), sum.close_position = fraction(1);
+  sum.inside_elastic = fraction(2), sum.close_elastic = fraction(3);
   sum.lower_position = lower_bound(counts[0], sum.num_scenes);
   sum.lower_elastic = lower_bound(counts[2], sum.num_scenes);
-  sum.good = share(4), sum.watch = share(5), sum.outside = share(6);
-  sum.auto_meets = share(7), sum.auto_cheapest = share(8);
+  sum.good = fraction(4), sum.watch = fraction(5), sum.outside = fraction(6);
+  sum.auto_meets = fraction(7), sum.auto_cheapest = fraction(8);
   return sum;
 }
 
@@ -314,8 +316,8 @@ std::vector<int> histogram(const std::vector<EstimateRow>& rows, double ErrorSiz
   for (const EstimateRow& row : rows) {
     if (!row.error.empty() || row.is_lost) continue;
     const double ratio = row.estimate.*which / row.truth.*which;
-    const double place = 5.0 * (std::log10(ratio) + 1.0) + 1.0;
-    bins[static_cast<std::size_t>(std::clamp(std::isfinite(place) ? place : 0.0, 0.0, kNumBins - 1.0))] += 1;
+    const double bin = 5.0 * (std::log10(ratio) + 1.0) + 1.0;
+    bins[static_cast<std::size_t>(std::clamp(std::isfinite(bin) ? bin : 0.0, 0.0, kNumBins - 1.0))] += 1;
   }
   return bins;
 }

@@ -1,4 +1,4 @@
-// What a timing was taken with: processor, compiler, flags, commit, date.
+// Describes the machine and build of a timing: processor, compiler, flags, commit, date.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@ namespace freeflex::tools {
 struct Machine {
   std::string processor;  // model name
   int cores = 0;
-  std::string system;  // kernel
+  std::string system;  // name and version of the kernel
   std::string compiler, flags, commit, version;
   std::string date;  // UTC, ISO 8601
 };

@@ -13,8 +13,9 @@
 namespace freeflex::tools {
 namespace {
 
-/// Least squares of a cos wt + b sin wt + c over samples kFramePeriod apart: what is left, as a share.
-double left_by_sine(const std::vector<double>& samples, double omega) {
+/// Fits a cos wt + b sin wt + c by least squares to samples kFramePeriod apart. Returns the relative
+/// residual.
+double sine_residual(const std::vector<double>& samples, double omega) {
   const auto n = static_cast<Eigen::Index>(samples.size());
   Eigen::MatrixX3d columns(n, 3);
   for (Eigen::Index k = 0; k < n; ++k) {
@@ -26,7 +27,7 @@ double left_by_sine(const std::vector<double>& samples, double omega) {
   return (y - columns * c).squaredNorm() / y.squaredNorm();
 }
 
-/// Smallest value of f between low and high, by golden sections.
+/// Returns the point between low and high at which f is smallest, by golden-section search.
 double minimise(const std::function<double(double)>& f, double low, double high) {
   const double golden = std::numbers::phi - 1.0;
   double a = high - golden * (high - low), b = low + golden * (high - low);
@@ -57,7 +58,7 @@ Timing time_work(const std::function<void()>& work, int repeats) {
   work();
   const double once = thread_cpu() - begin;
   if (once > kLong) return {once, 1};
-  // short work is timed in batches, so that reading the clock takes no part
+  // short work is timed in batches, so that the time of reading the clock is negligible
   const int batch = std::max(1, static_cast<int>(kBatch / std::max(once, 1e-9)));
   std::vector<double> samples;
   double total = 0.0;
@@ -92,7 +93,7 @@ ErrorMeter::ErrorMeter(const CartesianSystem& system, const Structure& structure
   first_frame_ = static_cast<std::size_t>(std::ceil(free_from / kFramePeriod));
   choose_mode(structure);
   if (weights_.cols() > 0) reference_frequency_ = frequency_of(coordinate(reference_, weights_));
-  // elastic energy: the whole less that of the rigid motion
+  // elastic energy: total energy minus the energy of the rigid motion
   if (!reference_.energy_start) return;
   const CartesianInvariants sum = invariants(system, reference_.end);
   const Eigen::Matrix3d& R = rotation_;
@@ -118,10 +119,10 @@ double ErrorMeter::position(const Eigen::Matrix3Xd& p_W) const {
 double ErrorMeter::attitude(const Eigen::Matrix3Xd& p_W) const {
   const Eigen::Vector3d centre = p_W * system_.mass / system_.mass.sum();
   const Eigen::Matrix3d R = fit_rotation(system_.mass, system_.r, p_W.colwise() - centre);
-  // from the skew part, which keeps the digits of a small angle
-  const Eigen::Matrix3d turn = R * rotation_.transpose();
-  const Eigen::Vector3d skew(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0), turn(1, 0) - turn(0, 1));
-  return std::atan2(0.5 * skew.norm(), 0.5 * (turn.trace() - 1.0));
+  // computed from the skew part, which keeps the digits of a small angle
+  const Eigen::Matrix3d Q = R * rotation_.transpose();
+  const Eigen::Vector3d skew(Q(2, 1) - Q(1, 2), Q(0, 2) - Q(2, 0), Q(1, 0) - Q(0, 1));
+  return std::atan2(0.5 * skew.norm(), 0.5 * (Q.trace() - 1.0));
 }
 
 std::vector<double> ErrorMeter::coordinate(const Motion& motion, const Eigen::Matrix3Xd& weights) const {
@@ -132,8 +133,8 @@ std::vector<double> ErrorMeter::coordinate(const Motion& motion, const Eigen::Ma
 }
 
 void ErrorMeter::choose_mode(const Structure& structure) {
-  constexpr std::size_t kFewest = 12;  // frames
-  constexpr double kFastest = 2.5;     // [rad] between two of them
+  constexpr std::size_t kFewest = 12;  // smallest number of frames
+  constexpr double kFastest = 2.5;     // [rad] phase between two frames
   if (reference_.frames.size() < first_frame_ + kFewest) return;
   std::vector<Eigen::VectorXd> u;
   for (std::size_t k = first_frame_; k < reference_.frames.size(); ++k) {
@@ -159,19 +160,21 @@ void ErrorMeter::choose_mode(const Structure& structure) {
 }
 
 std::optional<double> ErrorMeter::frequency_of(const std::vector<double>& samples) const {
-  constexpr double kWide = 0.2,
-                   kWrong = 0.5;  // [-] searched beside the mode's own; what may be left by the sine
+  constexpr double
+      kWide = 0.2,
+      kWrong =
+          0.5;  // [-] relative range about the mode's frequency that is searched; largest residual of the fit
   constexpr int kScan = 400;
   if (!std::all_of(samples.begin(), samples.end(), [](double y) { return std::isfinite(y); }))
     return std::nullopt;
-  const auto left = [&](double omega) { return left_by_sine(samples, omega); };
+  const auto residual = [&](double omega) { return sine_residual(samples, omega); };
   const double low = (1.0 - kWide) * omega_, step = 2.0 * kWide * omega_ / kScan;
   int best = 0;
-  double least = left(low);
+  double least = residual(low);
   for (int k = 1; k <= kScan; ++k)
-    if (const double now = left(low + k * step); now < least) least = now, best = k;
-  const double omega = minimise(left, low + (best - 1) * step, low + (best + 1) * step);
-  return left(omega) < kWrong ? std::optional(omega) : std::nullopt;
+    if (const double now = residual(low + k * step); now < least) least = now, best = k;
+  const double omega = minimise(residual, low + (best - 1) * step, low + (best + 1) * step);
+  return residual(omega) < kWrong ? std::optional(omega) : std::nullopt;
 }
 
 std::optional<double> ErrorMeter::frequency(const Motion& motion) const {
@@ -182,7 +185,7 @@ std::optional<double> ErrorMeter::frequency(const Motion& motion) const {
 }
 
 std::optional<double> ErrorMeter::energy_drift(const Motion& motion) const {
-  // of what neither damps nor falls
+  // defined only for a system without damping and external fields
   const bool conserves = system_.gravity_W.isZero() && system_.attractor_mu == 0.0 &&
                          std::all_of(system_.links.begin(), system_.links.end(),
                                      [](const CartesianLink& link) { return link.damping == 0.0; });

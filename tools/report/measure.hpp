@@ -1,4 +1,4 @@
-// CPU time of this thread, and errors of a motion against the reference's.
+// Measures CPU time of a thread, and errors of a motion against the reference.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,25 +11,26 @@
 
 namespace freeflex::tools {
 
-/// [s] CPU time of the calling thread.
+/// Returns the CPU time [s] of the calling thread.
 double thread_cpu();
 
 struct Timing {
   double seconds = 0.0;  // median CPU time of one call
-  int repeats = 0;       // calls
+  int repeats = 0;       // number of calls
 };
-/// Calls `work` at least `repeats` times and for at least 15 ms each on the whole; once when one call takes
-/// more than 0.3 s.
+/// Calls `work` at least `repeats` times and for at least `repeats` times 15 ms in total; only once if one
+/// call takes more than 0.3 s.
 Timing time_work(const std::function<void()>& work, int repeats);
 
-/// What one run leaves for the errors: the end, and the motion each 10 ms.
+/// Motion of one run: the state at the end, and positions every 10 ms.
 struct Motion {
   CartesianState end;
-  std::vector<Eigen::Matrix3Xd> frames;            // [m] positions at k * 10 ms, k from 1
-  std::optional<double> energy_start, energy_end;  // [J] when the loads end, and at the end
+  std::vector<Eigen::Matrix3Xd> frames;  // [m] positions at k * 10 ms, k from 1
+  // [J] at the time when the loads end, and at the end of the run
+  std::optional<double> energy_start, energy_end;
 };
 
-/// Errors of motions of one scene against the reference's.
+/// Computes the errors of motions of one scene relative to the reference.
 class ErrorMeter {
  public:
   ErrorMeter(const CartesianSystem& system, const Structure& structure, double free_from, Motion reference);
@@ -38,8 +39,8 @@ class ErrorMeter {
   double elastic(const Eigen::Matrix3Xd& p_W) const;               // [-]
   double position(const Eigen::Matrix3Xd& p_W) const;              // [m]
   double attitude(const Eigen::Matrix3Xd& p_W) const;              // [rad]
-  std::optional<double> frequency(const Motion& motion) const;     // [-] (THEORY X118)
-  std::optional<double> energy_drift(const Motion& motion) const;  // [-] (THEORY X119)
+  std::optional<double> frequency(const Motion& motion) const;     // [-] (THEORY 13.16)
+  std::optional<double> energy_drift(const Motion& motion) const;  // [-] (THEORY 13.17)
 
  private:
   std::vector<double> coordinate(const Motion& motion, const Eigen::Matrix3Xd& weights) const;
@@ -48,18 +49,19 @@ class ErrorMeter {
 
   const CartesianSystem& system_;
   Motion reference_;
-  Eigen::Matrix3Xd u_;           // [m] of the reference at the end
-  Eigen::Matrix3d rotation_;     // of the reference at the end
-  std::size_t first_frame_ = 0;  // after the loads
-  Eigen::Matrix3Xd weights_;     // coordinate of the mode that moves most; empty: none to be seen
-  double omega_ = 0.0;           // [rad/s] of that mode
+  Eigen::Matrix3Xd u_;           // [m] displacements of the reference at the end
+  Eigen::Matrix3d rotation_;     // rotation of the reference at the end
+  std::size_t first_frame_ = 0;  // first frame after the loads end
+  // weights of the coordinate of the mode that moves most; empty: there is no such mode
+  Eigen::Matrix3Xd weights_;
+  double omega_ = 0.0;  // [rad/s] frequency of that mode
   std::optional<double> reference_frequency_;
-  double elastic_energy_ = 0.0;  // [J] of the reference when the loads end
+  double elastic_energy_ = 0.0;  // [J] of the reference at the time when the loads end
 };
 
 inline constexpr double kFramePeriod = 0.01;  // [s]
 
-/// Kinetic and strain energy of the full system [J].
+/// Returns the kinetic and strain energy of the full system [J].
 double total_energy(const CartesianSystem& system, const CartesianState& state);
 
 }  // namespace freeflex::tools

@@ -101,7 +101,7 @@ std::string csv_number(const std::optional<double>& value) {
   return value && std::isfinite(*value) ? format_text("%.6g", *value) : "";
 }
 
-/// In quotes where the text needs them.
+/// Returns a text for CSV, quoted if necessary.
 std::string csv_text(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string quoted = "\"";

@@ -1,4 +1,4 @@
-// The part of a report on the error estimate: how honest it is.
+// The section of a report on the reliability of the error estimate.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace freeflex::tools {
 namespace {
 
-constexpr std::array kWords{"good", "watch", "outside"};
+constexpr std::array kVerdictNames{"good", "watch", "outside"};
 
 Json json_of(const ErrorSize& error) { return {{"position", error.position}, {"elastic", error.elastic}}; }
 
@@ -37,7 +37,7 @@ Json json_of(const std::vector<EstimateRow>& rows) {
                    {"force", row.force},
                    {"truth", json_of(row.truth)},
                    {"estimate", json_of(row.estimate)},
-                   {"validity", kWords[static_cast<std::size_t>(row.verdict.word)]},
+                   {"validity", kVerdictNames[static_cast<std::size_t>(row.verdict.level)]},
                    {"cause", row.cause},
                    {"lost", row.is_lost},
                    {"tolerance", row.tolerance},
@@ -48,7 +48,7 @@ Json json_of(const std::vector<EstimateRow>& rows) {
   return all;
 }
 
-constexpr int kMiddleBin = 6;  // the first in which the estimate is above the truth
+constexpr int kMiddleBin = 6;  // first bin in which the estimate exceeds the true error
 
 std::string range_of(int bin) {
   if (bin == 0) return "below 0.10";
@@ -67,7 +67,7 @@ void print_histogram(const char* name, const std::vector<int>& bins) {
   }
 }
 
-/// One histogram at x [px], 500 px wide.
+/// Draws one histogram at x [px], 500 px wide.
 std::string panel(const char* title, const std::vector<int>& bins, int x) {
   constexpr int kBase = 190, kHeight = 130, kBar = 38;
   const int most = std::max(1, *std::max_element(bins.begin(), bins.end()));
@@ -101,12 +101,12 @@ void print_estimates(const Report& report) {
   const auto line = [](const char* name, double position, double elastic) {
     std::printf("%-34s %8.1f%% %8.1f%%\n", name, 100.0 * position, 100.0 * elastic);
   };
-  line("truth inside the estimate", sum.inside_position, sum.inside_elastic);
+  line("true error inside the estimate", sum.inside_position, sum.inside_elastic);
   line("  95 % lower confidence bound", sum.lower_position, sum.lower_elastic);
   line("estimate within a factor of 3", sum.close_position, sum.close_elastic);
   std::printf("\ngood %.1f%%, watch %.1f%%, outside %.1f%%\n", 100.0 * sum.good, 100.0 * sum.watch,
               100.0 * sum.outside);
-  std::printf("fidelity: auto meets its tolerance in %.1f%%, with the cheapest rung that does in %.1f%%\n\n",
+  std::printf("fidelity: auto meets its tolerance in %.1f%%, with the cheapest such rung in %.1f%%\n\n",
               100.0 * sum.auto_meets, 100.0 * sum.auto_cheapest);
   print_histogram("estimate over truth, elastic error", histogram(rows, &ErrorSize::elastic));
   print_histogram("estimate over truth, position", histogram(rows, &ErrorSize::position));
@@ -130,27 +130,26 @@ std::string estimates_to_csv(const Report& report) {
     text += format_text("%d,%s,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%s,%.6g,%s,%s,%.6g\n", row.number,
                         row.shape.c_str(), row.stiffness, row.spin, row.force, row.truth.position,
                         row.estimate.position, row.truth.elastic, row.estimate.elastic,
-                        kWords[static_cast<std::size_t>(row.verdict.word)], row.tolerance, row.chosen.c_str(),
-                        row.cheapest.c_str(), row.chosen_error);
+                        kVerdictNames[static_cast<std::size_t>(row.verdict.level)], row.tolerance,
+                        row.chosen.c_str(), row.cheapest.c_str(), row.chosen_error);
   return text;
 }
 
 std::string estimates_section(const Report& report) {
   const std::vector<EstimateRow>& rows = report.estimates;
   const EstimateSummary sum = summarize(rows);
-  std::string text = "<h2>How honest the error estimate is</h2>\n<p>";
+  std::string text = "<h2>Reliability of the error estimate</h2>\n<p>";
   text += format_text(
-      "%d random scenes of seed %llu: shape, stiffness from 1e3 to 1e9 N/m, spin to 5 rad/s, pulses of 0.1 "
-      "to 1000 N; 1 s at "
-      "1 kHz on the separated rung, estimate of the live budget beside the true error against the full "
-      "system. The truth is "
-      "inside the estimate in %.1f %% of them in position (95 %% lower confidence bound %.1f %%) and %.1f %% "
-      "in elastic error "
-      "(%.1f %%); the estimate is within a factor of 3 of it in %.1f %% and %.1f %%. The word is good in "
-      "%.1f %%, watch in "
-      "%.1f %%, outside in %.1f %%. <code>fidelity: auto</code> meets the tolerance asked in %.1f %% and "
-      "takes the cheapest "
-      "rung that does in %.1f %%.</p>\n",
+      "%d random scenes of seed %llu: shape, stiffness from 1e3 to 1e9 N/m, spin up to 5 rad/s, pulses of "
+      "0.1 to 1000 N. Each runs for 1 s at 1 kHz on the separated rung; the estimate of the live budget is "
+      "compared with the true error relative to the full system. The true error does not exceed the estimate "
+      "for %.1f %% of the scenes in position (95 %% lower confidence bound %.1f %%) and for %.1f %% in "
+      "elastic "
+      "error (bound %.1f %%). The estimate is within a factor of 3 of the true error for %.1f %% in position "
+      "and for %.1f %% in elastic error. The verdict is good for %.1f %%, watch for %.1f %% and outside for "
+      "%.1f %%. <code>fidelity: auto</code> meets the tolerance for %.1f %% and chooses the cheapest rung "
+      "that "
+      "meets it for %.1f %%.</p>\n",
       sum.num_scenes, static_cast<unsigned long long>(report.seed), 100.0 * sum.inside_position,
       100.0 * sum.lower_position, 100.0 * sum.inside_elastic, 100.0 * sum.lower_elastic,
       100.0 * sum.close_position, 100.0 * sum.close_elastic, 100.0 * sum.good, 100.0 * sum.watch,
@@ -159,9 +158,8 @@ std::string estimates_section(const Report& report) {
           panel("elastic error", histogram(rows, &ErrorSize::elastic), 10) +
           panel("position", histogram(rows, &ErrorSize::position), 520) + "</svg>\n";
   return text +
-         "<p>Red: scenes whose true error is above the estimate. Scenes whose shadow left the numbers count "
-         "as outside and "
-         "stand in no bar.</p>\n";
+         "<p>Red: scenes whose true error exceeds the estimate. Scenes whose shadow diverged are "
+         "counted as outside and are not shown in the bars.</p>\n";
 }
 
 }  // namespace freeflex::tools

@@ -1,4 +1,4 @@
-// The report on a terminal, and what its figures say.
+// Prints the report on a terminal, and draws its conclusions.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -13,7 +13,7 @@ std::string number(const std::optional<double>& value, const char* format = "%.1
   return format_text(format, *value);
 }
 
-/// What a run is known by, at the head of its line: kRunWidth columns.
+/// Returns method and setting of a run: the first kRunWidth columns of the run's line.
 std::string name_of(const Run& run) {
   return format_text("  %-17s %-19s ", run.method.c_str(), setting_of(run).c_str());
 }
@@ -52,7 +52,7 @@ std::string other(const Comparison::Other& other) {
 }
 
 void print_comparisons(const Study& study) {
-  std::printf("\n  %-8s %-22s %-32s %8s %8s   and below it what others cost\n", "level", "read-out",
+  std::printf("\n  %-8s %-22s %-32s %8s %8s   and below it the cost of others\n", "level", "read-out",
               "cheapest of ours", "elastic", "CPU s/s");
   for (const double level : kLevels)
     for (std::size_t load = 0; load < kReadOuts; ++load) {
@@ -70,7 +70,7 @@ void print_comparisons(const Study& study) {
     }
 }
 
-/// The comparison of a read-out in which the others come nearest, or pass.
+/// The comparison in which the cost of another method relative to ours is smallest.
 struct Nearest {
   const Study* study = nullptr;
   Comparison found;
@@ -88,8 +88,8 @@ Nearest nearest(const Report& report, ReadOut read_out) {
   return nearest;
 }
 
-/// How many times as much as ours the best other method costs at each level, on the scene where it costs
-/// least.
+/// Returns, for each level, the cost of the best other method relative to ours, on the scene on which this
+/// ratio is smallest.
 std::string least_ratios(const Report& report) {
   std::string text;
   for (std::size_t load = 0; load < kReadOuts; ++load) {
@@ -108,7 +108,8 @@ std::string least_ratios(const Report& report) {
   return text;
 }
 
-/// Krylov's method is the cheapest other one with the first read-out, on some scene at some level.
+/// Returns true if Krylov's method is the cheapest other method with the first read-out, on at least one
+/// scene at one level.
 bool is_krylov_nearest(const Report& report) {
   for (const Study& study : report.studies)
     for (const double level : kLevels)
@@ -126,7 +127,7 @@ double ns_per_step(const Study& study, const Run& run) {
 }
 
 std::vector<std::string> findings(const Report& report) {
-  if (report.is_interrupted) return {"Interrupted: what was measured so far is no ground for a comparison."};
+  if (report.is_interrupted) return {"Interrupted: the measurements are incomplete and allow no comparison."};
   std::vector<std::string> sentences;
   bool loses = false, is_compared = false;
   for (std::size_t load = 0; load < kReadOuts; ++load) {
@@ -152,30 +153,31 @@ std::vector<std::string> findings(const Report& report) {
   }
   if (is_compared)
     sentences.push_back(
-        "Level by level, on the scene where it is least, the best other method's cost over ours (below 1 we "
+        "Cost of the best other method relative to ours, by level, on the scene where it is least (below 1 "
+        "we "
         "lose): " +
         least_ratios(report) + ".");
   sentences.push_back(
-      std::string(
-          "Where the full field of a large structure is wanted often, a rung of modes is the wrong tool: one "
-          "reading of N points costs some 9 N^2 products, a step of a sparse method some 100 N. ") +
+      std::string("If all points of a large structure are read often, a rung with modes is the wrong tool: "
+                  "one reading of N points costs about 9 N^2 products, and a step of a sparse method costs "
+                  "about 100 N. ") +
       (loses ? "The figures above show it."
        : is_compared
-           ? "On the scenes of this report that has not yet turned the order round; on a thousand points "
+           ? "On the scenes of this report it does not yet change the order; with a thousand points "
              "(truss-s3) it does."
            : ""));
   if (is_krylov_nearest(report))
     sentences.push_back(
         "At the errors of the separated and spin-loaded rungs Krylov's method on the linearised system comes "
-        "nearest "
-        "with one read-out: a step as long as the motion makes its space hold every mode, so it is a modal "
-        "method that "
-        "finds its modes again in each run. "
-        "It pays where a structure has few frequencies; it has no rung above the spin-loaded one.");
+        "nearest with one read-out. With one step over the whole motion its space contains every mode, so it "
+        "is "
+        "a modal method that computes its modes anew in each run. It pays for structures with few "
+        "frequencies; "
+        "it has no counterpart of the rungs above spin-loaded.");
   sentences.push_back(
-      "Set-up is not in the CPU columns: a rung needs the modes first, which grows as N^3 and is shown "
-      "beside them; "
-      "for one short run of a small structure, a method without set-up can be done sooner.");
+      "Set-up is not in the CPU columns: a rung needs the modes first, which cost N^3 and are shown "
+      "separately. "
+      "For one short run of a small structure, a method without set-up can finish sooner.");
   return sentences;
 }
 
@@ -209,7 +211,7 @@ void print_text(const Report& report) {
     for (const std::string& sentence : findings(report)) std::printf("%s\n", wrapped(sentence, 0).c_str());
   if (!report.estimates.empty()) print_estimates(report);
   if (!report.ticks.empty()) print_ticks(report);
-  if (report.is_interrupted) std::printf("\ninterrupted: not all that was asked for is here\n");
+  if (report.is_interrupted) std::printf("\ninterrupted: the results are incomplete\n");
 }
 
 }  // namespace freeflex::tools

@@ -1,4 +1,4 @@
-// The part of a report on long ticks: the word over the turn of a tick.
+// The section of a report about long ticks: verdicts as a function of the rotation per tick.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,10 +10,10 @@
 namespace freeflex::tools {
 namespace {
 
-constexpr std::array kTickWords{"good", "watch", "outside"};
-const char* word_of(const TickRow& row) { return kTickWords[static_cast<std::size_t>(row.word)]; }
+constexpr std::array kTickVerdicts{"good", "watch", "outside"};
+const char* verdict_of(const TickRow& row) { return kTickVerdicts[static_cast<std::size_t>(row.level)]; }
 
-/// Shares of the words as bars, over the turn of a tick.
+/// Draws the fractions of the verdicts as bars, one bar for each range of the rotation per tick.
 std::string picture(const std::vector<TickBin>& bins) {
   constexpr int kLeft = 60, kBase = 210, kHeight = 170, kBar = 110;
   std::string text = "<svg viewBox=\"0 0 880 290\" font-size=\"12\" fill=\"currentColor\" role=\"img\">\n";
@@ -34,9 +34,9 @@ std::string picture(const std::vector<TickBin>& bins) {
     bar(bin.num_watch, "#e0a030");
     bar(bin.num_outside, "#c0392b");
     const int middle = left + kBar / 2;
-    const auto line = [&](int y, const std::string& words) {
+    const auto line = [&](int y, const std::string& label) {
       text +=
-          format_text("<text x=\"%d\" y=\"%d\" text-anchor=\"middle\">%s</text>\n", middle, y, words.c_str());
+          format_text("<text x=\"%d\" y=\"%d\" text-anchor=\"middle\">%s</text>\n", middle, y, label.c_str());
     };
     line(kBase + 16, format_text("%.2g to %.2g", bin.from, bin.to));
     line(kBase + 32, format_text("%d bodies", bin.count));
@@ -54,13 +54,14 @@ void print_ticks(const Report& report) {
       "%zu random bodies of seed %llu, inertia ratios to 1e6, wheels to 1000 times their momentum, 1 Hz to "
       "10 kHz\n\n",
       report.ticks.size(), static_cast<unsigned long long>(report.ticks_seed));
-  std::printf("%-18s %7s %7s %7s %8s %14s %14s %10s\n", "rad a tick", "bodies", "good", "watch", "outside",
-              "attitude [rad]", "energy [-]", "ns a tick");
+  std::printf("%-18s %7s %7s %7s %8s %14s %14s %10s\n", "rad per tick", "bodies", "good", "watch", "outside",
+              "attitude [rad]", "energy [-]", "ns per tick");
   for (const TickBin& bin : bin_ticks(report.ticks))
     std::printf("%-18s %7d %7d %7d %8d %14.1e %14.1e %10.0f\n",
                 format_text("%.2g to %.2g", bin.from, bin.to).c_str(), bin.count, bin.num_good, bin.num_watch,
                 bin.num_outside, bin.worst_attitude, bin.worst_energy, bin.ns_per_tick);
-  std::printf("\nattitude and energy: the worst of the good ones, attitude beside SUNDIALS at 1e-12\n");
+  std::printf(
+      "\nattitude and energy: the largest errors of the good ones, attitude against SUNDIALS at 1e-12\n");
 }
 
 Json ticks_to_json(const Report& report) {
@@ -78,12 +79,12 @@ Json ticks_to_json(const Report& report) {
   for (const TickRow& row : report.ticks)
     bodies.push_back({{"body", row.number},
                       {"rate", row.rate},
-                      {"turn", row.turn},
+                      {"rotation", row.rotation},
                       {"wheel", row.wheel},
                       {"inertia_ratio", row.inertia_ratio},
                       {"substeps", row.substeps},
                       {"ticks", row.ticks},
-                      {"validity", word_of(row)},
+                      {"validity", verdict_of(row)},
                       {"attitude_error", row.attitude_error},
                       {"energy_error", row.energy_error},
                       {"ns_per_tick", row.ns_per_tick},
@@ -93,27 +94,25 @@ Json ticks_to_json(const Report& report) {
 
 std::string ticks_to_csv(const Report& report) {
   std::string text =
-      "body,rate [Hz],turn [rad],wheel [-],inertia ratio [-],substeps,ticks,validity,attitude error "
+      "body,rate [Hz],rotation [rad],wheel [-],inertia ratio [-],substeps,ticks,validity,attitude error "
       "[rad],energy "
       "error [-],ns per tick\n";
   for (const TickRow& row : report.ticks)
-    text += format_text("%d,%.6g,%.6g,%.6g,%.6g,%d,%lld,%s,%.6g,%.6g,%.6g\n", row.number, row.rate, row.turn,
-                        row.wheel, row.inertia_ratio, row.substeps, static_cast<long long>(row.ticks),
-                        word_of(row), row.attitude_error, row.energy_error, row.ns_per_tick);
+    text +=
+        format_text("%d,%.6g,%.6g,%.6g,%.6g,%d,%lld,%s,%.6g,%.6g,%.6g\n", row.number, row.rate, row.rotation,
+                    row.wheel, row.inertia_ratio, row.substeps, static_cast<long long>(row.ticks),
+                    verdict_of(row), row.attitude_error, row.energy_error, row.ns_per_tick);
   return text;
 }
 
 std::string ticks_section(const Report& report) {
   return format_text(
-             "<h2>Long ticks</h2>\n<p>%zu random bodies of seed %llu in free motion: moments in ratios to "
-             "1e6, two "
-             "of three with a wheel of 0.01 to 1000 times their momentum, 1 Hz to 10 kHz, 0.001 to 3 rad a "
-             "tick. "
-             "Share of the words over the turn of a tick: good, watch (yellow), outside (red). Below each: "
-             "the "
-             "range [rad], how many, the largest error of the attitude where the word is good, beside "
-             "SUNDIALS "
-             "at 1e-12, and the CPU time of a tick, median.</p>\n",
+             "<h2>Long ticks</h2>\n<p>%zu random bodies of seed %llu in free motion: moments in ratios up to "
+             "1e6, two of three with a wheel of 0.01 to 1000 times their momentum, 1 Hz to 10 kHz, 0.001 to "
+             "3 "
+             "rad per tick. Fractions of the verdicts by rotation per tick: good, watch (yellow), outside "
+             "(red). Below each bar: the range [rad], the number of bodies, the largest attitude error where "
+             "the verdict is good, against SUNDIALS at 1e-12, and the median CPU time of a tick.</p>\n",
              report.ticks.size(), static_cast<unsigned long long>(report.ticks_seed)) +
          picture(bin_ticks(report.ticks));
 }

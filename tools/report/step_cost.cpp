@@ -6,14 +6,14 @@
 #include <utility>
 
 #include "core/step/kernels.hpp"
-#include "core/step/mixing.hpp"
+#include "core/step/modal_coupling.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
 
 namespace freeflex::tools {
 namespace {
 
-// least time of a call [ns] over short batches: what the machine does when nothing disturbs it
+// returns the smallest time of a call over short batches [ns], which is the time without disturbances
 template <typename Work>
 double ns_per_call(const Work& work) {
   using Clock = std::chrono::steady_clock;
@@ -31,14 +31,14 @@ double ns_per_call(const Work& work) {
   return least;
 }
 
-// the same scene without elastic coordinates
+// returns the same plan without elastic coordinates
 Plan rigid_part(const Plan& plan) {
   Plan rigid = plan;
-  rigid.wide.clear();
+  rigid.fallback.clear();
   rigid.budget = {};
   rigid.num_elastic = rigid.num_moving = rigid.num_padded = 0;
   rigid.propagator = {};
-  rigid.mixing = {};
+  rigid.modal_coupling = {};
   rigid.feedbacks.clear();
   for (Array* array : {&rigid.omega, &rigid.decay, &rigid.rows, &rigid.eckart_rows, &rigid.link_rows,
                        &rigid.field_rows, &rigid.initial.q, &rigid.initial.q_dot})
@@ -53,9 +53,9 @@ Plan rigid_part(const Plan& plan) {
   return rigid;
 }
 
-// what one pass over the modes costs [ns]
+// costs of one pass over the modes [ns]
 struct Constants {
-  double modes = 0.0;                           // advance of all
+  double modes = 0.0;                           // advance of all modes
   double direct = 0.0, table = 0.0, row = 0.0;  // projection of a point, of a table, of one row
   double dot = 0.0;                             // sum over one row
 };
@@ -78,7 +78,7 @@ Constants measure(const Plan& plan) {
   constants.table = ns_per_call([&] { combine_table(rows.data(), weights, false, n, Q.data()); });
   constants.row = ns_per_call([&] { combine_one(rows.data(), 0.5, false, n, Q.data()); });
   constants.dot = ns_per_call([&] { sum += dot_lanes(rows.data(), Q.data(), n); });
-  // what was computed is used, so that it is computed
+  // uses the results, so that the compiler does not remove their computation
   if (!is_finite && sum == 0.0) constants.modes = 0.0;
   return constants;
 }
@@ -89,24 +89,24 @@ double pattern_cost(const LoadPattern& pattern, const Constants& constants) {
 }
 
 double coupling_cost(const Plan& plan, const Constants& constants) {
-  const PlanMixing& mixing = plan.mixing;
+  const PlanModalCoupling& modal_coupling = plan.modal_coupling;
   const double num_modes = std::max(1.0, static_cast<double>(plan.num_padded));
   double cost = 0.0;
   for (const PlanHistory& history : plan.histories)
     cost += 4.0 * static_cast<double>(history.followers.size()) * (3.0 * constants.dot + constants.direct);
-  if (mixing.path == PlanMixing::Path::kNone) return cost;
-  const auto coupled = static_cast<double>(mixing.modes.size());
-  if (mixing.path == PlanMixing::Path::kExact)
+  if (modal_coupling.path == PlanModalCoupling::Path::kNone) return cost;
+  const auto coupled = static_cast<double>(modal_coupling.modes.size());
+  if (modal_coupling.path == PlanModalCoupling::Path::kExact)
     cost += 4.0 * coupled * constants.row * (2.0 * coupled / num_modes);
   else
-    cost += 2.0 * mixing.num_kicks * (2.0 * constants.dot + constants.row);
-  cost += mixing.num_damping * (constants.dot + constants.row);
+    cost += 2.0 * modal_coupling.num_impulses * (2.0 * constants.dot + constants.row);
+  cost += modal_coupling.num_damping * (constants.dot + constants.row);
   cost += 3.0 * static_cast<double>(plan.feedbacks.size()) * (6.0 * constants.dot + constants.direct);
   return cost;
 }
 
 double measured_step(const Plan& plan) {
-  constexpr double kLong = 2e6;  // [ns] is not repeated
+  constexpr double kLong = 2e6;  // [ns] a measurement that takes longer is not repeated
   State state = make_state(plan);
   Workspace workspace = make_workspace(plan);
   StepReport report;
@@ -122,11 +122,11 @@ double reading_cost(const Plan& plan) {
   const auto with_rows = std::find_if(plan.points.begin(), plan.points.end(),
                                       [](const PlanPoint& point) { return point.row >= 0; });
   if (with_rows == plan.points.end()) return 0.0;
-  const State still = make_state(plan);
+  const State initial = make_state(plan);
   double sum = 0.0;
   const int point = static_cast<int>(with_rows - plan.points.begin());
-  const double cost = ns_per_call([&] { sum += read_point(plan, still, point).p_W[0]; });
-  // what was computed is used, so that it is computed
+  const double cost = ns_per_call([&] { sum += read_point(plan, initial, point).p_W[0]; });
+  // uses the results, so that the compiler does not remove their computation
   return sum == sum ? cost : 0.0;
 }
 
@@ -152,17 +152,17 @@ StepCost predict_step(const Plan& plan) {
   const bool has_dependent = has_dependent_loads(plan);
   cost.modes = constants.modes;
   for (const PlanHistory& history : plan.histories) cost.loads += pattern_cost(history.pattern, constants);
-  if (plan.histories.empty()) cost.loads = constants.row;  // cleared at each tick
+  if (plan.histories.empty()) cost.loads = constants.row;  // the loads are cleared at each tick
   if (plan.has_spin_load || plan.attractor_mu > 0.0) cost.fields = 6.0 * constants.row;
-  // loads are evaluated at both ends where they are not carried over from the step before, and the step is
-  // made twice where they follow it
-  if (has_dependent || plan.mixing.path != PlanMixing::Path::kNone) {
+  // loads are evaluated at both ends of the step, unless the values of the step before are reused. If loads
+  // depend on the result of the step, the step is executed twice
+  if (has_dependent || plan.modal_coupling.path != PlanModalCoupling::Path::kNone) {
     cost.loads *= has_dependent ? 3.0 : 2.0;
     cost.fields *= has_dependent ? 3.0 : 2.0;
     if (has_dependent) cost.modes *= 2.0;
   }
   cost.coupling = coupling_cost(plan, constants);
-  cost.push = plan.turns ? constants.direct : constants.row;
+  cost.push = plan.has_rotation ? constants.direct : constants.row;
   cost.point = reading_cost(plan);
   return cost;
 }

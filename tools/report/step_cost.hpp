@@ -1,27 +1,28 @@
-// What a step of a plan costs on this machine, from counts and measured constants.
+// Predicts the time of a step on this machine from counts and measured constants.
 #pragma once
 
 #include "core/step/plan.hpp"
 
 namespace freeflex::tools {
 
-/// Parts of the predicted time of one step [ns]   (THEORY X126). Built-in loads count, commands do not.
+/// Parts of the predicted time of a step [ns] (THEORY 14.17, 14.18). The prediction includes built-in loads
+/// but no commands.
 struct StepCost {
-  double rigid = 0.0;     // the body and what does not grow with modes
+  double rigid = 0.0;     // the body, and work that does not depend on the number of modes
   double modes = 0.0;     // single modes
   double loads = 0.0;     // projection of built-in loads
   double fields = 0.0;    // spin load, attractor
   double coupling = 0.0;  // dashpots, feedback, followers
-  double stages = 0.0;    // all of a coupled rung, whose parts go through one another
-  double push = 0.0;      // more for a command on one point in world axes
-  double point = 0.0;     // reading one point, once; no part of the step
-  double budget = 0.0;    // the shadows of the error budget, beside the step
+  double stages = 0.0;    // all work of a coupled rung, which cannot be divided
+  double push = 0.0;      // additional time for a command on one point in world axes
+  double point = 0.0;     // reading one point once; not included in the step
+  double budget = 0.0;    // the shadows of the error budget; not included in the step
 
   double step() const { return rigid + modes + loads + fields + coupling + stages; }
 };
 
-/// Measures the constants for some tens of milliseconds, at the plan's own sizes, and adds up. Coupled rungs
-/// and shadows are measured as they are.
+/// Measures the constants at the sizes of the plan, which takes some tens of milliseconds, and adds up the
+/// parts. For coupled rungs and shadows, measures the time of whole steps.
 StepCost predict_step(const Plan& plan);
 
 }  // namespace freeflex::tools

@@ -14,7 +14,7 @@
 namespace freeflex::tools {
 namespace {
 
-/// When the last load has ended; `end` when some load goes on.
+/// Returns the time at which the last load ends; `end` if a load does not end.
 double end_of_loads(const CartesianSystem& system, double end) {
   double last = 0.0;
   for (const CartesianLoad& load : system.loads) {
@@ -25,21 +25,22 @@ double end_of_loads(const CartesianSystem& system, double end) {
   return std::min(last, end);
 }
 
-/// False when the displacements of every point are no more than rounding of its position.
+/// Returns true if any displacement exceeds the rounding error of positions.
 bool deforms(const CartesianSystem& system, const ReferenceRun& run) {
-  constexpr double kNothing = 1e-13;  // [-] of positions and size
+  constexpr double kRounding = 1e-13;  // [-] relative to positions and size
   const double size = system.r.colwise().norm().maxCoeff();
   return std::any_of(run.states.begin(), run.states.end(), [&](const CartesianState& state) {
     const Eigen::Matrix3Xd u = elastic_displacements(system.mass, system.r, state.p_W);
-    return u.colwise().norm().maxCoeff() > kNothing * (size + state.p_W.colwise().norm().maxCoeff());
+    return u.colwise().norm().maxCoeff() > kRounding * (size + state.p_W.colwise().norm().maxCoeff());
   });
 }
 
-/// The full system's motion to well below what any rung can reach, and how far a coarser run differs from it.
+/// Motion of the full system, computed far more accurately than any rung, and its difference from a coarser
+/// run.
 struct Reference {
   ReferenceRun run;
   std::string method;
-  double accuracy = 0.0;  // [-] elastic
+  double accuracy = 0.0;  // [-] of the elastic error
 };
 
 Reference find_reference(const CartesianSystem& system, const StudyOptions& options, double top_frequency,
@@ -61,7 +62,7 @@ Reference find_reference(const CartesianSystem& system, const StudyOptions& opti
     reference.accuracy = reference.run.accuracy;
     return reference;
   }
-  // bound by stability anyway: a fixed step, and a coarser one for the estimate
+  // for a stiff system stability limits the step, so the step is fixed; a coarser run estimates the accuracy
   settings.fixed_step = kPhase / top_frequency;
   reference.method = format_text("Fehlberg 7(8), fixed step of %.3g s", settings.fixed_step);
   reference.run = integrate(system, times, settings);
@@ -75,7 +76,7 @@ Reference find_reference(const CartesianSystem& system, const StudyOptions& opti
   }
   const auto u = elastic_displacements(system.mass, system.r, reference.run.states.back().p_W);
   reference.accuracy = elastic_error(elastic_displacements(system.mass, system.r, check.states[0].p_W), u);
-  // what a tolerance is a share of
+  // the scale of relative tolerances
   for (std::size_t k = 0; k < reference.run.states.size(); ++k) {
     const double norm = elastic_displacements(system.mass, system.r, reference.run.states[k].p_W).norm();
     ElasticScale& scale = reference.run.scale;
@@ -111,7 +112,7 @@ void describe(const std::string& file, const Scene& scene, const StudyOptions& o
 }  // namespace
 
 Study study_scene(const std::string& file, const Scene& scene, const StudyOptions& options,
-                  const std::function<bool(double)>& told) {
+                  const std::function<bool(double)>& report_progress) {
   Study study;
   describe(file, scene, options, study);
   const auto system = make_cartesian_system(scene, study.error);
@@ -126,20 +127,20 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
   }
   study.elastic_freedoms = static_cast<std::size_t>(structure->omega.size());
   if (study.elastic_freedoms == 0) {
-    study.error = "nothing here is elastic: there is no elastic error to compare";
+    study.error = "the scene has no elastic freedoms: there is no elastic error to compare";
     return study;
   }
   study.top_frequency = structure->omega.maxCoeff();
   for (const double omega : structure->omega)
     if (omega > 0.0 && study.lowest_frequency == 0.0) study.lowest_frequency = omega;
-  bool stops = !told(0.02);
+  bool stops = !report_progress(0.02);
   start = thread_cpu();
   Reference reference =
-      find_reference(*system, options, study.top_frequency, [&] { return stops || !told(-1.0); });
+      find_reference(*system, options, study.top_frequency, [&] { return stops || !report_progress(-1.0); });
   study.reference_cpu = thread_cpu() - start;
   study.reference = reference.method;
   study.reference_accuracy = reference.accuracy;
-  if (!reference.run.error.empty() && (stops || !told(-1.0))) {
+  if (!reference.run.error.empty() && (stops || !report_progress(-1.0))) {
     study.is_interrupted = true;
     return study;
   }
@@ -149,29 +150,29 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
   }
   if (!deforms(*system, reference.run)) {
     study.error =
-        format_text("nothing deforms within %g s: there is no elastic error to compare", options.end);
+        format_text("nothing deforms within %g s, so there is no elastic error to compare", options.end);
     return study;
   }
   const double free_from = end_of_loads(*system, options.end);
   const ErrorMeter meter(*system, *structure, free_from, motion_of(*system, reference.run, free_from));
-  // a share done: some for the reference, then rungs, then rivals
-  constexpr double kReference = 0.1, kRungShare = 0.25;
-  const auto tell = [&](double share) {
-    stops = stops || !told(share);
+  // fractions of the progress bar for the reference, the rungs and the other methods, in this order
+  constexpr double kReferencePart = 0.1, kRungsPart = 0.25;
+  const auto advance = [&](double done) {
+    stops = stops || !report_progress(done);
     return !stops;
   };
   const Bench bench{
       scene, *system, *structure, meter, options, structure_cpu, free_from, reference.run.scale, [&] {
-        return stops || !told(-1.0);
+        return stops || !report_progress(-1.0);
       }};
   const std::vector<ExactRung> exact =
-      run_rungs(bench, study, [&](double share) { return tell(kReference + kRungShare * share); });
+      run_rungs(bench, study, [&](double done) { return advance(kReferencePart + kRungsPart * done); });
   const Eigen::Matrix3Xd* linear = nullptr;
   for (const ExactRung& rung : exact)
     if (rung.fidelity == Fidelity::kSpinLoaded && rung.p_W.cols() > 0) linear = &rung.p_W;
   if (options.has_rivals && !stops)
-    run_rivals(bench, linear, study, [&](double share) {
-      return tell(kReference + kRungShare + (1.0 - kReference - kRungShare) * share);
+    run_rivals(bench, linear, study, [&](double done) {
+      return advance(kReferencePart + kRungsPart + (1.0 - kReferencePart - kRungsPart) * done);
     });
   study.is_interrupted = stops;
   return study;
@@ -204,8 +205,9 @@ std::string setting_of(const Run& run) {
 
 namespace {
 
-/// What a method costs at an elastic error: its cheapest run that has no more, or between two neighbouring
-/// settings, of which one has more, the cost on the line between them in logarithms.
+/// Returns the cost of a method at an elastic error: the cost of its cheapest run with at most that error, or
+/// the cost interpolated linearly in logarithms between two neighbouring settings, one with a smaller and one
+/// with a larger error.
 double cost_at(const std::vector<const Run*>& runs, double error, std::size_t load) {
   double cost = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < runs.size(); ++k) {
@@ -214,11 +216,11 @@ double cost_at(const std::vector<const Run*>& runs, double error, std::size_t lo
     cost = std::min(cost, *run.cpu[load]);
     if (k == 0) continue;
     const Run& coarser = *runs[k - 1];
-    // a run whose error is as large as the motion says nothing about where the line goes
+    // a run whose error is as large as the motion is useless for interpolation
     if (coarser.elastic_error <= error || coarser.elastic_error > 0.5) continue;
-    const double share =
+    const double fraction =
         std::log(error / run.elastic_error) / std::log(coarser.elastic_error / run.elastic_error);
-    cost = std::min(cost, *run.cpu[load] * std::pow(*coarser.cpu[load] / *run.cpu[load], share));
+    cost = std::min(cost, *run.cpu[load] * std::pow(*coarser.cpu[load] / *run.cpu[load], fraction));
   }
   return cost;
 }
@@ -241,8 +243,8 @@ std::optional<Comparison> compare_at(const Study& study, double level, ReadOut r
     if (run.elastic_error <= level && *run.cpu[load] < found.cpu) found.cpu = *run.cpu[load], found.ours = k;
   }
   if (!std::isfinite(found.cpu)) return std::nullopt;
-  // methods of one model error differ by what integration adds or takes: that is no reason to ask more of the
-  // others
+  // methods with the same model error differ slightly in their integration errors, so other methods may have
+  // a 5 % larger error
   constexpr double kSame = 1.05;
   const Run& ours = study.runs[found.ours];
   const double error = found.error = kSame * std::max({ours.elastic_error, ours.model_error, kFinest});

@@ -1,4 +1,4 @@
-// The other methods within a study, each swept over its step or tolerance.
+// Runs the other methods of a study, each over a range of steps or tolerances.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -37,8 +37,7 @@ struct Setting {
   double step = 0.0, tolerance = 0.0;
 };
 
-/// Of a method of fixed step: its order, and the phase of the fastest mode over a step [rad] beyond which it
-/// is of no use.
+/// Order of a fixed-step method, and the largest usable phase of the fastest mode in a step [rad].
 struct FixedStep {
   int order;
   double limit;
@@ -53,7 +52,7 @@ std::optional<FixedStep> fixed_step_of(Rival rival) {
       return FixedStep{4, 2.0 * std::sqrt(2.0)};
     case Rival::kStoermer8:
       return FixedStep{8, 4.1};
-    // unstable from 3.7 and 3.6 on, but so little that a short run bears it
+    // these are unstable above 3.7 and 3.6, but in a short run the growth is negligible
     case Rival::kStoermer12:
       return FixedStep{12, 4.25};
     case Rival::kStoermer16:
@@ -65,9 +64,9 @@ std::optional<FixedStep> fixed_step_of(Rival rival) {
   }
 }
 
-/// From the coarsest that can work to finer ones.
+/// Returns the settings of a method, beginning with the coarsest usable setting.
 std::vector<Setting> settings_of(Rival rival, double top_frequency, double end) {
-  constexpr double kInside = 0.99;  // of the limit
+  constexpr double kInside = 0.99;  // fraction of the limit
   std::vector<Setting> settings;
   if (rival == Rival::kKrylov) {
     for (const double step : {end, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01})
@@ -77,7 +76,7 @@ std::vector<Setting> settings_of(Rival rival, double top_frequency, double end) 
   }
   if (const auto fixed = fixed_step_of(rival)) {
     const double coarsest = std::min(kInside * fixed->limit / top_frequency, end);
-    // two powers of two of the error a setting; costs between two are interpolated
+    // each setting reduces the error by a factor of four; costs between settings are interpolated
     const double factor = std::exp2(-2.0 / fixed->order);
     for (int k = 0; k < (fixed->order == 2 ? 12 : 18); ++k)
       settings.push_back({coarsest * std::pow(factor, k), 0.0});
@@ -95,7 +94,7 @@ std::vector<double> reading_times(double end, double every) {
   return times;
 }
 
-/// Runs a rival once and keeps what the errors need.
+/// Runs another method once and stores the motion, from which the errors are computed.
 RivalRun follow(const Bench& bench, RivalMethod& method, const RivalOptions& options, double every,
                 Motion& motion) {
   const std::vector<double> times = reading_times(bench.options.end, every);
@@ -103,7 +102,7 @@ RivalRun follow(const Bench& bench, RivalMethod& method, const RivalOptions& opt
   bool is_free = false;
   return method.run(times, options, [&](std::size_t k, const CartesianState& state) {
     if ((k + 1) % per_frame == 0) motion.frames.push_back(state.p_W);
-    // the first reading after the loads, but for the last
+    // the first reading after the loads end, unless it is the last reading
     if (!is_free && state.time >= bench.free_from && k + 1 < times.size()) {
       is_free = true;
       motion.energy_start = total_energy(bench.system, state);
@@ -119,8 +118,8 @@ class Sweep {
   Sweep(const Bench& bench, const Eigen::Matrix3Xd* linear, Study& study)
       : bench_(bench), linear_(linear), study_(study) {}
 
-  /// One method through its settings; false when the person stopped it.
-  bool run(const Entry& entry, const std::function<bool(double)>& told) {
+  /// Runs one method at all its settings. Returns false if the user stopped it.
+  bool run(const Entry& entry, const std::function<bool(double)>& report_progress) {
     std::string error;
     const double start = thread_cpu();
     const std::unique_ptr<RivalMethod> method = make_rival(entry.rival, bench_.system, error);
@@ -131,26 +130,26 @@ class Sweep {
     }
     const auto settings = settings_of(entry.rival, study_.top_frequency, bench_.options.end);
     for (std::size_t k = 0; k < settings.size(); ++k) {
-      if (!told(static_cast<double>(k) / static_cast<double>(settings.size()))) return false;
+      if (!report_progress(static_cast<double>(k) / static_cast<double>(settings.size()))) return false;
       Run run;
       run.family = entry.family;
       run.method = entry.name;
       run.step = settings[k].step;
       run.tolerance = settings[k].tolerance;
       run.set_up = set_up;
-      const Verdict verdict = measure(*method, run);
-      if (verdict == Verdict::kOverBudget) return true;
+      const Next next = measure(*method, run);
+      if (next == Next::kOverBudget) return true;
       study_.runs.push_back(run);
-      if (verdict == Verdict::kFinest) return true;
+      if (next == Next::kFinest) return true;
     }
     return true;
   }
 
  private:
-  enum class Verdict { kGoOn, kFinest, kOverBudget };
+  enum class Next { kGoOn, kFinest, kOverBudget };
   static constexpr double kVeryLong = 3.0;  // [s]
 
-  Verdict measure(RivalMethod& method, Run& run) {
+  Next measure(RivalMethod& method, Run& run) {
     RivalOptions options{run.step, run.tolerance, bench_.scale, {}};
     double deadline = thread_cpu() + bench_.options.budget;
     options.is_stopped = [&] { return thread_cpu() > deadline || bench_.is_stopped(); };
@@ -165,30 +164,32 @@ class Sweep {
       if (!bench_.is_stopped())
         study_.left_out.push_back({std::string(run.method) + " at " + setting_of(run) + " and finer",
                                    format_text("takes more than %g s of CPU time", bench_.options.budget)});
-      return Verdict::kOverBudget;
+      return Next::kOverBudget;
     }
-    if (!run.failure.empty()) return Verdict::kGoOn;
+    if (!run.failure.empty()) return Next::kGoOn;
     set_errors(bench_, motion, run.family == Family::kLinearised ? linear_ : nullptr, run);
     time_read_outs(method, options, deadline, taken, run);
-    return is_finest(run, taken) ? Verdict::kFinest : Verdict::kGoOn;
+    return is_finest(run, taken) ? Next::kFinest : Next::kGoOn;
   }
 
-  /// Finer settings would cost more and tell nothing new.
+  /// Returns true if finer settings would take more time without a smaller error.
   bool is_finest(const Run& run, double taken) {
-    constexpr double kSmall = 1e-4;        // [-] below which an error that no longer falls is rounding
-    constexpr double kSmallEnough = 1e-5;  // [-] of a run that takes very long
+    // [-] below this, an error that no longer decreases consists of rounding errors
+    constexpr double kSmall = 1e-4;
+    constexpr double kSmallEnough = 1e-5;  // [-] error that is small enough if a run takes very long
     if (run.integration_error < kFinest) return true;
-    // what takes long at a small error is not asked for a smaller one
+    // a slow run with a small error is not refined
     if (taken > kVeryLong && run.integration_error < kSmallEnough) return true;
     if (run.tolerance > 0.0) return false;
-    // twice as fine is at least as dear
+    // the next setting takes at least 1.4 times as long
     if (1.4 * taken > bench_.options.budget) return true;
     if (run.family == Family::kLinearised && run.integration_error < 0.02 * run.model_error) return true;
     const double before = std::exchange(last_error_[run.method], run.integration_error);
     return before > 0.0 && before < kSmall && run.integration_error > 0.7 * before;
   }
 
-  /// A long run is timed once for the first two read-outs, as it stands; a very long one for all three.
+  /// Measures the times of the read-outs. For a long run, the first two read-outs get the time of the run
+  /// itself; for a very long run, all three do.
   void time_read_outs(RivalMethod& method, const RivalOptions& options, double& deadline, double taken,
                       Run& run) {
     constexpr double kLong = 0.3;                                                // [s]
@@ -204,7 +205,7 @@ class Sweep {
             method.run(times, options, [](std::size_t, const CartesianState&) {});
           },
           load == 0 ? bench_.options.repeats : 1);
-      // what the person stopped has no time
+      // if the user stopped the run, there is no time
       if (bench_.is_stopped())
         run.cpu[load].reset();
       else
@@ -216,17 +217,18 @@ class Sweep {
   const Bench& bench_;
   const Eigen::Matrix3Xd* linear_;
   Study& study_;
-  std::map<std::string, double> last_error_;  // [-] of a method's run before
+  std::map<std::string, double> last_error_;  // [-] error of the previous run of each method
 };
 
 }  // namespace
 
 void run_rivals(const Bench& bench, const Eigen::Matrix3Xd* linear, Study& study,
-                const std::function<bool(double)>& told) {
+                const std::function<bool(double)>& report_progress) {
   Sweep sweep(bench, linear, study);
   for (std::size_t k = 0; k < kEntries.size(); ++k) {
-    const bool goes_on = sweep.run(
-        kEntries[k], [&](double share) { return told((static_cast<double>(k) + share) / kEntries.size()); });
+    const bool goes_on = sweep.run(kEntries[k], [&](double done) {
+      return report_progress((static_cast<double>(k) + done) / kEntries.size());
+    });
     if (!goes_on) return;
   }
 }

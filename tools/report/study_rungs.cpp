@@ -1,4 +1,4 @@
-// The rungs of the fidelity ladder within a study.
+// Runs the rungs of the fidelity ladder in a study.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -18,12 +18,14 @@ namespace freeflex::tools {
 namespace {
 
 constexpr std::array kSteps{0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.004, 0.0025, 0.002, 0.001, 0.0005};  // [s]
-constexpr std::array kFineSteps{0.00025, 0.0001, 0.00005};  // [s] for the exact motion
-// [s] of CPU that one run of the full rung may take; its step is divided, so its cost hardly depends on it
+constexpr std::array kFineSteps{0.00025, 0.0001, 0.00005};  // [s] small steps for the exact motion
+// [s] limit of the CPU time of a run on the full rung; this rung divides its steps, so the cost hardly
+// depends on the step
 constexpr double kMostFullCost = 4.0;
 constexpr std::array kFullSteps{0.01, 0.001};  // [s]
 
-/// A plan in motion; where the free motion has a step of its own, the same plan at that rate takes over.
+/// Simulates a plan. If the free motion has a step of its own, the simulation continues with the same plan at
+/// that rate.
 struct Rung {
   Plan plan;
   std::optional<Plan> free_plan;
@@ -40,10 +42,10 @@ struct Rung {
         V(plan.points.size()),
         V_dot(plan.points.size()) {}
 
-  /// False when the state stops being finite.
+  /// Advances by ticks. Returns false if the state is not finite.
   bool advance(std::int64_t ticks) { return advance(plan, ticks); }
 
-  /// Has the motion after the first `ticks`, when every pulse has ended, taken in steps of its own [s].
+  /// Sets the step [s] for the motion after the first `ticks`, at which every pulse has ended.
   void take_freely(std::int64_t ticks, double free_step) {
     set_rate(free_plan.emplace(plan), 1.0 / free_step);
     for (PlanHistory& history : free_plan->histories) history.start_tick = 0, history.end_tick = ticks;
@@ -60,8 +62,8 @@ struct Rung {
     return true;
   }
 
-  /// Positions and velocities of all points, which is what other methods are read for.  \pre row i is point
-  /// i's
+  /// Reads positions and velocities of all points, in the same form as from other methods.  \pre mode-shape
+  /// row i belongs to point i
   void read(CartesianState& to) {
     contract_points(plan, state.q.data(), state.q_dot.data(), V, V_dot);
     const Mat3 R = rotation_matrix(state.q_WB);
@@ -84,7 +86,7 @@ struct Rung {
   std::size_t memory() const {
     const std::size_t arrays =
         state.q.size() + state.q_low.size() + state.q_dot.size() + state.q_dot_low.size() + state.Q.size();
-    // the workspace holds the next state, and loads at both ends
+    // the workspace contains the next state, and the loads at both ends of the step
     const std::size_t plans = plan_to_bytes(plan).size() * (free_plan ? 2 : 1);
     return plans + (2 * arrays + 2 * state.Q.size()) * sizeof(double);
   }
@@ -92,20 +94,21 @@ struct Rung {
 
 bool is_whole(double ratio) { return std::abs(ratio - std::round(ratio)) < 1e-6; }
 
-/// Why a step does not fit the scene; empty when it does.
+/// Returns the reason why a step does not fit the scene; empty if it fits.
 std::string find_misfit(const Bench& bench, double step) {
-  if (!is_whole(bench.options.end / step)) return "the end is no whole number of steps";
+  if (!is_whole(bench.options.end / step)) return "the end is not a whole number of steps";
   for (const double edge : discontinuities(bench.system, bench.options.end))
-    if (!is_whole(edge / step)) return "a load begins or ends between its steps";
+    if (!is_whole(edge / step)) return "a load begins or ends between two steps";
   return {};
 }
 
-/// Ticks of the plan itself.
+/// Returns the number of ticks before the free motion begins.
 std::int64_t loaded_ticks(const Bench& bench, const Rung& rung) {
   return std::llround((rung.free_plan ? bench.free_from : bench.options.end) / rung.plan.period);
 }
 
-/// Runs to the end, reading every `every` ticks (0: at the end only); frames each 10 ms where ticks allow.
+/// Runs to the end. Stores a frame every 10 ms if 10 ms is a whole number of ticks. Returns false if a state
+/// is not finite.
 bool follow(const Bench& bench, Rung& rung, Motion& motion) {
   const double period = rung.plan.period;
   reset_state(rung.plan, rung.state);
@@ -139,7 +142,7 @@ void time_read_outs(const Bench& bench, Rung& rung, Run& run) {
   for (std::size_t load = 0; load < kReadOuts; ++load) {
     std::int64_t every = ticks;
     if (load > 0) {
-      // what is read must stand at a tick
+      // readings must be at ticks
       if (rung.free_plan || kEvery[load] < period * (1.0 - 1e-9) || !is_whole(kEvery[load] / period))
         continue;
       every = std::llround(kEvery[load] / period);
@@ -167,13 +170,13 @@ void time_read_outs(const Bench& bench, Rung& rung, Run& run) {
 std::string first_error(const Faults& faults) {
   for (const Fault& fault : faults)
     if (fault.severity == Fault::Severity::kError) return fault.message;
-  return "it does not compile";
+  return "no plan can be made";
 }
 
 Scene with_all_points(const Bench& bench, Fidelity fidelity) {
   Scene scene = bench.scene;
   scene.fidelity = fidelity;
-  // edges where the scene's own ticks put them, at every rate
+  // at every rate, the edges of pulses are at the scene's own ticks
   const auto at_tick = [&scene](double time) { return std::round(time * scene.rate) / scene.rate; };
   for (Load& load : scene.loads)
     if (auto* pulse = std::get_if<PulseHistory>(&load.history)) {
@@ -188,17 +191,17 @@ Scene with_all_points(const Bench& bench, Fidelity fidelity) {
   return scene;
 }
 
-/// The scene on a rung at a step; nullopt and `why` when it is refused there.
+/// Sets up the scene on a rung at a step. If it is refused, sets `why` to the reason and returns nullopt.
 std::optional<Rung> make_rung(const Bench& bench, Scene& scene, double step, std::string& why) {
   Faults faults;
   scene.rate = 1.0 / step;
-  std::optional<Plan> plan = make_whole_plan(scene, bench.structure, scene.fidelity, faults);
+  std::optional<Plan> plan = make_full_plan(scene, bench.structure, scene.fidelity, faults);
   if (plan && !has_error(faults)) return Rung(std::move(*plan));
   why = first_error(faults);
   return std::nullopt;
 }
 
-/// Why a run that would take more than `most` [s] of CPU is left out; empty when it is not.
+/// Returns the reason to omit a run if it would take more than `most` [s] of CPU time; else an empty text.
 std::string find_excess(const Bench& bench, Rung& rung, double most) {
   const auto cost_of = [&](std::int64_t ticks) {
     reset_state(rung.plan, rung.state);
@@ -207,11 +210,11 @@ std::string find_excess(const Bench& bench, Rung& rung, double most) {
     return (thread_cpu() - start) * bench.options.end / (rung.plan.period * static_cast<double>(ticks));
   };
   double cost = cost_of(1);
-  if (cost > most) cost = cost_of(3);  // the first one is cold
+  if (cost > most) cost = cost_of(3);  // measured again, because the first tick ran with cold caches
   return cost <= most ? std::string() : format_text("a run would take %.0f s of CPU time", cost);
 }
 
-/// One row: a rung at a step, and at another once the loads have ended (0: the same).
+/// Adds one run: a rung at a step, and at another step after the end of the loads (0: the same).
 void add_run(const Bench& bench, Scene& scene, double step, double free_step, const ExactRung& exact,
              Study& study) {
   const std::string name = name_of(exact.fidelity);
@@ -243,7 +246,7 @@ void add_run(const Bench& bench, Scene& scene, double step, double free_step, co
   time_read_outs(bench, *rung, run);
 }
 
-/// [s] from the longest on; the scene's own is among them.
+/// Returns the steps of a rung [s], beginning with the longest. They include the scene's own step.
 std::vector<double> steps_of(const Bench& bench, Fidelity fidelity) {
   if (fidelity == Fidelity::kFull) return {kFullSteps.begin(), kFullSteps.end()};
   std::vector<double> steps(kSteps.begin(), kSteps.end());
@@ -254,15 +257,15 @@ std::vector<double> steps_of(const Bench& bench, Fidelity fidelity) {
   return steps;
 }
 
-/// One step over all of the free motion, the longest that fits before it: without stages a rung's own motion
-/// has no other limit than how its frame turns.
+/// Adds a run that takes the whole free motion in one step, after the longest step that fits the motion
+/// before it. On a rung without stages, only the rotation of the body limits the step.
 void add_longest(const Bench& bench, Scene& scene, const ExactRung& exact, Study& study) {
   const double free_step = bench.options.end - bench.free_from;
   if (exact.fidelity > Fidelity::kSpinLoaded || free_step <= 0.0) return;
   const std::vector<double> steps = steps_of(bench, exact.fidelity);
   if (bench.free_from == 0.0) {
-    const auto is_it = [&](double step) { return std::abs(free_step / step - 1.0) < 1e-9; };
-    if (std::ranges::none_of(steps, is_it)) add_run(bench, scene, free_step, 0.0, exact, study);
+    const auto is_free_step = [&](double step) { return std::abs(free_step / step - 1.0) < 1e-9; };
+    if (std::ranges::none_of(steps, is_free_step)) add_run(bench, scene, free_step, 0.0, exact, study);
     return;
   }
   for (const double step : steps)
@@ -271,32 +274,33 @@ void add_longest(const Bench& bench, Scene& scene, const ExactRung& exact, Study
       return add_run(bench, scene, step, free_step, exact, study);
 }
 
-/// The largest step that is fine enough and fits the scene [s]; 0 and `why` when none does.
+/// Returns the largest step [s] that is small enough and fits the scene. If there is none, sets `why` to the
+/// reason and returns 0.
 double fine_step(const Bench& bench, std::string& why) {
   std::vector<double> steps(kFineSteps.begin(), kFineSteps.end());
   const double period = 1.0 / bench.scene.rate;
   steps.push_back(period / std::ceil(period / kFineSteps[0] * (1.0 - 1e-9)));
   for (const double step : steps)
     if (why = find_misfit(bench, step); why.empty()) return step;
-  why = "no step from 0.25 to 0.05 ms, and no part of the scene's period, fits: " + why +
-        "; take --until in whole periods of the scene's rate";
+  why = "neither a step from 0.25 to 0.05 ms nor a fraction of the scene's period fits: " + why +
+        "; set --until to a whole number of periods of the scene's rate";
   return 0.0;
 }
 
-/// The rung's own equations solved exactly; nullopt and `why` when it is refused. `below` are the rungs under
-/// it.
+/// Solves the rung's own equations at a small step. If that is refused, sets `why` to the reason and returns
+/// nullopt. `below` are the rungs below this one.
 std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
                                        const std::vector<ExactRung>& below, Scene& scene, std::string& why) {
   if (fidelity == Fidelity::kFull) {
-    // the equations of exact bars
+    // full has the equations of exact bars
     for (const ExactRung& each : below)
       if (each.fidelity == Fidelity::kExactBars) return ExactRung{fidelity, each.p_W};
-    why = "its equations are those of exact bars, which are refused";
+    why = "it has the equations of exact bars, which are refused";
     return std::nullopt;
   }
   const double step = fine_step(bench, why);
   if (step == 0.0) return std::nullopt;
-  // beside stiff bars the equations of exact bars are solved in parts of the step
+  // if bars are stiff, the equations of exact bars need substeps, which the full rung has
   scene.fidelity = fidelity == Fidelity::kExactBars ? Fidelity::kFull : fidelity;
   std::optional<Rung> fine = make_rung(bench, scene, step, why);
   scene.fidelity = fidelity;
@@ -313,7 +317,8 @@ std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
 
 }  // namespace
 
-std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::function<bool(double)>& told) {
+std::vector<ExactRung> run_rungs(const Bench& bench, Study& study,
+                                 const std::function<bool(double)>& report_progress) {
   std::vector<ExactRung> exact;
   for (std::size_t r = 0; r < kRungs.size(); ++r) {
     Scene scene = with_all_points(bench, kRungs[r].rung);
@@ -327,8 +332,9 @@ std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::fu
     add_longest(bench, scene, exact.back(), study);
     const std::vector<double> steps = steps_of(bench, kRungs[r].rung);
     for (std::size_t s = 0; s < steps.size(); ++s) {
-      if (!told((static_cast<double>(r) + static_cast<double>(s) / static_cast<double>(steps.size())) /
-                kRungs.size()))
+      if (!report_progress(
+              (static_cast<double>(r) + static_cast<double>(s) / static_cast<double>(steps.size())) /
+              kRungs.size()))
         return exact;
       why = find_misfit(bench, steps[s]);
       if (why.empty())
@@ -340,6 +346,8 @@ std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::fu
   return exact;
 }
 
+// The integration error is the difference from the exact motion of the rung. The model error is the error of
+// that exact motion (THEORY 13.15).
 void set_errors(const Bench& bench, const Motion& motion, const Eigen::Matrix3Xd* exact, Run& run) {
   const Eigen::Matrix3Xd& p_W = motion.end.p_W;
   run.elastic_error = bench.meter.elastic(p_W);
@@ -347,11 +355,11 @@ void set_errors(const Bench& bench, const Motion& motion, const Eigen::Matrix3Xd
   run.attitude_error = bench.meter.attitude(p_W);
   run.frequency_error = bench.meter.frequency(motion);
   run.energy_drift = bench.meter.energy_drift(motion);
-  // a method on the full system has no model error: what is wrong with it is integration
+  // a method on the full system has no model error: its whole error is integration error
   run.integration_error = run.elastic_error;
   if (exact == nullptr) return;
   run.model_error = bench.meter.elastic(*exact);
-  // of a rigid body nothing is left to compare but rounding
+  // a rigid body has no displacements to compare, only rounding errors
   const Eigen::Matrix3Xd u = bench.meter.displacements(*exact);
   run.integration_error =
       std::abs(run.model_error - 1.0) < 1e-6 ? NAN : elastic_error(bench.meter.displacements(p_W), u);

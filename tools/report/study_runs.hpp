@@ -1,4 +1,4 @@
-// How single methods are run and timed within a study. Internal to the report.
+// Runs and times single methods within a study. Internal to the report.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace freeflex::tools {
 
-/// What every run of one scene needs.
+/// Data for all runs of one scene.
 struct Bench {
   const Scene& scene;
   const CartesianSystem& system;
@@ -19,26 +19,29 @@ struct Bench {
   const ErrorMeter& meter;
   StudyOptions options;
   double structure_cpu = 0.0;  // [s]
-  double free_from = 0.0;      // [s] when the last load ended; the end when one does not
+  // [s] time at which the last load ends; the end of the study if a load does not end
+  double free_from = 0.0;
   ElasticScale scale;
-  std::function<bool()> is_stopped;  // by the person
+  std::function<bool()> is_stopped;  // returns true if the user stopped the study
 };
 
-/// Positions at the end of the separated and the other rungs at a step that is small enough, for the parts of
-/// the error; empty when the rung does not run.
+/// Positions at the end of a run of a rung at a small step. They divide the error into integration error and
+/// model error. Empty if the rung does not run.
 struct ExactRung {
   Fidelity fidelity;
   Eigen::Matrix3Xd p_W;
 };
 
-/// Every rung that compiles, at every step that fits; appends to study.runs and study.left_out.
-std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::function<bool(double)>& told);
+/// Runs every rung for which a plan can be made, at every step that fits. Appends to study.runs and
+/// study.left_out.
+std::vector<ExactRung> run_rungs(const Bench& bench, Study& study,
+                                 const std::function<bool(double)>& report_progress);
 
-/// Every rival. `linear` is the exact motion of the linearised system, when known.
+/// Runs every other method. `linear` is the exact motion of the linearised system, if it is known.
 void run_rivals(const Bench& bench, const Eigen::Matrix3Xd* linear, Study& study,
-                const std::function<bool(double)>& told);
+                const std::function<bool(double)>& report_progress);
 
-/// Fills the errors of a run from its motion   (THEORY X117).
+/// Sets the errors of a run from its motion   (THEORY 13.15).
 void set_errors(const Bench& bench, const Motion& motion, const Eigen::Matrix3Xd* exact, Run& run);
 
 }  // namespace freeflex::tools

@@ -10,7 +10,7 @@
 #include "core/reference/sundials_solver.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
-#include "core/step/tick_turn.hpp"
+#include "core/step/tick_rotation.hpp"
 #include "tools/report/measure.hpp"
 
 namespace freeflex::tools {
@@ -26,7 +26,7 @@ struct RandomBody {
 
 RandomBody random_body(std::uint64_t seed, int number) {
   std::mt19937_64 engine(1000003 * seed + static_cast<std::uint64_t>(number));
-  // the raw numbers, whose sequence the standard fixes
+  // uses the raw random numbers, because the C++ standard defines their sequence
   const auto between = [&](double low, double high) {
     return low + (high - low) * (static_cast<double>(engine() >> 11) * 0x1p-53);
   };
@@ -46,8 +46,8 @@ RandomBody random_body(std::uint64_t seed, int number) {
   const Matrix3d inertia = axes * moments.asDiagonal() * axes.transpose();
   body.inertia = 0.5 * (inertia + inertia.transpose());
   body.rate = decades(0.0, 4.0);
-  const double turn = decades(-3.0, 0.5);
-  body.spin = turn * body.rate * direction();
+  const double rotation = decades(-3.0, 0.5);
+  body.spin = rotation * body.rate * direction();
   const double share = decades(-2.0, 3.0);
   const Vector3d axis = direction();
   body.wheel = Vector3d::Zero();
@@ -71,8 +71,9 @@ Scene scene_of(const RandomBody& body, bool couples) {
   return scene;
 }
 
-/// Attitude of the body after a time [s], by Euler's equations in its own axes.
-std::string turn_by_sundials(const RandomBody& body, double time, Quaterniond& attitude) {
+/// Computes the attitude of the body after a time [s] by Euler's equations in its own axes. Returns an empty
+/// text or the error.
+std::string rotate_by_sundials(const RandomBody& body, double time, Quaterniond& attitude) {
   const double unit = body.spin.norm();
   const Matrix3d inverse = body.inertia.inverse();
   SmoothProblem problem;
@@ -112,12 +113,12 @@ void move(const RandomBody& body, const Plan& plan, TickRow& row) {
   Budget none = make_budget(plan);
   Judgement judgement(plan);
   judgement.take(state, none);
-  StepLoads loads;
+  RigidLoads loads;
   loads.wheels.h[0] = wheel_momentum_B(plan, state);
-  const TickTurn turn = turn_in_tick(plan, state, rotation_matrix(state.q_WB), loads);
-  row.substeps = turn.whole > kShortTurn ? substeps_for(turn.uneven) : 1;
-  constexpr double kMostTicks = 3000.0, kMostTurn = 2e4, kMostTime = 100.0;
-  const double of_reference = kMostTurn / std::max(turn.whole, turn.uneven);
+  const TickRotation rotation = rotation_in_tick(plan, state, rotation_matrix(state.q_WB), loads);
+  row.substeps = rotation.total > kShortRotation ? substeps_for(rotation.substep_angle) : 1;
+  constexpr double kMostTicks = 3000.0, kMostRotation = 2e4, kMostTime = 100.0;
+  const double of_reference = kMostRotation / std::max(rotation.total, rotation.substep_angle);
   row.ticks =
       static_cast<std::int64_t>(std::clamp(std::min(kMostTime * body.rate, of_reference), 1.0, kMostTicks));
   const double start = energy_of(plan, state);
@@ -126,18 +127,18 @@ void move(const RandomBody& body, const Plan& plan, TickRow& row) {
     step(plan, state, {}, workspace, report);
     if (report.status != StepStatus::kOk) {
       row.error = "a state is not finite";
-      row.word = Verdict::Word::kOutside;
+      row.level = Verdict::Level::kOutside;
       return;
     }
     judgement.take(state, none);
   }
   row.ns_per_tick = ns_per_tick(plan, std::min<std::int64_t>(row.ticks, 300));
-  row.word = judgement.worst().tick < 0 ? Verdict::Word::kGood : judgement.worst().word;
+  row.level = judgement.worst().tick < 0 ? Verdict::Level::kGood : judgement.worst().level;
   row.energy_error = std::abs(energy_of(plan, state) / start - 1.0);
-  // what is not good may have more turns than a reference ends in
-  if (row.word != Verdict::Word::kGood) return;
+  // if the verdict is not good, the rotation may be larger than a reference run can follow
+  if (row.level != Verdict::Level::kGood) return;
   Quaterniond right;
-  row.error = turn_by_sundials(body, static_cast<double>(row.ticks) / body.rate, right);
+  row.error = rotate_by_sundials(body, static_cast<double>(row.ticks) / body.rate, right);
   const Quat& q = state.q_WB;
   if (row.error.empty()) row.attitude_error = right.angularDistance(Quaterniond(q[0], q[1], q[2], q[3]));
 }
@@ -152,7 +153,7 @@ std::vector<TickRow> study_ticks(std::uint64_t seed, int count,
     TickRow row;
     row.number = number;
     row.rate = body.rate;
-    row.turn = body.spin.norm() / body.rate;
+    row.rotation = body.spin.norm() / body.rate;
     row.wheel = body.wheel.norm() / (body.inertia * body.spin).norm();
     const Vector3d moments = Eigen::SelfAdjointEigenSolver<Matrix3d>(body.inertia).eigenvalues();
     row.inertia_ratio = moments[2] / moments[0];
@@ -163,7 +164,7 @@ std::vector<TickRow> study_ticks(std::uint64_t seed, int count,
     if (plan)
       move(body, *plan, row);
     else
-      row.error = "it has no plan";
+      row.error = "no plan";
     rows.push_back(std::move(row));
   }
   return rows;
@@ -178,13 +179,13 @@ std::vector<TickBin> bin_ticks(const std::vector<TickRow>& rows) {
     bin.to = std::pow(10.0, 0.5 * k - 2.5);
     std::vector<double> costs;
     for (const TickRow& row : rows) {
-      if (row.turn < bin.from || row.turn >= bin.to) continue;
+      if (row.rotation < bin.from || row.rotation >= bin.to) continue;
       ++bin.count;
-      ++(row.word == Verdict::Word::kGood    ? bin.num_good
-         : row.word == Verdict::Word::kWatch ? bin.num_watch
-                                             : bin.num_outside);
+      ++(row.level == Verdict::Level::kGood    ? bin.num_good
+         : row.level == Verdict::Level::kWatch ? bin.num_watch
+                                               : bin.num_outside);
       costs.push_back(row.ns_per_tick);
-      if (row.word != Verdict::Word::kGood) continue;
+      if (row.level != Verdict::Level::kGood) continue;
       if (row.attitude_error > bin.worst_attitude) bin.worst_attitude = row.attitude_error;
       if (row.energy_error > bin.worst_energy) bin.worst_energy = row.energy_error;
     }

@@ -1,4 +1,4 @@
-// Work-precision curves as SVG: elastic error over CPU time, both in decades.
+// Draws work-precision curves as SVG: elastic error over CPU time, both in decades.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,16 +15,16 @@ constexpr double kPanelWidth = 300.0, kPanelHeight = 250.0;
 constexpr double kLeft = 62.0, kBetween = 18.0, kRight = 18.0;
 constexpr double kLegendRow = 20.0, kTitle = 46.0, kBelow = 62.0;
 
-/// Colour (told apart on white and on black), marker and dash of a method's curve.
+/// Colour (visible on white and on black), marker and dash pattern of a method's curve.
 struct Style {
   const char* method;
   const char* colour;
-  const char* marker;  // shapes below
+  const char* marker;  // one of the shapes below
   const char* dash;    // empty: solid
   double width;
-  double size = 3.0;  // of the marker
+  double size = 3.0;  // size of the marker
 };
-// rungs nest, narrow on wide and small on large: where several are as wrong and cost as much, each is seen
+// curves of rungs have different widths and marker sizes, so that each is visible if several coincide
 constexpr std::array kStyles{Style{"rigid", "#888888", "circle", "", 2.0, 3.0},
                              Style{"separated", "#1f77d0", "circle", "", 1.6, 2.4},
                              Style{"spin-loaded", "#12a5c4", "square", "", 3.0, 4.2},
@@ -91,7 +91,7 @@ std::string power_of_ten(int exponent) {
   return format_text("10<tspan dy=\"-5\" font-size=\"9\">%d</tspan>", exponent);
 }
 
-constexpr int kLeastDecade = -8;  // of the error: what is finer is not drawn
+constexpr int kLeastDecade = -8;  // smallest decade of the error; smaller errors are not drawn
 
 struct Range {
   int low = 0, high = 0;  // decades
@@ -101,15 +101,16 @@ struct Range {
 const double kLeastError = std::pow(10.0, kLeastDecade);
 
 bool is_shown(const Run& run, std::size_t load) {
-  constexpr double kWrong = 3.0;  // [-] beyond which a motion has nothing to do with the reference's
+  constexpr double kWrong = 3.0;  // [-] error beyond which a motion is unrelated to the reference
   return run.failure.empty() && run.cpu[load] && run.elastic_error < kWrong &&
          (run.family == Family::kRung || run.elastic_error > kLeastError);
 }
 
-/// Where a run is drawn: a rung that is finer than the panel, on its edge.
+/// Returns the error at which a run is drawn: if it is below the range of the panel, the run is drawn on the
+/// edge.
 double drawn_error(const Run& run) { return std::max(run.elastic_error, kLeastError); }
 
-/// Decades that hold every point of a scene, the same for its three panels.
+/// Decades of all runs of a scene; its three panels have the same scales.
 struct Scales {
   Range cpu, error;
 };
@@ -129,7 +130,7 @@ Scales axes_of(const Study& study) {
           {std::max(kLeastDecade, floor_of(0.8 * least_error)), 1}};
 }
 
-/// One panel: the ranges, and where its inside lies.
+/// Ranges and position of one panel.
 struct Panel {
   const Scales& axes;
   double x0, y0;
@@ -141,7 +142,7 @@ struct Panel {
   }
 };
 
-/// The last decade of a panel has its label only when no other panel begins beside it.
+/// Draws the grid of a panel. The last decade has a label only in the last panel of a row.
 std::string grid(const Panel& panel, bool is_first, bool is_last) {
   std::string text =
       format_text("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" class=\"frame\"/>", panel.x0,
@@ -162,8 +163,8 @@ std::string grid(const Panel& panel, bool is_first, bool is_last) {
          label(panel.x0 + 0.5 * kPanelWidth, below + 36.0, "middle", "CPU time per simulated time [s/s]");
 }
 
-/// Runs of one method in the order of its settings; of Krylov's method, swept over two, those that no other
-/// beats.
+/// Returns the runs of one method in the order of its settings; for Krylov's method, which has two settings,
+/// only the runs that no other run beats in both error and time.
 std::vector<const Run*> curve(const Study& study, const std::string& method, std::size_t load) {
   std::vector<const Run*> runs;
   bool is_swept_twice = false;
@@ -196,7 +197,7 @@ std::vector<std::string> methods_of(const Report& report) {
 std::string curves(const Panel& panel, const Study& study, const std::vector<std::string>& methods,
                    std::size_t load) {
   std::string text;
-  // rungs last, on top
+  // rungs are drawn last, on top of the others
   for (auto method = methods.rbegin(); method != methods.rend(); ++method) {
     const std::vector<const Run*> runs = curve(study, *method, load);
     if (runs.empty()) continue;
@@ -218,15 +219,15 @@ std::string curves(const Panel& panel, const Study& study, const std::vector<std
   return text;
 }
 
-/// What a rung keeps; empty of any other method.
+/// Returns which terms a rung keeps; empty for any other method.
 std::string explain(const std::string& method) {
   static const std::map<std::string, const char*> kKept{
       {"rigid", "the body alone, no deformation: its elastic error is 1"},
-      {"separated", "rigid and elastic motion apart, the default"},
+      {"separated", "rigid and elastic motion separated, the default"},
       {"spin-loaded", "separated, and the centrifugal load of the spin"},
       {"coupled", "every term in the elastic displacements, both ways"},
       {"exact-bars", "coupled, with springs and bars at their true length and direction"},
-      {"full", "exact-bars, in as many parts a tick as its fastest motion asks for"}};
+      {"full", "exact-bars, with as many substeps per tick as its fastest motion needs"}};
   const auto found = kKept.find(method);
   return found == kKept.end() ? std::string() : found->second;
 }
@@ -235,7 +236,8 @@ constexpr std::size_t kLegendColumns = 5;
 
 bool is_rung(const std::string& method) { return !explain(method).empty(); }
 
-/// Rows of the legend: one a rung, several of the others in each.
+/// Returns the number of rows of the legend: one row for each rung, then rows with several other methods
+/// each.
 std::size_t legend_rows(const std::vector<std::string>& methods) {
   const auto num_rungs = static_cast<std::size_t>(std::count_if(methods.begin(), methods.end(), is_rung));
   return num_rungs + (methods.size() - num_rungs + kLegendColumns - 1) / kLegendColumns;
@@ -260,18 +262,18 @@ std::string legend(const std::vector<std::string>& methods, double width, double
     text += legend_entry(method, kLeft, y);
     y += kLegendRow;
   }
-  std::size_t place = 0;
+  std::size_t index = 0;
   for (const std::string& method : methods) {
     if (is_rung(method)) continue;
-    const std::size_t column = place % kLegendColumns, row = place / kLegendColumns;
+    const std::size_t column = index % kLegendColumns, row = index / kLegendColumns;
     text += legend_entry(method, kLeft + width / kLegendColumns * static_cast<double>(column),
                          y + kLegendRow * static_cast<double>(row));
-    ++place;
+    ++index;
   }
   return text;
 }
 
-/// What of the rungs a scene's panels do not show as it is.
+/// Returns a text about the rungs that a scene's panels do not show, or show only on the edge.
 std::string not_drawn(const Study& study) {
   std::string missing, on_edge;
   for (const RungTraits& rung : kRungs) {

@@ -19,7 +19,8 @@ constexpr const char* kThin = "thin shapes";
 Scene collinear(double width, double is_tilted) { return nearly_collinear(width, is_tilted != 0.0); }
 Scene planar(double height, double is_tilted) { return nearly_planar(height, is_tilted != 0.0); }
 
-/// A few roundings of coordinates of some metres over the width, which is all that strains the soft modes.
+/// Returns the limit for thin shapes: a few rounding errors of coordinates of some metres, divided by the
+/// width, because only the width stiffens the soft modes.
 constexpr double thin_limit(double width) { return 1e-9 + 3e-15 / width; }
 
 const FrequencyAnswer kAnswers[] = {
@@ -78,8 +79,8 @@ const FrequencyAnswer kAnswers[] = {
      thin_limit(1e-12)},
 };
 
-/// What an eigensolver makes of the assembled stiffness, in double: the lowest frequency of a scene of
-/// springs [rad/s].
+/// Returns the lowest frequency [rad/s] of a scene of springs by an eigensolver on the assembled stiffness,
+/// in double precision.
 double assembled_lowest(const Scene& scene) {
   const auto size = 3 * static_cast<Eigen::Index>(scene.points.size());
   Eigen::MatrixXd K = Eigen::MatrixXd::Zero(size, size);
@@ -103,7 +104,7 @@ Outcome measure_lowest(const FrequencyAnswer& answer, const StabilityOptions& op
   if (!structure) return no_answer(faults.empty() ? "" : faults.front().message);
   const auto expected = static_cast<Eigen::Index>(3 * scene.points.size() - 6);
   if (structure->omega.size() != expected || !structure->mechanisms.empty())
-    return no_answer(format_text("%d elastic modes and %zu mechanisms; there are %d and none",
+    return no_answer(format_text("%d elastic modes and %zu mechanisms; expected %d and 0",
                                  static_cast<int>(structure->omega.size()), structure->mechanisms.size(),
                                  static_cast<int>(expected)));
   const Wide exact(answer.lowest);
@@ -112,11 +113,11 @@ Outcome measure_lowest(const FrequencyAnswer& answer, const StabilityOptions& op
   };
   Outcome outcome;
   outcome.measured = error(structure->omega[0]);
-  outcome.said =
+  outcome.message =
       format_text("%.6g rad/s; stated accuracy %.0e", structure->omega[0], structure->frequency_accuracy);
-  // what is stated must cover what is true
+  // the stated accuracy must be at least the true error
   if (outcome.measured > structure->frequency_accuracy) {
-    outcome.said += ", which is less than the error";
+    outcome.message += ", which is less than the true error";
     outcome.measured = NAN;
   }
   if (options.has_peers)

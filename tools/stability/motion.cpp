@@ -1,4 +1,4 @@
-// Rotation beside the middle axis; forces and structures from very small to very large.
+// Rotation near the intermediate axis; forces and structures from very small to very large.
 #include <algorithm>
 #include <array>
 #include <boost/multiprecision/cpp_bin_float.hpp>
@@ -20,7 +20,7 @@ constexpr std::array<const char*, 4> kAttitude{"-0.592107085853884653853244", "-
                                                "-0.3833440364697522620363971",
                                                "-0.02735889682532735840419484"};
 
-/// Angle of the rotation that takes one attitude to the other [rad].
+/// Returns the angle between an attitude and the reference [rad].
 double angle_to_answer(const std::array<Wide, 4>& q) {
   const std::array<Wide, 4> p{Wide(kAttitude[0]), Wide(kAttitude[1]), Wide(kAttitude[2]), Wide(kAttitude[3])};
   const std::array<Wide, 3> d = {p[0] * q[1] - p[1] * q[0] - p[2] * q[3] + p[3] * q[2],
@@ -29,33 +29,33 @@ double angle_to_answer(const std::array<Wide, 4>& q) {
   return 2.0 * static_cast<double>(sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
 }
 
-Scene beside_middle_axis(double spin) {
+Scene near_intermediate_axis(double spin) {
   Scene scene = octahedron(1e6);
   scene.initial.angular_velocity = spin * Eigen::Vector3d(0.01, 1.0, 0.005);
   return scene;
 }
 
-Outcome attitude_beside_middle_axis(double spin, const StabilityOptions& options) {
-  const Scene scene = beside_middle_axis(spin);
+Outcome attitude_near_intermediate_axis(double spin, const StabilityOptions& options) {
+  const Scene scene = near_intermediate_axis(spin);
   const double end = 20.0 / spin;
   Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   if (!ride.run(std::llround(end * 1000.0))) return no_answer("a state is not finite");
   std::array<Wide, 4> q;
   for (std::size_t a = 0; a < 4; ++a) q[a] = Wide(ride.state.q_WB[a]) + Wide(ride.state.q_WB_low[a]);
   Eigen::VectorXd mass = Eigen::VectorXd::Ones(6);
   Eigen::Matrix3Xd rest(3, 6);
   for (int i = 0; i < 6; ++i) rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
-  return {angle_to_answer(q), "of the rigid body; others also deform",
+  return {angle_to_answer(q), "of the rigid body; the others also deform",
           run_peers(scene, 1e-3, end, options, [&](const CartesianState& state) {
             const Eigen::Quaterniond fit(fit_rotation(mass, rest, state.p_W));
             return angle_to_answer({fit.w(), fit.x(), fit.y(), fit.z()});
           })};
 }
 
-Outcome energy_beside_middle_axis(double spin, const StabilityOptions& options) {
-  Ride ride(beside_middle_axis(spin));
-  if (!ride.has_plan()) return no_answer(ride.said());
+Outcome energy_near_intermediate_axis(double spin, const StabilityOptions& options) {
+  Ride ride(near_intermediate_axis(spin));
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   const double start = read_invariants(ride.plan, ride.state).kinetic_rigid;
   const Vec3 H = ride.state.H_W;
   const int blocks = options.is_quick ? 20 : 1000;
@@ -70,8 +70,8 @@ Outcome energy_beside_middle_axis(double spin, const StabilityOptions& options) 
 
 constexpr double kMaxForce = 1e6;  // [N] of the scene
 
-/// Elastic displacements after 200 ticks of a truss that rests, under a force on its corner, in body axes, by
-/// a command.
+/// Returns the elastic displacements of a truss that starts at rest, after 200 ticks of a command with a
+/// force in body axes on its corner.
 std::optional<Eigen::Matrix3Xd> pushed(double force, Fidelity rung, std::string& why) {
   Scene scene = square_truss(3, 1e5);
   scene.fidelity = rung;
@@ -85,26 +85,27 @@ std::optional<Eigen::Matrix3Xd> pushed(double force, Fidelity rung, std::string&
   command->num_points = 1;
   command->points[0] = {10, 0, {0.6 * force, 0.0, 0.8 * force}};
   if (!ride.has_plan() || !ride.run(200, {command.get(), 1})) {
-    why = ride.has_plan() ? "a state is not finite" : ride.said();
+    why = ride.has_plan() ? "a state is not finite" : ride.faults_text();
     return std::nullopt;
   }
   return ride.displacements_B();
 }
 
-constexpr double kSmallForce = 1e-12;  // [N] nothing that goes with its square is left
+constexpr double kSmallForce = 1e-12;  // [N] terms of second order in this force are negligible
 
-/// Displacement per force against that of a small force: the separated equations are linear in forces in body
-/// axes.
+/// Compares the displacement per force with the value for a small force: the separated equations are linear
+/// in forces in body axes.
 Outcome small_force(double force, Fidelity rung) {
   std::string why;
   const auto V = pushed(force, rung, why), unit = pushed(kSmallForce, rung, why);
   if (!V || !unit) return no_answer(why);
-  // in units of the force first: squares of such numbers vanish
+  // divides by the force first, because squares of such small numbers underflow
   const Eigen::Matrix3Xd per_force = *V / force, expected = *unit / kSmallForce;
   return {(per_force - expected).norm() / expected.norm(), {}, {}};
 }
 
-/// Below the smallest normal number a displacement has fewer digits, and no more than that is lost.
+/// Checks that a displacement below the smallest normal number loses only the digits that a denormal number
+/// lacks.
 Outcome denormal_force(Fidelity rung) {
   constexpr double kForce = 1e-310;
   std::string why;
@@ -116,7 +117,8 @@ Outcome denormal_force(Fidelity rung) {
           {}};
 }
 
-/// The same motion at another size: lengths, forces and initial displacements times the size.
+/// Compares the motion with the motion at another size: lengths, forces and initial displacements are
+/// multiplied by the size.
 Outcome at_size(double size, Fidelity rung, const StabilityOptions& options) {
   const auto scene_of = [rung = rung](double times) {
     Scene scene = square_truss(3, 1e5, times);
@@ -126,7 +128,7 @@ Outcome at_size(double size, Fidelity rung, const StabilityOptions& options) {
     return scene;
   };
   Ride small(scene_of(1.0)), large(scene_of(size));
-  if (!small.has_plan() || !large.has_plan()) return no_answer(large.said());
+  if (!small.has_plan() || !large.has_plan()) return no_answer(large.faults_text());
   if (!small.run(1000) || !large.run(1000)) return no_answer("a state is not finite");
   const Eigen::Matrix3Xd expected = small.displacements_B();
   const auto error = [&](const Eigen::Matrix3Xd& V) {
@@ -147,22 +149,23 @@ Outcome at_size(double size, Fidelity rung, const StabilityOptions& options) {
 
 }  // namespace
 
-const std::array<const char*, 4>& middle_axis_attitude() { return kAttitude; }
+const std::array<const char*, 4>& intermediate_axis_attitude() { return kAttitude; }
 
 void add_motion_cases(std::vector<StabilityCase>& cases) {
   const auto add = [&cases](const char* group, std::string name, const char* quantity, double limit,
                             auto run) {
     cases.push_back({group, std::move(name), quantity, limit, false, run});
   };
-  constexpr const char* kSpin = "spin beside the middle axis";
-  // below 1e-3 (spin h)^6 of truncation; rounding grows a thousandfold until the body has turned over
+  constexpr const char* kSpin = "spin near the intermediate axis";
+  // the truncation error is below 1e-3 (spin h)^6; rounding errors grow by a factor of a thousand until the
+  // body has flipped
   for (const double spin : {1.0, 5.0, 50.0})
     add(kSpin, format_text("%g rad/s, 20 rad on", spin), "attitude [rad] against fifty digits",
         1e-12 + 1e-3 * std::pow(1e-3 * spin, 6),
-        [spin](const StabilityOptions& options) { return attitude_beside_middle_axis(spin, options); });
+        [spin](const StabilityOptions& options) { return attitude_near_intermediate_axis(spin, options); });
   for (const double spin : {1.0, 5.0})
     add(kSpin, format_text("%g rad/s, 1e6 ticks", spin), "largest relative change of the energy", 1e-11,
-        [spin](const StabilityOptions& options) { return energy_beside_middle_axis(spin, options); });
+        [spin](const StabilityOptions& options) { return energy_near_intermediate_axis(spin, options); });
   constexpr const char* kForces = "size of forces";
   constexpr const char* kPerForce = "displacement per force against that at 1e-12 N";
   for (const double force : {1e-300, 1e-200, 1e-30, 1.0, kMaxForce})
@@ -178,13 +181,13 @@ void add_motion_cases(std::vector<StabilityCase>& cases) {
                                    {Fidelity::kCoupled, "coupled"},
                                    {Fidelity::kExactBars, "exact-bars"}})
     add(kForces, format_text("1e-310 N, a denormal, %s", name),
-        "displacement off, in units of the least double", 1e4,
+        "displacement error, in units of the smallest double", 1e4,
         [rung = rung](const StabilityOptions&) { return denormal_force(rung); });
   for (const double size : {1e-9, 1e9})
     for (const auto& [rung, name] :
          {std::pair{Fidelity::kSeparated, "separated"}, {Fidelity::kExactBars, "exact-bars"}})
       add("size of structures", format_text("%g m across, %s", 2.0 * size, name),
-          "elastic difference from 1 m, after 1 s", 1e-9,
+          "elastic difference from a truss of 1 m, after 1 s", 1e-9,
           [size, rung = rung](const StabilityOptions& options) { return at_size(size, rung, options); });
 }
 

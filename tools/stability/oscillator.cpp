@@ -1,5 +1,5 @@
-// One mode against its closed form in 150 digits, from the exact doubles of the plan: any step, any damping,
-// many ticks.
+// Compares one mode with its closed form in 150 digits, computed from the exact doubles of the plan: any
+// step, any damping, many ticks.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kRate = 1000.0;  // [Hz]
 
-/// Largest |(omega dq, dq_dot)| of the state over the largest |(omega q, q_dot)| of the motion, which is that
+/// Returns |(omega dq, dq_dot)| of the state over the largest |(omega q, q_dot)| of the motion, which occurs
 /// at the start.
 double error_of(const Ride& ride, std::int64_t ticks) {
   const Plan& plan = ride.plan;
@@ -26,11 +26,11 @@ double error_of(const Ride& ride, std::int64_t ticks) {
   return sqrt(dq * dq + dv * dv).convert_to<double>() / size;
 }
 
-/// Worst error at 1, 10, 100, 1000 ticks; not a number where a state was not finite.
+/// Returns the largest error at 1, 10, 100, 1000 ticks; NaN if a state was not finite.
 double worst_error(const Scene& scene, std::string& why) {
   Ride ride(scene);
   if (!ride.has_plan()) {
-    why = ride.said();
+    why = ride.faults_text();
     return NAN;
   }
   double worst = 0.0;
@@ -46,7 +46,7 @@ double worst_error(const Scene& scene, std::string& why) {
   return worst;
 }
 
-/// Stretch of the pair at the end under another method, against the same closed form.
+/// Compares the elongation of the pair at the end, computed by other methods, with the same closed form.
 std::vector<PeerFigure> pair_peers(double omega, double ratio, double end, const StabilityOptions& options) {
   Scene scene = oscillating_pair(omega, kRate);
   scene.damping.beta = 2.0 * ratio / omega;
@@ -62,15 +62,15 @@ std::vector<PeerFigure> pair_peers(double omega, double ratio, double end, const
 Outcome at_step(double phase, const StabilityOptions& options) {
   const double omega = phase * kRate;
   Outcome outcome;
-  outcome.measured = worst_error(oscillating_pair(omega, kRate), outcome.said);
-  if (outcome.said.empty())
-    outcome.said =
-        format_text("phase after 1000 ticks known to %.0e by the rounding of omega alone", 1.1e-13 * phase);
+  outcome.measured = worst_error(oscillating_pair(omega, kRate), outcome.message);
+  if (outcome.message.empty())
+    outcome.message =
+        format_text("the rounding of omega alone limits the phase after 1000 ticks to %.0e", 1.1e-13 * phase);
   outcome.peers = pair_peers(omega, 0.0, 0.1, options);
   return outcome;
 }
 
-/// Over omega h of 1e-8 to 1e8.
+/// Measures the largest error for omega h from 1e-8 to 1e8.
 Outcome at_damping(double ratio, const StabilityOptions& options) {
   Outcome outcome;
   outcome.measured = 0.0;
@@ -85,30 +85,30 @@ Outcome at_damping(double ratio, const StabilityOptions& options) {
     if (error >= outcome.measured) at = phase;
     outcome.measured = std::max(outcome.measured, error);
   }
-  outcome.said = format_text("worst of 17 steps, at omega h %.0e; others at omega h 1", at);
+  outcome.message = format_text("worst of 17 steps, at omega h %.0e; others at omega h 1", at);
   outcome.peers = pair_peers(kRate, ratio, 0.1, options);
   return outcome;
 }
 
-/// \param count  ticks; a quick run makes fewer
+/// Measures the error after many ticks.  \param count  number of ticks; a quick run executes fewer
 Outcome many_ticks(std::int64_t count, const StabilityOptions& options) {
   const std::int64_t ticks = options.is_quick ? 200'000 : count;
   Scene scene = oscillating_pair(300.0, kRate);
   scene.initial.angular_velocity = {0.0, 0.0, 0.3};
   Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   for (std::int64_t done = 0; done < ticks; done += 10'000) {
     if (options.is_stopped()) return no_answer("interrupted");
     if (!ride.run(std::min<std::int64_t>(10'000, ticks - done))) return no_answer("a state is not finite");
   }
   Outcome outcome;
   outcome.measured = error_of(ride, ticks);
-  // the turn, which is about a principal axis: half the angle in the quaternion
-  const Real half = Real(ride.plan.initial.w_WB_B[2]) * Real(ticks) * Real(ride.plan.period) / 2;
+  // the rotation is about a principal axis; the quaternion contains half the angle
+  const Real half = Real(ride.plan.initial.w_B[2]) * Real(ticks) * Real(ride.plan.period) / 2;
   const Real difference = Real(ride.state.q_WB[0]) * sin(half) - Real(ride.state.q_WB[3]) * cos(half);
   const double angle = 2.0 * std::abs(difference.convert_to<double>());
-  outcome.said =
-      format_text("%lld ticks; attitude off by %.1e rad after %.3g turns", static_cast<long long>(ticks),
+  outcome.message =
+      format_text("%lld ticks; attitude error %.1e rad after %.3g revolutions", static_cast<long long>(ticks),
                   angle, half.convert_to<double>() / std::numbers::pi);
   outcome.peers = pair_peers(300.0, 0.0, static_cast<double>(ticks) / kRate, options);
   return outcome;
@@ -133,7 +133,7 @@ void add_oscillator_cases(std::vector<StabilityCase>& cases) {
         {"damping", ratio == 1.0 - 1e-12 ? "damping ratio 1 - 1e-12" : format_text("damping ratio %g", ratio),
          kQuantity, 1e-15, false,
          [ratio](const StabilityOptions& options) { return at_damping(ratio, options); }});
-  cases.push_back({"many ticks", "1e8 ticks of a pair that turns and vibrates, omega h 0.3",
+  cases.push_back({"many ticks", "1e8 ticks of a pair that rotates and vibrates, omega h 0.3",
                    "error at the end over the amplitude, against 150 digits", 1e-12, false,
                    [](const StabilityOptions& options) { return many_ticks(100'000'000, options); }});
 }

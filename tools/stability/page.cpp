@@ -1,4 +1,4 @@
-// The stability table as one HTML page.
+// Writes the stability table as one HTML page.
 #include <cmath>
 
 #include "tools/report/report.hpp"
@@ -13,30 +13,32 @@ std::string number_cell(double value) {
   return std::isfinite(value) ? format_text("%.1e", value) : "&ndash;";
 }
 
-/// Rows of one group; those that must be refused have words for figures.
+/// Returns the head of a table. For cases that must be refused, the table has a message instead of numbers.
 std::string table_head(const StabilityCase& what) {
   std::string text =
       "<h2>" + escaped(what.group) + "</h2>\n<div class=\"wide\"><table><thead><tr><th class=\"t\">case</th>";
   text += what.must_refuse
-              ? "<th class=\"t\">verdict</th><th class=\"t\">what is said</th>"
+              ? "<th class=\"t\">verdict</th><th class=\"t\">message</th>"
               : "<th class=\"t\">method</th><th class=\"t\">verdict</th><th>measured</th><th>at most</th>"
                 "<th class=\"t\">quantity</th><th class=\"t\">remark</th>";
   return text + "</tr></thead><tbody>\n";
 }
 
-std::string words(const std::string& text) { return "<td class=\"t said\">" + escaped(text) + "</td>"; }
+std::string text_cell(const std::string& text) {
+  return "<td class=\"t message\">" + escaped(text) + "</td>";
+}
 
 std::string rows_of(const StabilityRow& row) {
   const std::string verdict =
       std::string("<td class=\"t ") + (row.holds() ? "ours" : "fails") + "\">" + row.verdict() + "</td>";
   const std::string name = "<tr><td class=\"t\">" + escaped(row.what.name) + "</td>";
-  if (row.what.must_refuse) return name + verdict + words(row.outcome.said) + "</tr>\n";
+  if (row.what.must_refuse) return name + verdict + text_cell(row.outcome.message) + "</tr>\n";
   std::string text = name + "<td class=\"t ours\">freeflex</td>" + verdict + "<td>" +
                      number_cell(row.outcome.measured) + "</td><td>" + number_cell(row.what.limit) + "</td>" +
-                     words(row.what.quantity) + words(row.outcome.said) + "</tr>\n";
+                     text_cell(row.what.quantity) + text_cell(row.outcome.message) + "</tr>\n";
   for (const PeerFigure& peer : row.outcome.peers)
     text += "<tr><td></td><td class=\"t\">" + escaped(peer.method) + "</td><td></td><td>" +
-            number_cell(peer.figure) + "</td><td></td><td></td>" + words(peer.failure) + "</tr>\n";
+            number_cell(peer.figure) + "</td><td></td><td></td>" + text_cell(peer.failure) + "</tr>\n";
   return text;
 }
 
@@ -48,7 +50,7 @@ std::string to_html(const StabilityReport& report) {
   for (const StabilityRow& row : report.rows) failed += row.holds() ? 0 : 1;
   std::string text =
       page_head("stability") +
-      "<style>td.fails{color:#c22;font-weight:600}td.said{white-space:normal;max-width:34em}</style>\n";
+      "<style>td.fails{color:#c22;font-weight:600}td.message{white-space:normal;max-width:34em}</style>\n";
   text += "<h1>Stiff and extreme cases</h1>\n<p>freeflex " + escaped(machine.version) + ", commit " +
           escaped(machine.commit) + ", " + escaped(machine.date) + ". " + escaped(machine.processor) + ", " +
           escaped(machine.compiler) + ", " + escaped(machine.flags) + ".</p>\n<p>" +
@@ -56,13 +58,11 @@ std::string to_html(const StabilityReport& report) {
           (report.is_interrupted ? format_text("<b>Interrupted: %zu more did not run.</b> ",
                                                report.num_cases - report.rows.size())
                                  : std::string()) +
-          "Each has a figure that must be met, stated beside the measured one; what cannot be answered must "
-          "be refused "
-          "or flagged by name. Hand-written methods run at our step, packaged ones at a local error of 1e-8 "
-          "of the "
-          "elastic scale; they solve the full system, so where the body turns or deforms much their figure "
-          "holds our "
-          "model error too.</p>\n";
+          "Each has a limit, shown after the measured value; scenes without a valid result must be refused "
+          "or flagged by a message with the expected words. Hand-written methods run at our step, packaged "
+          "ones at a local error of 1e-8 of the "
+          "elastic scale; they solve the full system, so if the body rotates or deforms much, their value "
+          "includes our model error.</p>\n";
   std::string group;
   for (const StabilityRow& row : report.rows) {
     if (row.what.group != group) text += (group.empty() ? "" : kEnd) + table_head(row.what);

@@ -1,4 +1,4 @@
-// What must be refused or flagged by name: none of it may go on silently.
+// Scenes that must be refused or flagged with the right words: none may run without a message.
 #include <array>
 #include <initializer_list>
 #include <memory>
@@ -14,10 +14,10 @@
 namespace freeflex::tools {
 namespace {
 
-/// Counts the words that are missing in what was said.
-Outcome named(const std::string& said, std::initializer_list<const char*> words) {
-  Outcome outcome{0.0, said.empty() ? "nothing was said" : said, {}};
-  for (const char* word : words) outcome.measured += said.find(word) == std::string::npos ? 1.0 : 0.0;
+/// Measures how many of the expected words a message lacks.
+Outcome named(const std::string& message, std::initializer_list<const char*> words) {
+  Outcome outcome{0.0, message.empty() ? "no message" : message, {}};
+  for (const char* word : words) outcome.measured += message.find(word) == std::string::npos ? 1.0 : 0.0;
   return outcome;
 }
 
@@ -28,16 +28,16 @@ Outcome coincident_points(bool is_joined) {
   if (is_joined) add_link(scene, {3, 8}, Spring{1e4});
   const Ride ride(scene);
   if (is_joined && ride.has_plan()) return no_answer("a link of no length was taken");
-  return named(ride.said(), {"in one place", "'p3'", "'p8'"});
+  return named(ride.faults_text(), {"in one place", "'p3'", "'p8'"});
 }
 
-/// What the validity of a motion says after 0.1 s.
+/// Checks that the verdict on a motion after 0.1 s is outside, with a cause.
 Outcome verdict_of(const Scene& scene, const char* cause) {
   Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   if (!ride.run(100)) return no_answer("a state is not finite");
   const Verdict verdict = ride.verdict();
-  const bool is_outside = verdict.word == Verdict::Word::kOutside;
+  const bool is_outside = verdict.level == Verdict::Level::kOutside;
   return named((is_outside ? "outside: " : "not outside: ") + text_of(ride.plan, verdict),
                {"outside: ", cause});
 }
@@ -56,13 +56,13 @@ Outcome too_much_deformation(Fidelity rung, double force) {
   return verdict_of(scene, "model");
 }
 
-/// The step leaves the state as it was and says so.
+/// Checks that the step reports a state that is not finite and keeps the state before it.
 Outcome beyond_numbers() {
   Scene scene = square_truss(3, 1e5);
   scene.fidelity = Fidelity::kCoupled;
   add_force(scene, 10, {0.0, 1e200, 0.0});
   Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   if (ride.run(10'000)) return named("every state was finite", {"not finite"});
   const bool is_kept = ride.positions_W().allFinite();
   return named(
@@ -70,13 +70,13 @@ Outcome beyond_numbers() {
       {"not finite", "keeps the one before"});
 }
 
-/// At the limit a command is taken, above it is refused.
+/// Checks that a command at the force limit is accepted and that a command above the limit is refused.
 Outcome too_much_force(bool is_over) {
   constexpr double kLimit = 1e6;  // [N]
   Scene scene = square_truss(3, 1e5);
   scene.force_limit = kLimit;
   const Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   const auto table = std::make_unique<io::NameTable>();
   io::fill_name_table(ride.plan, *table);
   const auto command = std::make_unique<ForceCommand>();
@@ -112,10 +112,11 @@ Outcome bars_at_a_long_period() {
   scene.fidelity = Fidelity::kExactBars;
   const Ride ride(scene);
   if (ride.has_plan()) return no_answer("a plan was made");
-  return named(ride.said(), {"exact-bars", "the stiffest mode"});
+  return named(ride.faults_text(), {"exact-bars", "the stiffest mode"});
 }
 
-/// On the rungs where dashpots act stage by stage; full divides the tick for the same one.
+/// Checks a fast dashpot: rungs on which dashpots act stage by stage refuse it, and the full rung divides the
+/// tick.
 Outcome dashpot_too_fast(Fidelity rung) {
   Scene scene = square_truss(3, 1e5);
   Link dashpot;
@@ -126,23 +127,23 @@ Outcome dashpot_too_fast(Fidelity rung) {
   scene.fidelity = rung;
   add_force(scene, 10, {0.1, 0.2, 0.3});
   Ride ride(scene);
-  if (!ride.has_plan()) return named(ride.said(), {"act stage by stage", "take fidelity: full"});
+  if (!ride.has_plan()) return named(ride.faults_text(), {"act stage by stage", "take fidelity: full"});
   if (rung != Fidelity::kFull) return no_answer("a plan was made");
   const bool is_finite = ride.run(200) && ride.positions_W().allFinite();
-  return named(
-      is_finite ? format_text("taken, a tick in %d parts", ride.plan.coupled.num_parts) : "not finite",
-      {"taken"});
+  return named(is_finite ? format_text("taken, with %d substeps per tick", ride.plan.coupled.num_substeps)
+                         : "not finite",
+               {"taken"});
 }
 
-/// The daemon's pacer over a step that costs more than its period, on the clock of this machine.
+/// Runs the daemon's pacer, on the clock of this machine, with a step that takes longer than its period.
 Outcome unheld_period(const StabilityOptions& options) {
-  constexpr double kRateOfScene = 1e6;  // [Hz] the highest a scene may ask for
+  constexpr double kRateOfScene = 1e6;  // [Hz] the highest rate that a scene may set
   constexpr std::int64_t kMostTicks = 20'000'000;
   Scene scene = square_truss(8, 1e5);
   scene.fidelity = Fidelity::kExactBars;
   scene.rate = kRateOfScene;
   Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   service::MonotonicClock clock;
   service::Pacer pacer(1e9 / kRateOfScene);
   pacer.rebase(clock.now_ns());
@@ -159,21 +160,21 @@ Outcome unheld_period(const StabilityOptions& options) {
 
 void add_refusal_cases(std::vector<StabilityCase>& cases) {
   const auto add = [&cases](const char* name, auto run) {
-    cases.push_back({"must be refused or flagged", name, "words that are missing", 0.0, true, run});
+    cases.push_back({"must be refused or flagged", name, "missing words", 0.0, true, run});
   };
   using Options = StabilityOptions;
   add("coincident points, joined", [](const Options&) { return coincident_points(true); });
-  add("coincident points, apart in links", [](const Options&) { return coincident_points(false); });
+  add("coincident points, not joined", [](const Options&) { return coincident_points(false); });
   add("spin beyond validity", [](const Options&) { return too_much_spin(); });
   add("deformation beyond validity, separated",
       [](const Options&) { return too_much_deformation(Fidelity::kSeparated, 1e4); });
   add("deformation beyond validity, coupled",
       [](const Options&) { return too_much_deformation(Fidelity::kCoupled, 1e5); });
-  add("a force beyond numbers", [](const Options&) { return beyond_numbers(); });
+  add("a force beyond the range of doubles", [](const Options&) { return beyond_numbers(); });
   add("force at force_limit is taken", [](const Options&) { return too_much_force(false); });
   add("force over force_limit", [](const Options&) { return too_much_force(true); });
   add("a tolerance no rung meets", [](const Options&) { return unmet_tolerance(); });
-  add("exact bars at a period too long for them", [](const Options&) { return bars_at_a_long_period(); });
+  add("exact bars at too long a period", [](const Options&) { return bars_at_a_long_period(); });
   add("a dashpot too fast for the stages of coupled",
       [](const Options&) { return dashpot_too_fast(Fidelity::kCoupled); });
   add("a dashpot too fast for the stages of exact bars",

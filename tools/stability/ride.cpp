@@ -24,14 +24,14 @@ constexpr std::array kEntries{
     Entry{Rival::kAdams, "CVODE Adams"},      Entry{Rival::kBdf, "CVODE BDF"},
     Entry{Rival::kErk8, "ARKODE explicit 8"}, Entry{Rival::kDirk5, "ARKODE implicit 5"}};
 
-/// Largest deformation and strain energy of our own motion, looked at 64 times.
+/// Returns the largest deformation and the largest strain energy of our own motion at 64 times.
 ElasticScale elastic_scale(const Scene& scene, double end) {
-  constexpr int kLooks = 64;
+  constexpr int kSamples = 64;
   ElasticScale scale;
   Ride ride(scene);
   if (!ride.has_plan()) return scale;
-  const auto ticks = std::max<std::int64_t>(1, std::llround(end / ride.plan.period / kLooks));
-  for (int look = 0; look <= kLooks; ++look) {
+  const auto ticks = std::max<std::int64_t>(1, std::llround(end / ride.plan.period / kSamples));
+  for (int k = 0; k <= kSamples; ++k) {
     const Eigen::Matrix3Xd V = ride.displacements_B();
     const Invariants now = read_invariants(ride.plan, ride.state);
     scale.displacement =
@@ -78,8 +78,8 @@ Ride::Ride(const Scene& scene) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
   std::optional<Plan> compiled;
-  if (structure) compiled = make_whole_plan(scene, *structure, scene.fidelity, faults);
-  for (const Fault& fault : faults) said_ += (said_.empty() ? "" : "\n") + fault.message;
+  if (structure) compiled = make_full_plan(scene, *structure, scene.fidelity, faults);
+  for (const Fault& fault : faults) faults_text_ += (faults_text_.empty() ? "" : "\n") + fault.message;
   if (!compiled) return;
   has_plan_ = true;
   plan = std::move(*compiled);

@@ -1,5 +1,4 @@
-// What the cases of the stability table are made with: a scene in motion, and the same scene under other
-// methods.
+// Simulates the scenes of the stability table, with freeflex and with other methods.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,18 +16,19 @@
 
 namespace freeflex::tools {
 
-/// A compiled scene in motion.
+/// Simulates a compiled scene.
 class Ride {
  public:
   explicit Ride(const Scene& scene);
 
-  /// Faults of the set-up, warnings too, one a line; empty when there are none.
-  const std::string& said() const { return said_; }
+  /// Returns the faults and warnings of the set-up, one per line; empty if there are none.
+  const std::string& faults_text() const { return faults_text_; }
   bool has_plan() const { return has_plan_; }
-  /// False when a state is not finite; the one before it then stands.  \pre has_plan()
+  /// Advances by ticks. If a state is not finite, keeps the state before it and returns false.  \pre
+  /// has_plan()
   bool run(std::int64_t ticks, std::span<const ForceCommand> commands = {});
 
-  Eigen::Matrix3Xd positions_W() const;      // [m] (3 x N), every point published
+  Eigen::Matrix3Xd positions_W() const;      // [m] (3 x N); every point must be published
   Eigen::Matrix3Xd displacements_B() const;  // [m] (3 x N)
   const Verdict& verdict() const { return judgement_->now(); }
 
@@ -40,30 +40,31 @@ class Ride {
   template <typename Read>
   Eigen::Matrix3Xd read_points(Read read) const;
 
-  std::string said_;
+  std::string faults_text_;
   std::optional<Judgement> judgement_;
-  Budget budget_;  // none
+  Budget budget_;  // empty: the scenes set no error budget
   bool has_plan_ = false;
 };
 
-/// No answer, and why.
+/// Returns an outcome that has no value, only the reason.
 Outcome no_answer(const std::string& why);
 
-/// Figure of a state of the full system at the end.
+/// Function that measures a quantity in the last state of the full system.
 using Measure = std::function<double(const CartesianState&)>;
 
-/// The other methods on the scene up to `end` [s]: hand-written ones at `step` [s], packaged ones at a local
-/// error of 1e-8 of the elastic scale, which is taken from our own motion. Empty when the options want none.
+/// Runs the other methods on the scene up to `end` [s]: hand-written methods at `step` [s], packaged methods
+/// at a local error of 1e-8 of the elastic scale of our own motion. Returns an empty list if has_peers is
+/// false.
 std::vector<PeerFigure> run_peers(const Scene& scene, double step, double end,
                                   const StabilityOptions& options, const Measure& measure);
 
-/// The lists of cases, in the order of the table.
+// Each adds cases to the table; the order here is the order of the table.
 void add_frequency_cases(std::vector<StabilityCase>& cases);   // stiffness and mass ratios, thin shapes
 void add_oscillator_cases(std::vector<StabilityCase>& cases);  // omega h, damping, many ticks
 void add_small_cases(std::vector<StabilityCase>& cases);       // one to three points, mechanisms, rigid links
-void add_motion_cases(std::vector<StabilityCase>& cases);      // rotation, sizes of forces and of structures
-void add_tick_cases(std::vector<StabilityCase>& cases);        // ticks that turn bodies and orbits far
-void add_rung_cases(std::vector<StabilityCase>& cases);        // every rung at any step
-void add_refusal_cases(std::vector<StabilityCase>& cases);     // what must be refused or flagged by name
+void add_motion_cases(std::vector<StabilityCase>& cases);   // rotation, magnitudes of forces and structures
+void add_tick_cases(std::vector<StabilityCase>& cases);     // ticks with large rotations of bodies and orbits
+void add_rung_cases(std::vector<StabilityCase>& cases);     // every rung at any step
+void add_refusal_cases(std::vector<StabilityCase>& cases);  // scenes that must be refused or flagged
 
 }  // namespace freeflex::tools

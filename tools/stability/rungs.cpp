@@ -1,5 +1,5 @@
-// Every rung of the fidelity ladder at steps across omega h = k pi of its stiffest mode, where kick schemes
-// resonate.
+// Every rung of the fidelity ladder at steps around omega h = k pi of its stiffest mode, at which schemes
+// with impulses resonate.
 #include "core/plan/rungs.hpp"
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 namespace freeflex::tools {
 namespace {
 
-/// A truss that turns under a steady force, with some links 1e8 times as stiff as others.
-Scene turning_truss(Fidelity rung) {
+/// Returns a truss that rotates under a steady force, with some links 1e8 times as stiff as others.
+Scene rotating_truss(Fidelity rung) {
   Scene scene = stiff_truss(1e8, 1.0);
   for (Link& link : scene.links) std::get<Spring>(link.kind).stiffness *= 10.0;
   scene.initial.angular_velocity = {0.02, -0.03, 0.05};
@@ -24,14 +24,15 @@ Scene turning_truss(Fidelity rung) {
   return scene;
 }
 
-/// Positions after `ticks` at a step [s].
+/// Returns the positions after `ticks` at a step [s]. If there is no result, sets `why` to the reason and
+/// returns nullopt.
 std::optional<Eigen::Matrix3Xd> run_at(Fidelity rung, double step, std::int64_t ticks, std::string& why) {
-  Scene scene = turning_truss(rung);
+  Scene scene = rotating_truss(rung);
   scene.rate = 1.0 / step;
   Ride ride(scene);
   if (!ride.has_plan() || !ride.run(ticks)) {
-    why =
-        format_text("h = %.6g ms: ", 1e3 * step) + (ride.has_plan() ? "a state is not finite" : ride.said());
+    why = format_text("h = %.6g ms: ", 1e3 * step) +
+          (ride.has_plan() ? "a state is not finite" : ride.faults_text());
     return std::nullopt;
   }
   return ride.positions_W();
@@ -54,13 +55,13 @@ struct Shape {
 };
 
 Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
-  const Ride probe(turning_truss(Fidelity::kSeparated));
-  if (!probe.has_plan()) return no_answer(probe.said());
+  const Ride probe(rotating_truss(Fidelity::kSeparated));
+  if (!probe.has_plan()) return no_answer(probe.faults_text());
   const double top = probe.plan.omega[static_cast<std::size_t>(probe.plan.num_elastic) - 1];
-  // the exact-bars rung refuses omega h above 1000; k pi near the same steps of some 0.4 ms for all rungs
+  // exact-bars refuses omega h above 1000, so k pi is near a step of 0.4 ms for all rungs
   const double k0 = std::floor(0.4e-3 * top / std::numbers::pi);
   const std::int64_t ticks = options.is_quick ? 100 : 500;
-  const Shape shape(turning_truss(rung));
+  const Shape shape(rotating_truss(rung));
   Outcome outcome;
   outcome.measured = 0.0;
   double at = 0.0;
@@ -68,9 +69,9 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
     for (const double off : {0.0, 1e-9, -1e-3, 1e-3}) {
       if (options.is_stopped()) return no_answer("interrupted");
       const double step = k * std::numbers::pi / top * (1.0 + off);
-      const auto once = run_at(rung, step, ticks, outcome.said),
-                 half = run_at(rung, 0.5 * step, 2 * ticks, outcome.said);
-      if (!once || !half) return no_answer(outcome.said);
+      const auto once = run_at(rung, step, ticks, outcome.message),
+                 half = run_at(rung, 0.5 * step, 2 * ticks, outcome.message);
+      if (!once || !half) return no_answer(outcome.message);
       const double error =
           rung == Fidelity::kRigid ? (*once - *half).norm() / half->norm() : shape.difference(*once, *half);
       if (!(error <= outcome.measured)) {
@@ -78,25 +79,26 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
         at = k * (1.0 + off);
       }
     }
-  outcome.said = format_text("36 steps, omega h of %.3g to %.4g; worst at %.6g pi", std::numbers::pi,
-                             (k0 + 1.0) * std::numbers::pi, at);
-  // others at one of the steps, against our exact bars at an eighth of it
+  outcome.message = format_text("36 steps, omega h of %.3g to %.4g; worst at %.6g pi", std::numbers::pi,
+                                (k0 + 1.0) * std::numbers::pi, at);
+  // other methods at one of the steps, compared with our exact bars at an eighth of that step
   if (rung != Fidelity::kExactBars || !options.has_peers) return outcome;
   const double step = k0 * std::numbers::pi / top;
   std::string why;
   const auto best = run_at(rung, 0.125 * step, 8 * ticks, why);
   if (!best) return outcome;
-  outcome.peers = run_peers(turning_truss(rung), step, step * static_cast<double>(ticks), options,
+  outcome.peers = run_peers(rotating_truss(rung), step, step * static_cast<double>(ticks), options,
                             [&](const CartesianState& state) { return shape.difference(state.p_W, *best); });
   return outcome;
 }
 
-/// The full rung, whose parts are of one size at every step: against exact bars at half a part.
+/// Compares the full rung with exact bars at half a substep. The substeps of the full rung have the same size
+/// at every step.
 Outcome full_across_pi(const StabilityOptions& options) {
-  const Ride probe(turning_truss(Fidelity::kSeparated));
-  if (!probe.has_plan()) return no_answer(probe.said());
+  const Ride probe(rotating_truss(Fidelity::kSeparated));
+  if (!probe.has_plan()) return no_answer(probe.faults_text());
   const double top = probe.plan.omega[static_cast<std::size_t>(probe.plan.num_elastic) - 1];
-  const Shape shape(turning_truss(Fidelity::kFull));
+  const Shape shape(rotating_truss(Fidelity::kFull));
   constexpr std::int64_t kTicks = 50;
   const double most = options.is_quick ? 100.0 : 200.0;
   Outcome outcome;
@@ -105,17 +107,17 @@ Outcome full_across_pi(const StabilityOptions& options) {
     for (const double off : {0.0, 1e-9, 1e-3}) {
       if (options.is_stopped()) return no_answer("interrupted");
       const double phase = k * std::numbers::pi * (1.0 + off);
-      std::int64_t parts = 1;
-      while (phase > kFullPhase * static_cast<double>(parts)) parts *= 2;
+      std::int64_t substeps = 1;
+      while (phase > kFullPhase * static_cast<double>(substeps)) substeps *= 2;
       const double step = phase / top;
-      const auto divided = run_at(Fidelity::kFull, step, kTicks, outcome.said),
-                 fine = run_at(Fidelity::kExactBars, 0.5 * step / static_cast<double>(parts),
-                               2 * parts * kTicks, outcome.said);
-      if (!divided || !fine) return no_answer(outcome.said);
+      const auto divided = run_at(Fidelity::kFull, step, kTicks, outcome.message),
+                 fine = run_at(Fidelity::kExactBars, 0.5 * step / static_cast<double>(substeps),
+                               2 * substeps * kTicks, outcome.message);
+      if (!divided || !fine) return no_answer(outcome.message);
       outcome.measured = std::max(outcome.measured, shape.difference(*divided, *fine));
     }
-  outcome.said = format_text("9 steps, omega h of 31.4 to %.3g; 0 is below the rounding of positions",
-                             most * std::numbers::pi);
+  outcome.message = format_text("9 steps, omega h of 31.4 to %.3g; 0 is below the rounding of positions",
+                                most * std::numbers::pi);
   return outcome;
 }
 
@@ -128,9 +130,9 @@ void add_rung_cases(std::vector<StabilityCase>& cases) {
     const char* quantity;
     double limit;
   };
-  constexpr const char* kElastic = "elastic difference from half the step, the worst";
+  constexpr const char* kElastic = "largest elastic difference from half the step";
   for (const Row& row :
-       {Row{Fidelity::kRigid, "rigid", "position from that at half the step, the worst", 1e-12},
+       {Row{Fidelity::kRigid, "rigid", "largest position difference from half the step", 1e-12},
         Row{Fidelity::kSeparated, "separated", kElastic, 1e-5},
         Row{Fidelity::kSpinLoaded, "spin-loaded", kElastic, 1e-5},
         Row{Fidelity::kCoupled, "coupled", kElastic, 1e-5},
@@ -138,8 +140,8 @@ void add_rung_cases(std::vector<StabilityCase>& cases) {
     cases.push_back(
         {"steps across omega h = k pi", row.name, row.quantity, row.limit, false,
          [rung = row.rung](const StabilityOptions& options) { return across_pi(rung, options); }});
-  cases.push_back({"steps across omega h = k pi", "full",
-                   "elastic difference from parts of half the size, the worst", 1e-8, false, full_across_pi});
+  cases.push_back({"steps across omega h = k pi", "full", "largest elastic difference from half the substep",
+                   1e-8, false, full_across_pi});
 }
 
 }  // namespace freeflex::tools

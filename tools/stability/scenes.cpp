@@ -7,7 +7,8 @@
 namespace freeflex::tools {
 namespace {
 
-// an orthonormal triad of decimals; exact it need not be, the rest shape is what the doubles say
+// rotates by an orthonormal triad of decimal numbers. The rotation need not be exact, because the rounded
+// positions define the rest shape
 Eigen::Vector3d tilted(const Eigen::Vector3d& p) {
   return p[0] * Eigen::Vector3d(0.36, 0.48, 0.8) + p[1] * Eigen::Vector3d(-0.8, 0.6, 0.0) +
          p[2] * Eigen::Vector3d(-0.48, -0.64, 0.6);
@@ -51,8 +52,8 @@ void add_force(Scene& scene, int point, const Eigen::Vector3d& force, History hi
 Scene stiff_truss(double stiffness_ratio, double mass_ratio) {
   constexpr std::array<double, 4> kY{-0.5, 0.5, 0.5, -0.5}, kZ{-0.5, -0.5, 0.5, 0.5};
   Scene scene;
-  scene.name = "truss, stiff and soft by turns";
-  // shifts within 0.1 m, spread by multiples of 37 modulo 101
+  scene.name = "truss, stiff and soft alternately";
+  // displacements of at most 0.1 m, distributed by multiples of 37 modulo 101
   int drawn = 0;
   const auto shift = [&drawn] { return 0.1 * ((37 * ++drawn % 101) / 50.0 - 1.0); };
   for (int i = 0; i < 3; ++i)
@@ -112,7 +113,7 @@ Scene oscillating_pair(double omega, double rate) {
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
   add_point(scene, 3.0, {1.0, 0.0, 0.0});
   add_link(scene, {0, 1}, Spring{kReducedMass * omega * omega});
-  // about the centre of mass
+  // rotation about the centre of mass
   scene.initial.points.push_back({0, {-0.75 * kStretch, 0.0, 0.0}, {0.0, 0.0, 0.0}});
   scene.initial.points.push_back({1, {0.25 * kStretch, 0.0, 0.0}, {0.0, 0.0, 0.0}});
   return scene;

@@ -1,4 +1,5 @@
-// Scenes of the stability table. Every point is published and pushable; one tick is 1 ms unless told.
+// Scenes of the stability table. Every point is published and pushable; a tick is 1 ms unless stated
+// otherwise.
 #pragma once
 
 #include <array>
@@ -7,31 +8,33 @@
 
 namespace freeflex::tools {
 
-/// Free truss of three sections of four points whose corners are moved a little, so that no frequency
-/// repeats: 30 springs of 1e3 N/m, every other one stiffer by `stiffness_ratio`; points of 1 kg and
-/// `mass_ratio` kg by turns.
+/// Returns a free truss of three sections of four points, which are slightly displaced so that no two
+/// frequencies are equal. It has 30 springs of 1e3 N/m, every second one stiffer by the factor
+/// `stiffness_ratio`, and points of 1 kg and `mass_ratio` kg in turn.
 Scene stiff_truss(double stiffness_ratio, double mass_ratio);
 
-/// Four points in a zigzag of `width` [m] about a line 3 m long, every pair joined.
-/// \param is_tilted  the line stands along (0.36, 0.48, 0.8), not along x
+/// Returns four points in a zigzag of `width` [m] about a line 3 m long, with every pair joined.
+/// \param is_tilted  true: the line is along (0.36, 0.48, 0.8) instead of x
 Scene nearly_collinear(double width, bool is_tilted);
 
-/// Five points of a plane, but for `height` [m], every pair joined.
+/// Returns five points within `height` [m] of a plane, with every pair joined.
 Scene nearly_planar(double height, bool is_tilted);
 
-/// Two points of 1 and 3 kg, 1 m apart along x, whose one mode has omega [rad/s]; it starts at its crest, a
-/// stretch of 1e-3 m, at `rate` [Hz].
+/// Returns two points of 1 and 3 kg, 1 m apart along x, whose only mode has the frequency `omega` [rad/s] and
+/// starts at its maximum, an elongation of 1e-3 m.  \param rate  [Hz] of the ticks
 Scene oscillating_pair(double omega, double rate);
 
-/// Six points of 1 kg on the axes, every pair joined by a spring: principal moments 2, 3 and 4 kg m^2.
+/// Returns six points of 1 kg on the axes, with every pair joined by a spring. The principal moments are 2, 3
+/// and 4 kg m^2.
 Scene octahedron(double stiffness);
 
-/// Truss of `sections` sections 1 m apart, 1 kg a point, springs of `stiffness` [N/m]: lengths times `size`.
+/// Returns a truss of `sections` sections 1 m apart, with 1 kg per point and springs of `stiffness` [N/m].
+/// All lengths are multiplied by `size`.
 Scene square_truss(int sections, double stiffness, double size = 1.0);
 
 void add_point(Scene& scene, double mass, const Eigen::Vector3d& position);
 void add_link(Scene& scene, std::vector<int> points, LinkKind kind);
-/// A force in world axes that stays.
+/// Adds a force in world axes, which is constant unless another history is given.
 void add_force(Scene& scene, int point, const Eigen::Vector3d& force, History history = ConstantHistory{});
 
 }  // namespace freeflex::tools

@@ -1,4 +1,4 @@
-// One, two and three points, mechanisms, rigid links: textbook motions.
+// Textbook motions: one, two and three points, mechanisms, rigid links.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,7 +10,8 @@
 namespace freeflex::tools {
 namespace {
 
-/// Largest relative difference of frequencies, both ascending; not a number when their counts differ.
+/// Returns the largest relative difference between the frequencies of the plan and exact ones, both
+/// ascending; NaN if their numbers differ.
 double worst_frequency(const Plan& plan, std::vector<double> exact) {
   std::sort(exact.begin(), exact.end());
   if (static_cast<std::size_t>(plan.num_elastic) != exact.size()) return NAN;
@@ -20,7 +21,7 @@ double worst_frequency(const Plan& plan, std::vector<double> exact) {
   return worst;
 }
 
-/// p = p0 + v t + (F / m + g) t^2 / 2
+/// Compares with p = p0 + v t + (F / m + g) t^2 / 2.
 Outcome one_point(const StabilityOptions& options) {
   Scene scene;
   scene.name = "point";
@@ -29,7 +30,7 @@ Outcome one_point(const StabilityOptions& options) {
   scene.gravity = {0.0, 0.0, -9.81};
   scene.initial.velocity = {1.0, 2.0, 3.0};
   Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   if (!ride.run(10'000)) return no_answer("a state is not finite");
   const double t = 10'000 * ride.plan.period;
   const Eigen::Vector3d exact = Eigen::Vector3d(0.5, 0.0, 0.0) + t * scene.initial.velocity +
@@ -40,22 +41,22 @@ Outcome one_point(const StabilityOptions& options) {
       run_peers(scene, 1e-3, 10.0, options, [&](const CartesianState& state) { return error(state.p_W); })};
 }
 
-/// w = sqrt(k (1/m1 + 1/m2)), and a steady turn about an axis across the line
+/// Compares with w = sqrt(k (1/m1 + 1/m2)), and with a steady rotation about an axis normal to the line.
 Outcome two_points(const StabilityOptions&) {
   Scene scene = oscillating_pair(200.0, 1000.0);
   scene.initial.angular_velocity = {0.0, 0.0, 0.7};
   Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   if (ride.plan.rigid_freedoms != 5) return no_answer("not taken as collinear");
   if (!ride.run(10'000)) return no_answer("a state is not finite");
   const double frequency = worst_frequency(ride.plan, {200.0});
   const double half = 0.5 * 0.7 * 10'000 * ride.plan.period;
-  const double turn =
+  const double angle =
       2.0 * std::abs(ride.state.q_WB[0] * std::sin(half) - ride.state.q_WB[3] * std::cos(half));
-  return {std::max(frequency, turn), "5 rigid freedoms, 1 mode; larger of frequency and attitude [rad]", {}};
+  return {std::max(frequency, angle), "5 rigid freedoms, 1 mode; larger of frequency and attitude [rad]", {}};
 }
 
-/// Equal masses at the corners: sqrt(3 k / m) and twice sqrt(3 k / 2 m)
+/// Equal masses at the corners have the frequencies sqrt(3 k / m) and, twice, sqrt(3 k / 2 m).
 Outcome three_in_a_triangle(const StabilityOptions&) {
   constexpr double kStiffness = 1e4;
   Scene scene;
@@ -65,14 +66,15 @@ Outcome three_in_a_triangle(const StabilityOptions&) {
     add_point(scene, 1.0, p);
   for (int a = 0; a < 3; ++a) add_link(scene, {a, (a + 1) % 3}, Spring{kStiffness});
   const Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   const double twice = std::sqrt(1.5 * kStiffness);
   return {worst_frequency(ride.plan, {twice, twice, std::sqrt(3.0 * kStiffness)}),
           "6 rigid freedoms, 3 modes",
           {}};
 }
 
-/// The linear molecule X Y X: k / m, k (1/m + 2/M), and twice 2 k_b (1/m + 2/M) / l^2   (Herzberg 1945, II 4)
+/// The linear molecule X Y X has the squared frequencies k / m, k (1/m + 2/M) and, twice,
+/// 2 k_b (1/m + 2/M) / l^2   (Herzberg 1945, II 4).
 Outcome three_on_a_line(const StabilityOptions&) {
   constexpr double kEnd = 16.0, kMiddle = 12.0, kStretching = 1e4, kBending = 300.0;
   Scene scene;
@@ -83,7 +85,7 @@ Outcome three_on_a_line(const StabilityOptions&) {
   add_link(scene, {1, 2}, Spring{kStretching});
   add_link(scene, {0, 1, 2}, BendingSpring{kBending});
   const Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   if (ride.plan.rigid_freedoms != 5) return no_answer("not taken as collinear");
   const double both = 1.0 / kEnd + 2.0 / kMiddle, bending = std::sqrt(2.0 * kBending * both / 0.25);
   return {worst_frequency(ride.plan,
@@ -92,7 +94,7 @@ Outcome three_on_a_line(const StabilityOptions&) {
           {}};
 }
 
-/// A point that hangs on one spring beside a stiff truss moves across it freely: V = v t.
+/// A point that is joined to a stiff truss by one spring moves freely normal to that spring: V = v t.
 Outcome mechanism(double stiffness_ratio, const StabilityOptions&) {
   Scene scene = stiff_truss(stiffness_ratio, 1.0);
   add_point(scene, 0.5, {2.5, 0.0, 0.0});
@@ -101,13 +103,13 @@ Outcome mechanism(double stiffness_ratio, const StabilityOptions&) {
   const Eigen::Vector3d across = line.unitOrthogonal();
   scene.initial.points.push_back({12, Eigen::Vector3d::Zero(), 1e-3 * across});
   Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   const auto zeros =
       std::count(ride.plan.omega.begin(), ride.plan.omega.begin() + ride.plan.num_elastic, 0.0);
   if (zeros != 2 || ride.plan.mechanisms.size() != 2)
     return no_answer(format_text("%d modes of frequency 0; there are 2", static_cast<int>(zeros)));
-  const bool is_named = ride.said().find("p12") != std::string::npos;
-  if (!is_named) return no_answer("the warning does not name the point: " + ride.said());
+  const bool is_named = ride.faults_text().find("p12") != std::string::npos;
+  if (!is_named) return no_answer("the warning does not name the point: " + ride.faults_text());
   const Array v = ride.state.q_dot;
   if (!ride.run(10'000)) return no_answer("a state is not finite");
   double worst = 0.0, largest = 0.0;
@@ -116,11 +118,11 @@ Outcome mechanism(double stiffness_ratio, const StabilityOptions&) {
     largest = std::max(largest, std::abs(ride.state.q[l]));
   }
   return {worst / largest,
-          "2 frequencies exactly 0; warned: " + ride.said().substr(0, ride.said().find('\n')),
+          "2 frequencies exactly 0; warned: " + ride.faults_text().substr(0, ride.faults_text().find('\n')),
           {}};
 }
 
-/// Five points, all ten distances rigid, of which nine are independent, and a soft tail.
+/// Five points with ten rigid links, of which nine are independent, and a point on soft springs.
 Outcome redundant_links(const StabilityOptions&) {
   Scene scene = nearly_planar(0.5, false);
   for (Link& link : scene.links) link.kind = Rigid{};
@@ -128,14 +130,14 @@ Outcome redundant_links(const StabilityOptions&) {
   for (const int i : {0, 1, 2}) add_link(scene, {i, 5}, Spring{1e3});
   add_force(scene, 5, {1.0, -2.0, 0.5});
   Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
-  if (ride.said().find("redundant") == std::string::npos)
-    return no_answer("no word of a redundant link: " + ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
+  if (ride.faults_text().find("redundant") == std::string::npos)
+    return no_answer("no message about a redundant link: " + ride.faults_text());
   constexpr int kElastic = 3 * 6 - 6 - 9;
   if (ride.plan.num_elastic != kElastic)
     return no_answer(format_text("%d elastic freedoms; there are %d", ride.plan.num_elastic, kElastic));
   if (!ride.run(5'000)) return no_answer("a state is not finite");
-  // first-order stretch of the rigid links over the largest displacement
+  // largest stretch of the rigid links, to first order, over the largest displacement
   const Eigen::Matrix3Xd V = ride.displacements_B();
   double stretch = 0.0;
   for (const Link& link : scene.links) {
@@ -146,7 +148,9 @@ Outcome redundant_links(const StabilityOptions&) {
                                   .normalized();
     stretch = std::max(stretch, std::abs(u.dot(V.col(b) - V.col(a))));
   }
-  return {stretch / V.cwiseAbs().maxCoeff(), "warned: " + ride.said().substr(0, ride.said().find('\n')), {}};
+  return {stretch / V.cwiseAbs().maxCoeff(),
+          "warned: " + ride.faults_text().substr(0, ride.faults_text().find('\n')),
+          {}};
 }
 
 }  // namespace
@@ -158,13 +162,13 @@ void add_small_cases(std::vector<StabilityCase>& cases) {
   };
   constexpr const char* kFew = "one to three points";
   add(kFew, "one point, pushed and falling", "position against the parabola, after 10 s", 1e-14, one_point);
-  add(kFew, "two points, turning and vibrating", "frequency and attitude against closed form", 1e-13,
+  add(kFew, "two points, rotating and vibrating", "frequency and attitude against closed form", 1e-13,
       two_points);
   add(kFew, "three points, a triangle", "worst frequency against closed form", 1e-14, three_in_a_triangle);
   add(kFew, "three points on a line", "worst frequency against closed form", 1e-13, three_on_a_line);
   constexpr const char* kMechanism = "mechanisms and rigid links";
   for (const double ratio : {1.0, 1e8, 1e15})
-    cases.push_back({kMechanism, format_text("a point on one spring beside stiffness ratio %g", ratio),
+    cases.push_back({kMechanism, format_text("a point on one spring, stiffness ratio %g", ratio),
                      "free drift against v t, after 10 s", 1e-14, false,
                      [ratio](const StabilityOptions& options) { return mechanism(ratio, options); }});
   add(kMechanism, "ten rigid links of which nine are independent",

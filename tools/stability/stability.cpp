@@ -20,8 +20,8 @@ std::string csv_text(const std::string& text) {
 
 std::string csv_number(double value) { return std::isfinite(value) ? format_text("%.6g", value) : ""; }
 
-/// Words behind what stands in the columns before, or where that is too narrow on lines of their own.
-void print_words(const std::string& text, std::size_t column) {
+/// Prints a text after the columns of a line, or on lines of its own if it does not fit.
+void print_remark(const std::string& text, std::size_t column) {
   constexpr std::size_t kIndent = 13;
   if (column + text.size() <= kLineWidth)
     std::printf("%s%s\n", text.empty() ? "" : "  ", text.c_str());
@@ -35,15 +35,15 @@ void print_row(const StabilityRow& row) {
   const auto& [what, outcome, cpu] = row;
   if (what.must_refuse) {
     std::printf("  %-8s %-58s", row.verdict(), what.name.c_str());
-    print_words(outcome.said, 71);
+    print_remark(outcome.message, 71);
     return;
   }
   std::printf("  %-8s %-58s %8s %8s", row.verdict(), what.name.c_str(), number(outcome.measured).c_str(),
               number(what.limit).c_str());
-  print_words(outcome.said, 89);
+  print_remark(outcome.message, 89);
   for (const PeerFigure& peer : outcome.peers) {
     std::printf("  %-8s   %-56s %8s         ", "", peer.method.c_str(), number(peer.figure).c_str());
-    print_words(peer.failure, 89);
+    print_remark(peer.failure, 89);
   }
 }
 
@@ -65,7 +65,8 @@ bool StabilityReport::holds() const {
          std::all_of(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.holds(); });
 }
 
-StabilityReport check_stability(const StabilityOptions& options, const std::function<void(double)>& told) {
+StabilityReport check_stability(const StabilityOptions& options,
+                                const std::function<void(double)>& report_progress) {
   StabilityReport report;
   report.machine = this_machine();
   const std::vector<StabilityCase> cases = stability_cases();
@@ -79,7 +80,7 @@ StabilityReport check_stability(const StabilityOptions& options, const std::func
       break;
     }
     report.rows.push_back(std::move(row));
-    told(static_cast<double>(k + 1) / static_cast<double>(cases.size()));
+    report_progress(static_cast<double>(k + 1) / static_cast<double>(cases.size()));
   }
   return report;
 }
@@ -124,7 +125,7 @@ Json to_json(const StabilityReport& report) {
     each["verdict"] = row.verdict();
     each["measured"] = row.outcome.measured;
     each["limit"] = row.what.limit;
-    each["said"] = row.outcome.said;
+    each["message"] = row.outcome.message;
     each["cpu"] = row.cpu;
     each["peers"] = Json::array();
     for (const PeerFigure& peer : row.outcome.peers)
@@ -135,12 +136,12 @@ Json to_json(const StabilityReport& report) {
 }
 
 std::string to_csv(const StabilityReport& report) {
-  std::string text = "group,case,quantity,method,verdict,measured,limit,said\n";
+  std::string text = "group,case,quantity,method,verdict,measured,limit,message\n";
   for (const auto& row : report.rows) {
     const std::string front =
         csv_text(row.what.group) + "," + csv_text(row.what.name) + "," + csv_text(row.what.quantity);
     text += front + ",freeflex," + row.verdict() + "," + csv_number(row.outcome.measured) + "," +
-            csv_number(row.what.limit) + "," + csv_text(row.outcome.said) + "\n";
+            csv_number(row.what.limit) + "," + csv_text(row.outcome.message) + "\n";
     for (const PeerFigure& peer : row.outcome.peers)
       text += front + "," + csv_text(peer.method) + ",," + csv_number(peer.figure) + ",," +
               csv_text(peer.failure) + "\n";

@@ -1,4 +1,4 @@
-// freeflex stability: stiff and extreme cases, each beside the figure that it must meet.
+// freeflex stability: stiff and extreme cases, each with the limit that it must meet.
 #pragma once
 
 #include <cmath>
@@ -13,28 +13,27 @@ namespace freeflex::tools {
 
 struct StabilityOptions {
   bool is_quick = false;      // fewer ticks, for tests
-  bool has_peers = true;      // other methods run beside ours
-  double peer_budget = 0.25;  // [s] CPU that one run of another method may take
+  bool has_peers = true;      // true: other methods run too
+  double peer_budget = 0.25;  // [s] limit of the CPU time of one run of another method
   std::function<bool()> is_stopped = [] { return false; };
 };
 
-/// What another method comes to in the same case.
+/// Result of another method in the same case.
 struct PeerFigure {
   std::string method;
-  double figure = NAN;  // in the quantity of the case
-  std::string failure;  // why there is no figure, else empty
+  double figure = NAN;  // value of the case's quantity
+  std::string failure;  // reason why there is no value, else empty
 };
 
-/// What a case comes to. Not a number where there is no answer.
+/// Result of a case; NaN if there is none.
 struct Outcome {
   double measured = NAN;
-  std::string
-      said;  // what the user reads: of refusals the message, of others a remark or why there is no answer
+  std::string message;  // the message of a refusal, else a remark or the reason why there is no result
   std::vector<PeerFigure> peers;
 };
 
-/// A case holds when what is measured is at most the limit. Of what must be refused or flagged, measured
-/// counts the words that were to be named and were not.
+/// A case. It holds if the measured value is at most the limit. In cases that must be refused or
+/// flagged, the measured value is the number of expected words that the message lacks.
 struct StabilityCase {
   std::string group, name, quantity;
   double limit = 0.0;
@@ -46,9 +45,9 @@ std::vector<StabilityCase> stability_cases();
 struct StabilityRow {
   StabilityCase what;
   Outcome outcome;
-  double cpu = 0.0;  // [s] of the case with its peers
+  double cpu = 0.0;  // [s] CPU time of the case, including other methods
   bool holds() const { return outcome.measured <= what.limit; }
-  /// "holds", "refused", "FAILS"
+  /// Returns "holds", "named" or "FAILS".
   const char* verdict() const;
 };
 
@@ -56,18 +55,19 @@ struct StabilityReport {
   Machine machine;
   std::vector<StabilityRow> rows;
   bool is_interrupted = false;
-  std::size_t num_cases = 0;  // of which rows holds those that ran
+  std::size_t num_cases = 0;  // number of cases in the table; `rows` contains the cases that ran
   bool holds() const;
 };
 
-/// Every case in turn.  \param told  called with the share done, 0 to 1
-StabilityReport check_stability(const StabilityOptions& options, const std::function<void(double)>& told);
+/// Runs every case.  \param report_progress  called with the finished fraction, 0 to 1
+StabilityReport check_stability(const StabilityOptions& options,
+                                const std::function<void(double)>& report_progress);
 
 void print_row(const StabilityRow& row);
 void print_text(const StabilityReport& report);
 Json to_json(const StabilityReport& report);
 std::string to_csv(const StabilityReport& report);
-/// One page that needs no other file and no network.
+/// Returns the table as one page that needs no other file and no network.
 std::string to_html(const StabilityReport& report);
 
 }  // namespace freeflex::tools

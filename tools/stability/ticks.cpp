@@ -1,9 +1,9 @@
-// Ticks in which bodies, wheels and orbits turn far.
+// Ticks with large rotations of bodies, wheels and orbits.
 #include <Eigen/Geometry>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
 
-#include "core/step/tick_turn.hpp"
+#include "core/step/tick_rotation.hpp"
 #include "tools/stability/ride.hpp"
 #include "tools/stability/scenes.hpp"
 
@@ -25,14 +25,15 @@ Scene one_body(const Vector3d& moments, const Vector3d& spin, double rate) {
 
 std::int64_t ticks_of(const StabilityOptions& options) { return options.is_quick ? 200 : 2000; }
 
-/// Attitude from that of a body with moments (I, I, I_3) and a wheel on its axis, in closed form: it turns
-/// about H by |H| / I, and about its axis at w_3 - (I_3 w_3 + h) / I   (Hughes 1986, 7.1).
+/// Compares the attitude with the closed form for a body with moments (I, I, I_3) and a wheel on its axis of
+/// symmetry. The body rotates about H at |H| / I, and about its axis at w_3 - (I_3 w_3 + h) / I (Hughes 1986,
+/// 7.1).
 Outcome symmetric(double I, double I_3, const Vector3d& spin, double wheel, double rate,
                   const StabilityOptions& options) {
   Scene scene = one_body({I, I, I_3}, spin, rate);
   if (wheel != 0.0) scene.wheels.push_back({"w", 0, Vector3d::UnitZ(), wheel, {}});
   Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   const std::int64_t ticks = ticks_of(options);
   if (!ride.run(ticks)) return no_answer("a state is not finite");
   const double t = static_cast<double>(ticks) * ride.plan.period;
@@ -42,28 +43,30 @@ Outcome symmetric(double I, double I_3, const Vector3d& spin, double wheel, doub
                             Quaterniond(Eigen::AngleAxisd(own * t, Vector3d::UnitZ()));
   const Quat& q = ride.state.q_WB;
   return {right.angularDistance(Quaterniond(q[0], q[1], q[2], q[3])),
-          ride.verdict().word == Verdict::Word::kGood ? "good" : "not good",
+          ride.verdict().level == Verdict::Level::kGood ? "good" : "not good",
           {}};
 }
 
-/// Largest relative change of the energy of rotation of a body with three moments and a wheel on a skew axis.
+/// Measures the largest relative change of the rotational energy of a body with three different moments and a
+/// wheel on a skew axis.
 Outcome energy(const Vector3d& moments, double wheel, double rate, const StabilityOptions& options) {
   const Vector3d spin(0.5, 1.0, 0.3);
   Scene scene = one_body(moments, spin, rate);
   const double own = (moments.asDiagonal() * spin).norm();
   scene.wheels.push_back({"w", 0, Vector3d(0.6, 0.0, 0.8), wheel * own, {}});
   Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   const double start = read_invariants(ride.plan, ride.state).kinetic_rigid;
   double worst = 0.0;
   for (std::int64_t k = ticks_of(options) / 20; k > 0; --k) {
     if (!ride.run(1)) return no_answer("a state is not finite");
     worst = std::max(worst, std::abs(read_invariants(ride.plan, ride.state).kinetic_rigid / start - 1.0));
   }
-  return {worst, ride.verdict().word == Verdict::Word::kGood ? "good" : "not good", {}};
+  return {worst, ride.verdict().level == Verdict::Level::kGood ? "good" : "not good", {}};
 }
 
-/// Place after ten revolutions over the semi-major axis, from Kepler's equation in fifty digits.
+/// Measures the position error after ten revolutions, relative to the semi-major axis. Kepler's equation in
+/// fifty digits gives the exact position.
 Outcome orbit(double e, int ticks, const StabilityOptions&) {
   const double perigee = 1.0 - e;
   Scene scene;
@@ -74,10 +77,10 @@ Outcome orbit(double e, int ticks, const StabilityOptions&) {
   scene.initial.position = {perigee, 0.0, 0.0};
   scene.initial.velocity = {0.0, std::sqrt((1.0 + e) / perigee), 0.0};
   Ride ride(scene);
-  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.has_plan()) return no_answer(ride.faults_text());
   const std::int64_t count = 10 * ticks + std::max(1, ticks / 7);
   if (!ride.run(count)) return no_answer("a state is not finite");
-  // of the doubles that it starts with
+  // the exact orbit that starts at the rounded initial values
   const Wide r = scene.initial.position[0], v = scene.initial.velocity[1], a = 1 / (2 / r - v * v);
   const Wide ecc = 1 - r / a, mean = Wide(ride.plan.period) * count / (a * sqrt(a));
   Wide E = mean;
@@ -96,25 +99,27 @@ void add_tick_cases(std::vector<StabilityCase>& cases) {
   };
   constexpr const char* kAttitude = "attitude [rad] against closed form";
   constexpr const char* kEnergy = "largest relative change of the energy";
-  // the angle of a tick is rounded alike each time: eps of all that it turns
-  for (const double turn : {0.1, 2.0, 100.0})
-    add("slow ticks", format_text("%g rad a tick about an axis", turn), kAttitude, 1e-11 + 1e-12 * turn,
-        [turn](const StabilityOptions& options) {
-          return symmetric(2.0, 3.0, {0.0, 0.0, turn}, 0.0, 1.0, options);
+  // the angle of a tick has the same rounding error each time, so the total error is eps times the total
+  // rotation
+  for (const double rotation : {0.1, 2.0, 100.0})
+    add("slow ticks", format_text("%g rad per tick about an axis", rotation), kAttitude,
+        1e-11 + 1e-12 * rotation, [rotation](const StabilityOptions& options) {
+          return symmetric(2.0, 3.0, {0.0, 0.0, rotation}, 0.0, 1.0, options);
         });
-  for (const double turn : {0.1, 1.0, 30.0})
-    add("fast wheels", format_text("nutation of %g rad a tick", turn), kAttitude, 1e-10 + 1e-12 * turn,
-        [turn](const StabilityOptions& options) {
-          return symmetric(0.002, 0.002, {0.01, 0.0, 0.01}, 0.02, 10.0 / turn, options);
+  for (const double rotation : {0.1, 1.0, 30.0})
+    add("fast wheels", format_text("nutation of %g rad per tick", rotation), kAttitude,
+        1e-10 + 1e-12 * rotation, [rotation](const StabilityOptions& options) {
+          return symmetric(0.002, 0.002, {0.01, 0.0, 0.01}, 0.02, 10.0 / rotation, options);
         });
   for (const double wheel : {1.0, 1000.0})
     add("fast wheels", format_text("skew, %g times the momentum of the body", wheel), kEnergy, 1e-9,
         [wheel](const StabilityOptions& options) {
           return energy({1.0, 2.0, 2.5}, wheel, 1.0, options);
         });
-  // rounding of its energy, shared with a spin about the thin axis that has little of it
+  // the limit allows for the rounding error of the energy, of which the spin about the thin axis is only a
+  // small part
   for (const double ratio : {1e3, 1e6}) {
-    add("needles and discs", format_text("a needle of ratio %g, 1 rad a tick", ratio), kAttitude,
+    add("needles and discs", format_text("a needle of ratio %g, 1 rad per tick", ratio), kAttitude,
         1e-9 + 2e-13 * ratio, [ratio](const StabilityOptions& options) {
           return symmetric(1.0, 1.0 / ratio, {0.6, 0.8, 3.0}, 0.0, 1.0, options);
         });
@@ -123,13 +128,13 @@ void add_tick_cases(std::vector<StabilityCase>& cases) {
           return energy({1.0 / ratio, 1.0, 1.0 + 0.5 / ratio}, 1.0, 1.0, options);
         });
   }
-  add("needles and discs", "a disc, 1 rad a tick", kAttitude, 1e-10, [](const StabilityOptions& options) {
+  add("needles and discs", "a disc, 1 rad per tick", kAttitude, 1e-10, [](const StabilityOptions& options) {
     return symmetric(1.0, 2.0, {0.3, 0.2, 0.9}, 0.0, 1.0, options);
   });
   for (const double e : {0.0, 0.5, 0.9, 0.99})
     for (const int ticks : {1, 10, 1000})
-      add("eccentric orbits", format_text("eccentricity %g, %d a revolution", e, ticks),
-          "place after ten revolutions over the semi-major axis", 5e-11 / ((1.0 - e) * (1.0 - e)),
+      add("eccentric orbits", format_text("eccentricity %g, %d ticks per revolution", e, ticks),
+          "position error after ten revolutions over the semi-major axis", 5e-11 / ((1.0 - e) * (1.0 - e)),
           [e, ticks](const StabilityOptions& options) { return orbit(e, ticks, options); });
 }
 

@@ -21,13 +21,14 @@
 namespace freeflex::tools {
 namespace {
 
-// what a handler can reach: lock-free, and never destroyed
+// variables of the signal handler: lock-free, and never destroyed
 std::atomic<bool> interrupted{false};
-std::atomic<int> code_at_once{-1};  // < 0: a signal sets the flag
-std::atomic<bool> draws{false};     // a line of Progress may stand on the terminal
+// exit code of a signal that ends the program; < 0: a signal only sets the flag
+std::atomic<int> code_at_once{-1};
+std::atomic<bool> draws{false};  // true: a line of Progress may be on the terminal
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
 
-/// On any thread, at any moment: async-signal-safe calls only.
+/// Runs on any thread at any time, so it makes only async-signal-safe calls.
 extern "C" void on_interrupt(int) {
   if (const int code = code_at_once.load(); code >= 0) {
     const std::string_view clear = draws.load() ? "\r\033[K" : "";
@@ -112,7 +113,7 @@ std::string wrapped(const std::string& text, std::size_t indent) {
   std::string lines;
   std::size_t begin = 0;
   while (text.size() - begin > width) {
-    // a word longer than a line stands alone
+    // a word longer than a line gets a line of its own
     std::size_t blank = text.rfind(' ', begin + width);
     if (blank == std::string::npos || blank <= begin) blank = text.find(' ', begin + width);
     if (blank == std::string::npos) break;
@@ -157,7 +158,7 @@ Progress::Progress(std::string what, std::chrono::milliseconds patience)
   try {
     drawer_ = std::jthread([this, patience](const std::stop_token& stop) { draw_until(stop, patience); });
   } catch (const std::system_error&) {
-    // no memory for a thread: the work goes on without the line
+    // if there is no memory for a thread, the work continues without the line
   }
 }
 

@@ -1,4 +1,4 @@
-// What the subcommands share on the terminal: faults, JSON, progress, interruption.
+// Terminal output of the subcommands: faults, JSON, progress, interrupts.
 #pragma once
 
 #include <atomic>
@@ -19,66 +19,67 @@ namespace freeflex::tools {
 
 using Json = nlohmann::ordered_json;
 
-/// JSON as text, keys in the order they were written. A number that is not finite becomes null, and bytes
-/// that are not UTF-8, which anybody on the bus may send, become U+FFFD. \param indent  -1: one line
+/// Returns JSON as text, with keys in the order of insertion. A number that is not finite becomes null. Bytes
+/// that are not UTF-8, which any program on the bus may send, become U+FFFD.  \param indent  -1: one line
 std::string json_text(const Json& value, int indent = -1);
-/// The same on stdout, with an end of line.
+/// Prints JSON on stdout, followed by an end of line.
 void print_json(const Json& value, int indent = 2);
 
-/// "freeflex: error: TEXT" on stderr.
+/// Prints "freeflex: error: TEXT" on stderr.
 void print_error(const std::string& text);
-/// "freeflex: warning: TEXT" on stderr.
+/// Prints "freeflex: warning: TEXT" on stderr.
 void print_warning(const std::string& text);
 
-/// Faults in full on stderr, in the order found.
+/// Prints faults in full on stderr, in the order in which they were found.
 void print_faults(const Faults& faults, const std::vector<std::string>& sources);
 
-/// A plan from a scene or plan file, at another rate when rate > 0 [Hz], with values set in the scene. Prints
-/// the faults; nullopt on an error, and when output, the file that is to be written, is one of those that the
-/// scene is read from.
+/// Loads a plan from a scene or plan file, with values set in the scene, and at the given rate if rate > 0
+/// [Hz]. Prints the faults. Returns nullopt on an error, or if one of `outputs`, the files to be written, is
+/// also read for the scene.
 std::optional<Plan> load_or_explain(const std::string& path, double rate,
                                     const std::vector<std::string>& outputs = {},
                                     const io::Settings& settings = {});
 
-/// True when output, or the file it is until complete, would be written over input, which is explained.
+/// If `output` or its partial file would overwrite `input`, prints an error and returns true.
 bool would_overwrite(const std::string& input, const std::string& output);
 
-/// As printf, into a string.
+/// Returns a string that is formatted as by printf.
 __attribute__((format(printf, 1, 2))) std::string format_text(const char* format, ...);
 
-/// Columns that a line of a table takes at most.
+/// Largest number of columns in a line of a table.
 inline constexpr std::size_t kLineWidth = 120;
-/// Text that begins in column `indent` of its line, broken at blanks within kLineWidth; what follows is
-/// indented as much.
+/// Breaks a text at blanks so that its lines are within kLineWidth. The first line begins in column `indent`;
+/// further lines are indented to the same column.
 std::string wrapped(const std::string& text, std::size_t indent);
 
-/// A fingerprint or hash as it is printed, in JSON too: 16 hexadecimal digits.
+/// Returns a fingerprint or hash as 16 hexadecimal digits, the form in all output.
 std::string fingerprint_text(std::uint64_t fingerprint);
 
-/// "1 fault", "3 faults".
+/// Returns "1 fault", "3 faults".
 std::string counted(std::int64_t count, const std::string& noun);
 
-/// "a, b, c and 97 more".
+/// Returns "a, b, c and 97 more".
 std::string listed(std::span<const std::string> names, std::size_t limit);
 
-/// SIGINT and SIGTERM, also where they were ignored, end the program at once with exit_code and kInterrupted
-/// on stderr, until is_interrupted() is asked: nothing is lost by then, and a set-up has nowhere to ask.
+/// Until the first call of is_interrupted(), SIGINT and SIGTERM end the program at once with exit_code and
+/// kInterrupted on stderr, even if they were ignored at the start. Up to then nothing can be lost, and the
+/// set-up does not poll.
 void end_when_interrupted(int exit_code);
-/// From the first call on, SIGINT and SIGTERM only set a flag. True once one of them came.
+/// Returns true if SIGINT or SIGTERM came. From the first call on, these signals only set a flag.
 bool is_interrupted();
 inline constexpr const char* kInterrupted = "freeflex: interrupted before there was a result\n";
 
-/// A line on stderr for work that turns out long: its name and the time so far, and a bar once it has told
-/// how far it is. Nothing unless stderr is a terminal and `patience` has passed. It is drawn by a thread of
-/// its own and goes away with the object: nothing else is to be printed meanwhile.
+/// Shows a line on stderr during long work: the name of the work, the time so far, and a bar once update()
+/// was called. The line appears only on a terminal and after `patience`. A thread draws it. It disappears
+/// when the object is destroyed; nothing else may be printed before that.
 class Progress {
  public:
   explicit Progress(std::string what, std::chrono::milliseconds patience = std::chrono::milliseconds(500));
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  /// From any thread. \param fraction  0 to 1 done
+  /// Sets the finished fraction. Any thread may call it.  \param fraction  0 to 1
   void update(double fraction) { done_.store(fraction, std::memory_order_relaxed); }
-  /// What tells of a set-up.  \pre the object outlives it
+  /// Returns a progress callback for a set-up.  \pre this object outlives the callback
   SetupProgress of_setup();
 
  private:
@@ -87,12 +88,13 @@ class Progress {
 
   std::string what_;
   std::chrono::steady_clock::time_point start_;
-  std::atomic<double> done_{-1.0};  // [-] < 0: not told
-  std::jthread drawer_;             // last: its end comes before that of what it reads
+  std::atomic<double> done_{-1.0};  // [-] < 0: unknown
+  // declared last, because the thread must end before the members that it reads are destroyed
+  std::jthread drawer_;
 };
 
-/// Text of a message, which anybody may have sent, as it can be shown: bytes that are not of ASCII's
-/// printable ones in hexadecimal, so that none of them moves a cursor or begins a line.
+/// Returns a text in which all bytes except printable ASCII are replaced by hexadecimal, so that a text from
+/// an unknown sender cannot move the cursor or begin a line.
 std::string printable(std::string_view text);
 
 }  // namespace freeflex::tools

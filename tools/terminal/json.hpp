@@ -1,5 +1,5 @@
-// JSON as the tools write it, in the order it was put together. Compiled once: its templates cost the
-// compiler seconds in every file that builds a value.
+// JSON of the tools, with keys in the order of insertion. The templates are instantiated only once, because
+// instantiating them takes seconds in every file that builds a value.
 #pragma once
 
 #include <nlohmann/json.hpp>

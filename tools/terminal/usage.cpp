@@ -10,7 +10,7 @@
 namespace freeflex::tools {
 namespace {
 
-/// Where the text of an option begins.
+/// Column of --help at which the text of an option begins.
 constexpr std::size_t kTextColumn = 30;
 
 class HelpFormatter : public CLI::Formatter {
@@ -82,14 +82,14 @@ CLI::Validator file_name(std::string ending) {
 
 CLI::Option* add_vector(CLI::App& command, const std::string& name, std::vector<double>& vector,
                         const std::string& meaning, const std::string& unit) {
-  const auto take = [&vector, name, unit](const CLI::results_t& words) {
+  const auto take = [&vector, name, unit](const CLI::results_t& texts) {
     vector.clear();
-    for (const std::string& word : words)
-      if (const std::optional<double> number = read_number(word)) vector.push_back(*number);
-    if (words.size() == 3 && vector.size() == 3) return true;
+    for (const std::string& each : texts)
+      if (const std::optional<double> number = read_number(each)) vector.push_back(*number);
+    if (texts.size() == 3 && vector.size() == 3) return true;
     std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : ",") + word;
-    throw CLI::ValidationError(name + " " + text, "three numbers X,Y,Z in " + unit + " are wanted, as 0,5,0");
+    for (const std::string& each : texts) text += (text.empty() ? "" : ",") + each;
+    throw CLI::ValidationError(name + " " + text, "must be three numbers X,Y,Z in " + unit + ", as 0,5,0");
   };
   return command.add_option(name, CLI::callback_t(take), meaning)
       ->type_name("X,Y,Z")

@@ -22,16 +22,16 @@ namespace {
 constexpr std::size_t kAlignment = 8;
 constexpr std::size_t kMostNamed = 200'000;  // points
 
-/// Draws the convex hull of a link's points as triangles. False, with nothing drawn, where they lie on a line
-/// or are many.
+/// Draws the convex hull of a link's points as triangles. If the points lie on a line or are too many, draws
+/// nothing and returns false.
 bool draw_hull(std::uint32_t link, std::span<const int> points, Body& body) {
-  constexpr std::size_t kMostOfHull = 24;  // each triple is tried
-  constexpr double kFlat = 1e-9;           // [-] of the size
+  constexpr std::size_t kMostOfHull = 24;  // largest number of points, because every triple is tried
+  constexpr double kFlat = 1e-9;           // [-] relative to the size
   if (points.size() < 4 || points.size() > kMostOfHull) return false;
   std::vector<Eigen::Vector3d> at;
   for (const int point : points) at.emplace_back(body.plan.points[static_cast<std::size_t>(point)].r.data());
   double size = 0.0;
-  for (const Eigen::Vector3d& place : at) size = std::max(size, (place - at[0]).norm());
+  for (const Eigen::Vector3d& each : at) size = std::max(size, (each - at[0]).norm());
   const std::size_t before = body.triangles.size();
   for (std::size_t a = 0; a < at.size(); ++a)
     for (std::size_t b = a + 1; b < at.size(); ++b)
@@ -51,17 +51,18 @@ bool draw_hull(std::uint32_t link, std::span<const int> points, Body& body) {
   return body.triangles.size() > before;
 }
 
-/// What is drawn of a link: lines, or triangles.
+/// Draws a link as lines or triangles.
 void draw(std::uint32_t link, const std::string& kind, std::span<const int> points, Body& body) {
   if (kind == "rigid" && draw_hull(link, points, body)) return;
-  if (kind == "bending" || kind == "torsion") return;  // of angles, which lie along others
-  if (kind == "matrix") return;                        // a plan file does not have its matrix
+  if (kind == "bending" || kind == "torsion")
+    return;  // springs on angles are not drawn, because other links lie along the same lines
+  if (kind == "matrix") return;  // a plan file does not contain the matrix
   if (kind == "plate" && points.size() == 3) {
     for (const int point : points) body.triangles.push_back(static_cast<std::uint32_t>(point));
     body.triangle_links.push_back(link);
     return;
   }
-  // a line, or from the first of several to all others
+  // a line for two points; for more points, lines from the first to all others
   for (std::size_t k = 1; k < points.size(); ++k) {
     body.lines.insert(body.lines.end(),
                       {static_cast<std::uint32_t>(points[0]), static_cast<std::uint32_t>(points[k])});
@@ -69,11 +70,12 @@ void draw(std::uint32_t link, const std::string& kind, std::span<const int> poin
   }
 }
 
-/// Lines of a matrix: from each point to those that it is coupled to most. Nothing else tells its inside.
+/// Draws a matrix as lines from each point to the points that it is coupled to most strongly, because nothing
+/// else is known about its structure.
 void draw(std::uint32_t link, const MatrixLink& matrix, std::span<const int> points, Body& body) {
   constexpr std::size_t kMostOfOne = 6;
   const Eigen::Index stride = matrix.has_rotations ? 6 : 3, end = stride * std::ssize(points);
-  std::vector<std::map<Eigen::Index, double>> coupling(points.size());  // squares of entries
+  std::vector<std::map<Eigen::Index, double>> coupling(points.size());  // sums of squares of entries
   for (Eigen::Index column = 0; column < std::min(end, matrix.matrix.outerSize()); ++column)
     for (Eigen::SparseMatrix<double>::InnerIterator entry(matrix.matrix, column); entry; ++entry)
       if (entry.row() < end && entry.row() / stride != column / stride)
@@ -95,7 +97,7 @@ void draw(std::uint32_t link, const MatrixLink& matrix, std::span<const int> poi
   }
 }
 
-/// Shapes of the lowest modes, point by point within a mode: (3 x points x modes).
+/// Mode shapes of the lowest modes, point by point within a mode: (3 x points x modes).
 using Shapes = std::vector<float>;
 
 int modes_that_fit(const Plan& plan) {
@@ -130,7 +132,7 @@ Shapes shapes_of(const Plan& plan, int num_modes) {
   return shapes;
 }
 
-/// Names, empty where each is its number.
+/// Returns the names of the items; empty if each name is the item's number.
 template <typename Items>
 Json names_of(const Items& items) {
   Json names = Json::array();
@@ -156,15 +158,15 @@ Json head_of(const Body& body) {
             {"points", plan.points.size()},
             {"modes", body.num_modes},
             {"allModes", plan.num_elastic},
-            {"unknownPoints", body.num_still},
+            {"unknownPoints", body.num_without_shape},
             {"forceLimit", plan.force_limit},
             {"pointNames", names_of(plan.points)},
             {"linkNames", names_of(plan.links)}};
   head["attitude"] = make_state(plan).q_WB;
-  if (!plan.wide.empty()) {
+  if (!plan.fallback.empty()) {
     Json& numbers = head["modeNumbers"] = Json::array();
     for (int l = 0; l < body.num_modes; ++l)
-      numbers.push_back(plan.wide_modes[static_cast<std::size_t>(l)] + 1);
+      numbers.push_back(plan.fallback_modes[static_cast<std::size_t>(l)] + 1);
   }
   Json& frequencies = head["frequencies"] = Json::array();
   for (int l = 0; l < body.num_modes; ++l)
@@ -196,7 +198,7 @@ std::optional<Body> body_of_plan(const std::string& path, const std::string& out
   body.num_modes = modes_that_fit(body.plan);
   for (std::size_t k = 0; k < body.plan.links.size(); ++k)
     draw(static_cast<std::uint32_t>(k), body.plan.links[k].kind, body.plan.links[k].points, body);
-  body.num_still =
+  body.num_without_shape =
       static_cast<std::size_t>(std::count_if(body.plan.points.begin(), body.plan.points.end(),
                                              [](const PlanPoint& point) { return point.row < 0; }));
   body.shapes = shapes_of(body.plan, body.num_modes);
@@ -245,7 +247,7 @@ void Blob::append(const std::string& name, const char* type, std::span<const std
 
 std::vector<std::byte> Blob::finish() const {
   std::string head = json_text(head_);
-  // the arrays begin at a multiple of their alignment
+  // each array begins at a multiple of its alignment
   head.resize((head.size() + 8 + kAlignment - 1) / kAlignment * kAlignment - 8, ' ');
   const auto size = static_cast<std::uint32_t>(head.size());
   std::vector<std::byte> bytes(8 + head.size() + arrays_.size());

@@ -1,4 +1,5 @@
-// What a page needs to draw a structure: places, lines, triangles and mode shapes, sent once.
+// The data from which the page draws a structure: positions, lines, triangles and mode shapes. They are sent
+// once.
 #pragma once
 
 #include <cstddef>
@@ -16,9 +17,9 @@
 
 namespace freeflex::tools {
 
-/// Bytes of a JSON head and arrays behind it, as the page reads them (page/blob.js): "FFV1", length of the
-/// head [uint32], the head, and each array at a multiple of eight bytes; little-endian. The head's `arrays`
-/// has of each type (f32, f64, u32), offset and length.
+/// Builds the bytes of a JSON head and arrays that the page reads (page/blob.js): "FFV1", length of the head
+/// [uint32], the head, and each array at a multiple of eight bytes; little-endian. `arrays` in the head lists
+/// the type (f32, f64, u32), offset and length of each array.
 class Blob {
  public:
   explicit Blob(Json head) : head_(std::move(head)) {}
@@ -40,37 +41,39 @@ class Blob {
   std::vector<std::byte> arrays_;
 };
 
-/// A structure as it is drawn.
+/// A structure in the form in which it is drawn.
 struct Body {
-  std::uint64_t fingerprint = 0;  // of the plan that moves it
+  std::uint64_t fingerprint = 0;  // of the plan whose motion is shown
   std::string plan_file;
-  Plan plan;          // without a scene: what of the points the plan has rows of moves
-  int num_modes = 0;  // whose shapes are here: the lowest
-  std::vector<std::uint32_t> lines, line_links;          // pairs of points, the link of each line
-  std::vector<std::uint32_t> triangles, triangle_links;  // of plates
+  Plan plan;          // if it comes from a plan file, only points with stored mode shapes move
+  int num_modes = 0;  // number of lowest modes whose shapes are sent
+  std::vector<std::uint32_t> lines, line_links;          // pairs of points; the link of each line
+  std::vector<std::uint32_t> triangles, triangle_links;  // triangles and their links
   std::vector<float> shapes;                             // [-] (3 x points x modes)
-  std::size_t num_still = 0;                             // points without a shape, of a plan file
-  std::vector<std::int32_t> published_links;             // in the order of LOADS
+  std::size_t num_without_shape = 0;          // number of points of a plan file that have no mode shapes
+  std::vector<std::int32_t> published_links;  // in the order of LOADS
 };
-/// A Blob of it.
+/// Returns the body as a Blob.
 std::vector<std::byte> bytes_of(const Body& body);
 
-/// [bytes] Shapes beyond that are not sent: the page then draws the lowest modes alone, and says so.
+/// [bytes] Limit of the size of the mode shapes. For larger bodies the page draws only the lowest modes, and
+/// says so.
 inline constexpr std::size_t kMostShapeBytes = std::size_t{128} << 20;
 
-/// Of a scene, with the shapes of all points, or of a plan file, with those that it has. Empty, explained on
-/// stderr.
-/// \param output  that is written afterwards: it may be nothing that is read
+/// Makes the body from a scene, with the mode shapes at all points, or from a plan file, with the mode shapes
+/// that it contains. On failure, prints an error on stderr and returns nullopt.
+/// \param output  file that will be written afterwards; it must not be one of the files that are read
 std::optional<Body> make_body(const std::string& path, const std::string& output = {});
 
-/// True when a daemon's plan is this one, at the rate [Hz] at which it runs: the body then has that rate.
+/// Returns true if a daemon has the plan of the body at the daemon's rate [Hz]. If so, sets that rate in the
+/// body.
 bool take_rate(Body& body, std::uint64_t fingerprint, double rate);
 
-/// The one figure of a link's forces that colours it: tension [N], moment [N m], of a plate the stress in its
-/// plane by von Mises times its thickness [N/m], of matrices and rigid bodies the largest force on a point
-/// [N].
+/// Returns the value that determines the colour of a link: the tension [N] or the moment [N m]; for a plate
+/// the von Mises stress in its plane times its thickness [N/m]; for matrices and rigid bodies the largest
+/// force on a point [N].
 double link_figure(const std::string& kind, std::span<const double> values);
-/// Unit of that figure.
+/// Returns the unit of link_figure.
 const char* figure_unit(const std::string& kind);
 
 }  // namespace freeflex::tools

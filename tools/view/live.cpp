@@ -20,9 +20,10 @@
 namespace freeflex::tools {
 namespace {
 
-constexpr double kLease = 0.5;                  // [s] of a push; the page renews it five times as often
-constexpr std::int64_t kValidity = 10'000'000;  // [us] of a sealed command: its way to the daemon
-constexpr std::size_t kMostAsked = 64, kMostName = 32;
+constexpr double kLease = 0.5;  // [s] lease of a push; the page renews it five times within this time
+// [us] time within which a sealed command must reach the daemon
+constexpr std::int64_t kValidity = 10'000'000;
+constexpr std::size_t kMostUnanswered = 64, kMostName = 32;
 
 template <typename T>
 void append(const T* values, std::size_t size, std::vector<std::byte>& bytes) {
@@ -30,7 +31,7 @@ void append(const T* values, std::size_t size, std::vector<std::byte>& bytes) {
   bytes.insert(bytes.end(), first, first + size * sizeof(T));
 }
 
-/// At most so many bytes of a UTF-8 text, without a part of a character at the end.
+/// Cuts a UTF-8 text to at most `most` bytes, at a character boundary.
 std::string cut_text(const std::string& text, std::size_t most) {
   if (text.size() <= most) return text;
   constexpr unsigned kContinues = 0x80, kMark = 0xC0;
@@ -44,14 +45,14 @@ Bytes shared(std::vector<std::byte> bytes) {
 
 }  // namespace
 
-std::size_t place_of_mode(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode) {
-  // a plan that took modes back moves those of its wide plan
-  const bool is_wide = !body.plan.wide.empty() && state.num_elastic == body.plan.wide[0].num_elastic;
-  return is_wide ? static_cast<std::size_t>(body.plan.wide_modes[mode]) : mode;
+std::size_t coordinate_of_mode(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode) {
+  // if a reduced plan has restored modes, it runs its fallback plan
+  const bool is_wide = !body.plan.fallback.empty() && state.num_elastic == body.plan.fallback[0].num_elastic;
+  return is_wide ? static_cast<std::size_t>(body.plan.fallback_modes[mode]) : mode;
 }
 
 float shown_coordinate(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode) {
-  const std::size_t at = place_of_mode(body, state, mode);
+  const std::size_t at = coordinate_of_mode(body, state, mode);
   return at < state.q.size() ? static_cast<float>(state.q[at]) : 0.0F;
 }
 
@@ -62,7 +63,7 @@ std::vector<std::byte> state_frame(const Body& body, const freeflex_msgs::state_
   append(state.position, 3, bytes);
   append(state.attitude, 4, bytes);
   append(state.angular_velocity, 3, bytes);
-  // as many as the plan has, whatever the message claims
+  // uses the number in the plan, not the number that the message claims
   std::vector<double> wheels = state.wheel_momentum;
   wheels.resize(body.plan.wheels.all.size());
   const auto num_wheels = static_cast<double>(wheels.size());
@@ -124,8 +125,9 @@ Live::Live(Body& body, Bus& bus, std::string prefix, std::optional<SealingKey> k
 void Live::take_status(const BusMessage& message) {
   freeflex_msgs::status_t status;
   if (!io::decode_message(message.bytes, status))
-    return server_->send_latest("notice", json_text(Json{{"notice", "a daemon is heard, but its status is " +
-                                                                        io::explain_unread(message.bytes)}}));
+    return server_->send_latest("notice",
+                                json_text(Json{{"notice", "a daemon is running, but its status is " +
+                                                              io::explain_unread(message.bytes)}}));
   const auto fingerprint = static_cast<std::uint64_t>(status.plan_fingerprint);
   const bool is_known = fingerprint_ == fingerprint && rate_ == status.rate;
   const bool is_other = is_known ? is_other_ : !take_rate(body_, fingerprint, status.rate);
@@ -133,10 +135,10 @@ void Live::take_status(const BusMessage& message) {
   if (is_other != is_other_ || status.session != session_)
     server_->send_latest(
         "notice",
-        json_text(Json{{"notice", is_other ? "the daemon moves another plan (fingerprint " +
+        json_text(Json{{"notice", is_other ? "the daemon runs another plan (fingerprint " +
                                                  fingerprint_text(fingerprint) + ", this page has " +
                                                  fingerprint_text(body_.fingerprint) +
-                                                 "): freeflex view without a file shows what it moves"
+                                                 "): start freeflex view without a file to see it"
                                            : ""}}));
   is_other_ = is_other;
   session_ = status.session;
@@ -161,13 +163,13 @@ void Live::take_loads(const BusMessage& message) {
 void Live::take_ack(const BusMessage& message) {
   freeflex_msgs::ack_t ack;
   if (!io::decode_message(message.bytes, ack) || ack.sender != sender_) return;
-  const auto asked = std::find_if(asked_.begin(), asked_.end(),
-                                  [&](const Asked& one) { return one.sequence == ack.sequence; });
-  if (asked == asked_.end()) return;  // another program has the key too
-  Json told = std::move(asked->told);
-  asked_.erase(asked);
-  told.update({{"reason", ack.reason}, {"tick", ack.tick}, {"text", ack.text}});
-  server_->send_once(json_text(Json{{"ack", std::move(told)}}));
+  const auto found = std::find_if(unanswered_.begin(), unanswered_.end(),
+                                  [&](const Unanswered& one) { return one.sequence == ack.sequence; });
+  if (found == unanswered_.end()) return;  // the answer is for another program with the same key
+  Json answer = std::move(found->answer);
+  unanswered_.erase(found);
+  answer.update({{"reason", ack.reason}, {"tick", ack.tick}, {"text", ack.text}});
+  server_->send_once(json_text(Json{{"ack", std::move(answer)}}));
 }
 
 void Live::take_text(std::string_view text) {
@@ -207,23 +209,23 @@ void Live::push() {
   force->utime = wall_clock_us();
   force->session = session_;
   force->sender = sender_;
-  // by the clock: who pushes later is later, whichever program of that sender it is
+  // sequences start from the clock, so that they ascend from one program of the sender to the next
   sequence_ = std::max(sequence_ + 1, force->utime);
   force->sequence = sequence_;
-  Json told{{"by", pending->by}};
+  Json answer{{"by", pending->by}};
   if (force->num_forces > 0)
-    told.update({{"point", force->forces[0].point},
-                 {"force", std::vector<double>(force->forces[0].force, force->forces[0].force + 3)}});
-  asked_.push_back({sequence_, told});
-  if (asked_.size() > kMostAsked) asked_.pop_front();
+    answer.update({{"point", force->forces[0].point},
+                   {"force", std::vector<double>(force->forces[0].force, force->forces[0].force + 3)}});
+  unanswered_.push_back({sequence_, answer});
+  if (unanswered_.size() > kMostUnanswered) unanswered_.pop_front();
   force->start_tick = -1;
   if (force->num_forces > 0) force->lease_ticks = std::max<std::int64_t>(1, std::llround(kLease * rate_));
   const std::string channel = prefix_ + channels::kForce;
   const std::vector<std::byte> bytes =
       key_ ? seal(*force, channel, *key_, force->utime + kValidity) : io::encode(*force);
   if (!bus_.publish(channel, bytes)) {
-    told.update({{"reason", -1}, {"tick", 0}, {"text", "the network did not take it"}});
-    server_->send_once(json_text(Json{{"ack", std::move(told)}}));
+    answer.update({{"reason", -1}, {"tick", 0}, {"text", "the network refused the push"}});
+    server_->send_once(json_text(Json{{"ack", std::move(answer)}}));
   }
 }
 

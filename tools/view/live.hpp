@@ -1,4 +1,4 @@
-// A daemon's messages to browsers, and their pushes to the daemon.
+// Relays a daemon's messages to browsers, and their pushes to the daemon.
 #pragma once
 
 #include <cstdint>
@@ -24,22 +24,22 @@
 
 namespace freeflex::tools {
 
-/// STATE as the page takes it (page/blob.js): doubles 1, tick, time, position, attitude, angular velocity,
-/// number of wheels, their momenta; then the lowest elastic coordinates as floats.
+/// Returns STATE in the format of the page (page/blob.js): doubles 1, tick, time, position, attitude, angular
+/// velocity, number of wheels, momenta of the wheels; then the lowest elastic coordinates as floats.
 std::vector<std::byte> state_frame(const Body& body, const freeflex_msgs::state_t& state);
-/// Index in the state's coordinates of a mode of the body, counted from 0.
-std::size_t place_of_mode(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode);
-/// [m] Elastic coordinate of a mode of the body, counted from 0.
+/// Returns the index, in the coordinates of the state, of a mode of the body. `mode` is counted from 0.
+std::size_t coordinate_of_mode(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode);
+/// Returns the elastic coordinate [m] of a mode of the body, counted from 0.
 float shown_coordinate(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode);
-/// Gathers one tick of LOADS for the page: a figure of each published link (link_figure), not a number where
-/// no page has it. Holds these figures alone, however many pages a message claims.
+/// Collects one tick of LOADS for the page: link_figure of each published link, NaN if no page of the message
+/// contains the link. Stores only these values, whatever number of pages a message claims.
 class LoadFigures {
  public:
-  /// \pre the body outlives it
+  /// \pre the body outlives this object
   explicit LoadFigures(const Body& body);
-  /// Takes a page of so many bytes. True when all pages of its tick came.
+  /// Adds a page of `size` bytes. Returns true if all pages of its tick have come.
   bool take(const freeflex_msgs::loads_t& page, std::size_t size);
-  /// In the order of Body::published_links.
+  /// Returns the values in the order of Body::published_links.
   std::span<const float> figures() const { return figures_; }
 
  private:
@@ -50,23 +50,25 @@ class LoadFigures {
   std::vector<float> figures_;
 };
 
-/// One tick of LOADS as the page takes it: doubles 2, tick; then the figures as floats.
+/// Returns one tick of LOADS in the format of the page: doubles 2, tick; then the values as floats.
 std::vector<std::byte> loads_frame(std::int64_t tick, std::span<const float> figures);
-/// STATUS as the page takes it: the message's fields, and the modes that move (ModePeaks::largest).
+/// Returns STATUS in the format of the page: the fields of the message, and the modes that move
+/// (ModePeaks::largest).
 std::string status_text(const freeflex_msgs::status_t& status, const Json& modes);
 
-/// Relays one daemon. Called by one thread, but for take_text.
+/// Relays the messages of one daemon. For one thread, except take_text.
 class Live {
  public:
-  /// \param key  of pushes; empty: they go as they are
+  /// \param key  key for pushes; empty: pushes are not sealed
   Live(Body& body, Bus& bus, std::string prefix, std::optional<SealingKey> key);
-  /// Before the first message is taken.
+  /// Sets the server. Must be called before the first message is taken.
   void serve(PageServer& server) { server_ = &server; }
 
-  /// What a page says: {"push": {"point": index, "force": [x, y, z]}} [N, world axes], or {"push": null}, and
-  /// "by", its own name of at most 32 characters, which the answer bears. By any thread.
+  /// Takes a text from a page: {"push": {"point": index, "force": [x, y, z]}} [N, world axes], or {"push":
+  /// null}. In addition "by" is the page's name of at most 32 characters, which the answer repeats. Any
+  /// thread may call it.
   void take_text(std::string_view text);
-  /// Sends the pushes that came meanwhile.
+  /// Sends the push that came since the last call, if there is one.
   void push();
 
  private:
@@ -80,39 +82,42 @@ class Live {
   std::string prefix_;
   std::optional<SealingKey> key_;
   PageServer* server_ = nullptr;
-  struct Asked {
+  struct Unanswered {
     std::int64_t sequence;
-    Json told;  // to the page that asked: by, point, force
+    Json answer;  // for the page that asked: by, point, force
   };
-  std::string sender_;       // of this process alone
-  std::deque<Asked> asked_;  // the last, without an answer
+  std::string sender_;                 // name that only this process uses
+  std::deque<Unanswered> unanswered_;  // the latest pushes without an answer
   std::int64_t session_ = 0, sequence_ = 0;
   double rate_ = 0.0;                         // [Hz]
-  bool is_other_ = true;                      // the daemon moves another plan, or none is heard
-  std::optional<std::uint64_t> fingerprint_;  // of what the daemon moves
+  bool is_other_ = true;                      // true: the daemon runs another plan, or there is no daemon
+  std::optional<std::uint64_t> fingerprint_;  // fingerprint of the daemon's plan
   LoadFigures loads_;
   ModePeaks peaks_;
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // guards pending_
   struct Pending {
     freeflex_msgs::force_t force;
-    std::string by;  // the page that asks
+    std::string by;  // name of the page that asks
   };
   std::optional<Pending> pending_;
 };
 
-/// The motion of a recording as the page takes it, a Blob: at most 60 frames a second of simulated time and
-/// 64 MB. Empty, explained in error, when the log holds none of this body.
-/// \param damage  empty, or what of the log is not whole and is not in the motion
+/// Returns the motion of a recording as a Blob for the page: at most 60 frames per second of simulated time
+/// and 64 MB. If the log contains no motion of this body, sets `error` to the reason and returns an empty
+/// list.
+/// \param damage  set to a text about the damage of the log; the damaged part is not in the motion; empty if
+///   there is none
 std::vector<std::byte> recorded_motion(Body& body, const std::string& log, const std::string& prefix,
                                        std::optional<std::int64_t> session, std::string& error,
                                        std::string& damage);
-/// The plan or scene that a recording names; empty, explained in error.
+/// Returns the plan or scene that a recording names. If it names none, sets `error` to the reason and returns
+/// an empty text.
 std::string recorded_plan(const std::string& log, const std::string& prefix,
                           std::optional<std::int64_t> session, std::string& error);
 
-/// The page with what it shows inside.
+/// Returns the page with its data included.
 std::string page_with(const std::vector<std::byte>& body, const std::vector<std::byte>& motion);
-/// The page as it was built, which asks its server for the rest.
+/// Returns the page as it was built, which loads its data from the server.
 std::string_view plain_page();
 
 }  // namespace freeflex::tools

@@ -14,7 +14,7 @@ void ModePeaks::take(const freeflex_msgs::state_t& state) {
   session_ = state.session;
   epoch_ = state.epoch;
   for (std::size_t l = 0; l < num_modes; ++l) {
-    const std::size_t at = place_of_mode(*body_, state, l);
+    const std::size_t at = coordinate_of_mode(*body_, state, l);
     if (at >= state.q.size() || at >= state.q_dot.size()) continue;
     const double rate = state.q_dot[at], spring = body_->plan.omega[l] * state.q[at];
     peaks_[l] = std::max(peaks_[l], 0.5 * body_->plan.mass * (rate * rate + spring * spring));
@@ -22,7 +22,8 @@ void ModePeaks::take(const freeflex_msgs::state_t& state) {
 }
 
 Json ModePeaks::largest() const {
-  constexpr double kLeast = 1e-12;  // [-] of the largest: less is rounding
+  // [-] relative to the largest energy; smaller energies are rounding errors
+  constexpr double kLeast = 1e-12;
   std::vector<std::size_t> ranked(peaks_.size());
   std::iota(ranked.begin(), ranked.end(), std::size_t{0});
   std::stable_sort(ranked.begin(), ranked.end(),

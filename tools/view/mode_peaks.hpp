@@ -1,4 +1,4 @@
-// The modes that move: those with the largest peak energy.
+// Finds the modes with the largest peak energy.
 #pragma once
 
 #include <cstddef>
@@ -10,15 +10,15 @@
 
 namespace freeflex::tools {
 
-/// Keeps the peak energy of each mode of a body: M/2 (qdot^2 + omega^2 q^2).  [J]
+/// Keeps the peak energy [J] of each mode of a body: M/2 (qdot^2 + omega^2 q^2).
 class ModePeaks {
  public:
-  /// \pre the body outlives it
+  /// \pre the body outlives this object
   explicit ModePeaks(const Body& body) : body_(&body) {}
-  /// A state of another session or epoch begins anew.
+  /// Updates the peaks with a state. A state of another session or epoch first resets the peaks.
   void take(const freeflex_msgs::state_t& state);
-  /// Returns pairs of mode, counted from 0, and peak energy [J], the largest first, at most kMostRanked of
-  /// them. Modes that move by rounding alone are left out.
+  /// Returns at most kMostRanked pairs of mode (counted from 0) and peak energy [J], the largest first. Modes
+  /// whose motion is only rounding error are omitted.
   Json largest() const;
 
   static constexpr std::size_t kMostRanked = 6;

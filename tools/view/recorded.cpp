@@ -1,4 +1,4 @@
-// Recordings on the page, and the page itself.
+// Converts recordings for the page; contains the page itself.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -29,12 +29,12 @@ extern const char freeflex_page_begin[], freeflex_page_end[];
 namespace freeflex::tools {
 namespace {
 
-constexpr double kMostFrames = 60.0;                             // a second of simulated time
+constexpr double kMostFrames = 60.0;                             // frames per second of simulated time
 constexpr std::size_t kMostMotionBytes = std::size_t{64} << 20;  // of elastic coordinates
-constexpr double kMostStatuses = 5.0;                            // a second of simulated time
+constexpr double kMostStatuses = 5.0;                            // statuses per second of simulated time
 constexpr std::string_view kDataMark = "@DATA@";
 
-/// What the page plays, gathered from one session.
+/// Collects the motion of one session for the page.
 struct Motion {
   explicit Motion(const Body& body) : peaks(body) {}
   std::vector<double> clock, tick, time, position, attitude, spin, wheels;
@@ -87,7 +87,8 @@ const RecordedSession* session_of(io::LogReader& log, const std::string& prefix,
   return chosen;
 }
 
-/// Ticks whose states are shown: no more a second than the screen, and no more than the page can hold.
+/// Returns the states that are shown: at most as many per second as the screen shows, and at most as many as
+/// the page can store.
 std::vector<StateRecord> shown_states(const RecordedSession& session, double period, int num_modes) {
   const std::size_t of_one = sizeof(float) * static_cast<std::size_t>(std::max(1, num_modes));
   const double most = static_cast<double>(kMostMotionBytes) / static_cast<double>(of_one);
@@ -105,9 +106,9 @@ std::vector<StateRecord> shown_states(const RecordedSession& session, double per
   return shown;
 }
 
-/// LOADS and STATUS of the session.
-void take_beside(const Body& body, const std::string& path, const std::string& prefix, std::int64_t session,
-                 Motion& motion) {
+/// Adds LOADS and STATUS of the session.
+void take_loads_and_status(const Body& body, const std::string& path, const std::string& prefix,
+                           std::int64_t session, Motion& motion) {
   io::LogReader log(path);
   io::LogEvent event;
   LoadFigures figures(body);
@@ -167,7 +168,7 @@ std::vector<std::byte> recorded_motion(Body& body, const std::string& path, cons
     return {};
   }
   if (!chosen->plan_fingerprint)
-    print_warning(path + " does not say which plan was recorded: " + body.plan_file + " is taken on trust");
+    print_warning(path + " does not name its plan, so " + body.plan_file + " is not checked");
   Motion motion(body);
   io::LogEvent event;
   const StateRecord* before = nullptr;
@@ -180,7 +181,7 @@ std::vector<std::byte> recorded_motion(Body& body, const std::string& path, cons
       return {};
     }
     if (state.num_elastic != body.plan.num_elastic &&
-        (body.plan.wide.empty() || state.num_elastic != body.plan.wide[0].num_elastic)) {
+        (body.plan.fallback.empty() || state.num_elastic != body.plan.fallback[0].num_elastic)) {
       error = path + ": a state of " + counted(state.num_elastic, "elastic coordinate") + ", " +
               body.plan_file + " has " + std::to_string(body.plan.num_elastic) +
               ": name what was recorded with --plan";
@@ -198,7 +199,7 @@ std::vector<std::byte> recorded_motion(Body& body, const std::string& path, cons
     time_before = state.time;
     motion.take(state, body);
   }
-  take_beside(body, path, prefix, chosen->session, motion);
+  take_loads_and_status(body, path, prefix, chosen->session, motion);
   Blob blob({{"statuses", std::move(motion.statuses)},
              {"modes", motion.peaks.largest()},
              {"linksPerTick", body.published_links.size()},
@@ -225,8 +226,8 @@ std::string page_with(const std::vector<std::byte>& body, const std::vector<std:
   std::string page(plain_page());
   std::string data = "<script>window.freeflexData = {body: \"" + base64(body) + "\"";
   if (!motion.empty()) data += ", motion: \"" + base64(motion) + "\"";
-  const std::size_t place = page.find(kDataMark);
-  if (place != std::string::npos) page.replace(place, kDataMark.size(), data + "};</script>");
+  const std::size_t mark = page.find(kDataMark);
+  if (mark != std::string::npos) page.replace(mark, kDataMark.size(), data + "};</script>");
   return page;
 }
 

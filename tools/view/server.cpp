@@ -32,13 +32,14 @@ namespace http = boost::beast::http;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-constexpr std::chrono::seconds kHeaderTime{1};  // until a header is whole, however many reads it takes
-constexpr std::size_t kMostHeader = 16384;      // [bytes]
-constexpr std::size_t kMostStrangers = 64;      // connections whose header is not whole, or was refused
-constexpr std::size_t kMostDownloads = 32;      // connections that are sent the page or its data
-constexpr std::chrono::seconds kWriteTime{10};  // in which a client takes some of an answer
-constexpr std::chrono::seconds kCloseTime{1};   // in which a client closes after its answer
-constexpr std::chrono::milliseconds kAcceptPause{100};  // when no connection can be taken, for lack of files
+constexpr std::chrono::seconds kHeaderTime{1};    // time for a complete header, in any number of reads
+constexpr std::size_t kMostHeader = 16384;        // [bytes]
+constexpr std::size_t kMostUnauthenticated = 64;  // connections whose header is incomplete or was refused
+constexpr std::size_t kMostDownloads = 32;        // connections that receive the page or its data
+constexpr std::chrono::seconds kWriteTime{10};    // time in which a client must accept a part of an answer
+constexpr std::chrono::seconds kCloseTime{1};     // time in which a client must close after its answer
+constexpr std::chrono::milliseconds kAcceptPause{
+    100};  // pause after a failed accept, for example if there are no free file descriptors
 
 std::string make_token() {
   std::array<unsigned char, 16> bytes{};
@@ -52,7 +53,7 @@ std::string make_token() {
   return token;
 }
 
-/// Equal in time that does not tell where they differ.
+/// Compares two texts in a time that does not depend on the position of the first difference.
 bool are_equal(std::string_view a, std::string_view b) {
   if (a.size() != b.size()) return false;
   unsigned difference = 0;
@@ -66,7 +67,7 @@ std::string_view view_of(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Returns the value of `token` in a query, empty where there is none.
+/// Returns the value of `token` in a query; empty if there is none.
 std::string_view token_in(std::string_view query) {
   constexpr std::string_view kName = "token=";
   while (!query.empty()) {
@@ -81,7 +82,7 @@ using Answer = http::response<http::span_body<const char>>;
 
 }  // namespace
 
-/// The server's thread and what it holds.
+/// The server's thread and its state.
 class PageServer::Loop {
  public:
   Loop(Content content, Take take) : content_(std::move(content)), take_(std::move(take)) {}
@@ -92,7 +93,7 @@ class PageServer::Loop {
   Loop(const Loop&) = delete;
   Loop& operator=(const Loop&) = delete;
 
-  /// Returns why there is no server, or nothing.
+  /// Returns an empty text or the reason why there is no server.
   std::string start(int port);
   std::string url() const;
   template <typename Change>
@@ -101,16 +102,16 @@ class PageServer::Loop {
 
  private:
   class Visitor;
-  /// Connections of a kind. The oldest is closed where a new one finds no room.
-  class Crowd {
+  /// List of connections of one kind. If it is full, a new connection closes the oldest.
+  class ConnectionList {
    public:
-    explicit Crowd(std::size_t most) : most_(most) {}
+    explicit ConnectionList(std::size_t most) : most_(most) {}
     void add(const std::shared_ptr<Visitor>& visitor);
     void remove(const std::shared_ptr<Visitor>& visitor);
 
    private:
     std::size_t most_;
-    std::deque<std::weak_ptr<Visitor>> all_;  // by age
+    std::deque<std::weak_ptr<Visitor>> all_;  // ordered by age
   };
 
   void accept();
@@ -123,20 +124,20 @@ class PageServer::Loop {
   const Take take_;
   std::string token_;
   int port_ = 0;
-  asio::io_context io_{1};  // before all that uses it
+  asio::io_context io_{1};  // declared before the members that use it
   tcp::acceptor acceptor_{io_};
   asio::steady_timer pause_{io_};
-  Crowd strangers_{kMostStrangers}, downloads_{kMostDownloads};
+  ConnectionList unauthenticated_{kMostUnauthenticated}, downloads_{kMostDownloads};
   std::set<std::shared_ptr<Viewer>> viewers_;
-  std::map<std::string, std::string> latest_;  // for those who join
+  std::map<std::string, std::string> latest_;  // sent to browsers that connect later
   std::atomic<std::size_t> num_viewers_ = 0;
-  std::mutex mutex_;  // of what follows
-  Mail mail_;         // that other threads have left
+  std::mutex mutex_;  // guards mail_ and is_posted_
+  Mail mail_;         // from other threads
   bool is_posted_ = false;
   std::thread thread_;
 };
 
-/// One connection, until its request is answered or has become a WebSocket.
+/// Handles one connection until its request is answered or becomes a WebSocket.
 class PageServer::Loop::Visitor : public std::enable_shared_from_this<Visitor> {
  public:
   Visitor(Loop& loop, tcp::socket socket) : loop_(loop), stream_(std::move(socket)), received_(kMostHeader) {
@@ -156,12 +157,12 @@ class PageServer::Loop::Visitor : public std::enable_shared_from_this<Visitor> {
       return refuse(http::status::request_header_fields_too_large, "the header is above 16 KB");
     const bool is_malformed = error.category() == make_error_code(http::error::end_of_stream).category() &&
                               error != http::error::end_of_stream && error != http::error::partial_message;
-    if (error && !is_malformed) return;  // the time is over, or the client has gone
-    if (error) return refuse(http::status::bad_request, "no request of HTTP/1.1");
+    if (error && !is_malformed) return;  // timeout, or the client closed
+    if (error) return refuse(http::status::bad_request, "not an HTTP/1.1 request");
     const PageRequest& request = parser_.get();
     const bool is_socket = boost::beast::websocket::is_upgrade(request);
     const bool is_entitled = loop_.may_enter(request, is_socket);
-    if (is_entitled) loop_.strangers_.remove(shared_from_this());
+    if (is_entitled) loop_.unauthenticated_.remove(shared_from_this());
     if (is_entitled && is_socket && view_of(request.target()).starts_with("/ws?")) {
       stream_.expires_never();
       return loop_.join(std::move(stream_), request);
@@ -192,7 +193,8 @@ class PageServer::Loop::Visitor : public std::enable_shared_from_this<Visitor> {
       self->drain();
     });
   }
-  /// Reads on until the client closes: to close first, with bytes unread, would take the answer from it.
+  /// Reads until the client closes. If the server closed first, with unread bytes, the answer would be
+  /// discarded.
   void drain() {
     stream_.async_read_some(asio::buffer(rest_), [self = shared_from_this()](error_code error, std::size_t) {
       if (!error) self->drain();
@@ -208,7 +210,7 @@ class PageServer::Loop::Visitor : public std::enable_shared_from_this<Visitor> {
   std::array<char, 1024> rest_{};
 };
 
-void PageServer::Loop::Crowd::add(const std::shared_ptr<Visitor>& visitor) {
+void PageServer::Loop::ConnectionList::add(const std::shared_ptr<Visitor>& visitor) {
   std::erase_if(all_, [](const auto& one) { return one.expired(); });
   if (all_.size() == most_) {
     if (const std::shared_ptr<Visitor> oldest = all_.front().lock()) oldest->close();
@@ -217,7 +219,7 @@ void PageServer::Loop::Crowd::add(const std::shared_ptr<Visitor>& visitor) {
   all_.push_back(visitor);
 }
 
-void PageServer::Loop::Crowd::remove(const std::shared_ptr<Visitor>& visitor) {
+void PageServer::Loop::ConnectionList::remove(const std::shared_ptr<Visitor>& visitor) {
   std::erase_if(all_, [&](const auto& one) { return one.lock() == visitor; });
 }
 
@@ -232,7 +234,7 @@ std::string PageServer::Loop::start(int port) {
   if (!error) acceptor_.listen(tcp::acceptor::max_listen_connections, error);
   if (error)
     return "no server at 127.0.0.1:" + std::to_string(port) + ": " + error.message() +
-           "; another --port, or 0 for any";
+           "; give another --port, or 0 for any free one";
   port_ = acceptor_.local_endpoint().port();
   accept();
   thread_ = std::thread([this] { io_.run(); });
@@ -254,14 +256,14 @@ void PageServer::Loop::accept() {
     error_code ignored;
     socket.set_option(tcp::no_delay(true), ignored);
     const auto visitor = std::make_shared<Visitor>(*this, std::move(socket));
-    strangers_.add(visitor);
+    unauthenticated_.add(visitor);
     visitor->start();
     accept();
   });
 }
 
-/// Tells whether a request is for one of the server's own names and has the token; a WebSocket's comes from
-/// its own page.
+/// Returns true if a request names this server and has the token; a WebSocket request must also have the
+/// page's origin.
 bool PageServer::Loop::may_enter(const PageRequest& request, bool is_socket) const {
   const std::string port = ":" + std::to_string(port_);
   const auto is_own = [&](http::field name, const std::string& front) {
@@ -285,7 +287,7 @@ Answer PageServer::Loop::answer(const PageRequest& request, bool is_entitled) co
     return std::move(answer);
   };
   if (request.method() != http::verb::get)
-    return fill(http::status::method_not_allowed, "text/plain", "GET alone");
+    return fill(http::status::method_not_allowed, "text/plain", "only GET is allowed");
   if (!is_entitled)
     return fill(http::status::forbidden, "text/plain",
                 "open the address that freeflex view printed, with its token");
@@ -305,13 +307,13 @@ Answer PageServer::Loop::answer(const PageRequest& request, bool is_entitled) co
   if (path == "/motion")
     return fill(content_.motion.empty() ? http::status::no_content : http::status::ok,
                 "application/octet-stream", view_of(content_.motion));
-  return fill(http::status::not_found, "text/plain", "there are /, /body, /motion and /ws");
+  return fill(http::status::not_found, "text/plain", "the server has only /, /body, /motion and /ws");
 }
 
 void PageServer::Loop::join(boost::beast::tcp_stream stream, const PageRequest& request) {
   const auto viewer = std::make_shared<Viewer>(std::move(stream));
   if (viewers_.size() >= static_cast<std::size_t>(kMostViewers))
-    return viewer->refuse(request, R"({"notice":"as many browsers look on as may: close one of them"})");
+    return viewer->refuse(request, R"({"notice":"too many browsers show this page: close one"})");
   viewers_.insert(viewer);
   num_viewers_ = viewers_.size();
   Mail first;
@@ -323,7 +325,7 @@ void PageServer::Loop::join(boost::beast::tcp_stream stream, const PageRequest& 
   });
 }
 
-/// Leaves mail for the thread, which is called once for all that waits.
+/// Adds mail for the server's thread, and wakes it once for all waiting mail.
 template <typename Change>
 void PageServer::Loop::post(const Change& change) {
   const std::lock_guard lock(mutex_);

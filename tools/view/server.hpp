@@ -1,4 +1,4 @@
-// The page over HTTP on loopback, and a WebSocket to each browser that looks at it.
+// Serves the page over HTTP on loopback, and a WebSocket to each browser that shows it.
 #pragma once
 
 #include <cstddef>
@@ -13,45 +13,48 @@ namespace freeflex::tools {
 
 using Bytes = std::shared_ptr<const std::vector<std::byte>>;
 
-/// Browsers that may look on at one time.
+/// Largest number of browsers at one time.
 inline constexpr int kMostViewers = 8;
 
-/// Serves from one thread of its own. A client needs the token in the URL, and a WebSocket needs the page's
-/// own origin as well. A connection without the token has one second and 16 KB for its header, and at most 64
-/// such connections are held: a new one takes the place of the oldest.
+/// Serves the page on a thread of its own. A client needs the token in the URL; a WebSocket also needs the
+/// page's own origin. A connection without the token has one second and 16 KB for its header. At most 64 such
+/// connections are kept: a new one replaces the oldest.
 class PageServer {
  public:
   struct Content {
     std::string html;
-    std::vector<std::byte> body;    // at /body
-    std::vector<std::byte> motion;  // at /motion; empty: there is none
+    std::vector<std::byte> body;    // served at /body
+    std::vector<std::byte> motion;  // served at /motion; empty: there is no motion
   };
-  /// Text from a page, called by the server's thread.
+  /// Function that is called on the server's thread with each text from a page.
   using Take = std::function<void(std::string_view)>;
 
-  /// \param port  0: any that is free
+  /// \param port  0: any free port
   PageServer(Content content, int port, Take take);
   ~PageServer();
   PageServer(const PageServer&) = delete;
   PageServer& operator=(const PageServer&) = delete;
 
-  /// Empty, or why there is no server.
+  /// Returns the reason why there is no server; empty if there is no error.
   const std::string& error() const { return error_; }
   std::string url() const;
 
-  /// Frames of a kind replace those that a browser has not taken yet. Any thread may call what follows.
+  // Any thread may call the following functions.
+  /// Kinds of frames. A new frame replaces a frame of the same kind that was not yet sent to a browser.
   enum class Kind : std::uint8_t { kState, kLoads };
   void send(Kind kind, const Bytes& frame);
-  /// Texts of a name replace each other, and come first to a browser that joins.
+  /// Sends a text, which replaces an earlier text of the same name. A browser that connects gets these texts
+  /// first.
   void send_latest(const std::string& name, const std::string& text);
-  /// To every browser that is there now: the last 64 that it has not taken.
+  /// Sends a text to every connected browser. For each browser, the last 64 texts that were not yet sent are
+  /// kept.
   void send_once(const std::string& text);
 
  private:
   class Loop;
 
   std::string error_;
-  std::unique_ptr<Loop> loop_;  // null where there is no server
+  std::unique_ptr<Loop> loop_;  // null if there is no server
 };
 
 }  // namespace freeflex::tools

@@ -9,12 +9,13 @@ namespace {
 
 namespace websocket = boost::beast::websocket;
 
-constexpr std::size_t kMostWaiting = 64;                     // texts of one browser
-constexpr double kTraffic = 150e3;                           // [bytes/s] of states to one browser
-constexpr std::chrono::microseconds kLeastInterval{16'000};  // 60 a second, of states
-constexpr std::size_t kMostFromPage = 4096;                  // [bytes] of a text
-constexpr std::chrono::seconds kHandshakeTime{2};            // to open and to close
-constexpr std::chrono::seconds kIdleTime{10};                // until a ping, and again until the end
+constexpr std::size_t kMostWaiting = 64;  // texts that wait for one browser
+constexpr double kTraffic = 150e3;        // [bytes/s] limit of the states sent to one browser
+constexpr std::chrono::microseconds kLeastInterval{16'000};  // between states: at most 60 a second
+constexpr std::size_t kMostFromPage = 4096;                  // [bytes] limit of a text
+constexpr std::chrono::seconds kHandshakeTime{2};            // time limit for opening and for closing
+// silence until a ping is sent, and again until the connection is closed
+constexpr std::chrono::seconds kIdleTime{10};
 
 }  // namespace
 
@@ -40,7 +41,8 @@ Viewer::Viewer(boost::beast::tcp_stream stream)
   limits.idle_timeout = kIdleTime;
   limits.keep_alive_pings = true;
   stream_.set_option(limits);
-  stream_.read_message_max(kMostFromPage);  // by the length that a frame announces, before any of it is held
+  // the announced length is checked against this limit before any byte is stored
+  stream_.read_message_max(kMostFromPage);
   stream_.auto_fragment(false);
 }
 
@@ -84,7 +86,7 @@ void Viewer::read() {
   });
 }
 
-/// Writes one frame after the other, as long as there are any.
+/// Writes the frames one after another, until none is left.
 void Viewer::send() {
   if (!is_ready_ || is_writing_) return;
   if (frames_.empty()) collect();
@@ -101,7 +103,7 @@ void Viewer::send() {
                       });
 }
 
-/// Moves what is due from the mail to the frames.
+/// Moves the mail that is due to the list of frames.
 void Viewer::collect() {
   for (std::string& text : std::exchange(mail_.texts, {})) frames_.push_back({std::move(text), nullptr});
   for (auto& [name, text] : std::exchange(mail_.latest, {})) frames_.push_back({std::move(text), nullptr});
@@ -124,7 +126,8 @@ void Viewer::collect() {
     size += (*waiting)->size();
     frames_.push_back({{}, std::exchange(*waiting, nullptr)});
   }
-  // the pause counts from the time that was due: states that come at another rate keep theirs on the average
+  // the pause begins at the time when the frame was due, so the average rate is right at any rate of the
+  // states
   const auto paced =
       std::chrono::microseconds(static_cast<std::int64_t>(1e6 * static_cast<double>(size) / kTraffic));
   next_ = std::max(next_ + std::max(kLeastInterval, paced), now);

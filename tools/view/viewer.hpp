@@ -1,4 +1,4 @@
-// One browser's WebSocket, by Boost.Beast.
+// The WebSocket of one browser, with Boost.Beast.
 #pragma once
 
 #include <boost/asio/steady_timer.hpp>
@@ -22,15 +22,15 @@ namespace freeflex::tools {
 
 using PageRequest = boost::beast::http::request<boost::beast::http::empty_body>;
 
-/// What waits for a browser: the newest frame of each kind, the newest text of each name, the last texts
-/// without one.
+/// Data that waits for a browser: the newest frame of each kind, the newest text of each name, and the latest
+/// texts without a name.
 struct Mail {
   Bytes state, loads;
   std::map<std::string, std::string> latest;
   std::deque<std::string> texts;
 
   void add_text(const std::string& text);
-  /// Adds what is newer, and drops what it replaces.
+  /// Adds newer mail, which replaces older mail.
   void add(const Mail& newer);
 };
 
@@ -42,9 +42,10 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
 
   explicit Viewer(boost::beast::tcp_stream stream);
 
-  /// Answers the browser's request and begins to send. \param leave  called once, when the browser has gone
+  /// Answers the browser's request and begins to send.  \param leave  called once, when the browser has
+  /// closed the connection
   void start(const PageRequest& request, const Take* take, Leave leave);
-  /// Answers the browser's request, sends one text and closes.
+  /// Answers the browser's request, sends one text and closes the connection.
   void refuse(const PageRequest& request, std::string text);
   void put(const Mail& mail);
 
@@ -52,7 +53,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   using Clock = std::chrono::steady_clock;
   struct Frame {
     std::string text;
-    Bytes bytes;  // null: the text
+    Bytes bytes;  // null: a text frame
   };
 
   void read();
@@ -66,8 +67,8 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   const Take* take_ = nullptr;
   Leave leave_;
   Mail mail_;
-  std::deque<Frame> frames_;  // the first is being written
-  Clock::time_point next_;    // when frames are due
+  std::deque<Frame> frames_;  // the first frame is being written
+  Clock::time_point next_;    // earliest time of the next frames
   bool is_ready_ = false, is_writing_ = false, is_paused_ = false;
 };
 

@@ -8,11 +8,11 @@ namespace {
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 bool is_opening(char c) { return c == '{' || c == '['; }
 bool is_closing(char c) { return c == '}' || c == ']'; }
-// after which a quote opens a text
+// a quote after one of these characters begins a quoted text
 bool begins_value(char c) { return is_opening(c) || c == ',' || c == ':'; }
 char closing_of(char opening) { return opening == '{' ? '}' : ']'; }
 
-// "- ..." or "key: ...": what an item of a block begins with
+// returns true for "- ..." or "key: ...", which begins an item of a block
 bool starts_item(std::string_view line) {
   const auto ends_at = [&](std::size_t i) { return i == line.size() || is_blank(line[i]); };
   if (line.front() == '-') return ends_at(1);
@@ -58,8 +58,8 @@ class BracketScanner {
   struct Open {
     char opening;
     std::size_t offset;
-    std::size_t indent;  // of its line
-    bool is_line_start;  // nothing stands before it: the lines within may stand as far left as it does
+    std::size_t indent;  // indent of the bracket's line
+    bool is_line_start;  // the bracket is first in its line: inner lines may have the same indent
   };
 
   void pass() {
@@ -70,13 +70,13 @@ class BracketScanner {
     ++at_;
   }
 
-  // an item of the block around the outermost bracket begins here, at the start of a line
+  // returns true if an item of the block that contains the outermost bracket begins at this start of a line
   bool begins_outside() const {
     if (open_.empty() || open_.front().is_line_start || indent_ > open_.front().indent) return false;
     return starts_item(text_.substr(at_, std::min(text_.find('\n', at_), text_.size()) - at_));
   }
 
-  // to behind the closing quote; a quote that is never closed is a fault of its own
+  // skips the text up to its closing quote; a quote that is never closed is a different fault
   void skip_quoted(char quote) {
     for (pass(); at_ < text_.size() && text_[at_] != quote; pass())
       if (quote == '"' && text_[at_] == '\\' && at_ + 1 < text_.size()) pass();
@@ -91,7 +91,7 @@ class BracketScanner {
     result.wrong_closing = wrong_closing;
     for (auto open = open_.rbegin(); open != open_.rend(); ++open) {
       result.brackets.push_back({open->opening, locate(text_, open->offset)});
-      if (wrong_closing != 0) break;  // those around it may be closed behind
+      if (wrong_closing != 0) break;  // the outer brackets may be closed later
     }
     return result;
   }
@@ -99,7 +99,7 @@ class BracketScanner {
   std::string_view text_;
   std::size_t at_ = 0;
   std::size_t line_start_ = 0;
-  std::size_t indent_ = 0;  // of the line, in bytes
+  std::size_t indent_ = 0;  // indent of the line [bytes]
   bool is_line_start_ = true;
   std::vector<Open> open_;
 };

@@ -1,4 +1,4 @@
-// Brackets of YAML text that nothing closes: libfyaml notices them late, and names another fault.
+// Finds unclosed brackets in YAML text. libfyaml notices them late and reports a different fault.
 #pragma once
 
 #include <optional>
@@ -16,15 +16,17 @@ struct UnclosedBrackets {
     TextPlace place;
   };
   std::vector<Bracket> brackets;  // innermost first, at least one
-  TextPlace noticed;              // where the next item, the wrong closing bracket or the end stands
-  char wrong_closing = 0;         // that which stands there in place of the innermost one's
+  TextPlace noticed;  // place of the item, wrong closing bracket or end of the text that showed the fault
+  // the closing bracket at that place, if it does not match the innermost one; else 0
+  char wrong_closing = 0;
 };
 
-/// The first brackets that stay open: the text ends, another one is closed, or an item of the block around
-/// them begins. Quotes and comments are passed over. Meant for text that is known to be faulty.
+/// Returns the first brackets that are still open when the text ends, when a bracket of the other kind is
+/// closed, or when an item of the surrounding block begins. Skips quotes and comments. Call only for text
+/// that is known to be faulty.
 std::optional<UnclosedBrackets> find_unclosed(std::string_view text);
 
-/// "flow mapping without a closing brace; it was opened on line 2, column 5: close it with '}'"
+/// Returns "flow mapping without a closing brace; it was opened on line 2, column 5: close it with '}'".
 std::string describe(const UnclosedBrackets& unclosed);
 
 }  // namespace freeflex::io::reader

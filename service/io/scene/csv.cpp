@@ -5,13 +5,13 @@
 namespace freeflex::io::reader {
 namespace {
 
-// a field without the blanks around it, and where it starts
+// a field without surrounding blanks, and the place where it starts
 struct Field {
   std::string_view text;
   int column;  // from 1, in characters
 };
 
-// plain text as YAML has it; nothing is empty
+// returns a node of plain text like the YAML reader's; an empty text gives an empty node
 Node text_node(std::string_view text, const Origin& origin) {
   Node node;
   node.kind = text.empty() ? Node::Kind::kEmpty : Node::Kind::kText;
@@ -28,7 +28,7 @@ std::vector<Field> split(std::string_view line) {
   for (std::size_t start = 0; start <= line.size();) {
     const std::size_t end = std::min(line.find(',', start), line.size());
     Field field{line.substr(start, end - start), column};
-    column += locate(field.text, field.text.size()).column;  // its characters and the comma
+    column += locate(field.text, field.text.size()).column;  // the characters of the field, and the comma
     while (!field.text.empty() && is_padding(field.text.front())) {
       field.text.remove_prefix(1);
       ++field.column;
@@ -95,7 +95,8 @@ CsvTable::CsvTable(Report& report, int source, std::vector<std::string_view> kno
     return;
   }
   header_ = {source_, line_, 1};
-  std::vector<std::string_view> found, meant;  // meant: what unknown columns may stand for
+  // meant: known columns that unknown columns may be misspellings of
+  std::vector<std::string_view> found, meant;
   for (const Field& field : split(line)) {
     const Origin place{source_, line_, field.column};
     const auto column = std::find(known_.begin(), known_.end(), field.text);
@@ -105,7 +106,7 @@ CsvTable::CsvTable(Report& report, int source, std::vector<std::string_view> kno
       report_.error(place, "unknown column " + quote(field.text) + did_you_mean(field.text, known_) +
                                "; allowed: " + join(known_));
     else if (is_repeated)
-      report_.error(place, "column " + quote(field.text) + " stands twice");
+      report_.error(place, "column " + quote(field.text) + " appears twice");
     if (column == known_.end() || is_repeated) is_good_ = false;
     found.push_back(field.text);
     known_of_field_.push_back(column == known_.end() ? -1 : static_cast<int>(column - known_.begin()));
@@ -142,11 +143,12 @@ bool CsvTable::next_line(std::string_view& line) {
 void CsvTable::report_length(std::size_t num_fields) {
   std::vector<std::string_view> header;
   for (const int index : known_of_field_) header.push_back(known_[static_cast<std::size_t>(index)]);
-  report_.error({source_, line_, 1},
-                "row " + std::to_string(num_rows_) + " has " + std::to_string(num_fields) +
-                    (num_fields == 1 ? " field" : " fields") + ", the header has " +
-                    std::to_string(header.size()) + ": " + join(header) +
-                    (num_fields > header.size() ? "; a comma parts fields, decimals take a point" : ""));
+  report_.error(
+      {source_, line_, 1},
+      "row " + std::to_string(num_rows_) + " has " + std::to_string(num_fields) +
+          (num_fields == 1 ? " field" : " fields") + ", the header has " + std::to_string(header.size()) +
+          ": " + join(header) +
+          (num_fields > header.size() ? "; a comma separates fields; write decimals with a point" : ""));
 }
 
 bool CsvTable::each_row(const std::function<bool(const CsvRow&)>& take) {

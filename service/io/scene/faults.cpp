@@ -1,4 +1,4 @@
-// Faults for people and for programs.
+// Formats faults as text and as JSON.
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -20,8 +20,8 @@ const char* severity_of(const Fault& fault) {
   return fault.severity == Fault::Severity::kError ? "error" : "warning";
 }
 
-// bytes of one line, without its end; nothing when the file has no such line or it is longer than a person
-// reads
+// returns a line without its end-of-line characters; nullopt if the file has no such line or the line is too
+// long to show
 std::optional<std::string> line_of_file(const std::string& path, int wanted) {
   constexpr std::size_t kLongest = 1 << 16;
   std::ifstream file(path, std::ios::binary);
@@ -35,14 +35,14 @@ std::optional<std::string> line_of_file(const std::string& path, int wanted) {
   return line;
 }
 
-// the line and a caret below the column, both cut to a window around it
+// returns the line and a caret below the column, both cut to a window around the column
 std::string show_line(const std::string& line, int column) {
   constexpr int kBefore = 60, kWindow = 100;
   const int first = std::max(1, column - kBefore);
   std::string shown, marks;
   int at = 1;
   for (std::size_t i = 0; i <= line.size() && at < first + kWindow; ++at) {
-    std::size_t end = i + 1;  // one character: its first byte and the continuations
+    std::size_t end = i + 1;  // one UTF-8 character: its first byte and its continuation bytes
     while (end < line.size() && (static_cast<unsigned char>(line[end]) & 0xc0) == 0x80) ++end;
     if (at >= first && i < line.size()) {
       const auto byte = static_cast<unsigned char>(line[i]);

@@ -1,4 +1,4 @@
-// Forces that go by the motion of a point.
+// Reads forces proportional to the motion of a point.
 #include <algorithm>
 
 #include "service/io/scene/reader.hpp"
@@ -6,7 +6,7 @@
 namespace freeflex::io::reader {
 namespace {
 
-// one number for all body axes, one for each, or the rows of a matrix
+// reads a gain: one number for all body axes, one number for each axis, or the rows of a matrix
 std::optional<Eigen::Matrix3d> read_gain(Report& report, const Node& node, const std::string& label,
                                          std::string_view unit) {
   if (node.kind == Node::Kind::kText) {

@@ -1,4 +1,4 @@
-// Which rung of the fidelity ladder a scene takes, and the budget of its errors.
+// Reads the rung of the fidelity ladder and the error budget.
 #include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
@@ -20,8 +20,9 @@ void SceneReader::read_fidelity(const Fields& scene) {
   if ((!fidelity || word) && !is_auto) {
     for (const char* key : {"position", "attitude", "elastic", "horizon"})
       if (const Node* node = fields.find(key))
-        report_.error(node->origin, std::string("tolerance: ") + key +
-                                        " has no effect but with fidelity: auto; add that or leave it out");
+        report_.error(node->origin,
+                      std::string("tolerance: ") + key +
+                          " has no effect without fidelity: auto; set that, or remove this key");
     return;
   }
   AutomaticRung& automatic = scene_.automatic.emplace();
@@ -38,7 +39,7 @@ void SceneReader::read_fidelity(const Fields& scene) {
   fields.require("horizon", automatic.horizon);
   if (fields.lacks_all({"position", "attitude", "elastic"}))
     report_.error(tolerance->origin,
-                  "tolerance: none is stated; give position [m], attitude [rad] or elastic (share)");
+                  "tolerance: no error is given; give position [m], attitude [rad] or elastic (share)");
 }
 
 void SceneReader::read_error_budget(const Node& node) {

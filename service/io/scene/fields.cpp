@@ -53,8 +53,9 @@ std::string comma_hint(const Node& list, std::size_t wanted) {
     ++i;
   }
   if (num_pairs == 0 || list.items.size() <= wanted) return {};
-  if (list.items.size() != wanted + num_pairs) return ": a comma parts items, decimals take a point";
-  return ": a comma parts items, write " + joined;
+  if (list.items.size() != wanted + num_pairs)
+    return ": a comma separates items; write decimals with a point";
+  return ": a comma separates items; write " + joined;
 }
 
 std::optional<Eigen::Vector3d> read_vector(Report& report, const Node& node, const std::string& label,
@@ -70,7 +71,7 @@ std::optional<Eigen::Quaterniond> read_unit_quaternion(Report& report, const Nod
   if (!q) return std::nullopt;
   const Eigen::Vector4d quaternion((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
   const double norm = quaternion.stableNorm();
-  constexpr double kTolerance = 1e-6;  // [-] six digits written by hand
+  constexpr double kTolerance = 1e-6;  // [-] allows components that were written by hand with six digits
   if (std::abs(norm - 1.0) > kTolerance) {
     report.error(node.origin,
                  label + " has norm " + format_number(norm) + ", must be a unit quaternion [w, x, y, z]");
@@ -116,8 +117,8 @@ std::string item_label(const std::string& noun, const Node& node, const std::str
 
 namespace {
 
-// "damping: {ratio: 0.02}" for a number in place of a mapping, as far as it can be read; empty for anything
-// else
+// returns "damping: {ratio: 0.02}" if the node is a number where a mapping is required; empty for any other
+// node
 std::string advise_mapping(const Node& node, const std::string& label, std::string_view number_key) {
   constexpr std::string_view kStart = "+-.,0123456789";
   if (number_key.empty() || node.kind != Node::Kind::kText || node.text.empty() ||
@@ -129,8 +130,8 @@ std::string advise_mapping(const Node& node, const std::string& label, std::stri
          std::string(number_key) + ": " + (is_good ? node.text : "NUMBER") + "}";
 }
 
-/// What may be meant by a key that is not known: one of those that are absent, or one whose value stands at
-/// its colon. The advice is empty where the word is.
+/// The key that an unknown key may be a misspelling of: a key that is absent, or a key that lacks the blank
+/// after its colon. The advice is empty if `word` is empty.
 struct MeantKey {
   std::string_view word;
   std::string advice;
@@ -166,7 +167,7 @@ Fields::Fields(Report& report, const Node& node, std::string label, const Sectio
       report.error(key.origin, label_of(key.text) + " " + std::string(reason->reason));
       continue;
     }
-    std::vector<std::string_view> absent;  // keys that a misspelt one may stand for
+    std::vector<std::string_view> absent;  // keys that the unknown key may be a misspelling of
     for (const Key& known : section.keys)
       if (!find(known.name)) absent.push_back(known.name);
     const MeantKey meant = find_meant(key.text, absent);
@@ -271,7 +272,7 @@ std::optional<int> Names::resolve(Report& report, const Node& node, const std::s
 
 namespace {
 
-// one name or range, appended to indices; false after reporting
+// appends the indices of one name or range; returns false after reporting a fault
 bool append_selected(Report& report, const Node& node, const std::string& label, const Names& names,
                      std::vector<int>& indices) {
   if (node.kind != Node::Kind::kText) {

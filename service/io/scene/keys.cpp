@@ -32,10 +32,11 @@ constexpr Quantity kPublicationRate{"Hz", Bound::kNonNegative};
 constexpr Quantity kForce{"N"};
 constexpr Quantity kTorque{"N m"};
 constexpr Quantity kVelocity{"m/s"};
-constexpr double kMaxInner = 2000.0;  // coordinates of one superelement
-constexpr double kShortestAge = 0.1;  // [s] a loop of slow ticks looks at its commands every 50 ms
+constexpr double kMaxInner = 2000.0;  // largest number of inner coordinates of one superelement
+// [s] longer than the 50 ms after which a loop with slow ticks takes commands
+constexpr double kShortestAge = 0.1;
 
-// keys by what stands at them
+// make keys of each form
 Key key(std::string_view name, Form form, std::string_view about, Quantity quantity = kNumber) {
   return {.name = name, .form = form, .about = about, .quantity = quantity};
 }
@@ -76,7 +77,7 @@ Key items(std::string_view name, std::vector<const Section*> of, std::string_vie
   return made;
 }
 
-// and what more is said of one
+// add properties to a key
 Key required(Key made) {
   made.is_required = true;
   return made;
@@ -103,16 +104,17 @@ std::vector<std::string_view> rungs() {
   return names;
 }
 
-// every part by its number, then all of them
+// names of all features by number, then "all"
 std::vector<std::string_view> parts() {
   std::vector<std::string_view> names;
-  names.reserve(kNumParts + 1);
-  for (int k = 0; k < kNumParts; ++k) names.emplace_back(name_of(static_cast<Part>(k)));
+  names.reserve(kNumFeatures + 1);
+  for (int k = 0; k < kNumFeatures; ++k) names.emplace_back(name_of(static_cast<Feature>(k)));
   names.emplace_back("all");
   return names;
 }
 
-// a kind of link: its own keys, and of viscous and loss_factor those that it takes
+// makes the section of a kind of link: the kind's own keys, and viscous and loss_factor if the kind allows
+// them
 Section link(Key kind, std::vector<Key> own, const LossRefusal& losses) {
   Section section{kind.name, {name_or_number(), required(std::move(kind))}};
   section.keys.insert(section.keys.end(), own.begin(), own.end());
@@ -123,7 +125,8 @@ Section link(Key kind, std::vector<Key> own, const LossRefusal& losses) {
       section.refused.push_back({loss.name, reason});
   };
   add(number("viscous", kViscous,
-             "Force is stiffness times (deformation + viscous times its rate); default 0."),
+             "Viscous loss: the force is stiffness times (deformation + viscous times rate of deformation); "
+             "default 0."),
       losses.viscous);
   add(number("loss_factor", kLossFactor,
              "Structural damping: equivalent modal damping at each frequency; default 0."),
@@ -133,11 +136,13 @@ Section link(Key kind, std::vector<Key> own, const LossRefusal& losses) {
 
 Key lumped() {
   return true_or_false(
-      "lumped", "The mass in equal parts on the link's points, not spread as it moves; default false.");
+      "lumped",
+      "The mass is lumped in equal parts at the link's points instead of distributed; default false.");
 }
 Key mean_axial() {
-  return true_or_false(
-      "mean_axial", "Along the link the mean of spread and lumped mass, as Nastran's bars; default false.");
+  return true_or_false("mean_axial",
+                       "In the axial direction, the mean of distributed and lumped mass, as in Nastran's "
+                       "bars; default false.");
 }
 Key mass_per_length() {
   return number("mass_per_length", kMassPerLength, "Mass of the link, along its axis; default 0.");
@@ -152,32 +157,35 @@ Key chain(std::string_view kind, std::string_view about) { return key(kind, Form
 
 const Section kTolerance{
     "tolerance",
-    {number("displacement", {"m", Bound::kPositive},
-            "Displacement that matters: the word on the motion counts errors against it."),
+    {number("displacement", {"m", Bound::kPositive}, "Displacement with which the verdict compares errors."),
      number("position", {"m", Bound::kPositive},
-            "With fidelity auto: error of position, root mean square over the points."),
-     number("attitude", {"rad", Bound::kPositive}, "With fidelity auto: error of attitude."),
+            "With fidelity auto: allowed error of position, root mean square over the points."),
+     number("attitude", {"rad", Bound::kPositive}, "With fidelity auto: allowed error of attitude."),
      number("elastic", {"-", Bound::kPositive},
-            "With fidelity auto: error of the elastic displacements, as a share of them."),
-     number("horizon", kHorizon, "With fidelity auto, required: over which the errors must hold.")}};
+            "With fidelity auto: allowed error of the elastic displacements, relative to them."),
+     number("horizon", kHorizon,
+            "With fidelity auto, required: time over which the errors must stay within these limits.")}};
 
 const Section kErrorBudget{
     "error_budget",
-    {required(number("horizon", kHorizon, "Better equations start again from the state each horizon."))},
+    {required(number("horizon", kHorizon,
+                     "After each horizon, the more accurate equations restart from the state."))},
     "horizon"};
 
 const Section kPoint{
     "point",
-    {name_or_number(), required(number("mass", kMass, "Mass; 0: a massless point, which links must hold.")),
+    {name_or_number(),
+     required(number("mass", kMass, "Mass; 0: a massless point, which links must hold in every direction.")),
      required(vector("at", kPosition, "Rest position, scene axes.")),
      numbers(
          "inertia", {3, 6}, {"kg m^2"},
          "Inertia of a body about its centre of mass: moments Jxx, Jyy, Jzz, or entries of the matrix Jxx, "
          "Jyy, Jzz, Jxy, Jxz, Jyz."),
-     vector("offset", kPosition, "Centre of mass of the body, from the point; default [0, 0, 0]."),
-     numbers(
-         "axes", {4}, kNumber,
-         "Unit quaternion [w, x, y, z]: axes of inertia and offset, to scene axes; default [1, 0, 0, 0].")}};
+     vector("offset", kPosition,
+            "Position of the body's centre of mass relative to the point; default [0, 0, 0]."),
+     numbers("axes", {4}, kNumber,
+             "Unit quaternion [w, x, y, z] from the axes of inertia and offset to scene axes; default [1, 0, "
+             "0, 0].")}};
 
 const Section kPointTable{
     "point_table",
@@ -212,16 +220,16 @@ const std::vector<Section> kLinks{
           number("GAz", kAxialRigidity,
                  "Shear rigidity k G A for deflection along local z; default: no shear deformation."),
           vector("y_axis", kNumber, "Direction of local y in scene axes; default: chosen."),
-          mapping("release", kRelease, "Rotations that the joints at the ends of a single beam do not hold."),
+          mapping("release", kRelease, "Rotations that are free at the ends of a single beam."),
           mass_per_length(), lumped(), mean_axial()},
          kRotationLosses),
-    link(chain("bending",
-               "Springs on the angle at the middle point of every 3 that follow one another in a chain."),
-         {required(number("stiffness", kAngleStiffness, "Stiffness against change of the angle."))},
-         kElasticLosses),
+    link(
+        chain("bending", "Springs on the angle at the middle point of every 3 successive points of a chain."),
+        {required(number("stiffness", kAngleStiffness, "Stiffness against change of the angle."))},
+        kElasticLosses),
     link(chain("torsion",
-               "Springs on the dihedral angle about the middle two points of every 4 that follow one another "
-               "in a chain."),
+               "Springs on the dihedral angle about the middle two points of every 4 successive points of a "
+               "chain."),
          {required(number("stiffness", kAngleStiffness, "Stiffness against change of the angle."))},
          kElasticLosses),
     link(chain("plate", "Thin triangle of 3 points, membrane and bending."),
@@ -237,19 +245,19 @@ const std::vector<Section> kLinks{
           whole("inner", 0.0, kMaxInner, "Rows of inner coordinates after those of the points; default 0.")},
          kElasticLosses),
     link(key("flexibility", Form::kText,
-             "File with a flexibility matrix [m/N] in Matrix Market format: displacements per force, held in "
-             "any statically determinate way."),
+             "File with a flexibility matrix [m/N] in Matrix Market format: displacements per force, with "
+             "the body supported in any statically determinate way."),
          {matrix_points()}, kElasticLosses),
-    link(chain("rigid", "Keeps the distances of 2 points, or makes one rigid body of more."), {},
+    link(chain("rigid", "Keeps the distance between 2 points, or joins more points to one rigid body."), {},
          kRigidLosses),
     link(chain("dashpot", "Dashpots along a chain of 2 or more points."),
-         {required(number("damping", kDampingCoefficient, "Tension for the rate of elongation."))},
+         {required(number("damping", kDampingCoefficient, "Tension per rate of elongation."))},
          kDashpotLosses)};
 
 const Section kRayleigh{
     "rayleigh",
-    {number("alpha", {"1/s", Bound::kNonNegative}, "Share of the mass matrix; default 0."),
-     number("beta", {"s", Bound::kNonNegative}, "Share of the stiffness matrix; default 0.")}};
+    {number("alpha", {"1/s", Bound::kNonNegative}, "Factor of the mass matrix; default 0."),
+     number("beta", {"s", Bound::kNonNegative}, "Factor of the stiffness matrix; default 0.")}};
 
 const Section kDamping{
     "damping",
@@ -260,126 +268,140 @@ const Section kDamping{
 
 const Section kAttractor{
     "attractor",
-    {vector("at", kPosition, "Place of the body that attracts, world axes; default [0, 0, 0]."),
-     required(number("mu", {"m^3/s^2", Bound::kPositive},
-                     "Each point is drawn with the acceleration mu / distance^2."))},
+    {vector("at", kPosition, "Position of the attracting body, world axes; default [0, 0, 0]."),
+     required(number(
+         "mu", {"m^3/s^2", Bound::kPositive},
+         "Gravitational parameter: each point has the acceleration mu / distance^2 towards the body."))},
     "mu"};
 
 const Section kInitialPoint{
     "initial_point",
     {vector("displacement", kPosition, "Elastic displacement, body axes; default [0, 0, 0]."),
-     vector("velocity", kVelocity, "Its rate, body axes; default [0, 0, 0].")}};
+     vector("velocity", kVelocity, "Rate of the elastic displacement, body axes; default [0, 0, 0].")}};
 
 const Section kInitialMode{"initial_mode",
                            {number("q", kPosition, "Elastic coordinate; default 0."),
-                            number("q_dot", kVelocity, "Its rate; default 0.")}};
+                            number("q_dot", kVelocity, "Rate of the elastic coordinate; default 0.")}};
 
 const Section kInitial{
     "initial",
-    {vector("position", kPosition, "Of the scene's origin, world axes; default [0, 0, 0]."),
-     numbers("attitude", {4}, kNumber, "Unit quaternion [w, x, y, z], scene to world; default [1, 0, 0, 0]."),
-     vector("velocity", kVelocity, "Of the centre of mass, world axes; default [0, 0, 0]."),
-     vector("angular_velocity", {"rad/s"}, "Body axes; default [0, 0, 0]."),
+    {vector("position", kPosition, "Position of the scene's origin, world axes; default [0, 0, 0]."),
+     numbers("attitude", {4}, kNumber,
+             "Unit quaternion [w, x, y, z] from scene axes to world axes; default [1, 0, 0, 0]."),
+     vector("velocity", kVelocity, "Velocity of the centre of mass, world axes; default [0, 0, 0]."),
+     vector("angular_velocity", {"rad/s"}, "Angular velocity, body axes; default [0, 0, 0]."),
      per(Per::kName, mapping("points", kInitialPoint, "Elastic motion of points.")),
      per(Per::kMode, mapping("modes", kInitialMode, "Elastic motion of modes, by their numbers from 1."))}};
 
 const Section kWheel{
     "wheel",
-    {name_or_number(), required(key("at", Form::kReference, "The body that it is in: a point with inertia.")),
-     required(vector("axis", kNumber, "Axis of its spin, scene axes.")),
-     number("momentum", {"N m s"}, "At the start, about its axis; default 0.")}};
+    {name_or_number(),
+     required(key("at", Form::kReference, "The body that contains the wheel: a point with inertia.")),
+     required(vector("axis", kNumber, "Spin axis of the wheel, scene axes.")),
+     number("momentum", {"N m s"}, "Momentum at the start about the wheel's axis; default 0.")}};
 
 const Section kWrench{"wrench",
-                      {vector("force", kForce, "At the group's centre of mass; default [0, 0, 0]."),
-                       vector("torque", kTorque, "On the group; default [0, 0, 0].")},
+                      {vector("force", kForce, "Force at the group's centre of mass; default [0, 0, 0]."),
+                       vector("torque", kTorque, "Torque on the group; default [0, 0, 0].")},
                       {},
                       {"force", "torque"}};
 
-const Section kPulse{"pulse",
-                     {number("start", {"s", Bound::kNonNegative}, "When it begins; default 0."),
-                      required(number("duration", {"s", Bound::kPositive}, "How long it lasts."))},
-                     "duration"};
+const Section kPulse{
+    "pulse",
+    {number("start", {"s", Bound::kNonNegative}, "Time at which the pulse begins; default 0."),
+     required(number("duration", {"s", Bound::kPositive}, "Duration of the pulse."))},
+    "duration"};
 
 const Section kSine{"sine",
-                    {required(number("frequency", {"Hz", Bound::kPositive}, "Its frequency.")),
-                     number("phase", {"rad"}, "Its phase at the start; default 0.")},
+                    {required(number("frequency", {"Hz", Bound::kPositive}, "Frequency of the sine.")),
+                     number("phase", {"rad"}, "Phase of the sine at the start; default 0.")},
                     "frequency"};
 
-const Section kTable{"table",
-                     {required(numbers("times", {}, {"s"}, "Times of the rows, which increase.")),
-                      required(numbers("values", {}, kNumber, "Strength at these times, linear between."))}};
+const Section kTable{
+    "table",
+    {required(numbers("times", {}, {"s"}, "Times of the rows, which increase.")),
+     required(numbers("values", {}, kNumber, "Strength at these times, interpolated linearly."))}};
 
 const Section kLoad{
     "load",
     {name_or_number(),
      words("axes", Form::kWord, {"world", "body", "local"},
-           "Axes of the forces and torques; local: those of the body, turned by the elastic rotation at the "
-           "point; default world."),
+           "Axes of the forces and torques; local: the axes of the body, rotated by the elastic rotation at "
+           "the point; default world."),
      per(Per::kName, vector("forces", kForce, "Forces on points.")),
-     per(Per::kName, mapping("wrenches", kWrench, "Wrenches on groups, spread over their points.")),
+     per(Per::kName, mapping("wrenches", kWrench, "Wrenches on groups, distributed over their points.")),
      per(Per::kName, vector("torques", kTorque, "Torques on bodies: points with inertia or offset.")),
      per(Per::kName, number("wheels", kTorque, "Torques of the motors of wheels.")),
-     mapping("pulse", kPulse, "Full strength from start on for a duration, nothing outside."),
+     mapping("pulse", kPulse, "Full strength from start for a duration, zero at other times."),
      mapping("sine", kSine, "Strength sin(2 pi frequency t + phase)."),
-     mapping("table", kTable, "Strength linear between rows, the first and last held outside.")},
+     mapping("table", kTable,
+             "Strength interpolated linearly between rows; before the first and after the last row it is "
+             "constant.")},
     {},
     {"forces", "wrenches", "torques", "wheels"}};
 
 const Section kFeedback{
     "feedback",
-    {name_or_number(), required(key("at", Form::kReference, "Point that takes the force.")),
-     key("from", Form::kReference, "Point whose motion is sensed; default: at."),
+    {name_or_number(), required(key("at", Form::kReference, "Point on which the force acts.")),
+     key("from", Form::kReference, "Point whose motion is measured; default: the point of at."),
      key("displacement", Form::kGain, "Gain of the elastic displacement, body axes.", {"N/m"}),
-     key("velocity", Form::kGain, "Gain of its rate, body axes.", {"N s/m"}),
-     key("acceleration", Form::kGain, "Gain of its acceleration, body axes.", {"N s^2/m"})},
+     key("velocity", Form::kGain, "Gain of the elastic velocity, body axes.", {"N s/m"}),
+     key("acceleration", Form::kGain, "Gain of the elastic acceleration, body axes.", {"N s^2/m"})},
     {},
     {"displacement", "velocity", "acceleration"}};
 
 const Section kLeaveOut{
     "leave_out",
     {number("tolerance", {"-", Bound::kNonNegative},
-            "Largest share of the elastic displacements that small modes have which go; default 0.",
+            "Largest relative contribution of the omitted small modes to the displacements; default 0.",
             {.most = 1.0, .has_most = false}),
-     number("horizon", kHorizon, "Simulated time over which that is judged; default 10."),
+     number("horizon", kHorizon, "Simulated time over which this contribution is estimated; default 10."),
      words("on_need", Form::kWord, {"keep", "refuse", "replan"},
-           "What becomes of what only commands could need; default keep."),
-     words("keep", Form::kWords, parts(), "Parts that stay whatever the scene needs; default: none.")},
+           "What to do with features that only commands can need; default keep."),
+     words("keep", Form::kWords, parts(), "Features that are always kept; default: none.")},
     "tolerance"};
 
 const Section kModes{
     "modes",
-    {number("below", {"Hz", Bound::kPositive}, "All modes below it, none missing by a count of inertia."),
-     whole("count", 1.0, kMaxElastic, "The lowest, as many, mechanisms among them.")},
+    {number("below", {"Hz", Bound::kPositive},
+            "All modes below this frequency are kept; a Sturm sequence verifies their number."),
+     whole("count", 1.0, kMaxElastic, "Number of lowest modes that are kept, mechanisms included.")},
     "count",
     {"below", "count"}};
 
-const Section kPublishedPoints{"published_points",
-                               {number("rate", kPublicationRate, "Rate; default 50, 0 switches it off."),
-                                key("of", Form::kSelection, "Points; default: all, above 1000 points none.")},
-                               "rate"};
+const Section kPublishedPoints{
+    "published_points",
+    {number("rate", kPublicationRate, "Rate; default 50, 0 switches it off."),
+     key("of", Form::kSelection, "Points; default: all; if the scene has more than 1000 points, none.")},
+    "rate"};
 
-const Section kPublishedLoads{"published_loads",
-                              {number("rate", kPublicationRate, "Rate; default 50, 0 switches it off."),
-                               key("of", Form::kSelection, "Links; default: all, above 1000 points none.")},
-                              "rate"};
+const Section kPublishedLoads{
+    "published_loads",
+    {number("rate", kPublicationRate, "Rate; default 50, 0 switches it off."),
+     key("of", Form::kSelection, "Links; default: all; if the scene has more than 1000 points, none.")},
+    "rate"};
 
 const Section kPublish{
     "publish",
     {number("state", kPublicationRate, "Rate of the state; default 50, 0 switches it off."),
      mapping("points", kPublishedPoints, "Positions, velocities and accelerations of points."),
      mapping("loads", kPublishedLoads, "Forces of links."),
-     key("groups", Form::kSelection, "Groups whose poses go with the points; default: all."),
-     number("status", kPublicationRate, "Rate of the status; default 10, and at least 10 a second go out.")}};
+     key("groups", Form::kSelection, "Groups whose poses are published with the points; default: all."),
+     number("status", kPublicationRate,
+            "Rate of the status; default 10. At least 10 a second are published.")}};
 
 const Section kCommands{
     "commands",
-    {key("points", Form::kSelection, "Points that commands may push; default: all, above 1000 points none."),
+    {key("points", Form::kSelection,
+         "Points that commands may push; default: all; if the scene has more than 1000 points, none."),
      number("force_limit", {"N", Bound::kPositive}, "Largest force on a point or wrench; default: none."),
      number("torque_limit", {"N m", Bound::kPositive}, "Largest torque of a wrench; default: none."),
      number("max_age", {"s", Bound::kPositive},
-            "A command that waited longer for its decision is refused; default 1.", {.least = kShortestAge}),
+            "If a command waits longer than this for its decision, it is refused; default 1.",
+            {.least = kShortestAge}),
      number("sender_share", {"-", Bound::kPositive},
-            "Of slots and of waiting commands, for one sender on the bus; default 0.25.", {.most = 1.0}),
+            "Largest fraction of slots, and of waiting commands, for one sender on the bus; default 0.25.",
+            {.most = 1.0}),
      number("max_hold", {"s", Bound::kPositive},
             "Longest lease or duration of a command from the bus, and longest time that it may wait for its "
             "start; default 60.")}};
@@ -399,36 +421,38 @@ const Section kScene{
     {key("name", Form::kName, "Name of the scene; default: the file's."),
      number("rate", {"Hz", Bound::kTickRate}, "Ticks per second; default 1000."),
      words("fidelity", Form::kWord, rungs(),
-           "The equations: a rung of the fidelity ladder, or auto for the cheapest that meets the tolerance; "
-           "default separated."),
-     mapping("tolerance", kTolerance, "Which displacements matter and, with fidelity auto, which errors."),
-     mapping("error_budget", kErrorBudget, "The live error budget: better equations run beside the state."),
+           "The equations: a rung of the fidelity ladder, or auto for the cheapest rung that meets the "
+           "tolerance; default separated."),
+     mapping("tolerance", kTolerance,
+             "The scale of the verdict and, with fidelity auto, the allowed errors."),
+     mapping("error_budget", kErrorBudget,
+             "The live error budget: more accurate equations run in parallel with the state."),
      required(items(
          "points", {&kPointTable, &kPoint}, "Point masses and bodies.",
          R"([{"name": "hub", "mass": 40, "at": [0, 0, 0]}, {"name": "tip", "mass": 2, "at": [3, 0, 0]}])")),
      items(
-         "links", link_items(), "What joins the points. One of the keys gives the kind.",
+         "links", link_items(), "Links between points. One of the keys gives the kind.",
          R"([{"name": "tube", "beam": ["hub..tip"], "EA": 6.4e7, "GJ": 5.6e4, "EIy": 7.5e4, "EIz": 7.5e4}])"),
      shown(per(Per::kNewName,
-               key("groups", Form::kSelection, "Sets of points that take wrenches and have a pose.")),
+               key("groups", Form::kSelection, "Sets of points that accept wrenches and have a pose.")),
            R"({"outer": ["tip"]})"),
      shown(mapping("damping", kDamping, "Damping of the elastic modes."), R"({"ratio": 0.01})"),
      shown(vector("gravity", {"m/s^2"}, "Uniform field, world axes; default [0, 0, 0]."), "[0, 0, -9.81]"),
-     mapping("attractor", kAttractor, "A body that attracts every point."),
+     mapping("attractor", kAttractor, "A fixed body that attracts every point."),
      mapping("initial", kInitial, "State at the start; default: at rest at the origin."),
      items("wheels", {&kWheel}, "Wheels in bodies.", ""),
      items("loads", {&kLoad},
-           "Forces and torques with histories, at most one of pulse, sine, table; default: "
+           "Forces and torques with a history, which is at most one of pulse, sine and table; default: "
            "constant.",
            R"([{"name": "kick", "forces": {"tip": [0, 5, 0]}, "pulse": {"start": 1, "duration": 0.1}}])"),
-     items("feedback", {&kFeedback}, "Forces that go by the motion of a point.",
+     items("feedback", {&kFeedback}, "Forces proportional to the motion of a point.",
            R"([{"at": "tip", "velocity": -0.5}])"),
-     mapping("leave_out", kLeaveOut, "What the plan may do without."),
+     mapping("leave_out", kLeaveOut, "Features and modes that the plan may omit."),
      mapping("modes", kModes,
-             "Which modes are set up: one of below and count; default: all, above 1235 points below half the "
-             "rate, at most 300."),
-     mapping("publish", kPublish, "What is published, and how often."),
-     mapping("commands", kCommands, "What commands may do.")}};
+             "Which modes are set up: one of below and count; default: all; if the scene has more than 1235 "
+             "points, the modes below half the rate, at most 300."),
+     mapping("publish", kPublish, "Data that are published, and their rates."),
+     mapping("commands", kCommands, "Limits of commands.")}};
 
 }  // namespace sections
 }  // namespace freeflex::io::reader

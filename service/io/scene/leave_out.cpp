@@ -1,4 +1,4 @@
-// What a plan may do without.
+// Reads which features and modes a plan may omit.
 #include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
@@ -23,7 +23,7 @@ void SceneReader::read_leave_out(const Node& node) {
   for (const Node* item : items) {
     const auto word = read_word(report_, *item, "leave_out: keep", parts);
     if (!word) continue;
-    if (*word == kNumParts) {
+    if (*word == kNumFeatures) {
       leave_out.keeps.fill(true);
     } else {
       if (leave_out.keeps[*word])

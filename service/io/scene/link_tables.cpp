@@ -1,4 +1,4 @@
-// Links from CSV tables: the columns give the kind.
+// Reads links from CSV tables; the columns determine the kind.
 #include <algorithm>
 
 #include "service/io/scene/links.hpp"
@@ -33,10 +33,11 @@ const std::vector<std::string_view> kColumns{
     "EIz",     "GAy",     "GAz",        "damping", "E",         "nu", "thickness", "mass_per_length",
     "density", "viscous", "loss_factor"};
 
-/// A kind of link that a table may hold. The columns name, viscous and loss_factor may always stand beside.
+/// A kind of link that a table may contain, with its columns. The columns name, viscous and loss_factor are
+/// allowed for every kind.
 struct TableForm {
   std::string_view kind;
-  std::vector<Column> required, optional;  // beside from and to
+  std::vector<Column> required, optional;  // in addition to from and to
   LossRefusal losses;
   LinkKind (*read)(const CsvTable& table, const CsvRow& row, const std::string& label);
 };
@@ -77,7 +78,8 @@ LinkKind read_plate(const CsvTable& table, const CsvRow& row, const std::string&
   return plate;
 }
 
-// the kind that has all its columns and no other's; nullptr when none has
+// returns the kind whose required columns are all present and that allows every column; nullptr if there is
+// none
 const TableForm* form_of(const CsvTable& table) {
   static const std::vector<TableForm> kForms{
       {"spring", {kStiffnessColumn}, {}, kElasticLosses, read_spring},
@@ -160,7 +162,7 @@ void SceneReader::read_links_table(const Node& node) {
     Link link;
     link.origin = row.origin();
     link.name = table.has("name") ? std::string(row.text(kName)) : next_link_name();
-    if (!table.has("name")) link.place = row.place();
+    if (!table.has("name")) link.label = row.place();
     if (settings_->wants_row("links", link.name)) {
       Node& changed = link_row_as_item(row, table, form->kind, has_viscous, has_loss_factor);
       settings_->apply_to_row("links", link.name, changed);

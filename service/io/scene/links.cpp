@@ -1,4 +1,4 @@
-// Links written in the scene itself: single, in chains, rigid bodies and matrices.
+// Reads links in the scene itself: single links, chains, rigid bodies and matrices.
 #include "service/io/scene/links.hpp"
 
 #include <algorithm>
@@ -9,15 +9,15 @@
 
 namespace freeflex::io::reader {
 
-/// How a kind of link is written.
+/// Form in which a scene contains a kind of link.
 struct LinkForm {
   enum class Extent {
-    kChain,  // num_points, or more for one link along each num_points that follow one another
-    kOne,    // num_points
-    kBody,   // num_points or more, one link
-    kFile,   // a file; the key `points` has the points
+    kChain,  // num_points or more points; one link for each num_points consecutive points
+    kOne,    // exactly num_points points
+    kBody,   // num_points or more points in one link
+    kFile,   // a file; the key `points` lists the points
   };
-  std::string_view key;  // gives the kind and names its section; its value is the points, or a matrix's file
+  std::string_view key;  // determines kind and section; its value is the points, or the file of the matrix
   Extent extent;
   std::size_t num_points;
   LinkKind (*read)(Report& report, const Fields& fields);
@@ -49,15 +49,15 @@ LinkKind read_spring(Report&, const Fields& fields) {
   return spring;
 }
 
-// `lumped` or `mean_axial`, of a link that has mass
-MassSpread read_spread(Report& report, const Fields& fields, bool has_mass) {
+// reads `lumped` or `mean_axial`, which only a link with mass may have
+MassDistribution read_mass_distribution(Report& report, const Fields& fields, bool has_mass) {
   const auto is_set = [&](std::string_view key) {
     const Node* node = fields.find(key);
     if (node == nullptr) return false;
     if (!has_mass)
       report.error(node->origin,
                    fields.label_of(key) +
-                       " tells how the mass of the link is spread, and it has none; give one, or "
+                       " sets how the mass of the link is distributed, and it has none; give one, or "
                        "leave this out");
     return fields.read_word(key) == 0;
   };
@@ -65,19 +65,19 @@ MassSpread read_spread(Report& report, const Fields& fields, bool has_mass) {
   if (is_lumped && is_mean)
     report.error(fields.origin(),
                  fields.label() + ": its mass is lumped or has mean_axial; keep one of them");
-  if (is_lumped) return MassSpread::kLumped;
-  return is_mean ? MassSpread::kMeanAxial : MassSpread::kConsistent;
+  if (is_lumped) return MassDistribution::kLumped;
+  return is_mean ? MassDistribution::kMeanAxial : MassDistribution::kConsistent;
 }
 
 LinkKind read_bar(Report& report, const Fields& fields) {
   Bar bar;
   fields.read("EA", bar.EA);
   fields.read("mass_per_length", bar.mass_per_length);
-  bar.spread = read_spread(report, fields, fields.find("mass_per_length") != nullptr);
+  bar.mass_distribution = read_mass_distribution(report, fields, fields.find("mass_per_length") != nullptr);
   return bar;
 }
 
-// rotations that one end of a beam does not hold: letters of the local axes
+// reads the rotations that the joint at one end of a beam releases, as letters of the local axes
 void read_released(Report& report, const Node& node, const std::string& label,
                    std::array<bool, 3>& released) {
   constexpr std::string_view kLetters = "xyz";
@@ -97,7 +97,7 @@ void read_released(Report& report, const Node& node, const std::string& label,
       continue;
     }
     if (released[axis])
-      report.error(item->origin, label + ": " + quote(item->text) + " stands twice; remove one");
+      report.error(item->origin, label + ": " + quote(item->text) + " appears twice; remove one");
     released[axis] = true;
   }
 }
@@ -111,7 +111,7 @@ LinkKind read_beam(Report& report, const Fields& fields) {
   fields.read("GAy", beam.GA_y);
   fields.read("GAz", beam.GA_z);
   fields.read("mass_per_length", beam.mass_per_length);
-  beam.spread = read_spread(report, fields, fields.find("mass_per_length") != nullptr);
+  beam.mass_distribution = read_mass_distribution(report, fields, fields.find("mass_per_length") != nullptr);
   if (const Node* axis = fields.find("y_axis")) {
     const auto direction = read_vector(report, *axis, fields.label() + ": y_axis", "-");
     if (direction && direction->isZero(0.0))
@@ -145,7 +145,7 @@ LinkKind read_plate(Report& report, const Fields& fields) {
   fields.read("nu", plate.nu);
   fields.read("thickness", plate.thickness);
   fields.read("density", plate.density);
-  plate.spread = read_spread(report, fields, fields.find("density") != nullptr);
+  plate.mass_distribution = read_mass_distribution(report, fields, fields.find("density") != nullptr);
   return plate;
 }
 
@@ -165,7 +165,7 @@ LinkKind read_stiffness_matrix(Report& report, const Fields& fields) {
   if (matrix.num_inner > 0 && fields.find("mass") == nullptr)
     report.error(fields.find("inner")->origin,
                  fields.label() +
-                     ": inner coordinates need a mass matrix, which says how they move; give mass: "
+                     ": inner coordinates need a mass matrix, which determines their motion; give mass: "
                      "FILE");
   return kind;
 }
@@ -282,7 +282,7 @@ void SceneReader::read_link(const Node& node, const std::string& place) {
   if (const Node* given = fields.find("name")) {
     if (const auto text = read_name(report_, *given, label + ": name")) link.name = *text;
   } else {
-    link.place = place;
+    link.label = place;
   }
   link.kind = form->read(report_, fields);
   fields.read("viscous", link.viscous);
@@ -312,12 +312,13 @@ void SceneReader::read_chain(const Fields& fields, const LinkForm& form, Link li
     report_.error(release->origin, fields.label() + ": release belongs to one beam, this chain has " +
                                        std::to_string(num_links) +
                                        "; write the beam with released ends as a link of its own");
-  const std::string name = link.name, place = link.place;
+  const std::string name = link.name, place = link.label;
   for (std::size_t i = 0; i < num_links; ++i) {
-    // a chain's links are name.1, name.2, ...; one without a name numbers them on
+    // the links of a chain are called name.1, name.2, ...; if the chain has no name, its links get the next
+    // numbers
     const std::string part = "." + std::to_string(i + 1);
     if (num_links > 1) link.name = place.empty() ? name + part : next_link_name();
-    if (num_links > 1 && !place.empty()) link.place = place + part;
+    if (num_links > 1 && !place.empty()) link.label = place + part;
     const auto first = points->begin() + static_cast<std::ptrdiff_t>(i);
     link.points.assign(first, first + static_cast<std::ptrdiff_t>(size));
     if (const auto point = is_chain ? find_repeated(link.points) : std::nullopt) {
@@ -341,7 +342,7 @@ void SceneReader::read_matrix(const Fields& fields, const LinkForm& form, Link l
   if (points && points->size() < least)
     report_.error(chosen->origin, fields.label() + ": points has " + count_points(points->size()) +
                                       ", must be a list of " + std::to_string(least) + " or more");
-  // the link stands even when its matrix does not, so that its name is known
+  // the link is added even if its matrix is missing, so that references to its name are not reported
   else if (points && source) {
     const std::string rows =
         std::string(matrix.has_rotations ? "6" : "3") + " rows for each of " + count_points(points->size()) +

@@ -1,4 +1,4 @@
-// What links in YAML and in tables share.
+// Used for links in YAML and for links in tables.
 #pragma once
 
 #include <optional>
@@ -6,7 +6,7 @@
 
 namespace freeflex::io::reader {
 
-/// The first point that a link names twice, or nullopt.
+/// Returns the first point that a link names twice, or nullopt.
 std::optional<int> find_repeated(const std::vector<int>& points);
 
 }  // namespace freeflex::io::reader

@@ -1,4 +1,4 @@
-// Built-in loads and their histories.
+// Reads the loads of a scene, their histories and the wheels.
 #include <algorithm>
 
 #include "service/io/scene/reader.hpp"

@@ -11,12 +11,12 @@
 namespace freeflex::io {
 namespace {
 
-// [MB] that a limit leaves beside what is taken
+// returns the memory that a limit leaves in addition to the memory in use [MB]
 double left_of(__rlimit_resource resource, double taken_MB, double otherwise) {
   rlimit limit{};
   if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return otherwise;
   constexpr double kBuffer = 1e-6 * static_cast<double>(kBlasBuffer);
-  // not 0, which is: not known
+  // never 0, which means unknown
   return std::clamp(1e-6 * static_cast<double>(limit.rlim_cur) - taken_MB - kBuffer, 1e-3, otherwise);
 }
 
@@ -25,7 +25,7 @@ double left_of(__rlimit_resource resource, double taken_MB, double otherwise) {
 double machine_memory_MB() {
   const double page_MB = 1e-6 * static_cast<double>(sysconf(_SC_PAGE_SIZE));
   double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * page_MB;
-  // pages: all, resident, shared, text, libraries, data and stack   (proc(5))
+  // the numbers are in pages: total, resident, shared, text, libraries, data and stack (proc(5))
   double pages[6] = {};
   std::ifstream taken("/proc/self/statm");
   for (double& each : pages) taken >> each;

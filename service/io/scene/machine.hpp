@@ -1,10 +1,10 @@
-// What the machine gives a set-up.
+// Memory available for a set-up.
 #pragma once
 
 namespace freeflex::io {
 
-/// [MB] for SetupProgress: what the machine has, or less where limits of this process leave less (`ulimit
-/// -v`, `ulimit -d`) beside what it has taken and the BLAS will take.
+/// Returns the memory for SetupProgress [MB]: the machine's memory, or less if limits of this process
+/// (`ulimit -v`, `ulimit -d`) leave less in addition to the memory that the process and the BLAS use already.
 double machine_memory_MB();
 
 }  // namespace freeflex::io

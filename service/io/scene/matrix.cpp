@@ -1,4 +1,4 @@
-// Matrix Market exchange format: R. F. Boisvert, R. Pozo, K. A. Remington, NISTIR 5935 (1996).
+// Reads the Matrix Market exchange format: R. F. Boisvert, R. Pozo, K. A. Remington, NISTIR 5935 (1996).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -47,7 +47,7 @@ class MatrixReader {
     return false;
   }
 
-  // words of the next line that is neither blank nor a comment; at most one more than `most`
+  // reads the words of the next line that is neither blank nor a comment; stops after `most` + 1 words
   bool next_words(std::size_t most, bool skips_comments = true) {
     words_.clear();
     while (!rest_.empty() && words_.empty()) {
@@ -77,7 +77,7 @@ class MatrixReader {
     const auto must_be = [&](std::size_t i, std::array<std::string_view, 2> allowed) {
       const std::string word = lower(words_[i].text);
       if (word == allowed[0] || word == allowed[1]) return;
-      fail(words_[i].origin, quote(words_[i].text) + " is not taken, must be " + std::string(allowed[0]) +
+      fail(words_[i].origin, quote(words_[i].text) + " is not supported, must be " + std::string(allowed[0]) +
                                  (allowed[1] == allowed[0] ? "" : " or " + std::string(allowed[1])));
     };
     must_be(1, {"matrix", "matrix"});
@@ -89,7 +89,7 @@ class MatrixReader {
     return num_faults_ == 0;
   }
 
-  // a whole number from `least` up, or nullopt after reporting
+  // reads a whole number from `least` to `most`; nullopt after reporting a fault
   std::optional<std::size_t> read_index(const Word& word, const char* what, std::int64_t least,
                                         std::int64_t most) {
     if (const auto value = parse_integer(word.text, least, most)) return static_cast<std::size_t>(*value);
@@ -123,7 +123,8 @@ class MatrixReader {
   void read_entries() {
     const std::size_t expected = is_coordinate_ ? 3 : 1;
     const auto most = static_cast<std::int64_t>(size_);
-    std::size_t row = 0, column = 0;  // of the next entry of an array: down the columns
+    // position of the next entry of an array, which lists entries column by column
+    std::size_t row = 0, column = 0;
     while (num_read_ <= num_declared_ && next_words(expected)) {
       ++num_read_;
       if (num_read_ > num_declared_) return;
@@ -161,11 +162,11 @@ class MatrixReader {
     if (num_read_ == num_declared_) return;
     const Origin place{source_, line_, 1};
     if (num_read_ < num_declared_)
-      fail(place, "the file ends after " + std::to_string(num_read_) + " entries, the size line promises " +
+      fail(place, "the file ends after " + std::to_string(num_read_) + " entries, the size line gives " +
                       std::to_string(num_declared_));
     else
-      fail(place, "there are more entries than the " + std::to_string(num_declared_) +
-                      " that the size line promises");
+      fail(place,
+           "there are more entries than the " + std::to_string(num_declared_) + " that the size line gives");
   }
 
   void check_duplicates() {
@@ -187,7 +188,7 @@ class MatrixReader {
     return found != entries_.end() && found->row == row && found->column == column ? &*found : nullptr;
   }
 
-  // \pre entries sorted. The fault names the pair that differs most.
+  // reports the pair of mirrored entries that differs most.  \pre entries are sorted
   void check_symmetry() {
     double largest = 0.0, worst = 0.0;
     const Entry* at = nullptr;
@@ -219,7 +220,7 @@ class MatrixReader {
         triplets.emplace_back(row, column, entry.value);
         continue;
       }
-      // a general entry meets its mirror here: each gives half to both
+      // an entry of a general matrix and its mirror are averaged: each adds half of its value to both
       const double value = is_symmetric_ ? entry.value : 0.5 * entry.value;
       triplets.emplace_back(row, column, value);
       triplets.emplace_back(column, row, value);

@@ -1,4 +1,4 @@
-// Faults of physics beside faults of reading, so that a person sees all of them at once.
+// Reports faults of physics together with faults of reading, so that the user sees all of them at once.
 #include <algorithm>
 #include <set>
 #include <tuple>
@@ -13,7 +13,7 @@ namespace {
 using Place = std::tuple<int, int, int>;  // source, line, column
 Place place_of(const Origin& origin) { return {origin.source, origin.line, origin.column}; }
 
-// where the items of a scene begin
+// returns the places where the items of a scene begin
 std::set<Place> find_items(const Scene& scene) {
   std::set<Place> places;
   const auto add = [&](const auto& items) {
@@ -42,7 +42,7 @@ void report_num_points(const Scene& scene, bool is_whole, Report& report) {
 void report_physics(const Scene& scene, const std::vector<Origin>& other_places, Report& report) {
   std::set<Place> items = find_items(scene);
   for (const Origin& origin : other_places) items.insert(place_of(origin));
-  // the last item that begins before a place
+  // returns the last item that begins at or before a place
   const auto owner = [&](const Origin& origin) {
     const auto after = items.upper_bound(place_of(origin));
     return after == items.begin() ? Place{-1, 0, 0} : *std::prev(after);
@@ -52,7 +52,7 @@ void report_physics(const Scene& scene, const std::vector<Origin>& other_places,
     if (fault.severity == Fault::Severity::kError)
       for (const Origin& place : report.targets(fault.origin)) broken.insert(owner(place));
   for (const Origin& place : report.unresolved()) broken.insert(owner(place));
-  // what stands on a point that could not be read is not known either
+  // items that depend on an unreadable point are not checked either
   const bool has_broken_point =
       std::any_of(scene.points.begin(), scene.points.end(),
                   [&](const PointMass& point) { return broken.contains(place_of(point.origin)); });

@@ -1,4 +1,4 @@
-// Plans on disk, and the choice between a plan and a scene.
+// Reads and writes plan files, and distinguishes plans from scenes.
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -81,7 +81,7 @@ PlanResult refuse_settings(const std::string& path, const Settings& settings) {
   return result;
 }
 
-// a file that is removed again unless it is kept
+// a temporary file, which the destructor removes unless it was renamed
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& path_template) : path_(path_template) {
@@ -97,7 +97,7 @@ class TemporaryFile {
 
   bool is_open() const { return file_ >= 0; }
   bool write(std::span<const std::byte> bytes, const std::function<bool()>& is_ended) {
-    constexpr std::size_t kAtOnce = std::size_t{1} << 20;  // between looks at whether to go on
+    constexpr std::size_t kAtOnce = std::size_t{1} << 20;  // [B] written between calls of is_ended
     while (!bytes.empty()) {
       if (is_ended && is_ended()) return false;
       const ssize_t written = ::write(file_, bytes.data(), std::min(bytes.size(), kAtOnce));
@@ -107,7 +107,7 @@ class TemporaryFile {
     }
     return true;
   }
-  // mkostemp makes files for the owner alone; others get what the umask allows
+  // mkostemp makes a file that only its owner can read; this call adds the rights that the umask allows
   bool open_to_others() {
     const mode_t mask = ::umask(0);
     ::umask(mask);
@@ -127,7 +127,8 @@ class TemporaryFile {
   bool exists_ = false;
 };
 
-// the new name itself survives a power cut only when its folder is synced; some file systems cannot
+// syncs the folder, because the new name may otherwise be lost in a power cut; some file systems cannot sync
+// folders
 void sync_folder(const std::filesystem::path& file) {
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

@@ -1,4 +1,4 @@
-// Point masses: inline and from tables.
+// Reads point masses and bodies, inline and from tables.
 #include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
@@ -22,7 +22,7 @@ bool SceneReader::add_point(PointMass point) {
   points_.add(report_, point.name, point.origin);
   scene_.points.push_back(std::move(point));
   if (scene_.points.size() <= std::size_t{kMaxNamedPoints}) return true;
-  // more than is read, and many more than are taken: the latter is what to mend
+  // reports too many points for a plan; this limit is below the limit for reading
   report_num_points(scene_, false, report_);
   points_.mark_incomplete();
   return false;
@@ -48,7 +48,8 @@ bool SceneReader::read_point(const Node& node, const std::string& place) {
   return add_point(std::move(point));
 }
 
-// moments, or the six entries of the matrix, and the centre of mass, in axes of the body's own
+// reads the inertia (three moments, or six entries of the matrix) and the centre of mass, both in the axes of
+// the body
 void SceneReader::read_body(const Fields& fields, PointMass& point) {
   const Node *inertia = fields.find("inertia"), *axes = fields.find("axes");
   fields.read("offset", point.offset);
@@ -59,7 +60,7 @@ void SceneReader::read_body(const Fields& fields, PointMass& point) {
       return report_.error(inertia->origin,
                            fields.label() + ": inertia " +
                                (inertia->kind == Node::Kind::kList ? "has " + std::to_string(size) + " items"
-                                                                   : "is no list of numbers") +
+                                                                   : "is not a list of numbers") +
                                ", must be 3 moments or 6 entries xx, yy, zz, xy, xz, yz [kg m^2]");
     const auto J = read_numbers(report_, *inertia, fields.label() + ": inertia",
                                 fields.key("inertia").quantity, is_matrix ? std::size_t{6} : std::size_t{3});
@@ -75,9 +76,9 @@ void SceneReader::read_body(const Fields& fields, PointMass& point) {
     report_.error(axes->origin,
                   fields.label() + ": axes are those of inertia and offset, and neither is given");
   if (const auto q = read_unit_quaternion(report_, *axes, fields.label() + ": axes")) {
-    const Eigen::Matrix3d turn = q->toRotationMatrix();
-    point.inertia = (turn * point.inertia * turn.transpose()).eval();
-    point.offset = (turn * point.offset).eval();
+    const Eigen::Matrix3d rotation = q->toRotationMatrix();
+    point.inertia = (rotation * point.inertia * rotation.transpose()).eval();
+    point.offset = (rotation * point.offset).eval();
   }
 }
 

@@ -13,7 +13,7 @@ namespace freeflex::io {
 
 namespace {
 
-// scene name when none is given: the file's, with what a name may not hold replaced
+// returns the default name of a scene: the file name, with invalid characters replaced
 std::string name_from_path(const std::string& path) {
   std::string name = std::filesystem::path(path).stem().string().substr(0, 63);
   for (char& c : name)
@@ -27,7 +27,7 @@ void report_implausible(const Scene& scene, reader::Report& report) {
   for (const Fault& fault : found) report.warning(fault.origin, fault.message);
 }
 
-/// \param source  of the report; nullopt after it reported that there is none
+/// Reads a source of the report.  \param source  nullopt: the file could not be opened, which was reported
 SceneResult read_source(reader::Report& report, std::optional<int> source, const std::string& folder,
                         const std::string& name, const Settings& settings) {
   reader::SceneReader scene_reader(report, folder, settings);
@@ -38,7 +38,7 @@ SceneResult read_source(reader::Report& report, std::optional<int> source, const
   SceneResult result;
   result.sources = report.sources();
   const bool is_read = !report.has_error();
-  // beside faults of reading, those of physics in what was read well
+  // adds faults of physics in items that were read without a fault
   if (!is_read && scene_reader.is_judged())
     reader::report_physics(scene, scene_reader.other_places(), report);
   if (is_read) report_implausible(scene, report);
@@ -117,7 +117,7 @@ void SceneReader::read_sections(const Node& root) {
   fields.read("rate", scene_.rate);
   read_fidelity(fields);
   if (const Node* budget = fields.find("error_budget")) read_error_budget(*budget);
-  // in the order of reference: points, what joins them, what names them
+  // points first, then links, then the items that refer to points and links
   const Node* points = fields.require("points", "must be a list of {name, mass, at} or {csv: FILE}");
   if (points)
     read_points(*points);
@@ -316,7 +316,7 @@ void SceneReader::read_publish(const Node* node) {
   const std::vector<int> all_points = every(scene_.points.size());
   std::vector<int> all_links;
   for (std::size_t i = 0; i < scene_.links.size(); ++i)
-    // forces on each point are not published unless chosen by name
+    // links that publish a force for each of their points are published only if the scene names them
     if (!has_point_forces(scene_.links[i]) && publishes_forces(scene_, scene_.links[i]))
       all_links.push_back(static_cast<int>(i));
   publication.groups = every(scene_.groups.size());
@@ -345,10 +345,10 @@ void SceneReader::warn_of_defaults() {
   if (report_.has_error() || !scene_.publication.points.empty() || !scene_.publication.groups.empty()) return;
   report_.warning(
       scene_.points.front().origin,
-      "of " + std::to_string(scene_.points.size()) + " points none is published: above " +
+      "none of the " + std::to_string(scene_.points.size()) + " points is published: above " +
           std::to_string(kMostByDefault) +
-          " only what is named is published, takes commands or is listed on the bus; name them with publish: "
-          "points: of, publish: loads: of and commands: points, or in groups");
+          " points, only named points and links are published, take commands or are listed on the bus; name "
+          "them in 'publish: points: of', 'publish: loads: of' and 'commands: points', or in groups");
 }
 
 void SceneReader::read_commands(const Node* node) {
@@ -370,8 +370,7 @@ void SceneReader::read_commands(const Node* node) {
   if (const double age = scene_.command_limits.max_age; !ages.holds(age))
     report_.error(fields.find("max_age")->origin,
                   "commands: max_age is " + format_number(age) + " s, must be at least " +
-                      format_number(ages.least) +
-                      " s: between slow ticks commands are looked at every 50 ms");
+                      format_number(ages.least) + " s: between slow ticks, commands are read every 50 ms");
   if (const double share = scene_.command_limits.sender_share; !fields.key("sender_share").range.holds(share))
     report_.error(fields.find("sender_share")->origin,
                   "commands: sender_share is " + format_number(share) + ", must be a share, at most 1");

@@ -1,4 +1,4 @@
-// The sections of a scene file, one function each. service/scenes/README.md is the schema.
+// Reads the sections of a scene file, one function each. service/scenes/README.md describes them.
 #pragma once
 
 #include <optional>
@@ -13,23 +13,24 @@ namespace freeflex::io::reader {
 
 struct LinkForm;
 
-/// True for {csv: FILE}, which stands for the rows of a table.
+/// Returns true for {csv: FILE}, which stands for the rows of a table.
 bool is_table(const Node& node);
 
 class SceneReader {
  public:
-  /// \param folder    that other files are relative to
-  /// \param settings  values set in the scene; it outlives this
+  /// \param folder    base of relative file names
+  /// \param settings  values set in the scene; must outlive this object
   SceneReader(Report& report, std::string folder, const Settings& settings)
       : report_(report), folder_(std::move(folder)), given_settings_(settings) {}
-  /// Reads the text of a source. Every fault goes to the report; the scene is whole only when it has no
-  /// error. \param name  of a scene without one
+  /// Reads the text of a source. Adds every fault to the report. The scene is complete only if there is no
+  /// error.
+  /// \param name  name of a scene that has none
   Scene read(int source, const std::string& name);
-  /// False when the points could not be read whole, or there are more links than are read: nothing more can
-  /// be said.
+  /// Returns false if physics cannot be checked, because a point could not be read or there are too many
+  /// links.
   bool is_judged() const { return points_.size() > 0 && points_.is_complete() && links_.size() <= kMaxLinks; }
 
-  /// Where sections begin, and links that could not be read.
+  /// Places where sections begin, and places of links that could not be read.
   const std::vector<Origin>& other_places() const { return other_places_; }
 
  private:
@@ -45,19 +46,20 @@ class SceneReader {
   void read_initial_modes(const Node& node);
   void read_publish(const Node* node);
   void read_commands(const Node* node);
-  /// \param chosen  what is published by default, replaced by what `of` names, `all` of them too
+  /// \param chosen  the default selection; replaced by the selection of the key `of`
   void read_rate_and_selection(const Node& node, const std::string& label, const Section& section,
                                const Names& names, const std::vector<int>& all, double& rate,
                                std::vector<int>& chosen);
   void check_publication_rate(const Node* node, const std::string& label, double rate);
-  /// File named by the node, opened; nullopt after reporting.
+  /// Opens the file that the node names; nullopt after reporting a fault.
   std::optional<int> open_beside(const Node& node, const std::string& label);
-  /// Items of a list; a mapping stands for a list of one. Empty after reporting.
+  /// Returns the items of a list; a mapping is treated as a list of one item. Empty after reporting a fault.
   std::vector<const Node*> read_list(const Node& node, const std::string& label, const std::string& of);
 
   // points.cpp
   void read_points(const Node& node);
-  /// \param place  of the item: "3" in the list, "in row 3" of a table. False: there are too many points.
+  /// Reads a point. Returns false if there are too many points.
+  /// \param place  of the item: "3" in the list, "in row 3" of a table
   bool read_point(const Node& node, const std::string& place);
   void read_body(const Fields& fields, PointMass& point);
   void read_points_table(const Node& node);
@@ -65,22 +67,22 @@ class SceneReader {
 
   // links.cpp
   void read_links(const Node& node);
-  /// \param place  of the item: "3" in the list, "in row 3" of a table; messages call a link without a name
-  /// by it
+  /// \param place  of the item: "3" in the list, "in row 3" of a table; names a link without a name in
+  /// messages
   void read_link(const Node& node, const std::string& place);
-  /// Name of a link without one: its number. A link that could not be read has one too.
+  /// Returns the name of a link without a name: its number. Links that could not be read are counted too.
   std::string next_link_name() const;
   void leave_link_unread(const Origin& origin);
-  /// How the one kind of link in the mapping is written; nullptr after reporting none or two.
+  /// Returns the form of the link's kind; nullptr after reporting that the mapping has no kind or has two.
   const LinkForm* find_form(const Node& node, const std::string& label);
-  /// Adds the link, or one like it along each part of a chain.
+  /// Adds the link, or one copy of it for each segment of a chain.
   void read_chain(const Fields& fields, const LinkForm& form, Link link);
   void read_matrix(const Fields& fields, const LinkForm& form, Link link);
   bool add_link(Link link);
 
   // link_tables.cpp
   void read_links_table(const Node& node);
-  /// A row as the link that it stands for, without the losses that its kind refuses.
+  /// Returns a row converted to the node of a link, without the loss keys that its kind refuses.
   Node& link_row_as_item(const CsvRow& row, const CsvTable& table, std::string_view kind, bool has_viscous,
                          bool has_loss_factor);
   void read_ends(const CsvRow& row, const std::string& label, bool has_third, Link& link);
@@ -110,7 +112,7 @@ class SceneReader {
   std::string folder_;
   const Settings& given_settings_;
   YamlTree tree_;
-  std::optional<SceneSettings> settings_;  // once the scene is parsed
+  std::optional<SceneSettings> settings_;  // set once the scene is parsed
   Scene scene_;
   Names points_{"point"};
   Names links_{"link"};
@@ -122,13 +124,13 @@ class SceneReader {
   Names feedbacks_{"feedback"};
 };
 
-/// Reports, if there are more points than a scene may have, the first of them.
-/// \param is_whole  false: there are more points than the scene holds
+/// Reports the first point that exceeds the largest number of points, if there is one.
+/// \param is_whole  false: the file has more points than the scene can contain
 void report_num_points(const Scene& scene, bool is_whole, Report& report);
 
-/// Reports faults of physics in those items of a scene that have no fault of reading.
-/// \param other_places  where something begins that is no item of the scene: faults in it are not of the item
-/// before
+/// Reports faults of physics, except in items of the scene that have a fault of reading.
+/// \param other_places  places where text begins that belongs to no item; without them its faults would be
+///   assigned to the item before
 void report_physics(const Scene& scene, const std::vector<Origin>& other_places, Report& report);
 
 }  // namespace freeflex::io::reader

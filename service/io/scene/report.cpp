@@ -16,7 +16,7 @@ namespace freeflex::io::reader {
 
 std::string read_whole_file(const std::string& path, std::size_t max_bytes, std::string& text) {
   if (path.empty()) return "the file name is empty";
-  if (path.find('\0') != std::string::npos) return "the file name holds a zero byte";
+  if (path.find('\0') != std::string::npos) return "the file name contains a zero byte";
   // O_NONBLOCK: opening a named pipe must not wait for a writer
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return std::strerror(errno);
@@ -33,7 +33,7 @@ std::string read_whole_file(const std::string& path, std::size_t max_bytes, std:
   };
   const auto size = static_cast<std::size_t>(status.st_size);
   if (size > max_bytes) return too_large(size);
-  text.resize(size + 1);  // one more, to see a file that grew
+  text.resize(size + 1);  // one more byte, to detect a file that grew
   std::size_t filled = 0;
   while (true) {
     if (filled == text.size()) text.resize(std::min(2 * text.size(), max_bytes + 1));
@@ -71,10 +71,11 @@ void Report::missing(const Node& mapping, std::string_view key, std::string mess
   const auto at = [&](const Origin& origin) {
     return std::pair(Place{origin.source, origin.line, origin.column}, std::string(key));
   };
-  const bool is_said = std::any_of(mapping.merged.begin(), mapping.merged.end(),
-                                   [&](const Node* merged) { return missing_.contains(at(merged->origin)); });
+  const bool is_reported = std::any_of(mapping.merged.begin(), mapping.merged.end(), [&](const Node* merged) {
+    return missing_.contains(at(merged->origin));
+  });
   if (!is_full()) missing_.insert(at(mapping.origin));
-  if (is_said)
+  if (is_reported)
     has_error_ = true;
   else
     error(mapping.origin, std::move(message));
@@ -93,7 +94,7 @@ int Report::add_text(const std::string& name, std::string_view text) {
 }
 
 int Report::add_setting(const Setting& setting) {
-  // the zero byte keeps a longer path from being a shorter one with a longer value
+  // the zero byte separates path and value in the hash
   XXH3_64bits_update(hash_, setting.path.c_str(), setting.path.size() + 1);
   const int source = add_text(setting.source, setting.value);
   settings_[source];
@@ -108,7 +109,7 @@ std::vector<Origin> Report::targets(const Origin& fault) const {
 std::optional<int> Report::open(const std::string& path, Origin asked) {
   if (const auto known = opened_.find(path); known != opened_.end()) {
     if (known->second >= 0) return known->second;
-    return std::nullopt;  // reported where it was named first
+    return std::nullopt;  // was reported where the file was first named
   }
   if (opened_.size() >= kMaxFiles) {
     error(asked, "more than " + std::to_string(kMaxFiles) + " files; merge some of them");

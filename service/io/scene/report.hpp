@@ -1,4 +1,4 @@
-// What the scene reader shares: limits, the list of faults, and the files it has read.
+// Limits, the list of faults and the files that were read, for all files of the scene reader.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,8 @@ namespace freeflex::io::reader {
 
 struct Node;
 
-/// Sizes beyond which a scene is refused rather than read. Points and groups: the tables that commands index.
+/// Largest sizes of a scene. The limits on points and groups follow from the sizes of the tables that
+/// commands use as indices.
 inline constexpr std::size_t kMaxFileBytes = std::size_t{256} << 20;
 inline constexpr std::size_t kMaxFiles = 64;
 inline constexpr std::size_t kMaxSettings = 10'000;
@@ -31,14 +32,16 @@ inline constexpr std::size_t kMaxYamlDepth = 32;
 inline constexpr std::size_t kMaxLinks = 1'048'576;
 inline constexpr std::size_t kMaxLoads = 256;
 inline constexpr std::size_t kMaxFeedbacks = 256;
-inline constexpr std::size_t kMaxMatrixEntries = std::size_t{16} << 20;  // before mirroring
+inline constexpr std::size_t kMaxMatrixEntries = std::size_t{16} << 20;  // before entries are mirrored
 inline constexpr std::size_t kMaxMentions = std::size_t{8} << 20;  // points, links and groups named in lists
 inline constexpr std::size_t kMaxFaults = 1000;
 
-/// Why the file at path cannot be read, or its bytes in `text`. Regular files of at most max_bytes only.
+/// Reads a regular file of at most max_bytes into `text`. Returns an empty string, or the reason why the file
+/// cannot be read.
 std::string read_whole_file(const std::string& path, std::size_t max_bytes, std::string& text);
 
-/// Collects faults and keeps every file that was read, hashed in order of first mention.
+/// Collects faults and keeps every file that was read. Hashes the files in the order in which they are first
+/// named.
 class Report {
  public:
   Report();
@@ -46,42 +49,45 @@ class Report {
   Report(const Report&) = delete;
   Report& operator=(const Report&) = delete;
 
-  /// An error at a place where an item before this one has one is left out: it is the same fault, reached by
-  /// an alias or by a setting of several items. So is a message that stands at its place already.
+  /// Adds an error. Ignores an error if an earlier item has an error at the same place: it is the same fault,
+  /// reached again through an alias or through a setting of several items. Also ignores a message that was
+  /// already reported at the same place.
   void error(Origin origin, std::string message);
-  /// Says that a key is missing from a mapping, unless that was said of a mapping that it merges.
+  /// Reports a missing key of a mapping, unless it was reported for another mapping that this mapping merges.
   void missing(const Node& mapping, std::string_view key, std::string message);
   void warning(Origin origin, std::string message);
   bool has_error() const { return has_error_; }
-  /// Faults beyond kMaxFaults are counted as errors but not kept.
+  /// Returns true if the report has kMaxFaults faults; later errors only set has_error().
   bool is_full() const { return faults_.size() >= kMaxFaults; }
 
-  /// Index of the source, its bytes in text(); nullopt after reporting at `asked` why it cannot be read.
-  /// A file named twice is one source.
+  /// Reads a file as a source, whose bytes text() then returns. Returns the index of the source; nullopt
+  /// after reporting, at the place `asked`, why the file cannot be read. A file that is named twice is one
+  /// source.
   std::optional<int> open(const std::string& path, Origin asked);
-  /// Index of a source that is no file.
+  /// Adds a text as a source and returns its index.
   int add_text(const std::string& name, std::string_view text);
-  /// Index of a setting, whose text is its value. Places in it have no line.
+  /// Adds a setting as a source, with its value as text, and returns its index. Places in it have no line.
   int add_setting(const Setting& setting);
   bool is_setting(int source) const { return settings_.contains(source); }
-  /// Notes where in the scene a setting's value came to stand.
+  /// Records a place in the scene at which a setting put its value.
   void note_target(int setting, const Origin& place) { settings_[setting].push_back(place); }
-  /// Where the values of the fault's setting stand in the scene; the fault's own place when it is of none.
+  /// Returns the places in the scene at which the setting that has the fault put its value; if the fault is
+  /// not in a setting, the place of the fault.
   std::vector<Origin> targets(const Origin& fault) const;
 
   std::string_view text(int source) const { return *texts_[static_cast<std::size_t>(source)]; }
   const std::vector<std::string>& sources() const { return sources_; }
   std::uint64_t hash() const;
 
-  /// Notes a name that is not known and not reported, because the names are not all known.
+  /// Records an unknown name that is not reported because the list of names is incomplete.
   void note_unresolved(const Origin& place) { unresolved_.push_back(place); }
   const std::vector<Origin>& unresolved() const { return unresolved_; }
 
-  /// Counts names mentioned in lists; false, reported once, when there are more than kMaxMentions.
+  /// Counts names in lists. If the total exceeds kMaxMentions, returns false and reports that once.
   bool count_mentions(std::size_t count, Origin origin);
 
   const Faults& faults() const { return faults_; }
-  /// Faults in the order of the files, then of their lines.
+  /// Returns the faults, ordered by file, then by line.
   Faults take_faults();
 
  private:
@@ -100,15 +106,16 @@ class Report {
   std::vector<std::string> sources_;
   std::vector<std::unique_ptr<std::string>> texts_;
   std::map<std::string, int> opened_;
-  std::map<int, std::vector<Origin>> settings_;  // by source
+  std::map<int, std::vector<Origin>> settings_;  // places, by source
   std::vector<Origin> unresolved_;
   int item_ = 0, num_items_ = 0;
   std::map<Place, First> first_errors_;
-  std::set<std::pair<Place, std::string>> missing_;  // keys by the place of their mapping
+  std::set<std::pair<Place, std::string>>
+      missing_;  // keys that were reported as missing, and the places of their mappings
   XXH3_state_s* hash_;
 };
 
-/// While it lives, errors are those of one more item of the scene.
+/// Assigns the errors reported during its lifetime to a new item of the scene.
 class ItemOfReport {
  public:
   explicit ItemOfReport(Report& report)
@@ -122,7 +129,8 @@ class ItemOfReport {
   int before_;
 };
 
-/// "at boom.yaml:3:5", "on line 3" when it is in the file of `near`, or "by --set points.hub.name=tip".
+/// Returns "at boom.yaml:3:5"; "on line 3" if the place is in the file of `near`; or "by --set
+/// points.hub.name=tip".
 std::string describe_place(const Report& report, const Origin& place, const Origin& near);
 
 }  // namespace freeflex::io::reader

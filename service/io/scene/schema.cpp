@@ -16,8 +16,8 @@ using Json = nlohmann::ordered_json;
 
 Json schema_of(const Section& section);
 
-// a name may be written 3, 1e5 or true, which YAML takes for a number or a truth value: the pattern is of
-// text
+// a name may be written 3, 1e5 or true, which YAML reads as a number or a truth value; the pattern applies
+// only to text
 Json text_schema() { return {{"type", {"string", "number", "boolean"}}}; }
 Json matching(const char* pattern) {
   Json schema = text_schema();
@@ -25,7 +25,7 @@ Json matching(const char* pattern) {
   return schema;
 }
 
-// what each section refers to by its name
+// definitions to which sections refer by name
 Json common_definitions() {
   return {{"name", matching(R"(^(?!all$)(?!.*\.\.)[A-Za-z0-9_.-]{1,63}$)")},
           {"name_or_range", matching("^[A-Za-z0-9_.-]{1,128}$")}};
@@ -38,7 +38,7 @@ Json list_of(const Json& item, std::size_t count) {
   return {{"type", "array"}, {"items", item}, {"minItems", count}, {"maxItems", count}};
 }
 
-// range of the quantity and, where it is narrower, of the key
+// returns the range of the quantity, narrowed by the range of the key
 Range range_of(const Key& key) {
   const Range &narrow = key.range, wide = reader::range_of(key.quantity.bound);
   const Range &low = narrow.least > wide.least ? narrow : wide,
@@ -121,7 +121,7 @@ std::string text_of(double value) {
   return text.data();
 }
 
-// "Number >= 0 [kg]."
+// returns a text such as "Number >= 0 [kg]."
 std::string describe_value(const Key& key) {
   std::string text;
   if (key.form == Form::kNumber) text = " Number";
@@ -150,7 +150,7 @@ Json schema_of(const Key& key) {
   } else {
     schema["type"] = "object";
     if (key.per == Per::kMode) schema["propertyNames"] = {{"pattern", "^[1-9][0-9]*$"}};
-    // a reader of YAML may give the key 1e22 as 1e+22
+    // a reader of YAML may convert the key 1e22 to 1e+22
     if (key.per == Per::kNewName) schema["propertyNames"] = {{"pattern", "^[A-Za-z0-9_.+-]+$"}};
     schema["additionalProperties"] = value;
   }
@@ -169,7 +169,7 @@ Json schema_of(const Section& section) {
   return schema;
 }
 
-// the sections of items, which stand in lists or by themselves
+// adds the sections of items; items may be in a list, or a single item may stand alone
 void add_definitions(const Section& section, Json& definitions) {
   for (const Key& key : section.keys)
     for (const Section* of : key.sections) {
@@ -181,7 +181,7 @@ void add_definitions(const Section& section, Json& definitions) {
     }
 }
 
-// every path by which a value can be set, with * for each name and item
+// adds every path by which a value can be set, with * for each name and item
 void add_paths(const Section& section, const std::string& before, bool is_item, Json& paths) {
   for (const Key& key : section.keys) {
     if (is_item && key.form == Form::kName) continue;
@@ -199,16 +199,17 @@ void add_paths(const Section& section, const std::string& before, bool is_item, 
 }
 
 constexpr const char* kPathsAbout =
-    "Paths of values, which 'freeflex run SCENE --set PATH=VALUE' sets before the scene is read. Keys stand "
-    "behind dots. For * write the name of an item (in quotes where it has dots or is a number), its place in "
-    "the list from 1, or * for all that take the key. VALUE is YAML.";
+    "Paths of values, which 'freeflex run SCENE --set PATH=VALUE' sets before the scene is read. Dots "
+    "separate keys. For * write the name of an item (in quotes if it has dots or is a number), the item's "
+    "position in the list from 1, or * for all items that have the key. VALUE is YAML.";
 
 }  // namespace
 
 std::string scene_schema() {
-  Json schema{{"$schema", "http://json-schema.org/draft-07/schema#"},
-              {"title", "freeflex scene"},
-              {"description", "A free flexible structure, what acts on it and what is published. SI units."}};
+  Json schema{
+      {"$schema", "http://json-schema.org/draft-07/schema#"},
+      {"title", "freeflex scene"},
+      {"description", "A free flexible structure, the loads on it and the published data. SI units."}};
   schema.update(schema_of(sections::kScene));
   Json definitions = common_definitions();
   add_definitions(sections::kScene, definitions);

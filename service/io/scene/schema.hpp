@@ -1,12 +1,12 @@
-// What editors complete and check scenes by.
+// The schema with which editors complete and check scenes.
 #pragma once
 
 #include <string>
 
 namespace freeflex::io {
 
-/// JSON Schema (draft 07) of scenes, made of the table of keys. It refuses nothing that read_scene takes;
-/// files, references and physics are beyond it.
+/// Returns the JSON Schema (draft 07) of scenes, generated from the table of keys. It accepts every scene
+/// that read_scene accepts. It does not check files, references and physics.
 std::string scene_schema();
 
 }  // namespace freeflex::io

@@ -44,7 +44,7 @@ bool has_key(const Node& mapping, std::string_view key) {
 
 bool is_table_section(const Section& section) { return section.find("csv") != nullptr; }
 
-// the section that an item of a list is read by; nullptr for a link of no kind
+// returns the section for an item of a list; nullptr for a link without a kind
 const Section* section_of(const Key& list, const Node& item) {
   const bool is_item_table = is_table(item);
   const Section* only = nullptr;
@@ -61,7 +61,7 @@ const Section* section_of(const Key& list, const Node& item) {
   return num_others == 1 && !is_item_table ? only : nullptr;
 }
 
-// what a path may set at a key, for a path that goes on beyond it
+// returns a description of what can be set at a key, for a path that wrongly continues after the key
 std::string describe_whole(const Key& key) {
   switch (key.form) {
     case Form::kNumbers:
@@ -171,7 +171,7 @@ void SceneSettings::refuse_key(const Section& section, std::size_t step) {
     return refuse(before(step) + ": " + key + " " + std::string(refused->reason));
   if (current_->steps[step].is_all())
     return refuse(before(step) +
-                  ": * stands for items and names, and here a key is due: " + join(section.names()));
+                  ": * stands for items and names, but a key must follow here: " + join(section.names()));
   refuse(before(step) + ": unknown key " + quote(key) + did_you_mean(key, section.names()) +
          "; allowed: " + join(section.names()));
 }
@@ -193,8 +193,8 @@ void SceneSettings::put(Node& mapping, const std::string& key) {
   mapping.entries.emplace_back(&tree_.create(std::move(name)), current_->value);
 }
 
-// the mapping at a key, a new one where there is nothing yet; nullptr when something else stands there, which
-// is reported when it is read
+// returns the mapping at a key, or a new mapping if the key is absent; nullptr for any other kind of value,
+// which is reported when it is read
 Node* SceneSettings::find_mapping(Node& mapping, const std::string& key) {
   const auto entry = std::find_if(mapping.entries.begin(), mapping.entries.end(),
                                   [&](const auto& each) { return each.first->text == key; });
@@ -233,7 +233,7 @@ void SceneSettings::set_in_mapping(Node& mapping, const Section& section, std::s
   }
 }
 
-// a mapping of names: of groups, of forces on points, of modes
+// sets a value in a mapping from names, for example of groups, of forces on points or of modes
 void SceneSettings::set_in_names(Node& mapping, const Key& key, std::size_t step) {
   std::vector<std::string> names;
   if (current_->steps[step].is_all()) {
@@ -259,14 +259,14 @@ void SceneSettings::set_in_items(Node& mapping, const Key& key, std::size_t step
   const auto entry = std::find_if(mapping.entries.begin(), mapping.entries.end(),
                                   [&](const auto& each) { return each.first->text == list; });
   if (entry == mapping.entries.end())
-    return refuse("the scene has no " + list + "; a path changes items and adds none");
+    return refuse("the scene has no " + list + "; a path can change items but cannot add them");
   if (step + 1 == current_->steps.size()) {
     const std::string item = before(step + 1);
     return refuse(item + " is an item, and its keys are set one by one: write " + item + ".KEY");
   }
   const bool is_list = entry->second->kind == Node::Kind::kList;
   if (!is_list && entry->second->kind != Node::Kind::kMapping) {
-    current_->is_matched = true;  // neither a list nor an item, which is reported when it is read
+    current_->is_matched = true;  // neither a list nor a mapping: reported when it is read
     return;
   }
   std::vector<const Node*> single{entry->second};
@@ -305,14 +305,15 @@ std::vector<std::size_t> SceneSettings::choose_place(std::size_t num_items,
                     name = list + ".\"" + place + "\"";
   const auto found = parse_integer(place, 1, static_cast<std::int64_t>(num_items));
   if (!named.empty() && (!found || named.front() != static_cast<std::size_t>(*found - 1))) {
-    refuse(list + "." + place + " is a place in the list, and another item has that name: write " + name +
+    refuse(list + "." + place +
+           " is a position in the list, but another item has this number as its name: write " + name +
            " for the name");
     return {};
   }
   if (!found) {
-    refuse(list + ": there is no place " + place + "; the items are counted from 1 to " +
+    refuse(list + ": there is no position " + place + "; the items are numbered from 1 to " +
            std::to_string(num_items) +
-           (has_table ? ", and a row of a table goes by its name: write " + name : ""));
+           (has_table ? ", and a row of a table is set by its name: write " + name : ""));
     return {};
   }
   return {static_cast<std::size_t>(*found - 1)};
@@ -321,7 +322,7 @@ std::vector<std::size_t> SceneSettings::choose_place(std::size_t num_items,
 void SceneSettings::set_in_item(const Node*& item, const Key& key, std::size_t step) {
   const Section* section = item->kind == Node::Kind::kMapping ? section_of(key, *item) : nullptr;
   if (!section) {
-    current_->is_matched = true;  // no mapping or no kind of link, which is reported when it is read
+    current_->is_matched = true;  // not a mapping, or a link without a kind: reported when it is read
     return;
   }
   const bool is_one_of_all = current_->steps[step].is_all();
@@ -334,7 +335,7 @@ void SceneSettings::set_in_item(const Node*& item, const Key& key, std::size_t s
   set_in_mapping(own(item), *section, step + 1);
 }
 
-// * found items, and none of them takes the key
+// reports that * matched items, none of which allows the key
 void SceneSettings::refuse_untaken(const Key& key, std::size_t step) {
   const std::string& wanted = current_->steps[step + 1].text;
   std::vector<std::string_view> known, takers;
@@ -352,7 +353,7 @@ void SceneSettings::refuse_untaken(const Key& key, std::size_t step) {
 
 void SceneSettings::refuse_name(std::size_t step) {
   const std::vector<std::string>& names = current_->names;
-  // dots in a name end a step unless the name is in quotes
+  // a name with dots that is not in quotes was split into steps
   std::string joined = current_->steps[step].text;
   for (std::size_t next = step + 1; next < current_->steps.size(); ++next) {
     joined += "." + current_->steps[next].text;

@@ -1,4 +1,4 @@
-// Values set by path in the tree of a scene, before its sections are read.
+// Sets values by path in the tree of a scene, before its sections are read.
 #pragma once
 
 #include <string>
@@ -12,39 +12,40 @@
 
 namespace freeflex::io::reader {
 
-/// One step of a path: what stands between two dots.
+/// One step of a path: the text between two dots.
 struct PathStep {
   std::string text;
-  bool is_quoted = false;  // then it is a name, and neither a number nor *
-  std::size_t begin = 0;   // bytes in the path
+  bool is_quoted = false;  // true: a name, even if it is a number or *
+  std::size_t begin = 0;   // offset in the path [bytes]
   std::size_t end = 0;
 
   bool is_all() const { return !is_quoted && text == "*"; }
-  /// True for a place in a list, which counts from 1.
+  /// Returns true if the step is a position in a list, counted from 1.
   bool is_place() const;
 };
 
-/// Takes a path apart at its dots outside quotes. Returns what is wrong with it; empty: it is good.
+/// Splits a path at its dots outside quotes. Returns an empty string, or the error.
 std::string parse_path(const std::string& path, std::vector<PathStep>& steps);
 
-/// Sets values in a tree. Nodes are copied before they change, because aliases share them. The first fault
-/// of a setting is reported at the setting's source, and the setting is then left.
+/// Sets values in a tree. Nodes are copied before they change, because aliases share them. The first fault of
+/// a setting is reported at the setting's source, and later faults of the same setting are ignored.
 class SceneSettings {
  public:
-  /// Reads paths and values. \param tree  of the scene; it outlives this
+  /// Reads paths and values.  \param tree  tree of the scene; must outlive this object
   SceneSettings(Report& report, YamlTree& tree, const Settings& settings);
 
-  /// The root with what is set in the scene's own text. Rows of tables come later.
+  /// Returns the root after setting the values in the scene's own text. Values in rows of tables are set
+  /// later.
   const Node* apply(const Node* root);
 
-  /// True when a setting is for a row of the tables under the key `list`. \param name  that the row has in
-  /// the scene
+  /// Returns true if a setting applies to a row of the tables under the key `list`.
+  /// \param name  name of the row in the scene
   bool wants_row(std::string_view list, const std::string& name);
-  /// Sets values in a row that is written as an item.
+  /// Sets values in a row that was converted to an item.
   void apply_to_row(std::string_view list, const std::string& name, Node& row);
 
-  /// Reports the settings that found no row. \param is_whole  false: the tables under `list` could not be
-  /// read, so that nothing can be said
+  /// Reports the settings that matched no row.  \param is_whole  false: not all tables under `list` could be
+  /// read, so nothing is reported
   void report_unmatched(std::string_view list, bool is_whole);
 
  private:
@@ -53,23 +54,25 @@ class SceneSettings {
     int source;
     std::vector<PathStep> steps;
     const Node* value;
-    bool is_refused = false;  // a fault is reported
+    bool is_refused = false;  // true: a fault was reported
     bool is_matched = false;
     const Key* rows = nullptr;         // the list whose tables may have the row
     std::size_t row_step = 0;          // the step that names the row
-    std::vector<std::string> names{};  // of items and rows that are not the one
+    std::vector<std::string> names{};  // names of the items and rows that did not match
   };
 
-  // each acts on the setting `current_`
+  // these functions act on the setting `current_`
   void set_in_mapping(Node& mapping, const Section& section, std::size_t step);
   void set_in_names(Node& mapping, const Key& key, std::size_t step);
   void set_in_items(Node& mapping, const Key& key, std::size_t step);
   void set_in_item(const Node*& item, const Key& key, std::size_t step);
   void put(Node& mapping, const std::string& key);
   Node* find_mapping(Node& mapping, const std::string& key);
-  /// Indices of the items that a step names; empty after reporting, and where tables may have the item.
+  /// Returns the indices of the items that a step names; empty after reporting a fault, and if a table may
+  /// contain the item.
   std::vector<std::size_t> choose(const std::vector<const Node*>& items, const Key& key, std::size_t step);
-  /// The same of a place. \param named  items whose name is that number
+  /// Returns the index of the item at a position in the list.  \param named  items whose name is the same
+  /// number
   std::vector<std::size_t> choose_place(std::size_t num_items, const std::vector<std::size_t>& named,
                                         bool has_table, std::size_t step);
   void refuse(const std::string& message);
@@ -77,9 +80,9 @@ class SceneSettings {
   void refuse_untaken(const Key& key, std::size_t step);
   void refuse_name(std::size_t step);
 
-  /// The path up to a step, as it was written; "scene" for nothing.
+  /// Returns the path up to a step, as it was written; "scene" if that part is empty.
   std::string before(std::size_t step) const;
-  /// The node, copied unless it is a copy already.
+  /// Replaces the node by a copy, unless it is a copy already, and returns it.
   Node& own(const Node*& node);
   bool is_row_of(const PathSetting& setting, std::string_view list, const std::string& name) const;
 

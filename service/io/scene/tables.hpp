@@ -1,4 +1,5 @@
-// Tables beside a scene: CSV for points and links, Matrix Market for stiffness and flexibility.
+// Reads the tables that a scene names: CSV files of points and links, Matrix Market files of stiffness and
+// flexibility.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -14,7 +15,7 @@
 
 namespace freeflex::io::reader {
 
-/// One row of a CSV table: fields in the order of the known columns, absent columns empty.
+/// One row of a CSV table: fields in the order of the known columns; absent columns are empty.
 class CsvRow {
  public:
   CsvRow(Report& report, Origin line, int number, const std::vector<std::string_view>& columns)
@@ -27,16 +28,16 @@ class CsvRow {
   const Origin& origin() const { return line_; }
   std::string_view text(std::size_t column) const { return fields_[column]; }
   const Origin& origin(std::size_t column) const { return places_[column]; }
-  /// "in row 3", counted from 1 below the header.
+  /// Returns "in row 3", counted from 1 below the header.
   std::string place() const { return "in row " + std::to_string(number_); }
-  /// "point 'hub'" when the row has a good name, "point in row 3" otherwise.
+  /// Returns "point 'hub'" if the row has a valid name, else "point in row 3".
   std::string label(const std::string& noun, std::size_t name_column) const;
-  /// The row as an item of a scene: its columns are the keys.
+  /// Returns the row converted to an item of a scene, with the columns as keys.
   Node& as_item(YamlTree& tree, const std::vector<std::size_t>& columns) const;
-  /// Adds a key to the item whose value is the list of some columns.
+  /// Adds a key to the item, whose value is a list of columns.
   void add_list(YamlTree& tree, Node& item, std::string_view key,
                 const std::vector<std::size_t>& columns) const;
-  /// Number of a column, or 0 after reporting "<label>: <column> ...".
+  /// Returns the number in a column, or 0 after reporting "<label>: <column> ...".
   double number(std::size_t column, const std::string& label, const Quantity& quantity) const;
 
  private:
@@ -49,19 +50,20 @@ class CsvRow {
   std::vector<Origin> places_;
 };
 
-/// Comma-separated text with a header line; blank lines and lines that start with # are skipped. No quotes.
+/// Comma-separated text with a header line; blank lines and lines that start with # are skipped. Quotes have
+/// no special meaning.
 class CsvTable {
  public:
   /// Reads the header and reports unknown, repeated and missing columns.
   CsvTable(Report& report, int source, std::vector<std::string_view> known,
            const std::vector<std::string_view>& required);
-  /// False: nothing can be read below the header.
+  /// Returns false if the header has a fault; no row is then read.
   bool is_good() const { return is_good_; }
   bool has(std::string_view column) const;
-  /// Where the header line stands.
+  /// Returns the place of the header line.
   const Origin& header() const { return header_; }
-  /// Calls `take` with each row that has as many fields as the header; others are reported. Stops when take
-  /// says false. True when every line became a row.
+  /// Calls `take` for each row that has as many fields as the header, and reports all other rows. Stops if
+  /// `take` returns false. Returns true if every line was a valid row.
   bool each_row(const std::function<bool(const CsvRow&)>& take);
 
  private:
@@ -75,20 +77,20 @@ class CsvTable {
   int num_rows_ = 0;
   std::vector<std::string_view> known_;
   Origin header_;
-  std::vector<int> known_of_field_;  // index into known_ per field, -1 for one that is not
+  std::vector<int> known_of_field_;  // for each field, its index in known_; -1: unknown
   bool is_good_ = true;
 };
 
-/// What a matrix holds, for messages.
+/// Description of a matrix, for messages.
 struct MatrixContent {
   std::string_view noun, unit;  // "stiffness", "N/m"
   std::size_t size;             // rows and columns
-  std::string size_reason;      // why that size: "3 rows for each of 115 points"
+  std::string size_reason;      // reason for the size: "3 rows for each of 115 points"
 };
 
 /// Reads a symmetric matrix from Matrix Market text: coordinate or array, real or integer, symmetric or
-/// general. A general matrix must be symmetric to 1e-9 of its largest entry and is averaged. After a fault,
-/// which is reported, the matrix is left as it was.
+/// general. A general matrix must be symmetric within 1e-9 of its largest entry; each entry and its mirror
+/// are averaged. If there is a fault, it is reported and the matrix is not changed.
 void read_matrix_market(Report& report, int source, const MatrixContent& content,
                         Eigen::SparseMatrix<double>& matrix);
 

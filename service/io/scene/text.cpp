@@ -17,7 +17,7 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
-// length of the longest decimal number that text starts with: sign, digits, point, exponent
+// returns the length of the longest decimal number at the start of text: sign, digits, point, exponent
 std::size_t number_length(std::string_view text) {
   std::size_t i = 0;
   const auto skip_digits = [&] {
@@ -48,7 +48,7 @@ std::optional<double> to_double(std::string_view text) {
   return value;
 }
 
-// units people write, their SI unit and factor; spaces, * and ^ are taken out before the look-up
+// common units with their SI unit and factor; spaces, * and ^ are removed before the look-up
 struct UnitName {
   std::string_view name;
   std::string_view si;
@@ -135,8 +135,8 @@ constexpr auto kUnits = std::to_array<UnitName>({
     {"%", "-", 1e-2},
 });
 
-// what to write for a number with commas: one stands for the decimal point, more of them between thousands;
-// empty when that cannot be told
+// returns the correct way to write a number that has commas: a single comma may be a decimal point, several
+// commas may separate thousands; empty if neither is possible
 std::string without_commas(std::string_view text) {
   const auto num_commas = std::count(text.begin(), text.end(), ',');
   std::string point(text), whole;
@@ -159,7 +159,7 @@ std::string explain_comma(std::string_view text) {
          (better.empty() ? "" : ": write " + better);
 }
 
-// what to say about a number followed by more text
+// returns the fault of a number that is followed by more text
 std::string explain_tail(std::string_view number, std::string_view tail, std::string_view text,
                          const Quantity& quantity) {
   const std::string found = quote(text);
@@ -199,7 +199,8 @@ std::string without_leading_zeros(std::string_view number) {
   return result + std::string(number);
 }
 
-// insertions, deletions, substitutions and swaps of neighbours that turn a into b
+// returns the number of insertions, deletions, substitutions and swaps of neighbouring characters that change
+// a into b
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
   std::iota(last.begin(), last.end(), std::size_t{0});
@@ -216,7 +217,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return last[b.size()];
 }
 
-// length of the UTF-8 character at the start of text, 0 when it is none
+// returns the length of the UTF-8 character at the start of text; 0 if it is invalid
 std::size_t utf8_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);
@@ -283,9 +284,9 @@ NumberResult parse_number(std::string_view text, const Quantity& quantity) {
   if (length < text.size())
     return {{}, explain_tail(text.substr(0, length), text.substr(length), text, quantity)};
   if (has_leading_zero(text))
-    return {
-        {},
-        quote(text) + " has a leading zero, which some read as octal: write " + without_leading_zeros(text)};
+    return {{},
+            quote(text) + " has a leading zero, which some programs read as octal: write " +
+                without_leading_zeros(text)};
   const auto value = to_double(text);
   if (!value)
     return {{}, quote(text) + " is too large or too small for a double, must be " + describe(quantity)};
@@ -337,7 +338,7 @@ std::string_view nearest_word(std::string_view text, const std::vector<std::stri
         candidate.size() > text.size() ? candidate.size() - text.size() : text.size() - candidate.size();
     if (difference >= best) continue;
     const std::size_t distance = edit_distance(wanted, lower(candidate));
-    // the word itself, in a place where it is not allowed, is no help
+    // a suggestion that equals the refused word would not help
     if (distance < best && distance < candidate.size() && candidate != text) {
       best = distance;
       nearest = candidate;
@@ -368,7 +369,7 @@ std::string name_problem(std::string_view name) {
   if (name.empty() || name.size() > 63 || !has_good_characters)
     return quote(name) + " must be 1 to 63 of A-Z a-z 0-9 _ . -";
   if (name.find("..") != std::string_view::npos)
-    return quote(name) + " must not hold '..', which writes a range of names";
+    return quote(name) + " must not contain '..', which stands for a range of names";
   if (name == "all") return "'all' stands for every name; choose another";
   return {};
 }

@@ -1,4 +1,4 @@
-// Text of a scene: numbers without units, names, and what a person may have meant.
+// Text of a scene: numbers without units, names, and suggestions for misspelt words.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace freeflex::io::reader {
 
 enum class Bound { kAny, kNonNegative, kPositive, kPoissonRatio, kTickRate };
 
-/// Numbers from the least to the most, which belong to it or do not.
+/// A range of numbers; each end may be included or excluded.
 struct Range {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
@@ -24,52 +24,56 @@ struct Range {
 };
 Range range_of(Bound bound);
 
-/// What a number stands for: its SI unit ("-" for none) and its range.
+/// SI unit of a number ("-" for no unit) and its range.
 struct Quantity {
   std::string_view unit;
   Bound bound = Bound::kAny;
 };
 
-/// "a number > 0 [N/m]"
+/// Returns "a number > 0 [N/m]".
 std::string describe(const Quantity& quantity);
 
 struct NumberResult {
   std::optional<double> value;
-  std::string problem;  // continues "stiffness ", empty with a value
+  std::string problem;  // text that continues "stiffness "; empty if there is a value
 };
-/// Decimal number in the C locale, finite, in range. Refused with a reason: nan, inf, hexadecimal, leading
-/// zeros (octal to some readers), decimal commas, underscores, and units, which are converted in the text.
+/// Parses a decimal number in the C locale, which must be finite and in range. Refuses, with a reason: nan,
+/// inf, hexadecimal numbers, leading zeros (some readers take them as octal), decimal commas, underscores and
+/// units. The reason for refusing a unit gives the value in SI.
 NumberResult parse_number(std::string_view text, const Quantity& quantity);
 
-/// Decimal integer from `least` to `most`, or nullopt.
+/// Parses a decimal integer from `least` to `most`; nullopt for any other text.
 std::optional<std::int64_t> parse_integer(std::string_view text, std::int64_t least, std::int64_t most);
 
-/// Shortest decimal text that reads back as the number.
+/// Returns the shortest decimal text from which the same number is read back.
 std::string format_number(double value);
 
-/// 'text' in quotes for a message: cut at 60 characters, control characters and bad UTF-8 replaced.
+/// Returns the text in quotes for a message, cut at 60 characters and with control characters and invalid
+/// UTF-8 replaced.
 std::string quote(std::string_view text);
 
-/// The candidate nearest to text by edit distance; empty when none is near.
+/// Returns the candidate with the smallest edit distance from the text; empty if no candidate is near.
 std::string_view nearest_word(std::string_view text, const std::vector<std::string_view>& candidates);
 
-/// " (did you mean 'mass'?)" for the candidate nearest to text by edit distance, or nothing when none is
-/// near.
+/// Returns " (did you mean 'mass'?)" for the candidate with the smallest edit distance from the text; empty
+/// if no candidate is near.
 std::string did_you_mean(std::string_view text, const std::vector<std::string_view>& candidates);
 
-/// Letters A to Z as a to z, the rest as it is.
+/// Returns the text with letters A to Z in lower case.
 std::string lower(std::string_view text);
 
-/// "a, b, c"
+/// Returns "a, b, c".
 std::string join(const std::vector<std::string_view>& words);
 
-/// What is wrong with a name, or empty: 1 to 63 of A-Z a-z 0-9 _ . - without "..", not "all".
+/// Returns the error of a name. Returns an empty string if the name has 1 to 63 of A-Z a-z 0-9 _ . - , does
+/// not contain ".." and is not "all".
 std::string name_problem(std::string_view name);
 
-/// Byte offset of the first byte that is not UTF-8 or is a control character other than tab, LF, CR; or npos.
+/// Returns the offset of the first byte that is invalid UTF-8 or a control character other than tab, LF and
+/// CR; npos if there is none.
 std::size_t find_bad_byte(std::string_view text);
 
-/// Line and column from 1 of a byte offset; columns count characters.
+/// Line and column of a byte offset, from 1; columns count characters.
 struct TextPlace {
   int line = 1;
   int column = 1;

@@ -13,7 +13,8 @@
 namespace freeflex::io::reader {
 namespace {
 
-// what to do about the faults people meet most; the rest stand as libfyaml words them
+// returns the advice for the most frequent faults; empty for other faults, whose message is libfyaml's text
+// alone
 std::string_view hint(std::string_view message) {
   struct Advice {
     std::string_view fragment, text;
@@ -64,12 +65,12 @@ bool is_null_word(std::string_view text) {
 
 }  // namespace
 
-/// Builds the tree from parser events; containers under construction stand on an explicit stack.
+/// Builds the tree from parser events. Lists and mappings that are not finished are on an explicit stack.
 class TreeBuilder {
  public:
   TreeBuilder(Report& report, int source, YamlTree& tree) : report_(report), source_(source), tree_(tree) {}
 
-  /// False: a limit is reached and parsing must stop.
+  /// Processes an event. Returns false if a limit is reached and parsing must stop.
   bool take(fy_event& event) {
     if (const fy_mark* mark = fy_event_start_mark(&event))
       place_ = {source_, report_.is_setting(source_) ? 0 : mark->line + 1, mark->column + 1};
@@ -93,14 +94,14 @@ class TreeBuilder {
         return true;
     }
   }
-  /// nullptr with no content, or with content that an unknown alias leaves open.
+  /// Returns the root; nullptr if there is no content or an alias is unknown.
   const Node* root() const { return is_broken_ ? nullptr : root_; }
   bool is_empty() const { return root_ == nullptr; }
 
  private:
   struct Open {
     Node* node;
-    const Node* key = nullptr;  // waits for its value
+    const Node* key = nullptr;  // the key whose value comes next
     std::string anchor;
   };
 
@@ -168,7 +169,7 @@ class TreeBuilder {
     stack_.pop_back();
     if (done.node->kind == Node::Kind::kMapping && !finish_mapping(*done.node)) return false;
     attach(done.node);
-    // known only now, so that nothing can contain itself
+    // the anchor becomes known only after the node is complete, so that no node can contain itself
     if (!done.anchor.empty()) anchors_[done.anchor] = done.node;
     return true;
   }
@@ -196,7 +197,7 @@ class TreeBuilder {
       report_.error(place_, "tag " + quote(token_text(tag)) + " has no meaning in a scene; remove it");
   }
 
-  // `mass: 1,5` in braces comes as the value 1 and a key 5 of no value: what was written is the value
+  // `mass: 1,5` in braces is parsed as the value 1 and a key 5 without value; this restores the value 1,5
   bool join_split_numbers(Node& mapping) {
     std::vector<std::pair<const Node*, const Node*>> entries;
     for (const auto& [key, value] : mapping.entries) {
@@ -215,7 +216,7 @@ class TreeBuilder {
     return true;
   }
 
-  // distinct keys, and the entries of merged mappings where the mapping has no such key itself
+  // removes repeated keys, and adds entries of merged mappings for keys that the mapping lacks
   bool finish_mapping(Node& mapping) {
     if (!join_split_numbers(mapping)) return false;
     std::unordered_map<std::string_view, const Node*> seen;
@@ -293,7 +294,8 @@ bool is_split_number(const Node& whole, const Node& fraction) {
 
 namespace {
 
-// the first fault of the parser, or the brackets that nothing closes: they lead it astray further on
+// reports the parser's first fault. If a bracket is not closed, reports that instead, because the parser
+// would report a later, misleading fault
 void report_syntax(Report& report, int source, std::string_view text, const fy_diag_error* fault) {
   const int line = fault ? fault->line : 0, column = fault ? fault->column : 0;
   const auto unclosed = find_unclosed(text);
@@ -302,7 +304,7 @@ void report_syntax(Report& report, int source, std::string_view text, const fy_d
     report.error({source, unclosed->noticed.line, unclosed->noticed.column},
                  "YAML syntax: " + describe(*unclosed));
   if (is_open && (line <= 0 || line >= unclosed->noticed.line)) return;
-  const std::string message = fault && fault->msg ? fault->msg : "cannot be read on";
+  const std::string message = fault && fault->msg ? fault->msg : "cannot be parsed further";
   const std::string advice(hint(message));
   report.error({source, line, column}, "YAML syntax: " + message + (advice.empty() ? "" : "; ") + advice);
 }
@@ -312,7 +314,7 @@ void report_syntax(Report& report, int source, std::string_view text, const fy_d
 const Node* YamlTree::parse(Report& report, int source) {
   std::string_view text = report.text(source);
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
-  // libfyaml 0.7 has crashed on bytes that are not UTF-8: they never reach it
+  // libfyaml 0.7 crashed on bytes that are not UTF-8, so such bytes are never passed to it
   if (const std::size_t bad = find_bad_byte(text); bad != std::string_view::npos) {
     const TextPlace place = locate(text, bad);
     char byte[8];
@@ -333,7 +335,7 @@ const Node* YamlTree::parse(Report& report, int source) {
                                                    FYPCF_DEFAULT_VERSION_1_2);
   settings.diag = diag.get();
   const std::unique_ptr<fy_parser, ParserCloser> parser(fy_parser_create(&settings));
-  // the parser looks at nothing here, so only memory can be missing
+  // the parser reads nothing in this call, so only lack of memory can make it fail
   if (!parser || fy_parser_set_string(parser.get(), text.data(), text.size()) != 0) throw std::bad_alloc();
 
   TreeBuilder builder(report, source, *this);

@@ -1,4 +1,4 @@
-// YAML text -> a tree that knows where everything was written. The only place that sees libfyaml.
+// Parses YAML text into a tree that stores the place of every node. Only yaml.cpp uses libfyaml.
 #pragma once
 
 #include <deque>
@@ -13,28 +13,30 @@ namespace freeflex::io::reader {
 struct Node {
   enum class Kind { kEmpty, kText, kList, kMapping };
   Kind kind = Kind::kEmpty;
-  bool is_quoted = false;  // text in quotes or a block: never a number
+  bool is_quoted = false;  // true: text in quotes or in a block, which is never read as a number
   std::string text;
   Origin origin;
   std::vector<const Node*> items;                            // kList
-  std::vector<std::pair<const Node*, const Node*>> entries;  // kMapping, merges (<<) done, keys distinct
-  std::vector<const Node*> merged;                           // mappings whose entries are among them
+  std::vector<std::pair<const Node*, const Node*>> entries;  // kMapping, merges (<<) applied, keys distinct
+  std::vector<const Node*> merged;                           // mappings whose entries were merged
 };
 
-/// What a node is, for messages: "a list", "the text 'abc'".
+/// Describes a node for messages: "a list", "the text 'abc'".
 std::string describe(const Node& node);
 
-/// True for `1` and `5` in brackets from `1,5`: a decimal comma, which YAML takes to separate items.
+/// Returns true if the two items, such as `1` and `5`, were written as one number with a decimal comma,
+/// `1,5`. In brackets YAML reads that comma as a separator of items.
 bool is_split_number(const Node& whole, const Node& fraction);
 
-/// One YAML document; aliases share nodes, so a node may be reached by more than one way.
+/// One YAML document; aliases share nodes, so a node may have several parents.
 class YamlTree {
  public:
-  /// Root of the source's document, or nullptr after reporting: bytes that are not UTF-8, syntax, duplicate
-  /// keys, tags, unknown aliases, more than one document, nothing at all, depth or number of nodes. Syntax
-  /// stops at the first fault, the others are all reported.
+  /// Returns the root of the source's document, or nullptr after reporting faults: bytes that are not UTF-8,
+  /// wrong syntax, duplicate keys, tags, unknown aliases, more than one document, an empty document, too deep
+  /// nesting or too many nodes. The parser stops at the first fault of syntax; faults of all other kinds are
+  /// all reported.
   const Node* parse(Report& report, int source);
-  /// A node of its own, which lives as long as the tree.
+  /// Adds a node, which exists as long as the tree.
   Node& create(Node node) { return nodes_.emplace_back(std::move(node)); }
 
  private:

@@ -20,7 +20,8 @@ void copy_sender(std::string_view from, std::array<char, kSenderSize>& to) {
   std::copy_n(from.data(), std::min(from.size(), static_cast<std::size_t>(kSenderSize - 1)), to.data());
 }
 
-/// A sender as it may be shown: at most 40 characters, each printable.
+/// Returns a sender in printable form: at most 40 characters, with '?' in place of characters that are not
+/// printable.
 std::array<char, 41> printable(std::string_view sender) {
   std::array<char, 41> shown{};
   std::transform(sender.begin(),
@@ -29,10 +30,11 @@ std::array<char, 41> printable(std::string_view sender) {
   return shown;
 }
 
-/// Fills in who sent it, then applies the rules of session and sender.
-/// \pre admission.reason comes from the layout and admission.text says it
+/// Fills in sender and sequence, then applies the rules of session and sender.
+/// \pre admission has reason and text of the layout check
 void check_head(std::span<const std::byte> bytes, std::int64_t session, Admission& admission) {
-  // another layout: nothing can be read, but that the front has been the same in all versions
+  // a message of another type cannot be read; in earlier versions of the same type the first fields are the
+  // same
   if (admission.reason == Reason::kWrongType && find_earlier(bytes) == nullptr) return;
   if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) return;
   const std::optional<Head> head = read_head(bytes);
@@ -43,7 +45,7 @@ void check_head(std::span<const std::byte> bytes, std::int64_t session, Admissio
   if (admission.reason == Reason::kMalformed || admission.reason == Reason::kWrongType) return;
   if (head->session != session) {
     admission.reason = Reason::kWrongSession;
-    print(admission.text, "session %lld, this daemon's is %lld (status_t.session)",
+    print(admission.text, "session %lld, must be %lld as in status_t.session of this daemon",
           static_cast<long long>(head->session), static_cast<long long>(session));
   } else if (!is_sender_valid) {
     admission.reason = Reason::kBadSender;
@@ -52,7 +54,7 @@ void check_head(std::span<const std::byte> bytes, std::int64_t session, Admissio
   }
 }
 
-/// What is inside says only whom to answer.
+/// Refuses an envelope. Reads its body only to find the sender for the answer.
 Admission refuse_envelope(std::span<const std::byte> bytes) {
   Admission admission;
   const std::optional<std::span<const std::byte>> body = find_body(bytes);
@@ -62,7 +64,7 @@ Admission refuse_envelope(std::span<const std::byte> bytes) {
     return admission;
   }
   admission.reason = Reason::kNoKeys;
-  print(admission.text, "this daemon takes no keys: send the command without an envelope");
+  print(admission.text, "this daemon uses no keys: send the command without an envelope");
   const std::optional<Head> head = read_head(*body);
   if (!head || !is_valid_sender(head->sender)) return admission;
   copy_sender(head->sender, admission.sender);
@@ -70,7 +72,8 @@ Admission refuse_envelope(std::span<const std::byte> bytes) {
   return admission;
 }
 
-/// Out of memory is the only way here: decode is given lengths that fit.
+/// Rejects a command for lack of memory. An exception can have no other cause, because the lengths were
+/// checked before.
 Admission out_of_memory(Admission admission) {
   admission.reason = Reason::kQueueFull;
   print(admission.text, "no memory to decode the command");
@@ -84,17 +87,18 @@ void fill_name_table(const Plan& plan, NameTable& table) {
   table.num_points = static_cast<std::int32_t>(plan.points.size());
   table.num_wheels = static_cast<std::int32_t>(plan.wheels.all.size());
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k)
-    table.wheel_points[k] = plan.particles.turning[static_cast<std::size_t>(plan.wheels.all[k].turning)];
+    table.wheel_points[k] =
+        plan.particles.attitude_points[static_cast<std::size_t>(plan.wheels.all[k].attitude_index)];
   table.num_groups = static_cast<std::int32_t>(plan.groups.size());
   table.force_limit = plan.force_limit;
   table.torque_limit = plan.torque_limit;
-  if (plan.wide.empty()) table.scope = plan.scope;
+  if (plan.fallback.empty()) table.scope = plan.scope;
   for (std::int32_t i = 0; i < table.num_points && table.num_pushable < kMaxTablePoints; ++i) {
     const PlanPoint& point = plan.points[static_cast<std::size_t>(i)];
     if (!point.pushable || point.row < 0) continue;
     const auto place = static_cast<std::size_t>(table.num_pushable++);
     table.pushable[place] = i;
-    table.takes_torque[place] = turning_of(plan, i) >= 0 ? 1 : 0;
+    table.takes_torque[place] = attitude_index_of(plan, i) >= 0 ? 1 : 0;
     table.point_arms[place] = point.r;
   }
   for (std::size_t g = 0; g < plan.groups.size(); ++g) {
@@ -228,7 +232,7 @@ Admission from_message(const freeflex_msgs::force_t& message, const NameTable& t
   command.lease_ticks = message.lease_ticks;
   command.num_points = message.num_forces;
   command.num_wrenches = message.num_wrenches;
-  // a count above its limit is copied as far as there is room, then rejected by check_command
+  // entries that exceed the size of the array are not copied; check_command then rejects the count
   const std::size_t num_points = std::min(message.forces.size(), command.points.size());
   const std::size_t num_wrenches = std::min(message.wrenches.size(), command.wrenches.size());
   for (std::size_t i = 0; i < num_points; ++i) {

@@ -1,4 +1,4 @@
-// The rules of a command that need neither bytes nor tick.
+// Rules for commands that do not depend on the encoded bytes or on the tick.
 #include <algorithm>
 #include <bitset>
 #include <cmath>
@@ -22,9 +22,10 @@ constexpr std::int64_t kMaxControlCount =
 bool is_finite(const Vec3& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
 bool is_zero(const Vec3& v) { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; }
 
-/// |v| against a limit without overflow. \param limit > 0, or 0: none
+/// Returns true if |v| exceeds the limit; cannot overflow.  \param limit > 0, or 0: no limit
 bool is_over(const Vec3& v, double limit) {
-  // rounding of three squares and their sum: a vector of exactly the limit is within it
+  // allows for the rounding errors of three squares and their sum, so that a vector whose norm equals the
+  // limit is accepted
   constexpr double kRounding = 1.0 + 8.0 * 2.220446049250313e-16;
   if (limit <= 0.0) return false;
   double square = 0.0;
@@ -36,7 +37,7 @@ bool is_over(const Vec3& v, double limit) {
   return square > kRounding;
 }
 
-/// Says that a vector is over its limit, in as many digits as tell the two apart.
+/// Writes that a vector exceeds its limit, with enough digits to distinguish the norm from the limit.
 void print_over_limit(Text text, const char* list, int i, const char* kind, int number, const char* name,
                       const Vec3& v, double limit, const char* unit) {
   constexpr int kUsual = 10, kAll = 17;
@@ -46,17 +47,17 @@ void print_over_limit(Text text, const char* list, int i, const char* kind, int 
         digits, length, unit, digits, limit, unit);
 }
 
-/// Torque that the group's points cannot make: about the line of a collinear group in body axes, any on one
-/// point.
-bool is_unreachable(const NameTable::GroupReach& reach, const Vec3& torque, std::int32_t axes) {
-  // a torque meant normal to the line may be off by the rounding of whoever computed it
+/// Returns true if forces on the group's points cannot produce the torque: a torque about the line of a
+/// collinear group in body axes, or any torque on a single point.
+bool is_unreachable(const NameTable::GroupTraits& traits, const Vec3& torque, std::int32_t axes) {
+  // a torque that is meant to be normal to the line may have the rounding error of the sender's computation
   constexpr double kAlong = 1e-9;
-  if (reach.torque_rank == 0) return !is_zero(torque);
-  if (reach.torque_rank == 3 || axes != 1) return false;
+  if (traits.torque_rank == 0) return !is_zero(torque);
+  if (traits.torque_rank == 3 || axes != 1) return false;
   const double largest = std::max({std::fabs(torque[0]), std::fabs(torque[1]), std::fabs(torque[2])});
   if (largest == 0.0) return false;
   double along = 0.0;
-  for (std::size_t i = 0; i < 3; ++i) along += torque[i] / largest * reach.line[i];
+  for (std::size_t i = 0; i < 3; ++i) along += torque[i] / largest * traits.line[i];
   return std::fabs(along) > kAlong;
 }
 
@@ -75,7 +76,7 @@ Reason check_header(const ForceCommand& command, const NameTable& table, Text te
     return Reason::kBadTiming;
   }
   if (command.late_policy != 0 && command.late_policy != 1) {
-    print(text, "late_policy %d, must be 0 (reject) or 1 (take at the next tick)", command.late_policy);
+    print(text, "late_policy %d, must be 0 (reject) or 1 (apply at the next tick)", command.late_policy);
     return Reason::kBadTiming;
   }
   const auto in_range = [](std::int64_t ticks) { return ticks >= 0 && ticks <= kMaxDurationTicks; };
@@ -89,7 +90,7 @@ Reason check_header(const ForceCommand& command, const NameTable& table, Text te
   }
   const std::int64_t held = std::max(command.duration_ticks, command.lease_ticks);
   if (table.max_hold_ticks > 0 && held > table.max_hold_ticks) {
-    print(text, "%s_ticks %lld, from the bus at most %lld (%g s, commands: max_hold of the scene): %s",
+    print(text, "%s_ticks %lld, from the bus at most %lld (%g s, 'commands: max_hold' of the scene): %s",
           command.lease_ticks > 0 ? "lease" : "duration", static_cast<long long>(held),
           static_cast<long long>(table.max_hold_ticks), table.max_hold,
           command.lease_ticks > 0 ? "renew it more often" : "send it again before it ends");
@@ -108,8 +109,8 @@ Reason check_header(const ForceCommand& command, const NameTable& table, Text te
   return Reason::kAccepted;
 }
 
-/// Where a point stands among those that may be pushed; empty: it may not. Whatever the table holds, it is
-/// inside.
+/// Returns the position of a point in the list of pushable points; nullopt if the point is not pushable. The
+/// position is a valid index, whatever values the table contains.
 std::optional<std::size_t> find_pushable(const NameTable& table, std::int32_t point) {
   const auto end = table.pushable.begin() + std::clamp(table.num_pushable, 0, kMaxTablePoints);
   const auto found = std::lower_bound(table.pushable.begin(), end, point);
@@ -122,17 +123,17 @@ Reason check_points(const ForceCommand& command, const NameTable& table, Text te
   for (int i = 0; i < command.num_points; ++i) {
     const PointForce& entry = command.points[static_cast<std::size_t>(i)];
     if (entry.point < 0 || entry.point >= table.num_points) {
-      print(text, "forces[%d]: point %d, the scene has 0 to %d", i, entry.point, table.num_points - 1);
+      print(text, "forces[%d]: point %d, the scene has points 0 to %d", i, entry.point, table.num_points - 1);
       return Reason::kUnknownPoint;
     }
     const std::optional<std::size_t> place = find_pushable(table, entry.point);
     if (!place) {
-      print(text, "forces[%d]: point %d may not be pushed; add it to commands: points of the scene", i,
+      print(text, "forces[%d]: point %d may not be pushed; add it to 'commands: points' of the scene", i,
             entry.point);
       return Reason::kNotPushable;
     }
     if (seen.test(*place)) {
-      print(text, "forces[%d]: point %d is named twice, each at most once", i, entry.point);
+      print(text, "forces[%d]: point %d is named twice, must be named once", i, entry.point);
       return Reason::kDuplicatePoint;
     }
     seen.set(*place);
@@ -154,7 +155,8 @@ Reason check_torques(const ForceCommand& command, const NameTable& table, Text t
   for (int i = 0; i < command.num_torques; ++i) {
     const PointTorque& entry = command.torques[static_cast<std::size_t>(i)];
     if (entry.point < 0 || entry.point >= table.num_points) {
-      print(text, "torques[%d]: point %d, the scene has 0 to %d", i, entry.point, table.num_points - 1);
+      print(text, "torques[%d]: point %d, the scene has points 0 to %d", i, entry.point,
+            table.num_points - 1);
       return Reason::kUnknownPoint;
     }
     const std::optional<std::size_t> place = find_pushable(table, entry.point);
@@ -164,12 +166,12 @@ Reason check_torques(const ForceCommand& command, const NameTable& table, Text t
       return Reason::kPointTorque;
     }
     if (!place) {
-      print(text, "torques[%d]: point %d may not be pushed; add it to commands: points of the scene", i,
+      print(text, "torques[%d]: point %d may not be pushed; add it to 'commands: points' of the scene", i,
             entry.point);
       return Reason::kNotPushable;
     }
     if (seen.test(*place)) {
-      print(text, "torques[%d]: point %d is named twice, each at most once", i, entry.point);
+      print(text, "torques[%d]: point %d is named twice, must be named once", i, entry.point);
       return Reason::kDuplicatePoint;
     }
     seen.set(*place);
@@ -193,17 +195,18 @@ Reason check_wheels(const ForceCommand& command, const NameTable& table, Text te
   for (int i = 0; i < command.num_wheels; ++i) {
     const WheelTorque& entry = command.wheels[static_cast<std::size_t>(i)];
     if (entry.wheel < 0 || entry.wheel >= known) {
-      print(text, "wheels[%d]: wheel %d, the scene has %d wheels from 0", i, entry.wheel, known);
+      print(text, "wheels[%d]: wheel %d, the scene has %d wheels, numbered from 0", i, entry.wheel, known);
       return Reason::kUnknownPoint;
     }
     const auto wheel = static_cast<std::size_t>(entry.wheel);
     if (!find_pushable(table, table.wheel_points[wheel])) {
-      print(text, "wheels[%d]: wheel %d is in point %d, which may not be pushed; add it to commands: points",
-            i, entry.wheel, table.wheel_points[wheel]);
+      print(text,
+            "wheels[%d]: wheel %d is in point %d, which may not be pushed; add it to 'commands: points'", i,
+            entry.wheel, table.wheel_points[wheel]);
       return Reason::kNotPushable;
     }
     if (seen.test(wheel)) {
-      print(text, "wheels[%d]: wheel %d is named twice, each at most once", i, entry.wheel);
+      print(text, "wheels[%d]: wheel %d is named twice, must be named once", i, entry.wheel);
       return Reason::kDuplicatePoint;
     }
     seen.set(wheel);
@@ -246,35 +249,35 @@ Reason check_wrenches(const ForceCommand& command, const NameTable& table, Text 
     const Wrench& entry = command.wrenches[static_cast<std::size_t>(i)];
     const auto group = static_cast<std::size_t>(entry.group);
     if (entry.group < 0 || entry.group >= known) {
-      print(text, "wrenches[%d]: group %d, the scene has %d groups from 0", i, entry.group, known);
+      print(text, "wrenches[%d]: group %d, the scene has %d groups, numbered from 0", i, entry.group, known);
       return Reason::kUnknownGroup;
     }
-    const NameTable::GroupReach& reach = table.groups[group];
-    if (reach.is_pushable == 0) {
+    const NameTable::GroupTraits& traits = table.groups[group];
+    if (traits.is_pushable == 0) {
       print(text,
-            "wrenches[%d]: group %d may not be pushed: the plan keeps no mode shapes for all its points", i,
-            entry.group);
+            "wrenches[%d]: group %d may not be pushed: the plan lacks the mode shapes at some of its points",
+            i, entry.group);
       return Reason::kNotPushable;
     }
     if (seen.test(group)) {
-      print(text, "wrenches[%d]: group %d is named twice, each at most once", i, entry.group);
+      print(text, "wrenches[%d]: group %d is named twice, must be named once", i, entry.group);
       return Reason::kDuplicatePoint;
     }
     seen.set(group);
     const Reason values = check_wrench_values(entry, i, table, text);
     if (values != Reason::kAccepted) return values;
-    if (is_unreachable(reach, entry.torque, command.axes)) {
-      print(
-          text, "wrenches[%d]: group %d cannot take the torque (%g, %g, %g) N m: %s", i, entry.group,
-          entry.torque[0], entry.torque[1], entry.torque[2],
-          reach.torque_rank == 0 ? "it is a single point" : "its points lie on a line, none about that line");
+    if (is_unreachable(traits, entry.torque, command.axes)) {
+      print(text, "wrenches[%d]: group %d cannot take the torque (%g, %g, %g) N m: %s", i, entry.group,
+            entry.torque[0], entry.torque[1], entry.torque[2],
+            traits.torque_rank == 0 ? "it is a single point"
+                                    : "its points lie on a line, about which the torque must be 0");
       return Reason::kUnreachableTorque;
     }
   }
   return Reason::kAccepted;
 }
 
-/// \pre every index is one of the table
+/// \pre every index of the command is in the table
 Reason check_scope(const ForceCommand& command, const NameTable& table, Text text) {
   const auto arm_of_point = [&](std::int32_t point) {
     return table.point_arms[find_pushable(table, point).value_or(0)];
@@ -288,14 +291,12 @@ Reason check_scope(const ForceCommand& command, const NameTable& table, Text tex
     case Need::kRotation:
       print(text,
             "the forces have a moment about the centre of mass, and rotation is left out: leave_out of the "
-            "scene "
-            "can keep it or replan");
+            "scene can keep it or replan");
       break;
     case Need::kOutOfPlane:
       print(text,
             "a load is not in the plane (normal %g, %g, %g in body axes), and out_of_plane is left out: "
-            "leave_out "
-            "can keep it or replan",
+            "leave_out can keep it or replan",
             table.scope.normal_B[0], table.scope.normal_B[1], table.scope.normal_B[2]);
       break;
   }

@@ -21,14 +21,14 @@ using freeflex_msgs::force_t;
 using freeflex_msgs::status_t;
 using wire::layout_of;
 
-/// Most that each count of a command may say, in the order of its counts.
+/// Largest values of the counts of a command, in the order of the counts.
 template <class Command>
 constexpr std::array<std::int32_t, 0> kCountLimits{};
 template <>
 constexpr std::array<std::int32_t, 4> kCountLimits<force_t>{kMaxCommandPoints, kMaxCommandWrenches,
                                                             kMaxCommandTorques, kMaxWheels};
 
-/// True when the fields of one value each, by name and kind, are the first of the layout.
+/// Returns true if the layout starts with fields of these names and kinds, each of which is a single value.
 template <std::size_t kSize>
 constexpr bool starts_with(const wire::Layout& layout, const wire::Field (&front)[kSize]) {
   return layout.fields.size() >= kSize &&
@@ -44,7 +44,7 @@ static_assert(starts_with(*layout_of<control_t>, kHead), "read_head");
 static_assert(starts_with(*layout_of<status_t>, kFront), "read_status_session");
 constexpr std::int64_t kSessionAt = wire::kFingerprintBytes + 8;  // [bytes]
 constexpr std::int64_t kSenderAt = kSessionAt + 8;
-// what find_body counts on
+// the layout that find_body relies on
 constexpr std::size_t kTagBytes = sizeof(envelope_t::tag);
 constexpr wire::Field kEnvelope[] = {{"key_id", wire::Kind::kString},
                                      {"session", wire::Kind::kInt64},
@@ -54,9 +54,9 @@ constexpr wire::Field kEnvelope[] = {{"key_id", wire::Kind::kString},
 static_assert(starts_with(*layout_of<envelope_t>, kEnvelope) && layout_of<envelope_t>->fields.size() == 7,
               "find_body");
 
-/// Fingerprint and total size.
+/// Checks fingerprint and total size.
 Reason check_front(std::span<const std::byte> bytes, std::int64_t fingerprint, std::span<char> text) {
-  // first, because of an oversized message nothing may be read: its length may be untrue
+  // checked first, because no byte of an oversized message may be read: its length may be wrong
   if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) {
     print(text, "more than %d bytes", channels::kMaxMessageBytes);
     return Reason::kMalformed;
@@ -85,7 +85,7 @@ void append(Phrase& phrase, std::int32_t number, std::string_view name) {
         name.empty() ? "" : " ", static_cast<int>(name.size()), name.data());
 }
 
-/// Name of the first array that a count counts.
+/// Returns the name of the first array whose size is this count.
 std::string_view counted_name(const wire::Layout& layout, int count) {
   const auto is_counted = [count](const wire::Field& field) {
     return std::any_of(field.dimensions.begin(), field.dimensions.end(),
@@ -94,7 +94,7 @@ std::string_view counted_name(const wire::Layout& layout, int count) {
   return std::find_if(layout.fields.begin(), layout.fields.end(), is_counted)->name;
 }
 
-/// "3 forces and 2 wrenches": each count with the name of what it counts.
+/// Returns each count with the name of its array, for example "3 forces and 2 wrenches".
 Phrase describe(const wire::Layout& layout, std::span<const std::int32_t> counts) {
   Phrase phrase{};
   for (int i = 0; i < layout.num_counts; ++i)
@@ -102,7 +102,7 @@ Phrase describe(const wire::Layout& layout, std::span<const std::int32_t> counts
   return phrase;
 }
 
-/// Counts and length against what the bytes hold.
+/// Checks that counts and length agree with the bytes.
 Reason check_walk(std::span<const std::byte> bytes, const wire::Layout& layout, const WireWalk& walk,
                   std::span<char> text) {
   const auto size = static_cast<long long>(walk.size);
@@ -111,7 +111,8 @@ Reason check_walk(std::span<const std::byte> bytes, const wire::Layout& layout, 
       print(text, "%zu bytes: a string is not terminated within them", bytes.size());
       return Reason::kMalformed;
     case WireWalk::Stop::kMissingCount:
-      print(text, "%zu bytes: ends before the counts, which need %lld", bytes.size(), size);
+      print(text, "the message ends at byte %zu, before its counts, which end at byte %lld", bytes.size(),
+            size);
       return Reason::kMalformed;
     case WireWalk::Stop::kNegativeCount:
       print(text, "%s: a count is negative", describe(layout, walk.counts).data());
@@ -123,12 +124,12 @@ Reason check_walk(std::span<const std::byte> bytes, const wire::Layout& layout, 
   if (layout.num_counts == 0) {
     print(text, "%zu bytes, must be %lld", bytes.size(), size);
   } else {
-    print(text, "%zu bytes, but %s make %lld", bytes.size(), describe(layout, walk.counts).data(), size);
+    print(text, "%zu bytes, but %s need %lld", bytes.size(), describe(layout, walk.counts).data(), size);
   }
   return Reason::kMalformed;
 }
 
-/// \param limits  one a count
+/// Checks the counts.  \param limits  one for each count
 Reason check_limits(const wire::Layout& layout, std::span<const std::int32_t> counts,
                     std::span<const std::int32_t> limits, std::span<char> text) {
   for (int i = 0; i < layout.num_counts; ++i) {
@@ -170,7 +171,7 @@ Reason check_layout(std::span<const std::byte> bytes, std::span<char> text) noex
   const Reason front = check_front(bytes, Command::getHash(), text);
   if (front != Reason::kAccepted) return front;
   if (!read_head(bytes)) {
-    print(text, "%zu bytes: ends before the sequence, or the sender is not one terminated string",
+    print(text, "the %zu bytes end before the sequence, or the sender is not one terminated string",
           bytes.size());
     return Reason::kMalformed;
   }

@@ -1,4 +1,5 @@
-// The front of a command, read before any generated decode. For the codec and the verifier.
+// Reads the first fields of a command before a generated decoder is called. Used by the codec and the
+// verifier.
 #pragma once
 
 #include <cstddef>
@@ -9,21 +10,22 @@
 
 namespace freeflex::io {
 
-/// What stands in front of every command.
+/// Fields that every command begins with.
 struct Head {
   std::int64_t session = 0;
-  std::string_view sender;  // into the bytes, without the terminator
+  std::string_view sender;  // view into the bytes, without the terminator
   std::int64_t sequence = 0;
 };
-/// Empty when the bytes end too early or the sender's string is not one terminated string.
+/// Returns the first fields, or nullopt if the bytes end too early or the sender is not one terminated
+/// string.
 std::optional<Head> read_head(std::span<const std::byte> bytes) noexcept;
 
-/// True for an envelope_t in place of a command; of what is too long nothing is read.
+/// Returns true if the bytes are an envelope_t instead of a command. Does not read an oversized message.
 bool is_envelope(std::span<const std::byte> bytes) noexcept;
-/// The command inside an envelope, which nobody has looked at. Empty when the bytes are not exactly one.
+/// Returns the command inside an envelope, unchecked; nullopt if the bytes are not exactly one envelope.
 std::optional<std::span<const std::byte>> find_body(std::span<const std::byte> bytes) noexcept;
 
-/// snprintf into text; nothing when text is empty.
+/// Formats into text as snprintf does; does nothing if text is an empty span.
 __attribute__((format(printf, 2, 3))) void print(std::span<char> text, const char* format, ...) noexcept;
 
 }  // namespace freeflex::io

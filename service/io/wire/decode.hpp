@@ -1,4 +1,4 @@
-// Generated decode behind the walk.
+// Calls generated decoders after checking the bytes.
 #pragma once
 
 #include <cstddef>
@@ -10,16 +10,16 @@
 
 namespace freeflex::io {
 
-/// Generated decode; false when it does not take exactly these bytes.
-/// \pre the bytes passed a walk by the message's layout, and there are at most 2^31 - 1 of them
+/// Decodes a message. Returns false if the decoder does not consume exactly these bytes.
+/// \pre the bytes were checked against the message's layout (walk), and there are at most 2^31 - 1 bytes
 template <class Message>
 bool decode_walked(std::span<const std::byte> bytes, Message& message) {
   const int size = static_cast<int>(bytes.size());
   return message.decode(bytes.data(), 0, size) == size;
 }
 
-/// For bytes from a file or the bus that need not be trusted. False when they are not exactly one message of
-/// this type and version.
+/// Decodes untrusted bytes from a file or the bus. Returns false if they are not exactly one message of this
+/// type and version.
 template <wire::HasLayout Message>
 bool decode_message(std::span<const std::byte> bytes, Message& message) {
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) return false;

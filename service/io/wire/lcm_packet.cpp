@@ -4,8 +4,8 @@ namespace freeflex::service {
 
 namespace {
 constexpr std::size_t kMaxChannel = 63;      // LCM_MAX_CHANNEL_NAME_LENGTH
-constexpr std::size_t kFragmentNumber = 16;  // [B] where it stands
-constexpr std::size_t kMaxShort = 65499;     // [B] of channel, NUL and payload: LCM_SHORT_MESSAGE_MAX_SIZE
+constexpr std::size_t kFragmentNumber = 16;  // [B] offset of the fragment's number
+constexpr std::size_t kMaxShort = 65499;     // [B] channel, NUL and payload: LCM_SHORT_MESSAGE_MAX_SIZE
 }  // namespace
 
 std::optional<LcmPacket> read_lcm_packet(std::span<const std::byte> packet) noexcept {
@@ -15,7 +15,7 @@ std::optional<LcmPacket> read_lcm_packet(std::span<const std::byte> packet) noex
   const std::size_t begin = is_fragment ? kFragmentHeader : kShortHeader;
   if (text.size() <= begin) return {};
   if (is_fragment && (text[kFragmentNumber] != 0 || text[kFragmentNumber + 1] != 0)) return {};
-  // a name that does not end inside the packet has no end
+  // the name must end inside the packet
   const std::string_view rest = text.substr(begin, kMaxChannel + 1);
   const std::size_t length = rest.find('\0');
   if (length == rest.npos || length == 0) return {};

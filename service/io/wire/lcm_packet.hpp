@@ -1,4 +1,4 @@
-// A UDP packet of LCM 1.3, taken apart and put together without liblcm.
+// Reads and makes UDP packets of LCM 1.3 without liblcm.
 #pragma once
 
 #include <cstddef>
@@ -10,26 +10,27 @@
 
 namespace freeflex::service {
 
-/// What a packet says. Views of its bytes.
+/// Contents of a packet, as views into its bytes.
 struct LcmPacket {
   std::string_view channel;            // 1 to 63 characters
   std::span<const std::byte> payload;  // empty for a fragment
-  bool is_fragment = false;            // the first of a message of more than 65,499 bytes
+  bool is_fragment = false;            // true: first fragment of a message of more than 65,499 bytes
 };
 
-/// On the wire, big-endian: a short message is "LC02", sequence u32, channel with its NUL, payload. A
-/// fragment is "LC03", sequence u32, message size u32, offset u32, number u16, count u16, then in number 0
-/// the channel with its NUL and bytes of the payload. Empty when the bytes are neither, and for fragments
-/// after the first: no command is so long, so none is put together again. Looks at these bytes alone, keeps
-/// nothing from one packet to the next, allocates nothing.
+/// Reads a packet. All numbers are big-endian on the wire. A short message is "LC02", sequence u32, channel
+/// with its NUL, payload. A fragment is "LC03", sequence u32, message size u32, offset u32, number u16, count
+/// u16 and bytes of the payload; in fragment number 0 the channel with its NUL precedes the payload. Returns
+/// nullopt if the bytes are neither a short message nor a first fragment. Fragments are not reassembled,
+/// because no command is that long. Reads only these bytes, keeps no state between packets and allocates
+/// nothing.
 std::optional<LcmPacket> read_lcm_packet(std::span<const std::byte> packet) noexcept;
 
-/// A short message as it goes out. Empty when it does not fit one datagram, or the channel is no name of 1 to
-/// 63 characters.
+/// Returns the packet of a short message; empty if the message does not fit one datagram, or the channel name
+/// does not have 1 to 63 characters.
 std::vector<std::byte> make_lcm_packet(std::string_view channel, std::span<const std::byte> payload,
                                        std::uint32_t sequence);
 
-/// Where the channel begins, of a short message and of a first fragment.
+/// Offsets of the channel in a short message and in a first fragment.
 inline constexpr std::size_t kShortHeader = 8, kFragmentHeader = 20;  // [B]
 inline constexpr std::string_view kShortMark = "LC02", kFragmentMark = "LC03";
 

@@ -21,7 +21,7 @@ namespace {
 constexpr std::string_view kScheme = "udpm://";
 constexpr std::string_view kDefaultAddress = "239.255.76.67:7667";
 
-/// A whole number from least to most and nothing else.
+/// Parses a text that is exactly one whole number from least to most.
 std::optional<int> read_number(std::string_view text, int least, int most) {
   int number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
@@ -31,7 +31,7 @@ std::optional<int> read_number(std::string_view text, int least, int most) {
 
 struct Parts {
   std::string_view address;  // ADDRESS:PORT
-  std::string_view options;  // behind the question mark
+  std::string_view options;  // the text after the question mark
 };
 Parts split(std::string_view url) {
   url.remove_prefix(kScheme.size());
@@ -41,7 +41,7 @@ Parts split(std::string_view url) {
   return parts;
 }
 
-/// The group and port of an address; empty when it is none.
+/// Returns group and port of an address; nullopt if it is not a valid address.
 std::optional<sockaddr_in> read_address(std::string_view address) {
   const std::size_t colon = address.rfind(':');
   if (colon == address.npos) return {};
@@ -55,7 +55,7 @@ std::optional<sockaddr_in> read_address(std::string_view address) {
   return group;
 }
 
-/// The first option that is none; "" when there is none such.
+/// Returns the first invalid option; empty if all are valid.
 std::string_view find_bad_option(std::string_view options) {
   while (!options.empty()) {
     const std::string_view option = options.substr(0, options.find('&'));
@@ -76,7 +76,7 @@ std::string describe(const sockaddr_in& group) {
   return text;
 }
 
-/// connect or bind on a datagram socket of its own that shares its port: 0 or errno.
+/// Makes a datagram socket that shares its port and calls connect or bind on it. Returns 0 or errno.
 template <class Call>
 int try_on_socket(Call call, const sockaddr_in& address) {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -110,7 +110,7 @@ std::string check_lcm_url(const std::string& url) {
   if (url.empty()) return {};
   const std::string found = "LCM URL '" + url + "': ";
   if (url.starts_with("memq://") || url.starts_with("file://"))
-    return found + "stays inside one process, but the daemon receives in a process of its own; use udpm://";
+    return found + "stays inside one process, but the daemon receives in another process; use udpm://";
   if (!url.starts_with(kScheme))
     return found + "must be udpm://ADDRESS:PORT?ttl=N with a multicast address, 224.0.0.0 to 239.255.255.255";
   if (url.size() > kMaxUrlSize)
@@ -147,7 +147,7 @@ LcmAddress read_lcm_url(const std::string& url) {
 std::string find_network_fault(const std::string& url) {
   const std::string checked = effective_url(url);
   const sockaddr_in group = *read_address(split(checked).address);
-  // connecting a datagram socket sends nothing: it only asks the routing table
+  // connecting a datagram socket sends no packet; it only queries the routing table
   if (const int error = try_on_socket(connect, group); error != 0) {
     return "no route for multicast to " + describe(group) + ": " + std::strerror(error) +
            ". To use LCM on this machine alone, run\n"
@@ -159,8 +159,8 @@ std::string find_network_fault(const std::string& url) {
   if (const int error = try_on_socket(bind, here); error != 0) {
     const std::string port = std::to_string(ntohs(group.sin_port));
     return "LCM cannot receive on UDP port " + port + ": " + std::strerror(error) +
-           (error == EADDRINUSE ? ". A program that does not share the port has it ('ss -ulpn sport = :" +
-                                      port + "' names it): end that one, or give another --lcm-url"
+           (error == EADDRINUSE ? ". A program that does not share the port uses it ('ss -ulpn sport = :" +
+                                      port + "' names it): end it, or give another --lcm-url"
                                 : "");
   }
   return {};

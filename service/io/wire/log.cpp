@@ -15,7 +15,8 @@
 namespace freeflex::io {
 namespace {
 
-// record: sync word, event number, time stamp, channel length, data length, channel, data; big-endian
+// a record consists of sync word, event number, time stamp, channel length, data length, channel and data;
+// big-endian
 constexpr std::string_view kSync = "\xED\xA1\xDA\x01";
 constexpr const char* kNoRecord = "no record starts here";
 constexpr std::int64_t kMaxChannelBytes = 999;  // [bytes] liblcm refuses longer names
@@ -24,7 +25,7 @@ std::string error_text(int error_number) {
   return std::error_code(error_number, std::generic_category()).message();
 }
 
-/// [bytes] Of the file behind a stream.
+/// Returns the size of the file behind a stream [bytes].
 std::int64_t size_of(std::FILE* stream) {
   struct stat status {};
   return fstat(fileno(stream), &status) == 0 ? status.st_size : 0;
@@ -42,15 +43,16 @@ bool LogReader::Head::is_possible() const {
   return channel_bytes > 0 && channel_bytes <= kMaxChannelBytes && data_bytes >= 0;
 }
 
-/// \pre kLogHeaderBytes of them
+/// Parses a header.  \pre there are kLogHeaderBytes bytes
 LogReader::Head LogReader::parse_head(std::string_view bytes) {
   return {big_endian(bytes.substr(4, 8)), static_cast<std::int64_t>(big_endian(bytes.substr(12, 8))),
           static_cast<std::int32_t>(big_endian(bytes.substr(20, 4))),
           static_cast<std::int32_t>(big_endian(bytes.substr(24, 4)))};
 }
 
-/// Where the body of a record holds the record that comes next by its number: then a length of the outer one
-/// is wrong. A piece of another log in a message is nothing of the kind.
+/// Returns the offset of the record with the next number inside a record's body, if it is there. In that case
+/// a length of the outer record is wrong. If a message contains a piece of another log, that piece has other
+/// numbers.
 std::optional<std::size_t> LogReader::find_next_record(std::string_view body, std::uint64_t number) {
   for (std::size_t at = body.find(kSync); at != body.npos; at = body.find(kSync, at + 1)) {
     const std::int64_t room = static_cast<std::int64_t>(body.size() - at) - kLogHeaderBytes;
@@ -91,7 +93,7 @@ bool LogReader::read_head(std::int64_t offset) {
   std::array<char, kLogHeaderBytes> bytes{};
   if (!seek(offset)) return fail(offset, "cannot be read");
   const std::size_t found = std::fread(bytes.data(), 1, bytes.size(), file_.get());
-  // a short file of something else is no log either, not the damaged start of one
+  // a short file of another kind is not to be reported as the damaged start of a log
   const std::string_view start(bytes.data(), std::min(found, kSync.size()));
   if (found == 0) return fail(offset, "cannot be read");
   if (start != kSync.substr(0, start.size())) return fail(offset, kNoRecord);
@@ -102,7 +104,7 @@ bool LogReader::read_head(std::int64_t offset) {
   return head_.is_possible() || fail(offset, "record with impossible lengths");
 }
 
-/// True when the file ends behind a record or another record begins there, be it a cut one.
+/// Returns true if, at the end of a record, the file ends or another record begins, which may be cut.
 bool LogReader::is_followed(std::int64_t end) {
   if (end == size_) return true;
   std::array<char, kSync.size()> bytes{};
@@ -112,7 +114,7 @@ bool LogReader::is_followed(std::int64_t end) {
   return std::string_view(bytes.data(), wanted) == kSync.substr(0, wanted) || fail(end, kNoRecord);
 }
 
-/// Takes a record into head_ and body_. False when it is not whole: flaw_ tells why.
+/// Reads a record into head_ and body_. If it is not complete, returns false and sets flaw_ to the cause.
 bool LogReader::read_record(std::int64_t offset) {
   if (!read_head(offset)) return false;
   const std::int64_t all = kLogHeaderBytes + head_.body_bytes(), there = size_ - offset;
@@ -138,15 +140,17 @@ void LogReader::give(std::int64_t offset, LogEvent& event) const {
   event.bytes.assign(data + channel_bytes, data + body_.size());
 }
 
-/// True of a whole record that can come behind the last one: numbers rise, or begin anew where a second log
-/// was appended. A log within a message, whose numbers are its own, is none.
+/// Returns true if a complete record at the offset can follow the last record: its number is larger, or it is
+/// 0 because a second log was appended. This excludes records of a log inside a message, which have numbers
+/// of their own.
 bool LogReader::is_continuation(std::int64_t offset) {
   if (!read_head(offset) || kLogHeaderBytes + head_.body_bytes() > size_ - offset) return false;
   if (number_ && head_.number != 0 && head_.number <= *number_) return false;
   return read_record(offset);
 }
 
-/// [bytes] Where the next whole record begins, from a place on; the end of the file when there is none.
+/// Returns the offset of the first complete record at or after an offset [bytes]; the end of the file if
+/// there is none.
 std::int64_t LogReader::find_record(std::int64_t from) {
   constexpr std::int64_t kBlock = std::int64_t{1} << 16;
   constexpr auto kOverlap = static_cast<std::int64_t>(kSync.size()) - 1;
@@ -188,7 +192,7 @@ std::string LogReader::damage() const {
   if (num_damages_ == 0) return {};
   const LogDamage& first = first_damage_;
   std::string text = path_ + ": damaged at byte " + std::to_string(first.at) + ": " + first.what;
-  // of a record that is cut at the end of the file its place says all
+  // if a record is cut at the end of the file, the message gives only its position
   if (first.begin != first.at || first.end != size_)
     text += "; nothing is read from byte " + std::to_string(first.begin) +
             (first.end == size_ ? " on" : " to byte " + std::to_string(first.end));
@@ -259,7 +263,8 @@ LogWriter::LogWriter(const std::string& path) : file_(path), buffer_(RecordEnds:
   std::setvbuf(log_->f, buffer_.data(), _IOFBF, buffer_.size());
 }
 
-/// Remembers the error, and what of the file is whole: nothing is written behind a gap afterwards.
+/// Stores the error and the size of the complete part of the file. After an error nothing more is written, so
+/// the file has no gap.
 void LogWriter::fail() {
   error_ = file_.working_path() + ": " + error_text(errno);
   whole_ = ends_.last_within(size_of(log_->f));
@@ -271,7 +276,7 @@ void LogWriter::write(const std::string& channel, std::int64_t utime, std::span<
   event.timestamp = utime;
   event.channellen = static_cast<std::int32_t>(channel.size());
   event.datalen = static_cast<std::int32_t>(bytes.size());
-  // liblcm takes mutable pointers and only reads through them
+  // liblcm requires pointers to non-const data but only reads through them
   event.channel = const_cast<char*>(channel.data());
   event.data = const_cast<std::byte*>(bytes.data());
   errno = 0;
@@ -337,7 +342,7 @@ void CsvWriter::row(std::int64_t tick, std::span<const double> values) {
   std::string line = std::to_string(tick);
   std::array<char, 32> text{};
   for (const double value : values) {
-    // shortest text that reads back to the same double
+    // the shortest text from which the same double is read back
     const auto result = std::to_chars(text.data(), text.data() + text.size(), value);
     line += ',';
     line.append(text.data(), result.ptr);

@@ -1,5 +1,5 @@
-// LCM event logs and CSV files: reading that passes over no damage in silence, writing that is complete, or
-// marked as partial.
+// Reads and writes LCM event logs, and writes CSV files. Readers report all damage; a written file is either
+// complete or marked as partial.
 #pragma once
 
 #include <lcm/eventlog.h>
@@ -17,44 +17,45 @@
 
 namespace freeflex::io {
 
-// [bytes] In front of a record: sync word, event number, time stamp, channel length, data length.
+// [bytes] Header of a record: sync word, event number, time stamp, channel length, data length.
 inline constexpr std::int64_t kLogHeaderBytes = 28;
 
 /// One recorded message.
 struct LogEvent {
-  std::int64_t offset = 0;  // [bytes] of the record in the file; its channel stands kLogHeaderBytes behind
-  std::int64_t utime = 0;   // [us] when it was recorded
+  std::int64_t offset = 0;  // [bytes] of the record in the file; the channel begins kLogHeaderBytes later
+  std::int64_t utime = 0;   // [us] time of recording
   std::string channel;
   std::vector<std::byte> bytes;
 };
 
-/// A stretch of a log of which nothing is read.
+/// A range of a log that cannot be read.
 struct LogDamage {
-  std::int64_t at = 0;              // [bytes] where it shows
-  std::string what;                 // in words
-  std::int64_t begin = 0, end = 0;  // [bytes] of the stretch
+  std::int64_t at = 0;              // [bytes] where the damage was found
+  std::string what;                 // description
+  std::int64_t begin = 0, end = 0;  // [bytes] of the range
 };
 
-/// Reads an LCM event log record by record. liblcm's own reader skips to the next thing that looks like a
-/// record and takes damage for the end of the file; this one requires every record to follow the one before
-/// it, none to hold the next one, and the file to end where the last record does. A stretch without a whole
-/// record is passed over, and damage() tells it.
+/// Reads an LCM event log record by record. liblcm's own reader skips to the next bytes that look like a
+/// record, and treats damage as the end of the file. This reader requires that every record begins where the
+/// previous record ends, that no record contains the next one, and that the file ends where the last record
+/// ends. It skips ranges without a complete record; damage() reports them.
 class LogReader {
  public:
-  /// error() is not empty when the file cannot be read.
+  /// Opens a log; error() is not empty if the file cannot be read.
   explicit LogReader(const std::string& path);
 
-  /// The next whole record; false at the end of the file, or when there is an error().
+  /// Reads the next complete record. Returns false at the end of the file, or if there is an error().
   bool next(LogEvent& event);
-  /// The record at an offset that next() gave before; false when it is no longer there. next() goes on where
-  /// it was.
+  /// Reads again the record at an offset that an earlier next() gave. Returns false if the record is no
+  /// longer there. Does not change which record next() reads.
   bool read_at(std::int64_t offset, LogEvent& event);
 
-  /// Empty, or why nothing can be read: there is no such file, or it does not begin as a log does.
+  /// Empty, or the reason why the file cannot be read: it does not exist, or it does not begin like a log.
   const std::string& error() const { return error_; }
-  /// True when next() passed over a stretch so far.
+  /// True if next() has skipped a damaged range.
   bool is_damaged() const { return num_damages_ > 0; }
-  /// Empty, or in words where the file is damaged and what is not read for that, as far as next() came.
+  /// Returns a description of the damage that next() has found and of the ranges that it skipped; empty if
+  /// there is no damage.
   std::string damage() const;
 
  private:
@@ -85,18 +86,19 @@ class LogReader {
   std::unique_ptr<std::FILE, Close> file_;
   std::string path_;
   std::string error_;
-  Head head_;                            // of the record at hand
-  std::string body_;                     // its channel, then its data
-  LogDamage flaw_;                       // why the record at hand is not whole
+  Head head_;                            // header of the present record
+  std::string body_;                     // channel, then data, of the present record
+  LogDamage flaw_;                       // reason why the present record is not complete
   std::int64_t size_ = 0;                // [bytes]
   std::int64_t at_ = 0;                  // [bytes] where the next record begins
-  std::optional<std::uint64_t> number_;  // of the last whole record
+  std::optional<std::uint64_t> number_;  // number of the last complete record
   LogDamage first_damage_;
   std::int64_t num_damages_ = 0, lost_bytes_ = 0;
 };
 
-/// A file that stands under its name only when complete: written as NAME.partial, renamed by commit().
-/// Devices and pipes are written directly. Not committed and not kept: the partial file is removed.
+/// A file that gets its name only when it is complete: it is written as NAME.partial, and commit() renames
+/// it. Devices and pipes are written directly. The destructor removes a partial file that was neither
+/// committed nor kept.
 class PartialFile {
  public:
   explicit PartialFile(std::string path);
@@ -105,12 +107,12 @@ class PartialFile {
   PartialFile& operator=(const PartialFile&) = delete;
 
   const std::string& working_path() const { return working_path_; }
-  /// Renames to the final name. Empty, or what went wrong.
+  /// Gives the file its final name. Returns an empty string, or the error.
   std::string commit();
-  /// Leaves the partial file where it is.
+  /// Keeps the partial file.
   void keep() { is_open_ = false; }
-  /// Cuts the partial file to its first bytes and leaves it. False when there is none to leave, for no byte
-  /// is asked for, the file is a device or a pipe, or it cannot be cut.
+  /// Cuts the partial file to its first `size` bytes and keeps it. Returns false if the size is 0, the file
+  /// is a device or a pipe, or the file cannot be cut.
   bool keep_first(std::int64_t size);
 
  private:
@@ -119,40 +121,42 @@ class PartialFile {
   bool is_open_ = true;
 };
 
-/// Finds the last record that is whole in a file after a write to it failed. The stream holds back at most
-/// kBufferBytes, so only the ends of the latest records are remembered.
+/// Finds the last complete record of a file after a write failed. The stream buffers at most kBufferBytes, so
+/// only the ends of the latest records are stored.
 class RecordEnds {
  public:
   static constexpr std::size_t kBufferBytes = std::size_t{1} << 16;
   struct End {
     std::int64_t offset = 0;  // [bytes] where the record ends
-    std::int64_t mark = 0;    // what the writer knows the record by
+    std::int64_t mark = 0;    // time stamp or tick that identifies the record for the writer
   };
 
-  /// Adds a record of so many bytes. \pre the stream took all of it
+  /// Adds a record of this size [bytes].  \pre the stream accepted the whole record
   void add(std::size_t size, std::int64_t mark);
-  /// The last record within the first bytes of the file; offset 0: none.
+  /// Returns the end of the last record that lies within the first file_size bytes; its offset is 0 if there
+  /// is none.
   End last_within(std::int64_t file_size) const;
 
  private:
   std::deque<End> latest_;
 };
 
-/// Writes an LCM event log. Errors stick: the first one is what close() returns. After one the records that
-/// are whole are left in NAME.partial, see kept_utime().
+/// Writes an LCM event log. close() returns the first error. After an error, NAME.partial keeps the complete
+/// records; see kept_utime().
 class LogWriter {
  public:
   explicit LogWriter(const std::string& path);
-  /// \param utime  [us] time stamp of the record
+  /// Writes a record.  \param utime  [us] its time stamp
   void write(const std::string& channel, std::int64_t utime, std::span<const std::byte> bytes);
-  /// Flushes and gives the file its name. Empty, or what went wrong.
+  /// Flushes the file and gives it its final name. Returns an empty string, or the first error.
   std::string close();
-  /// Flushes and leaves NAME.partial, for a run that was interrupted. Empty, or what went wrong.
+  /// Flushes the file and keeps it as NAME.partial, for an interrupted run. Returns an empty string, or the
+  /// first error.
   std::string close_partial();
   const std::string& working_path() const { return file_.working_path(); }
   bool has_error() const { return !error_.empty(); }
-  /// [us] Time stamp of the last record in the file that is left after an error; nullopt: none is left, or
-  /// there was no error, or the writer is not closed.
+  /// Time stamp of the last record in the file that was kept after an error [us]; nullopt if nothing was
+  /// kept, there was no error, or the writer is not closed.
   std::optional<std::int64_t> kept_utime() const { return kept_utime_; }
 
  private:
@@ -163,20 +167,20 @@ class LogWriter {
     void operator()(lcm_eventlog_t* log) const { lcm_eventlog_destroy(log); }
   };
   PartialFile file_;
-  std::vector<char> buffer_;  // of the stream, which is closed first
+  std::vector<char> buffer_;  // buffer of the stream, which is closed before the buffer is destroyed
   std::unique_ptr<lcm_eventlog_t, Close> log_;
   RecordEnds ends_;
-  RecordEnds::End whole_;  // in the file when a write failed
+  RecordEnds::End whole_;  // end of the last complete record in the file when a write failed
   std::optional<std::int64_t> kept_utime_;
   std::string error_;
 };
 
-/// Writes rows of numbers with a header line. Every double is printed so that it reads back to the same bits.
-/// Errors stick, as with a LogWriter, and the rows that are whole are left in NAME.partial.
+/// Writes rows of numbers with a header line. Every double is printed so that the same bits are read back.
+/// Errors are handled as by LogWriter: after an error, NAME.partial keeps the complete rows.
 class CsvWriter {
  public:
   explicit CsvWriter(const std::string& path);
-  /// To a stream that is open and stays open, such as standard output: what was written stands.
+  /// Writes to an open stream, such as standard output, and leaves it open.
   CsvWriter(std::FILE* stream, std::string name);
   void header(const std::vector<std::string>& names);
   void row(std::int64_t tick, std::span<const double> values);
@@ -184,7 +188,7 @@ class CsvWriter {
   std::string close_partial();
   const std::string& working_path() const { return name_; }
   bool has_error() const { return !error_.empty(); }
-  /// Tick of the last row in the file that is left after an error; nullopt: see LogWriter::kept_utime.
+  /// Tick of the last row in the file that was kept after an error; nullopt as in LogWriter::kept_utime.
   std::optional<std::int64_t> kept_tick() const { return kept_tick_; }
 
  private:
@@ -197,13 +201,13 @@ class CsvWriter {
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
-  std::string name_;                 // of the file while it is written, or of the stream
-  std::optional<PartialFile> file_;  // none: a stream of somebody else's
-  std::vector<char> buffer_;         // of the own stream, which is closed first
+  std::string name_;                 // name of the file while it is written, or of the stream
+  std::optional<PartialFile> file_;  // empty: an external stream
+  std::vector<char> buffer_;         // buffer of the file's stream, which is closed first
   std::unique_ptr<std::FILE, Close> own_stream_;
   std::FILE* stream_ = nullptr;
   RecordEnds ends_;
-  RecordEnds::End whole_;  // in the file when a write failed
+  RecordEnds::End whole_;  // end of the last complete record in the file when a write failed
   std::optional<std::int64_t> kept_tick_;
   std::string error_;
 };

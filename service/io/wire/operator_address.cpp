@@ -12,10 +12,10 @@ namespace freeflex::service {
 namespace {
 
 struct Folder {
-  std::string path;   // "": not set
-  std::string begin;  // of the name of a socket there
+  std::string path;   // empty: not set
+  std::string begin;  // first part of the name of a socket in the folder
   bool is_of_system = false;
-  bool is_anybodys = false;  // everybody may make a folder of this name
+  bool is_anybodys = false;  // true: any user may create a folder of this name
 };
 
 std::vector<Folder> folders(const OperatorRoots& roots) {
@@ -30,17 +30,17 @@ std::string socket_path(const Folder& folder, const std::string& prefix) {
   return folder.path + "/" + folder.begin + prefix + ".sock";
 }
 
-/// Empty when nobody but this user can put a socket there.  \param takes_service  for root: any owner will do
-/// in the system's folder
+/// Returns an empty string if only this user can create a socket in the folder, else the fault.
+/// \param takes_service  true, for root: the system's folder may have any owner
 std::string find_fault(const Folder& folder, bool takes_service) {
   if (folder.path.empty()) return "XDG_RUNTIME_DIR is not set";
   if (folder.path[0] != '/') return "XDG_RUNTIME_DIR '" + folder.path + "' does not begin with /";
   struct stat found {};
-  // a link to a folder of this user's could be turned by whoever made it
+  // a symbolic link is refused: its owner could redirect it
   const int result =
       folder.is_anybodys ? lstat(folder.path.c_str(), &found) : stat(folder.path.c_str(), &found);
   if (result != 0) return folder.path + ": " + std::strerror(errno);
-  if (!S_ISDIR(found.st_mode)) return folder.path + " is no folder";
+  if (!S_ISDIR(found.st_mode)) return folder.path + " is not a folder";
   const bool is_of_service = takes_service && folder.is_of_system && geteuid() == 0;
   if (found.st_uid != geteuid() && !is_of_service)
     return folder.path + " belongs to user " + std::to_string(found.st_uid);
@@ -60,7 +60,7 @@ OperatorRoots operator_roots() {
 OperatorPlace choose_operator_place(const std::string& prefix, const OperatorRoots& roots) {
   std::string faults;
   for (const Folder& folder : folders(roots)) {
-    // where it cannot be made, what is said of it is why
+    // if this fails, find_fault() reports why
     if (folder.is_anybodys) mkdir(folder.path.c_str(), 0700);
     std::string fault = find_fault(folder, false);
     const std::string path = socket_path(folder, prefix);
@@ -68,9 +68,9 @@ OperatorPlace choose_operator_place(const std::string& prefix, const OperatorRoo
     if (fault.empty()) fault = path + " has more than 107 characters";
     faults += (faults.empty() ? "" : "; ") + fault;
   }
-  return {"", "no place for the operator's socket: " + faults +
-                  ". Set XDG_RUNTIME_DIR to a folder of this user with mode 700, give --socket PATH, or do "
-                  "without it: --socket none"};
+  return {"", "no folder is suitable for the operator's socket: " + faults +
+                  ". Set XDG_RUNTIME_DIR to a folder of this user with mode 700, or give --socket PATH "
+                  "or --socket none"};
 }
 
 OperatorPlaces operator_places(const std::string& prefix, const OperatorRoots& roots) {

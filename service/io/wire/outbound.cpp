@@ -19,9 +19,9 @@ void copy_to(const std::array<double, N>& from, double* to) {
   std::copy_n(from.begin(), N, to);
 }
 
-constexpr int kFingerprintSize = 8;  // [B] in front of a message, not of an item inside one
+constexpr int kFingerprintSize = 8;  // [B] precedes a message; an item inside a message has none
 
-/// Numbers the pages and tells each how many there are.
+/// Sets the page number and the number of pages on every page.
 template <class Page>
 void number_pages(std::vector<Page>& pages) {
   for (std::size_t i = 0; i < pages.size(); ++i) {
@@ -61,7 +61,7 @@ freeflex_msgs::group_pose_t make_group(const Plan& plan, const MotionState& stat
   return message;
 }
 
-/// A page with session, epoch and tick and nothing else.
+/// Returns a page with only session, epoch and tick.
 template <class Page>
 Page make_page(const MotionState& state, const Stamp& stamp) {
   Page page{};
@@ -72,8 +72,8 @@ Page make_page(const MotionState& state, const Stamp& stamp) {
   return page;
 }
 
-/// Adds item to the last page, or to a new one when the last would grow past the limit.
-/// \param room [B] left on the last page
+/// Adds an item to the last page, or to a new page if the last page would exceed the limit.
+/// \param room [B] free on the last page
 template <class Page, class Item>
 void add_item(std::vector<Page>& pages, const Page& empty, std::vector<Item> Page::*items, Item item,
               int& room) {
@@ -160,7 +160,7 @@ std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, cons
     add_item(pages, empty, &Page::groups, make_group(plan, state, group), room);
   }
   for (const std::int32_t point : plan.published_points)
-    if (turning_of(plan, point) >= 0)
+    if (attitude_index_of(plan, point) >= 0)
       add_item(pages, empty, &Page::bodies, make_body(plan, state, point), room);
   for (Page& page : pages) {
     page.num_bodies = static_cast<std::int32_t>(page.bodies.size());

@@ -1,4 +1,4 @@
-// scene_t and shapes_t: what indices mean, and mode shapes. Rarely sent, so clarity before speed.
+// Makes scene_t and shapes_t messages. They are sent rarely, so clarity matters more than speed.
 #include <algorithm>
 #include <cstddef>
 #include <numbers>
@@ -21,7 +21,7 @@ double frequency(const Plan& plan, int mode) {
   return plan.omega[static_cast<std::size_t>(mode)] / (2.0 * std::numbers::pi);
 }
 
-/// Indices of a list that are sent, ascending.
+/// Indices of the items that are sent, ascending.
 using Listed = std::vector<std::int32_t>;
 
 Listed list_all(std::size_t count) {
@@ -30,17 +30,18 @@ Listed list_all(std::size_t count) {
   return all;
 }
 
-/// Above kMostByDefault those that anybody reads, pushes or loads; else all.
+/// Lists all points. If there are more than kMostByDefault points, lists only those with inertia or with
+/// stored mode shapes, because these are published, pushed or loaded.
 Listed list_points(const Plan& plan) {
   Listed listed = list_all(plan.points.size());
   if (!lists_part(plan)) return listed;
   std::erase_if(listed, [&](std::int32_t i) {
-    return plan.points[static_cast<std::size_t>(i)].row < 0 && turning_of(plan, i) < 0;
+    return plan.points[static_cast<std::size_t>(i)].row < 0 && attitude_index_of(plan, i) < 0;
   });
   return listed;
 }
 
-/// Likewise those that are published.
+/// Lists all links. If there are more than kMostByDefault points, lists only the published links.
 Listed list_links(const Plan& plan) {
   if (!lists_part(plan)) return list_all(plan.links.size());
   Listed listed;
@@ -49,7 +50,8 @@ Listed list_links(const Plan& plan) {
   return listed;
 }
 
-/// Numbers of what is listed, and with it of what stands in short gaps, which take less than a page.
+/// Adds the indices in short gaps between listed indices, because these items need less space than a new
+/// page.
 void fill_gaps(Listed& listed) {
   constexpr std::int32_t kShort = 4;
   Listed filled;
@@ -119,7 +121,7 @@ Scene make_front(const Plan& plan, const std::string& plan_file, const Stamp& st
   for (const PlanWheel& wheel : plan.wheels.all) {
     freeflex_msgs::scene_wheel_t each{};
     each.name = wheel.name;
-    each.point = plan.particles.turning[static_cast<std::size_t>(wheel.turning)];
+    each.point = plan.particles.attitude_points[static_cast<std::size_t>(wheel.attitude_index)];
     std::copy_n(wheel.axis.begin(), 3, each.axis);
     front.wheels.push_back(std::move(each));
   }
@@ -127,8 +129,8 @@ Scene make_front(const Plan& plan, const std::string& plan_file, const Stamp& st
   return front;
 }
 
-/// Pages of a scene, filled front to back; every page says where its part of each list begins, and has no gap
-/// in it.
+/// Pages of a scene, filled in order. A page contains a range of each list without gaps, and the index at
+/// which the range begins.
 class ScenePages {
  public:
   explicit ScenePages(Scene front) : front_(std::move(front)) { open(); }
@@ -175,7 +177,7 @@ class ScenePages {
 
   Scene front_;
   std::vector<Scene> pages_;
-  int room_ = 0;  // [B] left on the last page
+  int room_ = 0;  // [B] free on the last page
 };
 
 }  // namespace
@@ -206,7 +208,7 @@ std::vector<Shapes> make_shapes_messages(const Plan& plan, int mode, const Stamp
   front.plan_fingerprint = static_cast<std::int64_t>(stamp.plan_fingerprint);
   front.mode = mode;
   front.frequency = frequency(plan, mode - 1);
-  constexpr int kItemSize = 4 + 3 * 8;  // [B] point and its three numbers
+  constexpr int kItemSize = 4 + 3 * 8;  // [B] index of a point, and three numbers
   const auto capacity =
       static_cast<std::size_t>((channels::kMaxMessageBytes - front.getEncodedSize()) / kItemSize);
   const auto stride = static_cast<std::size_t>(plan.num_padded);

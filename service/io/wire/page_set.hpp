@@ -1,4 +1,4 @@
-// Which pages of one thing came: of a tick of POINTS or LOADS, of the scene, of a mode shape.
+// Tracks which pages of a set have arrived. A set is one tick of POINTS or LOADS, the scene, or a mode shape.
 #pragma once
 
 #include <array>
@@ -8,23 +8,23 @@
 
 namespace freeflex::io {
 
-/// Counts pages, and bounds what whoever gathers them holds: anybody on the bus may send a page that claims
-/// two thousand million others.
+/// Counts pages, and limits the memory of a program that collects them, because anybody on the bus may send a
+/// page that claims to be one of two billion.
 class PageSet {
  public:
-  /// What one thing is told from another by: session, epoch and tick, or the like.
+  /// Identifies a set of pages: session, epoch and tick, or similar.
   using Key = std::array<std::int64_t, 3>;
-  /// [bytes] of pages that one thing may have: a tick of 200,000 points has 22 MB.
+  /// [bytes] Largest size of one set of pages. For comparison, a tick of 200,000 points has 22 MB.
   static constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
 
   struct Taken {
-    bool is_kept = false;   // the page belongs to the thing and had not come; else leave it
-    bool is_first = false;  // it begins another thing: forget the pages before
-    bool is_whole = false;  // all pages are there now; the next page begins anew
+    bool is_kept = false;   // true: the page belongs to the set and is new; false: ignore the page
+    bool is_first = false;  // true: the page begins a new set; forget the earlier pages
+    bool is_whole = false;  // true: the set is complete; the next page begins a new set
   };
-  /// Takes the page of a thing. Refuses it, and changes nothing, when num_pages is not 1 to max_pages or the
-  /// page not 0 to num_pages - 1, and when the thing's pages have more than kMaxBytes.
-  /// \param max_pages  as many as the scene publishes items, for each page has one at least
+  /// Adds a page. Refuses the page and changes nothing if num_pages is not 1 to max_pages, if the page number
+  /// is not 0 to num_pages - 1, or if the set would exceed kMaxBytes.
+  /// \param max_pages  number of items that the scene publishes, since each page has at least one item
   /// \param size  [bytes] of the page's message
   Taken take(const Key& key, std::int32_t page, std::int32_t num_pages, std::int64_t max_pages,
              std::size_t size) {
@@ -46,12 +46,12 @@ class PageSet {
     if (taken.is_whole) clear();
     return taken;
   }
-  /// Forgets the pages that came.
+  /// Forgets all pages.
   void clear() { has_.clear(); }
 
  private:
   Key key_{};
-  std::vector<bool> has_;  // empty: nothing came
+  std::vector<bool> has_;  // empty: no page has arrived
   std::size_t num_missing_ = 0;
   std::size_t num_bytes_ = 0;
 };

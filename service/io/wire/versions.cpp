@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t signed_of(std::uint64_t fingerprint) { return static_cast<std::int64_t>(fingerprint); }
 
-/// Every message that an earlier version sent under another fingerprint, and those of 0.4 all.
+/// Every message type that had a different fingerprint in an earlier version, and all messages of 0.4.
 constexpr std::array<EarlierType, 17> kEarlier{{{"scene_t", signed_of(0xccd8d906fd8c6806), "0.3"},
                                                 {"force_t", signed_of(0x5eb2bea23d54be04), "0.3"},
                                                 {"applied_t", signed_of(0x5956be7a5b12adf3), "0.3"},
@@ -33,7 +33,7 @@ constexpr std::array<EarlierType, 17> kEarlier{{{"scene_t", signed_of(0xccd8d906
 
 template <class... Messages>
 struct Fingerprints {
-  /// True of a message of this version, whatever earlier ones had it too.
+  /// Returns true if a message of this version has the fingerprint, even if earlier versions have the same.
   static bool contain(std::int64_t fingerprint) noexcept {
     return ((fingerprint == Messages::getHash()) || ...);
   }

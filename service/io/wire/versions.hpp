@@ -1,4 +1,4 @@
-// Versions of the messages: which earlier one bytes are of, for a refusal that names it.
+// Recognizes messages of earlier versions, so that a refusal can name the version.
 #pragma once
 
 #include <cstddef>
@@ -9,22 +9,23 @@
 
 namespace freeflex::io {
 
-/// Version of the .lcm files of this tree: major and minor number of the project's.
+/// Version of the .lcm files of this source tree: the project's major and minor number.
 extern const char* const kMessagesVersion;
 
-/// A type whose fields were others in an earlier version. Up to and with `sequence`, or `session` where there
-/// is none, the front of the messages has been the same in all versions.
+/// A message type of an earlier version. The first fields of a message are the same in all versions, up to
+/// and including `sequence`, or `session` if the message has no `sequence`.
 struct EarlierType {
   std::string_view name;  // "state_t"
   std::int64_t fingerprint = 0;
   const char* version = "";  // "0.3"
 };
-/// By the fingerprint in front of the bytes; null when it is none of an earlier version's, or this version's
-/// too: a type that did not change is read. Allocates nothing.
+/// Finds the earlier type by the fingerprint at the start of the bytes. Returns nullptr if no earlier version
+/// has the fingerprint. Also returns nullptr if this version has the same fingerprint, because the type is
+/// then unchanged and can be read. Allocates nothing.
 const EarlierType* find_earlier(std::span<const std::byte> bytes) noexcept;
 
-/// Why bytes from a file or the bus are no message of this version: "sent by version 0.3 of the messages,
-/// this is 0.5", or that they are damaged.
+/// Returns the reason why bytes from a file or the bus are not a message of this version: "sent by version
+/// 0.3 of the messages, this is 0.5", or that the bytes are damaged.
 std::string explain_unread(std::span<const std::byte> bytes);
 
 }  // namespace freeflex::io

@@ -9,7 +9,7 @@ using Stop = WireWalk::Stop;
 
 constexpr std::int64_t kLengthBytes = 4;  // [bytes] of a string's length, and of a count
 
-/// Counts of one struct, in the order of its fields.
+/// The counts of one struct, in the order of its fields.
 struct Counts {
   std::array<std::int32_t, wire::kMaxCounts> values{};
   std::size_t num = 0;
@@ -21,7 +21,8 @@ class Walker {
  public:
   explicit Walker(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
-  /// Fields of one struct. Ends: each nested struct stands before its owner in the tables.
+  /// Walks over the fields of one struct. Terminates, because each nested struct precedes its owner in the
+  /// tables.
   Stop take_struct(const wire::Layout& layout, Counts& counts) {
     for (const wire::Field& field : layout.fields) {
       if (field.is_count) {
@@ -57,12 +58,13 @@ class Walker {
       if (counts.is_negative) return Stop::kNegativeCount;
       num *= counts.values[static_cast<std::size_t>(dimension.count)];
     }
-    // in 64 bits: a 32-bit count of at most kMaxStride bytes each
+    // fits 64 bits: a 32-bit count times at most kMaxStride bytes
     if (const std::int64_t size = wire::size_of(field); size >= 0) {
       at_ += num * size;
       return Stop::kEnd;
     }
-    // every element holds a string or a count, so a wild number stops at the end of the bytes
+    // every element contains a string or a count, so an impossible number of elements stops at the end of the
+    // bytes
     for (std::int64_t i = 0; i < num; ++i) {
       const Stop stop = take_element(field);
       if (stop != Stop::kEnd) return stop;

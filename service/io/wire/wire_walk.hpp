@@ -1,6 +1,7 @@
-// The one walk over the bytes of a message, by the tables made from the .lcm files. lcm-gen's decode trusts
-// counts: on a wrong one it throws, allocates without bound or reads past the end. So a walk goes before
-// every decode of bytes that need not be trusted. Allocates nothing, reads nothing outside the span.
+// Walks over the bytes of a message, using the tables that are generated from the .lcm files. The decoders of
+// lcm-gen trust counts: if a count is wrong, they throw, allocate without bound or read past the end.
+// Therefore a walk precedes every decode of untrusted bytes. Allocates nothing, reads nothing outside the
+// span.
 #pragma once
 
 #include <array>
@@ -14,7 +15,7 @@
 
 namespace freeflex::io {
 
-/// Big-endian integer at a byte; empty when it is not whole within the bytes.
+/// Returns the big-endian integer at an offset; nullopt if it does not lie within the bytes.
 template <class Integer>
 std::optional<Integer> integer_at(std::span<const std::byte> bytes, std::int64_t at) noexcept {
   const auto end = static_cast<std::int64_t>(bytes.size());
@@ -25,28 +26,30 @@ std::optional<Integer> integer_at(std::span<const std::byte> bytes, std::int64_t
   return static_cast<Integer>(bits);
 }
 
-/// Characters of the string whose length stands at a byte, without the terminator; empty when the length is
-/// below 1, reaches beyond the bytes or does not end at a NUL. On the wire it takes 4 + size + 1 bytes.
+/// Returns the characters of the string whose length is at an offset, without the terminator; nullopt if the
+/// length is below 1 or extends past the bytes, or the last character is not NUL. On the wire the string
+/// takes 4 + size + 1 bytes.
 std::optional<std::string_view> string_at(std::span<const std::byte> bytes, std::int64_t at) noexcept;
 
-/// How far the bytes determine a message.
+/// Result of a walk: the place at which it stopped, and the size and counts up to there.
 struct WireWalk {
   enum class Stop : std::uint8_t {
     kEnd,           // after the last field
     kBadString,     // at a string that string_at refuses
-    kMissingCount,  // at an array whose count, or a count beside it, lies beyond the bytes
+    kMissingCount,  // at an array whose count, or another count of the same struct, lies beyond the bytes
     kNegativeCount  // at an array while a count of its struct is negative
   };
   Stop stop = Stop::kEnd;
   std::int64_t size = 0;  // [bytes] of the fields before the stop, fingerprint included; may exceed the bytes
-  /// Of the message itself, not of structs inside it, as far as they could be read.
+  /// Counts of the message itself, as far as they could be read. Counts of structs inside the message are not
+  /// included.
   std::array<std::int32_t, wire::kMaxCounts> counts{};
 };
-/// Takes the message's fields one after the other. Where nothing but sizes is missing it goes on past the end
-/// of the bytes, so that size says how long the message should be. Time is bounded by the number of bytes.
+/// Walks over the message's fields. Continues past the end of the bytes while the sizes are known, so that
+/// `size` is the length that the message should have. The number of bytes limits the time of a walk.
 WireWalk walk_message(std::span<const std::byte> bytes, const wire::Layout& layout) noexcept;
 
-/// True when the bytes after the fingerprint are exactly one message of the layout.
+/// Returns true if the bytes after the fingerprint are exactly one message of the layout.
 bool fits_layout(std::span<const std::byte> bytes, const wire::Layout& layout) noexcept;
 
 }  // namespace freeflex::io

@@ -1,7 +1,7 @@
-"""freeflex from Python: daemons on the bus, recordings, and plans stepped in this process.
+"""freeflex in Python: daemons on the bus, recordings, and plans stepped in this process.
 
     import freeflex
-    with freeflex.connect() as daemon:                     # a freeflexd that runs
+    with freeflex.connect() as daemon:                     # a running freeflexd
         daemon.push({"tip": (0.0, 0.0, 10.0)}, duration=0.5)
         for state in daemon.listen("STATE", timeout=2.0):
             print(state.tick, state.position)

@@ -1,10 +1,11 @@
-"""python3 -m freeflex: examples of the package that do something useful.
+"""python3 -m freeflex: useful examples of the package.
 
-    listen [CHANNEL...]      what a daemon publishes, as it comes: STATE STATUS ...
+    listen [CHANNEL...]      prints the messages of a daemon as they come: STATE STATUS ...
     push POINT FX FY FZ S    pushes a point for S seconds [N]
     damp POINT POINT GAIN    an active strut between two points [N s/m]
-    log FILE                 what a recording holds; exit code 3 where it is damaged
-    step FILE SECONDS        a scene or plan in this process: where it is after so many seconds, the word on it and the worst
+    log FILE                 lists the contents of a recording; exit code 3 if it is damaged
+    step FILE SECONDS        steps a scene or plan in this process; prints its position and verdict after SECONDS, and
+    the worst verdict
 """
 
 import argparse
@@ -43,7 +44,7 @@ def log(arguments):
     except freeflex.LogError as error:
         damage = error
     if not seen and not damage:
-        raise LookupError(f"{arguments.file} holds nothing of {arguments.prefix}: is --prefix right?")
+        raise LookupError(f"{arguments.file} holds no message of {arguments.prefix}: is --prefix right?")
     for channel, count in sorted(seen.items()):
         print(f"{channel:24} {count:9} messages" + (" of ticks {} to {}".format(*ticks[channel])
                                                     if channel in ticks else ""))
@@ -52,25 +53,25 @@ def log(arguments):
 
 
 def step(arguments):
-    motion = freeflex.Plan(arguments.file).motion(with_word=True)
+    motion = freeflex.Plan(arguments.file).motion(with_verdict=True)
     if not 0.0 <= arguments.seconds < 1e9:
         raise ValueError(f"{arguments.seconds} s, must be a time from 0 to 1e9 s")
     state = motion.step(round(arguments.seconds * motion.rate))
-    word, worst = motion.word, motion.worst_word
+    verdict, worst = motion.verdict, motion.worst_verdict
     print(f"{motion.plan.name}: tick {state.tick}, {state.time:g} s")
     print("position {:.9g} {:.9g} {:.9g} m".format(*state.position))
     print("attitude {:.9g} {:.9g} {:.9g} {:.9g}".format(*state.attitude))
-    print(f"word     {word.word}" + (f": {word.cause}" if word.cause else ""))
-    if worst.word != word.word:
-        print(f"worst    {worst.word} at tick {worst.tick}: {worst.cause}")
+    print(f"verdict  {verdict.level}" + (f": {verdict.cause}" if verdict.cause else ""))
+    if worst.level != verdict.level:
+        print(f"worst    {worst.level} at tick {worst.tick}: {worst.cause}")
 
 
 def main():
     parser = argparse.ArgumentParser("python3 -m freeflex", description=__doc__.split("\n", maxsplit=1)[0],
                                      epilog=__doc__.split("\n", 1)[1],
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--prefix", default="FREEFLEX", help="of the daemon's channels")
-    parser.add_argument("--key", help="file of a key, for a daemon that requires one")
+    parser.add_argument("--prefix", default="FREEFLEX", help="first part of the daemon's channel names")
+    parser.add_argument("--key", help="key file, for a daemon that requires keys")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     def add(name, run, *options):

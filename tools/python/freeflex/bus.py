@@ -1,7 +1,6 @@
-"""LCM's UDP multicast without liblcm, whose receiver some packets kill.
+"""LCM's UDP multicast without liblcm, because some packets crash liblcm's receiver.
 
-Every message of freeflex fits one datagram, so fragments of larger ones are let by, as is whatever else is
-no message.
+Every message of freeflex fits in one datagram. Fragments of larger messages and all other datagrams are ignored.
 """
 
 import os
@@ -12,24 +11,24 @@ import urllib.parse
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 _HEAD = struct.Struct(">II")
-_SHORT = 0x4C433032  # of a message in one datagram
+_SHORT = 0x4C433032  # magic number of a message in one datagram
 _LARGEST = 65499
 _LONGEST_CHANNEL = 63
-_BUFFER = 4 << 20  # [bytes] asked of the kernel for what waits
+_BUFFER = 4 << 20  # [bytes] receive buffer requested from the kernel
 
 
 def pack(channel, data, sequence=0):
-    """The datagram of one message. ValueError: a channel or a size that LCM does not have."""
+    """Returns the datagram of one message. ValueError: LCM does not allow the channel name or the size."""
     name = channel.encode("ascii")
     if not 0 < len(name) <= _LONGEST_CHANNEL or b"\0" in name:
-        raise ValueError(f"channel {channel!r}: 1 to {_LONGEST_CHANNEL} characters")
+        raise ValueError(f"channel {channel!r}: must be 1 to {_LONGEST_CHANNEL} characters")
     if len(name) + 1 + len(data) > _LARGEST:
         raise ValueError(f"{len(data)} bytes on {channel}, one datagram takes {_LARGEST - len(name) - 1}")
     return _HEAD.pack(_SHORT, sequence & 0xFFFFFFFF) + name + b"\0" + data
 
 
 def unpack(datagram):
-    """(channel, data) of a datagram, None when it is no message."""
+    """Returns (channel, data) of a datagram; None if it is not a message."""
     if len(datagram) < 10 or _HEAD.unpack_from(datagram)[0] != _SHORT:
         return None
     end = datagram.find(b"\0", 8, 8 + _LONGEST_CHANNEL + 1)
@@ -54,21 +53,21 @@ def _parse(url):
 
 
 class Bus:
-    """A socket on the bus. `url` as LCM has it; without one LCM_DEFAULT_URL, else LCM's default."""
+    """Connects to the bus. `url` is an LCM URL; default LCM_DEFAULT_URL, else LCM's default."""
 
     def __init__(self, url=None):
         self.url = url or os.environ.get("LCM_DEFAULT_URL") or DEFAULT_URL
         group, port, ttl = _parse(self.url)
         self._to = (group, port)
         self._sequence = 0
-        #: datagrams that were no message
+        #: number of datagrams that were not messages
         self.num_ignored = 0
         self._in = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._in.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             self._in.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER)
-            # the group's own address: unicast does not reach it
+            # binds to the address of the group, so unicast packets do not arrive
             self._in.bind((group, port))
             self._in.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
                                 socket.inet_aton(group) + socket.inet_aton("0.0.0.0"))
@@ -81,14 +80,14 @@ class Bus:
                           "  sudo ip route add 239.0.0.0/8 dev lo") from None
 
     def send(self, channel, data):
-        """Sends one message, bytes. OSError when the network does not take it. ValueError after close()."""
+        """Sends one message, as bytes. OSError: the network refuses the message. ValueError: the bus was closed."""
         self._check_open()
         self._sequence += 1
         self._out.send(pack(channel, data, self._sequence))
 
     def receive(self, timeout=None):
-        """The next message as (channel, bytes). None when none came within `timeout` [s]; without one it waits.
-        ValueError after close()."""
+        """Returns the next message as (channel, bytes); None if none comes within `timeout` [s]. Without a timeout,
+        waits until one comes. ValueError: the bus was closed."""
         self._check_open()
         end = None if timeout is None else time.monotonic() + timeout
         while True:
@@ -108,7 +107,7 @@ class Bus:
             raise ValueError("the connection to the bus is closed: connect() again")
 
     def fileno(self):
-        """Of the socket that receives, for select."""
+        """Returns the descriptor of the receiving socket, for select."""
         return self._in.fileno()
 
     def close(self):

@@ -1,4 +1,4 @@
-"""A daemon on the bus: heard, pushed, stepped."""
+"""Client of a daemon on the bus: receives the daemon's messages, pushes and steps it."""
 
 import collections
 import functools
@@ -23,8 +23,8 @@ REASONS = (
     "unreachable_torque late too_far_ahead no_slot_free queue_full bad_control wrong_mode too_many_senders "
     "epoch_ended left_out point_torque no_keys too_old key_required unknown_key bad_tag expired valid_too_long "
     "key_mismatch not_granted over_key_limit too_fast held_too_long cleared").split()
-#: words of the protocol in a daemon's text, and what they are called here
-_WORDS = [(re.compile(wire), here) for wire, here in (
+#: terms of the protocol in a daemon's texts, and the terms of this package that replace them
+_TERMS = [(re.compile(wire), here) for wire, here in (
     ("name a later one, -1, or late_policy 1", "name a later one, None, or late=\"take\""),
     (r"\bstart_tick\b", "at_tick"),
     (r"^(lease|duration)_ticks (\d+), from", r"\1 of \2 ticks, from"),
@@ -34,11 +34,11 @@ _WORDS = [(re.compile(wire), here) for wire, here in (
 
 
 class Rejected(RuntimeError):
-    """A command that the daemon did not take: `ack` is its answer, whose text has the words of the protocol."""
+    """The daemon rejected a command. `ack` is the daemon's answer; its text uses the terms of the protocol."""
 
     def __init__(self, ack):
         text = ack.text
-        for wire, here in _WORDS:
+        for wire, here in _TERMS:
             text = wire.sub(here, text)
         name = REASONS[ack.reason] if 0 <= ack.reason < len(REASONS) else str(ack.reason)
         super().__init__(f"{name}: {text}")
@@ -46,7 +46,7 @@ class Rejected(RuntimeError):
 
 
 class Gone(RuntimeError):
-    """The daemon has ended, or another has taken its place. `session`: of the daemon that ended."""
+    """The daemon has ended, or another daemon has replaced it. `session`: session of the daemon that ended."""
 
     def __init__(self, text="", session=None):
         super().__init__(text)
@@ -54,29 +54,28 @@ class Gone(RuntimeError):
 
 
 _NO_STATE = "have the scene publish it: publish: {state: RATE}"
-_REPEATED = 2.0  # [s] within which a daemon that stands repeats its state, which it does once a second
+_REPEATED = 2.0  # [s] a holding daemon repeats its state once a second, so certainly within this time
 
 
 def _alone(method):
-    """Returns the method with a Busy for each thread but the one that uses the Daemon."""
+    """Returns the method with a check: while one thread uses the Daemon, any other thread gets a Busy."""
     @functools.wraps(method)
     def alone(self, *arguments, **options):
-        if not self._turn.acquire(blocking=False):
+        if not self._user.acquire(blocking=False):
             raise Busy("another thread uses this Daemon: connect() in each thread, or have them take turns")
         try:
             return method(self, *arguments, **options)
         finally:
-            self._turn.release()
+            self._user.release()
 
     return alone
 
 
 def connect(prefix="FREEFLEX", *, url=None, sender=None, key=None, timeout=5.0):
-    """The daemon with this prefix, once its STATUS came: a Daemon. TimeoutError when none is there.
+    """Returns the Daemon with this prefix, after its first STATUS. TimeoutError: no STATUS came.
 
-    `key`: a Key or the path of a key file, for daemons that require one. `sender`: the name of this controller,
-    of which there must not be two: chosen at random if not given, with a key its id. `timeout` [s]: how long an
-    answer may take.
+    `key`: a Key or the path of a key file, for daemons that require keys. `sender`: the unique name of this controller;
+    default: the id of the key, without a key a random name. `timeout` [s]: longest wait for an answer.
     """
     bus = Bus(url)
     try:
@@ -89,7 +88,7 @@ def connect(prefix="FREEFLEX", *, url=None, sender=None, key=None, timeout=5.0):
 
 
 class DaemonState(State):
-    """A State of a daemon, with all other fields of its state_t (`message`), `epoch` among them."""
+    """A State of a daemon. `message` has all other fields of its state_t, such as `epoch`."""
 
     def __init__(self, daemon, message):
         super().__init__(daemon, message.tick, message.time)
@@ -105,14 +104,15 @@ class DaemonState(State):
 
 
 class Daemon:
-    """What a daemon says, as it was heard last, and commands to it. Nothing is received but in its methods.
+    """Keeps the latest messages of a daemon, and sends commands to it. Receives only during calls of its methods.
 
-    `session`; `tick`: the newest that was heard of; `last_status`: the STATUS heard last, ten a second or so: where the
-    daemon stands now is for `tick`, `state` and `status()`; `points`, `loads`: the last tick that is whole, None before;
-    `num_undecodable`: messages on its channels that were damaged. When another daemon takes its place on the prefix,
-    `session` changes with its STATUS and all else begins anew.
+    `session`; `tick`: the newest tick received; `last_status`: the last STATUS received (about ten come a second, so
+    use `tick`, `state` or `status()` for the present tick); `points`, `loads`: the last complete tick, None before the
+    first; `num_undecodable`: number of damaged messages on the daemon's channels. If another daemon replaces this one
+    on the prefix, `session` changes with the new daemon's first STATUS and everything else is reset.
 
-    It belongs to one thread at a time. Busy: another thread waits for a message or an answer in it.
+    Only one thread may use a Daemon at a time. Busy: another thread waits for a message or an answer in one of its
+    methods.
     """
 
     def __init__(self, bus, prefix="FREEFLEX", *, sender=None, key=None, timeout=5.0):
@@ -122,20 +122,21 @@ class Daemon:
         self.session, self.last_status = 0, None
         self.num_undecodable = 0
         self._sequence = time.time_ns() // 1000
-        self._turn = threading.RLock()  # of the thread that uses this; its methods call each other
+        self._user = threading.RLock()  # held by the thread that uses this; methods call each other
         self._forget()
 
     def _forget(self):
-        self._gaps = collections.deque(maxlen=2)  # [ticks] between the last states, whoever took them
-        self._least_epoch = 0  # what is of an earlier one came before a reset of this Daemon
+        self._gaps = collections.deque(maxlen=2)  # [ticks] distances between the last states received
+        self._least_epoch = 0  # messages of earlier epochs are ignored: they precede a reset() by this Daemon
         self._state = self.points = self.loads = self._scene = self._shape = None
         self._scene_pages, self._point_pages, self._load_pages, self._shape_pages = Pages(), Pages(), Pages(), Pages()
 
-    # ---- what is heard
+    # ---- receiving
 
     @_alone
     def receive(self, timeout=None):
-        """The next message of this daemon, as (suffix of its channel, message): None after `timeout` [s]."""
+        """Returns the next message of this daemon as (suffix of its channel, message); None if none comes within
+        `timeout` [s]."""
         end = None if timeout is None else time.monotonic() + timeout
         while True:
             left = None if end is None else end - time.monotonic()
@@ -148,8 +149,8 @@ class Daemon:
                 return None
 
     def listen(self, *suffixes, timeout=None):
-        """Messages as they come: listen("STATE", "ACK"), without any of all channels. Ends when none came for
-        `timeout` [s]. LookupError: no such channel."""
+        """Yields messages as they come, for example listen("STATE", "ACK"); without arguments, from all channels. Ends
+        if none comes for `timeout` [s]. LookupError: there is no such channel."""
         for suffix in suffixes:
             if suffix not in CHANNELS:
                 raise LookupError(f"no channel {suffix!r}, must be one of {', '.join(CHANNELS)}")
@@ -157,22 +158,24 @@ class Daemon:
             yield received
 
     def status(self):
-        """The next STATUS that is not behind `tick` or a reset(). TimeoutError without one."""
+        """Returns the next STATUS that is neither older than `tick` nor older than the last reset(). TimeoutError: none
+        comes."""
         status = self._next(lambda suffix, m: suffix == "STATUS" and m.tick >= self.tick and m.epoch >= self._least_epoch,
                             self.timeout)
         if status is None:
-            raise TimeoutError(f"no STATUS on {self.prefix}_STATUS: is freeflexd there, with --prefix {self.prefix}, on "
+            raise TimeoutError(f"no STATUS on {self.prefix}_STATUS: is freeflexd running, with --prefix {self.prefix}, on "
                                f"{self.bus.url}?")
         return status
 
     @property
     def tick(self):
-        """The newest tick that was heard of in this session."""
+        """Returns the newest tick received in this session."""
         return max(heard.tick for heard in (self._state, self.last_status) if heard is not None)
 
     @property
     def state(self):
-        """The State heard last in this session and since reset(); waits for the first. TimeoutError without one."""
+        """Returns the last State of this session since the last reset(); if there is none, waits for one. TimeoutError:
+        none comes."""
         end = time.monotonic() + self.timeout
         while self._state is None:
             if self.receive(max(0.0, end - time.monotonic())) is None:
@@ -181,20 +184,20 @@ class Daemon:
 
     @property
     def rate(self):
-        """[Hz] ticks per simulated second."""
+        """Returns the ticks per simulated second [Hz]."""
         return self.last_status.rate
 
     @property
     def scene(self):
-        """What indices mean: a Listing. Asks for it the first time. TimeoutError when it does not come."""
+        """Returns the Listing of names and indices; the first call requests it. TimeoutError: it does not come."""
         if self._scene is None:
-            # without a key that the daemon wants it is not sent at once, but still once a second
+            # without a required key, the daemon ignores the request, but it sends the scene once a second
             self._send(self._control(messages.control_t.SCENE))
             end = time.monotonic() + self.timeout
             while self._scene is None and self._next(lambda *_: True, end - time.monotonic()) is not None:
                 pass
         if self._scene is None:
-            raise TimeoutError(f"no whole scene on {self.prefix}_SCENE within {self.timeout:g} s")
+            raise TimeoutError(f"no complete scene on {self.prefix}_SCENE within {self.timeout:g} s")
         return self._scene
 
     @_alone
@@ -253,14 +256,15 @@ class Daemon:
     @_alone
     def push(self, forces=None, *, torques=None, wrenches=None, wheels=None, axes="world", slot=0, duration=None,
              lease=None, at_tick=None, late="reject"):
-        """Puts loads into a slot of this sender in the place of what was there; without any clears it. Returns the ack.
+        """Replaces the loads in a slot of this sender; without loads, clears the slot. Returns the ack.
 
         `forces` {point: (x, y, z)} [N]; `torques` {point: (x, y, z)} [N m] on bodies; `wrenches` {group: (force,
-        torque)}; `wheels` {wheel: torque} [N m] of motors; by name or index. `axes`: "world" or "body". Exactly one of
-        `duration` [s], after which it ends, and `lease` [s], within which it is to be renewed: both at most `commands:
-        max_hold` of the scene, 60 s by default. `at_tick`: when, else at once; `late`: "reject", or "take" when that has
-        passed. Rejected: not taken. TimeoutError: no answer. Gone: another daemon has taken the place of the one that it
-        was meant for.
+        torque)}; `wheels` {wheel: torque} [N m] of motors; by name or index. `axes`: "world" or "body". Give exactly
+        one of `duration` [s], after which the loads end, and `lease` [s], within which the push must be renewed. Both
+        are at most `commands: max_hold` of the scene, 60 s by default. `at_tick`: tick at which the loads begin;
+        default: at once. `late`: if that tick has passed, "reject" rejects the push and "take" begins at once.
+        Rejected: the daemon refuses the push. TimeoutError: no answer came. Gone: another daemon has replaced the one
+        that the command was for.
         """
         push = Push(self.index, self.rate, forces, torques=torques, wrenches=wrenches, wheels=wheels, axes=axes,
                     slot=slot, duration=duration, lease=lease)
@@ -274,48 +278,48 @@ class Daemon:
 
     @_alone
     def step(self, ticks=1):
-        """Advances a daemon that stands by so many ticks. Returns the State of the last of them, once it is there; of 0
-        ticks that where it stands.
+        """Advances a holding daemon by a number of ticks. Returns the State after the last tick; for 0 ticks, the
+        present State.
 
-        However long that takes, as long as the daemon is heard. Rejected: not taken. StepError: it stands at that
-        tick, but publishes no state; or before it, for a fault, or because it was held or reset. Gone: it has ended.
-        TimeoutError: nothing is heard any more.
+        Waits while messages of the daemon come. Rejected: the daemon refuses the command. StepError: the daemon reached
+        the last tick but publishes no state, or it holds before the last tick because of a fault, a hold or a reset.
+        Gone: the daemon has ended. TimeoutError: messages stopped coming.
         """
         ticks = whole("ticks", ticks, 0, 2**63 - 1)
         start = self._answered(self._control(messages.control_t.STEP, ticks)) if ticks else self.status()
-        session, target, num_standing, give_up = self.session, start.tick + ticks, 0, None
+        session, target, num_holding, give_up = self.session, start.tick + ticks, 0, None
         while self._state is None or self._state.tick < target:
             heard = self.receive(self.timeout)
             if heard is None:
-                raise TimeoutError(f"nothing is heard on {self.prefix}_* for {self.timeout:g} s: tick {target} is not there")
+                raise TimeoutError(f"nothing is heard on {self.prefix}_* for {self.timeout:g} s: tick {target} is not reached")
             suffix, status = heard
             if suffix != "STATUS" or status.mode == status.RUNNING:
                 continue
             if self.session != session or status.mode == status.STOPPED and status.tick < target:
                 raise Gone(f"the daemon ended before tick {target}", session)
-            if status.tick >= target:  # its state is on its way, or is repeated
+            if status.tick >= target:  # the state at this tick is on its way, or will be repeated
                 give_up = give_up or time.monotonic() + _REPEATED
                 if time.monotonic() > give_up:
-                    raise StepError(f"the daemon stands at tick {status.tick}, and no state of it comes: {_NO_STATE}")
+                    raise StepError(f"the daemon holds at tick {status.tick}, but publishes no state: {_NO_STATE}")
                 continue
-            num_standing += 1  # those that were on their way when the step was taken do not count
-            if num_standing > 2:
-                raise StepError(f"the daemon stands at tick {status.tick}, before tick {target}: "
+            num_holding += 1  # one STATUS may have been sent before the step was accepted, so two are needed
+            if num_holding > 2:
+                raise StepError(f"the daemon holds at tick {status.tick}, before tick {target}: "
                                 + (status.fault or "it was held or reset by another"))
         return self._state
 
     def run(self):
-        """Ticks follow the clock."""
+        """Lets the ticks follow the clock."""
         return self._answered(self._control(messages.control_t.RUN))
 
     def hold(self):
-        """Stands at its tick."""
+        """Holds the daemon at its tick."""
         return self._answered(self._control(messages.control_t.HOLD))
 
     @_alone
     def reset(self):
-        """Back to the start, in a new epoch. What is of the epoch before is not returned any more: `state` waits for the
-        new one."""
+        """Resets the daemon to the initial state, in a new epoch. Messages of earlier epochs are no longer returned;
+        `state` waits for the new epoch."""
         epochs = [heard.epoch for heard in (self._state, self.last_status) if heard is not None]
         epoch = max(self._least_epoch, *epochs) + 1
         ack = self._answered(self._control(messages.control_t.RESET))
@@ -326,34 +330,35 @@ class Daemon:
         return ack
 
     def stop(self):
-        """Ends the daemon in order."""
+        """Ends the daemon cleanly."""
         return self._answered(self._control(messages.control_t.STOP))
 
     @_alone
     def shape(self, mode):
-        """Mode shape: {index of a point: displacement [-] per elastic coordinate, body axes}. Modes count from 0, as in
-        a state's `q`."""
+        """Returns a mode shape: {index of a point: displacement [-] per elastic coordinate, body axes}. Modes are
+        numbered from 0, as in a state's `q`."""
         self._shape = None
         self._answered(self._control(messages.control_t.SHAPES, mode + 1))
         end = time.monotonic() + self.timeout
         while self._shape is None or self._shape[0] != mode + 1:
             if self.receive(max(0.0, end - time.monotonic())) is None:
-                raise TimeoutError(f"mode {mode} is not whole within {self.timeout:g} s")
+                raise TimeoutError(f"mode {mode} is not complete within {self.timeout:g} s")
         return self._shape[1]
 
     def index(self, kind, name):
-        """Index of a point, link, group or wheel by its name; an index is itself. LookupError: none of it."""
+        """Returns the index of the point, link, group or wheel with this name; an index is returned unchanged.
+        LookupError: unknown."""
         check_kind(kind)
         return name if isinstance(name, int) else self.scene.index(kind, name)
 
     def _read_of(self, state, kind, name):
         index = self.index("point" if kind == "body" else kind, name)
         if kind == "link":
-            links = self._whole_of(state, "loads", "LOADS").links
+            links = self._complete_of(state, "loads", "LOADS").links
             if index in links:
                 return vector(links[index])
             raise LookupError(f"the forces of link {name!r} are not published: name it in publish: loads: of")
-        points = self._whole_of(state, "points", "POINTS")
+        points = self._complete_of(state, "points", "POINTS")
         table, of = {"point": (points.points, PointState), "body": (points.bodies, BodyState),
                      "group": (points.groups, GroupPose)}[kind]
         if index not in table:
@@ -362,8 +367,8 @@ class Daemon:
         return of(*(vector(getattr(table[index], field)) for field in of._fields))
 
     @_alone
-    def _whole_of(self, state, name, suffix):
-        """POINTS or LOADS of the tick of a state; waits for them."""
+    def _complete_of(self, state, name, suffix):
+        """Returns POINTS or LOADS of a state's tick; waits until they come."""
         when, end, is_heard = (state.epoch, state.tick), time.monotonic() + self.timeout, False
         while (whole := getattr(self, name)) is None or (whole.epoch, whole.tick) < when:
             if state.session != self.session:
@@ -371,7 +376,7 @@ class Daemon:
             if self.receive(max(0.0, end - time.monotonic())) is None or time.monotonic() > end:
                 if not is_heard or self.last_status.mode == self.last_status.STOPPED:
                     raise Gone("the daemon of this state has ended, or is not heard", state.session)
-                raise TimeoutError(f"no whole {suffix} of tick {state.tick} within {self.timeout:g} s: have the scene publish "
+                raise TimeoutError(f"no complete {suffix} of tick {state.tick} within {self.timeout:g} s: have the scene publish "
                                    f"{name} at the rate of the state")
             is_heard = True
         if (whole.epoch, whole.tick) != when:
@@ -398,7 +403,7 @@ class Daemon:
         ack = self._next(lambda suffix, m: self.session != session or (
             suffix == "ACK" and m.sequence == sequence and m.sender == self.sender), self.timeout)
         if self.session != session:
-            raise Gone("another daemon has taken the place of the one that the command was meant for", session)
+            raise Gone("another daemon has replaced the one that the command was for", session)
         if ack is None:
             raise TimeoutError(f"no answer within {self.timeout:g} s: the command was lost, the daemon has ended, or it does "
                                "not know the tag of the command")
@@ -407,7 +412,7 @@ class Daemon:
         return ack
 
     def close(self):
-        """Leaves the bus; the daemon goes on."""
+        """Leaves the bus; the daemon continues."""
         self.bus.close()
 
     def __enter__(self):

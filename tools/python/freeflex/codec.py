@@ -1,4 +1,4 @@
-"""Messages as bytes and back: the encoding of LCM, each message behind the fingerprint of its type."""
+"""Encodes and decodes messages in the format of LCM, which begins with the fingerprint of the type."""
 
 import struct
 
@@ -7,14 +7,14 @@ _INT = struct.Struct(">i")
 
 
 class DecodeError(ValueError):
-    """Bytes that are no message of the type asked for; the text says why."""
+    """The bytes are not a message of the expected type; the text gives the reason."""
 
 
 class Message:
-    """A message: its fields are attributes, all of them zero, empty or given by name.
+    """A message. Its fields are attributes. A field that is not given by name is initially zero or empty.
 
-    Counts of arrays (`num_...`) are not among them: they are the lengths of the arrays. A fixed array is a
-    list of so many numbers, an array of bytes is `bytes`. Two messages are equal when all their fields are.
+    Counts of arrays (`num_...`) are not attributes; the lengths of the arrays replace them. An array of fixed size is a
+    list of that many numbers; an array of bytes is `bytes`. Two messages are equal if all their fields are equal.
     """
 
     FIELDS = ()
@@ -35,14 +35,14 @@ class Message:
             setattr(self, name, value)
 
     def encode(self):
-        """The message as bytes. ValueError: a value that does not fit, by the name of its field."""
+        """Returns the message as bytes. ValueError: a value does not fit; the text names its field."""
         out = [self._head]
         self._write(out)
         return b"".join(out)
 
     @classmethod
     def decode(cls, data):
-        """The message that the bytes are, all of them. DecodeError when they are none of this type."""
+        """Decodes all the bytes as one message. DecodeError: they are not a message of this type."""
         if data[:8] != cls._head:
             raise DecodeError(f"not a {cls.__name__} of this version of the messages")
         try:
@@ -75,16 +75,16 @@ class Message:
 
 
 def index_types(*types):
-    """Types by their names."""
+    """Returns a dict of the types by name."""
     return {one.__name__: one for one in types}
 
 
 class _Numbers:
-    """Numbers and fixed arrays of them that follow each other, counts among them: one struct."""
+    """Codec of successive numbers, including counts, and arrays of numbers of fixed size: codes them as one struct."""
 
     def __init__(self, owner, fields, arrays_of):
-        self.owner, self.arrays_of = owner, arrays_of  # counter -> names of the arrays that it counts
-        self.slots = []  # name, type, how many (None: one), rows (of two-dimensional ones)
+        self.owner, self.arrays_of = owner, arrays_of  # counter -> names of its arrays
+        self.slots = []  # name, type, number of values (None: one), number of rows (for two dimensions)
         letters = ""
         for name, kind, sizes in fields:
             size = 1
@@ -139,31 +139,31 @@ class _Numbers:
                 except struct.error as error:
                     return ValueError(f"{self.owner}.{name} is {value!r}, no {kind}: {error}")
             at += size or 1
-        return ValueError(f"{self.owner}: values that do not fit")
+        return ValueError(f"{self.owner}: values do not fit")
 
     def read(self, message, counts, data, at):
         values = self.struct.unpack_from(data, at)
-        place = 0
+        index = 0
         for name, _, size, rows in self.slots:
             if name in self.arrays_of:
-                counts[name] = values[place]
-                if values[place] < 0:
-                    raise DecodeError(f"{self.owner}.{name} is {values[place]}")
+                counts[name] = values[index]
+                if values[index] < 0:
+                    raise DecodeError(f"{self.owner}.{name} is {values[index]}")
             elif size is None:
-                setattr(message, name, values[place])
+                setattr(message, name, values[index])
             else:
-                value = list(values[place:place + size])
+                value = list(values[index:index + size])
                 if rows is not None:
                     width = size // rows
                     value = [value[k:k + width] for k in range(0, size, width)]
                 setattr(message, name, value)
-            place += size or 1
+            index += size or 1
         return at + self.struct.size
 
 
 class _Text:
-    """A string: its length with the NUL at its end, the characters, the NUL. Bytes that are not UTF-8, which anybody
-    on the bus may send, are read as U+FFFD."""
+    """Codec of a string: its length including NUL, the characters, NUL. Bytes that are not UTF-8, which any program on
+    the bus may send, are read as U+FFFD."""
 
     def __init__(self, owner, name):
         self.owner, self.name = owner, name
@@ -189,7 +189,7 @@ class _Text:
 
 
 class _Bytes:
-    """An array of bytes, of fixed or counted size."""
+    """Codec of an array of bytes, whose size is fixed or given by a count."""
 
     def __init__(self, owner, name, size):
         self.owner, self.name, self.size = owner, name, size
@@ -213,7 +213,7 @@ class _Bytes:
 
 
 class _Rows:
-    """A counted array of numbers, or of rows of them."""
+    """Codec of an array of numbers, or of rows of numbers, whose size a count gives."""
 
     def __init__(self, owner, name, kind, sizes):
         self.owner, self.name, self.kind, self.count = owner, name, kind, sizes[0]
@@ -234,7 +234,7 @@ class _Rows:
         try:
             out.append(struct.pack(f">{len(values)}{self.letter}", *values))
         except struct.error as error:
-            raise ValueError(f"{self.owner}.{self.name}: a value is no {self.kind}: {error}") from None
+            raise ValueError(f"{self.owner}.{self.name}: a value is not of type {self.kind}: {error}") from None
 
     def read(self, message, counts, data, at):
         number = counts[self.count] * (self.width or 1)
@@ -248,7 +248,7 @@ class _Rows:
 
 
 class _Structs:
-    """Structs inside: one, or a counted array of them."""
+    """Codec of a struct inside a message, or of an array of structs whose size a count gives."""
 
     def __init__(self, owner, name, kind, sizes):
         self.owner, self.name, self.kind = owner, name, kind

@@ -1,4 +1,4 @@
-"""One controller for a daemon on the bus and for a motion in this process."""
+"""Runs a controller; the same controller works with a daemon on the bus and with a motion in this process."""
 
 import time
 import warnings
@@ -10,27 +10,28 @@ _WRONG_SESSION, _EPOCH_ENDED, _TOO_OLD = 3, 24, 28
 
 
 def control(owner, controller, *, every, until=None, patience=60.0):
-    """Calls `controller(state)` every so many seconds of simulated time and pushes what it returns: the arguments of
-    push() by name, as a dict, or None for no push. Returns the last State, the first at or after `until` [s].
+    """Calls `controller(state)` at intervals of `every` [s] simulated time and pushes the result: a dict of the
+    arguments of push(), or None for no push. Returns the first State at or after `until` [s].
 
-    A Motion, and a daemon in lockstep, are stepped from one call to the next. Of any other daemon each published state
-    that reaches the next multiple of `every` is taken, so a state that comes late or is lost delays one call alone; such
-    a daemon may do without `until`, and Ctrl-C ends the controller. When the daemon ends and another takes its place on
-    the prefix, the controller goes on with that one. TimeoutError: none came within `patience` [s] of wall clock. What the
-    controller raises comes out.
+    A Motion, or a daemon in lockstep, is stepped from one call to the next. With any other daemon, each call gets the
+    first published state at or after a multiple of `every`, so a late or lost state delays only one call. `until` is
+    then optional; Ctrl-C ends the controller. If another daemon replaces the first one on the prefix, the controller
+    continues with the new daemon. TimeoutError: no new daemon came within `patience` [s] of wall clock. Exceptions of
+    the controller are passed on.
 
-    ValueError: `every` is not within 1 % of a number of ticks. RuntimeWarning: a daemon that is not in lockstep publishes
-    states less often than `every`, so the controller is called at their rate.
+    ValueError: `every` is not within 1 % of a whole number of ticks. RuntimeWarning: a daemon that is not in lockstep
+    publishes states less often than once per `every`, so the controller is called at the rate of the states.
     """
     if isinstance(owner, Daemon):
         return _control_daemon(owner, controller, every, until, patience)
     if until is None:
-        raise ValueError("a motion in this process needs until=S, or it would be stepped for ever")
+        raise ValueError("a motion in this process needs until=S, or it would run forever")
     return _step_through(owner, controller, every, until)
 
 
 def _period(every, rate):
-    """[ticks] between two calls. ValueError: further than 1 % from what was asked for."""
+    """Returns the interval between two calls [ticks]. ValueError: the interval differs from `every` by more than 1
+    %."""
     ticks = ticks_of("every", every, rate)
     if abs(ticks - every * rate) > 0.01 * every * rate:
         raise ValueError(f"every {every!r} s is {every * rate:.6g} ticks at {rate:g} Hz, must be within 1 % of a whole "
@@ -48,7 +49,7 @@ def _step_through(owner, controller, every, until):
 
 
 def _control_daemon(daemon, controller, every, until, patience):
-    raised = []  # by the controller, unless it read a state whose daemon has ended
+    raised = []  # exceptions of the controller, except those about a state whose daemon has ended
 
     def call(state):
         try:
@@ -73,7 +74,7 @@ def _listen_through(daemon, controller, every, until):
     is_judged, gaps = False, daemon._gaps
     gaps.clear()
     for state in daemon.listen("STATE", timeout=daemon.timeout):
-        if not is_judged and len(gaps) == gaps.maxlen:  # a state that was lost makes one of them longer
+        if not is_judged and len(gaps) == gaps.maxlen:  # a lost state makes only one of the gaps longer
             is_judged = True
             if min(gaps) > ticks:
                 _warn_of_rate(every, daemon.rate, min(gaps))
@@ -87,14 +88,14 @@ def _listen_through(daemon, controller, every, until):
         try:
             daemon.push(**push)
         except Rejected as rejected:
-            # of another epoch, or decided too late: the next state tells what to do
+            # the push was of another epoch or too old: the controller decides again at the next state
             if rejected.ack.reason not in (_EPOCH_ENDED, _TOO_OLD):
                 raise
     status = daemon.status()
     if status.session == session and status.mode not in (status.STARTING, status.STOPPED):
-        raise StepError(f"no STATE within {daemon.timeout:g} s of a daemon that is heard: have the scene publish it, publish: "
+        raise StepError(f"no STATE within {daemon.timeout:g} s of a running daemon: have the scene publish it, publish: "
                         "{state: RATE}, or give connect() a longer timeout")
-    raise Gone("another daemon has taken its place", session)
+    raise Gone("another daemon has replaced this one", session)
 
 
 def _warn_of_rate(every, rate, gap):

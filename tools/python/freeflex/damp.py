@@ -1,11 +1,12 @@
-"""An active strut: pushes two points along the line between them against the speed at which it grows."""
+"""An active strut: pushes two points along the line between them with forces that oppose the rate of change of their
+distance."""
 
 from freeflex.client import Gone, Rejected
 
 
 def damp(daemon, first, second, gain, seconds=20.0, window=1.0):
-    """Damps the swing of two points with `gain` [N s/m] for `seconds` of simulated time. Returns the largest speed
-    [m/s] along their line in the first `window` [s] and in the last."""
+    """Damps the relative motion of two points with `gain` [N s/m] for `seconds` of simulated time. Returns the largest
+    relative speed [m/s] along their line in the first and in the last `window` [s]."""
     a, b = daemon.index("point", first), daemon.index("point", second)
     rate, start, speeds, tick = daemon.rate, None, [], -1
     for _ in daemon.listen("POINTS", timeout=daemon.timeout):
@@ -25,13 +26,13 @@ def damp(daemon, first, second, gain, seconds=20.0, window=1.0):
         force = [-gain * speed * x / length for x in line]
         try:
             daemon.push({second: force, first: [-x for x in force]}, lease=0.2)
-        except Gone:  # begins anew with the daemon that has taken its place
+        except Gone:  # starts again with the daemon that replaced the first one
             a, b = daemon.index("point", first), daemon.index("point", second)
             rate, start, speeds, tick = daemon.rate, None, [], -1
         except Rejected as rejected:
-            if rejected.ack.reason != 3:  # another session: its STATUS tells
+            if rejected.ack.reason != 3:  # 3 is wrong_session: the STATUS of the new session raises Gone
                 raise
     if not speeds:
-        raise TimeoutError(f"no whole POINTS on {daemon.prefix}_POINTS: does the scene publish {first} and {second}?")
+        raise TimeoutError(f"no complete POINTS on {daemon.prefix}_POINTS: does the scene publish {first} and {second}?")
     end = speeds[-1][0]
     return max(s for t, s in speeds if t <= window), max(s for t, s in speeds if t >= end - window)

@@ -1,4 +1,4 @@
-"""Keys for daemons that require them: a command inside an envelope with the proof of who sends it."""
+"""Keys for daemons that require them: seals a command in an envelope whose tag proves who sent it."""
 
 import hashlib
 import hmac
@@ -11,18 +11,18 @@ _TAG = 32  # [bytes]
 
 
 class Key:
-    """A key of `freeflex keygen`: its id, which is the sender of what it seals, and its 32 bytes."""
+    """A key that `freeflex keygen` made: its id, which is the sender of sealed commands, and its secret of 32 bytes."""
 
     def __init__(self, id, secret):
         if not re.fullmatch(r"[A-Za-z0-9_.-]{1,31}", id):
-            raise ValueError(f"id {id!r} of a key: 1 to 31 of A-Z a-z 0-9 _ . -")
+            raise ValueError(f"id {id!r} of a key: must be 1 to 31 of A-Z a-z 0-9 _ . -")
         if len(secret) != 32:
             raise ValueError(f"a secret of {len(secret)} bytes, must be 32")
         self.id, self.secret = id, bytes(secret)
 
     @classmethod
     def read(cls, path):
-        """Of a file with lines `id: NAME` and `secret: 64 hexadecimal digits`, others ignored."""
+        """Reads a file with lines `id: NAME` and `secret: 64 hexadecimal digits`; ignores other lines."""
         found = {}
         with open(path, encoding="utf-8") as file:
             for line in file:
@@ -34,8 +34,8 @@ class Key:
         return cls(found["id"], bytes.fromhex(found["secret"]))
 
     def seal(self, command, channel, valid_for=2.0):
-        """The envelope, as bytes, of a force_t or control_t for a channel by its whole name, taken for
-        `valid_for` [s] by the wall clock. Sets the command's sender."""
+        """Returns an envelope, as bytes, that contains a force_t or control_t for a channel (full name). The envelope
+        is valid for `valid_for` [s] of wall clock. Sets the command's sender."""
         command.sender = self.id
         envelope = messages.envelope_t(key_id=self.id, session=command.session, sequence=command.sequence,
                                        valid_until=time.time_ns() // 1000 + round(valid_for * 1e6),

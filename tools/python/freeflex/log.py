@@ -3,8 +3,9 @@
     for event, message in freeflex.log.messages("flight.log"):
         ...
 
-Of a recording that is damaged, or cut by a full disk, all events that are whole come first, then a LogError that tells
-what is missing. So the body of the loop sees what there is, and a program that takes it for all ends with an error.
+If a recording is damaged, or was cut because the disk was full, the loop gets all intact events first and then a
+LogError that describes the damage. So a program sees all readable events, and a program that needs a complete recording
+ends with an error.
 """
 
 import collections
@@ -14,19 +15,19 @@ import struct
 from freeflex import messages as types
 from freeflex.codec import DecodeError
 
-#: one event: its number, when the logger received it [us], channel, bytes
+#: one event: its number, the time at which the logger received it [us], channel, bytes
 Event = collections.namedtuple("Event", "number utime channel data")
 
 _HEAD = struct.Struct(">4sqqii")
 _SYNC = b"\xed\xa1\xda\x01"
-_MOST_NAME = 999  # [bytes] of a channel
+_MOST_NAME = 999  # [bytes] longest name of a channel
 _BLOCK = 1 << 16  # [bytes]
 _NO_EVENT = "no event starts here"
 
-#: a stretch of a recording of which nothing is read: its bytes from begin to before end, and why
+#: an unreadable range of a recording: the bytes from begin up to, but not including, end, and the reason
 Damage = collections.namedtuple("Damage", "begin end reason")
 
-#: types by the suffix of their channel
+#: message types by the suffix of their channel
 CHANNELS = {
     "FORCE": types.force_t, "CONTROL": types.control_t, "ACK": types.ack_t, "APPLIED": types.applied_t,
     "STATE": types.state_t, "POINTS": types.points_t, "LOADS": types.loads_t, "STATUS": types.status_t,
@@ -36,7 +37,8 @@ _SEALED = ("FORCE", "CONTROL")
 
 
 class LogError(ValueError):
-    """A recording that is damaged; the text tells where. `damage` holds a Damage for each stretch that was passed over."""
+    """The recording is damaged; the text gives the place. `damage` is a list with a Damage for each range that was
+    skipped."""
 
     def __init__(self, text, damage=()):
         super().__init__(text)
@@ -44,19 +46,20 @@ class LogError(ValueError):
 
 
 class _Flaw(Exception):
-    """Why there is no whole event at a place."""
+    """The reason why there is no intact event at a byte."""
 
 
 class _Reader:
-    """Events of a file, by their place. An event is believed when another or the end of the file follows it."""
+    """Reads the events of a file at given positions. An event is regarded as intact if another event or the end of the
+    file follows it."""
 
     def __init__(self, file):
         self.file = file
         self.size = os.fstat(file.fileno()).st_size
-        self.number = None  # of the last whole event
+        self.number = None  # number of the last intact event
 
     def take(self, at):
-        """The event at a byte, and where it ends. _Flaw: it is not whole."""
+        """Returns the event at a byte, and the byte at which it ends. _Flaw: the event is not intact."""
         self.file.seek(at)
         head = self.file.read(_HEAD.size)
         if head[:4] != _SYNC[:len(head)]:
@@ -74,7 +77,7 @@ class _Reader:
             raise _Flaw(f"no event follows at byte {end}")
         inner = self._next_within(body, number)
         if inner is not None:
-            raise _Flaw(f"its lengths take in the next event, at byte {at + _HEAD.size + inner}")
+            raise _Flaw(f"its lengths include the next event, at byte {at + _HEAD.size + inner}")
         return Event(number, utime, body[:name_size].decode("latin-1"), body[name_size:]), end
 
     @staticmethod
@@ -88,7 +91,7 @@ class _Reader:
         return None
 
     def find(self, at):
-        """Where the next whole event begins, from a byte on; the end of the file when there is none."""
+        """Returns the position of the first intact event at or after a byte; the end of the file if there is none."""
         while at + _HEAD.size < self.size:
             self.file.seek(at)
             block = self.file.read(_BLOCK)
@@ -96,8 +99,8 @@ class _Reader:
             while within >= 0:
                 try:
                     number = self.take(at + within)[0].number
-                    # numbers rise, or begin anew where a second recording was appended; those of a recording
-                    # within a message are its own
+                    # the numbers of events ascend, or restart if a second recording was appended; a recording inside a
+                    # message has numbers of its own
                     if self.number is None or number == 0 or number > self.number:
                         return at + within
                 except _Flaw:
@@ -121,7 +124,7 @@ class _Reader:
 
 
 def events(path):
-    """The whole events of a recording, in its order; then LogError when anything of it is not whole."""
+    """Yields the intact events of a recording in order. LogError after the last event: a part is damaged."""
     damage = []
     with open(path, "rb") as file:
         reader = _Reader(file)
@@ -129,7 +132,7 @@ def events(path):
     if damage:
         first, rest = damage[0], len(damage) - 1
         if first.begin == 0 and first.reason == _NO_EVENT and reader.number is None:
-            raise LogError(f"{path} is no recording of lcm-logger", damage)
+            raise LogError(f"{path} is not a recording of lcm-logger", damage)
         until = "on" if first.end == reader.size else f"to byte {first.end}"
         more = f", and at {rest} more place{'s' if rest > 1 else ''}" if rest else ""
         raise LogError(f"{path} is damaged at byte {first.begin}: {first.reason}; nothing is read from there "
@@ -137,7 +140,8 @@ def events(path):
 
 
 def decode(channel, data, prefix="FREEFLEX"):
-    """The message on a channel of a daemon with this prefix; None of any other. DecodeError when it is damaged."""
+    """Returns the message on a channel of a daemon with this prefix; None for other channels. DecodeError: the message
+    is damaged."""
     suffix = channel.removeprefix(prefix + "_") if channel.startswith(prefix + "_") else None
     if suffix not in CHANNELS:
         return None
@@ -147,8 +151,8 @@ def decode(channel, data, prefix="FREEFLEX"):
 
 
 def messages(path, prefix="FREEFLEX"):
-    """(event, message) of what a recording has of the daemon with this prefix, of all that is whole; then LogError when
-    an event or a message is not."""
+    """Yields (event, message) for all intact messages in a recording from the daemon with this prefix. LogError after
+    the last one: an event or a message is damaged."""
     first, count, damaged = "", 0, None
     try:
         for event in events(path):

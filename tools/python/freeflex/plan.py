@@ -1,4 +1,4 @@
-"""Plans and their motion in this process, by the C interface (freeflex.h), without a daemon."""
+"""Plans and motions in this process, without a daemon, through the C interface (freeflex.h)."""
 
 import collections
 import ctypes
@@ -10,18 +10,19 @@ from freeflex.location import LIBRARY
 from freeflex.scene import check_kind, index_in, indices_of
 from freeflex.state import BodyState, Busy, GroupPose, PointState, Push, State, StepError, vector, whole
 
-#: words of a motion: how far it can be trusted
-WORDS = ("good", "watch", "outside")
+#: levels of a verdict: how far a motion can be trusted
+LEVELS = ("good", "watch", "outside")
 
 _POINT, _LINK, _GROUP, _WHEEL, _MODE = range(5)
 _KINDS = {"point": _POINT, "link": _LINK, "group": _GROUP, "wheel": _WHEEL}
 _NO_MEMORY, _BUSY = 4, 7
-_WITH_WORD = 1
-_LONGEST = 4096  # values of a link
-_PIECE = 10000  # ticks of one call
+_WITH_VERDICT = 1
+_LONGEST = 4096  # largest number of values of a link
+_PIECE = 10000  # largest number of ticks in one call of the C library
 
-#: one of WORDS, its cause, the estimate of the displacements' error and what it is judged against [m]
-Word = collections.namedtuple("Word", "word cause error scale tick")
+#: level: one of LEVELS; cause; error, scale: the estimated error of the displacements and the scale it is compared with
+#[m]
+Verdict = collections.namedtuple("Verdict", "level cause error scale tick")
 #: [J]
 Energy = collections.namedtuple("Energy", "kinetic_rigid kinetic_elastic potential")
 
@@ -44,8 +45,8 @@ class _State(ctypes.Structure):
                 ("angular_velocity", ctypes.c_double * 3), ("angular_momentum", ctypes.c_double * 3)]
 
 
-class _Word(ctypes.Structure):
-    _fields_ = [("tick", ctypes.c_int64), ("word", ctypes.c_int32), ("unused", ctypes.c_int32),
+class _Verdict(ctypes.Structure):
+    _fields_ = [("tick", ctypes.c_int64), ("level", ctypes.c_int32), ("unused", ctypes.c_int32),
                 ("error", ctypes.c_double), ("scale", ctypes.c_double), ("cause", ctypes.c_char * 256)]
 
 
@@ -54,7 +55,7 @@ _library = None
 
 
 def _signatures(c):
-    """name -> (result, arguments); int results are codes unless listed as numbers."""
+    """Returns {name: (result, arguments)} of the C functions. A result of type int is an error code."""
     plan, motion, out, doubles = c.c_void_p, c.c_void_p, c.POINTER(c.c_void_p), c.POINTER(c.c_double)
     size, settings = c.c_size_t, c.POINTER(_Setting)
     return {
@@ -77,13 +78,14 @@ def _signatures(c):
         "motion_group": (c.c_int, [motion, c.c_int32, doubles]),
         "motion_link": (c.c_int, [motion, c.c_int32, doubles, size, c.POINTER(size)]),
         "motion_energy": (None, [motion, doubles]),
-        "motion_word": (c.c_int, [motion, c.POINTER(_Word)]), "motion_worst_word": (c.c_int, [motion, c.POINTER(_Word)]),
+        "motion_verdict": (c.c_int, [motion, c.POINTER(_Verdict)]),
+        "motion_worst_verdict": (c.c_int, [motion, c.POINTER(_Verdict)]),
     }
 
 
 def _find_library():
-    """Path of the C library: FREEFLEX_LIBRARY, else the one that was built or installed with this package, else a name
-    that the loader looks for."""
+    """Returns the path of the C library: FREEFLEX_LIBRARY if it is set, else the library that was built or installed
+    with this package, else a name that the loader searches for."""
     if named := os.environ.get("FREEFLEX_LIBRARY"):
         return named
     path = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), LIBRARY))
@@ -91,7 +93,7 @@ def _find_library():
 
 
 def library():
-    """The C library. StepError when there is none."""
+    """Returns the C library. StepError: it was not found."""
     global _library
     if _library is None:
         name = _find_library()
@@ -118,7 +120,7 @@ def _check(code):
 
 
 def _read(sizes, function, *arguments):
-    """Vectors of such sizes that a function writes one behind the other."""
+    """Returns the vectors, of the given sizes, that a C function writes one after the other."""
     values = (ctypes.c_double * sum(sizes))()
     _check(function(*arguments, values))
     ends = [sum(sizes[:k + 1]) for k in range(len(sizes))]
@@ -126,14 +128,15 @@ def _read(sizes, function, *arguments):
 
 
 class Plan:
-    """A scene, set up: a scene or plan file, a dict, a Scene, or `text` (YAML or JSON) with the `folder` of the files that
-    it names. Any number of motions may be made of it.
+    """A plan, set up from a scene or plan file, a dict, a Scene, or `text` (YAML or JSON) with the `folder` of the
+    files that it names. Any number of motions may be made from it.
 
-    `name`, `rate` [Hz], `mass` [kg], `fingerprint` (as the messages have it), `warnings`; `points`, `links`, `groups`,
-    `wheels`: indices by name, in the order of the scene; `frequencies` [Hz] of the elastic modes, in the order of a
-    state's `q`. StepError: every fault of the scene, with its line. MemoryError: the set-up needs more than there is.
+    `name`, `rate` [Hz], `mass` [kg], `fingerprint` (the same number as in the messages), `warnings`; `points`, `links`,
+    `groups`, `wheels`: indices by name, in the order of the scene; `frequencies` [Hz] of the elastic modes, in the
+    order of a state's `q`. StepError: every fault of the scene, with its line. MemoryError: the set-up needs more
+    memory than there is.
 
-    `progress(what, share)` is called during a long set-up; what it raises ends it.
+    `progress(what, fraction)` is called during a long set-up; an exception in it ends the set-up.
     """
 
     def __init__(self, source=None, progress=None, *, text=None, folder=None):
@@ -144,7 +147,7 @@ class Plan:
             try:
                 if progress:
                     progress(what.decode(), done)
-            except BaseException as error:  # crosses C as a code
+            except BaseException as error:  # C code cannot pass exceptions, so this is passed as an error code
                 raised.append(error)
             return len(raised)
 
@@ -173,27 +176,28 @@ class Plan:
         _check(c.plan_frequencies(handle, values, len(values)))
         self.frequencies = vector(values[:])
 
-    def motion(self, with_word=False):
-        """A Motion at the initial state. `with_word`: it judges how far it can be trusted, at a few microseconds a
-        tick."""
+    def motion(self, with_verdict=False):
+        """Returns a Motion at the initial state. `with_verdict`: the motion computes verdicts on its accuracy, which
+        takes a few microseconds a tick."""
         handle = ctypes.c_void_p()
-        _check(library().motion_new(self._handle, _WITH_WORD if with_word else 0, ctypes.byref(handle)))
+        _check(library().motion_new(self._handle, _WITH_VERDICT if with_verdict else 0, ctypes.byref(handle)))
         return Motion(self, handle)
 
     def shape(self, point):
-        """[-] elastic displacement of a point, body axes, by each mode: a list of vectors."""
+        """Returns the elastic displacement [-] of a point for each mode, body axes: a list of vectors."""
         values = (ctypes.c_double * (3 * self.num_modes))()
         _check(library().plan_shape(self._handle, self.index("point", point), values, len(values)))
         return [vector(values[3 * k:3 * k + 3]) for k in range(self.num_modes)]
 
     def rest(self):
-        """[m] places of the points at rest, body axes from the centre of mass: a list of vectors."""
+        """Returns the positions [m] of the points at rest, body axes from the centre of mass: a list of vectors."""
         values = (ctypes.c_double * (3 * self.num_points))()
         _check(library().plan_rest(self._handle, values, len(values)))
         return [vector(values[3 * k:3 * k + 3]) for k in range(self.num_points)]
 
     def index(self, kind, name):
-        """Index of a point, link, group or wheel by its name; an index is itself. LookupError: none of it."""
+        """Returns the index of the point, link, group or wheel with this name; an index is returned unchanged.
+        LookupError: unknown."""
         check_kind(kind)
         if isinstance(name, int):
             return whole(kind, name, 0, 2**31 - 1)
@@ -221,9 +225,9 @@ class MotionState(State):
 
 
 class Motion:
-    """A motion of a plan. `plan`; `rate` [Hz], `index(kind, name)` of it.
+    """A motion of a plan. `plan`; `rate` [Hz] and `index(kind, name)` are those of the plan.
 
-    It belongs to one thread at a time. Busy: another thread steps it.
+    Only one thread may use a Motion at a time. Busy: another thread steps it.
     """
 
     def __init__(self, plan, handle):
@@ -234,20 +238,21 @@ class Motion:
 
     @property
     def handle(self):
-        """For the C interface. Busy while another thread steps the motion, between two calls of C as well."""
+        """Returns the handle for the C interface. Busy: another thread steps the motion. That applies also while the
+        other thread is between two C calls."""
         if self._steps.locked():
             raise Busy(_IN_USE)
         return self._handle
 
     def step(self, ticks=1):
-        """Advances by so many ticks. Returns the State after them. StepError: the next state would not be finite; it
-        stands at the last that is."""
+        """Advances by a number of ticks. Returns the State after them. StepError: the next state would not be finite;
+        the motion stays at the last finite state."""
         ticks = whole("ticks", ticks, 0, 2**63 - 1)
         if not self._steps.acquire(blocking=False):
             raise Busy(_IN_USE)
         try:
             self._version += 1
-            while True:  # in pieces, so that Ctrl-C is heard
+            while True:  # advances in pieces, so that Ctrl-C takes effect
                 piece = min(ticks, _PIECE)
                 _check(library().motion_step(self._handle, piece))
                 ticks -= piece
@@ -258,18 +263,18 @@ class Motion:
 
     @property
     def state(self):
-        """The State where the motion stands."""
+        """Returns the present State."""
         return MotionState(self, self.handle, self._version)
 
     def push(self, forces=None, *, torques=None, wrenches=None, wheels=None, axes="world", slot=0, duration=None,
              lease=None):
-        """Puts loads into a slot in place of what was there, from the next step on; without any clears it.
+        """Replaces the loads in a slot, from the next step on; without loads, clears the slot.
 
         `forces` {point: (x, y, z)} [N]; `torques` {point: (x, y, z)} [N m] on bodies; `wrenches` {group: (force,
-        torque)}; `wheels` {wheel: torque} [N m] of motors; by name or index. `axes`: "world" or "body". Exactly one of
-        `duration` [s], after which it ends, and `lease` [s], within which it is to be renewed: both at most
-        `commands: max_hold` of the scene, 60 s by default. StepError: not taken, as by a daemon; or 256 pushes wait for
-        the next step.
+        torque)}; `wheels` {wheel: torque} [N m] of motors; by name or index. `axes`: "world" or "body". Give exactly
+        one of `duration` [s], after which the loads end, and `lease` [s], within which the push must be renewed. Both
+        are at most `commands: max_hold` of the scene, 60 s by default. StepError: a daemon would reject the push, or
+        256 pushes already wait for the next step.
         """
         push = Push(self.index, self.rate, forces, torques=torques, wrenches=wrenches, wheels=wheels, axes=axes,
                     slot=slot, duration=duration, lease=lease)
@@ -282,30 +287,31 @@ class Motion:
                                      push.duration_ticks or push.lease_ticks))
 
     def reset(self):
-        """Back to the initial state, without loads but the scene's own. The tick goes on."""
+        """Resets to the initial state and removes all pushes; the loads of the scene stay. The count of ticks
+        continues."""
         library().motion_reset(self.handle)
         self._version += 1
 
     def copy(self):
-        """Another motion that stands where this one does."""
+        """Returns a new motion in the same state."""
         handle = ctypes.c_void_p()
         _check(library().motion_copy(self.handle, ctypes.byref(handle)))
         return Motion(self.plan, handle)
 
     @property
     def tick(self):
-        """Number of the next step."""
+        """Returns the number of the next step."""
         return library().motion_tick(self.handle)
 
     @property
     def time(self):
-        """[s] since the last reset."""
+        """Returns the time [s] since the last reset."""
         return library().motion_time(self.handle)
 
     def _read_of(self, state, kind, name):
         if state._version != self._version:
-            raise RuntimeError(f"the motion stands at tick {self.tick}: what belongs to the state of tick {state.tick} is "
-                               "read before the next step")
+            raise RuntimeError(f"the motion is at tick {self.tick}: read from the state of tick {state.tick} before the "
+                               "next step")
         c, index = library(), self.index("point" if kind == "body" else kind, name)
         if kind == "point":
             return PointState(*_read((3, 3, 3, 3), c.motion_point, self.handle, index))
@@ -319,25 +325,26 @@ class Motion:
 
     @property
     def energy(self):
-        """An Energy."""
+        """Returns the present Energy."""
         values = (ctypes.c_double * 3)()
         library().motion_energy(self.handle, values)
         return Energy(*values)
 
     @property
-    def word(self):
-        """How far the motion can be trusted now: a Word. StepError of a motion without one."""
-        return self._word(library().motion_word)
+    def verdict(self):
+        """Returns the present Verdict on the accuracy of the motion. StepError: the motion was made without
+        verdicts."""
+        return self._verdict(library().motion_verdict)
 
     @property
-    def worst_word(self):
-        """The worst Word since the last reset."""
-        return self._word(library().motion_worst_word)
+    def worst_verdict(self):
+        """Returns the worst Verdict since the last reset."""
+        return self._verdict(library().motion_worst_verdict)
 
-    def _word(self, function):
-        word = _Word()
-        _check(function(self.handle, ctypes.byref(word)))
-        return Word(WORDS[word.word], word.cause.decode(errors="replace"), word.error, word.scale, word.tick)
+    def _verdict(self, function):
+        read = _Verdict()
+        _check(function(self.handle, ctypes.byref(read)))
+        return Verdict(LEVELS[read.level], read.cause.decode(errors="replace"), read.error, read.scale, read.tick)
 
     def __del__(self):
         if handle := self.__dict__.pop("_handle", None):

@@ -1,4 +1,4 @@
-"""What the indices of messages mean: the pages of SCENE, and of POINTS, LOADS and SHAPES, put together."""
+"""Joins the pages of SCENE, POINTS, LOADS and SHAPES, and maps names to the indices of messages."""
 
 import difflib
 
@@ -6,26 +6,27 @@ from freeflex.state import vector
 
 
 KINDS = ("point", "link", "group", "wheel")
-#: [bytes] of pages that one thing may have: a tick of 200,000 points has 22 MB
+#: [bytes] limit of the pages of one set, such as a tick of POINTS; a tick of 200,000 points has 22 MB
 MOST_BYTES = 64 << 20
-#: pages of a thing while the scene is not known that says how many items there are
+#: limit of the number of pages of one set while the scene, and therefore the number of its items, is unknown
 MOST_PAGES = 2048
 
 
 class Pages:
-    """Pages of one thing; `add` returns all of them once they are there. Those of another thing begin anew.
+    """Collects the pages of one set, such as a tick of POINTS. `add` returns all pages once they are complete. A page
+    of another set starts a new collection.
 
-    Holds no more than `MOST_BYTES`, whatever pages anybody on the bus sends.
+    Keeps at most `MOST_BYTES`, whatever pages any program on the bus sends.
     """
 
     def __init__(self):
         self._of, self._pages, self._size = None, {}, 0
 
     def add(self, of, message, size, most=MOST_PAGES):
-        """All pages in their order once the last one came, else None.
+        """Adds a page. Returns all pages in order if the set is now complete, else None.
 
-        `of`: what tells the thing from others; `size` [bytes] of the message; `most`: the pages that the thing has at
-        most, one for each item that the scene publishes. A page that claims more is left.
+        `of`: identifies the set; `size` [bytes] of the message; `most`: largest number of pages, one for each point or
+        link that the scene publishes. A page that claims a larger number is ignored.
         """
         if not (1 <= message.num_pages <= most and 0 <= message.page < message.num_pages):
             return None
@@ -43,12 +44,12 @@ class Pages:
 
 
 class Listing:
-    """What a daemon lists of its scene.
+    """The names and properties of its scene that a daemon publishes.
 
     `name`, `plan_file`, `plan_fingerprint`, `session`, `rate` [Hz], `mass` [kg], `inertia` [kg m^2],
-    `rigid_freedoms`; `points`, `links`, `groups`, `wheels`: indices by name, as a Plan has them; `listed`: the message
-    about each, as `listed["point"][3].mass`; `frequencies` [Hz] of the elastic modes, in the order of a state's `q`.
-    Above 1000 points a daemon lists those alone that are named.
+    `rigid_freedoms`; `points`, `links`, `groups`, `wheels`: indices by name, as in a Plan; `listed`: the message about
+    each item, for example `listed["point"][3].mass`; `frequencies` [Hz] of the elastic modes, in the order of a state's
+    `q`. If a scene has more than 1000 points, the daemon lists only the points that the scene names.
     """
 
     def __init__(self, pages):
@@ -67,12 +68,13 @@ class Listing:
                          for kind, listed in self.listed.items()}
         self.points, self.links, self.groups, self.wheels = self._indices.values()
         published = {kind: sum(1 for one in self.listed[kind].values() if one.is_published) for kind in ("point", "link")}
-        #: pages that one tick of POINTS or LOADS has at most; a point has a pose too where it turns
+        #: largest number of pages of one tick of POINTS or LOADS; a point with an attitude has a second item
         self.most_point_pages = 2 * published["point"] + len(self.listed["group"])
         self.most_load_pages = published["link"]
 
     def index(self, kind, name):
-        """Index of a point, link, group or wheel by its name; an index is itself. LookupError: none of it."""
+        """Returns the index of the point, link, group or wheel with this name; an index is returned unchanged.
+        LookupError: unknown."""
         check_kind(kind)
         if isinstance(name, int):
             return name
@@ -80,7 +82,7 @@ class Listing:
 
 
 def indices_of(numbered):
-    """{name: index} of pairs of index and name; of a name that several have, the first."""
+    """Returns {name: index} from pairs of index and name. If several names are equal, the first index is returned."""
     indices = {}
     for k, name in numbered:
         indices.setdefault(name, k)
@@ -88,13 +90,13 @@ def indices_of(numbered):
 
 
 def check_kind(kind):
-    """LookupError: not one of KINDS."""
+    """Checks a kind. LookupError: it is not one of KINDS."""
     if kind not in KINDS:
         raise LookupError(f"no kind {kind!r}, must be one of {', '.join(KINDS)}")
 
 
 def index_in(indices, kind, name):
-    """Index of a name. LookupError that tells names like it."""
+    """Returns the index of a name. LookupError: unknown; the text lists similar names."""
     if name in indices:
         return indices[name]
     close = difflib.get_close_matches(str(name), list(indices)[:10000], 5, 0.5) or list(indices)[:5]
@@ -114,7 +116,7 @@ class Points:
 
 
 class Loads:
-    """One tick of LOADS: `tick`, `epoch`; `links`: the values of each, by index (messages/README.md, section 7)."""
+    """One tick of LOADS: `tick`, `epoch`; `links`: values by index (messages/README.md, section 7)."""
 
     def __init__(self, pages):
         self.tick, self.epoch = pages[0].tick, pages[0].epoch

@@ -1,11 +1,11 @@
-// Bytes that the program sends: a JSON head and arrays (tools/view/body.hpp).
+// Decodes the bytes that the program sends: a JSON head and arrays (tools/view/body.hpp).
 
 const ARRAYS = { f32: Float32Array, f64: Float64Array, u32: Uint32Array };
 
-/** The head, with its arrays under their names. Throws when the bytes are no such thing. */
+/** Returns the head, with the arrays as properties. Throws if the bytes have another format. */
 export function parseBlob(buffer) {
   const view = new DataView(buffer);
-  if (buffer.byteLength < 8 || view.getUint32(0) !== 0x46465631) throw new Error("no data of freeflex");
+  if (buffer.byteLength < 8 || view.getUint32(0) !== 0x46465631) throw new Error("the bytes are not data of freeflex");
   const size = view.getUint32(4, true);
   const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 8, size)));
   for (const [name, { type, offset, length }] of Object.entries(head.arrays ?? {}))
@@ -14,7 +14,7 @@ export function parseBlob(buffer) {
   return head;
 }
 
-/** Bytes of base64 text. */
+/** Decodes base64 text. */
 export function fromBase64(text) {
   const raw = atob(text);
   const bytes = new Uint8Array(raw.length);
@@ -24,7 +24,7 @@ export function fromBase64(text) {
 
 const FRAME_HEAD = 14; // doubles: kind, tick, time, position, attitude, angular velocity, number of wheels
 
-/** A binary message of the socket: {kind: "state", ...} or {kind: "loads", ...}; null of any other. */
+/** Decodes a binary message of the socket: {kind: "state", ...} or {kind: "loads", ...}; null for any other. */
 export function parseMessage(buffer) {
   const kind = new Float64Array(buffer, 0, 1)[0];
   if (kind === 1) {
@@ -40,12 +40,12 @@ export function parseMessage(buffer) {
   return { kind: "loads", tick: new Float64Array(buffer, 8, 1)[0], values: new Float32Array(buffer, 16) };
 }
 
-/** Number of the k-th mode, as `freeflex modes` counts. */
+/** Returns the number of the k-th mode in the numbering of `freeflex modes`. */
 export function modeNumber(body, k) {
   return body.modeNumbers ? body.modeNumbers[k] : k + 1;
 }
 
-/** Name of the k-th of a list in which names that are numbers are left out. */
+/** Returns the k-th name of a list. The list is empty if every name is the item's number. */
 export function nameOf(names, k) {
   return names.length > 0 ? names[k] : String(k + 1);
 }

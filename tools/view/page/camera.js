@@ -1,6 +1,6 @@
-// Where the picture is seen from: turned, moved and brought nearer by the mouse.
+// The camera of the picture: rotated, moved and zoomed by the mouse.
 
-/** 4 x 4 matrices are arrays of 16, column by column, as WebGL takes them. */
+/** 4 x 4 matrices are arrays of 16 numbers, column by column, as WebGL requires. */
 export function multiply(a, b) {
   const c = new Float64Array(16);
   for (let column = 0; column < 4; ++column)
@@ -9,7 +9,7 @@ export function multiply(a, b) {
   return c;
 }
 
-/** Of rows of a rotation and a place behind it. */
+/** Returns the matrix of a rotation, which is given by rows, followed by a translation. */
 export function rigid(R, p) {
   return [
     R[0][0], R[1][0], R[2][0], 0, R[0][1], R[1][1], R[2][1], 0,
@@ -17,8 +17,8 @@ export function rigid(R, p) {
   ];
 }
 
-const FILLED = 0.86; // of the picture, in width or height
-const OBLIQUE = 0.5; // [rad] between the longest extent and the picture
+const FILLED = 0.86; // fraction of the picture's width or height that a fitted body fills
+const OBLIQUE = 0.5; // [rad] angle between the longest extent and the plane of the picture
 
 export class Camera {
   constructor(size) {
@@ -29,17 +29,17 @@ export class Camera {
     this.pan = [0, 0]; // [m] across the picture
   }
   /**
-   * Moves so that places [m], relative to the target, fill a picture of this shape with a margin. `isCentred`: puts them in
-   * the middle and keeps the distance.
+   * Moves the camera so that positions [m], relative to the target, fill a picture of this size with a margin.
+   * `isCentred`: only centres the positions and keeps the distance.
    */
-  fit(places, width, height, isCentred = false) {
-    if (places.length === 0) return;
+  fit(positions, width, height, isCentred = false) {
+    if (positions.length === 0) return;
     const { right, up, back } = this.axes();
-    const along = (axis) => places.map((place) => place[0] * axis[0] + place[1] * axis[1] + place[2] * axis[2]);
+    const along = (axis) => positions.map((position) => position[0] * axis[0] + position[1] * axis[1] + position[2] * axis[2]);
     const depth = along(back), across = [along(right), along(up)];
     const slope = Math.tan(0.5 * Camera.ANGLE), slopes = [(slope * width) / height, slope];
     const deepest = Math.max(...depth);
-    // the middle on the screen goes by the distance, and the distance by the middle
+    // iterates, because the centre on the screen depends on the distance and the distance depends on the centre
     for (let round = 0; round < 8; ++round) {
       const needed = across.map((values, axis) => Math.max(...values.map((value, k) =>
         depth[k] + Math.abs(value - this.pan[axis]) / (FILLED * slopes[axis]))));
@@ -50,10 +50,10 @@ export class Camera {
       });
     }
   }
-  /** Turns to where the longest extent of places in the horizontal plane lies across the picture. */
-  face(places) {
+  /** Rotates the camera until the longest horizontal extent of the positions lies across the picture. */
+  face(positions) {
     let xx = 0, xy = 0, yy = 0;
-    for (const [x, y] of places) {
+    for (const [x, y] of positions) {
       xx += x * x;
       xy += x * y;
       yy += y * y;
@@ -64,7 +64,7 @@ export class Camera {
     this.yaw -= 0.008 * dx;
     this.pitch = Math.min(1.57, Math.max(-1.57, this.pitch + 0.008 * dy));
   }
-  /** By so many pixels of a picture of this height. */
+  /** Moves the camera by a number of pixels in a picture of this height. */
   move(dx, dy, height) {
     const scale = this.metresPerPixel(height);
     this.pan[0] -= dx * scale;
@@ -76,12 +76,12 @@ export class Camera {
   metresPerPixel(height) {
     return (2 * this.distance * Math.tan(0.5 * Camera.ANGLE)) / height;
   }
-  /** Axes of the picture in the world: right, up, towards the eye. z of the world is up. */
+  /** Returns the axes of the picture in world axes: right, up, towards the eye. The world's z axis points up. */
   axes() {
     const cy = Math.cos(this.yaw), sy = Math.sin(this.yaw), cp = Math.cos(this.pitch), sp = Math.sin(this.pitch);
     return { right: [-sy, cy, 0], up: [-sp * cy, -sp * sy, cp], back: [cp * cy, cp * sy, sp] };
   }
-  /** World, with the target in its origin, to clip coordinates. */
+  /** Returns the matrix from world axes, with the target at the origin, to clip coordinates. */
   matrix(width, height) {
     const { right, up, back } = this.axes();
     const view = rigid([right, up, back], [-this.pan[0], -this.pan[1], -this.distance]);
@@ -94,11 +94,11 @@ export class Camera {
     return multiply(projection, view);
   }
 }
-Camera.ANGLE = 0.7; // [rad] from below to above
+Camera.ANGLE = 0.7; // [rad] vertical field of view
 
-/** Pixel of a place: [x, y, depth], depth < 0 behind the eye. */
-export function project(matrix, place, width, height) {
+/** Returns the pixel of a position: [x, y, depth]; depth < 0 if the position is behind the eye. */
+export function project(matrix, position, width, height) {
   const at = [0, 1, 2, 3].map(
-    (row) => matrix[row] * place[0] + matrix[4 + row] * place[1] + matrix[8 + row] * place[2] + matrix[12 + row]);
+    (row) => matrix[row] * position[0] + matrix[4 + row] * position[1] + matrix[8 + row] * position[2] + matrix[12 + row]);
   return [(0.5 + (0.5 * at[0]) / at[3]) * width, (0.5 - (0.5 * at[1]) / at[3]) * height, at[3]];
 }

@@ -1,4 +1,4 @@
-// The page: brings a body, frames and a picture together.
+// The page: connects body, frames, picture, strips and controls.
 import { parseBlob, fromBase64 } from "./blob.js";
 import { Amplifier, modeFrame, rms, rotation, apply, worldPoint } from "./motion.js";
 import { Camera, project } from "./camera.js";
@@ -8,17 +8,17 @@ import { Live, Player } from "./source.js";
 import { Push, pick, forceOf, firstForce } from "./push.js";
 import { colourLegend, digits, element, markMoving, modeList, recordedVerdict, showRows, signalOptions, statusRows } from "./panel.js";
 
-/** @type {any} what the program puts into a page that needs no server, and what its tests ask */
+/** @type {any} contains the data of a page without a server, and the page itself for tests */
 const shared = window;
 /** @returns {any} */
 const $ = (id) => document.getElementById(id);
-const MODE_TURNS = 0.5; // [Hz] at which a mode is shown, whatever its frequency
+const MODE_TURNS = 0.5; // [Hz] frequency at which every mode is shown
 const LONGEST_TRAIL = 2000;
-const SILENCE = 1.5; // [s] without a word of the daemon
-const MOST_FITTED = 2000; // points by which the picture is filled
-const MANY_LINES = 20000; // beyond them no ghost unless asked for
+const SILENCE = 1.5; // [s] time without a message after which the daemon is reported as silent
+const MOST_FITTED = 2000; // points used to fit the camera
+const MANY_LINES = 20000; // above this number of lines, the undeformed shape is off at first
 
-// an answer goes by itself; what is wrong stays until it is over
+// an answer disappears after this time; an error stays until its cause is gone
 const SHOWN = 6000; // [ms]
 let fading = 0;
 function notice(text, isBad = true) {
@@ -50,12 +50,12 @@ class Page {
     this.strips = new Strips($("strips"), body, (time) => this.seek(time));
     this.status = null;
     this.loads = null;
-    this.mode = null; // that is animated
+    this.mode = null; // the animated mode
     this.trail = [];
     this.trailTime = 0; // [s]
     this.heard = performance.now() / 1000;
     this.last = null; // [s]
-    this.frame = this.world = null; // as drawn last
+    this.frame = this.world = null; // as they were last drawn
     this.target = [0, 0, 0];
     this.factor = 1;
     this.drawn = { frames: 0, since: performance.now(), rate: 0 };
@@ -71,13 +71,13 @@ class Page {
         },
         loads: (values) => { this.loads = values; this.picture.setLoads(values); },
         text: (message) => this.hear(message),
-        closed: () => notice("freeflex view does not answer: it has ended, or is busy"),
+        closed: () => notice("freeflex view does not answer: it has ended or is busy"),
       });
     }
     const step = Math.max(1, Math.ceil(body.points / MOST_FITTED)), R = rotation(body.attitude);
     this.outline = Array.from({ length: Math.ceil(body.points / step) }, (_, k) => apply(R, [...body.rest.slice(3 * step * k, 3 * step * k + 3)]));
     this.camera.face(this.outline);
-    this.isFitted = true; // until the user comes nearer or moves
+    this.isFitted = true; // until the user zooms or moves
     this.layOut();
     this.listen();
     requestAnimationFrame((now) => this.tick(now / 1000));
@@ -86,14 +86,15 @@ class Page {
   hear(message) {
     if (message.status) {
       this.status = message.status;
-      // it may have waited in the program while nothing more was heard; one clock, for it is one machine
+      // a status may have waited in the program, so its own time is used; page and program read the clock of the same
+      // machine
       this.heard = performance.now() / 1000 - Math.max(0, (1000 * Date.now() - message.status.utime) / 1e6);
     }
     if (message.modes) this.setMoving(message.modes);
     if (message.ack) this.push.answered(message.ack);
     if (message.notice !== undefined) {
       this.trouble = message.notice;
-      if (message.notice) this.status = null; // of what is not shown here
+      if (message.notice) this.status = null; // the last status belongs to another plan
     }
   }
 
@@ -105,7 +106,7 @@ class Page {
     if (body.modes < body.allModes)
       $("modes").prepend(element("p", { textContent: `the lowest ${body.modes} of ${body.allModes} modes are drawn` }));
     if (body.unknownPoints > 0)
-      $("modes").prepend(element("p", { textContent: `${body.unknownPoints} points stand still: the plan file has no shapes of them, the scene has` }));
+      $("modes").prepend(element("p", { textContent: `${body.unknownPoints} points are drawn at rest: the plan file has no mode shapes for them, the scene has` }));
     $("signals").append(...signalOptions(body));
     const hasStatus = !this.player || this.player.recording.motion.statuses?.length > 0;
     for (const key of firstSignals(body, hasStatus)) this.strips.toggle(key);
@@ -133,7 +134,7 @@ class Page {
     }
   }
 
-  /** The modes that move: [mode, peak energy [J]] each. */
+  /** Sets the modes that move, as a list of [mode, peak energy [J]]. */
   setMoving(moving) {
     const text = JSON.stringify(moving);
     if (text === this.moving) return;
@@ -198,7 +199,7 @@ class Page {
       : null;
   }
 
-  /** The frame to draw now. */
+  /** Returns the frame to draw now. */
   frameNow(now, dt) {
     if (this.mode !== null) return modeFrame(this.body, this.mode, now * MODE_TURNS);
     if (this.player) {
@@ -226,12 +227,12 @@ class Page {
     this.take(frame);
     this.world = this.picture.draw(frame, {
       camera: this.camera, factor, target, ghost: $("ghost").checked, extras: this.extras(frame, factor, target),
-      trail: this.trail.flatMap((place) => [...place.map((x, axis) => x - target[axis]), 0.45, 0.75, 0.5]),
+      trail: this.trail.flatMap((position) => [...position.map((x, axis) => x - target[axis]), 0.45, 0.75, 0.5]),
     });
     Object.assign(this, { frame, factor, target });
     this.push.tick(now);
     this.label(frame, factor, target);
-    this.beside(now, frame, factor);
+    this.updatePanel(now, frame, factor);
     ++this.drawn.frames;
   }
 
@@ -243,10 +244,10 @@ class Page {
     if (this.isFitted) this.camera.fit(this.outline, width, height);
   }
 
-  /** The trail of the centre, and samples of the strips. */
+  /** Adds the centre of mass to the trail. */
   take(frame) {
     if (this.mode !== null) return;
-    if (frame.time < this.trailTime || frame.time > this.trailTime + 1) this.trail = []; // begun anew, or sought
+    if (frame.time < this.trailTime || frame.time > this.trailTime + 1) this.trail = []; // after a reset or a seek
     this.trailTime = frame.time;
     const last = this.trail.at(-1);
     const step = last ? Math.hypot(...frame.position.map((x, axis) => x - last[axis])) : Infinity;
@@ -254,12 +255,12 @@ class Page {
     if (this.trail.length > LONGEST_TRAIL) this.trail.shift();
   }
 
-  /** One state that came: of those, not of what was drawn, are the strips made. */
+  /** Adds a received state to the strips, which show all states, not only the states that are drawn. */
   sample(frame) {
     this.strips.take(frame.time, frame, this.status, this.loads);
   }
 
-  /** Axes of body and groups, and the force that the mouse draws. */
+  /** Returns lines for the axes of the body and the groups, and for the force that the mouse applies. */
   extras(frame, factor, target) {
     const lines = [], R = rotation(frame.attitude);
     const line = (a, b, colour) => lines.push(...a, ...colour, ...b, ...colour);
@@ -272,7 +273,7 @@ class Page {
     };
     if ($("axes").checked) {
       cross(frame.position.map((x, k) => x - target[k]), 0.25 * this.body.size, 1);
-      for (const group of this.body.groups) cross(this.groupPlace(group, frame, factor, target), 0.1 * this.body.size, 0.7);
+      for (const group of this.body.groups) cross(this.groupPosition(group, frame, factor, target), 0.1 * this.body.size, 0.7);
     }
     if (this.push.point !== null) {
       const from = worldPoint(this.body, frame, this.push.point, factor).map((x, k) => x - target[k]);
@@ -282,8 +283,8 @@ class Page {
     return lines;
   }
 
-  /** Mean of some points of a group, by mass where they have any. */
-  groupPlace(group, frame, factor, target) {
+  /** Returns the mean position of some points of a group, weighted by mass unless all of them are massless. */
+  groupPosition(group, frame, factor, target) {
     const step = Math.max(1, Math.floor(group.points.length / 50));
     const sum = [0, 0, 0, 0];
     for (let k = 0; k < group.points.length; k += step) {
@@ -297,24 +298,24 @@ class Page {
   label(frame, factor, target) {
     const canvas = $("picture");
     for (const group of this.body.groups) {
-      const [x, y, depth] = project(this.world, this.groupPlace(group, frame, factor, target), canvas.clientWidth, canvas.clientHeight);
+      const [x, y, depth] = project(this.world, this.groupPosition(group, frame, factor, target), canvas.clientWidth, canvas.clientHeight);
       group.label.hidden = !$("axes").checked || depth < 0;
       group.label.style.transform = `translate(${x}px, ${y}px)`;
     }
   }
 
-  /** Text beside the picture, a few times a second. */
-  beside(now, frame, factor) {
-    if (now - (this.besideAt ?? -1) < 0.2) return;
-    this.besideAt = now;
+  /** Updates the panel next to the picture, a few times a second. */
+  updatePanel(now, frame, factor) {
+    if (now - (this.panelTime ?? -1) < 0.2) return;
+    this.panelTime = now;
     const { drawn } = this, passed = performance.now() - drawn.since;
     if (passed > 1000) Object.assign(drawn, { rate: (1000 * drawn.frames) / passed, frames: 0, since: performance.now() });
     showRows($("status"), [...statusRows(this.body, this.mode === null ? frame : null, this.status, factor, this.mode, !!this.player),
       ...(this.player ? [recordedVerdict(this.player.recording.verdict())] : []), ["picture", `${drawn.rate.toFixed(1)} frames a second`], ...this.sampling()]);
     $("status").classList.toggle("stale", !!this.live && performance.now() / 1000 - this.heard > SILENCE);
-    const scales = [...this.picture.loadScales], told = JSON.stringify(scales);
-    if (told !== this.toldScales) $("legend").replaceChildren(...colourLegend(this.body, scales));
-    this.toldScales = told;
+    const scales = [...this.picture.loadScales], scalesText = JSON.stringify(scales);
+    if (scalesText !== this.legendScales) $("legend").replaceChildren(...colourLegend(this.body, scales));
+    this.legendScales = scalesText;
     if (this.player) {
       $("bar").value = this.player.time;
       $("clock").textContent = digits(this.player.time, "s");
@@ -322,25 +323,25 @@ class Page {
     }
     if (!this.live) return;
     this.strips.draw();
-    this.sayTrouble();
+    this.showTrouble();
   }
 
-  /** How often the motion was read, and what that cannot show. */
+  /** Returns the row of the panel with the sampling rate and the frequency above which motion is aliased. */
   sampling() {
     const motion = this.player?.recording.motion;
     const rate = motion ? (motion.time.length - 1) / (motion.clock.at(-1) - motion.clock[0]) : this.strips.rate();
     if (!Number.isFinite(rate) || rate <= 0) return [];
     const some = motion && motion.allStates > motion.shownStates ? `, ${motion.shownStates} of ${motion.allStates}` : "";
-    return [["states", `${digits(rate)} a second${some}: motion above ${digits(0.5 * rate, "Hz")} looks slower`]];
+    return [["states", `${digits(rate)} a second${some}: motion above ${digits(0.5 * rate, "Hz")} is aliased`]];
   }
 
-  sayTrouble() {
+  showTrouble() {
     const silence = performance.now() / 1000 - this.heard;
     if (!this.live.isOpen) return;
     if (this.trouble) notice(this.trouble);
     else if (this.status?.mode === "fault") notice(`fault: ${this.status.fault}`);
     else if (this.status?.mode === "stopped") notice("the daemon has stopped");
-    else if (silence > SILENCE) notice(this.status ? `nothing heard of the daemon for ${silence.toFixed(0)} s` : "no daemon is heard yet");
+    else if (silence > SILENCE) notice(this.status ? `nothing heard from the daemon for ${silence.toFixed(0)} s` : "no message of a daemon has come yet");
     else if ($("notice").className === "bad" && !$("notice").textContent.startsWith("refused")) notice("");
   }
 }

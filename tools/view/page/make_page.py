@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""make_page.py OUTPUT ESBUILD DYGRAPHS: the page in one file, bundled and with the strips' library inside."""
+"""make_page.py OUTPUT ESBUILD DYGRAPHS: writes the page as one file, with its script bundled and dygraphs included."""
 
 import os
 import subprocess
@@ -21,7 +21,7 @@ def main():
     style = read(os.path.join(HERE, "style.css")) + read(os.path.join(dygraphs, "dygraph.css"))
     for mark, text in (("@STYLE@", style), ("@DYGRAPHS@", read(os.path.join(dygraphs, "dygraph.min.js"))),
                        ("@SCRIPT@", script)):
-        # a script ends at the first of these, wherever it stands
+        # a browser ends a script at the first </script, even inside a string
         page = page.replace(mark, text.replace("</script", "<\\/script"))
     with open(output, "w", encoding="utf-8") as file:
         file.write(page)

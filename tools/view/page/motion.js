@@ -1,9 +1,9 @@
-// The arithmetic of the page: where points are, how much to amplify, what lies between two frames.
+// The arithmetic of the page: positions of points, amplification, interpolation between frames.
 
-/** Largest load [N] for each kilogram of the body that is taken for rounding. */
+/** Load [N] per kilogram of the body; a smaller load is treated as a rounding error. */
 export const NO_LOAD = 1e-9;
 
-/** Elastic displacement [m] of one point, body axes: the sum over modes. */
+/** Returns the elastic displacement of one point [m] in body axes, as the sum over modes. */
 export function displacement(body, q, point) {
   const stride = 3 * body.points;
   const V = [0, 0, 0];
@@ -12,7 +12,7 @@ export function displacement(body, q, point) {
   return V;
 }
 
-/** Rows of the rotation of a quaternion w x y z, body axes to world axes. */
+/** Returns the rows of the rotation matrix, body axes to world axes, of a quaternion w x y z. */
 export function rotation([w, x, y, z]) {
   return [
     [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -25,7 +25,7 @@ export function apply(R, v) {
   return R.map((row) => row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
 }
 
-/** Rotation vector [rad] from one attitude w x y z to another, body axes of the first; the shorter way round. */
+/** Returns the rotation vector [rad], at most pi, from one attitude w x y z to another, in the body axes of the first. */
 export function rotationBetween([a, b, c, d], [w, x, y, z]) {
   const real = a * w + b * x + c * y + d * z;
   const vector = [a * x - b * w - c * z + d * y, a * y + b * z - c * w - d * x, a * z - b * y + c * x - d * w];
@@ -35,30 +35,30 @@ export function rotationBetween([a, b, c, d], [w, x, y, z]) {
   return vector.map((value) => scale * value);
 }
 
-/** Place [m] of a point in world axes, its displacement times `factor`. */
+/** Returns the position [m] of a point in world axes, with its displacement times `factor`. */
 export function worldPoint(body, frame, point, factor = 1) {
   const V = displacement(body, frame.q, point);
   const x = [0, 1, 2].map((axis) => body.rest[3 * point + axis] + factor * V[axis]);
   return apply(rotation(frame.attitude), x).map((value, axis) => value + frame.position[axis]);
 }
 
-/** Displacement [m], rms over the mass: shapes have sum m b.b = M. */
+/** Returns the displacement [m], rms weighted by mass. Mode shapes are normalised to sum m b.b = M. */
 export function rms(q) {
   let sum = 0;
   for (const value of q) sum += value * value;
   return Math.sqrt(sum);
 }
 
-/** The largest of 1, 2, 5 times a power of ten that is not above a value. */
+/** Returns the largest number that is 1, 2 or 5 times a power of ten and not above the value. */
 export function niceBelow(value) {
   const power = 10 ** Math.floor(Math.log10(value));
   const digits = value / power;
   return (digits >= 5 ? 5 : digits >= 2 ? 2 : 1) * power;
 }
 
-const SEEN = 0.04; // of the size: rms displacement that is drawn
+const SEEN = 0.04; // rms displacement in the picture, relative to the size of the body
 
-/** Amplification that makes the largest motion of late well seen; changes by whole steps of 1, 2, 5. */
+/** Chooses an amplification that makes the recent peak displacement visible, in steps of 1, 2, 5. */
 export class Amplifier {
   constructor(size) {
     this.size = size;
@@ -75,14 +75,14 @@ export class Amplifier {
   }
 }
 
-/** A frame with one mode alone, swinging: `phase` in turns. */
+/** Returns a frame with one mode in free vibration; `phase` is in periods. */
 export function modeFrame(body, mode, phase) {
   const q = new Float32Array(body.modes);
   q[mode] = SEEN * body.size * Math.sin(2 * Math.PI * phase);
   return { tick: 0, time: 0, position: [0, 0, 0], attitude: [1, 0, 0, 0], spin: [0, 0, 0], wheels: [], q };
 }
 
-/** A recording: frames by time. */
+/** A recording: frames ordered by time. */
 export class Recording {
   constructor(motion, modes) {
     this.motion = motion;
@@ -91,7 +91,7 @@ export class Recording {
     this.begin = motion.clock[0];
     this.end = motion.clock[this.count - 1];
   }
-  /** Index of the last frame that is not after a time [s] since the first tick. */
+  /** Returns the index of the last frame at or before a time [s] since the first tick. */
   before(time) {
     let low = 0, high = this.count - 1;
     while (low < high) {
@@ -110,15 +110,15 @@ export class Recording {
       q: motion.q.subarray(k * modes, (k + 1) * modes),
     };
   }
-  /** What lies between two frames is drawn straight. */
+  /** Returns the frame at a time, interpolated linearly between two frames. */
   at(time) {
     const k = this.before(time), one = this.frame(k);
     if (k + 1 >= this.count) return one;
-    const { clock } = this.motion, share = (time - clock[k]) / (clock[k + 1] - clock[k]);
-    if (!(share > 0)) return one;
+    const { clock } = this.motion, fraction = (time - clock[k]) / (clock[k + 1] - clock[k]);
+    if (!(fraction > 0)) return one;
     const other = this.frame(k + 1);
     const sign = one.attitude.reduce((sum, x, i) => sum + x * other.attitude[i], 0) < 0 ? -1 : 1;
-    const between = (a, b) => a + share * (b - a);
+    const between = (a, b) => a + fraction * (b - a);
     const attitude = one.attitude.map((x, i) => between(x, sign * other.attitude[i]));
     const norm = Math.hypot(...attitude);
     return {
@@ -128,7 +128,7 @@ export class Recording {
       q: Float32Array.from(one.q, (x, i) => between(x, other.q[i])),
     };
   }
-  /** The last loads not after a time. */
+  /** Returns the last loads at or before a time. */
   loads(time) {
     const { loadClock, loads, linksPerTick } = this.motion;
     if (!loadClock || loadClock.length === 0) return null;
@@ -136,17 +136,17 @@ export class Recording {
     while (k + 1 < loadClock.length && loadClock[k + 1] <= time) ++k;
     return loads.subarray(k * linksPerTick, (k + 1) * linksPerTick);
   }
-  /** The worst verdict of all that was recorded: {word, tick, cause}; null where no STATUS was recorded. */
+  /** Returns the worst verdict of the recording: {verdict, tick, cause}; null if it has no STATUS. */
   verdict() {
     let worst = null;
     for (const { validity, tick, validity_cause, worst_validity, worst_validity_tick, worst_validity_cause } of this.motion.statuses ?? []) {
-      for (const one of [{ word: worst_validity, tick: worst_validity_tick, cause: worst_validity_cause },
-        { word: validity, tick, cause: validity_cause }])
-        if (worst === null || one.word > worst.word) worst = one;
+      for (const one of [{ verdict: worst_validity, tick: worst_validity_tick, cause: worst_validity_cause },
+        { verdict: validity, tick, cause: validity_cause }])
+        if (worst === null || one.verdict > worst.verdict) worst = one;
     }
     return worst;
   }
-  /** The last status not after a time. */
+  /** Returns the last status at or before a time. */
   status(time) {
     let found = null;
     for (const status of this.motion.statuses ?? []) {

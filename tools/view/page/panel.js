@@ -1,9 +1,9 @@
-// What stands beside the picture: figures of the daemon, modes, signals, and notices.
+// The panel next to the picture: values of the daemon, modes, signals, and notices.
 import { nameOf } from "./blob.js";
 import { NO_LOAD } from "./motion.js";
 import { modeName } from "./strips.js";
 
-const WORDS = ["good", "watch", "outside"];
+const VERDICTS = ["good", "watch", "outside"];
 
 export function element(name, properties = {}, ...children) {
   const made = Object.assign(document.createElement(name), properties);
@@ -11,7 +11,7 @@ export function element(name, properties = {}, ...children) {
   return made;
 }
 
-/** A number for people. */
+/** Returns a number with four digits and a unit. */
 export function digits(value, unit = "") {
   if (value === null || value === undefined || !Number.isFinite(value)) return "unknown";
   const text = value === 0 || (Math.abs(value) >= 0.01 && Math.abs(value) < 1e5)
@@ -19,19 +19,19 @@ export function digits(value, unit = "") {
   return unit ? `${text} ${unit}` : text;
 }
 
-/** Row of a verdict: its word, cause and colour. */
+/** Returns the row of a verdict: verdict, cause and colour. */
 function verdictRow(name, validity, cause, when = "") {
-  const word = WORDS[validity] ?? String(validity);
-  return [name, `${word}${when}${cause ? `: ${cause}` : ""}`, `word ${word}`];
+  const verdict = VERDICTS[validity] ?? String(validity);
+  return [name, `${verdict}${when}${cause ? `: ${cause}` : ""}`, `verdict ${verdict}`];
 }
 
-/** Row of the worst verdict of a recording; `worst` as Recording.verdict. */
+/** Returns the row of the worst verdict of a recording; `worst` is the result of Recording.verdict. */
 export function recordedVerdict(worst) {
-  if (worst === null) return ["worst verdict", "no verdict in this recording: it holds no STATUS"];
-  return verdictRow("worst verdict", worst.word, worst.cause, worst.word > 0 ? `, first at tick ${worst.tick}` : " throughout");
+  if (worst === null) return ["worst verdict", "no verdict, because this recording contains no STATUS"];
+  return verdictRow("worst verdict", worst.verdict, worst.cause, worst.verdict > 0 ? `, first at tick ${worst.tick}` : " throughout");
 }
 
-/** Rows of the status table. */
+/** Returns the rows of the status table. */
 export function statusRows(body, frame, status, factor, mode, isRecorded = false) {
   const rows = [["scene", body.name]];
   if (status) rows.push(["daemon", `${status.mode}, ${status.time_mode}, ${digits(status.rate, "Hz")}`]);
@@ -43,18 +43,18 @@ export function statusRows(body, frame, status, factor, mode, isRecorded = false
     rows.push(["model error", errorText(status)]);
     rows.push(["energy", `rigid ${digits(status.kinetic_rigid, "J")}, elastic ${digits(status.kinetic_elastic + status.potential, "J")}`]);
   }
-  // what freeflex run writes has no clock
+  // recordings of freeflex run have no timings
   if (status?.window_ticks > 0) {
     rows.push(["lateness", `p50 ${digits(status.lateness_us.p50)}, p99.9 ${digits(status.lateness_us.p99_9)}, most ${digits(status.lateness_us.max, "us")}`]);
     rows.push(["compute", `p50 ${digits(status.compute_us.p50)}, p99.9 ${digits(status.compute_us.p99_9, "us")}`]);
     rows.push(["overruns", `${status.overruns}, slips ${status.slips}`]);
   }
   rows.push(["drawn", mode === null ? `displacements times ${digits(factor)}`
-    : `mode ${mode + 1} alone, slowly and at no scale`]);
+    : `mode ${mode + 1} alone, slowed down, not to scale`]);
   return rows;
 }
 
-/** How large the estimated error is beside what it is judged against. */
+/** Returns a text with the estimated error and the displacement it is compared with. */
 function errorText({ model_error: error, error_scale: scale }) {
   const share = scale > 0 ? `, ${digits((100 * error) / scale)} %` : "";
   return `displacements are off by about ${digits(error, "m")}${share} of ${digits(scale, "m")}, the tolerance or the peak displacement`;
@@ -65,7 +65,7 @@ export function showRows(table, rows) {
     element("tr", {}, element("th", { textContent: name }), element("td", { textContent: text, className: kind ?? "" }))));
 }
 
-/** Buttons of the modes: `onPick(mode)`, null for none. */
+/** Returns the buttons of the modes. A button calls `onPick(mode)`, or `onPick(null)` to show no single mode. */
 export function modeList(body, onPick) {
   const buttons = [];
   const pick = (mode) => {
@@ -80,18 +80,18 @@ export function modeList(body, onPick) {
   return buttons;
 }
 
-/** Marks the modes that move, [mode, peak energy [J]] each, and names them first, with their share of the energy. */
-export function markMoving(place, body, moving, buttons) {
+/** Highlights the modes that move ([mode, peak energy [J]] each) and lists them with their fractions of the energy. */
+export function markMoving(list, body, moving, buttons) {
   const sum = moving.reduce((all, [, energy]) => all + energy, 0);
   buttons.forEach((button, k) => button.classList.toggle("moving", moving.some(([mode]) => mode === k)));
-  place.replaceChildren(...(moving.length === 0 ? ["no mode moves"] : moving.map(([mode, energy]) => {
+  list.replaceChildren(...(moving.length === 0 ? ["no mode moves"] : moving.map(([mode, energy]) => {
     const button = element("button", { textContent: `${modeName(body, mode)}   ${digits((100 * energy) / sum)} %` });
     button.onclick = () => buttons[mode].click();
     return button;
   })));
 }
 
-/** What the colours of the picture mean: axes, and link loads up to the largest so far, a bar for each unit. */
+/** Returns the colour legend: the axes, and for each unit a bar of link loads up to the largest load so far. */
 export function colourLegend(body, scales) {
   const items = [element("span", {}, "axes ", ...["x", "y", "z"].map((name) => element("b", { className: `axis-${name}`, textContent: ` ${name}` })))];
   for (const [unit, scale] of scales) {
@@ -101,11 +101,11 @@ export function colourLegend(body, scales) {
   return items;
 }
 
-/** Options of the choice of signals. */
+/** Returns the options of the list in which signals are chosen. */
 export function signalOptions(body) {
   /** @type {[string, string[], string[]][]} */
   const groups = [["whole", ["rms:0", "attitude:0", "attitude:1", "attitude:2", "pointing:0", "rate:0", "rate:1", "rate:2", "spin:0",
-    "energy:0", "error:0", "scale:0", "word:0", "late:0", "over:0"],
+    "energy:0", "error:0", "scale:0", "verdict:0", "late:0", "over:0"],
     ["rms displacement", "attitude x", "attitude y", "attitude z", "pointing error", "angular velocity x", "angular velocity y",
       "angular velocity z", "angular velocity, magnitude", "elastic energy", "model error", "scale of the model error", "verdict",
       "lateness p99.9", "overruns"]]];

@@ -1,5 +1,5 @@
-// The body in WebGL 2. The sum over modes is done on the graphics card once a point and frame, by a pass that writes
-// places into a texture; lines and triangles look their ends up there.
+// Draws the body with WebGL 2. A first pass sums the modes for every point and writes the positions into a texture;
+// lines and triangles read the positions of their ends from it.
 import { multiply, rigid } from "./camera.js";
 import { NO_LOAD, rotation } from "./motion.js";
 
@@ -13,80 +13,80 @@ uniform sampler2D rest, amplitudes;
 uniform sampler2DArray shapes;
 uniform int modes;
 uniform float factor;
-out vec4 place;
+out vec4 position;
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy);
   vec3 V = vec3(0.0);
   for (int l = 0; l < modes; ++l)
     V += texelFetch(amplitudes, ivec2(l, 0), 0).x * texelFetch(shapes, ivec3(at, l), 0).xyz;
-  place = vec4(texelFetch(rest, at, 0).xyz + factor * V, 1.0);
+  position = vec4(texelFetch(rest, at, 0).xyz + factor * V, 1.0);
 }`;
 
-// blue for compression, grey for nothing, red for tension; grey too where the load is not known
+// blue for compression, grey for zero, red for tension; dark grey where the load is unknown
 const COLOUR = `
 vec3 colour_of(uint link) {
   if (!is_coloured) return plain;
   float value = texelFetch(figures, ivec2(int(link) % figures_width, int(link) / figures_width), 0).x;
   if (!(abs(value) < 3e38)) return plain * 0.6;
-  float share = clamp(value, -1.0, 1.0);
-  vec3 end = share < 0.0 ? vec3(0.25, 0.55, 1.0) : vec3(1.0, 0.35, 0.25);
-  return mix(vec3(0.75), end, sqrt(abs(share)));
+  float ratio = clamp(value, -1.0, 1.0);
+  vec3 end = ratio < 0.0 ? vec3(0.25, 0.55, 1.0) : vec3(1.0, 0.35, 0.25);
+  return mix(vec3(0.75), end, sqrt(abs(ratio)));
 }`;
-const PLACES = `
-uniform sampler2D places, figures;
+const POSITIONS = `
+uniform sampler2D positions, figures;
 uniform usampler2D items;
-uniform int places_width, items_width, figures_width;
+uniform int positions_width, items_width, figures_width;
 uniform bool is_coloured;
 uniform vec3 plain;
 uniform mat4 camera;
-vec3 place_of(uint point) {
-  return texelFetch(places, ivec2(int(point) % places_width, int(point) / places_width), 0).xyz;
+vec3 position_of(uint point) {
+  return texelFetch(positions, ivec2(int(point) % positions_width, int(point) / positions_width), 0).xyz;
 }
 uvec4 item_of(int k) { return texelFetch(items, ivec2(k % items_width, k / items_width), 0); }
 ` + COLOUR;
-const LINE_VERTEX = HEAD + PLACES + `
+const LINE_VERTEX = HEAD + POSITIONS + `
 out vec3 colour;
 void main() {
   uvec4 line = item_of(gl_VertexID >> 1);
   colour = colour_of(line.z);
-  gl_Position = camera * vec4(place_of((gl_VertexID & 1) == 0 ? line.x : line.y), 1.0);
+  gl_Position = camera * vec4(position_of((gl_VertexID & 1) == 0 ? line.x : line.y), 1.0);
 }`;
-const TRIANGLE_VERTEX = HEAD + PLACES + `
+const TRIANGLE_VERTEX = HEAD + POSITIONS + `
 uniform vec3 light;
 out vec3 colour;
 void main() {
   uvec4 corners = item_of(gl_VertexID / 3);
-  vec3 a = place_of(corners.x), b = place_of(corners.y), c = place_of(corners.z);
+  vec3 a = position_of(corners.x), b = position_of(corners.y), c = position_of(corners.z);
   vec3 normal = normalize(cross(b - a, c - a));
   colour = colour_of(corners.w) * (0.35 + 0.65 * abs(dot(normal, light)));
   int k = gl_VertexID % 3;
   gl_Position = camera * vec4(k == 0 ? a : k == 1 ? b : c, 1.0);
 }`;
-const POINT_VERTEX = HEAD + PLACES + `
+const POINT_VERTEX = HEAD + POSITIONS + `
 uniform float pixels;
 out vec3 colour;
 void main() {
   colour = plain;
   gl_PointSize = pixels;
-  gl_Position = camera * vec4(place_of(uint(gl_VertexID)), 1.0);
+  gl_Position = camera * vec4(position_of(uint(gl_VertexID)), 1.0);
 }`;
 const PLAIN_VERTEX = HEAD + `
-layout(location = 0) in vec3 place;
+layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 tint;
 uniform mat4 camera;
 out vec3 colour;
-void main() { colour = tint; gl_Position = camera * vec4(place, 1.0); }`;
+void main() { colour = tint; gl_Position = camera * vec4(position, 1.0); }`;
 const FRAGMENT = HEAD + `
 in vec3 colour;
 uniform float opacity;
 out vec4 result;
 void main() { result = vec4(colour, opacity); }`;
 
-/** Points beyond which none is drawn by itself. */
+/** If a body has more points than this, they are not drawn as dots. */
 const MOST_DOTS = 20000;
 
 export class Picture {
-  /** Throws where there is no WebGL 2, or none that can write floats. */
+  /** Throws if the browser has no WebGL 2, or if WebGL cannot write floats. */
   constructor(canvas, body) {
     const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
     if (!gl) throw new Error("this browser has no WebGL 2");
@@ -125,12 +125,12 @@ export class Picture {
     }
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
-    const places = {};
+    const locations = {};
     for (let k = 0; k < gl.getProgramParameter(program, gl.ACTIVE_UNIFORMS); ++k) {
       const { name } = gl.getActiveUniform(program, k);
-      places[name] = gl.getUniformLocation(program, name);
+      locations[name] = gl.getUniformLocation(program, name);
     }
-    return { program, places };
+    return { program, locations };
   }
 
   texture(format, width, height, external, type, data) {
@@ -162,10 +162,10 @@ export class Picture {
     this.nearest(gl.TEXTURE_2D_ARRAY);
     this.amplitudes = this.texture(gl.R32F, Math.max(1, this.modes), 1, gl.RED, gl.FLOAT,
       new Float32Array(Math.max(1, this.modes)));
-    this.places = this.texture(gl.RGBA32F, width, height, gl.RGBA, gl.FLOAT, null);
+    this.positions = this.texture(gl.RGBA32F, width, height, gl.RGBA, gl.FLOAT, null);
     this.frame = gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.frame);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.places, 0);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.positions, 0);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
 
     const items = (ends, links, of) => {
@@ -188,11 +188,11 @@ export class Picture {
     this.figuresTexture = this.texture(gl.R32F, this.figuresWidth, this.figures.length / this.figuresWidth, gl.RED,
       gl.FLOAT, this.figures);
     this.isColoured = false;
-    /** The largest load seen so far, by unit: colours compare over time. */
+    /** Largest load so far for each unit, so that colours are comparable over time. */
     this.loadScales = new Map();
   }
 
-  /** Loads of the published links, in their order; nothing: no colours. Each unit has a scale of its own. */
+  /** Sets the loads of the published links, in the order of the links; null: no colours. Each unit has its own scale. */
   setLoads(values) {
     const { gl, body } = this;
     this.isColoured = !!values;
@@ -209,15 +209,15 @@ export class Picture {
       gl.FLOAT, this.figures);
   }
 
-  bind(unit, target, texture, place) {
+  bind(unit, target, texture, location) {
     const { gl } = this;
     gl.activeTexture(gl.TEXTURE0 + unit);
     gl.bindTexture(target, texture);
-    gl.uniform1i(place, unit);
+    gl.uniform1i(location, unit);
   }
 
   sum(q, factor) {
-    const { gl } = this, { program, places } = this.programs.sum;
+    const { gl } = this, { program, locations } = this.programs.sum;
     gl.bindTexture(gl.TEXTURE_2D, this.amplitudes);
     if (this.modes > 0)
       gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, this.modes, 1, gl.RED, gl.FLOAT, Float32Array.from(q).subarray(0, this.modes));
@@ -226,51 +226,51 @@ export class Picture {
     gl.disable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
     gl.useProgram(program);
-    this.bind(0, gl.TEXTURE_2D, this.rest, places.rest);
-    this.bind(1, gl.TEXTURE_2D, this.amplitudes, places.amplitudes);
-    this.bind(2, gl.TEXTURE_2D_ARRAY, this.shapes, places.shapes);
-    gl.uniform1i(places.modes, this.modes);
-    gl.uniform1f(places.factor, factor);
+    this.bind(0, gl.TEXTURE_2D, this.rest, locations.rest);
+    this.bind(1, gl.TEXTURE_2D, this.amplitudes, locations.amplitudes);
+    this.bind(2, gl.TEXTURE_2D_ARRAY, this.shapes, locations.shapes);
+    gl.uniform1i(locations.modes, this.modes);
+    gl.uniform1f(locations.factor, factor);
     gl.bindVertexArray(this.empty);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
   items(name, texture, item, mode, count, camera, plain, opacity, isColoured, more = (_) => {}) {
-    const { gl } = this, { program, places } = this.programs[name];
+    const { gl } = this, { program, locations } = this.programs[name];
     if (count === 0) return;
     gl.useProgram(program);
-    this.bind(0, gl.TEXTURE_2D, texture, places.places);
-    if (item) this.bind(1, gl.TEXTURE_2D, item.texture, places.items);
-    this.bind(2, gl.TEXTURE_2D, this.figuresTexture, places.figures);
+    this.bind(0, gl.TEXTURE_2D, texture, locations.positions);
+    if (item) this.bind(1, gl.TEXTURE_2D, item.texture, locations.items);
+    this.bind(2, gl.TEXTURE_2D, this.figuresTexture, locations.figures);
     gl.activeTexture(gl.TEXTURE0);
-    gl.uniform1i(places.places_width, this.width);
-    if (item) gl.uniform1i(places.items_width, item.width);
-    gl.uniform1i(places.figures_width, this.figuresWidth);
-    gl.uniform1i(places.is_coloured, isColoured && this.isColoured ? 1 : 0);
-    gl.uniform3fv(places.plain, plain);
-    gl.uniformMatrix4fv(places.camera, false, Float32Array.from(camera));
-    gl.uniform1f(places.opacity, opacity);
-    more(places);
+    gl.uniform1i(locations.positions_width, this.width);
+    if (item) gl.uniform1i(locations.items_width, item.width);
+    gl.uniform1i(locations.figures_width, this.figuresWidth);
+    gl.uniform1i(locations.is_coloured, isColoured && this.isColoured ? 1 : 0);
+    gl.uniform3fv(locations.plain, plain);
+    gl.uniformMatrix4fv(locations.camera, false, Float32Array.from(camera));
+    gl.uniform1f(locations.opacity, opacity);
+    more(locations);
     gl.bindVertexArray(this.empty);
     gl.drawArrays(mode, 0, count);
   }
 
-  /** Line segments with colours, in world axes from the target: [x, y, z, r, g, b, ...]. */
+  /** Draws coloured line segments; positions are in world axes, relative to the target: [x, y, z, r, g, b, ...]. */
   plain(vertices, camera, mode, opacity = 1) {
-    const { gl } = this, { program, places } = this.programs.plain;
+    const { gl } = this, { program, locations } = this.programs.plain;
     gl.useProgram(program);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.plainBuffer);
     gl.bufferData(gl.ARRAY_BUFFER, Float32Array.from(vertices), gl.DYNAMIC_DRAW);
-    gl.uniformMatrix4fv(places.camera, false, Float32Array.from(camera));
-    gl.uniform1f(places.opacity, opacity);
+    gl.uniformMatrix4fv(locations.camera, false, Float32Array.from(camera));
+    gl.uniform1f(locations.opacity, opacity);
     gl.bindVertexArray(this.plainArray);
     gl.drawArrays(mode, 0, vertices.length / 6);
   }
 
   /**
-   * Draws one frame. `target`: the place in the world that the camera looks at. `extras`: more lines for plain().
-   * Returns the matrix from world axes about the target to clip coordinates.
+   * Draws one frame. `target`: the position in the world that the camera looks at. `extras`: additional lines, passed to
+   * plain(). Returns the matrix from world axes, with the target at the origin, to clip coordinates.
    */
   draw(frame, { camera, factor, target, ghost, extras = [], trail = [] }) {
     const { gl, canvas } = this;
@@ -285,15 +285,15 @@ export class Picture {
     const R = rotation(frame.attitude);
     const about = frame.position.map((x, axis) => x - target[axis]);
     const whole = multiply(world, rigid(R, about));
-    // light from the eye, in body axes
+    // direction of the light, which comes from the eye, in body axes
     const { back } = camera.axes();
     const light = [0, 1, 2].map((k) => R[0][k] * back[0] + R[1][k] * back[1] + R[2][k] * back[2]);
-    this.items("triangles", this.places, this.triangles, gl.TRIANGLES, 3 * this.triangles.count, whole,
-      [0.55, 0.65, 0.75], 1, true, (places) => gl.uniform3fv(places.light, light));
-    this.items("lines", this.places, this.lines, gl.LINES, 2 * this.lines.count, whole, [0.85, 0.87, 0.9], 1, true);
+    this.items("triangles", this.positions, this.triangles, gl.TRIANGLES, 3 * this.triangles.count, whole,
+      [0.55, 0.65, 0.75], 1, true, (locations) => gl.uniform3fv(locations.light, light));
+    this.items("lines", this.positions, this.lines, gl.LINES, 2 * this.lines.count, whole, [0.85, 0.87, 0.9], 1, true);
     if (this.body.points <= MOST_DOTS)
-      this.items("dots", this.places, null, gl.POINTS, this.body.points, whole, [1, 0.8, 0.35], 1, false,
-        (places) => gl.uniform1f(places.pixels, this.body.points > 2000 ? 2 : 5));
+      this.items("dots", this.positions, null, gl.POINTS, this.body.points, whole, [1, 0.8, 0.35], 1, false,
+        (locations) => gl.uniform1f(locations.pixels, this.body.points > 2000 ? 2 : 5));
     if (ghost)
       this.items("lines", this.rest, this.lines, gl.LINES, 2 * this.lines.count, whole, [0.6, 0.6, 0.7], 0.3, false);
     if (trail.length > 6) this.plain(trail, world, gl.LINE_STRIP, 0.8);

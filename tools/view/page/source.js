@@ -1,8 +1,8 @@
-// Where frames come from: a daemon by way of the program's socket, or a recording.
+// Sources of frames: a daemon, through the program's socket, or a recording.
 import { parseMessage } from "./blob.js";
 import { Recording } from "./motion.js";
 
-/** Frames of a daemon. `on` has state(frame), loads(values), text(message), closed(). */
+/** Receives frames of a daemon. Calls the functions of `on`: state(frame), loads(values), text(message), closed(). */
 export class Live {
   constructor(url, on) {
     this.on = on;
@@ -36,7 +36,7 @@ export class Live {
   }
 }
 
-/** A recording that plays. */
+/** Plays a recording. */
 export class Player {
   constructor(motion, modes) {
     this.recording = new Recording(motion, modes);

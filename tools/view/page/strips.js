@@ -1,16 +1,16 @@
-// Values over time, drawn by dygraphs: one strip a quantity.
+// Draws values over time with dygraphs, in one strip per quantity.
 import { displacement, rms, rotationBetween } from "./motion.js";
 import { modeNumber, nameOf } from "./blob.js";
 import { digits, element } from "./panel.js";
 
-const KEPT = 60; // [s] of a live motion
+const KEPT = 60; // [s] length of a live motion that is kept
 const MOST_SAMPLES = 20000;
 
 const DEGREES = 180 / Math.PI;
 const AXES = ["x", "y", "z"];
 const MOST_WHEELS = 8;
 
-/** What can be drawn: key -> {strip, label, read(frame, status, loads)}. Signals of one strip have one unit. */
+/** Returns the signal of a key: {strip, label, read(frame, status, loads)}. Signals of one strip have the same unit. */
 export function signalOf(body, key) {
   const [kind, index] = key.split(":"), k = Number(index);
   const of = (strip, label, read) => ({ strip, label, read });
@@ -35,33 +35,33 @@ export function signalOf(body, key) {
     case "wheel": return of("angular momenta of wheels [N m s]", body.wheels[k], (frame) => frame.wheels[k] ?? null);
     case "energy": return ofStatus("elastic energy [J]", "energy", (s) => s.kinetic_elastic + s.potential);
     case "error": return ofStatus("model error [m]", "estimate", (s) => s.model_error);
-    case "scale": return ofStatus("model error [m]", "judged against", (s) => s.error_scale);
-    case "word": return ofStatus("verdict: 0 good, 1 watch, 2 outside", "verdict", (s) => s.validity);
+    case "scale": return ofStatus("model error [m]", "compared with", (s) => s.error_scale);
+    case "verdict": return ofStatus("verdict: 0 good, 1 watch, 2 outside", "verdict", (s) => s.validity);
     case "late": return ofStatus("lateness of ticks [us]", "p99.9", (s) => s.lateness_us.p99_9);
     case "over": return ofStatus("overruns [ticks]", "overruns", (s) => s.overruns);
     default: return null;
   }
 }
 
-/** A mode by its number and frequency. */
+/** Returns a mode's number and frequency. */
 export function modeName(body, k) {
   return `mode ${modeNumber(body, k)}, ${body.frequencies[k] === 0 ? "mechanism" : digits(body.frequencies[k], "Hz")}`;
 }
 
-/** What a page begins with, but for the modes that move. `hasStatus`: STATUS is there to be read. */
+/** Returns the signals that are shown at first, except the modes that move. `hasStatus`: there are STATUS messages. */
 export function firstSignals(body, hasStatus) {
   const axes = (kind) => [0, 1, 2].map((k) => `${kind}:${k}`);
   const wheels = body.wheels.slice(0, MOST_WHEELS).map((_, k) => `wheel:${k}`);
   return [...(body.modes > 0 ? ["rms:0"] : []), ...axes("attitude"), "pointing:0", ...axes("rate"), ...wheels,
-    ...(hasStatus ? ["energy:0", "error:0", "scale:0", "word:0"] : [])];
+    ...(hasStatus ? ["energy:0", "error:0", "scale:0", "verdict:0"] : [])];
 }
 
-// told apart on black
+// colours that can be distinguished on black
 const COLOURS = ["#6db3f2", "#f2b35c", "#7dd68a", "#ff8a7a", "#c9a0f0", "#5cd6d0", "#f07fb8", "#d8d86a"];
 
-/** Only what is in the window is drawn anew. */
-function isSeen(place) {
-  const { top, bottom } = place.getBoundingClientRect();
+/** Returns true if an element is visible in the window; only visible strips are redrawn. */
+function isSeen(holder) {
+  const { top, bottom } = holder.getBoundingClientRect();
   return bottom > 0 && top < window.innerHeight;
 }
 
@@ -72,13 +72,13 @@ const rankOf = ({ strip }) => {
 };
 
 export class Strips {
-  /** @param onTime called with a time when it is clicked, where that means something */
+  /** @param onTime called with the time at which a strip was clicked */
   constructor(element, body, onTime) {
     this.element = element;
     this.body = body;
     this.onTime = onTime;
-    this.times = []; // [s], the same for all
-    this.signals = new Map(); // key -> {signal, values: one a time, null before it was asked for}
+    this.times = []; // [s] the same for all signals
+    this.signals = new Map(); // key -> {signal, values: one per time, null before the signal was added}
     this.graphs = new Map(); // strip -> {graph, keys}
     this.moving = []; // keys of modes that are shown because they move
     this.now = null;
@@ -94,7 +94,7 @@ export class Strips {
     const signal = signalOf(this.body, key);
     if (signal) this.signals.set(key, { signal, values: new Array(this.times.length).fill(null) });
   }
-  /** Shows the modes that move, by their indices, in place of those that did. True where that is a change. */
+  /** Shows the modes that move, given by index, and hides those shown before. Returns true if the modes changed. */
   follow(modes) {
     const keys = modes.map((mode) => `mode:${mode}`);
     if (keys.length === this.moving.length && keys.every((key) => this.moving.includes(key))) return false;
@@ -112,9 +112,9 @@ export class Strips {
     for (const [key, { signal }] of inOrder) {
       if (!this.graphs.has(signal.strip)) {
         const title = element("div", { className: "title", textContent: signal.strip });
-        const legend = element("div", { className: "legend" }), place = element("div", { className: "strip" });
-        this.element.append(title, legend, place);
-        this.graphs.set(signal.strip, { legend, place, keys: [], graph: null });
+        const legend = element("div", { className: "legend" }), holder = element("div", { className: "strip" });
+        this.element.append(title, legend, holder);
+        this.graphs.set(signal.strip, { legend, holder, keys: [], graph: null });
       }
       this.graphs.get(signal.strip).keys.push(key);
     }
@@ -124,11 +124,11 @@ export class Strips {
     this.times = [];
     for (const one of this.signals.values()) one.values = [];
   }
-  /** One sample of every signal at a time [s]. */
+  /** Adds one sample of every signal at a time [s]. */
   take(time, frame, status, loads) {
     const last = this.times.at(-1);
     if (time === last) return;
-    if (time < last) this.clear(); // begun anew
+    if (time < last) this.clear(); // after a reset
     this.times.push(time);
     for (const { signal, values } of this.signals.values()) values.push(signal.read(frame, status, loads));
     let old = 0;
@@ -137,11 +137,11 @@ export class Strips {
     this.times.splice(0, old);
     for (const { values } of this.signals.values()) values.splice(0, old);
   }
-  /** [1/s] of the samples. */
+  /** Returns the rate of the samples [1/s]. */
   rate() {
     return (this.times.length - 1) / (this.times.at(-1) - this.times[0]);
   }
-  /** The whole of a recording. */
+  /** Fills the strips with a whole recording. */
   fill(recording) {
     const step = Math.max(1, Math.ceil(recording.count / MOST_SAMPLES));
     this.clear();
@@ -153,10 +153,10 @@ export class Strips {
     }
     this.draw(true);
   }
-  /** `isWhole`: also what is not in the window. */
+  /** Draws the strips. `isWhole`: draws also the strips outside the window. */
   draw(isWhole = false) {
     for (const one of this.graphs.values()) {
-      if (one.graph && !isWhole && !isSeen(one.place)) continue;
+      if (one.graph && !isWhole && !isSeen(one.holder)) continue;
       const all = one.keys.map((key) => this.signals.get(key));
       const labels = ["time [s]", ...all.map(({ signal }) => signal.label)];
       const rows = this.times.map((time, k) => [time, ...all.map(({ values }) => values[k] ?? null)]);
@@ -165,7 +165,7 @@ export class Strips {
         one.graph.updateOptions({ file: rows });
         continue;
       }
-      one.graph = new (/** @type {any} */ (globalThis).Dygraph)(one.place, rows, {
+      one.graph = new (/** @type {any} */ (globalThis).Dygraph)(one.holder, rows, {
         labels, labelsDiv: one.legend, colors: COLOURS, legend: "always", height: 100, connectSeparatedPoints: true, strokeWidth: 1.3,
         axisLabelFontSize: 10, axisLineColor: "#556", gridLineColor: "#2a2e36", axisLabelWidth: 60,
         digitsAfterDecimal: 6, axes: { y: { pixelsPerLabel: 16, axisLabelFormatter: (value) => digits(value) } },
@@ -174,10 +174,10 @@ export class Strips {
       });
     }
   }
-  /** Where a recording stands. */
+  /** Marks the present time of a recording. */
   setNow(time) {
     this.now = time;
-    for (const one of this.graphs.values()) if (isSeen(one.place)) one.graph?.updateOptions({});
+    for (const one of this.graphs.values()) if (isSeen(one.holder)) one.graph?.updateOptions({});
   }
   mark(context, area, graph) {
     if (this.now === null) return;

@@ -1,0 +1,347 @@
+#include "core/plan/unmodelled.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/plan/histories.hpp"
+#include "core/scene/bodies.hpp"
+#include "core/step/loads.hpp"
+#include "core/structure/particles.hpp"
+
+namespace freeflex {
+namespace {
+
+constexpr double kLeastSeparation = 0.05;  // [-] smallest |omega_u^2 - omega_l^2| / omega_l^2 in a divisor
+
+constexpr std::array<std::array<int, 2>, 6> kSpinProducts{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
+using Products = Eigen::Matrix<double, 1, 6>;
+
+// Returns the coefficients of the products of the components of w in S . X, with S = (w.w) 1 - w w^T.
+Products of_spin(const Eigen::Matrix3d& X) {
+  Products row;
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    const auto [a, b] = kSpinProducts[static_cast<std::size_t>(k)];
+    row[k] = a == b ? X.trace() - X(a, a) : -(X(a, b) + X(b, a));
+  }
+  return row;
+}
+
+Eigen::Matrix3d field_of(const Structure& structure, Eigen::Index mode) {
+  Eigen::Matrix3d Y = Eigen::Matrix3d::Zero();  // Y_l,ab = sum m r_a b_l,b   (THEORY 8.15)
+  const Particles& particles = structure.particles;
+  const Eigen::MatrixXd& shapes = particle_shapes(structure);
+  for (Eigen::Index i = 0; i < particles.mass.size(); ++i)
+    Y += particles.mass[i] * particles.r.col(i) * shapes.block<3, 1>(3 * i, mode).transpose();
+  Y = (0.5 * (Y + Y.transpose())).eval();
+  if (structure.matrix_sums.field.rows() > 0) {
+    const Eigen::VectorXd own = structure.matrix_sums.field.col(mode);
+    Y += (Eigen::Matrix3d() << own[0], own[3], own[4], own[3], own[1], own[5], own[4], own[5], own[2])
+             .finished();
+  }
+  return Y;
+}
+
+// returns the symmetric part of sum m b_l b_u^T / M, including the second-order displacement by the rotation
+// of bodies, sum m r g_lu / M (THEORY 12.46)
+Eigen::Matrix3d outer_of(const Structure& structure, const std::vector<RotatingBody>& bodies, int l, int u) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  const Particles& particles = structure.particles;
+  const Eigen::MatrixXd& shapes = particle_shapes(structure);
+  for (Eigen::Index i = 0; i < particles.mass.size(); ++i) {
+    const double share = particles.mass[i] / structure.mass_properties.mass;
+    const Eigen::Vector3d b = shapes.block<3, 1>(3 * i, l), c = shapes.block<3, 1>(3 * i, u);
+    sum += 0.5 * share * (b * c.transpose() + c * b.transpose());
+  }
+  for (const RotatingBody& body : bodies) {
+    const Eigen::Matrix3d second_order = second_order_of_pair(body, l, u) / structure.mass_properties.mass;
+    sum += 0.5 * (second_order + second_order.transpose());
+  }
+  return sum;
+}
+
+// returns s_lu = sum m b_l x b_u / M, with one column for each mode u
+Eigen::Matrix3Xd crosses_of(const Structure& structure, int l) {
+  const Eigen::MatrixXd& shapes = particle_shapes(structure);
+  const Eigen::Index size = shapes.rows();
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, size);
+  for (Eigen::Index i = 0; i < size; i += 3) {
+    const Eigen::Vector3d b =
+        structure.particles.mass[i / 3] / structure.mass_properties.mass * shapes.block<3, 1>(i, l);
+    rows(0, i + 1) = -b[2], rows(0, i + 2) = b[1];
+    rows(1, i + 2) = -b[0], rows(1, i) = b[2];
+    rows(2, i) = -b[1], rows(2, i + 1) = b[0];
+  }
+  return rows * shapes;
+}
+
+// Computes the stiffness of each pair of modes by the spin, per product of the components of w. It is the
+// geometric stiffness by the quasi-static response to the centrifugal load; below the coupled rungs, w^T (sum
+// m (b.b 1 - b b^T)) w is subtracted (THEORY X141).
+class SpinRows {
+ public:
+  SpinRows(const Scene& scene, const Structure& whole, const RungTraits& rung, const Eigen::MatrixXd& rows)
+      : whole_(whole), rung_(rung), bodies_(rotating_bodies(scene, whole)) {
+    // rungs with the spin load already have this stiffness, because it follows from their loads
+    prestress_ = Eigen::MatrixXd::Zero(rows.rows(), 6);
+    if (rung.takes_spin_load) return;
+    const Prestress& prestress = whole.prestress;
+    for (Eigen::Index v = 0; v < whole.omega.size(); ++v)
+      if (const double c = whole.mass_properties.mass * whole.omega[v] * whole.omega[v]; c > 0.0) {
+        Eigen::VectorXd column = rows.col(v);
+        // for the integrated modes, the third derivatives include this stiffness   (THEORY X147)
+        for (std::size_t k = 0; k < prestress.pairs.size() && v < prestress.num_shadowed; ++k)
+          if (prestress.pairs[k][0] < prestress.num_shadowed &&
+              prestress.pairs[k][1] < prestress.num_shadowed)
+            column[static_cast<Eigen::Index>(k)] = 0.0;
+        prestress_ += column * of_spin(field_of(whole, v) / c);
+      }
+  }
+
+  Products row(Eigen::Index pair, int l, int u) const {
+    Products row = prestress_.row(pair);
+    if (!rung_.couples) row -= whole_.mass_properties.mass * of_spin(outer_of(whole_, bodies_, l, u));
+    return row;
+  }
+
+ private:
+  const Structure& whole_;
+  const RungTraits& rung_;
+  std::vector<RotatingBody> bodies_;
+  Eigen::MatrixXd prestress_;  // (pairs x 6)
+};
+
+// Holds the effect of Coriolis forces on mode l through the modes that are not partners of l, per product of
+// the components of w (THEORY X141).
+struct FarCoriolis {
+  Products shift = Products::Zero();     // [-] -4 (w . s_lu)^2 omega_l^2 / (omega_u^2 - omega_l^2) over w^2
+  Products transfer = Products::Zero();  // [s^2] (2 omega_l w . s_lu / (omega_u^2 - omega_l^2))^2 over w^2
+};
+FarCoriolis far_coriolis(const Structure& whole, const Prestress& prestress, int l,
+                         const Eigen::Matrix3Xd& crosses) {
+  FarCoriolis far;
+  const double square = whole.omega[l] * whole.omega[l];
+  for (int u = 0; u < static_cast<int>(whole.omega.size()) && square > 0.0; ++u) {
+    const Prestress::Pair pair{std::min(l, u), std::max(l, u)};
+    if (std::find(prestress.pairs.begin(), prestress.pairs.end(), pair) != prestress.pairs.end()) continue;
+    double separation = whole.omega[u] * whole.omega[u] - square;
+    if (std::abs(separation) < kLeastSeparation * square)
+      separation = std::copysign(kLeastSeparation * square, separation);
+    const Eigen::Vector3d s = crosses.col(u);
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      const auto [a, b] = kSpinProducts[static_cast<std::size_t>(k)];
+      const double product = (a == b ? 4.0 : 8.0) * square * s[a] * s[b];
+      far.shift[k] -= product / separation;
+      far.transfer[k] += product / (separation * separation);
+    }
+  }
+  return far;
+}
+
+// Returns the stiffness of a pair of modes per acceleration a_B of the frame and per angular acceleration w':
+// a_B . sum m g_lu + w' . G_lu   (THEORY 12.56)
+Products push_row(const std::vector<RotatingBody>& bodies, int l, int u) {
+  Products row = Products::Zero();
+  for (const RotatingBody& body : bodies) {
+    row.head<3>() += moved_centre(body, l, u);
+    const Eigen::Matrix3d G = second_order_of_pair(body, l, u);
+    row.tail<3>() += Eigen::RowVector3d(G(1, 2) - G(2, 1), G(2, 0) - G(0, 2), G(0, 1) - G(1, 0));
+  }
+  return row;
+}
+
+// Returns a bound of the displacement by the spin, over w^2 [m s^2], for masses on inner coordinates, which
+// belong to no point. By Cauchy's inequality it is the root of the sum over modes of (M - sum m b.b) S / (M
+// omega_l^2)^2. The inner sum is over particles; S is the second moment of mass of the rigid body about its
+// first point   (THEORY X143).
+double inner_load(const Scene& scene, const Structure& whole, const std::vector<int>& modes) {
+  double moment = 0.0;
+  for (const Link& link : scene.links)
+    if (const auto* matrix = std::get_if<MatrixLink>(&link.kind);
+        matrix != nullptr && matrix->num_inner > 0) {
+      const PointMass body = rigid_body_of(scene, link);
+      moment += 0.5 * body.inertia.trace() + body.mass * body.offset.squaredNorm();
+    }
+  if (moment == 0.0) return 0.0;
+  const double mass = whole.mass_properties.mass;
+  const Eigen::MatrixXd& shapes = particle_shapes(whole);
+  double sum = 0.0;
+  for (const int mode : modes) {
+    const double square = whole.omega[mode] * whole.omega[mode];
+    if (square == 0.0) continue;
+    double inside = mass;
+    for (Eigen::Index i = 0; i < whole.particles.mass.size(); ++i)
+      inside -= whole.particles.mass[i] * shapes.block<3, 1>(3 * i, mode).squaredNorm();
+    sum += std::max(0.0, inside) * moment / (mass * mass * square * square);
+  }
+  return std::sqrt(sum);
+}
+
+// Returns max(1, max |b_l|^2 / 4) over the points of matrices and rigid links, whose internal forces are
+// unknown. Here |b_l| of a point is its displacement over the mass-weighted rms. It is 2 at the ends of a
+// free beam, and far more at a light point between heavy ends (THEORY X143).
+double unquantified_factor(const Scene& scene, const Structure& whole, int mode) {
+  constexpr double kSquareOfBeamEnd = 4.0;
+  double most = 0.0;
+  for (const Link& link : scene.links)
+    if (std::holds_alternative<MatrixLink>(link.kind) || std::holds_alternative<Rigid>(link.kind))
+      for (const int point : link.points)
+        most = std::max(most, whole.shapes.block<3, 1>(3 * Eigen::Index{point}, mode).squaredNorm());
+  return std::max(1.0, most / kSquareOfBeamEnd);
+}
+
+// Returns true for a link of unknown internal forces, in the sense of PlanUnmodelled::has_unquantified.
+bool is_unquantified(const Link& link) {
+  const LinkTraits kind = traits_of(link);
+  return kind.effect == LinkEffect::kForbids || std::holds_alternative<MatrixLink>(link.kind) ||
+         std::holds_alternative<Plate>(link.kind) || has_mass(link);
+}
+
+// Returns the link, among those of unknown internal forces, whose points a mode moves most; -1: there is no
+// such link.
+std::int32_t unquantified_link(const Scene& scene, const Structure& whole, int mode) {
+  double most = 0.0;
+  std::int32_t found = -1;
+  for (std::size_t k = 0; k < scene.links.size(); ++k) {
+    if (!is_unquantified(scene.links[k])) continue;
+    if (found < 0) found = static_cast<std::int32_t>(k);
+    for (const int point : scene.links[k].points) {
+      const double square = whole.shapes.block<3, 1>(3 * Eigen::Index{point}, mode).squaredNorm();
+      if (square > most) most = square, found = static_cast<std::int32_t>(k);
+    }
+  }
+  return found;
+}
+
+template <typename Row>
+void append(const Row& row, Array& rows) {
+  rows.insert(rows.end(), row.begin(), row.end());
+}
+
+// Fills the third derivatives of the strain energy with respect to the lowest modes of the plan,
+// Gamma_abc = C_ab,c + C_bc,a + C_ac,b   (THEORY X147), and the forms H_r of the fourth order
+// (THEORY X146).
+void fill_high_orders(const Prestress& prestress, const Eigen::MatrixXd& rows, const Eigen::MatrixXd& quartic,
+                      const std::vector<int>& modes, PlanUnmodelled& unmodelled) {
+  const auto row_of = [&](int l, int u) {
+    const Prestress::Pair pair{std::min(l, u), std::max(l, u)};
+    return std::find(prestress.pairs.begin(), prestress.pairs.end(), pair) - prestress.pairs.begin();
+  };
+  const auto n = static_cast<std::size_t>(
+      std::lower_bound(modes.begin(), modes.end(), prestress.num_shadowed) - modes.begin());
+  unmodelled.num_shadowed = static_cast<std::int32_t>(n);
+  for (Eigen::Index form = 0; form < quartic.rows(); form += quartic.cols())
+    for (std::size_t a = 0; a < n; ++a)
+      for (std::size_t b = 0; b < n; ++b)
+        unmodelled.quartic.forms.push_back(quartic(form + modes[a], modes[b]));
+  Eigen::MatrixXi row(n, n);
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = 0; b < n; ++b)
+      row(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) =
+          static_cast<int>(row_of(modes[a], modes[b]));
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = a; b < n; ++b)
+      for (std::size_t c = 0; c < n; ++c) {
+        const auto i = static_cast<Eigen::Index>(a), j = static_cast<Eigen::Index>(b),
+                   k = static_cast<Eigen::Index>(c);
+        const double third =
+            rows(row(i, j), modes[c]) + rows(row(j, k), modes[a]) + rows(row(i, k), modes[b]);
+        unmodelled.shadow_rows.push_back(a == b ? 0.5 * third : third);
+      }
+}
+
+}  // namespace
+
+void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSpec& spec, Plan& plan) {
+  const RungTraits& rung = traits_of(plan.fidelity);
+  PlanUnmodelled& unmodelled = plan.unmodelled;
+  unmodelled.is_known = true;
+  unmodelled.tolerance = scene.tolerance;
+  unmodelled.is_rigid = !rung.has_modes && whole.omega.size() > 0;
+  if (!rung.has_modes) return;
+  const Prestress& prestress = whole.prestress;
+  const Eigen::MatrixXd& rows = rung.has_true_geometry ? prestress.bent_rows : prestress.rows;
+  const Eigen::MatrixXd& rate_rows = rung.has_true_geometry ? prestress.bent_rate_rows : prestress.rate_rows;
+  const bool damps = !rate_rows.isZero(0.0);
+  // no table includes the effect of spin and loads on mass within links, on mass inside matrices, and on
+  // wheels
+  unmodelled.has_unquantified =
+      prestress.has_unquantified || !scene.wheels.empty() ||
+      std::any_of(scene.links.begin(), scene.links.end(), [](const Link& link) { return has_mass(link); });
+  if (whole.kept.is_subset)
+    unmodelled.lacks_modes = LacksModes::kNotKept;
+  else if (spec.modes.size() < static_cast<std::size_t>(whole.omega.size()) &&
+           scene.leave_out.tolerance > 0.0)
+    unmodelled.lacks_modes = LacksModes::kSmallModes;
+  std::vector<int> index_in_plan(static_cast<std::size_t>(whole.omega.size()), -1);
+  for (std::size_t k = 0; k < spec.modes.size(); ++k)
+    index_in_plan[static_cast<std::size_t>(spec.modes[k])] = static_cast<int>(k);
+  const bool has_unquantified_link = std::any_of(scene.links.begin(), scene.links.end(), is_unquantified);
+  const SpinRows spin(scene, whole, rung, rows);
+  const std::vector<RotatingBody> bodies = rotating_bodies(scene, whole);
+  unmodelled.bodies.inner_load = inner_load(scene, whole, spec.modes);
+  int crossed = -1;
+  Eigen::Matrix3Xd crosses;
+  for (std::size_t k = 0; k < prestress.pairs.size(); ++k) {
+    const auto [l, u] = prestress.pairs[k];
+    const int at_l = index_in_plan[static_cast<std::size_t>(l)],
+              at_u = index_in_plan[static_cast<std::size_t>(u)];
+    if (l == u && at_l < 0 && whole.omega[l] > 0.0) {
+      const double c = whole.mass_properties.mass * whole.omega[l] * whole.omega[l];
+      const auto left_out = static_cast<Eigen::Index>(k);
+      append(Eigen::RowVectorXd(rows.row(left_out)(spec.modes) / c), unmodelled.left_out_rows);
+      append(Products(spin.row(left_out, l, u) / c), unmodelled.left_out_spin);
+      unmodelled.named.left_out.push_back(l + 1);
+      unmodelled.named.left_out_frequency.push_back(whole.omega[l] / (2.0 * M_PI));
+    }
+    if (at_l < 0 || at_u < 0) continue;
+    unmodelled.pairs.push_back({at_l, at_u});
+    if (l == u) {
+      const Eigen::VectorXd& root =
+          rung.has_true_geometry ? prestress.bent_root_quartic : prestress.root_quartic;
+      unmodelled.root_quartic.push_back(root[l]);
+      if (prestress.has_unquantified)
+        unmodelled.bodies.unquantified_factor.push_back(unquantified_factor(scene, whole, l));
+      if (has_unquantified_link) unmodelled.named.links.push_back(unquantified_link(scene, whole, l));
+      ++unmodelled.num_judged;
+    }
+    const auto pair = static_cast<Eigen::Index>(k);
+    append(Eigen::RowVectorXd(rows.row(pair)(spec.modes)), unmodelled.load_rows);
+    if (damps) append(Eigen::RowVectorXd(rate_rows.row(pair)(spec.modes)), unmodelled.rate_rows);
+    Products products = spin.row(pair, l, u);
+    if (std::exchange(crossed, l) != l) crosses = crosses_of(whole, l);
+    if (l == u && !rung.couples) {
+      const FarCoriolis far = far_coriolis(whole, prestress, l, crosses);
+      products += whole.mass_properties.mass * far.shift;
+      append(far.transfer, unmodelled.coriolis_transfer);
+    }
+    append(products, unmodelled.spin_rows);
+    if (!bodies.empty() && !rung.couples) append(push_row(bodies, l, u), unmodelled.bodies.push_rows);
+    append(Eigen::Vector3d(crosses.col(u)), unmodelled.coriolis_rows);
+  }
+  fill_high_orders(prestress, rows, rung.has_true_geometry ? prestress.bent_quartic : prestress.quartic,
+                   spec.modes, unmodelled);
+  for (std::int32_t c = 0; c < unmodelled.num_shadowed; ++c)
+    append(of_spin(field_of(whole, spec.modes[static_cast<std::size_t>(c)])), unmodelled.inertia_rows);
+  for (std::size_t k = 0; k < scene.loads.size(); ++k) {
+    Array arms;
+    const SumsOnPoints sums = sums_of(scene.loads[k], plan);
+    set_arms(plan, sums, arms);
+    unmodelled.load_arms.insert(unmodelled.load_arms.end(), arms.begin(), arms.end());
+    if (prestress.has_unquantified) unmodelled.bodies.load_sizes.push_back(size_of_forces(sums));
+  }
+  if (rung.takes_spin_load || rung.couples) return;
+  Eigen::Matrix<double, 6, 6> left_out = Eigen::Matrix<double, 6, 6>::Zero();
+  for (int mode = 0; mode < static_cast<int>(whole.omega.size()); ++mode) {
+    const Products load = of_spin(field_of(whole, mode));
+    const double stiffness = whole.mass_properties.mass * whole.omega[mode] * whole.omega[mode];
+    if (index_in_plan[static_cast<std::size_t>(mode)] >= 0)
+      append(load, unmodelled.spin_loads);
+    else if (stiffness > 0.0)
+      left_out += load.transpose() * load / (stiffness * stiffness);
+  }
+  for (Eigen::Index row = 0; row < 6; ++row) append(left_out.row(row), unmodelled.spin_left_out);
+}
+
+}  // namespace freeflex

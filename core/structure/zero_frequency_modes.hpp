@@ -1,0 +1,17 @@
+// Finds and names the mechanisms among the lowest modes of a large structure.
+#pragma once
+
+#include "core/structure/sparse_system.hpp"
+
+namespace freeflex {
+
+/// Separates the mechanisms, whose strain by unit rows is a rounding error, from the other lowest modes
+/// (THEORY 16.39). They become the first modes with omega exactly 0, and Structure::mechanisms names them.
+/// \param rounding  [-] relative error of the directions in unit rows
+/// \param x         m-orthonormal motions (num_all x n); the lowest motions are rotated
+/// \return          number of mechanisms
+Eigen::Index separate_mechanisms(const Scene& scene, const SparseSystem& system, const Freedoms& freedoms,
+                                 const MassProperties& body, double rounding, Structure& structure,
+                                 Eigen::MatrixXd& x);
+
+}  // namespace freeflex

@@ -1,0 +1,357 @@
+// The verdict on a motion is never good if the motion is wrong, and not outside if it is right.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include "core/plan/make_plan.hpp"
+#include "core/plan/quasi_static.hpp"
+#include "core/validity/judgement.hpp"
+#include "tests/motion/rung_cases.hpp"
+#include "tests/motion/verdict_truth.hpp"
+#include "tests/motion/watched.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Level = Verdict::Level;
+
+struct Judged {
+  Verdict now, worst;
+  std::string text;
+};
+Judged judged(const Scene& scene, double end) {
+  Watched watched(scene);
+  Judgement judgement(watched.plan);
+  judgement.take(watched.state, watched.budget);
+  for (std::int64_t k = 0; k < std::llround(end / watched.plan.period); ++k) {
+    watched.run(1);
+    judgement.take(watched.state, watched.budget);
+  }
+  return {judgement.now(), judgement.worst(), text_of(watched.plan, judgement.now())};
+}
+
+// 11 points of 1 kg and ten equal beams of 1 m along x: the lowest bending mode is at 8.785 rad/s, and EI /
+// L^2 is 22 N.
+constexpr double kLowest = 8.785, kThrust = 22.0;
+Scene free_beam(Fidelity rung) {
+  Scene scene;
+  for (int k = 0; k <= 10; ++k)
+    scene.points.push_back({"p" + std::to_string(k), 1.0, {1.0 * k, 0.0, 0.0}, Eigen::Vector3d::Zero()});
+  for (int k = 0; k < 10; ++k) {
+    Link link;
+    link.name = "b" + std::to_string(k);
+    link.points = {k, k + 1};
+    link.kind =
+        Beam{.EA = 1e7, .GJ = 2000.0, .EI_y = 2200.0, .EI_z = 2200.0, .y_axis = Eigen::Vector3d::UnitY()};
+    scene.links.push_back(link);
+  }
+  scene.fidelity = rung;
+  scene.rate = 500.0;
+  scene.initial.modes = {{1, 1e-3, 0.0}, {2, 1e-3, 0.0}};
+  return scene;
+}
+
+constexpr Fidelity kBending[] = {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
+                                 Fidelity::kExactBars, Fidelity::kFull};
+
+// At a spin of 0.34 omega_1 the true frequency out of the plane of spin is higher by a factor of 1.17, so the
+// motion is out of phase within a period or two.
+TEST(Verdict, ASpinningBeamIsNeverGoodOnAnyRung) {
+  for (const Fidelity rung : kBending)
+    for (const double spin : {0.06, 0.11, 0.34}) {
+      Scene scene = free_beam(rung);
+      scene.initial.angular_velocity = {0.0, 0.0, spin * kLowest};
+      EXPECT_NE(judged(scene, 4.0).now.level, Level::kGood) << name_of(rung) << " " << spin;
+    }
+}
+
+// At a spin of 0.02 omega_1 the relative stiffness change is 3.05 * 0.02^2 = 1.2e-3, so after a second the
+// phase differs by 8.785 * 1.2e-3 / 2 = 0.5 %.
+TEST(Verdict, ASlowlySpinningBeamIsGoodOnRungsWithSmallError) {
+  for (const Fidelity rung : kBending) {
+    Scene scene = free_beam(rung);
+    scene.initial.angular_velocity = {0.0, 0.0, 0.02 * kLowest};
+    const Judged motion = judged(scene, 1.0);
+    std::printf("%-11s %s, %.2f %% of the scale\n", name_of(rung), name_of(motion.now.level),
+                100.0 * motion.now.error / motion.now.scale);
+    if (rung == Fidelity::kSeparated)
+      continue;  // the separated rung also omits centrifugal stretch and Coriolis forces
+    EXPECT_EQ(motion.now.level, Level::kGood) << name_of(rung) << " " << motion.text;
+    EXPECT_NEAR(motion.now.error / motion.now.scale, 0.005, 0.003) << name_of(rung);
+  }
+}
+
+TEST(Verdict, AThrustingBeamIsNeverGoodOnAnyRung) {
+  for (const Fidelity rung : kBending)
+    for (const Axes axes : {Axes::kBody, Axes::kLocal}) {
+      Scene scene = free_beam(rung);
+      Load thrust;
+      thrust.axes = axes;
+      thrust.forces = {{0, {20.0 * kThrust, 0.0, 0.0}}};
+      scene.loads = {thrust};
+      EXPECT_NE(judged(scene, 4.0).now.level, Level::kGood) << name_of(rung);
+    }
+}
+
+// Returns the frequency of the first mode from the times between its zeros.
+double frequency(const Scene& scene, double end) {
+  Simulation simulation(scene);
+  double before = simulation.state.q[0], first = -1.0, last = 0.0;
+  int count = 0;
+  for (std::int64_t k = 1; k <= std::llround(end / simulation.plan.period); ++k) {
+    simulation.run(1);
+    const double now = simulation.state.q[0];
+    if (before * now < 0.0) {
+      last = (static_cast<double>(k) - now / (now - before)) * simulation.plan.period;
+      if (first < 0.0) first = last;
+      ++count;
+    }
+    before = now;
+  }
+  return M_PI * (count - 1) / (last - first);
+}
+
+// The expected frequencies, 7.4122 and 4.6101 rad/s, come from the determinant of the condensed matrix of ten
+// elements with consistent geometric stiffness, point masses and a thrust along the rotated end (an
+// independent program in Python). Without thrust the frequency is 8.7853 rad/s. If the stiffness of the
+// internal forces were omitted, the frequency would rise.
+TEST(Followers, InternalForcesOfFollowersChangeTheStiffnessOfTheBeam) {
+  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled, Fidelity::kFull})
+    for (const auto& [thrust, expected] : {std::pair{0.0, 8.7853}, {440.0, 7.4122}, {1320.0, 4.6101}}) {
+      Scene scene = free_beam(rung);
+      scene.initial.modes = {{1, 1e-5, 0.0}};
+      scene.rate = 2000.0;
+      Load load;
+      load.axes = Axes::kLocal;
+      load.forces = {{0, {thrust, 0.0, 0.0}}};
+      if (thrust > 0.0) scene.loads = {load};
+      const double omega = frequency(scene, 10.0);
+      std::printf("%-11s %6.0f N: %.4f rad/s, expected %.4f\n", name_of(rung), thrust, omega, expected);
+      // other modes change the frequency by 1e-3
+      EXPECT_NEAR(omega, expected, 1.5e-3 * expected);
+    }
+}
+
+// A pair of dead end loads of pi^2 EI / L^2 buckles the beam. It bends from an infinitesimal amplitude, and a
+// linear rung does not show this.
+TEST(Verdict, ABucklingBeamIsOutsideBeforeItBends) {
+  for (const auto& [share, is_good] : {std::pair{0.001, true}, {0.6, false}, {1.1, false}}) {
+    Scene scene = free_beam(Fidelity::kSpinLoaded);
+    scene.initial.modes.clear();
+    const double load = share * M_PI * M_PI * kThrust;
+    Load ends;
+    ends.axes = Axes::kBody;
+    ends.forces = {{0, {load, 0.0, 0.0}}, {10, {-load, 0.0, 0.0}}};
+    scene.loads = {ends};
+    scene.damping.modal_ratio = 0.01;
+    const Verdict verdict = judged(scene, 1.0).now;
+    if (share > 1.0) {
+      EXPECT_EQ(verdict.level, Level::kOutside) << share;
+      EXPECT_EQ(verdict.cause, Verdict::Cause::kBuckling) << share;
+    }
+    EXPECT_EQ(verdict.level == Level::kGood, is_good) << share;
+  }
+}
+
+TEST(Verdict, ABodyAtRestWithANegligibleSpinIsGood) {
+  Scene scene = boxed_truss(1e-9, 0.0);
+  scene.loads.clear();
+  EXPECT_EQ(judged(scene, 0.2).worst.level, Level::kGood);
+}
+
+// The same motion has the same verdict, whatever the plan publishes.
+TEST(Verdict, DoesNotDependOnWhatIsPublished) {
+  Scene all = boxed_truss(0.0, 10000.0), unpublished = all;
+  unpublished.publication.points.clear();
+  const Judged of_all = judged(all, 0.5), of_none = judged(unpublished, 0.5);
+  EXPECT_EQ(of_all.now.level, Level::kOutside);
+  EXPECT_EQ(of_none.text, of_all.text);
+  EXPECT_EQ(of_none.worst.tick, of_all.worst.tick);
+}
+
+// Errors of past horizons are included in the verdict.
+TEST(Verdict, TheVerdictOnALongRunIncludesPastHorizons) {
+  Scene scene = watched_truss(Fidelity::kSeparated, 0.5, 0.2);
+  const Judged brief = judged(scene, 0.45), late = judged(scene, 4.05);
+  std::printf("error %.1e m within one horizon, %.1e m after eight\n", brief.now.error, late.now.error);
+  EXPECT_GT(late.now.error, 2.0 * brief.now.error);
+  EXPECT_NE(late.now.level, Level::kGood);
+}
+
+// Errors are measured relative to the displacement that remains, not to the large displacement of a past
+// deployment.
+TEST(Verdict, ASettledBodyIsGoodAndItsPastDeploymentDoesNotExcuseLaterErrors) {
+  Scene scene = free_beam(Fidelity::kSeparated);
+  scene.damping.modal_ratio = 0.05;
+  EXPECT_EQ(judged(scene, 20.0).now.level, Level::kGood);
+  scene.initial.angular_velocity = {0.0, 0.0, 0.3 * kLowest};
+  const Judged spinning = judged(scene, 120.0);
+  EXPECT_NE(spinning.now.level, Level::kGood) << spinning.text;
+}
+
+TEST(Verdict, IsAtBestWatchIfAnErrorIsUnquantified) {
+  Scene rigid = free_beam(Fidelity::kRigid);
+  rigid.initial.modes.clear();
+  rigid.initial.angular_velocity = {0.0, 0.0, 0.1};
+  EXPECT_EQ(judged(rigid, 0.1).now.cause, Verdict::Cause::kRigid);
+
+  Scene fast = free_beam(Fidelity::kCoupled);
+  Load load;
+  load.forces = {{0, {0.0, 1e-6, 0.0}}};
+  load.history = SineHistory{fast.rate / 5.0, 0.0};
+  fast.loads = {load};
+  EXPECT_EQ(judged(fast, 0.1).now.cause, Verdict::Cause::kFastLoad);
+
+  Scene near = free_beam(Fidelity::kCoupled);
+  near.attractor.mu = 1.0;
+  near.attractor.position = {0.0, 0.0, -150.0};  // a distance of 30 times the size
+  EXPECT_EQ(judged(near, 0.1).now.cause, Verdict::Cause::kAttractor);
+
+  // the beam is given as a matrix, so its internal forces are unknown
+  Scene matrix = as_matrix(free_beam(Fidelity::kCoupled));
+  EXPECT_EQ(judged(matrix, 4.0).now.level, Level::kGood) << "the body is at rest and deforms little";
+  matrix.initial.angular_velocity = {0.0, 0.0, 0.34 * kLowest};
+  const Judged spinning = judged(matrix, 4.0);
+  EXPECT_EQ(spinning.now.level, Level::kWatch) << spinning.text;
+  EXPECT_EQ(spinning.now.cause, Verdict::Cause::kUnquantified);
+}
+
+// The state does not show the amplitudes that commands excite in omitted modes.
+TEST(Verdict, IsAtBestWatchIfACommandPushesOmittedModes) {
+  for (const double tolerance : {0.01, 0.2}) {
+    Scene scene = free_beam(Fidelity::kSeparated);
+    scene.publication.points = {10};
+    scene.pushable = {10};
+    scene.leave_out.tolerance = tolerance;
+    Watched watched(scene);
+    ASSERT_LT(watched.plan.num_elastic, 27) << "modes must be omitted";
+    Judgement judgement(watched.plan);
+    Budget no_budget;
+    const auto after = [&](const Inputs& first) {
+      watched.run(1, first);
+      judgement.take(watched.state, no_budget);
+      for (int k = 0; k < 500; ++k) {
+        watched.run(1);
+        judgement.take(watched.state, no_budget);
+      }
+      std::printf("%s\n", describe(watched.plan, judgement.now()).c_str());
+      return judgement.now();
+    };
+    judgement.take(watched.state, no_budget);
+    EXPECT_EQ(after({}).level, Level::kGood);
+    ForceCommand command = make_command(1, 1, Axes::kBody, 50);
+    add_force(command, 10, {0.0, 0.1, 0.0});
+    const Verdict pushed = after({std::span(&command, 1)});
+    EXPECT_EQ(pushed.level == Level::kGood, tolerance < kGoodElastic);
+    if (tolerance > kGoodElastic) {
+      EXPECT_EQ(pushed.cause, Verdict::Cause::kTruncation);
+    }
+  }
+}
+
+// Two opposite pushes hardly move the kept modes. The deformation is in the omitted modes.
+TEST(Verdict, PushesThatCancelInTheKeptModesAreNotGood) {
+  Scene scene;
+  for (int k = 0; k < 6; ++k)
+    add_point(scene, 10.0,
+              {2.0 * std::cos(k * M_PI / 3.0), 2.0 * std::sin(k * M_PI / 3.0), k % 2 == 1 ? 0.8 : -0.8});
+  const int a = add_point(scene, 1.0, {-0.3, 0.05, 0.0}), b = add_point(scene, 1.0, {0.3, 0.0, 0.05});
+  for (int i = 0; i < 6; ++i) {
+    add_link(scene, {a, i}, Spring{300.0 + 10.0 * i});
+    add_link(scene, {b, i}, Spring{320.0 + 8.0 * i});
+    for (int j = i + 1; j < 6; ++j) add_link(scene, {i, j}, Spring{200.0 + 11.0 * i + j});
+  }
+  add_link(scene, {a, b}, Spring{2e4});
+  publish_everything(scene);
+  scene.pushable = {a, b};
+  scene.rate = 1000.0;
+  scene.damping.modal_ratio = 0.02;
+  scene.leave_out.tolerance = 0.02;
+  scene.leave_out.on_need = OnNeed::kRefuse;
+  Watched watched(scene);
+  ASSERT_LT(watched.plan.num_elastic, 18) << "modes must be omitted";
+  Judgement judgement(watched.plan);
+  Budget no_budget;
+  judgement.take(watched.state, no_budget);
+  const Eigen::Vector3d apart = (scene.points[static_cast<std::size_t>(b)].position -
+                                 scene.points[static_cast<std::size_t>(a)].position)
+                                    .normalized();
+  ForceCommand command = make_command(0, 1, Axes::kWorld);
+  add_force(command, a, -5.0 * apart);
+  add_force(command, b, 5.0 * apart);
+  for (int k = 0; k < 1000; ++k) {
+    watched.run(1, k == 0 ? Inputs{std::span(&command, 1)} : Inputs{});
+    judgement.take(watched.state, no_budget);
+  }
+  EXPECT_NE(judgement.now().level, Level::kGood);
+  EXPECT_EQ(judgement.now().cause, Verdict::Cause::kTruncation);
+}
+
+// A small load acts across the beam and an end thrust along it. The thrust reduces the lowest bending
+// stiffness by 29 % (7.41 instead of 8.79 rad/s).
+TEST(Verdict, TheVerdictOnAQuasiStaticAnswerDependsOnTheStiffnessChangeByTheLoad) {
+  Scene scene = free_beam(Fidelity::kSpinLoaded);
+  scene.initial.modes.clear();
+  publish_everything(scene);
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  const auto plan = make_full_plan(scene, *structure, Fidelity::kSpinLoaded, faults);
+  ASSERT_TRUE(plan);
+  const auto judge = [&](double thrust, double spin) {
+    const PointForce forces[] = {
+        {0, 0, {thrust, 1e-3, 0.0}}, {5, 0, {0.0, -2e-3, 0.0}}, {10, 0, {0.0, 1e-3, 0.0}}};
+    std::string error;
+    const auto state = quasi_static(*plan, {forces, {}, {0.0, 0.0, spin}}, error);
+    if (!state) throw std::runtime_error(error);
+    const Verdict verdict = judge_steady(*plan, *state);
+    std::printf("thrust %6.1f N, spin %.2f rad/s: %.2e of the scale, %s\n", thrust, spin,
+                verdict.error / verdict.scale, describe(*plan, verdict).c_str());
+    return verdict;
+  };
+  EXPECT_EQ(judge(0.0, 0.0).level, Level::kGood);
+  EXPECT_LT(judge(0.0, 0.0).error / judge(0.0, 0.0).scale, 1e-5);
+  EXPECT_NE(judge(20.0 * kThrust, 0.0).level, Level::kGood);
+  EXPECT_NE(judge(-20.0 * kThrust, 0.0).level, Level::kGood);
+  EXPECT_NE(judge(0.0, 0.34 * kLowest).level, Level::kGood);
+}
+
+// Structures with links of every kind. tests/motion/verdict_long_test has three hundred of them, and three
+// hundred of a seed on which no constant was tuned.
+TEST(Verdict, IsTrueForRandomStructures) {
+  VerdictCounts counts;
+  // a cloud, a matrix, a chain, a mixture, plates, and a cloud whose modes resonate
+  for (const long long seed : {24LL, 31LL, 80LL, 100LL, 119LL, 20261122156LL})
+    judge_scene(static_cast<std::uint64_t>(seed), counts);
+  expect_true_verdicts(counts);
+}
+
+TEST(Automatic, AutoChoosesNoRungWhoseVerdictIsOutside) {
+  Scene scene = free_beam(Fidelity::kSeparated);
+  scene.initial.angular_velocity = {0.0, 0.0, 0.34 * kLowest};
+  scene.automatic = AutomaticRung{{}, {}, 0.1, 2.0, {}};
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  EXPECT_FALSE(make_plan(scene, *structure, faults));
+  ASSERT_TRUE(has_error(faults));
+  EXPECT_NE(faults.back().message.find("outside: model"), std::string::npos) << faults.back().message;
+}
+
+// How a matrix carries its forces is unknown, so the verdict is at best watch. The cheapest rung that meets
+// the tolerance is chosen, with a warning.
+TEST(Automatic, AutoChoosesARungWhoseVerdictIsWatchWithAWarning) {
+  Scene scene = as_matrix(free_beam(Fidelity::kSeparated));
+  scene.initial.angular_velocity = {0.0, 0.0, 0.05 * kLowest};
+  scene.automatic = AutomaticRung{{}, {}, 0.1, 2.0, {}};
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  EXPECT_TRUE(make_plan(scene, *structure, faults));
+  ASSERT_FALSE(faults.empty());
+  EXPECT_NE(faults.back().message.find("its verdict is watch: not modelled: the forces inside matrix"),
+            std::string::npos)
+      << faults.back().message;
+}
+
+}  // namespace
+}  // namespace freeflex::testing
