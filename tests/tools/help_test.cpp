@@ -1,4 +1,4 @@
-// --help says what the fields of --json are: every one that a command prints.
+// --help documents every field that a command prints with --json.
 #include <gtest/gtest.h>
 
 #include <regex>
@@ -13,7 +13,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Four points and six springs with a kick, every field of whose plan and run is there.
+/// Holds a scene of four points and six springs with a pulse of force. The JSON of its plan and run has every
+/// field.
 const std::string kScene =
     "name: tetrahedron\nfidelity: auto\ntolerance: {elastic: 0.5, horizon: 0.05}\n"
     "error_budget: {horizon: 0.05}\npoints:\n"
@@ -23,74 +24,73 @@ const std::string kScene =
     "loads:\n  - {name: kick, forces: {d: [0.3, 0.5, 0.2]}, pulse: {start: 0, duration: 0.02}}\n"
     "leave_out: {on_need: refuse}\n";
 
-/// What tools/README.md says of a command.
+/// Returns the notes on a command that the documentation shows below the output of its --help.
 std::string section_of(const std::string& command) {
-  const std::string all = read_text(std::string(FREEFLEX_SOURCE_DIR) + "/tools/README.md");
-  const std::size_t begin = all.find("\n## freeflex " + command + "\n");
-  EXPECT_NE(begin, std::string::npos) << command;
-  return all.substr(std::min(all.size(), begin), all.find("\n## ", begin + 1) - begin);
+  return read_text(std::string(FREEFLEX_SOURCE_DIR) + "/tools/docs/commands/" + command + ".md");
 }
 
 class Help : public ::testing::Test {
  protected:
   Help() { write_text(folder_ / "scene.yaml", kScene); }
-  /// The JSON of a command line in the folder of the scene; its first word is the command, every field of
-  /// which must be in the help.
-  Json expect_said(const std::string& arguments, int exit_code = 0) {
+  /// Runs a command line, whose first word is the command, in the folder of the scene. Returns its JSON, and
+  /// expects every field in the help.
+  Json expect_documented(const std::string& arguments, int exit_code = 0) {
     const Outcome outcome = run("cd " + folder_.path() + " && " + kFreeflex + " " + arguments);
     EXPECT_EQ(outcome.exit_code, exit_code) << arguments << outcome.err;
     const Json json = Json::parse(outcome.out, nullptr, false);
     EXPECT_TRUE(json.is_object()) << arguments << outcome.out;
     const std::string help = run(kFreeflex + " " + arguments.substr(0, arguments.find(' ')) + " --help").out;
     EXPECT_TRUE(contains(help, "JSON fields:")) << help;
-    EXPECT_EQ(unsaid(json, help.substr(std::min(help.size(), help.find("JSON fields:")))), "") << arguments;
-    // of studies the document says the uppermost fields alone
+    EXPECT_EQ(undocumented(json, help.substr(std::min(help.size(), help.find("JSON fields:")))), "")
+        << arguments;
+    // for studies the documentation lists only the top-level fields
     if (!arguments.starts_with("report")) {
-      EXPECT_EQ(unsaid(json, section_of(arguments.substr(0, arguments.find(' ')))), "") << arguments;
+      EXPECT_EQ(undocumented(json, section_of(arguments.substr(0, arguments.find(' ')))), "") << arguments;
     }
     return json;
   }
   TemporaryFolder folder_;
 };
 
-TEST_F(Help, SaysTheJsonFieldsOfWhatLooksAtAScene) {
+TEST_F(Help, ListsTheJsonFieldsOfCommandsThatExamineAScene) {
   write_text(folder_ / "bad.yaml", "points:\n  - {name: a, mass: -1, at: [0, 0, 0]}\n");
-  expect_said("check --json scene.yaml");
-  expect_said("check --json bad.yaml", 2);
-  expect_said("modes --json scene.yaml");
-  expect_said("modes --json " + kGolden + "chain.yaml");
-  expect_said("inspect --json scene.yaml");
-  expect_said("inspect --json " + kGolden + "chain.yaml");
-  expect_said("loads --json scene.yaml --force d=1,0,0");
-  const Json plan = expect_said("plan --json scene.yaml");
+  expect_documented("check --json scene.yaml");
+  expect_documented("check --json bad.yaml", 2);
+  expect_documented("modes --json scene.yaml");
+  expect_documented("modes --json " + kGolden + "chain.yaml");
+  expect_documented("inspect --json scene.yaml");
+  expect_documented("inspect --json " + kGolden + "chain.yaml");
+  expect_documented("loads --json scene.yaml --force d=1,0,0");
+  const Json plan = expect_documented("plan --json scene.yaml");
   EXPECT_FALSE(plan["rungs_tried"].empty());
   EXPECT_FALSE(plan["budget_steps"].empty());
-  EXPECT_FALSE(plan["parts"].empty());
+  EXPECT_FALSE(plan["features"].empty());
 }
 
-TEST_F(Help, SaysTheJsonFieldsOfWhatRunsAScene) {
-  EXPECT_EQ(expect_said("compile --json scene.yaml -o scene.plan")["fingerprint"].get<std::string>().size(),
-            16u);
-  const Json flown = expect_said("run --json scene.yaml --until 0.1 --out a.log");
+TEST_F(Help, ListsTheJsonFieldsOfCommandsThatRunAScene) {
+  EXPECT_EQ(
+      expect_documented("compile --json scene.yaml -o scene.plan")["fingerprint"].get<std::string>().size(),
+      16u);
+  const Json flown = expect_documented("run --json scene.yaml --until 0.1 --out a.log");
   EXPECT_TRUE(flown["errors"]["estimate"].is_object()) << flown;
-  expect_said("replay --json a.log");
-  expect_said("replay --json none.log", 2);
+  expect_documented("replay --json a.log");
+  expect_documented("replay --json none.log", 2);
 }
 
-TEST_F(Help, SaysTheJsonFieldsOfStudies) {
+TEST_F(Help, ListsTheJsonFieldsOfStudies) {
   const Json report =
-      expect_said("report --json --repeats 1 --until 0.05 --budget 0.2 --estimates 1 scene.yaml");
+      expect_documented("report --json --repeats 1 --until 0.05 --budget 0.2 --estimates 1 scene.yaml");
   EXPECT_FALSE(report["scenes"][0]["comparisons"].empty());
   EXPECT_FALSE(report["estimates"]["scenes"].empty());
-  // the first cases tell all fields
+  // the first cases already have all fields
   const Outcome cut = run("timeout -s INT 1 " + kFreeflex + " stability --quick --json; true");
   const Json table = Json::parse(cut.out, nullptr, false);
   ASSERT_TRUE(table.is_object()) << cut.out << cut.err;
   EXPECT_FALSE(table["cases"].empty());
-  EXPECT_EQ(unsaid(table, run(kFreeflex + " stability --help").out), "");
+  EXPECT_EQ(undocumented(table, run(kFreeflex + " stability --help").out), "");
 }
 
-// a link of every kind of value, and one of each that has its own column
+// the scene has one link of each kind with its own columns
 TEST_F(Help, NamesTheColumnsOfATable) {
   write_text(folder_ / "links.yaml",
              "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
@@ -107,28 +107,30 @@ TEST_F(Help, NamesTheColumnsOfATable) {
   std::istringstream header(outcome.out.substr(0, outcome.out.find('\n')));
   for (std::string column; std::getline(header, column, ',');) {
     const std::size_t last = column.rfind('.');
-    std::string said = column;
+    std::string expected = column;
     if (column.starts_with("q") && std::isdigit(static_cast<unsigned char>(column.back())) != 0)
-      said = column.starts_with("q_dot") ? "q_dot1.." : "q1..";
+      expected = column.starts_with("q_dot") ? "q_dot1.." : "q1..";
     else if (last != std::string::npos)
-      said = column.substr(0, column.find('.')) + ".NAME" +
-             (std::isdigit(static_cast<unsigned char>(column.back())) != 0 ? ".1 .." : column.substr(last));
-    // components stand in a row behind the first: point.NAME.x y z [m], vx vy vz
+      expected =
+          column.substr(0, column.find('.')) + ".NAME" +
+          (std::isdigit(static_cast<unsigned char>(column.back())) != 0 ? ".1 .." : column.substr(last));
+    // the help shows a prefix only for the first component: point.NAME.x y z [m], vx vy vz
     if (column.starts_with("point.") || column.starts_with("group.")) {
-      EXPECT_TRUE(contains(help, said.substr(0, said.rfind('.')) + ".x")) << said;
-      EXPECT_TRUE(std::regex_search(help, std::regex("[ .]" + column.substr(last + 1) + "[ ,;]"))) << said;
+      EXPECT_TRUE(contains(help, expected.substr(0, expected.rfind('.')) + ".x")) << expected;
+      EXPECT_TRUE(std::regex_search(help, std::regex("[ .]" + column.substr(last + 1) + "[ ,;]")))
+          << expected;
       continue;
     }
-    EXPECT_TRUE(contains(help, said)) << column << " as " << said << " in " << help;
+    EXPECT_TRUE(contains(help, expected)) << column << " as " << expected << " in " << help;
     if (column.starts_with("link.")) {
-      EXPECT_TRUE(contains(document, said.substr(0, said.find(' ')))) << said;
+      EXPECT_TRUE(contains(document, expected.substr(0, expected.find(' ')))) << expected;
     }
   }
   for (const char* kind : {"dashpot", "rigid link", "bending or torsion", "plate"})
     EXPECT_TRUE(contains(help, kind)) << kind;
 }
 
-TEST_F(Help, NamesTheExitCodeOfAnInterruptWhereSomethingIsKeptOrSaid) {
+TEST_F(Help, NamesTheExitCodeOfAnInterruptThatLeavesResults) {
   for (const char* command : {"report", "stability", "run", "replay"}) {
     const std::string help = run(kFreeflex + " " + command + " --help").out;
     EXPECT_TRUE(contains(help.substr(std::min(help.size(), help.find("Exit codes"))), "130 interrupted"))
@@ -147,7 +149,7 @@ TEST_F(Help, FitsTheScreen) {
     std::istringstream lines(help);
     for (std::string line; std::getline(lines, line);)
       EXPECT_LE(line.size(), 120u) << program << ": " << line;
-    // asked for before the command, it is the same
+    // --help before the command gives the same text
     if (const std::size_t blank = program.rfind(' '); blank != std::string::npos) {
       EXPECT_EQ(run(kFreeflex + " --help" + program.substr(blank)).out, help) << program;
     }

@@ -1,4 +1,4 @@
-// One version and one advice, wherever the tree says either.
+// The version and the advice on multicast routes are the same everywhere in the tree.
 #include <gtest/gtest.h>
 
 #include "service/io/wire/versions.hpp"
@@ -10,7 +10,7 @@ namespace {
 const std::string kVersion = FREEFLEX_PROJECT_VERSION;
 const std::string kSource = FREEFLEX_SOURCE_DIR;
 
-/// Files of the tree that hold the text, but for pictures.
+/// Returns the files of the tree that contain the text, except pictures and logs.
 std::string files_with(const std::string& text) {
   std::string found;
   auto entry = std::filesystem::recursive_directory_iterator(kSource);
@@ -27,7 +27,7 @@ std::string files_with(const std::string& text) {
   return found;
 }
 
-TEST(Version, IsOneOfProgramsMessagesAndPackages) {
+TEST(Version, IsTheSameInProgramsMessagesAndPackages) {
   for (const char* name : {"freeflex", "freeflex-study", "freeflexd"}) {
     const Outcome outcome = run(std::string(FREEFLEX_BIN_DIR) + "/" + name + " --version");
     EXPECT_TRUE(contains(outcome.out, " " + kVersion + "\n")) << outcome.out;
@@ -40,16 +40,17 @@ TEST(Version, IsOneOfProgramsMessagesAndPackages) {
   EXPECT_TRUE(contains(read_text(FREEFLEX_BUILD_DIR "/freeflex.pc"), "Version: " + kVersion + "\n"));
 }
 
-TEST(Version, OfTheMessagesIsThatOfTheirDocumentAndOfTheExample) {
+TEST(Version, TheVersionOfTheMessagesIsTheSameInTheirDocumentAndTheExample) {
   const std::string messages = io::kMessagesVersion;
   EXPECT_TRUE(contains(read_text(kSource + "/messages/README.md"), "these are of " + messages + "."));
   EXPECT_TRUE(contains(read_text(kSource + "/tests/tools/controller/CMakeLists.txt"),
                        "find_package(freeflex " + messages + " "));
-  EXPECT_TRUE(contains(read_text(kSource + "/tools/README.md"), "find_package(freeflex " + messages + " "));
+  EXPECT_TRUE(contains(read_text(kSource + "/tools/docs/build_a_package.md"),
+                       "find_package(freeflex " + messages + " "));
 }
 
-// the names are put together here, so that this file does not hold them
-TEST(Addresses, NoneIsOfADomainForExamples) {
+// the names are composed here, so that this file does not contain them
+TEST(Addresses, NoAddressIsInAnExampleDomain) {
   const std::string packages = read_text(FREEFLEX_BUILD_DIR "/CPackConfig.cmake");
   for (const char* end : {"org", "com", "net"}) {
     const std::string domain = std::string("example.") + end;
@@ -58,7 +59,7 @@ TEST(Addresses, NoneIsOfADomainForExamples) {
   }
 }
 
-TEST(Addresses, TheAdviceForMulticastIsOne) {
+TEST(Addresses, TheAdviceOnMulticastIsTheSameEverywhere) {
   EXPECT_EQ(files_with(std::string("route add 224") + ".0.0.0"), "");
   for (const char* file : {"/service/README.md", "/service/io/wire/lcm_url.cpp", "/tools/demo",
                            "/tools/private-network", "/tools/python/freeflex/bus.py"})

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""What --help of the programs says, as manual pages and as completion for bash.
+"""Makes manual pages and completion for bash from the --help of the programs.
 
-  from_help.py man OUTPUT PROGRAM    a manual page of a program, its subcommands among it
+  from_help.py man OUTPUT PROGRAM    a manual page of a program with its subcommands
   from_help.py bash OUTPUT PROGRAM...
 """
 
@@ -14,16 +14,16 @@ import sys
 OPTION = re.compile(r"^  ((?:-\w,)?--[\w-]+)(?:[ =](\S.*?))?(?:\s{2,}|$)")
 ABOUT = {
     "freeflex": "scenes, plans, runs and recordings of free flexible structures",
-    "freeflexd": "simulates a free flexible structure in real time, pushed and watched over LCM",
+    "freeflexd": "simulates a free flexible structure in real time, controlled and observed over LCM",
 }
 
 
-def said(program, *arguments):
+def help_of(program, *arguments):
     return subprocess.run([program, *arguments, "--help"], check=True, capture_output=True, text=True).stdout
 
 
 def subcommands(text):
-    """Names and meanings in the list of subcommands."""
+    """Returns the names and meanings in the list of subcommands of a help text."""
     found, inside = [], False
     for line in text.splitlines():
         if line == "Subcommands:":
@@ -36,17 +36,17 @@ def subcommands(text):
 
 
 def troff(text):
-    """Text as it stands."""
+    """Escapes a text for troff."""
     lines = text.rstrip("\n").replace("\\", "\\e").replace("-", "\\-").split("\n")
     return "\n".join(("\\&" + line) if line[:1] in (".", "'") else line for line in lines)
 
 
-def as_it_stands(text):
+def verbatim(text):
     return f".nf\n.ft CW\n{troff(text)}\n.ft\n.fi\n"
 
 
 def sections(text):
-    """The help of one command as (heading, text): usage, options, and what follows."""
+    """Splits the help of one command into description, usage, and the rest."""
     lines = text.splitlines()
     usage = next((line for line in lines if line.startswith("Usage: ")), "")
     about = " ".join(lines[:lines.index(usage)]) if usage in lines else ""
@@ -57,22 +57,22 @@ def sections(text):
 def man(output, program):
     name = os.path.basename(program)
     version = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout.split()[-1]
-    text = said(program)
+    text = help_of(program)
     about, usage, rest = sections(text)
     page = f'.TH {name.upper()} 1 "" "freeflex {version}" "User Commands"\n'
     page += f".SH NAME\n{name} \\- {troff(ABOUT[name])}\n"
-    page += f".SH SYNOPSIS\n{as_it_stands(usage)}"
-    page += f".SH DESCRIPTION\n{as_it_stands(rest)}"
+    page += f".SH SYNOPSIS\n{verbatim(usage)}"
+    page += f".SH DESCRIPTION\n{verbatim(rest)}"
     for command, meaning in subcommands(text):
-        _, usage, rest = sections(said(program, command))
-        page += f".SH {troff(name + ' ' + command).upper()}\n{troff(meaning)}\n.PP\n{as_it_stands(usage)}.PP\n{as_it_stands(rest)}"
+        _, usage, rest = sections(help_of(program, command))
+        page += f".SH {troff(name + ' ' + command).upper()}\n{troff(meaning)}\n.PP\n{verbatim(usage)}.PP\n{verbatim(rest)}"
     page += ".SH SEE ALSO\nThe documents of the package, and its scenes: /usr/share/doc/freeflex, /usr/share/freeflex.\n"
     with open(output, "w", encoding="utf-8") as file:
         file.write(page)
 
 
 def options(text):
-    """Options of one help: names, and the words that one may be."""
+    """Returns the options in a help text: name -> argument, empty for a flag."""
     found = {}
     for line in text.splitlines():
         if match := OPTION.match(line):
@@ -86,7 +86,7 @@ def takes_file(argument):
 
 
 def paths_of_values(program):
-    """What --set takes before the equals sign."""
+    """Returns the paths that --set accepts, with the equals sign."""
     schema = json.loads(subprocess.run([program, "schema"], check=True, capture_output=True, text=True).stdout)
     return [f"{path}=" for path in schema["x-paths"]["paths"]]
 
@@ -97,8 +97,8 @@ def bash(output, programs):
     for program in programs:
         name = os.path.basename(program)
         function = f"_{name}".replace("-", "_")
-        whole = said(program)
-        commands = {command: options(said(program, command)) for command, _ in subcommands(whole)}
+        whole = help_of(program)
+        commands = {command: options(help_of(program, command)) for command, _ in subcommands(whole)}
         cases = "".join(f'    {command}) words="{" ".join(found)}" ;;\n' for command, found in commands.items())
         everything = {**options(whole), **{o: a for found in commands.values() for o, a in found.items()}}
         with_value = [o for o, a in everything.items() if a and not takes_file(a) and o != "--set"]
