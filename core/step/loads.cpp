@@ -361,6 +361,23 @@ bool project(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, dou
   return pattern.has_world || pattern.has_body;
 }
 
+BodyResultant body_resultant(const Plan& plan, const LoadPattern& pattern) noexcept {
+  BodyResultant all;
+  const LoadSums& sums = pattern.sums;
+  const auto add_force = [&](const Vec3& arm, const Vec3& force) {
+    all.force = add(all.force, force);
+    all.torque = add(all.torque, cross(arm, force));
+  };
+  for (std::size_t i = 0; i < sums.force_B.size(); ++i)
+    if (!is_zero(sums.force_B[i])) add_force(plan.points[i].r, sums.force_B[i]);
+  for (std::size_t k = 0; k < plan.groups.size(); ++k) {
+    add_force(plan.groups[k].centre, sums.group_force_B[k]);
+    all.torque = add(all.torque, multiply(torque_projection(plan.groups[k]), sums.group_torque_B[k]));
+  }
+  for (const Vec3& torque : sums.torque.B) all.torque = add(all.torque, torque);
+  return all;
+}
+
 void add_point_forces(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
                       std::span<Vec3> forces) noexcept {
   if (!pattern.has_world && !pattern.has_body) return;

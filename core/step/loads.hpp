@@ -45,6 +45,15 @@ void set_pattern(const Plan& plan, std::span<const double> group_rows, const Sum
 /// \param arms  [N] (num_shadowed x kArmSize)
 void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept;
 
+/// The resultant of loads in body axes.
+struct BodyResultant {
+  Vec3 force{};   // [N]
+  Vec3 torque{};  // [N m] about the centre of mass, arms of the body at rest
+};
+/// Returns the resultant of the loads in body axes of a pattern. On coupled rungs a pattern keeps its loads
+/// apart, and a body without modes needs their resultant (THEORY 8.7).  \pre is_coupled(plan)
+BodyResultant body_resultant(const Plan& plan, const LoadPattern& pattern) noexcept;
+
 /// Returns the sum of |x| + |y| + |z| over all forces [N]. Forces do not cancel in this sum   (THEORY X143).
 double size_of_forces(const SumsOnPoints& sums) noexcept;
 

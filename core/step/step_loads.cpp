@@ -8,6 +8,19 @@
 #include "core/step/loads.hpp"
 
 namespace freeflex {
+namespace {
+
+// Adds what a pattern does to the body as a whole. On coupled rungs a pattern keeps its loads in body axes
+// apart, so their resultant is formed here.
+void add_resultant(const Plan& plan, const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept {
+  add_pattern(pattern, amplitude, load);
+  if (!pattern.has_body || !is_coupled(plan)) return;
+  const BodyResultant body = body_resultant(plan, pattern);
+  load.force_B = add_scaled(load.force_B, amplitude, body.force);
+  load.torque_B = add_scaled(load.torque_B, amplitude, body.torque);
+}
+
+}  // namespace
 
 double StepLoads::amplitude(const PlanHistory& history, StageTime stage_time) const noexcept {
   if (history.kind == PlanHistory::Kind::kPulse) return amplitude_right(history, plan.period, tick);
@@ -35,7 +48,7 @@ bool StepLoads::jumps() const noexcept {
 
 RigidLoads StepLoads::rigid() const noexcept {
   RigidLoads loads;
-  add_pattern(commands, 1.0, loads.start);
+  add_resultant(plan, commands, 1.0, loads.start);
   if (plan.histories.empty()) return loads;
   // A load of amplitude zero is omitted. If all loads are constant over the step, the values at its middle
   // and end are not needed.
@@ -45,8 +58,8 @@ RigidLoads StepLoads::rigid() const noexcept {
     varies |= amplitude(history, StageTime::kMiddle) != start || amplitude(history, StageTime::kEnd) != start;
   }
   if (varies) loads.later.emplace(RigidLoads::Later{loads.start, loads.start});
-  const auto add = [](const PlanHistory& history, double amplitude, RigidLoad& load) {
-    if (amplitude != 0.0) add_pattern(history.pattern, amplitude, load);
+  const auto add = [this](const PlanHistory& history, double amplitude, RigidLoad& load) {
+    if (amplitude != 0.0) add_resultant(plan, history.pattern, amplitude, load);
   };
   for (const PlanHistory& history : plan.histories) {
     add(history, amplitude(history, StageTime::kStart), loads.start);
