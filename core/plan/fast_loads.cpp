@@ -5,6 +5,10 @@
 #include <numbers>
 
 #include "core/plan/rungs.hpp"
+#include "core/step/frame.hpp"
+#include "core/step/loads.hpp"
+#include "core/step/readout.hpp"
+#include "core/step/vector.hpp"
 
 namespace freeflex {
 namespace {
@@ -46,6 +50,38 @@ bool bends_between_ticks(const PlanHistory& table, double period) {
   return false;
 }
 
+// Returns the largest |I^-1 L| [rad/s^2] of a load at amplitude 1, at the attitude of the start. The motor of
+// a wheel acts on the body with the opposite torque.
+double acceleration_by(const LoadPattern& pattern, const Plan& plan) {
+  RigidLoad load;
+  add_pattern(pattern, 1.0, load);
+  Vec3 moment = moment_B(load, rotation_matrix(plan.initial.q_WB));
+  if (is_coupled(plan) && pattern.has_body) moment = add(moment, body_resultant(plan, pattern).torque);
+  for (std::size_t k = 0; k < pattern.wheels.torque.size(); ++k)
+    moment = add_scaled(moment, -pattern.wheels.torque[k], plan.wheels.all[k].axis);
+  return length(multiply(plan.inverse_inertia, moment));
+}
+
+// Returns a bound of the spin [rad/s] that the loads of the scene give the body up to a time [s].
+double spin_by_loads(const Plan& plan, double time) {
+  double spin = 0.0;
+  for (const PlanHistory& history : plan.histories) {
+    double seconds = time;  // integral of the largest amplitude
+    if (history.kind == PlanHistory::Kind::kPulse)
+      seconds =
+          history.pulse_start < time ? std::min(history.pulse_duration, time - history.pulse_start) : 0.0;
+    if (history.kind == PlanHistory::Kind::kSine)
+      seconds = std::min(time, 1.0 / (std::numbers::pi * history.frequency));
+    if (history.kind == PlanHistory::Kind::kTable) {
+      double most = 0.0;
+      for (const double value : history.values) most = std::max(most, std::abs(value));
+      seconds *= most;
+    }
+    if (seconds > 0.0) spin += seconds * acceleration_by(history.pattern, plan);
+  }
+  return spin;
+}
+
 // Returns true if moving the ends of a pulse to ticks (THEORY 8.10) shifts an end by more than 0.02 rad of
 // the phase of a mode or of the rotation of the body, which is 2 % of the effect of the pulse.
 bool is_moved(const PlanHistory& pulse, const Plan& plan) {
@@ -57,7 +93,7 @@ bool is_moved(const PlanHistory& pulse, const Plan& plan) {
                                shift(pulse.end_tick, pulse.pulse_start + pulse.pulse_duration));
   constexpr double kForEver = 1e12;  // [ticks] longer pulses never end
   if (pulse.pulse_duration == 0.0 || pulse.pulse_duration > kForEver * plan.period) return false;
-  double fastest = rotation_rate(plan);
+  double fastest = rotation_rate(plan) + spin_by_loads(plan, pulse.pulse_start + pulse.pulse_duration);
   for (const double omega : plan.omega) fastest = std::max(fastest, omega);
   return fastest * most > kGoodError;
 }

@@ -346,6 +346,31 @@ TEST(Ticks, AMovedPulseOnARotatingBodyIsNotGood) {
   EXPECT_EQ(cause_of(1.5), Verdict::Cause::kNone);
 }
 
+// A pulse at 2 s that lasts 0.4 s acts from 2 to 3 s at 1 Hz. The body rotates by the spin that the pulse, or
+// an earlier load, gives it times 0.6 s.
+TEST(Ticks, AMovedPulseIsNotGoodWhereLoadsSetTheBodyRotating) {
+  const auto cause_of = [](double torque, double earlier, double rate) {
+    Scene scene = single_body(10.0, {1.0, 2.0, 2.5}, rate);
+    Load pulse;
+    pulse.name = "brake";
+    pulse.torques = {{0, {torque, 0.0, 0.0}}};
+    pulse.history = PulseHistory{2.0, 0.4};
+    Load load = pulse;
+    load.name = "earlier";
+    load.torques = {{0, {earlier, 0.0, 0.0}}};
+    load.history = PulseHistory{0.0, 1.0};
+    scene.loads = {load, pulse};
+    JudgedRun watched(scene);
+    watched.run(5.0);
+    return watched.judgement.worst().cause;
+  };
+  EXPECT_EQ(cause_of(0.5, 0.0, 1.0), Verdict::Cause::kFastLoad) << "0.12 rad by its own spin";
+  EXPECT_EQ(cause_of(0.05, 0.5, 1.0), Verdict::Cause::kFastLoad)
+      << "0.3 rad by the spin of the load before it";
+  EXPECT_EQ(cause_of(0.05, 0.0, 1.0), Verdict::Cause::kNone) << "0.012 rad";
+  EXPECT_EQ(cause_of(0.5, 0.5, 10.0), Verdict::Cause::kNone) << "no end is moved";
+}
+
 // This holds for loads and for commands.
 TEST(Ticks, APulseShorterThanATickKeepsItsImpulse) {
   Scene scene = single_body(2.0, {1.0, 1.0, 1.0}, 10.0);
