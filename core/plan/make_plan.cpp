@@ -10,6 +10,7 @@
 #include "core/plan/compile.hpp"
 #include "core/plan/leave_out.hpp"
 #include "core/plan/motion.hpp"
+#include "core/plan/rates.hpp"
 #include "core/plan/start.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
@@ -157,9 +158,15 @@ std::optional<Plan> compile_without_small_modes(const Scene& scene, const Struct
 
 // returns the full plan of a spec, and reports its faults
 std::optional<Plan> compile_full(const Scene& scene, const Structure& structure, const PlanSpec& spec,
-                                 Faults& faults) {
+                                 double rate, Faults& faults) {
   std::optional<Plan> plan = compile(scene, structure, spec, faults);
-  if (plan) check_motion(scene, structure, *plan, faults);
+  if (plan && rate > 0.0 && rate != scene.rate) {
+    Plan stepped = *plan;
+    set_rate(stepped, rate);
+    check_motion(scene, structure, stepped, faults);
+  } else if (plan) {
+    check_motion(scene, structure, *plan, faults);
+  }
   if (has_error(faults)) return std::nullopt;
   return plan;
 }
@@ -180,7 +187,8 @@ std::optional<Plan> within_memory(const Scene& scene, const Structure& structure
   }
 }
 
-std::optional<Plan> make_checked_plan(const Scene& scene, const Structure& structure, Faults& faults) {
+std::optional<Plan> make_checked_plan(const Scene& scene, const Structure& structure, double rate,
+                                      Faults& faults) {
   check_start(scene, structure, faults);
   check_kept(scene, structure, faults);
   warn_of_massless_loads(scene, faults);
@@ -197,7 +205,7 @@ std::optional<Plan> make_checked_plan(const Scene& scene, const Structure& struc
   const PlanSpec spec = full_spec(scene, structure, *rung);
   // the full plan is compiled first, so that faults of the scene are found even if they concern features that
   // are omitted later
-  std::optional<Plan> plan = compile_full(scene, structure, spec, faults);
+  std::optional<Plan> plan = compile_full(scene, structure, spec, rate, faults);
   if (!plan) return std::nullopt;
   if (may_leave_out(scene, *rung))
     plan = compile_reduced(scene, structure, spec, *plan, faults);
@@ -218,12 +226,13 @@ std::optional<Plan> make_full_plan(const Scene& scene, const Structure& structur
                                    Faults& faults) {
   return within_memory(scene, structure, faults, [&] {
     check_start(scene, structure, faults);
-    return compile_full(scene, structure, full_spec(scene, structure, rung), faults);
+    return compile_full(scene, structure, full_spec(scene, structure, rung), 0.0, faults);
   });
 }
 
-std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Faults& faults) {
-  return within_memory(scene, structure, faults, [&] { return make_checked_plan(scene, structure, faults); });
+std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Faults& faults, double rate) {
+  return within_memory(scene, structure, faults,
+                       [&] { return make_checked_plan(scene, structure, rate, faults); });
 }
 
 }  // namespace freeflex

@@ -11,7 +11,10 @@ namespace freeflex {
 /// without the features that the scene does not need, with a report on every feature in Plan::features
 /// (THEORY section 14), and with its error budget. Each fault is reported once. Returns nullopt if there is
 /// an error. The cost is up to three times that of compile(), plus the steps over the horizons.
-std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Faults& faults);
+/// \param rate  [Hz] at which the plan will be stepped, for the warnings about ticks; 0: the rate of the
+/// scene
+std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Faults& faults,
+                              double rate = 0.0);
 
 /// Returns the plan with all features on the given rung, without an error budget, for comparisons and
 /// inspection.

@@ -49,6 +49,20 @@ class PlanFile : public ::testing::Test {
   Plan plan_;
 };
 
+// The pulse of 0.1 s fits ticks of 1 ms, not of 0.4 s.
+TEST_F(PlanFile, WarningsAboutTicksAreOfTheRateAskedFor) {
+  const auto moved = [](double rate) {
+    std::string messages;
+    for (const Fault& fault : io::load_plan("scene.yaml", rate).faults) messages += fault.message + "\n";
+    return messages.find("not a tick at 2.5 Hz") != std::string::npos;
+  };
+  EXPECT_FALSE(moved(0.0));
+  EXPECT_TRUE(moved(2.5));
+  folder_.write("scene.yaml", kScene + "rate: 2.5\n");
+  EXPECT_TRUE(moved(0.0));
+  EXPECT_FALSE(moved(1000.0));
+}
+
 TEST_F(PlanFile, ASavedPlanIsReadBackBitForBit) {
   ASSERT_EQ(plan_.points.size(), 3u);
   EXPECT_EQ(io::save_plan(plan_, "boom.plan"), "");

@@ -62,7 +62,7 @@ PlanResult compile_scene(SceneResult scene, double rate, const SetupProgress& pr
   result.sources = std::move(scene.sources);
   if (!scene.scene) return result;
   const std::optional<Structure> structure = build_structure(*scene.scene, result.faults, progress);
-  if (structure) result.plan = make_plan(*scene.scene, *structure, result.faults);
+  if (structure) result.plan = make_plan(*scene.scene, *structure, result.faults, rate);
   if (result.plan && rate > 0.0) change_rate(rate, result);
   if (!result.plan) return result;
   if (const std::string fast = find_fast_modes(*result.plan); !fast.empty())
