@@ -129,6 +129,27 @@ void check_attractor(const Scene& scene, const MassProperties& body, Faults& fau
                                   : join_text("and are wrong by some ", 100.0 * size / distance, " % here")));
 }
 
+// refuses wheels and torques about an axis about which the body has no moment of inertia: they would do
+// nothing
+void check_idle_torques(const Scene& scene, const MassProperties& body, Faults& faults) {
+  constexpr const char* kRemedy =
+      ", about which the structure has no moment of inertia: it cannot rotate the body; give a body inertia "
+      "about "
+      "that axis";
+  for (std::size_t k = 0; k < scene.wheels.size(); ++k)
+    if (idle_spin(scene.wheels[k].axis, body).norm() > kRigidPart)
+      add_error(faults, scene.wheels[k].origin,
+                join_text("wheel ", quoted(scene.wheels[k].name, static_cast<int>(k)),
+                          ": its axis has a component along the line of the points", kRemedy));
+  for (std::size_t k = 0; k < scene.loads.size(); ++k)
+    for (const TorqueLoad& each : scene.loads[k].torques)
+      if (scene.loads[k].axes != Axes::kWorld &&
+          idle_spin(each.torque, body).norm() > kRigidPart * each.torque.norm())
+        add_error(faults, scene.loads[k].origin,
+                  join_text("load ", quoted(scene.loads[k].name, static_cast<int>(k)),
+                            ": a torque has a component along the line of the points", kRemedy));
+}
+
 }  // namespace
 
 InitialModes initial_modes(const Scene& scene, const Structure& structure) {
@@ -144,6 +165,7 @@ InitialModes initial_modes(const Scene& scene, const Structure& structure) {
 void check_start(const Scene& scene, const Structure& structure, Faults& faults) {
   const MassProperties& body = structure.mass_properties;
   warn_of_idle_spin(scene, body, faults);
+  check_idle_torques(scene, body, faults);
   const GivenAtPoints given = given_at_points(scene);
   warn_of_rigid_part(scene, structure, given.V, "displacements", faults);
   warn_of_rigid_part(scene, structure, given.V_dot, "elastic velocities", faults);

@@ -123,6 +123,32 @@ TEST(Plans, SpinAboutALineIsRemovedWithAWarning) {
   EXPECT_LT((vector(plan.initial.w_B) - Eigen::Vector3d(0.0, 1.0, 0.0)).norm(), 1e-15);
 }
 
+TEST(Plans, WheelsAndTorquesAboutALineOfPointsAreRefused) {
+  Scene scene;
+  add_point(scene, 2.0, Eigen::Vector3d::Zero());
+  scene.points[0].inertia = Eigen::Vector3d(1.0, 1.0, 0.0).asDiagonal();
+  const auto refused = [&](const char* text) {
+    Faults faults;
+    const Structure structure = build(scene);
+    EXPECT_EQ(structure.mass_properties.rigid_freedoms, 5);
+    return !make_plan(scene, structure, faults) && mentions(faults, text);
+  };
+  Wheel wheel;
+  wheel.name = "spin";
+  wheel.point = 0;
+  scene.wheels = {wheel};
+  EXPECT_TRUE(refused("wheel 'spin': its axis has a component along the line of the points"));
+  scene.wheels.clear();
+  Load load;
+  load.name = "roll";
+  load.axes = Axes::kBody;
+  load.torques = {{0, {0.5, 0.0, 0.1}}};
+  scene.loads = {load};
+  EXPECT_TRUE(refused("load 'roll': a torque has a component along the line of the points"));
+  scene.loads[0].torques = {{0, {0.5, 0.0, 0.0}}};
+  EXPECT_FALSE(refused("load"));
+}
+
 // The sum of f_i is the force, and the sum of d_i x f_i is the part of the torque that the group can carry.
 TEST(Plans, GroupWeightsReproduceTheForceAndTorqueOfAWrench) {
   Scene scene = random_structure(9, 9);
