@@ -13,6 +13,10 @@
 namespace freeflex::testing {
 namespace {
 
+// what a program is built with that uses the installed libraries: a library with a sanitizer needs it too
+const std::string kFlags =
+    std::string(FREEFLEX_CXX_FLAGS).empty() ? "" : " -DCMAKE_CXX_FLAGS='" FREEFLEX_CXX_FLAGS "'";
+
 /// Installs the tree and builds the example controller against it without Eigen and Boost.
 struct Example {
   explicit Example(std::string in) : folder(std::move(in)) {}
@@ -24,9 +28,8 @@ struct Example {
     std::filesystem::permissions(folder + "/pkg-config", std::filesystem::perms::owner_all);
     build = run("cmake -G Ninja -S " + folder + "/prefix/share/freeflex/examples/controller -B " + folder +
                 "/build -DCMAKE_PREFIX_PATH=" + folder + "/prefix -DPKG_CONFIG_EXECUTABLE=" + folder +
-                "/pkg-config -DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON -DCMAKE_DISABLE_FIND_PACKAGE_Boost=ON "
-                "&& cmake --build " +
-                folder + "/build");
+                "/pkg-config -DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON -DCMAKE_DISABLE_FIND_PACKAGE_Boost=ON" +
+                kFlags + " && cmake --build " + folder + "/build");
   }
   /// Runs a script, in which $C is the controller and $D is the daemon on the scene of the example, and then
   /// stops the process $daemon.
@@ -207,11 +210,9 @@ TEST(Install, AProgramBuiltAgainstTheInstalledTreeStepsAPlan) {
           "freeflex::StepReport report;\n"
           "  for (int i = 0; i < 100; ++i) freeflex::step(*result.plan, state, {}, workspace, report);\n"
           "  std::printf(\"tick %lld\\n\", static_cast<long long>(state.tick));\n}\n");
-  const std::string flags =
-      std::string(FREEFLEX_CXX_FLAGS).empty() ? "" : " -DCMAKE_CXX_FLAGS='" FREEFLEX_CXX_FLAGS "'";
   const Outcome build =
       run("cd " + folder.path() + " && cmake -G Ninja -S . -B build -DCMAKE_PREFIX_PATH=" + example().folder +
-          "/prefix" + flags + " && cmake --build build");
+          "/prefix" + kFlags + " && cmake --build build");
   ASSERT_EQ(build.exit_code, 0) << build.out << build.err;
   const Outcome stepped = run(folder / "build/steps " + kScenes + "boom.yaml");
   EXPECT_EQ(stepped.exit_code, 0) << stepped.err;
