@@ -1,4 +1,4 @@
-// Limits of the service on commands and their senders. They do not affect the physics.
+// Limits of the service on commands and their senders. These limits do not affect the physics.
 #pragma once
 
 namespace freeflex {

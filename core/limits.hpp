@@ -15,9 +15,9 @@ inline constexpr int kMaxMessageBytes = 60000;
 inline constexpr int kMaxElastic = (kMaxMessageBytes - 800) / 16;
 static_assert(kMaxElastic == 3700);
 
-/// Largest number of points of a structure whose modes are all computed: 3 N - 6 elastic freedoms. Freedoms
-/// that rigid links remove are not deducted, because the set-up uses dense matrices over all 3 N freedoms: it
-/// takes 60 s and 1 GB for 1000 points.
+/// Largest number of points of a structure whose modes are all computed; it then has 3 N - 6 elastic
+/// freedoms. Freedoms that rigid links remove are not deducted, because the set-up uses dense matrices over
+/// all 3 N freedoms. The set-up takes 60 s and 1 GB for 1000 points.
 inline constexpr int kMaxDensePoints = (kMaxElastic + 6) / 3;
 static_assert(kMaxDensePoints == 1235);
 
@@ -34,12 +34,12 @@ inline constexpr int kModesByDefault = 300;
 /// overflows.
 inline constexpr int kMaxPoints = 200000;
 
-/// Largest number of points of a scene for which the default is to publish every point and to let commands
-/// push every point.
+/// A scene with at most this many points publishes every point by default, and its commands may push every
+/// point.
 inline constexpr int kMostByDefault = 1000;
 
-/// Largest number of elastic freedoms of a plan: that of a structure, padded. Every product of indices of a
-/// plan file is then far below the limit of 32 bits.
+/// Largest number of elastic freedoms of a plan: the largest number of a structure, padded. Every product of
+/// indices of a plan file is then far below the limit of 32 bits.
 inline constexpr std::int32_t kMaxPlanElastic = (kMaxElastic + 7) / 8 * 8;
 static_assert(kMaxPlanElastic == 3704);
 
@@ -48,24 +48,26 @@ static_assert(kMaxPlanElastic == 3704);
 inline constexpr int kMaxNamedPoints = 262144;
 static_assert(kMaxNamedPoints > kMaxPoints);
 
-/// Largest number of points that commands may push: the size of the table in which they are looked up.
+/// Largest number of points that commands may push. It is the size of the table in which the points are
+/// looked up.
 inline constexpr int kMaxTablePoints = 8192;
 
 /// Largest fraction of the available memory that a set-up may use [-].
 inline constexpr double kMemoryShare = 0.8;
 
-/// Memory that OpenBLAS reserves at its first call [B]. Most of it stays unused.
+/// Memory that OpenBLAS reserves at its first call [B]. Most of this memory stays unused.
 inline constexpr std::size_t kBlasBuffer = std::size_t{128} << 20;
 
 /// Largest number of constraints of rigid links that share points, in the sparse set-up. A dense QR
-/// factorization selects the independent constraints. It takes some 2 s and 70 MB for this number.
+/// factorization selects the independent constraints. The factorization takes some 2 s and 70 MB for this
+/// number.
 inline constexpr int kMostJoinedConstraints = 1500;
 
 /// Largest number of groups: the size of the table that commands index.
 inline constexpr int kMaxGroups = 1024;
 
-/// Lowest and highest rate of ticks [Hz]: from one tick in 1000 s to one tick per microsecond, which is about
-/// the time that the smallest step takes.
+/// Lowest and highest rate of ticks [Hz]: one tick in 1000 s, and one tick per microsecond. The smallest step
+/// takes about one microsecond.
 inline constexpr double kLeastRate = 1e-3, kMostRate = 1e6;
 
 /// Largest number of wheels of a scene, and of torques on wheels in one command.

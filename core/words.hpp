@@ -7,7 +7,7 @@
 
 namespace freeflex {
 
-/// Names the rungs of the fidelity ladder, cheapest first   (THEORY section 12). Each rung has all terms of
+/// Lists the rungs of the fidelity ladder, cheapest first   (THEORY section 12). Each rung has all terms of
 /// the rung before it; RungTraits lists the properties of each.
 enum class Fidelity : std::int32_t {
   kRigid = 0,
@@ -22,7 +22,7 @@ enum class Fidelity : std::int32_t {
 /// the rungs.
 struct RungTraits {
   Fidelity rung;
-  const char* name;      // in scenes, plans and reports
+  const char* name;      // name in scenes, plans and reports
   bool has_modes;        // has elastic coordinates
   bool takes_spin_load;  // the centrifugal load of the spin acts on the modes   (THEORY 8.16)
   // elastic motion acts back on the body; the step needs the rows of every point
@@ -31,8 +31,9 @@ struct RungTraits {
   // springs, bars and dashpots have their true length and direction   (THEORY 12.17 to 12.19)
   bool has_true_geometry;
   bool divides_tick;  // divides the tick into substeps that resolve the fastest motion   (THEORY 12.29)
-  bool is_tried;      // tried by `fidelity: auto`, in this order   (THEORY 12.28)
-  double displacement_room;  // [-] factor on kMaxDisplacementRatio; larger motions are outside
+  bool is_tried;      // true: `fidelity: auto` tries this rung; it tries the rungs in this order
+                      //   (THEORY 12.28)
+  double displacement_room;  // [-] factor on kMaxDisplacementRatio; larger motions get the verdict `outside`
   double spin_room;          // [-] factor on kMaxSpinRatio; kNoLimit: no term of the spin is neglected
 };
 inline constexpr double kNoLimit = 1e300;
@@ -41,8 +42,8 @@ inline constexpr std::array<RungTraits, 6> kRungs{{
     {Fidelity::kRigid, "rigid", false, false, false, false, false, true, 1.0, 1.0},
     // the rigid body, and elastic coordinates that do not act on it (Alekseev 1970)
     {Fidelity::kSeparated, "separated", true, false, false, false, false, true, 1.0, 1.0},
-    // Adds the centrifugal load. The remaining error is that of neglecting Coriolis forces, which is at most
-    // a tenth of the error without the load.
+    // Adds the centrifugal load. The remaining error comes from neglecting Coriolis forces; it is at most a
+    // tenth of the error without the load.
     {Fidelity::kSpinLoaded, "spin-loaded", true, true, false, false, false, true, 1.0, 10.0},
     // every term in the elastic displacements, linear elasticity
     {Fidelity::kCoupled, "coupled", true, false, true, false, false, true, 10.0, kNoLimit},
@@ -61,7 +62,7 @@ constexpr const RungTraits& traits_of(Fidelity rung) noexcept {
 }
 constexpr const char* name_of(Fidelity rung) noexcept { return traits_of(rung).name; }
 
-/// Names the features that a plan may omit   (THEORY section 14). Plan files hold the numbers.
+/// Lists the features that a plan may omit   (THEORY section 14). Plan files hold the numbers.
 enum class Feature : std::int32_t {
   kDamping = 0,         // decay of the modes
   kGravity = 1,         // uniform field
@@ -85,7 +86,7 @@ enum class OnNeed : std::int32_t {
   kReplan = 2,  // the plan omits it until a command needs it; from that tick on, the fallback plan is stepped
 };
 
-/// Names the axes of a load: world axes, body axes, or body axes rotated by the local elastic rotation
+/// Lists the axes of a load: world axes, body axes, or body axes rotated by the local elastic rotation
 /// (follower forces, THEORY 8.24).
 enum class Axes : std::int32_t { kWorld = 0, kBody = 1, kLocal = 2 };
 

@@ -1,4 +1,4 @@
-// The publishing end of LCM. It never subscribes, because only the ingress process parses the network.
+// The publishing end of LCM. The bus never subscribes, because only the ingress process parses the network.
 #pragma once
 
 #include <lcm/lcm.h>

@@ -14,7 +14,8 @@ namespace freeflex::service {
 namespace {
 
 constexpr std::size_t kMaxDatagram = 65536;              // [B]
-constexpr std::string_view kSelfTest = "LCM_SELF_TEST";  // liblcm and BusSocket test reception on it
+constexpr std::string_view kSelfTest = "LCM_SELF_TEST";  // liblcm and BusSocket test reception on this
+                                                         // channel
 
 std::int64_t wall_clock_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(

@@ -1,5 +1,5 @@
-// The socket on which messages arrive. The daemon opens one, and only the daemon's ingress reads from it.
-// Other programs use a BusConnection, which contains one.
+// The socket on which messages arrive. The daemon opens one socket, and only the daemon's ingress reads from
+// it. Other programs use a BusConnection, which contains one.
 #pragma once
 
 #include <sys/types.h>
@@ -12,8 +12,8 @@
 
 namespace freeflex::service {
 
-/// A multicast socket for an LCM bus. Several processes may read it one after the other; its queue of packets
-/// remains when one of them ends.
+/// A multicast socket for an LCM bus. Several processes may read the socket one after another; its queue of
+/// packets remains when one process ends.
 class BusSocket {
  public:
   BusSocket() = default;
@@ -44,7 +44,7 @@ class BusSocket {
 struct ReceivedPacket {
   ssize_t size = -1;             // [B]; -1: no packet
   std::int64_t received_ns = 0;  // CLOCK_BOOTTIME at which the kernel received the packet
-  std::int64_t utime = 0;        // [us] wall clock at the same moment; 0: the kernel gave no time
+  std::int64_t utime = 0;        // [us] wall clock at the time of reception; 0: the kernel gave no time
 };
 /// Waits for one packet, at most for the socket's SO_RCVTIMEO, and reads it with one system call. If the
 /// kernel gave no time of reception, received_ns is the present time.  \param flags  of recvmsg

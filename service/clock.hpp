@@ -11,7 +11,7 @@ namespace freeflex::service {
 inline constexpr std::int64_t kSecond = 1'000'000'000;  // [ns]
 
 /// Returns CLOCK_BOOTTIME [ns], which continues while the machine is suspended. Ages of commands are measured
-/// with it.
+/// with this clock.
 inline std::int64_t boot_ns() noexcept {
   timespec now{};
   clock_gettime(CLOCK_BOOTTIME, &now);
@@ -37,7 +37,7 @@ class MonotonicClock final : public Clock {
   void sleep_until(std::int64_t deadline_ns) noexcept override;
 };
 
-/// Deadlines of a paced loop. Tick n after a base is due at base + n * period. It is in time if it ends
+/// Deadlines of a paced loop. Tick n after a base is due at base + n * period. A tick is in time if it ends
 /// before the next tick is due. Every tick is executed: a late loop runs ticks without sleeping until it has
 /// caught up. If the loop is late by more than kCatchUp, it gives up the lost time, re-bases and counts a
 /// slip.
@@ -59,8 +59,8 @@ class Pacer {
 
   std::int64_t num_overruns() const noexcept { return num_overruns_; }
   std::int64_t num_slips() const noexcept { return num_slips_; }
-  /// Returns the longest delay of a single sleep or tick that contributed to the latest slip [ns]. It is
-  /// small if every tick took a little too long.
+  /// Returns the longest delay of a single sleep or tick that contributed to the latest slip [ns]. The value
+  /// is small if every tick took a little too long.
   std::int64_t slip_gap_ns() const noexcept { return slip_gap_ns_; }
 
  private:

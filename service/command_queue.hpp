@@ -65,8 +65,8 @@ class CommandQueue {
   int num_owed() const { return 2 * num_pending_ + num_in_force_ + 2 * num_clearances_; }
   /// Returns true if APPLIED has room for clear_senders().
   bool can_clear(int applied_free) const { return applied_free >= num_owed() + num_in_force_ + 1; }
-  /// Returns a waiting command by its position in the order of execution. A reset uses it to answer the
-  /// commands that it removes.
+  /// Returns a waiting command by its position in the order of execution. A reset uses this function to
+  /// answer the commands that it removes.
   const ForceCommand& pending(int index) const {
     return pool_[order_[static_cast<std::size_t>(index)].place];
   }
@@ -84,7 +84,7 @@ class CommandQueue {
     std::int32_t slot;
     std::int32_t num_pending;
     bool is_in_force;
-    std::int64_t sequence;  // of the command in force
+    std::int64_t sequence;  // sequence of the command in force
   };
   /// A slot of a cleared sender, in force until the next step.
   struct Clearance {
@@ -124,7 +124,7 @@ class CommandQueue {
   std::array<Clearance, kMaxSlots> clearances_;  // clearances of slots that are still in the state
   int num_clearances_ = 0;
   std::vector<ForceCommand> due_;  // (kMaxSlots + kMaxPending) commands of the tick, contiguous
-  int num_due_clearances_ = 0;     // at the front of due_
+  int num_due_clearances_ = 0;     // number of clearances at the front of due_
   int num_due_ = 0;                // number of accepted commands, which follow the clearances
   std::array<std::int64_t, kMaxPending> due_received_ns_{};
   int num_due_received_ = 0;

@@ -267,8 +267,8 @@ void Daemon::open_socket() {
   spdlog::info("commands of this user are accepted at {}", place.path);
 }
 
-/// Returns the block that simulation and publisher read: the verifier's if keys are required, else the
-/// ingress's.
+/// Returns the block of shared memory that simulation and publisher read: the verifier's if keys are
+/// required, else the ingress's.
 SharedBlock& Daemon::inbound() { return verifier_ ? verifier_->block() : ingress_.block(); }
 
 /// Ensures that only one daemon uses the prefix. Listens for another daemon before publishing anything. If
@@ -277,11 +277,12 @@ void Daemon::claim_prefix() {
   const auto refuse = [this](std::int64_t other) {
     const std::string found =
         fmt::format("another freeflexd (session {}) is on prefix '{}' at {}", other, options_.prefix, url_);
-    if (options_.takes_over) return spdlog::warn("{}: started anyway, because of --take-over", found);
+    if (options_.takes_over)
+      return spdlog::warn("{}: this daemon starts anyway, because of --take-over", found);
     throw StartFault(kRuntimeFailure, found +
-                                          ": stop it, or start this one with another --prefix or --lcm-url. "
-                                          "Anybody on the bus can claim this: if there is no other daemon, "
-                                          "start with --take-over");
+                                          ": stop it, or start this one with another --prefix or "
+                                          "--lcm-url. Any program on the bus can claim this: if there is "
+                                          "no other daemon, start with --take-over");
   };
   if (const std::int64_t other = listen(kListening); other != 0) refuse(other);
   bus_ = std::make_unique<Bus>(url_, options_.prefix);

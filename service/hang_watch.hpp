@@ -17,7 +17,7 @@ ProcessReading read_process(int pid);
 
 /// Detects a hanging process. A process increments its beat at least 50 times a second. Silence alone does
 /// not prove that it hangs, because a busy machine may give the process no processor time. A process hangs if
-/// its beat does not change and it
+/// its beat does not change and the process
 /// - is stopped (by a signal or a debugger), or
 /// - has used kLoopTime of processor time since the last beat: it is in an endless loop, because its work
 ///   between two beats takes only microseconds, or
@@ -28,8 +28,10 @@ ProcessReading read_process(int pid);
 /// itself have been stopped or have had no processor time.
 class HangWatch {
  public:
-  static constexpr std::chrono::milliseconds kSilence{100};  // until a stopped or looping process is reported
-  static constexpr std::chrono::milliseconds kLongSilence{150};  // until a sleeping process is reported
+  static constexpr std::chrono::milliseconds kSilence{100};  // silence until a stopped or looping process is
+                                                             // reported
+  static constexpr std::chrono::milliseconds kLongSilence{150};  // silence until a sleeping process is
+                                                                 // reported
   static constexpr std::chrono::milliseconds kLoopTime{20};      // processor time that shows a loop
   // replaces kLongSilence and kLoopTime before the first beat
   static constexpr std::chrono::milliseconds kStart{2000};

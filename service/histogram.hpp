@@ -17,12 +17,12 @@ class Histogram {
   static constexpr int kNumBuckets = kPerOctave * kNumOctaves;
   using Counts = std::array<std::uint32_t, kNumBuckets>;
 
-  /// Records a duration. Only one thread may call it. Allocates nothing.
+  /// Records a duration. Only one thread may call this function. Allocates nothing.
   void record(std::int64_t duration_ns) noexcept {
     std::atomic<std::uint32_t>& count = counts_[static_cast<std::size_t>(bucket(duration_ns))];
     count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
-  /// Reads the counts since the start, modulo 2^32. Any thread may call it.
+  /// Reads the counts since the start, modulo 2^32. Any thread may call this function.
   void read(Counts& counts) const noexcept {
     for (std::size_t i = 0; i < counts.size(); ++i) counts[i] = counts_[i].load(std::memory_order_relaxed);
   }

@@ -21,7 +21,7 @@ namespace freeflex::service {
 namespace {
 
 constexpr std::size_t kMaxPacket = 65536;  // [B] largest UDP packet
-constexpr int kTurnsBetweenLooks = 64;     // loop turns between checks that the parent still runs
+constexpr int kTurnsBetweenLooks = 64;     // iterations of the loop between checks that the parent still runs
 
 bool is_daemon_gone(const IngressSettings& settings) { return getppid() != settings.daemon_pid; }
 
@@ -38,13 +38,14 @@ void leave_group_and_log() {
 }
 
 /// Makes every system call of the loop once before the first packet. If a preloaded library replaces one of
-/// them by a forbidden call, the process ends here, where no packet can be the cause.
+/// these calls by a forbidden call, the process ends here, where no packet can be the cause.
 void try_allowed_calls() {
   pollfd order{kOrderFd, POLLIN, 0};
   poll(&order, 1, 0);
   getppid();
   std::byte nowhere{};
-  receive_packet(kOrderFd, std::span(&nowhere, 1), MSG_DONTWAIT);  // fails, because kOrderFd is not a socket
+  receive_packet(kOrderFd, std::span(&nowhere, 1), MSG_DONTWAIT);  // this call fails, because kOrderFd is not
+                                                                   // a socket
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
   // large enough that the allocator asks the system for memory
@@ -81,8 +82,7 @@ std::optional<int> run_if_ingress(int argc, char** argv, IngressBody body) {
   const int seat = std::atoi(argv[2]) == 0 ? 0 : 1;
   leave_group_and_log();
   void* const memory = attach_memory(argv[3], sizeof(SharedBlock), true);
-  // the settings are read-only, so that hostile bytes cannot overwrite the limits that they are checked
-  // against
+  // the settings are read-only, so that hostile bytes cannot overwrite the limits for their own check
   void* const settings = attach_memory(argv[4], sizeof(IngressSettings), false);
   if (memory == nullptr || settings == nullptr) return static_cast<int>(IngressEnd::kBadBlock);
   auto& block = *static_cast<SharedBlock*>(memory);

@@ -32,14 +32,15 @@ enum class IngressEnd : int {
   kBadBlock = 10,  // the shared memory could not be mapped
 };
 
-/// Waits until kOrderFd is readable, then receives into the block. Returns when the daemon has ended.
+/// Waits until kOrderFd is readable, then receives into the block of shared memory. Returns when the daemon
+/// has ended.
 IngressEnd run_ingress(SharedBlock& block, const IngressSettings& settings, int seat);
 
 /// Body of an ingress process; called after the process is confined.
 using IngressBody = IngressEnd (*)(SharedBlock& block, const IngressSettings& settings, int seat);
 /// Runs this process as an ingress if argv asks for it: receives until its daemon has ended and returns the
-/// exit status. Returns nullopt for other arguments. Every program that uses IngressProcess must call it
-/// first in main.  \param body  tests pass a hostile body
+/// exit status. Returns nullopt for other arguments. Every program that uses IngressProcess must call this
+/// function first in main. \param body  tests pass a hostile body
 std::optional<int> run_if_ingress(int argc, char** argv, IngressBody body = run_ingress);
 
 /// Returns an empty string if the prefix is valid as the first part of channel names, else the error.
@@ -69,9 +70,9 @@ class IngressProcess {
   /// error for the user; after an error nothing runs. Allocates about 10 MB of shared memory.
   std::string start(const Options& options, const io::NameTable& names);
 
-  /// Supervises the processes; call it every few milliseconds. A process that has ended is replaced at once;
-  /// if it ended before it was ready, it is replaced after a pause, which doubles from 5 ms up to 100 ms.
-  /// Returns a log text about these events, usually empty.
+  /// Supervises the processes; must be called every few milliseconds. A process that has ended is replaced at
+  /// once; if it ended before it was ready, it is replaced after a pause, which doubles from 5 ms up to 100
+  /// ms. Returns a log text about these events, usually empty.
   std::string poll();
 
   /// Ends the processes and closes the socket; the block remains.
@@ -102,7 +103,7 @@ class IngressProcess {
     int order_fd = -1;  // written to as the order to receive
     HangWatch watch;
     bool was_ready = false;
-    std::string hang;  // how it hung; empty if it was not killed for a hang
+    std::string hang;  // how the process hung; empty if it was not killed for a hang
   };
 
   // number of failed starts in a row after which start() gives up

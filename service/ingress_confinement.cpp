@@ -17,7 +17,7 @@ namespace freeflex::service {
 
 namespace {
 
-constexpr rlim_t kMostMemory = rlim_t{64} << 20;  // [B] of private memory; one command takes about 30 kB
+constexpr rlim_t kMostMemory = rlim_t{64} << 20;  // [B] largest private memory; one command takes about 30 kB
 
 // a sanitizer needs more memory and other system calls
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -99,7 +99,7 @@ std::string describe_lacks(std::uint32_t lacks) {
 std::uint32_t confine(const IngressUser& user) {
   std::uint32_t lacks = become(user) ? 0 : kLacksUser;
   drop_capabilities();
-  // a change of user clears this setting, so it is set again
+  // a change of user clears this setting, so the setting is made again
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   for (const __rlimit_resource none : {RLIMIT_CORE, RLIMIT_FSIZE, RLIMIT_NPROC, RLIMIT_MEMLOCK})

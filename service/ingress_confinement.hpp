@@ -21,14 +21,14 @@ std::string find_ingress_user(const std::string& name, IngressUser& user);
 
 /// Bits for the parts of the confinement that failed.
 inline constexpr std::uint32_t kLacksUser = 1, kLacksFilter = 2;
-/// Returns a text for the log that names the failed parts; empty for 0. Ignores other bits.
+/// Returns a text for the log that lists the failed parts; empty for 0. Ignores other bits.
 std::string describe_lacks(std::uint32_t lacks);
 
 /// Confines this process, which must have a single thread and must have opened all files that it needs. From
-/// then on it can read its socket, wait, read the clock, allocate memory (64 MB, not executable) and end. It
-/// has no capability and cannot gain one; it cannot open a file, start a process, write a file or leave a
-/// core file. Any other system call ends it. It ends when its parent ends.  \return bits of the parts that
-/// failed
+/// then on it can read its socket, wait, read the clock, allocate memory (64 MB, not executable) and end. The
+/// process has no capability and cannot gain one; it cannot open a file, start a process, write a file or
+/// leave a core file. Any other system call ends the process. The process ends when its parent ends. \return
+/// bits of the parts that failed
 std::uint32_t confine(const IngressUser& user);
 
 }  // namespace freeflex::service

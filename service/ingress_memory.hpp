@@ -29,8 +29,8 @@ class SharedMemory {
   /// Descriptor of the file; -1 for a segment.
   int fd() const { return fd_; }
   bool is_private() const { return fd_ >= 0; }
-  /// Returns the command-line argument from which a process that inherits this memory as descriptor `number`
-  /// finds it.
+  /// Returns the command-line argument that tells a started process where this memory is. The process
+  /// inherits the memory as descriptor `number`.
   std::string argument(int number) const;
 
  private:

@@ -207,7 +207,7 @@ std::string IngressProcess::wait_until_ready(milliseconds timeout) {
   while (!is_ready(active_)) {
     if (num_failed_starts_ >= kMostFailedStarts)
       return std::string(kCannotStart) + ": " + std::to_string(num_failed_starts_) +
-             " starts in a row failed at once: " + event;
+             " successive starts failed at once: " + event;
     if (Clock::now() > deadline)
       return "the ingress process is not ready after " + std::to_string(timeout.count()) + " ms" +
              (event.empty() ? "" : ": " + event);

@@ -96,25 +96,28 @@ const reader::Section kKeySection = [] {
   };
   return reader::Section{
       "key",
-      {{"id", Form::kText, "The sender of its commands."},
+      {{"id", Form::kText, "Sender of the commands."},
        {"secret", Form::kText, "64 hexadecimal digits."},
-       {.name = "channels", .form = Form::kWords, .about = "Of its commands.", .words = {"FORCE", "CONTROL"}},
+       {.name = "channels",
+        .form = Form::kWords,
+        .about = "Channels of the commands.",
+        .words = {"FORCE", "CONTROL"}},
        {.name = "controls",
         .form = Form::kWords,
-        .about = "Controls that it may send, from the first at bit 1.",
+        .about = "Controls that the key may send; the first is bit 1.",
         .words = {"run", "hold", "step", "reset", "stop", "shapes", "scene", "clear"}},
-       {"points", Form::kSelection, "Points that it may push."},
-       {"groups", Form::kSelection, "Groups that it may push."},
-       limit("largest_force", "N", "Of each entry of a command."),
-       limit("largest_torque", "N m", "Of each entry of a command."),
-       {"slots", Form::kWhole, "Number of slots, from the first."},
-       limit("commands_per_second", "1/s", "How often.")}};
+       {"points", Form::kSelection, "Points that the key may push."},
+       {"groups", Form::kSelection, "Groups that the key may push."},
+       limit("largest_force", "N", "Limit for each entry of a command."),
+       limit("largest_torque", "N m", "Limit for each entry of a command."),
+       {"slots", Form::kWhole, "Number of slots that the key may use, counted from slot 0."},
+       limit("commands_per_second", "1/s", "Largest number of commands a second.")}};
 }();
 
 /// Reads one key from the YAML tree of its file.
 class KeyReader {
  public:
-  /// \param plan  contains the points and groups that the allow-lists name; nullptr: the allow-lists are not
+  /// \param plan  contains the points and groups in the allow-lists; nullptr: the allow-lists are not
   ///   read
   KeyReader(reader::Report& report, const Plan* plan) : report_(report), plan_(plan) {}
 
@@ -139,7 +142,7 @@ class KeyReader {
       report_.error(node->origin, "key: id " + reader::quote(id) + ", must be " + kKeyIdAllowed);
   }
 
-  /// Reads the secret. Its messages never show the text.
+  /// Reads the secret. The messages of this function never show the text.
   void read_secret(const reader::Fields& fields, std::array<unsigned char, crypto_auth_KEYBYTES>& secret) {
     const reader::Node* node = fields.require("secret", "must be 64 hexadecimal digits");
     if (node == nullptr) return;
@@ -356,9 +359,9 @@ std::string make_key(const std::string& path, const std::string& id) {
       R"(# A key for freeflexd --keys and freeflex push --key: whoever can read it can command in its name.
 id: {}
 secret: {}
-# What it may do; without a line the limits of the scene apply.
+# What the key may do. For each missing line the limits of the scene apply.
 # channels: [FORCE, CONTROL]
-# controls: [run, hold, step, reset, stop, shapes, scene]   # clear, which ends what others push, must be named
+# controls: [run, hold, step, reset, stop, shapes, scene]   # clear, which ends the pushes of others, must be listed
 # points: [tip, hub]          # names and ranges a..b of the scene; [] for none
 # groups: []
 # largest_force: 10           # [N] of each entry of a command

@@ -1,5 +1,5 @@
 // Key files: a key says who may send commands, and which. A file is a YAML mapping of id, secret and
-// allow-lists. It must be private to the user who runs the program.
+// allow-lists. A key file must be private to the user who runs the program.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@
 
 namespace freeflex::service {
 
-/// All controls except CLEAR. A key must name CLEAR to be allowed to send it, because it acts on the pushes
-/// of other senders.
+/// All controls except CLEAR. A key may send CLEAR only if its list contains CLEAR, because CLEAR acts on the
+/// pushes of other senders.
 inline constexpr std::uint32_t kMostControls = ~(1U << freeflex_msgs::control_t::CLEAR);
 
 /// What a key may do, within the limits of the scene.
@@ -24,8 +24,9 @@ struct Grants {
   std::uint32_t controls = kMostControls;  // bit c: control_t command c
   std::vector<bool> points;                // by index; empty: all
   std::vector<bool> groups;                // by index; empty: all
-  std::vector<bool> wheels;                // by index, the wheels in the allowed points; empty: all
-  double largest_force = 0.0;          // [N] for each entry of a command; 0: only the scene's limit applies
+  std::vector<bool> wheels;                // the wheels in the allowed points, by index; empty: all
+  double largest_force = 0.0;          // [N] largest force of each entry of a command; 0: only the scene's
+                                       // limit applies
   double largest_torque = 0.0;         // [N m] likewise
   int num_slots = kMaxSlotNumber + 1;  // slots 0 to num_slots - 1
   double commands_per_second = 0.0;    // [1/s] 0: no limit
@@ -44,9 +45,9 @@ struct Key {
 
 struct KeysResult {
   std::vector<Key> keys;  // ordered by id, ascending; empty if there is a fault
-  std::string faults;     // for the user, with file, position and remedy; never contains a secret
+  std::string faults;     // text for the user, with file, position and remedy; never contains a secret
 };
-/// Loads the key in a file, or the keys in all files NAME.key of a folder. It is a fault if there is none.
+/// Loads the key in a file, or the keys in all files NAME.key of a folder. It is a fault if there is no key.
 KeysResult load_keys(const std::string& path, const Plan& plan);
 /// Loads the key in a file without its allow-lists, for a program that seals commands.
 KeysResult load_key(const std::string& file);

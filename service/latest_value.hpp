@@ -1,5 +1,5 @@
-// Latest-value buffer between one writer thread and one reader thread. It has three preallocated copies, uses
-// no lock and never waits.
+// Latest-value buffer between one writer thread and one reader thread. The buffer has three preallocated
+// copies, uses no lock and never waits.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ class LatestValue {
   LatestValue(const LatestValue&) = delete;
   LatestValue& operator=(const LatestValue&) = delete;
 
-  /// Writer only. Returns the copy to fill before offer(). Until then it contains an old value.
+  /// Writer only. Returns the copy to fill before offer(). Until offer(), the copy contains an old value.
   Value& draft() noexcept { return copies_[writing_]; }
   /// Writer only. Makes the draft the latest value; an older value that was not taken is lost.
   void offer() noexcept {

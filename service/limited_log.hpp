@@ -39,9 +39,10 @@ class LimitedLog {
 
   /// Writes the text or suppresses it.  \param now_ns  [ns] time of a monotonic clock
   void write(LineKind kind, std::int64_t now_ns, const std::string& text);
-  /// For each window that has ended, writes how many lines were suppressed. Call it many times a second.
+  /// For each window that has ended, writes how many lines were suppressed in it. Must be called many times a
+  /// second.
   void write_due(std::int64_t now_ns);
-  /// Writes the numbers of suppressed lines of all other windows. Call it last.
+  /// Writes the numbers of suppressed lines of all windows that have not ended. Call it last.
   void end();
 
  private:

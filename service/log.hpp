@@ -10,7 +10,7 @@ namespace freeflex::service {
 /// \param level  lowest level that is written
 void start_log(const std::string& level);
 
-/// Prints a text for the user without a prefix and at any log level. Any thread may call it.
+/// Prints a text for the user without a prefix and at any log level. Any thread may call this function.
 /// \pre start_log
 void print_plainly(const std::string& text);
 

@@ -11,12 +11,12 @@ namespace freeflex::service {
 
 namespace {
 
-constexpr std::int64_t kIdleLockstep = 100'000;          // [ns] between checks of the ring in lockstep
-constexpr std::int64_t kIdleHolding = 1'000'000;         // [ns] between checks of the ring while holding
-constexpr std::int64_t kLongestSleep = 50'000'000;       // [ns] between checks of the ring while running
-constexpr std::int64_t kReaderWait = 20'000;             // [ns] between checks of a full queue
+constexpr std::int64_t kIdleLockstep = 100'000;          // [ns] time between checks of the ring in lockstep
+constexpr std::int64_t kIdleHolding = 1'000'000;         // [ns] time between checks of the ring while holding
+constexpr std::int64_t kLongestSleep = 50'000'000;       // [ns] time between checks of the ring while running
+constexpr std::int64_t kReaderWait = 20'000;             // [ns] time between checks of a full queue
 constexpr std::int64_t kReaderPatience = 1'000'000'000;  // [ns] longest wait for a full queue
-constexpr std::int64_t kReofferEvery = 1'000'000'000;    // [ns] between states while holding
+constexpr std::int64_t kReofferEvery = 1'000'000'000;    // [ns] time between states while holding
 
 }  // namespace
 
@@ -136,7 +136,7 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
   const auto num_clearances = static_cast<std::size_t>(command_queue_.num_due_clearances());
   if (report_.status != StepStatus::kOk) return enter_fault(due.subspan(num_clearances));
   judgement_.take(state_, budget_);
-  // first the ends, then the commands, in the order in which the step processed them
+  // first the ends, then the commands, in the order of the step
   for (int i = 0; i < report_.num_expiries; ++i) {
     const Expiry& expiry = report_.expiries[static_cast<std::size_t>(i)];
     std::int32_t kind = freeflex_msgs::applied_t::EXPIRED;

@@ -49,7 +49,7 @@ class Simulation {
 
   /// Body of the simulation thread.
   void run() noexcept;
-  /// Makes run() return after the present tick. Any thread may call it.
+  /// Makes run() return after the present tick. Any thread may call this function.
   void request_stop() noexcept { is_stopping_.store(true, std::memory_order_relaxed); }
 
   /// \pre run() is not running
@@ -95,7 +95,8 @@ class Simulation {
   InboundRing& inbound_;
   Output& output_;
   std::unique_ptr<io::NameTable> names_;  // own copy, because the copy in shared memory is not trusted
-  std::array<std::int64_t, io::kNumMotionChannels> every_{};  // [ticks] between two publications; 0: off
+  std::array<std::int64_t, io::kNumMotionChannels> every_{};  // [ticks] distance between two publications; 0:
+                                                              // off
 
   State state_;
   Workspace workspace_;

@@ -76,7 +76,7 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       ->check(freeflex::service::must_be("a number > 0 [s]", [](double time) { return time > 0.0; }));
   app.add_flag("--hold", options.starts_holding, "start holding: wait for RUN or STEP");
   app.add_option("--ingress-user", options.ingress_user,
-                 "user that the process which reads the network runs as; default for root: nobody")
+                 "user of the process that reads the network; default if started by root: nobody")
       ->type_name("NAME");
   app.add_flag("--take-over", options.takes_over,
                "start even if another freeflexd seems to use the prefix; its messages may be forged");

@@ -175,12 +175,12 @@ void OperatorSocket::take(Connection& connection, std::span<const std::byte> byt
                                              admission.sender.data(), kOperatorSender));
     else if (admission.sequence <= connection.last_sequence)
       refuse(Reason::kStaleSequence,
-             fmt::format("sequence {} of {}, must be greater than {}", admission.sequence,
+             fmt::format("sequence number {} of sender {}, must be greater than {}", admission.sequence,
                          admission.sender.data(), connection.last_sequence));
     else if (find_asker({admission.sender, admission.sequence}) != nullptr)
-      refuse(Reason::kStaleSequence, fmt::format("sequence {} of {} came over another connection too: use "
-                                                 "another sender name, or sequences from "
-                                                 "a clock",
+      refuse(Reason::kStaleSequence, fmt::format("sequence number {} of {} also came over another "
+                                                 "connection: use another sender name, or numbers from a "
+                                                 "clock",
                                                  admission.sequence, admission.sender.data()));
   }
   if (admission.reason == Reason::kAccepted) {

@@ -1,7 +1,7 @@
 // Data that the simulation thread passes to the publisher: rings and queues for data of which no item may be
-// lost, a latest-value buffer for the status, histograms and counters. Also the ring of the operator's
-// commands, because this process receives them. All memory is allocated on the heap in the constructor (about
-// 20 MB, and at most kMotionBytes for each motion channel that is published).
+// lost, a latest-value buffer for the status, histograms and counters. The class also contains the ring of
+// the operator's commands, because this process receives them. All memory is allocated on the heap in the
+// constructor (about 20 MB, and at most kMotionBytes for each motion channel that is published).
 #pragma once
 
 #include <array>
@@ -75,8 +75,8 @@ struct Snapshot {
 /// so assigning a motion to them allocates nothing.
 Snapshot make_snapshot(const Plan& plan);
 
-/// Ring of the operator's commands to the simulation. Their answers are sent over the socket, not over the
-/// bus.
+/// Ring of the operator's commands to the simulation. The answers to these commands are sent over the socket,
+/// not over the bus.
 using OperatorRing = Ring<InboundEntry, 64>;
 
 struct Output {
@@ -85,8 +85,8 @@ struct Output {
   static constexpr int kNumApplied = 1024;
   static constexpr int kNumRequests = 64;
   /// Largest and smallest number of snapshots of one channel that can wait for a late publisher. The largest
-  /// number covers a quarter of a second at 1 kHz. If kMotionBytes are not enough for it, the number is
-  /// smaller.
+  /// number covers a quarter of a second at 1 kHz. If kMotionBytes are not enough for this number, the number
+  /// is smaller.
   static constexpr std::size_t kMostWaiting = 256, kLeastWaiting = 4;
   static constexpr std::size_t kMotionBytes = 16'000'000;
 

@@ -13,8 +13,8 @@ namespace {
 
 using io::Reason;
 
-/// Returns true if the command was for this session and its sender is valid. Its sequence is then used up,
-/// even if its contents are rejected.
+/// Returns true if the command was for this session and its sender is valid. The sequence of such a command
+/// is then used up, even if its contents are rejected.
 bool uses_a_sequence(Reason reason) {
   return reason != Reason::kMalformed && reason != Reason::kWrongType && reason != Reason::kWrongSession &&
          reason != Reason::kBadSender && reason != Reason::kNoKeys;
@@ -84,7 +84,8 @@ void PacketHandler::on_fragment(bool is_force, std::int64_t received_ns) noexcep
   io::Admission admission;
   admission.reason = Reason::kMalformed;
   std::snprintf(admission.text.data(), admission.text.size(),
-                "a message in fragments has more than 65499 bytes, a command at most %zu", kMaxCommandBytes);
+                "a message in fragments has more than 65499 bytes, but a command has at most %zu",
+                kMaxCommandBytes);
   finish(admission);
 }
 
@@ -118,7 +119,8 @@ void PacketHandler::finish(io::Admission& admission) noexcept {
     if (block_.try_push(entry_)) return;
     admission.reason = Reason::kQueueFull;
     std::snprintf(admission.text.data(), admission.text.size(),
-                  "more commands than the daemon takes: all %d places are taken; send slower",
+                  "commands arrive faster than the daemon processes them: all %d places of its queue are "
+                  "in use; send fewer a second",
                   SharedBlock::num_places(entry_.kind));
   }
   block_.rejections[static_cast<std::size_t>(admission.reason)].fetch_add(1, std::memory_order_relaxed);
@@ -150,7 +152,8 @@ void PacketHandler::take_sequence(io::Admission& admission) noexcept {
   if (record == nullptr) {
     admission.reason = Reason::kTooManySenders;
     std::snprintf(admission.text.data(), admission.text.size(),
-                  "sender %s is new and %d are known already, all heard within %lld s",
+                  "sender %s is new, but the daemon knows %d senders already, and all of them sent within "
+                  "the last %lld s",
                   admission.sender.data(), SenderTable::kMaxSenders,
                   static_cast<long long>(SenderTable::kForget / 1'000'000'000));
     return;
@@ -163,8 +166,9 @@ void PacketHandler::take_sequence(io::Admission& admission) noexcept {
   }
   admission.reason = Reason::kStaleSequence;
   std::snprintf(admission.text.data(), admission.text.size(),
-                "sequence %lld of %s, must be greater than %lld", static_cast<long long>(admission.sequence),
-                admission.sender.data(), static_cast<long long>(last));
+                "sequence number %lld of sender %s, must be greater than %lld",
+                static_cast<long long>(admission.sequence), admission.sender.data(),
+                static_cast<long long>(last));
 }
 
 }  // namespace freeflex::service

@@ -23,7 +23,7 @@ constexpr std::int64_t kStatusPatience = 30'000'000;  // [ns] longest wait for a
 // messages sent from one ring at one check, 32,000 a second: LCM's subscribers queue 30 messages and drop
 // newer ones
 constexpr int kBurst = 8;
-constexpr std::int64_t kIdle = 250'000;  // [ns] between checks of the rings
+constexpr std::int64_t kIdle = 250'000;  // [ns] time between checks of the rings
 constexpr std::chrono::microseconds kIdleUnpaced{50};
 
 std::int64_t wall_us() {
@@ -35,8 +35,10 @@ std::int64_t wall_us() {
 std::string reason_text(const AckEntry& entry, const CommandLimits& limits) {
   switch (entry.reason) {
     case Reason::kLate:
-      return fmt::format("start_tick {} has passed, next is {}: name a later one, -1, or late_policy 1",
-                         entry.found, entry.tick);
+      return fmt::format(
+          "start_tick {} has passed, the next tick is {}: give a later tick, -1, or "
+          "late_policy 1",
+          entry.found, entry.tick);
     case Reason::kTooFarAhead:
       return fmt::format(
           "start_tick {} is more than {} ticks ahead of {}: send it later{}", entry.found, entry.most,
@@ -50,29 +52,32 @@ std::string reason_text(const AckEntry& entry, const CommandLimits& limits) {
     case Reason::kQueueFull:
       if (entry.command == 0 && entry.found > 0)
         return fmt::format(
-            "this sender, by itself or with others, has the most commands that may wait, {}: send again "
-            "later",
+            "this sender, by itself or with others, already has {} waiting commands, which is the limit: "
+            "send again later",
             entry.found);
       return "the publisher is behind: send again later";
     case Reason::kEpochEnded:
       return fmt::format("a reset came before start_tick {}: send again in the new epoch", entry.found);
     case Reason::kCleared:
-      return fmt::format("its sender was cleared before start_tick {}: send it again if it still holds",
+      return fmt::format("its sender was cleared before start_tick {}: send it again if it is still valid",
                          entry.found);
     case Reason::kNotGranted:
-      return "CLEAR is taken over the operator's socket, or under a key whose controls name clear";
+      return "CLEAR is accepted only over the operator's socket, or with a key whose controls include clear";
     case Reason::kTooOld:
-      return fmt::format("waited {:.3g} s for its decision, at most {:g} s: send it again if it still holds",
-                         1e-3 * static_cast<double>(entry.found), limits.max_age);
+      return fmt::format(
+          "waited {:.3g} s for its decision, at most {:g} s: send it again if it is still "
+          "valid",
+          1e-3 * static_cast<double>(entry.found), limits.max_age);
     case Reason::kBadControl:
       if (entry.command == freeflex_msgs::control_t::SCENE)
         return fmt::format("found {}: SCENE takes a page from 1 to {}, or 0 for all", entry.found,
                            entry.most);
       return fmt::format("found {}: SHAPES takes an elastic mode from 1 to {}", entry.found, entry.most);
     case Reason::kWrongMode:
-      if (entry.mode == Mode::kFault) return "the simulation is faulted: only RESET and STOP are taken";
+      if (entry.mode == Mode::kFault) return "the simulation is faulted: only RESET and STOP are accepted";
       return entry.command == freeflex_msgs::control_t::RUN ? "RUN does not apply in lockstep: send STEP"
-                                                            : "STEP applies while holding: send HOLD first";
+                                                            : "STEP applies only while holding: send HOLD "
+                                                              "first";
     default:
       return {};
   }
@@ -189,8 +194,8 @@ bool Publisher::send_answers() {
   return num_sent == kBurst;
 }
 
-/// Answers commands that the ingress rejected. The ingress's memory is not trusted, so the number of turns is
-/// limited and each entry is checked.
+/// Answers commands that the ingress rejected. The ingress's memory is not trusted, so the number of
+/// iterations is limited and each entry is checked.
 bool Publisher::send_rejections() {
   int num_sent = 0;
   for (; num_sent < kBurst && shared_.rejected.try_pop(rejection_); ++num_sent) {
@@ -243,8 +248,8 @@ void Publisher::send_scene(bool uses_fallback, std::int64_t number) {
   }
 }
 
-/// When the status is due, asks the loop for a snapshot and sends the snapshot when it comes. If none comes
-/// in time, sends the old one.
+/// When the status is due, asks the loop for a snapshot and sends the snapshot when it comes. If no snapshot
+/// comes in time, sends the old one.
 void Publisher::send_status(std::int64_t now_ns) {
   if (now_ns < status_due_ns_) return;
   if (!has_asked_) {
@@ -298,7 +303,7 @@ void Publisher::note_standstill(std::int64_t now_ns) {
   }
   if (looked_ns_ != 0 && suspended_ns > Pacer::kCatchUp)
     log_.write(LineKind::kSlip, now_ns,
-               fmt::format("this machine was suspended for {:.1f} s, during which no tick was due",
+               fmt::format("this machine was suspended for {:.1f} s; no tick was due in that time",
                            1e-9 * static_cast<double>(suspended_ns)));
   looked_boot_ns_ = now_boot_ns;
   looked_ns_ = now_ns;
@@ -318,7 +323,8 @@ void Publisher::note_replan(std::int64_t now_ns) {
   if (motion.uses_fallback && motion.fallback_tick != noted_replan_tick_)
     log_.write(
         LineKind::kReplan, now_ns,
-        fmt::format("tick {}: {} is back because a command needs it: {} modes instead of {} from here on",
+        fmt::format("tick {}: the plan includes {} again because a command needs it: {} modes instead of "
+                    "{} from this tick on",
                     motion.fallback_tick, replan_name(motion), plan_.fallback.front().num_elastic,
                     plan_.num_elastic));
   noted_replan_tick_ = motion.fallback_tick;

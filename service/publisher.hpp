@@ -18,8 +18,8 @@
 
 namespace freeflex::service {
 
-/// Each makes the ack_t of an answer with the present time: for a decision of the loop, or for a rejection
-/// before the loop.
+/// Each function makes the ack_t of an answer with the present time: for a decision of the loop, or for a
+/// rejection before the loop.
 freeflex_msgs::ack_t make_ack(const AckEntry& entry, const Identity& identity);
 freeflex_msgs::ack_t make_ack(const io::Admission& admission, std::int64_t tick, std::int64_t session);
 
@@ -55,7 +55,7 @@ class Publisher {
   /// Body of the thread. Returns when all data of a finished simulation has been sent, or after
   /// request_stop().
   void run();
-  /// Ends run() even if the simulation never ran. Any thread may call it.
+  /// Ends run() even if the simulation never ran. Any thread may call this function.
   void request_stop() { is_stopping_.store(true, std::memory_order_relaxed); }
 
  private:
@@ -86,7 +86,8 @@ class Publisher {
   const std::int64_t status_every_ns_;
   Snapshot starting_;                                               // status before the loop runs
   const Snapshot* status_;                                          // latest snapshot
-  std::array<std::vector<freeflex_msgs::scene_t>, 2> scene_pages_;  // for the reduced and the fallback plan
+  std::array<std::vector<freeflex_msgs::scene_t>, 2> scene_pages_;  // pages for the reduced and the fallback
+                                                                    // plan
   std::int64_t num_applied_ = 0;                                    // APPLIED messages sent
   std::int64_t status_due_ns_ = 0;
   std::int64_t second_due_ns_ = 0;

@@ -1,5 +1,5 @@
-// Queue from one writer thread to one reader thread, in order. Its places are allocated once; it uses no lock
-// and never waits.
+// Queue from one writer thread to one reader thread, in order. The places of the queue are allocated once;
+// the queue uses no lock and never waits.
 #pragma once
 
 #include <atomic>
@@ -9,8 +9,8 @@
 
 namespace freeflex::service {
 
-/// For values that are filled in place because they are too large to be copied, as a Ring does. Not for
-/// shared memory.
+/// A queue whose values are filled in place, for values that are too large to copy. (A Ring copies its
+/// values.) It is not for shared memory.
 template <class Value>
 class Queue {
  public:

@@ -1,4 +1,4 @@
-// Types in the memory that the daemon shares with its ingress process. They are trivially copyable and
+// Types in the memory that the daemon shares with its ingress process. These types are trivially copyable and
 // contain no addresses.
 #pragma once
 
@@ -62,12 +62,13 @@ class Ring {
 };
 
 /// [B] Size of the longest command on the wire: the sender and 22 fields outside the lists, 28 B for each
-/// force or torque, 52 B for each wrench and 12 B for each wheel. An entry has room for it.
+/// force or torque, 52 B for each wrench and 12 B for each wheel. An entry has room for a command of this
+/// size.
 inline constexpr std::size_t kMaxCommandBytes = 8760;
 /// [B] Size of the longest sealed command: the longest command in an envelope_t with the longest key id.
 inline constexpr int kMaxRawBytes = static_cast<int>(kMaxCommandBytes) + 104;
-/// Says which member of an InboundEntry is valid: a command or, if keys are required, the bytes of a message
-/// on FORCE or CONTROL. In shared memory the value may be any other number.
+/// States which member of an InboundEntry is valid: a command or, if keys are required, the bytes of a
+/// message on FORCE or CONTROL. In shared memory the value may be any other number.
 enum class InboundKind : std::int32_t { kForce = 1, kControl = 2, kRawForce = 3, kRawControl = 4 };
 /// Entry from ingress to simulation, or from ingress to verifier to simulation.
 struct InboundEntry {
@@ -86,10 +87,10 @@ struct RejectionEntry {
   io::Admission admission;
 };
 
-/// Settings for the ingress. The ingress maps them read-only, and no process can change them.
+/// Settings for the ingress. The ingress maps these settings read-only, and no process can change them.
 struct IngressSettings {
   std::int64_t session = 0;
-  std::int32_t daemon_pid = 0;  // the ingress ends when this is no longer its parent
+  std::int32_t daemon_pid = 0;  // the ingress ends when this process is no longer its parent
   bool are_keys_required = false;
   std::array<char, 64> channel_prefix{};
   io::NameTable names;
@@ -97,11 +98,11 @@ struct IngressSettings {
 
 /// Last sequence of each sender in this session, for the ingress. The table is in shared memory, so it
 /// survives a restart of the ingress. If all places are taken, a new sender replaces a sender that was silent
-/// for kForget. A sender of a control always gets a place: if necessary it replaces the sender in the
-/// kMaxControls extra places that was silent for longest. Therefore nobody can prevent a STOP by using many
-/// names.
+/// for kForget. A sender of a control always gets a place. If necessary, it replaces another sender in the
+/// kMaxControls extra places: the sender that was silent for longest. Therefore nobody can prevent a STOP by
+/// using many names.
 struct SenderTable {
-  static constexpr int kMaxSenders = 64;                   // for senders of any command
+  static constexpr int kMaxSenders = 64;                   // places for senders of any command
   static constexpr int kMaxControls = 16;                  // extra places for controls
   static constexpr std::int64_t kForget = 60'000'000'000;  // [ns]
   struct Record {
@@ -111,20 +112,21 @@ struct SenderTable {
   };
   std::array<Record, kMaxSenders + kMaxControls> records{};
 };
-/// Makes the places of the senders that the target of a CLEAR matches available to new senders. Until a new
-/// sender takes a place, the sequence in it stays, so a copy of an old command is still refused. The daemon
-/// may call this function, because it changes only times.
+/// Makes the places of cleared senders available to new senders; the target of the CLEAR selects the senders.
+/// Until a new sender takes a place, the sequence in it stays, so a copy of an old command is still refused.
+/// The daemon may call this function, because the function changes only times.
 void release_places(SenderTable& senders, const std::array<char, kSenderSize>& target) noexcept;
 
 /// State of one ingress process, the receiving one or the standby, in the block.
 struct IngressSeat {
-  // incremented in every turn of the process's loop, at least 50 times a second; 0: not ready yet
+  // incremented in every iteration of the process's loop, at least 50 times a second; 0: not ready yet
   alignas(64) std::atomic<std::uint64_t> beat{0};
   std::atomic<std::uint32_t> lacks{0};  // parts of the confinement that failed
 };
 
-/// Block that the daemon creates and the ingress fills. The daemon trusts none of its contents. If keys are
-/// required, the verifier fills a second block, in the daemon's own memory, for simulation and publisher.
+/// Block that the daemon creates and the ingress fills. The daemon trusts none of the contents of the block.
+/// If keys are required, the verifier fills a second block, in the daemon's own memory, for simulation and
+/// publisher.
 struct SharedBlock {
   std::array<IngressSeat, 2> seats;
   std::atomic<std::int64_t> received{0};         // number of messages on FORCE and CONTROL
@@ -141,7 +143,8 @@ struct SharedBlock {
     const bool is_control = kind == InboundKind::kControl || kind == InboundKind::kRawControl;
     return decltype(inbound)::kCapacity - (is_control ? 0 : kControlPlaces);
   }
-  /// Only for the producer of inbound. Adds an entry; returns false if there is no place for its kind.
+  /// Only for the producer of inbound. Adds an entry; returns false if there is no place for this kind of
+  /// entry.
   bool try_push(const InboundEntry& entry) noexcept {
     const int num_kept = decltype(inbound)::kCapacity - num_places(entry.kind);
     return inbound.num_free() > num_kept && inbound.try_push(entry);

@@ -22,9 +22,10 @@ class SignalWatch {
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;
 
-  /// Returns the first signal, or 0. Any thread may call it.
+  /// Returns the first signal, or 0. Any thread may call this function.
   int received() const;
-  /// Marks the end of start-up; after this call the first signal only sets the flag. Any thread may call it.
+  /// Marks the end of start-up; after this call the first signal only sets the flag. Any thread may call this
+  /// function.
   void end_start_up();
 };
 

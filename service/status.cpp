@@ -84,11 +84,11 @@ void StatusReporter::fill_timing(freeflex_msgs::status_t& status) const {
 std::string fault_text(const Snapshot& snapshot) {
   if (snapshot.mode != Mode::kFault) return {};
   const FaultNote& fault = snapshot.fault;
-  std::string text =
-      fmt::format("the state after tick {} is not finite; held at tick {}", fault.tick, fault.tick);
+  std::string text = fmt::format("the state after tick {} is not finite; the simulation holds at tick {}",
+                                 fault.tick, fault.tick);
   if (fault.num_commands > 0) {
-    text += fmt::format("; {} command(s) began there, the last {} sequence {}", fault.num_commands,
-                        fault.sender.data(), fault.sequence);
+    text += fmt::format("; {} command(s) began there, the last from {} with sequence number {}",
+                        fault.num_commands, fault.sender.data(), fault.sequence);
   }
   return text + "; RESET recovers";
 }

@@ -24,7 +24,7 @@ using io::Reason;
 
 namespace {
 
-constexpr std::chrono::microseconds kPause{100};  // between checks of an empty ring
+constexpr std::chrono::microseconds kPause{100};  // time between checks of an empty ring
 constexpr int kMostALook = 64;                    // messages between readings of the clock
 constexpr double kPlainAnswers = 10.0;            // [1/s] answers to commands without a key
 constexpr std::int64_t kMostLost = 1024;  // largest number of lost messages that is counted at one check
@@ -76,7 +76,7 @@ Reason check_grants(const ForceCommand& command, const Key& key, std::span<char>
   for (int i = 0; i < command.num_wheels; ++i) {
     const WheelTorque& entry = command.wheels[static_cast<std::size_t>(i)];
     if (!may_use(grants.wheels, entry.wheel)) {
-      io::print(text, "wheels[%d]: wheel %d is in none of the points of key %s", i, entry.wheel, id);
+      io::print(text, "wheels[%d]: wheel %d is not in a point of key %s", i, entry.wheel, id);
       return Reason::kNotGranted;
     }
     const Vec3 torque{entry.torque, 0.0, 0.0};
@@ -218,8 +218,8 @@ void Verifier::verify_claim(const Envelope& envelope, Holder& holder, bool is_fo
   if (envelope.sequence <= holder.last_sequence) {
     count(Reason::kStaleSequence);
     return log_.write(LineKind::kRefused, time.now_ns,
-                      fmt::format("key '{}': sequence {}, must be greater than {}: somebody repeated a "
-                                  "command, or its sender restarted its count",
+                      fmt::format("key '{}': sequence number {}, must be greater than {}: somebody "
+                                  "repeated a command, or its sender restarted its count",
                                   envelope.key_id, envelope.sequence, holder.last_sequence));
   }
   // the sequence is used up before further checks, so that no command is accepted or answered twice
@@ -229,7 +229,9 @@ void Verifier::verify_claim(const Envelope& envelope, Holder& holder, bool is_fo
     verified_->kind = is_force ? InboundKind::kForce : InboundKind::kControl;
     if (block_->try_push(*verified_)) return;
     admission.reason = Reason::kQueueFull;
-    io::print(admission.text, "more commands than the daemon takes: all %d places are taken; send slower",
+    io::print(admission.text,
+              "commands arrive faster than the daemon processes them: all %d places of its "
+              "queue are in use; send fewer a second",
               SharedBlock::num_places(verified_->kind));
   }
   count(admission.reason);
@@ -256,7 +258,8 @@ Admission Verifier::admit(const Envelope& envelope, Holder& holder, bool is_forc
                   envelope.valid_until, time.wall_us);
   if (envelope.valid_until > time.wall_us + io::kMaxValidity)
     return refuse(Reason::kValidTooLong,
-                  "valid_until {} is more than {} s after the daemon's clock, {} us: or the clocks differ",
+                  "valid_until {} is more than {} s after the daemon's clock, {} us: sent with too late a "
+                  "time, or the clocks differ",
                   envelope.valid_until, io::kMaxValidity / 1'000'000, time.wall_us);
   if (key.grants.commands_per_second > 0.0 && !holder.bucket.take(time.now_ns))
     return refuse(Reason::kTooFast, "key {} may send {} commands a second", key.sealing.id,
@@ -271,7 +274,7 @@ Admission Verifier::admit(const Envelope& envelope, Holder& holder, bool is_forc
   if (admission.reason != Reason::kAccepted) return admission;
   if (admission.sender.data() != envelope.key_id || admission.sequence != envelope.sequence)
     return refuse(Reason::kKeyMismatch,
-                  "sender {} and sequence {} of the command, must be {} and {} as on its envelope",
+                  "sender {} and sequence number {} of the command, must be {} and {} as on its envelope",
                   admission.sender.data(), admission.sequence, envelope.key_id, envelope.sequence);
   admission.reason = is_force ? check_grants(verified_->force, key, admission.text)
                               : check_grants(verified_->control, key, admission.text);
@@ -279,7 +282,7 @@ Admission Verifier::admit(const Envelope& envelope, Holder& holder, bool is_forc
 }
 
 /// Answers a command without an envelope, unless its sender's name is the id of a key. The holder of that key
-/// could mistake an answer to a stranger for an answer to its own command.
+/// could mistake an answer to a stranger for the answer to a command of its own.
 void Verifier::refuse_plain(std::span<const std::byte> bytes, const Time& time) {
   count(Reason::kKeyRequired);
   const std::optional<io::Head> head = io::read_head(bytes);
@@ -289,7 +292,7 @@ void Verifier::refuse_plain(std::span<const std::byte> bytes, const Time& time) 
   admission.reason = Reason::kKeyRequired;
   std::copy(head->sender.begin(), head->sender.end(), admission.sender.begin());
   admission.sequence = head->sequence;
-  io::print(admission.text, "this daemon takes only commands under a key: seal it in an envelope_t");
+  io::print(admission.text, "this daemon accepts only commands with a key: seal it in an envelope_t");
   answer(admission);
 }
 

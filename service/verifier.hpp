@@ -1,5 +1,5 @@
-// The thread that verifies sealed commands. It is placed between the ingress, which an attacker may control,
-// and the simulation. It trusts no message in the shared block that has no valid tag.
+// The thread that verifies sealed commands. The verifier is placed between the ingress, which an attacker may
+// control, and the simulation. The verifier trusts no message in the shared block that has no valid tag.
 #pragma once
 
 #include <array>
@@ -52,13 +52,13 @@ class Verifier {
 
   /// Body of the thread; returns after request_stop().
   void run();
-  /// Makes run() return. Any thread may call it.
+  /// Makes run() return. Any thread may call this function.
   void request_stop() noexcept { is_stopping_.store(true, std::memory_order_relaxed); }
 
   /// Takes one message; returns false if there is none.
   bool take(const Time& time);
 
-  /// Returns the block that simulation and publisher read instead of the ingress's block. It contains
+  /// Returns the block that simulation and publisher read instead of the ingress's block. The block contains
   /// verified commands, rejections to answer and counts.
   SharedBlock& block() { return *block_; }
 
@@ -90,8 +90,8 @@ class Verifier {
   std::atomic<bool> is_stopping_{false};
 };
 
-/// Each returns kAccepted, kNotGranted or kOverKeyLimit, and writes to `text` what was found and what the key
-/// allows.
+/// Each function returns kAccepted, kNotGranted or kOverKeyLimit, and writes to `text` what was found and
+/// what the key allows.
 io::Reason check_grants(const ForceCommand& command, const Key& key, std::span<char> text) noexcept;
 io::Reason check_grants(const io::ControlCommand& command, const Key& key, std::span<char> text) noexcept;
 

@@ -23,7 +23,7 @@ Eigen::VectorXd mass_of_freedoms(const std::vector<PointMass>& points) {
   return mass;
 }
 
-// Orthonormal vectors, made one after the other   (THEORY 11.12).
+// Holds orthonormal vectors, which are made one after another   (THEORY 11.12).
 class GramSchmidt {
  public:
   GramSchmidt(Eigen::Index size, Eigen::Index capacity) : vectors_(size, capacity) {}
@@ -81,7 +81,8 @@ GramSchmidt inelastic_vectors(const Eigen::VectorXd& root_mass, const MassProper
 }
 
 // Shapes of other recipes meet the conditions (THEORY 2.15) within a rounding error of the largest
-// displacement. After this function they meet them within a rounding error of the terms in each condition.
+// displacement. After this function, the shapes meet the conditions within a rounding error of the terms in
+// each condition.
 void remove_rigid_motion(const std::vector<PointMass>& points, const MassProperties& properties,
                          Eigen::MatrixXd& shapes) {
   const Eigen::VectorXd root_mass = mass_of_freedoms(points).cwiseSqrt();
@@ -231,8 +232,8 @@ Basis orthonormalise(const std::vector<PointMass>& points, const MassProperties&
   basis.choice = choice;
   const auto rank = static_cast<Eigen::Index>(choice.kept.size());
   basis.coefficients = Eigen::MatrixXd::Zero(rank, groups.cols());
-  // expands beta = (M / m) f in the vectors so far   (THEORY 4.2, 11.11); these have length one, and b has
-  // length sqrt(M)
+  // expands beta = (M / m) f in the vectors so far (THEORY 4.2, 11.11); these vectors have length one, and b
+  // has length sqrt(M)
   const auto expand = [&](int l) {
     GramSchmidt::Remainder remainder =
         vectors.reduce(properties.mass * groups.col(l).cwiseQuotient(root_mass));

@@ -28,9 +28,9 @@ struct Basis {
   Eigen::MatrixXd shapes;  // b, [-] (3N x rank)
   int num_expected = 0;    // n = 3N - rigid freedoms - constraints; the basis is complete if rank == n
 
-  // numbering to flat_window are filled only for recipes with force groups
+  // the members from numbering to flat_window are filled only for recipes with force groups
   std::vector<int> numbering;  // order in which the points were taken
-  int rank_as_numbered = 0;    // rank with the points as the scene numbers them
+  int rank_as_numbered = 0;    // rank with the numbering of the scene
   Choice choice;               // vector l comes from group choice.kept[l]
   // gamma_ul, [N] (rank x num_groups) beta_l = sum_u b_u gamma_ul   (THEORY 11.11)
   Eigen::MatrixXd coefficients;
@@ -46,9 +46,9 @@ struct Basis {
   bool is_complete() const { return rank() == num_expected; }
 };
 
-/// A group is a combination of the vectors before it if its remainder [-] is at most this. The limit is far
-/// above rounding errors, about 1e-15, and far below the remainders of windows that are not flat
-/// (THEORY 11.12).
+/// A group is a combination of the vectors before it if its remainder [-] is at most this limit. The limit is
+/// far above rounding errors, about 1e-15. The limit is far below the remainder of any group whose window of
+/// successive points is not flat (THEORY 11.10, 11.12).
 inline constexpr double kDependent = 1e-11;
 
 /// Takes groups in their order. The remainders are those of forces, without the mass metric: if masses differ

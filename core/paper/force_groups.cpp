@@ -12,12 +12,12 @@ namespace {
 
 using Vectors = Eigen::Matrix3Xd;
 
-// a thickness of at most this many rounding errors of the largest coordinate is treated as zero
+// a thickness of at most this number of rounding errors of the largest coordinate is treated as zero
 // (THEORY 11.5)
 constexpr double kPlanarRoundings = 64.0;
 
-// returns the unit normal of the best plane of the points; masses have no influence, so that a light point
-// outside the line of the heavy points has an effect
+// returns the unit normal of the best plane of the points; all points have the same weight, so that a light
+// point outside the line of the heavy points has an effect
 Eigen::Vector3d plane_normal(const MassProperties& properties) {
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(properties.r, Eigen::ComputeFullU);
   return svd.matrixU().col(2);
@@ -113,8 +113,8 @@ Vectors rigid_part(const std::vector<PointMass>& points, const MassProperties& p
   return S;
 }
 
-// Adds f = F - S(F), the part that strains, for every unit load F   (THEORY 11.1, 11.4). In the code F
-// becomes f
+// Adds f = F - S(F), the part that deforms the body, for every unit load F (THEORY 11.1, 11.4). In the code,
+// f overwrites F
 void formal_groups(const std::vector<PointMass>& points, const MassProperties& properties,
                    const std::vector<int>& at, Groups& groups) {
   for (const int loaded : at) {

@@ -12,10 +12,9 @@ namespace freeflex {
 /// (THEORY 2.9, 2.10, 11.5).
 enum class ShapeClass { kPoint, kCollinear, kPlanar, kSpatial };
 
-/// Returns the class of the points of a scene. They are planar if there are three of them, or if no point is
-/// farther from the best plane, with normal n, than 64 rounding errors of the largest coordinate
-/// (THEORY 11.5):
-///   max |n.r_i| <= 64 eps max |p_i|
+/// Returns the class of the points of a scene. Points are planar if there are three of them, or if no point
+/// is farther from the best plane, with normal n, than 64 rounding errors of the largest coordinate
+/// (THEORY 11.5): max |n.r_i| <= 64 eps max |p_i|
 ShapeClass shape_class(const std::vector<PointMass>& points, const MassProperties& properties);
 
 /// Ways to make unit elastic displacements: three explicit recipes, each for its shape; the formal recipe for
@@ -59,8 +58,8 @@ inline constexpr double kFlatWindow = 1e-9;
 std::vector<int> flattest_window(Recipe recipe, const MassProperties& properties,
                                  const std::vector<int>& numbering);
 
-/// Returns a numbering with the fewest flat windows that a bounded number of tries finds. The tries sort
-/// points along axes and insert each point where its flattest window is least flat, then do the same with
+/// Tries a bounded number of numberings, and returns the one with the fewest flat windows. Some tries sort
+/// the points along axes and insert each point where its flattest window is least flat; the others start from
 /// seeded random orders (THEORY 11.10). The cost is O(tries N^2).
 std::vector<int> find_numbering(Recipe recipe, const MassProperties& properties);
 

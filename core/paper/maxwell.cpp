@@ -13,8 +13,8 @@ namespace {
 
 constexpr int kNamesInReason = 8;
 
-// [-] the stretch of a rigid link is a rounding error if it is at most this times the largest stretch by
-// displacements with sum m b.b = M
+// [-] the stretch of a rigid link is a rounding error if it is at most this factor times the largest stretch
+// by displacements with sum m b.b = M
 constexpr double kRigidRounding = 1e-9;
 
 // returns sqrt(D) B over displacements and rotations of joints; its transpose maps t = s / sqrt(D) to the
@@ -57,7 +57,7 @@ Eigen::MatrixXd least_energy(const Eigen::MatrixXd& balance, const Eigen::Matrix
   return qr.colsPermutation() * t;
 }
 
-// returns the names of the rigid links whose constraints b does not meet
+// returns the names of the rigid links whose constraints the displacements b violate
 std::string stretched_links(const Scene& scene, const LinkFactor& factor, const Eigen::MatrixXd& shapes) {
   std::set<int> links;
   if (shapes.cols() == 0) return "";

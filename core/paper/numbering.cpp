@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kRandomTries = 8;
 
-// [-] a numbering is taken at once if the spread of its flattest window is at least this
+// [-] a numbering is taken without further tries if the spread of its flattest window is at least this value
 constexpr double kWellSpread = 1e-3;
 
 // visits every window of `size` points that contains one of the indices first..last of the numbering
@@ -49,7 +49,7 @@ Quality quality_of(const MassProperties& properties, const std::vector<int>& num
 }
 
 // inserts each point where the windows that contain it are least flat; if several indices are equally good,
-// at the last of them
+// uses the last of them
 std::vector<int> insert_one_by_one(const MassProperties& properties, const std::vector<int>& order,
                                    int size) {
   std::vector<int> numbering;

@@ -103,7 +103,7 @@ std::string describe(const std::vector<Tried>& all) {
 std::string find_untried_rate(const Plan& plan, double rate) {
   if (plan.tried_rungs.empty() || std::abs(rate * plan.period - 1.0) < 1e-9) return {};
   return join_text("fidelity: auto chose ", name_of(plan.fidelity), " at ", 1.0 / plan.period, " Hz, but at ",
-                   rate, " Hz its tolerance was not checked: put the rate into the scene");
+                   rate, " Hz the tolerance was not checked: set this rate in the scene");
 }
 
 std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure,
@@ -117,8 +117,8 @@ std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structu
     add_error(faults, scene.automatic->origin,
               join_text("tolerance: horizon of ", scene.automatic->horizon, " s is ",
                         scene.automatic->horizon * scene.rate, " ticks", in_parts, ", but at most ",
-                        kMostTicksTried, " are tried; take a horizon of ", most / rate,
-                        " s or less, or name a rung instead of auto"));
+                        kMostTicksTried, " are simulated to choose a rung; set a horizon of ", most / rate,
+                        " s or less, or a rung instead of auto"));
     return std::nullopt;
   }
   warn_of_best_rung(scene, structure, "fidelity: auto", scene.automatic->origin, faults);
@@ -138,9 +138,9 @@ std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structu
   }
   add_error(
       faults, scene.automatic->origin,
-      join_text(
-          "fidelity: no rung meets the tolerance over ", scene.automatic->horizon, " s: ", describe(all),
-          "; raise the tolerance or the rate, reduce the horizon or the loads, or take fidelity: full"));
+      join_text("fidelity: no rung meets the tolerance over ", scene.automatic->horizon,
+                " s: ", describe(all),
+                "; raise the tolerance or the rate, reduce the horizon or the loads, or set fidelity: full"));
   return std::nullopt;
 }
 

@@ -34,9 +34,9 @@ void warn_of_best_rung(const Scene& scene, const Structure& structure, const cha
                         " is ", name_of(best_rung_beside(Fidelity::kRigid, scene, structure)),
                         ", and errors are relative to it; ",
                         carries(Fidelity::kCoupled, scene, structure)
-                            ? "they do not include the second order of the links' geometry"
-                            : "they include neither the effect of deformation on the body nor the second "
-                              "order of the links' geometry",
+                            ? "they do not include the second-order terms of the links' geometry"
+                            : "they include neither the effect of deformation on the body nor the "
+                              "second-order terms of the links' geometry",
                         ": see the verdict"));
 }
 
@@ -60,7 +60,7 @@ bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind
               join_text(scene.automatic ? "fidelity: auto" : "error_budget",
                         ": the reference equations, fidelity ", name_of(rung), " at ", scene.rate * substeps,
                         " Hz, do not support the scene: ", fault.message, "; or ",
-                        scene.automatic ? "name a rung" : "leave error_budget out"));
+                        scene.automatic ? "set a rung instead of auto" : "remove error_budget"));
   if (!compiled) return false;
   plan.budget.shadows.push_back({kind, substeps, std::move(*compiled)});
   return true;
@@ -71,9 +71,7 @@ void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, 
   if (!plan.fallback.empty()) {
     add_error(faults, scene.error_budget.origin,
               "error_budget cannot be combined with leave_out: {on_need: replan}, which changes the plan "
-              "during the "
-              "motion; "
-              "take on_need: keep or refuse");
+              "during the motion; set on_need: keep or refuse");
     return;
   }
   set_horizon(scene.error_budget.horizon, plan);

@@ -265,12 +265,13 @@ void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
           join_text(
               "link ", called(scene.links[i], static_cast<int>(i)), " has a mass matrix, which fidelity ",
               name_of(rung),
-              " does not support, because the motion inside the link is unknown; use spin-loaded or below"));
+              " does not support, because the motion inside the link is unknown; set fidelity: spin-loaded "
+              "or a lower rung"));
   if (!traits_of(rung).has_true_geometry) return;
   if (!scene.wheels.empty())
     add_error(faults, scene.wheels.front().origin,
               join_text("wheel ", quoted(scene.wheels.front().name, 0), ": fidelity ", name_of(rung),
-                        " does not support wheels; use coupled or below"));
+                        " does not support wheels; set fidelity: coupled or a lower rung"));
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
     if (point.mass > 0.0 && !has_attitude(point)) continue;
@@ -278,14 +279,14 @@ void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
         faults, point.origin,
         join_text("point ", quoted(point.name, static_cast<int>(i)),
                   has_attitude(point) ? " has inertia or an offset" : " has no mass", ", which fidelity ",
-                  name_of(rung), " does not support; use coupled or below"));
+                  name_of(rung), " does not support; set fidelity: coupled or a lower rung"));
   }
   for (std::size_t i = 0; i < scene.links.size(); ++i)
     if (has_mass(scene.links[i]))
       return add_error(
           faults, scene.links[i].origin,
           join_text("link ", called(scene.links[i], static_cast<int>(i)), " has mass, which fidelity ",
-                    name_of(rung), " does not support; use coupled or below"));
+                    name_of(rung), " does not support; set fidelity: coupled or a lower rung"));
 }
 
 void compile_publication(const Publication& publication, Plan& plan) {

@@ -18,7 +18,7 @@ using Eigen::MatrixXcd;
 using Eigen::VectorXcd;
 
 // [flop] Largest cost of the iteration: kFewFlops if the dense problem is possible too, kMostWork if it is
-// not. The latter takes some ten seconds.
+// not. A problem of kMostWork takes some ten seconds.
 constexpr double kFewFlops = 2e9, kMostWork = 1e11;
 constexpr int kMostSweeps = 60;
 // [-] change of a root over its distance from the nearest pole. The iteration is cubic, so the next change is
@@ -124,7 +124,8 @@ class Secular {
     bool is_done = false;
   };
 
-  // starts near the guess, but off the real axis, because two roots on it could not become a complex pair
+  // starts near the guess, but off the real axis, because two roots on the real axis could not become a
+  // complex pair
   void start(Index pole, Complex guess, double coupling) {
     const double scale = std::max(std::abs(poles_[pole]) + coupling, std::numeric_limits<double>::min());
     const Complex aside = std::polar(1.0, 2.4 * static_cast<double>(roots_.size() + 1));

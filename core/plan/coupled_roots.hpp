@@ -25,8 +25,8 @@ struct CoupledRoot {
   Eigen::VectorXcd left_q, left_q_dot;  // (n)
 };
 
-/// Returns true if mode l has no stiffness, neither its own nor by the coupling forces. Its displacement is
-/// then free, and one of its eigenvalues is zero.
+/// Returns true if mode l has no stiffness, neither its own nor by the coupling forces. The displacement of
+/// such a mode is then free, and one of its eigenvalues is zero.
 bool is_zero_frequency(const CoupledModes& modes, Eigen::Index l);
 
 /// Calls `take` once for each eigenvalue whose imaginary part is not negative. Omits the zero eigenvalue of

@@ -272,7 +272,7 @@ class Matching {
     slots_[l].room -= 1;
     if (found_[root].is_pair()) slots_[slots_[l].room > 0 ? l : second_single(l)].room -= 1;
   }
-  // true for the body and for a zero-frequency mode: a pair uses up two of these
+  // true for the body and for a zero-frequency mode: a pair of eigenvalues uses up two of these entries
   bool is_single(std::size_t l) const {
     return l + 1 == slots_.size() || is_zero_frequency(modes_, static_cast<Eigen::Index>(l));
   }
@@ -290,7 +290,7 @@ class Matching {
   Eigen::Index num_modes_;
   std::vector<Found> found_;
   std::vector<Claim> claims_;
-  std::vector<Slot> slots_;  // of the modes, then of the body
+  std::vector<Slot> slots_;  // the slots of the modes, then those of the body
 };
 
 // returns the largest growth rate that exceeds rounding error [1/s]
@@ -341,7 +341,7 @@ FreeMotion free_motion(const Plan& plan) {
     matching.add(root, step ? step_error(*step, coupled, root, plan.period) : 0.0);
   });
   matching.match();
-  if (!is_found) motion.unknown = "the modes and the forces that couple them are too many";
+  if (!is_found) motion.unknown = "there are too many modes and too many forces that couple them";
   motion.nutation = is_found ? matching.nutation() : 0.0;
   for (Eigen::Index l = 0; l < coupled.size(); ++l) {
     DampedMode& mode = all[static_cast<std::size_t>(coupled.mode(l))];
@@ -350,7 +350,7 @@ FreeMotion free_motion(const Plan& plan) {
       mode = matching.motion(l);
     else
       mode.is_known = false;
-    if (is_found && !mode.is_known) motion.unknown = "rounding is too large beside the stiffest mode";
+    if (is_found && !mode.is_known) motion.unknown = "the rounding error of the stiffest mode is too large";
   }
   return motion;
 }

@@ -25,7 +25,7 @@ struct DampedMode {
 /// Holds the free motion of all elastic modes, in the order of the plan.
 struct FreeMotion {
   std::vector<DampedMode> modes;
-  double nutation = 0.0;  // [rad/s] of the body, if wheels couple it with the modes; 0: no nutation
+  double nutation = 0.0;  // [rad/s] nutation of the body, if wheels couple it with the modes; 0: no nutation
   std::string unknown;    // why some modes are not known; empty: all are known
 };
 
@@ -33,9 +33,9 @@ struct FreeMotion {
 bool couples_modes(const Plan& plan);
 
 /// Returns the free motion. An eigenvalue belongs to the mode that holds most of the energy of its
-/// eigenvector: frequency |Im s|, damping ratio -Re(s) / |s|   (THEORY 8.44). The work grows with (num_modes
-/// * num_forces)^2, where num_forces is the number of forces that couple modes. If that is too much work, the
-/// coupled modes are reported as unknown.
+/// eigenvector: frequency |Im s|, damping ratio -Re(s) / |s|   (THEORY 8.44). The work grows with
+/// (num_modes * num_forces)^2, where num_forces is the number of forces that couple modes. If that is too
+/// much work, the coupled modes are reported as unknown.
 FreeMotion free_motion(const Plan& plan);
 
 /// Returns the largest growth rate that constant followers cause among the 128 lowest modes [1/s]. Returns 0

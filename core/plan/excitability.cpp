@@ -12,9 +12,9 @@
 namespace freeflex {
 namespace {
 
-// [-] Relative difference below which frequencies are equal. It is the stated accuracy of the frequencies,
-// but at least kEqual, the rounding error that splits a pair, and at most kMostEqual, a difference that shows
-// after 1e9 radians.
+// [-] Relative difference below which frequencies are equal. This difference is the stated accuracy of the
+// frequencies, but at least kEqual, the rounding error that splits a pair, and at most kMostEqual, a
+// difference that shows after 1e9 radians.
 constexpr double kEqual = 1e-12, kMostEqual = 1e-9;
 
 // returns the two axes in the plane to which commands are bound, or all three axes

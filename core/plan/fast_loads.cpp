@@ -20,8 +20,8 @@ constexpr double kMostCycles = 1.0 / 13.0;
 // Returns true if an image frequency of a sine excites a mode. A sine of frequency f that is linear from tick
 // to tick also has components at k rate -+ f, of relative size (f / (k rate -+ f))^2   (THEORY X144).
 bool meets_image(double frequency, const Plan& plan) {
-  // [-] Error over the quasi-static response up to which a verdict is good. Without damping, a sine at the
-  // distance `apart` [Hz] from a mode is amplified by mode / (2 apart).
+  // [-] Largest error, as a fraction of the quasi-static response, with which a verdict is `good`. Without
+  // damping, a sine at the distance `apart` [Hz] from a mode is amplified by mode / (2 apart).
   constexpr double kGoodError = 0.02;
   const double rate = 1.0 / plan.period;
   return std::any_of(plan.omega.begin(), plan.omega.end(), [&](double omega) {
@@ -42,7 +42,7 @@ bool bends_between_ticks(const PlanHistory& table, double period) {
   for (std::size_t k = 1; k < table.times.size(); ++k) {
     const double begin = table.times[k - 1] / period, end = table.times[k] / period;
     const auto is_between = [](double tick) { return std::abs(tick - std::round(tick)) > kOnTick; };
-    // two rows less than a tick apart are a jump, whether or not they are on ticks
+    // two rows at a distance of less than a tick are a jump, whether or not they are on ticks
     if (table.values[k] != table.values[k - 1] && end - begin < kClose &&
         (is_between(begin) || is_between(end) || end - begin < 1.0 - kOnTick))
       return true;

@@ -98,8 +98,8 @@ Eigen::MatrixXd body_rotations(const Plan& plan) {
 }
 
 // Adds the torque of a wheel to first order, -h (theta' + w) x a   (THEORY 8.47): n_1 and n_2 = a x n_1 are
-// unit vectors normal to the axis. They give the columns eta_1, eta_2 in out, and the rows -h eta_2 and h
-// eta_1 in by_q_dot   (THEORY 8.48).
+// unit vectors normal to the axis. The torque gives the columns eta_1, eta_2 in out, and the rows -h eta_2
+// and h eta_1 in by_q_dot   (THEORY 8.48).
 void add_wheel(const Plan& plan, const PlanWheel& wheel, const Eigen::MatrixXd& body, Kind& forces) {
   const Eigen::Vector3d a = vector(wheel.axis), one = a.unitOrthogonal(), other = a.cross(one);
   Eigen::MatrixXd rotation(3, plan.num_elastic + body.cols());

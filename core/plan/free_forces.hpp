@@ -15,7 +15,8 @@ namespace freeflex {
 struct FreeForces {
   Eigen::MatrixXd out;             // [1/kg] acceleration per unit of force (forces x (n + num_body))
   Eigen::MatrixXd by_q, by_q_dot;  // [N/m], [N s/m] forces per q and per q_dot, of the same size
-  // modes on which a force acts or that change a force, ascending; the other modes keep their own eigenvalues
+  // modes on which a force acts or whose motion changes a force, ascending; the other modes keep their own
+  // eigenvalues
   std::vector<std::int32_t> modes;
   Eigen::Index num_body = 0;  // number of axes of the body: 0 unless wheels couple it with the modes
 };

@@ -34,7 +34,7 @@ PlanBodyRotation rotation_of_body(const Scene& scene, const Structure& structure
   return rotation;
 }
 
-// returns such rows for a mass of a link, which is the last particle of the plan: a point, whose rows of
+// returns the same rows for a mass of a link, which is the last particle of the plan: a point, whose rows of
 // rotation are zero
 PlanBodyRotation rotation_of_link_mass(const Plan& plan) {
   PlanBodyRotation rotation;

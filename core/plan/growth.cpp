@@ -1,5 +1,5 @@
-// Stability check of the step of coupled modes and of the split step. Its messages name the gain responsible
-// (THEORY 8.34, 8.38).
+// Stability check of the step of coupled modes and of the split step. The messages of the check give the gain
+// that causes the growth (THEORY 8.34, 8.38).
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -35,8 +35,8 @@ double stepped_growth(const SplitStep& step) {
   std::mt19937_64 engine(1);
   std::normal_distribution<double> normal;
   Eigen::MatrixXd y = Eigen::MatrixXd::NullaryExpr(2 * step.num_modes(), 1, [&] { return normal(engine); });
-  // mean logarithms of the size over the second and the last quarter of the steps; the two means are half of
-  // the steps apart
+  // mean logarithms of the size of the motion over the second and the last quarter of the steps; the two
+  // means are half of the steps apart
   double log_size = 0.0, early = 0.0, late = 0.0;
   const int quarter = num_steps / 4;
   for (int k = 0; k < 4 * quarter; ++k) {
@@ -107,12 +107,13 @@ void warn_of_drive(const Origin& origin, double growth, double period, Faults& f
                         "; check the signs and sizes of its gains"));
 }
 
-// Returns the lowest rate [Hz] at which splitting adds no growth to that of the feedback itself. Doubles the
-// rate up to six times. Returns the present rate if splitting adds no growth there, and 0 if no such rate is
-// found.
+// Returns the lowest rate [Hz] at which splitting adds no growth to the growth by the feedback itself.
+// Doubles the rate up to six times. Returns the present rate if splitting adds no growth at this rate, and 0
+// if no such rate is found.
 double sufficient_rate(const Plan& plan, double growth) {
   constexpr int kDoublings = 6;
-  constexpr double kNegligibleGrowth = 1e-3;  // [-] growth per second over that at the present rate
+  constexpr double kNegligibleGrowth = 1e-3;  // [-] growth per second, as a fraction of the growth at the
+                                              // present rate
   std::array<double, kDoublings + 1> per_second{};
   const double rate = 1.0 / plan.period;
   Plan faster = plan;
@@ -127,7 +128,7 @@ double sufficient_rate(const Plan& plan, double growth) {
       return std::ldexp(rate, k);
   }
   if (factor > 2.0) return 0.0;  // a force held over half a tick is too large even at the last rate
-  // the growth that remains at the last rate is that of the feedback itself
+  // the growth that remains at the last rate is the growth by the feedback itself
   int enough = 0;
   while (!(per_second[static_cast<std::size_t>(enough)] <= 2.0 * per_second.back())) ++enough;
   return std::ldexp(rate, enough);
@@ -155,8 +156,8 @@ void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
   const std::string what = join_text(
       stiffest.what, "; more than ", kMaxExactModes, " coupled modes are advanced by splitting, and at ",
       rate, " Hz this makes a motion grow by a factor of ", growth, " a tick: ",
-      enough > 0.0 ? join_text("raise the rate to ", enough, " Hz, or take smaller gains")
-                   : "take smaller gains");
+      enough > 0.0 ? join_text("raise the rate to ", enough, " Hz, or use smaller gains")
+                   : "use smaller gains");
   // growth too small to show in any run gives only a warning
   growth > 1.0 + kHarmless ? add_error(faults, origin, what) : add_warning(faults, origin, what);
 }

@@ -95,8 +95,10 @@ std::string refused_torque(const PlanGroup& group, const Vec3& torque_B) {
   if (idle.stableNorm() <= kIdleTorque * torque.stableNorm()) return "";
   return join_text("group '", group.name, "' cannot support ", idle.stableNorm(),
                    " N m of the torque: its points lie ",
-                   group.torque_rank == 0 ? "at one position" : "on a line, and this part is about that line",
-                   "; add other points to the group, or omit this part of the torque");
+                   group.torque_rank == 0 ? "at one position"
+                                          : "on a line, and this component acts about "
+                                            "that line",
+                   "; add other points to the group, or omit this component of the torque");
 }
 
 SumsOnPoints sums_of(const Load& load, const Plan& plan) {
@@ -151,25 +153,27 @@ void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults) {
     // the step takes loads as linear within a tick, so it applies a different load if the sine is faster
     const double slowest = 1.0 / (kTicksPerCycle * plan.period);
     if (history.kind == PlanHistory::Kind::kSine && history.frequency > slowest)
-      add_warning(faults, scene.loads[k].origin,
-                  join_text(who, ": the sine of ", history.frequency, " Hz has less than ", kTicksPerCycle,
-                            " ticks a cycle at ", 1.0 / plan.period,
-                            " Hz; it acts as straight lines between its values at ticks: raise the rate to ",
-                            kTicksPerCycle * history.frequency, " Hz or more"));
+      add_warning(
+          faults, scene.loads[k].origin,
+          join_text(who, ": the sine of ", history.frequency, " Hz has less than ", kTicksPerCycle,
+                    " ticks a cycle at ", 1.0 / plan.period,
+                    " Hz. The load is sampled at ticks and is linear between them: raise the rate to ",
+                    kTicksPerCycle * history.frequency, " Hz or more"));
     for (std::size_t row = 1; row < history.times.size(); ++row) {
       if (history.times[row] - history.times[row - 1] >= plan.period * (1.0 - kOnTick)) continue;
       add_warning(
           faults, scene.loads[k].origin,
-          join_text(who, ": rows ", row, " and ", row + 1, " of the table are ",
-                    history.times[row] - history.times[row - 1], " s apart, but a tick is ", plan.period,
-                    " s; the load acts as straight lines between its values at ticks: raise the rate or "
-                    "give fewer rows"));
+          join_text(
+              who, ": rows ", row, " and ", row + 1, " of the table are ",
+              history.times[row] - history.times[row - 1], " s apart, less than a tick of ", plan.period,
+              " s. The load is sampled at ticks and is linear between them, so rows between ticks are lost: "
+              "raise the rate or give fewer rows"));
       break;
     }
     if (history.kind != PlanHistory::Kind::kPulse) continue;
     const auto warn = [&](const char* edge, double time, std::int64_t tick) {
       const double shift = static_cast<double>(tick) * plan.period - time;
-      // a large time has a rounding error of its own
+      // the second term allows for the rounding error of a large time
       if (std::abs(shift) <= kOnTick * plan.period + 1e-15 * time) return;
       add_warning(faults, scene.loads[k].origin,
                   join_text(who, ": the pulse ", edge, " at ", time, " s, which is not a tick at ",

@@ -132,7 +132,7 @@ void compile_kinetics(const Scene& scene, const Structure& structure, const Eige
                       PlanKinetics::Form form, Plan& plan) {
   plan.coupled.kinetics.form = form;
   if (form != PlanKinetics::Form::kTables) return;
-  const Tables tables(scene, structure, shapes, plan);  // writes them into the plan
+  const Tables tables(scene, structure, shapes, plan);  // writes the tables into the plan
   compile_offsets(scene, structure, plan);
 }
 

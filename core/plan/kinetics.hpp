@@ -14,7 +14,7 @@ namespace freeflex {
 /// takes 4, 16, 106 and 1105 us by tables, and 110, 247, 457 and 1316 us point by point.
 inline constexpr double kTablesPerPoint = 15.0;
 
-/// Largest number of modes of a scene with bodies on a coupled rung. Such a scene always uses tables, with
+/// Largest number of modes of a scene with bodies on the coupled rungs. Such a scene always uses tables, with
 /// twelve numbers for each pair of modes. With 1500 modes the tables take 216 MB, and a tick takes some 100
 /// ms.
 inline constexpr std::int32_t kMaxBodyModes = 1500;

@@ -25,7 +25,7 @@ bool keeps(const Scene& scene, Feature which) {
   return scene.leave_out.keeps[static_cast<std::size_t>(which)];
 }
 
-// Returns true if commands push all points in all directions. They then excite all modes, so the
+// Returns true if commands push all points in all directions. Such commands excite all modes, so the
 // excitability, which takes long to compute in large scenes, is not needed.
 bool excites_all(const Scene& scene, const MotionScope& scope) {
   const std::set<int> pushed(scene.pushable.begin(), scene.pushable.end());
@@ -124,7 +124,7 @@ class Unneeded {
                   to_array(reduced_.motion.normal), to_array(reduced_.motion.R_WB)};
   }
 
-  // decides on the modes that nothing excites   (THEORY 14.2), and on those among them that move along the
+  // decides on the modes that nothing excites   (THEORY 14.2), and on the unexcited modes that move along the
   // normal
   void choose_modes() {
     if (full_.num_elastic == 0) {

@@ -13,7 +13,7 @@ namespace freeflex {
 
 /// Holds a spec with a report on every feature. A feature that would change nothing beyond rounding error is
 /// omitted unless scene.leave_out keeps it. Small modes are omitted within the tolerance of scene.leave_out.
-/// Its on_need determines whether features that only commands could need are omitted.
+/// The member on_need of leave_out determines whether features that only commands could need are omitted.
 struct ReducedSpec {
   PlanSpec spec;
   // structure of the scene, or a copy if modes of equal frequency were rotated so that few are excited
@@ -25,13 +25,13 @@ struct ReducedSpec {
   double small_size = 0.0;            // [m] rms of the omitted small modes over all points
 };
 
-/// Returns true for a scene of point masses on the separated or spin-loaded rung. Plans of such scenes may
-/// omit features.
+/// Returns true for a scene of point masses on the rung `separated` or `spin-loaded`. Plans of such scenes
+/// may omit features.
 bool may_leave_out(const Scene& scene, Fidelity rung);
 
-/// Returns true if a plan on the coupled rung may omit small modes, which are the only feature that it may
-/// omit. The scene must consist of point masses that do not lie on a line; if they do, modes come in pairs
-/// about the line.
+/// Returns true if a plan on the rung `coupled` may omit small modes. No other feature may be omitted by such
+/// a plan. The scene must consist of point masses that do not lie on a line; for points on a line, modes come
+/// in pairs about the line.
 bool may_leave_out_modes(const Scene& scene, const Structure& structure, Fidelity rung);
 
 /// Returns a spec that omits nothing, for leave_out_small_modes.
@@ -47,8 +47,8 @@ std::vector<PlanFeature> report_on_full_plan(const Scene& scene, Fidelity rung, 
 ReducedSpec leave_out_unneeded(const Scene& scene, const Structure& structure, const PlanSpec& spec,
                                const Plan& full);
 
-/// Omits small modes in addition   (THEORY 14.10). If there are none, returns false and leaves the spec
-/// unchanged.
+/// Omits small modes in addition   (THEORY 14.10). If there are no small modes, returns false and leaves the
+/// spec unchanged.
 /// \param plan  plan compiled from reduced.spec; the function steps it over the horizon
 bool leave_out_small_modes(const Scene& scene, const Plan& plan, ReducedSpec& reduced);
 

@@ -35,12 +35,12 @@ void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, F
     if (const double begin = begin_of(scene.loads[k].history); begin >= horizon)
       add_warning(faults, scene.loads[k].origin,
                   join_text("load ", quoted(scene.loads[k].name, static_cast<int>(k)), " begins at ", begin,
-                            " s, after the horizon of ", horizon, " s over which ", judge,
-                            " judges, and is therefore ignored there; take a longer horizon"));
+                            " s, after the horizon of ", horizon, " s; ", judge,
+                            " therefore ignores this load; set a longer horizon"));
 }
 
-// returns the massless ones among the given points, each once; points of rigid links and of links with mass
-// are excluded
+// returns those of the given points that are massless, each once; points of rigid links and of links with
+// mass are excluded
 std::vector<int> massless_of(const Scene& scene, std::vector<int> points) {
   std::vector<bool> is_massless(scene.points.size());
   for (std::size_t i = 0; i < scene.points.size(); ++i) is_massless[i] = scene.points[i].mass == 0.0;
@@ -53,7 +53,7 @@ std::vector<int> massless_of(const Scene& scene, std::vector<int> points) {
   return points;
 }
 
-constexpr int kNamed = 8;  // largest number of points named in a message
+constexpr int kNamed = 8;  // largest number of points that a message lists
 
 // warns of a given initial motion of massless points, whose displacement follows from the other points
 void warn_of_massless_start(const Scene& scene, Faults& faults) {
@@ -83,9 +83,9 @@ void warn_of_massless_loads(const Scene& scene, Faults& faults) {
       join_text(
           points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamed),
           points.size() == 1 ? " has" : " have",
-          " no mass: the deformation of its links by a load there is neither in its position nor in the "
-          "forces of those links; the rest of the structure takes the full load. Give a mass to the "
-          "point, or mass to its links"));
+          " no mass: if a load acts there, the deformation that it causes in the adjacent links is missing "
+          "from the position and from the forces of these links; the rest of the structure receives the "
+          "full load. Give a mass to the point, or mass to its links"));
 }
 
 // reports requests that need all modes, if only the lowest modes of the structure are kept
@@ -98,15 +98,15 @@ void check_kept(const Scene& scene, const Structure& structure, Faults& faults) 
   if (!scene.modes.is_asked() && structure.kept.is_subset && structure.omega.size() == 0)
     add_warning(faults, scene.points.front().origin,
                 join_text("no elastic mode is below half the rate, ", 0.5 * scene.rate,
-                          " Hz, below which a structure "
-                          "of so many points keeps its modes by default, nor below ",
+                          " Hz (the default limit for a structure of so many points), nor below ",
                           structure.kept.verified_below,
-                          " Hz: this structure moves as a rigid body; ask for more with modes: {count: N}"));
+                          " Hz: this structure moves as a rigid body; request more modes with modes: "
+                          "{count: N}"));
   if (!structure.kept.is_subset || scene.automatic || !traits_of(scene.fidelity).has_true_geometry) return;
   add_error(faults, scene.modes.origin,
             join_text("fidelity: ", name_of(scene.fidelity), " needs all elastic modes, but only the lowest ",
                       structure.omega.size(), " are kept (modes:, or more than ", kMaxDensePoints,
-                      " points); take separated, spin-loaded or coupled"));
+                      " points); set fidelity: separated, spin-loaded or coupled"));
 }
 
 // returns the index of each mode of a plan in its fallback plan
@@ -181,8 +181,10 @@ std::optional<Plan> within_memory(const Scene& scene, const Structure& structure
     const double rows = 8e-6 * static_cast<double>(structure.shapes.size());
     add_error(faults, scene.points.empty() ? Origin{} : scene.points.front().origin,
               join_text("memory ran out while the plan was compiled: ", scene.points.size(), " points with ",
-                        structure.omega.size(), " modes, whose rows take some ", std::ceil(rows),
-                        " MB where all points are published", kMoreMemory));
+                        structure.omega.size(),
+                        " modes; if all points are published, their mode-shape "
+                        "rows take some ",
+                        std::ceil(rows), " MB", kMoreMemory));
     return std::nullopt;
   }
 }

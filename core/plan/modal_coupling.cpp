@@ -11,8 +11,8 @@
 namespace freeflex {
 namespace {
 
-// number of added coordinates: the impulse J of the force and torque of feedback on the body, and the
-// integral K of J (THEORY 8.36)
+// number of added coordinates: the impulse J (force and torque of feedback on the body) and its integral K
+// (THEORY 8.36)
 constexpr Eigen::Index kImpulses = 12;
 constexpr long double kSmallImpulse = 0x1p-12L;  // [-] scaled size of the rows of impulses
 
@@ -65,8 +65,8 @@ Eigen::MatrixXd feedback_rows(const Plan& plan, Input input) {
 }
 
 // Converts the feedback f = G_d V_i + G_v V_i' + G_a V_i'' of sensor points i (THEORY 8.26) to the form f =
-// F_q q + F_v q' + F_Q Q (THEORY 8.28). Its load on the modes is B^T f (THEORY 8.29). V_i'' follows from the
-// equations of motion, feedback included   (THEORY 8.27).
+// F_q q + F_v q' + F_Q Q (THEORY 8.28). The load of feedback on the modes is B^T f (THEORY 8.29). V_i''
+// follows from the equations of motion, feedback included   (THEORY 8.27).
 void compile_feedbacks(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
   const auto num_forces = 3 * static_cast<Eigen::Index>(scene.feedbacks.size());
   Eigen::MatrixXd by_q(num_forces, plan.num_elastic), by_q_dot = by_q, by_q_ddot = by_q;
@@ -220,7 +220,7 @@ Generator with_impulses(const Plan& plan, const Generator& modes) {
 }
 
 // Returns the load that is linear in time and has the impulse J and the integral K over a step, from rows of
-// J and K. It is 6 K / h^2 - 2 J / h at the start and 4 J / h - 6 K / h^2 at the end   (THEORY 8.37)
+// J and K. The load is 6 K / h^2 - 2 J / h at the start and 4 J / h - 6 K / h^2 at the end   (THEORY 8.37)
 WideMatrix linear_loads(const WideMatrix& impulses, long double h) {
   const WideMatrix mean = impulses.topRows(6) / h, weighted = 2.0L / (h * h) * impulses.bottomRows(6);
   WideMatrix loads(2 * 6, impulses.cols());
@@ -251,8 +251,8 @@ void set_exact(Plan& plan) {
         plan.omega[static_cast<std::size_t>(plan.modal_coupling.modes[static_cast<std::size_t>(k)])],
         1.0L / h);
   if (has_feedback) {
-    // Nothing depends on the impulses. They are scaled to be small, so that they do not change the number of
-    // doublings of the series.
+    // No other coordinate depends on the impulses. The impulses are scaled to be small, so that they do not
+    // change the number of doublings of the series.
     const WideMatrix rate =
         h * system.A.middleRows(2 * n, 6).leftCols(2 * n) * size.head(2 * n).cwiseInverse().asDiagonal();
     const long double largest = rate.cwiseAbs().maxCoeff();

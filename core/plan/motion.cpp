@@ -13,16 +13,17 @@
 namespace freeflex {
 namespace {
 
-// warns that the rigid rung has neither an elastic state nor link forces
+// warns that the rung `rigid` has neither an elastic state nor link forces
 void warn_of_rigid(const Scene& scene, Faults& faults) {
   if (!scene.initial.points.empty() || !scene.initial.modes.empty())
     add_warning(faults, scene.initial.origin,
-                "the initial elastic state is ignored: fidelity is rigid; take separated or a higher rung");
+                "the initial elastic state is ignored: fidelity is rigid; set fidelity: separated or a "
+                "higher rung");
   if (!scene.publication.links.empty())
     add_warning(
         faults, {},
-        "no forces of links are published: fidelity is rigid, and link forces follow from deformation; take "
-        "separated or a higher rung");
+        "no forces of links are published: fidelity is rigid, and link forces follow from deformation; set "
+        "fidelity: separated or a higher rung");
 }
 
 // Warns if feedback makes a motion grow. The coupled rungs do not advance coupled modes together, so the
@@ -49,7 +50,7 @@ void warn_of_driving_followers(const Scene& scene, const Plan& plan, Faults& fau
                         loads.size() == 1 ? ", which rotates with the structure, makes" : ", make",
                         " a mode grow by a factor of ", std::isfinite(per_second) ? per_second : rate,
                         std::isfinite(per_second) ? " a second" : " e-folds a second",
-                        "; take a smaller load, more stiffness or more damping"));
+                        "; use a smaller load, more stiffness or more damping"));
 }
 
 }  // namespace

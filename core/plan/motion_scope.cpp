@@ -22,10 +22,10 @@ std::string name_of_load(const Scene& scene, const Load& load) {
   return "load " + quoted(load.name, static_cast<int>(&load - scene.loads.data()));
 }
 
-// Returns the normal of points that lie in a plane within 64 rounding errors   (THEORY 11.5). If the points
-// lie on a line, it is the direction of the spin component normal to the line; without such a component, it
-// is normal to the line and to the first load or initial displacement that is not along the line. Zero: the
-// points do not lie in a plane.
+// Returns the normal of points that lie in a plane within 64 rounding errors (THEORY 11.5). If the points lie
+// on a line, the normal is the direction of the spin component normal to the line. Without such a component,
+// it is normal to the line and to the first load or initial displacement that is not along the line. Zero:
+// the points do not lie in a plane.
 Eigen::Vector3d plane_normal(const MassProperties& body, const Eigen::Vector3d& spin,
                              const std::vector<Eigen::Vector3d>& directions) {
   if (body.rigid_freedoms == 3) return Eigen::Vector3d::Zero();
@@ -104,8 +104,8 @@ std::vector<Eigen::Vector3d> directions_in_body(const Scene& scene, const Eigen:
   return directions;
 }
 
-// Returns what leaves the plane with the normal nu; an empty text if nothing leaves it. A load stays in the
-// plane if |nu . F| <= 1e-12 |F| and |T x nu| <= 1e-12 |T|   (THEORY 14.5).
+// Returns what makes the motion leave the plane with the normal nu; an empty text if the motion stays in the
+// plane. A load stays in the plane if |nu . F| <= 1e-12 |F| and |T x nu| <= 1e-12 |T|   (THEORY 14.5).
 std::string find_departure_from_plane(const Scene& scene, const Eigen::Vector3d& normal,
                                       const Eigen::Matrix3d& R_WB) {
   if (normal.isZero(0.0)) return "the points do not lie in a plane";

@@ -11,7 +11,7 @@ namespace freeflex {
 /// Holds the motions that the initial state, the built-in loads, the fields and the commands of a scene can
 /// cause (THEORY 14.4, 14.5).
 struct MotionScope {
-  bool has_rotation = true;    // false: nothing rotates the body; its attitude stays the initial one
+  bool has_rotation = true;    // false: nothing rotates the body; its attitude is always the initial attitude
   bool is_planar = false;      // true: points, loads and spin lie in one plane, and so the motion stays in it
   std::string why_rotates;     // what may rotate the body, or the reason why nothing rotates it
   std::string why_not_planar;  // what may leave the plane; empty if the motion is planar

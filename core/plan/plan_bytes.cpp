@@ -303,7 +303,7 @@ class Writer {
   void operator()(const PlanKinetics& kinetics) {
     if (has_unmodelled_ || kinetics.form != PlanKinetics::Form::kComplete) fields(*this, kinetics);
   }
-  // not written: it is computed from other members
+  // not written, because it is computed from other members
   void operator()(const PlanPrincipal&) {}
   template <typename T>
   void operator()(const T& value) {
@@ -417,7 +417,7 @@ class Reader {
     if (is_nested_) {
       std::uint64_t count = 0;
       scalar(count);
-      if (count != 0) fail("a plan within a plan contains another plan");
+      if (count != 0) fail("a plan that is stored inside this plan contains a further plan");
       return;
     }
     is_nested_ = true;

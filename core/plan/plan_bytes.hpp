@@ -16,8 +16,8 @@ namespace freeflex {
 /// Start of every plan file; no YAML scene starts with it.
 inline constexpr std::string_view kPlanMark = "FFPLAN";
 
-/// Returns the plan as bytes: magic, version, length, XXH3 checksum, little-endian content. Reading the bytes
-/// gives a plan with the same bits.
+/// Returns the plan as bytes: magic, version, length, XXH3 checksum, little-endian content. A plan that is
+/// read from these bytes has the same bits.
 std::vector<std::byte> plan_to_bytes(const Plan& plan);
 
 /// Reads the output of plan_to_bytes. If this fails, returns nullopt and sets `error` (wrong magic, wrong

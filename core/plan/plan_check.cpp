@@ -28,7 +28,7 @@ class PlanCheck {
     if (!is_rung(plan_.fidelity)) return error_ = "the rung is of an unknown kind";
     check_body();
     check_modes();
-    // the members checked below are indexed by modes and points, so those must be consistent first
+    // the members checked below are indexed by modes and points, so modes and points must be consistent first
     if (error_.empty()) check_propagator();
     if (error_.empty()) check_points();
     if (error_.empty()) check_links();
@@ -44,7 +44,7 @@ class PlanCheck {
     return error_;
   }
 
-  // checks the plan, the plans within it, and that these fit the plan
+  // checks the plan and the plans within it, and checks that the inner plans fit the plan
   std::string find() {
     if (find_own(); !error_.empty()) return error_;
     if (error_ = find_budget_inconsistency(plan_); !error_.empty()) return error_;
@@ -74,9 +74,9 @@ class PlanCheck {
   // requires finite coefficients for kLanes modes, and zero in the padding
   void check_lane(const Propagator::Lanes::Lane& lane, std::size_t block) {
     for (std::size_t l = 0; l < kLanes; ++l) {
-      require(std::isfinite(lane[l]), "the propagator is not finite");
+      require(std::isfinite(lane[l]), "the propagator has an entry that is not finite");
       require(block * kLanes + l < static_cast<std::size_t>(plan_.num_elastic) || lane[l] == 0.0,
-              "the propagator is not zero in the padding");
+              "the propagator has an entry in the padding that is not zero");
     }
   }
   void check_body();
@@ -158,7 +158,7 @@ void PlanCheck::check_points() {
   for (const PlanPoint& point : plan_.points) {
     require(std::isfinite(point.mass) && point.mass >= 0.0 && are_finite(point.r),
             "a point has an invalid mass or position");
-    require(point.row >= -1, "a point has a negative row");
+    require(point.row >= -1, "a point has a negative row number");
     require(point.row >= 0 || !point.pushable, "a pushable point has no rows");
     if (point.row >= 0) require(rows.insert(point.row).second, "two points share rows");
   }
@@ -185,11 +185,11 @@ void PlanCheck::check_points() {
     require(is_index(wheel.attitude_index, attitude_points.size()) && are_finite(wheel.axis) &&
                 std::isfinite(wheel.momentum) && wheel.gyroscopic.size() == plan_.unmodelled.pairs.size() &&
                 are_finite(wheel.gyroscopic),
-            "a wheel is on a point without an attitude, or is not finite");
+            "a wheel is on a point without an attitude, or has a value that is not finite");
   require(plan_.wheels.all.size() <= std::size_t{kMaxWheels}, "too many wheels");
   for (const auto& mechanism : plan_.mechanisms)
     require(are_indices(mechanism, plan_.points.size()), "a mechanism moves a point that does not exist");
-  // mechanisms are the modes of frequency zero; they come first
+  // mechanisms are the modes of frequency zero; these modes come first
   const auto *first = plan_.omega.data(), *last = first + plan_.num_elastic;
   const auto num_zero = static_cast<std::size_t>(std::count(first, last, 0.0));
   require(plan_.mechanisms.size() == num_zero,
@@ -206,7 +206,7 @@ void PlanCheck::check_links() {
               "a link joins a point that does not exist");
   std::size_t num_rows = 0;
   for (const PlanLinkOutput& output : plan_.link_outputs) {
-    require(is_index(output.link, plan_.links.size()), "a link output names a link that does not exist");
+    require(is_index(output.link, plan_.links.size()), "a link output refers to a link that does not exist");
     require(output.num_rows >= 1 && static_cast<std::size_t>(output.num_rows) <= kMaxItems,
             "a link output has no rows or too many");
     const auto follows = [&](std::int32_t first) {
@@ -226,12 +226,12 @@ void PlanCheck::check_groups() {
   require(plan_.groups.size() <= kMaxItems, "too many groups");
   for (const PlanGroup& group : plan_.groups) {
     require(!group.points.empty() && are_indices(group.points, plan_.points.size()),
-            "a group is empty or names a point that does not exist");
+            "a group is empty or refers to a point that does not exist");
     if (!error_.empty()) return;
     require(std::all_of(
                 group.points.begin(), group.points.end(),
                 [&](std::int32_t point) { return plan_.points[static_cast<std::size_t>(point)].row >= 0; }),
-            "a point of a group has no rows");
+            "a point of a group has no mode-shape rows");
     require(is_positive(group.mass) && are_finite(group.centre) && are_finite(group.inverse_inertia) &&
                 are_finite(group.line),
             "a property of a group is not finite");
@@ -247,7 +247,7 @@ void PlanCheck::check_groups() {
     if (!error_.empty()) return;
     require(std::all_of(masses.begin(), masses.end(),
                         [&](std::int32_t mass) { return mass_point(plan_, mass).row >= 0; }),
-            "a mass of a group has no rows");
+            "a mass of a group has no mode-shape rows");
   }
 }
 
@@ -264,7 +264,7 @@ void PlanCheck::check_pattern(const LoadPattern& pattern, const std::string& who
   }
   require((pattern.wheels.torque.empty() || pattern.wheels.torque.size() == plan_.wheels.all.size()) &&
               are_finite(pattern.wheels.torque),
-          who + ": the torques on wheels are not one for each wheel of the plan");
+          who + ": there is not one torque for each wheel of the plan");
   require_rows(pattern.table, pattern.uses_table ? 9 : 0, who + ": the table");
   if (pattern.has_body && !is_coupled(plan_))
     require_rows(pattern.Q_B, 1, who + ": Q_B");
@@ -283,9 +283,13 @@ void PlanCheck::check_histories() {
             who + " has a parameter out of range");
     require(history.start_tick >= 0 && history.end_tick >= history.start_tick,
             who + " ends before it starts");
-    require(history.times.size() == history.values.size(), who + " has a table of unequal columns");
+    require(history.times.size() == history.values.size(), who +
+                                                               " has a table whose columns differ in "
+                                                               "length");
     require(history.kind != PlanHistory::Kind::kTable || !history.times.empty(), who + " has an empty table");
-    require(are_finite(history.times) && are_finite(history.values), who + " has a table that is not finite");
+    require(are_finite(history.times) && are_finite(history.values), who +
+                                                                         " has a table with an entry "
+                                                                         "that is not finite");
     require(std::adjacent_find(history.times.begin(), history.times.end(), std::greater_equal<>()) ==
                 history.times.end(),
             who + " has times that do not increase");
@@ -293,13 +297,17 @@ void PlanCheck::check_histories() {
     for (const PlanTorque& each : history.torques.all)
       require(
           is_index(each.attitude_index, plan_.particles.attitude_points.size()) && are_finite(each.torque_B),
-          who + ": a follower torque acts on a point without an attitude, or is not finite");
+          who +
+              ": a follower torque acts on a point without an attitude, or has a component that is not "
+              "finite");
     const PlanStiffening& stiffening = history.stiffening;
     require(are_ascending(stiffening.modes) &&
                 are_indices(stiffening.modes, static_cast<std::size_t>(plan_.num_elastic)) &&
                 stiffening.rows.size() == stiffening.modes.size() * stiffening.modes.size() &&
                 are_finite(stiffening.rows),
-            who + ": the stiffness by its followers is not that of its modes");
+            who +
+                ": the matrix of its followers' stiffness does not have one row and column for each of "
+                "its modes");
     for (const PlanFollower& follower : history.followers) {
       require(is_index(follower.row, num_blocks_),
               who + ": a follower force acts on a point that has no rows");
@@ -340,7 +348,7 @@ void PlanCheck::check_modal_coupling() {
   require_rows(modal_coupling.impulse_q_dot_rows, num_impulses, "the rows of coupling impulses");
   require_rows(modal_coupling.impulse_out, num_impulses, "the rows of coupling impulses");
   require(are_indices(modal_coupling.modes, static_cast<std::size_t>(plan_.num_elastic)),
-          "a coupled mode does not exist or is named twice");
+          "a coupled mode does not exist or is listed twice");
   const std::size_t num_modes = modal_coupling.modes.size();
   const std::size_t stride = pad(2 * num_modes);
   require(modal_coupling.columns.size() == 4 * num_modes * stride && are_finite(modal_coupling.columns),
@@ -357,7 +365,7 @@ void PlanCheck::check_initial() {
   const PlanInitial& initial = plan_.initial;
   require(are_finite(initial.p_WB) && are_finite(initial.v_WB) && are_finite(initial.w_B) &&
               are_finite(initial.q_WB),
-          "the initial state is not finite");
+          "the initial state has a value that is not finite");
   double norm2 = 0.0;
   for (const double component : initial.q_WB) norm2 += component * component;
   require(std::abs(norm2 - 1.0) < 1e-12, "the initial attitude is not a unit quaternion");
@@ -369,7 +377,8 @@ void PlanCheck::check_publication() {
   require(is_at_least(plan_.state_rate, 0.0) && is_at_least(plan_.points_rate, 0.0) &&
               is_at_least(plan_.loads_rate, 0.0) && is_at_least(plan_.status_rate, 0.0),
           "a publication rate is not >= 0");
-  require(is_at_least(plan_.force_limit, 0.0) && is_at_least(plan_.torque_limit, 0.0), "a limit is not >= 0");
+  require(is_at_least(plan_.force_limit, 0.0) && is_at_least(plan_.torque_limit, 0.0),
+          "the force limit or the torque limit is not >= 0");
   const CommandLimits& limits = plan_.command_limits;
   require(is_positive(limits.max_age) && is_positive(limits.sender_share) && limits.sender_share <= 1.0 &&
               is_positive(limits.max_hold),
@@ -402,7 +411,7 @@ void PlanCheck::check_left_out() {
            are_ascending(plan_.mode_numbers) && (plan_.num_elastic == 0 || plan_.mode_numbers.front() >= 1)),
       "the numbers of the modes do not ascend from 1");
   require(are_finite(plan_.scope.normal_B) && are_finite(plan_.scope.R_WB),
-          "the scope of commands is not finite");
+          "the plane or attitude in the scope of commands is not finite");
   const bool is_rotated = !plan_.feedbacks.empty() || plan_.attractor_mu > 0.0 || plan_.has_spin_load;
   require(plan_.has_rotation || plan_.rigid_freedoms == 3 || !is_rotated,
           "a field or feedback rotates a body that does not rotate");

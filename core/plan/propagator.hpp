@@ -1,4 +1,5 @@
-// Exact propagator of one mode over one period, for a load linear in the step   (THEORY 6.1 to 6.5).
+// Exact propagator of one mode over one period, for a load that is linear in time within the period
+// (THEORY 6.1 to 6.5).
 #pragma once
 
 #include "core/step/plan.hpp"

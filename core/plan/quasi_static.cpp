@@ -26,9 +26,8 @@ std::string explain_mechanism(const Plan& plan, std::size_t mode) {
   for (std::size_t k = 0; k < std::min(points.size(), kNames); ++k)
     names += (k > 0 ? ", " : "") + plan.points[static_cast<std::size_t>(points[k])].name;
   if (points.size() > kNames) names += ", ...";
-  return join_text(
-      "the load drives mechanism ", mode + 1, ", which moves ", names,
-      " and which nothing resists: there is no steady state; add links, or a load that does not drive it");
+  return join_text("the load drives an unresisted motion, mechanism ", mode + 1, ", which moves ", names,
+                   ": there is no steady state; add links, or use a load that does not drive this motion");
 }
 
 // returns true if all values that can be read out of a steady state are finite
@@ -52,14 +51,14 @@ bool is_finite(const Plan& plan, const State& state) {
 std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std::string& error) {
   if (is_coupled(plan)) {
     error = join_text(
-        "the plan is on fidelity ", name_of(plan.fidelity),
-        ", whose loads depend on the deformation; a quasi-static response is linear: give the scene, or a "
-        "plan on spin-loaded or below");
+        "the plan has fidelity ", name_of(plan.fidelity),
+        ", with loads that depend on the deformation, but a quasi-static response is linear: name the "
+        "scene, or a plan with fidelity spin-loaded or a lower rung");
     return std::nullopt;
   }
   const bool spins = !is_zero(load.spin);
   if (spins && !plan.has_spin_load) {
-    error = "the plan has no centrifugal load of the spin; give the scene fidelity: spin-loaded";
+    error = "the plan has no centrifugal load of the spin; set fidelity: spin-loaded in the scene";
     return std::nullopt;
   }
   for (const Wrench& wrench : load.wrenches) {

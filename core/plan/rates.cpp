@@ -40,7 +40,7 @@ std::int32_t resolving_substeps(std::span<const double> omega, double period) {
 }
 std::int32_t shadow_substeps(PlanShadow::Kind kind, Fidelity rung, std::int32_t substeps) {
   if (kind == PlanShadow::Kind::kFull) return 1;
-  if (traits_of(rung).divides_tick) return 2;  // the rung divides its own tick
+  if (traits_of(rung).divides_tick) return 2;  // true: the rung divides its own tick
   const bool is_halved = kind == PlanShadow::Kind::kFine || traits_of(rung).couples;
   return std::max(substeps, is_halved ? 2 : 1);
 }
@@ -86,7 +86,7 @@ void set_rate(Plan& plan, double rate) {
 }
 
 std::string find_fast_modes(const Plan& plan) {
-  constexpr double kMostOfRate = 1000.0;  // [-] the stiffest of the shipped trusses reaches 107
+  constexpr double kMostOfRate = 1000.0;  // [-] the stiffest shipped truss has a ratio of 107
   const auto fastest = std::max_element(plan.omega.begin(), plan.omega.end());
   const double highest = fastest == plan.omega.end() ? 0.0 : *fastest / (2.0 * std::numbers::pi);
   if (highest * plan.period <= kMostOfRate) return {};

@@ -21,12 +21,12 @@ void set_rate(Plan& plan, double rate);
 std::int32_t resolving_substeps(std::span<const double> omega, double period);
 
 /// Returns the number of substeps of a shadow of a plan on `rung`; `resolving` is the result of
-/// resolving_substeps(). The full shadow makes 1 substep. If the rung divides its own tick, the shadow makes
-/// 2. Otherwise it makes `resolving` substeps, but at least 2 if it is the fine shadow or the rung is coupled
-/// (THEORY 12.22).
+/// resolving_substeps(). The full shadow makes 1 substep. If the rung divides its own tick, the
+/// shadow makes 2 substeps. Otherwise it makes `resolving` substeps, but at least 2 if it is the fine shadow
+/// or the rung is coupled (THEORY 12.22).
 std::int32_t shadow_substeps(PlanShadow::Kind kind, Fidelity rung, std::int32_t resolving);
 
-/// Returns a horizon [s] in ticks, at least 1.
+/// Converts a horizon [s] to ticks; returns at least 1.
 std::int64_t horizon_in_ticks(double horizon, double period);
 
 /// Returns a warning if a frequency of the plan is above a thousand times its rate: masses or stiffnesses are

@@ -50,7 +50,7 @@ double stage_rate(const Plan& plan) {
 }
 
 // Returns 2 max decay_l [1/s] if there are dampers at true direction, otherwise 0. The difference between
-// their true and linear forces acts stage by stage, like that of bars   (THEORY 12.19, 12.32).
+// their true and linear forces acts stage by stage, like the same difference of bars   (THEORY 12.19, 12.32).
 double damper_rate(const Plan& plan) {
   const auto damps = [](const PlanBar& bar) { return bar.damping > 0.0; };
   if (std::ranges::none_of(plan.coupled.bars, damps)) return 0.0;
@@ -89,8 +89,8 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
             join_text(
                 "a rigid link cannot be combined with fidelity ", name_of(spec.rung),
                 ", because it is rigid to first order only and bars are at their true length; use a stiff "
-                "spring "
-                "(a stiff mode that does not vibrate costs nothing there), or fidelity: coupled or below"));
+                "spring (a stiff mode that is not excited costs nothing there), or set fidelity: coupled "
+                "or a lower rung"));
         return;
       }
   if (!keeps_rotation_about_line(structure)) {
@@ -98,7 +98,7 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
         faults, {},
         join_text("fidelity ", name_of(spec.rung),
                   ": the points are on a line, and the kept modes do not let them rotate about it; keep "
-                  "both modes of each pair across it, or take spin-loaded or below"));
+                  "both modes of each transverse pair, or set fidelity: spin-loaded or a lower rung"));
     return;
   }
   if (!are_point_masses(scene) && plan.num_elastic > kMaxBodyModes) {
@@ -106,7 +106,7 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
               join_text("fidelity ", name_of(spec.rung),
                         " supports bodies and massless points with tables over pairs of modes, for at most ",
                         kMaxBodyModes, " modes; the scene has ", plan.num_elastic,
-                        ": join fewer points, or take spin-loaded or below"));
+                        ": join fewer points, or set fidelity: spin-loaded or a lower rung"));
     return;
   }
   for (const Feedback& feedback : scene.feedbacks)
@@ -114,7 +114,7 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
       add_error(
           faults, feedback.origin,
           "acceleration feedback cannot be combined with the coupled rungs; use displacement and velocity "
-          "gains, or fidelity: spin-loaded or below");
+          "gains, or set fidelity: spin-loaded or a lower rung");
       return;
     }
   // the coupled rungs apply dashpots and feedback stage by stage
@@ -170,33 +170,38 @@ void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
     if (std::max(omega, rate) * substep > plan.coupled.substep_phase || decay * substep > kMaxBarPhase)
       add_error(faults, {},
                 join_text(at, "the fastest rate, ", std::max({omega, rate, decay}),
-                          " 1/s, needs a tick in more than ", kMaxSubsteps,
-                          " substeps; raise the rate, soften the stiffest links, or take fidelity: coupled"));
+                          " 1/s, requires more than ", kMaxSubsteps,
+                          " substeps per tick; raise the rate, soften the stiffest links, or set fidelity: "
+                          "coupled"));
     return;
   }
   if (rate * substep > kMaxStagePhase) {
     const Origin& origin = scene.feedbacks.empty() ? Origin{} : scene.feedbacks.front().origin;
     add_error(faults, origin,
               join_text(at, "dashpots and feedback change the motion at ", rate, " 1/s, ", rate * substep,
-                        " a tick, and on this rung they act stage by stage, which is accurate up to ",
-                        kMaxStagePhase, "; raise the rate to ", rate / kMaxStagePhase,
-                        " Hz or more, take smaller gains, or take fidelity: full, or spin-loaded or below"));
+                        " a tick, and this rung applies them at stage times, which is accurate up to ",
+                        kMaxStagePhase, " a tick; raise the rate to ", rate / kMaxStagePhase,
+                        " Hz or more, use smaller gains, or set fidelity: full, spin-loaded or a rung "
+                        "below spin-loaded"));
   }
   if (traits_of(plan.fidelity).has_true_geometry && decay * substep > kMaxBarPhase)
     add_error(
         faults, {},
-        join_text(at, "dampers let the fastest mode decay at ", decay, " 1/s, ", decay * substep,
-                  " a tick, and true damper forces are resolved up to ", kMaxBarPhase, "; raise the rate to ",
-                  decay / kMaxBarPhase,
-                  " Hz or more, damp less, or take fidelity: full, which divides the tick, or coupled"));
+        join_text(
+            at, "dampers let the fastest mode decay at ", decay, " 1/s, which is ", decay * substep,
+            " in a tick; with the exact forces of dampers, at most ", kMaxBarPhase,
+            " in a tick is allowed. Raise the rate to ", decay / kMaxBarPhase,
+            " Hz or more, reduce the damping, or set 'fidelity: coupled' or 'fidelity: full' (full divides "
+            "the tick)"));
   if (traits_of(plan.fidelity).has_true_geometry && omega * substep > kMaxBarPhase)
     add_error(
         faults, {},
-        join_text(at, "the stiffest mode, ", omega, " rad/s, has a phase of ", omega * substep,
-                  " rad a tick, and true bar forces are resolved up to ", kMaxBarPhase,
-                  "; raise the rate to ", omega / kMaxBarPhase,
-                  " Hz or more, soften the stiffest bars, or take fidelity: full, which divides the tick, or "
-                  "coupled"));
+        join_text(
+            at, "the stiffest mode, ", omega, " rad/s, advances by ", omega * substep,
+            " rad in a tick; with the exact forces of bars, at most ", kMaxBarPhase,
+            " rad in a tick is allowed. Raise the rate to ", omega / kMaxBarPhase,
+            " Hz or more, soften the stiffest bars, or set 'fidelity: coupled' or 'fidelity: full' (full "
+            "divides the tick)"));
 }
 
 }  // namespace freeflex

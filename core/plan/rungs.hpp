@@ -13,17 +13,18 @@ namespace freeflex {
 void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, Plan& plan,
                      Faults& faults);
 
-/// Largest omega h of a mode on the exact-bars rung [-], omega_n h / n_sub <= 1000   (THEORY 12.32). The
+/// Largest omega h of a mode on the rung `exact-bars` [-], omega_n h / n_sub <= 1000   (THEORY 12.32). The
 /// difference between true and linear bar forces acts stage by stage, and with stiff bars the method loses
 /// its order. At this limit, the elastic error of a 20-point truss that rotates at 5 rad/s is some 1 %. The
 /// error grows with the square of omega h (tests/motion/rungs_test).
 inline constexpr double kMaxBarPhase = 1000.0;
 
-/// Largest rate of dashpots and feedback times a substep [-], sigma h / n_sub <= 1   (THEORY 12.32). They act
-/// stage by stage. The classical method is stable up to 2.5 for such rates, and its order is 4.
+/// Largest rate of dashpots and feedback times a substep [-], sigma h / n_sub <= 1   (THEORY 12.32). Dashpots
+/// and feedback act stage by stage. The classical method is stable up to 2.5 for such rates, and its order is
+/// 4.
 inline constexpr double kMaxStagePhase = 1.0;
 
-/// Largest phase of the fastest rate in a substep of the full rung [rad], max(omega_n, sigma) h / n_sub <=
+/// Largest phase of the fastest rate in a substep of the rung `full` [rad], max(omega_n, sigma) h / n_sub <=
 /// 1/2 (THEORY 12.29): the error of the method of order 4 is then below 1e-6 (tests/motion/full_rung_test).
 inline constexpr double kFullPhase = 0.5;
 

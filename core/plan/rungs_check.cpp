@@ -148,7 +148,7 @@ std::string find_budget_inconsistency(const Plan& plan) {
     if (std::string error = find_own_inconsistency(shadow.plan); !error.empty()) return "shadow: " + error;
     if (!shadow.plan.fallback.empty() || !shadow.plan.budget.shadows.empty() || !has_every_row(shadow.plan) ||
         shadow.plan.points.size() != plan.points.size() || shadow.plan.groups.size() != plan.groups.size())
-      return "a shadow belongs to another structure";
+      return "a shadow plan belongs to another structure";
   }
   return {};
 }

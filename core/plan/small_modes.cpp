@@ -16,11 +16,11 @@ namespace {
 // scenes
 constexpr std::int64_t kMostTicks = 200'000;
 
-// [-] factor that allows for rounding errors of sums over thousands of modes and of the values with which
-// these are compared
+// [-] factor that allows for rounding errors of sums over thousands of modes and of the values with which the
+// sums are compared
 constexpr double kSummed = 1.0 + 1e-9;
 
-// number of samples of the displacements in a run; each sample costs as much as hundreds of ticks
+// number of samples of the displacements in a run; each sample costs the same time as hundreds of ticks
 constexpr std::int64_t kNumSamples = 500;
 
 // number of products of points, loads and modes above which the largest displacement of a mode over all

@@ -38,8 +38,8 @@ struct PlanSpec {
 /// Returns the spec of the full plan on a rung, at the rate of the scene.
 PlanSpec full_spec(const Scene& scene, const Structure& structure, Fidelity rung);
 
-/// Returns the spec of a plan that is stepped in parallel with another plan and is not published. It makes
-/// `substeps` steps per tick, has rows for all points, and has no link forces.
+/// Returns the spec of a plan that is stepped in parallel with another plan and is not published. The plan
+/// makes `substeps` steps per tick, has rows for all points, and has no link forces.
 PlanSpec unpublished_spec(const Scene& scene, const Structure& structure, Fidelity rung,
                           std::int32_t substeps);
 

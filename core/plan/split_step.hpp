@@ -9,9 +9,9 @@ namespace freeflex {
 
 /// Makes the split step of a plan without loads, S = S_c(h/2) S_m(h) S_c(h/2)   (THEORY 8.38): dashpots and
 /// feedback act for half a tick (S_c, THEORY 8.40), each mode moves freely for a tick (S_m, THEORY 6.1), and
-/// dashpots and feedback act for another half tick. It acts on columns (q, q') and uses the tables of the
-/// plan, as the simulation does. The error of the split step (THEORY 8.45) is computed with it.  \pre the
-/// path of the plan is kSplit
+/// dashpots and feedback act for another half tick. The map acts on columns (q, q') and uses the tables of
+/// the plan, as the simulation does. The error of the split step (THEORY 8.45) is computed with this map.
+/// \pre the path of the plan is kSplit
 class SplitStep {
  public:
   explicit SplitStep(const Plan& plan);

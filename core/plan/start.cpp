@@ -129,8 +129,8 @@ void check_attractor(const Scene& scene, const MassProperties& body, Faults& fau
                                   : join_text("and are wrong by some ", 100.0 * size / distance, " % here")));
 }
 
-// refuses wheels and torques about an axis about which the body has no moment of inertia: they would do
-// nothing
+// refuses wheels and torques about an axis about which the body has no moment of inertia, because they would
+// have no effect
 void check_idle_torques(const Scene& scene, const MassProperties& body, Faults& faults) {
   constexpr const char* kRemedy =
       ", about which the structure has no moment of inertia: it cannot rotate the body; give a body inertia "
@@ -172,8 +172,8 @@ void check_start(const Scene& scene, const Structure& structure, Faults& faults)
   check_attractor(scene, body, faults);
 }
 
-// Below the exact-bars rung, the spin must be slow compared with the lowest vibration, because the spin gives
-// linear links no geometric stiffness.
+// Below the rung `exact-bars`, the spin must be slow compared with the lowest vibration, because linear links
+// get no geometric stiffness from the spin.
 void warn_of_fast_spin(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults) {
   if (traits_of(rung).has_true_geometry) return;
   const Origin& origin = scene.initial.origin;
@@ -184,13 +184,14 @@ void warn_of_fast_spin(const Scene& scene, const Structure& structure, Fidelity 
     if (omega == 0.0) continue;
     const double ratio = spin.squaredNorm() / (omega * omega);
     if (ratio > kSlow)
-      add_warning(faults, origin,
-                  join_text("the initial spin of ", spin.norm(),
-                            " rad/s is not slow compared with the lowest frequency, ", omega,
-                            " rad/s: (spin / omega_1)^2 is ", ratio,
-                            ", and the equations are valid only far below 1; ",
-                            ratio > 1.0 ? "this motion is outside the method: do not use the result"
-                                        : "the deformation will be wrong, the pose less so"));
+      add_warning(
+          faults, origin,
+          join_text("the initial spin of ", spin.norm(),
+                    " rad/s is not slow compared with the lowest frequency, ", omega,
+                    " rad/s: (spin / omega_1)^2 is ", ratio,
+                    ", and the equations are valid only far below 1; ",
+                    ratio > 1.0 ? "the method does not cover this motion: do not use the result"
+                                : "the deformation will be wrong, and the pose will be affected less"));
     return;
   }
 }

@@ -27,14 +27,15 @@ void warn_of_tick_rotations(const Scene& scene, const Plan& plan, Faults& faults
   const double most = 0.5 * kSubstepRotation * kMaxRotationSubsteps, rate = 1.0 / plan.period;
   if (!std::isfinite(rotation.substep_angle) || !std::isfinite(rotation.orbit)) {
     add_warning(faults, scene.initial.origin,
-                "the body falls through its attractor in the first tick, where its pull has no bound");
+                "the body falls through the attractor in the first tick, and the pull of the attractor has "
+                "no bound there");
     return;
   }
   if (rotation.substep_angle > most)
     add_warning(faults, scene.initial.origin,
                 join_text("the body rotates or nutates by ", rotation.substep_angle, " rad a tick at ", rate,
-                          " Hz, and ", kMaxRotationSubsteps, " substeps resolve ", 2.0 * most,
-                          ": the verdict will not be good; raise the rate to ",
+                          " Hz, and ", kMaxRotationSubsteps, " substeps per tick resolve at most ",
+                          2.0 * most, ": the verdict will not be good; raise the rate to ",
                           rate * rotation.substep_angle / most, " Hz or more"));
   // [rad] rotation theta at which the error theta^2 / 4 of the displacement by these loads is 2 %
   // (THEORY X144)
@@ -44,7 +45,7 @@ void warn_of_tick_rotations(const Scene& scene, const Plan& plan, Faults& faults
     add_warning(
         faults, scene.initial.origin,
         join_text("the body rotates by ", angle, " rad a tick at ", rate,
-                  " Hz under loads fixed in the world or an attractor; the step takes loads on modes as "
+                  " Hz under loads fixed in the world or an attractor; the step treats the modal loads as "
                   "linear over a tick: raise the rate to ",
                   rate * angle / kStraight, " Hz or more"));
 }

@@ -179,7 +179,7 @@ double inner_load(const Scene& scene, const Structure& whole, const std::vector<
 }
 
 // Returns max(1, max |b_l|^2 / 4) over the points of matrices and rigid links, whose internal forces are
-// unknown. Here |b_l| of a point is its displacement over the mass-weighted rms. It is 2 at the ends of a
+// unknown. Here |b_l| of a point is its displacement over the mass-weighted rms. |b_l| is 2 at the ends of a
 // free beam, and far more at a light point between heavy ends (THEORY X143).
 double unquantified_factor(const Scene& scene, const Structure& whole, int mode) {
   constexpr double kSquareOfBeamEnd = 4.0;
@@ -191,15 +191,14 @@ double unquantified_factor(const Scene& scene, const Structure& whole, int mode)
   return std::max(1.0, most / kSquareOfBeamEnd);
 }
 
-// Returns true for a link of unknown internal forces, in the sense of PlanUnmodelled::has_unquantified.
+// Returns true for a link with unknown internal forces, in the sense of PlanUnmodelled::has_unquantified.
 bool is_unquantified(const Link& link) {
   const LinkTraits kind = traits_of(link);
   return kind.effect == LinkEffect::kForbids || std::holds_alternative<MatrixLink>(link.kind) ||
          std::holds_alternative<Plate>(link.kind) || has_mass(link);
 }
 
-// Returns the link, among those of unknown internal forces, whose points a mode moves most; -1: there is no
-// such link.
+// Returns the link with unknown internal forces whose points move most in a mode; -1: there is no such link.
 std::int32_t unquantified_link(const Scene& scene, const Structure& whole, int mode) {
   double most = 0.0;
   std::int32_t found = -1;

@@ -51,7 +51,7 @@ std::string find_unmodelled_inconsistency(const Plan& plan) {
               (unmodelled.spin_loads.empty() || unmodelled.spin_loads.size() == n * 6) &&
               (unmodelled.bodies.push_rows.empty() || unmodelled.bodies.push_rows.size() == num_pairs * 6) &&
               (unmodelled.spin_left_out.empty() || unmodelled.spin_left_out.size() == 36),
-          "the tables of neglected terms have the wrong size");
+          "the tables of unmodelled terms have the wrong size");
   require(
       are_finite(unmodelled.load_rows) && are_finite(unmodelled.rate_rows) &&
           are_finite(unmodelled.spin_rows) && are_finite(unmodelled.coriolis_rows) &&
@@ -65,7 +65,7 @@ std::string find_unmodelled_inconsistency(const Plan& plan) {
           (unmodelled.bodies.load_sizes.empty() ||
            unmodelled.bodies.load_sizes.size() == plan.histories.size()) &&
           are_finite(unmodelled.left_out_rows) && are_finite(unmodelled.left_out_spin),
-      "the tables of neglected terms are not finite");
+      "the tables of unmodelled terms are not finite");
   const std::vector<std::int32_t>& links = unmodelled.named.links;
   require((links.empty() || links.size() == static_cast<std::size_t>(unmodelled.num_judged)) &&
               std::all_of(links.begin(), links.end(),

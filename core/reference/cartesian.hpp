@@ -15,8 +15,8 @@
 
 namespace freeflex {
 
-/// Points are treated as collinear if their smallest moment of inertia over the largest is at most this [-];
-/// rounding errors reach this size.
+/// Points are treated as collinear if their smallest moment of inertia over the largest is at most this limit
+/// [-]; rounding errors reach this size.
 inline constexpr double kNoMoment = 1e-13;
 
 /// One load of the scene, with its wrenches distributed over the points of their groups.
@@ -42,7 +42,7 @@ struct CartesianLink {
   Eigen::Vector3d rest = Eigen::Vector3d::Zero();  // [m] L u, from the first point to the second, body axes
   double length = 0.0;                             // [m]
   double stiffness = 0.0;                          // [N/m] 0 for a dashpot
-  // [N s/m] of a dashpot, alone or in parallel with the spring
+  // [N s/m] damping of a dashpot, alone or in parallel with the spring
   double damping = 0.0;
 };
 
@@ -56,7 +56,8 @@ struct CartesianSystem {
   Eigen::VectorXd mass;  // [kg] (N)
   Eigen::Matrix3Xd r;    // [m] (3 x N) rest positions from the centre of mass
   std::vector<CartesianLink> links;
-  // the links that are not axial; it stores the last rotations found, so only one thread may use a system
+  // the links that are not axial; it keeps the rotations that it found last, so only one thread may use a
+  // system
   std::optional<TrueGeometry> true_geometry;
   std::vector<CartesianLoad> loads;
   Eigen::Vector3d gravity_W = Eigen::Vector3d::Zero();    // [m/s^2] uniform, or the attraction at the start
@@ -67,7 +68,7 @@ struct CartesianSystem {
   Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();  // attitude at the start
   Eigen::Vector3d spin = Eigen::Vector3d::Zero();            // [rad/s] w_C of the carrier, body axes
   Eigen::VectorXd initial;                                   // (6N) e then e'
-  bool needs_body_axes = false;                              // some load rotates with the body
+  bool needs_body_axes = false;                              // true: some load rotates with the body
 };
 
 /// Makes the Cartesian system of a scene of point masses, springs, bars and dashpots. Returns nullopt and

@@ -35,8 +35,8 @@ class FittedFrame {
   /// x.
   Eigen::Matrix3Xd rates(const Fit& fit, const Eigen::Ref<const Eigen::Matrix3Xd>& v) const;
 
-  /// Adds point forces whose power is that of a moment L on the fitted axes   (THEORY 10.14):
-  ///   F_i += R (w_i ((tr(S) 1 - S)^-1 L) x r_i)
+  /// Adds point forces whose power equals the power of a moment L on the fitted axes (THEORY 10.14): F_i += R
+  ///   (w_i ((tr(S) 1 - S)^-1 L) x r_i)
   /// \param moment [N m] in the fitted axes  \param force [N] (3 x all)
   void add_moment(const Fit& fit, const Eigen::Vector3d& moment, Eigen::Ref<Eigen::Matrix3Xd> force) const;
   /// Adds point forces whose power is sum s.V' and whose resultant and moment are zero. They are the forces

@@ -121,16 +121,16 @@ class RungeKutta : public HandWritten {
 };
 
 /// One evaluation of the forces in two columns of Stoermer's method, which advance at the same time, and the
-/// action after it in each column. A column advances the whole step in substeps of equal length. Lengths are
+/// next action in each column. A column advances the whole step in substeps of equal length. Lengths are
 /// fractions of the step. After an evaluation a column either continues or ends; if it ends, another column
 /// may begin.
 struct Evaluation {
-  Pair fraction;            // of the step at which the forces are evaluated
+  Pair fraction;            // fraction of the step at which the forces are evaluated
   bool ends_column = true;  // true: a column ends or begins after the evaluation; false: both continue
-  Pair substep;             // of the columns that are evaluated
+  Pair substep;             // substep of the columns that are evaluated
   Pair weight;              // w_j of a column that ends; 0: the column continues
   Pair continues;           // 1; 0 for a column that ends
-  Pair next_substep;        // of the columns that follow; 0: no column follows
+  Pair next_substep;        // substep of the columns that follow; 0: no column follows
 };
 
 /// Continues both columns   (THEORY 13.4):
@@ -222,12 +222,13 @@ class Stoermer : public HandWritten {
   }
 
   Evaluation start_;                     // begins the first column on both sides
-  std::vector<Evaluation> evaluations_;  // in the order of the step
+  std::vector<Evaluation> evaluations_;  // evaluations in the order of the step
   std::vector<Pair> f_at_, u_, d_, at_, sum_u_, sum_d_;
 };
 
 void Stoermer::schedule(int columns) {
-  // assigns columns, from the one with most substeps on, each to the side with fewer substeps so far
+  // assigns the columns, beginning with the column of most substeps, each to the side with fewer substeps so
+  // far
   std::array<std::vector<int>, 2> sides;
   std::array<int, 2> num_substeps{};
   for (int j = columns; j > 0; --j) {

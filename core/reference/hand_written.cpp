@@ -34,8 +34,8 @@ Blends quintic(double s, double h) {
            half * s * r2 * (2.0 - 5.0 * s), -half * r * s2 * (2.0 - 5.0 * r)}};
 }
 
-constexpr double kSlack = 1e-9;  // [-] of a step: slack for rounding errors
-constexpr const char* kUnstable = "not finite: the step is beyond the method's stability";
+constexpr double kSlack = 1e-9;  // [-] slack for rounding errors, as a fraction of a step
+constexpr const char* kUnstable = "not finite: the step exceeds the method's stability limit";
 
 bool is_finite(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });

@@ -11,11 +11,11 @@ namespace freeflex {
 
 /// Properties of a hand-written method that the loop over its steps uses.
 struct HandTraits {
-  long evaluations;       // of the forces in one step
-  std::size_t arrays;     // of 3N numbers each, used by its steps
-  double lead;            // [-] of a step: how far v runs ahead of x
-  bool keeps_forces;      // f contains the forces at x between steps, so a piece begins with one evaluation
-  bool reads_by_quintic;  // interpolates x, v and a at both ends of a step; else x and v
+  long evaluations;       // number of evaluations of the forces in one step
+  std::size_t arrays;     // number of arrays of 3N numbers that a step uses
+  double lead;            // [-] time by which v is ahead of x, over the step
+  bool keeps_forces;      // true: f has the forces at x between steps, so a piece begins with one evaluation
+  bool reads_by_quintic;  // true: interpolates x, v and a at both ends of a step; false: x and v
 };
 
 /// Steps through the smooth pieces and interpolates the motion within a step by Hermite's interpolation.
@@ -33,7 +33,7 @@ class HandWritten : public RivalMethod {
   std::vector<double> x_, v_, f_;  // [m], [m/s], [N] (3N each)
 
  private:
-  /// x, v and a at the same time, at one end of a step.
+  /// Holds x, v and a at one end of a step.
   struct End {
     std::vector<double> x, v, a;
   };

@@ -85,7 +85,7 @@ ReferenceRun integrate_at_scale(const CartesianSystem& system, std::span<const d
 ///   displacement = max_t sqrt(sum |V|^2 / N),   velocity = sqrt(2 max_t E_el / M)   (THEORY 10.10)
 ReferenceRun find_scale(const CartesianSystem& system, double end, ReferenceOptions options) {
   constexpr int kSamples = 64;
-  constexpr double kPilotTolerance = 1e-3;  // [-] of a scale that is itself too small
+  constexpr double kPilotTolerance = 1e-3;  // [-] fraction of a scale that is itself too small
   std::vector<double> times;
   for (int k = 1; k <= kSamples; ++k) times.push_back(end * k / kSamples);
   options.tolerance = kPilotTolerance;

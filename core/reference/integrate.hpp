@@ -34,15 +34,17 @@ struct ReferenceOptions {
   double fixed_step = 0.0;            // [s] > 0: reduced so that it divides each smooth piece; 0: adaptive
   std::optional<ElasticScale> scale;  // found by a pilot run if absent; not used with a fixed step
   std::function<bool()> is_stopped;   // called at each requested time; true ends the run with an error
-  long max_steps = -1;                // allowed steps to each requested time; more are an error; -1: no limit
+  long max_steps = -1;                // largest number of steps to each requested time; more steps are an
+                                      // error; -1: no limit
 };
 
 struct ReferenceRun {
-  std::string error;  // empty if every SUNDIALS call succeeded; else the failure, at which the states end
+  std::string error;  // empty if every SUNDIALS call succeeded; otherwise the failure; the states end at the
+                      // time of the failure
   std::vector<CartesianState> states;  // at the requested times
-  std::vector<double> strain_energy;   // [J] at the requested times
+  std::vector<double> strain_energy;   // [J] strain energy at the requested times
   ElasticScale scale;
-  long num_evaluations = 0;  // of the accelerations, without the pilot run
+  long num_evaluations = 0;  // number of evaluations of the accelerations, without the pilot run
   double accuracy = 0.0;     // [-] see integrate_with_estimate
 };
 

@@ -31,7 +31,7 @@ double value(WaveFunction function, double x) {
 
 bool LanczosSpace::build(const Apply& apply, const Eigen::VectorXd& b, double h, std::span<const Term> terms,
                          int max_size, bool is_reorthogonalised) {
-  // [-] of the size of the matrix: a smaller next vector is a rounding error
+  // [-] fraction of the size of the matrix: a smaller next vector is a rounding error
   constexpr double kExhausted = 1e-13;
   size_ = num_applied_ = 0;
   norm_ = b.norm();

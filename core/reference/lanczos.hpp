@@ -31,11 +31,11 @@ class LanczosSpace {
 
   /// Builds the space until the last two coefficients of every term are within its tolerance. Returns false
   /// if max_size vectors are not enough. If `is_reorthogonalised`, each vector is made orthogonal to all
-  /// vectors before it. This is worth its cost if the Krylov space may become the whole space.
+  /// vectors before it. Reorthogonalisation is worth its cost if the Krylov space may become the whole space.
   bool build(const Apply& apply, const Eigen::VectorXd& b, double h, std::span<const Term> terms,
              int max_size, bool is_reorthogonalised);
 
-  /// Adds factor f(h sqrt(A)) z to `sum`.  \pre h is at most that of `build`
+  /// Adds factor f(h sqrt(A)) z to `sum`.  \pre h is at most the h given to `build`
   void add(WaveFunction function, double h, double factor, Eigen::VectorXd& sum) const;
 
   int num_applied() const { return num_applied_; }
@@ -49,7 +49,7 @@ class LanczosSpace {
   int size_ = 0, num_applied_ = 0;
   Eigen::MatrixXd basis_;                    // (n x max_size)
   Eigen::VectorXd diagonal_, off_diagonal_;  // of the tridiagonal matrix
-  Eigen::VectorXd root_;                     // square roots of the eigenvalues of that matrix
+  Eigen::VectorXd root_;                     // square roots of the eigenvalues of the tridiagonal matrix
   Eigen::MatrixXd vectors_;                  // eigenvectors of that matrix
 };
 

@@ -24,7 +24,7 @@ Matrix3d inertia_of(const CartesianSystem& system) {
   return inertia;
 }
 
-constexpr double kSlack = 1e-9;  // [-] of a step: slack for rounding errors of a span
+constexpr double kSlack = 1e-9;  // [-] slack for rounding errors of a span, as a fraction of a step
 
 /// Returns the number of equal steps, none longer than `step`, that make up the span.
 long whole_steps(double span, double step) { return std::lround(std::ceil(span / step * (1.0 - kSlack))); }
@@ -210,7 +210,8 @@ void Linearised::leapfrog(double span, double step, std::span<const double> read
 std::string Linearised::krylov(double span, const RivalOptions& options, std::span<const double> reads,
                                const Read& read) {
   constexpr int kMostVectors = 256;
-  constexpr Eigen::Index kSmall = 128;  // freedoms up to which a Krylov space may become the whole space
+  constexpr Eigen::Index kSmall = 128;  // largest number of freedoms for which a Krylov space may become the
+                                        // whole space
   const bool is_small = y_.size() <= kSmall;
   const auto operate = [this](const double* from, double* to) { apply(from, to); };
   acceleration_.resize(y_.size());
@@ -304,7 +305,7 @@ std::string Linearised::step(const Frame& frame, double t, double span, const Ri
   } else {
     leapfrog(span, options.step, reads, read);
   }
-  return y_.allFinite() ? "" : "not finite: the step is beyond the method's stability";
+  return y_.allFinite() ? "" : "not finite: the step exceeds the method's stability limit";
 }
 
 RivalRun Linearised::run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) {

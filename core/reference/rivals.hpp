@@ -30,8 +30,9 @@ enum class Rival {
 
 struct RivalOptions {
   double step = 0.0;                 // [s] > 0 of fixed-step methods, reduced to divide each smooth piece
-  double tolerance = 0.0;            // [-] > 0 of the other methods: error of a step over the elastic scale
-  ElasticScale scale;                // for methods with a tolerance
+  double tolerance = 0.0;            // [-] > 0, for methods with a tolerance: error of a step over the
+                                     // elastic scale
+  ElasticScale scale;                // scale for methods with a tolerance
   std::function<bool()> is_stopped;  // called from time to time; true ends the run with an error
 };
 
@@ -41,17 +42,17 @@ using RivalSink = std::function<void(std::size_t index, const CartesianState& st
 struct RivalRun {
   std::string error;         // empty if the run reached the last time
   long num_steps = 0;        // number of steps taken
-  long num_evaluations = 0;  // of the forces of all links
-  std::size_t memory = 0;    // [bytes] of the arrays of the method and of the system
+  long num_evaluations = 0;  // number of evaluations of the forces of all links
+  std::size_t memory = 0;    // [bytes] memory of the arrays of the method and of the system
 };
 
-/// A method that is prepared once and runs many times. It reads loads, gravity and initial state from the
-/// system, which must outlive it.
+/// A method that is prepared once and runs many times. The method reads loads, gravity and initial state from
+/// the system, which must outlive the method.
 class RivalMethod {
  public:
   virtual ~RivalMethod() = default;
-  /// Runs from t = 0 through `times` [s], ascending, to the last of them. Between the ends of steps, packaged
-  /// and hand-written methods interpolate; linearised methods compute the state at the requested time.
+  /// Runs from t = 0 to the last of `times` [s], which are ascending. Between the ends of steps, packaged and
+  /// hand-written methods interpolate; linearised methods compute the state at the requested time.
   virtual RivalRun run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) = 0;
 };
 

@@ -46,8 +46,8 @@ struct TrueBeam {
 struct TruePlate {
   TruePlate(const Plate& plate, const std::array<Eigen::Vector3d, 3>& corners);
   Eigen::Matrix3d rest;                   // local axes at rest as columns
-  Eigen::Matrix<double, 3, 2> edges;      // [m] from the first corner to the other two
-  Eigen::Matrix<double, 2, 3> gradients;  // [1/m] of barycentric coordinates, local axes
+  Eigen::Matrix<double, 3, 2> edges;      // [m] edges from the first corner to the other two
+  Eigen::Matrix<double, 2, 3> gradients;  // [1/m] gradients of barycentric coordinates, local axes
   Eigen::Vector3d membrane;               // [N m] stiffness of exx + eyy, exx - eyy, gxy
   Eigen::Matrix<double, 9, 9> bending;    // [N m] over the rotations of the corners, local axes
 

@@ -127,7 +127,7 @@ SparsePattern SpringNetwork::make_pattern() {
   SparsePattern pattern;
   const auto n = static_cast<std::int64_t>(size());
   column_sizes_.clear();
-  std::vector<std::int64_t> starts;  // of each point's first column
+  std::vector<std::int64_t> starts;  // start of each point's first column
   for (std::size_t j = 0; j < num_points; ++j) {
     starts.push_back(static_cast<std::int64_t>(pattern.rows.size()));
     column_sizes_.push_back(1 + 3 * static_cast<std::int64_t>(neighbours[j].size()));

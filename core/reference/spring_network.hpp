@@ -1,5 +1,5 @@
 // The full system of a scene as plain arrays, in axes that do not rotate. The methods with which freeflex is
-// compared run on these arrays. The physics is that of CartesianSystem, arranged for speed
+// compared run on these arrays. The physics is the same as in CartesianSystem, arranged for speed
 // (THEORY 13.1, 13.7).
 #pragma once
 
@@ -20,7 +20,7 @@ using Pair = double __attribute__((vector_size(16)));
 /// Pattern of the Jacobian of (x, v)' by columns; every diagonal entry is present.
 struct SparsePattern {
   std::vector<std::int64_t> column_starts;  // (6N + 1)
-  std::vector<std::int64_t> rows;           // of each stored entry, ascending in a column
+  std::vector<std::int64_t> rows;           // row of each stored entry, ascending in a column
 };
 
 /// Positions x [m] and velocities v [m/s], in one array each, three numbers for each point. They are in world
@@ -31,7 +31,8 @@ class SpringNetwork {
   /// dissipate, which these methods do not support.
   static std::optional<SpringNetwork> make(const CartesianSystem& system, std::string& error);
 
-  /// Chooses the loads of a smooth piece [start, end] [s]. It must be called before the first `forces`.
+  /// Chooses the loads of a smooth piece [start, end] [s]. This function must be called before the first
+  /// `forces`.
   void begin_piece(double start, double end);
 
   /// Computes the forces [N] on the points at time t [s] of the piece, in one pass over the springs

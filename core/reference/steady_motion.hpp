@@ -31,7 +31,7 @@ Eigen::VectorXd energies_of_mode(const CartesianSystem& system, const Eigen::Vec
 struct SteadyMotion {
   std::string error;             // empty if the motion was found
   Eigen::VectorXd e;             // [m] (3N) displacements in the carrier
-  Eigen::Vector3d acceleration;  // [m/s^2] of the centre of mass, carrier axes
+  Eigen::Vector3d acceleration;  // [m/s^2] acceleration of the centre of mass, carrier axes
   double residual = 0.0;         // [m/s^2] largest difference from the common acceleration
   Eigen::VectorXcd rates;        // [1/s] (num) lambda, ascending by absolute value
   Eigen::MatrixXcd shapes;       // (3N x num) displacements, a column for each rate
@@ -39,7 +39,7 @@ struct SteadyMotion {
 };
 
 /// Finds the steady motion by Newton's method from displacements `start` [m] (3N); an empty `start` is the
-/// shape at rest. Loads are those at t = 0, the spin is that of the carrier.
+/// shape at rest. Loads are the loads at t = 0; the spin is the spin of the carrier.
 SteadyMotion steady_motion(const CartesianSystem& system, const Eigen::VectorXd& start = {});
 
 }  // namespace freeflex

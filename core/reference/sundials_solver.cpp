@@ -284,7 +284,8 @@ bool SundialsSolver::Members::evolve(double target) {
   if (!ok) return false;
   time = target;
   if (std::abs(reached - target) <= 1e-12 * std::max(1.0, std::abs(target))) return true;
-  error = "stopped at t = " + std::to_string(reached) + " s before " + std::to_string(target) + " s";
+  error =
+      "stopped at t = " + std::to_string(reached) + " s; it had to reach " + std::to_string(target) + " s";
   return false;
 }
 
@@ -292,7 +293,7 @@ std::string SundialsSolver::advance(double stop, std::vector<double>& y) {
   Members& m = *members_;
   if (!m.error.empty()) return m.error;
   if (m.options.fixed_step > 0.0) {
-    // whole steps to the stop; the slack prevents an additional step due to a rounding error
+    // number of whole steps to the stop; the slack prevents a rounding error from adding a step
     const double span = stop - m.time;
     const double steps = std::ceil(span / m.options.fixed_step * (1.0 - 1e-9));
     if (!m.check(ERKStepSetFixedStep(m.erk, span / steps), "ERKStepSetFixedStep", ERKStepGetReturnFlagName))

@@ -15,7 +15,8 @@ namespace freeflex {
 /// The equation y' = slope(t, y) over one smooth piece; y contains positions, then velocities.
 struct SmoothProblem {
   std::function<void(double t, std::span<const double> y, std::span<double> y_dot)> slope;
-  // Jacobian by columns, for implicit methods only: rows ascend and contain every diagonal entry
+  // Jacobian in compressed columns, for implicit methods only; within a column the row indices increase, and
+  // the diagonal is always included
   std::span<const std::int64_t> column_starts, rows;
   std::function<void(std::span<const double> y, std::span<double> values)> jacobian;
   std::function<bool()> is_stopped;  // called from time to time, may be empty; true makes the run fail
@@ -31,17 +32,17 @@ class SundialsSolver {
   SundialsSolver(const SundialsSolver&) = delete;
   SundialsSolver& operator=(const SundialsSolver&) = delete;
 
-  /// Advances to `stop` exactly and writes y there. Returns the text of a failure, which may be one of the
-  /// constructor, or an empty text.
+  /// Advances to `stop` exactly and writes y there. Returns the text of a failure, including a failure in the
+  /// constructor; an empty text if there is none.
   std::string advance(double stop, std::vector<double>& y);
 
-  /// Writes y at `time`, interpolated within a step; no step passes `end`, where the piece ends. Returns the
-  /// same text as `advance`.  \pre the method is adaptive
+  /// Writes y at `time`, interpolated within a step; no step passes `end`, where the piece ends. Returns a
+  /// failure in the same form as `advance`. \pre the method is adaptive
   std::string interpolate(double time, double end, std::vector<double>& y);
 
   long num_evaluations() const;
   long num_steps() const;
-  std::size_t memory() const;  // [bytes] of integrator and linear solver, as SUNDIALS reports them
+  std::size_t memory() const;  // [bytes] memory of integrator and linear solver, as SUNDIALS reports it
 
   struct Members;  // defined in the .cpp, with the SUNDIALS calls
 

@@ -38,7 +38,8 @@ struct EndOnChord {
   }
   Matrix3d to_chord;  // the smallest rotation that takes n to the chord
   Matrix3d axes;      // axes of the end after that rotation
-  Vector3d rotation;  // [rad] of the end relative to the chord, normal to it: -(angle / sin(angle)) n x u
+  Vector3d rotation;  // [rad] rotation of the end relative to the chord, normal to the chord: -(angle /
+                      // sin(angle)) n x u
 };
 
 }  // namespace
@@ -49,7 +50,7 @@ TrueBeam::TrueBeam(const Beam& beam, const Vector3d& given_span)
       length(given_span.norm()),
       EA(beam.EA),
       torsion(beam.GJ / length) {
-  // bending about y deflects the beam along z, bending about z along y; phi is that of (THEORY 3.10)
+  // bending about y deflects the beam along z, bending about z along y; phi is defined by (THEORY 3.10)
   const std::array<double, 2> EI{beam.EI_y, beam.EI_z}, GA{beam.GA_z, beam.GA_y};
   for (std::size_t plane = 0; plane < 2; ++plane) {
     const double phi = GA[plane] > 0.0 ? 12.0 * EI[plane] / (GA[plane] * length * length) : 0.0;

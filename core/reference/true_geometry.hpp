@@ -19,7 +19,7 @@ namespace freeflex {
 /// A rotation without inertia that ends of beams and corners of plates share at a point.
 struct TrueJoint {
   int body = -1;  // rigid body that rotates the joint, index into bodies_; -1: no body
-  int first = 0;  // index of its first unknown rotation
+  int first = 0;  // index of the first unknown rotation of the joint
   int num = 3;    // number of unknown rotations: 3; 1 on a collinear body (about its line); 0 on other bodies
 };
 
@@ -46,7 +46,7 @@ struct TrueAngle {
   std::vector<int> points;
   double stiffness = 0.0;    // [N m]
   double rest = 0.0;         // [rad]
-  bool is_straight = false;  // the three points are on a line at rest
+  bool is_straight = false;  // true: the three points are on a line at rest
   bool is_folded = false;    // both arms of the straight angle are on one side
 };
 
@@ -75,7 +75,7 @@ class TrueGeometry {
   using Forces = Eigen::Ref<Eigen::Matrix3Xd>;
 
   /// Adds the forces [N] of links on the points, and finds the rotations of joints with the least energy. If
-  /// these are not found, the forces are not finite.
+  /// these rotations are not found, the forces are not finite.
   /// \param e [m] (3 x N) displacements from rest, in axes that do not rotate
   /// \return strain energy [J]
   double add_forces(const PointVectors& e, Forces force) const;
@@ -90,8 +90,8 @@ class TrueGeometry {
   /// Adds the forces [N] of damping, s = -C_d V' on the elastic velocities V' in body axes   (THEORY 10.24).
   void add_damping(const PointVectors& e, const PointVectors& e_dot, const Forces& force) const;
 
-  /// Changes accelerations [m/s^2] so that they meet the constraints of rigid links, by the change whose sum
-  /// of mass times square is least   (THEORY 10.23).
+  /// Changes accelerations [m/s^2] so that they meet the constraints of rigid links. Of all such changes it
+  /// makes the one with the least sum of mass times change squared   (THEORY 10.23).
   void constrain(const PointVectors& e, const PointVectors& e_dot, Forces acceleration) const;
   /// Projects displacements and velocities onto the motions that rigid links allow.
   void project(Forces e, Forces e_dot) const;

@@ -237,7 +237,7 @@ Eigen::Matrix3d second_moment(const PointMass& point) {
 }
 
 std::string inertia_problem(const Eigen::Matrix3d& inertia) {
-  // [-] of the largest moment: uncertainty of printed tables of seven digits
+  // [-] fraction of the largest moment: uncertainty of printed tables of seven digits
   constexpr double kRounding = 1e-6;
   if (!inertia.allFinite()) return "inertia is not finite";
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(inertia, Eigen::EigenvaluesOnly);

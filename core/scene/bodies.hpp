@@ -22,8 +22,8 @@ bool are_point_masses(const Scene& scene);
 /// (THEORY 16.3).
 Eigen::Matrix3d second_moment(const PointMass& point);
 
-/// One part of the mass of a link. Its position is the weighted mean of the positions of points, plus an arm
-/// (THEORY 16.10).
+/// One part of the mass of a link. The position of the part is the weighted mean of the positions of points,
+/// plus an arm (THEORY 16.10).
 struct DistributedMass {
   int link = -1;
   double mass = 0.0;                              // [kg] > 0
@@ -31,9 +31,9 @@ struct DistributedMass {
   Eigen::Vector3d arm = Eigen::Vector3d::Zero();  // [m] superelement: from its first point
 };
 
-/// Returns the parts of the mass of all links, in the order of the links. They are at the Gauss points of
-/// beams and bars and at Dunavant's points of plates, which integrate the squares of the deformation shapes
-/// exactly. Lumped mass is at the points of its link.  \pre all points of links exist
+/// Returns the parts of the mass of all links, in the order of the links. These parts are at the Gauss points
+/// of beams and bars and at Dunavant's points of plates, which integrate the squares of the deformation
+/// shapes exactly. Lumped mass is at the points of its link. \pre all points of links exist
 std::vector<DistributedMass> distributed_masses(const Scene& scene);
 /// Returns the parts of the mass of one link.
 std::vector<DistributedMass> distributed_masses(const Scene& scene, int link);
@@ -54,12 +54,12 @@ double mass_of(const Scene& scene, const Link& link);
 /// mass, inertia, and offset from its first point.  \pre a matrix link with mass
 PointMass rigid_body_of(const Scene& scene, const Link& link);
 
-/// Returns the reason why the mass matrix of a superelement is not that of one body in rigid motion; empty if
-/// it is.
+/// Returns the reason why no single body has the mass matrix of the superelement in rigid motion; empty if
+/// there is such a body.
 std::string mass_matrix_problem(const Scene& scene, const Link& link);
 
 /// Returns the positions, from the point of a body, of four particles with a quarter of its mass each.
-/// Together they have its mass, centre of mass and inertia   (THEORY 16.4).
+/// Together the particles have the mass, the centre of mass and the inertia of the body   (THEORY 16.4).
 std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body);
 
 /// Returns the reason why a symmetric matrix is not an inertia: a moment is negative or above the sum of the

@@ -76,7 +76,8 @@ void Checker::check_beam(const Link& link, const Beam& beam, const std::string& 
   if (x.cross(beam.y_axis.stableNormalized()).norm() < kParallel)
     error(link.origin,
           join_text(who, ": y_axis (", beam.y_axis.transpose(),
-                    ") is parallel to the beam; give a direction across it, or none to have one chosen"));
+                    ") is parallel to the beam; give a direction across it, or omit y_axis to have one "
+                    "chosen"));
 }
 
 void Checker::check_plate(const Link& link, const Plate& plate, const std::string& who) {
@@ -100,8 +101,8 @@ void Checker::check_torsion(const Link& link, const std::string& who) {
     if (a.stableNormalized().cross(b.stableNormalized()).norm() < kDegenerate)
       error(link.origin, who + ": " +
                              point_names(scene, {link.points[k], link.points[k + 1], link.points[k + 2]}, 3) +
-                             " lie on a line, so the dihedral angle is undefined; a torsion spring needs a "
-                             "bend on either side of its middle");
+                             " lie on a line, so the dihedral angle is undefined; the chain of a torsion "
+                             "spring must bend at both of its middle points");
   }
 }
 
@@ -137,7 +138,7 @@ void Checker::check_dissipation(const Link& link, const std::string& who) {
   const LinkTraits kind = traits_of(link);
   if ((link.viscous != 0.0 || link.loss_factor != 0.0) && kind.effect != LinkEffect::kStrains)
     error(link.origin, who + (kind.effect == LinkEffect::kForbids ? " is rigid" : " is a dashpot") +
-                           ": it has no viscous or loss_factor of its own");
+                           ": it cannot have the keys viscous or loss_factor; remove them");
   if (link.viscous != 0.0 && kind.has_joint_rotations)
     error(link.origin, who +
                            ": viscous is only for links without rotations: rotations of beams and plates "
@@ -169,8 +170,8 @@ void Checker::check_link(const Link& link, int index) {
              link.kind);
 }
 
-// Reports links whose points are so far from the origin that doubles do not resolve the link. Names the first
-// link and gives the number of other links.
+// Reports links whose points are so far from the origin that doubles do not resolve the link. Reports the
+// first link, and the number of other links.
 void Checker::check_resolution() {
   const Link* first = nullptr;
   std::string message;
@@ -199,8 +200,8 @@ void Checker::check_resolution() {
     message =
         join_text("link ", called(link, static_cast<int>(k)), " of ", length, " m has points ", farthest,
                   " m from the origin, where numbers of 64 bits are ", step,
-                  " m apart and do not resolve it; give coordinates from an origin in the structure, and "
-                  "the position of that origin by initial: position");
+                  " m apart and do not resolve the link; give coordinates from an origin in the structure, "
+                  "and the position of that origin by initial: position");
   }
   if (!first) return;
   if (num_others > 0)

@@ -253,7 +253,7 @@ void check_num_points(const Scene& scene, bool is_whole, Faults& faults) {
   add_error(
       faults, scene.points[kMaxPoints].origin,
       join_text("this is point ", kMaxPoints + 1, " of ", scene.points.size(), is_whole ? "" : " or more",
-                "; at most ", kMaxPoints, " are taken; join points, or leave some out"));
+                "; at most ", kMaxPoints, " are allowed; merge points, or remove some"));
 }
 
 void check_modes(const Scene& scene, int num_elastic, Faults& faults) {

@@ -5,7 +5,8 @@
 
 namespace freeflex {
 
-/// Message for a scene without mass. If there are other faults, it may only be their consequence.
+/// Message for a scene without mass. If there are other faults, the missing mass may only be their
+/// consequence.
 inline constexpr const char* kNoMass = "nothing has mass; a free structure needs a point or a link with mass";
 
 /// Appends every fault of points, links, groups, wheels, damping, loads, feedback, attractor, initial state

@@ -59,7 +59,7 @@ class Search {
     size_ = size;
     extreme_ = {origin_, join_text(who_, ": ", what, " of ", value, *unit != 0 ? " " : "", unit)};
   }
-  // takes values that cause no overflow if they are small
+  // compares values that cause no overflow if they are small
   void take_large(const char* what, double value, const char* unit) {
     if (std::abs(value) > 1.0) take(what, value, unit);
   }

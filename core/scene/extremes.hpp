@@ -1,5 +1,5 @@
-// Finds the value to report if the numbers of a scene overflow: the value that differs from one by the
-// largest factor.
+// Finds the value to report if the numbers of a scene overflow: the value that is farthest from one on a
+// logarithmic scale.
 #pragma once
 
 #include <string>
@@ -8,9 +8,10 @@
 
 namespace freeflex {
 
-/// Adds the error `problem`, caused by overflow or underflow, at the value of the scene with the largest
-/// absolute logarithm. Masses and parameters of links are compared; values of damping, feedback, attractor,
-/// loads and initial motion are compared only if they are above one.  \pre check_physics found no error
+/// Reports `problem`, an overflow or underflow. The position of the error is the position of the most extreme
+/// value of the scene, the value whose logarithm is largest in magnitude. Masses and parameters of links are
+/// compared; values of damping, feedback, attractor, loads and initial motion are compared only if they are
+/// above one. \pre check_physics found no error
 void add_overflow(const Scene& scene, const std::string& problem, Faults& faults);
 
 }  // namespace freeflex

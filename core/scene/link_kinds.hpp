@@ -21,7 +21,7 @@ enum class LinkEffect {
 struct LinkTraits {
   static constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
   const char* name;                 // in plans and messages
-  const char* noun;                 // in the text of faults
+  const char* noun;                 // noun in the text of faults
   std::size_t least = 2, most = 2;  // points
   LinkEffect effect = LinkEffect::kStrains;
   // exerts one force along the line of two points; the upper rungs use its true length   (THEORY 12.17)
@@ -102,8 +102,8 @@ bool is_body(const Link& link);
 /// Returns whether the published forces of a link are forces on each of its points.
 bool has_point_forces(const Link& link);
 
-/// Returns whether forces of the link can be published. They are not computed for superelements, nor for
-/// rigid links in scenes with bodies or massless points.
+/// Returns whether forces of the link can be published. Link forces are not computed for superelements, nor
+/// for rigid links in scenes with bodies or massless points.
 bool publishes_forces(const Scene& scene, const Link& link);
 
 }  // namespace freeflex

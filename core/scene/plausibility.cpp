@@ -223,9 +223,10 @@ void check_lengths(const Scene& scene, Faults& faults) {
   }
   // 0.999 allows for rounding of the coordinates
   if (longest < 0.999 * kMostLengthRatio * shortest) return;
-  add_warning(faults, scene.links[short_link].origin,
-              join_text("lengths from ", shortest, " m (", link_at(scene, short_link), ") to ", longest,
-                        " m (", link_at(scene, long_link), ") in one scene: coordinates are in m"));
+  add_warning(
+      faults, scene.links[short_link].origin,
+      join_text("lengths of links range from ", shortest, " m (", link_at(scene, short_link), ") to ",
+                longest, " m (", link_at(scene, long_link), "): check that all coordinates are in m"));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// The scene that a person describes: point masses, elastic links, loads, initial state, publication. It
-// contains plain values and uses neither files nor a clock. The reader (service/io) fills the scene;
+// The scene that a person describes: point masses, elastic links, loads, initial state, publication. The
+// scene contains plain values and uses neither files nor a clock. The reader (service/io) fills the scene;
 // build_structure checks the physics.
 #pragma once
 
@@ -52,9 +52,10 @@ struct PointMass {
 
 /// Distribution of the mass of a link   (THEORY 16.10 to 16.12).
 enum class MassDistribution {
-  kConsistent,  // by the deformation shapes of the link
-  kLumped,      // in equal parts at its points
-  kMeanAxial,   // consistent across the link; along the link the mean of lumped and consistent
+  kConsistent,  // consistent mass matrix, from the deformation shapes of the link
+  kLumped,      // lumped mass, in equal parts at the points of the link
+  kMeanAxial,   // across the link the consistent mass matrix; along the link the mean of the lumped and the
+                // consistent one
 };
 
 /// Axial spring between two points   (THEORY 3.3).
@@ -81,14 +82,14 @@ struct Beam {
   Eigen::Vector3d y_axis = Eigen::Vector3d::Zero();  // [-] local y direction, scene axes; zero: automatic
   double GA_y = 0.0;  // [N] shear stiffness k G A for deflection along local y; 0: no shear deformation
   double GA_z = 0.0;  // [N] shear stiffness for deflection along local z; 0: no shear deformation
-  // at each end, the rotations about local x, y, z that the joint releases
+  // rotations about local x, y, z that the joint releases, at each end
   std::array<std::array<bool, 3>, 2> released{};
   double mass_per_length = 0.0;  // [kg/m] >= 0; along the axis, without rotary inertia of the section
   MassDistribution mass_distribution = MassDistribution::kConsistent;
 };
 
-/// Spring that resists a change of the angle at the middle point of three. If the points are on a line, it
-/// resists bending in both planes   (THEORY 3.23 to 3.25).
+/// Spring that resists a change of the angle at the middle point of three. If the points are on a line, the
+/// spring resists bending in both planes   (THEORY 3.23 to 3.25).
 struct BendingSpring {
   double stiffness = 0.0;  // [N m/rad] > 0
 };
@@ -130,8 +131,8 @@ inline Eigen::Index num_rows(const MatrixLink& matrix, std::size_t num_points) {
   return (matrix.has_rotations ? 6 : 3) * static_cast<Eigen::Index>(num_points) + matrix.num_inner;
 }
 
-/// Link that keeps all distances between its points: a rigid link of two points, or a rigid body of more
-/// (THEORY 3.40, 3.41).
+/// Link that keeps all distances between its points: a rigid link of two points, or a rigid body of three or
+/// more points (THEORY 3.40, 3.41).
 struct Rigid {};
 
 /// Viscous dashpot between two points: tension = damping * rate of elongation   (THEORY 3.45).
@@ -147,8 +148,8 @@ using LinkKind =
 // NOLINTNEXTLINE(bugprone-exception-escape): Eigen's sparse matrices copy where they might move
 struct Link {
   std::string name;
-  // indices into Scene::points: two, three or four by kind; two or more for rigid links and matrices; one or
-  // more for superelements
+  // indices into Scene::points: two, three or four, depending on the kind; two or more for rigid links and
+  // matrices; one or more for superelements
   std::vector<int> points;
   LinkKind kind;
   Origin origin{};
@@ -156,13 +157,14 @@ struct Link {
   // [s] force = stiffness (deformation + viscous * rate of deformation); only for links without rotations
   // (THEORY 3.46)
   double viscous = 0.0;
-  double loss_factor = 0.0;  // [-] structural: equivalent modal damping at each frequency   (THEORY 4.24)
+  double loss_factor = 0.0;  // [-] structural damping, converted to modal damping at the frequency of each
+                             // mode   (THEORY 4.24)
   // position in the source list, used in messages about a link without a name: "2", "2.3" (third link of a
   // chain), "in row 4"
   std::string label = {};
 };
 
-/// A named set of points to which wrenches are applied and whose pose is published.
+/// A set of points with a name, on which wrenches act and whose pose is published.
 struct Group {
   std::string name;
   std::vector<int> points;
@@ -172,21 +174,22 @@ struct Group {
 /// Damping that does not couple modes: ratios zeta_l of modes, and Rayleigh damping alpha_R M + beta_R K
 /// (THEORY 4.23).
 struct Damping {
-  double modal_ratio = 0.0;                         // [-] of every elastic mode
+  double modal_ratio = 0.0;                         // [-] damping ratio of every elastic mode
   std::vector<std::pair<int, double>> mode_ratios;  // (elastic mode from 1, ratio); overrides modal_ratio
   double alpha = 0.0;                               // [1/s]
   double beta = 0.0;                                // [s]
   Origin origin{};
 };
 
-/// A wheel that spins in a body about an axis fixed in the body. Its momentum is the angular momentum of body
-/// and wheel about that axis, minus the part that follows from the inertia of the body   (THEORY 16.21). The
-/// inertia of the body includes the wheel, except the moment of inertia of the wheel about its axis.
+/// A wheel that spins in a body about an axis fixed in the body. The momentum of the wheel is the angular
+/// momentum of body and wheel about that axis, minus the part that follows from the inertia of the body
+///   (THEORY 16.21). The inertia of the body includes the wheel, except the moment of inertia of the wheel
+/// about its axis.
 struct Wheel {
   std::string name;
   int point = -1;                                   // a body
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // [-] unit vector, scene axes
-  double momentum = 0.0;                            // [N m s] at the start
+  double momentum = 0.0;                            // [N m s] momentum at the start
   Origin origin{};
 };
 
@@ -200,7 +203,7 @@ struct TorqueLoad {
 };
 struct WheelLoad {
   int wheel = -1;
-  double torque = 0.0;  // [N m] of the motor; positive: increases the momentum of the wheel
+  double torque = 0.0;  // [N m] torque of the motor; positive: increases the momentum of the wheel
 };
 struct WrenchLoad {
   int group = -1;
@@ -218,7 +221,7 @@ struct SineHistory {
   double frequency = 0.0;  // [Hz] > 0
   double phase = 0.0;      // [rad]
 };
-struct TableHistory {          // linear between rows; constant before the first and after the last
+struct TableHistory {          // linear between rows; constant before the first row and after the last row
   std::vector<double> times;   // [s] strictly increasing
   std::vector<double> values;  // [-]
 };
@@ -258,9 +261,11 @@ struct Attractor {
 
 /// Initial state. `position` and `attitude` describe the scene axes in the world at the start.
 struct Initial {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();          // [m] of the scene's origin, world axes
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();          // [m] position of the scene's origin, world
+                                                               // axes
   Eigen::Vector4d attitude{1.0, 0.0, 0.0, 0.0};                // [-] quaternion w x y z, scene to world
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // [m/s] of the centre of mass, world axes
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // [m/s] velocity of the centre of mass, world
+                                                               // axes
   Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // [rad/s] body axes
   struct PointElastic {
     int point = -1;
@@ -273,7 +278,7 @@ struct Initial {
     double q = 0.0;      // [m]
     double q_dot = 0.0;  // [m/s]
   };
-  std::vector<ModeElastic> modes;  // added to the projection of `points`
+  std::vector<ModeElastic> modes;  // coordinates of single modes, added to the projection of `points`
   Origin origin{};
 };
 
@@ -283,7 +288,7 @@ struct LeaveOut {
   double tolerance = 0.0;
   double horizon = 10.0;  // [s] > 0, simulated time over which effect and error are evaluated
   OnNeed on_need = OnNeed::kKeep;
-  // by Feature: true keeps the feature whether or not the scene needs it
+  // one entry for each Feature; true: the feature is kept even if the scene does not need it
   std::array<bool, kNumFeatures> keeps{};
   Origin origin{};
 };
@@ -345,7 +350,7 @@ struct Scene {
   LeaveOut leave_out;
   Initial initial;
   Publication publication;
-  std::vector<int> pushable;  // points that commands may name, indices into points
+  std::vector<int> pushable;  // points that commands may push, as indices into points
   double force_limit = 0.0;   // [N] largest |force| of a command on a point or group; 0: unlimited
   double torque_limit = 0.0;  // [N m] largest |torque| of a command; 0: unlimited
   CommandLimits command_limits;

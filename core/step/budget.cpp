@@ -43,7 +43,7 @@ void put_shadow(const Plan& plan, const State& state, const PlanShadow& shadow, 
     to.q = shadow.plan.initial.q;
     to.q_dot = shadow.plan.initial.q_dot;
   } else if (!budget.points_give_modes) {
-    // if the scene has bodies, all plans of it have every mode
+    // if the scene has bodies, every plan of the scene has all modes
     std::copy(state.q.begin(), state.q.begin() + plan.num_elastic, to.q.begin());
     std::copy(state.q_dot.begin(), state.q_dot.begin() + plan.num_elastic, to.q_dot.begin());
   } else {

@@ -27,11 +27,12 @@ struct BudgetReading {
   ErrorSize integration, truncation, model;  // distances due to period, omitted modes, rung
 };
 
-/// Ratio of the estimate to the distance from the best shadow. It allows for errors of the shadow itself. It
-/// was determined with 200 random scenes and is tested with 200 others (tests/tools/estimates_test).
+/// Ratio of the estimate to the distance from the best shadow. The ratio allows for errors of the shadow
+/// itself. The ratio was determined with 200 random scenes and is tested with 200 others
+/// (tests/tools/estimates_test).
 inline constexpr double kCover = 1.25;
 
-/// Holds the shadows, and the tick and epoch of the state to which they belong. If they are used with any
+/// Holds the shadows, and the tick and epoch of the state to which they belong. If shadows are used with any
 /// other state, they restart from that state. No order of calls therefore gives a stale estimate: after
 /// missed ticks the age of the estimate starts again from zero. make_budget allocates all memory.
 struct Budget {
@@ -39,21 +40,22 @@ struct Budget {
     State state;
     Workspace workspace;
   };
-  std::vector<Shadow> shadows;  // in the order of PlanBudget::shadows
+  std::vector<Shadow> shadows;  // shadows in the order of PlanBudget::shadows
   bool is_lost = false;
   bool points_give_modes = true;                 // false: the scene has bodies; shadows copy the coordinates
   double rotation = 0.0;                         // [rad] rotation angle of the body since sync_tick
   double fast_motion = 0.0, all_motion = 0.0;    // [m^2] sums of (q' / omega)^2 of unresolved modes, of q^2
-  std::int64_t sync_tick = 0;                    // at which the shadows were last set to the state
-  std::int64_t tick = -1, epoch = -1;            // of the state to which the shadows belong; -1: not set yet
+  std::int64_t sync_tick = 0;                    // tick at which the shadows were last set to the state
+  std::int64_t tick = -1, epoch = -1;            // tick and epoch of the state to which the shadows belong;
+                                                 // -1: not set yet
   std::vector<Vec3> V, V_dot, V_other, scratch;  // (num_points)
 };
 Budget make_budget(const Plan& plan);
 
-/// Advances the state by one tick, with the same bits as the step without a budget. Then advances the shadows
-/// under the same slots. The shadows restart from the state at the first call, after a reset, at the end of a
-/// horizon, and if the state was stepped without them. A failed step leaves them unchanged. A budget without
-/// shadows costs one comparison per tick. Allocates nothing.
+/// Advances the state by one tick, with the same bits as the step without a budget. After this, advances the
+/// shadows under the same slots. The shadows restart from the state at the first call, after a reset, at the
+/// end of a horizon, and if the state was stepped without them. A failed step leaves the shadows unchanged. A
+/// budget without shadows costs one comparison per tick. Allocates nothing.
 void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace, Budget& budget,
           StepReport& report) noexcept;
 

@@ -1,5 +1,5 @@
-// A validated force command. It has a fixed size and is trivially copyable, so it can be copied through ring
-// buffers and shared memory unchanged.
+// A validated force command. A command has a fixed size and is trivially copyable, so it can be copied
+// through ring buffers and shared memory unchanged.
 #pragma once
 
 #include <array>

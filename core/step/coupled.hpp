@@ -23,7 +23,7 @@ CoupledWorkspace make_coupled_workspace(const Plan& plan);
 /// not limit the step. The rest, N, is evaluated in four stages   (THEORY 12.15, 12.16). The result is in
 /// `frame`, workspace.next_q, next_q_dot, Q_left and workspace.coupled.next; the state is unchanged. Returns
 /// true if all results are finite.
-/// \param is_fresh  true: loads jumped at this tick, so the rates in the state are not those at the right
+/// \param is_fresh  true: loads jumped at this tick, so the rates in the state are not the rates at the right
 /// limit of the tick
 bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state, bool is_fresh,
                           Workspace& workspace, Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept;
@@ -31,7 +31,7 @@ bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state,
 /// Holds the force of a bar at true length and direction.
 struct BarForce {
   double tension = 0.0;  // [N]
-  Vec3 excess{};         // [N] force on the first point minus that of the linear bar
+  Vec3 excess{};         // [N] force on the first point, minus the force of the linear bar
 };
 /// Returns the force of a bar. Here d = V_second - V_first, L is the rest length and u the rest direction:
 ///   tension s = D (l - L),   l - L = (2 L u.d + d.d) / (l + L),   l = |L u + d|   (THEORY 12.17)

@@ -249,7 +249,7 @@ class Flows {
   Mat3 R_PB_, R_WB_;
   double common_ = 0.0;  // [1/(kg m^2)] 1 / I_2
   Vec3 difference_{};    // [1/(kg m^2)] d_i = 1 / I_i - 1 / I_2
-  WheelMomentum h_;      // [N m s] of the wheels over the tick, principal axes
+  WheelMomentum h_;      // [N m s] momentum of the wheels over the tick, principal axes
   std::array<Moment, 3> moments_{};
   bool has_impulses_ = false, is_attracted_ = false, falls_with_loads_ = false, rotates_about_middle_ = false;
   Quat rotation_{1.0, 0.0, 0.0, 0.0};

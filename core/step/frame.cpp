@@ -98,10 +98,10 @@ Trajectory path_of(const Plan& plan, const Frame& from, const RigidLoad& load, c
 /// step is R_WB G(g) (THEORY 7.8).
 struct RotationStages {
   const Plan& plan;
-  const Trajectory* path;  // set when an attractor acts
+  const Trajectory* path;  // set if an attractor acts
   double period;
   Mat3 half_inverse_inertia;
-  Vec3 H;  // [N m s] at the start
+  Vec3 H;  // [N m s] momentum at the start
   const WheelMomentum& wheels;
   Rates g_rates, H_rates;
 

@@ -24,7 +24,7 @@ double sine(const PlanHistory& history, double period, std::int64_t half_ticks) 
   return sine_of_cycles(wrap(wrap(cycles.hi) + (cycles.lo + ticks * per_tick.lo) + wrap(history.phase)));
 }
 
-/// Returns the value of the table at a time [s]. It is linear between rows and constant outside the table
+/// Returns the value of the table at a time [s]. The table is linear between rows and constant outside them
 /// (THEORY 8.13):
 ///   y_k + (y_(k+1) - y_k) (t - t_k) / (t_(k+1) - t_k)
 double table(const PlanHistory& history, double time) noexcept {

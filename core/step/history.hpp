@@ -11,8 +11,8 @@ namespace freeflex {
 /// (THEORY 8.12).
 double sine_of_cycles(double cycles) noexcept;
 
-/// Return the amplitude just after a tick, just before it, and half a period after it [-]. Only for pulses do
-/// the first two differ.
+/// Return the amplitude just after a tick, just before it, and half a period after it [-]. The amplitudes
+/// just after and just before a tick differ only for pulses.
 double amplitude_right(const PlanHistory& history, double period, std::int64_t tick) noexcept;
 double amplitude_left(const PlanHistory& history, double period, std::int64_t tick) noexcept;
 double amplitude_middle(const PlanHistory& history, double period, std::int64_t tick) noexcept;

@@ -54,7 +54,7 @@ OrbitPoint orbit_at(const Orbit& o, double X) noexcept {
 }
 
 /// Returns the point of the orbit after a time t > 0, by Newton's method between bounds that approach each
-/// other. This works because t grows with X.
+/// other. Newton's method works because t grows with X.
 OrbitPoint find(const Orbit& o, double t) noexcept {
   // bounds a factor of two apart, within which Newton's method converges quickly
   double high = t / o.r_0;

@@ -7,15 +7,16 @@
 namespace freeflex {
 namespace {
 
-// Each kernel is written once. It is compiled for the processor's baseline and, on x86-64, also for AVX2.
-// Some kernels are compiled for AVX-512 too, if this is faster. The program chooses a form when it starts.
-// All forms do the same operations in the same order and differ only in their width, so they give the same
-// bits.
+// Each kernel is written once. The kernel is compiled for the processor's baseline and, on x86-64, also for
+// AVX2. Some kernels are compiled for AVX-512 too, if this is faster. The program chooses a form when it
+// starts. All forms do the same operations in the same order and differ only in their width, so they give the
+// same bits.
 #define FREEFLEX_KERNEL inline __attribute__((always_inline))
 
 enum class Width { kBaseline, kAvx2, kAvx512 };
 
-// A test that compares bits sets this to limit the loops to a width narrower than that of the processor.
+// A test that compares bits sets this variable to limit the loops to a width narrower than the width of the
+// processor.
 #ifndef FREEFLEX_WIDEST
 #define FREEFLEX_WIDEST 2
 #endif
@@ -131,7 +132,7 @@ FREEFLEX_KERNEL void load_to(V& to, const double* from, std::size_t l) noexcept 
   __builtin_memcpy(&to, from + l, sizeof(V));
 }
 
-/// Copies the leading 26 bits of y. Their product with another number of 26 bits is exact.
+/// Copies the leading 26 bits of y. The product of this copy with another number of 26 bits is exact.
 template <class V, class Bits>
 FREEFLEX_KERNEL void take_leading_bits(const V& y, V& leading) noexcept {
   constexpr std::int64_t kMask = ~((std::int64_t{1} << 27) - 1);

@@ -1,5 +1,5 @@
-// Loops over modes. They run element by element, or in fixed lanes, so that every vector width gives the same
-// bits.
+// Loops over modes. The kernels run element by element, or in fixed lanes, so that every vector width gives
+// the same bits.
 #pragma once
 
 #include <cstddef>

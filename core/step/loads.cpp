@@ -8,8 +8,8 @@
 namespace freeflex {
 namespace {
 
-/// Returns the index of a point in LoadSums. Below the coupled rungs it is the row of the point, so that
-/// points without rows, which cannot be loaded, cost neither memory nor time.
+/// Returns the index of a point in LoadSums. Below the coupled rungs this index is the row of the point.
+/// Points without rows cannot be loaded, so they cost neither memory nor time.
 std::size_t index_of(const Plan& plan, std::int32_t point) noexcept {
   return index(is_coupled(plan) ? point : plan.points[index(point)].row);
 }
@@ -170,7 +170,7 @@ void fold_world(const Plan& plan, LoadPattern& pattern) noexcept {
   pattern.num_direct = 0;
 }
 
-/// Adds to `arms` the force share * load at one point.
+/// Adds the force share * load at one point to `arms`.
 void add_arms(const Plan& plan, const PlanPoint& point, const Mat3& share, const Vec3& load_W,
               const Vec3& load_B, Array& arms) noexcept {
   const double* rows = point_rows(plan, point.row);
@@ -280,7 +280,7 @@ void set_pattern(const Plan& plan, std::span<const double> group_rows, const Sum
   std::copy(sums.wheels.torque.begin(), sums.wheels.torque.end(), pattern.wheels.torque.begin());
   set_world_rigid(plan, sums, pattern);
   if (is_coupled(plan)) {
-    pattern.sums = sums;  // both have the same sizes, so nothing is allocated
+    pattern.sums = sums;  // both patterns have the same sizes, so nothing is allocated
     for (const auto* v : {&sums.force_B, &sums.group_force_B, &sums.group_torque_B, &sums.torque.B})
       for (const Vec3& each : *v) pattern.has_body |= !is_zero(each);
     return;

@@ -22,7 +22,7 @@ struct LoadSet {
   std::span<const PointTorque> torques;  // on bodies
   std::span<const WheelTorque> wheels = {};
 };
-/// Adds loads to sums. Their indices must be those of the plan for which the sums were sized.
+/// Adds loads to sums. Every index must be an index of the plan for which the sums were sized.
 void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept;
 
 /// Returns the generalized forces of unit wrenches on each group (6*num_groups x num_padded): for each group,
@@ -39,8 +39,8 @@ void set_pattern(const Plan& plan, std::span<const double> group_rows, const Sum
                  LoadPattern& pattern) noexcept;
 
 /// Overwrites arms with the torque that the loads exert about the centre of mass because the loaded points
-/// are displaced, per elastic coordinate: b_il x F_i   (THEORY X148). If the plan does not need arms, they
-/// become empty. Every loaded point has rows. Allocates nothing if there is room for kArmSize *
+/// are displaced, per elastic coordinate: b_il x F_i (THEORY X148). If the plan does not need arms, the array
+/// becomes empty. Every loaded point has rows. Allocates nothing if there is room for kArmSize *
 /// kMostShadowedModes.
 /// \param arms  [N] (num_shadowed x kArmSize)
 void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept;
@@ -51,14 +51,14 @@ struct BodyResultant {
   Vec3 torque{};  // [N m] about the centre of mass, arms of the body at rest
 };
 /// Returns the resultant of the loads in body axes of a pattern. On coupled rungs a pattern keeps its loads
-/// apart, and a body without modes needs their resultant (THEORY 8.7).  \pre is_coupled(plan)
+/// separate, and a body without modes needs their resultant (THEORY 8.7).  \pre is_coupled(plan)
 BodyResultant body_resultant(const Plan& plan, const LoadPattern& pattern) noexcept;
 
 /// Returns the sum of |x| + |y| + |z| over all forces [N]. Forces do not cancel in this sum   (THEORY X143).
 double size_of_forces(const SumsOnPoints& sums) noexcept;
 
-/// Returns the pattern of one built-in load, for the set-up of Plan::histories. Arrays that it does not use
-/// are empty.
+/// Returns the pattern of one built-in load, for the set-up of Plan::histories. Arrays that the pattern does
+/// not use are empty.
 /// \pre plan.points, groups, rows, num_padded are filled
 LoadPattern build_pattern(const Plan& plan, const SumsOnPoints& sums);
 LoadPattern build_pattern(const Plan& plan, const LoadSet& loads);

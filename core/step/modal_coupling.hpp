@@ -18,7 +18,7 @@ struct DependentLoad {
 };
 void add(const DependentLoad& dependent, RigidLoad& load) noexcept;
 
-/// Holds such resultants over one step, linear in time.
+/// Holds the resultant forces and torques over one step, linear in time.
 struct DependentStep {
   DependentLoad start, end;
 };
@@ -36,7 +36,7 @@ void stiffen(const PlanHistory& history, double amplitude, const double* q, doub
 DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool at_end, double* Q) noexcept;
 
 /// Returns the force of feedback on the body at one time, f = F_q q + F_v q' + F_Q Q   (THEORY 8.28). The
-/// propagator already includes its generalized forces.
+/// propagator already includes the generalized forces of feedback.
 /// \param Q  [N] (num_padded) generalized forces of the loads, including those of followers
 DependentLoad feed_back(const Plan& plan, const double* q, const double* q_dot, const double* Q) noexcept;
 

@@ -1,5 +1,5 @@
-// The immutable plan: everything that the step reads. It consists of plain arrays. core/plan fills them, and
-// plan files hold their bytes.
+// The immutable plan: everything that the step reads. A plan consists of plain arrays. core/plan fills them,
+// and plan files hold their bytes.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ struct Propagator {
   };
   std::vector<Lanes> lanes;  // (num_moving / kLanes); empty if damping is omitted
 
-  /// Holds the step of modes without decay. Their c_vv and l_vv equal c_qq and l_qq to the bit.
+  /// Holds the step of modes without decay. For these modes c_vv and l_vv equal c_qq and l_qq to the bit.
   struct alignas(64) UndampedLanes {
     using Lane = std::array<double, kLanes>;
     Lane c_qq{}, c_qv{}, l_qq{}, l_qv{};
@@ -49,7 +49,7 @@ struct PlanPoint {
   std::string name;
   double mass = 0.0;      // [kg] 0: a massless point; links hold it
   Vec3 r{};               // [m] rest position from the centre of mass, body axes
-  std::int32_t row = -1;  // block of three rows in Plan::rows; -1: point neither read nor loaded
+  std::int32_t row = -1;  // block of three rows in Plan::rows; -1: the point is neither read nor loaded
   bool pushable = false;
 };
 
@@ -66,9 +66,9 @@ struct PlanGroup {
   std::string name;
   std::vector<std::int32_t> points;
   double mass = 0.0;             // [kg]
-  Vec3 centre{};                 // [m] its centre of mass from B, body axes
+  Vec3 centre{};                 // [m] centre of mass of the group from B, body axes
   Mat3 inverse_inertia{};        // [1/(kg m^2)] pseudo-inverse for collinear groups
-  std::int32_t torque_rank = 3;  // 3; 2 if the group is collinear; 0 if it is at one position
+  std::int32_t torque_rank = 3;  // rank: 3; 2 if the group is collinear; 0 if it is at one position
   Vec3 line{};  // [-] line of a collinear group, which supports no torque about it   (THEORY 8.9)
 };
 
@@ -76,8 +76,7 @@ struct PlanGroup {
 /// masses.
 struct PlanParticles {
   std::vector<PlanPoint> all;  // particles of bodies, without names
-  // (num_groups) the carriers of the mass of each group, points and particles of bodies, as indices for
-  // mass_point
+  // (num_groups) the points and particles that carry the mass of each group, as indices for mass_point
   std::vector<std::vector<std::int32_t>> of_groups;
   std::vector<std::int32_t> attitude_points;  // points whose attitude is read or loaded, ascending
   Array rotation_rows;  // [1/m] (3 num_attitude_points x num_padded) theta = rotation_rows q of each
@@ -86,9 +85,9 @@ struct PlanParticles {
 /// Holds a wheel in a body   (THEORY 16.21 to 16.26).
 struct PlanWheel {
   std::string name;
-  std::int32_t attitude_index = -1;  // index of its body in PlanParticles::attitude_points
+  std::int32_t attitude_index = -1;  // index of the wheel's body in PlanParticles::attitude_points
   Vec3 axis{};                       // [-] unit vector, body axes
-  double momentum = 0.0;             // [N m s] at the start
+  double momentum = 0.0;             // [N m s] momentum at the start
   // [1/m^2] (pairs of PlanUnmodelled) axis . (theta_l x theta_u), the gyroscopic coupling per unit of
   // momentum
   Array gyroscopic;
@@ -119,9 +118,9 @@ struct SumsOnPoints : LoadSums {
   std::vector<std::int32_t> points;  // ascending
 };
 
-/// Holds the spatial part of a load. It is computed only when the load changes   (THEORY 8.1 to 8.7). Its
-/// arrays have their full capacity from the start. Forces fixed in world axes rotate relative to the body:
-///   L_B,c = sum_ab R_WB,ba L_c,ab,   Q_l = sum_ab R_WB,ba Q_l,ab
+/// Holds the spatial part of a load. The pattern is computed only when the load changes (THEORY 8.1 to 8.7).
+/// The arrays of a pattern have their full capacity from the start. Forces fixed in world axes rotate
+/// relative to the body: L_B,c = sum_ab R_WB,ba L_c,ab, Q_l = sum_ab R_WB,ba Q_l,ab
 /// or, if they act on few points, Q_l = sum_i b_il . (R_WB^T F_i).
 struct LoadPattern {
   static constexpr int kMaxDirect = 3;
@@ -153,7 +152,7 @@ struct PlanFollower {
 /// Holds a torque that rotates with its body: in addition to torque_B, theta x torque_B acts
 /// (THEORY 16.14).
 struct PlanTorque {
-  std::int32_t attitude_index = -1;  // index of its body in PlanParticles::attitude_points
+  std::int32_t attitude_index = -1;  // index of the wheel's body in PlanParticles::attitude_points
   Vec3 torque_B{};                   // [N m] at amplitude 1
 };
 struct PlanTorques {
@@ -186,7 +185,7 @@ struct PlanHistory {
 /// Holds the force of linear feedback on a point, body axes: f = F_q q + F_v q' + F_Q Q   (THEORY 8.28).
 struct PlanFeedback {
   std::string name;
-  std::int32_t row = -1;  // block of rows of the point on which it acts
+  std::int32_t row = -1;  // block of rows of the point on which the feedback acts
   Vec3 r{};               // [m] rest position of that point
   // [N/m], [N s/m], [-] (3 x num_padded) F_q, F_v, F_Q; Q_rows is empty if no gain is on the acceleration
   Array q_rows, q_dot_rows, Q_rows;
@@ -247,9 +246,9 @@ struct PlanOffset {
 /// (THEORY 12.33 to 12.55).
 struct PlanKinetics {
   enum class Form : std::int32_t {
-    kComplete = 0,  // every mode, point masses   (THEORY 12.5 to 12.12)
-    kPoints = 1,    // some modes, by sums over point masses   (THEORY 12.36)
-    kTables = 2,    // bodies or omitted modes, by sums over pairs of modes   (THEORY 12.48, 12.49)
+    kComplete = 0,  // for a complete set of modes and point masses   (THEORY 12.5 to 12.12)
+    kPoints = 1,    // for some of the modes, by sums over point masses   (THEORY 12.36)
+    kTables = 2,    // for bodies or omitted modes, by sums over pairs of modes   (THEORY 12.48, 12.49)
   };
   Form form = Form::kComplete;
   Array moments;                // [kg m] (6 x num_padded) Y_l,ab for ab = xx, yy, zz, xy, xz, yz
@@ -257,7 +256,7 @@ struct PlanKinetics {
   // [kg] (num_moving x num_tables x num_padded) for each mode k: X_kl,a for a = x, y, z, then Z_kl,ab for ab
   // as above, then G_kl,a
   Array tables;
-  std::vector<PlanBodyRotation> body_rotations;  // together, the bodies have all particles, in order
+  std::vector<PlanBodyRotation> body_rotations;  // the bodies together contain all particles, in order
   std::vector<PlanOffset> offsets;
 };
 inline constexpr std::int32_t kPointTables = 9, kBodyTables = 12;  // PlanKinetics::num_tables
@@ -275,7 +274,8 @@ struct PlanCoupled {
   std::vector<PlanBar> bars;
   // [rad] largest product of a rate and the substep; 0: the step is not divided   (THEORY 12.29)
   double substep_phase = 0.0;
-  std::int32_t num_substeps = 1;  // per step; a power of two, so that the time of a substep is exact
+  std::int32_t num_substeps = 1;  // number of substeps per step; the number is a power of two, so the period
+                                  // is divided without rounding error
   PlanKinetics kinetics;
 };
 
@@ -306,16 +306,17 @@ struct PlanFeature {
   std::int32_t count = 0;  // number of modes or points concerned
   std::string why;
   // errors under built-in loads and from the initial state, within the horizon
-  double error = 0.0;           // [m] in the elastic displacement of any point that is read or pushed
+  double error = 0.0;           // [m] error in the elastic displacement of any point that is read or pushed
   double relative_error = 0.0;  // [-] error over the largest such displacement
   double link_error = 0.0;      // [N], [N m] in any published link force
-  // errors under commands, per newton: multiply by the force on a pushable point plus the sum of its changes
+  // errors under commands, per newton; for the error of a command, multiply by the force on a pushable point
+  // plus the sum of its changes
   double error_per_force = 0.0;           // [m/N]
   double relative_error_per_force = 0.0;  // [-] error over the static displacement under that force
   double link_error_per_force = 0.0;      // [-], [m]
 };
 
-/// Holds what commands may not do, because the plan omits a feature that they would need
+/// Holds what commands must not do, because the plan omits a feature that such commands would need
 /// (THEORY 14.4, 14.5).
 struct CommandScope {
   bool lacks_rotation = false;
@@ -336,7 +337,7 @@ struct PlanRung {
 struct PlanShadow;
 
 /// Holds the live error budget: the plans that are stepped in parallel with the state
-/// (THEORY 12.22 to 12.26). It is empty if the scene does not ask for a budget.
+/// (THEORY 12.22 to 12.26). The budget is empty if the scene does not ask for one.
 struct PlanBudget {
   double horizon = 0.0;            // [s] time between restarts of the shadows; 0: no budget
   std::int64_t horizon_ticks = 0;  // the horizon in ticks, at least 1
@@ -362,10 +363,11 @@ enum class LacksModes : std::uint8_t {
 struct PlanUnmodelledBodies {
   Array push_rows;          // [kg] (pairs x 6) stiffness per acceleration and angular acceleration; or empty
   double inner_load = 0.0;  // [m s^2] possible displacement of inner masses, per square of spin
-  // [-] (judged) how far a mode moves the points of links of unknown internal forces, compared with a free
-  // beam; empty without such links
+  // [-] (judged) how far a mode moves the points of links with unknown internal forces, compared with a free
+  // beam; empty if there are no such links
   Array unquantified_factor;
-  Array load_sizes;  // [N] (histories) size_of_forces of each history; empty without such links
+  Array load_sizes;  // [N] (histories) size_of_forces of each history; empty if there are no links with
+                     // unknown internal forces
 };
 
 /// Holds the fourth-order terms of the strain energy of the first modes: V_4 = 1/8 sum_r (x^T H_r x)^2
@@ -375,12 +377,12 @@ struct PlanQuartic {
   Array forms;
 };
 
-/// Holds the items that messages about a verdict name. It is empty in plan files of version 7 and before.
-/// Matrices, rigid links, plates and links with mass are links of unknown internal forces: no table gives the
-/// forces inside them.
+/// Holds the items that messages about a verdict name. This member is empty in plan files of version 7 and
+/// before. Matrices, rigid links, plates and links with mass are links with unknown internal forces: no table
+/// gives the forces inside them.
 struct PlanNamed {
-  // (judged) index in Plan::links of the link, among those of unknown internal forces, whose points the mode
-  // moves most; -1: no such link
+  // (judged) index in Plan::links of the link with unknown internal forces whose points move most in the
+  // mode; -1: no such link
   std::vector<std::int32_t> links;
   // the modes of PlanUnmodelled::left_out_rows: their numbers in the scene, from 1, and their frequencies
   // [Hz]
@@ -388,12 +390,14 @@ struct PlanNamed {
   std::vector<double> left_out_frequency;
 };
 
-/// Holds the terms that the rung neglects. They do not affect the motion; the verdict is computed from them
-/// (THEORY X140, X141). Products of the spin are the entries xx, yy, zz, xy, xz, yz of w w^T, in this order.
+/// Holds the terms that the rung neglects. These terms do not affect the motion; the verdict is computed from
+/// them (THEORY X140, X141). Products of the spin are the entries xx, yy, zz, xy, xz, yz of w w^T, in this
+/// order.
 struct PlanUnmodelled {
   bool is_known = false;          // false: the plan file has no such tables
   bool is_rigid = false;          // false: the plan file has no tables for the verdict
-  bool has_unquantified = false;  // true: unquantified: matrices, rigid links, mass in links, wheels
+  bool has_unquantified = false;  // true: the terms of some items are unquantified (matrices, rigid links,
+                                  // mass in links, wheels)
   LacksModes lacks_modes = LacksModes::kNone;
   double tolerance = 0.0;  // [m] tolerance of the scene; 0: no tolerance given
   // [m] displacement of the omitted small modes, rms over all points
@@ -496,11 +500,12 @@ struct Plan {
   // features that a plan may omit   (THEORY section 14)
   bool has_damping = true, has_gravity = true, has_rotation = true;  // false: omitted
   std::vector<PlanFeature> features;       // empty: not examined; every feature is kept
-  double tolerance = 0.0;                  // [-] for omitting small modes
+  double tolerance = 0.0;                  // [-] tolerance for omitting small modes
   double horizon = 0.0;                    // [s] over which the errors of omission were estimated
   std::vector<std::int32_t> mode_numbers;  // (num_elastic) numbers in the scene, from 1; empty: all
   CommandScope scope;
-  std::vector<PlanRung> tried_rungs;  // if `fidelity: auto`: cheapest first; the last one was chosen
+  std::vector<PlanRung> tried_rungs;  // the rungs that `fidelity: auto` tried, cheapest first; the last one
+                                      // was chosen
   PlanBudget budget;
   PlanUnmodelled unmodelled;
   // at most one plan, stepped from the tick at which a command needs a feature that this plan omits
@@ -510,12 +515,13 @@ struct Plan {
   std::vector<std::int32_t> fallback_modes;
 };
 
-/// Holds a better plan of the same scene, with all modes and all points. It makes `substeps` steps per tick.
+/// Holds a better plan of the same scene, with all modes and all points. The plan makes `substeps` steps per
+/// tick.
 struct PlanShadow {
   enum class Kind : std::int32_t {
-    kBest = 0,  // on the rung that best_rung_beside returns
-    kFine = 1,  // the plan's own rung at half the period or less
-    kFull = 2,  // the plan's own rung and period, with every mode
+    kBest = 0,  // better plan, on the rung that best_rung_beside returns
+    kFine = 1,  // the rung of the plan at half the period or less
+    kFull = 2,  // the rung and the period of the plan, with every mode
   };
   Kind kind = Kind::kBest;
   std::int32_t substeps = 1;

@@ -12,7 +12,8 @@ namespace freeflex {
 Mat3 rotation_matrix(const Quat& q_WB) noexcept;
 
 /// Returns the sum of h_w a_w over the wheels [N m s], body axes; zero without wheels. Below the coupled
-/// rungs, a_w are the axes at rest. On coupled rungs, they rotate with their bodies   (THEORY 16.22, 16.29).
+/// rungs, a_w are the axes at rest. On coupled rungs, the axes rotate with their bodies   (THEORY 16.22,
+/// 16.29).
 Vec3 wheel_momentum_B(const Plan& plan, const MotionState& state) noexcept;
 
 /// Returns the angular velocity of the floating frame, body axes [rad/s]. Below the coupled rungs it is

@@ -39,8 +39,8 @@ Need find_need(const Plan& plan, const ForceCommand& command) noexcept {
       [&](std::int32_t group) { return plan.groups[index(group)].centre; });
 }
 
-// q_u = q_l if mode u of the fallback plan is mode l of the reduced plan, otherwise 0; the same for q'
-// (THEORY 14.16)
+// q_u = q_l if mode u of the fallback plan is mode l of the reduced plan, otherwise 0; q' is converted in the
+// same way (THEORY 14.16)
 void switch_to_fallback(const Plan& plan, Need need, State& state) noexcept {
   const std::size_t n = index(plan.fallback.front().num_padded);
   for (Array* v : modal_arrays(state)) spread_modes(plan.fallback_modes, n, *v);

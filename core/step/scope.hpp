@@ -10,7 +10,7 @@
 
 namespace freeflex {
 
-/// Names a feature that a command needs and the plan omits.
+/// Identifies a feature that a command needs and the plan omits.
 enum class Need : std::int32_t { kNone = 0, kRotation = 1, kOutOfPlane = 2 };
 
 /// [-] A moment, or a component along the normal, below this fraction of its terms is a rounding error.

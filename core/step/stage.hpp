@@ -82,7 +82,7 @@ Vec3 add_wheel_rates(const StepLoads& step_loads, const StageState& stage, const
 void gather_forces(const StepLoads& step_loads, const StageState& stage, CoupledWorkspace& w) noexcept;
 
 /// Adds the loads on the modes that are not sums over points: fields, dashpots, feedback, and the geometric
-/// stiffness by followers. Call it after the sums over points.
+/// stiffness by followers. Call this function after the sums over points.
 void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
                      StageRate& rate) noexcept;
 

@@ -10,7 +10,8 @@
 namespace freeflex {
 namespace {
 
-/// Returns the larger num_padded of a plan and its fallback plan. Arrays that are swapped have room for both.
+/// Returns the larger num_padded of a plan and its fallback plan. Arrays that are swapped have room for both
+/// plans.
 std::size_t most_padded(const Plan& plan) {
   const std::int32_t fallback = plan.fallback.empty() ? 0 : plan.fallback.front().num_padded;
   return static_cast<std::size_t>(std::max(plan.num_padded, fallback));

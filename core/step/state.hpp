@@ -26,15 +26,15 @@ struct CoupledState {
   Array rate_q, rate_p;
   Vec3 w_B{};       // [rad/s] angular velocity of the frame, body axes
   Vec3 moment_B{};  // [N m] about the centre of mass, deformed arms
-  // if the modes are not a complete set; otherwise empty and zero   (THEORY 12.41, 12.42)
+  // used if the modes are not a complete set; otherwise empty and zero   (THEORY 12.41, 12.42)
   Array q_ddot;    // [m/s^2] (num_padded)
   Vec3 w_dot_B{};  // [rad/s^2] rate of w_B, body axes
   bool has_rates = false;
   bool operator==(const CoupledState&) const = default;
 };
 
-/// Holds the floating frame. Each *_low holds the rounding error of the value before it (compensated sums);
-/// the exact state is value + low.
+/// Holds the floating frame. Each member *_low holds the rounding error of the value before it (compensated
+/// sums); the exact state is value + low.
 struct Frame {
   Vec3 p_WB{}, p_WB_low{};  // [m]
   Vec3 v_WB{}, v_WB_low{};  // [m/s]
@@ -59,9 +59,10 @@ struct MotionState : Frame {
   Array Q;          // [N] (num_padded)
   // [N m s] (num_wheels) momentum about the axis of each wheel
   std::vector<double> wheel_momentum, wheel_momentum_low;
-  CoupledState coupled;        // arrays empty below the coupled rungs
-  bool uses_fallback = false;  // true: stepped on Plan::fallback since a command needed it, until a reset
-  std::int64_t fallback_tick = -1;  // of the switch to the fallback plan; -1: no switch
+  CoupledState coupled;             // arrays empty below the coupled rungs
+  bool uses_fallback = false;       // true: a command needed the fallback plan, on which the state is stepped
+                                    // until a reset
+  std::int64_t fallback_tick = -1;  // tick of the switch to the fallback plan; -1: no switch
   std::int32_t fallback_need = 0;   // Need that caused the switch
   bool operator==(const MotionState&) const = default;
 };
@@ -70,7 +71,7 @@ inline std::array<Array*, 5> modal_arrays(MotionState& motion) noexcept {
   return {&motion.q, &motion.q_low, &motion.q_dot, &motion.q_dot_low, &motion.Q};
 }
 
-/// Holds all data, besides plan and inputs, on which the future motion depends.
+/// Holds all data, in addition to plan and inputs, on which the future motion depends.
 struct State : MotionState {
   // active command slots, sorted by (sender, slot), which is the order in which they are summed
   std::int32_t num_slots = 0;
@@ -88,27 +89,28 @@ struct CoupledWorkspace {
   std::vector<Vec3> force, drift;             // [N], [m/s] (num_points; force also num_particles)
   Array q, p, q_dot, Q;                       // (num_padded) of a stage
   std::array<std::array<Array, 2>, 4> rates;  // [m/s], [m/s^2] (num_padded) of q and p at each stage
-  // if the modes are not a complete set; otherwise empty
+  // used if the modes are not a complete set; otherwise empty
   Array C;                 // [kg m] (3 x num_padded) chi, angular momentum per rate   (THEORY 12.35, 12.49)
   Array load, inertial;    // [N] (num_padded)
   Array C_dot_w;           // [N] (num_padded) w . C'_l   (THEORY 12.40, 12.51)
   Array sums, sums_dot;    // (num_tables, 6 x num_padded) tables times q, times q'
   Array spare;             // (num_padded)
   std::vector<Vec3> arms;  // [kg m] (num_points)
-  // at a stage; empty without wheels: momenta of the wheels [N m s] (num_wheels), and the contribution of the
-  // wheels to the elastic momenta [m/s] (num_padded), which is later replaced by its rate   (THEORY 16.30)
+  // values at a stage; empty without wheels: momenta of the wheels [N m s] (num_wheels), and the contribution
+  // of the wheels to the elastic momenta [m/s] (num_padded), which is later replaced by its rate
+  //   (THEORY 16.30)
   std::vector<double> wheels;
   Array wheel_share;
   CoupledState next;
 };
 
-/// Holds scratch memory of one step. The step writes its results here and swaps them with the state once they
-/// are known to be finite. No motion is kept from one step to the next. Only two things are kept:
-/// uses_fallback, which gives the plan for which the arrays are sized, and the group rows of both plans,
-/// which are constant.
+/// Holds scratch memory of one step. The step writes its results to the workspace and swaps them with the
+/// state once they are known to be finite. No motion is kept from one step to the next. Only two things are
+/// kept: uses_fallback, which gives the plan for which the arrays are sized, and the group rows of both
+/// plans, which are constant.
 struct Workspace {
   Array Q_right;  // [N] (num_padded) at the right limit of this tick
-  Array Q_left;   // [N] (num_padded) at the left limit of the next
+  Array Q_left;   // [N] (num_padded) at the left limit of the next tick
   Array next_q, next_q_low, next_q_dot, next_q_dot_low;
   std::vector<double> next_wheel, next_wheel_low;  // [N m s] (num_wheels)
   Array predicted_q;             // [m] (num_padded) empty unless loads depend on the elastic motion
@@ -122,8 +124,8 @@ struct Workspace {
   double next_size = 0.0;
   SumsOnPoints sums;
   Array group_rows;            // see make_group_rows
-  bool uses_fallback = false;  // as in the state at the last step; arrays have room for both plans
-  Array other_group_rows;      // of the plan for which the arrays are not sized
+  bool uses_fallback = false;  // value in the state at the last step; arrays have room for both plans
+  Array other_group_rows;      // group rows of the plan for which the arrays are not sized
 };
 /// Returns the arrays whose size is that of the active plan.
 inline std::array<Array*, 6> modal_arrays(Workspace& w) noexcept {
@@ -138,7 +140,7 @@ inline const Plan& active_plan(const Plan& plan, const MotionState& state) noexc
 
 /// Returns a state with the initial values of the plan, tick 0 and epoch 0.
 State make_state(const Plan& plan);
-/// Returns the workspace for a plan. A step with it allocates nothing.
+/// Returns the workspace for a plan. A step with this workspace allocates nothing.
 Workspace make_workspace(const Plan& plan);
 
 /// Sets the state to the initial values and clears the slots. The tick continues, and the epoch increases by

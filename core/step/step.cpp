@@ -52,8 +52,8 @@ bool is_finite(const Frame& frame) noexcept {
   return sum == 0.0;
 }
 
-/// Coordinates and rates below this size [m], [m/s] are set to zero. Otherwise they would decay to denormal
-/// numbers, which are slow. Values above this size have squares that are normal numbers.
+/// Coordinates and rates below this size [m], [m/s] are set to zero. Otherwise these values would decay to
+/// denormal numbers, which are slow. Values above this size have squares that are normal numbers.
 constexpr double kNegligible = 1e-140;
 constexpr std::int64_t kFlushTicks = 256;
 
@@ -71,7 +71,7 @@ struct Result {
   Frame frame;
   Vec3 force_W;           // [N] at the end
   Vec3 moment_B;          // [N m] at the end
-  DependentLoad impulse;  // of feedback over the second half of the step, if modes are split
+  DependentLoad impulse;  // load of feedback on the body over the second half of the step, if modes are split
   bool is_finite;
 };
 
@@ -117,9 +117,10 @@ Result advance_once(const StepLoads& step_loads, const MotionState& state, const
   return result;
 }
 
-/// Makes the step in two passes if loads on the body depend on the elastic motion: the first pass uses these
-/// loads at the start, the second also those at the end of the first pass ("Two passes" in THEORY section 8).
-/// The load of feedback on the body is that of (THEORY 8.37), or of (THEORY 8.41) if modes are split.
+/// Makes the step in two passes if loads on the body depend on the elastic motion. The first pass uses these
+/// loads at the start of the step; the second pass also uses these loads at the end of the first pass ("Two
+/// passes" in THEORY section 8). The load of feedback on the body is given by (THEORY 8.37), or by
+/// (THEORY 8.41) if modes are split.
 Result advance_dependent(const StepLoads& step_loads, const MotionState& state, const Mat3& R_start,
                          Workspace& workspace) noexcept {
   const Plan& plan = step_loads.plan;
@@ -177,7 +178,7 @@ Result advance_separated(const StepLoads& step_loads, const MotionState& state, 
   advance_wheels(step_loads, state, workspace);
   const Mat3 R_start = rotation_matrix(state.q_WB);
   const bool has_dependent = has_dependent_loads(plan);
-  // the loads at the start are those at the end of the last step, unless a load jumped
+  // the loads at the start are the loads at the end of the last step, unless a load jumped
   const bool is_fresh = is_changed || state.tick == state.epoch_start_tick || step_loads.jumps() ||
                         has_dependent || plan.modal_coupling.path != PlanModalCoupling::Path::kNone;
   if (is_fresh)

@@ -9,7 +9,8 @@
 
 namespace freeflex {
 
-/// Holds the commands that take effect at the current tick. They are applied in this order, after expiries.
+/// Holds the commands that take effect at the current tick. The commands are applied in this order, after
+/// expiries.
 struct Inputs {
   std::span<const ForceCommand> commands;
 };
@@ -18,7 +19,7 @@ struct Inputs {
 struct Expiry {
   std::array<char, kSenderSize> sender{};
   std::int32_t slot = 0;
-  std::int64_t sequence = 0;  // of the command that ended
+  std::int64_t sequence = 0;  // sequence of the command that ended
   bool was_lease = false;     // true: the sender did not renew the slot in time
 };
 

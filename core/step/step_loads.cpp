@@ -11,7 +11,7 @@ namespace freeflex {
 namespace {
 
 // Adds what a pattern does to the body as a whole. On coupled rungs a pattern keeps its loads in body axes
-// apart, so their resultant is formed here.
+// separate, so their resultant is formed here.
 void add_resultant(const Plan& plan, const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept {
   add_pattern(pattern, amplitude, load);
   if (!pattern.has_body || !is_coupled(plan)) return;
@@ -24,7 +24,7 @@ void add_resultant(const Plan& plan, const LoadPattern& pattern, double amplitud
 
 double StepLoads::amplitude(const PlanHistory& history, StageTime stage_time) const noexcept {
   if (history.kind == PlanHistory::Kind::kPulse) return amplitude_right(history, plan.period, tick);
-  // num_substeps is a power of two, so the time of a substep has no rounding error
+  // the number of substeps is a power of two, so the period is divided without rounding error
   const std::int32_t num_substeps = plan.coupled.num_substeps;
   const double period = plan.period / num_substeps;
   const std::int64_t at = tick * num_substeps + substep;

@@ -1,4 +1,5 @@
-// Loads of one step: those of commands, which are constant over the step, and those of built-in histories.
+// Loads of one step: the loads of commands, which are constant over the step, and the loads of built-in
+// histories.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +9,7 @@
 
 namespace freeflex {
 
-/// Names a time in a step: the right limit at its start, its middle, or the left limit at its end.
+/// A time in a step: the right limit at its start, its middle, or the left limit at its end.
 enum class StageTime { kStart, kMiddle, kEnd };
 
 /// Holds the loads of one step. If the plan divides the step, these are the loads of one substep.
@@ -16,7 +17,7 @@ struct StepLoads {
   const Plan& plan;
   const LoadPattern& commands;
   std::int64_t tick;         // index of the step since the epoch began
-  std::int32_t substep = 0;  // index in the step; stage times are those of the substep
+  std::int32_t substep = 0;  // index of the substep in the step; stage times are those of the substep
 
   /// Returns the amplitude of a history at a stage time [-].
   double amplitude(const PlanHistory& history, StageTime stage_time) const noexcept;
@@ -45,13 +46,12 @@ struct StepLoads {
   /// Returns the momentum of one wheel at a stage time [N m s], by h_w' = tau_w   (THEORY 16.21).
   double wheel_momentum(std::size_t wheel, double at_start, StageTime stage_time) const noexcept;
 
-  /// For the rungs below the coupled ones: computes the generalized forces Q [N] (num_padded), without those
-  /// of followers, dashpots and feedback.  \param momentum  [N m s] (num_wheels) of wheels at the start of
-  /// the step
+  /// Below the coupled rungs: computes the generalized forces Q [N] (num_padded), without those of followers,
+  /// dashpots and feedback.  \param momentum  [N m s] (num_wheels) of wheels at the start of the step
   void generalized(StageTime stage_time, const Frame& frame, const Mat3& R_WB,
                    std::span<const double> momentum, Array& Q) const noexcept;
 
-  /// For coupled rungs: computes the forces on the points [N] (num_points), body axes, without those of
+  /// On the coupled rungs: computes the forces on the points [N] (num_points), body axes, without those of
   /// followers, dashpots and feedback.
   void on_points(StageTime stage_time, const Mat3& R_WB, std::span<Vec3> forces) const noexcept;
 };

@@ -36,8 +36,8 @@ Vec3 most_moment(const RigidLoads& loads, const Mat3& R_PB) noexcept {
   return most;
 }
 
-/// Holds conserved quantities that bound the rates of a free body, in principal axes. They include what loads
-/// may add in a tick.
+/// Holds conserved quantities that bound the rates of a free body, in principal axes. The quantities include
+/// the largest changes that loads may make in a tick.
 struct Conserved {
   double root = 0.0;      // [sqrt(J)] sqrt(2 E_rot)
   double momentum = 0.0;  // [N m s] |H|
@@ -65,8 +65,8 @@ Conserved conserved(const Plan& plan, const Vec3& H, const Vec3& L, const WheelM
 }
 
 /// Returns a bound of the rate of the body relative to its rotation about the angular momentum [rad/s]. It is
-/// the sum of bounds u_i of the rates about the principal axes and of the rate of nutation, with d_i = 1/I_i
-/// - 1/I_2:
+/// the sum of the bounds u_i of the rates about the principal axes, plus a bound of the nutation rate. Here
+/// d_i = 1/I_i - 1/I_2:
 ///   sum_i u_i + (|H| sum_(i != j) |d_i| u_j)^(1/2)   (THEORY 7.22)
 ///   u_i = min(|d_i| (2 E_rot I_i)^(1/2) + |h_i| / I_2, |d_i| |H| + |h_i| / I_i)   (THEORY 7.23)
 double relative_rate(const Plan& plan, const Conserved& all) noexcept {
@@ -149,7 +149,7 @@ TickRotation rotation_in_tick(const Plan& plan, const Frame& from, const Mat3& R
 
 bool may_rotate_far(const Plan& plan, const Vec3& w, const Vec3& H, const WheelMomentum& wheels) noexcept {
   // The bound includes the spin, the change of the spin by motors, and the nutation by the momentum of body
-  // and wheels. The rate of nutation is at most |H| over the root of two moments of inertia.
+  // and wheels. The rate of nutation is at most |H| over the root of the product of two moments of inertia.
   constexpr double kMost = kShortRotation / 3.0;
   const Vec3& inverse = plan.principal.inverse_moment;
   double square = dot(w, w) + 4.0 * inverse[0] * inverse[1] * dot(H, H);

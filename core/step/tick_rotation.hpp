@@ -7,14 +7,14 @@
 
 namespace freeflex {
 
-/// Holds angles in a tick [rad]. They are bounds computed from conserved quantities, so they are the same at
-/// every tick of a free motion.
+/// Holds angles in a tick [rad]. The angles are bounds computed from conserved quantities, so they are the
+/// same at every tick of a free motion.
 struct TickRotation {
   double total = 0.0;  // rotation of the body   (THEORY 7.24)
   // angle that the substeps divide: the rotation relative to the rotation about the angular momentum, or the
   // total if moments of loads act   (THEORY 7.21)
   double substep_angle = 0.0;
-  double orbit = 0.0;    // of the centre of mass about an attractor   (THEORY 7.25)
+  double orbit = 0.0;    // angle of the centre of mass about an attractor   (THEORY 7.25)
   double nearest = 0.0;  // [m] smallest distance from the attractor in the tick; 0: no attractor
 };
 /// Returns the angles in a tick:
@@ -49,7 +49,7 @@ bool may_orbit_far(const Plan& plan, const Frame& from) noexcept;
 /// Largest angle in a substep [rad]. The error of the method of order 8 is then at most 1e-11 rad and 1e-9 of
 /// the energy.
 inline constexpr double kSubstepRotation = 0.3;
-/// Largest number of substeps in a tick. This many take some 5 ms.
+/// Largest number of substeps in a tick. With this number, a tick takes some 5 ms.
 inline constexpr int kMaxRotationSubsteps = 4096;
 /// Returns min(4096, max(1, ceil(angle / 0.3)))   (THEORY 7.20).
 int substeps_for(double angle) noexcept;

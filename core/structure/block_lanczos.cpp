@@ -13,7 +13,7 @@
 namespace freeflex {
 namespace {
 
-// [-] of the length of a column before projection: a smaller remainder is a rounding error
+// [-] fraction of the length of a column before projection: a smaller remainder is a rounding error
 constexpr double kNothingNew = 1e-11;
 // [-] of the length of a column: if a projection leaves less, another pass must remove the rounding error in
 // the remainder (Daniel, Gragg, Kaufman, Stewart, Math. Comp. 30, 1976)

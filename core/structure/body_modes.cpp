@@ -18,7 +18,7 @@ namespace freeflex {
 namespace {
 
 constexpr int kNamesInError = 8;
-// [-] of the largest displacement of a motion: points that move less are at rest
+// [-] fraction of the largest displacement of a motion: points that move less are at rest
 constexpr double kStaysBelow = 1e-6;
 
 // Rows over all freedoms y, which are displacements and rotations times a length   (THEORY 16.6).

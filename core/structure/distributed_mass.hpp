@@ -1,4 +1,4 @@
-// Distributed mass of links: displacements of parts of the mass from those of points and joints
+// Distributed mass of links: displacements of parts of the mass from the displacements of points and joints
 // (THEORY 16.10).
 #pragma once
 

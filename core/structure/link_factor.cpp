@@ -131,7 +131,7 @@ class BodyRotations {
 // warns of each redundant rigid link: one of its rows is a combination of rows that are kept   (THEORY 3.42)
 void warn_of_redundant_links(const Scene& scene, const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr,
                              const std::vector<int>& link_of, Faults& faults) {
-  constexpr double kTakesPart = 1e-6;  // [-] of a unit row: smaller coefficients are rounding errors
+  constexpr double kTakesPart = 1e-6;  // [-] fraction of a unit row: smaller coefficients are rounding errors
   const Eigen::Index rank = qr.rank(), num_redundant = qr.cols() - rank;
   if (num_redundant == 0) return;
   const Eigen::MatrixXd shares = qr.matrixR()
@@ -160,8 +160,8 @@ void warn_of_redundant_links(const Scene& scene, const Eigen::ColPivHouseholderQ
                   found.first == 1 ? "a freedom that it removes"
                                    : join_text(found.first, " freedoms that it removes"),
                   found.first == 1 ? " is" : " are", " removed by ", others,
-                  " already; the motion is the same without it, but how these links share their forces is "
-                  "undetermined"));
+                  " already; the motion is the same without it, but the distribution of forces among these "
+                  "links is undetermined"));
   }
 }
 
@@ -463,8 +463,8 @@ LinkFactor factor_links_sparse(const Scene& scene, Faults& faults) {
       const int link = all.link_of[static_cast<std::size_t>(set.front())];
       add_error(faults, scene.links[static_cast<std::size_t>(link)].origin,
                 join_text("rigid link ", called(scene.links[static_cast<std::size_t>(link)], link),
-                          " and those joined to it forbid ", set.size(), " motions together, at most ",
-                          kMostJoinedConstraints,
+                          " and the rigid links joined to it impose ", set.size(),
+                          " constraints together, but at most ", kMostJoinedConstraints,
                           " can be handled in a scene of this size; replace them by one point with "
                           "inertia, or by stiff beams"));
       continue;

@@ -101,8 +101,8 @@ DeformationRows bending_rows(const Scene& scene, const Link& link);
 DeformationRows torsion_rows(const Scene& scene, const Link& link);
 
 /// Returns the natural deformations of a triangular plate. Rows 0 to 2 are the membrane strains exx + eyy,
-/// exx - eyy, gxy (THEORY 3.30). Rows 3 to 11 are the same three measures of the curvature, at the middle of
-/// the side opposite to each point (THEORY 3.33). Rows 12 to 14 are the rotation of each corner about the
+/// exx - eyy, gxy (THEORY 3.30). Rows 3 to 11 are the corresponding measures of the curvature, at the middle
+/// of the side opposite to each point (THEORY 3.33). Rows 12 to 14 are the rotation of each corner about the
 /// normal minus the rotation of the membrane (THEORY 3.36).
 DeformationRows plate_rows(const Scene& scene, const Link& link, const Freedoms& freedoms);
 
@@ -113,8 +113,9 @@ DeformationRows plate_rows(const Scene& scene, const Link& link, const Freedoms&
 /// \return (6 x num_rows of plate_rows)
 Eigen::MatrixXd plate_resultants(const Scene& scene, const Link& link);
 
-/// [-] of the largest entry: allowed difference of two entries of a matrix link across the diagonal, which
-/// are then replaced by their mean   (THEORY 3.11). Tables with seven digits are within this limit.
+/// [-] allowed difference of two entries of a matrix link across the diagonal, as a fraction of the largest
+/// entry; the two entries are then replaced by their mean (THEORY 3.11). Tables with seven digits are within
+/// this limit.
 inline constexpr double kSymmetryTolerance = 1e-6;
 
 /// Rigid-body residual of a matrix link: the removed resistance to rigid motion of its points,
@@ -123,7 +124,7 @@ struct RigidResidual {
   int link = -1;
   Eigen::MatrixXd rigid;          // T, [-] (3 N_link x 3..6)
   Eigen::MatrixXd forces;         // G, [N/m] (3 N_link x 3..6)
-  bool is_within_digits = false;  // explained by rounding of the printed digits   (THEORY 3.18)
+  bool is_within_digits = false;  // true: explained by the rounding of the printed digits   (THEORY 3.18)
 };
 
 /// Effects of inexact matrix links.
@@ -184,8 +185,8 @@ struct LinkFactor {
   // A_d, [sqrt(N s/m)] (num x 3N) damping rows of dashpots and viscous links: the force is A_d^T A_d V'
   // (THEORY 3.47)
   Eigen::MatrixXd damping_rows;
-  // true: nothing is condensed. Then rows, unit_rows, recovery, constraints and damping_rows stay empty, and
-  // C and A_d are the two members below, over all freedoms.
+  // true: nothing is condensed; rows, unit_rows, recovery, constraints and damping_rows stay empty, and C and
+  // A_d are the two members below, over all freedoms.
   bool is_sparse = false;
   DeformationRows constraint_rows;  // C, unit rows
   DeformationRows damping;          // A_d

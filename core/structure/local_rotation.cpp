@@ -11,8 +11,8 @@
 namespace freeflex {
 namespace {
 
-// [-] width over length of neighbouring points; if it is smaller, they do not determine the rotation about
-// their line
+// [-] width over length of neighbouring points; if it is smaller, the points do not determine the rotation
+// about their line
 constexpr double kNearlyLine = 1e-6;
 
 // [-] smallest over largest principal moment; if it is larger, an eigensolver keeps the digits of the moments

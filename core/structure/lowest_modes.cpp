@@ -16,16 +16,18 @@ namespace {
 
 // right-hand sides solved at once; number of equal frequencies that one start can find
 constexpr int kBlock = 6;
-// [-] of a Ritz value: largest residual; the error of a frequency is the square of the residual
+// [-] largest residual of a Ritz value, as a fraction of the value; the error of a frequency is the square of
+// the residual
 constexpr double kConverged = 1e-10;
-// modes found in addition to those kept, so that a gap exists for the Sturm count
+// number of modes found in addition to the kept modes, so that a gap exists for the Sturm count
 constexpr int kBeyond = 6;
-// [-] a vector is rough if the highest frequency is more than this times its own
+// [-] a vector is rough if the highest frequency is more than this factor times the frequency of the vector
 constexpr double kRough = 1e4;
 constexpr int kMostRestarts = 4;
 constexpr int kMostRefinements = 3;
 constexpr int kHalfSlice = 72;        // number of modes below a shift that are not yet found
-constexpr double kNearLowest = 0.05;  // [-] of the shift: least omega^2 of the sixth lowest mode
+constexpr double kNearLowest = 0.05;  // [-] least omega^2 of the sixth lowest mode, as a fraction of the
+                                      // shift
 constexpr int kFirstLook = 120;       // columns at the first test of convergence
 // columns of the first slice; with more, a shift among the modes is cheaper
 constexpr int kFirstColumns = 300;
@@ -127,10 +129,11 @@ double LowestModes::num_particles() const {
 // Factors K - sigma m in assembled form if the change of omega^2 by rounding of its entries, rounding_, is
 // small compared with the shift, else in augmented form (THEORY 16.36).
 bool LowestModes::factor_at(double sigma) {
-  // [-] of the shift, for Sturm counts: a tenth of the change of omega^2 over half a gap of kTogether
+  // [-] fraction of the shift, for Sturm counts: a tenth of the change of omega^2 over half a gap of
+  // kTogether
   constexpr double kGoodEnough = 1e-7;
-  // [-] of the shift: without refinement the error of a frequency is the square of this over a gap between
-  // Ritz values
+  // [-] fraction of the shift: without refinement the error of a frequency is the square of this fraction
+  // over a gap between Ritz values
   constexpr double kExact = 5e-12;
   const double size = std::abs(sigma);
   const bool is_assembled = rounding_ <= kGoodEnough * size;
@@ -269,8 +272,8 @@ std::optional<int> LowestModes::move_up(double spacing) {
   return std::nullopt;
 }
 
-// Runs Lanczos until the modes below the shift and some above it are found, at most `most`. In the first
-// slice it also ends if it converges slowly.
+// Runs Lanczos until the modes below the shift and some modes above it are found, at most `most`. In the
+// first slice Lanczos also ends if it converges slowly.
 bool LowestModes::run_lanczos(Eigen::Index below, Eigen::Index most) {
   std::optional<Eigen::MatrixXd> vectors = find_vectors(below, most);
   return vectors && take(std::move(*vectors));
@@ -329,11 +332,11 @@ bool LowestModes::take(Eigen::MatrixXd vectors) {
   return true;
 }
 
-// Removes the content of the stiffest motions from rough vectors (THEORY 16.42). This content comes from
-// rounding errors or unrefined solutions, and its effect grows with the square of the highest frequency over
-// the frequency of the vector. Applying the refined inverse once removes this content; the columns stay
+// Removes the content of the stiffest motions from rough vectors (THEORY 16.42). The removed content comes
+// from rounding errors or unrefined solutions, and its effect grows with the square of the highest frequency
+// over the frequency of the vector. Applying the refined inverse once removes this content; the columns stay
 // orthonormal within the square of their residuals. The inverse does not separate modes far below the shift,
-// so the singular vectors of A y separate them.
+// so the singular vectors of A y separate these modes.
 bool LowestModes::smooth(Eigen::MatrixXd& vectors, const std::vector<Eigen::Index>& rough) {
   const auto count = static_cast<Eigen::Index>(rough.size());
   for (Eigen::Index begin = 0; begin < count; begin += kSmoothed) {

@@ -13,7 +13,8 @@
 
 namespace freeflex {
 
-/// [-] frequencies within this relative distance are treated as equal: either all of them are kept, or none.
+/// [-] frequencies within this relative distance are treated as equal: either all or none of the modes are
+/// kept.
 inline constexpr double kTogether = 1e-6;
 
 /// Spectral slicing by shift-and-invert with ascending shifts (R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM
@@ -71,7 +72,7 @@ class LowestModes {
   int refinements_ = 0;               // largest number of refinements of a solution
   int count_ = 0;                     // number of requested modes, before modes of equal frequency are added
   bool is_complete_ = false;          // all modes are found
-  Eigen::VectorXd found_omega_;       // [rad/s] in the order in which modes were found
+  Eigen::VectorXd found_omega_;       // [rad/s] frequencies in the order in which modes were found
   std::vector<Eigen::Index> sorted_;  // indices into found_omega_, ascending by frequency
   Eigen::VectorXd omega_;             // [rad/s] ascending
   Eigen::Index keep_ = 0;

@@ -59,8 +59,8 @@ Eigen::Matrix3d root_second_moment(const PointMass& point) {
 }
 
 // Returns the positions that determine the extent of the shape. For point masses these are the points.
-// Otherwise they are the centres of mass and, for each body with inertia, three positions one half-axis a_k
-// away from its centre of mass, on one side only.
+// If there are bodies, the positions are the centres of mass and, for each body with inertia, three positions
+// one half-axis a_k away from its centre of mass, on one side only.
 Eigen::Matrix3Xd extents_of_mass(const Scene& scene, const MassProperties& properties) {
   if (are_point_masses(scene)) return properties.r;
   const std::vector<PointMass>& points = scene.points;

@@ -73,10 +73,10 @@ DeformationRows flexibility_rows(const Scene& scene, const Link& link, const std
     loads.col(0).cwiseAbs().maxCoeff(&worst);
     add_error(faults, link.origin,
               join_text("link ", who,
-                        ": the flexibility matrix is not positive definite: the balanced load that is "
+                        ": the flexibility matrix is not positive definite: for the balanced load that is "
                         "largest at ",
-                        freedom_name(scene, link, worst), " meets a flexibility of ", value[0],
-                        " m/N, compared with the largest, ", value[value.size() - 1],
+                        freedom_name(scene, link, worst), " the flexibility is ", value[0],
+                        " m/N, and the largest is ", value[value.size() - 1],
                         " m/N; every balanced load must strain the link; if none does, use a rigid link"));
     return {};
   }
@@ -150,7 +150,7 @@ DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index
               join_text("link ", who,
                         ": the stiffness matrix is not positive semidefinite: its least eigenvalue is ",
                         value[0], " N/m, its largest ", largest, " N/m; allowed is -", kNegativeTolerance,
-                        " times the largest; such a link would release energy without end"));
+                        " times the largest; such a link would release an unlimited amount of energy"));
     return {};
   }
   // The rows are e = W^T V with D = Lambda (THEORY 3.13); eigenvalues below a few rounding errors of the

@@ -12,7 +12,7 @@
 namespace freeflex {
 namespace {
 
-// [-] of the largest displacement of a motion: points that move less are at rest
+// [-] fraction of the largest displacement of a motion: points that move less are at rest
 constexpr double kRestingBelow = 1e-6;
 
 // largest number of points for which every pair is compared
@@ -112,7 +112,7 @@ std::vector<int> find_large_core(const Eigen::MatrixXd& motions, const Eigen::Ma
 }
 
 // returns a basis of the same space in which each motion has one coordinate that is 1 in this motion and 0 in
-// all others
+// all other motions
 Eigen::MatrixXd localise(const Eigen::MatrixXd& motions) {
   const Eigen::MatrixXd basis = orthonormal(motions);
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(basis.transpose());

@@ -31,9 +31,8 @@ Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const Eigen::Matrix
 /// Returns the displacements of the sample points in some motions, one column for each motion (3P x count).
 using SampleDisplacements = std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>;
 
-/// Localises motions that strain no link, and names the points that they move   (THEORY 4.4).
-/// \param motions  (n x count) independent  \param rigid  (n x 3..6)  \param samples  only r and point_of are
-/// used
+/// Localises motions that strain no link, and lists the points that they move (THEORY 4.4). \param motions (n
+/// x count) independent  \param rigid  (n x 3..6)  \param samples  only r and point_of are used
 Mechanisms name_mechanisms(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
                            const SamplePoints& samples, const SampleDisplacements& displacements_of);
 

@@ -32,8 +32,8 @@ bool has_room(std::size_t bytes) {
   return room != nullptr;
 }
 
-// Makes OpenBLAS allocate its buffer, which it keeps. OpenBLAS would repeat a failing allocation without end,
-// so free memory is checked first. Returns false if there is not enough memory.
+// Makes OpenBLAS allocate its buffer, which OpenBLAS keeps. OpenBLAS would repeat a failing allocation
+// without end, so free memory is checked first. Returns false if there is not enough memory.
 bool has_blas_its_buffer() {
   static bool has_it = false;
   if (has_it) return true;

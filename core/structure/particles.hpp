@@ -12,8 +12,8 @@ namespace freeflex {
 /// A part of the mass and its motion, V = displacement . freedoms to first order.
 struct CarriedMass {
   double mass = 0.0;                              // [kg] > 0
-  int point = -1;                                 // the point that carries it; -1: a link carries it
-  int link = -1;                                  // the link that carries it; -1: a point carries it
+  int point = -1;                                 // the point that carries the part; -1: a link carries it
+  int link = -1;                                  // the link that carries the part; -1: a point carries it
   Eigen::Vector3d arm = Eigen::Vector3d::Zero();  // [m] from the point, scene axes
   std::vector<std::pair<int, double>> shares;     // (point, weight) [-] of the mean position, without arm
   // [-], [m] along each scene axis   (THEORY 16.4, 16.10)
@@ -37,8 +37,8 @@ Particles find_particles(const Scene& scene, const Freedoms& freedoms, const Str
 /// x = r + V + theta x d_p + theta x (theta x d_p) / 2   (THEORY 12.45).
 struct RotatingBody {
   Eigen::Matrix3Xd theta;  // [1/m] (3 x n) elastic rotation
-  Eigen::Matrix3d arms;    // [kg m^2] sum m r d_p^T over its particles
-  Eigen::Vector3d arm;     // [kg m] sum m d_p over its particles
+  Eigen::Matrix3d arms;    // [kg m^2] sum m r d_p^T over the particles of the body
+  Eigen::Vector3d arm;     // [kg m] sum m d_p over the particles of the body
 };
 /// Returns the bodies of a structure, that is, its points with an attitude.
 std::vector<RotatingBody> rotating_bodies(const Scene& scene, const Structure& structure);

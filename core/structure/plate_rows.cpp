@@ -18,9 +18,9 @@ struct Triangle {
   double area = 0.0;        // [m^2]
 };
 
-// [-] stiffness of the rotation of a corner about the normal over E thickness^3 / 12   (THEORY 3.36). It is
-// large enough to hold a corner whose plates are folded by less than about 1/30 rad; it stiffens a plate of
-// thickness side / 10 by less than 1e-5
+// [-] stiffness of the rotation of a corner about the normal over E thickness^3 / 12   (THEORY 3.36). The
+// stiffness is large enough to hold a corner whose plates are folded by less than about 1/30 rad; it stiffens
+// a plate of thickness side / 10 by less than 1e-5
 constexpr double kNormalRotation = 1e-3;
 
 constexpr std::array<std::size_t, 3> kNext{1, 2, 0}, kAfterNext{2, 0, 1};

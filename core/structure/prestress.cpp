@@ -13,12 +13,12 @@
 namespace freeflex {
 namespace {
 
-// [-] of the span, or [rad]: size of displacements and rotations for central differences; its square is far
-// above rounding errors, and its fourth power is negligible
+// [-] fraction of the span, or [rad]: size of displacements and rotations for central differences; its square
+// is far above rounding errors, and its fourth power is negligible
 constexpr double kAmplitude = 1e-3;
 
-// Number of lowest modes whose own geometric stiffness is computed. Geometric stiffness is proportional to
-// squares of slopes, so in higher modes it decreases relative to the stiffness.
+// Number of lowest modes for which the diagonal geometric stiffness is computed. Geometric stiffness is
+// proportional to squares of slopes, so in higher modes it decreases relative to the stiffness.
 constexpr int kMostModes = 48;
 constexpr double kNear = 0.05;  // [-] largest relative difference of the frequencies of a pair
 constexpr int kMostPartners = 2;

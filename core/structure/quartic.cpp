@@ -10,7 +10,8 @@ namespace freeflex {
 namespace {
 
 constexpr Eigen::Index kMostForms = 12;
-constexpr double kLeftOut = 0.01;  // [-] of the sum of all eigenvalues: sum of those whose forms are omitted
+constexpr double kLeftOut = 0.01;  // [-] sum of the eigenvalues whose forms are omitted, as a fraction of the
+                                   // sum of all eigenvalues
 
 }  // namespace
 

@@ -9,7 +9,7 @@
 namespace freeflex {
 namespace {
 
-// [-] of the largest singular value: smaller values belong to dependent loads   (THEORY 14.12)
+// [-] fraction of the largest singular value: smaller values belong to dependent loads   (THEORY 14.12)
 constexpr double kDependent = 1e-12;
 
 Eigen::MatrixXd columns(const Eigen::MatrixXd& rows, const std::vector<int>& kept) {

@@ -12,17 +12,17 @@
 namespace freeflex {
 namespace {
 
-// [-] of the lowest elastic frequency: smaller frequencies of a residual from rounding are not reported. They
-// shift elastic frequencies by about half of the square of this ratio, which is less than the error of a
-// finite element model.
+// [-] fraction of the lowest elastic frequency: smaller frequencies of a residual from rounding are not
+// reported. Such residuals shift elastic frequencies by about half of the square of this ratio, which is less
+// than the error of a finite element model.
 constexpr double kReported = 0.1;
 
-// [-] of the largest eigenvalue of T^T K_o T: the residual of a support has no eigenvalue below minus this; a
-// residual from rounding has eigenvalues of both signs (THEORY 3.20)
+// [-] fraction of the largest eigenvalue of T^T K_o T: the residual of a support has no eigenvalue below
+// minus this fraction; a residual from rounding has eigenvalues of both signs (THEORY 3.20)
 constexpr double kOneSigned = 0.1;
 
-// [-] of the largest frequency of a residual: smaller frequencies, which belong to directions without
-// support, are not listed
+// [-] fraction of the largest frequency of a residual: smaller frequencies, which belong to directions
+// without support, are not listed
 constexpr double kListed = 1e-3;
 
 // Last printed digits of the entries of a matrix, from their shortest decimal form

@@ -20,9 +20,9 @@ namespace freeflex {
 namespace {
 
 constexpr int kNamesInError = 8;
-// [-] of the largest displacement of a motion: points that move less are at rest
+// [-] fraction of the largest displacement of a motion: points that move less are at rest
 constexpr double kStaysBelow = 1e-6;
-// [-] of the norm: smaller pivots may belong to motions that move no mass and strain no link
+// [-] fraction of the norm: smaller pivots may belong to motions that move no mass and strain no link
 constexpr double kNoPivot = 1e-10;
 constexpr double kSmallest = 1e-300;
 
@@ -120,7 +120,7 @@ Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const E
   return null * eigen.eigenvectors().leftCols(num_null);
 }
 
-// Finds motions that move no mass and strain no link. Reports those that move a point; fixes one freedom of
+// Finds motions that move no mass and strain no link. Reports motions that move a point; fixes one freedom of
 // each other motion at zero (THEORY 16.45).
 void pin_zero_frequency(const Scene& scene, const SparseRows& unit_mass, SparseSystem& system,
                         Faults& faults) {
@@ -148,8 +148,8 @@ void pin_zero_frequency(const Scene& scene, const SparseRows& unit_mass, SparseS
     return add_error(faults, scene.points.front().origin,
                      problem.starts_with("memory ran out")
                          ? problem
-                         : join_text("the motions that neither mass nor links hold cannot be found (",
-                                     problem, "); give joints of massless points a mass"));
+                         : join_text("the search for motions without mass and stiffness failed (", problem,
+                                     "); give a mass to the joints of massless points"));
   if (null.cols() == 0) return;
   std::vector<int> points;
   for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)
@@ -300,7 +300,7 @@ double ShiftedInverse::relative(const Eigen::MatrixXd& change, const Eigen::Matr
 }
 
 Eigen::MatrixXd ShiftedInverse::apply(const Eigen::MatrixXd& mass_times_x, int most_refinements) {
-  constexpr double kSolved = 1e-12;  // [-] of a solution: error at which refinement ends
+  constexpr double kSolved = 1e-12;  // [-] error at which refinement ends, as a fraction of the solution
   const Eigen::Index n = system_.num_all();
   Eigen::MatrixXd sides = Eigen::MatrixXd::Zero(first_ + n + system_.constraints.rows(), mass_times_x.cols());
   sides.middleRows(first_, n) = mass_times_x;

@@ -26,8 +26,8 @@ struct SparseSystem {
   int num_all() const { return static_cast<int>(rows.cols()); }
 };
 
-/// Returns the sparse form of a structure. Errors: massless points that no link holds, points outside a line
-/// that contains all mass, if they can rotate freely about it.
+/// Returns the sparse form of a structure. Errors: massless points that no link holds; points outside a line
+/// that contains all mass, if they can rotate freely about the line.
 SparseSystem sparse_system(const Scene& scene, const Freedoms& freedoms, const LinkFactor& factor,
                            const MassProperties& body, Faults& faults);
 

@@ -27,7 +27,7 @@ namespace freeflex {
 namespace {
 
 constexpr int kNamesInWarning = 8;
-// [-] two frequencies within this relative distance are both kept or both omitted
+// [-] two modes with frequencies within this relative distance are both kept or both omitted
 constexpr double kPairGap = 1e-6;
 
 // returns whether mass properties can be computed; check_scene() has reported invalid values
@@ -76,7 +76,7 @@ Eigen::VectorXd mass_of(const std::vector<PointMass>& points) {
   return mass;
 }
 
-// Checks matrices if other errors prevent their factorization, which includes this check.
+// The factorization checks the matrices; if other errors prevent it, checks them here.
 void check_matrices(const Scene& scene, Faults& faults) {
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
     const auto* matrix = std::get_if<MatrixLink>(&scene.links[i].kind);
@@ -121,8 +121,7 @@ void warn_of_coincident_points(const Scene& scene, Faults& faults) {
         faults, point.origin,
         join_text("point ", quoted(point.name, static_cast<int>(order[k])), " and point ",
                   quoted(scene.points[order[k - 1]].name, static_cast<int>(order[k - 1])),
-                  " are in one place; they stay two points, which only links to other points connect: merge "
-                  "them, or move one of them"));
+                  " are in one place, but are not joined to each other: merge them, or move one of them"));
   }
 }
 
@@ -234,7 +233,7 @@ void find_lowest_modes(const Scene& scene, const LinkFactor& factor, const Setup
   if (!has_error(faults)) check_modes(scene, static_cast<int>(structure.omega.size()), faults);
 }
 
-// reduces all modes to those that the scene requests; modes of equal frequency are kept together
+// reduces all modes to the modes that the scene requests; modes of equal frequency are kept together
 Structure keep_asked(const Scene& scene, Structure structure) {
   const Eigen::Index n = structure.omega.size();
   const double below = 2.0 * std::numbers::pi * scene.modes.below;

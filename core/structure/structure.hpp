@@ -35,9 +35,9 @@ struct Mechanism {
 /// Output rows for the forces of one published link   (THEORY 5.1 to 5.6, 3.37): force = rows q + rate_rows
 /// q' + load_rows Q_c, where Q_c are the generalized forces of the constraint shapes. Values: spring, bar,
 /// dashpot, rigid link: tension [N]. Bending and torsion spring: moment [N m], two for a straight bending
-/// spring. Beam: 12 values in local axes [N], [N m], the force and the moment that the joint at its first
-/// point exerts on it, then those of the joint at its second point. Plate: Nxx Nyy Nxy [N/m], Mxx Myy Mxy
-/// [N]. Matrix link and rigid body: forces on its points, body axes [N].
+/// spring. Beam: 12 values in local axes [N], [N m]: the force and the moment that the joint at its first
+/// point exerts on it, then the force and the moment of the joint at its second point. Plate: Nxx Nyy Nxy
+/// [N/m], Mxx Myy Mxy [N]. Matrix link and rigid body: forces on its points, body axes [N].
 struct LinkForceRows {
   int link = -1;
   Eigen::MatrixXd rows;       // (num_values x n)
@@ -76,7 +76,7 @@ struct Structure {
   // [1/m] (num_rotations x n) rotations of joints in the order of Freedoms; empty in scenes of point masses
   Eigen::MatrixXd rotations;
   Particles particles;
-  MatrixSums matrix_sums;  // of superelements with mass; empty if there is none
+  MatrixSums matrix_sums;  // sums of superelements with mass; empty if there is none
   std::vector<Mechanism> mechanisms;
   double frequency_accuracy = 0.0;  // [-] stated relative accuracy of the lowest nonzero frequency
   double conditioning = 0.0;        // [-] omega_max / omega_min over nonzero modes
@@ -84,7 +84,7 @@ struct Structure {
   int num_constraints = 0;                 // number of freedoms that rigid links remove
   Eigen::MatrixXd damping_rows;            // [sqrt(N s/m)] (num x n) R = A_d b   (THEORY 3.49)
   Eigen::VectorXd structural_ratio;        // [-] (n) damping ratio by loss factors of links   (THEORY 4.24)
-  std::vector<LinkForceRows> link_forces;  // for Scene::publication.links, in that order
+  std::vector<LinkForceRows> link_forces;  // rows for the links in Scene::publication.links, in that order
   // displacements whose generalized forces give the forces of published rigid links (THEORY 5.7) and the
   // quasi-static forces of omitted modes (THEORY 14.12)
   Eigen::MatrixXd constraint_shapes;  // [1/kg] (3N x num)
@@ -92,7 +92,7 @@ struct Structure {
   // axes (THEORY 8.24)
   std::map<int, Eigen::Matrix3Xd> local_rotations;
   Prestress prestress;
-  std::vector<FollowerStiffness> follower_stiffness;  // of loads in local axes
+  std::vector<FollowerStiffness> follower_stiffness;  // stiffness of loads in local axes
 };
 
 /// Returns whether the structure has particles other than its points. If only matrices have mass, there are

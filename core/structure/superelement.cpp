@@ -13,8 +13,8 @@
 namespace freeflex {
 namespace {
 
-// [-] the limits are those of matrices over displacements alone: the uncertainty of printed tables with seven
-// digits (THEORY 3.11)
+// [-] the limits are the same as for matrices over displacements alone: the uncertainty of printed tables
+// with seven digits (THEORY 3.11)
 constexpr double kRigidTolerance = 1e-5;
 constexpr double kNegativeTolerance = 1e-6;
 

@@ -1,5 +1,5 @@
-// Natural deformations of a displaced link at true geometry. To first order they are those of (THEORY 3.3) to
-// (THEORY 3.37).
+// Natural deformations of a displaced link at true geometry. To first order the deformations are given by
+// (THEORY 3.3) to (THEORY 3.37).
 #pragma once
 
 #include <array>

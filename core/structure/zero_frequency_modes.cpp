@@ -11,7 +11,7 @@
 namespace freeflex {
 namespace {
 
-constexpr double kSuspect = 1e-4;  // [-] of the highest frequency: modes below it may be mechanisms
+constexpr double kSuspect = 1e-4;  // [-] fraction of the highest frequency: modes below it may be mechanisms
 // [-] largest strain, by unit rows, of a unit motion that is a mechanism. The content of other modes in a
 // mechanism strains it by about 1e-12; the bending mode of a mast of 25,000 bays has a strain of 1e-9
 constexpr double kNoStrain = 2e-10;

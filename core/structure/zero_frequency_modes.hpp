@@ -1,4 +1,4 @@
-// Finds and names the mechanisms among the lowest modes of a large structure.
+// Finds and lists the mechanisms among the lowest modes of a large structure.
 #pragma once
 
 #include "core/structure/sparse_system.hpp"
@@ -6,8 +6,8 @@
 namespace freeflex {
 
 /// Separates the mechanisms, whose strain by unit rows is a rounding error, from the other lowest modes
-/// (THEORY 16.39). They become the first modes with omega exactly 0, and Structure::mechanisms names them.
-/// \param rounding  [-] relative error of the directions in unit rows
+/// (THEORY 16.39). The mechanisms become the first modes with omega exactly 0, and Structure::mechanisms
+/// lists them. \param rounding  [-] relative error of the directions in unit rows
 /// \param x         m-orthonormal motions (num_all x n); the lowest motions are rotated
 /// \return          number of mechanisms
 Eigen::Index separate_mechanisms(const Scene& scene, const SparseSystem& system, const Freedoms& freedoms,

@@ -44,7 +44,7 @@ std::string called(const char* noun, const Items& items, std::int32_t item) {
 }
 
 std::string mode_text(const Plan& plan, const Responsible& named) {
-  if (named.mode == 0) return plan.unmodelled.named.left_out.empty() ? "a mode" : "a mode that is left out";
+  if (named.mode == 0) return plan.unmodelled.named.left_out.empty() ? "a mode" : "an omitted mode";
   return "mode " + std::to_string(named.mode) +
          (named.frequency > 0.0 ? " (" + number(named.frequency, 4) + " Hz)" : " (a mechanism)");
 }
@@ -84,14 +84,14 @@ std::string scale_text(const Plan& plan, const Verdict& verdict) {
 std::string unquantified_text(const Plan& plan, const Responsible& named) {
   const std::string refine = "; compare with a finer model";
   if (named.agent == Agent::kWheel)
-    return "not modelled: how the deformation rotates the axis of " +
+    return "not modelled: the effect of the deformation on the axis of " +
            called("wheel", plan.wheels.all, named.item) +
-           (is_coupled(plan) ? refine : "; take fidelity: coupled");
+           (is_coupled(plan) ? refine : "; set fidelity: coupled");
   if (named.agent == Agent::kRate)
     return "integration: the stiffness of " + mode_text(plan, named) +
-           " changes faster than the tick resolves; raise the rate";
+           " changes faster than the ticks resolve; raise the rate";
   if (named.agent == Agent::kModes)
-    return "not modelled: internal forces carried by modes that are left out; keep more modes";
+    return "not modelled: internal forces carried by omitted modes; keep more modes";
   if (named.item < 0 || static_cast<std::size_t>(named.item) >= plan.links.size())
     return "not modelled: internal forces of a link with hidden or distributed mass" + refine;
   const PlanLink& link = plan.links[static_cast<std::size_t>(named.item)];
@@ -100,8 +100,8 @@ std::string unquantified_text(const Plan& plan, const Responsible& named) {
          called(noun_of(link.kind), plan.links, named.item) + refine;
 }
 
-// returns the error including its unquantified part; if this is small, returns the displacement, which then
-// makes the verdict watch
+// returns the error including its unquantified part; if that error is small, returns the displacement, which
+// is then the reason for the verdict `watch`
 std::string bound_text(const Plan& plan, const Verdict& verdict) {
   const double most = verdict.error + verdict.unquantified;
   if (most <= kGoodElastic * verdict.scale)
@@ -119,8 +119,8 @@ std::string second_order_remedy(const Plan& plan) {
   const bool has_point_masses = plan.particles.all.empty() && plan.particles.attitude_points.empty();
   if (has_only_axial_links && has_point_masses && plan.wheels.all.empty() &&
       plan.unmodelled.lacks_modes != LacksModes::kNotKept && !traits_of(plan.fidelity).has_true_geometry)
-    return "; take fidelity: exact-bars";
-  return "; load or spin it less, or stiffen it";
+    return "; set fidelity: exact-bars";
+  return "; reduce the loads or the spin, or stiffen the structure";
 }
 
 // returns for example "9 modes (7 out_of_plane, 2 small_modes)"
@@ -134,7 +134,7 @@ std::string left_out_text(const Plan& plan) {
       counts +=
           (counts.empty() ? " (" : ", ") + std::to_string(feature.count) + " " + name_of(feature.feature);
   }
-  return "the modes that are left out" + (counts.empty() ? counts : counts + ")");
+  return "the omitted modes" + (counts.empty() ? counts : counts + ")");
 }
 
 std::string step_text(const Plan& plan, const Verdict& verdict) {
@@ -144,8 +144,8 @@ std::string step_text(const Plan& plan, const Verdict& verdict) {
       return "integration: the body rotates too far in one tick; raise the rate" +
              (verdict.rate > 0.0 ? " to " + number(verdict.rate, 3) + " Hz" : std::string());
     case Agent::kLoad:
-      return "integration: within a tick the loads rotate too far against the body to be taken as linear; "
-             "raise the rate";
+      return "integration: the loads rotate too far relative to the body within a tick to be treated as "
+             "linear; raise the rate";
     default:
       return "integration: " + mode_text(plan, named) +
              " vibrates too fast for the tick of a body that rotates" +
@@ -155,18 +155,18 @@ std::string step_text(const Plan& plan, const Verdict& verdict) {
 
 std::string stiffness_text(const Plan& plan, const Responsible& named) {
   if (named.agent == Agent::kWheel)
-    return "model: " + agent_text(plan, named) + " adds gyroscopic forces to " + mode_text(plan, named) +
-           ", which this rung neglects; take fidelity: coupled";
+    return "model: this rung neglects the gyroscopic forces that " + agent_text(plan, named) + " adds to " +
+           mode_text(plan, named) + "; set fidelity: coupled";
   if (named.agent == Agent::kSpin && !is_coupled(plan))
-    return "model: " + agent_text(plan, named) + " adds Coriolis forces and geometric stiffness to " +
-           mode_text(plan, named) + ", which this rung neglects; take fidelity: coupled";
-  return "model: " + agent_text(plan, named) + " changes the geometric stiffness of " +
-         mode_text(plan, named) + ", which this rung neglects" + second_order_remedy(plan);
+    return "model: this rung neglects the Coriolis forces and the geometric stiffness that " +
+           agent_text(plan, named) + " adds to " + mode_text(plan, named) + "; set fidelity: coupled";
+  return "model: this rung neglects the change of geometric stiffness that " + agent_text(plan, named) +
+         " causes in " + mode_text(plan, named) + second_order_remedy(plan);
 }
 
 std::string buckling_text(const Plan& plan, const Responsible& named) {
   return "model: " + agent_text(plan, named) + " reduces the stiffness of " + mode_text(plan, named) +
-         " by half or more: it is near buckling; load it less, or stiffen it";
+         " by half or more: the structure is near buckling; reduce the loads, or stiffen it";
 }
 
 }  // namespace
@@ -210,37 +210,38 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
     case Cause::kBuckling:
       return buckling_text(plan, named);
     case Cause::kSpinLoad:
-      return "model: this rung neglects the centrifugal load of the spin; take fidelity: spin-loaded or "
-             "higher" +
+      return "model: this rung neglects the centrifugal load of the spin; set fidelity: spin-loaded or a "
+             "higher rung" +
              error;
     case Cause::kDeformation:
-      return "model: displacements are too large for linear geometry, most in " + mode_text(plan, named) +
+      return "model: displacements are too large for linear geometry, mostly in " + mode_text(plan, named) +
              second_order_remedy(plan) + error;
     case Cause::kSize:
-      return "model: the displacement of " + number(verdict.displacement_now) + " m, most in " +
+      return "model: the displacement of " + number(verdict.displacement_now) + " m, mostly in " +
              mode_text(plan, named) +
-             ", is not small compared with the size of the body; load or spin it "
-             "less, or stiffen it";
+             ", is not small compared with the size of the body; reduce the loads or the spin, or stiffen "
+             "the structure";
     case Cause::kLost:
-      return "integration: the reference solution of the error budget diverged; raise the rate, or load less";
+      return "integration: the reference solution of the error budget diverged; raise the rate, or reduce "
+             "the loads";
     case Cause::kIntegration:
       return "integration: the tick is too long for this motion; raise the rate" + error;
     case Cause::kStep:
       return step_text(plan, verdict);
     case Cause::kUnresolved:
       return "integration: the reference solution of the error budget does not resolve the fastest "
-             "vibration, and may miss an error by the spin; raise the rate";
+             "vibration, and may miss an error that the spin causes; raise the rate";
     case Cause::kTruncation:
       return "truncation: " + left_out_text(plan) +
              (named.agent == Agent::kCommands ? " may be excited by the commanded load" : " would move") +
              "; lower leave_out: tolerance" + error;
     case Cause::kModel:
-      return "model: the reference solution of the error budget differs from this rung; take a higher rung" +
+      return "model: the reference solution of the error budget differs from this rung; set a higher rung" +
              error;
     case Cause::kPosition:
-      return "position: points are off by about " + number(verdict.position) +
-             " m in space, summed over the horizons of the error budget; raise the rate, or take a higher "
-             "rung";
+      return "position: the points are about " + number(verdict.position) +
+             " m from their true positions (sum over the horizons of the error budget); raise the rate, "
+             "or set a higher rung";
     case Cause::kUnquantified:
       return unquantified_text(plan, named) + bound_text(plan, verdict);
     case Cause::kNotKept:
@@ -254,7 +255,7 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
              "may "
              "exceed the estimate; check the position with another program";
     case Cause::kRigid:
-      return "model: the rung is rigid and neglects the deformation by loads and spin; take a higher rung";
+      return "model: the rung is rigid and neglects the deformation by loads and spin; set a higher rung";
     case Cause::kUnknown:
       return "the plan file is of an older version and has no tables for the verdict; compile the scene "
              "again";

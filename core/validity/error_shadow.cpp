@@ -17,7 +17,7 @@ namespace freeflex {
 
 namespace {
 
-constexpr double kMaxAttitudeError = 2.0;  // [rad] at this error the attitude is lost
+constexpr double kMaxAttitudeError = 2.0;  // [rad] error at which the attitude is lost
 
 /// Returns e^{-a h} cos(r h) and e^{-a h} sin(r h) / r, with a = decay and r = sqrt(omega^2 - a^2). If a >
 /// omega, cosh and sinh replace cos and sin.
@@ -201,9 +201,9 @@ Vec3 ErrorShadow::neglected_rotation(const double* rows, const MotionState& stat
   return theta;
 }
 
-/// Adds to F the torques of a wheel: that by the error of the spin, -theta_l . (dw x h a)   (THEORY X148),
-/// and that by the spin on the rotated axis, to first order, h ((theta x a) x w + a x (w x theta)) / 2
-/// (THEORY 16.27 to 16.31).
+/// Adds two torques of a wheel to F: the torque by the error of the spin, -theta_l . (dw x h a)
+/// (THEORY X148), and the torque by the spin on the rotated axis, to first order, h ((theta x a) x w + a x (w
+/// x theta)) / 2 (THEORY 16.27 to 16.31).
 void ErrorShadow::add_wheel_torque(const PlanWheel& wheel, const MotionState& state) noexcept {
   const double* const rows = rotation_rows(plan_, wheel.attitude_index);
   const std::size_t padded = index(plan_.num_padded);

@@ -14,19 +14,19 @@ namespace {
 
 // number of periods of the lowest elastic mode in which the peak decays to 1 / e
 constexpr double kFadingPeriods = 30.0;
-// [-] ratio of displacement to size that is a rounding error: smaller displacements are judged as if they had
-// this ratio
+// [-] ratio of displacement to size that is a rounding error: smaller displacements are judged as if the
+// ratio had this value
 constexpr double kRoundingDisplacement = 1e-12;
 // [-] factor on the allowed displacement if every link has its true geometry
 constexpr double kRoomOfTrueBars = 20.0;
 // [-] relative stiffness that a mode loses to internal forces and spin; at 1 the mode buckles
 constexpr double kGoodSoftening = 0.5, kMostSoftening = 1.0;
 constexpr std::int64_t kReadsInHorizon = 8;
-// [rad] Error of the attitude by the step of the body. At the first value, displacements were off by 4 % in a
-// measurement. At the second, the attitude is lost.
+// [rad] Error of the attitude by the step of the body. At the first value, displacements had an error of 4 %
+// in a measurement. At the second, the attitude is lost.
 constexpr double kGoodAttitudeError = 1e-3, kLostAttitudeError = 0.1;
-// [-] Rotation in a tick, over the rotation that the largest number of substeps resolves. Above half of it,
-// loads may accelerate the body beyond this rotation within a tick.
+// [-] Rotation in a tick, over the rotation that the largest number of substeps resolves. Above half of this
+// ratio, loads may accelerate the body beyond this rotation within a tick.
 constexpr double kGoodRotation = 0.5, kMostRotation = 1.0;
 // [-] Size of the body over its distance from an attractor. The first neglected term is this fraction of the
 // gradient.
@@ -180,12 +180,12 @@ void Judgement::estimate_spin_curvature(const Vec3& w) noexcept {
 
 /// Adds the error by loads that rotate within a tick. The step takes the loads on modes as linear over a tick
 /// (THEORY 6.1), whose error is theta^2 / 8 of the load. Free vibration doubles the error, to theta^2 / 4 of
-/// the quasi-static displacement   (THEORY X144). Loads fixed in the world and those of an attractor rotate
-/// by theta in body axes; loads by spin and wheels change with the spin.
+/// the quasi-static displacement (THEORY X144). Loads fixed in the world and loads of an attractor rotate by
+/// theta in body axes; loads by spin and wheels change with the spin.
 /// \param rotation  [rad] rotation of the body or of the orbit in a tick
 void Judgement::add_rotating_loads(const State& state, double rotation) noexcept {
   constexpr double kNegligibleAngle = 0.01;  // [rad] smaller angles change the load by less than 1e-5
-  constexpr double kFullErrorAngle = 2.0;    // [rad] from here on, the whole displacement is the error
+  constexpr double kFullErrorAngle = 2.0;    // [rad] from this angle on, the whole displacement is the error
   rotating_load_error_ *= command_fade_;
   const Plan& plan = active_plan(plan_, state);
   const bool is_of_world =
@@ -308,7 +308,7 @@ void Judgement::judge(const State& state) noexcept {
     note(grade(own.displacement / size_ / displacement_room_, kGoodDisplacement, kMostDisplacement),
          Cause::kSize);
   }
-  // because of an unquantified error, the verdict is at best watch
+  // because of an unquantified error, the verdict is not better than `watch`
   if (ratio(now_.error + now_.unquantified) > kGoodElastic) note(Level::kWatch, Cause::kUnquantified);
   // if modes were not kept, not even their quasi-static response is known
   if (plan_.unmodelled.lacks_modes == LacksModes::kNotKept &&
@@ -330,7 +330,7 @@ void Judgement::judge(const State& state) noexcept {
   if (now_.level != Level::kGood) name_responsible(state, by_commands);
 }
 
-/// Finds the item that the message names together with the cause. The item does not affect the verdict.
+/// Finds the item that the message reports together with the cause. The item does not affect the verdict.
 void Judgement::name_responsible(const State& state, double by_commands) noexcept {
   using Cause = Verdict::Cause;
   const ModalErrors& errors = errors_[uses_fallback_ ? 1 : 0];

@@ -14,11 +14,11 @@
 namespace freeflex {
 
 /// States how far a motion can be trusted, with the values that decide it   (THEORY X144).
-///   The verdict is good up to the first limit and watch up to the second: 0.02 and 0.2 for error / scale,
-///   1e-3 and 1e-2 for position error / size, 0.01 and 0.1 for |V| / size.
+///   The verdict is `good` up to the first limit and `watch` up to the second: 0.02 and 0.2 for error /
+///   scale, 1e-3 and 1e-2 for position error / size, 0.01 and 0.1 for |V| / size.
 struct Verdict {
   enum class Level : std::int32_t { kGood = 0, kWatch = 1, kOutside = 2 };
-  /// Names the main reason why the verdict is not better.
+  /// Specifies the main reason why the verdict is not better.
   enum class Cause : std::int32_t {
     kNone,
     kStiffness,     // geometric stiffness by internal forces and spin, or Coriolis forces, is neglected
@@ -33,7 +33,7 @@ struct Verdict {
     kTruncation,    // omitted modes move
     kModel,         // the reference solution shows a model error of the rung
     kPosition,      // the reference solution shows a position error of points in space
-    kUnquantified,  // unquantified: forces inside links, wheels, omitted small modes
+    kUnquantified,  // an unquantified error, by forces inside links, by wheels or by omitted small modes
     kNotKept,       // only the lowest modes were found; the motion of the rest is unknown
     kFastLoad,      // a load changes faster than the ticks resolve
     kAttractor,     // the attractor is too near for the gradient of its field
@@ -47,17 +47,18 @@ struct Verdict {
   double error = 0.0;             // estimated error of the elastic displacement
   double unquantified = 0.0;      // order of magnitude of the unquantified error
   double displacement_now = 0.0;  // displacement at the present tick
-  // [m] displacement by which the error is divided: the present one, the tolerance or the fading peak
+  // [m] displacement by which the error is divided: the present displacement, the tolerance or the decaying
+  // peak
   double scale = 0.0;
   double position = 0.0;    // [m] error of points in space by the reference solution, rms; 0: no budget
   double rate = 0.0;        // [Hz] rate that resolves the body's rotation; 0: the present rate resolves it
-  Responsible responsible;  // item that the cause names; empty if the verdict is good
+  Responsible responsible;  // item that is responsible for the cause; empty if the verdict is `good`
 };
 
 /// Returns "good", "watch" or "outside".
 const char* name_of(Verdict::Level level);
 /// Returns the text of the cause, with the name of the responsible item and the remedy; an empty text if the
-/// verdict is good.
+/// verdict is `good`.
 std::string text_of(const Plan& plan, const Verdict& verdict);
 /// Returns "good", or the verdict and its cause.
 std::string describe(const Plan& plan, const Verdict& verdict);
@@ -76,12 +77,12 @@ class Judgement {
  public:
   explicit Judgement(const Plan& plan);
 
-  /// Evaluates the state. Call it at the start of an epoch and then after every tick.
+  /// Evaluates the state. Call this function at the start of an epoch and then after every tick.
   void take(const State& state, Budget& budget) noexcept;
   /// Evaluates a state that does not change.
   void take_steady(const State& state) noexcept;
   const Verdict& now() const noexcept { return now_; }
-  /// Returns the first of the worst verdicts since the epoch began; tick -1: every verdict was good.
+  /// Returns the first of the worst verdicts since the epoch began; tick -1: every verdict was `good`.
   const Verdict& worst() const noexcept { return worst_; }
   double size() const noexcept { return size_; }  // [m] max |r|
 
@@ -101,9 +102,9 @@ class Judgement {
   void name_responsible(const State& state, double by_commands) noexcept;
 
   const Plan& plan_;
-  std::vector<ModalErrors> errors_;  // of the plan, and of its fallback plan if there is one
+  std::vector<ModalErrors> errors_;  // errors of the plan, and of its fallback plan if there is one
   bool uses_fallback_ = false, is_steady_ = false;
-  // for commands that excite omitted modes   (THEORY 14.9)
+  // values for commands that excite omitted modes   (THEORY 14.9)
   double error_per_force_ = 0.0;  // [m/N]
   double command_fade_ = 1.0;     // [-] factor of decay over a tick
   double commanded_ = 0.0;        // [N] largest sum of forces so far, decaying
@@ -113,8 +114,9 @@ class Judgement {
   double uneven_inertia_ = 0.0;             // [kg m^2] largest minus smallest principal moment
   double displacement_room_ = 1.0;          // [-] factor on the allowed ratio of displacement to size
   double peak_ = 0.0;                       // [m] peak of the displacement, decaying
-  double fade_ = 1.0, horizon_fade_ = 1.0;  // [-] factors of decay over a round, over a horizon
-  ReferenceError past_, current_;           // of past horizons, of the present horizon
+  double fade_ = 1.0, horizon_fade_ = 1.0;  // [-] factors of decay over a round of mode updates and over a
+                                            // horizon
+  ReferenceError past_, current_;           // errors of past horizons and of the present horizon
   BudgetReading reading_;
   // [m/s], [m] errors of velocity and position by the first neglected term of the attractor's field
   double velocity_error_ = 0.0, position_error_ = 0.0;
@@ -127,7 +129,7 @@ class Judgement {
     std::array<Vec3, 2> before{};    // [rad/s] spin at the last two ticks
     std::array<double, 3> second{};  // [-] relative second differences of the spin at the last three ticks
     int num_ticks = 0;
-    double angle = 0.0;  // [rad] angle by which the spin bends in a tick, decaying
+    double angle = 0.0;  // [rad] angle by which the curve of the spin bends in a tick, decaying
   };
   SpinCurvature spin_curvature_;
   // [m] error by loads that rotate within a tick and that the step takes as linear

@@ -25,13 +25,13 @@ constexpr double kCancellingForces = 4.2;
 // treated as neglected
 constexpr double kFollowerFraction = 0.9;
 
-// [rad] largest phase of a mode between two steps that resolve a stiffness pulsating at twice the frequency
-// of the mode
+// [rad] largest phase of a mode between two steps; up to this phase, the steps resolve a stiffness that
+// pulsates at twice the frequency of the mode
 constexpr double kResolved = 0.5;
 
 double square(double x) { return x * x; }
-// std::abs of a complex number guards against overflow. This guard takes longer than the rest of the work in
-// a tick.
+// std::abs of a complex number guards against overflow. The guard takes longer than the rest of the work in a
+// tick.
 double length(const std::complex<double>& z) { return std::sqrt(std::norm(z)); }
 
 /// Returns the geometric stiffness [N/m] of a pair of modes by followers at amplitude 1, as far as the plan
@@ -352,7 +352,8 @@ void ModalErrors::update_integrated(std::size_t l, const MotionState& state) noe
   const std::size_t n = flexibility_.size(), num_shadowed = shadow_.size();
   const auto set = [&](std::size_t pair, std::size_t u) {
     const double whole = stiffness_of(pair);
-    double among = 0.0;  // the part by integrated modes, already in the third derivatives (THEORY X147)
+    double among = 0.0;  // the contribution of integrated modes, which is already in the third derivatives
+                         // (THEORY X147)
     for (std::size_t v = 0; v < num_shadowed; ++v)
       among += unmodelled.load_rows[pair * n + v] * quasi_static_[v];
     shadow_.set_stiffness(l, u, whole - among);
@@ -379,7 +380,7 @@ void ModalErrors::update_integrated(std::size_t l, const MotionState& state) noe
   update_unquantified(l, 0.0, state);
 }
 
-/// Returns a measure of the forces inside links of unknown internal forces [N], as an equivalent load that
+/// Returns a measure of the forces inside links with unknown internal forces [N], as an equivalent load that
 /// accelerates the body; 0 without such links. Free vibration strains such links like loads do. Loads that
 /// cancel within rigid links excite no mode but reduce the stiffness more, so the measure is at least 4.2
 /// (sum |f| - |sum f|)   (THEORY X143).
@@ -412,9 +413,9 @@ double ModalErrors::unquantified_stiffness(std::size_t l, double change) const n
 }
 
 /// Updates the unquantified error of a mode. For an unquantified relative stiffness u, the phase rate is
-/// omega u / 2. If u > 1, the amplitude grows at the rate omega (u - 1)^(1/2). If u changes, it grows at the
-/// rate omega |change| / 4   (THEORY X143).  \param pulse  [-] relative change of stiffness that the steps do
-/// not resolve
+/// omega u / 2. If u > 1, the amplitude grows at the rate omega (u - 1)^(1/2). If u changes, the amplitude
+/// grows at the rate omega |change| / 4 (THEORY X143). \param pulse [-] relative change of stiffness that the
+/// steps do not resolve
 void ModalErrors::update_unquantified(std::size_t l, double pulse, const MotionState& state) noexcept {
   Mode& mode = modes_[l];
   const double omega = plan_.omega[static_cast<std::size_t>(plan_.unmodelled.pairs[l][0])],
@@ -428,8 +429,8 @@ void ModalErrors::update_unquantified(std::size_t l, double pulse, const MotionS
       std::min(2.0 * size_of_body_, (mode.growing + growth * (mode.growing + amplitude)) * mode.fade);
 }
 
-/// Updates a mechanism. Its only stiffness is geometric. The member `amplitude_error` holds the error [m] and
-/// the rate of the error [m/s].
+/// Updates a mechanism. The only stiffness of a mechanism is geometric. The member `amplitude_error` holds
+/// the error [m] and the rate of the error [m/s].
 void ModalErrors::update_mechanism(std::size_t l, double stiffness, const MotionState& state) noexcept {
   Mode& mode = modes_[l];
   const auto at = static_cast<std::size_t>(plan_.unmodelled.pairs[l][0]);
@@ -443,7 +444,8 @@ void ModalErrors::update_mechanism(std::size_t l, double stiffness, const Motion
       rate};
 }
 
-/// Updates the softening of omitted modes. No load excites them, but they can buckle like other modes.
+/// Updates the softening of omitted modes. No load excites omitted modes, but they can buckle like other
+/// modes.
 void ModalErrors::update_left_out() noexcept {
   const PlanUnmodelled& unmodelled = plan_.unmodelled;
   const std::size_t n = flexibility_.size();
@@ -503,8 +505,8 @@ void ModalErrors::find_leaders(const MotionState& state) noexcept {
   leaders_ = std::exchange(next_leaders_, {});
 }
 
-/// Returns the stiffness [N/m] that shifts the phase of a mode as much as the Coriolis forces between the
-/// mode and its partners; 0 on the coupled rungs, which include these forces.
+/// Returns the stiffness [N/m] that shifts the phase of a mode by the same angle as the Coriolis forces
+/// between the mode and its partners; 0 on the coupled rungs, which include these forces.
 double ModalErrors::coriolis_stiffness(std::size_t l) const noexcept {
   if (is_coupled(plan_)) return 0.0;
   const std::int32_t mode = plan_.unmodelled.pairs[l][0];
@@ -609,8 +611,8 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
   double judged_spin = 0.0;
   shadow_.limit(2.0 * size_of_body_);
   error += shadow_.square();
-  // The attitude error also rotates the loads on the higher modes. Their error is phi times their
-  // quasi-static response.
+  // The attitude error also rotates the loads on the higher modes. The error of the higher modes is phi times
+  // their quasi-static response.
   if (const double attitude_error = shadow_.attitude_error(); attitude_error > 0.0) {
     double quasi_static = 0.0;
     for (std::size_t u = shadow_.size(); u < n; ++u) quasi_static += square(quasi_static_[u]);

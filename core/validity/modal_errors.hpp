@@ -20,15 +20,16 @@ struct ModalErrorSize {
   double spin = 0.0;          // [m] part of `error` by the centrifugal load that the rung neglects
 };
 
-/// Holds the modes with the largest values in a round, as indices in the plan; -1: no mode. They are used in
-/// messages only.
+/// Holds the modes with the largest values in a round of mode updates, as indices in the plan; -1: no mode.
+/// These indices are used in messages only.
 struct ModalLeaders {
   std::int32_t error = -1;         // the largest error
   std::int32_t displaced = -1;     // the largest displacement
   std::int32_t softest = -1;       // the largest relative loss of stiffness
   bool is_left_out = false;        // true: softest is an index among the omitted modes
   std::int32_t unquantified = -1;  // the largest unquantified error
-  std::int32_t wheel = -1;         // the wheel, if its unquantified error exceeds that of the links; -1: none
+  std::int32_t wheel = -1;         // index of the wheel, if its unquantified error exceeds the unquantified
+                                   // error of the links; -1: no wheel
 };
 
 /// Names a mode. `mode` is its index in the plan or, if is_left_out is true, its index among the lowest
@@ -39,8 +40,7 @@ struct JudgedMode {
 };
 
 /// Holds the changes of the stiffness of a mode by causes other than loads [N/m]. Other effects are converted
-/// to the stiffness change with the same effect on the motion. For an omitted mode the changes are relative
-/// [-].
+/// to the stiffness change that affects the motion equally. For an omitted mode the changes are relative [-].
 struct StiffnessChanges {
   double spin = 0.0, vibration = 0.0, wheel = 0.0;
   std::int32_t largest_wheel = -1;  // wheel that causes `wheel`; -1: no wheel
@@ -49,27 +49,28 @@ struct StiffnessChanges {
 /// Estimates the errors of free vibration, which grow with time, the quasi-static errors, and the errors of
 /// second order   (THEORY X142, X143). The 16 lowest modes are integrated at every tick, with some 6,000
 /// multiplications and 430 more per load. Higher modes are advanced at every tick or every few ticks, with
-/// some 2,000 multiplications. Pairs of modes are updated in turn, with some 600. Allocates nothing after
-/// construction.
+/// some 2,000 multiplications. Pairs of modes are updated one after another, with some 600 multiplications.
+/// Allocates nothing after construction.
 class ModalErrors {
  public:
   explicit ModalErrors(const Plan& plan);
 
-  /// Evaluates the state after a tick of this plan. Call it for every tick, in order.
+  /// Evaluates the state after a tick of this plan. Call this function for every tick, in order.
   void take(const State& state) noexcept;
   /// Evaluates a state that stays the same until free vibration has decayed.
   void settle(const State& state) noexcept;
-  /// Returns true after the tick that ends a round. In a round every mode is updated once; size() changes at
-  /// its end.
+  /// Returns true after the tick that ends a round of mode updates. In a round every mode is updated once;
+  /// size() changes at the end of the round.
   bool is_round_over() const noexcept { return chunk_ == 0; }
-  double round() const noexcept { return round_; }  // [s] time of a round
+  double round() const noexcept { return round_; }  // [s] duration of a round of mode updates
   const ModalErrorSize& size() const noexcept { return size_; }
   const ModalLeaders& leaders() const noexcept { return leaders_; }
   /// Returns the changes of the stiffness of a mode by causes other than loads; zero for a mode that is not
   /// judged.
   StiffnessChanges stiffness_changes(const JudgedMode& named, const MotionState& state) const noexcept;
-  /// Returns the geometric stiffness of a mode [N/m] by the quasi-static response to generalized forces. It
-  /// is relative [-] for an omitted mode, and 0 for a mode that is not judged.  \param Q  [N] (num_elastic)
+  /// Returns the geometric stiffness of a mode [N/m] by the quasi-static response to generalized forces. The
+  /// stiffness is relative [-] for an omitted mode, and 0 for a mode that is not judged. \param Q  [N]
+  /// (num_elastic)
   double stiffness_by(const JudgedMode& named, const double* Q) const noexcept;
   /// Returns the part of the geometric stiffness by follower loads that the plan includes   (THEORY X145).
   double followed_by(const JudgedMode& named, const PlanHistory& history) const noexcept;
@@ -90,8 +91,8 @@ class ModalErrors {
     double unquantified = 0.0;        // [m] bound of the unquantified error of the amplitude
     double growing = 0.0;    // [m] bound of the error that grows, by unresolved or unquantified stiffness
     double stiffness = 0.0;  // [N/m] stiffness that the rung neglects, at the last update
-    double steady = 0.0;     // [N/m] part of this that does not depend on displacements
-    double fade = 1.0;       // [-] factor of decay over a round
+    double steady = 0.0;     // [N/m] part of this stiffness that does not depend on displacements
+    double fade = 1.0;       // [-] factor of decay over a round of mode updates
     std::complex<double> free_step;  // [-] free motion over a step of this mode, with its decay
   };
   struct Partner {
@@ -99,7 +100,7 @@ class ModalErrors {
   };
   struct Follower {
     const PlanHistory* history;
-    double amplitude;  // [-] amplitude in the present round
+    double amplitude;  // [-] amplitude in the present round of mode updates
   };
   std::size_t judged_index(std::int32_t mode) const noexcept;
   const double* load_row(const JudgedMode& named) const noexcept;
@@ -128,10 +129,10 @@ class ModalErrors {
   const Plan& plan_;
   ErrorShadow shadow_;  // errors of the lowest modes
   std::int64_t num_chunks_ = 1, chunk_ = 0;
-  double round_ = 0.0;  // [s] time of a round
+  double round_ = 0.0;  // [s] duration of a round of mode updates
   // ticks in a step of the higher modes; ticks since the last such step
   std::int64_t step_ticks_ = 1, ticks_since_step_ = 0;
-  double step_ = 0.0;          // [s] duration of such a step
+  double step_ = 0.0;          // [s] duration of a step of the higher modes
   double omega_1_ = 0.0;       // [rad/s] lowest nonzero frequency; 0: no such mode
   double size_of_body_ = 0.0;  // [m] max |r|
   std::vector<Mode> modes_;    // judged modes
@@ -139,7 +140,8 @@ class ModalErrors {
   std::vector<std::size_t> first_pair_;
   std::vector<Partner> partners_;
   std::vector<double> flexibility_;  // [m/N] 1 / (M omega^2), 0 for mechanisms
-  // [m/s] mean rate of q over a round; [m] q at the start of the round; both empty without damping
+  // [m/s] mean rate of q over a round of mode updates; [m] q at the start of the round; both empty without
+  // damping
   std::vector<double> mean_rate_, q_before_;
   bool is_first_ = true;
   std::vector<double> quasi_static_;  // [m] quasi-static response to loads included in the rung
@@ -162,7 +164,8 @@ class ModalErrors {
   double fastest_ = 0.0;                       // [1/s] largest rate of phase error of a judged mode
   double rest_ = 0.0;                          // [m] error of all other modes
   ModalErrorSize size_;
-  ModalLeaders leaders_, next_leaders_;  // of the last round; of the present round, only the softest
+  ModalLeaders leaders_, next_leaders_;  // indices of the last round of mode updates; in next_leaders_, those
+                                         // of the present round, only the softest mode
 };
 
 }  // namespace freeflex

@@ -133,7 +133,7 @@ Responsible ResponsibleFinder::most_of_stiffness(const ModalErrors& errors, cons
     } else {
       const double of_plan = history != nullptr ? errors.followed_by(mode, *history) : 0.0;
       change = largest * (errors.stiffness_by(mode, Q_.data()) - of_plan);
-      // a load that stiffens does not soften; a sine does both in turn
+      // a load that stiffens does not soften; a sine stiffens and softens alternately
       const bool pulsates = history != nullptr && history->kind == PlanHistory::Kind::kSine;
       change = is_softened && !pulsates ? -change : std::abs(change);
     }
@@ -247,7 +247,7 @@ Responsible ResponsibleFinder::of_unquantified(const ModalLeaders& leaders,
       found = {Agent::kWheel, largest_wheel(state), 0, 0.0};
   }
   if (found.agent == Agent::kNone) {
-    // if the plan file does not name the link: the first link whose internal forces are hidden
+    // if the plan file does not contain the link: the first link whose internal forces are unknown
     const auto link = std::find_if(plan.links.begin(), plan.links.end(), hides_forces);
     found.agent = Agent::kLink;
     if (link != plan.links.end()) found.item = static_cast<std::int32_t>(link - plan.links.begin());

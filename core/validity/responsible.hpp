@@ -9,8 +9,8 @@
 
 namespace freeflex {
 
-/// Names the item that is responsible for a cause. The item is used in messages only and does not affect the
-/// verdict.
+/// Identifies the item that is responsible for a cause. The item is used in messages only and does not affect
+/// the verdict.
 struct Responsible {
   enum class Agent : std::int32_t {
     kNone,
@@ -27,7 +27,7 @@ struct Responsible {
   Agent agent = Agent::kNone;
   std::int32_t item = -1;  // index of the load, link or wheel; -1: no item, or unknown
   std::int32_t mode = 0;   // number of the mode in the scene, from 1; 0: no mode
-  double frequency = 0.0;  // [Hz] of that mode; 0: a mechanism
+  double frequency = 0.0;  // [Hz] frequency of that mode; 0: a mechanism
 };
 
 /// Returns true for a link whose internal forces are not given: a matrix, a rigid link or a plate.
@@ -40,7 +40,8 @@ class ResponsibleFinder {
 
   /// Returns the item that changes the stiffness of a mode the most.  \param mode  index in the active plan
   Responsible of_stiffness(const ModalErrors& errors, std::int32_t mode, const State& state) noexcept;
-  /// Returns the item that reduces the stiffness of the softest mode the most. This may be an omitted mode.
+  /// Returns the item that reduces the stiffness of the softest mode the most. The softest mode may be an
+  /// omitted mode.
   Responsible of_buckling(const ModalErrors& errors, const State& state) noexcept;
   /// Returns the commanded load or the spin, whichever changes the stiffness of a mode more in a quasi-static
   /// response.

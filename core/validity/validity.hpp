@@ -6,12 +6,12 @@
 
 namespace freeflex {
 
-/// Limits of the verdict: the largest estimate for which it is good, and the largest for which it is watch
-/// (THEORY X144; README, "When not to trust it").
+/// Limits of the verdict: the largest estimate for `good`, and the largest estimate for `watch` (THEORY X144;
+/// README, "When not to trust it").
 inline constexpr double kGoodElastic = 0.02, kMostElastic = 0.2;            // [-] error over scale
 inline constexpr double kGoodPosition = 1e-3, kMostPosition = 1e-2;         // [-] position error over size
 inline constexpr double kGoodDisplacement = 1e-2, kMostDisplacement = 0.1;  // [-] displacement over size
-// [-] displacement over size up to which the verdict is good if the second order of some links is
+// [-] largest ratio of displacement to size for the verdict `good` if the second order of some links is
 // unquantified
 inline constexpr double kGoodUnquantified = 1e-3;
 
@@ -26,8 +26,8 @@ class Validity {
   /// Returns the displacement ratio max |V| / max |r|   (THEORY 9.10).  \param max_displacement  [m]
   double displacement_ratio(double max_displacement) const noexcept;
   /// Returns the spin ratio (|w| / omega_1)^2 max |r| / max |V|   (THEORY 9.11): the displacement that
-  /// centrifugal forces would cause, which the elastic equations neglect, over the present displacement. It
-  /// is 0 without spin or elastic modes, and at most 1e9.
+  /// centrifugal forces would cause, which the elastic equations neglect, over the present displacement. The
+  /// ratio is 0 without spin or elastic modes, and at most 1e9.
   /// \param spin  [rad/s] |w|  \param max_displacement  [m]
   double spin_ratio(double spin, double max_displacement) const noexcept;
 
@@ -37,7 +37,7 @@ class Validity {
   double size_ = 0.0;     // [m] max |r|
 };
 
-/// Returns numerator / denominator, but at most 1e9, and 0 for 0/0. Both must be >= 0.
+/// Returns numerator / denominator, but at most 1e9, and 0 for 0/0. Numerator and denominator must be >= 0.
 double bounded_ratio(double numerator, double denominator) noexcept;
 /// Returns the lowest nonzero elastic frequency [rad/s] of the plan and its fallback plan; 0: no such mode.
 double lowest_omega(const Plan& plan) noexcept;

@@ -57,7 +57,8 @@ int guarded(const Call& call) noexcept {
 }
 
 std::string quantity(std::size_t found, std::size_t least) {
-  return "room for " + std::to_string(found) + " numbers, must be for " + std::to_string(least);
+  return "the array has room for " + std::to_string(found) + " numbers, must have room for " +
+         std::to_string(least);
 }
 
 int out_of_range(const char* kind, std::int64_t index, std::size_t count) {
@@ -71,8 +72,8 @@ bool is_index(std::int64_t index, std::size_t count) {
   return index >= 0 && index < static_cast<std::int64_t>(count);
 }
 
-/// Returns true if the fault reports too little memory, which is not an error of the scene. These faults, and
-/// no others, name the limit that can be raised.
+/// Returns true if the fault reports too little memory, which is not an error of the scene. Only these faults
+/// contain the limit that can be raised.
 bool is_of_memory(const Fault& fault) { return fault.message.find("(ulimit -v)") != std::string::npos; }
 
 /// Returns the plan that has all modes a motion can have: the fallback plan if there is one, else the plan
@@ -213,7 +214,7 @@ class Entry {
   Entry& operator=(const Entry&) = delete;
 
   bool has() const { return has_; }
-  /// Waits until the other call ends. For functions that return no code.
+  /// Waits until a call of another thread ends. For functions that return no code.
   Entry& wait() {
     for (; !has_; has_ = !motion_.is_entered.test_and_set(std::memory_order_acquire))
       motion_.is_entered.wait(true, std::memory_order_relaxed);
@@ -460,8 +461,8 @@ int freeflex_motion_step(freeflex_motion* motion, std::int64_t ticks) noexcept {
       step(plan, motion->state, Inputs{motion->pending}, motion->workspace, motion->budget, motion->report);
       if (motion->report.status != StepStatus::kOk)
         return fail(FREEFLEX_NOT_FINITE, "the state after tick " + std::to_string(motion->state.tick) +
-                                             " would not be finite: loads or spin are far too large for this "
-                                             "structure; take smaller ones, or check their units");
+                                             " would not be finite: loads or spin are far too large for "
+                                             "this structure; use smaller ones, or check their units");
       motion->pending.clear();
       if (motion->judgement) motion->judgement->take(motion->state, motion->budget);
     }
@@ -601,7 +602,7 @@ int freeflex_motion_link(const freeflex_motion* motion, std::int32_t link, doubl
     if (output == plan.link_outputs.end())
       return fail(FREEFLEX_BAD_ARGUMENT, "the forces of link '" +
                                              plan.links[static_cast<std::size_t>(link)].name +
-                                             "' are not published: name it in publish: loads: of");
+                                             "' are not published: list it under publish: loads: of");
     const auto n = static_cast<std::size_t>(output->num_rows);
     if (count != nullptr) *count = n;
     if (size < n) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, n));

@@ -18,7 +18,7 @@
  * object must not be freed while a call uses it. Pointers must not be NULL unless the comment allows it. The
  * motion is bit for bit the motion that freeflexd and `freeflex run` compute.
  *
- * The binary interface is stable: no function or structure here changes, new ones are added. */
+ * The binary interface is stable: no function or structure here changes; new ones may be added. */
 #ifndef FREEFLEX_H
 #define FREEFLEX_H
 
@@ -76,19 +76,19 @@ typedef int (*freeflex_progress)(void *user, const char *what, double done);
 FREEFLEX_API int freeflex_plan_open(const char *path, freeflex_progress progress, void *user,
                                     freeflex_plan **plan) FREEFLEX_NOEXCEPT;
 /* A value that is set in a scene by its path before the scene is read: service/scenes/README.md, "Values set
- * by path". All checks of a scene apply to the value, and their messages name its path. */
+ * by path". All checks of a scene apply to the value, and their messages contain its path. */
 typedef struct freeflex_setting {
   const char *path;  /* "points.hub.mass" */
   const char *value; /* YAML: "41", "[0, 0, 1]", "{ratio: 0.01}" */
 } freeflex_setting;
-/* Makes a plan from a scene file in which values are set. If two settings have one path, the later one is
- * used. If count is 0, settings may be NULL. Errors: as freeflex_plan_open; also BAD_SCENE if a value is set
+/* Makes a plan from a scene file in which values are set. If two settings have the same path, the later one
+ * is used. If count is 0, settings may be NULL. Errors: as freeflex_plan_open; also BAD_SCENE if a value is set
  * in a plan file. */
 FREEFLEX_API int freeflex_plan_open_with(const char *path, const freeflex_setting *settings, size_t count,
                                          freeflex_progress progress, void *user,
                                          freeflex_plan **plan) FREEFLEX_NOEXCEPT;
 /* Makes a plan from a scene in memory, YAML or JSON. name: stands for the text in messages; NULL: "<text>".
- * folder: contains the files that the text names; NULL: the working folder. */
+ * folder: contains the files that the text refers to; NULL: the working folder. */
 FREEFLEX_API int freeflex_plan_open_text(const char *text, const char *name, const char *folder,
                                          const freeflex_setting *settings, size_t count,
                                          freeflex_progress progress, void *user,

@@ -188,7 +188,8 @@ Daemon::Daemon(Options options) : heard_(std::make_unique<Heard>()) {
 Daemon::~Daemon() = default;
 
 void Daemon::await_scene() {
-  line_->wait([this] { return heard_->scene.is_complete(); }, {"whole SCENE", "does the daemon still run?"});
+  line_->wait([this] { return heard_->scene.is_complete(); },
+              {"complete SCENE", "does the daemon still run?"});
 }
 
 std::int64_t Daemon::session() const { return heard_->session; }

@@ -1,6 +1,6 @@
 // Client of a daemon, for controllers: receives the daemon's messages, sends commands and steps the daemon.
-// The client keeps track of session, sequence, indices and answers. It needs the messages, libsodium (for
-// keys) and a socket; it does not need the core library.
+// The client keeps track of session, sequence, indices and answers. The client needs the messages, libsodium
+// (for keys) and a socket; it does not need the core library.
 //
 //   freeflex::client::Daemon daemon;                     // connects to a running freeflexd
 //   daemon.push({.forces = {{"tip", {0, 0, 10}}}, .duration = 0.5});
@@ -51,14 +51,15 @@ struct UnknownName : Error {
 /// The daemon refused a command: "rejected: late: ...".
 struct Rejected : Error {
   explicit Rejected(freeflex_msgs::ack_t answer);
-  freeflex_msgs::ack_t ack;  // reason and text are those of messages/README.md, section 6
+  freeflex_msgs::ack_t ack;  // reason and text as in messages/README.md, section 6
 };
 
 struct Options {
   std::string prefix = "FREEFLEX";  // first part of the channel names
   std::string url{};                // url of the bus; empty: LCM_DEFAULT_URL, else LCM's default
   std::string sender{};             // unique name of this controller; empty: a generated name
-  std::string key_file{};  // from `freeflex keygen`, if the daemon requires keys; its id becomes the sender
+  std::string key_file{};  // key file from `freeflex keygen`, if the daemon requires keys; its id becomes the
+                           // sender
   std::chrono::milliseconds timeout{5'000};  // [ms] longest wait for a message or an answer
 };
 
@@ -71,13 +72,13 @@ struct Wrench {
 /// Loads that replace the contents of one slot of this sender. A push without loads clears the slot.
 struct Push {
   std::map<std::string, Vector> forces{};    // [N] by point
-  std::map<std::string, Vector> torques{};   // [N m] by point that has inertia
+  std::map<std::string, Vector> torques{};   // [N m] torque on each named point, which must have inertia
   std::map<std::string, Wrench> wrenches{};  // by group
   std::map<std::string, double> wheels{};    // [N m] motor torque by wheel
   bool in_body_axes = false;                 // false: world axes
   int slot = 0;
-  double duration = 0.0;  // [s] after which the loads end; exactly one of duration and lease is > 0
-  double lease = 0.0;     // [s] within which a next push into the slot must renew the loads
+  double duration = 0.0;  // [s] time after which the loads end; exactly one of duration and lease is > 0
+  double lease = 0.0;     // [s] time within which the next push into the slot must renew the loads
   std::optional<std::int64_t> at_tick{};  // tick at which the loads begin; empty: the next tick
   bool late_ok = false;                   // if at_tick has passed: true begins at once, false is rejected
 };
@@ -119,9 +120,9 @@ class Daemon {
   const std::optional<PointsTick>& points() const;             // the latest complete one, if any
   const std::optional<LoadsTick>& loads() const;               // the latest complete one, if any
 
-  /// Each returns the latest message that no earlier call returned, and waits for one if there is none. It
-  /// may have arrived while another call waited for an answer. Valid until the next call of this class.
-  /// Throws NoAnswer.
+  /// Each function returns the latest message that no earlier call returned, and waits for one if there is
+  /// none. The message may have arrived while another call waited for an answer. Valid until the next call of
+  /// this class. Throws NoAnswer.
   const freeflex_msgs::status_t& next_status();
   const freeflex_msgs::state_t& next_state();
   const PointsTick& next_points();
@@ -133,13 +134,13 @@ class Daemon {
   std::int32_t group(std::string_view name) const;
   std::int32_t wheel(std::string_view name) const;
 
-  // Commands wait for their answer and return the tick at which they take effect. They throw Rejected,
+  // Commands wait for their answer and return the tick at which they take effect. These calls throw Rejected,
   // NoAnswer and Restarted.
 
   /// Pushes. Also throws UnknownName if the scene lacks a name that the push contains.
   std::int64_t push(const Push& push);
-  std::int64_t run();   // from now on the ticks follow the clock
-  std::int64_t hold();  // the daemon stays at its tick
+  std::int64_t run();   // makes the ticks follow the clock from now on
+  std::int64_t hold();  // makes the daemon stay at its tick
   std::int64_t stop();  // ends the daemon cleanly
   /// Sets the daemon back to the initial state, in a new epoch. Motion of earlier epochs is no longer
   /// returned.

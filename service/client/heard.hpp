@@ -18,7 +18,7 @@ struct Daemon::Heard {
   void take(std::string_view suffix, const service::BusMessage& message);
   /// Returns the latest epoch received in this session.
   std::int64_t epoch() const;
-  /// Forgets the motion of earlier epochs and ignores later messages from them.
+  /// Forgets the motion of earlier epochs and ignores later messages of earlier epochs.
   void begin_epoch(std::int64_t epoch);
 
   std::int64_t session = 0;  // 0: no STATUS yet

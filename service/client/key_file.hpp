@@ -1,4 +1,4 @@
-// Reads a key file for a controller. It does not need the reader of scenes.
+// Reads a key file for a controller. This reader does not need the reader of scenes.
 #pragma once
 
 #include <string>

@@ -7,7 +7,7 @@
 namespace freeflex::client {
 namespace {
 
-constexpr std::int32_t kMaxLinks = 1'048'576;  // most that a scene file may have
+constexpr std::int32_t kMaxLinks = 1'048'576;  // largest number that a scene file may contain
 
 bool is_between(std::int32_t value, std::int32_t least, std::int32_t most) {
   return value >= least && value <= most;

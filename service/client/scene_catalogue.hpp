@@ -15,8 +15,8 @@
 
 namespace freeflex::client {
 
-/// The part of a daemon's scene that the daemon lists on the bus. Its size is bounded, whatever pages arrive:
-/// at most 200,000 points and PageSet::kMaxBytes.
+/// The part of a daemon's scene that the daemon lists on the bus. The size of the catalogue is bounded,
+/// whatever pages arrive: at most 200,000 points and PageSet::kMaxBytes.
 class SceneCatalogue {
  public:
   /// Adds a page. A page of another session or plan starts a new catalogue. Ignores pages with impossible

@@ -15,5 +15,6 @@ struct BareModes {
 /// Computes q1 = p q + w f for each mode: ten loads, two stores, eight products.
 void bare_update(BareModes& modes, std::size_t n);
 
-/// Computes the same at the register width that core/step chooses at run time: AVX2 if the processor has it.
+/// Computes the same update at the register width that core/step chooses at run time: AVX2 if the processor
+/// has it.
 void bare_update_wide(BareModes& modes, std::size_t n);

@@ -26,8 +26,8 @@ double status_kB(const std::string& key) {
   return 0.0;
 }
 
-/// Returns freed memory to the system, so that a later allocation of it raises the peak again, and resets the
-/// peak to the resident size.
+/// Returns freed memory to the system, so that allocating it again raises the peak, and resets the peak to
+/// the resident size.
 void reset_peak() {
   malloc_trim(0);
   std::ofstream("/proc/self/clear_refs") << "5";

@@ -34,7 +34,7 @@ double peak_MB() {
 void print_rivals([[maybe_unused]] const Scene& scene, [[maybe_unused]] const Structure& ours) {
 #ifdef FREEFLEX_MODAL_RIVALS
   const auto count = static_cast<int>(ours.omega.size());
-  // a shift as near to the lowest frequencies as ours; an expert would choose such a shift
+  // a shift as near to the lowest frequencies as our shift; an expert would choose such a shift
   const double shift = ours.omega[std::min(count - 1, 5)] * ours.omega[std::min(count - 1, 5)];
   for (const testing::RivalModes& rival : testing::run_modal_rivals(scene, count, shift)) {
     if (!rival.problem.empty()) {

@@ -18,7 +18,7 @@ using Clock = std::chrono::steady_clock;
 
 double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
-/// Returns K scaled by the square roots of the masses, so that both rivals solve a problem with unit mass
+/// Returns K scaled by the square roots of the masses. Both rivals then solve a problem with unit mass
 /// matrix, which is cheapest for them.
 Sparse scaled_stiffness(const Scene& scene) {
   std::vector<Eigen::Triplet<double>> entries;

@@ -9,7 +9,7 @@
 
 namespace freeflex::testing {
 
-/// Modes found by one rival. If it fails, `omega` is empty and `problem` gives the cause.
+/// Modes found by one rival. If the rival fails, `omega` is empty and `problem` gives the cause.
 struct RivalModes {
   std::string name, problem;
   Eigen::VectorXd omega;  // [rad/s] ascending, without the six rigid motions

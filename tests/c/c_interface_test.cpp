@@ -124,7 +124,7 @@ TEST(CInterface, ReadsTheSameValuesAsTheCore) {
   EXPECT_NEAR(displacement, point.displacement[0], 1e-15);
 }
 
-TEST(CInterface, PushesAddUpAndEnd) {
+TEST(CInterface, PushesAddUpUntilEachEnds) {
   Handles c(kScenes + "boom.yaml");
   const std::int32_t tip = freeflex_plan_find(c.plan, FREEFLEX_POINT, "tip");
   const double mass = freeflex_plan_mass(c.plan), period = 1.0 / freeflex_plan_rate(c.plan);
@@ -166,8 +166,8 @@ TEST(CInterface, ARefusedCallIsReportedAndChangesNothing) {
   freeflex_motion* motion = nullptr;
   refuses(freeflex_motion_new(c.plan, 64U, &motion), "flags 64");
   double value = 0.0;
-  refuses(freeflex_plan_frequencies(c.plan, &value, 1), "room for 1 numbers");
-  refuses(freeflex_motion_elastic(c.motion, &value, nullptr, 1, nullptr), "room for 1 numbers");
+  refuses(freeflex_plan_frequencies(c.plan, &value, 1), "the array has room for 1 numbers");
+  refuses(freeflex_motion_elastic(c.motion, &value, nullptr, 1, nullptr), "the array has room for 1 numbers");
   freeflex_point point;
   refuses(freeflex_motion_point(c.motion, 4, &point), "point 4, must be 0 to 3");
   refuses(freeflex_motion_point(c.motion, -1, &point), "point -1");

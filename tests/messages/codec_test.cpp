@@ -54,7 +54,7 @@ TEST(Codec, EachFieldArrivesUnderItsName) {
   EXPECT_EQ(command.wrenches[1].torque, (Vec3{0.0, 7.0, -8.0}));
 }
 
-TEST(Codec, AControlIsTransmittedWithItsCountOfSteps) {
+TEST(Codec, AControlIsTransmittedWithItsNumberOfSteps) {
   freeflex_msgs::control_t message = make_control();
   message.command = freeflex_msgs::control_t::STEP;
   message.count = 123'456'789;
@@ -67,7 +67,7 @@ TEST(Codec, AControlIsTransmittedWithItsCountOfSteps) {
   EXPECT_EQ(command.count, 123'456'789);
 }
 
-TEST(Codec, TheSessionOfAStatusIsReadOnlyFromAStatus) {
+TEST(Codec, OnlyAStatusMessageGivesASessionNumber) {
   freeflex_msgs::status_t status{};
   status.session = kSession;
   const std::vector<std::byte> bytes = io::encode(status);
@@ -90,7 +90,7 @@ freeflex_msgs::envelope_t seal(const std::vector<std::byte>& command) {
   return envelope;
 }
 
-TEST(Envelope, ADaemonWithoutKeysRefusesAnEnvelopeAndAnswersTheSenderInIt) {
+TEST(Envelope, ADaemonWithoutKeysRejectsAnEnvelopeAndAnswersItsSender) {
   const std::vector<std::byte> force = io::encode(seal(io::encode(make_force())));
   const std::vector<std::byte> control = io::encode(seal(io::encode(make_control())));
   ForceCommand command;
@@ -103,7 +103,7 @@ TEST(Envelope, ADaemonWithoutKeysRefusesAnEnvelopeAndAnswersTheSenderInIt) {
   const io::Admission of_control = io::decode_control(control, kSession, other);
   EXPECT_EQ(of_control.reason, Reason::kNoKeys);
   EXPECT_STREQ(of_control.sender.data(), "desk");
-  // an empty envelope names no sender; a truncated envelope is malformed
+  // an empty envelope contains no sender; a truncated envelope is malformed
   const io::Admission empty = io::decode_force(io::encode(seal({})), kSession, make_names(), command);
   EXPECT_EQ(empty.reason, Reason::kNoKeys);
   EXPECT_STREQ(empty.sender.data(), "");
@@ -113,7 +113,7 @@ TEST(Envelope, ADaemonWithoutKeysRefusesAnEnvelopeAndAnswersTheSenderInIt) {
   }
 }
 
-TEST(Versions, ACommandOfVersion03IsRefusedWithItsVersionAndAnswered) {
+TEST(Versions, TheRejectionOfACommandOfVersion03StatesItsVersion) {
   // the bytes that `freeflex push` of version 0.3 sent for 3 N along y and 1 N along z on point 2
   const char* const hex =
       "5eb2bea23d54be04000660d06f52a97018ea2e32b5103e66000000057075736800000660d06f52a97000000000"
@@ -126,8 +126,9 @@ TEST(Versions, ACommandOfVersion03IsRefusedWithItsVersionAndAnswered) {
   ForceCommand command;
   const io::Admission admission = io::decode_force(bytes, kSession, make_names(), command);
   EXPECT_EQ(admission.reason, Reason::kWrongType);
-  EXPECT_STREQ(admission.text.data(),
-               "sent by version 0.3 of the messages, must be of 0.5: generate from the daemon's .lcm files");
+  EXPECT_STREQ(
+      admission.text.data(),
+      "sent by version 0.3 of the messages, must be of 0.5: generate your code from the daemon's .lcm files");
   EXPECT_STREQ(admission.sender.data(), "push");
   EXPECT_EQ(admission.sequence, 0x000660d06f52a970);
   EXPECT_TRUE(io::is_sane(admission));
@@ -136,7 +137,7 @@ TEST(Versions, ACommandOfVersion03IsRefusedWithItsVersionAndAnswered) {
   EXPECT_EQ(io::explain_unread(bytes), "damaged, or of a version that is not known here");
 }
 
-TEST(Versions, AnEarlierMessageTypeIsNamedUnlessItIsStillInUse) {
+TEST(Versions, AMessageTypeThatIsNoLongerInUseIsReportedWithItsVersion) {
   const auto bytes_of = [](std::uint64_t fingerprint) {
     std::vector<std::byte> bytes(100);
     for (std::size_t k = 0; k < 8; ++k)
@@ -158,7 +159,7 @@ TEST(Versions, AnEarlierMessageTypeIsNamedUnlessItIsStillInUse) {
   }
 }
 
-TEST(Versions, AControlOfVersion04IsRefusedWithItsVersion) {
+TEST(Versions, TheRejectionOfAControlOfVersion04StatesItsVersion) {
   // the present fields except the last, `target`, whose empty string takes five bytes
   std::vector<std::byte> bytes = io::encode(make_control());
   bytes.resize(bytes.size() - 5);
@@ -167,13 +168,14 @@ TEST(Versions, AControlOfVersion04IsRefusedWithItsVersion) {
   io::ControlCommand command;
   const io::Admission admission = io::decode_control(bytes, kSession, command);
   EXPECT_EQ(admission.reason, Reason::kWrongType);
-  EXPECT_STREQ(admission.text.data(),
-               "sent by version 0.4 of the messages, must be of 0.5: generate from the daemon's .lcm files");
+  EXPECT_STREQ(
+      admission.text.data(),
+      "sent by version 0.4 of the messages, must be of 0.5: generate your code from the daemon's .lcm files");
   EXPECT_STREQ(admission.sender.data(), "desk");
   EXPECT_EQ(admission.sequence, 3);
 }
 
-TEST(Versions, TheSessionInAStatusOfVersion03IsRead) {
+TEST(Versions, TheSessionNumberIsReadFromAStatusOfVersion03) {
   freeflex_msgs::status_t status{};
   status.session = kSession;
   std::vector<std::byte> bytes = io::encode(status);
@@ -182,7 +184,7 @@ TEST(Versions, TheSessionInAStatusOfVersion03IsRead) {
   EXPECT_EQ(io::read_status_session(bytes), kSession) << "the leading fields are the same";
 }
 
-TEST(NameTable, ContainsWhatCommandsMayName) {
+TEST(NameTable, ContainsThePointsAndGroupsThatCommandsMayUse) {
   Plan plan;
   plan.force_limit = 3.0;
   plan.torque_limit = 4.0;
@@ -213,7 +215,7 @@ TEST(NameTable, ContainsWhatCommandsMayName) {
   EXPECT_EQ(names.groups[1].is_pushable, 0) << "point 3 has no rows";
 }
 
-TEST(NameTable, FindsPointsWithAnyNumber) {
+TEST(NameTable, FindsPointsWithLargeNumbers) {
   constexpr std::int32_t kLast = 99'999;
   Plan plan;
   plan.points.resize(kLast + 1);

@@ -45,7 +45,7 @@ class Confinement : public ::testing::Test {
   }
 };
 
-TEST_F(Confinement, AllowsReadingTheClockAllocatingMemoryAndExiting) {
+TEST_F(Confinement, AllowsAProcessToReadTheClockAllocateMemoryAndExit) {
   EXPECT_EQ(confined([] {
               timespec now{};
               clock_gettime(CLOCK_BOOTTIME, &now);
@@ -60,7 +60,7 @@ TEST_F(Confinement, LimitsTheMemoryOfTheProcess) {
   EXPECT_EQ(confined([] { return std::malloc(std::size_t{100} << 20) == nullptr ? 7 : 1; }), 7);
 }
 
-TEST_F(Confinement, EndsAProcessThatOpensFilesForksSendsOrMapsCode) {
+TEST_F(Confinement, EndsAProcessAtAForbiddenSystemCall) {
   constexpr int kEnded = 1000 + SIGSYS;
   EXPECT_EQ(confined([] { return open("/etc/passwd", O_RDONLY); }), kEnded);
   EXPECT_EQ(confined([] { return socket(AF_UNIX, SOCK_STREAM, 0); }), kEnded);
@@ -77,7 +77,7 @@ TEST_F(Confinement, EndsAProcessThatOpensFilesForksSendsOrMapsCode) {
   EXPECT_EQ(confined([] { return mprotect(page, 4096, PROT_READ | PROT_WRITE); }), kEnded);
 }
 
-TEST(IngressUser, UnderRootItRunsAsAnUnprivilegedUserAndOnlyRootMayNameThatUser) {
+TEST(IngressUser, IsUnprivilegedUnderRootAndOnlyRootMayChooseIt) {
   service::IngressUser user;
   EXPECT_EQ(service::find_ingress_user("", user), "");
   if (geteuid() == 0) {

@@ -36,7 +36,7 @@ struct Watched {
   std::uint64_t beat = 1;
 };
 
-TEST(HangWatch, AProcessThatBeatsIsNeverExamined) {
+TEST(HangWatch, AProcessWithAHeartbeatIsNeverExamined) {
   Watched process;
   for (int i = 0; i < 1000; ++i) {
     ++process.beat;
@@ -62,7 +62,7 @@ TEST(HangWatch, AProcessThatWaitsForADiskIsNotHung) {
   EXPECT_EQ(process.silent(10'000, [] { return ProcessReading{'D', 0}; }), "");
 }
 
-TEST(HangWatch, TimeDuringWhichTheWatchItselfDidNotRunIsNotCounted) {
+TEST(HangWatch, TimeInWhichTheWatchDidNotRunIsNotCounted) {
   Watched process;
   for (int i = 0; i < 9; ++i) {
     process.now_ns +=
@@ -71,7 +71,7 @@ TEST(HangWatch, TimeDuringWhichTheWatchItselfDidNotRunIsNotCounted) {
   }
 }
 
-TEST(HangWatch, AStartingProcessMayTakeLongerToBeat) {
+TEST(HangWatch, AStartingProcessHasLongerForItsFirstHeartbeat) {
   Watched process;
   process.beat = 0;
   std::int64_t cpu_ns = 0;
@@ -104,7 +104,7 @@ std::string watch_child(void (*does)()) {
   return hang;
 }
 
-TEST(HangWatch, FindsTheStateOfARealProcess) {
+TEST(HangWatch, ReportsWhyARealProcessHangs) {
   EXPECT_EQ(watch_child([] { raise(SIGSTOP); }), "was stopped");
   EXPECT_EQ(watch_child([] {
               for (std::atomic<int> i{0};;) i.fetch_add(1);

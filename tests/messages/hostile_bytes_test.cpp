@@ -67,7 +67,7 @@ TEST(HostileBytes, AMessageWithTrailingBytesIsRejected) {
   }
 }
 
-TEST(HostileBytes, ImpossibleCountsAreMalformed) {
+TEST(HostileBytes, AMessageWithAnImpossibleCountIsMalformed) {
   const freeflex_msgs::force_t message = make_force();
   // in 32 bits 2^29 * 8 and 2^30 * 28 wrap to 0, and 153391690 * 28 = 2^32 + 24 wraps to 24
   for (const std::uint32_t count :
@@ -82,16 +82,16 @@ TEST(HostileBytes, ImpossibleCountsAreMalformed) {
   }
 }
 
-TEST(HostileBytes, ImpossibleSenderLengthsAreMalformed) {
+TEST(HostileBytes, AMessageWithAnImpossibleSenderLengthIsMalformed) {
   for (const std::uint32_t length : {0u, 0xFFFFFFFFu, 0x80000000u, 0x7FFFFFFFu, 1u << 30, 1000u, 12u, 14u}) {
-    Bytes bytes = io::encode(make_force());  // its sender has 12 characters and a terminator
+    Bytes bytes = io::encode(make_force());  // the sender of the message has 12 characters and a terminator
     put32(bytes, kSenderLength, length);
     ForceCommand command;
     EXPECT_EQ(decode_exact(bytes, command).reason, Reason::kMalformed) << length;
   }
 }
 
-TEST(HostileBytes, ANulInsideTheSenderIsMalformed) {
+TEST(HostileBytes, AMessageWithANulInItsSenderIsMalformed) {
   Bytes bytes = io::encode(make_force());
   bytes[kSenderLength + 4 + 3] = std::byte{0};
   ForceCommand command;
@@ -183,7 +183,7 @@ TEST(HostileBytes, MutatedMessagesAreRejectedOrValidCommands) {
   EXPECT_LT(num_accepted, kMutants / 2);
 }
 
-TEST(HostileMemory, NoCommandFromAnotherProcessReachesOutsideItsArrays) {
+TEST(HostileMemory, ACommandInSharedMemoryIsNeverReadOutsideItsArrays) {
   // valid commands with random 32-bit words in the first fields or anywhere: is_sane must not read outside
   // arrays
   std::mt19937_64 engine(99);

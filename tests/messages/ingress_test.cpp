@@ -28,12 +28,13 @@ using service::InboundKind;
 using service::IngressProcess;
 using service::RejectionEntry;
 
-std::string no_network;  // why there is no private network; empty if there is one
+std::string no_network;  // reason why there is no private network; empty if there is one
 
 constexpr auto kPatience = std::chrono::seconds(
     60);  // far longer than any machine needs, so that a test fails only if a process hangs
 
-/// Evaluates the condition every millisecond until it is true. Returns false if it stays false for kPatience.
+/// Evaluates the condition every millisecond until it is true. Returns false if the condition stays false for
+/// kPatience.
 template <class Condition>
 bool eventually(Condition&& condition) {
   const auto deadline = std::chrono::steady_clock::now() + kPatience;
@@ -132,7 +133,7 @@ TEST_F(Ingress, PassesOnCommandsFromLcm) {
   lcm_destroy(lcm);
 }
 
-TEST_F(Ingress, AnswersBadCommandsAndDetectsAnotherDaemon) {
+TEST_F(Ingress, RejectsInvalidCommandsAndDetectsAnotherDaemon) {
   freeflex_msgs::force_t message = make_force();
   message.forces[0].point = 5000;
   packets_.publish("TEST_FORCE", io::encode(message));
@@ -160,7 +161,7 @@ TEST_F(Ingress, APacketThatEndsInsideTheChannelNameIsHarmless) {
   EXPECT_EQ(ingress_.block().received.load(), 51);
 }
 
-TEST_F(Ingress, PacketsThatWouldKillLiblcmAreHarmlessAndAnswered) {
+TEST_F(Ingress, PacketsThatCrashLiblcmAreRejectedAndEndNoProcess) {
   for (std::int64_t i = 1; i <= 50; ++i) {
     ASSERT_TRUE(packets_.send_wrapping_fragment("TEST_FORCE"));
     ASSERT_TRUE(packets_.send_fragment_runt("TEST_FORCE"));
@@ -170,10 +171,10 @@ TEST_F(Ingress, PacketsThatWouldKillLiblcmAreHarmlessAndAnswered) {
   EXPECT_EQ(ingress_.num_restarts(), 0);
   ASSERT_TRUE(rejects(Reason::kMalformed));
   EXPECT_EQ(std::string(rejection_.admission.text.data()),
-            "a message in fragments has more than 65499 bytes, a command at most 8760");
+            "a message in fragments has more than 65499 bytes, but a command has at most 8760");
 }
 
-TEST_F(Ingress, IfTheReceiverIsKilledTheStandbyTakesOverWithItsSequences) {
+TEST_F(Ingress, AStandbyThatTakesOverStillRefusesOldSequenceNumbers) {
   ASSERT_TRUE(is_complete());
   send(1);
   ASSERT_TRUE(receives(1));
@@ -190,7 +191,7 @@ TEST_F(Ingress, IfTheReceiverIsKilledTheStandbyTakesOverWithItsSequences) {
   EXPECT_TRUE(receives(2));
 }
 
-TEST_F(Ingress, PacketsSentWithoutAReceiverReachTheNextReceiverOnceAndInOrder) {
+TEST_F(Ingress, PacketsSentWithoutAReceiverReachTheNextOneOnceAndInOrder) {
   ASSERT_TRUE(is_complete());
   std::int64_t sequence = 0;
   for (int round = 0; round < 5; ++round) {
@@ -214,7 +215,7 @@ TEST_F(Ingress, PacketsSentWithoutAReceiverReachTheNextReceiverOnceAndInOrder) {
   EXPECT_FALSE(ingress_.block().rejected.try_pop(none)) << "no command arrived twice";
 }
 
-TEST_F(Ingress, AStoppedProcessIsReplacedAndNothingIsLost) {
+TEST_F(Ingress, AStoppedProcessIsReplacedWithoutLossOfCommands) {
   ASSERT_TRUE(is_complete());
   const pid_t stopped = ingress_.pid();
   ASSERT_TRUE(send_signal(stopped, SIGSTOP));
@@ -250,7 +251,7 @@ TEST_F(Ingress, MessagesOnOtherChannelsTakeNoRoomInTheQueue) {
   }));
 }
 
-TEST_F(Ingress, IsReplacedAfterEachOfManyKills) {
+TEST_F(Ingress, IsReplacedAfterEveryKill) {
   ASSERT_TRUE(is_complete());
   for (std::int64_t i = 1; i <= 10; ++i) {
     ASSERT_TRUE(send_signal(i % 2 == 0 ? ingress_.pid() : ingress_.standby_pid(), SIGKILL));
@@ -262,7 +263,7 @@ TEST_F(Ingress, IsReplacedAfterEachOfManyKills) {
   EXPECT_EQ(ingress_.num_hangs(), 0);
 }
 
-TEST_F(Ingress, CannotWriteTheSettingsAgainstWhichItIsChecked) {
+TEST_F(Ingress, MapsItsSettingsReadOnly) {
   // the kernel maps the settings read-only in the ingress, so that a hostile ingress cannot write them either
   const std::string path = "/proc/" + std::to_string(ingress_.pid()) + "/maps";
   std::FILE* maps = std::fopen(path.c_str(), "r");
@@ -306,7 +307,7 @@ TEST_F(Ingress, HasNoRightsThatItDoesNotNeed) {
   EXPECT_EQ(open, (std::vector<std::string>{"0", "1", "2", "5", "6"}));
 }
 
-TEST_F(Ingress, IgnoresSignalsToTheProcessGroupAndEndsWhenItIsStopped) {
+TEST_F(Ingress, IgnoresSignalsToTheProcessGroupButEndsWhenItsDaemonStopsIt) {
   const pid_t pid = ingress_.pid();
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) ASSERT_TRUE(send_signal(pid, number));
   send(1);
@@ -317,7 +318,7 @@ TEST_F(Ingress, IgnoresSignalsToTheProcessGroupAndEndsWhenItIsStopped) {
   EXPECT_EQ(ingress_.poll(), "") << "not restarted";
 }
 
-TEST_F(Ingress, ForgetsTheSequencesWhenItIsStoppedAndStarted) {
+TEST_F(Ingress, AcceptsOldSequenceNumbersAfterAStopAndANewStart) {
   send(5);
   ASSERT_TRUE(receives(5));
   ingress_.stop();
@@ -329,7 +330,7 @@ TEST_F(Ingress, ForgetsTheSequencesWhenItIsStoppedAndStarted) {
   EXPECT_TRUE(receives(5));
 }
 
-TEST(IngressStart, RefusesABadUrlOrPrefixWithTheCause) {
+TEST(IngressStart, RefusesAnInvalidUrlOrPrefixAndReportsTheCause) {
   IngressProcess ingress;
   IngressProcess::Options options;
   options.channel_prefix = "TEST";
@@ -343,7 +344,7 @@ TEST(IngressStart, RefusesABadUrlOrPrefixWithTheCause) {
   }
 }
 
-TEST(IngressStart, IfThereIsNoRouteTheTwoCommandsThatAddOneAreNamed) {
+TEST(IngressStart, ReportsTheTwoCommandsThatAddAMissingRoute) {
   if (!no_network.empty()) GTEST_SKIP() << no_network;
   std::string fault;
   // a network namespace of this thread alone, whose loopback interface is down
@@ -380,7 +381,7 @@ TEST(IngressStart, ReportsAPortThatAnotherProgramUses) {
 
 /// The child process is a daemon: it starts an ingress, writes the ingress's pid to a pipe and is then
 /// killed.
-TEST(IngressStart, DiesWithItsDaemon) {
+TEST(IngressStart, EndsWithItsDaemon) {
   if (!no_network.empty()) GTEST_SKIP() << no_network;
   int channel[2];
   ASSERT_EQ(pipe(channel), 0);

@@ -37,7 +37,7 @@ TEST(LcmUrl, TheMessageOnAnInvalidUrlSaysWhatWasFoundAndWhatIsAllowed) {
       {"udpm://240.0.0.0:7667", "224.0.0.0 to 239.255.255.255"},
       {"udpm://localhost:7667", "224.0.0.0 to 239.255.255.255"},
       {"udpm://[ff02::1]:7667", "224.0.0.0 to 239.255.255.255"},
-      // liblcm would use its own default for these
+      // liblcm would use its own default for these URLs
       {"udpm://239.255.76.67:7667?ttl=abc", "'ttl=abc' must be ttl=0 to 255"},
       {"udpm://239.255.76.67:7667?ttl=256", "'ttl=256'"},
       {"udpm://239.255.76.67:7667?ttl=0&ttl", "'ttl' must be"},

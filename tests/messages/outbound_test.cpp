@@ -235,7 +235,7 @@ Plan make_sparse_plan(const std::set<std::int32_t>& named) {
   return plan;
 }
 
-TEST(Outbound, AboveAThousandPointsASceneMessageListsOnlyNamedPoints) {
+TEST(Outbound, AboveAThousandPointsASceneMessageListsOnlyPointsInUse) {
   const Plan plan = make_sparse_plan({3, 6, 500, 501, 1999});
   EXPECT_EQ(io::scene_listing(plan).points, 5);
   EXPECT_EQ(io::scene_listing(plan).links, 1);
@@ -311,7 +311,7 @@ TEST(Outbound, ASceneIsSentCompleteInPages) {
   EXPECT_EQ(elastic, kElastic);
 }
 
-TEST(Outbound, AModeShapeIsSentForThePointsWithModeShapeRows) {
+TEST(Outbound, AModeShapeIsSentOnlyForPointsWithModeShapeRows) {
   Plan plan = make_plan();
   plan.points[3].row = -1;
   const auto pages = io::make_shapes_messages(plan, 4, kStamp);

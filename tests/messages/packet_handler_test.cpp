@@ -62,7 +62,7 @@ class PacketHandlerTest : public ::testing::Test {
   RejectionEntry rejection_{};
 };
 
-TEST_F(PacketHandlerTest, ASealedCommandDoesNotUseUpItsSequence) {
+TEST_F(PacketHandlerTest, ASealedCommandDoesNotUseUpItsSequenceNumber) {
   freeflex_msgs::force_t force = make_force();
   force.sender = "a";
   force.sequence = 5;
@@ -91,11 +91,11 @@ TEST_F(PacketHandlerTest, ValidCommandsArePassedOnWithTheirReceptionTime) {
   EXPECT_EQ(next_rejection(), Reason::kAccepted);
 }
 
-TEST_F(PacketHandlerTest, ASequenceThatDoesNotRiseIsStale) {
+TEST_F(PacketHandlerTest, ASequenceNumberThatDoesNotIncreaseIsStale) {
   send("a", 10);
   send("a", 10);
   EXPECT_EQ(next_rejection(), Reason::kStaleSequence);
-  EXPECT_EQ(text(), "sequence 10 of a, must be greater than 10");
+  EXPECT_EQ(text(), "sequence number 10 of sender a, must be greater than 10");
   send("a", 9);
   EXPECT_EQ(next_rejection(), Reason::kStaleSequence);
   send("b", 9);
@@ -104,7 +104,7 @@ TEST_F(PacketHandlerTest, ASequenceThatDoesNotRiseIsStale) {
   EXPECT_EQ(count(Reason::kStaleSequence), 2);
 }
 
-TEST_F(PacketHandlerTest, TheFirstSequenceMustBeAtLeastOne) {
+TEST_F(PacketHandlerTest, TheFirstSequenceNumberMustBeAtLeastOne) {
   send("a", 0);
   EXPECT_EQ(next_rejection(), Reason::kStaleSequence);
   send("a", -5);
@@ -113,7 +113,7 @@ TEST_F(PacketHandlerTest, TheFirstSequenceMustBeAtLeastOne) {
   EXPECT_EQ(next_rejection(), Reason::kAccepted);
 }
 
-TEST_F(PacketHandlerTest, ForcesAndControlsOfASenderShareOneSequence) {
+TEST_F(PacketHandlerTest, ForcesAndControlsOfASenderAreNumberedTogether) {
   freeflex_msgs::control_t control = make_control();
   control.sender = "a";
   control.sequence = 5;
@@ -122,7 +122,7 @@ TEST_F(PacketHandlerTest, ForcesAndControlsOfASenderShareOneSequence) {
   EXPECT_EQ(next_rejection(), Reason::kStaleSequence);
 }
 
-TEST_F(PacketHandlerTest, ARejectedCommandUsesUpItsSequence) {
+TEST_F(PacketHandlerTest, ARejectedCommandUsesUpItsSequenceNumber) {
   freeflex_msgs::force_t bad = make_force();
   bad.sender = "a";
   bad.sequence = 4;
@@ -135,7 +135,7 @@ TEST_F(PacketHandlerTest, ARejectedCommandUsesUpItsSequence) {
   EXPECT_EQ(next_rejection(), Reason::kStaleSequence);
 }
 
-TEST_F(PacketHandlerTest, ACommandForAnotherSessionDoesNotUseUpItsSequence) {
+TEST_F(PacketHandlerTest, ACommandForAnotherSessionDoesNotUseUpItsSequenceNumber) {
   freeflex_msgs::force_t other = make_force();
   other.session = kSession - 1;
   other.sequence = 1'000'000;
@@ -151,7 +151,9 @@ TEST_F(PacketHandlerTest, TheSixtyFifthSenderIsRefused) {
   EXPECT_EQ(next_rejection(), Reason::kAccepted);
   send("one-more", 1);
   EXPECT_EQ(next_rejection(), Reason::kTooManySenders);
-  EXPECT_EQ(text(), "sender one-more is new and 64 are known already, all heard within 60 s");
+  EXPECT_EQ(text(),
+            "sender one-more is new, but the daemon knows 64 senders already, and all of them sent within "
+            "the last 60 s");
   send("sender-63", 2);
   EXPECT_EQ(next_rejection(), Reason::kAccepted);
 }
@@ -188,7 +190,7 @@ TEST_F(PacketHandlerTest, ANewSenderReplacesASenderThatWasSilentForAMinute) {
   EXPECT_EQ(next_rejection(), Reason::kTooManySenders);
 }
 
-TEST_F(PacketHandlerTest, NewSendersReplaceClearedSendersWhoseSequencesAreKept) {
+TEST_F(PacketHandlerTest, ClearedSendersKeepTheirSequenceNumbersUntilReplaced) {
   for (int i = 0; i < 64; ++i) send("sender-" + std::to_string(i), 7);
   send("late", 1);
   EXPECT_EQ(next_rejection(), Reason::kTooManySenders);
@@ -205,7 +207,7 @@ TEST_F(PacketHandlerTest, NewSendersReplaceClearedSendersWhoseSequencesAreKept) 
   EXPECT_EQ(next_rejection(), Reason::kAccepted);
 }
 
-TEST_F(PacketHandlerTest, NamesOfTheOperatorsSocketAreRefusedFromTheBus) {
+TEST_F(PacketHandlerTest, SendersOnTheBusMayNotUseNamesOfTheOperatorsSocket) {
   send("local.me", 1);
   EXPECT_EQ(next_rejection(), Reason::kBadSender);
   EXPECT_EQ(text(), "sender local.me: names that begin with local. are reserved for the operator's socket");
@@ -227,7 +229,7 @@ TEST_F(PacketHandlerTest, ForcesLeaveRoomInTheRingForControls) {
   EXPECT_EQ(count(Reason::kQueueFull), 65);
 }
 
-TEST_F(PacketHandlerTest, ANewIngressOnTheSameBlockKnowsTheSequences) {
+TEST_F(PacketHandlerTest, ARestartedIngressStillRefusesOldSequenceNumbers) {
   send("a", 7);
   service::PacketHandler restarted(*block_, *settings_);
   freeflex_msgs::force_t message = make_force();
@@ -237,7 +239,7 @@ TEST_F(PacketHandlerTest, ANewIngressOnTheSameBlockKnowsTheSequences) {
   EXPECT_EQ(next_rejection(), Reason::kStaleSequence);
 }
 
-TEST_F(PacketHandlerTest, ACommandThatFindsTheRingFullIsAnswered) {
+TEST_F(PacketHandlerTest, ACommandIsRejectedWithAnAnswerIfTheRingIsFull) {
   for (int i = 1; i <= 960; ++i) send("a", i);
   EXPECT_EQ(next_rejection(), Reason::kAccepted);
   send("a", 961);
@@ -247,7 +249,7 @@ TEST_F(PacketHandlerTest, ACommandThatFindsTheRingFullIsAnswered) {
   EXPECT_EQ(entry_.force.sequence, 1) << "accepted commands stay";
 }
 
-TEST_F(PacketHandlerTest, AnswersForWhichThereIsNoRoomAreCounted) {
+TEST_F(PacketHandlerTest, AnswersDroppedForLackOfRoomAreCounted) {
   for (int i = 0; i < 1025; ++i) send("not valid", 1);
   EXPECT_EQ(block_->dropped_answers.load(), 1);
   EXPECT_EQ(count(Reason::kBadSender), 1025);

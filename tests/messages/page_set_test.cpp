@@ -17,7 +17,7 @@ using io::PageSet;
 
 constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
 
-TEST(PageSet, IsCompleteWhenItsLastPageHasArrivedInAnyOrder) {
+TEST(PageSet, IsCompleteWhenAllPagesHaveArrivedInAnyOrder) {
   PageSet pages;
   EXPECT_TRUE(pages.take({1, 0, 5}, 2, 3, 3, 100).is_first);
   EXPECT_FALSE(pages.take({1, 0, 5}, 0, 3, 3, 100).is_whole);

@@ -90,9 +90,9 @@ const std::vector<BadForce> kBadForces = {
      [](force_t& m) { m.wrenches[0].group = -1; }},
     {"GroupAbove", Reason::kUnknownGroup, "wrenches[1]: group 4, the scene has 4",
      [](force_t& m) { m.wrenches[1].group = 4; }},
-    {"PointTwice", Reason::kDuplicatePoint, "forces[2]: point 0 is named twice",
+    {"PointTwice", Reason::kDuplicatePoint, "forces[2]: point 0 is listed twice",
      [](force_t& m) { m.forces[2].point = 0; }},
-    {"GroupTwice", Reason::kDuplicatePoint, "wrenches[1]: group 0 is named twice",
+    {"GroupTwice", Reason::kDuplicatePoint, "wrenches[1]: group 0 is listed twice",
      [](force_t& m) { m.wrenches[1].group = 0; }},
     {"ForceNaN", Reason::kNotFinite, "forces[1]: point 298: force (0, nan, 4.94066e-324) N, must be finite",
      [](force_t& m) { m.forces[1].force[1] = kNaN; }},
@@ -191,7 +191,7 @@ TEST(Force, BoundaryValuesAreAccepted) {
   EXPECT_EQ(admission.reason, Reason::kAccepted) << admission.text.data();
 }
 
-TEST(Force, AForceWithoutContentsNeedsNoEnd) {
+TEST(Force, AnEmptyForceCommandNeedsNoDuration) {
   force_t message = make_force();
   set_forces(message, {});
   message.wrenches.clear();
@@ -207,7 +207,7 @@ TEST(Force, AForceWithFullListsIsAccepted) {
   EXPECT_EQ(decode(message).reason, Reason::kAccepted);
 }
 
-TEST(Force, AForceInWorldAxesMayHaveATorqueAboutALineThatRotates) {
+TEST(Force, ATorqueInWorldAxesMayPointAlongTheLineOfItsGroup) {
   force_t message = make_force();
   message.axes = 0;
   set_wrench(message, {1, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}});
@@ -223,7 +223,7 @@ TEST(Force, AForceMayHaveAnyFiniteSizeIfTheSceneSetsNoLimits) {
   EXPECT_EQ(decode(message, names, command).reason, Reason::kAccepted);
 }
 
-TEST(Force, AForceFromTheBusMustEndWithinTheLongestHoldOfTheScene) {
+TEST(Force, AForceFromTheBusMayNotLastLongerThanMaxHold) {
   io::NameTable names = make_names();
   names.max_hold = 60.0;
   names.max_hold_ticks = 30'000;
@@ -303,7 +303,7 @@ TEST(Control, EachKindOfControlIsAccepted) {
   }
 }
 
-TEST(Control, SessionSenderAndTypeOfAControlAreChecked) {
+TEST(Control, TheSessionTheSenderAndTheTypeOfAControlAreChecked) {
   control_t message = make_control();
   message.session = 1;
   EXPECT_EQ(decode(message).reason, Reason::kWrongSession);
@@ -338,7 +338,7 @@ TEST(Reason, TheInterfaceDocumentListsEachReasonUnderItsNumber) {
 }
 
 /// The plan omits first only rotation, then also motion out of the xy plane.
-TEST(Reasons, ACommandThatNeedsAnOmittedFeatureIsRejectedWithItsName) {
+TEST(Reasons, ARejectionStatesTheOmittedFeatureThatTheCommandNeeds) {
   io::NameTable names = make_names();
   names.scope.lacks_rotation = true;
   names.scope.R_WB = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -360,7 +360,7 @@ TEST(Reasons, ACommandThatNeedsAnOmittedFeatureIsRejectedWithItsName) {
   const io::Admission turning = admission({{0, {0.0, 2.0, 0.0}}});
   EXPECT_EQ(turning.reason, Reason::kLeftOut);
   EXPECT_NE(
-      std::string(turning.text.data()).find("a moment about the centre of mass, and rotation is left out"),
+      std::string(turning.text.data()).find("a moment about the centre of mass, but the plan omits rotation"),
       std::string::npos)
       << turning.text.data();
   names.scope.lacks_out_of_plane = true;

@@ -91,7 +91,7 @@ void overwrite(SmallRing& ring, std::size_t offset, std::uint64_t value) {
   std::memcpy(reinterpret_cast<char*>(&ring) + offset, &value, sizeof(value));
 }
 
-TEST(Ring, AnImpossibleProducerIndexEmptiesIt) {
+TEST(Ring, IsEmptyAfterAnImpossibleProducerIndex) {
   for (const std::uint64_t wild :
        {std::uint64_t{9}, std::uint64_t{1} << 40, ~std::uint64_t{0}, std::uint64_t{1} << 63}) {
     SmallRing ring;
@@ -105,8 +105,8 @@ TEST(Ring, AnImpossibleProducerIndexEmptiesIt) {
   }
 }
 
-TEST(Ring, WithAnyIndicesItStaysInsideItsArray) {
-  // on the heap, so that AddressSanitizer reports accesses beyond it
+TEST(Ring, IsNeverReadOutsideItsArrayWhateverItsIndices) {
+  // the ring is on the heap, so that AddressSanitizer reports accesses beyond it
   const auto ring = std::make_unique<SmallRing>();
   std::uint64_t bits = 1;
   Entry entry;

@@ -1,5 +1,5 @@
-// The script that generates the layouts refuses every construct that it does not know. If it ignored one,
-// some bytes of messages would stay unchecked.
+// The script that generates the layouts refuses every construct that it does not know. If the script ignored
+// a construct, some bytes of messages would stay unchecked.
 #include <gtest/gtest.h>
 
 #include <ostream>
@@ -82,14 +82,14 @@ class UnknownConstruct : public ::testing::TestWithParam<Unknown> {};
 INSTANTIATE_TEST_SUITE_P(LayoutScript, UnknownConstruct, ::testing::ValuesIn(kUnknown),
                          [](const auto& at) { return std::string(at.param.name); });
 
-TEST_P(UnknownConstruct, AnUnknownConstructStopsTheScriptWhichNamesIt) {
+TEST_P(UnknownConstruct, TheScriptStopsAtAnUnknownConstructAndReportsIt) {
   const Result result = make_layout_of(GetParam().text);
   EXPECT_NE(result.exit_code, 0);
   EXPECT_TRUE(contains(result.errors, GetParam().error)) << result.errors;
   EXPECT_EQ(result.tables, "");
 }
 
-TEST(LayoutScript, IgnoresOnlyCommentsAndConstantsAndBlanks) {
+TEST(LayoutScript, IgnoresNothingButCommentsConstantsAndBlanks) {
   const Result result = make_layout_of(
       "// before\npackage freeflex_msgs ;\n/* one // in the other\n */ struct a_t\n{\n  int32_t n; // /* not "
       "begun\n"

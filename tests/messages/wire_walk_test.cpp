@@ -206,7 +206,7 @@ Bytes words(std::initializer_list<std::uint32_t> values) {
 }
 WireWalk walk(const Bytes& bytes) { return io::walk_message(bytes, kOuter); }
 
-TEST(WireWalk, ReportsWhereItStopsAndWhatSizeTheMessageNeeds) {
+TEST(WireWalk, ReportsWhyItStopsAndWhichSizeTheMessageNeeds) {
   using Stop = WireWalk::Stop;
   EXPECT_EQ(walk(words({1})).stop, Stop::kMissingCount);
   EXPECT_EQ(walk(words({1})).size, 16) << "the size that the counts need";
@@ -226,7 +226,7 @@ TEST(WireWalk, ReportsWhereItStopsAndWhatSizeTheMessageNeeds) {
     EXPECT_EQ(walk(words({1, 0, 1, length, 0})).stop, Stop::kBadString) << length;
 }
 
-TEST(WireWalk, ImpossibleCountsStopAtTheEndOfTheBytes) {
+TEST(WireWalk, StopsAtTheEndOfTheBytesDespiteImpossibleCounts) {
   // 2^31 - 1 structs of 2^31 - 1 strings each: a walk that trusted either count would not end
   EXPECT_EQ(walk(words({0x7FFFFFFFu, 0, 0x7FFFFFFFu})).stop, WireWalk::Stop::kBadString);
   Bytes bytes = words({0x7FFFFFFFu, 0});

@@ -7,7 +7,7 @@ namespace freeflex::testing {
 namespace {
 
 // The remaining difference comes from the mass of the joints in the copy.
-TEST(BodyMotion, ABodyMovesLikePointMassesThatARigidBodyHolds) {
+TEST(BodyMotion, ABodyMovesLikePointMassesJoinedByARigidLink) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const RandomBodies random(seed);
     Scene bodies = random.scene(), points = as_point_masses(bodies);

@@ -64,9 +64,9 @@ TEST(BodyMotion, ATorqueOnABodyEqualsAWrenchOnTheGroupOfThatBody) {
   }
 }
 
-// On the coupled rung torque and wrench also agree with each other, and for small rotations with the
-// separated rung.
-TEST(BodyMotion, ATorqueOnABodyEqualsAWrenchAlsoOnTheCoupledRung) {
+// On the rung `coupled` torque and wrench also agree with each other, and for small rotations with the rung
+// `separated`.
+TEST(BodyMotion, OnTheCoupledRungATorqueOnABodyEqualsAWrench) {
   Scene scene = two_published_bodies();
   scene.fidelity = Fidelity::kCoupled;
   Simulation coupled(scene), by_wrench(scene);
@@ -87,8 +87,8 @@ TEST(BodyMotion, ATorqueOnABodyEqualsAWrenchAlsoOnTheCoupledRung) {
   EXPECT_LT((a - c).norm(), 1e-3 * c.norm());
 }
 
-// The angular velocity equals the difference of two attitudes over the time between them. At rest the axes
-// are those of the scene.
+// The angular velocity equals the difference of two attitudes over the time between them. At rest the axes of
+// the body are those of the scene.
 TEST(BodyMotion, AngularVelocityIsTheDerivativeOfTheAttitude) {
   Scene scene = two_published_bodies();
   scene.initial.angular_velocity = {0.4, -0.7, 0.2};

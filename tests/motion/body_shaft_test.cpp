@@ -1,4 +1,4 @@
-// Spinning bodies on the coupled rung: the whirl of a shaft, and rigid bodies on springs at true geometry.
+// Spinning bodies on the rung `coupled`: the whirl of a shaft, and rigid bodies on springs at true geometry.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -71,8 +71,8 @@ TEST(CoupledBodies, DiscsOnAShaftWhirlAsInClosedForm) {
   EXPECT_LT(worst, 1e-7);
 }
 
-// The separated rung omits the gyroscopic terms of rotating bodies. Its verdict estimates the error of the
-// tilt, and the coupled rung gives the true tilt.
+// The rung `separated` omits the gyroscopic terms of rotating bodies. The verdict of the rung estimates the
+// error of the tilt, and the rung `coupled` gives the true tilt.
 TEST(Verdict, EstimateIncludesTheGyroscopicErrorOfRotatingBodies) {
   for (const double spin : {0.02, 0.1, 0.5}) {
     std::array<Plan, 2> plans;

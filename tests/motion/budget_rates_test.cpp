@@ -1,5 +1,5 @@
 // The error budget at rates that do not resolve the vibration: the shadows divide the tick into substeps, and
-// if these do not resolve the vibration either, the verdict is not good.
+// if these do not resolve the vibration either, the verdict is not `good`.
 #include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "tests/motion/watched.hpp"
@@ -60,7 +60,7 @@ TEST(Budget, EstimateCoversTheErrorIfTheTickDoesNotResolveTheSlowestMode) {
                 {Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars});
 }
 
-/// Returns two stiff trusses with a soft bay between them. The slowest mode does not vibrate. One end deforms
+/// Returns two stiff trusses with a soft bay between them. The slowest mode is not excited. One end deforms
 /// to an oval and vibrates while it rotates about its axis, and Coriolis forces couple modes of nearly equal
 /// frequency.
 Scene soft_in_the_middle() {
@@ -75,7 +75,7 @@ Scene soft_in_the_middle() {
   return scene;
 }
 
-TEST(Budget, EstimateCoversTheErrorIfFasterModesThanTheSlowestVibrate) {
+TEST(Budget, EstimateCoversTheErrorIfModesAboveTheLowestVibrate) {
   Scene plain = stiff_truss(1e6, 0.6, 0.0);
   plain.loads.clear();
   plain.initial.points = {{3, {0.0, 2e-5, 0.0}, {0.0, 0.0, 0.0}}, {17, {1e-5, 0.0, -2e-5}, {0.0, 0.0, 0.0}}};
@@ -110,7 +110,7 @@ TEST(Budget, LargeStructuresHaveFewerSubsteps) {
 }
 
 // The vibration is too fast for the largest allowed number of substeps.
-TEST(Budget, ARotatingBodyIsNotGoodIfNoSubstepResolvesTheVibration) {
+TEST(Budget, ARotatingBodyIsNotRatedGoodIfNoSubstepResolvesVibration) {
   for (const double spin : {0.0, 3.0}) {
     const Scene scene = stiff_truss(1e11, spin, 1.0);
     const auto [verdict, cause] = verdict_of(scene_at(scene, Fidelity::kSpinLoaded, 50.0), 48);
@@ -133,7 +133,7 @@ TEST(Budget, ARotatingBodyIsNotGoodIfNoSubstepResolvesTheVibration) {
 
 // If a plan cannot represent all of the initial state, its error budget compares it with the complete initial
 // state.
-TEST(Budget, EstimateIncludesAnInitialStateThatThePlanOmits) {
+TEST(Budget, EstimateIncludesTheInitialStateOfOmittedModes) {
   Scene scene = watched_truss(Fidelity::kRigid, 10.0, 0.0);
   scene.loads.clear();
   scene.initial.points.push_back({18, {0.0, 0.0, 1e-6}, {0.0, 0.0, 0.0}});
@@ -158,7 +158,7 @@ TEST(Budget, EstimateIncludesAnInitialStateThatThePlanOmits) {
   EXPECT_GT(cut.total.elastic, cut.truncation.elastic);
 }
 
-TEST(Budget, AnotherRateRebuildsTheShadowsForThatRate) {
+TEST(Budget, ShadowsAreRebuiltForAnotherRate) {
   Scene scene = scene_at(stiff_truss(1e6, 3.0, 100.0), Fidelity::kSpinLoaded, 1000.0);
   Plan plan = reduced_plan_of(scene);
   const std::int32_t substeps = plan.budget.shadows[0].substeps;
@@ -171,7 +171,7 @@ TEST(Budget, AnotherRateRebuildsTheShadowsForThatRate) {
     EXPECT_EQ(plan.budget.shadows[k].plan.period, given.budget.shadows[k].plan.period);
   }
   EXPECT_GT(plan.budget.shadows[0].substeps, 8 * substeps);
-  // such a plan can be read back from its bytes
+  // a plan that omits part of the initial state can be read back from its bytes
   std::string error;
   EXPECT_TRUE(plan_from_bytes(plan_to_bytes(given), error).has_value()) << error;
 }

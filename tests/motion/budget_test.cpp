@@ -104,7 +104,7 @@ TEST(Budget, TheReadingIsEmptyForAPlanWithoutABudget) {
 }
 
 // The shadow is the reference rung itself.
-TEST(Budget, TheBudgetIsTheDistanceFromTheBestRung) {
+TEST(Budget, IsTheDifferenceFromTheMotionOnTheBestRung) {
   Watched watched(watched_truss(Fidelity::kSeparated, 10.0));
   const BudgetReading reading = watched.run(400);
   Scene scene = watched_truss(Fidelity::kExactBars, 0.0);
@@ -122,7 +122,7 @@ TEST(Budget, TheBudgetIsTheDistanceFromTheBestRung) {
       << "for small angles the attitude error is the angle";
 }
 
-TEST(Budget, SeparatesIntegrationErrorAndTruncationErrorAndModelError) {
+TEST(Budget, SeparatesIntegrationErrorTruncationErrorAndModelError) {
   // a coarse step under a sine load, with small deformation and no spin, has only integration error
   Scene scene = watched_truss(Fidelity::kSeparated, 10.0, 0.0);
   scene.loads[0].forces[0].force = {0.0, 0.0, 1e-4};
@@ -174,15 +174,15 @@ TEST(Budget, ShadowsReceiveCommands) {
 
 TEST(Budget, IsLostWhenTheReferenceShadowDiverges) {
   Scene scene = watched_truss(Fidelity::kSeparated, 10.0, 0.0);
-  // The forces have no moment, so the body keeps its attitude. Its bars become so long that their square
-  // overflows in the full equations.
+  // The forces have no moment, so the body keeps its attitude. The bars become so long that the square of
+  // their length overflows in the full equations.
   scene.loads[0].forces = {{18, {1e120, 0.0, 0.0}}, {14, {-1e120, 0.0, 0.0}}};
   EXPECT_TRUE(Watched(scene).run(50).is_lost);
 }
 
 // No rung includes the second-order terms of beams, so all rungs agree on beams and may all be wrong. The
 // rungs do include the second-order terms of dashpots.
-TEST(Budget, VerdictOnLinksWithoutSecondOrderOnAnyRungAlsoUsesTheDisplacement) {
+TEST(Budget, VerdictAlsoUsesTheDisplacementOfLinksThatAllRungsLinearise) {
   using Level = Verdict::Level;
   Scene springs = watched_truss(Fidelity::kExactBars, 10.0);
   springs.loads[0].forces[0].force = {0.0, 0.0, 10000.0};
@@ -212,13 +212,13 @@ std::vector<Fault> faults_of(const Scene& scene) {
   return {faults.begin(), faults.end()};
 }
 
-TEST(Budget, AutoRefusesTooManyTicksAndScenesThatItsReferenceCannotRepresent) {
+TEST(Budget, AutoRefusesTooManyTicksAndScenesWithoutAReferenceSolution) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.rate = 1000.0;
   scene.automatic = AutomaticRung{1e-3, {}, {}, 1e9, {}};
   std::vector<Fault> faults = faults_of(scene);
   ASSERT_FALSE(faults.empty());
-  EXPECT_NE(faults.back().message.find("ticks, but at most 200000 are tried"), std::string::npos)
+  EXPECT_NE(faults.back().message.find("ticks, but at most 200000 are simulated"), std::string::npos)
       << faults.back().message;
   scene.automatic->horizon = 0.1;
   scene.links[3].kind = Spring{1e15};
@@ -228,7 +228,7 @@ TEST(Budget, AutoRefusesTooManyTicksAndScenesThatItsReferenceCannotRepresent) {
       << faults.back().message;
 }
 
-// Each component of a tolerance is a separate limit: a tolerance of half the error of the separated rung
+// Each component of a tolerance is a separate limit: a tolerance of half the error of the rung `separated`
 // requires a rung above it.
 TEST(Budget, AutoMeetsEachToleranceSeparately) {
   Scene scene = boxed_truss(0.5, 10.0);
@@ -258,7 +258,7 @@ TEST(Budget, AutoMeetsEachToleranceSeparately) {
   }
 }
 
-TEST(Budget, LoadsAfterTheHorizonAreNamed) {
+TEST(Budget, LoadsThatBeginAfterTheHorizonAreReported) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.pushable.clear();
   scene.loads[0].history = PulseHistory{1.0, 0.1};
@@ -267,8 +267,8 @@ TEST(Budget, LoadsAfterTheHorizonAreNamed) {
   std::vector<Fault> faults = faults_of(scene);
   ASSERT_FALSE(faults.empty());
   EXPECT_EQ(faults[0].message,
-            "load 'push' begins at 1 s, after the horizon of 1 s over which leave_out: tolerance judges, and "
-            "is therefore ignored there; take a longer horizon");
+            "load 'push' begins at 1 s, after the horizon of 1 s; leave_out: tolerance "
+            "therefore ignores this load; set a longer horizon");
   scene.leave_out = {};
   scene.loads[0].history = TableHistory{{0.0, 0.7, 0.8}, {0.0, 0.0, 1.0}};
   scene.automatic = AutomaticRung{1.0, {}, {}, 0.6, {}};
@@ -280,14 +280,14 @@ TEST(Budget, LoadsAfterTheHorizonAreNamed) {
   for (const Fault& fault : faults_of(scene)) EXPECT_EQ(fault.message.find("begins at"), std::string::npos);
 }
 
-TEST(Budget, AutoReportsAnUntriedRate) {
+TEST(Budget, AutoReportsARateThatItDidNotTry) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.automatic = AutomaticRung{1.0, {}, {}, 0.1, {}};
   const Plan plan = reduced_plan_of(scene);
   EXPECT_EQ(find_untried_rate(plan, 1000.0), "");
   EXPECT_EQ(find_untried_rate(plan, 50.0),
-            "fidelity: auto chose rigid at 1000 Hz, but at 50 Hz its tolerance was not checked: put the rate "
-            "into the scene");
+            "fidelity: auto chose rigid at 1000 Hz, but at 50 Hz the tolerance was not checked: set this "
+            "rate in the scene");
   scene.automatic.reset();
   EXPECT_EQ(find_untried_rate(reduced_plan_of(scene), 50.0), "");
 }
@@ -302,7 +302,7 @@ TEST(Budget, WarnsThatAModeToleranceHasNoEffectIfEveryModeIsNeeded) {
       << faults[0].message;
 }
 
-TEST(Budget, WarnsOfFeedbackThatDrivesAMotionOnEveryRung) {
+TEST(Budget, WarnsOnEveryRungOfFeedbackThatMakesAMotionGrow) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.rate = 2000.0;
   scene.feedbacks.push_back(

@@ -1,4 +1,4 @@
-// Each cause of a verdict names the responsible item, and names nothing that the scene does not contain.
+// Each cause of a verdict reports the responsible item, and mentions nothing that the scene does not contain.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -177,7 +177,7 @@ std::vector<Case> cases_of_model_error() {
   return all;
 }
 
-// Among several loads the cause names the load that changes the modal stiffness, not the load that bends
+// Among several loads, the cause reports the load that changes the modal stiffness, not the load that bends
 // most.
 std::vector<Case> cases_of_several_loads() {
   std::vector<Case> all;
@@ -208,7 +208,8 @@ std::vector<Case> cases_of_several_loads() {
              Beam{.EA = 1e5, .GJ = 100.0, .EI_y = 100.0, .EI_z = 100.0, .y_axis = Vector3d::UnitY()});
   wheels.wheels = {{"idle", 1, Vector3d::UnitY(), 0.0, {}}, {"big", 0, Vector3d::UnitZ(), 5.0, {}}};
   wheels.initial.modes = {{1, 1e-3, 0.0}};
-  all.push_back({"wheel", wheels, 5.0, Cause::kStiffness, {"wheel 'big' adds gyroscopic forces", "mode "}});
+  all.push_back(
+      {"wheel", wheels, 5.0, Cause::kStiffness, {"the gyroscopic forces that wheel 'big' adds", "mode "}});
   load(wheels, "tiny", {{2, {0.0, 0.0, 1e-6}}});
   all.push_back({"wheel beside a tiny load", wheels, 5.0, Cause::kStiffness, {"wheel 'big'"}});
   all.push_back({"wheel beside a slow spin", spun(wheels, 1e-3), 5.0, Cause::kStiffness, {"wheel 'big'"}});
@@ -293,7 +294,7 @@ std::vector<Case> cases_of_the_tick_and_the_budget() {
                  {"error budget"}});
   Scene moved = watched_truss(Fidelity::kSeparated, 0.2, 2.0);
   moved.tolerance = 10.0;
-  all.push_back({"position", moved, 2.0, Cause::kPosition, {"position", " m in space"}});
+  all.push_back({"position", moved, 2.0, Cause::kPosition, {"position", " m from their true positions"}});
   Scene coarse = boxed_truss(1.0, 0.0);
   coarse.loads.clear();
   for (const int point : {16, 18})
@@ -316,11 +317,11 @@ void expect_all(const std::vector<Case>& cases) {
   }
 }
 
-TEST(Cause, TheCauseOfModelErrorNamesTheLoadAndTheMode) { expect_all(cases_of_model_error()); }
-TEST(Cause, AmongSeveralLoadsTheCauseNamesTheOneThatChangesTheModalStiffness) {
+TEST(Cause, ModelErrorIsAttributedToItsLoadAndMode) { expect_all(cases_of_model_error()); }
+TEST(Cause, ModelErrorIsAttributedToTheLoadThatChangesTheModalStiffness) {
   expect_all(cases_of_several_loads());
 }
-TEST(Cause, TheCauseOnAQuasiStaticAnswerNamesTheCommandedLoadOrTheSpin) {
+TEST(Cause, QuasiStaticErrorIsAttributedToTheCommandedLoadOrTheSpin) {
   Scene scene = free_beam(Fidelity::kSpinLoaded);
   publish_everything(scene);
   const Plan plan = reduced_plan_of(scene);
@@ -331,15 +332,17 @@ TEST(Cause, TheCauseOnAQuasiStaticAnswerNamesTheCommandedLoadOrTheSpin) {
   };
   const std::string by_load = text_of_steady(
       {{0, 0, {kBend, 0.0, 0.0}}, {10, 0, {-kBend, 0.0, 0.0}}, {5, 0, {0.0, -0.01, 0.0}}}, 0.0);
-  EXPECT_NE(by_load.find("the commanded load changes"), std::string::npos) << by_load;
+  EXPECT_NE(by_load.find("that the commanded load causes"), std::string::npos) << by_load;
   const std::string by_spin = text_of_steady(
       {{0, 0, {0.0, 0.01, 0.0}}, {10, 0, {0.0, 0.01, 0.0}}, {5, 0, {0.0, -0.02, 0.0}}}, 0.3 * kLowest);
   EXPECT_NE(by_spin.find("the spin of the body"), std::string::npos) << by_spin;
 }
-TEST(Cause, TheCauseOfUnquantifiedErrorNamesTheLinkOrTheWheel) { expect_all(cases_of_unquantified_error()); }
-TEST(Cause, TheCauseOfTickOrBudgetErrorNamesTheRemedy) { expect_all(cases_of_the_tick_and_the_budget()); }
+TEST(Cause, UnquantifiedErrorIsAttributedToItsLinkOrWheel) { expect_all(cases_of_unquantified_error()); }
+TEST(Cause, TheCauseOfTickOrBudgetErrorIsReportedWithItsRemedy) {
+  expect_all(cases_of_the_tick_and_the_budget());
+}
 
-TEST(Cause, TheCauseAfterACommandNamesTheCommandAndTheOmittedModes) {
+TEST(Cause, ErrorAfterACommandIsAttributedToTheCommandAndOmittedModes) {
   Scene scene = free_beam(Fidelity::kSeparated);
   scene.publication.points = {10};
   scene.pushable = {10};
@@ -348,7 +351,7 @@ TEST(Cause, TheCauseAfterACommandNamesTheCommandAndTheOmittedModes) {
   ForceCommand command = make_command(1, 1, Axes::kBody, 50);
   add_force(command, 10, {0.0, 0.1, 0.0});
   expect_cause("pushed modes left out", causes_of(watched, 500, {std::span(&command, 1)}), Cause::kTruncation,
-               {"modes that are left out", "small_modes", "commanded load", "leave_out: tolerance"});
+               {"omitted modes", "small_modes", "commanded load", "leave_out: tolerance"});
   Scene pushed = free_beam(Fidelity::kSpinLoaded);
   pushed.pushable = {0};
   Watched by_command(pushed);
@@ -358,15 +361,15 @@ TEST(Cause, TheCauseAfterACommandNamesTheCommandAndTheOmittedModes) {
                {"the commanded load", "mode "});
 }
 
-TEST(Cause, TheCauseForAnOldPlanFileNamesItsVersion) {
+TEST(Cause, TheCauseForAnOldPlanFileStatesTheVersionOfTheFile) {
   Watched watched(free_beam(Fidelity::kSeparated));
   watched.plan.unmodelled = {};
   expect_cause("old plan", causes_of(watched, 10), Cause::kUnknown, {"older version"});
 }
 
-// Regression: on a scene without a matrix link and without a rigid link, a verdict named such a link as
-// cause.
-TEST(Cause, TheCauseForEveryShippedSceneNamesOnlyItsContents) {
+// Regression: on a scene without a matrix link and without a rigid link, a verdict reported such a link as
+// the cause.
+TEST(Cause, ErrorInAShippedSceneIsAttributedOnlyToItsOwnContents) {
   for (const char* name : {"boom.yaml", "satellite.yaml", "rotor.yaml", "network.yaml", "ring.yaml",
                            "mast.yaml", "truss104.yaml", "truss-s1.yaml", "truss-s4.yaml", "truss-s5.yaml"}) {
     const io::SceneResult read = io::read_scene(std::string(FREEFLEX_SOURCE_DIR) + "/service/scenes/" + name);
@@ -383,7 +386,7 @@ TEST(Cause, TheCauseForEveryShippedSceneNamesOnlyItsContents) {
   }
 }
 
-TEST(Cause, TheCauseForRandomStructuresNamesOnlyTheirContents) {
+TEST(Cause, ErrorInARandomStructureIsAttributedOnlyToItsOwnContents) {
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(seed);
     for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled}) {
@@ -398,7 +401,7 @@ TEST(Cause, TheCauseForRandomStructuresNamesOnlyTheirContents) {
   }
 }
 
-TEST(Cause, ReportsTheErrorAsAPercentageOfANamedScale) {
+TEST(Cause, TheErrorIsReportedAsAPercentageOfAStatedScale) {
   Plan plan = reduced_plan_of(free_beam(Fidelity::kSeparated));
   Verdict verdict;
   verdict.error = 1.2e-6, verdict.scale = 1e-3, verdict.displacement_now = 1e-4;
@@ -416,7 +419,7 @@ TEST(Cause, ReportsTheErrorAsAPercentageOfANamedScale) {
   EXPECT_EQ(share_text(0.0, 0.0), "0 % of");
 }
 
-TEST(Cause, TheCauseOfFastLoadsNamesTheLargestLoadAndNoZeroLoad) {
+TEST(Cause, ErrorOfFastLoadsIsAttributedToTheLargestAndNeverToAZeroLoad) {
   Scene scene = free_beam(Fidelity::kCoupled);
   scene.initial.modes.clear();
   const auto fast_load = [&](const char* name, double force) {
@@ -435,7 +438,7 @@ TEST(Cause, TheCauseOfFastLoadsNamesTheLargestLoadAndNoZeroLoad) {
   }
 }
 
-TEST(Cause, TheCauseOfOmittedModesNamesACommandOnlyIfItMovesThemMost) {
+TEST(Cause, ACommandIsTheCauseOfTruncationOnlyIfItMovesOmittedModesMost) {
   Scene scene = free_beam(Fidelity::kSeparated);
   scene.publication.points = {10};
   scene.pushable = {10};
@@ -450,7 +453,7 @@ TEST(Cause, TheCauseOfOmittedModesNamesACommandOnlyIfItMovesThemMost) {
 
 // No mode is omitted and the second order of every link is known. Only the change of stiffness between two
 // ticks is unknown.
-TEST(Cause, TheCauseOfAModeTooFastForTheTickNamesTheModeAndNoOmittedModes) {
+TEST(Cause, ErrorOfAModeTooFastForTheTickIsNotAttributedToOmittedModes) {
   Scene scene = free_beam(Fidelity::kSeparated);
   Watched watched(scene);
   ResponsibleFinder finder(watched.plan);
@@ -468,7 +471,7 @@ TEST(Cause, TheCauseOfAModeTooFastForTheTickNamesTheModeAndNoOmittedModes) {
   EXPECT_EQ(fast.find("left out"), std::string::npos) << fast;
   watched.plan.unmodelled.lacks_modes = LacksModes::kSmallModes;
   verdict.responsible = finder.of_unquantified(leaders, watched.state);
-  EXPECT_NE(text_of(watched.plan, verdict).find("modes that are left out"), std::string::npos);
+  EXPECT_NE(text_of(watched.plan, verdict).find("omitted modes"), std::string::npos);
 }
 
 TEST(Cause, LongNamesWithACommonBeginningStayDistinct) {

@@ -1,4 +1,4 @@
-// Bodies on the coupled rung: momenta, conserved quantities and the work of torques.
+// Bodies on the rung `coupled`: momenta, conserved quantities and the work of torques.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -25,7 +25,7 @@ Scene bodies_on_beams() {
     add_point(scene, 1.0 + 0.4 * k, {1.0 * k, 0.4 * some(engine), 0.4 * some(engine)});
     if (k == 2) continue;
     PointMass& body = scene.points.back();
-    const Eigen::Vector3d S(0.03 + 0.02 * k, 0.05, 0.1);  // second moments along its axes
+    const Eigen::Vector3d S(0.03 + 0.02 * k, 0.05, 0.1);  // second moments along the axes of the body
     const Eigen::Matrix3d axes =
         Eigen::AngleAxisd(1.0 + k, Eigen::Vector3d(some(engine), some(engine), 1.0).normalized())
             .toRotationMatrix();
@@ -109,7 +109,7 @@ Momenta momenta_of(const RotatedParticles& particles, const Eigen::VectorXd& q, 
 
 // H has an error of third order in the elastic motion and p of second order, because both derive from the
 // energy up to second order   (THEORY 12.45).
-TEST(CoupledBodies, MomentaMatchThoseOfTheParticlesOfRotatedBodies) {
+TEST(CoupledBodies, MomentaMatchTheSumOverParticlesOfRotatedBodies) {
   const Scene scene = bodies_on_beams();
   const Structure structure = build(scene);
   const RotatedParticles particles(scene, structure);

@@ -116,9 +116,9 @@ TEST(Dashpots, DashpotsDissipateTheEnergyThatTheStructureLoses) {
   EXPECT_NEAR(work, lost, 1e-10 * lost);
 }
 
-// These coupled modes are too many for the exact exponential. They are advanced by splitting, which has
-// second order and never adds energy.
-TEST(Dashpots, DashpotsOnManyModesAreSplitWithSecondOrder) {
+// These coupled modes are too many for the exact exponential. Here the coupled modes are advanced by
+// splitting, which has second order and never adds energy.
+TEST(Dashpots, SplittingOfDashpotsOnManyModesHasSecondOrder) {
   Scene scene = two_boxes();
   publish_everything(scene);
   stretch(scene, 1e-7, 9);

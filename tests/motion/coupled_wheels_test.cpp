@@ -1,4 +1,4 @@
-// Wheels on the coupled rung, where their axes rotate with the bodies: closed forms, momenta, and bodies at
+// Wheels on the rung `coupled`, where their axes rotate with the bodies: closed forms, momenta, and bodies at
 // true geometry.
 #include <gtest/gtest.h>
 
@@ -123,9 +123,10 @@ TEST(CoupledWheels, ADualSpinBodyPrecessesInClosedForm) {
 
 Eigen::Matrix3d rotation_by(const Vector3d& theta) { return exponential(theta).toRotationMatrix(); }
 
-// H has an error of third order in the rotation and p of second order. Both derive from h a . (angular
-// velocity of the body in its own axes) up to second order, minus the rate of h a . theta   (THEORY 16.32).
-TEST(CoupledWheels, MomentaMatchThoseOfRotatedWheelAxes) {
+// H has an error of third order in the rotation and p of second order. H and p both derive from h a .
+// (angular velocity of the body in its own axes) up to second order, minus the rate of h a . theta
+//   (THEORY 16.32).
+TEST(CoupledWheels, MomentaMatchWheelsWhoseAxesRotateWithTheirBodies) {
   const Scene scene = bodies_with_wheels();
   Scene bare = scene;
   bare.wheels.clear();

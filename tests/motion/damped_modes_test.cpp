@@ -255,7 +255,7 @@ TEST(DampedModes, AModeThatDoesNotOscillateHasTwoRealEigenvalues) {
   std::vector<DampedMode> modes = free_motion(plan).modes;
   std::erase_if(modes, [](const DampedMode& mode) { return mode.rate == 0.0; });  // the hinge
   ASSERT_EQ(modes.size(), 2U);
-  // with u, w the two elongations: u'' = -2 (c u' + k u) + k w, w'' = c u' + k u - 2 k w
+  // with the two elongations u and w: u'' = -2 (c u' + k u) + k w, w'' = c u' + k u - 2 k w
   Eigen::Matrix4d A;
   A << 0, 0, 1, 0, 0, 0, 0, 1, -200, 100, -120, 0, 100, -200, 60, 0;
   const Eigen::Vector4cd s = A.eigenvalues();
@@ -338,8 +338,8 @@ Scene boom_with_wheel(double momentum) {
   return scene;
 }
 
-// On the coupled rung wheels couple the modes with the rotation of the body, so the tick includes the angular
-// velocity. Below that rung wheels do not affect free modes, so the reported modes are those of the
+// On the rung `coupled` wheels couple the modes with the rotation of the body, so the tick includes the
+// angular velocity. Below that rung wheels do not affect free modes, so the reported modes are those of the
 // structure.
 TEST(DampedModes, ModesOfABodyWithWheelsIncludeTheRotationOfTheBody) {
   for (const double momentum : {0.5, 5.0, 50.0}) {
@@ -356,7 +356,7 @@ TEST(DampedModes, ModesOfABodyWithWheelsIncludeTheRotationOfTheBody) {
     std::printf("wheel of %4.1f N m s: nutation %.4f Hz, modes shift by up to %.2g, off the tick by %.1e\n",
                 momentum, motion.nutation / (2.0 * M_PI), shift, off);
     EXPECT_GT(shift, 1e-4) << "the coupling is too weak to test anything";
-    EXPECT_LT(off, 1e-6);  // the error of order four at 0.13 rad per tick
+    EXPECT_LT(off, 1e-6);  // the bound is the error of order four at 0.13 rad per tick
     scene.fidelity = Fidelity::kSeparated;
     const Plan separated = plan_of(scene);
     EXPECT_FALSE(couples_modes(separated));
@@ -383,7 +383,7 @@ Scene rocket_of_beams(double thrust, Fidelity rung) {
 }
 
 // A constant follower thrust lowers the frequencies. Above a critical thrust two modes merge and grow.
-TEST(DampedModes, ModesUnderConstantFollowersMatchAFreeDecay) {
+TEST(DampedModes, ModesUnderConstantFollowerForcesMatchAFreeDecay) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled})
     for (const double thrust : {60.0, 1000.0}) {
       const Plan plan = plan_of(rocket_of_beams(thrust, rung));
@@ -402,7 +402,7 @@ TEST(DampedModes, ModesUnderConstantFollowersMatchAFreeDecay) {
     }
 }
 
-// A torque acts on a body in local axes. On the coupled rung half of its follower stiffness comes from the
+// A torque acts on a body in local axes. On the rung `coupled` half of its follower stiffness comes from the
 // load on the rotated body.
 TEST(DampedModes, ModesUnderAFollowerTorqueMatchAFreeDecay) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled}) {
@@ -426,11 +426,11 @@ TEST(DampedModes, ModesUnderAFollowerTorqueMatchAFreeDecay) {
                 shift, off);
     EXPECT_GT(shift, 5e-4) << "the coupling is too weak to test anything";
     EXPECT_LT(shift, 0.01);  // modes on which no force acts keep their eigenvalues and their order
-    EXPECT_LT(off, 1e-5);    // second order in the step
+    EXPECT_LT(off, 1e-5);    // the method has second order in the step
   }
 }
 
-TEST(DampedModes, TheSetUpWarnsOfAModeThatAFollowerMakesGrow) {
+TEST(DampedModes, TheSetUpWarnsOfAModeThatAFollowerForceMakesGrow) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled})
     for (const double thrust : {60.0, 1000.0}) {
       const Scene scene = rocket_of_beams(thrust, rung);
@@ -447,7 +447,7 @@ TEST(DampedModes, TheSetUpWarnsOfAModeThatAFollowerMakesGrow) {
 
 // The linear equations do not contain the geometric stiffness that bars at true geometry have from their
 // internal forces.
-TEST(DampedModes, ModesUnderFollowersThatStrainExactBarsAreUnknown) {
+TEST(DampedModes, ModesAreUnknownIfFollowerForcesStrainExactBars) {
   Scene scene = square_truss(3);
   Load load;
   load.name = "thrust";

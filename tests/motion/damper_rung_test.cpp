@@ -60,7 +60,7 @@ TEST(DamperRung, ExactBarsWithDampersConvergeToTheFullSystemWithOrderFour) {
 
 // If true bars are combined with dampers that are linear about the frame, the motion differs from the full
 // system. The test above relies on this difference.
-TEST(DamperRung, LinearDampersNextToTrueBarsAreDetected) {
+TEST(DamperRung, LinearDampersNextToExactBarsCauseADetectableError) {
   const Scene scene = damped_truss("dashpots");
   const Truth truth = truth_of(scene, kEndTime);
   Scene at_rate = scene;
@@ -76,7 +76,7 @@ TEST(DamperRung, LinearDampersNextToTrueBarsAreDetected) {
 }
 
 // The published force is k (l - L) + c dl/dt between the current positions of the points.
-TEST(DamperRung, ThePublishedForceIsAlongTheTrueLine) {
+TEST(DamperRung, ThePublishedForceActsAlongTheCurrentLine) {
   Scene scene = damped_truss("viscous");
   scene.links.push_back(dashpot_between(0, 18, 20.0));
   scene.publication.links = {0, 3, static_cast<int>(scene.links.size()) - 1};
@@ -123,13 +123,14 @@ TEST(DamperRung, KeepsMomentaAndOnlyDissipatesEnergy) {
     off = std::max(off, std::abs(end.angular_momentum_W[a] - start.angular_momentum_W[a]));
     size = std::max(size, std::abs(start.angular_momentum_W[a]));
   }
-  // H_W is a state variable; it is read in the rotated frame, whose error has order 4
+  // H_W is a state variable; it is read in the rotated frame, and the attitude of this frame has an error of
+  // order 4
   std::printf("energy %.4f to %.4f J, angular momentum kept to %.1e\n", first, last, off / size);
   EXPECT_LT(last, 0.999 * first);
   EXPECT_LT(off, 1e-12 * size);
 }
 
-TEST(DamperRung, DampersTooFastForTheStagesAreRefusedByName) {
+TEST(DamperRung, DampersTooFastForTheStagesAreReportedByName) {
   Scene scene = damped_truss("beta");
   scene.damping.beta = 10.0;  // critical damping at 0.2 rad/s
   scene.rate = 1000.0;
@@ -150,7 +151,7 @@ TEST(DamperRung, DampersTooFastForTheStagesAreRefusedByName) {
 }
 
 // The load bends the truss by a third of its height, while all fast motion decays within a tick.
-TEST(DamperRung, TheMotionStaysBoundedUpToTheLimitOfTheStages) {
+TEST(DamperRung, TheMotionStaysBoundedUpToTheStabilityLimitOfTheStages) {
   for (const double share : {0.1, 0.99}) {
     Scene scene = damped_truss("beta");
     scene.rate = 1000.0;

@@ -178,7 +178,7 @@ TEST(Feedback, GivesTheBodyTheMomentaOfTheLinearSystem) {
   for (const double size : {1.0, 1e3, 1e6}) {
     Scene scene = octahedron(1e4);
     publish_everything(scene);
-    stretch(scene, 1e-13, 11);  // so small that the rotation of the body is negligible
+    stretch(scene, 1e-13, 11);  // the motion is so small that the rotation of the body is negligible
     add_feedback(scene, 1, 1, Eigen::Matrix3d::Zero(), Eigen::Vector3d(-1.0, -2.0, -0.5).asDiagonal() * size);
     Eigen::Matrix3d stiffness, damping;
     stiffness << -20.0, 3.0, 0.0, 3.0, -10.0, 1.0, 0.0, 1.0, -30.0;
@@ -204,7 +204,7 @@ TEST(Feedback, GivesTheBodyTheMomentaOfTheLinearSystem) {
 
 // With too many modes for the exact exponential, splitting has second order and the motion stays bounded for
 // any stiffness.
-TEST(Feedback, FeedbackOnManyModesGivesTheBodyItsMomentumWithSecondOrder) {
+TEST(Feedback, TheMomentumFromFeedbackOnManyModesHasSecondOrderAccuracy) {
   const auto error_of = [](double gain, double rate) {
     Scene scene = two_boxes();
     publish_everything(scene);
@@ -229,7 +229,7 @@ TEST(Feedback, FeedbackOnManyModesGivesTheBodyItsMomentumWithSecondOrder) {
 
 // 99 impulses are fewer than the 114 modes. 120 impulses are more, so they are combined into one impulse for
 // each mode.
-TEST(Feedback, FeedbackOnEveryPointIsSplitWithSecondOrder) {
+TEST(Feedback, SplittingOfFeedbackOnEveryPointHasSecondOrder) {
   for (const int num_points : {33, 40}) {
     std::vector<double> errors;
     for (const double rate : {4000.0, 8000.0}) {
@@ -252,7 +252,7 @@ TEST(Feedback, FeedbackOnEveryPointIsSplitWithSecondOrder) {
   }
 }
 
-TEST(Feedback, FeedbackThatDrivesAMotionIsReported) {
+TEST(Feedback, FeedbackThatMakesAMotionGrowIsReported) {
   FeedbackRig rig;
   rig.c = 5.0;
   const Faults faults = faults_on_its_rung(rig.scene());
@@ -263,7 +263,7 @@ TEST(Feedback, FeedbackThatDrivesAMotionIsReported) {
 
 // The splitting impulse keeps a force constant over half a tick. If gain h^2 / m is above 4, splitting drives
 // a motion that decays without splitting.
-TEST(Feedback, FeedbackUnstableUnderSplittingIsRefusedAndASufficientRateIsNamed) {
+TEST(Feedback, FeedbackUnstableUnderSplittingIsRefusedWithASufficientRate) {
   Scene scene = two_boxes();
   publish_everything(scene);
   stretch(scene, 1e-7, 9);
@@ -285,7 +285,7 @@ TEST(Feedback, FeedbackUnstableUnderSplittingIsRefusedAndASufficientRateIsNamed)
   EXPECT_LT(simulation.displacements_B().norm(), 100.0 * start_of(scene).cast<double>().norm());
 }
 
-TEST(Feedback, FeedbackThatDrivesManyModesIsReportedAtEveryRate) {
+TEST(Feedback, FeedbackThatMakesManyModesGrowIsReportedAtEveryRate) {
   Scene scene = two_boxes();
   add_feedback(scene, 2, 2, Eigen::Matrix3d::Zero(), 5.0 * Eigen::Matrix3d::Identity());
   for (const double rate : {1000.0, 8000.0}) {

@@ -49,7 +49,7 @@ TEST(SpinLoad, StretchesADumbBellToItsStaticLength) {
 // A truss orbits a heavy point: the test checks the orbit, the gravity-gradient torque and the load that
 // strains the truss. The equations omit the next term of the field, which is smaller than the gradient by
 // size over distance.
-TEST(Attractor, PullsRotatesAndStrainsLikeTheFullSystem) {
+TEST(Attractor, MovesRotatesAndStrainsABodyLikeTheFullSystem) {
   std::vector<double> errors;
   for (const double distance : {1.0, 4.0, 16.0}) {
     Scene scene = truss_s1();
@@ -87,7 +87,7 @@ TEST(Attractor, PullsRotatesAndStrainsLikeTheFullSystem) {
 }
 
 // The gravity gradient makes a long thin body librate like a pendulum with the frequency sqrt(3 mu / rho^3).
-TEST(Attractor, LibratesALongBodyWithTheKnownFrequency) {
+TEST(Attractor, ALongBodyLibratesWithTheKnownFrequency) {
   Scene scene;
   for (const double x : {-1.0, 1.0}) {
     PointMass point;

@@ -74,7 +74,7 @@ TEST(LocalRotations, EqualARigidRotationOfAllPoints) {
 // The elastic equations M q'' + (c + E) q = b (f + theta(q) x f) are linear, so a matrix exponential solves
 // them exactly. The step agrees with that solution to second order. verdict_test checks E, the stiffness from
 // the internal forces that the force itself causes.
-TEST(Followers, TheElasticMotionUnderFollowersHasSecondOrder) {
+TEST(Followers, TheElasticMotionUnderFollowerForcesHasSecondOrder) {
   Scene scene = rocket(4.0, true);
   Faults faults;
   const auto structure = build_structure(scene, faults);
@@ -136,7 +136,7 @@ TEST(Followers, TheElasticMotionUnderFollowersHasSecondOrder) {
 
 // A follower pushes the body sideways equally on coupled rungs, where elastic terms of second order in the
 // deformation act on the body too.
-TEST(Followers, PushTheBodyAlikeOnCoupledRungsAndTheRungsBelow) {
+TEST(Followers, AccelerateTheBodyEquallyOnCoupledAndLowerRungs) {
   const auto velocity = [](Fidelity rung, bool follows) {
     Scene scene = rocket(4.0, follows);
     scene.fidelity = rung;
@@ -157,7 +157,7 @@ TEST(Followers, PushTheBodyAlikeOnCoupledRungsAndTheRungsBelow) {
 
 // A thrust that rotates with the bent end also rotates the body: its resultant and moment are those of the
 // rotated force.
-TEST(Followers, FollowersPushTheBodyAlongTheRotatedForce) {
+TEST(Followers, FollowerForcesPushTheBodyAlongTheirRotatedDirection) {
   Scene scene = rocket(4.0, true);
   Simulation simulation(scene);
   simulation.run(100);

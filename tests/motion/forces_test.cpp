@@ -190,7 +190,7 @@ TEST(LinkForces, LinkForcesBalanceASteadyLoad) {
 }
 
 // Plates publish resultants. The forces on points that follow from their natural forces balance too.
-TEST(LinkForces, ForcesOfPlatesBalanceToo) {
+TEST(LinkForces, ForcesOfPlatesBalanceTheLoads) {
   Scene scene;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) add_point(scene, 1.0 + 0.1 * i, {0.5 * i, 0.4 * j, 0.1 * i * j});
@@ -264,8 +264,8 @@ TEST(RigidLinks, AFullyRigidStructureMovesAsARigidBody) {
   EXPECT_EQ(simulation.link_forces().size(), 12);
 }
 
-// A force of 7 N pulls one end of a rigid pair. Half of it accelerates each end, so the link carries half of
-// it.
+// A force of 7 N pulls one end of a rigid pair. Half of the force accelerates each end, so the link carries
+// half of the force.
 TEST(RigidLinks, RigidLinksCarryTheForceThatAcceleratesTheirPoints) {
   Scene scene;
   add_point(scene, 2.0, {0.0, 0.0, 0.0});

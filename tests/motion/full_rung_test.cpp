@@ -1,4 +1,4 @@
-// The full rung: exact bars in ticks that are divided until the fastest motion is resolved (THEORY 12.29).
+// The rung `full`: exact bars in ticks that are divided until the fastest motion is resolved (THEORY 12.29).
 #include "core/plan/make_plan.hpp"
 #include "core/plan/rungs.hpp"
 #include "core/step/budget.hpp"
@@ -83,8 +83,8 @@ TEST(FullRung, DividesTheTickForDashpotsThatOtherRungsRefuse) {
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
     const std::string message = refusal(scene, rung, 1000.0);
     for (const char* fragment :
-         {"at 1000 Hz: dashpots and feedback change the motion at ", "act stage by stage",
-          "raise the rate to ", "take fidelity: full, or spin-loaded or below"})
+         {"at 1000 Hz: dashpots and feedback change the motion at ", "at stage times", "raise the rate to ",
+          "set fidelity: full, spin-loaded or a rung below spin-loaded"})
       EXPECT_NE(message.find(fragment), std::string::npos) << message;
   }
   const Simulation full = run_rung(scene, Fidelity::kFull, 1e-3, 0.5);
@@ -102,7 +102,7 @@ TEST(FullRung, ATickThatNeedsTooManySubstepsIsRefused) {
   scene.links.push_back(dashpot(1e10));
   const std::string message = refusal(scene, Fidelity::kFull, 10.0);
   for (const char* fragment :
-       {"fidelity full at 10 Hz", "in more than 65536 substeps", "take fidelity: coupled"})
+       {"fidelity full at 10 Hz", "more than 65536 substeps per tick", "set fidelity: coupled"})
     EXPECT_NE(message.find(fragment), std::string::npos) << message;
 }
 

@@ -1,4 +1,4 @@
-// The coupled rung with any set of modes and with rigid links, compared with Lagrange's equations in
+// The rung `coupled` with any set of modes and with rigid links, compared with Lagrange's equations in
 // accelerations.
 #include <gtest/gtest.h>
 
@@ -346,8 +346,8 @@ TEST(KeptModes, AWarningSaysThatNoModeIsBelowTheGivenFrequency) {
       << faults[0].message;
 }
 
-// Modes that are not kept cannot be named by number.
-TEST(KeptModes, InitialStateAndDampingMayNameOnlyKeptModes) {
+// A scene cannot refer by number to modes that are not kept.
+TEST(KeptModes, InitialStateAndDampingMayReferOnlyToKeptModes) {
   for (const bool is_damping : {false, true}) {
     Scene scene = five_points();
     scene.modes.count = 2;
@@ -362,7 +362,7 @@ TEST(KeptModes, InitialStateAndDampingMayNameOnlyKeptModes) {
   }
 }
 
-// If there are rigid links or bodies, the reference is the coupled rung too, so the estimate contains only
+// If there are rigid links or bodies, the reference is the rung `coupled` too, so the estimate contains only
 // the integration error.
 TEST(BestRung, IsTheCoupledRungIfExactBarsCannotBeUsed) {
   Scene scene = with_rigid_links();

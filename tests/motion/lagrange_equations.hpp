@@ -1,5 +1,5 @@
-// Lagrange's equations of point masses with assumed shapes, written in accelerations. They are the reference
-// for equations in momenta. Header only.
+// Lagrange's equations of point masses with assumed shapes, written in accelerations. These equations are the
+// reference for equations in momenta. Header only.
 #pragma once
 
 #include <Eigen/Dense>

@@ -1,5 +1,5 @@
 // The Newton-Euler equations of rigid bodies with rotors, joined by springs at true length and direction.
-// They are the reference for bodies and wheels on the coupled rung. Header only.
+// These equations are the reference for bodies and wheels on the rung `coupled`. Header only.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -63,7 +63,7 @@ std::vector<double> joint_angles(const Scene& scene) {
 // joint. The inertia of the hub changes the frequency by 1e-5.
 TEST(Push, ABodyAheadOfItsJointIsAnInvertedPendulum) {
   const double mu = kMass * kHub / (kMass + kHub), arm = kArm + 0.001;
-  // only the coupled rung has this effect
+  // only the rung `coupled` has this effect
   for (const double share : {-0.5, 0.25, 0.75}) {
     const double a = share * kSpring / (kMass * kArm), thrust = a * (kHub + kMass);
     const std::vector<double> angles = joint_angles(pendulum(thrust, Fidelity::kCoupled));
@@ -114,8 +114,8 @@ TEST(Push, EstimateIncludesThrustOnBodiesAheadOfTheirJoints) {
   }
 }
 
-// Returns a hub with a wheel and with panels on beams. An impulse of torque makes it rotate slowly. The
-// coupled rung gives the true motion.
+// Returns a hub with a wheel and with panels on beams. An impulse of torque makes it rotate slowly. The rung
+// `coupled` gives the true motion.
 Scene hub_with_panels(double momentum, Fidelity fidelity) {
   Scene scene;
   add_point(scene, 300.0, {0.0, 0.0, 0.0});
@@ -161,8 +161,8 @@ TEST(Push, EstimateIncludesTheWheelOfAHub) {
   }
 }
 
-// A wheel on a stiff mount. The modes of the mount have higher frequencies than those of many soft arms, and
-// than the modes whose error is integrated.
+// A wheel on a stiff mount. The modes of the mount have higher frequencies than the modes of many soft arms,
+// and higher frequencies than the modes whose error is integrated.
 TEST(Push, EstimateIncludesAWheelAmongManyModes) {
   Scene scene;
   add_point(scene, 2000.0, {0.0, 0.0, 0.0});
@@ -212,8 +212,8 @@ TEST(Push, EstimateIncludesAWheelAmongManyModes) {
 }
 
 // An inner coordinate of the superelement stands for a particle of 5 kg at a distance of 8 m. The matrices do
-// not contain its position.
-TEST(Push, EstimateIncludesTheSpinOfInnerMassesOfASuperelement) {
+// not contain the position of the particle.
+TEST(Push, EstimateIncludesSpinLoadsOnInnerMassesOfASuperelement) {
   for (const double spin : {1e-5, 0.03}) {
     Scene scene;
     add_point(scene, 500.0, {0.0, 0.0, 0.0});
@@ -299,7 +299,7 @@ TEST(Push, ALoadOnAMasslessPointGivesAWarning) {
     Faults faults;
     EXPECT_TRUE(make_plan(scene, build(scene), faults).has_value());
     return std::any_of(faults.begin(), faults.end(), [](const Fault& fault) {
-      return fault.message.find("has no mass: the deformation of its links by a load there") !=
+      return fault.message.find("has no mass: if a load acts there, the deformation that it causes") !=
              std::string::npos;
     });
   };

@@ -1,4 +1,5 @@
-// The coupled rung with rigid links, compared with points at true geometry; shapes on a line; one body alone.
+// The rung `coupled` with rigid links, compared with points at true geometry; shapes on a line; one body
+// alone.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -111,7 +112,7 @@ TEST(RigidLinks, RigidLinksOnALineKeepEnergyAndMomentum) {
 }
 
 // If bending about only one transverse axis were kept, it would push against the frame.
-TEST(KeptModesOfALine, OneBendingModeWithoutItsPairIsRefused) {
+TEST(KeptModesOfALine, ABendingModeWithoutTheOtherModeOfItsPairIsRefused) {
   const Scene scene = points_on_a_line(false);
   const Structure structure = build(scene);
   PlanSpec spec = full_spec(scene, structure, Fidelity::kCoupled);
@@ -120,7 +121,7 @@ TEST(KeptModesOfALine, OneBendingModeWithoutItsPairIsRefused) {
   EXPECT_TRUE(compile(scene, structure, spec, faults).has_value());
   spec.modes = {0};
   EXPECT_FALSE(compile(scene, structure, spec, faults).has_value());
-  EXPECT_NE(faults.back().message.find("keep both modes of each pair"), std::string::npos);
+  EXPECT_NE(faults.back().message.find("keep both modes of each transverse pair"), std::string::npos);
 }
 
 // The free rotation of a single body, compared with the solution in fifty digits.
@@ -148,8 +149,8 @@ TEST(CoupledBody, ABodyAloneRotatesFreelyUpToRoundingErrors) {
 }
 
 // Random structures with rigid links, compared with a reference at true geometry: a motion with an error
-// above 5 % of the scale is never good.
-TEST(Verdict, IsTrueForRigidLinksOnTheCoupledRung) {
+// above 5 % of the scale never gets the verdict `good`.
+TEST(Verdict, IsCorrectForRigidLinksOnTheCoupledRung) {
   int num_judged = 0, num_good = 0;
   for (std::uint64_t seed = 1; num_judged < 5; ++seed) {
     const RandomScene random(seed);

@@ -7,8 +7,8 @@ namespace freeflex::testing {
 
 /// Returns a free truss of five sections at x = 0 .. 4 m with corners at (y, z) = (0,0), (1,0), (1,1), (0,1),
 /// 1 kg each. Springs of 1e5 N/m join corners c to c+1 (cyclic) and 0 to 2 in each section, and c to c and c
-/// to c+1 in each bay. It spins about z at `spin` [rad/s]. A force along world z [N] acts on corner (1,1) of
-/// the last section for 0.1 s.
+/// to c+1 in each bay. The truss spins about z at `spin` [rad/s]. A force along world z [N] acts on corner
+/// (1,1) of the last section for 0.1 s.
 inline Scene boxed_truss(double spin, double force) {
   constexpr double kCorners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   Scene scene;

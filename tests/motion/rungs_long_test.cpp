@@ -1,4 +1,4 @@
-// The coupled rung conserves energy over a long time.
+// The rung `coupled` conserves energy over a long time.
 #include "tests/motion/rung_cases.hpp"
 
 namespace freeflex::testing {

@@ -1,4 +1,4 @@
-// The coupled and exact-bars rungs, compared with the full Cartesian system: errors, order and conserved
+// The rungs `coupled` and `exact-bars`, compared with the full Cartesian system: errors, order and conserved
 // quantities.
 #include "tests/motion/rung_cases.hpp"
 
@@ -11,8 +11,8 @@ namespace {
 TEST(Rungs, HaveTheExpectedErrorsOnASpinningTruss) {
   struct Row {
     double spin, force;
-    std::array<double, 4>
-        position;  // [m] rms on the rungs separated, spin-loaded, coupled, exact bars; 0 if not checked
+    std::array<double, 4> position;  // [m] rms on the rungs `separated`, `spin-loaded`, `coupled` and
+                                     // `exact-bars`; 0 if not checked
     double coupled_elastic, exact_elastic;
   };
   constexpr double kWithin = 1.5;
@@ -48,7 +48,7 @@ TEST(Rungs, HaveTheExpectedErrorsOnASpinningTruss) {
 
 // The errors are elastic differences from a run at an eighth of the smallest step; omega_max h is at most
 // 0.5.
-TEST(Rungs, CoupledRungsHaveOrderFourOverFourHalvings) {
+TEST(Rungs, CoupledRungsHaveOrderFourOverFourHalvingsOfTheStep) {
   constexpr double kEndTime = 0.512;
   Scene scene = boxed_truss(5.0, 10.0);
   scene.loads[0].history = PulseHistory{0.0, 0.128};
@@ -66,7 +66,7 @@ TEST(Rungs, CoupledRungsHaveOrderFourOverFourHalvings) {
       if (k == 0) continue;
       const double order = std::log2(errors[k - 1] / errors[k]);
       std::printf(" (order %.2f)", order);
-      // below this the rounding errors of some 10^4 steps affect the ratio
+      // below this error the rounding errors of some 10^4 steps affect the ratio
       if (errors[k] > 1e-11) {
         EXPECT_GT(order, 3.8);
         EXPECT_LT(order, 4.3);
@@ -255,7 +255,7 @@ TEST(Rungs, AllRungsAgreeForSmallDeformations) {
   }
 }
 
-TEST(Rungs, AllRungsHandleLinesAndPairsAndSinglePoints) {
+TEST(Rungs, AllRungsHandleLinesPairsAndSinglePoints) {
   for (const int count : {1, 2, 4}) {
     Scene scene;
     scene.name = "line";

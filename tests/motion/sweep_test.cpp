@@ -1,4 +1,4 @@
-// The error of the separated rung as a function of spin and force, and the estimate by the error budget.
+// The error of the rung `separated` as a function of spin and force, and the estimate by the error budget.
 #include <map>
 
 #include "core/plan/budget.hpp"
@@ -62,7 +62,7 @@ std::pair<double, int> fit(const std::vector<std::pair<double, double>>& points)
   return {(n * sxy - sx * sy) / (n * sxx - sx * sx), static_cast<int>(n)};
 }
 
-TEST(Sweep, ErrorGrowsWithSpinAndForceAndVerdictIsOutsideWhereTheAnswerIsWrong) {
+TEST(Sweep, ErrorGrowsWithSpinAndForceAndLargeErrorsAreRatedOutside) {
   const double spins[] = {0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0};
   const double forces[] = {1.0, 10.0, 100.0, 1000.0, 10000.0};
   std::map<std::pair<double, double>, Point> all;
@@ -103,7 +103,7 @@ TEST(Sweep, ErrorGrowsWithSpinAndForceAndVerdictIsOutsideWhereTheAnswerIsWrong) 
 }
 
 // If the plan has no budget, the verdict uses only the unmodelled terms of the plan.
-TEST(Sweep, WithoutABudgetVerdictsFollowTheErrors) {
+TEST(Sweep, WithoutABudgetTheVerdictsFollowTheErrors) {
   for (const double spin : {0.0, 0.05, 0.5, 5.0})
     for (const double force : {1.0, 100.0, 10000.0}) {
       const Scene scene = boxed_truss(spin, force);

@@ -1,5 +1,5 @@
 // Random bodies with wheels, at any rate and any rotation per tick, compared with SUNDIALS: if the motion is
-// wrong, the verdict is not good.
+// wrong, the verdict is not `good`.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 namespace freeflex::tools {
 namespace {
 
-TEST(TicksLong, NoWrongMotionOfAThousandRandomBodiesIsGood) {
+TEST(TicksLong, NoWrongMotionOfAThousandRandomBodiesIsRatedGood) {
   const std::vector<TickRow> rows = study_ticks(2026, 1000, [](double) { return true; });
   ASSERT_EQ(rows.size(), 1000u);
   int num_good = 0, num_outside = 0;

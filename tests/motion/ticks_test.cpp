@@ -65,7 +65,7 @@ TEST(Ticks, ABodyWithAWheelMayNutateByALargeAngleInOneTick) {
 }
 
 // At 1e6 rad/s a tick of one second needs more than the allowed 4096 substeps.
-TEST(Ticks, TicksThatNeedTooManySubstepsAreOutsideAndASufficientRateIsNamed) {
+TEST(Ticks, TooLongTicksAreRatedOutsideAndASufficientRateIsReported) {
   Scene scene = single_body(1.0, {0.001, 0.002, 0.0025}, 1.0);
   scene.initial.angular_velocity = {0.01, 0.02, 0.01};
   scene.wheels.push_back({"w", 0, Vector3d(0.6, 0.0, 0.8), 1000.0, {}});
@@ -157,7 +157,7 @@ TEST(Ticks, LoadsInBodyAxesMoveABodyWithoutModesOnEveryRung) {
         }
       }
     }
-  // in closed form: 1 N on 8 kg, 0.1 N m about an axis of 2 kg m^2
+  // the closed form is for 1 N on 8 kg and 0.1 N m about an axis of 2 kg m^2
   body.initial.angular_velocity.setZero();
   force.forces = {{0, {1.0, 0.0, 0.0}}};
   torque.torques = {{0, {0.1, 0.0, 0.0}}};
@@ -179,7 +179,7 @@ TEST(Ticks, OneBodyFarFromAnAttractorGivesNoWarning) {
 // Two points of 1 kg, 10 m apart along the radius on a spring of 1e-6 N/m, rotate with the orbit. In the
 // rotating frame the elongation follows Hill's equations with the spring. The expected value comes from an
 // independent integration of the two points with order 8 (DOP853).
-TEST(Ticks, TheFieldActsAtThePointsOfASoftPair) {
+TEST(Ticks, TheGravityFieldActsOnEachPointOfASoftPair) {
   Scene scene;
   add_point(scene, 1.0, {5.0, 0.0, 0.0});
   add_point(scene, 1.0, {-5.0, 0.0, 0.0});
@@ -283,7 +283,7 @@ TEST(Ticks, ASineTorqueOfAMotorKeepsItsImpulse) {
 }
 
 // A body passes an attractor within a tick, and the gravity gradient rotates it at the closest approach.
-TEST(Ticks, AFlyByWithinATickIsResolvedOrNotGood) {
+TEST(Ticks, AFlyByWithinATickIsResolvedOrNotRatedGood) {
   const auto passed = [](double rate) {
     Scene scene = single_body(1.0, {0.1, 0.2, 0.25}, rate);
     scene.attractor.mu = 1e7;
@@ -302,7 +302,7 @@ TEST(Ticks, AFlyByWithinATickIsResolvedOrNotGood) {
   EXPECT_EQ(is_good, is_fine_good);
 }
 
-TEST(Ticks, AJumpInATableIsNotGood) {
+TEST(Ticks, AMotionUnderATableWithAJumpIsNotRatedGood) {
   Scene scene = single_body(1.0, {1.0, 1.0, 1.0}, 10.0);
   Load load;
   load.name = "step";
@@ -329,7 +329,7 @@ TEST(Ticks, APulseKeepsItsImpulseWhereverItsEndsLieInATick) {
 }
 
 // The body rotates by a radian between the start of its pulse and the tick to which the pulse is moved.
-TEST(Ticks, AMovedPulseOnARotatingBodyIsNotGood) {
+TEST(Ticks, ARotatingBodyWhosePulseIsMovedToATickIsNotRatedGood) {
   const auto cause_of = [](double duration) {
     Scene scene = single_body(10.0, {1.0, 2.0, 2.5}, 2.0);
     scene.initial.angular_velocity = {0.2, 4.0, 0.1};
@@ -346,9 +346,9 @@ TEST(Ticks, AMovedPulseOnARotatingBodyIsNotGood) {
   EXPECT_EQ(cause_of(1.5), Verdict::Cause::kNone);
 }
 
-// A pulse at 2 s that lasts 0.4 s acts from 2 to 3 s at 1 Hz. The body rotates by the spin that the pulse, or
-// an earlier load, gives it times 0.6 s.
-TEST(Ticks, AMovedPulseIsNotGoodWhereLoadsSetTheBodyRotating) {
+// A pulse at 2 s that lasts 0.4 s acts from 2 to 3 s at 1 Hz. The rotation of the body is 0.6 s times the
+// spin that the pulse or an earlier load gives the body.
+TEST(Ticks, AMotionWithAMovedPulseIsNotRatedGoodIfLoadsRotateTheBody) {
   const auto cause_of = [](double torque, double earlier, double rate) {
     Scene scene = single_body(10.0, {1.0, 2.0, 2.5}, rate);
     Load pulse;
@@ -371,7 +371,7 @@ TEST(Ticks, AMovedPulseIsNotGoodWhereLoadsSetTheBodyRotating) {
   EXPECT_EQ(cause_of(0.5, 0.5, 10.0), Verdict::Cause::kNone) << "no end is moved";
 }
 
-// This holds for loads and for commands.
+// A pulse keeps its impulse, both in loads and in commands.
 TEST(Ticks, APulseShorterThanATickKeepsItsImpulse) {
   Scene scene = single_body(2.0, {1.0, 1.0, 1.0}, 10.0);
   Load load;

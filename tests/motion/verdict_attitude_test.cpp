@@ -51,8 +51,8 @@ struct Cross {
     force = 2e-3 * lowest * lowest;
     scene.initial.angular_velocity = spin * axes.eigenvectors().col(1);
   }
-  /// Returns forces in world axes that bend the cross. On the undeformed cross they have no resultant and no
-  /// moment.
+  /// Returns forces in world axes that bend the cross. On the undeformed cross the forces have no resultant
+  /// and no moment.
   Load load(double share) const {
     const double f = share * force;
     Load load;
@@ -87,8 +87,8 @@ TEST(VerdictAttitude, EstimateIncludesWorldLoadsThatBothBendAndRotateTheBody) {
   }
 }
 
-// The first pulse rotates the body, so later pulses excite it in another direction. That vibration continues
-// after the loads have ended.
+// The first pulse rotates the body, so later pulses excite the body in another direction. That vibration
+// continues after the loads have ended.
 TEST(VerdictAttitude, EstimateIncludesTheVibrationAfterMisdirectedLoadsEnd) {
   const Cross cross(0.005);
   const double period = 2.0 * M_PI / cross.lowest;
@@ -107,7 +107,7 @@ TEST(VerdictAttitude, EstimateIncludesTheVibrationAfterMisdirectedLoadsEnd) {
 
 // A prism whose middle moves in a circle has angular momentum. As this vibration decays, the body begins to
 // rotate.
-TEST(VerdictAttitude, EstimateIncludesTheSpinThatCircularVibrationLeaves) {
+TEST(VerdictAttitude, EstimateIncludesTheSpinThatADecayingCircularVibrationCauses) {
   Scene scene;
   for (int bay = 0; bay < 3; ++bay)
     for (int corner = 0; corner < 3; ++corner) {

@@ -1,5 +1,6 @@
-// Motions with errors that no mode of the rung shows must not be good: a squeeze carried by rigid links or a
-// matrix, loads that vary between ticks, ticks that are long for the rotation or the fall of the body.
+// Motions with errors that no mode of the rung shows must not get the verdict `good`: a squeeze carried by
+// rigid links or a matrix, loads that vary between ticks, ticks that are long for the rotation or the fall of
+// the body.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,10 +28,10 @@ void squeeze(double force, Scene& scene) {
   scene.loads = {load};
 }
 
-// The forces cancel and excite no mode. They reduce the bending stiffness through the second-order terms of
-// the links that carry them, which the set-up does not know. The reference has springs in place of those
-// links.
-TEST(VerdictHidden, ASqueezeCarriedByRigidLinksOrAMatrixIsNotGood) {
+// The forces cancel and excite no mode. The forces reduce the bending stiffness through the second-order
+// terms of the links that carry them, which the set-up does not know. The reference has springs in place of
+// those links.
+TEST(VerdictHidden, CompressionOfRigidLinksOrAMatrixLinkIsNotRatedGood) {
   Scene springs = chain(Spring{3e5});
   displace_modes(springs, {{1, 1e-3}});
   // the matrix is the stiffness of the springs without loads
@@ -56,13 +57,13 @@ TEST(VerdictHidden, ASqueezeCarriedByRigidLinksOrAMatrixIsNotGood) {
   rigid.loads.clear();
   const JudgedError pushed = compare_verdict(rigid, Fidelity::kSeparated, end, truth, {&command, 1});
   EXPECT_NE(pushed.level, Verdict::Level::kGood);
-  // without the squeeze the verdict is good
+  // without the squeeze the verdict is `good`
   EXPECT_EQ(compare_verdict(rigid, Fidelity::kSeparated, 0.1, std::nullopt).level, Verdict::Level::kGood);
 }
 
 // Beyond the buckling load a displacement of a micrometre grows, although the modal amplitudes of the rung
 // stay small.
-TEST(VerdictHidden, BucklingBetweenRigidLinksIsNotGood) {
+TEST(VerdictHidden, BucklingBetweenRigidLinksIsNotRatedGood) {
   Scene springs = chain(Spring{3e5});
   displace_modes(springs, {{1, 1e-6}});
   Scene rigid = springs;
@@ -95,7 +96,7 @@ Scene pair_of(double frequency, double rate) {
 
 // The step interpolates a load linearly between ticks. At 100 Hz a sine of 5 Hz therefore has a component at
 // 95 Hz, which may be near the frequency of a mode.
-TEST(VerdictHidden, AnAliasOfASineAtTheFrequencyOfAModeIsNotGood) {
+TEST(VerdictHidden, ASineWithAnAliasAtTheFrequencyOfAModeIsNotRatedGood) {
   Scene scene = pair_of(95.0, 100.0);
   scene.loads[0].history = SineHistory{5.0, 0.0};
   const JudgedError judged = judged_error(scene, Fidelity::kSeparated, 5.0);
@@ -109,7 +110,7 @@ TEST(VerdictHidden, AnAliasOfASineAtTheFrequencyOfAModeIsNotGood) {
 }
 
 // The alias depends on the rate of the running plan, which may differ from the rate of the scene.
-TEST(VerdictHidden, WhetherASineAliasesDependsOnTheRateOfThePlan) {
+TEST(VerdictHidden, TheAliasOfASineDependsOnTheRateOfThePlan) {
   Scene scene = pair_of(95.0, 1000.0);
   scene.loads[0].history = SineHistory{5.0, 0.0};
   Plan plan = plan_of(scene);
@@ -121,7 +122,7 @@ TEST(VerdictHidden, WhetherASineAliasesDependsOnTheRateOfThePlan) {
 }
 
 // A table may change slope between ticks.
-TEST(VerdictHidden, ATableThatChangesSlopeBetweenTicksIsNotGood) {
+TEST(VerdictHidden, ATableThatChangesSlopeBetweenTicksIsNotRatedGood) {
   Scene scene = pair_of(5.0, 100.0);
   scene.loads[0].forces = {{0, {-0.5, 0.0, 0.0}}, {1, {0.5, 0.0, 0.0}}};
   scene.loads[0].history = TableHistory{{0.1, 0.105, 0.115, 0.12}, {0.0, 1.0, 1.0, 0.0}};
@@ -159,7 +160,7 @@ double angle_between(const Quat& a, const Quat& b) {
   return 2.0 * std::acos(std::min(1.0, std::abs(cosine)));
 }
 
-// Returns a body that tumbles. The separated rung computes its rotation exactly, but the coupled rung
+// Returns a body that tumbles. The rung `separated` computes its rotation exactly, but the rung `coupled`
 // integrates it in steps.
 Scene tumbling(double spin) {
   Scene scene = octahedron(1e8);
@@ -171,7 +172,7 @@ Scene tumbling(double spin) {
 }
 
 // The number of substeps follows from the spin at the start: 0.3 rad per tick gives eight substeps.
-TEST(VerdictHidden, TicksThatAreLongForATumbleAreDivided) {
+TEST(VerdictHidden, TicksThatDoNotResolveTumblingAreDivided) {
   const Scene scene = tumbling(30.0);
   const Ends true_end = run_to(scene, 4000.0, 10.0), coarse = run_to(scene, 100.0, 10.0);
   EXPECT_EQ(true_end.level, Verdict::Level::kGood);
@@ -179,7 +180,7 @@ TEST(VerdictHidden, TicksThatAreLongForATumbleAreDivided) {
 }
 
 // A spin that loads cause later is not known at the start.
-TEST(VerdictHidden, TicksThatBecomeTooLongForATumbleAreNotGood) {
+TEST(VerdictHidden, TicksThatNoLongerResolveTumblingAreNotRatedGood) {
   Scene scene = tumbling(0.03);
   Load load;
   load.name = "spin-up";

@@ -7,19 +7,19 @@
 namespace freeflex::testing {
 namespace {
 
-TEST(VerdictLong, IsTrueForThreeHundredRandomStructures) {
+TEST(VerdictLong, IsCorrectForThreeHundredRandomStructures) {
   VerdictCounts counts;
   for (std::uint64_t seed = 1; seed <= 300; ++seed) judge_scene(seed, counts);
   expect_true_verdicts(counts);
 }
 
-TEST(VerdictLong, IsTrueForThreeHundredStructuresOfAnotherSeed) {
+TEST(VerdictLong, IsCorrectForThreeHundredStructuresOfAnotherSeed) {
   VerdictCounts counts;
   for (std::uint64_t seed = 0; seed < 300; ++seed) judge_scene(27182818'000 + seed, counts);
   expect_true_verdicts(counts);
 }
 
-TEST(VerdictLong, IsNeverGoodWhenWrongOnSixtyRandomStructuresWithBodies) { expect_honest(201, 260); }
+TEST(VerdictLong, IsNeverGoodIfTheMotionIsWrongOnSixtyStructuresWithBodies) { expect_honest(201, 260); }
 
 }  // namespace
 }  // namespace freeflex::testing

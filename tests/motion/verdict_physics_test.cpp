@@ -1,4 +1,4 @@
-// Verdicts on motions with a single source of error each. A reference at true geometry gives the error, and
+// Verdicts on motions, each with a single source of error. A reference at true geometry gives the error, and
 // the estimate is within a factor of two of it.
 #include <gtest/gtest.h>
 
@@ -107,9 +107,9 @@ void expect_growth_estimated(const Scene& scene, double seed, const std::vector<
   }
 }
 
-// The motion grows from a micrometre to beyond the tolerance, although no amplitude on the rung becomes that
-// large.
-TEST(VerdictPhysics, EstimateIncludesParametricGrowthBeyondTheAmplitudeOnTheRung) {
+// The true motion grows from a micrometre to beyond the tolerance; the motion that the rung computes stays
+// smaller.
+TEST(VerdictPhysics, EstimateIncludesParametricGrowthThatTheRungDoesNotShow) {
   Scene scene = long_chain(5, 3e5);
   Faults faults;
   const auto structure = build_structure(scene, faults);
@@ -137,7 +137,7 @@ TEST(VerdictPhysics, EstimateIncludesParametricGrowthOfTheSeventeenthMode) {
 }
 
 // A mode excites another mode of half its frequency.
-TEST(VerdictPhysics, EstimateIncludesABendingModeExcitedByAModeOfTwiceItsFrequency) {
+TEST(VerdictPhysics, EstimateIncludesBendingExcitedByAModeOfTwiceItsFrequency) {
   Scene scene = long_chain(5, 1e4);
   Faults faults;
   auto structure = build_structure(scene, faults);
@@ -153,7 +153,7 @@ TEST(VerdictPhysics, EstimateIncludesABendingModeExcitedByAModeOfTwiceItsFrequen
 }
 
 // The body begins to spin from rest, so the error is zero in the first ticks and grows with the motion.
-TEST(VerdictPhysics, SpinFromRestIsGoodDuringTheFirstTicksOnTheSpinLoadedRung) {
+TEST(VerdictPhysics, OnTheSpinLoadedRungTheFirstTicksOfASpinAreRatedGood) {
   Scene scene = hinged_tetrahedra(100.0);
   scene.initial.angular_velocity = {0.05, 0.2, 0.1};
   scene.damping.modal_ratio = 0.02;
@@ -199,7 +199,7 @@ Scene bent_line(double stiffness) {
 
 // Feedback cancels 97 % of the stiffness that keeps a line straight, so a thrust has a large effect on the
 // remaining 3 %. The reference has the remaining stiffness and no feedback.
-TEST(VerdictPhysics, EstimateIncludesAThrustOnABodyWhoseStiffnessFeedbackNearlyCancels) {
+TEST(VerdictPhysics, EstimateIncludesThrustIfFeedbackCancelsMostOfTheStiffness) {
   constexpr double kHeld = 100.0, kLeft = 3.0;
   constexpr std::array kAngle{1.0, -2.0, 1.0};
   Scene soft = bent_line(kLeft), scene = bent_line(kHeld);
@@ -232,7 +232,7 @@ TEST(VerdictPhysics, EstimateIncludesAThrustOnABodyWhoseStiffnessFeedbackNearlyC
 
 // A dashpot is so strong that it locks two points. The vibration then does not decay, and its error does not
 // decay either.
-TEST(VerdictPhysics, EstimatesErrorsThatDoNotDecayWhenADashpotLocks) {
+TEST(VerdictPhysics, EstimateIncludesErrorsThatDoNotDecayIfADashpotLocks) {
   Scene scene = hinged_tetrahedra(100.0), locked = scene;
   add_link(locked, {2, 4}, Spring{1e7});
   add_link(scene, {2, 4}, Dashpot{3e4});
@@ -251,7 +251,7 @@ TEST(VerdictPhysics, EstimatesErrorsThatDoNotDecayWhenADashpotLocks) {
 }
 
 // The rung `full` divides the tick, so that no substep is too long for a strong dashpot.
-TEST(VerdictPhysics, AStrongDashpotOnTheFullRungIsGood) {
+TEST(VerdictPhysics, OnTheFullRungAStrongDashpotIsRatedGood) {
   Scene scene;
   for (int k = 0; k < 4; ++k) add_point(scene, 1.0, {1.0 * k, 0.1 * (k % 2), 0.05 * k * k});
   for (int k = 0; k < 3; ++k)
@@ -266,8 +266,8 @@ TEST(VerdictPhysics, AStrongDashpotOnTheFullRungIsGood) {
   EXPECT_EQ(judged.level, Verdict::Level::kGood);
 }
 
-// Dashpots between the points of a line carry forces while the line creeps. Their tension stiffens bending as
-// the tension of springs does.
+// Dashpots between the points of a line carry forces while the line creeps. The tension of these dashpots
+// stiffens bending as the tension of springs does.
 TEST(VerdictPhysics, EstimateIncludesTheTensionOfDashpots) {
   Scene scene = bent_line(100.0);
   for (int k = 0; k < 2; ++k) add_link(scene, {k, k + 1}, Dashpot{3e3});

@@ -1,4 +1,4 @@
-// The verdict on a motion is never good if the motion is wrong, and not outside if it is right.
+// The verdict on a motion is never `good` if the motion is wrong, and not `outside` if it is right.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -58,7 +58,7 @@ constexpr Fidelity kBending[] = {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fi
 
 // At a spin of 0.34 omega_1 the true frequency out of the plane of spin is higher by a factor of 1.17, so the
 // motion is out of phase within a period or two.
-TEST(Verdict, ASpinningBeamIsNeverGoodOnAnyRung) {
+TEST(Verdict, ASpinningBeamIsRatedGoodOnNoRung) {
   for (const Fidelity rung : kBending)
     for (const double spin : {0.06, 0.11, 0.34}) {
       Scene scene = free_beam(rung);
@@ -69,7 +69,7 @@ TEST(Verdict, ASpinningBeamIsNeverGoodOnAnyRung) {
 
 // At a spin of 0.02 omega_1 the relative stiffness change is 3.05 * 0.02^2 = 1.2e-3, so after a second the
 // phase differs by 8.785 * 1.2e-3 / 2 = 0.5 %.
-TEST(Verdict, ASlowlySpinningBeamIsGoodOnRungsWithSmallError) {
+TEST(Verdict, ASlowlySpinningBeamIsRatedGoodOnRungsWithSmallErrors) {
   for (const Fidelity rung : kBending) {
     Scene scene = free_beam(rung);
     scene.initial.angular_velocity = {0.0, 0.0, 0.02 * kLowest};
@@ -77,13 +77,13 @@ TEST(Verdict, ASlowlySpinningBeamIsGoodOnRungsWithSmallError) {
     std::printf("%-11s %s, %.2f %% of the scale\n", name_of(rung), name_of(motion.now.level),
                 100.0 * motion.now.error / motion.now.scale);
     if (rung == Fidelity::kSeparated)
-      continue;  // the separated rung also omits centrifugal stretch and Coriolis forces
+      continue;  // the rung `separated` also omits centrifugal stretch and Coriolis forces
     EXPECT_EQ(motion.now.level, Level::kGood) << name_of(rung) << " " << motion.text;
     EXPECT_NEAR(motion.now.error / motion.now.scale, 0.005, 0.003) << name_of(rung);
   }
 }
 
-TEST(Verdict, AThrustingBeamIsNeverGoodOnAnyRung) {
+TEST(Verdict, ABeamUnderThrustIsRatedGoodOnNoRung) {
   for (const Fidelity rung : kBending)
     for (const Axes axes : {Axes::kBody, Axes::kLocal}) {
       Scene scene = free_beam(rung);
@@ -117,7 +117,7 @@ double frequency(const Scene& scene, double end) {
 // elements with consistent geometric stiffness, point masses and a thrust along the rotated end (an
 // independent program in Python). Without thrust the frequency is 8.7853 rad/s. If the stiffness of the
 // internal forces were omitted, the frequency would rise.
-TEST(Followers, InternalForcesOfFollowersChangeTheStiffnessOfTheBeam) {
+TEST(Followers, InternalForcesUnderFollowerForcesChangeTheStiffnessOfABeam) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled, Fidelity::kFull})
     for (const auto& [thrust, expected] : {std::pair{0.0, 8.7853}, {440.0, 7.4122}, {1320.0, 4.6101}}) {
       Scene scene = free_beam(rung);
@@ -134,9 +134,9 @@ TEST(Followers, InternalForcesOfFollowersChangeTheStiffnessOfTheBeam) {
     }
 }
 
-// A pair of dead end loads of pi^2 EI / L^2 buckles the beam. It bends from an infinitesimal amplitude, and a
-// linear rung does not show this.
-TEST(Verdict, ABucklingBeamIsOutsideBeforeItBends) {
+// A pair of dead end loads of pi^2 EI / L^2 buckles the beam. The beam bends from an infinitesimal amplitude,
+// and a linear rung does not show this.
+TEST(Verdict, ABucklingBeamIsRatedOutsideBeforeItBends) {
   for (const auto& [share, is_good] : {std::pair{0.001, true}, {0.6, false}, {1.1, false}}) {
     Scene scene = free_beam(Fidelity::kSpinLoaded);
     scene.initial.modes.clear();
@@ -155,14 +155,14 @@ TEST(Verdict, ABucklingBeamIsOutsideBeforeItBends) {
   }
 }
 
-TEST(Verdict, ABodyAtRestWithANegligibleSpinIsGood) {
+TEST(Verdict, ABodyWithANegligibleSpinIsRatedGood) {
   Scene scene = boxed_truss(1e-9, 0.0);
   scene.loads.clear();
   EXPECT_EQ(judged(scene, 0.2).worst.level, Level::kGood);
 }
 
-// The same motion has the same verdict, whatever the plan publishes.
-TEST(Verdict, DoesNotDependOnWhatIsPublished) {
+// The same motion has the same verdict, for any published items.
+TEST(Verdict, DoesNotDependOnWhatTheScenePublishes) {
   Scene all = boxed_truss(0.0, 10000.0), unpublished = all;
   unpublished.publication.points.clear();
   const Judged of_all = judged(all, 0.5), of_none = judged(unpublished, 0.5);
@@ -182,7 +182,7 @@ TEST(Verdict, TheVerdictOnALongRunIncludesPastHorizons) {
 
 // Errors are measured relative to the displacement that remains, not to the large displacement of a past
 // deployment.
-TEST(Verdict, ASettledBodyIsGoodAndItsPastDeploymentDoesNotExcuseLaterErrors) {
+TEST(Verdict, ASettledBodyIsRatedByItsRemainingDisplacement) {
   Scene scene = free_beam(Fidelity::kSeparated);
   scene.damping.modal_ratio = 0.05;
   EXPECT_EQ(judged(scene, 20.0).now.level, Level::kGood);
@@ -252,7 +252,7 @@ TEST(Verdict, IsAtBestWatchIfACommandPushesOmittedModes) {
 }
 
 // Two opposite pushes hardly move the kept modes. The deformation is in the omitted modes.
-TEST(Verdict, PushesThatCancelInTheKeptModesAreNotGood) {
+TEST(Verdict, PushesThatCancelInTheKeptModesAreNotRatedGood) {
   Scene scene;
   for (int k = 0; k < 6; ++k)
     add_point(scene, 10.0,
@@ -291,7 +291,7 @@ TEST(Verdict, PushesThatCancelInTheKeptModesAreNotGood) {
 
 // A small load acts across the beam and an end thrust along it. The thrust reduces the lowest bending
 // stiffness by 29 % (7.41 instead of 8.79 rad/s).
-TEST(Verdict, TheVerdictOnAQuasiStaticAnswerDependsOnTheStiffnessChangeByTheLoad) {
+TEST(Verdict, TheQuasiStaticVerdictDependsOnTheStiffnessChangeByTheLoad) {
   Scene scene = free_beam(Fidelity::kSpinLoaded);
   scene.initial.modes.clear();
   publish_everything(scene);
@@ -319,7 +319,7 @@ TEST(Verdict, TheVerdictOnAQuasiStaticAnswerDependsOnTheStiffnessChangeByTheLoad
 
 // Structures with links of every kind. tests/motion/verdict_long_test has three hundred of them, and three
 // hundred of a seed on which no constant was tuned.
-TEST(Verdict, IsTrueForRandomStructures) {
+TEST(Verdict, IsCorrectForRandomStructures) {
   VerdictCounts counts;
   // a cloud, a matrix, a chain, a mixture, plates, and a cloud whose modes resonate
   for (const long long seed : {24LL, 31LL, 80LL, 100LL, 119LL, 20261122156LL})
@@ -338,9 +338,9 @@ TEST(Automatic, AutoChoosesNoRungWhoseVerdictIsOutside) {
   EXPECT_NE(faults.back().message.find("outside: model"), std::string::npos) << faults.back().message;
 }
 
-// How a matrix carries its forces is unknown, so the verdict is at best watch. The cheapest rung that meets
-// the tolerance is chosen, with a warning.
-TEST(Automatic, AutoChoosesARungWhoseVerdictIsWatchWithAWarning) {
+// How a matrix carries its forces is unknown, so the verdict is not better than `watch`. The cheapest rung
+// that meets the tolerance is chosen, with a warning.
+TEST(Automatic, AutoWarnsIfItChoosesARungWhoseVerdictIsWatch) {
   Scene scene = as_matrix(free_beam(Fidelity::kSeparated));
   scene.initial.angular_velocity = {0.0, 0.0, 0.05 * kLowest};
   scene.automatic = AutomaticRung{{}, {}, 0.1, 2.0, {}};

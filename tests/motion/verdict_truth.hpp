@@ -64,8 +64,8 @@ class RandomScene {
     set_motion(lowest, *structure);
     judged_ = has_matrix_ ? as_matrix(scene_) : scene_;
   }
-  /// Returns the scene. It has a spin, a load and initial modal amplitudes, and its lowest frequency is some
-  /// 10 rad/s.
+  /// Returns the scene. The scene has a spin, a load and initial modal amplitudes, and its lowest frequency
+  /// is some 10 rad/s.
   const Scene& truth() const { return scene_; }
   /// Returns the same scene, or its copy with one stiffness matrix in place of all links.
   const Scene& judged() const { return judged_; }
@@ -185,7 +185,7 @@ class RandomScene {
 /// Numbers of verdicts, and of wrong verdicts among them.
 struct VerdictCounts {
   int all = 0, good = 0, false_good = 0, harmless = 0, false_outside = 0;
-  double worst_good = 0.0;  // [-] largest error with a good verdict, relative to the larger scale
+  double worst_good = 0.0;  // [-] largest error with the verdict `good`, relative to the larger scale
 };
 
 /// Returns sqrt(sum m V.V / M).
@@ -193,8 +193,8 @@ inline double rms_over_mass(const Scene& scene, const Eigen::Matrix3Xd& V) {
   const Eigen::VectorXd mass = masses_of(scene);
   return std::sqrt((V.colwise().squaredNorm() * mass)(0) / mass.sum());
 }
-/// Largest number of steps of the reference for one motion. The longest motion that it completed took 364,824
-/// steps. A structure that flutters until it whirls took 500,000 steps for half of its time.
+/// Largest number of steps of the reference for one motion. The longest motion that the reference completed
+/// took 364,824 steps. A structure that flutters until it whirls took 500,000 steps for half of its time.
 inline constexpr long kMostSteps = 500'000;
 /// Returns the elastic displacements at true geometry [m] (3 x points), or nullopt if the reference fails or
 /// needs more than kMostSteps.
@@ -247,7 +247,7 @@ inline JudgedError compare_verdict(Scene scene, Fidelity rung, double end,
 inline void judge_scene(std::uint64_t seed, VerdictCounts& counts) {
   const RandomScene random(seed);
   const Scene& scene = random.truth();
-  // if even the reference fails, no verdict may be good
+  // if even the reference fails, no verdict may be `good`
   const auto truth = true_displacements(scene, random.end());
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
     if (rung == Fidelity::kCoupled && random.has_rigid_links()) continue;  // rigid_rung_test covers this case

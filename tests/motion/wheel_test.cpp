@@ -35,8 +35,8 @@ ForceCommand motor(int wheel, double torque) {
   return command;
 }
 
-// The body is an axially symmetric gyrostat with constant H. It rotates about H at |H| / I_1 and about its
-// own axis at w_3 - (I_3 w_3 + h) / I_1   (Hughes 1986, Spacecraft Attitude Dynamics, section 7.1).
+// The body is an axially symmetric gyrostat with constant H. The body rotates about H at |H| / I_1 and about
+// its own axis at w_3 - (I_3 w_3 + h) / I_1 (Hughes 1986, Spacecraft Attitude Dynamics, section 7.1).
 TEST(Wheel, ADualSpinBodyPrecessesInClosedForm) {
   constexpr double kI1 = 2.0, kI3 = 3.1, kh = 1.7;
   const Vector3d spin(0.8, -0.3, 0.6);
@@ -87,8 +87,8 @@ Scene two_on_a_beam(const Vector3d& axis, double momentum) {
   return scene;
 }
 
-// The torque of a motor loads the structure like a torque on the body that carries the wheel. Its resultant
-// on structure and wheel together is zero.
+// The torque of a motor loads the structure like a torque on the body that carries the wheel. The resultant
+// of the torque on structure and wheel together is zero.
 TEST(Wheel, AMotorLoadsTheStructureLikeATorqueOnItsBody) {
   constexpr double kTorque = 0.05;
   Simulation by_motor(two_on_a_beam(Vector3d::UnitX(), 0.0)),
@@ -113,7 +113,7 @@ TEST(Wheel, AMotorLoadsTheStructureLikeATorqueOnItsBody) {
 
 // A torque of a load has the same effect as a commanded torque. A sine is interpolated linearly between ticks
 // in the wheel and in the structure.
-TEST(Wheel, TorquesOfLoadsEqualCommandedTorques) {
+TEST(Wheel, TheTorqueOfALoadActsLikeACommandedTorque) {
   Scene scene = two_on_a_beam(Vector3d(0.6, 0.0, 0.8), 0.3);
   Simulation commanded(scene);
   Load load;
@@ -148,8 +148,8 @@ TEST(Wheel, AccelerationsOfPointsIncludeTheMotor) {
   EXPECT_LT((vector(now.a_W) - difference).norm(), 1e-6 * difference.norm());
 }
 
-// A heavy rotor couples bending in two planes. The separated rung omits this coupling, so the verdict is
-// never good while the structure vibrates. For the pair of modes h / (2 M w) is 0.05 rad per rad.
+// A heavy rotor couples bending in two planes. The rung `separated` omits this coupling, so the verdict is
+// never `good` while the structure vibrates. For the pair of modes h / (2 M w) is 0.05 rad per rad.
 TEST(Wheel, EstimateIncludesGyroscopicCoupling) {
   for (const double momentum : {0.0, 40.0}) {
     Scene scene = two_on_a_beam(Vector3d::UnitX(), momentum);

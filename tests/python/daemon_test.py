@@ -104,7 +104,7 @@ class Daemon(unittest.TestCase):
         self.assertAlmostEqual(first, 0.083837, delta=0.002)  # amplitude 2 cm at 1 Hz, read 100 times a second
         self.assertLess(last, 0.01 * first)
 
-    def test_the_programs_of_the_document_for_a_daemon_and_a_recording_run(self):
+    def test_the_documented_daemon_and_recording_programs_run(self):
         out = io.StringIO()
         with Started(BOOM, "--until", "6"), contextlib.redirect_stdout(out):
             exec(blocks("## A daemon")[0], {})
@@ -120,7 +120,7 @@ class Daemon(unittest.TestCase):
                 exec(blocks("## Recordings")[0].replace("flight.log", recording), {"freeflex": freeflex})
             self.assertRegex(out.getvalue().splitlines()[-1], r"^500 \[")
 
-    def test_the_loop_of_the_document_ends_at_its_tick(self):
+    def test_the_documented_loop_ends_at_its_tick(self):
         program, = blocks("## Lockstep")
         with Started(BOOM, "--time", "lockstep"):
             names = {"freeflex": freeflex, "controller": lambda state: {"forces": {"tip": (0, 0, 1)}, "lease": 0.05}}
@@ -129,7 +129,7 @@ class Daemon(unittest.TestCase):
             with freeflex.connect() as daemon:
                 self.assertEqual((daemon.tick, daemon.status().tick, daemon.state.tick), (10000, 10000, 10000))
 
-    def test_a_step_returns_the_state_of_its_tick_at_any_publication_rate(self):
+    def test_a_step_returns_its_own_state_at_any_publication_rate(self):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 1, points: {rate: 1, of: [tip]}}\n")
             twin = freeflex.Plan(path).motion()
@@ -140,7 +140,7 @@ class Daemon(unittest.TestCase):
                     here, there = daemon.step(ticks), twin.step(ticks)
                     self.assertEqual((here.tick, list(here.q)), (there.tick, list(there.q)))
                     self.assertEqual(list(here.point("tip").velocity), list(there.point("tip").velocity))
-                with self.assertRaisesRegex(LookupError, "'hub' is not published: name it in publish"):
+                with self.assertRaisesRegex(LookupError, "'hub' is not published: list it under publish"):
                     here.point("hub")
                 daemon.step()
                 with self.assertRaisesRegex(RuntimeError, "the state is of tick 2001012"):
@@ -150,8 +150,8 @@ class Daemon(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 0}\n")
             with Started(path, "--time", "lockstep"), freeflex.connect() as daemon:
-                with self.assertRaisesRegex(freeflex.StepError, "holds at tick 5, but publishes no state: have the "
-                                            "scene publish it: publish: {state: RATE}"):
+                with self.assertRaisesRegex(freeflex.StepError, "holds at tick 5, but publishes no state: set "
+                                            "publish: {state: RATE} in the scene"):
                     daemon.step(5)
 
     def test_a_step_that_another_client_ends_is_reported(self):
@@ -170,7 +170,7 @@ class Daemon(unittest.TestCase):
             with self.assertRaisesRegex(freeflex.Gone, "ended before tick 100"):
                 daemon.step(100)
 
-    def test_a_controller_gives_the_same_motion_on_a_daemon_and_in_the_process(self):
+    def test_a_controller_gives_the_same_motion_with_and_without_daemon(self):
         names = {}
         exec(blocks("## A controller")[0], names)
         motion = freeflex.Plan(SATELLITE).motion()
@@ -183,7 +183,7 @@ class Daemon(unittest.TestCase):
             self.assertEqual(here.wheel("spin_x"), there.wheel("spin_x"))
             self.assertNotEqual(here.wheel("spin_z"), 0.0)
 
-    def test_the_controller_of_the_document_reduces_the_rotation_and_survives_a_restart(self):
+    def test_the_documented_controller_works_and_survives_a_restart(self):
         controller, on_daemon, in_process = blocks("## A controller")
         self.assertLessEqual(sum(bool(line.strip()) for line in (controller + on_daemon).splitlines()), 20)
         names = {"__name__": "document"}
@@ -270,7 +270,7 @@ class Daemon(unittest.TestCase):
                     self.assertIs(caught.exception, error)
                     self.assertEqual(len(calls), 1)
 
-    def test_a_controller_that_reads_points_continues_after_a_restart_of_the_daemon(self):
+    def test_a_controller_that_reads_points_survives_a_restart(self):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 1000, points: {rate: 1000, of: [tip]}}\n")
             sessions, daemons = [], contextlib.ExitStack()
@@ -294,7 +294,7 @@ class Daemon(unittest.TestCase):
                     freeflex.control(daemon, read, every=0.1, until=1e6)
             self.assertEqual(len(set(sessions)), 2)
 
-    def test_a_controller_that_asks_for_more_states_than_are_published_is_warned(self):
+    def test_a_request_for_more_states_than_are_published_warns(self):
         calls = []
 
         def controller(state):
@@ -303,8 +303,8 @@ class Daemon(unittest.TestCase):
                 raise StopIteration
 
         with Started(BOOM), freeflex.connect() as daemon:
-            with self.assertWarnsRegex(RuntimeWarning, r"every=0.001 s asks for 1000 states per simulated second, the daemon "
-                                       r"publishes [0-9.]+: .*publish: {state: 1000}, or start freeflexd with --time "
+            with self.assertWarnsRegex(RuntimeWarning, r"every=0.001 s asks for 1000 states per simulated second, but the daemon "
+                                       r"publishes [0-9.]+: .*publish: {state: 1000} in the scene, or start freeflexd with --time "
                                        "lockstep") as caught:
                 with self.assertRaises(StopIteration):
                     freeflex.control(daemon, controller, every=0.001)
@@ -409,7 +409,7 @@ class Daemon(unittest.TestCase):
                 daemon.close()
             self.assertIsNotNone(witness.receive(0.0))
 
-    def test_packets_that_kill_liblcm_are_ignored(self):
+    def test_packets_that_crash_liblcm_are_ignored(self):
         hostile = [b"", b"LC02", struct.pack(">II", 0x4C433032, 1), struct.pack(">II", 0x4C433032, 1) + b"NO_END",
                    # a fragment whose offset and size overflow 32 bits, and one shorter than its header
                    struct.pack(">IIIIHH", 0x4C433033, 1, 100, 0xFFFFFFF0, 1, 3) + b"x" * 64,

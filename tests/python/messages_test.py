@@ -99,7 +99,7 @@ class Messages(unittest.TestCase):
             with self.assertRaises(freeflex.DecodeError):
                 kind.decode(data + b"\0")
 
-    def test_hostile_bytes_raise_only_one_kind_of_error_and_take_no_memory(self):
+    def test_hostile_bytes_raise_one_kind_of_error_and_reserve_no_memory(self):
         for name, kind in messages.TYPES.items():
             for _ in range(300):
                 data = bytearray(self.both(name)[0].encode())
@@ -110,7 +110,7 @@ class Messages(unittest.TestCase):
                 except freeflex.DecodeError:
                     pass
 
-    def test_values_that_do_not_fit_are_named(self):
+    def test_values_that_do_not_fit_are_reported(self):
         with self.assertRaisesRegex(ValueError, "slot"):
             messages.force_t(slot=2 ** 40).encode()
         with self.assertRaisesRegex(ValueError, "force: 2 values, must be 3"):

@@ -190,7 +190,7 @@ class Threads(unittest.TestCase):
         self.assertGreater(refused, 0)
         return results
 
-    def test_reading_and_pushing_is_refused_while_another_thread_steps(self):
+    def test_reads_and_pushes_are_refused_while_another_thread_steps(self):
         plan = freeflex.Plan(BOOM)
         for call in (lambda m: m.push({"tip": (0, 0, 0)}, duration=1), lambda m: m.state, lambda m: m.copy(),
                      lambda m: m.tick, lambda m: m.energy):

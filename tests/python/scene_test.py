@@ -39,7 +39,7 @@ class Scenes(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder, self.assertRaisesRegex(freeflex.StepError, "truss104_points.csv"):
             freeflex.Plan(text=text, folder=folder)
 
-    def test_a_value_set_by_path_gives_the_plan_of_a_file_with_that_value(self):
+    def test_a_value_set_by_path_acts_like_that_value_in_a_file(self):
         scene = freeflex.Scene(BOOM)
         scene["points.hub.mass"] = 80
         with tempfile.TemporaryDirectory() as folder:
@@ -68,7 +68,7 @@ class Scenes(unittest.TestCase):
             scene["points.b.mass"] = mass
         self.assertEqual(freeflex.Plan(scene).mass, 7.0)
 
-    def test_a_refused_value_is_named(self):
+    def test_a_refused_value_is_reported(self):
         scene = freeflex.Scene(BOOM)
         scene["points.hub.mass"] = -1
         with self.assertRaisesRegex(freeflex.StepError, "points.hub.mass = -1.*mass -1 kg, must be"):
@@ -82,7 +82,7 @@ class Scenes(unittest.TestCase):
         with self.assertRaisesRegex(freeflex.StepError, "<text>:1:"):
             freeflex.Plan(text="points: 3")
 
-    def test_the_programs_of_the_document_run(self):
+    def test_the_documented_programs_run(self):
         with open(os.path.join(SOURCE, "tools", "python", "README.md"), encoding="utf-8") as file:
             section = file.read().split("## Plans\n", 1)[1].split("\n## ", 1)[0]
         blocks = [part.split("```", 1)[0] for part in section.split("```python\n")[1:]]

@@ -75,7 +75,7 @@ TEST(CartesianReference, APairVibratesWithOneFrequencyAtEveryAmplitude) {
   }
 }
 
-TEST(CartesianReference, StiffnessProportionalDampingEqualsADashpotInParallelWithEachSpring) {
+TEST(CartesianReference, StiffnessProportionalDampingEqualsParallelDashpots) {
   constexpr double kStretch = 1e-3, kT = 0.2, kBeta = 2e-4;
   Scene scene = stretched_pair(kStretch);
   scene.damping.beta = kBeta;
@@ -120,7 +120,7 @@ std::vector<HistoryCase> history_cases() {
   };
 }
 
-TEST(CartesianReference, EveryHistoryDrivesThePairAsInClosedForm) {
+TEST(CartesianReference, UnderEveryLoadHistoryThePairMovesAsInClosedForm) {
   constexpr double kForce = 8.0, kT = 0.3;
   for (const HistoryCase& item : history_cases()) {
     Scene scene = testing::spring_pair(kM0, kM1, kLength, kStiffness);
@@ -148,7 +148,7 @@ TEST(CartesianReference, PulseEdgesAreRoundedToTicksAsInAPlan) {
 }
 
 // In circular motion the reduced mass times l spin^2 equals the tension k (l - L) of the spring.
-TEST(CartesianReference, ASpinningPairKeepsTheLengthAtWhichItsSpringBalancesTheSpin) {
+TEST(CartesianReference, ASpinningPairKeepsTheLengthOfSteadySpin) {
   constexpr double kSpin = 20.0, kT = 1.0;
   const double l = kStiffness * kLength / (kStiffness - kReduced * kSpin * kSpin);
   Scene scene = stretched_pair(l - kLength);
@@ -205,7 +205,7 @@ TEST(CartesianReference, ATorqueOnTheWholeBodyGivesTheExpectedAngularMomentum) {
     const CartesianSystem system = system_of(scene);
     const CartesianInvariants sum = invariants(system, state_at(system, kT));
     // the torque is spread over the rest shape, so displacements of 1e-8 m change it by a relative amount of
-    // that order
+    // 1e-8 or so
     EXPECT_NEAR(sum.angular_momentum[2], kTorque * kT, 1e-6 * kTorque);
     EXPECT_LT((sum.linear_momentum - Vector3d(0.0, 0.0, 0.2)).norm(), 1e-12);
   }
@@ -237,7 +237,7 @@ TEST(CartesianReference, RefusesScenesThatItsEquationsCannotRepresent) {
   EXPECT_NE(refusal(body).find("collinear"), std::string::npos);
 }
 
-TEST(CartesianReference, AFailureOfTheSolverIsReturnedWithItsText) {
+TEST(CartesianReference, AFailureOfTheSolverIsReturnedWithItsMessage) {
   const CartesianSystem system = system_of(stretched_pair(1e-3));
   const double times[] = {10.0};
   ReferenceOptions options;

@@ -99,8 +99,8 @@ TEST(HandWritten, EachMethodHasItsOrderOnATrussThatDeformsByCentimetres) {
   }
 }
 
-// The loads are a pulse in world axes, and a sine and a couple that rotate with the body. They divide the
-// time into intervals and vary within them.
+// The loads are a pulse in world axes, and a sine and a couple that rotate with the body. The loads divide
+// the time into intervals and vary within the intervals.
 TEST(HandWritten, AllMethodsConvergeToOneLimitUnderLoads) {
   constexpr double kEnd = 0.25;
   Scene scene = wild_truss();

@@ -18,7 +18,7 @@ struct HermiteBeam {
   // consistent mass: the mass of one inner node is distributed over each element by its shape functions
   bool is_consistent = false;
   Eigen::VectorXd tension;  // [N] (elements + 1) at the nodes for consistent mass, otherwise (elements)
-  double thrust = 0.0;      // [N] at the first node, follows its rotation
+  double thrust = 0.0;      // [N] thrust at the first node, which follows the rotation of the node
 
   Eigen::Index num_elements() const { return mass.size() - 1; }
 };
@@ -39,7 +39,7 @@ inline Eigen::Matrix4d geometric_stiffness(double first, double last, double L) 
 }
 
 /// Returns the squared frequencies [rad^2/s^2] in ascending order of magnitude, the two rigid motions first.
-/// In flutter they are complex.
+/// In flutter the squared frequencies are complex.
 inline std::vector<std::complex<double>> squared_frequencies(const HermiteBeam& beam) {
   const Eigen::Index nodes = beam.mass.size(), size = 2 * nodes;
   const double L = beam.length;

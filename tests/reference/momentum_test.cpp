@@ -40,7 +40,7 @@ TEST(Momentum, LinearMomentumIsTheImpulseOfRandomCommands) {
       }
       simulation.run(ticks, {&command, 1});
     }
-    simulation.run(200);  // until the last command has expired
+    simulation.run(200);  // the run ends after the last command has expired
     ASSERT_EQ(simulation.state.num_slots, 0);
     const Vector3d gained =
         vector(read_invariants(simulation.plan, simulation.state).linear_momentum_W) - start;

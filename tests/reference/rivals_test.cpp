@@ -22,7 +22,7 @@ struct Small {
   Scene scene = square_truss(2);
   std::optional<CartesianSystem> system;
   ElasticScale scale;
-  Eigen::Matrix3Xd u;  // [m] of the full system at kEnd
+  Eigen::Matrix3Xd u;  // [m] displacements of the full system at kEnd
 
   explicit Small(double spin = 0.0) {
     add_corner_pulse(scene);
@@ -62,7 +62,7 @@ struct Small {
     return elastic_error(run(rival, step, tolerance), u);
   }
 
-  /// Returns the displacements on the spin-loaded rung at 0.1 ms, which are the exact motion of the
+  /// Returns the displacements on the rung `spin-loaded` at 0.1 ms, which are the exact motion of the
   /// linearised system.
   Eigen::Matrix3Xd linear() const {
     Scene rung = scene;
@@ -186,7 +186,7 @@ TEST(Rivals, AStateReadDuringARunAgreesWithARunThatEndsAtThatTime) {
   }
 }
 
-TEST(Rivals, EachMethodNamesWhatItCannotRepresent) {
+TEST(Rivals, EachMethodReportsWhatItCannotRepresent) {
   Small small;
   std::string error;
   small.system->attractor_mu = 1.0;

@@ -5,7 +5,7 @@
 namespace freeflex::testing {
 namespace {
 
-TEST(SeparatedEquationsLong, HaveTheExpectedElasticErrorOnTheStiffTrussWithinAKnownAccuracy) {
+TEST(SeparatedEquationsLong, HaveTheExpectedElasticErrorOnTheStiffTrussToAKnownAccuracy) {
   const Scene scene = truss_s4();
   const auto full_with = [&scene](ReferenceMethod method, double step) {
     ReferenceOptions options;

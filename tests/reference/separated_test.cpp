@@ -1,6 +1,6 @@
-// The separated equations, compared with the full system. They omit nonlinear geometry and the reaction of
-// the deformation on the frame. The expected figures come from an independent prototype of the same
-// equations, compared with an extrapolation code of order 16 in extended precision.
+// The separated equations, compared with the full system. The separated equations omit nonlinear geometry and
+// the reaction of the deformation on the frame. The expected figures come from an independent prototype of
+// the same equations, compared with an extrapolation code of order 16 in extended precision.
 #include "tests/reference/separated_cases.hpp"
 
 namespace freeflex::testing {
@@ -17,7 +17,8 @@ TEST(SeparatedEquations, HaveTheExpectedElasticErrorOnTheLongTruss) {
 }
 
 // The fastest mode is at 673,000 rad/s. The classical Runge-Kutta method is stable up to omega h = 2.8 and
-// damps the fastest modes. They carry 1e-6 of the motion, as the long test of the same structure shows.
+// damps the fastest modes. The fastest modes carry 1e-6 of the motion, as the long test of the same structure
+// shows.
 TEST(SeparatedEquations, HaveTheExpectedElasticErrorOnTheStiffTruss) {
   ReferenceOptions options;
   options.method = ReferenceMethod::kRungeKutta4;

@@ -65,8 +65,8 @@ TEST(HermiteBeam, ReproducesTheTableOfTheContinuousRocket) {
   }
 }
 
-// Sum and product of two squared frequencies. They are smooth functions of the thrust even where the
-// frequencies merge.
+// Sum and product of two squared frequencies. The sum and the product are smooth functions of the thrust even
+// where the frequencies merge.
 struct Pair {
   double sum = 0.0, product = 0.0;
   /// Returns the square of half the difference, which is negative in flutter.

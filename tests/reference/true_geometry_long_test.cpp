@@ -44,7 +44,7 @@ TEST(TrueBeam, ABeamUnderOppositeCouplesRollsUpToACircle) {
     Link body;
     body.points = {end, up, down};
     body.kind = Rigid{};
-    // three points on a line do not determine the rotation about it, so a fourth point is added
+    // three points on a line do not determine the rotation about the line, so a fourth point is added
     body.points.push_back(add_point(scene, 0.02, {x, 0.0, kArm}));
     scene.links.push_back(body);
   }
@@ -76,7 +76,7 @@ TEST(TrueBeam, ABeamUnderOppositeCouplesRollsUpToACircle) {
     off = std::max(off, std::abs(2.0 * M_PI * (x.col(i) - centre).norm() - 1.0));
   const double gap = (x.col(0) - x.col(kElements)).norm();
   std::printf("radius off by %.1e, ends %.1e apart\n", off, gap);
-  EXPECT_LT(off, 2e-5);  // 5e-6 comes from theta^4 / 1920 of the bow
+  EXPECT_LT(off, 2e-5);  // the bound of 5e-6 comes from the term theta^4 / 1920 of the bow
   EXPECT_LT(gap, 2e-5);
 }
 

@@ -83,7 +83,7 @@ INSTANTIATE_TEST_SUITE_P(
             {"scene.yaml:2:24: error: point 'a': unknown key 'att' (did you mean 'at'?); " + kKeysOfPoints}},
         BadScene{"WithoutABlankBehindTheColon",
                  {{"scene.yaml", "points:\n  - {name: a, mass:1, at: [0, 0, 0]}\n"}},
-                 {"scene.yaml:2:15: error: point 'a': unknown key 'mass:1' (write a blank behind the colon, "
+                 {"scene.yaml:2:15: error: point 'a': unknown key 'mass:1' (write a space after the colon: "
                   "'mass: 1'); " +
                   kKeysOfPoints}},
         BadScene{

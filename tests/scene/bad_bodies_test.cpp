@@ -22,7 +22,7 @@ BadScene bad_body(const std::string& name, const std::string& text, std::vector<
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Bodies,
     ::testing::Values(
-        // there is one fault, which names the point and shows no index
+        // there is one fault, which contains the name of the point and no index
         bad_body("WheelOfAnUnknownPoint", "wheels: [{name: w, at: hubb, axis: [0, 0, 1]}]",
                  {"scene.yaml:6:24: error: wheel 'w': at names the point 'hubb', which the scene does not "
                   "have (did you mean 'hub'?)"}),
@@ -34,16 +34,16 @@ INSTANTIATE_TEST_SUITE_P(
                   "scene.yaml:8:5: error: wheel 2: axis is missing, must be a direction [x, y, z], axes of "
                   "the scene"}),
         bad_body("CountOfZeroModes", "modes: {count: 0}",
-                 {"scene.yaml:6:16: error: modes: count is 0, must be a whole number from 1 to 3700, what "
-                  "one state message can carry"}),
+                 {"scene.yaml:6:16: error: modes: count is 0, must be a whole number from 1 to 3700, the "
+                  "most that one state message can hold"}),
         bad_body("CountOfHalfAMode", "modes: {count: 1.5}",
-                 {"scene.yaml:6:16: error: modes: count is 1.5, must be a whole number from 1 to 3700, what "
-                  "one state message can carry"}),
+                 {"scene.yaml:6:16: error: modes: count is 1.5, must be a whole number from 1 to 3700, the "
+                  "most that one state message can hold"}),
         bad_body("CountAsText", "modes: {count: all}",
                  {"scene.yaml:6:16: error: modes: count 'all' is not a number, must be a number >= 0"}),
         bad_body("CountOfMoreThanAMessageHolds", "modes: {count: 3701}",
-                 {"scene.yaml:6:16: error: modes: count is 3701, must be a whole number from 1 to 3700, what "
-                  "one state message can carry"}),
+                 {"scene.yaml:6:16: error: modes: count is 3701, must be a whole number from 1 to 3700, "
+                  "the most that one state message can hold"}),
         bad_body("ModesBelowZero", "modes: {below: 0}",
                  {"scene.yaml:6:16: error: modes: below 0 Hz, must be > 0"}),
         bad_body("ModesByFrequencyAndCount", "modes: {below: 5, count: 3}",
@@ -81,9 +81,8 @@ INSTANTIATE_TEST_SUITE_P(
                              "  - {bar: [hub, tip], EA: 1, mass_per_length: 1, lumped: perhaps}\n"
                              "  - {plate: [hub, mid, tip], E: 1, nu: 0.3, thickness: 0.1, density: -2}\n"}},
             {"scene.yaml:6:47: error: link 1: mass_per_length -1 kg/m, must be >= 0",
-             "scene.yaml:7:38: error: link 2: lumped sets how the mass of the link is distributed, and it "
-             "has "
-             "none; give one, or leave this out",
+             "scene.yaml:7:38: error: link 2: lumped sets how the mass of the link is distributed, but the "
+             "link has no mass; give a mass, or remove this key",
              "scene.yaml:8:58: error: link 3: lumped is the text 'perhaps', must be true or false",
              "scene.yaml:9:70: error: link 4: density -2 kg/m^3, must be >= 0"}},
         BadScene{"AxesOfWheels",
@@ -91,8 +90,8 @@ INSTANTIATE_TEST_SUITE_P(
                    "points: [{name: a, mass: 1, at: [0, 0, 0], inertia: [1, 1, 1]}]\n"
                    "wheels: [{name: w, at: a, axis: [0, 0, 1]}]\n"
                    "loads: [{name: l, axes: local, wheels: {w: 1}}]\n"}},
-                 {"scene.yaml:3:25: error: load 'l': axes has no effect on wheels, which have axes of their "
-                  "own; leave it out"}},
+                 {"scene.yaml:3:25: error: load 'l': axes has no effect on wheels, which have axes of "
+                  "their own; remove it"}},
         BadScene{"MassOfAMatrixThatIsNotThere",
                  {{"scene.yaml",
                    "points:\n"

@@ -10,7 +10,7 @@ class FidelityKey : public ::testing::TestWithParam<BadScene> {};
 TEST_P(FidelityKey, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
 
 const std::string kNone =
-    "tolerance: no error is given; give position [m], attitude [rad] or elastic (share)";
+    "tolerance: no error is given; give position [m], attitude [rad] or elastic (fraction)";
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, FidelityKey,
@@ -25,8 +25,9 @@ INSTANTIATE_TEST_SUITE_P(
              "spin-loaded, coupled, exact-bars, full or auto (did you mean 'exact-bars'?)"}),
         bad_line(
             "AutoWithoutTolerance", "fidelity: auto",
-            {"scene.yaml:5:11: error: scene: fidelity is auto without a tolerance; add tolerance: {position: "
-             "[m], attitude: [rad], elastic: share, horizon: [s]}, with at least one of the first three"}),
+            {"scene.yaml:5:11: error: scene: fidelity is auto without a tolerance; add tolerance: "
+             "{position: [m], attitude: [rad], elastic: fraction, horizon: [s]}, with at least one of the "
+             "first three"}),
         bad_line("ToleranceWithoutAuto", "tolerance: {position: 1, horizon: 2}",
                  {"scene.yaml:5:23: error: tolerance: position has no effect without fidelity: auto; set "
                   "that, or remove this key",

@@ -27,7 +27,7 @@ INSTANTIATE_TEST_SUITE_P(
                  {"scene.yaml:5:24: error: leave_out: tolerance -1, must be >= 0",
                   "scene.yaml:5:37: error: leave_out: horizon 0 s, must be > 0"}),
         bad_line("ToleranceOfOne", "leave_out: {tolerance: 1}",
-                 {"scene.yaml:5:24: error: leave_out: tolerance is 1, must be a share below 1"}),
+                 {"scene.yaml:5:24: error: leave_out: tolerance is 1, must be a fraction below 1"}),
         bad_line("UnknownWord", "leave_out: {on_need: replann}",
                  {"scene.yaml:5:22: error: leave_out: on_need is the text 'replann', must be keep, refuse or "
                   "replan "

@@ -49,10 +49,10 @@ INSTANTIATE_TEST_SUITE_P(
                  "{spring: [hub..tip, hub], stiffness: 1}\n"
                  "  - {beam: [hub, mid, tip], EA: 1, GJ: 1, EIy: 1, EIz: 1, y_axis: [0, 1, 0]}\n"
                  "  - {beam: [hub, mid], EA: 1, GJ: 1, EIy: 1, EIz: 1, y_axis: [1, 0, 0]}",
-                 {"scene.yaml:7:5: error: link 2.2: y_axis (0 1 0) is parallel to the beam; give a direction "
-                  "across it, or none to have one chosen",
+                 {"scene.yaml:7:5: error: link 2.2: y_axis (0 1 0) is parallel to the beam; give a "
+                  "direction across it, or omit y_axis to have one chosen",
                   "scene.yaml:8:5: error: link 3: y_axis (1 0 0) is parallel to the beam; give a direction "
-                  "across it, or none to have one chosen"}),
+                  "across it, or omit y_axis to have one chosen"}),
         // links that could not be read have numbers too
         BadScene{
             "PhysicsAndReading",
@@ -92,23 +92,23 @@ INSTANTIATE_TEST_SUITE_P(
                   "allowed: from, to"}),
         bad_link("ReleaseOfAnUnknownAxis", kBeam + "release: {from: [x, w], to: [rx, ~, [x]]}}",
                  {"scene.yaml:6:83: error: link 'l': release: from holds the text 'w', must be x, y or z: "
-                  "the local axes about which the end turns freely",
-                  "scene.yaml:6:92: error: link 'l': release: to holds the text 'rx', must be x, y or z: the "
-                  "local axes about which the end turns freely",
-                  "scene.yaml:6:96: error: link 'l': release: to holds nothing, must be x, y or z: the local "
-                  "axes about which the end turns freely",
-                  "scene.yaml:6:99: error: link 'l': release: to holds a list, must be x, y or z: the local "
-                  "axes about which the end turns freely"}),
+                  "the local axes about which the end rotates freely",
+                  "scene.yaml:6:92: error: link 'l': release: to holds the text 'rx', must be x, y or z: "
+                  "the local axes about which the end rotates freely",
+                  "scene.yaml:6:96: error: link 'l': release: to holds nothing, must be x, y or z: the "
+                  "local axes about which the end rotates freely",
+                  "scene.yaml:6:99: error: link 'l': release: to holds a list, must be x, y or z: the "
+                  "local axes about which the end rotates freely"}),
         bad_link("ReleaseOfNoAxis", kBeam + "release: {from: {x: true}, to: }}",
-                 {"scene.yaml:6:79: error: link 'l': release: from is a mapping, must be a list of x, y, z: "
-                  "the local axes about which the end turns freely",
+                 {"scene.yaml:6:79: error: link 'l': release: from is a mapping, must be a list of x, y, "
+                  "z: the local axes about which the end rotates freely",
                   "scene.yaml:6:90: error: link 'l': release: to is empty, must be a list of x, y, z: the "
-                  "local axes about which the end turns freely"}),
+                  "local axes about which the end rotates freely"}),
         bad_link("ReleaseTwice", kBeam + "release: {to: [z, y, z]}}",
                  {"scene.yaml:6:84: error: link 'l': release: to: 'z' appears twice; remove one"}),
         bad_link("ReleaseOfFourAxes", kBeam + "release: {to: [x, y, z, z]}}",
-                 {"scene.yaml:6:77: error: link 'l': release: to has 4 items, must be a list of x, y, z: the "
-                  "local axes about which the end turns freely"}),
+                 {"scene.yaml:6:77: error: link 'l': release: to has 4 items, must be a list of x, y, z: "
+                  "the local axes about which the end rotates freely"}),
         bad_link("ReleaseOnAChain",
                  "{name: tube, beam: [hub..tip], EA: 1, GJ: 1, EIy: 1, EIz: 1, release: {from: [y]}}",
                  {"scene.yaml:6:75: error: link 'tube': release belongs to one beam, this chain has 2; write "
@@ -131,11 +131,11 @@ INSTANTIATE_TEST_SUITE_P(
         bad_link("TorsionOfThreePoints", "{name: l, torsion: [hub..tip], stiffness: 5}",
                  {"scene.yaml:6:24: error: link 'l': torsion has 3 points, must be a list of 4 or more"}),
         bad_link("BendingBackAndForth", "{name: l, bending: [hub, mid, hub], stiffness: 5}",
-                 {"scene.yaml:6:24: error: link 'l': bending names the point 'hub' twice among 3 that follow "
-                  "one another, must be different points"}),
+                 {"scene.yaml:6:24: error: link 'l': bending names the point 'hub' twice among 3 "
+                  "successive points, must be different points"}),
         bad_link("TorsionOfATriangle", "{name: l, torsion: [hub..tip, hub], stiffness: 5}",
-                 {"scene.yaml:6:24: error: link 'l': torsion names the point 'hub' twice among 4 that follow "
-                  "one another, must be different points"}),
+                 {"scene.yaml:6:24: error: link 'l': torsion names the point 'hub' twice among 4 "
+                  "successive points, must be different points"}),
         bad_link("BendingWithoutStiffness", "{name: l, bending: [hub..tip], EI: 5}",
                  {"scene.yaml:6:5: error: link 'l': stiffness is missing, must be a number > 0 [N m/rad]",
                   "scene.yaml:6:36: error: link 'l': unknown key 'EI'; allowed: name, bending, stiffness, "

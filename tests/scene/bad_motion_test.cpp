@@ -25,7 +25,7 @@ INSTANTIATE_TEST_SUITE_P(
                  {"scene.yaml:5:12: error: attractor: mu is missing, must be a number > 0 [m^3/s^2]"}),
         bad_line(
             "AttractorWithItsStrengthAtTheColon", "attractor: {mu:1, at: [0, 0, 0]}",
-            {"scene.yaml:5:13: error: attractor: unknown key 'mu:1' (write a blank behind the colon, 'mu: "
+            {"scene.yaml:5:13: error: attractor: unknown key 'mu:1' (write a space after the colon: 'mu: "
              "1'); allowed: at, mu"}),
         bad_line("AttractorThatRepels", "attractor: {mu: -1, at: [0, 0]}",
                  {"scene.yaml:5:17: error: attractor: mu -1 m^3/s^2, must be > 0",
@@ -38,7 +38,7 @@ INSTANTIATE_TEST_SUITE_P(
                  "groups: {panel: all}\n"
                  "loads:\n"
                  "  - {name: w, axes: local, wrenches: {panel: {force: [0, 0, 1]}}}",
-                 {"scene.yaml:7:38: error: load 'w': wrenches with axes local: a group has no one local "
+                 {"scene.yaml:7:38: error: load 'w': wrenches with axes local: a group has no single local "
                   "rotation; use axes body, or forces on its points"})),
     bad_scene_name);
 

@@ -11,7 +11,7 @@
 namespace freeflex::testing {
 
 struct BadScene {
-  std::string name;  // what is wrong with it
+  std::string name;  // description of the fault
   std::vector<std::pair<std::string, std::string>>
       files;                          // name and bytes of each file; scene.yaml is the scene
   std::vector<std::string> messages;  // "file:line:column: severity: text", in order

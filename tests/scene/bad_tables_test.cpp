@@ -115,9 +115,9 @@ INSTANTIATE_TEST_SUITE_P(
                                        "1 1 -5\n"
                                        "4 1 5\n"
                                        "4 4 -5\n"}},
-            {"scene.yaml:5:5: error: link 'body': the stiffness matrix is not positive semidefinite: "
-             "its least eigenvalue is -10 N/m, its largest 10 N/m; allowed is -1e-06 times the largest; such "
-             "a link would release energy without end"}},
+            {"scene.yaml:5:5: error: link 'body': the stiffness matrix is not positive semidefinite: its "
+             "least eigenvalue is -10 N/m, its largest 10 N/m; allowed is -1e-06 times the largest; such a "
+             "link would release an unlimited amount of energy"}},
         BadScene{"NotFree",
                  {{"scene.yaml", kMatrixScene},
                   {"K.mtx", kMatrixHeader + "6 6 1\n"
@@ -148,7 +148,8 @@ INSTANTIATE_TEST_SUITE_P(
                    "# points\n"
                    "name,mass,x,y\n"
                    "a,1,0,0\n"}},
-                 {"points.csv:2:1: error: the header has no column z; it names columns by commas"}},
+                 {"points.csv:2:1: error: the header has no column z; commas must separate the names in the "
+                  "header"}},
         BadScene{"ColumnTwice",
                  {{"scene.yaml", "points: {csv: points.csv}\n"},
                   {"points.csv",
@@ -178,14 +179,14 @@ INSTANTIATE_TEST_SUITE_P(
              "write 0.001",
              "points.csv:3:13: error: point 'b': z '1e' is not a number, must be a number [m], in SI "
              "without a unit"}},
-        BadScene{
-            "Semicolons",
-            {{"scene.yaml", "points: {csv: points.csv}\n"},
-             {"points.csv",
-              "name;mass;x;y;z\n"
-              "a;1;0;0;0\n"}},
-            {"points.csv:1:1: error: unknown column 'name;mass;x;y;z'; allowed: name, mass, x, y, z",
-             "points.csv:1:1: error: the header has no column mass, x, y, z; it names columns by commas"}},
+        BadScene{"Semicolons",
+                 {{"scene.yaml", "points: {csv: points.csv}\n"},
+                  {"points.csv",
+                   "name;mass;x;y;z\n"
+                   "a;1;0;0;0\n"}},
+                 {"points.csv:1:1: error: unknown column 'name;mass;x;y;z'; allowed: name, mass, x, y, z",
+                  "points.csv:1:1: error: the header has no column mass, x, y, z; commas must separate the "
+                  "names in the header"}},
         BadScene{"Empty",
                  {{"scene.yaml", "points: {csv: points.csv}\n"}, {"points.csv", "\n"}},
                  {"points.csv:1:1: error: the table is empty; its first line names the columns: name, mass, "
@@ -279,10 +280,10 @@ INSTANTIATE_TEST_SUITE_P(
                   {"links.csv",
                    "from,to,GJ\n"
                    "a,b,10\n"}},
-                 {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
-                  "stiffness (springs), EA and, if wanted, mass_per_length (bars), EA, GJ, EIy, EIz and, if "
-                  "wanted, GAy, GAz, mass_per_length (beams), damping "
-                  "(dashpots), or third, E, nu, thickness and, if wanted, density (plates)"}}),
+                 {"links.csv:1:1: error: the columns do not give a kind of link; in addition to from and "
+                  "to there must be stiffness (for springs); EA and optionally mass_per_length (for bars); "
+                  "EA, GJ, EIy, EIz and optionally GAy, GAz, mass_per_length (for beams); damping (for "
+                  "dashpots); or third, E, nu, thickness and optionally density (for plates)"}}),
     bad_scene_name);
 
 class LinkTable : public ::testing::TestWithParam<BadScene> {};
@@ -302,25 +303,25 @@ INSTANTIATE_TEST_SUITE_P(
     BadScene, LinkTable,
     ::testing::Values(
         bad_links("ShearStiffnessOfASpring", "# springs\nfrom,to,stiffness,GAy\na,b,1,2\n",
-                  {"links.csv:2:1: error: the columns give no kind of link; beside from and to they must be "
-                   "stiffness (springs), EA and, if wanted, mass_per_length (bars), EA, GJ, EIy, EIz and, if "
-                   "wanted, GAy, GAz, mass_per_length (beams), "
-                   "damping (dashpots), or third, E, nu, thickness and, if wanted, density (plates)"}),
+                  {"links.csv:2:1: error: the columns do not give a kind of link; in addition to from and "
+                   "to there must be stiffness (for springs); EA and optionally mass_per_length (for "
+                   "bars); EA, GJ, EIy, EIz and optionally GAy, GAz, mass_per_length (for beams); damping "
+                   "(for dashpots); or third, E, nu, thickness and optionally density (for plates)"}),
         bad_links("BeamWithoutBending", "from,to,EA,GJ,EIy,GAy,GAz\na,b,1,1,1,2,2\n",
-                  {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
-                   "stiffness (springs), EA and, if wanted, mass_per_length (bars), EA, GJ, EIy, EIz and, if "
-                   "wanted, GAy, GAz, mass_per_length (beams), "
-                   "damping (dashpots), or third, E, nu, thickness and, if wanted, density (plates)"}),
+                  {"links.csv:1:1: error: the columns do not give a kind of link; in addition to from and "
+                   "to there must be stiffness (for springs); EA and optionally mass_per_length (for "
+                   "bars); EA, GJ, EIy, EIz and optionally GAy, GAz, mass_per_length (for beams); damping "
+                   "(for dashpots); or third, E, nu, thickness and optionally density (for plates)"}),
         bad_links("SpringAndDashpot", "from,to,stiffness,damping\na,b,1,2\n",
-                  {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
-                   "stiffness (springs), EA and, if wanted, mass_per_length (bars), EA, GJ, EIy, EIz and, if "
-                   "wanted, GAy, GAz, mass_per_length (beams), "
-                   "damping (dashpots), or third, E, nu, thickness and, if wanted, density (plates)"}),
+                  {"links.csv:1:1: error: the columns do not give a kind of link; in addition to from and "
+                   "to there must be stiffness (for springs); EA and optionally mass_per_length (for "
+                   "bars); EA, GJ, EIy, EIz and optionally GAy, GAz, mass_per_length (for beams); damping "
+                   "(for dashpots); or third, E, nu, thickness and optionally density (for plates)"}),
         bad_links("PlateOfTwoPoints", "from,to,E,nu,thickness\na,b,1,0.3,2\n",
-                  {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
-                   "stiffness (springs), EA and, if wanted, mass_per_length (bars), EA, GJ, EIy, EIz and, if "
-                   "wanted, GAy, GAz, mass_per_length (beams), "
-                   "damping (dashpots), or third, E, nu, thickness and, if wanted, density (plates)"}),
+                  {"links.csv:1:1: error: the columns do not give a kind of link; in addition to from and "
+                   "to there must be stiffness (for springs); EA and optionally mass_per_length (for "
+                   "bars); EA, GJ, EIy, EIz and optionally GAy, GAz, mass_per_length (for beams); damping "
+                   "(for dashpots); or third, E, nu, thickness and optionally density (for plates)"}),
         bad_links("ViscousBeams", "from,to,EA,GJ,EIy,EIz,viscous\na,b,1,1,1,1,0.1\n",
                   {"links.csv:1:1: error: column 'viscous' is not for beams and plates: rotations carry no "
                    "mass, and a moment that depends on their rate would make them states of their own; use "

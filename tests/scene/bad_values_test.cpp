@@ -199,7 +199,7 @@ INSTANTIATE_TEST_SUITE_P(
               kThreePoints +
                   "links: {name: l, beam: [hub, mid], EA: 1, GJ: 1, EIy: 1, EIz: 1, y_axis: [2, 0, 0]}\n"}},
             {"scene.yaml:5:8: error: link 'l': y_axis (2 0 0) is parallel to the beam; give a direction "
-             "across it, or none to have one chosen"}},
+             "across it, or omit y_axis to have one chosen"}},
         BadScene{
             "ZeroAxis",
             {{"scene.yaml",
@@ -325,7 +325,7 @@ INSTANTIATE_TEST_SUITE_P(
                    "  sender_share: 1.5\n"
                    "  max_hold: 0\n"}},
                  {"scene.yaml:3:12: error: commands: max_age 0 s, must be > 0",
-                  "scene.yaml:4:17: error: commands: sender_share is 1.5, must be a share, at most 1",
+                  "scene.yaml:4:17: error: commands: sender_share is 1.5, must be a fraction, at most 1",
                   "scene.yaml:5:13: error: commands: max_hold 0 s, must be > 0"}},
         BadScene{
             "CommasOfOtherKinds",

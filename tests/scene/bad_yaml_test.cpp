@@ -73,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Bracket : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Bracket, AnUnclosedBracketIsRefusedAndItsOpeningIsNamed) { expect_refused(GetParam()); }
+TEST_P(Bracket, AnUnclosedBracketIsReportedWithThePositionOfItsOpening) { expect_refused(GetParam()); }
 
 const std::string kOpenBrace =
     "YAML syntax: flow mapping without a closing brace; it was opened on line 2, column 5: close it with '}'";

@@ -64,7 +64,7 @@ TEST(FaultText, JsonContainsEveryFieldOfEveryFault) {
 }
 
 // one run reports all faults, here in a value, in a key, in positions and in a mode number
-TEST(FaultText, PhysicsFaultsAreReportedTogetherWithReadingFaults) {
+TEST(FaultText, PhysicalFaultsAreReportedTogetherWithFaultsOfTheReader) {
   const TemporaryFolder folder;
   folder.write("scene.yaml", R"(rate: -5
 points:
@@ -92,7 +92,7 @@ initial: {modes: {99: {q: 1}}}
 }
 
 // the rigid links are numbers 4 and 5 among all links, and the second and third item of the list
-TEST(FaultText, AWarningNamesALinkAfterAChainByItsPositionInTheList) {
+TEST(FaultText, AWarningStatesTheListPositionOfALinkAfterAChain) {
   const TemporaryFolder folder;
   folder.write("scene.yaml", R"(points:
   - {name: a, mass: 1, at: [0, 0, 0]}

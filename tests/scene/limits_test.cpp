@@ -26,7 +26,7 @@ class Limits : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(Limits, AMissingSceneIsNamed) {
+TEST_F(Limits, AMissingSceneFileIsReported) {
   EXPECT_EQ(read("boom.yaml"),
             Messages{"boom.yaml: error: cannot read 'boom.yaml': No such file or directory"});
   EXPECT_EQ(read(""), Messages{"error: cannot read '': the file name is empty"});
@@ -53,8 +53,8 @@ TEST_F(Limits, TooManyPointsAreRefused) {
   for (int i = 0; i < 263000; ++i) csv += "1," + std::to_string(i) + ",0,0\n";
   folder_.write("points.csv", csv);
   EXPECT_EQ(read_text("points: {csv: points.csv}\n"),
-            Messages{"points.csv:200002:1: error: this is point 200001 of 262145 or more; at most 200000 are "
-                     "taken; join points, or leave some out"});
+            Messages{"points.csv:200002:1: error: this is point 200001 of 262145 or more; at most 200000 "
+                     "are allowed; merge points, or remove some"});
 }
 
 // both faults are reported in one run, so that no second fault appears after the first is corrected
@@ -65,8 +65,8 @@ TEST_F(Limits, TooManyPointsAreReportedTogetherWithOtherFaults) {
   EXPECT_EQ(
       read_text("points: {csv: points.csv}\n"),
       (Messages{"points.csv:2:1: error: point in row 1: mass -1 kg, must be >= 0",
-                "points.csv:200002:1: error: this is point 200001 of 200100; at most 200000 are taken; join "
-                "points, or leave some out"}));
+                "points.csv:200002:1: error: this is point 200001 of 200100; at most 200000 are allowed; "
+                "merge points, or remove some"}));
 }
 
 TEST_F(Limits, TooManyGroupsAreRefused) {
@@ -108,7 +108,7 @@ TEST_F(Limits, MergedMappingsCountTowardsTheLimit) {
                      "matrices in Matrix Market files"});
 }
 
-TEST_F(Limits, ListsThatNameTooManyItemsAreRefused) {
+TEST_F(Limits, ListsOfTooManyItemsAreRefused) {
   std::string csv = "mass,x,y,z\n";
   for (int i = 0; i < 8192; ++i) csv += "1," + std::to_string(i) + ",0,0\n";
   folder_.write("points.csv", csv);
@@ -127,9 +127,9 @@ TEST_F(Limits, ListsThatNameTooManyItemsAreRefused) {
   EXPECT_EQ(read_text(text + "loads: [{forces: {'1': [0, 0, 1]}}]\n").size(), 1u);
 }
 
-// up to 1000 points everything is published and pushable by default; above, only what is named, and `all`
-// names every point
-TEST_F(Limits, AboveAThousandPointsOnlyNamedPointsArePublishedOrPushable) {
+// up to 1000 points, everything is published and pushable by default; above that, only the points that the
+// scene lists, where `all` stands for every point
+TEST_F(Limits, AboveAThousandPointsOnlyListedPointsArePublishedOrPushable) {
   constexpr int kPoints = 1100;
   std::string csv = "mass,x,y,z\n", springs = "from,to,stiffness\n";
   for (int i = 1; i <= kPoints; ++i) {
@@ -149,9 +149,10 @@ TEST_F(Limits, AboveAThousandPointsOnlyNamedPointsArePublishedOrPushable) {
   EXPECT_TRUE(none.scene->pushable.empty());
   ASSERT_EQ(none.faults.size(), 1u);
   EXPECT_EQ(io::format_fault(none.faults[0], none.sources, false),
-            "points.csv:2:1: warning: none of the 1100 points is published: above 1000 points, only named "
-            "points and links are published, take commands or are listed on the bus; name them in 'publish: "
-            "points: of', 'publish: loads: of' and 'commands: points', or in groups");
+            "points.csv:2:1: warning: none of the 1100 points is published: in a scene of more than 1000 "
+            "points, only points and links that the scene names are published, can be pushed and are listed "
+            "on the bus; name them in 'publish: points: of', 'publish: loads: of' and 'commands: points', or "
+            "in groups");
   const io::SceneResult all = read_with("publish: {points: {of: all}, loads: {of: all}}\n");
   ASSERT_TRUE(all.scene);
   EXPECT_EQ(all.scene->publication.points.size(), 1100u);
@@ -172,10 +173,10 @@ TEST_F(Limits, RigidBodiesOfTooManyPointsAreRefused) {
   folder_.write("scene.yaml", "points: {csv: points.csv}\nlinks: {rigid: all}\n");
   const io::PlanResult result = io::load_plan("scene.yaml");
   EXPECT_FALSE(result.plan);
-  // the first fault is the warning on points that are not named
+  // the first fault is the warning on points that are not listed
   ASSERT_EQ(result.faults.size(), 2u);
   EXPECT_NE(io::format_fault(result.faults[1], result.sources, false)
-                .find("forbid 3702 motions together, at most 1500 can be handled"),
+                .find("impose 3702 constraints together, but at most 1500 can be handled"),
             std::string::npos)
       << io::format_fault(result.faults[1], result.sources, false);
 }

@@ -50,7 +50,7 @@ class PlanFile : public ::testing::Test {
 };
 
 // The pulse of 0.1 s fits ticks of 1 ms, not of 0.4 s.
-TEST_F(PlanFile, WarningsAboutTicksAreOfTheRateAskedFor) {
+TEST_F(PlanFile, WarningsAboutTicksApplyToTheRequestedRate) {
   const auto moved = [](double rate) {
     std::string messages;
     for (const Fault& fault : io::load_plan("scene.yaml", rate).faults) messages += fault.message + "\n";
@@ -114,7 +114,7 @@ TEST_F(PlanFile, EveryFlippedByteIsRefused) {
   EXPECT_EQ(refusal(damaged), "bad.plan: error: damaged plan: the checksum does not match");
 }
 
-TEST_F(PlanFile, AFileWithoutTheMagicOfAPlanIsReadAsAScene) {
+TEST_F(PlanFile, AFileWithoutTheMagicNumberOfAPlanIsReadAsAScene) {
   EXPECT_EQ(
       refusal("FFPLA"),
       "bad.plan:1:1: error: scene is the text 'FFPLA', must be a mapping of name, rate, fidelity, "
@@ -123,7 +123,7 @@ TEST_F(PlanFile, AFileWithoutTheMagicOfAPlanIsReadAsAScene) {
       "leave_out, modes, publish, commands\n    FFPLA\n    ^");
 }
 
-TEST_F(PlanFile, AMessageNamesAPathThatCannotBeWritten) {
+TEST_F(PlanFile, AMessageContainsThePathThatCannotBeWritten) {
   EXPECT_EQ(io::save_plan(plan_, "nowhere/boom.plan"),
             "cannot write 'nowhere/boom.plan': No such file or directory");
   std::filesystem::create_directory(folder_.path() / "taken");

@@ -33,7 +33,7 @@ std::vector<std::string> warnings_of_plate(const std::string& values) {
 
 using Texts = std::vector<std::string>;
 
-TEST(Plausibility, AWarningOfAModulusNamesTheLikelyUnit) {
+TEST(Plausibility, AWarningAboutAModulusStatesTheLikelyUnit) {
   EXPECT_EQ(warnings_of_plate("E: 70, thickness: 0.01"),
             Texts{"s:6:5: warning: link 'skin': E of 70 Pa is less than rubber has; in GPa write 70e9"});
   EXPECT_EQ(warnings_of_plate("E: 210000, thickness: 0.01"),
@@ -45,7 +45,7 @@ TEST(Plausibility, AWarningOfAModulusNamesTheLikelyUnit) {
     EXPECT_EQ(warnings_of_plate(std::string("thickness: 0.01, E: ") + value), Texts{}) << value;
 }
 
-TEST(Plausibility, AWarningOfADensityNamesTheLikelyUnit) {
+TEST(Plausibility, AWarningAboutADensityStatesTheLikelyUnit) {
   EXPECT_EQ(warnings_of_plate("E: 7e10, thickness: 0.01, density: 2.7e-9"),
             Texts{"s:6:5: warning: link 'skin': density of 2.7e-09 kg/m^3 is less than a light foam has; "
                   "in t/mm^3 write 2700"});
@@ -67,7 +67,7 @@ TEST(Plausibility, ThicknessIsComparedWithTheWidthOfThePlate) {
 }
 
 // a plate 2 mm wide and 3 mm thick is implausible, and no other unit would make it plausible
-TEST(Plausibility, AWarningOfASmallThicknessNamesNoUnit) {
+TEST(Plausibility, AWarningAboutASmallThicknessStatesNoUnit) {
   const std::string points =
       "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [0.002, 0, 0]}\n"
       "  - {name: c, mass: 1, at: [0, 0.002, 0]}\n";
@@ -91,7 +91,7 @@ TEST(Plausibility, BeamStiffnessIsJudgedByItsRadiusOfGyration) {
             "with a radius of gyration of 10 m on a beam of 1 m; check the units of both"});
 }
 
-TEST(Plausibility, BodyIsComparedWithTheSpanOfTheStructure) {
+TEST(Plausibility, TheSizeOfABodyIsComparedWithTheSpanOfTheStructure) {
   const auto body = [](const std::string& values) {
     return warnings_of(kThreePoints + "  - {name: bus, mass: 100, at: [0, 0, 1], " + values +
                        "}\nlinks:\n  - {rigid: [hub, mid, tip, bus]}\n");
@@ -165,8 +165,8 @@ TEST(Plausibility, LengthsInARatioOf1e12GiveAWarning) {
            "1}\n";
   };
   EXPECT_EQ(warnings_of(scene("1e-6")),
-            Texts{"s:6:5: warning: lengths from 1e-06 m (link 'short') to 1000000 m (link 'long') in one "
-                  "scene: coordinates are in m"});
+            Texts{"s:6:5: warning: lengths of links range from 1e-06 m (link 'short') to 1000000 m "
+                  "(link 'long'): check that all coordinates are in m"});
   EXPECT_EQ(warnings_of(scene("1e-5")), Texts{});
 }
 
@@ -212,16 +212,16 @@ TEST(FarFromTheOrigin, CoordinatesThatDoNotResolveTheStructureAreRefused) {
   };
   EXPECT_EQ(
       errors(std::ldexp(1.0, 50)),
-      Texts{"s:6:9: error: link 1.1 of 1.5 m has points 1.12589991e+15 m from the origin, where numbers "
-            "of 64 bits are 0.25 m apart and do not resolve it; give coordinates from an origin in the "
+      Texts{"s:6:9: error: link 1.1 of 1.5 m has points 1.12589991e+15 m from the origin, where numbers of "
+            "64 bits are 0.25 m apart and do not resolve the link; give coordinates from an origin in the "
             "structure, and the position of that origin by initial: position; the same holds for 2 other "
             "links"});
   EXPECT_EQ(
       errors(std::ldexp(1.0, 46)),
-      Texts{"s:6:9: error: link 1.1 of 1.5 m has points 7.03687442e+13 m from the origin, where numbers "
-            "of 64 bits are 0.015625 m apart and do not resolve it; give coordinates from an origin in "
-            "the structure, and the position of that origin by initial: position; the same holds for 2 other "
-            "links"});
+      Texts{"s:6:9: error: link 1.1 of 1.5 m has points 7.03687442e+13 m from the origin, where numbers of "
+            "64 bits are 0.015625 m apart and do not resolve the link; give coordinates from an origin in "
+            "the structure, and the position of that origin by initial: position; the same holds for 2 "
+            "other links"});
 }
 
 TEST(FarFromTheOrigin, CoordinatesThatResolveTheStructureKeepItsFrequencies) {

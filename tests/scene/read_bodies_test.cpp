@@ -81,7 +81,7 @@ TEST(ReadBodies, WheelsAndTorquesAreReadByName) {
   EXPECT_EQ(scene.loads[0].wheels[0].torque, 0.5);
 }
 
-TEST(ReadBodies, UnknownWheelsTorquesOnPointsAndConflictingMassKeysAreReported) {
+TEST(ReadBodies, FaultsOfWheelsTorquesAndMassKeysAreReported) {
   const std::string beam = "links: [{beam: [hub, b, c], EA: 1e5, GJ: 1e3, EIy: 1e3, EIz: 1e3}]\n";
   const auto expect = [](const std::string& scene, const std::string& what) {
     const std::string text = faults_of(scene);
@@ -90,7 +90,7 @@ TEST(ReadBodies, UnknownWheelsTorquesOnPointsAndConflictingMassKeysAreReported) 
   expect(kPoints + beam + "loads: [{wheels: {fly: 1}}]\n", "names the wheel 'fly'");
   expect(kPoints + beam + "loads: [{torques: {c: [1, 0, 0]}}]\n", "has no attitude");
   expect(kPoints + "links: [{bar: [hub, c], EA: 1e5, mass_per_length: 1, lumped: true, mean_axial: true}]\n",
-         "keep one of them");
+         "remove one of them");
 }
 
 }  // namespace

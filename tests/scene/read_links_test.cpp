@@ -32,7 +32,7 @@ std::string written(const Plate&) { return "{plate: [a, b, c], E: 7e9, nu: 0.3, 
 std::string written(const Rigid&) { return "{rigid: [a, b]}"; }
 std::string written(const Dashpot&) { return "{dashpot: [a, b], damping: 1}"; }
 
-TEST(ReadLinks, EveryKindOfLinkIsReadFromTheKeyOfItsName) {
+TEST(ReadLinks, TheKeyOfALinkSelectsItsKind) {
   const TemporaryFolder folder;
   folder.write("K.mtx", "%%MatrixMarket matrix coordinate real symmetric\n6 6 3\n1 1 5\n4 1 -5\n4 4 5\n");
   const auto expect = [&]<std::size_t I>(std::integral_constant<std::size_t, I>) {
@@ -76,7 +76,7 @@ TEST(ReadLinks, EachShearKeySetsTheStiffnessAlongItsAxis) {
   EXPECT_EQ(std::get<Beam>(links[2].kind).GA_z, 7.0);
 }
 
-TEST(ReadLinks, EachReleaseActsAtTheEndAndAxisInItsName) {
+TEST(ReadLinks, EachReleaseActsAtTheEndAndAboutTheAxisInItsName) {
   const std::string beam = "  - {beam: [a, b], EA: 1, GJ: 2, EIy: 3, EIz: 4, release: ";
   const auto released = [&](const std::string& release) {
     const auto links = read_links(beam + release + "}\n");
@@ -181,7 +181,7 @@ std::vector<int> published_links(const std::string& publish) {
       .publication.links;
 }
 
-TEST(ReadLinks, LinksWithManyForceComponentsArePublishedOnlyIfNamed) {
+TEST(ReadLinks, LinksWithManyForceComponentsArePublishedOnlyIfListed) {
   const std::vector<int> short_ones{0, 1, 5};
   EXPECT_EQ(published_links(""), short_ones);
   EXPECT_EQ(published_links("publish: {loads: {rate: 10}}\n"), short_ones);

@@ -35,8 +35,8 @@ std::string read_file(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// Returns the answer of the schema for each scene: "" if it is accepted, a fault if it is refused, nullopt
-/// if it is not YAML.
+/// Returns the result of the schema check for each scene: "" if it is accepted, a fault if it is refused,
+/// nullopt if it is not YAML.
 std::vector<std::optional<std::string>> ask_schema(const std::vector<std::string>& scenes) {
   const TemporaryFolder folder;
   folder.write("schema.json", io::scene_schema());

@@ -15,7 +15,7 @@
 namespace freeflex::testing {
 namespace {
 
-// a scene with every kind of target that a path can name: items, an alias, names that contain dots, tables
+// a scene with every kind of target that a path can reach: items, an alias, names that contain dots, tables
 const std::string kScene =
     "points:\n"
     "  - &hub {name: hub, mass: 10, at: [0, 0, 0]}\n"
@@ -184,8 +184,8 @@ TEST(Settings, AreRefusedForAPlanFile) {
   EXPECT_FALSE(result.plan.has_value());
   ASSERT_EQ(result.faults.size(), 1u);
   EXPECT_EQ(io::format_fault(result.faults[0], result.sources),
-            "--set points.hub.mass=41: error: 'boom.plan' is a plan, whose set-up is done: values are set in "
-            "a scene, before its set-up; name the scene that the plan was made from");
+            "--set points.hub.mass=41: error: 'boom.plan' is a plan: values can be set only in a scene, "
+            "before its set-up; name the scene that the plan was made from");
 }
 
 TEST(SceneText, SceneTextIsReadLikeASceneFile) {
@@ -234,7 +234,7 @@ TEST(Settings, AcceptEveryPathInTheSchema) {
   for (const std::string& path : paths)
     for (const std::string& text : texts_of(read_with({path + "=1"})))
       for (const char* fault :
-           {"unknown key", "a key must follow here", "is an item", "as a whole", "names are what"})
+           {"unknown key", "a key must follow here", "is an item", "as a whole", "a name cannot be set"})
         EXPECT_EQ(text.find(fault), std::string::npos) << text;
   for (const char* path : {"rate", "points.*.mass", "links.*.E", "loads.*.forces.*", "loads.*.pulse.start",
                            "initial.modes.*.q", "groups.*", "points.*.csv"})
@@ -275,7 +275,7 @@ INSTANTIATE_TEST_SUITE_P(
             "loads: none is named 'xyz'; there are kick"),
         bad("UnknownNameInTables", "points.r3.mass=1", "points: none is named 'r3' (did you mean 'r1'?)"),
         bad("NameWithDots", "points.a.b.mass=1",
-            "points: none is named 'a'; a name with dots stands in quotes: points.\"a.b\""),
+            "points: none is named 'a'; write a name with dots in quotes: points.\"a.b\""),
         bad("NoSuchPosition", "loads.0.axes=body",
             "loads: there is no position 0; the items are numbered from 1 to 1"),
         bad("NoSuchPositionBesideATable", "points.6.mass=1",
@@ -299,13 +299,16 @@ INSTANTIATE_TEST_SUITE_P(
             "viscous, loss_factor, bar, EA, mass_per_length, lumped, mean_axial, beam, GJ, EIy, EIz, GAy, "
             "GAz, y_axis, release, bending, torsion, plate, E, nu, thickness, density, matrix, points, mass, "
             "rotations, inner, flexibility, rigid, dashpot, damping"),
-        bad("KeyOfAnotherKind", "links.*.GJ=1", "links.*: no item here takes GJ, which is a key of beam"),
+        bad("KeyOfAnotherKind", "links.*.GJ=1",
+            "links.*: no item here can have the key GJ; it is a key of "
+            "beam"),
         bad("NoItems", "wheels.*.momentum=1",
             "the scene has no wheels; a path can change items but cannot add them"),
         bad("EndsAtAnItem", "points.hub=1",
             "points.hub is an item, and its keys are set one by one: write points.hub.KEY"),
         bad("NameOfAnItem", "points.mid.name=hub",
-            "points.mid.name: names are what paths and the scene refer to; change it in the scene"),
+            "points.mid.name: a name cannot be set, because paths and the scene refer to it; change it in "
+            "the scene"),
         bad("GoesOnBeyondAValue", "points.hub.mass.x=1",
             "points.hub.mass is one value and is set as a whole: end the path there"),
         bad("GoesOnBeyondAList", "points.hub.at.2=1",
@@ -314,16 +317,15 @@ INSTANTIATE_TEST_SUITE_P(
             "loads.kick.forces.mid is a list of numbers and is set as a whole: end the path there"),
         bad("AllKeys", "damping.*=1",
             "damping: * stands for items and names, but a key must follow here: ratio, modes, rayleigh"),
-        bad("AllOfAnEmptyList", "damping.modes.*=1",
-            "damping.modes is empty: there is nothing that * could stand for"),
+        bad("AllOfAnEmptyList", "damping.modes.*=1", "damping.modes is empty, so * matches nothing"),
         bad("EmptyStep", "points..mass=1", "a key or a name is missing, character 8 of the path"),
         bad("DotAtTheEnd", "points.hub.=1", "a key or a name is missing, character 12 of the path"),
         bad("OpenQuote", "points.hub'=1'.mass=1",
-            "'hub'=1'' must be a key, a name, a number or *, character 8 of the path; keys and names stand "
-            "behind dots, as in points.hub.mass"),
+            "'hub'=1'' must be a key, a name, a number or *, character 8 of the path; separate keys and "
+            "names by dots, as in points.hub.mass"),
         bad("Brackets", "points[0].mass=1",
-            "'points[0]' must be a key, a name, a number or *, character 1 of the path; keys and names stand "
-            "behind dots, as in points.hub.mass")),
+            "'points[0]' must be a key, a name, a number or *, character 1 of the path; separate keys and "
+            "names by dots, as in points.hub.mass")),
     bad_settings_name);
 
 INSTANTIATE_TEST_SUITE_P(

@@ -8,7 +8,7 @@ namespace {
 
 const std::string kThreeRows = "mass,x,y,z\n1,0,0,0\n1,1,0,0\n1,0,1,0\n";
 
-TEST(Csv, ColumnsMayBeInAnyOrderAndCommentsBlanksAndCrLfAreAllowed) {
+TEST(Csv, ColumnsMayBeInAnyOrderWithCommentsBlanksAndCrLf) {
   const TemporaryFolder folder;
   folder.write(
       "points.csv",
@@ -123,7 +123,7 @@ Eigen::MatrixXd spring_along_x(double stiffness) {
   return matrix;
 }
 
-TEST_F(MatrixMarket, ASymmetricCoordinateFileIsMirrored) {
+TEST_F(MatrixMarket, ASymmetricCoordinateFileGivesBothTriangles) {
   EXPECT_EQ(
       read("%%MatrixMarket matrix coordinate real symmetric\n% [N/m]\n\n6 6 3\n1 1 5e0\n4 1 -5\n\n4 4 5.0\n"),
       spring_along_x(5));
@@ -145,7 +145,7 @@ TEST_F(MatrixMarket, AGeneralMatrixWithRoundedEntriesIsAveragedWithItsTranspose)
 
 // an asymmetry of 9e-7 of the largest entry, which can result from rounding to seven digits, is removed by
 // averaging; an asymmetry of 1.1e-6 is refused
-TEST_F(MatrixMarket, AnAsymmetryFromRoundingToSevenDigitsIsAcceptedByReaderAndSetUp) {
+TEST_F(MatrixMarket, AnAsymmetryFromRoundingToSevenDigitsIsAccepted) {
   const auto load = [&](const std::string& entry) {
     folder_.write("K.mtx", "%%MatrixMarket matrix coordinate real general\n6 6 4\n1 1 1\n4 1 " + entry +
                                "\n1 4 -1\n4 4 1\n");

@@ -1,5 +1,5 @@
-// A temporary folder. It is the current folder while the object exists, so that messages name files as the
-// scene does.
+// A temporary folder. The folder is the current folder while the object exists, so that messages contain file
+// names as they are in the scene.
 #pragma once
 
 #include <unistd.h>

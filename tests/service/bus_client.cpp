@@ -146,7 +146,7 @@ freeflex_msgs::ack_t BusClient::answer(std::int64_t sequence) {
 
 bool BusClient::meet() {
   statuses.clear();
-  // a daemon in mode STARTING takes no commands and may still give way to another
+  // a daemon in mode STARTING takes no commands and may still give way to another daemon
   const auto is_up = [this] {
     return !statuses.empty() && statuses.back().mode != freeflex_msgs::status_t::STARTING;
   };

@@ -34,7 +34,7 @@ class BusClient {
   BusClient(const BusClient&) = delete;
   BusClient& operator=(const BusClient&) = delete;
 
-  /// Reads messages until the condition is true. Returns false if it stays false for kPatience.
+  /// Reads messages until the condition is true. Returns false if the condition stays false for kPatience.
   bool until(const std::function<bool()>& condition);
   /// Reads the messages that have arrived.
   void read() { receive(0); }

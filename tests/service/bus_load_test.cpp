@@ -32,7 +32,7 @@ constexpr int kSeconds = FREEFLEX_LOAD_SECONDS;
 constexpr microseconds kCommandPeriod{2000};  // 500 a second
 constexpr const char* kPrefix = "LOAD";
 
-std::string no_network;  // why there is no private network; empty if there is one
+std::string no_network;  // reason why there is no private network; empty if there is one
 
 /// Holds the expected answer to each sequence number.
 using Expected = std::map<std::int64_t, Reason>;
@@ -156,10 +156,10 @@ void report_ticks(const BusClient& client, const status_t& first, const status_t
   }
 }
 
-/// Expects that `freeflex replay` names the first missing entry of an incomplete recording.
+/// Expects that `freeflex replay` reports the first missing entry of an incomplete recording.
 void expect_loss_named(const std::string& log, const Recording& recording) {
   if (!recording.account.has_gap)
-    return;  // the lost messages are at the end of the recording, or a replay does not need them
+    return;  // either the lost messages are at the end of the recording, or a replay does not need them
   Process replay({program("freeflex"), "replay", log, "--prefix", kPrefix});
   EXPECT_EQ(replay.wait(), 3) << replay.output();
   const std::string named =
@@ -264,11 +264,11 @@ std::int64_t num_lost(const BusClient& client, const Recording& recording) {
   return lost;
 }
 
-TEST_F(FREEFLEX_LOAD_NAME, SenderAnswersAppliedEntriesAndLogAgreeOnEveryCommand) {
+TEST_F(FREEFLEX_LOAD_NAME, TheSenderTheAnswersTheAppliedMessagesAndTheLogAgree) {
   print_cyclictest("cyclictest before", kSeconds < 30 ? 2 : 10);
-  // lcm-logger drops messages while the machine keeps it from running. `replay` must call such a recording
-  // incomplete, and the recording is repeated. The messages that the client receives must be complete in each
-  // run.
+  // lcm-logger drops messages while the machine keeps it from running. `replay` must report such a recording
+  // as incomplete, and the recording is repeated. The messages that the client receives must be complete in
+  // each run.
   constexpr int kMostRecordings = 5;
   for (int i = 1; i <= kMostRecordings; ++i) {
     BusClient client(kPrefix);

@@ -192,7 +192,7 @@ TEST_F(ClientOfADaemon, CommandsAreSealedWithTheKeyOfAKeyFile) {
   std::remove(key.c_str());
 }
 
-TEST_F(ClientOfADaemon, WithoutADaemonTheErrorNamesTheBus) {
+TEST_F(ClientOfADaemon, WithoutADaemonTheErrorStatesTheBus) {
   client::Options hasty = options();
   hasty.timeout = std::chrono::milliseconds(50);
   try {

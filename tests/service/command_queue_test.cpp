@@ -78,7 +78,7 @@ TEST(CommandQueue, CommandsAreOrderedByStartTickAndThenByArrival) {
   EXPECT_EQ(queue.num_pending(), 0);
 }
 
-TEST(CommandQueue, TheWaitForAChosenTickIsNotCountedAsLatency) {
+TEST(CommandQueue, TheWaitForARequestedTickIsNotCountedAsLatency) {
   CommandQueue queue;
   queue.submit(make_push(1, 0, 12), 5, 10, kPlenty);
   EXPECT_EQ(queue.take_due(12).size(), 1u);
@@ -92,7 +92,7 @@ ForceCommand of(const std::string& sender, ForceCommand command) {
   return command;
 }
 
-TEST(CommandQueue, OneSenderMayFillAQuarterOfTheQueueAndAQuarterIsReservedForTheOperator) {
+TEST(CommandQueue, GivesASenderAtMostAQuarterAndReservesAQuarterForTheOperator) {
   CommandQueue queue;
   const auto submit = [&queue](const std::string& sender, int i) {
     return queue.submit(of(sender, make_push(i, i % 10, 100 + i)), 5, 0, kPlenty);
@@ -116,7 +116,7 @@ TEST(CommandQueue, OneSenderMayFillAQuarterOfTheQueueAndAQuarterIsReservedForThe
     EXPECT_EQ(submit(sender, 1).reason, Reason::kAccepted) << sender;
 }
 
-TEST(CommandQueue, TheSceneSetsTheShareOfASenderWhichIsAtLeastOneSlot) {
+TEST(CommandQueue, TheShareOfASenderIsSetByTheSceneAndIsAtLeastOneSlot) {
   CommandQueue shared_by_one(1.0);
   int num_accepted = 0;
   for (int slot = 0; slot < kMaxSlots; ++slot)
@@ -131,7 +131,7 @@ TEST(CommandQueue, TheSceneSetsTheShareOfASenderWhichIsAtLeastOneSlot) {
   EXPECT_EQ(small.submit(make_push(3, 0), 5, 0, kPlenty).reason, Reason::kAccepted);
 }
 
-TEST(CommandQueue, RejectsCommandsWhoseEntriesMayNotFitTheAppliedRing) {
+TEST(CommandQueue, RejectsCommandsIfTheAppliedRingMayLackRoomForTheirEntries) {
   CommandQueue queue;
   // a command needs one entry, its end needs another, and one entry is reserved for a reset
   EXPECT_EQ(queue.submit(make_push(1), 5, 0, 2).reason, Reason::kQueueFull);
@@ -148,7 +148,8 @@ TEST(CommandQueue, PromisesNoMoreSlotsThanExistAndAtMostAQuarterToOneSender) {
   constexpr int kShare = kMaxSlots / 4;
   for (const char* sender : {"test", "b", "c", "local.d"}) {
     for (int slot = 0; slot < kShare; ++slot) {
-      const int start = slot < kShare / 2 ? -1 : 1000;  // half of the slots are in force, half are promised
+      const int start = slot < kShare / 2 ? -1 : 1000;  // half of the slots are in force, and half are
+                                                        // reserved
       ASSERT_EQ(queue.submit(of(sender, make_push(slot, slot, start)), 5, 0, kPlenty).reason,
                 Reason::kAccepted);
     }

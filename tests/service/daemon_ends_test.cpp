@@ -57,7 +57,7 @@ constexpr bool kIsInstrumented = false;
 #endif
 
 /// The limits range from too little memory for the loader to enough for the whole program.
-TEST_F(Daemon, WithLittleAddressSpaceItRunsOrNamesTheLimit) {
+TEST_F(Daemon, WithLittleAddressSpaceItRunsOrReportsTheLimit) {
   if (kIsInstrumented) GTEST_SKIP() << "a sanitizer takes terabytes of address space";
   int num_refused = 0;
   int num_run = 0;
@@ -86,7 +86,7 @@ TEST_F(Daemon, WithLittleAddressSpaceItRunsOrNamesTheLimit) {
   EXPECT_GT(num_refused, 0);
 }
 
-TEST_F(Daemon, WithTooFewOpenFilesItNamesTheLimit) {
+TEST_F(Daemon, ReportsALimitOfOpenFilesThatIsTooLow) {
   Process daemon(by_shell("ulimit -n 12;", command_line("NF", {"--until", "0.01", "--socket", "none"})));
   EXPECT_EQ(daemon.wait(), 1);
   EXPECT_NE(daemon.output().find("Open files are limited to 12: allow more with ulimit -n"),
@@ -94,14 +94,14 @@ TEST_F(Daemon, WithTooFewOpenFilesItNamesTheLimit) {
       << daemon.output();
 }
 
-TEST_F(Daemon, NamesAPreloadedLibraryWhoseSystemCallsItsFilterForbids) {
+TEST_F(Daemon, ReportsAPreloadedLibraryThatMakesForbiddenSystemCalls) {
   if (kIsInstrumented) GTEST_SKIP() << "with a sanitizer there is no filter";
   if (prctl(PR_GET_SECCOMP) < 0) GTEST_SKIP() << "this kernel cannot filter system calls";
   const std::string library = FREEFLEX_FORBIDDEN_CALL;
   Process daemon(by_shell("export LD_PRELOAD=" + library + ";", command_line("FC", {"--socket", "none"})));
   EXPECT_EQ(daemon.wait(), 1) << daemon.output();
   const std::string output = daemon.output();
-  EXPECT_NE(output.find("cannot start the ingress process: 5 starts in a row failed at once"),
+  EXPECT_NE(output.find("cannot start the ingress process: 5 successive starts failed at once"),
             std::string::npos)
       << output;
   EXPECT_NE(output.find("made a system call that its filter forbids. LD_PRELOAD is set to '" + library + "'"),
@@ -165,7 +165,7 @@ TEST_F(Daemon, KeepsRunningAfterAStopAndPublishesASlip) {
   EXPECT_GE(client.statuses.back().overruns, 1);
   EXPECT_EQ(client.statuses.back().mode, status_t::RUNNING);
   EXPECT_TRUE(client.until([&] {
-    return daemon.output().find("the process stood still") != std::string::npos;
+    return daemon.output().find("the process did not run") != std::string::npos;
   })) << daemon.output();
   EXPECT_EQ(daemon.output().find("does not hold the period"), std::string::npos) << daemon.output();
 }
@@ -234,13 +234,13 @@ TEST_F(Daemon, TheSceneSetsTheLargestAgeOfCommandsAndTheShareOfASender) {
   std::filesystem::remove(scene);
 }
 
-TEST_F(Daemon, EndsAfterOneTickIfUntilIsShorterThanATick) {
+TEST_F(Daemon, EndsAfterOneTickIfItsDurationIsShorterThanATick) {
   Process daemon(command_line("M", {"--until", "1e-9"}));
   EXPECT_EQ(daemon.wait(), 0);
   EXPECT_NE(daemon.output().find("ended as requested: 1 ticks"), std::string::npos) << daemon.output();
 }
 
-TEST_F(Daemon, NamesEachFaultOfItsCommandLine) {
+TEST_F(Daemon, ReportsEachFaultOfItsCommandLine) {
   const auto expect = [](std::vector<std::string> arguments, int status, const std::string& words) {
     arguments.insert(arguments.begin(), program("freeflexd"));
     Process daemon(arguments);
@@ -279,7 +279,7 @@ TEST_F(Daemon, RefusesATruncatedPlan) {
   std::filesystem::remove(plan);
 }
 
-TEST_F(Daemon, WithoutAMulticastRouteItNamesTheCommandsThatAddOne) {
+TEST_F(Daemon, ReportsTheCommandsThatAddAMissingMulticastRoute) {
   // a network namespace whose loopback interface is down has no route
   Process daemon({"unshare", "-n", program("freeflexd"), scene_path("boom.yaml")});
   EXPECT_EQ(daemon.wait(), 1);

@@ -9,7 +9,7 @@
 namespace freeflex::testing {
 
 namespace {
-std::string no_network;  // why there is no private network; empty if there is one
+std::string no_network;  // reason why there is no private network; empty if there is one
 }
 
 void Daemon::SetUp() {

@@ -26,7 +26,8 @@ std::vector<std::string> by_shell(const std::string& set_up, const std::vector<s
 /// Returns every number of a published motion.
 std::vector<double> motion(const freeflex_msgs::state_t& state);
 
-/// Returns the ingress of a daemon, its first child process, or -1 while there is none.
+/// Returns the process id of the ingress of a daemon, the first child process of the daemon, or -1 while
+/// there is none.
 pid_t find_ingress(const Process& daemon);
 
 /// Returns a temporary path that only this process uses.

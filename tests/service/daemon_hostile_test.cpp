@@ -27,7 +27,7 @@ using freeflex_msgs::status_t;
 using io::Reason;
 using Bytes = std::vector<std::byte>;
 
-/// Sends ten commands for given ticks. All are acknowledged before the first of these ticks.
+/// Sends ten commands for given ticks. All commands are acknowledged before the first of these ticks.
 void send_programme(BusClient& client) {
   for (int i = 0; i < 10; ++i) {
     ForceCommand push = make_push(client.next_sequence++, i % 4, 1000 + 150 * i, 96 + i % 8, 1.0 + i);
@@ -94,7 +94,7 @@ void attack_and_kill(BusClient& client, const Process& daemon) {
   }
 }
 
-/// Runs the programme for 4 s or more, with or without attacks.
+/// Runs the same commands for 4 s or more, with or without attacks.
 std::map<std::int64_t, state_t> run_programme(bool is_attacked, std::int64_t& restarts) {
   BusClient client("I");
   Process daemon(command_line("I"));
@@ -199,7 +199,8 @@ class Offender {
     }
   }
 
-  /// Sends from more senders than the daemon can store. Afterwards it accepts no new sender.
+  /// Sends from more senders than the daemon can store. After this function, the daemon accepts no new
+  /// sender.
   void be_too_many() {
     for (int i = 0; i < 65; ++i) force([i](force_t& f) { f.sender = "s" + std::to_string(i), f.slot = -1; });
   }
@@ -273,7 +274,7 @@ void run_with_rules_broken(const std::string& scene, bool breaks, std::map<std::
   }
 }
 
-TEST_F(Daemon, RejectedCommandsOfEveryReasonAreCountedAndAnsweredAndChangeNoBit) {
+TEST_F(Daemon, RejectedCommandsAreCountedAndAnsweredAndChangeNoBit) {
   const std::string scene = temporary_path("reasons.yaml");
   std::ofstream(scene) << kScene;
   std::map<std::int64_t, state_t> peaceful, provoked;

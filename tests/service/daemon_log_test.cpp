@@ -34,7 +34,7 @@ class Provoker {
   Provoker(BusClient& client, const Process& daemon, const std::string& prefix)
       : client_(client), daemon_(daemon), channel_(prefix + channels::kStatus) {}
 
-  /// Continues until the condition is true. Returns false if it stays false for kPatience.
+  /// Continues until the condition is true. Returns false if the condition stays false for kPatience.
   bool until(const std::function<bool()>& condition) {
     return client_.until([&] {
       const auto now = steady_clock::now();
@@ -171,7 +171,7 @@ TEST_F(Daemon, RedirectsTheOutputOfItsIngressToDevNull) {
 /// lines.
 struct Repeated {
   std::vector<int> written_ms;
-  std::vector<std::int64_t> counts;  // from the lines that report suppressed lines
+  std::vector<std::int64_t> counts;  // counts from the lines that report suppressed lines
 };
 Repeated find_lines(const std::string& log, const std::string& words) {
   Repeated found;
@@ -198,7 +198,7 @@ void expect_ten_a_second(const std::vector<int>& written_ms, const std::string& 
   }
 }
 
-TEST_F(Daemon, UnderAFloodOfForeignStatusLogsTenLinesOfAKindASecondAndCountsTheOthers) {
+TEST_F(Daemon, LimitsEachKindOfLogLineToTenASecondAndCountsTheOthers) {
   const std::string foreign = "another freeflexd";
   BusClient client("U");
   Process daemon(command_line("U"));

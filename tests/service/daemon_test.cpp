@@ -21,7 +21,7 @@ using freeflex_msgs::state_t;
 using freeflex_msgs::status_t;
 using io::Reason;
 
-TEST_F(Daemon, AnswersACommandPublishesItAsAppliedAndMovesTheBody) {
+TEST_F(Daemon, AnswersAndPublishesACommandAndMovesTheBody) {
   BusClient client("A");
   Process daemon(command_line("A", {"--time", "lockstep"}));
   ASSERT_TRUE(client.meet()) << daemon.output();
@@ -125,7 +125,7 @@ TEST_F(Daemon, AnswersCommandsThatTheIngressRejects) {
   ASSERT_TRUE(client.until([&] { return client.statuses.back().num_rejections == 2; }));
 }
 
-TEST_F(Daemon, RefusesToStartIfAnotherDaemonUsesThePrefixAndNamesThatDaemon) {
+TEST_F(Daemon, NamesTheOtherDaemonAndRefusesToStartIfThePrefixIsInUse) {
   BusClient client("D");
   Process first(command_line("D", {"--hold"}));
   ASSERT_TRUE(client.meet()) << first.output();
@@ -192,9 +192,9 @@ TEST_F(Daemon, RecordingsInEveryTimingHaveTheSameMotionAndReplayToTheBit) {
   for (const char* timing : {"realtime", "scaled=10", "asap", "lockstep"}) {
     std::map<std::int64_t, state_t> states;
     Verdict verdict = record_and_replay(timing, states);
-    // While lcm-logger does not run, it queues 30 messages and drops any more; flat out they arrive within
-    // milliseconds. `replay` reports the loss, unless the whole end of the recording is lost, and asks for a
-    // plan if the scene is lost. Only such recordings are repeated.
+    // While lcm-logger does not run, 30 messages wait for it and further messages are dropped; a daemon
+    // without a pace sends them within milliseconds. `replay` reports the loss, unless the whole end of the
+    // recording is lost, and asks for a plan if the scene is lost. Only such recordings are repeated.
     const auto lacks_something = [&] {
       return verdict.status == kIncomplete || (verdict.status == 0 && !verdict.covers_all()) ||
              verdict.text.find("the log holds no T_SCENE") != std::string::npos;

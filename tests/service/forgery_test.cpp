@@ -72,7 +72,7 @@ class Forger {
         ++sequence_;
         return rig_.deliver(
             seal(force(sequence_), kForceChannel, alice_.sealing, now - 1 - below(1'000'000)));
-      case 10:  // alice's command with too long a validity
+      case 10:  // alice's command whose validity is too long
         ++sequence_;
         return rig_.deliver(
             seal(force(sequence_), kForceChannel, alice_.sealing, now + io::kMaxValidity + 1 + below(1000)));

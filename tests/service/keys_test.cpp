@@ -138,7 +138,7 @@ TEST_F(KeyFiles, AKeyWithoutListsMayDoEverythingExceptClear) {
   EXPECT_EQ(grants.largest_force + grants.largest_torque + grants.commands_per_second, 0.0);
 }
 
-TEST_F(KeyFiles, TheirListsLimitWhatAKeyMayDo) {
+TEST_F(KeyFiles, TheListsInAKeyFileLimitWhatItsKeyMayDo) {
   const service::Grants grants = grants_of(
       "controls: [hold, stop, clear]\npoints: [p1..p3, p5]\ngroups: []\nlargest_force: 2.5\n"
       "largest_torque: 0.5\nslots: 4\ncommands_per_second: 20\n");

@@ -31,7 +31,7 @@ constexpr int kNamed = 20;
 constexpr int kSeconds = 20;
 constexpr microseconds kCommandPeriod{2000};
 
-std::string no_network;  // why there is no private network; empty if there is one
+std::string no_network;  // reason why there is no private network; empty if there is one
 
 int from_environment(const char* name, int otherwise) {
   const char* value = std::getenv(name);
@@ -106,7 +106,8 @@ std::string run(const std::vector<std::string>& arguments) {
   return process.output();
 }
 
-/// Sends 500 pushes a second on the named points, so that the slots change at every second tick.
+/// Sends 500 pushes a second on the points that the scene lets commands push, so that the slots change at
+/// every second tick.
 void push_for_a_while(BusClient& client, const Mast& mast) {
   auto next = steady_clock::now();
   for (int i = 0; i < std::chrono::seconds(kSeconds) / kCommandPeriod; ++i) {
@@ -151,7 +152,7 @@ TEST(Large, ADaemonOnAMastOfManyPointsNeedsLittleMemory) {
   EXPECT_LT(resident, 300.0);
   EXPECT_EQ(last.commands_accepted, last.commands_received);
   EXPECT_GT(last.commands_accepted, 0);
-  // the scene is sent once a second and lists only the named points
+  // the scene is sent once a second and lists only the points that it publishes and lets commands push
   EXPECT_LE(client.num_messages.at(channels::kScene), (kNamed + 2) * (kSeconds + 5));
   EXPECT_EQ(client.answer(client.send_control(control_t::STOP)).reason, 0);
   EXPECT_EQ(daemon.wait(), 0);

@@ -26,7 +26,7 @@ TEST(LatestValue, GivesOnlyTheLatestValueAndGivesItOnce) {
   EXPECT_EQ(*value, 2) << "a value that was taken does not change until the next take";
 }
 
-TEST(LatestValue, NeverGivesAnotherThreadATornOrAnEarlierValue) {
+TEST(LatestValue, NeverGivesATornOrEarlierValueToAnotherThread) {
   struct Value {
     std::array<std::int64_t, 64> copies{};
   };

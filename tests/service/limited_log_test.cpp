@@ -43,7 +43,7 @@ class LimitedLogTest : public ::testing::Test {
   }};
 };
 
-TEST_F(LimitedLogTest, WritesAllLinesThatAreRare) {
+TEST_F(LimitedLogTest, WritesEveryLineIfLinesAreRare) {
   for (int i = 0; i < 100; ++i) {
     write(LineKind::kSlip, "slip");
     pass(kSecond / LimitedLog::kMost);

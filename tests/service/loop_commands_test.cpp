@@ -52,7 +52,7 @@ TEST(Loop, LeavesCommandsInTheRingWhileThereIsNoRoomForTheirAnswers) {
   EXPECT_EQ(num_forces, rig.acks.size()) << "every command that was taken is answered";
 }
 
-TEST(Loop, ObeysTheOperatorHoweverManyCommandsComeFromTheBus) {
+TEST(Loop, ObeysTheOperatorDespiteManyCommandsFromTheBus) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 2000});
   const auto entry = std::make_unique<service::InboundEntry>();
@@ -188,7 +188,7 @@ TEST(Loop, RefusesCommandsThatWaitedTooLongInEveryMode) {
   }
 }
 
-TEST(Loop, AcceptsCommandsUpToTheAllowedAgeAndCorrectsFalseReceptionTimes) {
+TEST(Loop, AcceptsCommandsUpToTheAgeLimitAndCorrectsReceptionTimes) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 2});
   rig.push(make_push(1));

@@ -1,4 +1,4 @@
-// The simulation loop: it gives the same motion in every timing; controls, faults and outputs.
+// The simulation loop: the same motion in every timing, controls, faults and outputs.
 #include "service/loop.hpp"
 
 #include <gtest/gtest.h>
@@ -42,8 +42,8 @@ struct Course {
       applied;  // tick, kind, sequence of the command, sequence of the entry
 };
 
-/// Runs 400 ticks with commands for given ticks. They overlap in slots, use world and body axes, and include
-/// an end, a lost lease and a clear.
+/// Runs 400 ticks with commands for given ticks. The commands overlap in slots, use world and body axes, and
+/// include an end, a lost lease and a clear.
 Course run_course(const Plan& plan, const Timing& timing) {
   service::MonotonicClock clock;
   Rig rig(plan, {.timing = timing, .until_tick = 400}, clock);
@@ -81,7 +81,7 @@ Course run_course(const Plan& plan, const Timing& timing) {
   return course;
 }
 
-TEST(Loop, GivesTheSameBitsFlatOutAtTenTimesRealTimeAndInLockstep) {
+TEST(Loop, TheMotionIsTheSameToTheBitForEveryTiming) {
   const Plan plan = octahedron_plan();
   const Course flat_out = run_course(plan, kAsap);
   const std::vector<std::array<std::int64_t, 4>> applied{
@@ -89,7 +89,7 @@ TEST(Loop, GivesTheSameBitsFlatOutAtTenTimesRealTimeAndInLockstep) {
       {157, applied_t::EXPIRED, 1, 3}, {191, applied_t::LEASE_LOST, 2, 4}, {250, applied_t::FORCE, 4, 5},
       {300, applied_t::FORCE, 5, 6}};
   EXPECT_EQ(flat_out.applied, applied);
-  // flat out no state is skipped, so the start and every twentieth tick are published
+  // without a pace no state is skipped, so the start and every twentieth tick are published
   for (std::int64_t tick = 0; tick <= 400; tick += 20) EXPECT_TRUE(flat_out.published.contains(tick)) << tick;
   EXPECT_NE(flat_out.published.at(100), flat_out.published.at(120));
   for (const Timing& timing : {Timing{Timing::Kind::kScaled, 10.0}, kRealtime, kLockstep}) {
@@ -134,7 +134,7 @@ TEST(Loop, InLockstepAdvancesOnlyByStepAndPublishesAfterEachStep) {
   EXPECT_EQ(rig.acks[3].mode, Mode::kStopped);
 }
 
-TEST(Loop, InRealTimeItHoldsStepsAndRunsAgain) {
+TEST(Loop, InRealTimeItHoldsThenStepsAndThenRunsAgain) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.until_tick = 500});
   bool has_held = false;
@@ -195,7 +195,7 @@ TEST(Loop, ResetReturnsToTheStartInANewEpochAndAnswersWaitingCommands) {
   EXPECT_EQ(motion_bits(state), motion_bits(fresh.simulation.state()));
 }
 
-TEST(Loop, KeepsTheLastFiniteStateIfTheNextIsNotFiniteAndAResetRestartsIt) {
+TEST(Loop, HoldsTheLastFiniteStateAfterAFaultUntilAReset) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {});
   ForceCommand huge = make_push(1, 0, 50, 0, 5e307);
@@ -239,7 +239,7 @@ TEST(Loop, KeepsTheLastFiniteStateIfTheNextIsNotFiniteAndAResetRestartsIt) {
   EXPECT_EQ(rig.applied[0].kind, applied_t::RESET);
 }
 
-TEST(Loop, TheSequenceOfAppliedHasNoGapIfNobodyReadsIt) {
+TEST(Loop, AppliedMessagesAreNumberedWithoutGapsIfNobodyReadsThem) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 3000});
   std::int64_t sequence = 1;
@@ -267,7 +267,7 @@ TEST(Loop, TheSequenceOfAppliedHasNoGapIfNobodyReadsIt) {
   EXPECT_EQ(rig.simulation.applied_count(), static_cast<std::int64_t>(rig.applied.size()));
 }
 
-TEST(Loop, AStateForWhichThereIsNoRoomIsCountedAndTheOthersArriveInOrder) {
+TEST(Loop, StatesDroppedForLackOfRoomAreCountedAndOthersStayInOrder) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kRealtime, .until_tick = 400}, 5);
   std::vector<std::int64_t> arrived;
@@ -286,7 +286,7 @@ TEST(Loop, AStateForWhichThereIsNoRoomIsCountedAndTheOthersArriveInOrder) {
   EXPECT_EQ(rig.output->num_dropped[io::kStateChannel].load(), 6);
 }
 
-TEST(Loop, PassesOnRequestsForModesAndPagesThatExist) {
+TEST(Loop, PassesOnRequestsOnlyForModesAndPagesThatExist) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 5});
   rig.output->num_scene_pages = {3, 4};

@@ -1,5 +1,5 @@
-// The operator of the real freeflexd, while strangers use its bus. They can take all slots of the bus, but
-// they cannot block controls or the operator, and they cannot keep a daemon from starting.
+// The operator of the real freeflexd, while strangers use its bus. Strangers can take all slots of the bus,
+// but they cannot block controls or the operator, and they cannot keep a daemon from starting.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/socket.h>
@@ -69,7 +69,7 @@ void take_everything(BusClient& client) {
 TEST_F(Daemon, StrangersCannotBlockControlsOrTheOperator) {
   const std::string socket = temporary_path("operator.sock");
   BusClient client("OP");
-  // the time is slow, so that no slot ends before the end of the test
+  // simulated time is slow, so that no slot ends before the end of the test
   Process daemon(command_line("OP", {"--socket", socket, "--time", "scaled=0.05"}));
   ASSERT_TRUE(client.meet()) << daemon.output();
   take_everything(client);
@@ -280,7 +280,7 @@ TEST_F(Daemon, AForeignStatusCannotKeepADaemonFromStarting) {
     return !client.statuses.empty() && client.statuses.back().session != 1 &&
            client.statuses.back().mode == status_t::RUNNING;
   })) << daemon.output();
-  EXPECT_NE(daemon.output().find("started anyway, because of --take-over"), std::string::npos);
+  EXPECT_NE(daemon.output().find("starts anyway, because of --take-over"), std::string::npos);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The times at which the publisher looks at its ring buffers.
+// The times at which the publisher checks its ring buffers.
 #include <gtest/gtest.h>
 
 #include "service/publisher.hpp"
@@ -10,7 +10,7 @@ using service::LookPace;
 
 constexpr std::int64_t kIdle = 250;  // [ns]
 
-/// Returns how many looks end within `time` if each takes `cost` and the rings are never empty.
+/// Returns how many checks end within `time` if each takes `cost` and the rings are never empty.
 int count_looks(std::int64_t cost, std::int64_t time) {
   LookPace pace(kIdle);
   std::int64_t now = pace.next(0, false);
@@ -19,14 +19,14 @@ int count_looks(std::int64_t cost, std::int64_t time) {
   return num_looks;
 }
 
-TEST(LookPace, TheDurationOfALookIsNotAddedToTheIdleTime) {
+TEST(LookPace, TheDurationOfALookAtTheRingsIsNotAddedToTheIdleTime) {
   EXPECT_EQ(count_looks(0, 100 * kIdle), 100);
   EXPECT_EQ(count_looks(kIdle - 1, 100 * kIdle), 100);
-  // looks that last longer than the idle time follow each other without a pause
+  // checks that last longer than the idle time follow each other without a pause
   EXPECT_EQ(count_looks(2 * kIdle, 100 * kIdle), 50);
 }
 
-TEST(LookPace, ALateWakeUpIsNotFollowedByABurstOfLooks) {
+TEST(LookPace, ALateWakeUpIsNotFollowedByABurstOfLooksAtTheRings) {
   LookPace pace(kIdle);
   EXPECT_EQ(pace.next(1000, false), 1250);
   // woken 10,000 ns late

@@ -172,7 +172,7 @@ TEST(Replan, ACommandWithAMomentRestoresTheOmittedRotation) {
             5e-11 * full.displacements_B().norm());
 }
 
-TEST(Scope, TheFeatureThatAForceNeedsDoesNotDependOnItsSize) {
+TEST(Scope, TheFeatureThatAForceNeedsDoesNotDependOnTheSizeOfTheForce) {
   const Plan plan = reduced_plan_of(ladder(OnNeed::kRefuse));
   for (const double size : {5e-324, 1e-300, 1.0, 1e300, std::numeric_limits<double>::max()}) {
     ForceCommand command = make_command(0, 1, Axes::kBody);

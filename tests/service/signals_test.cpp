@@ -58,7 +58,7 @@ TEST(SignalsDeathTest, AHangUpStaysIgnoredUnderNohup) {
       ExitedWithCode(0), "");
 }
 
-TEST(SignalsDeathTest, TheFirstEndsTheProcessAndOthersAtTheSameTimeAreIgnored) {
+TEST(SignalsDeathTest, TheFirstSignalEndsTheProcessAndSimultaneousOnesAreIgnored) {
   EXPECT_EXIT(
       {
         SignalWatch signals;

@@ -62,7 +62,7 @@ TEST(Status, PublishesTheEnergiesAndDisplacementsOfAStretchedPair) {
   EXPECT_EQ(status.rate, 1000.0);
 }
 
-TEST(Status, SpinRatioIsTheSquareOfSpinOverFrequencyTimesSizeOverDisplacement) {
+TEST(Status, SpinRatioHasItsClosedFormForAStretchedPair) {
   Scene scene = stretched_pair();
   scene.initial.angular_velocity = Eigen::Vector3d(0.0, 0.0, 0.3);
   Report report(scene);
@@ -115,7 +115,7 @@ TEST(Status, TheTruncationBoundOfOmittedModesIsUnknownAtFirst) {
   EXPECT_EQ(reduced.report(report.snapshot, 1).truncation_bound, -1.0);
 }
 
-TEST(Status, DriftIsMeasuredFromTheTickAtWhichThePushEnds) {
+TEST(Status, DriftIsMeasuredFromTheEndOfThePush) {
   Scene scene = octahedron();
   publish_everything(scene);
   Report report(scene);
@@ -136,7 +136,7 @@ TEST(Status, DriftIsMeasuredFromTheTickAtWhichThePushEnds) {
 }
 
 // in lockstep a daemon may take a thousand steps before its first report
-TEST(Status, DriftIsMeasuredFromTheStartHoweverLateTheFirstReportIs) {
+TEST(Status, DriftIsMeasuredFromTheStartEvenIfTheFirstReportIsLate) {
   Report report(stretched_pair());
   report.run(1000);
   for (auto* each : {&report.motion.state.q, &report.motion.state.q_dot})
@@ -211,7 +211,7 @@ TEST(Status, RejectionsByTheIngressAndByTheLoopAreAddedForEachReason) {
   EXPECT_EQ(status.rejections[1].count, 2);
 }
 
-TEST(Status, AFaultNamesItsTickAndTheCommand) {
+TEST(Status, AFaultIsPublishedWithItsTickAndCommand) {
   Snapshot snapshot;
   snapshot.mode = Mode::kFault;
   snapshot.fault.tick = 77;
@@ -219,7 +219,7 @@ TEST(Status, AFaultNamesItsTickAndTheCommand) {
   snapshot.fault.sender = {'p', 'i', 'd'};
   snapshot.fault.sequence = 9;
   const std::string text = service::fault_text(snapshot);
-  for (const char* part : {"tick 77", "not finite", "pid sequence 9", "RESET"}) {
+  for (const char* part : {"tick 77", "not finite", "pid with sequence number 9", "RESET"}) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   }
 }

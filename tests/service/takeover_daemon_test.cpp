@@ -25,11 +25,11 @@
 namespace freeflex::testing {
 namespace {
 
-std::string no_network;  // why there is no private network; empty if there is one
+std::string no_network;  // reason why there is no private network; empty if there is one
 
-/// Runs the hostile ingress. It does nothing until a FORCE arrives, because a report of another daemon on the
-/// prefix would keep this daemon from starting. It is confined like the genuine ingress and makes only the
-/// same system calls.
+/// Runs the hostile ingress. The hostile ingress does nothing until a FORCE arrives, because a report of
+/// another daemon on the prefix would keep this daemon from starting. The hostile ingress is confined like
+/// the genuine ingress and makes only the same system calls.
 service::IngressEnd be_hostile(service::SharedBlock& block, const service::IngressSettings& settings,
                                int seat) {
   static std::array<std::byte, 65536> buffer;  // UDP has no larger packet

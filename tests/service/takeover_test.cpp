@@ -78,7 +78,7 @@ TEST(HostileIngressBesideAVerifier, AppliesNoCommand) {
   }
 }
 
-TEST(HostileIngressBesideAVerifier, CanLoseCommandsButCannotMakeOrRepeatOne) {
+TEST(HostileIngressBesideAVerifier, CanLoseCommandsButCannotForgeOrRepeatThem) {
   const Course peaceful = run_course(0, 0, true);
   EXPECT_EQ(peaceful.acks.size(), peaceful.sealed.size());
   std::size_t num_taken = 0;

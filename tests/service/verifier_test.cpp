@@ -74,13 +74,13 @@ TEST_F(VerifierTest, TheAnswerToAPlainCommandSaysThatAKeyIsRequired) {
   EXPECT_EQ(answer.reason, Reason::kKeyRequired);
   EXPECT_STREQ(answer.sender.data(), "pusher-1.a_B");
   EXPECT_EQ(answer.sequence, 7);
-  EXPECT_STREQ(answer.text.data(), "this daemon takes only commands under a key: seal it in an envelope_t");
+  EXPECT_STREQ(answer.text.data(), "this daemon accepts only commands with a key: seal it in an envelope_t");
   rig_.deliver(io::encode(control_of(8)), false);
   EXPECT_EQ(rig_.next_answer().reason, Reason::kKeyRequired);
   EXPECT_FALSE(rig_.next_command());
 }
 
-TEST_F(VerifierTest, PlainCommandsGetAtMostTenAnswersASecondAndNoneIfTheyUseTheNameOfAKey) {
+TEST_F(VerifierTest, PlainCommandsGetAtMostTenAnswersASecondAndNoneUnderAKeyId) {
   force_t plain = force_of(7);
   plain.sender = "alice";
   rig_.deliver(io::encode(plain));
@@ -142,7 +142,7 @@ TEST_F(VerifierTest, ACommandIsAcceptedOnceAndItsCopyIsNotAnswered) {
   dropped(Reason::kStaleSequence, 4);
 }
 
-TEST_F(VerifierTest, ANewIngressDoesNotResetTheSequences) {
+TEST_F(VerifierTest, ARestartedIngressDoesNotResetTheSequenceNumbers) {
   ASSERT_TRUE(accepts(7));
   new (rig_.ingress.get()) service::SharedBlock;
   rig_.seal_and_deliver(force_of(7), kAlice);
@@ -157,7 +157,7 @@ TEST_F(VerifierTest, ACommandForAnotherSessionIsCountedAndNotAnswered) {
   EXPECT_TRUE(accepts(7));
 }
 
-TEST_F(VerifierTest, AnExpiredOrTooLongValidityIsRefused) {
+TEST_F(VerifierTest, EnvelopesThatExpiredOrExpireTooLateAreRefused) {
   const std::int64_t now = rig_.time.wall_us;
   const auto send = [this](std::int64_t sequence, std::int64_t valid_until) {
     rig_.deliver(seal(force_of(sequence), kForceChannel, kAlice.sealing, valid_until));
@@ -169,7 +169,7 @@ TEST_F(VerifierTest, AnExpiredOrTooLongValidityIsRefused) {
   send(2, now + io::kMaxValidity + 1);
   EXPECT_EQ(refused(Reason::kValidTooLong, 2),
             "valid_until 1700000060000001 is more than 60 s after the daemon's clock, 1700000000000000 us: "
-            "or the clocks differ");
+            "sent with too late a time, or the clocks differ");
   send(3, INT64_MIN);
   refused(Reason::kExpired, 3);
   send(4, INT64_MAX);
@@ -182,7 +182,7 @@ TEST_F(VerifierTest, AnExpiredOrTooLongValidityIsRefused) {
   dropped(Reason::kStaleSequence);
 }
 
-TEST_F(VerifierTest, SenderAndSequenceOfACommandMustMatchItsEnvelope) {
+TEST_F(VerifierTest, ACommandMustHaveTheSenderAndSequenceNumberOfItsEnvelope) {
   // no honest holder of a key makes a command of another sender or sequence with a correct tag
   const auto send = [this](const std::string& sender, std::int64_t inner, std::int64_t outer) {
     freeflex_msgs::envelope_t envelope{};
@@ -202,7 +202,7 @@ TEST_F(VerifierTest, SenderAndSequenceOfACommandMustMatchItsEnvelope) {
   };
   send("bob", 1, 1);
   EXPECT_EQ(refused(Reason::kKeyMismatch, 1),
-            "sender bob and sequence 1 of the command, must be alice and 1 as on its envelope");
+            "sender bob and sequence number 1 of the command, must be alice and 1 as on its envelope");
   send("alice", 9, 2);
   refused(Reason::kKeyMismatch, 2);
   send("alice", 3, 3);
@@ -236,7 +236,7 @@ TEST_F(VerifierTest, BytesThatAreNotAnEnvelopeAreCountedAndNotAnswered) {
   dropped(Reason::kWrongType, 1);
 }
 
-TEST_F(VerifierTest, RingEntriesThatNoIngressWouldMakeAreCounted) {
+TEST_F(VerifierTest, RingEntriesThatOnlyAHostileIngressMakesAreCounted) {
   auto entry = std::make_unique<service::InboundEntry>();
   for (const std::int32_t kind : {0, 1, 2, 5, -1}) {
     entry->kind = static_cast<InboundKind>(kind);
@@ -278,7 +278,7 @@ TEST_F(GrantsTest, GrantsLimitChannelsAndControls) {
   EXPECT_EQ(refused(Reason::kNotGranted, 4), "CONTROL is not among the channels of key alice");
 }
 
-TEST_F(GrantsTest, OnlyAKeyThatNamesClearMayClear) {
+TEST_F(GrantsTest, OnlyAKeyThatListsClearMayClear) {
   control_t clear = control_of(1);
   clear.command = control_t::CLEAR;
   clear.target = "bob";

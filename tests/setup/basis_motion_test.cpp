@@ -97,7 +97,7 @@ TEST(MotionInEveryBasis, IsTheSameForStiffnessesInARatioOf1e10) {
   std::printf("worst: %.2g of the bound\n", worst);
 }
 
-// The step computes in the basis of the modes. It publishes the same motion as the basis of the paper.
+// The step computes in the basis of the modes. The step publishes the same motion as the basis of the paper.
 TEST(MotionInEveryBasis, AgreesWithTheStep) {
   for (const double decades : {1.0, 10.0})
     for (const auto& [name, num_elastic, given] : every_class(4, {2.0, decades})) {

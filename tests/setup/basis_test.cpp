@@ -51,7 +51,7 @@ Scene grid(int rows, int columns) {
   return scene;
 }
 
-TEST(ForceGroups, EachRecipeGivesItsNumberOfGroupsAndEachGroupIsInEquilibrium) {
+TEST(ForceGroups, EachRecipeGivesTheExpectedNumberOfGroupsInEquilibrium) {
   for (const auto& [name, num_elastic, scene] : every_class(3, {1.0, 1.0})) {
     const MassProperties properties = properties_of(scene);
     const Recipe own = recipe_of(shape_class(scene.points, properties));
@@ -76,7 +76,7 @@ TEST(ForceGroups, EachRecipeGivesItsNumberOfGroupsAndEachGroupIsInEquilibrium) {
 }
 
 // The remainder of a unit load gives accelerations that strain no link (THEORY 11.1 to 11.3).
-TEST(ForceGroups, TheRemainderOfTheFormalRecipeAcceleratesTheBodyRigidly) {
+TEST(ForceGroups, AUnitLoadMinusItsFormalGroupAcceleratesRigidly) {
   for (const auto& [name, num_elastic, scene] : every_class(4, {2.0, 1.0})) {
     const MassProperties properties = properties_of(scene);
     const Eigen::MatrixXd F = force_groups(Recipe::kFormal, scene.points, properties, in_turn(scene));
@@ -93,7 +93,7 @@ TEST(ForceGroups, TheRemainderOfTheFormalRecipeAcceleratesTheBodyRigidly) {
   }
 }
 
-TEST(Basis, IsCompleteAndOrthonormalForEveryShapeAndMassesUpTo1e12Apart) {
+TEST(Basis, IsCompleteAndOrthonormalForEveryShapeAndMassRatiosTo1e12) {
   struct Worst {
     double gram = 0.0, force = 0.0, moment = 0.0, constraint = 0.0, least_kept = 1.0, most_skipped = 0.0;
   };
@@ -127,7 +127,7 @@ TEST(Basis, IsCompleteAndOrthonormalForEveryShapeAndMassesUpTo1e12Apart) {
 }
 
 // The residuals that Basis reports are recomputed from b with 64-bit mantissas.
-TEST(Basis, ReportsItsOwnResiduals) {
+TEST(Basis, ReportsItsResidualsCorrectly) {
   for (const auto& [name, num_elastic, scene] : every_class(2, {12.0, 1.0})) {
     const MassProperties properties = properties_of(scene);
     for (const Basis& basis : bases_of(scene).all) {
@@ -167,7 +167,7 @@ TEST(Basis, TheBasisOfOnePointIsEmpty) {
   }
 }
 
-TEST(Basis, ACubeInLexicographicOrderGives15Of18GroupsAndAnotherNumberingGivesAll) {
+TEST(Basis, RenumberingACubeGivesAll18GroupsInsteadOf15) {
   const Scene scene = cube(1, {0.0, 0.0});
   EXPECT_EQ(rank_in_turn(scene, Recipe::kSpatial), 15u);
   const Basis basis = basis_of(scene, Recipe::kSpatial);
@@ -180,7 +180,7 @@ TEST(Basis, ACubeInLexicographicOrderGives15Of18GroupsAndAnotherNumberingGivesAl
   EXPECT_EQ(sorted, in_turn(scene));
 }
 
-TEST(Basis, ASquareTrussOfSixSectionsGives55Of66GroupsAndAnotherNumberingGivesAll) {
+TEST(Basis, RenumberingASquareTrussGivesAll66GroupsInsteadOf55) {
   const Scene scene = square_truss(6);
   EXPECT_EQ(rank_in_turn(scene, Recipe::kSpatial), 55u);
   const Basis basis = basis_of(scene, Recipe::kSpatial);
@@ -188,7 +188,9 @@ TEST(Basis, ASquareTrussOfSixSectionsGives55Of66GroupsAndAnotherNumberingGivesAl
   EXPECT_EQ(basis.rank(), 66);
 }
 
-// a recipe is complete if and only if no window of its numbering is flat
+// A window consists of a few successive points of the numbering. It is flat if its points lie at one
+// position, on one line or in one plane (THEORY 11.10). A recipe is complete if and only if no window of its
+// numbering is flat.
 TEST(Basis, AnExplicitRecipeIsCompleteIfAndOnlyIfNoWindowIsFlat) {
   Engine engine(7);
   int num_complete = 0, num_short = 0;
@@ -227,7 +229,7 @@ TEST(Basis, AGridNumberedByRowsIsIncompleteAndAnotherNumberingIsComplete) {
 
 // The points are ten points in a plane and an apex. In any numbering of the eleven points, the apex lies in
 // at most four of the eight windows.
-TEST(Basis, IfNoNumberingIsCompleteFourPointsInOnePlaneAreNamed) {
+TEST(Basis, IfNoNumberingIsCompleteFourPointsInOnePlaneAreReported) {
   Scene scene = grid(2, 5);
   add_point(scene, 1.0, {1.0, 0.3, 1.7});
   join_all(scene, 1e4);
@@ -241,7 +243,7 @@ TEST(Basis, IfNoNumberingIsCompleteFourPointsInOnePlaneAreNamed) {
   EXPECT_TRUE(basis_of(scene, Recipe::kFormal).is_complete());
 }
 
-TEST(Basis, APlanarShapeWithOnePointOffALineNamesThreePointsOfTheLine) {
+TEST(Basis, IfOnlyOnePointIsOffALineThreePointsOfTheLineAreReported) {
   Scene scene;
   for (int i = 0; i < 8; ++i) add_point(scene, 1.0, {1.0 * i, 2.0 * i, 0.0});
   add_point(scene, 1.0, {0.0, 1.0, 0.0});
@@ -252,7 +254,7 @@ TEST(Basis, APlanarShapeWithOnePointOffALineNamesThreePointsOfTheLine) {
   for (const int point : basis.flat_window) EXPECT_LT(point, 8);
 }
 
-TEST(Basis, AnExplicitRecipeForAnotherShapeNamesTheShapeItNeeds) {
+TEST(Basis, ARecipeForAnotherShapeIsRefusedWithTheShapeItNeeds) {
   const Scene scene = cloud(1, 5, {1.0, 1.0});
   const Structure structure = build(scene);
   Faults faults;
@@ -264,7 +266,7 @@ TEST(Basis, AnExplicitRecipeForAnotherShapeNamesTheShapeItNeeds) {
 }
 
 // Groups are reproduced by THEORY 11.11, and C_ul = 0 for later vectors.
-TEST(Basis, ItsCoefficientsReproduceEveryForceGroupAndAreTriangular) {
+TEST(Basis, TheTriangularCoefficientsReproduceEveryForceGroup) {
   for (const auto& [name, num_elastic, scene] : every_class(5, {6.0, 1.0})) {
     if (name == "partly rigid") continue;  // rigid links carry a part of the groups of this scene
     const MassProperties properties = properties_of(scene);

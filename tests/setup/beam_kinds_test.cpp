@@ -164,7 +164,7 @@ TEST(Flexibility, AFlexibilityMatrixDescribesTheStructureForAnySupports) {
   }
 }
 
-TEST(Flexibility, AMatrixThatIsNotReciprocalNamesItsWorstEntry) {
+TEST(Flexibility, TheMostAsymmetricEntryOfAMatrixIsReported) {
   const Scene truss = square_truss(2);
   Eigen::MatrixXd F = flexibility(truss, {0, 1, 2, 3, 5, 9});
   F(10, 20) *= 1.5;

@@ -105,7 +105,7 @@ Scene frame_of_points(const Scene& scene, double joint_mass) {
   return points;
 }
 
-TEST(Bodies, VibrateLikePointMassesThatARigidBodyHolds) {
+TEST(Bodies, VibrateLikePointMassesJoinedByARigidLink) {
   const Scene scene = frame_with_body();
   // the joint of the copy must have a mass, and the difference is proportional to that mass
   const auto difference = [&](double joint_mass) {
@@ -128,7 +128,7 @@ TEST(Bodies, FrequenciesDoNotDependOnThePositionAndAttitudeOfTheScene) {
   EXPECT_LT(largest_difference(build(rotated).omega, build(scene).omega), 1e-13);
 }
 
-TEST(Bodies, ABodyEqualsItsParticlesInEverySum) {
+TEST(Bodies, SumsOverABodyEqualSumsOverItsParticles) {
   const Scene scene = frame_with_body();
   double mass = 0.0;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
@@ -206,7 +206,7 @@ TEST(Bodies, RigidArmsFollowTheRotationOfTheirBody) {
   const Structure structure = build(scene);
   EXPECT_EQ(structure.omega.size(), 6);
   EXPECT_LT(largest_difference(structure.omega, build(points).omega), 1e-9);
-  // the tips of the arms have no mass, so there are six modes, and damping may name each of them
+  // the tips of the arms have no mass, so there are six modes, and damping may refer to each of them
   scene.damping.mode_ratios = {{6, 0.01}};
   build(scene);
   scene.damping.mode_ratios = {{7, 0.01}};
@@ -228,7 +228,7 @@ TEST(MasslessPoints, MasslessPointsWithinABeamDoNotChangeItsFrequencies) {
   EXPECT_LT(largest_difference(two_bodies({0.3, 1.0, 1.1}), two_bodies({})), 1e-12);
 }
 
-TEST(MasslessPoints, MasslessPointsThatNoLinkHoldsAreNamed) {
+TEST(MasslessPoints, MasslessPointsThatNoLinkHoldsAreReported) {
   Scene scene = frame_with_body();
   add_point(scene, 0.0, {3.0, 0.0, 0.0});
   add_link(scene, 2, 4, Spring{100.0});
@@ -252,8 +252,8 @@ TEST(Bodies, ABodyWithAnImpossibleInertiaIsRefused) {
   }
 }
 
-// If springs hold a body only at its point, it can rotate about that point. These are mechanisms, named by
-// the body.
+// If springs hold a body only at its point, it can rotate about that point. These rotations are mechanisms,
+// which are reported with the name of the body.
 TEST(Bodies, ABodyThatIsFreeToRotateIsAMechanism) {
   Scene scene;
   add_body(scene, 2.0, {0.0, 0.0, 0.0}, diagonal(0.2, 0.3, 0.4));

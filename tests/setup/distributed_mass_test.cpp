@@ -46,8 +46,8 @@ double nearest(const Structure& structure, double omega) {
 }
 
 // A free beam of one element bends with w^2 = 720 and 8400 EI / (rho A L^4) and stretches with w^2 = 12 EA /
-// (rho A L^2). These are the roots of its own 4 x 4 and 2 x 2 matrices (Archer 1963, J. Struct. Div. ASCE 89,
-// 161-178).
+// (rho A L^2). These values are the roots of the 4 x 4 and 2 x 2 matrices of the element (Archer 1963, J.
+// Struct. Div. ASCE 89, 161-178).
 TEST(DistributedMass, ASingleBeamHasTheEigenvaluesOfItsOwnMatrices) {
   const Structure structure = build(consistent_beam(1, slender(1.0)));
   ASSERT_EQ(structure.omega.size(), 5);

@@ -81,7 +81,7 @@ TEST(FallbackPlan, AFallbackPlanThatDoesNotFitTheReducedPlanIsRefused) {
   expect_named(error_of([](Plan& p) { p.fallback.push_back(p.fallback.front()); }),
                "more than one fallback plan");
   expect_named(error_of([](Plan& p) { p.fallback.front().fallback.push_back(p.fallback.front()); }),
-               "contains another");
+               "contains a further plan");
   expect_named(error_of([](Plan& p) { p.fallback_modes.back() = p.fallback.front().num_elastic; }),
                "mode indices");
   expect_named(error_of([](Plan& p) { p.fallback_modes.pop_back(); }), "mode indices");

@@ -70,7 +70,7 @@ Scene sound_scene() {
   return scene;
 }
 
-TEST(Faults, AFaultlessSceneHasNoFaults) { EXPECT_EQ(all_words(faults_of(sound_scene())), ""); }
+TEST(Faults, AValidSceneHasNoFaults) { EXPECT_EQ(all_words(faults_of(sound_scene())), ""); }
 
 struct BadScene {
   const char* words;  // a fragment of the message
@@ -219,7 +219,7 @@ const std::vector<BadScene>& bad_scenes() {
       {"publication names link index 99", [](Scene& s) { s.publication.links = {99}; }},
       {"publication: state rate is -1 Hz", [](Scene& s) { s.publication.state_rate = -1.0; }},
       {"the list of pushable points names point index 8", [](Scene& s) { s.pushable = {8}; }},
-      {"this is point 200001 of 200010; at most 200000 are taken",
+      {"this is point 200001 of 200010; at most 200000 are allowed",
        [](Scene& s) {
          while (s.points.size() < 200010)
            add_point(s, 1.0, {1.0 * static_cast<double>(s.points.size()), 0.0, 0.0});
@@ -228,7 +228,7 @@ const std::vector<BadScene>& bad_scenes() {
   return kBad;
 }
 
-TEST(Faults, EachFaultIsFoundAndNamed) {
+TEST(Faults, EachFaultIsFoundAndReported) {
   for (const BadScene& bad : bad_scenes()) {
     Scene scene = sound_scene();
     bad.spoil(scene);
@@ -238,7 +238,7 @@ TEST(Faults, EachFaultIsFoundAndNamed) {
 }
 
 // The equations are a series in size over distance (THEORY 8.19), which here is 1 over 5.
-TEST(Faults, AnAttractorNearTheBodyIsAWarning) {
+TEST(Faults, AnAttractorNearTheBodyGivesAWarning) {
   Scene scene;
   add_point(scene, 1.0, {-1.0, 0.0, 0.0});
   add_point(scene, 1.0, {1.0, 0.0, 0.0});

@@ -122,7 +122,7 @@ TEST(HeldMatrices, TheRemovedFrequenciesAreReportedInHertz) {
 }
 
 // One spring to ground resists one rigid motion.
-TEST(HeldMatrices, OnlyTheRigidMotionsThatAreHeldAreReported) {
+TEST(HeldMatrices, OnlyRigidMotionsThatTheMatrixHoldsAreReported) {
   const Scene tower = square_truss(3);
   Eigen::MatrixXd K = assembled(tower);
   K(5, 5) += 2.0;
@@ -132,7 +132,7 @@ TEST(HeldMatrices, OnlyTheRigidMotionsThatAreHeldAreReported) {
   EXPECT_EQ(listed(warnings[0].message).size(), 1u) << warnings[0].message;
 }
 
-TEST(HeldMatrices, AMatrixThatIsFreeExceptForRoundingErrorsIsNotTakenForHeld) {
+TEST(HeldMatrices, RoundingErrorsOfAFreeMatrixAreNotTakenForASupport) {
   const Scene tower = square_truss(3);
   Faults warnings;
   const Structure structure = build(with_matrix(tower, assembled(tower)), &warnings);
@@ -140,9 +140,9 @@ TEST(HeldMatrices, AMatrixThatIsFreeExceptForRoundingErrorsIsNotTakenForHeld) {
   EXPECT_LT(structure.frequency_accuracy, 1e-12);
 }
 
-// Tables of 6 to 12 digits have errors in their last digit. These raise the stated accuracy and are not taken
-// for a support, but a stiffer support is detected.
-TEST(HeldMatrices, HeldMatricesAreDistinguishedFromMatricesRoundedToPrintedDigits) {
+// Tables of 6 to 12 digits have errors in their last digit. Errors in the last digit raise the stated
+// accuracy and are not taken for a support, but a stiffer support is detected.
+TEST(HeldMatrices, SupportsAreDistinguishedFromRoundingToPrintedDigits) {
   const Scene tower = uneven(square_truss(3));
   const Eigen::MatrixXd K = assembled(tower);
   for (const int digits : {6, 7, 9, 12}) {
@@ -165,7 +165,7 @@ TEST(HeldMatrices, HeldMatricesAreDistinguishedFromMatricesRoundedToPrintedDigit
 }
 
 // In a long and thin structure the rounding errors of six digits are as large as the bending stiffness.
-TEST(HeldMatrices, MatricesOfTooFewDigitsAreReportedIfTheyHoldALongStructure) {
+TEST(HeldMatrices, MatricesOfTooFewDigitsForALongStructureAreReported) {
   Scene truss = uneven(square_truss(26));
   for (PointMass& point : truss.points) point.position.tail<2>() *= 0.2;
   const Eigen::MatrixXd table = printed(assembled(truss), 6);
@@ -182,7 +182,7 @@ TEST(HeldMatrices, MatricesOfTooFewDigitsAreReportedIfTheyHoldALongStructure) {
 }
 
 // The Hessian of the protein, from tables with few digits, and on springs to ground of 1e-6 of its size.
-TEST(HeldMatrices, TheMatrixOfTheProteinShiftsItsFrequenciesByLessThanStated) {
+TEST(HeldMatrices, TheFrequencyShiftOfTheProteinIsWithinTheStatedAccuracy) {
   const io::SceneResult read =
       io::read_scene(std::string(FREEFLEX_SOURCE_DIR) + "/service/scenes/network.yaml");
   ASSERT_TRUE(read.scene);

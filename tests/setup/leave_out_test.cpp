@@ -72,7 +72,7 @@ void print(const char* what, std::vector<double> ratios) {
       100.0 * share_within(ratios, 10.0));
 }
 
-TEST(LeaveOut, OmittingSmallModesChangesDisplacementsByATenthToAllOfTheAllowedError) {
+TEST(LeaveOut, OmittingSmallModesUsesFromATenthToAllOfTheAllowedError) {
   std::vector<double> ratios, link_ratios;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const Scene scene = loaded_scene(seed);
@@ -93,7 +93,7 @@ TEST(LeaveOut, OmittingSmallModesChangesDisplacementsByATenthToAllOfTheAllowedEr
   EXPECT_GE(share_within(link_ratios, 10.0), 0.8);
 }
 
-TEST(LeaveOut, TheErrorAllowedForSmallModesCoversCommands) {
+TEST(LeaveOut, TheStatedErrorOfOmittingSmallModesHoldsUnderCommands) {
   std::vector<double> ratios, link_ratios;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     std::mt19937_64 engine(seed);
@@ -232,7 +232,7 @@ TEST(LeaveOut, OmittingUnexcitableModesChangesOnlyRoundingErrors) {
   EXPECT_LE(exact_change("unreached", Feature::kUnreachedModes, 20, make), kRounding);
 }
 
-TEST(LeaveOut, OmittingRotationChangesOnlyRoundingErrorsIfNothingRotatesTheBody) {
+TEST(LeaveOut, WithoutMomentsOmittingRotationChangesOnlyRoundingErrors) {
   const auto make = [](std::uint64_t seed) {
     Scene scene = testing::random_structure(seed, 8);
     scene.pushable.clear();
@@ -246,7 +246,7 @@ TEST(LeaveOut, OmittingRotationChangesOnlyRoundingErrorsIfNothingRotatesTheBody)
   EXPECT_LE(exact_change("rotation", Feature::kRotation, 20, make), kRounding);
 }
 
-TEST(LeaveOut, OmittingDampingAndGravityChangesNoBitIfThereIsNone) {
+TEST(LeaveOut, OmittingAbsentDampingAndGravityChangesNoBit) {
   for (const Feature feature : {Feature::kDamping, Feature::kGravity}) {
     const auto make = [](std::uint64_t seed) {
       Scene scene = loaded_scene(seed);
@@ -268,7 +268,7 @@ TEST(LeaveOut, OmittingModeShapeRowsOfUnusedPointsChangesNoBit) {
   EXPECT_EQ(exact_change("rows of points", Feature::kPointRows, 20, make), 0.0);
 }
 
-TEST(LeaveOut, FeaturesThatACommandMayNeedAreKeptUnlessTheSceneAllowsTheirOmission) {
+TEST(LeaveOut, FeaturesForCommandsAreKeptUnlessTheSceneAllowsOmission) {
   Scene scene = planar_scene(1);
   scene.loads.clear();
   scene.leave_out.on_need = OnNeed::kKeep;
@@ -312,7 +312,7 @@ TEST(LeaveOut, RungsWithExactBarsKeepEveryMode) {
   for (const PlanFeature& feature : plan.features) EXPECT_FALSE(feature.is_left_out);
 }
 
-TEST(LeaveOut, KeptModesHaveTheirNumbersInTheScene) {
+TEST(LeaveOut, KeptModesHaveTheirNumbersOfTheFullPlan) {
   Scene scene = planar_scene(2);
   scene.damping.mode_ratios = {{1, 0.1}, {5, 0.2}, {9, 0.05}};
   const Plan full = testing::plan_of(scene);

@@ -66,8 +66,8 @@ inline Eigen::VectorXd masses(const Scene& scene) {
   return mass;
 }
 
-/// Returns a free beam of length 1 along x with EI = rho A = 1 and half masses at its ends. Its axial and
-/// torsional frequencies are far above the bending frequencies.
+/// Returns a free beam of length 1 along x with EI = rho A = 1 and half masses at its ends. The axial and
+/// torsional frequencies of the beam are far above the bending frequencies.
 inline Scene lumped_beam(int num_points) {
   Scene scene;
   const int num_spans = num_points - 1;

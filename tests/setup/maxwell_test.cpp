@@ -143,7 +143,7 @@ TEST(Maxwell, MohrsDeltaIsTheInverseOfCUpToAmplifiedRoundingErrors) {
   std::printf("worst difference: %.2g of what conditioning allows\n", worst);
 }
 
-// In the basis of the modes c is M omega^2, and each entry of Mohr's delta is that of the inverse.
+// In the basis of the modes c is M omega^2, and each entry of Mohr's delta is the entry of the inverse of c.
 TEST(Maxwell, DeltaInTheBasisOfTheModesIsDiagonalWithTheirFrequencies) {
   for (const auto& [name, num_elastic, scene] : every_class(9, {1.0, 1.0})) {
     const Bases bases = bases_of(scene);
@@ -201,7 +201,7 @@ TEST(Maxwell, CoefficientsTransformWithTheBasis) {
   }
 }
 
-TEST(Maxwell, AStructureWithAMechanismHasNoDeltaAndTheMechanismIsNamed) {
+TEST(Maxwell, AStructureWithAMechanismHasNoDeltaAndItIsReported) {
   const Scene scene = square_without_diagonals();
   const Bases bases = bases_of(scene);
   ASSERT_FALSE(bases.structure.mechanisms.empty());
@@ -218,7 +218,7 @@ TEST(Maxwell, AStructureWithAMechanismHasNoDeltaAndTheMechanismIsNamed) {
 
 // Over all 3N - 6 displacements, a rigid link makes one eigenvalue of delta zero, and c does not exist. Over
 // the n displacements that the link allows, both exist.
-TEST(Maxwell, WithARigidLinkThereIsNoCOverAllDisplacementsAndTheLinkIsNamed) {
+TEST(Maxwell, ARigidLinkLeavesNoCOverAllDisplacementsAndIsReported) {
   const Scene elastic = cloud(5, 6, {1.0, 1.0});
   Scene scene = elastic;
   scene.links[3].kind = Rigid{};
@@ -242,7 +242,7 @@ TEST(Maxwell, WithARigidLinkThereIsNoCOverAllDisplacementsAndTheLinkIsNamed) {
 
 // A mode moves only other points, and both ends of the link are at rest. The strain that C gives for the link
 // is then a rounding error.
-TEST(Maxwell, ARigidLinkAtRestInAModeIsNotTakenForStretched) {
+TEST(Maxwell, ARigidLinkAtRestInAModeIsNotReportedAsStretched) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Scene scene = [&] {
       Scene s = cloud(seed, 6, {1.0, 1.0});

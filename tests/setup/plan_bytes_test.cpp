@@ -127,7 +127,7 @@ TEST(PlanBytes, PlansOfOlderVersionsAreAccepted) {
   }
 }
 
-TEST(PlanBytes, AWrongMagicVersionLengthOrChecksumIsNamed) {
+TEST(PlanBytes, AWrongMagicNumberVersionLengthOrChecksumIsReported) {
   const std::vector<std::byte> bytes = plan_to_bytes(rich_plan());
   const auto error_of = [](const std::vector<std::byte>& damaged) {
     std::string error;
@@ -162,7 +162,7 @@ TEST(PlanBytes, AnyFlippedBitIsFoundByTheChecksum) {
 }
 
 // In rich_plan a point on a single spring gives mechanisms. The first modes have frequency zero, one for each
-// named mechanism.
+// reported mechanism.
 TEST(PlanBytes, AModeOfFrequencyZeroThatIsNotAMechanismIsRefused) {
   const Plan plan = rich_plan();
   const std::size_t num = plan.mechanisms.size();

@@ -36,8 +36,8 @@ inline void expect_named(const std::string& error, const char* what) {
   EXPECT_NE(error.find(what), std::string::npos) << error;
 }
 
-/// Numbers of damaged plans that were refused and accepted. Each has a flipped bit, four bytes set or one
-/// byte removed, and a matching checksum.
+/// Numbers of damaged plans that were refused and accepted. Each damaged plan has a flipped bit, four bytes
+/// set or one byte removed, and a matching checksum.
 struct DamageCount {
   int num_refused = 0, num_taken = 0;
 };

@@ -227,10 +227,10 @@ TEST(Plans, WarnOfLoadsThatVaryFasterThanTheTicks) {
   EXPECT_EQ(warnings.size(), 2u);
   EXPECT_TRUE(
       mentions(warnings,
-               "load 'aliased': the sine of 999 Hz has less than 13 ticks a cycle at 1000 Hz; it acts "
-               "as straight lines between its values at ticks: raise the rate to 12987 Hz or more"));
-  EXPECT_TRUE(
-      mentions(warnings, "load 'fine': rows 1 and 2 of the table are 0.0003 s apart, but a tick is 0.001 s"));
+               "load 'aliased': the sine of 999 Hz has less than 13 ticks a cycle at 1000 Hz. The "
+               "load is sampled at ticks and is linear between them: raise the rate to 12987 Hz or more"));
+  EXPECT_TRUE(mentions(
+      warnings, "load 'fine': rows 1 and 2 of the table are 0.0003 s apart, less than a tick of 0.001 s"));
 }
 
 TEST(Plans, LinkForceRowsGiveTheTensionFromTheModes) {

@@ -31,8 +31,8 @@ Eigen::MatrixXd legendre(Eigen::Index n, double x) {
 }
 
 // Returns omega a^2 sqrt(rho h / D) of the free square plate by Ritz's method (1909) with n x n products of
-// Legendre polynomials. It is an upper bound in thin-plate theory, and for n = 14 it has converged to five
-// digits.
+// Legendre polynomials. The result is an upper bound in thin-plate theory, and for n = 14 it has converged to
+// five digits.
 Eigen::VectorXd ritz_free_square(Eigen::Index n, double nu) {
   // the integrals over [-1, 1] of the derivatives d and e of each pair are computed by Gauss's rule, whose
   // points come from the recurrence of the polynomials
@@ -66,7 +66,7 @@ Eigen::VectorXd ritz_free_square(Eigen::Index n, double nu) {
                    .cwiseSqrt();  // the side is 2; the first three modes are rigid motions
 }
 
-TEST(PlateVibration, FrequenciesOfTheFreeSquarePlateConvergeWithTheSquareOfTheMesh) {
+TEST(PlateVibration, FrequenciesOfAFreeSquarePlateHaveSecondOrderInTheMeshSize) {
   const double nu = 0.3;
   // Leissa 1973, J. Sound Vib. 31, 257-293, case 21: Ritz's method with 36 products of beam functions, upper
   // bounds

@@ -50,7 +50,7 @@ std::vector<Scene> links_of_every_kind(std::mt19937_64& engine) {
 
 // A rigid rotation of any angle strains no link. The strain by a small displacement agrees with the
 // deformation rows up to second order.
-TEST(TrueGeometry, DeformationOfEveryLinkIsInvariantToRotationAndTangentToItsRows) {
+TEST(TrueGeometry, RotationsStrainNoLinkAndSmallStrainsMatchTheLinearRows) {
   std::mt19937_64 engine(20260712);
   double worst_rotation = 0.0, worst_tangent = 0.0;
   for (int round = 0; round < 20; ++round)
@@ -153,7 +153,7 @@ double by_spin(const Plan& plan, std::size_t mode, const Eigen::Vector3d& w) {
 // 0.05 omega_1 the out-of-plane frequencies are 1.003805, 2.759439 and 5.406541 times omega_1; at rest they
 // are 1, 61.6728 / 22.3733 and 5.403918 times omega_1. In the plane of spin the squared frequencies are lower
 // by Omega^2.
-TEST(Prestress, GeometricStiffnessOfASpinningFreeBeamAgreesWithTheContinuousBeam) {
+TEST(Prestress, GeometricStiffnessOfASpinningBeamMatchesAContinuousBeam) {
   const double at_rest[] = {1.0, 61.6728 / 22.3733, 120.9034 / 22.3733};
   const double spinning[] = {1.003805, 2.759439, 5.406541};
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kSeparated}) {
@@ -169,7 +169,7 @@ TEST(Prestress, GeometricStiffnessOfASpinningFreeBeamAgreesWithTheContinuousBeam
       // the last digit of the table is 4e-4 to 4e-3 of the difference, and lumped masses add 2e-3 of the
       // difference per mode
       EXPECT_NEAR(out, expected, 0.01 * expected);
-      // only the coupled rung includes the softening in the plane of spin
+      // only the rung `coupled` includes the softening in the plane of spin
       EXPECT_NEAR(in, rung == Fidelity::kCoupled ? expected : expected - 1.0, 0.02 * expected);
     }
   }
@@ -178,7 +178,7 @@ TEST(Prestress, GeometricStiffnessOfASpinningFreeBeamAgreesWithTheContinuousBeam
 // Dead loads P and -P at the ends: E is the integral of -P phi'^2. The first elastic frequency of the free
 // column falls to zero at P = pi^2 EI / L^2, where its shape is a half sine. The mode shape at rest gives
 // this load within 1 % (Rayleigh: an upper bound).
-TEST(Prestress, GeometricStiffnessOfAColumnUnderDeadEndLoadsGivesEulersLoad) {
+TEST(Prestress, GeometricStiffnessOfAColumnGivesEulersLoad) {
   Scene scene = free_beam(40);
   const Judged column = judged(scene, Fidelity::kCoupled);
   const auto modes = bending_modes(column, 2);

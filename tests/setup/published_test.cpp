@@ -62,7 +62,7 @@ TEST(Published, TheNetworkHasSixZeroFrequenciesAndTheEigenvaluesOfProDy) {
 }
 
 // The matrix K of the same network has six eigenvalues below 1e-10 of the largest.
-TEST(Published, TheStiffnessMatrixOfTheNetworkHasSixEigenvaluesOfTheSizeOfRoundingErrors) {
+TEST(Published, SixEigenvaluesOfTheNetworkAreNoLargerThanRoundingErrors) {
   Faults faults;
   const LinkFactor factor = factor_links(read("network.yaml"), false, faults);
   const Eigen::MatrixXd K = factor.rows.transpose() * factor.rows;
@@ -108,7 +108,7 @@ TEST(Published, TheLumpedFreeBeamConvergesWithTheSquareOfItsSpacing) {
 
 // w1^2 = k / m_O, w3^2 = (k / m_O)(1 + 2 m_O / m_C); without a bending spring there is a bending mechanism in
 // each of two planes.
-TEST(Published, CarbonDioxideHasItsRatioOfStretchingFrequenciesAndBendsFreely) {
+TEST(Published, CarbonDioxideStretchesInTheKnownRatioAndBendsFreely) {
   constexpr double kOxygen = 15.9949, kCarbon = 12.0, kStiffness = 1600.0;
   Scene scene;
   add_point(scene, kOxygen, {-1.16, 0.0, 0.0});

@@ -33,7 +33,7 @@ double largest_difference(const Eigen::VectorXd& omega, const Eigen::VectorXd& e
 constexpr double kEA = 1e6, kGJ = 1e3, kEI = 300.0;
 Beam tube() { return {kEA, kGJ, kEI, kEI, Eigen::Vector3d::Zero()}; }
 
-// A cross piece along z has 3 kg at +-0.7 m and 2 kg at its middle. There a beam of 1.3 m begins, with 1.5 kg
+// A cross piece along z has 3 kg at +-0.7 m and 2 kg at its middle. A beam of 1.3 m begins there, with 1.5 kg
 // at its end. The end deflects by F L^3 / (3 EI) relative to the body, so omega^2 = 3 EI / L^3 (1 / m + 1 /
 // M_b + L^2 / J). The beam stretches with omega^2 = EA / L (1 / m + 1 / M_b). About the line the body has no
 // inertia, and the beam rotates freely.
@@ -166,8 +166,8 @@ const std::vector<LineCase>& line_cases() {
   return kCases;
 }
 
-// The point off the line adds one frequency, which depends on its inertia about the line. It shifts the other
-// frequencies in proportion to its mass.
+// The point off the line adds one frequency, which depends on its inertia about the line. The light point
+// shifts the other frequencies in proportion to its mass.
 TEST(RigidBodiesOnALine, AreTheLimitOfALightPointOffTheLine) {
   for (const LineCase& each : line_cases()) {
     SCOPED_TRACE(each.name);
@@ -186,8 +186,8 @@ TEST(RigidBodiesOnALine, AreTheLimitOfALightPointOffTheLine) {
   }
 }
 
-// A point of 1 kg is so near the line that its inertia about the line is negligible. However thin the body
-// is, its rotation follows from its points.
+// A point of 1 kg is so near the line that its inertia about the line is negligible. The rotation of a body
+// follows from its points, however thin the body is.
 TEST(RigidBodiesOnALine, AreTheLimitOfEverThinnerBodies) {
   for (const double width : {1e-5, 1e-7}) {
     const LineCase& each = line_cases()[1];
@@ -288,9 +288,9 @@ TEST(RigidBodiesOnALine, RotateTheFollowerForcesAtTheirPoints) {
   EXPECT_LT((light.local_rotations.at(1) - rotation).norm(), 1e-6 * rotation.norm());
 }
 
-// If two bodies share two points, the body with points off the line rotates their joints. Together they are
-// one rigid body.
-TEST(RigidBodiesOnALine, ShareJointsThatABodyOffTheLineRotates) {
+// If two bodies share two points, the body with points off the line rotates their joints. Two such bodies
+// together are one rigid body.
+TEST(RigidBodiesOnALine, AreOneBodyWithABodyThatSharesTwoOfTheirPoints) {
   const auto bodies = [](const std::vector<std::vector<int>>& each) {
     Scene scene;
     for (const double x : {0.0, 0.6, 1.0}) add_point(scene, 2.0, {x, 0.0, 0.0});

@@ -21,7 +21,7 @@ void add_rigid(Scene& scene, std::vector<int> points, const std::string& name) {
   scene.links.push_back(link);
 }
 
-// Returns a braced cube of springs. Some of its edges are rigid, or have the given stiffness.
+// Returns a braced cube of springs. Some edges of the cube are rigid, or have the given stiffness.
 Scene cube(double stiffness) {
   Scene scene;
   std::mt19937_64 engine(11);
@@ -111,7 +111,7 @@ TEST(RigidBodies, ARigidBodyMayHaveCoincidentPointsInAnyOrder) {
       << faults[0].message;
 }
 
-TEST(RigidLinks, RedundantRigidLinksAreFoundAndNamed) {
+TEST(RigidLinks, RedundantRigidLinksAreFoundAndReported) {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
   add_point(scene, 1.0, {1.0, 0.0, 0.0});
@@ -125,7 +125,7 @@ TEST(RigidLinks, RedundantRigidLinksAreFoundAndNamed) {
   EXPECT_EQ(structure.num_constraints, 3);
   EXPECT_EQ(structure.omega.size(), 0);
   ASSERT_EQ(warnings.size(), 1u);
-  // either of two equal links may be named as redundant
+  // either of two equal links may be reported as redundant
   EXPECT_TRUE(warnings[0].message.find(
                   "rigid link 'again' is redundant: a freedom that it removes is removed by 'ab'") !=
                   std::string::npos ||
@@ -137,7 +137,7 @@ TEST(RigidLinks, RedundantRigidLinksAreFoundAndNamed) {
 
 // Rigid links fix all six distances of four points in a plane. One link is redundant, and the loop contains
 // all six.
-TEST(RigidLinks, ARigidSquareWithBothDiagonalsNamesAllLinksOfItsLoop) {
+TEST(RigidLinks, AllLinksOfARigidSquareWithBothDiagonalsAreReported) {
   Scene scene;
   for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}})
     add_point(scene, 1.0, {x, y, 0.0});

@@ -12,7 +12,8 @@
 namespace freeflex::testing {
 namespace {
 
-/// Returns a plan of four points on the full rung with two substeps per tick, feedback, a sine and a budget.
+/// Returns a plan of four points on the rung `full` with two substeps per tick, feedback, a sine and a
+/// budget.
 Plan full_plan() {
   Scene scene;
   scene.name = "full";
@@ -85,7 +86,7 @@ TEST(RungPlan, ContentThatDoesNotFitTheRungIsRefused) {
   expect_named(error_of([](Plan& p) { p.budget.horizon = 0.0; }), "has no horizon");
   expect_named(error_of([](Plan& p) { p.budget.horizon = -1.0; }), "out of range");
   expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.budget.shadows = p.budget.shadows; }),
-               "contains another");
+               "contains a further plan");
 }
 
 TEST(RungPlan, DamagedContentWithAValidChecksumIsRefusedOrHarmless) {
@@ -104,7 +105,7 @@ TEST(RungPlan, AnotherRateHasItsOwnSubsteps) {
   exercise_with_budget(plan);
 }
 
-/// Returns the plan of two bodies on a beam, one of them in a group, on the coupled rung.
+/// Returns the plan of two bodies on a beam, one of them in a group, on the rung `coupled`.
 Plan body_plan() {
   Scene scene;
   scene.name = "bodies";

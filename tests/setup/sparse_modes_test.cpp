@@ -24,9 +24,9 @@ std::optional<Structure> sparse(Scene scene, int count, Faults& faults) {
   return build_structure_by(scene, SetupPath::kSparse, faults);
 }
 
-// Returns the response of every point to a force on any other through the lowest modes. It does not depend on
-// signs or on the choice of modes of equal frequency. Mechanisms are given the flexibility of the first
-// elastic mode.
+// Returns the response of every point to a force on any other through the lowest modes. The response does not
+// depend on signs or on the choice of modes of equal frequency. Mechanisms are given the flexibility of the
+// first elastic mode.
 Eigen::MatrixXd response(const Eigen::MatrixXd& rows, const Eigen::VectorXd& omega, Eigen::Index count) {
   Eigen::VectorXd softness(count);
   const double first = omega[std::min<Eigen::Index>((omega.head(count).array() == 0.0).count(), count - 1)];
@@ -56,8 +56,8 @@ void expect_equal(const Scene& scene, int count, const std::string& what) {
   ASSERT_LE(n, whole->omega.size());
   EXPECT_EQ(few->num_constraints, whole->num_constraints);
   EXPECT_EQ(few->mechanisms.size(), whole->mechanisms.size());
-  // the stated accuracy of the lowest frequency plus the rounding errors of higher frequencies: membranes are
-  // a thousand times stiffer than bending
+  // the stated accuracy holds for the lowest frequency; higher frequencies add rounding errors, because the
+  // membrane stiffness is a thousand times the bending stiffness
   const double accuracy = few->frequency_accuracy + whole->frequency_accuracy + 4096.0 * kEpsilon;
   for (Eigen::Index k = 0; k < n; ++k)
     EXPECT_LE(std::abs(few->omega[k] - whole->omega[k]), accuracy * whole->omega[k]) << "mode " << k;
@@ -154,7 +154,7 @@ TEST(SparseModes, LeaveOutTheFreeTorsionOfAStraightChainOfBeams) {
   expect_equal(scene, 8, "chain");
 }
 
-TEST(SparseModes, MechanismsAreNamedAsByTheDenseSetUp) {
+TEST(SparseModes, MechanismsAreReportedAsByTheDenseSetUp) {
   Scene scene = square_truss(6);
   const int hung = add_point(scene, 1.0, {2.0, 0.5, 1.5});
   add_link(scene, 10, hung, Spring{1e4});
@@ -250,7 +250,7 @@ TEST(SparseModes, NoModesAreFoundBelowTheLowestFrequency) {
 }
 
 // The set-up finds all modes, and the verdict uses more modes than are kept.
-TEST(SparseModes, AFewPointsWithLimitedModesGiveAPlan) {
+TEST(SparseModes, ASmallSceneWithALimitOfModesGivesAPlan) {
   for (const int count : {1, 12, 40}) {
     Scene scene = square_truss(10);
     scene.modes.count = count;

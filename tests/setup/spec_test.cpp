@@ -49,7 +49,7 @@ TEST(Spec, APlanHasTheModesTheRateAndTheFeaturesOfItsSpec) {
   EXPECT_FALSE(plan->has_damping);
 }
 
-TEST(Spec, ARateSetAfterwardsGivesThePlanOfThatRateWithItsShadows) {
+TEST(Spec, SettingTheRateLaterGivesThePlanOfThatRateWithItsShadows) {
   Scene scene = truss_s5();
   scene.error_budget.horizon = 0.5;
   const Structure structure = build(scene);

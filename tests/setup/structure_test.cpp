@@ -204,7 +204,7 @@ TEST(Structures, TheLargestComponentOfAModeShapeIsPositive) {
   });
 }
 
-TEST(Mechanisms, AreNamedByThePointsThatMove) {
+TEST(Mechanisms, AreReportedWithThePointsThatMove) {
   Engine engine(11);
   Faults warnings;
   const Structure structure = build(dangling(engine), &warnings);

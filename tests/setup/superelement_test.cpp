@@ -122,7 +122,7 @@ std::string first_error(const Scene& scene) {
 }
 MatrixLink& middle(Scene& scene) { return std::get<MatrixLink>(scene.links[1].kind); }
 
-TEST(Superelement, ErrorsNameTheMissingProperty) {
+TEST(Superelement, ErrorsStateTheMissingProperty) {
   const auto expect = [](const char* what, auto change) {
     Scene scene = chain(true);
     change(middle(scene));

@@ -13,8 +13,8 @@ namespace freeflex::testing {
 
 using Wide = __float128;
 
-/// A symmetric matrix of small bandwidth in 113 bits. It is factored as L D L^T without pivoting, which is
-/// accurate enough with a positive shift and so many digits.
+/// A symmetric matrix of small bandwidth in 113 bits. The matrix is factored as L D L^T without pivoting,
+/// which is accurate enough with a positive shift and so many digits.
 class Banded {
  public:
   Banded(int size, int width)

@@ -8,7 +8,7 @@
 namespace freeflex::tools {
 namespace {
 
-TEST(StabilityAnswers, FrequenciesAgreeWithSixtyDigits) {
+TEST(StabilityAnswers, FrequenciesMatchASixtyDigitSolution) {
   for (const FrequencyAnswer& answer : frequency_answers()) {
     const auto values =
         testing::exact_eigenvalues(testing::exact_dynamic_matrix(answer.make(answer.first, answer.second)));
@@ -19,7 +19,7 @@ TEST(StabilityAnswers, FrequenciesAgreeWithSixtyDigits) {
   }
 }
 
-TEST(StabilityAnswers, AttitudeNearTheIntermediateAxisAgreesWithFiftyDigits) {
+TEST(StabilityAnswers, AttitudeNearTheIntermediateAxisMatchesAFiftyDigitSolution) {
   for (const double spin : {1.0, 5.0, 50.0}) {
     const testing::WideRotation body =
         testing::rotate_freely({2.0, 3.0, 4.0}, {spin * 0.01, spin * 1.0, spin * 0.005}, 20.0 / spin);

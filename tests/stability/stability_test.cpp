@@ -1,4 +1,5 @@
-// Stiff and extreme cases: the error of each is within its limit, or the case is refused or reported by name.
+// Stiff and extreme cases: the error of each is within its limit, or the case is refused or reported in a
+// message.
 #include "tools/stability/stability.hpp"
 
 #include <gtest/gtest.h>
@@ -29,7 +30,7 @@ std::string test_name(const StabilityCase& what) {
 
 class Stability : public ::testing::TestWithParam<StabilityCase> {};
 
-TEST_P(Stability, IsWithinItsLimitOrRefusedByName) {
+TEST_P(Stability, EachCaseIsWithinItsLimitOrIsRefusedWithTheCause) {
   const StabilityCase& what = GetParam();
   StabilityOptions options;
   options.is_quick = true;

@@ -50,7 +50,7 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-/// Sets the inertia of a body without modes. The rows of `axes` are its principal axes.
+/// Sets the inertia of a body without modes. The rows of `axes` are the principal axes of the body.
 void set_inertia(const Vec3& moments, const Mat3& axes, Plan& plan) {
   plan.inertia = plan.inverse_inertia = {};
   for (std::size_t i = 0; i < 3; ++i)
@@ -262,7 +262,7 @@ double error_after(int n, const RigidLoads& unit, bool is_attracted, bool varies
   const auto end_of = [&](int ticks) {
     Plan plan = hand_plan(4.0 / ticks, {});
     plan.inertia = {2.0, 0.3, 0.0, 0.3, 3.0, 0.1, 0.0, 0.1, 4.0};
-    // its inverse, from the adjugate
+    // inverse of the matrix, from the adjugate
     plan.inverse_inertia = {11.99, -1.2, 0.03, -1.2, 8.0, -0.2, 0.03, -0.2, 5.91};
     for (double& each : plan.inverse_inertia) each /= 23.62;
     set_principal(plan);

@@ -158,7 +158,7 @@ TEST(Rotation, ASinglePointDoesNotRotate) {
 
 TEST(Rotation, AForceInBodyAxesOnASteadilySpinningBodyGivesACircularPath) {
   Plan plan = hand_plan(1e-3, {}, 1);
-  plan.points[0].r = {};  // at the centre of mass, so that there is no moment
+  plan.points[0].r = {};  // the point is at the centre of mass, so that there is no moment
   plan.initial.w_B = {0.0, 0.0, 2.0};
   HandRun run(plan);
   ForceCommand command = hand_command("test", 0, 1);

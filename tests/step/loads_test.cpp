@@ -55,7 +55,7 @@ void expect_equal(const std::vector<double>& found, const std::vector<double>& e
 
 constexpr double kRounding = 1e-14;  // sums of some ten terms of order one
 
-TEST(Loads, TheProjectionByTableOrDirectlyIsTheSumOverPoints) {
+TEST(Loads, TheProjectionWithOrWithoutATableIsTheSumOverPoints) {
   const Plan plan = loads_plan();
   const Mat3 R = some_rotation();
   for (const int num_pushed : {1, 2, 3, 4, 7}) {
@@ -94,7 +94,7 @@ std::vector<Vec3> spread(const Plan& plan, std::size_t group_index, const Vec3& 
   return forces;
 }
 
-TEST(Wrench, AWrenchHasItsForceAndTorqueAndTheProjectionOfItsPointForces) {
+TEST(Wrench, PointForcesOfAWrenchHaveItsForceTorqueAndProjection) {
   const Plan plan = loads_plan();
   const Mat3 R = some_rotation();
   const Vec3 F = {1.0, -2.0, 0.5}, T = {0.3, 0.7, -1.1};

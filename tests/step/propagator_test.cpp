@@ -101,7 +101,7 @@ TEST(Propagator, EqualsTheMatrixExponentialOverSixteenDecades) {
     }
 }
 
-TEST(Propagator, EqualsTheMatrixExponentialNearCriticalDampingAndNearHalfCycles) {
+TEST(Propagator, EqualsTheMatrixExponentialNearCriticalDampingAndHalfCycles) {
   constexpr double kPeriod = 1e-3, kMass = 0.1, kPi = 3.141592653589793;
   for (const double W : {1e-6, 0.3, 0.999999999, 1.0, 2.5, 40.0})
     for (const double ratio : {1.0 - 1e-15, 1.0 - 1e-9, 1.0, 1.0 + 1e-15, 1.0 + 1e-9, 1.01})

@@ -45,8 +45,8 @@ inline ExactMatrix exact_dynamic_matrix(const Scene& scene) {
   return K;
 }
 
-/// Returns the eigenvalues, ascending, by cyclic Jacobi. They have sixty digits relative to the largest, so
-/// the smallest has 30 digits if the ratio is 1e30.
+/// Returns the eigenvalues, ascending, by cyclic Jacobi. The eigenvalues have sixty digits relative to the
+/// largest, so the smallest has 30 digits if the ratio is 1e30.
 inline std::vector<Exact> exact_eigenvalues(ExactMatrix K) {
   const std::size_t n = K.size;
   for (int sweep = 0; sweep < 60; ++sweep) {

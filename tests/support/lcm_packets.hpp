@@ -19,8 +19,8 @@
 
 namespace freeflex::testing {
 
-/// Sends from one UDP socket and so from one source address, by which LCM reassembles fragments. Use it only
-/// in a private network.
+/// Sends from one UDP socket and so from one source address, by which LCM reassembles fragments. Use this
+/// class only in a private network.
 class PacketSender {
  public:
   explicit PacketSender(const char* group = "239.255.76.67", std::uint16_t port = 7667)
@@ -35,7 +35,7 @@ class PacketSender {
   PacketSender(const PacketSender&) = delete;
   PacketSender& operator=(const PacketSender&) = delete;
 
-  /// Sends a packet. Returns false if the kernel did not accept all of it.
+  /// Sends a packet. Returns false if the kernel did not accept all bytes of the packet.
   bool send(std::span<const std::byte> packet) {
     return sendto(fd_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to_),
                   sizeof(to_)) == static_cast<ssize_t>(packet.size());

@@ -9,7 +9,7 @@
 
 namespace freeflex::testing {
 
-inline std::string refusal;  // why there is no private network; empty if there is one
+inline std::string refusal;  // reason why there is no private network; empty if there is one
 
 /// Runs all tests in a private network. Listing the tests needs no network.
 inline int run_network_tests(int argc, char** argv) {

@@ -22,8 +22,8 @@ struct TimedCommand {
 
 /// Largest differences between two runs at any tick.
 struct Change {
-  double displacement = 0.0;   // [m] of a point, body axes
-  double position = 0.0;       // [m] of a point, world axes
+  double displacement = 0.0;   // [m] largest difference of the displacement of a point, body axes
+  double position = 0.0;       // [m] largest difference of the position of a point, world axes
   double link_force = 0.0;     // [N], [N m]
   double largest = 0.0;        // [m] largest displacement in the run that keeps the feature
   double largest_force = 0.0;  // [N], [N m]

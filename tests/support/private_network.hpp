@@ -78,9 +78,9 @@ class RuntimeFolder {
 };
 
 /// Moves this process, and every process and thread that it starts later, into a private network namespace
-/// (and a user namespace if it is not root), and sets XDG_RUNTIME_DIR. Call it in main before any thread
-/// starts. Returns an empty string, or the reason why the kernel refuses. In that case the process stays in
-/// its network, and tests that need a private network are skipped with that text.
+/// (and a user namespace if it is not root), and sets XDG_RUNTIME_DIR. Must be called in main before any
+/// thread starts. Returns an empty string, or the reason why the kernel refuses. In that case the process
+/// stays in its network, and tests that need a private network are skipped with that text.
 inline std::string enter_private_network() {
   const uid_t user = getuid();
   const gid_t group = getgid();

@@ -70,7 +70,7 @@ TEST_F(OnTheBus, ARejectedPushPrintsTheReason) {
   EXPECT_TRUE(contains(outcome.out, ": late: ")) << outcome.out;
 }
 
-TEST_F(OnTheBus, RejectionsNamePointsAndOptions) {
+TEST_F(OnTheBus, RejectionsContainTheNamesOfPointsAndOptions) {
   write_text(
       folder_ / "four.yaml",
       "points:\n  - {mass: 1, at: [0, 0, 0]}\n  - {mass: 1, at: [1, 0, 0]}\n  - {mass: 1, at: [0, 1, 0]}\n"
@@ -83,15 +83,16 @@ TEST_F(OnTheBus, RejectionsNamePointsAndOptions) {
       "$P --json --point 3=0,0,20",
       folder_ / "four.yaml");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
-  for (const char* part : {"over_limit: point '3': |force| 20 N", "not_pushable: point '4' may not be pushed",
-                           "over_limit: group 'base': |force| 11 N", "late: --at-tick 0 has passed",
-                           "or add --late-ok", "bad_control: --control shapes=99: must be a mode from 1 to 6",
-                           "wrong_mode: --control step=N applies while holding: send --control hold first",
-                           "\"text\": \"point '3': "})
+  for (const char* part :
+       {"over_limit: point '3': |force| 20 N", "not_pushable: point '4' may not be pushed",
+        "over_limit: group 'base': |force| 11 N", "late: --at-tick 0 has passed", "or add --late-ok",
+        "bad_control: --control shapes=99: must be a mode from 1 to 6",
+        "wrong_mode: --control step=N applies only while holding: send --control hold first",
+        "\"text\": \"point '3': "})
     EXPECT_TRUE(contains(outcome.out, part)) << part << " not in " << outcome.out << outcome.err;
 }
 
-TEST_F(OnTheBus, PushToAnUnknownNameListsTheNames) {
+TEST_F(OnTheBus, PushToAnUnknownNameListsTheKnownNames) {
   const Outcome outcome = with_daemon("$P --point nose --force 0,0,1");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(contains(outcome.err, "no point 'nose' in scene 'frame'")) << outcome.err;
@@ -101,7 +102,7 @@ TEST_F(OnTheBus, PushToAnUnknownNameListsTheNames) {
   EXPECT_EQ(with_daemon("$P --group nose --torque 0,0,1").exit_code, 2);
 }
 
-TEST_F(OnTheBus, PushWithoutADaemonNamesTheBus) {
+TEST_F(OnTheBus, PushWithoutADaemonReportsTheBus) {
   const Outcome outcome = run(kFreeflex + " push --point tip --force 0,0,1 --timeout 0.3");
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_TRUE(contains(outcome.err, "no message of a daemon has come")) << outcome.err;
@@ -127,7 +128,7 @@ TEST_F(OnTheBus, ControlStopsTheDaemon) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 
-TEST_F(OnTheBus, PushSealsWithAKey) {
+TEST_F(OnTheBus, PushSealsItsCommandWithAKey) {
   const std::string key = folder_ / "pilot.key";
   ASSERT_EQ(run(kFreeflex + " keygen pilot --out " + key).exit_code, 0);
   const Outcome outcome = with_daemon(
@@ -139,7 +140,7 @@ TEST_F(OnTheBus, PushSealsWithAKey) {
       kGolden + "frame.plan --keys " + key);
   EXPECT_TRUE(contains(outcome.out, "accepted: takes effect at tick ")) << outcome.out << outcome.err;
   EXPECT_TRUE(
-      contains(outcome.out, "key_required: this daemon takes only commands under a key: add --key FILE"))
+      contains(outcome.out, "key_required: this daemon accepts only commands with a key: add --key FILE"))
       << outcome.out << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "Do the daemon's --keys contain this key")) << outcome.err;
   // sealed commands can still be read
@@ -251,18 +252,19 @@ TEST_F(OnTheBus, ClearEndsTheForceInTheSlot) {
   EXPECT_EQ(Json::parse(outcome.out.substr(start))["message"]["num_slots"], 0) << outcome.out;
 }
 
-TEST_F(OnTheBus, LiveViewPrintsLinesWithoutATerminal) {
+TEST_F(OnTheBus, LiveMonitorPrintsLinesIfThereIsNoTerminal) {
   const Outcome outcome = with_daemon("$F monitor --live --duration 1.5 --interval 0.5");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  // the frame spins, so its verdict is not good
+  // the frame spins, so its verdict is not `good`
   EXPECT_FALSE(contains(outcome.out, ", running, good, rate ")) << outcome.out;
   EXPECT_TRUE(contains(outcome.out, "largest displacement")) << outcome.out;
   EXPECT_FALSE(contains(outcome.out, "\033")) << outcome.out;
 }
 
 TEST_F(OnTheBus, ARecordedSessionAndItsPlaybackBothReplay) {
-  // lcm-logger queues only 31 messages while it does not run. So it gets a priority above ordinary programs,
-  // if the system allows that, and a recording that replay calls incomplete (3) is repeated
+  // lcm-logger queues only 31 messages while it does not run. So lcm-logger gets a priority above ordinary
+  // programs, if the system allows that, and a recording that replay reports as incomplete (exit code 3) is
+  // repeated
   const std::string record = R"(
 rt="chrt -f 1"; $rt true 2>/dev/null || rt=
 record() { rm -f "$1"; $rt lcm-logger -q -c '^FREEFLEX_.*' "$1" >&2 & logger=$!; sleep 0.3; }

@@ -127,8 +127,8 @@ TEST(CommandLine, InputFilesAreNeverOverwritten) {
 }
 
 // two points cannot take a torque about their line, one point cannot take any torque, and for 1e308 N the
-// answer is not finite
-TEST(Loads, LoadsWithoutAStaticAnswerGiveExitTwoAndTheCause) {
+// response is not finite
+TEST(Loads, LoadsWithoutAStaticResponseGiveExitTwoAndTheCause) {
   const TemporaryFolder folder;
   write_text(folder / "a.yaml",
              "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 3, at: [2, 0, 0]}\n"
@@ -137,8 +137,8 @@ TEST(Loads, LoadsWithoutAStaticAnswerGiveExitTwoAndTheCause) {
              "groups: {l: [a, b], p: [c], body: [a..d]}\n");
   const std::vector<std::pair<std::string, std::string>> refused{
       {"--wrench l=0,0,0,5,0,0",
-       "group 'l' cannot support 5 N m of the torque: its points lie on a line, and this part is about that "
-       "line"},
+       "group 'l' cannot support 5 N m of the torque: its points lie on a line, and this component acts "
+       "about that line"},
       {"--wrench l=0,0,0,5,1,0", "group 'l' cannot support 5 N m of the torque"},
       {"--wrench p=0,0,0,0,0,7",
        "group 'p' cannot support 7 N m of the torque: its points lie at one position"},
@@ -182,7 +182,7 @@ TEST(Check, AGoodSceneGivesExitZeroAndOneLine) {
   EXPECT_TRUE(outcome.err.empty()) << outcome.err;
 }
 
-TEST(Check, NamesEveryFaultWithItsLine) {
+TEST(Check, ReportsEveryFaultWithItsLine) {
   const TemporaryFolder folder;
   write_text(
       folder / "bad.yaml",
@@ -291,7 +291,7 @@ TEST(Modes, TheRepeatedFrequencyOfTheRotorIsMarked) {
 
 // Feedback acts on the angle between two springs, which is a mechanism: it oscillates, or grows if the
 // feedback pushes it away.
-TEST(Modes, AMechanismUnderFeedbackHasARow) {
+TEST(Modes, AMechanismUnderFeedbackIsListed) {
   const TemporaryFolder folder;
   const auto text_of = [&](const std::string& gains) {
     write_text(
@@ -311,7 +311,7 @@ TEST(Modes, AMechanismUnderFeedbackHasARow) {
   EXPECT_FALSE(contains(text_of(""), "a mechanism\n"));
 }
 
-TEST(Modes, ThePointsOfAMechanismAreNamed) {
+TEST(Modes, ThePointsOfAMechanismAreReported) {
   // springs along a line do not resist bending, which gives one mechanism in each of two planes
   const Outcome outcome = run(kFreeflex + " modes --json " + kGolden + "chain.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

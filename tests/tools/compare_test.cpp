@@ -79,8 +79,8 @@ TEST_F(Compare, ReportsWhereFilesDifferAndByHowMuch) {
   EXPECT_EQ(quantity(json, "elastic coordinates [m]")["beyond"], false);
   EXPECT_EQ(
       json["not_compared"].dump(),
-      R"(["1 tick of the table that only the first holds","1 tick of the table that only the second holds",)"
-      R"("1 column that only the second holds: extra"])");
+      R"(["1 tick of the table that only the first contains","1 tick of the table that only the second contains",)"
+      R"("1 column that only the second contains: extra"])");
   // the relative differences are 1/8 and 1/6 of the largest values
   EXPECT_EQ(compare("a.csv", "b.csv", "--common --tolerance 0.2").exit_code, 0);
   const Outcome part = compare("a.csv", "b.csv", "--tolerance 0.2");
@@ -152,7 +152,7 @@ TEST_F(Compare, ReportsWhatItCannotRead) {
   refuses("tick,x\n0,1\n1,2,3\n", 3, "line 3: more columns");
   refuses("tick,x\n0,1\n1,two\n", 3, "line 3: there is no number");
   refuses("tick,x\n0,1\n0,2\n", 3, "line 3: tick 0 after tick 0");
-  refuses("tick,x\n0,1\n1,2", 3, "line 3: the line does not end");
+  refuses("tick,x\n0,1\n1,2", 3, "line 3: the last line has no end");
   refuses("tick,y\n0,1\n", 3, "nothing was compared");
   refuses("tick,x\n7,1\n", 3, "nothing was compared");
   refuses("tick,x,x\n0,1,1\n", 2, "names the column 'x' twice");

@@ -84,7 +84,7 @@ class StandardError {
   int saved_;
 };
 
-TEST(Progress, FirstShowsTheTimeThenABarAndIsErased) {
+TEST(Progress, ShowsTheTimeThenABarAndIsErasedAtTheEnd) {
   Terminal terminal;
   ASSERT_TRUE(terminal.is_open());
   {

@@ -1,5 +1,5 @@
-// A recording that ends early because the disk was full: every command uses the complete records, names the
-// cut, and exits with 3.
+// A recording that ends early because the disk was full: every command uses the complete records, reports the
+// position of the cut, and exits with 3.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -26,7 +26,7 @@ class Cut : public ::testing::Test {
   static void expect_named(const Outcome& outcome) {
     EXPECT_EQ(outcome.exit_code, 3) << outcome.out << outcome.err;
     EXPECT_TRUE(contains(outcome.err, "cut.log: damaged at byte ") &&
-                contains(outcome.err, ": the file ends inside a record, of which "))
+                contains(outcome.err, ": the file ends inside a record, after "))
         << outcome.err;
   }
   /// Returns the ticks of the states before the cut.
@@ -49,8 +49,9 @@ TEST_F(Cut, RunAppliesTheCommandsOfACutRecordingUpToTheCut) {
   for (const char* until : {"", " --until 2"}) {
     const Outcome outcome = freeflex("run " + kScenes + "boom.yaml --log cut.log --out fed.log" + until);
     expect_named(outcome);
-    EXPECT_TRUE(
-        contains(outcome.err, "; the run ends at tick " + known + ", up to which its commands are known"))
+    EXPECT_TRUE(contains(outcome.err, "; the run ends at tick " + known +
+                                          ", the last tick whose commands are all "
+                                          "known"))
         << outcome.err;
     EXPECT_TRUE(contains(outcome.out, "fed.log: " + known + " ticks")) << outcome.out;
     EXPECT_EQ(freeflex("compare whole.log fed.log --common").exit_code, 0);
@@ -62,12 +63,12 @@ TEST_F(Cut, RunAppliesTheCommandsOfACutRecordingUpToTheCut) {
   EXPECT_EQ(Json::parse(shorter.out)["complete"], false);
 }
 
-TEST_F(Cut, CompareUsesTheCompleteRecordsAndReportsTheCutEvenWithCommon) {
+TEST_F(Cut, CompareUsesTheCompleteRecordsAndReportsTheCut) {
   for (const char* more : {"", " --common"}) {
     const Outcome outcome = freeflex(std::string("compare whole.log cut.log") + more);
     expect_named(outcome);
     EXPECT_TRUE(contains(outcome.out, "elastic coordinates [m] ")) << outcome.out;
-    EXPECT_TRUE(contains(outcome.out, " of STATE that only the first holds")) << outcome.out;
+    EXPECT_TRUE(contains(outcome.out, " of STATE that only the first contains")) << outcome.out;
   }
   const Json json = Json::parse(freeflex("compare whole.log cut.log --json").out);
   EXPECT_EQ(json["result"], "incomplete");
@@ -81,7 +82,8 @@ TEST_F(Cut, CompareUsesTheRowsBeforeTheCutOfATable) {
   const Outcome same = freeflex("compare a.csv b.csv --json");
   EXPECT_EQ(same.exit_code, 3);
   EXPECT_EQ(Json::parse(same.out)["rows"], 2);
-  EXPECT_TRUE(contains(Json::parse(same.out)["error"], "b.csv, line 4: the line does not end")) << same.out;
+  EXPECT_TRUE(contains(Json::parse(same.out)["error"], "b.csv, line 4: the last line has no end"))
+      << same.out;
   write_text(folder_ / "b.csv", "tick,x\n0,1\n1,7\n2,");
   EXPECT_EQ(freeflex("compare a.csv b.csv").exit_code, 1);
 }
@@ -92,7 +94,7 @@ TEST_F(Cut, ViewShowsTheCompleteRecordsOfACutRecording) {
   EXPECT_GT(read_text(folder_ / "a.html").size(), 10'000u);
 }
 
-TEST_F(Cut, ACutWithinTheFirstRecordLeavesNothingToUse) {
+TEST_F(Cut, ARecordingCutWithinItsFirstRecordIsReported) {
   write_text(folder_ / "cut.log", read_text(folder_ / "whole.log").substr(0, 100));
   for (const char* arguments : {"replay cut.log", "compare cut.log whole.log", "view cut.log --html a.html"})
     expect_named(freeflex(arguments));

@@ -26,8 +26,8 @@ using tools::ReplayOutcome;
 using ReplayResult = ReplayOutcome::Result;
 
 /// Holds the golden recording of the frame with SCENE messages as the daemon sends them. The golden recording
-/// lacks SCENE, because SCENE names a file. Only every eighth STATUS is kept, because they are most of the
-/// bytes and a replay does not need them.
+/// lacks SCENE, because SCENE contains the path of a file. Only every eighth STATUS is kept, because they are
+/// most of the bytes and a replay does not need them.
 class RealRecording {
  public:
   RealRecording() {
@@ -84,7 +84,7 @@ struct Tally {
   int refused = 0, differs = 0, warned = 0, unchanged = 0;
 };
 
-/// Expects that a changed byte is refused or named, or that the complete recording was compared and is
+/// Expects that a changed byte is refused or reported, or that the complete recording was compared and is
 /// identical.
 inline void expect_accounted(const ReplayOutcome& outcome, Tally& tally, const std::string& which) {
   const ReplayOutcome& whole = real().whole;

@@ -4,7 +4,7 @@
 namespace freeflex::testing {
 namespace {
 
-TEST(DamageLong, EachOf20000FlippedBytesIsNamedOrHarmless) {
+TEST(DamageLong, EachOf20000FlippedBytesIsReportedOrHarmless) {
   const Tally tally = flip_bytes(20'000, 12);
   EXPECT_GT(tally.refused, 3'000);
   EXPECT_GT(tally.differs, 6'000);

@@ -1,4 +1,4 @@
-// A damaged byte is named or changes nothing, complete records are replayed, and every replay ends.
+// A damaged byte is reported or changes nothing, complete records are replayed, and every replay ends.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -47,7 +47,7 @@ void edit_state(io::LogEvent& event, const std::function<void(state_t&)>& change
   event.bytes = io::encode(state);
 }
 
-TEST(Damage, EveryFlippedByteIsNamedOrHarmless) {
+TEST(Damage, EveryFlippedByteIsReportedOrHarmless) {
   const Tally tally = flip_bytes(2'000, 11);
   EXPECT_GT(tally.refused, 300);
   EXPECT_GT(tally.differs, 600);
@@ -88,7 +88,8 @@ TEST(Damage, ACutRecordingIsReplayedUpToTheLastCompleteRecord) {
         << outcome.error;
     EXPECT_TRUE(contains(outcome.error, std::to_string(there) + " of " +
                                             std::to_string(is_in_header ? io::kLogHeaderBytes : all) +
-                                            " bytes are there; the motion is known up to tick " +
+                                            " bytes" + (is_in_header ? " of its header" : "") +
+                                            "; the motion is known up to tick " +
                                             std::to_string(whole.ticks)))
         << outcome.error;
   }
@@ -154,7 +155,7 @@ TEST(Damage, EveryChangedTickFieldOfACommandIsDetected) {
   EXPECT_EQ(tally.unchanged, 0);
 }
 
-TEST(Damage, ADamagedChannelNameIsNamedAtItsByte) {
+TEST(Damage, ADamagedChannelNameIsReportedAtItsByte) {
   for (const char* channel : {"FREEFLEX_STATE", "FREEFLEX_APPLIED", "FREEFLEX_SCENE"}) {
     const io::LogEvent& event = event_on(channel, 2);
     for (std::size_t at = name_at(event); at < message_at(event); ++at) {
@@ -169,7 +170,7 @@ TEST(Damage, ADamagedChannelNameIsNamedAtItsByte) {
   }
 }
 
-TEST(Damage, ADamagedSessionNumberIsNamedAtItsByte) {
+TEST(Damage, ADamagedSessionNumberIsReportedAtItsByte) {
   for (const char* channel : {"FREEFLEX_STATE", "FREEFLEX_APPLIED", "FREEFLEX_SCENE"}) {
     const std::size_t session = message_at(event_on(channel, 1)) + kSession;
     for (std::size_t at = session; at < session + 8; ++at) {
@@ -220,7 +221,8 @@ TEST(Damage, AForgedTickBeyondTheLongestGapIsRefused) {
     }
   });
   EXPECT_EQ(outcome.result, ReplayResult::kIncomplete);
-  EXPECT_TRUE(contains(outcome.error, "10000000000 are replayed")) << outcome.error << outcome.ticks;
+  EXPECT_TRUE(contains(outcome.error, "10000000000 ticks without records are replayed"))
+      << outcome.error << outcome.ticks;
 }
 
 const tools::Loss& state_loss(const ReplayOutcome& outcome) {

@@ -13,8 +13,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Holds a scene of four points and six springs with a pulse of force. The JSON of its plan and run has every
-/// field.
+/// Holds a scene of four points and six springs with a pulse of force. The JSON of the plan and the run of
+/// this scene has every field.
 const std::string kScene =
     "name: tetrahedron\nfidelity: auto\ntolerance: {elastic: 0.5, horizon: 0.05}\n"
     "error_budget: {horizon: 0.05}\npoints:\n"
@@ -32,8 +32,8 @@ std::string section_of(const std::string& command) {
 class Help : public ::testing::Test {
  protected:
   Help() { write_text(folder_ / "scene.yaml", kScene); }
-  /// Runs a command line, whose first word is the command, in the folder of the scene. Returns its JSON, and
-  /// expects every field in the help.
+  /// Runs a command line, whose first word is the command, in the folder of the scene. Returns the JSON of
+  /// the command, and expects every field in the help.
   Json expect_documented(const std::string& arguments, int exit_code = 0) {
     const Outcome outcome = run("cd " + folder_.path() + " && " + kFreeflex + " " + arguments);
     EXPECT_EQ(outcome.exit_code, exit_code) << arguments << outcome.err;
@@ -91,7 +91,7 @@ TEST_F(Help, ListsTheJsonFieldsOfStudies) {
 }
 
 // the scene has one link of each kind with its own columns
-TEST_F(Help, NamesTheColumnsOfATable) {
+TEST_F(Help, ListsTheColumnsOfATable) {
   write_text(folder_ / "links.yaml",
              "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
              "  - {name: c, mass: 1, at: [1, 1, 0]}\n  - {name: d, mass: 1, at: [0, 1, 1]}\nlinks:\n"
@@ -130,7 +130,7 @@ TEST_F(Help, NamesTheColumnsOfATable) {
     EXPECT_TRUE(contains(help, kind)) << kind;
 }
 
-TEST_F(Help, NamesTheExitCodeOfAnInterruptThatLeavesResults) {
+TEST_F(Help, StatesTheExitCodeOfAnInterruptThatLeavesResults) {
   for (const char* command : {"report", "stability", "run", "replay"}) {
     const std::string help = run(kFreeflex + " " + command + " --help").out;
     EXPECT_TRUE(contains(help.substr(std::min(help.size(), help.find("Exit codes"))), "130 interrupted"))

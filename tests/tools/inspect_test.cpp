@@ -85,7 +85,7 @@ TEST(Inspect, ReportsThatACubeIsRenumbered) {
   EXPECT_TRUE(contains(text.out, "statically indeterminate to degree 10")) << text.out;
 }
 
-TEST(Inspect, TheFormalRecipeSkipsOneLoadPerRigidFreedomAndNamesEach) {
+TEST(Inspect, TheFormalRecipeListsTheLoadThatItSkipsForEachRigidFreedom) {
   const Json json = inspect_json(cube(), "--basis formal");
   EXPECT_EQ(json["basis"]["groups"], 24);
   ASSERT_EQ(json["basis"]["skipped"].size(), 6u);
@@ -96,7 +96,7 @@ TEST(Inspect, TheFormalRecipeSkipsOneLoadPerRigidFreedomAndNamesEach) {
 }
 
 // ten points in a plane and one above: every numbering has four consecutive points in the plane
-TEST(Inspect, AnIncompleteRecipeNamesTheCauseAndAutoChoosesTheFormalRecipe) {
+TEST(Inspect, AnIncompleteRecipeIsExplainedAndAutoChoosesTheFormalRecipe) {
   std::string yaml = "points:\n";
   for (int i = 0; i < 10; ++i)
     yaml += "  - {name: g" + std::to_string(i) + ", mass: 1, at: [" + std::to_string(i / 5) + ", " +
@@ -118,7 +118,7 @@ TEST(Inspect, AnIncompleteRecipeNamesTheCauseAndAutoChoosesTheFormalRecipe) {
   EXPECT_EQ(inspect_json(yaml, "")["basis"]["recipe"], "formal");
 }
 
-TEST(Inspect, AMechanismIsNamedByItsPointsAndHasNoDelta) {
+TEST(Inspect, AMechanismIsReportedWithItsPointsAndHasNoDelta) {
   const std::string yaml =
       "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
       "  - {name: c, mass: 1, at: [2, 0, 0]}\nlinks:\n  - {spring: [a, b, c], stiffness: 10}\n";
@@ -184,7 +184,7 @@ TEST(Inspect, HelpShowsAnExampleAndExitCodes) {
   EXPECT_TRUE(contains(outcome.out, "Exit codes: 0 ")) << outcome.out;
 }
 
-// the answer is that of the highest linear rung, whatever the rung of the scene
+// the response is that of the highest linear rung, whatever the rung of the scene
 TEST(Loads, StaticLoadsAreComputedByTheLinearEquationsOnEveryRung) {
   const TemporaryFolder folder;
   const auto answer = [&](const std::string& fidelity) {
@@ -202,7 +202,7 @@ TEST(Loads, StaticLoadsAreComputedByTheLinearEquationsOnEveryRung) {
   ASSERT_EQ(run(kFreeflex + " compile " + (folder / "scene.yaml") + " -o " + plan).exit_code, 0);
   const Outcome refused = run(kFreeflex + " loads --force c0=1,0,0 " + plan);
   EXPECT_EQ(refused.exit_code, 2) << refused.out;
-  EXPECT_TRUE(contains(refused.err, "give the scene")) << refused.err;
+  EXPECT_TRUE(contains(refused.err, "name the scene")) << refused.err;
 }
 
 }  // namespace

@@ -31,8 +31,8 @@ struct Example {
                 "/pkg-config -DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON -DCMAKE_DISABLE_FIND_PACKAGE_Boost=ON" +
                 kFlags + " && cmake --build " + folder + "/build");
   }
-  /// Runs a script, in which $C is the controller and $D is the daemon on the scene of the example, and then
-  /// stops the process $daemon.
+  /// Runs a script, then stops the process whose id the script has put in $daemon. $C is the command of the
+  /// controller; $D is the command of the daemon with the scene of the example.
   Outcome fly(const std::string& script) const {
     return run("C='timeout 100 " + folder + "/build/controller'; D='" + folder + "/prefix/bin/freeflexd " +
                folder + "/prefix/share/freeflex/examples/controller/swing.yaml --log-level error'; " +
@@ -43,7 +43,7 @@ struct Example {
 };
 
 /// Returns the folder in which, under ctest, the first test leaves the example for the other tests. Returns
-/// null if each program makes its own.
+/// null if each program makes its own example.
 const char* shared_folder() { return std::getenv("FREEFLEX_EXAMPLE"); }
 
 const Example& example() {
@@ -68,7 +68,7 @@ TEST(Install, TheExampleBuildsAgainstTheInstalledTreeWithoutEigenAndBoost) {
   EXPECT_EQ(example.build.exit_code, 0) << example.build.out << example.build.err;
 }
 
-TEST(Install, AControllerBuiltAgainstTheInstalledTreeDampsTheVibrationButNotTheDrift) {
+TEST(Install, AControllerBuiltAgainstTheInstalledTreeDampsTheVibration) {
   if (!refusal.empty()) GTEST_SKIP() << refusal;
   const std::string& folder = example().folder;
   for (const char* file :
@@ -122,11 +122,11 @@ TEST(Install, TheControllerSealsItsCommandsWhenItIsGivenAKey) {
   EXPECT_EQ(sealed.exit_code, 0) << sealed.out << sealed.err;
   const Outcome plain = example().fly("$D --keys " + file + " & daemon=$!; $C a b 4");
   EXPECT_EQ(plain.exit_code, 1) << plain.out;
-  EXPECT_TRUE(contains(plain.err, "rejected: key_required: this daemon takes only commands under a key"))
+  EXPECT_TRUE(contains(plain.err, "rejected: key_required: this daemon accepts only commands with a key"))
       << plain.err;
 }
 
-TEST(Install, TheControllerNamesAnUnknownPoint) {
+TEST(Install, TheControllerReportsAnUnknownPoint) {
   if (!refusal.empty()) GTEST_SKIP() << refusal;
   const Outcome unknown = example().fly("$D & daemon=$!; $C a nose 4");
   EXPECT_EQ(unknown.exit_code, 2) << unknown.out;

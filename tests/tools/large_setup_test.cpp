@@ -31,7 +31,7 @@ class LargeSetup : public ::testing::Test {
 
 // OpenBLAS tries for ever to allocate its buffer; in 180 MB there is room for the program but not for this
 // buffer
-TEST_F(LargeSetup, ReportsThatMemoryRanOutAndNamesTheRemedy) {
+TEST_F(LargeSetup, ReportsThatMemoryRanOutAndStatesTheRemedy) {
   if (!kIsLimitable) GTEST_SKIP() << "a sanitizer";
   make(25);
   for (const int megabytes : {85, 120, 180}) {

@@ -73,7 +73,7 @@ TEST(LogFile, RecordsAreReadBackAsWritten) {
   EXPECT_EQ(none.channel, "ONE");
 }
 
-TEST(LogFile, AFileCutAnywhereGivesEveryCompleteRecordAndThePositionOfTheCut) {
+TEST(LogFile, AFileCutAnywhereGivesItsCompleteRecordsAndTheCutPosition) {
   const TemporaryFolder folder;
   const std::string whole = three_records(folder);
   const std::size_t first_end = kHeader + 3 + 5;
@@ -94,8 +94,10 @@ TEST(LogFile, AFileCutAnywhereGivesEveryCompleteRecordAndThePositionOfTheCut) {
     const std::size_t all = begin == 0           ? first_end
                             : begin == first_end ? second_end - begin
                                                  : whole.size() - begin;
+    const bool is_in_header = length - begin < kHeader;
     const std::string there = std::to_string(length - begin) + " of " +
-                              std::to_string(length - begin < kHeader ? kHeader : all) + " bytes are there";
+                              std::to_string(is_in_header ? kHeader : all) + " bytes" +
+                              (is_in_header ? " of its header" : "");
     EXPECT_TRUE(error.ends_with(there)) << length << ": " << error;
     EXPECT_TRUE(contains(error, "damaged at byte " + std::to_string(begin) + ": ")) << error;
   }

@@ -1,4 +1,5 @@
-// Missing messages of a recording are counted. The daemon's status shows how many of them were never sent.
+// Missing messages of a recording are counted. The daemon's status shows how many of the missing messages
+// were never sent.
 #include "tools/bus/losses.hpp"
 
 #include <gtest/gtest.h>
@@ -53,7 +54,7 @@ TEST(Losses, ACompleteRecordingHasNoLosses) {
       << "a channel that was not recorded is not reported";
 }
 
-TEST(Losses, MessagesThatWereNotSentAreDistinguishedFromMessagesLostInTransit) {
+TEST(Losses, UnsentMessagesAreDistinguishedFromMessagesLostInTransit) {
   RecordedSession session;
   add_states(session,
              {40, 60, 160, 180, 220});  // ticks 0 and 20 are before the recording; 80 to 140 and 200 are lost
@@ -66,9 +67,9 @@ TEST(Losses, MessagesThatWereNotSentAreDistinguishedFromMessagesLostInTransit) {
   EXPECT_EQ(loss.num_unsent, 3);
   EXPECT_EQ(loss.num_lost_in_transit(), 2);
   EXPECT_EQ(describe(loss, session.unsent),
-            "STATE of 7 ticks that the daemon publishes at the scene's rate is not in the log, first at tick "
-            "0: "
-            "2 from before the log begins; 3 not sent, as the status counts; 2 lost in transit");
+            "STATE of 7 ticks that the daemon publishes at the scene's rate is not in the log, first at "
+            "tick 0: 2 from before the log begins; 3 not sent, by the counts of the status; 2 lost in "
+            "transit");
 }
 
 TEST(Losses, HaveNoKnownCauseIfTheRecordingHasNoStatus) {
@@ -80,7 +81,7 @@ TEST(Losses, HaveNoKnownCauseIfTheRecordingHasNoStatus) {
             "1 not sent or lost in transit (no status in the log)");
 }
 
-TEST(Losses, AreCountedUpToTheTickAtWhichTheDaemonStopped) {
+TEST(Losses, AreCountedUpToTheLastTickOfTheDaemon) {
   RecordedSession session;
   add_states(session, {0, 20, 40});
   session.unsent.take(dropped(0, 0, 95));
@@ -97,7 +98,7 @@ TEST(Losses, ATickIsCompleteOnlyIfAllItsPagesAreThere) {
     for (const std::int32_t page : {2, 0, 1})
       if (tick != 40 || page != 1) pages.push_back({tick, 0, page, 3});
   pages.push_back({40, 0, 2, 3});  // a repeated page does not replace the missing one
-  pages.push_back({40, 1, 1, 3});  // a page of another epoch does not replace it either
+  pages.push_back({40, 1, 1, 3});  // a page of another epoch does not replace the missing page either
   session.unsent.take(dropped(5, 0));
   session.unsent.take(dropped(9, 0));
   const Loss loss = loss_of(session, "POINTS");

@@ -57,7 +57,7 @@ TEST(MessageJson, AnEnvelopeIsShownWithItsContents) {
   EXPECT_EQ(shown.fields["tag"], std::string(62, '0') + "ab");
 }
 
-TEST(MessageJson, AMessageOfVersion03IsNamed) {
+TEST(MessageJson, AMessageOfAnOlderVersionIsReportedWithItsVersion) {
   const std::vector<std::byte> bytes = [] {
     std::vector<std::byte> state(200);
     const std::uint64_t fingerprint = 0x61063d95b061afa7;

@@ -163,7 +163,7 @@ TEST(Plan, ARecordedCommandThatThePlanCannotFollowIsRefused) {
   const Outcome refused = run(kFreeflex + " run " + folder / "scene.yaml --log " +
                               folder / "commands.log --until 0.1 --out " + folder / "out.log");
   EXPECT_NE(refused.exit_code, 0);
-  EXPECT_TRUE(contains(refused.err, "rotation is left out")) << refused.err;
+  EXPECT_TRUE(contains(refused.err, "the plan omits rotation")) << refused.err;
 }
 
 TEST(Plan, SteadyLoadsAreComputedWithAllModesEvenIfThePlanOmitsSome) {

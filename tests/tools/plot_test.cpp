@@ -120,7 +120,7 @@ TEST(Plot, AttitudeAndPointingErrorAreRelativeToTheStart) {
   EXPECT_NEAR(panel(panels, "angular velocity [rad/s]").series[2].y.back(), 0.1, 1e-12);
 }
 
-TEST(Plot, WheelsAreNamed) {
+TEST(Plot, WheelsArePlottedUnderTheirNames) {
   const std::vector<Panel> panels = panels_of(read_text(kScenes + "satellite.yaml"), 5000);
   const Panel& wheels = panel(panels, "angular momenta of wheels [N m s]");
   ASSERT_EQ(wheels.series.size(), 2u);
@@ -130,7 +130,7 @@ TEST(Plot, WheelsAreNamed) {
   EXPECT_NE(wheels.series[0].y.back(), 0.0);
 }
 
-TEST(Plot, BothQuaternionsOfAnAttitudeGiveTheRotationVectorOfTheSmallerAngle) {
+TEST(Plot, TheRotationVectorOfEitherQuaternionHasTheSmallerAngle) {
   const auto about_z = [](double degrees) {
     const double half = degrees * std::numbers::pi / 360.0;
     return Quat{std::cos(half), 0.0, 0.0, std::sin(half)};
@@ -159,7 +159,7 @@ TEST(Plot, ColumnsOfTwoMotionsAreReadTickByTick) {
   EXPECT_EQ(found, (std::vector<std::string>{"2 0 0.8 0.8", "2 1 3 5", "3 0 0.8 0.8", "3 1 4 4"}));
 }
 
-TEST(Plot, ComparePlotsBothMotionsAndKeepsItsExitCode) {
+TEST(Plot, TheCommandComparePlotsBothMotionsAndKeepsItsExitCode) {
   const TemporaryFolder folder;
   write_text(folder / "a.csv", "tick,x\n0,1\n1,2\n");
   write_text(folder / "b.csv", "tick,x\n0,1\n1,2.5\n");

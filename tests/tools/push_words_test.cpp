@@ -67,7 +67,7 @@ TEST(PushWords, IndicesAreReplacedByNames) {
               }).starts_with("group 'start_tick' cannot take the torque"));
   EXPECT_TRUE(command_text(Reason::kDuplicatePoint, [](auto& command, auto&) {
                 command.points[0].point = 19;
-              }).starts_with("point 'RUN.20' is named twice"));
+              }).starts_with("point 'RUN.20' is listed twice"));
   EXPECT_EQ(command_text(Reason::kPointTorque,
                          [](auto& command, auto&) {
                            command.num_torques = 1;
@@ -90,7 +90,7 @@ TEST(PushWords, IndicesAreReplacedByNames) {
 
 TEST(PushWords, MessageFieldsAreReplacedByOptions) {
   EXPECT_EQ(loop_text({.reason = Reason::kLate, .tick = 3001, .found = 1}),
-            "--at-tick 1 has passed, next is 3001: name a later one, none, or add --late-ok");
+            "--at-tick 1 has passed, the next tick is 3001: give a later tick or none, or add --late-ok");
   EXPECT_EQ(loop_text({.reason = Reason::kTooFarAhead, .tick = 5, .found = 200'000'000, .most = 100'000'000}),
             "--at-tick 200000000 is more than 100000000 ticks ahead of 5: send it later");
   EXPECT_EQ(
@@ -107,7 +107,8 @@ TEST(PushWords, MessageFieldsAreReplacedByOptions) {
       "--duration of 70000 ticks, from the bus at most 60000 (60 s, 'commands: max_hold' of the scene): send "
       "it again before it ends");
   EXPECT_EQ(loop_text({.reason = Reason::kNotGranted, .command = freeflex_msgs::control_t::CLEAR}),
-            "--clear-sender is taken over the operator's socket, or under a key whose controls name clear");
+            "--clear-sender is accepted only over the operator's socket, or with a key whose controls "
+            "include clear");
   using freeflex_msgs::control_t;
   EXPECT_EQ(loop_text({.reason = Reason::kBadControl, .command = control_t::SHAPES, .found = 7, .most = 6}),
             "--control shapes=7: must be a mode from 1 to 6");
@@ -115,15 +116,15 @@ TEST(PushWords, MessageFieldsAreReplacedByOptions) {
             "--control scene=4: must be a page from 1 to 3, or scene without a number for all");
   EXPECT_EQ(loop_text({.reason = Reason::kQueueFull, .command = control_t::SHAPES, .found = 3}),
             "the publisher is behind: send again later");
-  EXPECT_EQ(
-      loop_text({.reason = Reason::kQueueFull, .found = 64}),
-      "this sender, by itself or with others, has the most commands that may wait, 64: send again later");
+  EXPECT_EQ(loop_text({.reason = Reason::kQueueFull, .found = 64}),
+            "this sender, by itself or with others, already has 64 waiting commands, which is the limit: "
+            "send again later");
   EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .command = control_t::RUN}),
             "--control run does not apply in lockstep: send --control step=N");
   EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .command = control_t::STEP}),
-            "--control step=N applies while holding: send --control hold first");
+            "--control step=N applies only while holding: send --control hold first");
   EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .mode = service::Mode::kFault}),
-            "the simulation is faulted: only --control reset and --control stop are taken");
+            "the simulation is faulted: only --control reset and --control stop are accepted");
 }
 
 TEST(PushWords, NoRejectionOfTheLoopShowsNamesOfMessageFields) {

@@ -1,4 +1,4 @@
-// `freeflex replay` reports whether the step reproduces a recording, and names the cause if it does not.
+// `freeflex replay` reports whether the step reproduces a recording, and the cause if it does not.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -19,8 +19,8 @@ using freeflex_msgs::state_t;
 using Json = nlohmann::json;
 
 /// Holds the plan of the frame and a recording that this build made with the commands of the golden
-/// recording. The tests below change this recording, so it must be undamaged. Like the golden recordings it
-/// has no SCENE.
+/// recording. The tests below change this recording, so it must be undamaged. Like the golden recordings this
+/// recording has no SCENE.
 struct SoundRecording {
   SoundRecording() {
     const Outcome compiled = run(kFreeflex + " compile " + kGolden + "frame.yaml -o " + plan);
@@ -91,7 +91,7 @@ TEST_P(GoldenRecording, IsReproducedToTheBit) {
 INSTANTIATE_TEST_SUITE_P(Scenes, GoldenRecording, ::testing::Values("chain", "frame", "truss"),
                          [](const auto& scene) { return std::string(scene.param); });
 
-TEST(Replay, AStateThatDiffersInOneBitIsNamed) {
+TEST(Replay, AStateThatDiffersInOneBitIsReported) {
   std::int64_t tick = 0;
   const Outcome outcome = replay_changed([&](auto& events) {
     const auto states = find_all(events, "FREEFLEX_STATE");
@@ -191,7 +191,7 @@ TEST(Replay, RepeatedAndReorderedMessagesChangeNothing) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
 }
 
-TEST(Replay, ATruncatedOrDamagedFileIsIncompleteAndTheOffsetIsNamed) {
+TEST(Replay, ATruncatedOrDamagedFileIsReportedAsIncompleteWithTheOffset) {
   const TemporaryFolder folder;
   const std::string whole = read_text(kGolden + "frame.log");
   const std::string replay = kFreeflex + " replay --plan " + kGolden + "frame.plan ";
@@ -204,7 +204,7 @@ TEST(Replay, ATruncatedOrDamagedFileIsIncompleteAndTheOffsetIsNamed) {
     ASSERT_NE(position, std::string::npos) << outcome.err;
     EXPECT_FALSE(contains(outcome.out, "identical")) << outcome.out;
     if (length == 10) continue;
-    // the file up to the named byte contains exactly the records that were compared
+    // the file up to the reported byte contains exactly the records that were compared
     const std::size_t at = std::stoul(outcome.err.substr(position + words.size()));
     write_text(folder / "whole.log", std::string_view(whole).substr(0, at));
     const Json part = Json::parse(run(replay + "--json " + folder / "cut.log").out);
@@ -287,7 +287,7 @@ TEST(Replay, EveryNumberOfAStateIsCompared) {
   differs("wheel_momentum[", [](state_t& s) -> double& { return s.wheel_momentum.back(); });
 }
 
-TEST(Replay, ARecordingOfVersion03IsRefusedByName) {
+TEST(Replay, ARecordingOfVersion03IsRefusedWithItsVersion) {
   // a state_t of version 0.3 has another fingerprint and no wheels at its end
   const Outcome outcome = replay_changed([](auto& events) {
     for (const std::size_t i : find_all(events, "FREEFLEX_STATE")) {
@@ -321,7 +321,7 @@ TEST(Replay, DistinguishesUnsentMessagesFromLostMessages) {
   const std::string replay = kFreeflex + " replay " + folder / "gaps.log --plan " + kGolden + "frame.plan";
   const Outcome text = run(replay);
   EXPECT_EQ(text.exit_code, 0) << text.err;
-  EXPECT_TRUE(contains(text.err, "3 not sent, as the status counts; 2 lost in transit")) << text.err;
+  EXPECT_TRUE(contains(text.err, "3 not sent, by the counts of the status; 2 lost in transit")) << text.err;
   const Json missing = Json::parse(run(replay + " --json").out)["missing"];
   EXPECT_EQ(missing["STATE"]["ticks"], 5) << missing;
   EXPECT_EQ(missing["STATE"]["unsent"], 3) << missing;
@@ -329,7 +329,7 @@ TEST(Replay, DistinguishesUnsentMessagesFromLostMessages) {
   EXPECT_FALSE(missing.contains("POINTS")) << "the log has no POINTS";
 }
 
-TEST(Replay, AnUnreadableStatusIsNamedAndDoesNotStopTheReplay) {
+TEST(Replay, AnUnreadableStatusIsReportedAndDoesNotStopTheReplay) {
   const TemporaryFolder folder;
   std::vector<io::LogEvent> events = read_events(kGolden + "frame.log");
   for (const std::size_t i : {1u, 2u, 3u}) events[find_all(events, "FREEFLEX_STATUS")[i]].bytes.resize(9);
@@ -366,7 +366,7 @@ TEST(Replay, OneOfSeveralSessionsMustBeChosen) {
   const Outcome open = replay_changed(both);
   EXPECT_EQ(open.exit_code, 2);
   EXPECT_TRUE(contains(open.err, "several sessions")) << open.err;
-  // if a session is chosen, it is replayed
+  // if several sessions are recorded, the chosen session is replayed
   state_t state;
   const auto& frame = sound().events;
   ASSERT_TRUE(io::decode_message(frame[find_all(frame, "FREEFLEX_STATE")[0]].bytes, state));
@@ -385,7 +385,7 @@ TEST(Replay, ARunWithTheCommandsOfARecordingGivesTheRecordedStates) {
   const Outcome rerun =
       run(kFreeflex + " run " + plan + " --log " + kGolden + "truss.log --out " + folder / "again.log");
   ASSERT_EQ(rerun.exit_code, 0) << rerun.err;
-  // the SCENE of the run names its plan, so replay does not need --plan
+  // the SCENE of the run contains the path of its plan, so replay does not need --plan
   const Outcome replayed = run(kFreeflex + " replay " + folder / "again.log");
   EXPECT_EQ(replayed.exit_code, 0) << replayed.out << replayed.err;
   EXPECT_TRUE(contains(replayed.out, "commands applied")) << replayed.out;

@@ -64,7 +64,7 @@ class Measures : public ::testing::Test {
   std::optional<Structure> structure;
 };
 
-TEST_F(Measures, FrequencyErrorIsMeasuredOnTheModeThatMoves) {
+TEST_F(Measures, FrequencyErrorIsMeasuredOnTheModeThatVibrates) {
   const double omega = structure->omega[2];
   const tools::ErrorMeter meter(*system, *structure, 0.0, vibration(2, 1e-6, omega));
   for (const double error : {1e-2, 1e-4, 1e-6})
@@ -217,7 +217,7 @@ TEST(ReportEstimates, AreOnThePageAndInTheTableAndInTheJson) {
   EXPECT_FALSE(std::filesystem::exists(folder / "out/report.csv"));
 }
 
-TEST(ReportArguments, RungsThatWouldTakeTooLongAreSkippedAndNamed) {
+TEST(ReportArguments, RungsThatWouldTakeTooLongAreSkippedAndReported) {
   const TemporaryFolder folder;
   write_text(folder / "scene.yaml", kTetrahedron);
   const Outcome outcome = run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --budget 1e-9 --json " +
@@ -232,7 +232,7 @@ TEST(ReportArguments, RungsThatWouldTakeTooLongAreSkippedAndNamed) {
 
 // the reference moves the edges of a pulse to the ticks of the scene, so runs of rungs with other steps must
 // do so too; a wrench acts on its group in every run
-TEST(ReportArguments, PulseEdgesBetweenTicksAndWrenchesActAlikeInEveryMethod) {
+TEST(ReportArguments, PulseEdgesAndWrenchesActAlikeInEveryMethod) {
   const TemporaryFolder folder;
   std::string scene = kTetrahedron;
   scene.replace(

@@ -68,7 +68,7 @@ TEST(ReportComparison, EqualModelErrorsAreTreatedAsTheSameError) {
 }
 
 // other methods are run for errors down to kFinest, so a rung with a smaller error is compared at kFinest
-TEST(ReportComparison, ComparesOtherMethodsOnlyDownToTheErrorsTheyWereRunFor) {
+TEST(ReportComparison, ComparesOtherMethodsOnlyDownToTheirSmallestTestedError) {
   Study study = made_study();
   study.runs[2].elastic_error = 1e-9;
   study.runs[5].elastic_error = tools::kFinest;

@@ -119,7 +119,7 @@ TEST_F(Run, ATableHasTheNamedColumnsInEveryRow) {
   EXPECT_EQ(rows, 6);
 }
 
-TEST_F(Run, RefusesACommandLineWithoutAnEnd) {
+TEST_F(Run, RefusesACommandLineWithoutAnEndTime) {
   const Outcome outcome = run(kFreeflex + " run " + kScenes + "boom.yaml --out " + folder_ / "never.log");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(contains(outcome.err, "--until"));
@@ -268,7 +268,7 @@ std::string slow_scene() {
 }
 
 // a shell without job control makes its background commands ignore SIGINT
-TEST_F(Run, AnInterruptDuringTheSetUpEndsEachCommandAtOnceAndWritesNothing) {
+TEST_F(Run, AnInterruptDuringTheSetUpEndsEachCommandWithoutOutput) {
   write_text(folder_ / "slow.yaml", slow_scene());
   for (const char* signal : {"INT", "TERM"}) {
     const std::string start =
@@ -320,7 +320,7 @@ TEST_F(Run, TheSummaryHasOneErrorEstimate) {
 TEST_F(Run, WarnsOfDisplacementsThatAreNotSmall) {
   const Outcome outcome = run_scene(stretched_and_spun(0.1, 0.0), "--until 1 --out a.log");
   EXPECT_EQ(outcome.exit_code, 0);
-  EXPECT_TRUE(contains(outcome.err, "warning: model: the displacement of 0.1 m, most in mode 1 (") &&
+  EXPECT_TRUE(contains(outcome.err, "warning: model: the displacement of 0.1 m, mostly in mode 1 (") &&
               contains(outcome.err, ", is not small compared with the size of the body"))
       << outcome.err;
   EXPECT_FALSE(contains(outcome.err, "spin ratio")) << outcome.err;
@@ -351,7 +351,7 @@ TEST_F(Run, WithoutPublishedPointsTheRatiosAreUnknown) {
   EXPECT_TRUE(Json::parse(json.out)["spin_ratio"].is_null()) << json.out;
 }
 
-TEST_F(Run, TheMessageOnAStateThatIsNotFiniteNamesCauseAndRemedy) {
+TEST_F(Run, TheMessageAboutAStateThatIsNotFiniteStatesCauseAndRemedy) {
   const Outcome outcome = run_scene(pair("loads: [{forces: {b: [1e308, 0, 0]}}]\n"), "--until 9 --out a.log");
   EXPECT_EQ(outcome.exit_code, 1);
   for (const char* part :
@@ -361,7 +361,7 @@ TEST_F(Run, TheMessageOnAStateThatIsNotFiniteNamesCauseAndRemedy) {
 }
 
 // the scene is the pair with unstable feedback of 1e4 N s/m and no load
-TEST_F(Run, TheMessageOnAStateThatIsNotFiniteNamesAFeedback) {
+TEST_F(Run, TheMessageAboutAStateThatIsNotFiniteMentionsAFeedback) {
   const Outcome outcome = run_scene(
       pair("initial: {modes: {1: {q: 1e-3}}}\nfeedback: {at: a, velocity: 1e4}\n"), "--until 1 --out a.log");
   EXPECT_EQ(outcome.exit_code, 1);

@@ -73,7 +73,7 @@ TEST(CommandLine, OptionsWithoutEffectAreRefused) {
   }
 }
 
-TEST(CommandLine, TheFormerSpellingOfStabilityNamesTheNewSpelling) {
+TEST(CommandLine, TheFormerOptionStabilityIsAnsweredWithTheNewCommand) {
   for (const char* arguments : {"report --stability", "report --stability --quick --out x"}) {
     const Outcome outcome = run(kFreeflex + " " + arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
@@ -151,7 +151,7 @@ TEST(CommandLine, BothProgramsRefuseARateThatDoesNotSuitTheScene) {
   EXPECT_EQ(daemon.exit_code, 2) << daemon.err;
   EXPECT_EQ(tool.exit_code, 2) << tool.err;
   EXPECT_EQ(daemon.err, tool.err);
-  EXPECT_TRUE(contains(tool.err, "a.yaml: error: --rate 0.001 does not suit the scene: ")) << tool.err;
+  EXPECT_TRUE(contains(tool.err, "a.yaml: error: --rate 0.001 is not possible for the scene: ")) << tool.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "a.plan"));
 }
 

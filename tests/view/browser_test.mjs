@@ -60,7 +60,7 @@ const DOTS = `(() => {
   return sums.map(({ x, y, n }) => [x / n, y / n]).sort((a, b) => a[0] - b[0]);
 })()`;
 
-test("points are drawn at their positions, and a push by the mouse is applied", { skip, timeout: 120000 }, async () => {
+test("points are drawn, and a push by the mouse is applied", { skip, timeout: 120000 }, async () => {
   writeFileSync(join(folder, "swing.yaml"), SWING);
   const daemon = start("freeflexd", "swing.yaml", "--log-level", "error", "--socket", "none");
   const url = await urlOf(start("freeflex", "view", "swing.yaml"));

@@ -70,7 +70,8 @@ class Connection {
     }
     return {head[0] & 0xf, read(size)};
   }
-  /// Returns whether the server closes the connection within 5 s. Data that it sends before are ignored.
+  /// Returns whether the server closes the connection within 5 s. Data that the server sends before are
+  /// ignored.
   bool is_closed_by_server() {
     char rest[1024];
     while (true) {

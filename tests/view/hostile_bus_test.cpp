@@ -39,7 +39,7 @@ long peak_memory(pid_t pid) {
   return -1;
 }
 
-/// Waits until the condition is true. Returns false if it stays false for kPatience.
+/// Waits until the condition is true. Returns false if the condition stays false for kPatience.
 template <class Condition>
 bool eventually(Condition condition) {
   const auto end = std::chrono::steady_clock::now() + kPatience;

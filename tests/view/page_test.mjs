@@ -26,7 +26,7 @@ const read = (name) => ({
 });
 const distance = (a, b) => Math.hypot(...a.map((x, k) => x - b[k]));
 
-test("positions agree with the read-out to 1e-6 of the size, and displacements to 1e-6 of the largest", () => {
+test("positions and displacements agree with the read-out to 1e-6", () => {
   for (const name of scenes) {
     const { body, frame, expected } = read(name);
     assert.equal(frame.tick, expected.tick);
@@ -41,7 +41,7 @@ test("positions agree with the read-out to 1e-6 of the size, and displacements t
   }
 });
 
-test("the rms from the modal coordinates equals the mass-weighted rms of the points", () => {
+test("modal coordinates give the mass-weighted rms of the points", () => {
   const { body, frame } = read("truss104");
   let sum = 0, mass = 0;
   for (let point = 0; point < body.points; ++point) {
@@ -51,7 +51,7 @@ test("the rms from the modal coordinates equals the mass-weighted rms of the poi
   assert.ok(Math.abs(Math.sqrt(sum / mass) / motion.rms(frame.q) - 1) < 1e-5);
 });
 
-test("attitude, angular velocity by axis, pointing error and momenta of wheels are plotted, each with its unit", () => {
+test("rotations, pointing error and wheels are plotted with units", () => {
   const { body, frame, expected } = read("satellite");
   assert.deepEqual(body.attitude, expected.initial_attitude);
   assert.ok(expected.wheels.length > 1 && expected.wheels.some((h) => h !== 0));
@@ -65,7 +65,7 @@ test("attitude, angular velocity by axis, pointing error and momenta of wheels a
   assert.ok(pointing > 0 && Math.abs(Math.hypot(...angles) - pointing) < 1e-12 * pointing);
 });
 
-test("the rotation vector takes one attitude to the other by the smaller angle", () => {
+test("the rotation vector uses the smaller of the two angles", () => {
   const times = ([a, b, c, d], [w, x, y, z]) => [a * w - b * x - c * y - d * z, a * x + b * w + c * z - d * y,
     a * y - b * z + c * w + d * x, a * z + b * y - c * x + d * w];
   const of = (v) => {
@@ -109,11 +109,11 @@ test("a rigid link of many points is drawn as a solid", () => {
   for (const name of ["jet1", "jet2", "jet3", "jet4", "la1", "la2", "ra1", "ra2"]) assert.ok(corners.has(name), name);
 });
 
-test("the page shows the worst verdict of a recording, or that there is none", () => {
+test("the page shows the worst verdict, or that there is none", () => {
   const recording = (statuses) => new motion.Recording({ time: [0], clock: [0], statuses }, 0);
   const status = (validity, cause, worst) => ({ clock: 0, tick: 7, validity, validity_cause: cause, worst_validity: worst,
     worst_validity_tick: worst > 0 ? 3 : -1, worst_validity_cause: worst > 0 ? "spin" : "" });
-  assert.match(recordedVerdict(recording([]).verdict())[1], /^no verdict, because this recording/);
+  assert.match(recordedVerdict(recording([]).verdict())[1], /^no verdict, because this recording contains no STATUS/);
   assert.deepEqual(recordedVerdict(recording([status(0, "", 0)]).verdict()).slice(1), ["good throughout", "verdict good"]);
   assert.deepEqual(recordedVerdict(recording([status(0, "", 0), status(0, "", 2), status(1, "loads", 1)]).verdict()).slice(1),
     ["outside, first at tick 3: spin", "verdict outside"]);
@@ -220,7 +220,7 @@ test("bytes that are not data of freeflex are refused", () => {
   assert.deepEqual([...new Uint8Array(fromBase64("AAH/"))], [0, 1, 255]);
 });
 
-test("the scripts have fewer than 3000 lines and load nothing from other addresses", () => {
+test("the scripts are short and load nothing from other addresses", () => {
   let lines = 0;
   for (const name of readdirSync(source)) {
     const text = readFileSync(join(source, name), "utf8");

@@ -112,7 +112,7 @@ TEST_F(ViewServer, SendsTheLatestMessagesToABrowserThatJoinsLate) {
 }
 
 // one browser does not read; the server does not wait for it, and another browser gets its frames
-TEST_F(ViewServer, ABrowserThatStopsReadingDelaysNeitherTheServerNorOtherBrowsers) {
+TEST_F(ViewServer, ABrowserThatStopsReadingDelaysNoOtherBrowser) {
   Connection stalled(port_), other(port_);
   ASSERT_TRUE(open_socket(stalled, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
   ASSERT_TRUE(open_socket(other, "http://" + own(), token_).starts_with("HTTP/1.1 101"));

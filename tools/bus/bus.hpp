@@ -58,7 +58,7 @@ class Bus {
   service::BusConnection connection_;
 };
 
-/// Each returns a name: mode_name of status_t.mode, validity_name of status_t.validity.
+/// mode_name returns the name of a value of status_t.mode; validity_name, of a value of status_t.validity.
 const char* mode_name(std::int32_t mode);
 const char* validity_name(std::int32_t validity);  // "good", "watch", "outside"
 

@@ -19,8 +19,8 @@ using Result = CompareOutcome::Result;
 
 /// Indices of a column that both files have.
 struct Common {
-  std::size_t a, b;      // of the column in the rows of the first and the second file
-  std::size_t quantity;  // of its quantity in the outcome
+  std::size_t a, b;      // index of the column in the rows of the first and the second file
+  std::size_t quantity;  // index of its quantity in the outcome
 };
 
 double difference(double a, double b) {
@@ -101,7 +101,7 @@ class Pair {
                                const char* which) {
       if (count > 0)
         outcome_.not_compared.push_back(counted(count, "tick") + " of " + file.parts()[part].name +
-                                        " that only " + which + " holds");
+                                        " that only " + which + " contains");
     };
     report(num_only_a_, a_, part_a_, "the first");
     report(num_only_b_, b_, part_b_, "the second");
@@ -230,7 +230,7 @@ void report_unmatched_columns(const MotionFile& one, const MotionFile& other, co
       if (!known.contains(column)) left.push_back(column);
   if (!left.empty())
     outcome.not_compared.push_back(counted(static_cast<std::int64_t>(left.size()), "column") + " that only " +
-                                   which + " holds: " + names_text(left));
+                                   which + " contains: " + names_text(left));
   for (const std::string& what : one.ignored()) outcome.other_content.push_back(what + " of " + which);
   add_damage(one.damage(), outcome);
 }
@@ -270,7 +270,7 @@ CompareOutcome compare_motions(const CompareRequest& request) {
     outcome.result = Result::kIncomplete;
   } else if (!outcome.not_compared.empty() && !request.is_common_enough) {
     outcome.result = Result::kIncomplete;
-    outcome.error = "the common part is the same, the rest is not compared: --common accepts that";
+    outcome.error = "the common part is the same, but the rest was not compared; --common accepts this";
   }
   return outcome;
 }

@@ -15,7 +15,8 @@ struct CompareRequest {
   std::string a, b;        // recordings or tables
   double tolerance = 0.0;  // [-] relative to the largest value of each quantity; 0: values must be equal
   std::string prefix = channels::kDefaultPrefix;
-  std::optional<std::int64_t> session_a = {}, session_b = {};  // for recordings that contain several sessions
+  std::optional<std::int64_t> session_a = {}, session_b = {};  // sessions, for recordings that contain
+                                                               // several
   bool is_common_enough = false;  // true: contents that only one file has are not a fault
 };
 

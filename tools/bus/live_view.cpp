@@ -193,7 +193,7 @@ std::string LiveView::header_text() const {
                        static_cast<long long>(status_->session), static_cast<long long>(other_session_)) +
            kPlain + "\n";
   if (silence > kSilent)
-    out += std::string(kAlarm) + format_text("silent     for %.0f s", silence) + kPlain + "\n";
+    out += std::string(kAlarm) + format_text("silent     no message for %.0f s", silence) + kPlain + "\n";
   out += "rate       " + bold(rate_text()) + format_text(" of %.10g Hz   ", status_->rate) +
          alarming("overruns", status_->overruns) + "   " + alarming("slips", status_->slips) + "   " +
          alarming("ingress restarts", status_->ingress_restarts);
@@ -208,8 +208,8 @@ std::string LiveView::motion_text() const {
   if (!state_) return "(no state yet)\n\n";
   const auto& s = *state_;
   return vector_row("position", s.position, "m      centre of mass") +
-         format_text("%-10s w % .6f  x % .6f  y % .6f  z % .6f  turned %.1f deg\n", "attitude", s.attitude[0],
-                     s.attitude[1], s.attitude[2], s.attitude[3], rotation_angle(s.attitude)) +
+         format_text("%-10s w % .6f  x % .6f  y % .6f  z % .6f  rotated %.1f deg\n", "attitude",
+                     s.attitude[0], s.attitude[1], s.attitude[2], s.attitude[3], rotation_angle(s.attitude)) +
          vector_row("velocity", s.velocity, "m/s") +
          vector_row("spin", s.angular_velocity, "rad/s  body axes") + "\n";
 }
@@ -243,7 +243,7 @@ std::string LiveView::elastic_text(std::size_t num_modes) const {
   out += format_text("drift      energy %.1e, angular momentum %.1e, Eckart residual %.1e\n",
                      status_->energy_drift, status_->momentum_drift, status_->eckart_residual);
   if (!status_->replan.empty())
-    out += format_text("replan     %s is back since tick %" PRId64 ": a command needs it\n",
+    out += format_text("replan     %s is simulated again since tick %" PRId64 ": a command needs it\n",
                        status_->replan.c_str(), status_->replan_tick);
   return out + validity_text() + "\n";
 }
@@ -261,8 +261,10 @@ std::string LiveView::validity_text() const {
   out += "\n";
   if (s.error_scale > 0.0)
     out += "error      " + share_text(s.model_error, s.error_scale) +
-           format_text(" the reference displacement, %.2g m (good up to %g %%, outside above %g %%)\n",
-                       s.error_scale, 100.0 * kGoodElastic, 100.0 * kMostElastic);
+           format_text(
+               " the displacement it is compared with, %.2g m (good up to %g %%, outside above %g "
+               "%%)\n",
+               s.error_scale, 100.0 * kGoodElastic, 100.0 * kMostElastic);
   if (s.budget_horizon == 0.0) return out;
   out += format_text("budget     over %.3g s (of %.3g)   position m   attitude rad   elastic\n", s.budget_age,
                      s.budget_horizon);
@@ -319,7 +321,8 @@ std::string LiveView::page(const std::string& bus, int num_rows) const {
 }
 
 std::string LiveView::line() const {
-  if (!status_) return "waiting for a daemon" + (unread_.empty() ? "" : "; the status of one was " + unread_);
+  if (!status_)
+    return "waiting for a daemon" + (unread_.empty() ? "" : "; a status was received that is " + unread_);
   std::string out =
       format_text("tick %lld, %s, %s, rate %s, late p99 %.0f us, overruns %lld, slips %lld",
                   static_cast<long long>(state_ ? state_->tick : status_->tick), mode_name(status_->mode),
@@ -333,7 +336,7 @@ std::string LiveView::line() const {
                      largest_point_ >= 0 ? largest_displacement_ : status_->max_displacement);
   if (sees_two_) out += ", two daemons publish on this prefix";
   if (const double silence = silence_in_seconds(); silence > kSilent)
-    out += format_text(", silent for %.0f s", silence);
+    out += format_text(", no message for %.0f s", silence);
   return out;
 }
 

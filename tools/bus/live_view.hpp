@@ -44,7 +44,7 @@ class LiveView {
  private:
   void take_status(const freeflex_msgs::status_t& status);
   void take_points(const freeflex_msgs::points_t& points);
-  // returns true for the session whose STATUS came last; true for any before the first STATUS
+  // returns true for the session whose STATUS came last; true for every session before the first STATUS
   bool is_of_daemon(std::int64_t session) const;
   void note(const std::string& text);
   std::string rate_text() const;
@@ -62,7 +62,7 @@ class LiveView {
   // [Hz] ticks per second of wall clock; empty until two STATUS have arrived
   std::optional<double> measured_rate_;
   std::int64_t points_tick_ = -1;
-  double largest_displacement_ = 0.0;  // [m] of the published points at points_tick_
+  double largest_displacement_ = 0.0;  // [m] largest displacement of the published points at points_tick_
   std::int32_t largest_point_ = -1;
   std::int64_t last_heard_us_ = 0;  // [us] wall clock
   std::deque<std::string> notes_;   // latest commands and answers

@@ -16,8 +16,8 @@ using freeflex_msgs::status_t;
 // limit of ticks, because a damaged tick may be any number
 constexpr std::int64_t kLastTick = std::numeric_limits<std::int64_t>::max() - 1;
 
-/// Returns the ticks of which all pages have arrived, ascending. If a tick occurs in two epochs, it is
-/// returned if the pages of one epoch are complete.
+/// Returns the ticks of which all pages have arrived, ascending. A tick that occurs in two epochs is returned
+/// if the pages of one of these epochs are complete.
 std::vector<std::int64_t> whole_ticks(std::vector<PageRecord> pages) {
   const auto key = [](const PageRecord& page) { return std::tie(page.tick, page.epoch, page.page); };
   std::sort(pages.begin(), pages.end(),
@@ -94,7 +94,10 @@ std::string describe(const Loss& loss, const UnsentCounts& counts) {
                      " that the daemon publishes at the scene's rate is not in the log, first at tick " +
                      std::to_string(loss.first_tick) + ":";
   if (loss.num_before > 0) text += " " + std::to_string(loss.num_before) + " from before the log begins;";
-  if (loss.num_unsent > 0) text += " " + std::to_string(loss.num_unsent) + " not sent, as the status counts;";
+  if (loss.num_unsent > 0)
+    text += " " + std::to_string(loss.num_unsent) +
+            " not sent, by the counts of "
+            "the status;";
   if (loss.num_lost_in_transit() > 0)
     text += " " + std::to_string(loss.num_lost_in_transit()) +
             (counts.has_any ? " lost in transit;" : " not sent or lost in transit (no status in the log);");

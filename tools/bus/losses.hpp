@@ -42,10 +42,10 @@ struct Loss {
   std::string channel;          // "STATE"
   std::int64_t num_ticks = 0;   // ticks that the daemon published and that are not complete in the log
   std::int64_t first_tick = 0;  // the first of these ticks
-  // number of these before the first tick in the log: either lost, or the log began later
+  // number of missing ticks before the first tick in the log: either these are lost, or the log began later
   std::int64_t num_before = 0;
-  std::int64_t num_unsent = 0;  // number of the others that were not sent, from the daemon's counts in the
-                                // first and the last STATUS of the log
+  std::int64_t num_unsent = 0;  // number of the other missing ticks that were not sent, from the daemon's
+                                // counts in the first and the last STATUS of the log
   // number of ticks that were sent and lost
   std::int64_t num_lost_in_transit() const { return num_ticks - num_before - num_unsent; }
 };

@@ -108,7 +108,7 @@ std::vector<std::string> quantities_of(const Columns& columns) {
   const auto is_value = [](const std::string& column) {
     return column.starts_with("link.") && is_number(column.substr(column.rfind('.') + 1));
   };
-  std::unordered_map<std::string, int> num_values;  // of each link, by its name
+  std::unordered_map<std::string, int> num_values;  // number of values of each link, by its name
   for (const std::string& column : columns)
     if (is_value(column)) ++num_values[column.substr(0, column.rfind('.'))];
   std::vector<std::string> quantities;

@@ -61,7 +61,7 @@ struct PageAt {
   std::int32_t page = 0, num_pages = 1;
   std::int64_t offset = 0;  // [bytes]
   std::int64_t epoch = 0;
-  std::size_t content = 0;  // for a state: hash of the motion
+  std::size_t content = 0;  // hash of the motion, for a state
 };
 
 /// The pages of one part ordered by tick, and the columns of their values.
@@ -242,7 +242,7 @@ class RecordedMotion : public MotionFile {
     for (const PageAt& page : indices_[io::kStateChannel].pages)
       if (contents.try_emplace({page.epoch, page.tick}, page.content).first->second != page.content)
         return path_ + ": the STATE at byte " + std::to_string(page.offset) +
-               " contradicts an earlier one of tick " + std::to_string(page.tick) +
+               " differs from an earlier STATE of tick " + std::to_string(page.tick) +
                ": it is damaged, or two motions were put into one file";
     return {};
   }
@@ -367,7 +367,7 @@ std::unique_ptr<MotionFile> open_recording(const std::string& path, const std::s
                                                  joined(recording.damage, recording.warning));
   error = motion->read();
   if (error.empty() && motion->parts().empty())
-    error = joined(recording.damage, path + ": it holds no complete " + prefix + channels::kState + ", " +
+    error = joined(recording.damage, path + ": it contains no complete " + prefix + channels::kState + ", " +
                                          prefix + channels::kPoints + " or " + prefix + channels::kLoads);
   if (!error.empty()) return nullptr;
   return motion;

@@ -25,7 +25,7 @@ class RowReader {
   /// rows (see error()).
   virtual bool next(MotionRow& row) = 0;
   const std::string& error() const { return error_; }
-  /// Returns the number of ticks that were skipped because their columns differ from those of the part.
+  /// Returns the number of ticks that were skipped because they have other columns than the part.
   std::int64_t num_odd() const { return num_odd_; }
 
  protected:

@@ -27,7 +27,7 @@ class TableReader : public RowReader {
     }
     ++number_;
     // if the last line has no end of line, it was cut
-    if (file_.eof()) return damage("the line does not end: the table was cut");
+    if (file_.eof()) return damage("the last line has no end: the table was cut off");
     row.values.resize(num_columns_);
     const char *at = line_.data(), *end = at + line_.size();
     if (end != at && end[-1] == '\r') --end;

@@ -17,7 +17,7 @@ class OperatorLink {
  public:
   using Handler = std::function<void(std::span<const std::byte>)>;
 
-  /// Connects to the first place in the list at which a daemon listens.
+  /// Connects to the first path in the list at which a daemon listens.
   explicit OperatorLink(const service::OperatorPlaces& places);
   ~OperatorLink();
   OperatorLink(const OperatorLink&) = delete;

@@ -91,8 +91,8 @@ void explain_unknown(const std::string& kind, const std::string& name, const Sce
   text += known.empty() ? "none" : listed(known, 12);
   if (const std::size_t rest = scene.num_unlisted(); kind == "point" && rest > 0)
     text += "; " + std::to_string(rest) + " of " + std::to_string(scene.points().size()) +
-            " points are not listed, because nothing names them: add those that you push to 'commands: "
-            "points' of the scene";
+            " points are not listed, because the scene does not name them: add those that you push to "
+            "'commands: points' of the scene";
   if (kind == "point" && scene.find_group(name)) text += "; there is a group of that name: --group " + name;
   if (kind == "group" && scene.find_point(name)) text += "; there is a point of that name: --point " + name;
   print_error(text);
@@ -323,7 +323,7 @@ std::string rounded_duration(const PushOptions& options, double rate) {
   std::ostringstream text;
   text << (options.lease ? "--lease " : "--duration ") << asked << " s is " << asked * rate
        << " ticks: it lasts " << ticks << (ticks == 1 ? " tick, " : " ticks, ") << lasts << " s; "
-       << (options.lease ? "it is renewed or ends then" : "the force is scaled to keep the impulse");
+       << (options.lease ? "without a renewal it ends then" : "the force is scaled to keep the impulse");
   return text.str();
 }
 

@@ -32,7 +32,7 @@ std::string with_names(const std::string& text, const NameOf& name_of) {
 
 std::string in_push_words(std::string text, const NameOf& name_of) {
   static const std::array<std::pair<std::regex, const char*>, 17> kWords{
-      {{std::regex("name a later one, -1, or late_policy 1"), "name a later one, none, or add --late-ok"},
+      {{std::regex("give a later tick, -1, or late_policy 1"), "give a later tick or none, or add --late-ok"},
        {std::regex(R"(\bstart_tick\b)"), "--at-tick"},
        {std::regex(R"(^(lease|duration)_ticks (\d+), from)"), "--$1 of $2 ticks, from"},
        {std::regex(R"(\b(lease|duration)_ticks\b)"), "--$1"},

@@ -58,7 +58,7 @@ class Indexer {
 
   Recording& recording_;
   std::string applied_, state_, scene_, points_, loads_, status_;  // channel names
-  Unread of_motion_, of_others_;  // on the first three channels, and on the others
+  Unread of_motion_, of_others_;  // unread messages on the first three channels, and on the others
   StrayFinder strays_;
   std::unordered_map<std::int64_t, std::size_t> indices_;  // index of each session in the recording
 };
@@ -79,7 +79,9 @@ void expect_one(const io::LogEvent& event, const std::string& what, const std::s
                 const std::string& before, RecordedSession& session) {
   if (found == before || !session.contradiction.empty()) return;
   session.contradiction = "the message on " + event.channel + " at byte " + std::to_string(event.offset) +
-                          " names the " + what + " " + printable(found) + ", those before it " +
+                          " names the " + what + " " + printable(found) +
+                          ", but the messages before it "
+                          "name " +
                           printable(before) + "; a session has one " + what;
 }
 
@@ -266,12 +268,12 @@ std::string CommandFeed::take_commands(std::int64_t tick, std::vector<ForceComma
     const AppliedRecord& record = session_.applied[next_++];
     if (!log_.read_at(record.offset, event)) return log_.error();
     if (!io::decode_message(event.bytes, message))
-      return "applied sequence " + std::to_string(record.sequence) + " is damaged";
+      return "the APPLIED message with sequence " + std::to_string(record.sequence) + " is damaged";
     // a cleared slot is recorded as a command without loads
     if (kind == applied_t::FORCE || kind == applied_t::CLEARED) {
       const io::Admission admission = io::from_message(message.command, names_, commands.emplace_back());
       if (admission.reason != io::Reason::kAccepted) {
-        return "applied sequence " + std::to_string(record.sequence) +
+        return "the APPLIED message with sequence " + std::to_string(record.sequence) +
                " does not fit the plan: " + admission.text.data();
       }
     } else {

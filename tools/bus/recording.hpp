@@ -47,10 +47,10 @@ struct RecordedSession {
                               // empty if there is none
 };
 struct Recording {
-  std::vector<RecordedSession> sessions;  // in the order in which they appear
+  std::vector<RecordedSession> sessions;  // sessions in the order in which they appear
   // reason why nothing can be read: the file is not accessible, or it is of another version
   std::string error;
-  std::string damage;  // which damaged part was skipped, and where; empty if there is none
+  std::string damage;  // text that says which damaged part was skipped; empty if there is none
   // messages of POINTS, LOADS and STATUS that could not be read; empty if there are none
   std::string warning;
 };
@@ -74,7 +74,7 @@ std::int64_t last_known_tick(const RecordedSession& session);
 /// Joins two texts.
 std::string joined(const std::string& a, const std::string& b);
 
-/// Returns the first contradiction and its byte. Returns an empty text if all messages name one plan, no
+/// Returns the first contradiction and its byte. Returns an empty text if all messages refer to one plan, no
 /// applied sequence has two contents, and epochs, ticks and counts of applied records agree.  \pre cut_at_gap
 /// was called
 std::string find_flaw(const RecordedSession& session);

@@ -87,9 +87,10 @@ std::string find_order_flaw(const RecordedSession& session, const StateRecord& s
 /// Returns an error if too many ticks lie between two records; else an empty text.
 std::string find_gap(const std::string& name, std::int64_t tick, std::int64_t before) {
   if (tick - before <= kMostUnrecordedTicks) return {};
-  return name + ", is " + std::to_string(tick - before) +
-         " ticks after what the log holds before it, at most " + std::to_string(kMostUnrecordedTicks) +
-         " are replayed: it is damaged, or record from the start";
+  return name + ", is " + std::to_string(tick - before) + " ticks after the record before it, but at most " +
+         std::to_string(kMostUnrecordedTicks) +
+         " ticks without records are replayed: its tick is damaged, or the recording did not begin at the "
+         "start";
 }
 
 }  // namespace
@@ -114,7 +115,7 @@ std::string cut_at_gap(RecordedSession& session) {
   });
   if (!has_gap && num_states == 0) return {};
   std::string text = "applied sequence " + std::to_string(expected) + " missing: ";
-  if (has_gap) text += counted(num_applied - expected, "applied record") + " behind it";
+  if (has_gap) text += counted(num_applied - expected, "applied record") + " after it";
   if (has_gap && num_states > 0) text += " and ";
   if (num_states > 0)
     text += counted(num_states, "state") + " that contain" + (num_states == 1 ? "s" : "") +

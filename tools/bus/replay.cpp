@@ -214,8 +214,8 @@ ReplayOutcome incomplete(const std::string& error) {
   return no_answer(Result::kIncomplete, "log incomplete: " + error);
 }
 
-/// Returns the plan of the recording at its rate. If there is none, sets `outcome` to the reason and returns
-/// nullopt.
+/// Returns the plan of the recording at its rate. If there is no plan, sets `outcome` to the reason and
+/// returns nullopt.
 std::optional<Plan> find_plan(const ReplayRequest& request, const RecordedSession& session,
                               ReplayOutcome& outcome) {
   const std::string path = request.plan.empty() ? session.plan_file : request.plan;

@@ -41,15 +41,16 @@ struct ReplayOutcome {
   std::int64_t ticks = 0;
   std::int64_t num_states = 0;            // states compared
   std::int64_t num_commands = 0;          // commands applied
-  std::vector<Loss> losses;               // for each channel of the motion that is in the log
+  std::vector<Loss> losses;               // losses on each channel of the motion that is in the log
   std::vector<std::string> not_compared;  // texts about other contents of the log
 
   void warn(const std::string& text) { warning += (warning.empty() ? "" : "; ") + text; }
 };
 
 /// Reads the log, looks for contradictions, then steps from tick 0 to the last recorded state. If the log is
-/// damaged or lacks commands, replays up to the last state before which all commands are known. Ends whatever
-/// bytes the log contains, because every tick is checked before the replay steps to it (see find_time_flaw).
+/// damaged or lacks commands, replays up to the last state before which all commands are known. The replay
+/// ends for any bytes in the log, because every tick is checked before the replay steps to it (see
+/// find_time_flaw).
 ReplayOutcome replay(const ReplayRequest& request);
 
 }  // namespace freeflex::tools

@@ -110,7 +110,7 @@ void StrayFinder::find_renumbered(std::vector<Stray>& strays) const {
   if (!has_lone) return;
   std::unordered_set<std::int64_t> found;
   for (int byte = 0; byte < 8; ++byte) {
-    // without this byte, sessions that differ only in it have the same number
+    // sessions that differ only in this byte have the same number without it
     const auto rest = [byte](std::int64_t session) {
       return static_cast<std::uint64_t>(session) & ~(std::uint64_t{0xff} << 8 * byte);
     };

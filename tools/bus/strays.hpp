@@ -14,9 +14,9 @@
 namespace freeflex::tools {
 
 /// Finds single messages whose channel or session differs in one byte from the channel or session of other
-/// messages. A log may contain messages of other programs, so a stray must have the type of STATE, APPLIED or
-/// SCENE and be the only message with its channel and session. Session numbers come from a clock in
-/// nanoseconds, so it is very unlikely that two of them differ in one byte by chance.
+/// messages. A log may contain messages of other programs, so a stray message must have the type of STATE,
+/// APPLIED or SCENE and be the only message with its channel and session. Session numbers come from a clock
+/// in nanoseconds, so it is very unlikely that two of them differ in one byte by chance.
 class StrayFinder {
  public:
   /// \param prefix  first part of the channel names
@@ -27,7 +27,7 @@ class StrayFinder {
   /// Adds a message on any other channel.
   void take_foreign(const io::LogEvent& event);
   struct Stray {
-    std::string text;                     // which message it is, and which byte is damaged
+    std::string text;                     // text that says which message it is, and which byte is damaged
     std::optional<std::int64_t> session;  // session number that no other message has
   };
   /// Returns the strays. The time is linear in the number of sessions.
@@ -47,7 +47,7 @@ class StrayFinder {
 
   std::string prefix_;
   std::unordered_map<std::int64_t, Group> own_;  // by session
-  // by session and prefix, or by channel name if it has no prefix
+  // messages by session and prefix, or by channel name if it has no prefix
   std::unordered_map<std::string, Group> foreign_;
 };
 

@@ -31,7 +31,7 @@ constexpr const char* kCheckFooter = R"(Example:
   freeflex check boom.yaml --set 'points.tip.at=[3, 1, 0.5]'
 JSON fields:
   scene        the file;  ok: true if it has no errors
-  faults       of each: file, line, column, severity (error or warning), message
+  faults       for each: file, line, column, severity (error or warning), message
   points, links, rigid_freedoms, elastic_freedoms, mechanisms
                counts, if the scene is good
   modes_complete_below
@@ -111,7 +111,7 @@ int check(const CheckOptions& options) {
   if (const auto num_points = static_cast<std::int32_t>(plan->points.size()); listing.points < num_points)
     std::printf(
         "  %s published, %d take commands, %d of %d listed on the bus: if there are more than %d points, "
-        "only named ones are\n",
+        "only named points are listed\n",
         counted(static_cast<std::int64_t>(plan->published_points.size()), "point").c_str(),
         static_cast<int>(std::count_if(plan->points.begin(), plan->points.end(),
                                        [](const PlanPoint& point) { return point.pushable; })),

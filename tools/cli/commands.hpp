@@ -1,5 +1,5 @@
-// The subcommands of freeflex. Each add_*() declares its options and a callback that stores the exit code in
-// exit_code.
+// The subcommands of freeflex. Each function add_*() declares the options of a subcommand and a callback that
+// stores the exit code in exit_code.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -10,7 +10,7 @@ inline constexpr int kExitOk = 0;
 inline constexpr int kExitDiffers =
     1;                                // negative result: states differ, command rejected, output not written
 inline constexpr int kExitUsage = 2;  // wrong arguments, scene or plan
-inline constexpr int kExitIncomplete = 3;     // a log that is damaged or lacks something
+inline constexpr int kExitIncomplete = 3;     // a log that is damaged or incomplete
 inline constexpr int kExitInterrupted = 130;  // Ctrl-C, SIGTERM
 
 /// Name and meaning of a subcommand, as the list of subcommands shows them.

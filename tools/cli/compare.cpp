@@ -216,7 +216,7 @@ void add_compare(CLI::App& app, int& exit_code) {
       })
       ->type_name("FILE");
   command->add_flag("--common", request.is_common_enough,
-                    "accept files of which only some ticks and columns can be compared");
+                    "accept files in which only some ticks and columns can be compared");
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(kCompareFooter);
   command->callback([options, &exit_code] { exit_code = compare(*options); });

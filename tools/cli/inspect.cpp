@@ -26,7 +26,7 @@ constexpr const char* kInspectFooter = R"(Example:
   freeflex inspect service/scenes/boom.yaml --basis formal
 JSON fields:
   name, points, links, shape, rigid_freedoms, constraints, redundant_constraints, elastic_freedoms
-               shape is collinear, planar or spatial; the other fields but name are counts
+               shape is collinear, planar or spatial; the other fields except name are counts
   mass, masses [kg] total, and of each point;  centre [m], scene axes
   inertia, principal_moments, principal_axes
                [kg m^2], about the centre of mass; the axes are unit vectors, one per row
@@ -38,7 +38,7 @@ JSON fields:
                redundant_links
   inverse_error, conditioning
                max |c delta - 1| (null where c or delta is missing); condition number of c
-  mechanisms   of each: names of the points that it moves
+  mechanisms   for each: names of the points that it moves
   frequencies  [Hz];  frequency_accuracy [-] of the lowest
   b, C and matrix are included up to 200 elastic freedoms.
 Exit codes: 0 done, 1 the basis is not complete, 2 the scene has errors or another shape than the recipe

@@ -35,8 +35,8 @@ Example:
   freeflex loads service/scenes/boom.yaml --force tip=0,5,0
 JSON fields:
   name         of the scene;  force [N] and torque [N m]: the resultant about the centre of mass, body axes
-  points       of each: name, displacement [m], body axes, in the frame of mean axes
-  links        of each: name, kind, values [N, N m] by kind (messages/README.md, section 7)
+  points       for each: name, displacement [m], body axes, in the frame of mean axes
+  links        for each: name, kind, values [N, N m] by kind (messages/README.md, section 7)
   validity     0 good, 1 watch, 2 outside;  cause: why not good;  error, scale [m]: the estimated
                error and what the verdict compares it with
 Exit codes: 0 done, 2 the scene, plan or load has errors.)";

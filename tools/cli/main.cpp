@@ -15,8 +15,8 @@
 namespace freeflex::tools {
 namespace {
 
-/// Subcommands of freeflex-study. Only these need the paper's bases, the reference and the rival methods, so
-/// freeflex is built without those libraries.
+/// Subcommands of freeflex-study. Only these subcommands need the paper's bases, the reference and the rival
+/// methods, so freeflex is built without those libraries.
 constexpr std::array kStudies{kInspect, kReport, kStability};
 
 void add_commands(CLI::App& app, int& exit_code) {

@@ -40,21 +40,21 @@ JSON fields:
                [kg m^2] ascending; unit vectors in body axes, one per row
   frequency_accuracy
                [-] relative, of the lowest frequency
-  modes        of each: mode (number from 1), frequency [Hz] of the structure alone, damped_frequency [Hz],
+  modes        for each: mode (number from 1), frequency [Hz] of the structure alone, damped_frequency [Hz],
                damping_ratio and decay_rate [1/s] of its free motion with damping, feedback, constant
                followers and wheels (null where not computed, negative where the motion grows), cluster
                (the same number for equal frequencies)
   nutation     [Hz] of the body where wheels couple it with the modes;  null: none
   not_computed why the damped motion of some modes was not computed;  empty: none is missing
-  mechanisms   of each: names of the points that it moves
+  mechanisms   for each: names of the points that it moves
   coupling     what couples the modes, as a text;  dependent_loads: names of loads that depend on the elastic
                motion
   step_error   largest splitting error of a tick, relative to the damping in that tick;  null: no splitting
 Exit codes: 0 done, 1 the picture was not written, 2 the scene or plan has errors.)";
 
 struct Frequency {
-  double hertz = 0.0;  // [Hz] of the structure alone
-  DampedMode damped;   // including everything that couples the modes
+  double hertz = 0.0;  // [Hz] frequency of the structure alone
+  DampedMode damped;   // mode including everything that couples the modes
   int cluster = 0;     // frequencies that are equal within the accuracy have the same number
 };
 
@@ -151,7 +151,7 @@ std::string load_names(const Plan& plan, const std::vector<std::size_t>& loads) 
   return (names.size() == 1 ? "load " : "loads ") + listed(names, 8);
 }
 
-/// Returns a text that names everything that couples the modes; empty if nothing does.
+/// Returns a text that lists everything that couples the modes; empty if nothing does.
 std::string coupling_text(const Plan& plan) {
   if (plan.num_elastic == 0) return {};
   std::vector<std::string> texts;
@@ -162,7 +162,7 @@ std::string coupling_text(const Plan& plan) {
   if (const auto loads = follower_loads(plan, false); !loads.empty())
     texts.push_back(load_names(plan, loads) + (loads.size() == 1 ? " rotates" : " rotate") +
                     " with the structure and " + (loads.size() == 1 ? "varies" : "vary") +
-                    ", which is not included in these modes");
+                    "; these modes do not include this variation");
   if (has_gyroscopic_forces(plan)) texts.push_back("wheels couple the modes with each other and the body");
   std::string all;
   for (const std::string& text : texts) all += (all.empty() ? "" : "; ") + text;

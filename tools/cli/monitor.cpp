@@ -47,7 +47,7 @@ JSON fields of a table:
 JSON fields of a message:
   channel      its name;  received [us] since 1970;  bytes: its size
   message      the fields of its .lcm file, in the units there; fingerprints and hashes in 16 hexadecimal digits
-Exit codes: 0 ended as asked or by Ctrl-C, 1 nothing heard, fewer than --count messages in --duration, or no
+Exit codes: 0 ended as requested or by Ctrl-C, 1 nothing heard, fewer than --count messages in --duration, or no
 message bus, 2 wrong arguments.)";
 
 // NOLINTNEXTLINE(bugprone-exception-escape): moving a Json never throws

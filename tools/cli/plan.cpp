@@ -211,8 +211,10 @@ void print_errors(const Plan& plan, const PlanFeature& feature) {
         "    plus the sum of its changes\n",
         feature.error_per_force, feature.relative_error_per_force);
   if (feature.link_error > 0.0 || feature.link_error_per_force > 0.0)
-    std::printf("    published link forces: at most %.3g N, and %.3g per newton; exact for steady loads\n",
-                feature.link_error, feature.link_error_per_force);
+    std::printf(
+        "    error of published link forces: at most %.3g N, plus %.3g N per newton of a command; none for "
+        "steady loads\n",
+        feature.link_error, feature.link_error_per_force);
 }
 
 std::string mode_list(const Plan& plan) {

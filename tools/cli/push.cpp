@@ -58,7 +58,7 @@ struct Exchange {
   SceneCatalogue scene;
   std::optional<SealingKey> key;  // from --key
   std::int64_t sequence = 0;      // of the command
-  std::int64_t sent_to = 0;       // session that the command names
+  std::int64_t sent_to = 0;       // session in the command
   std::optional<freeflex_msgs::ack_t> answer;
   // answer from another session: of a restarted daemon, or of a second daemon on the prefix
   std::optional<freeflex_msgs::ack_t> answer_of_other;

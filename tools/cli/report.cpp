@@ -37,25 +37,25 @@ constexpr const char* kReportFooter = R"(Example:
   freeflex report --ticks 1000 --out report
 JSON fields:
   machine      processor, cores, system, compiler, flags, version, commit, date
-  scenes       of each: scene, file, points, links, elastic_freedoms, lowest_frequency and top_frequency
+  scenes       for each: scene, file, points, links, elastic_freedoms, lowest_frequency and top_frequency
                [rad/s], spin [rad/s], end [s], reference (method, accuracy of its elastic error, cpu [s]),
                complete, runs, left_out (what, why), comparisons
-  runs         of each: family, method, step and free_step [s], tolerance, repeats, and failure, or else
+  runs         for each: family, method, step and free_step [s], tolerance, repeats, and failure, or else
                elastic_error, integration_error, model_error (relative to the elastic displacements),
                position_error [m rms], attitude_error [rad], frequency_error, energy_drift, CPU time
                cpu_once, cpu_10ms, cpu_1ms [s] per simulated second by read-out, steps, ns_per_step, set_up
                [s], memory [bytes]; null: not applicable
-  comparisons  of each: level, read_out, rung (null: none reaches the level), step and free_step [s],
+  comparisons  for each: level, read_out, rung (null: none reaches the level), step and free_step [s],
                elastic_error, model_error, error_asked_of_others, cpu [s/s], and best_other, hand_written,
                packaged, linearised (null, or method, cpu, ratio to ours)
   complete     whether everything requested is included;  findings: conclusions, as sentences
   estimates    with --estimates: seed; summary (fractions: inside, inside_lower_bound, within_factor_3, each of
                position and elastic; good, watch, outside, auto_meets, auto_cheapest; counts: scenes,
-               failed); histogram_elastic, histogram_position; scenes (of each: scene, shape, stiffness
+               failed); histogram_elastic, histogram_position; scenes (for each: scene, shape, stiffness
                [N/m], spin [rad/s], force [N], truth and estimate (position [m], elastic), validity, cause,
                lost, tolerance, chosen, cheapest, chosen_error, error)
-  ticks        with --ticks: seed; bins (of each: from, to [rad per tick], bodies, good, watch, outside,
-               worst_attitude_error [rad], worst_energy_error, ns_per_tick); bodies (of each: body, rate
+  ticks        with --ticks: seed; bins (for each: from, to [rad per tick], bodies, good, watch, outside,
+               worst_attitude_error [rad], worst_energy_error, ns_per_tick); bodies (for each: body, rate
                [Hz], rotation [rad per tick], wheel, inertia_ratio, substeps, ticks, validity, attitude_error
                [rad], energy_error, ns_per_tick, error)
 Exit codes: 0 done, 1 not written, 2 wrong arguments or a scene without a full system, 130 interrupted.)";
@@ -86,7 +86,7 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
 /// Returns the error in the combination of arguments; empty if there is none.
 std::string find_fault(const ReportOptions& options) {
   if (options.scenes.empty() && options.num_estimates == 0 && options.num_ticks == 0)
-    return "SCENE is needed, or --estimates N or --ticks N, which make their own scenes";
+    return "SCENE is needed, unless --estimates N or --ticks N is given, which use random scenes";
   if (options.ends.size() > 1 && options.ends.size() != options.scenes.size())
     return format_text("--until has %zu times for %zu scenes: give one for all, or one a scene",
                        options.ends.size(), options.scenes.size());

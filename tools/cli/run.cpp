@@ -75,7 +75,8 @@ struct Commands {
   RecordedSession* session = nullptr;
   std::unique_ptr<CommandFeed> feed;
   bool is_foreign = false;  // true: the log was recorded with another plan
-  std::string loss;         // which part of the log cannot be used; empty if all of it can
+  std::string loss;         // text that says which part of the log cannot be used; empty if all of it can be
+                            // used
 };
 
 /// Keeps the largest displacement and the largest spin of a run; the method assumes that both are small.
@@ -182,7 +183,7 @@ std::optional<std::int64_t> last_tick(const RunOptions& options, const Plan& pla
     last = static_cast<std::int64_t>(ticks);
   }
   if (commands.session == nullptr) {
-    if (!last) print_error("--until S is needed, or --log, whose last state is then the end");
+    if (!last) print_error("--until S is needed, or --log, which then ends the run at its last state");
     return last;
   }
   const std::int64_t known = last_known_tick(*commands.session);
@@ -193,7 +194,7 @@ struct Result {
   int exit_code = kExitOk;
   std::string error;
   std::int64_t ticks = 0;
-  std::optional<BudgetReading> budget = std::nullopt;  // at the end, if the scene sets an error budget
+  std::optional<BudgetReading> budget = std::nullopt;  // error budget at the end, if the scene asks for one
   Verdict verdict = {}, worst = {};  // verdict at the end, and worst verdict of the last epoch
 };
 
@@ -247,9 +248,10 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
                   describe(plan, judgement.worst().tick < 0 ? judgement.now() : judgement.worst()) +
                   "): " + (plan.feedbacks.empty() ? "" : "the feedback is unstable, or ") +
                   (plan.attractor_mu > 0.0 ? "the body came too close to the attractor, or " : "") +
-                  "loads or spin are far too large for this structure; check " +
-                  (plan.feedbacks.empty() ? "" : "the signs and sizes of gains, a higher rate, and ") +
-                  "the units of loads, masses and stiffnesses, and take smaller loads",
+                  "loads or spin are far too large for this structure; check the units of loads, masses and "
+                  "stiffnesses" +
+                  (plan.feedbacks.empty() ? "" : " and the signs and sizes of gains, set a higher rate,") +
+                  " and use smaller loads",
               tick};
     }
     judgement.take(state, budget);
@@ -375,7 +377,7 @@ int finish(const RunOptions& options, const Plan& plan, const Commands& commands
   const std::string name = name_of(options, plan, output, result.exit_code != kExitOk);
   if (result.exit_code == kExitOk && !commands.loss.empty()) {
     print_error("log incomplete: " + commands.loss + "; the run ends at tick " +
-                std::to_string(result.ticks) + ", up to which its commands are known");
+                std::to_string(result.ticks) + ", the last tick whose commands are all known");
     result.exit_code = kExitIncomplete;
   }
   report(options, name, result, last, plan, extremes);

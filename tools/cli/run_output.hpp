@@ -34,7 +34,7 @@ class RunOutput {
   virtual const std::string& working_path() const = 0;
 };
 
-/// Files that --out may name, for messages.
+/// Kinds of file that --out accepts, for messages.
 inline constexpr const char* kOutputs =
     "NAME.csv (a table), NAME.log (an LCM log) or - (a table on standard output)";
 
@@ -45,8 +45,8 @@ bool is_output(const std::string& path);
 bool is_table(const std::string& path);
 bool is_standard_output(const std::string& path);
 
-/// Makes the output for a path. A log has the daemon's channels. It is deterministic: its session is 1 and
-/// its time stamps are simulated time.
+/// Makes the output for a path. A log has the daemon's channels. The log is deterministic: its session is 1
+/// and its time stamps are simulated time.
 /// \param path   path of a table or an LCM log; empty: nothing is written
 /// \param input  scene or plan file, for FREEFLEX_SCENE
 std::unique_ptr<RunOutput> make_run_output(const Plan& plan, const std::string& input,

@@ -26,8 +26,8 @@ constexpr const char* kStabilityFooter = R"(Example:
 JSON fields:
   machine      processor, cores, system, compiler, flags, version, commit, date
   complete     whether every case ran
-  holds        whether every case holds, or is refused or flagged by name where it must be
-  cases        of each: group, case, quantity, verdict, measured, limit (in the quantity), message, cpu [s],
+  holds        whether every case meets its limit, or is refused or flagged if it must be
+  cases        for each: group, case, quantity, verdict, measured, limit (in the quantity), message, cpu [s],
                peers (other methods: method, measured, failure)
 Exit codes: 0 holds is true, 1 a case fails or a file was not written, 2 wrong arguments,
 130 interrupted.)";

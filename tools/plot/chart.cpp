@@ -194,7 +194,7 @@ void draw_panel(Page& page, const Panel& panel, const Axis& across, double top, 
   std::vector<const std::vector<double>*> all{&panel.levels};
   for (const Series& series : panel.series) all.push_back(&series.y);
   const auto [low, high] = range_of(all);
-  const double margin = 0.04 * (high - low);  // so that no curve lies on the edge
+  const double margin = 0.04 * (high - low);  // the margin keeps curves off the edge
   const Axis up = Axis::over(low - margin, high + margin, 6);
   const double width = kWidth - kLeft - kRight;
   const auto x_of = [&](double t) { return kLeft + (t - across.low) / (across.high - across.low) * width; };

@@ -38,7 +38,7 @@ class MotionPlot {
 };
 
 /// Returns the rotation vector [rad] from one attitude to another, in the body axes of the first attitude.
-/// Its length is at most pi.
+/// The length of the rotation vector is at most pi.
 Vec3 rotation_between(const Quat& from, const Quat& to);
 
 }  // namespace freeflex::tools

@@ -288,7 +288,7 @@ EstimateSummary summarize(const std::vector<EstimateRow>& rows) {
     }
     ++sum.num_scenes;
     const auto tally = [&](int first, double truth, double estimate) {
-      // if there is no estimate, the verdict is outside, which is counted as correct
+      // if there is no estimate, the verdict is `outside`, which is counted as correct
       const bool is_inside = row.is_lost || truth <= estimate;
       counts[first] += is_inside ? 1 : 0;
       counts[first + 1] += row.is_lost || (truth <= 3.0 * estimate && estimate <= 3.0 * truth) ? 1 : 0;

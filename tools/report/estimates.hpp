@@ -13,9 +13,9 @@
 namespace freeflex::tools {
 
 /// Returns scene `number` of a seed: a cloud of points with every pair joined, a square truss or a mast of
-/// tetrahedra. It has 4 to 20 points of 0.1 to 10 kg, springs of 1e3 to 1e9 N/m, a spin of 0 to 5 rad/s and a
-/// pulse of 0.1 to 1000 N for 0.1 s, all drawn uniformly per decade. The same seed and number give the same
-/// scene.
+/// tetrahedra. The scene has 4 to 20 points of 0.1 to 10 kg, springs of 1e3 to 1e9 N/m, a spin of 0 to 5
+/// rad/s and a pulse of 0.1 to 1000 N for 0.1 s, all drawn uniformly per decade. The same seed and number
+/// give the same scene.
 Scene random_scene(std::uint64_t seed, int number);
 
 /// Result for a scene after 1 s at 1 kHz.
@@ -23,10 +23,11 @@ struct EstimateRow {
   int number = 0;
   std::string shape;
   double stiffness = 0.0, spin = 0.0, force = 0.0;  // [N/m], [rad/s], [N]
-  ErrorSize truth, estimate;                        // of the separated rung, relative to the full system
+  ErrorSize truth, estimate;                        // errors of the rung `separated`, relative to the full
+                                                    // system
   Verdict verdict;
   std::string cause;
-  bool is_lost = false;  // true: the shadow diverged, so there is no estimate and the verdict is outside
+  bool is_lost = false;  // true: the shadow diverged, so there is no estimate and the verdict is `outside`
   // result of `fidelity: auto` with `tolerance` for the elastic error over the 1 s
   double tolerance = 0.0;
   std::string chosen, cheapest;  // rung; "none" if no rung meets the tolerance

@@ -26,7 +26,7 @@ Timing time_work(const std::function<void()>& work, int repeats);
 struct Motion {
   CartesianState end;
   std::vector<Eigen::Matrix3Xd> frames;  // [m] positions at k * 10 ms, k from 1
-  // [J] at the time when the loads end, and at the end of the run
+  // [J] energy at the time when the loads end, and at the end of the run
   std::optional<double> energy_start, energy_end;
 };
 
@@ -56,7 +56,7 @@ class ErrorMeter {
   Eigen::Matrix3Xd weights_;
   double omega_ = 0.0;  // [rad/s] frequency of that mode
   std::optional<double> reference_frequency_;
-  double elastic_energy_ = 0.0;  // [J] of the reference at the time when the loads end
+  double elastic_energy_ = 0.0;  // [J] elastic energy of the reference at the time when the loads end
 };
 
 inline constexpr double kFramePeriod = 0.01;  // [s]

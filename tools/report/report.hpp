@@ -1,5 +1,5 @@
-// A report on several scenes, the error estimate and long ticks. Writes it as text, JSON, CSV, one page and
-// one picture.
+// A report on several scenes, the error estimate and long ticks. Writes the report as text, JSON, CSV, one
+// page and one picture.
 #pragma once
 
 #include <cstdint>

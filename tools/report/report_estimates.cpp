@@ -96,7 +96,7 @@ void print_estimates(const Report& report) {
   const EstimateSummary sum = summarize(rows);
   std::printf("%d random scenes of seed %llu, 1 s at 1 kHz, separated rung against the full system",
               sum.num_scenes, static_cast<unsigned long long>(report.seed));
-  if (sum.num_failed > 0) std::printf(" (%d more without an answer)", sum.num_failed);
+  if (sum.num_failed > 0) std::printf(" (%d more without a result)", sum.num_failed);
   std::printf("\n\n%-34s %9s %9s\n", "", "position", "elastic");
   const auto line = [](const char* name, double position, double elastic) {
     std::printf("%-34s %8.1f%% %8.1f%%\n", name, 100.0 * position, 100.0 * elastic);

@@ -112,8 +112,8 @@ std::string study_section(const Study& study) {
           study.points, study.links, study.elastic_freedoms, study.lowest_frequency, study.top_frequency,
           study.spin, study.end) +
       escaped(study.reference) +
-      format_text(", good to %.0e in the elastic error, %.1f s of CPU time.</p>\n", study.reference_accuracy,
-                  study.reference_cpu);
+      format_text(", with an elastic error of at most %.0e, %.1f s of CPU time.</p>\n",
+                  study.reference_accuracy, study.reference_cpu);
   text += run_table(study);
   if (study.left_out.empty()) return text;
   text += "<p>Left out:</p><ul>\n";
@@ -123,52 +123,39 @@ std::string study_section(const Study& study) {
 }
 
 constexpr const char* kColumns =
-    "<h2>Terms and columns</h2><dl>\n"
-    "<dt>rung</dt><dd>One of the six sets of equations that a scene chooses by <i>fidelity</i>. Each keeps "
-    "more "
-    "terms than the one before; the legend above lists them. A plan is one rung at one rate.</dd>\n"
-    "<dt>full system</dt><dd>Newton's equations of every point with springs, bars and dashpots at their true "
-    "length and direction: the reference for the rungs.</dd>\n"
-    "<dt>by hand, packaged</dt><dd>Integrators of the full system. By hand: written for it, with its forces "
-    "inlined "
-    "(Verlet, Runge-Kutta, Stoermer extrapolated, Kahan and Li), packaged: those of SUNDIALS (ARKODE, "
-    "CVODE), with a sparse Jacobian for implicit methods.</dd>\n"
-    "<dt>level</dt><dd>The required elastic error.</dd>\n"
-    "<dt>read-out</dt><dd>How often all points are read: once at the end, each 10 ms or each 1 ms.</dd>\n"
-    "<dt>elastic error</dt><dd>|u &minus; u<sub>ref</sub>| / |u<sub>ref</sub>| at the end, u the "
-    "displacements "
-    "relative to the best fitting rigid motion. A position error of 1e-7 of the size can hide a deformation "
-    "that is entirely wrong; the elastic error cannot.</dd>\n"
-    "<dt>integration, model</dt><dd>The two parts of the elastic error: the difference of a run from an "
-    "exact solution of its own equations, and the difference of that solution from the full system. Methods "
-    "on the full system have no model error.</dd>\n"
-    "<dt>position, attitude</dt><dd>Error of position, root mean square over the points, and angle between "
-    "the best fitting rotations.</dd>\n"
-    "<dt>frequency error</dt><dd>Relative error of the frequency of the mode that moves most after the loads "
-    "end. The frequency is fitted to the motion read each 10 ms.</dd>\n"
-    "<dt>energy drift</dt><dd>Change of the energy from the end of the loads to the end of the run, relative "
-    "to the elastic energy.</dd>\n"
-    "<dt>CPU</dt><dd>Time of one thread without the set-up, median of repeats. <i>Once</i>, <i>each 10 "
-    "ms</i>, "
-    "<i>each 1 "
-    "ms</i>: how often positions and velocities of all points are read. A rung is read at its ticks, so if a "
-    "step is longer than the interval, there is no value. A run of more than 0.3 s is timed only once with "
-    "reading each 10 ms, and this time is used for <i>once</i> too; a run of more than 3 s uses it for all "
-    "three.</dd>\n"
-    "<dt>setting</dt><dd>The step, the tolerance, or both. <i>100 ms, then 1.9 s</i>: without loads the "
-    "motion of a rung is exact for any step, so a program may compute the whole free motion in one step, "
-    "with the same plan at another rate. Krylov's method does the same here. The daemon's rate is "
-    "fixed.</dd>\n"
-    "<dt>ratio</dt><dd>Cost of the cheapest other method at our elastic error, divided by our cost. Our "
-    "error is the elastic error of the run or the model error of its rung, whichever is larger, but at least "
-    "3e-8, the limit of the "
-    "runs "
-    "of other methods. Other methods may have a 5 % larger error, because methods with the same model error "
-    "differ slightly in their integration errors. Between two settings the cost is interpolated linearly in "
-    "logarithms.</dd>\n"
-    "<dt>linearised, sparse</dt><dd>The methods closest to ours: the equations of the spin-loaded rung "
-    "without "
-    "modes, spring by spring, by leapfrog and by Krylov's exponential with free steps.</dd></dl>\n";
+    "<h2>Terms and columns</h2><dl>\n<dt>rung</dt><dd>One of the six sets of equations that a scene "
+    "chooses by <i>fidelity</i>. Each keeps more terms than the one before; the legend above lists them. A "
+    "plan is one rung at one rate.</dd>\n<dt>full system</dt><dd>Newton's equations of every point with "
+    "springs, bars and dashpots at their true length and direction: the reference for the rungs.</dd>\n"
+    "<dt>by hand, packaged</dt><dd>Integrators of the full system. By hand: written for it, with its "
+    "forces inlined (Verlet, Runge-Kutta, Stoermer extrapolated, Kahan and Li), packaged: those of "
+    "SUNDIALS (ARKODE, CVODE), with a sparse Jacobian for implicit methods.</dd>\n<dt>level</dt><dd>The "
+    "required elastic error.</dd>\n<dt>read-out</dt><dd>How often all points are read: once at the end, "
+    "each 10 ms or each 1 ms.</dd>\n<dt>elastic error</dt><dd>|u &minus; u<sub>ref</sub>| / "
+    "|u<sub>ref</sub>| at the end, u the displacements relative to the best fitting rigid motion. A "
+    "position error of 1e-7 of the size can hide a deformation that is entirely wrong; the elastic error "
+    "cannot.</dd>\n<dt>integration, model</dt><dd>The two parts of the elastic error: the difference of a "
+    "run from an exact solution of its own equations, and the difference of that solution from the full "
+    "system. Methods on the full system have no model error.</dd>\n<dt>position, attitude</dt><dd>Error of "
+    "position, root mean square over the points, and angle between the best fitting rotations.</dd>\n"
+    "<dt>frequency error</dt><dd>Relative error of the frequency of the mode that moves most after the "
+    "loads end. The frequency is fitted to the motion read each 10 ms.</dd>\n<dt>energy "
+    "drift</dt><dd>Change of the energy from the end of the loads to the end of the run, relative to the "
+    "elastic energy.</dd>\n<dt>CPU</dt><dd>Time of one thread without the set-up, median of repeats. "
+    "<i>Once</i>, <i>each 10 ms</i>, <i>each 1 ms</i>: how often positions and velocities of all points "
+    "are read. A rung is read at its ticks, so if a step is longer than the interval, there is no value. A "
+    "run of more than 0.3 s is timed only once with reading each 10 ms, and this time is used for "
+    "<i>once</i> too; a run of more than 3 s uses it for all three.</dd>\n<dt>setting</dt><dd>The step, "
+    "the tolerance, or both. <i>100 ms, then 1.9 s</i>: without loads the motion of a rung is exact for "
+    "any step, so a program may compute the whole free motion in one step, with the same plan at another "
+    "rate. Krylov's method does the same here. The daemon's rate is fixed.</dd>\n<dt>ratio</dt><dd>Cost of "
+    "the cheapest other method at our elastic error, divided by our cost. Our error is the elastic error "
+    "of the run or the model error of its rung, whichever is larger. It is taken as at least 3e-8, because "
+    "the runs of the other methods reach no smaller error. Other methods may have a 5 % larger error, "
+    "because methods with the same model error differ slightly in their integration errors. Between two "
+    "settings the cost is interpolated linearly in logarithms.</dd>\n<dt>linearised, sparse</dt><dd>The "
+    "methods closest to ours: the equations of the spin-loaded rung without modes, spring by spring, by "
+    "leapfrog and by Krylov's exponential with free steps.</dd></dl>\n";
 
 }  // namespace
 
@@ -188,8 +175,9 @@ std::string to_html(const Report& report) {
   text += "<h2>Conclusions</h2><ul>\n";
   for (const std::string& sentence : findings(report)) text += "<li>" + escaped(sentence) + "</li>\n";
   text +=
-      "</ul>\n<h2>At equal error</h2><p>For each scene and level: the cheapest rung and step with at most "
-      "that elastic error, and the cost of other methods at its error relative to its cost.</p>\n";
+      "</ul>\n<h2>At equal error</h2><p>For each scene and level: the cheapest rung and step whose elastic "
+      "error is at most the level, and the cost of other methods at the same error, divided by the cost of "
+      "this rung.</p>\n";
   text += comparison_table(report);
   text += "<h2>Work and precision</h2>\n" + work_precision_svg(report);
   text += "<h2>Every run</h2>\n";

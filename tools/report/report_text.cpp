@@ -153,9 +153,8 @@ std::vector<std::string> findings(const Report& report) {
   }
   if (is_compared)
     sentences.push_back(
-        "Cost of the best other method relative to ours, by level, on the scene where it is least (below 1 "
-        "we "
-        "lose): " +
+        "Cost of the best other method relative to ours, by level, for the scene where it is smallest "
+        "(below 1: we lose): " +
         least_ratios(report) + ".");
   sentences.push_back(
       std::string("If all points of a large structure are read often, a rung with modes is the wrong tool: "
@@ -163,17 +162,15 @@ std::vector<std::string> findings(const Report& report) {
                   "about 100 N. ") +
       (loses ? "The figures above show it."
        : is_compared
-           ? "On the scenes of this report it does not yet change the order; with a thousand points "
-             "(truss-s3) it does."
+           ? "On the scenes of this report this does not yet change the order of the methods; with a "
+             "thousand points (truss-s3) it does."
            : ""));
   if (is_krylov_nearest(report))
     sentences.push_back(
-        "At the errors of the separated and spin-loaded rungs Krylov's method on the linearised system comes "
-        "nearest with one read-out. With one step over the whole motion its space contains every mode, so it "
-        "is "
-        "a modal method that computes its modes anew in each run. It pays for structures with few "
-        "frequencies; "
-        "it has no counterpart of the rungs above spin-loaded.");
+        "At the errors of the separated and spin-loaded rungs Krylov's method on the linearised system "
+        "comes nearest with one read-out. With one step over the whole motion its space contains every "
+        "mode, so it is a modal method that computes its modes anew in each run. It is worth its cost for "
+        "structures with few frequencies. It has no counterpart of the rungs above spin-loaded.");
   sentences.push_back(
       "Set-up is not in the CPU columns: a rung needs the modes first, which cost N^3 and are shown "
       "separately. "
@@ -198,7 +195,7 @@ void print_text(const Report& report) {
         study.scene.c_str(), study.points, study.links, study.elastic_freedoms, study.lowest_frequency,
         study.top_frequency, study.spin, study.end);
     std::printf("\n%s\n", wrapped(head, 0).c_str());
-    std::printf("  reference: %s, good to %.0e elastic, %.1f s of CPU time\n", study.reference.c_str(),
+    std::printf("  reference: %s, elastic error at most %.0e, %.1f s of CPU time\n", study.reference.c_str(),
                 study.reference_accuracy, study.reference_cpu);
     print_errors(study);
     for (const LeftOut& item : study.left_out)

@@ -51,8 +51,8 @@ std::string picture(const std::vector<TickBin>& bins) {
 
 void print_ticks(const Report& report) {
   std::printf(
-      "%zu random bodies of seed %llu, inertia ratios to 1e6, wheels to 1000 times their momentum, 1 Hz to "
-      "10 kHz\n\n",
+      "%zu random bodies of seed %llu, inertia ratios up to 1e6, wheels with up to 1000 times the momentum "
+      "of the body, 1 Hz to 10 kHz\n\n",
       report.ticks.size(), static_cast<unsigned long long>(report.ticks_seed));
   std::printf("%-18s %7s %7s %7s %8s %14s %14s %10s\n", "rad per tick", "bodies", "good", "watch", "outside",
               "attitude [rad]", "energy [-]", "ns per tick");
@@ -61,7 +61,8 @@ void print_ticks(const Report& report) {
                 format_text("%.2g to %.2g", bin.from, bin.to).c_str(), bin.count, bin.num_good, bin.num_watch,
                 bin.num_outside, bin.worst_attitude, bin.worst_energy, bin.ns_per_tick);
   std::printf(
-      "\nattitude and energy: the largest errors of the good ones, attitude against SUNDIALS at 1e-12\n");
+      "\nattitude and energy: the largest errors where the verdict is good; attitude compared with "
+      "SUNDIALS at 1e-12\n");
 }
 
 Json ticks_to_json(const Report& report) {
@@ -107,12 +108,12 @@ std::string ticks_to_csv(const Report& report) {
 
 std::string ticks_section(const Report& report) {
   return format_text(
-             "<h2>Long ticks</h2>\n<p>%zu random bodies of seed %llu in free motion: moments in ratios up to "
-             "1e6, two of three with a wheel of 0.01 to 1000 times their momentum, 1 Hz to 10 kHz, 0.001 to "
-             "3 "
-             "rad per tick. Fractions of the verdicts by rotation per tick: good, watch (yellow), outside "
-             "(red). Below each bar: the range [rad], the number of bodies, the largest attitude error where "
-             "the verdict is good, against SUNDIALS at 1e-12, and the median CPU time of a tick.</p>\n",
+             "<h2>Long ticks</h2>\n<p>%zu random bodies of seed %llu in free motion: moments in ratios up "
+             "to 1e6, two of three with a wheel that has 0.01 to 1000 times the momentum of the body, 1 Hz "
+             "to 10 kHz, 0.001 to 3 rad per tick. Fractions of the verdicts by rotation per tick: good, "
+             "watch (yellow), outside (red). Below each bar: the range [rad], the number of bodies, the "
+             "largest attitude error where the verdict is good, against SUNDIALS at 1e-12, and the median "
+             "CPU time of a tick.</p>\n",
              report.ticks.size(), static_cast<unsigned long long>(report.ticks_seed)) +
          picture(bin_ticks(report.ticks));
 }

@@ -40,14 +40,15 @@ bool deforms(const CartesianSystem& system, const ReferenceRun& run) {
 struct Reference {
   ReferenceRun run;
   std::string method;
-  double accuracy = 0.0;  // [-] of the elastic error
+  double accuracy = 0.0;  // [-] accuracy of the elastic error
 };
 
 Reference find_reference(const CartesianSystem& system, const StudyOptions& options, double top_frequency,
                          const std::function<bool()>& is_stopped) {
   constexpr double kTolerance = 1e-12;
   constexpr double kStiff = 2e4;                      // [rad] phase of the fastest mode over the study
-  constexpr double kPhase = 2.0, kCoarsePhase = 3.0;  // [rad] of the fastest mode in a step, both stable
+  constexpr double kPhase = 2.0, kCoarsePhase = 3.0;  // [rad] phase of the fastest mode in a step; both
+                                                      // values are stable
   std::vector<double> times;
   const auto frames = std::llround(options.end / kFramePeriod);
   for (std::int64_t k = 1; k < frames; ++k) times.push_back(static_cast<double>(k) * kFramePeriod);

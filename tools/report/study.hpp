@@ -30,14 +30,14 @@ struct Run {
   std::string failure;     // reason of a failure; empty if the run reached its end
   long steps = 0;
   double set_up = 0.0;     // [s] CPU time before the first step
-  std::size_t memory = 0;  // [bytes] of plan and state, or of the arrays of method and system
+  std::size_t memory = 0;  // [bytes] memory of plan and state, or of the arrays of method and system
   // [s] CPU time per simulated second, median of the repeats
   std::array<std::optional<double>, kReadOuts> cpu;
   int repeats = 0;  // number of timings with the first read-out
   // errors relative to the full system at the end
   double elastic_error = 0.0;   // [-]   (THEORY 10.11)
   double position_error = 0.0;  // [m] root mean square over points
-  double attitude_error = 0.0;  // [rad] between the best fitting rotations
+  double attitude_error = 0.0;  // [rad] angle between the best fitting rotations
   // [-] of the mode that moves most after the loads end (THEORY 13.16)
   std::optional<double> frequency_error;
   // [-] relative to the elastic energy at the end of the loads (THEORY 13.17) the two parts of the elastic

@@ -52,7 +52,7 @@ std::optional<FixedStep> fixed_step_of(Rival rival) {
       return FixedStep{4, 2.0 * std::sqrt(2.0)};
     case Rival::kStoermer8:
       return FixedStep{8, 4.1};
-    // these are unstable above 3.7 and 3.6, but in a short run the growth is negligible
+    // these methods are unstable above 3.7 and 3.6, but in a short run the growth is negligible
     case Rival::kStoermer12:
       return FixedStep{12, 4.25};
     case Rival::kStoermer16:

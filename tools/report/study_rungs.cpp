@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::array kSteps{0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.004, 0.0025, 0.002, 0.001, 0.0005};  // [s]
 constexpr std::array kFineSteps{0.00025, 0.0001, 0.00005};  // [s] small steps for the exact motion
-// [s] limit of the CPU time of a run on the full rung; this rung divides its steps, so the cost hardly
+// [s] limit of the CPU time of a run on the rung `full`; this rung divides its steps, so the cost hardly
 // depends on the step
 constexpr double kMostFullCost = 4.0;
 constexpr std::array kFullSteps{0.01, 0.001};  // [s]
@@ -191,7 +191,8 @@ Scene with_all_points(const Bench& bench, Fidelity fidelity) {
   return scene;
 }
 
-/// Sets up the scene on a rung at a step. If it is refused, sets `why` to the reason and returns nullopt.
+/// Sets up the scene on a rung at a step. If the plan is refused, sets `why` to the reason and returns
+/// nullopt.
 std::optional<Rung> make_rung(const Bench& bench, Scene& scene, double step, std::string& why) {
   Faults faults;
   scene.rate = 1.0 / step;
@@ -239,14 +240,14 @@ void add_run(const Bench& bench, Scene& scene, double step, double free_step, co
   run.steps = loaded_ticks(bench, *rung) + (free_step > 0.0 ? 1 : 0);
   Motion motion;
   if (!follow(bench, *rung, motion)) {
-    run.failure = "not finite: the step is beyond the method's stability";
+    run.failure = "not finite: the step exceeds the method's stability limit";
     return;
   }
   set_errors(bench, motion, exact.p_W.cols() > 0 ? &exact.p_W : nullptr, run);
   time_read_outs(bench, *rung, run);
 }
 
-/// Returns the steps of a rung [s], beginning with the longest. They include the scene's own step.
+/// Returns the steps of a rung [s], beginning with the longest. The steps include the scene's own step.
 std::vector<double> steps_of(const Bench& bench, Fidelity fidelity) {
   if (fidelity == Fidelity::kFull) return {kFullSteps.begin(), kFullSteps.end()};
   std::vector<double> steps(kSteps.begin(), kSteps.end());
@@ -274,8 +275,8 @@ void add_longest(const Bench& bench, Scene& scene, const ExactRung& exact, Study
       return add_run(bench, scene, step, free_step, exact, study);
 }
 
-/// Returns the largest step [s] that is small enough and fits the scene. If there is none, sets `why` to the
-/// reason and returns 0.
+/// Returns the largest step [s] that is small enough and fits the scene. If there is no such step, sets `why`
+/// to the reason and returns 0.
 double fine_step(const Bench& bench, std::string& why) {
   std::vector<double> steps(kFineSteps.begin(), kFineSteps.end());
   const double period = 1.0 / bench.scene.rate;
@@ -292,15 +293,15 @@ double fine_step(const Bench& bench, std::string& why) {
 std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
                                        const std::vector<ExactRung>& below, Scene& scene, std::string& why) {
   if (fidelity == Fidelity::kFull) {
-    // full has the equations of exact bars
+    // the rung `full` has the equations of `exact-bars`
     for (const ExactRung& each : below)
       if (each.fidelity == Fidelity::kExactBars) return ExactRung{fidelity, each.p_W};
-    why = "it has the equations of exact bars, which are refused";
+    why = "it has the equations of exact-bars, and this scene is refused on exact-bars";
     return std::nullopt;
   }
   const double step = fine_step(bench, why);
   if (step == 0.0) return std::nullopt;
-  // if bars are stiff, the equations of exact bars need substeps, which the full rung has
+  // if bars are stiff, the equations of `exact-bars` need substeps, which the rung `full` makes
   scene.fidelity = fidelity == Fidelity::kExactBars ? Fidelity::kFull : fidelity;
   std::optional<Rung> fine = make_rung(bench, scene, step, why);
   scene.fidelity = fidelity;

@@ -135,7 +135,7 @@ void move(const RandomBody& body, const Plan& plan, TickRow& row) {
   row.ns_per_tick = ns_per_tick(plan, std::min<std::int64_t>(row.ticks, 300));
   row.level = judgement.worst().tick < 0 ? Verdict::Level::kGood : judgement.worst().level;
   row.energy_error = std::abs(energy_of(plan, state) / start - 1.0);
-  // if the verdict is not good, the rotation may be larger than a reference run can follow
+  // if the verdict is not `good`, the rotation may be larger than a reference run can follow
   if (row.level != Verdict::Level::kGood) return;
   Quaterniond right;
   row.error = rotate_by_sundials(body, static_cast<double>(row.ticks) / body.rate, right);

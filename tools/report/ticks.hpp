@@ -22,7 +22,7 @@ struct TickRow {
   int substeps = 0;            // substeps per tick
   std::int64_t ticks = 0;
   Verdict::Level level = Verdict::Level::kGood;  // worst verdict
-  // [rad] at the end, relative to SUNDIALS at 1e-12; NaN unless the verdict is good
+  // [rad] attitude error at the end, relative to SUNDIALS at 1e-12; NaN unless the verdict is `good`
   double attitude_error = NAN;
   double energy_error = NAN;  // [-] relative change of the energy of rotation
   double ns_per_tick = 0.0;   // CPU time of the step alone
@@ -41,7 +41,7 @@ std::vector<TickRow> study_ticks(std::uint64_t seed, int count,
 struct TickBin {
   double from = 0.0, to = 0.0;  // [rad]
   int count = 0, num_good = 0, num_watch = 0, num_outside = 0;
-  double worst_attitude = 0.0, worst_energy = 0.0;  // of bodies with a good verdict
+  double worst_attitude = 0.0, worst_energy = 0.0;  // largest errors of bodies with the verdict `good`
   double ns_per_tick = 0.0;                         // median
 };
 std::vector<TickBin> bin_ticks(const std::vector<TickRow>& rows);

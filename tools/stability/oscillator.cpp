@@ -64,8 +64,8 @@ Outcome at_step(double phase, const StabilityOptions& options) {
   Outcome outcome;
   outcome.measured = worst_error(oscillating_pair(omega, kRate), outcome.message);
   if (outcome.message.empty())
-    outcome.message =
-        format_text("the rounding of omega alone limits the phase after 1000 ticks to %.0e", 1.1e-13 * phase);
+    outcome.message = format_text(
+        "the rounding error of omega alone causes a phase error of %.0e after 1000 ticks", 1.1e-13 * phase);
   outcome.peers = pair_peers(omega, 0.0, 0.1, options);
   return outcome;
 }
@@ -85,7 +85,7 @@ Outcome at_damping(double ratio, const StabilityOptions& options) {
     if (error >= outcome.measured) at = phase;
     outcome.measured = std::max(outcome.measured, error);
   }
-  outcome.message = format_text("worst of 17 steps, at omega h %.0e; others at omega h 1", at);
+  outcome.message = format_text("worst of 17 steps, at omega h %.0e; the other methods at omega h 1", at);
   outcome.peers = pair_peers(kRate, ratio, 0.1, options);
   return outcome;
 }

@@ -1,4 +1,5 @@
-// Scenes that must be refused or flagged with the right words: none may run without a message.
+// Scenes that must be refused or reported, in messages with the expected words; none may run without a
+// message.
 #include <array>
 #include <initializer_list>
 #include <memory>
@@ -27,11 +28,11 @@ Outcome coincident_points(bool is_joined) {
   for (const int i : {0, 1, 2, 4}) add_link(scene, {i, 8}, Spring{1e4});
   if (is_joined) add_link(scene, {3, 8}, Spring{1e4});
   const Ride ride(scene);
-  if (is_joined && ride.has_plan()) return no_answer("a link of no length was taken");
+  if (is_joined && ride.has_plan()) return no_answer("a link of zero length was accepted");
   return named(ride.faults_text(), {"in one place", "'p3'", "'p8'"});
 }
 
-/// Checks that the verdict on a motion after 0.1 s is outside, with a cause.
+/// Checks that the verdict on a motion after 0.1 s is `outside`, with a cause.
 Outcome verdict_of(const Scene& scene, const char* cause) {
   Ride ride(scene);
   if (!ride.has_plan()) return no_answer(ride.faults_text());
@@ -115,8 +116,8 @@ Outcome bars_at_a_long_period() {
   return named(ride.faults_text(), {"exact-bars", "the stiffest mode"});
 }
 
-/// Checks a fast dashpot: rungs on which dashpots act stage by stage refuse it, and the full rung divides the
-/// tick.
+/// Checks a fast dashpot: rungs on which dashpots act stage by stage refuse it, and the rung `full` divides
+/// the tick.
 Outcome dashpot_too_fast(Fidelity rung) {
   Scene scene = square_truss(3, 1e5);
   Link dashpot;
@@ -127,12 +128,12 @@ Outcome dashpot_too_fast(Fidelity rung) {
   scene.fidelity = rung;
   add_force(scene, 10, {0.1, 0.2, 0.3});
   Ride ride(scene);
-  if (!ride.has_plan()) return named(ride.faults_text(), {"act stage by stage", "take fidelity: full"});
+  if (!ride.has_plan()) return named(ride.faults_text(), {"at stage times", "set fidelity: full"});
   if (rung != Fidelity::kFull) return no_answer("a plan was made");
   const bool is_finite = ride.run(200) && ride.positions_W().allFinite();
-  return named(is_finite ? format_text("taken, with %d substeps per tick", ride.plan.coupled.num_substeps)
+  return named(is_finite ? format_text("accepted, with %d substeps per tick", ride.plan.coupled.num_substeps)
                          : "not finite",
-               {"taken"});
+               {"accepted"});
 }
 
 /// Runs the daemon's pacer, on the clock of this machine, with a step that takes longer than its period.
@@ -160,7 +161,7 @@ Outcome unheld_period(const StabilityOptions& options) {
 
 void add_refusal_cases(std::vector<StabilityCase>& cases) {
   const auto add = [&cases](const char* name, auto run) {
-    cases.push_back({"must be refused or flagged", name, "missing words", 0.0, true, run});
+    cases.push_back({"must be refused or flagged", name, "expected words that are missing", 0.0, true, run});
   };
   using Options = StabilityOptions;
   add("coincident points, joined", [](const Options&) { return coincident_points(true); });
@@ -171,16 +172,18 @@ void add_refusal_cases(std::vector<StabilityCase>& cases) {
   add("deformation beyond validity, coupled",
       [](const Options&) { return too_much_deformation(Fidelity::kCoupled, 1e5); });
   add("a force beyond the range of doubles", [](const Options&) { return beyond_numbers(); });
-  add("force at force_limit is taken", [](const Options&) { return too_much_force(false); });
-  add("force over force_limit", [](const Options&) { return too_much_force(true); });
-  add("a tolerance no rung meets", [](const Options&) { return unmet_tolerance(); });
-  add("exact bars at too long a period", [](const Options&) { return bars_at_a_long_period(); });
-  add("a dashpot too fast for the stages of coupled",
+  add("a force at force_limit is accepted", [](const Options&) { return too_much_force(false); });
+  add("a force over force_limit", [](const Options&) { return too_much_force(true); });
+  add("a tolerance that no rung meets", [](const Options&) { return unmet_tolerance(); });
+  add("exact-bars at too long a period", [](const Options&) { return bars_at_a_long_period(); });
+  add("a dashpot too fast for the stages of the rung coupled",
       [](const Options&) { return dashpot_too_fast(Fidelity::kCoupled); });
-  add("a dashpot too fast for the stages of exact bars",
+  add("a dashpot too fast for the stages of the rung exact-bars",
       [](const Options&) { return dashpot_too_fast(Fidelity::kExactBars); });
-  add("the same dashpot on full is taken", [](const Options&) { return dashpot_too_fast(Fidelity::kFull); });
-  add("a period this machine cannot hold", [](const Options& options) { return unheld_period(options); });
+  add("the same dashpot on the rung full is accepted",
+      [](const Options&) { return dashpot_too_fast(Fidelity::kFull); });
+  add("a period that this machine cannot hold",
+      [](const Options& options) { return unheld_period(options); });
 }
 
 }  // namespace freeflex::tools

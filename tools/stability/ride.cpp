@@ -117,7 +117,7 @@ Eigen::Matrix3Xd Ride::displacements_B() const {
   return read_points([](const PointState& point) { return point.V_B; });
 }
 
-Outcome no_answer(const std::string& why) { return {NAN, why.empty() ? "no answer" : why, {}}; }
+Outcome no_answer(const std::string& why) { return {NAN, why.empty() ? "no result" : why, {}}; }
 
 std::vector<PeerFigure> run_peers(const Scene& scene, double step, double end,
                                   const StabilityOptions& options, const Measure& measure) {

@@ -58,13 +58,13 @@ using Measure = std::function<double(const CartesianState&)>;
 std::vector<PeerFigure> run_peers(const Scene& scene, double step, double end,
                                   const StabilityOptions& options, const Measure& measure);
 
-// Each adds cases to the table; the order here is the order of the table.
+// Each function adds cases to the table; the order here is the order of the table.
 void add_frequency_cases(std::vector<StabilityCase>& cases);   // stiffness and mass ratios, thin shapes
 void add_oscillator_cases(std::vector<StabilityCase>& cases);  // omega h, damping, many ticks
 void add_small_cases(std::vector<StabilityCase>& cases);       // one to three points, mechanisms, rigid links
 void add_motion_cases(std::vector<StabilityCase>& cases);   // rotation, magnitudes of forces and structures
 void add_tick_cases(std::vector<StabilityCase>& cases);     // ticks with large rotations of bodies and orbits
 void add_rung_cases(std::vector<StabilityCase>& cases);     // every rung at any step
-void add_refusal_cases(std::vector<StabilityCase>& cases);  // scenes that must be refused or flagged
+void add_refusal_cases(std::vector<StabilityCase>& cases);  // scenes that must be refused or reported
 
 }  // namespace freeflex::tools

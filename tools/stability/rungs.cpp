@@ -58,7 +58,7 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
   const Ride probe(rotating_truss(Fidelity::kSeparated));
   if (!probe.has_plan()) return no_answer(probe.faults_text());
   const double top = probe.plan.omega[static_cast<std::size_t>(probe.plan.num_elastic) - 1];
-  // exact-bars refuses omega h above 1000, so k pi is near a step of 0.4 ms for all rungs
+  // the rung `exact-bars` refuses omega h above 1000, so k pi is near a step of 0.4 ms for all rungs
   const double k0 = std::floor(0.4e-3 * top / std::numbers::pi);
   const std::int64_t ticks = options.is_quick ? 100 : 500;
   const Shape shape(rotating_truss(rung));
@@ -81,7 +81,7 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
     }
   outcome.message = format_text("36 steps, omega h of %.3g to %.4g; worst at %.6g pi", std::numbers::pi,
                                 (k0 + 1.0) * std::numbers::pi, at);
-  // other methods at one of the steps, compared with our exact bars at an eighth of that step
+  // other methods at one of the steps, compared with our rung `exact-bars` at an eighth of that step
   if (rung != Fidelity::kExactBars || !options.has_peers) return outcome;
   const double step = k0 * std::numbers::pi / top;
   std::string why;
@@ -92,8 +92,8 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
   return outcome;
 }
 
-/// Compares the full rung with exact bars at half a substep. The substeps of the full rung have the same size
-/// at every step.
+/// Compares the rung `full` with the rung `exact-bars` at half a substep. The substeps of the rung `full`
+/// have the same size at every step.
 Outcome full_across_pi(const StabilityOptions& options) {
   const Ride probe(rotating_truss(Fidelity::kSeparated));
   if (!probe.has_plan()) return no_answer(probe.faults_text());
@@ -116,8 +116,10 @@ Outcome full_across_pi(const StabilityOptions& options) {
       if (!divided || !fine) return no_answer(outcome.message);
       outcome.measured = std::max(outcome.measured, shape.difference(*divided, *fine));
     }
-  outcome.message = format_text("9 steps, omega h of 31.4 to %.3g; 0 is below the rounding of positions",
-                                most * std::numbers::pi);
+  outcome.message = format_text(
+      "9 steps, omega h of 31.4 to %.3g; 0: smaller than the rounding error of "
+      "positions",
+      most * std::numbers::pi);
   return outcome;
 }
 

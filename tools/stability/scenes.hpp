@@ -9,7 +9,7 @@
 namespace freeflex::tools {
 
 /// Returns a free truss of three sections of four points, which are slightly displaced so that no two
-/// frequencies are equal. It has 30 springs of 1e3 N/m, every second one stiffer by the factor
+/// frequencies are equal. The truss has 30 springs of 1e3 N/m, every second one stiffer by the factor
 /// `stiffness_ratio`, and points of 1 kg and `mass_ratio` kg in turn.
 Scene stiff_truss(double stiffness_ratio, double mass_ratio);
 

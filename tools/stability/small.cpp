@@ -47,7 +47,7 @@ Outcome two_points(const StabilityOptions&) {
   scene.initial.angular_velocity = {0.0, 0.0, 0.7};
   Ride ride(scene);
   if (!ride.has_plan()) return no_answer(ride.faults_text());
-  if (ride.plan.rigid_freedoms != 5) return no_answer("not taken as collinear");
+  if (ride.plan.rigid_freedoms != 5) return no_answer("not recognized as collinear");
   if (!ride.run(10'000)) return no_answer("a state is not finite");
   const double frequency = worst_frequency(ride.plan, {200.0});
   const double half = 0.5 * 0.7 * 10'000 * ride.plan.period;
@@ -86,7 +86,7 @@ Outcome three_on_a_line(const StabilityOptions&) {
   add_link(scene, {0, 1, 2}, BendingSpring{kBending});
   const Ride ride(scene);
   if (!ride.has_plan()) return no_answer(ride.faults_text());
-  if (ride.plan.rigid_freedoms != 5) return no_answer("not taken as collinear");
+  if (ride.plan.rigid_freedoms != 5) return no_answer("not recognized as collinear");
   const double both = 1.0 / kEnd + 2.0 / kMiddle, bending = std::sqrt(2.0 * kBending * both / 0.25);
   return {worst_frequency(ride.plan,
                           {std::sqrt(kStretching / kEnd), std::sqrt(kStretching * both), bending, bending}),

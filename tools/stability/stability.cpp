@@ -57,7 +57,7 @@ std::vector<StabilityCase> stability_cases() {
 
 const char* StabilityRow::verdict() const {
   if (!holds()) return "FAILS";
-  return what.must_refuse ? "named" : "holds";
+  return what.must_refuse ? "reported" : "holds";
 }
 
 bool StabilityReport::holds() const {

@@ -32,8 +32,8 @@ struct Outcome {
   std::vector<PeerFigure> peers;
 };
 
-/// A case. It holds if the measured value is at most the limit. In cases that must be refused or
-/// flagged, the measured value is the number of expected words that the message lacks.
+/// A case. A case holds if the measured value is at most the limit. In cases that must be refused or
+/// reported, the measured value is the number of expected words that the message lacks.
 struct StabilityCase {
   std::string group, name, quantity;
   double limit = 0.0;
@@ -47,7 +47,7 @@ struct StabilityRow {
   Outcome outcome;
   double cpu = 0.0;  // [s] CPU time of the case, including other methods
   bool holds() const { return outcome.measured <= what.limit; }
-  /// Returns "holds", "named" or "FAILS".
+  /// Returns "holds", "reported" (the case was refused or flagged with the expected words) or "FAILS".
   const char* verdict() const;
 };
 

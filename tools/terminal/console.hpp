@@ -70,14 +70,14 @@ bool is_interrupted();
 inline constexpr const char* kInterrupted = "freeflex: interrupted before there was a result\n";
 
 /// Shows a line on stderr during long work: the name of the work, the time so far, and a bar once update()
-/// was called. The line appears only on a terminal and after `patience`. A thread draws it. It disappears
-/// when the object is destroyed; nothing else may be printed before that.
+/// was called. The line appears only on a terminal and after `patience`. A thread draws it. The line
+/// disappears when the object is destroyed; nothing else may be printed before that.
 class Progress {
  public:
   explicit Progress(std::string what, std::chrono::milliseconds patience = std::chrono::milliseconds(500));
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  /// Sets the finished fraction. Any thread may call it.  \param fraction  0 to 1
+  /// Sets the finished fraction. Any thread may call this function. \param fraction  0 to 1
   void update(double fraction) { done_.store(fraction, std::memory_order_relaxed); }
   /// Returns a progress callback for a set-up.  \pre this object outlives the callback
   SetupProgress of_setup();

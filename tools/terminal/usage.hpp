@@ -54,7 +54,8 @@ inline constexpr std::int64_t kMost = std::numeric_limits<Integer>::max();
 
 using service::explain;
 
-/// Returns a formatter of --help with lines of at most kLineWidth columns. It prints the footer unchanged.
+/// Returns a formatter of --help with lines of at most kLineWidth columns. The formatter prints the footer
+/// unchanged.
 std::shared_ptr<CLI::FormatterBase> make_help_formatter();
 
 }  // namespace freeflex::tools

@@ -43,7 +43,7 @@ class Blob {
 
 /// A structure in the form in which it is drawn.
 struct Body {
-  std::uint64_t fingerprint = 0;  // of the plan whose motion is shown
+  std::uint64_t fingerprint = 0;  // fingerprint of the plan whose motion is shown
   std::string plan_file;
   Plan plan;          // if it comes from a plan file, only points with stored mode shapes move
   int num_modes = 0;  // number of lowest modes whose shapes are sent
@@ -51,13 +51,13 @@ struct Body {
   std::vector<std::uint32_t> triangles, triangle_links;  // triangles and their links
   std::vector<float> shapes;                             // [-] (3 x points x modes)
   std::size_t num_without_shape = 0;          // number of points of a plan file that have no mode shapes
-  std::vector<std::int32_t> published_links;  // in the order of LOADS
+  std::vector<std::int32_t> published_links;  // published links in the order of LOADS
 };
 /// Returns the body as a Blob.
 std::vector<std::byte> bytes_of(const Body& body);
 
 /// [bytes] Limit of the size of the mode shapes. For larger bodies the page draws only the lowest modes, and
-/// says so.
+/// reports this.
 inline constexpr std::size_t kMostShapeBytes = std::size_t{128} << 20;
 
 /// Makes the body from a scene, with the mode shapes at all points, or from a plan file, with the mode shapes

@@ -138,7 +138,8 @@ void Live::take_status(const BusMessage& message) {
         json_text(Json{{"notice", is_other ? "the daemon runs another plan (fingerprint " +
                                                  fingerprint_text(fingerprint) + ", this page has " +
                                                  fingerprint_text(body_.fingerprint) +
-                                                 "): start freeflex view without a file to see it"
+                                                 "): start freeflex view without a file to see the "
+                                                 "daemon's plan"
                                            : ""}}));
   is_other_ = is_other;
   session_ = status.session;

@@ -66,7 +66,7 @@ class Live {
 
   /// Takes a text from a page: {"push": {"point": index, "force": [x, y, z]}} [N, world axes], or {"push":
   /// null}. In addition "by" is the page's name of at most 32 characters, which the answer repeats. Any
-  /// thread may call it.
+  /// thread may call this function.
   void take_text(std::string_view text);
   /// Sends the push that came since the last call, if there is one.
   void push();
@@ -84,7 +84,7 @@ class Live {
   PageServer* server_ = nullptr;
   struct Unanswered {
     std::int64_t sequence;
-    Json answer;  // for the page that asked: by, point, force
+    Json answer;  // answer for the page that asked: by, point, force
   };
   std::string sender_;                 // name that only this process uses
   std::deque<Unanswered> unanswered_;  // the latest pushes without an answer
@@ -110,8 +110,8 @@ class Live {
 std::vector<std::byte> recorded_motion(Body& body, const std::string& log, const std::string& prefix,
                                        std::optional<std::int64_t> session, std::string& error,
                                        std::string& damage);
-/// Returns the plan or scene that a recording names. If it names none, sets `error` to the reason and returns
-/// an empty text.
+/// Returns the path of the plan or scene that a recording contains. If there is none, sets `error` to the
+/// reason and returns an empty text.
 std::string recorded_plan(const std::string& log, const std::string& prefix,
                           std::optional<std::int64_t> session, std::string& error);
 

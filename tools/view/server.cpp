@@ -102,7 +102,7 @@ class PageServer::Loop {
 
  private:
   class Visitor;
-  /// List of connections of one kind. If it is full, a new connection closes the oldest.
+  /// List of connections of one kind. If the list is full, a new connection closes the oldest connection.
   class ConnectionList {
    public:
     explicit ConnectionList(std::size_t most) : most_(most) {}

@@ -11,7 +11,8 @@ namespace websocket = boost::beast::websocket;
 
 constexpr std::size_t kMostWaiting = 64;  // texts that wait for one browser
 constexpr double kTraffic = 150e3;        // [bytes/s] limit of the states sent to one browser
-constexpr std::chrono::microseconds kLeastInterval{16'000};  // between states: at most 60 a second
+constexpr std::chrono::microseconds kLeastInterval{16'000};  // pause between states: at most 60 states a
+                                                             // second
 constexpr std::size_t kMostFromPage = 4096;                  // [bytes] limit of a text
 constexpr std::chrono::seconds kHandshakeTime{2};            // time limit for opening and for closing
 // silence until a ping is sent, and again until the connection is closed

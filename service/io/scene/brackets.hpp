@@ -1,4 +1,4 @@
-// Finds unclosed brackets in YAML text. libfyaml notices them late and reports a different fault.
+// Finds unclosed brackets in YAML text. libfyaml notices such brackets late and reports a different fault.
 #pragma once
 
 #include <optional>
@@ -16,8 +16,9 @@ struct UnclosedBrackets {
     TextPlace place;
   };
   std::vector<Bracket> brackets;  // innermost first, at least one
-  TextPlace noticed;  // place of the item, wrong closing bracket or end of the text that showed the fault
-  // the closing bracket at that place, if it does not match the innermost one; else 0
+  TextPlace noticed;  // position of the item, of the wrong closing bracket or of the end of the text that
+                      // showed the fault
+  // the closing bracket at that position, if it does not match the innermost one; else 0
   char wrong_closing = 0;
 };
 

@@ -5,7 +5,7 @@
 namespace freeflex::io::reader {
 namespace {
 
-// a field without surrounding blanks, and the place where it starts
+// a field without surrounding blanks, and the position where it starts
 struct Field {
   std::string_view text;
   int column;  // from 1, in characters
@@ -117,7 +117,8 @@ CsvTable::CsvTable(Report& report, int source, std::vector<std::string_view> kno
         std::find(meant.begin(), meant.end(), column) == meant.end())
       missing.push_back(column);
   if (!missing.empty()) {
-    report_.error(header_, "the header has no column " + join(missing) + "; it names columns by commas");
+    report_.error(header_, "the header has no column " + join(missing) +
+                               "; commas must separate the names in the header");
     is_good_ = false;
   }
 }

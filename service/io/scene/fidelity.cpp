@@ -12,7 +12,7 @@ void SceneReader::read_fidelity(const Fields& scene) {
     report_.error(
         fidelity->origin,
         "scene: fidelity is auto without a tolerance; add tolerance: {position: [m], attitude: [rad], "
-        "elastic: share, horizon: [s]}, with at least one of the first three");
+        "elastic: fraction, horizon: [s]}, with at least one of the first three");
   if (!tolerance) return;
   const Fields fields(report_, *tolerance, "tolerance", sections::kTolerance);
   if (!fields.is_mapping()) return;
@@ -39,7 +39,7 @@ void SceneReader::read_fidelity(const Fields& scene) {
   fields.require("horizon", automatic.horizon);
   if (fields.lacks_all({"position", "attitude", "elastic"}))
     report_.error(tolerance->origin,
-                  "tolerance: no error is given; give position [m], attitude [rad] or elastic (share)");
+                  "tolerance: no error is given; give position [m], attitude [rad] or elastic (fraction)");
 }
 
 void SceneReader::read_error_budget(const Node& node) {

@@ -141,7 +141,7 @@ MeantKey find_meant(std::string_view key, const std::vector<std::string_view>& a
   const auto word = std::find(absent.begin(), absent.end(), key.substr(0, colon));
   if (colon == std::string_view::npos || word == absent.end())
     return {nearest_word(key, absent), did_you_mean(key, absent)};
-  return {*word, " (write a blank behind the colon, " +
+  return {*word, " (write a space after the colon: " +
                      quote(std::string(*word) + ": " + std::string(key.substr(colon + 1))) + ")"};
 }
 

@@ -15,8 +15,8 @@
 
 namespace freeflex::io::reader {
 
-/// Each reads a number or a vector. Returns nullopt after reporting a fault, whose text begins with the
-/// label, for example "point 'hub': mass".
+/// Each function reads a number or a vector. Returns nullopt after reporting a fault, whose text begins with
+/// the label, for example "point 'hub': mass".
 std::optional<double> read_number(Report& report, const Node& node, const std::string& label,
                                   const Quantity& quantity);
 std::optional<std::vector<double>> read_numbers(Report& report, const Node& node, const std::string& label,
@@ -69,8 +69,8 @@ class Fields {
   const Key& key(std::string_view key) const { return section_.at(key); }
   std::string label_of(std::string_view key) const { return label_ + ": " + std::string(key); }
 
-  /// Each reads the key into `value` if the key is known, present and valid. Reports a missing key if it is
-  /// required.
+  /// Each function reads the key into `value` if the key is known, present and valid. Reports a missing key
+  /// if it is required.
   void read(std::string_view key, double& value) const;
   void read(std::string_view key, Eigen::Vector3d& value) const;
   /// Reads a number and treats it as required, even if the section says that it is optional.

@@ -32,9 +32,9 @@ using Settings = std::vector<Setting>;
 /// argument: "--set points.hub.mass=41". Returns nullopt if there is no '=', or no text before it.
 std::optional<Setting> parse_setting(const std::string& argument, const std::string& option = "--set");
 
-/// Reads a YAML file into a scene, with the CSV and Matrix Market files that it names relative to itself.
-/// Reports all faults of syntax, keys, types, ranges, references and duplicates at once. A fault of a setting
-/// is reported at the setting's source.
+/// Reads a YAML file into a scene, with its CSV and Matrix Market files; their names are relative to the YAML
+/// file. Reports all faults of syntax, keys, types, ranges, references and duplicates at once. A fault of a
+/// setting is reported at the setting's source.
 SceneResult read_scene(const std::string& path, const Settings& settings = {});
 
 /// A scene in memory, YAML or JSON.
@@ -47,7 +47,7 @@ struct SceneText {
 SceneResult read_scene_text(const SceneText& scene, const Settings& settings = {});
 
 /// Returns "boom.yaml:14:7: error: link 'l3': stiffness -5 N/m, must be > 0", with the source line and a
-/// caret if the place is known.
+/// caret if the position is known.
 std::string format_fault(const Fault& fault, const std::vector<std::string>& sources,
                          bool with_source_line = true);
 /// Returns all faults as a JSON array of {"file","line","column","severity","message"}.

@@ -91,7 +91,9 @@ Key shown(Key made, std::string_view example) {
   return made;
 }
 
-Key name_or_number() { return key("name", Form::kName, "Its name; default: its number, counted from 1."); }
+Key name_or_number() {
+  return key("name", Form::kName, "Name of the item; default: its number, counted from 1.");
+}
 Key true_or_false(std::string_view name, std::string_view about) {
   return words(name, Form::kWord, {"true", "false"}, about);
 }
@@ -141,8 +143,8 @@ Key lumped() {
 }
 Key mean_axial() {
   return true_or_false("mean_axial",
-                       "In the axial direction, the mean of distributed and lumped mass, as in Nastran's "
-                       "bars; default false.");
+                       "The axial mass matrix is the mean of the distributed and the lumped one, as in "
+                       "Nastran's bars; default false.");
 }
 Key mass_per_length() {
   return number("mass_per_length", kMassPerLength, "Mass of the link, along its axis; default 0.");
@@ -162,7 +164,7 @@ const Section kTolerance{
             "With fidelity auto: allowed error of position, root mean square over the points."),
      number("attitude", {"rad", Bound::kPositive}, "With fidelity auto: allowed error of attitude."),
      number("elastic", {"-", Bound::kPositive},
-            "With fidelity auto: allowed error of the elastic displacements, relative to them."),
+            "With fidelity auto: allowed error of the elastic displacements, relative to their size."),
      number("horizon", kHorizon,
             "With fidelity auto, required: time over which the errors must stay within these limits.")}};
 
@@ -190,19 +192,19 @@ const Section kPoint{
 const Section kPointTable{
     "point_table",
     {required(key("csv", Form::kText,
-                  "CSV file, relative to the scene, with the columns mass,x,y,z [kg, m] and, if wanted, "
+                  "CSV file, relative to the scene, with the columns mass,x,y,z [kg, m] and optionally "
                   "name."))}};
 
 const Section kLinkTable{
     "link_table",
     {required(key("csv", Form::kText,
-                  "CSV file, relative to the scene, with the columns from,to, if wanted name, and those of "
-                  "one kind of link."))}};
+                  "CSV file, relative to the scene, with the columns from,to and those of one kind of "
+                  "link, and optionally name."))}};
 
 const Section kRelease{
     "release",
-    {words("from", Form::kWords, {"x", "y", "z"}, "Local axes about which the first end turns freely."),
-     words("to", Form::kWords, {"x", "y", "z"}, "Local axes about which the last end turns freely.")}};
+    {words("from", Form::kWords, {"x", "y", "z"}, "Local axes about which the first end rotates freely."),
+     words("to", Form::kWords, {"x", "y", "z"}, "Local axes about which the last end rotates freely.")}};
 
 const std::vector<Section> kLinks{
     link(chain("spring", "Axial springs along a chain of 2 or more points."),
@@ -211,7 +213,7 @@ const std::vector<Section> kLinks{
          {axial_rigidity(), mass_per_length(), lumped(), mean_axial()}, kElasticLosses),
     link(chain("beam",
                "Beams along a chain of 2 or more points, rigidly joined to the other beams and plates at "
-               "them."),
+               "these points."),
          {axial_rigidity(), required(number("GJ", kRigidity, "Torsional rigidity.")),
           required(number("EIy", kRigidity, "Bending rigidity about local y (deflection along z).")),
           required(number("EIz", kRigidity, "Bending rigidity about local z (deflection along y).")),
@@ -225,12 +227,12 @@ const std::vector<Section> kLinks{
          kRotationLosses),
     link(
         chain("bending", "Springs on the angle at the middle point of every 3 successive points of a chain."),
-        {required(number("stiffness", kAngleStiffness, "Stiffness against change of the angle."))},
+        {required(number("stiffness", kAngleStiffness, "Stiffness against a change of the angle."))},
         kElasticLosses),
     link(chain("torsion",
                "Springs on the dihedral angle about the middle two points of every 4 successive points of a "
                "chain."),
-         {required(number("stiffness", kAngleStiffness, "Stiffness against change of the angle."))},
+         {required(number("stiffness", kAngleStiffness, "Stiffness against a change of the angle."))},
          kElasticLosses),
     link(chain("plate", "Thin triangle of 3 points, membrane and bending."),
          {required(number("E", kModulus, "Young's modulus.")),
@@ -241,14 +243,14 @@ const std::vector<Section> kLinks{
     link(key("matrix", Form::kText, "File with a stiffness matrix [N/m] in Matrix Market format."),
          {matrix_points(),
           key("mass", Form::kText, "File with the mass matrix [kg] of a superelement, in the same format."),
-          true_or_false("rotations", "The matrices have rows of rotations too; default false."),
+          true_or_false("rotations", "The matrices also have rows for rotations; default false."),
           whole("inner", 0.0, kMaxInner, "Rows of inner coordinates after those of the points; default 0.")},
          kElasticLosses),
     link(key("flexibility", Form::kText,
              "File with a flexibility matrix [m/N] in Matrix Market format: displacements per force, with "
              "the body supported in any statically determinate way."),
          {matrix_points()}, kElasticLosses),
-    link(chain("rigid", "Keeps the distance between 2 points, or joins more points to one rigid body."), {},
+    link(chain("rigid", "Keeps the distance between 2 points, or joins more points into one rigid body."), {},
          kRigidLosses),
     link(chain("dashpot", "Dashpots along a chain of 2 or more points."),
          {required(number("damping", kDampingCoefficient, "Tension per rate of elongation."))},
@@ -319,7 +321,7 @@ const Section kSine{"sine",
 
 const Section kTable{
     "table",
-    {required(numbers("times", {}, {"s"}, "Times of the rows, which increase.")),
+    {required(numbers("times", {}, {"s"}, "Times of the rows, in increasing order.")),
      required(numbers("values", {}, kNumber, "Strength at these times, interpolated linearly."))}};
 
 const Section kLoad{
@@ -343,7 +345,7 @@ const Section kLoad{
 const Section kFeedback{
     "feedback",
     {name_or_number(), required(key("at", Form::kReference, "Point on which the force acts.")),
-     key("from", Form::kReference, "Point whose motion is measured; default: the point of at."),
+     key("from", Form::kReference, "Point whose motion is measured; default: the point that at gives."),
      key("displacement", Form::kGain, "Gain of the elastic displacement, body axes.", {"N/m"}),
      key("velocity", Form::kGain, "Gain of the elastic velocity, body axes.", {"N s/m"}),
      key("acceleration", Form::kGain, "Gain of the elastic acceleration, body axes.", {"N s^2/m"})},
@@ -388,7 +390,7 @@ const Section kPublish{
      mapping("loads", kPublishedLoads, "Forces of links."),
      key("groups", Form::kSelection, "Groups whose poses are published with the points; default: all."),
      number("status", kPublicationRate,
-            "Rate of the status; default 10. At least 10 a second are published.")}};
+            "Rate of the status; default 10. At least 10 status messages a second are published.")}};
 
 const Section kCommands{
     "commands",
@@ -442,15 +444,15 @@ const Section kScene{
      mapping("initial", kInitial, "State at the start; default: at rest at the origin."),
      items("wheels", {&kWheel}, "Wheels in bodies.", ""),
      items("loads", {&kLoad},
-           "Forces and torques with a history, which is at most one of pulse, sine and table; default: "
+           "Forces and torques. Each load may have one of pulse, sine and table; without one it is "
            "constant.",
            R"([{"name": "kick", "forces": {"tip": [0, 5, 0]}, "pulse": {"start": 1, "duration": 0.1}}])"),
      items("feedback", {&kFeedback}, "Forces proportional to the motion of a point.",
            R"([{"at": "tip", "velocity": -0.5}])"),
      mapping("leave_out", kLeaveOut, "Features and modes that the plan may omit."),
      mapping("modes", kModes,
-             "Which modes are set up: one of below and count; default: all; if the scene has more than 1235 "
-             "points, the modes below half the rate, at most 300."),
+             "Elastic modes that are set up, by below or by count. Default: all, or, if the scene has more "
+             "than 1235 points, the modes below half the rate, at most 300."),
      mapping("publish", kPublish, "Data that are published, and their rates."),
      mapping("commands", kCommands, "Limits of commands.")}};
 

@@ -26,7 +26,7 @@ enum class Form {
   kItems,      // a list of mappings, each with the keys of one of `sections`; or a single such mapping
 };
 
-/// What the keys of a mapping are, for a key that has one value of the form for each name or mode.
+/// The kind of the keys of a mapping, for a key that has one value of the form for each name or mode.
 enum class Per { kNothing, kName, kNewName, kMode };
 
 struct Section;
@@ -60,7 +60,7 @@ struct Section {
 
   /// Returns the key; nullptr if it is not in the section.
   const Key* find(std::string_view key) const;
-  /// Returns the key.  \pre it is in the section
+  /// Returns the key. \pre the key is in the section
   const Key& at(std::string_view key) const { return *find(key); }
   std::vector<std::string_view> names() const;
 };

@@ -37,7 +37,7 @@ const std::vector<std::string_view> kColumns{
 /// allowed for every kind.
 struct TableForm {
   std::string_view kind;
-  std::vector<Column> required, optional;  // in addition to from and to
+  std::vector<Column> required, optional;  // columns in addition to from and to
   LossRefusal losses;
   LinkKind (*read)(const CsvTable& table, const CsvRow& row, const std::string& label);
 };
@@ -144,10 +144,10 @@ void SceneReader::read_links_table(const Node& node) {
   const TableForm* form = form_of(table);
   if (!form) {
     report_.error(table.header(),
-                  "the columns give no kind of link; beside from and to they must be stiffness (springs), EA "
-                  "and, if wanted, mass_per_length (bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz, "
-                  "mass_per_length (beams), damping (dashpots), or third, E, nu, thickness and, if wanted, "
-                  "density (plates)");
+                  "the columns do not give a kind of link; in addition to from and to there must be "
+                  "stiffness (for springs); EA and optionally mass_per_length (for bars); EA, GJ, EIy, EIz "
+                  "and optionally GAy, GAz, mass_per_length (for beams); damping (for dashpots); or third, "
+                  "E, nu, thickness and optionally density (for plates)");
     return links_.mark_incomplete();
   }
   const auto check_loss = [&](Column column, std::string_view refusal) {

@@ -40,7 +40,7 @@ std::string count_points(std::size_t count) {
 std::string describe_repeated(const std::string& label, const std::string& point, std::size_t size) {
   if (size == 2) return label + " joins the point " + quote(point) + " to itself";
   return label + " names the point " + quote(point) + " twice among " + std::to_string(size) +
-         " that follow one another, must be different points";
+         " successive points, must be different points";
 }
 
 LinkKind read_spring(Report&, const Fields& fields) {
@@ -57,14 +57,14 @@ MassDistribution read_mass_distribution(Report& report, const Fields& fields, bo
     if (!has_mass)
       report.error(node->origin,
                    fields.label_of(key) +
-                       " sets how the mass of the link is distributed, and it has none; give one, or "
-                       "leave this out");
+                       " sets how the mass of the link is distributed, but the link has no mass; give a "
+                       "mass, or remove this key");
     return fields.read_word(key) == 0;
   };
   const bool is_lumped = is_set("lumped"), is_mean = is_set("mean_axial");
   if (is_lumped && is_mean)
     report.error(fields.origin(),
-                 fields.label() + ": its mass is lumped or has mean_axial; keep one of them");
+                 fields.label() + ": lumped and mean_axial exclude each other; remove one of them");
   if (is_lumped) return MassDistribution::kLumped;
   return is_mean ? MassDistribution::kMeanAxial : MassDistribution::kConsistent;
 }
@@ -87,13 +87,14 @@ void read_released(Report& report, const Node& node, const std::string& label,
     return report.error(
         node.origin,
         label + (is_list ? " has " + std::to_string(node.items.size()) + " items" : " is " + describe(node)) +
-            ", must be a list of x, y, z: the local axes about which the end turns freely");
+            ", must be a list of x, y, z: the local axes about which the end rotates freely");
   for (const Node* item : is_list ? node.items : single) {
     const std::size_t axis = item->text.size() == 1 ? kLetters.find(item->text) : std::string_view::npos;
     if (axis == std::string_view::npos) {
       report.error(item->origin, label + " holds " +
                                      (item->kind == Node::Kind::kEmpty ? "nothing" : describe(*item)) +
-                                     ", must be x, y or z: the local axes about which the end turns freely");
+                                     ", must be x, y or z: the local axes about which the end rotates "
+                                     "freely");
       continue;
     }
     if (released[axis])

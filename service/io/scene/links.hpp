@@ -6,7 +6,7 @@
 
 namespace freeflex::io::reader {
 
-/// Returns the first point that a link names twice, or nullopt.
+/// Returns the first point that a link lists twice, or nullopt.
 std::optional<int> find_repeated(const std::vector<int>& points);
 
 }  // namespace freeflex::io::reader

@@ -35,12 +35,11 @@ void SceneReader::read_load(const Node& node) {
   if (wrenches) read_wrenches(fields, *wrenches, load);
   if (wrenches && load.axes == Axes::kLocal)
     report_.error(wrenches->origin, fields.label() +
-                                        ": wrenches with axes local: a group has no one local rotation; use "
-                                        "axes body, or forces on its points");
+                                        ": wrenches with axes local: a group has no single local rotation; "
+                                        "use axes body, or forces on its points");
   if (const Node* const axes = fields.find("axes"); axes && wheels && !forces && !wrenches && !torques)
-    report_.error(
-        axes->origin,
-        fields.label() + ": axes has no effect on wheels, which have axes of their own; leave it out");
+    report_.error(axes->origin,
+                  fields.label() + ": axes has no effect on wheels, which have axes of their own; remove it");
   if (fields.lacks_all({"forces", "wrenches", "torques", "wheels"}))
     report_.missing(node, "forces",
                     fields.label() + " has neither forces, wrenches, torques nor wheels; it must have one");

@@ -16,7 +16,7 @@ double left_of(__rlimit_resource resource, double taken_MB, double otherwise) {
   rlimit limit{};
   if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return otherwise;
   constexpr double kBuffer = 1e-6 * static_cast<double>(kBlasBuffer);
-  // never 0, which means unknown
+  // at least 1, because 0 means unknown
   return std::clamp(1e-6 * static_cast<double>(limit.rlim_cur) - taken_MB - kBuffer, 1e-3, otherwise);
 }
 

@@ -13,7 +13,7 @@ namespace {
 using Place = std::tuple<int, int, int>;  // source, line, column
 Place place_of(const Origin& origin) { return {origin.source, origin.line, origin.column}; }
 
-// returns the places where the items of a scene begin
+// returns the positions where the items of a scene begin
 std::set<Place> find_items(const Scene& scene) {
   std::set<Place> places;
   const auto add = [&](const auto& items) {
@@ -42,7 +42,7 @@ void report_num_points(const Scene& scene, bool is_whole, Report& report) {
 void report_physics(const Scene& scene, const std::vector<Origin>& other_places, Report& report) {
   std::set<Place> items = find_items(scene);
   for (const Origin& origin : other_places) items.insert(place_of(origin));
-  // returns the last item that begins at or before a place
+  // returns the last item that begins at or before a position
   const auto owner = [&](const Origin& origin) {
     const auto after = items.upper_bound(place_of(origin));
     return after == items.begin() ? Place{-1, 0, 0} : *std::prev(after);

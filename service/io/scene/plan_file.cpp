@@ -36,7 +36,7 @@ PlanResult load_plan_file(const std::string& path) {
     if (problem.empty()) result.plan = plan_from_bytes(std::as_bytes(std::span(text)), problem);
   } catch (const std::bad_alloc&) {
     std::error_code ignored;
-    problem = "memory ran out while the plan was read, whose file has " +
+    problem = "memory ran out while the plan file was read; it has " +
               std::to_string(std::filesystem::file_size(path, ignored)) + " bytes" + kMoreMemory;
   }
   if (!result.plan) result.faults.push_back({Fault::Severity::kError, {0, 0, 0}, problem});
@@ -51,8 +51,8 @@ void change_rate(double rate, PlanResult& result) {
   if (fault.empty()) return;
   result.faults.push_back({Fault::Severity::kError,
                            {0, 0, 0},
-                           "--rate " + reader::format_number(rate) + " does not suit the scene: " + fault +
-                               "; take a higher one"});
+                           "--rate " + reader::format_number(rate) +
+                               " is not possible for the scene: " + fault + "; use a higher rate"});
   result.plan.reset();
 }
 
@@ -76,8 +76,8 @@ PlanResult refuse_settings(const std::string& path, const Settings& settings) {
   result.faults.push_back({Fault::Severity::kError,
                            {0, 0, 0},
                            "'" + path +
-                               "' is a plan, whose set-up is done: values are set in a scene, before its "
-                               "set-up; name the scene that the plan was made from"});
+                               "' is a plan: values can be set only in a scene, before its set-up; name "
+                               "the scene that the plan was made from"});
   return result;
 }
 

@@ -51,8 +51,8 @@ SceneResult refuse_for_memory(const std::string& name) {
   return {std::nullopt,
           {{Fault::Severity::kError,
             {0, 0, 0},
-            "memory ran out while the scene was read; put points and links into CSV files, which take less, "
-            "take fewer of them, or allow more memory (ulimit -v)"}},
+            "memory ran out while the scene was read; put points and links into CSV files, which need less "
+            "memory, use fewer points and links, or allow more memory (ulimit -v)"}},
           {name}};
 }
 
@@ -226,7 +226,7 @@ void SceneReader::read_modes(const Node& node) {
   if (count != std::floor(count) || !range.holds(count))
     report_.error(fields.find("count")->origin,
                   "modes: count is " + format_number(count) + ", must be a whole number from 1 to " +
-                      format_number(range.most) + ", what one state message can carry");
+                      format_number(range.most) + ", the most that one state message can hold");
   else if (fields.find("count"))
     modes.count = static_cast<int>(count);
   if (fields.find("below") && fields.find("count"))
@@ -316,7 +316,7 @@ void SceneReader::read_publish(const Node* node) {
   const std::vector<int> all_points = every(scene_.points.size());
   std::vector<int> all_links;
   for (std::size_t i = 0; i < scene_.links.size(); ++i)
-    // links that publish a force for each of their points are published only if the scene names them
+    // links that publish a force for each of their points are published only if the scene lists them
     if (!has_point_forces(scene_.links[i]) && publishes_forces(scene_, scene_.links[i]))
       all_links.push_back(static_cast<int>(i));
   publication.groups = every(scene_.groups.size());
@@ -345,10 +345,12 @@ void SceneReader::warn_of_defaults() {
   if (report_.has_error() || !scene_.publication.points.empty() || !scene_.publication.groups.empty()) return;
   report_.warning(
       scene_.points.front().origin,
-      "none of the " + std::to_string(scene_.points.size()) + " points is published: above " +
-          std::to_string(kMostByDefault) +
-          " points, only named points and links are published, take commands or are listed on the bus; name "
-          "them in 'publish: points: of', 'publish: loads: of' and 'commands: points', or in groups");
+      "none of the " + std::to_string(scene_.points.size()) +
+          " points is published: in a scene of more than " + std::to_string(kMostByDefault) +
+          " points, only points and links that the scene names are published, can be pushed and are listed "
+          "on "
+          "the bus; name them in 'publish: points: of', 'publish: loads: of' and 'commands: points', or in "
+          "groups");
 }
 
 void SceneReader::read_commands(const Node* node) {
@@ -373,7 +375,7 @@ void SceneReader::read_commands(const Node* node) {
                       format_number(ages.least) + " s: between slow ticks, commands are read every 50 ms");
   if (const double share = scene_.command_limits.sender_share; !fields.key("sender_share").range.holds(share))
     report_.error(fields.find("sender_share")->origin,
-                  "commands: sender_share is " + format_number(share) + ", must be a share, at most 1");
+                  "commands: sender_share is " + format_number(share) + ", must be a fraction, at most 1");
 }
 
 }  // namespace reader

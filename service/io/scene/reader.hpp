@@ -30,7 +30,7 @@ class SceneReader {
   /// links.
   bool is_judged() const { return points_.size() > 0 && points_.is_complete() && links_.size() <= kMaxLinks; }
 
-  /// Places where sections begin, and places of links that could not be read.
+  /// Positions where sections begin, and positions of links that could not be read.
   const std::vector<Origin>& other_places() const { return other_places_; }
 
  private:
@@ -129,8 +129,9 @@ class SceneReader {
 void report_num_points(const Scene& scene, bool is_whole, Report& report);
 
 /// Reports faults of physics, except in items of the scene that have a fault of reading.
-/// \param other_places  places where text begins that belongs to no item; without them its faults would be
-///   assigned to the item before
+/// \param other_places  positions where text begins that belongs to no item; without them, faults of such
+/// text
+///   would be assigned to the item before
 void report_physics(const Scene& scene, const std::vector<Origin>& other_places, Report& report);
 
 }  // namespace freeflex::io::reader

@@ -109,7 +109,7 @@ std::vector<Origin> Report::targets(const Origin& fault) const {
 std::optional<int> Report::open(const std::string& path, Origin asked) {
   if (const auto known = opened_.find(path); known != opened_.end()) {
     if (known->second >= 0) return known->second;
-    return std::nullopt;  // was reported where the file was first named
+    return std::nullopt;  // the fault was reported where the file was first named
   }
   if (opened_.size() >= kMaxFiles) {
     error(asked, "more than " + std::to_string(kMaxFiles) + " files; merge some of them");

@@ -33,7 +33,8 @@ inline constexpr std::size_t kMaxLinks = 1'048'576;
 inline constexpr std::size_t kMaxLoads = 256;
 inline constexpr std::size_t kMaxFeedbacks = 256;
 inline constexpr std::size_t kMaxMatrixEntries = std::size_t{16} << 20;  // before entries are mirrored
-inline constexpr std::size_t kMaxMentions = std::size_t{8} << 20;  // points, links and groups named in lists
+inline constexpr std::size_t kMaxMentions = std::size_t{8} << 20;  // largest number of points, links and
+                                                                   // groups in lists
 inline constexpr std::size_t kMaxFaults = 1000;
 
 /// Reads a regular file of at most max_bytes into `text`. Returns an empty string, or the reason why the file
@@ -49,9 +50,9 @@ class Report {
   Report(const Report&) = delete;
   Report& operator=(const Report&) = delete;
 
-  /// Adds an error. Ignores an error if an earlier item has an error at the same place: it is the same fault,
-  /// reached again through an alias or through a setting of several items. Also ignores a message that was
-  /// already reported at the same place.
+  /// Adds an error. Ignores an error if an earlier item has an error at the same position: this is the same
+  /// fault, reached again through an alias or through a setting of several items. Also ignores a message that
+  /// was already reported at the same position.
   void error(Origin origin, std::string message);
   /// Reports a missing key of a mapping, unless it was reported for another mapping that this mapping merges.
   void missing(const Node& mapping, std::string_view key, std::string message);
@@ -61,18 +62,19 @@ class Report {
   bool is_full() const { return faults_.size() >= kMaxFaults; }
 
   /// Reads a file as a source, whose bytes text() then returns. Returns the index of the source; nullopt
-  /// after reporting, at the place `asked`, why the file cannot be read. A file that is named twice is one
+  /// after reporting, at the position `asked`, why the file cannot be read. A file that is named twice is one
   /// source.
   std::optional<int> open(const std::string& path, Origin asked);
   /// Adds a text as a source and returns its index.
   int add_text(const std::string& name, std::string_view text);
-  /// Adds a setting as a source, with its value as text, and returns its index. Places in it have no line.
+  /// Adds a setting as a source, with its value as text, and returns its index. Positions in a setting have
+  /// no line.
   int add_setting(const Setting& setting);
   bool is_setting(int source) const { return settings_.contains(source); }
-  /// Records a place in the scene at which a setting put its value.
+  /// Records a position in the scene at which a setting put its value.
   void note_target(int setting, const Origin& place) { settings_[setting].push_back(place); }
-  /// Returns the places in the scene at which the setting that has the fault put its value; if the fault is
-  /// not in a setting, the place of the fault.
+  /// Returns the positions in the scene at which the setting that has the fault put its value; if the fault
+  /// is not in a setting, the position of the fault.
   std::vector<Origin> targets(const Origin& fault) const;
 
   std::string_view text(int source) const { return *texts_[static_cast<std::size_t>(source)]; }
@@ -106,12 +108,12 @@ class Report {
   std::vector<std::string> sources_;
   std::vector<std::unique_ptr<std::string>> texts_;
   std::map<std::string, int> opened_;
-  std::map<int, std::vector<Origin>> settings_;  // places, by source
+  std::map<int, std::vector<Origin>> settings_;  // positions, by source
   std::vector<Origin> unresolved_;
   int item_ = 0, num_items_ = 0;
   std::map<Place, First> first_errors_;
   std::set<std::pair<Place, std::string>>
-      missing_;  // keys that were reported as missing, and the places of their mappings
+      missing_;  // keys that were reported as missing, and the positions of their mappings
   XXH3_state_s* hash_;
 };
 
@@ -129,7 +131,7 @@ class ItemOfReport {
   int before_;
 };
 
-/// Returns "at boom.yaml:3:5"; "on line 3" if the place is in the file of `near`; or "by --set
+/// Returns "at boom.yaml:3:5"; "on line 3" if the position is in the file of `near`; or "by --set
 /// points.hub.name=tip".
 std::string describe_place(const Report& report, const Origin& place, const Origin& near);
 

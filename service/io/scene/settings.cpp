@@ -107,7 +107,7 @@ std::string parse_path(const std::string& path, std::vector<PathStep>& steps) {
       step.text = path.substr(step.begin, i - step.begin);
       if (step.text.find_first_of("[]{}\"' \t=,") != std::string::npos)
         return quote(step.text) + " must be a key, a name, a number or *" + at(step.begin) +
-               "; keys and names stand behind dots, as in points.hub.mass";
+               "; separate keys and names by dots, as in points.hub.mass";
     }
     if (step.text.empty()) return "a key or a name is missing" + at(step.begin);
     step.end = i;
@@ -121,7 +121,9 @@ SceneSettings::SceneSettings(Report& report, YamlTree& tree, const Settings& set
     : report_(report), tree_(tree) {
   if (settings.size() > kMaxSettings) {
     report_.error({}, std::to_string(settings.size()) + " values are set, at most " +
-                          std::to_string(kMaxSettings) + " may be; write them into the scene or its tables");
+                          std::to_string(kMaxSettings) +
+                          " are allowed; write them into the scene or its "
+                          "tables");
     return;
   }
   settings_.reserve(settings.size());
@@ -220,7 +222,9 @@ void SceneSettings::set_in_mapping(Node& mapping, const Section& section, std::s
   if (!key) return refuse_key(section, step);
   const bool is_last = step + 1 == current_->steps.size();
   if (is_last && key->form == Form::kName && step > 0)
-    return refuse(before(step + 1) + ": names are what paths and the scene refer to; change it in the scene");
+    return refuse(before(step + 1) +
+                  ": a name cannot be set, because paths and the scene refer to it; "
+                  "change it in the scene");
   if (is_last) return put(mapping, at.text);
   if (key->per != Per::kNothing) {
     if (Node* names = find_mapping(mapping, at.text)) set_in_names(*names, *key, step + 1);
@@ -238,7 +242,7 @@ void SceneSettings::set_in_names(Node& mapping, const Key& key, std::size_t step
   std::vector<std::string> names;
   if (current_->steps[step].is_all()) {
     for (const auto& [name, value] : mapping.entries) names.push_back(name->text);
-    if (names.empty()) return refuse(before(step) + " is empty: there is nothing that * could stand for");
+    if (names.empty()) return refuse(before(step) + " is empty, so * matches nothing");
   } else {
     names.push_back(current_->steps[step].text);
   }
@@ -348,7 +352,7 @@ void SceneSettings::refuse_untaken(const Key& key, std::size_t step) {
   if (takers.empty())
     return refuse(before(step + 1) + ": unknown key " + quote(wanted) + did_you_mean(wanted, known) +
                   "; allowed: " + join(known));
-  refuse(before(step + 1) + ": no item here takes " + wanted + ", which is a key of " + join(takers));
+  refuse(before(step + 1) + ": no item here can have the key " + wanted + "; it is a key of " + join(takers));
 }
 
 void SceneSettings::refuse_name(std::size_t step) {
@@ -359,7 +363,7 @@ void SceneSettings::refuse_name(std::size_t step) {
     joined += "." + current_->steps[next].text;
     if (std::find(names.begin(), names.end(), joined) != names.end())
       return refuse(before(step) + ": none is named " + quote(current_->steps[step].text) +
-                    "; a name with dots stands in quotes: " + before(step) + ".\"" + joined + "\"");
+                    "; write a name with dots in quotes: " + before(step) + ".\"" + joined + "\"");
   }
   const std::string& wanted = current_->steps[step].text;
   const std::vector<std::string_view> views(names.begin(), names.end());

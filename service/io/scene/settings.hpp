@@ -15,7 +15,7 @@ namespace freeflex::io::reader {
 /// One step of a path: the text between two dots.
 struct PathStep {
   std::string text;
-  bool is_quoted = false;  // true: a name, even if it is a number or *
+  bool is_quoted = false;  // true: the text is a name, even if it is a number or *
   std::size_t begin = 0;   // offset in the path [bytes]
   std::size_t end = 0;
 
@@ -57,7 +57,7 @@ class SceneSettings {
     bool is_refused = false;  // true: a fault was reported
     bool is_matched = false;
     const Key* rows = nullptr;         // the list whose tables may have the row
-    std::size_t row_step = 0;          // the step that names the row
+    std::size_t row_step = 0;          // the step that selects the row
     std::vector<std::string> names{};  // names of the items and rows that did not match
   };
 

@@ -1,4 +1,4 @@
-// Reads the tables that a scene names: CSV files of points and links, Matrix Market files of stiffness and
+// Reads the tables of a scene: CSV files of points and links, Matrix Market files of stiffness and
 // flexibility.
 #pragma once
 
@@ -60,7 +60,7 @@ class CsvTable {
   /// Returns false if the header has a fault; no row is then read.
   bool is_good() const { return is_good_; }
   bool has(std::string_view column) const;
-  /// Returns the place of the header line.
+  /// Returns the position of the header line.
   const Origin& header() const { return header_; }
   /// Calls `take` for each row that has as many fields as the header, and reports all other rows. Stops if
   /// `take` returns false. Returns true if every line was a valid row.
@@ -77,7 +77,7 @@ class CsvTable {
   int num_rows_ = 0;
   std::vector<std::string_view> known_;
   Origin header_;
-  std::vector<int> known_of_field_;  // for each field, its index in known_; -1: unknown
+  std::vector<int> known_of_field_;  // index of each field in known_; -1: unknown
   bool is_good_ = true;
 };
 
@@ -90,7 +90,7 @@ struct MatrixContent {
 
 /// Reads a symmetric matrix from Matrix Market text: coordinate or array, real or integer, symmetric or
 /// general. A general matrix must be symmetric within 1e-9 of its largest entry; each entry and its mirror
-/// are averaged. If there is a fault, it is reported and the matrix is not changed.
+/// are averaged. If there is a fault, reports it and does not change the matrix.
 void read_matrix_market(Report& report, int source, const MatrixContent& content,
                         Eigen::SparseMatrix<double>& matrix);
 

@@ -1,4 +1,4 @@
-// Parses YAML text into a tree that stores the place of every node. Only yaml.cpp uses libfyaml.
+// Parses YAML text into a tree that stores the position of every node. Only yaml.cpp uses libfyaml.
 #pragma once
 
 #include <deque>

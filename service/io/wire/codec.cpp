@@ -54,7 +54,7 @@ void check_head(std::span<const std::byte> bytes, std::int64_t session, Admissio
   }
 }
 
-/// Refuses an envelope. Reads its body only to find the sender for the answer.
+/// Refuses an envelope. Reads the body of such a message only to find the sender for the answer.
 Admission refuse_envelope(std::span<const std::byte> bytes) {
   Admission admission;
   const std::optional<std::span<const std::byte>> body = find_body(bytes);
@@ -158,7 +158,7 @@ Admission decode_control(std::span<const std::byte> bytes, std::int64_t session,
     command = {admission.sender, message.sequence, message.command, message.count, {}};
     if (message.target.size() >= kSenderSize) {
       admission.reason = Reason::kBadControl;
-      print(admission.text, "target of %zu characters, a sender's name has at most %d", message.target.size(),
+      print(admission.text, "target of %zu characters, must be at most %d", message.target.size(),
             kSenderSize - 1);
       return admission;
     }

@@ -29,8 +29,8 @@ namespace freeflex::io {
 template <class Command>
 Reason check_layout(std::span<const std::byte> bytes, std::span<char> text = {}) noexcept;
 
-/// Points, groups and wheels that a command may name. Trivially copyable, so that the table can be in shared
-/// memory.
+/// Points, groups and wheels to which a command may refer. Trivially copyable, so that the table can be in
+/// shared memory.
 struct NameTable {
   std::int32_t num_points = 0;  // number of points of the scene
   std::int32_t num_groups = 0;
@@ -75,7 +75,7 @@ struct ControlCommand {
 };
 
 /// Outcome of decoding. After a rejection, sender and sequence are as far as they could be read, and text
-/// (NUL-terminated) says what was found and what is allowed.
+/// (NUL-terminated) gives what was found and what is allowed.
 struct Admission {
   Reason reason = Reason::kAccepted;
   std::array<char, kSenderSize> sender{};
@@ -122,8 +122,7 @@ Admission decode_control(std::span<const std::byte> bytes, std::int64_t session,
 
 /// Converts a core command into a message; the bits of every double are kept.
 freeflex_msgs::force_t to_message(const ForceCommand& command, std::int64_t session, std::int64_t utime);
-/// Converts a decoded message whose lengths are trusted, from a log. Returns the same reasons as
-/// decode_force.
+/// Converts a decoded message whose lengths are trusted, from a log. Gives the same reasons as decode_force.
 Admission from_message(const freeflex_msgs::force_t& message, const NameTable& table,
                        ForceCommand& command) noexcept;
 

@@ -133,7 +133,7 @@ Reason check_points(const ForceCommand& command, const NameTable& table, Text te
       return Reason::kNotPushable;
     }
     if (seen.test(*place)) {
-      print(text, "forces[%d]: point %d is named twice, must be named once", i, entry.point);
+      print(text, "forces[%d]: point %d is listed twice, must be listed once", i, entry.point);
       return Reason::kDuplicatePoint;
     }
     seen.set(*place);
@@ -171,7 +171,7 @@ Reason check_torques(const ForceCommand& command, const NameTable& table, Text t
       return Reason::kNotPushable;
     }
     if (seen.test(*place)) {
-      print(text, "torques[%d]: point %d is named twice, must be named once", i, entry.point);
+      print(text, "torques[%d]: point %d is listed twice, must be listed once", i, entry.point);
       return Reason::kDuplicatePoint;
     }
     seen.set(*place);
@@ -206,7 +206,7 @@ Reason check_wheels(const ForceCommand& command, const NameTable& table, Text te
       return Reason::kNotPushable;
     }
     if (seen.test(wheel)) {
-      print(text, "wheels[%d]: wheel %d is named twice, must be named once", i, entry.wheel);
+      print(text, "wheels[%d]: wheel %d is listed twice, must be listed once", i, entry.wheel);
       return Reason::kDuplicatePoint;
     }
     seen.set(wheel);
@@ -260,7 +260,7 @@ Reason check_wrenches(const ForceCommand& command, const NameTable& table, Text 
       return Reason::kNotPushable;
     }
     if (seen.test(group)) {
-      print(text, "wrenches[%d]: group %d is named twice, must be named once", i, entry.group);
+      print(text, "wrenches[%d]: group %d is listed twice, must be listed once", i, entry.group);
       return Reason::kDuplicatePoint;
     }
     seen.set(group);
@@ -290,13 +290,13 @@ Reason check_scope(const ForceCommand& command, const NameTable& table, Text tex
       return Reason::kAccepted;
     case Need::kRotation:
       print(text,
-            "the forces have a moment about the centre of mass, and rotation is left out: leave_out of the "
-            "scene can keep it or replan");
+            "the forces have a moment about the centre of mass, but the plan omits rotation: keep rotation "
+            "or set on_need: replan in leave_out of the scene");
       break;
     case Need::kOutOfPlane:
       print(text,
-            "a load is not in the plane (normal %g, %g, %g in body axes), and out_of_plane is left out: "
-            "leave_out can keep it or replan",
+            "a load is not in the plane (normal %g, %g, %g in body axes), but the plan omits out_of_plane: "
+            "leave_out can keep it or set on_need: replan",
             table.scope.normal_B[0], table.scope.normal_B[1], table.scope.normal_B[2]);
       break;
   }
@@ -350,11 +350,11 @@ Reason check_control(const ControlCommand& command, std::span<char> text) noexce
   if (command.command == Control::CLEAR) {
     if (command.target != service::kEverySender && !is_valid_sender(command.target)) {
       print(text,
-            "command 8 clears the sender that target names, or \"*\", every sender of the bus: name one");
+            "command 8 (clear) needs a target: the name of a sender, or \"*\" for every sender of the bus");
       return Reason::kBadControl;
     }
   } else if (command.target != std::array<char, kSenderSize>{}) {
-    print(text, "command %d with a target: only 8 clear has one", command.command);
+    print(text, "command %d with a target: only command 8 (clear) may have one", command.command);
     return Reason::kBadControl;
   }
   if (command.count < least || command.count > most) {

@@ -68,7 +68,9 @@ Reason check_front(std::span<const std::byte> bytes, std::int64_t fingerprint, s
   }
   if (*found == fingerprint) return Reason::kAccepted;
   if (const EarlierType* const earlier = find_earlier(bytes)) {
-    print(text, "sent by version %s of the messages, must be of %s: generate from the daemon's .lcm files",
+    print(text,
+          "sent by version %s of the messages, must be of %s: generate your code from the daemon's "
+          ".lcm files",
           earlier->version, kMessagesVersion);
   } else {
     print(text, "fingerprint %016llx: another type or version of the protocol, must be %016llx",
@@ -171,7 +173,9 @@ Reason check_layout(std::span<const std::byte> bytes, std::span<char> text) noex
   const Reason front = check_front(bytes, Command::getHash(), text);
   if (front != Reason::kAccepted) return front;
   if (!read_head(bytes)) {
-    print(text, "the %zu bytes end before the sequence, or the sender is not one terminated string",
+    print(text,
+          "the %zu bytes end before the sequence number, or the sender is not a single terminated "
+          "string",
           bytes.size());
     return Reason::kMalformed;
   }

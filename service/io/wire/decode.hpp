@@ -18,8 +18,8 @@ bool decode_walked(std::span<const std::byte> bytes, Message& message) {
   return message.decode(bytes.data(), 0, size) == size;
 }
 
-/// Decodes untrusted bytes from a file or the bus. Returns false if they are not exactly one message of this
-/// type and version.
+/// Decodes untrusted bytes from a file or the bus. Returns false if the bytes are not exactly one message of
+/// this type and version.
 template <wire::HasLayout Message>
 bool decode_message(std::span<const std::byte> bytes, Message& message) {
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) return false;

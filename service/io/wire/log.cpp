@@ -51,8 +51,8 @@ LogReader::Head LogReader::parse_head(std::string_view bytes) {
 }
 
 /// Returns the offset of the record with the next number inside a record's body, if it is there. In that case
-/// a length of the outer record is wrong. If a message contains a piece of another log, that piece has other
-/// numbers.
+/// a length of the outer record is wrong. If a message contains a piece of another log, the records of that
+/// piece have other numbers.
 std::optional<std::size_t> LogReader::find_next_record(std::string_view body, std::uint64_t number) {
   for (std::size_t at = body.find(kSync); at != body.npos; at = body.find(kSync, at + 1)) {
     const std::int64_t room = static_cast<std::int64_t>(body.size() - at) - kLogHeaderBytes;
@@ -98,8 +98,8 @@ bool LogReader::read_head(std::int64_t offset) {
   if (found == 0) return fail(offset, "cannot be read");
   if (start != kSync.substr(0, start.size())) return fail(offset, kNoRecord);
   if (found != bytes.size())
-    return fail(offset, "the file ends inside a record, of whose header " + std::to_string(found) + " of " +
-                            std::to_string(kLogHeaderBytes) + " bytes are there");
+    return fail(offset, "the file ends inside a record, after " + std::to_string(found) + " of " +
+                            std::to_string(kLogHeaderBytes) + " bytes of its header");
   head_ = parse_head({bytes.data(), bytes.size()});
   return head_.is_possible() || fail(offset, "record with impossible lengths");
 }
@@ -114,19 +114,20 @@ bool LogReader::is_followed(std::int64_t end) {
   return std::string_view(bytes.data(), wanted) == kSync.substr(0, wanted) || fail(end, kNoRecord);
 }
 
-/// Reads a record into head_ and body_. If it is not complete, returns false and sets flaw_ to the cause.
+/// Reads a record into head_ and body_. If the record is not complete, returns false and sets flaw_ to the
+/// cause.
 bool LogReader::read_record(std::int64_t offset) {
   if (!read_head(offset)) return false;
   const std::int64_t all = kLogHeaderBytes + head_.body_bytes(), there = size_ - offset;
   if (all > there)
-    return fail(offset, "the file ends inside a record, of which " + std::to_string(there) + " of " +
-                            std::to_string(all) + " bytes are there");
+    return fail(offset, "the file ends inside a record, after " + std::to_string(there) + " of " +
+                            std::to_string(all) + " bytes");
   body_.resize(static_cast<std::size_t>(head_.body_bytes()));
   if (std::fread(body_.data(), 1, body_.size(), file_.get()) != body_.size())
     return fail(offset, "record cannot be read");
   if (!is_followed(offset + all)) return false;
   if (const auto inner = find_next_record(body_, head_.number))
-    return fail(offset, "the lengths of this record take in the next one, at byte " +
+    return fail(offset, "the lengths of this record include the next record, at byte " +
                             std::to_string(offset + kLogHeaderBytes + static_cast<std::int64_t>(*inner)));
   return true;
 }
@@ -141,8 +142,8 @@ void LogReader::give(std::int64_t offset, LogEvent& event) const {
 }
 
 /// Returns true if a complete record at the offset can follow the last record: its number is larger, or it is
-/// 0 because a second log was appended. This excludes records of a log inside a message, which have numbers
-/// of their own.
+/// 0 because a second log was appended. This rule excludes records of a log inside a message, which have
+/// numbers of their own.
 bool LogReader::is_continuation(std::int64_t offset) {
   if (!read_head(offset) || kLogHeaderBytes + head_.body_bytes() > size_ - offset) return false;
   if (number_ && head_.number != 0 && head_.number <= *number_) return false;

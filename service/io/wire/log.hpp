@@ -22,7 +22,8 @@ inline constexpr std::int64_t kLogHeaderBytes = 28;
 
 /// One recorded message.
 struct LogEvent {
-  std::int64_t offset = 0;  // [bytes] of the record in the file; the channel begins kLogHeaderBytes later
+  std::int64_t offset = 0;  // [bytes] offset of the record in the file; the channel begins kLogHeaderBytes
+                            // later
   std::int64_t utime = 0;   // [us] time of recording
   std::string channel;
   std::vector<std::byte> bytes;
@@ -38,7 +39,7 @@ struct LogDamage {
 /// Reads an LCM event log record by record. liblcm's own reader skips to the next bytes that look like a
 /// record, and treats damage as the end of the file. This reader requires that every record begins where the
 /// previous record ends, that no record contains the next one, and that the file ends where the last record
-/// ends. It skips ranges without a complete record; damage() reports them.
+/// ends. The reader skips ranges without a complete record; damage() reports them.
 class LogReader {
  public:
   /// Opens a log; error() is not empty if the file cannot be read.
@@ -146,7 +147,7 @@ class RecordEnds {
 class LogWriter {
  public:
   explicit LogWriter(const std::string& path);
-  /// Writes a record.  \param utime  [us] its time stamp
+  /// Writes a record. \param utime  [us] time stamp of the message
   void write(const std::string& channel, std::int64_t utime, std::span<const std::byte> bytes);
   /// Flushes the file and gives it its final name. Returns an empty string, or the first error.
   std::string close();

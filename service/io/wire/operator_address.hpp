@@ -13,7 +13,8 @@
 
 namespace freeflex::service {
 
-/// First part of the names of all senders on the operator's socket. No other sender's name begins with it.
+/// First part of the names of all senders on the operator's socket. No other name of a sender begins with
+/// this part.
 inline constexpr std::string_view kOperatorSender = "local.";
 inline bool is_operator(const std::array<char, kSenderSize>& sender) noexcept {
   return std::string_view(sender.data(), kOperatorSender.size()) == kOperatorSender;
@@ -41,9 +42,10 @@ struct OperatorPlace {
   std::string path;
   std::string fault;
 };
-/// Returns the path of the socket of a daemon of this user. Its folder is the first of $XDG_RUNTIME_DIR,
-/// /run/user/UID and /run/freeflex that belongs to this user and that nobody else may write to. If there is
-/// none, the folder is freeflexd-UID in /tmp, which is created if it is missing and must pass the same check.
+/// Returns the path of the socket of a daemon of this user. The folder of the socket is the first of
+/// $XDG_RUNTIME_DIR, /run/user/UID and /run/freeflex that belongs to this user and that nobody else may write
+/// to. If no folder passes this check, the folder is freeflexd-UID in /tmp, which is created if it is missing
+/// and must pass the same check.
 OperatorPlace choose_operator_place(const std::string& prefix, const OperatorRoots& roots = operator_roots());
 /// Paths on which a daemon of this user may listen, the likeliest first, and a text for the user that says
 /// why other folders are unsuitable.

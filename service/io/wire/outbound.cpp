@@ -19,7 +19,8 @@ void copy_to(const std::array<double, N>& from, double* to) {
   std::copy_n(from.begin(), N, to);
 }
 
-constexpr int kFingerprintSize = 8;  // [B] precedes a message; an item inside a message has none
+constexpr int kFingerprintSize = 8;  // [B] size of the fingerprint, which precedes a message; an item inside
+                                     // a message has none
 
 /// Sets the page number and the number of pages on every page.
 template <class Page>

@@ -26,9 +26,10 @@ struct Stamp {
   std::int64_t applied_count = 0;
 };
 
-/// Makes a state message. Its limit of channels::kMaxMessageBytes determines kMaxElastic.
+/// Makes a state message. The limit of a state message, channels::kMaxMessageBytes, determines kMaxElastic.
 freeflex_msgs::state_t make_state_message(const Plan& plan, const MotionState& state, const Stamp& stamp);
-/// Each makes pages of at most channels::kMaxMessageBytes; empty if the scene publishes no such items.
+/// Each function makes pages of at most channels::kMaxMessageBytes; empty if the scene publishes no such
+/// items.
 std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, const MotionState& state,
                                                           const Stamp& stamp);
 std::vector<freeflex_msgs::loads_t> make_loads_messages(const Plan& plan, const MotionState& state,

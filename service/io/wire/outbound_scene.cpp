@@ -1,4 +1,4 @@
-// Makes scene_t and shapes_t messages. They are sent rarely, so clarity matters more than speed.
+// Makes scene_t and shapes_t messages. These messages are sent rarely, so clarity matters more than speed.
 #include <algorithm>
 #include <cstddef>
 #include <numbers>
@@ -30,8 +30,8 @@ Listed list_all(std::size_t count) {
   return all;
 }
 
-/// Lists all points. If there are more than kMostByDefault points, lists only those with inertia or with
-/// stored mode shapes, because these are published, pushed or loaded.
+/// Lists all points. If there are more than kMostByDefault points, lists only points with inertia or with
+/// stored mode shapes, because these points are published, pushed or loaded.
 Listed list_points(const Plan& plan) {
   Listed listed = list_all(plan.points.size());
   if (!lists_part(plan)) return listed;

@@ -15,11 +15,11 @@ enum class Reason : std::int32_t {
   kBadSlot = 6,
   kBadAxes = 7,
   kBadTiming = 8,      // start, late policy, duration and lease are not consistent
-  kTooManyPoints = 9,  // or too many wrenches, torques or wheels
+  kTooManyPoints = 9,  // too many points, wrenches, torques or wheels
   kUnknownPoint = 10,  // index outside the scene
   kNotPushable = 11,   // the scene does not let commands push this point
   kUnknownGroup = 12,
-  kDuplicatePoint = 13,  // the command names a point or group twice
+  kDuplicatePoint = 13,  // the command lists a point or group twice
   kNotFinite = 14,
   kOverLimit = 15,          // |force| or |torque| above the scene's limit
   kUnreachableTorque = 16,  // torque about the line of a collinear group, or on a single point
@@ -28,11 +28,12 @@ enum class Reason : std::int32_t {
   kNoSlotFree = 19,         // all slots of the daemon are in use
   kQueueFull = 20,          // the rings, or the places for waiting commands, are full
   kBadControl = 21,         // unknown control command, or count out of range
-  kWrongMode = 22,  // the control does not apply now (run in lockstep; all except reset and stop in a fault)
+  kWrongMode = 22,       // the control command does not apply now (RUN in lockstep; in a fault, every command
+                         // except RESET and STOP)
   kTooManySenders = 23,  // the daemon's table of senders and their sequences is full
   kEpochEnded = 24,      // a reset came before the command's start_tick
   kLeftOut = 25,         // the command needs a feature that the plan omits
-  kPointTorque = 26,     // a torque on a point, which has no inertia
+  kPointTorque = 26,     // a torque on a point that has no inertia
   kNoKeys = 27,          // a sealed command, but this daemon uses no keys
   kTooOld = 28,          // the command waited longer for its decision than the scene allows
   // only if keys are required
@@ -41,7 +42,7 @@ enum class Reason : std::int32_t {
   kBadTag = 31,        // the envelope was not sealed with this key for this channel
   kExpired = 32,       // valid_until has passed
   kValidTooLong = 33,  // valid_until is more than kMaxValidity ahead
-  kKeyMismatch = 34,   // sender or sequence of the command differ from those of its envelope
+  kKeyMismatch = 34,   // sender or sequence of the command differ from the sender or sequence of its envelope
   kNotGranted = 35,    // the key may not use this channel, control, point, group or slot
   kOverKeyLimit = 36,  // |force| or |torque| above the key's limit
   kTooFast = 37,       // more commands a second than the key may send

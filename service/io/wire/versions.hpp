@@ -1,4 +1,4 @@
-// Recognizes messages of earlier versions, so that a refusal can name the version.
+// Recognizes messages of earlier versions, so that a refusal can report the version.
 #pragma once
 
 #include <cstddef>

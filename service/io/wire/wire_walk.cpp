@@ -7,7 +7,7 @@ namespace {
 
 using Stop = WireWalk::Stop;
 
-constexpr std::int64_t kLengthBytes = 4;  // [bytes] of a string's length, and of a count
+constexpr std::int64_t kLengthBytes = 4;  // [bytes] size of a string's length, and of a count
 
 /// The counts of one struct, in the order of its fields.
 struct Counts {
@@ -21,8 +21,8 @@ class Walker {
  public:
   explicit Walker(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
-  /// Walks over the fields of one struct. Terminates, because each nested struct precedes its owner in the
-  /// tables.
+  /// Walks over the fields of one struct. The walk terminates, because each nested struct precedes its owner
+  /// in the tables.
   Stop take_struct(const wire::Layout& layout, Counts& counts) {
     for (const wire::Field& field : layout.fields) {
       if (field.is_count) {

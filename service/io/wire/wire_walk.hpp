@@ -1,5 +1,5 @@
 // Walks over the bytes of a message, using the tables that are generated from the .lcm files. The decoders of
-// lcm-gen trust counts: if a count is wrong, they throw, allocate without bound or read past the end.
+// lcm-gen trust counts: if a count is wrong, a decoder throws, allocates without bound or reads past the end.
 // Therefore a walk precedes every decode of untrusted bytes. Allocates nothing, reads nothing outside the
 // span.
 #pragma once
@@ -35,12 +35,14 @@ std::optional<std::string_view> string_at(std::span<const std::byte> bytes, std:
 struct WireWalk {
   enum class Stop : std::uint8_t {
     kEnd,           // after the last field
-    kBadString,     // at a string that string_at refuses
-    kMissingCount,  // at an array whose count, or another count of the same struct, lies beyond the bytes
-    kNegativeCount  // at an array while a count of its struct is negative
+    kBadString,     // the walk stopped at a string that string_at refuses
+    kMissingCount,  // the walk stopped at an array whose count, or another count of the same struct, lies
+                    // beyond the bytes
+    kNegativeCount  // the walk stopped at an array while a count of its struct is negative
   };
   Stop stop = Stop::kEnd;
-  std::int64_t size = 0;  // [bytes] of the fields before the stop, fingerprint included; may exceed the bytes
+  std::int64_t size = 0;  // [bytes] size of the fields before the stop, including the fingerprint; may exceed
+                          // the bytes
   /// Counts of the message itself, as far as they could be read. Counts of structs inside the message are not
   /// included.
   std::array<std::int32_t, wire::kMaxCounts> counts{};

@@ -23,7 +23,7 @@ def pack(channel, data, sequence=0):
     if not 0 < len(name) <= _LONGEST_CHANNEL or b"\0" in name:
         raise ValueError(f"channel {channel!r}: must be 1 to {_LONGEST_CHANNEL} characters")
     if len(name) + 1 + len(data) > _LARGEST:
-        raise ValueError(f"{len(data)} bytes on {channel}, one datagram takes {_LARGEST - len(name) - 1}")
+        raise ValueError(f"{len(data)} bytes on {channel}, one datagram holds at most {_LARGEST - len(name) - 1}")
     return _HEAD.pack(_SHORT, sequence & 0xFFFFFFFF) + name + b"\0" + data
 
 

@@ -25,7 +25,7 @@ REASONS = (
     "key_mismatch not_granted over_key_limit too_fast held_too_long cleared").split()
 #: terms of the protocol in a daemon's texts, and the terms of this package that replace them
 _TERMS = [(re.compile(wire), here) for wire, here in (
-    ("name a later one, -1, or late_policy 1", "name a later one, None, or late=\"take\""),
+    ("give a later tick, -1, or late_policy 1", "give a later tick, None, or late=\"take\""),
     (r"\bstart_tick\b", "at_tick"),
     (r"^(lease|duration)_ticks (\d+), from", r"\1 of \2 ticks, from"),
     (r"\b(lease|duration)_ticks\b", r"\1"),
@@ -53,7 +53,7 @@ class Gone(RuntimeError):
         self.session = session
 
 
-_NO_STATE = "have the scene publish it: publish: {state: RATE}"
+_NO_STATE = "set publish: {state: RATE} in the scene"
 _REPEATED = 2.0  # [s] a holding daemon repeats its state once a second, so certainly within this time
 
 
@@ -357,13 +357,13 @@ class Daemon:
             links = self._complete_of(state, "loads", "LOADS").links
             if index in links:
                 return vector(links[index])
-            raise LookupError(f"the forces of link {name!r} are not published: name it in publish: loads: of")
+            raise LookupError(f"the forces of link {name!r} are not published: list it under publish: loads: of in the scene")
         points = self._complete_of(state, "points", "POINTS")
         table, of = {"point": (points.points, PointState), "body": (points.bodies, BodyState),
                      "group": (points.groups, GroupPose)}[kind]
         if index not in table:
             raise LookupError(f"{kind} {name!r} is not published" + (" or has no attitude" if kind == "body" else "")
-                              + ": name it in publish: points: of")
+                              + ": list it under publish: points: of in the scene")
         return of(*(vector(getattr(table[index], field)) for field in of._fields))
 
     @_alone
@@ -376,13 +376,13 @@ class Daemon:
             if self.receive(max(0.0, end - time.monotonic())) is None or time.monotonic() > end:
                 if not is_heard or self.last_status.mode == self.last_status.STOPPED:
                     raise Gone("the daemon of this state has ended, or is not heard", state.session)
-                raise TimeoutError(f"no complete {suffix} of tick {state.tick} within {self.timeout:g} s: have the scene publish "
-                                   f"{name} at the rate of the state")
+                raise TimeoutError(f"no complete {suffix} of tick {state.tick} within {self.timeout:g} s: set the rate of "
+                                   f"publish: {name} in the scene to the rate of the state")
             is_heard = True
         if (whole.epoch, whole.tick) != when:
-            raise RuntimeError(f"the state is of tick {state.tick}, the newest {suffix} of tick {whole.tick}: read what "
-                               f"belongs to a state before the next comes, and have the scene publish {name} at the rate "
-                               "of the state")
+            raise RuntimeError(f"the state is of tick {state.tick}, but the newest {suffix} are of tick {whole.tick}: read "
+                               f"them before the next state arrives, and set the rate of publish: {name} in the scene "
+                               "to the rate of the state")
         return whole
 
     @staticmethod

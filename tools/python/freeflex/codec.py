@@ -35,7 +35,7 @@ class Message:
             setattr(self, name, value)
 
     def encode(self):
-        """Returns the message as bytes. ValueError: a value does not fit; the text names its field."""
+        """Returns the message as bytes. ValueError: a value does not fit; the text contains its field."""
         out = [self._head]
         self._write(out)
         return b"".join(out)
@@ -137,7 +137,7 @@ class _Numbers:
                 try:
                     struct.pack(">" + LETTERS[kind], value)
                 except struct.error as error:
-                    return ValueError(f"{self.owner}.{name} is {value!r}, no {kind}: {error}")
+                    return ValueError(f"{self.owner}.{name} is {value!r}, not a value of type {kind}: {error}")
             at += size or 1
         return ValueError(f"{self.owner}: values do not fit")
 

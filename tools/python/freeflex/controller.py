@@ -93,16 +93,16 @@ def _listen_through(daemon, controller, every, until):
                 raise
     status = daemon.status()
     if status.session == session and status.mode not in (status.STARTING, status.STOPPED):
-        raise StepError(f"no STATE within {daemon.timeout:g} s of a running daemon: have the scene publish it, publish: "
-                        "{state: RATE}, or give connect() a longer timeout")
+        raise StepError(f"no STATE within {daemon.timeout:g} s of a running daemon: set publish: {{state: RATE}} in the "
+                        "scene, or give connect() a longer timeout")
     raise Gone("another daemon has replaced this one", session)
 
 
 def _warn_of_rate(every, rate, gap):
-    warnings.warn(f"every={every!r} s asks for {1 / every:.6g} states per simulated second, the daemon publishes "
-                  f"{rate / gap:.6g}: the controller is called at that rate. Publish states at a higher rate, publish: "
-                  f"{{state: {min(1 / every, rate):.6g}}}, or start freeflexd with --time lockstep", RuntimeWarning,
-                  stacklevel=5)
+    warnings.warn(f"every={every!r} s asks for {1 / every:.6g} states per simulated second, but the daemon publishes "
+                  f"{rate / gap:.6g}: the controller is called at that rate. Set publish: "
+                  f"{{state: {min(1 / every, rate):.6g}}} in the scene, or start freeflexd with --time lockstep",
+                  RuntimeWarning, stacklevel=5)
 
 
 def _wait_for_daemon(daemon, patience):

@@ -14,7 +14,7 @@ def damp(daemon, first, second, gain, seconds=20.0, window=1.0):
             continue
         for name, point in ((first, a), (second, b)):
             if point not in daemon.points.points:
-                raise LookupError(f"the scene does not publish point {name!r}: name it in publish: points: of")
+                raise LookupError(f"the scene does not publish point {name!r}: list it under publish: points: of")
         tick, one, other = daemon.points.tick, daemon.points.points[a], daemon.points.points[b]
         start = tick if start is None else start
         line = [y - x for x, y in zip(one.position, other.position)]

@@ -12,7 +12,7 @@ class Scene:
         plan = Plan(scene)
 
     Paths: service/scenes/README.md, "Values set by path". The set-up checks a value that is set here like any other
-    value, and its errors name the path. `folder`: folder of the files that a dict or a text names; default: the working
+    value, and its errors contain the path. `folder`: folder of the files that a dict or a text names; default: the working
     folder.
     """
 

@@ -37,7 +37,7 @@ _SEALED = ("FORCE", "CONTROL")
 
 
 class LogError(ValueError):
-    """The recording is damaged; the text gives the place. `damage` is a list with a Damage for each range that was
+    """The recording is damaged; the text gives the position. `damage` is a list with a Damage for each range that was
     skipped."""
 
     def __init__(self, text, damage=()):
@@ -65,13 +65,13 @@ class _Reader:
         if head[:4] != _SYNC[:len(head)]:
             raise _Flaw(_NO_EVENT)
         if len(head) < _HEAD.size:
-            raise _Flaw(f"the file ends within an event, of whose header {len(head)} of {_HEAD.size} bytes are there")
+            raise _Flaw(f"the file ends within an event, after {len(head)} of {_HEAD.size} bytes of its header")
         _, number, utime, name_size, size = _HEAD.unpack(head)
         if not 0 < name_size <= _MOST_NAME or size < 0:
             raise _Flaw("an event with impossible lengths")
         end = at + _HEAD.size + name_size + size
         if end > self.size:
-            raise _Flaw(f"the file ends within an event, of which {self.size - at} of {end - at} bytes are there")
+            raise _Flaw(f"the file ends within an event, after {self.size - at} of {end - at} bytes")
         body, after = self.file.read(name_size + size), self.file.read(4)
         if after != _SYNC[:len(after)]:
             raise _Flaw(f"no event follows at byte {end}")

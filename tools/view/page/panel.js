@@ -57,7 +57,7 @@ export function statusRows(body, frame, status, factor, mode, isRecorded = false
 /** Returns a text with the estimated error and the displacement it is compared with. */
 function errorText({ model_error: error, error_scale: scale }) {
   const share = scale > 0 ? `, ${digits((100 * error) / scale)} %` : "";
-  return `displacements are off by about ${digits(error, "m")}${share} of ${digits(scale, "m")}, the tolerance or the peak displacement`;
+  return `displacements are off by about ${digits(error, "m")}${share} of ${digits(scale, "m")} (the tolerance or the peak displacement)`;
 }
 
 export function showRows(table, rows) {
