@@ -1,4 +1,4 @@
-// Channel names are prefix + suffix; the default prefix is "FREEFLEX".
+// The name of a channel is a prefix followed by a suffix. The default prefix is "FREEFLEX".
 #pragma once
 
 namespace freeflex::channels {

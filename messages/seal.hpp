@@ -1,5 +1,5 @@
-// Sealed commands: the envelope that a daemon started with --keys accepts on FORCE and CONTROL. Header only;
-// a program that includes this file links libsodium.
+// Sealed commands: the envelope that a daemon started with --keys accepts on FORCE and CONTROL. All code is
+// in this header, but a program that includes the header must link libsodium.
 #pragma once
 
 #include <sodium.h>

@@ -1,7 +1,7 @@
 // Layout of a message's fields on the wire: the types of the tables that wire_layouts.cmake generates from
 // the .lcm files (freeflex_msgs/wire_layouts.hpp in the build tree). An LCM message begins with eight bytes
 // of fingerprint. The fields follow without gaps, big-endian. A string is its length including the terminator
-// (int32), its characters and NUL; an array is its elements; a struct is its fields.
+// (int32), its characters and NUL. An array is its elements, and a struct is its fields.
 #pragma once
 
 #include <array>
@@ -111,7 +111,7 @@ constexpr Layout make_layout(std::string_view name, std::span<const Field> field
   return layout;
 }
 
-/// Layout of a generated message class; the generated tables define a `const Layout*` for each.
+/// The layout of a generated message class. The generated tables define a `const Layout*` for each class.
 template <class Message>
 inline constexpr std::nullptr_t layout_of = nullptr;
 

@@ -33,14 +33,14 @@ class BusConnection {
   /// \pre check_lcm_url(url) and find_network_fault(url) are empty
   std::string open(const std::string& url, std::chrono::milliseconds timeout = kOpenTimeout);
   /// Returns the next message, or nullopt if none arrives within the time. A packet that is not a message
-  /// does not restart the time; num_ignored() counts it.
+  /// does not restart the time, but num_ignored() counts the packet.
   std::optional<BusMessage> receive(std::chrono::milliseconds time);
   /// Sends one message. Returns false if the network refuses the message or it does not fit one datagram.
   bool publish(std::string_view channel, std::span<const std::byte> bytes);
 
   /// Number of packets that were not messages: fragments, and packets that read_lcm_packet refused.
   std::int64_t num_ignored() const { return num_ignored_; }
-  /// Descriptor for poll(); -1 before open().
+  /// The descriptor for poll(), or -1 before open().
   int fd() const { return socket_.fd(); }
 
   /// Time within which the connection's test packet to itself must arrive.

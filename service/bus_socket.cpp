@@ -27,7 +27,7 @@ namespace {
 
 constexpr int kReceiveBuffer = 4 * 1024 * 1024;  // [B] 430 commands of the largest size
 constexpr int kProbeMillis = 100;                // [ms] between test packets
-// the packet with which liblcm tests itself; every program on the bus ignores it
+// liblcm tests itself with this packet, and every program on the bus ignores the packet
 constexpr std::string_view kProbe{"LC02\0\0\0\0LCM_SELF_TEST\0", 22};
 
 constexpr const char* kCannotReceive = "cannot receive from the bus";
@@ -56,7 +56,7 @@ class ChannelFilter {
   void put(sock_filter instruction) { code_.push_back(instruction); }
 
   /// Adds instructions that continue if the bytes at the offset equal the text. If they differ, the program
-  /// jumps; the targets of these jumps are not known yet, so `open` lists them.
+  /// jumps. The targets of these jumps are not known yet, so `open` lists the jumps.
   void match(std::string_view text, std::size_t offset, std::vector<std::size_t>& open) {
     for (std::size_t i = 0; i < text.size(); ++i) {
       put(BPF_STMT(BPF_LD | BPF_B | BPF_ABS, kUdpHeader + static_cast<std::uint32_t>(offset + i)));
@@ -127,7 +127,7 @@ std::string BusSocket::open(const std::string& url, const std::string& prefix,
   setsockopt(fd_, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
   const timeval wait{0, std::chrono::microseconds(kReceiveWait).count()};
   setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
-  // exceeds the system's limit if this process has the right to do so
+  // this option exceeds the system's limit if the process has the right to do so
   const int size = address.receive_buffer > 0 ? address.receive_buffer : kReceiveBuffer;
   if (setsockopt(fd_, SOL_SOCKET, SO_RCVBUFFORCE, &size, sizeof size) != 0)
     setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);

@@ -12,8 +12,8 @@
 
 namespace freeflex::service {
 
-/// A multicast socket for an LCM bus. Several processes may read the socket one after another; its queue of
-/// packets remains when one process ends.
+/// A multicast socket for an LCM bus. Several processes may read the socket one after another, because the
+/// socket keeps its queue of packets when a process ends.
 class BusSocket {
  public:
   BusSocket() = default;
@@ -32,8 +32,8 @@ class BusSocket {
   int fd() const { return fd_; }
   /// Returns the size of the queue that the kernel granted [B].
   int receive_buffer() const;
-  /// Returns the filled fraction of the queue [-]; above 1, packets are lost. (The kernel's count of dropped
-  /// packets is not used: it includes the packets that the filter refused.)
+  /// Returns the filled fraction of the queue [-]. Above 1, packets are lost. (The kernel's count of dropped
+  /// packets is not used, because this count includes the packets that the filter refused.)
   double fill() const;
 
  private:
@@ -42,9 +42,9 @@ class BusSocket {
 
 /// A packet read from a socket.
 struct ReceivedPacket {
-  ssize_t size = -1;             // [B]; -1: no packet
+  ssize_t size = -1;             // [B], -1 for no packet
   std::int64_t received_ns = 0;  // CLOCK_BOOTTIME at which the kernel received the packet
-  std::int64_t utime = 0;        // [us] wall clock at the time of reception; 0: the kernel gave no time
+  std::int64_t utime = 0;        // [us] wall clock at the time of reception, 0 if the kernel gave no time
 };
 /// Waits for one packet, at most for the socket's SO_RCVTIMEO, and reads it with one system call. If the
 /// kernel gave no time of reception, received_ns is the present time.  \param flags  of recvmsg

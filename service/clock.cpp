@@ -27,7 +27,8 @@ void Pacer::rebase(std::int64_t now_ns) noexcept {
 }
 
 std::int64_t Pacer::deadline_ns() const noexcept {
-  // computed from the base each time, so a period that is not a whole number of nanoseconds causes no drift
+  // each deadline is computed from the base, so a period that is not a whole number of nanoseconds causes no
+  // drift
   return base_ns_ + std::llround(static_cast<double>(ticks_since_base_) * period_ns_);
 }
 

@@ -25,7 +25,7 @@ class Clock {
   virtual std::int64_t now_ns() noexcept = 0;
   /// Returns a time [ns] that continues while the machine is suspended.
   virtual std::int64_t boot_ns() noexcept = 0;
-  /// Sleeps until deadline_ns; returns at once if that time has passed.
+  /// Sleeps until deadline_ns, or returns at once if that time has passed.
   virtual void sleep_until(std::int64_t deadline_ns) noexcept = 0;
 };
 
@@ -38,9 +38,9 @@ class MonotonicClock final : public Clock {
 };
 
 /// Deadlines of a paced loop. Tick n after a base is due at base + n * period. A tick is in time if it ends
-/// before the next tick is due. Every tick is executed: a late loop runs ticks without sleeping until it has
-/// caught up. If the loop is late by more than kCatchUp, it gives up the lost time, re-bases and counts a
-/// slip.
+/// before the next tick is due. Every tick is executed, so a late loop runs ticks without sleeping until the
+/// loop has caught up. If the loop is late by more than kCatchUp, the loop gives up the lost time, re-bases
+/// and counts a slip.
 class Pacer {
  public:
   static constexpr std::int64_t kCatchUp = 200'000'000;  // [ns] largest delay that is caught up

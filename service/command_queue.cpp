@@ -116,7 +116,7 @@ std::span<const ForceCommand> CommandQueue::take_due(std::int64_t tick) {
 }
 
 void CommandQueue::settle(const StepReport& report) {
-  // in the order in which the step processes them: ends first, then commands
+  // the entries are in the order in which the step processes them, with ends before commands
   for (int i = 0; i < report.num_expiries; ++i) {
     const Expiry& expiry = report.expiries[static_cast<std::size_t>(i)];
     if (Claim* claim = find_claim(expiry.sender, expiry.slot); claim != nullptr && claim->is_in_force) {

@@ -41,7 +41,8 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kSupervision{2};  // time between checks of the ingress
-// [-] filled fraction that causes a warning; in normal operation the queue is nearly empty
+// [-] filled fraction of the queue that causes a warning, because in normal operation the queue is nearly
+// empty
 constexpr double kFull = 0.9;
 // a daemon publishes its status at least every 100 ms, so the status of a running daemon arrives within this
 // time
@@ -69,7 +70,7 @@ SetupProgress log_now_and_then() {
 
 Plan read_plan(const DaemonOptions& options) {
   io::PlanResult result = io::load_plan(options.input, options.rate, log_now_and_then(), options.settings);
-  // faults are for the author of the file: they are printed on standard error without a log prefix, as a
+  // faults are for the author of the file, so they are printed on standard error without a log prefix, as a
   // compiler does
   std::string text;
   for (const Fault& fault : result.faults)
@@ -94,7 +95,7 @@ Plan read_plan(const DaemonOptions& options) {
   return plan;
 }
 
-/// Returns the keys of --keys; an empty list without --keys. Throws if the file or folder contains no key,
+/// Returns the keys of --keys, or an empty list without --keys. Throws if the file or folder contains no key,
 /// because the daemon could then accept no command from the bus.
 std::vector<Key> read_keys(const DaemonOptions& options, const Plan& plan) {
   if (!options.keys) return {};
@@ -108,7 +109,8 @@ std::vector<Key> read_keys(const DaemonOptions& options, const Plan& plan) {
   throw StartFault(kUsage, "");
 }
 
-/// Returns the number of ticks until the time [s]; 0: no end. A time shorter than half a tick gives one tick.
+/// Returns the number of ticks until the time [s], or 0 if there is no end. A time shorter than half a tick
+/// gives one tick.
 std::int64_t count_ticks(double time, double period) {
   constexpr double kMost = 1e15;  // [ticks] the limit that also applies to the times of a command
   if (time <= 0.0) return 0;
@@ -267,12 +269,13 @@ void Daemon::open_socket() {
   spdlog::info("commands of this user are accepted at {}", place.path);
 }
 
-/// Returns the block of shared memory that simulation and publisher read: the verifier's if keys are
-/// required, else the ingress's.
+/// Returns the block of shared memory that the simulation and the publisher read. This is the verifier's
+/// block if keys are required, else the ingress's block.
 SharedBlock& Daemon::inbound() { return verifier_ ? verifier_->block() : ingress_.block(); }
 
 /// Ensures that only one daemon uses the prefix. Listens for another daemon before publishing anything. If
-/// two daemons start at the same time, the older one continues; its session number is smaller.
+/// two daemons start at the same time, the older daemon continues. The older daemon has the smaller session
+/// number.
 void Daemon::claim_prefix() {
   const auto refuse = [this](std::int64_t other) {
     const std::string found =
@@ -291,7 +294,7 @@ void Daemon::claim_prefix() {
   if (const std::int64_t other = listen(kListening); other != 0 && other < identity_.session) refuse(other);
 }
 
-/// Returns the session of another daemon as soon as its STATUS arrives; 0 if none arrives within the time.
+/// Returns the session of another daemon as soon as its STATUS arrives, or 0 if none arrives within the time.
 std::int64_t Daemon::listen(milliseconds time) {
   const auto until = std::chrono::steady_clock::now() + time;
   std::int64_t other = 0;
@@ -403,7 +406,7 @@ int run_daemon(const DaemonOptions& options, SignalWatch& signals) {
     auto daemon = std::make_unique<Daemon>(options, signals);
     return daemon->run();
   } catch (const StartFault& fault) {
-    // wrong usage is printed at any log level; an empty text means that the error was printed before
+    // wrong usage is printed at any log level, but an empty text means that the error was printed before
     const std::string text = fault.what();
     if (fault.code != kUsage)
       spdlog::error("{}", text);

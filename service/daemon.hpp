@@ -16,13 +16,13 @@ struct DaemonOptions {
   io::Settings settings;     // values set in the scene
   std::string lcm_url;       // empty: LCM_DEFAULT_URL, else LCM's default
   std::string prefix;        // first part of every channel name
-  std::string socket;        // path of the operator's socket; empty: the default, "none": no socket
+  std::string socket;        // path of the operator's socket, empty for the default, "none" for no socket
   std::string ingress_user;  // user that the ingress runs as; empty: nobody, if this process may change users
   double rate = 0.0;         // [Hz] 0: the scene's
-  double until = 0.0;        // [s] simulated; 0: no end
+  double until = 0.0;        // [s] simulated, 0 for no end
   bool starts_holding = false;
   bool takes_over = false;  // true: starts even if another daemon uses the prefix
-  // key file or folder; commands on the bus need one of its keys; empty: no keys
+  // key file or folder. Commands on the bus need one of its keys. Without a value, no keys are needed.
   std::optional<std::string> keys;
   Timing timing{};
 };

@@ -9,7 +9,7 @@
 namespace freeflex::service {
 
 namespace {
-/// Silence after which readings begin: half of kSilence, so that the processor time used during the second
+/// Readings begin after this silence. It is half of kSilence, so the processor time used during the second
 /// half is known.
 constexpr std::chrono::milliseconds kFirstReading = HangWatch::kSilence / 2;
 }  // namespace

@@ -49,7 +49,7 @@ class HangWatch {
   std::chrono::nanoseconds silence_{0};
   bool has_first_ = false;  // first_ belongs to the present silence
   ProcessReading first_;
-  bool has_slept_ = false;  // true: the process slept at every reading of the present silence
+  bool has_slept_ = false;  // true if the process slept at every reading of the present silence
 };
 
 }  // namespace freeflex::service

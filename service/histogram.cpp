@@ -9,7 +9,8 @@ namespace freeflex::service {
 int Histogram::bucket(std::int64_t duration_ns) noexcept {
   const auto ns = static_cast<std::uint64_t>(std::max<std::int64_t>(duration_ns, 0));
   if (ns < (1ULL << kFirstOctave)) return 0;
-  // the highest bit that is set gives the octave; the five bits below it give the bucket in the octave
+  // the highest bit that is set gives the octave, and the five bits below that bit give the bucket in the
+  // octave
   const int octave = static_cast<int>(std::bit_width(ns)) - 1;
   const int place = static_cast<int>((ns >> (octave - 5)) & (kPerOctave - 1));
   return std::min((octave - kFirstOctave) * kPerOctave + place, kNumBuckets - 1);

@@ -1,4 +1,4 @@
-// Counts durations in fixed logarithmic buckets; one thread records while another reads.
+// Counts durations in fixed logarithmic buckets. One thread records while another thread reads.
 #pragma once
 
 #include <array>
@@ -7,8 +7,8 @@
 
 namespace freeflex::service {
 
-/// Buckets of 1/32 of an octave from 64 ns to 137 s: a reported value is at most 3 % above the true value and
-/// never below it.
+/// Buckets of 1/32 of an octave from 64 ns to 137 s. Therefore a reported value is at most 3 % above the true
+/// value and never below the true value.
 class Histogram {
  public:
   static constexpr int kPerOctave = 32;
@@ -38,7 +38,7 @@ class Histogram {
 /// Percentiles of a set of durations, as in status_t.
 struct Percentiles {
   std::int64_t count = 0;
-  std::array<double, 4> us{};  // [us] p50, p99, p99.9, max; zeros if count is 0
+  std::array<double, 4> us{};  // [us] p50, p99, p99.9, max, or zeros if count is 0
 };
 
 /// Percentiles of the durations that were recorded since the last kSpan to kSpan + 1 calls of advance().

@@ -25,10 +25,10 @@ constexpr int kTurnsBetweenLooks = 64;     // iterations of the loop between che
 
 bool is_daemon_gone(const IngressSettings& settings) { return getppid() != settings.daemon_pid; }
 
-/// Ignores signals that are sent to the whole process group (Ctrl-C, a closing terminal, a service manager);
-/// the daemon handles them. Redirects the standard streams to /dev/null. The ingress must not log: packets
-/// could cause endless output, and a pipe that nobody reads would block the ingress. The daemon logs the
-/// events of the ingress.
+/// Ignores signals that are sent to the whole process group (Ctrl-C, a closing terminal, a service manager),
+/// because the daemon handles these signals. Redirects the standard streams to /dev/null. The ingress must
+/// not log, because packets could cause endless output, and a pipe that nobody reads would block the ingress.
+/// The daemon logs the events of the ingress.
 void leave_group_and_log() {
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) signal(number, SIG_IGN);
   if (const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC); nowhere >= 0) {

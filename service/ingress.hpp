@@ -36,20 +36,20 @@ enum class IngressEnd : int {
 /// has ended.
 IngressEnd run_ingress(SharedBlock& block, const IngressSettings& settings, int seat);
 
-/// Body of an ingress process; called after the process is confined.
+/// The body of an ingress process. It is called after the process has been confined.
 using IngressBody = IngressEnd (*)(SharedBlock& block, const IngressSettings& settings, int seat);
-/// Runs this process as an ingress if argv asks for it: receives until its daemon has ended and returns the
-/// exit status. Returns nullopt for other arguments. Every program that uses IngressProcess must call this
-/// function first in main. \param body  tests pass a hostile body
+/// Runs this process as an ingress if argv asks for an ingress. The ingress receives until its daemon has
+/// ended, and then this function returns the exit status. Returns nullopt for other arguments. Every program
+/// that uses IngressProcess must call this function first in main. \param body  tests pass a hostile body
 std::optional<int> run_if_ingress(int argc, char** argv, IngressBody body = run_ingress);
 
 /// Returns an empty string if the prefix is valid as the first part of channel names, else the error.
 std::string check_prefix(const std::string& prefix);
 
-/// Owns the shared block, the socket and two processes: one receives, one stands by. If the receiving process
-/// ends or hangs, the standby continues with the same socket and block, and a new standby is started. The
-/// system kills a process when the thread that started it ends, so the threads that call start and poll must
-/// live until stop. Only one thread may call at a time.
+/// Owns the shared block, the socket and two processes. One process receives, and the other stands by. If the
+/// receiving process ends or hangs, the standby continues with the same socket and block, and a new standby
+/// is started. The system kills a process when the thread that started it ends, so the threads that call
+/// start and poll must live until stop. Only one thread may call at a time.
 class IngressProcess {
  public:
   IngressProcess() = default;
@@ -67,15 +67,15 @@ class IngressProcess {
         15000};  // time for the test packet of the bus to return, and for the processes to be ready
   };
   /// Opens the socket, starts both processes and waits until one receives. Returns an empty string, or the
-  /// error for the user; after an error nothing runs. Allocates about 10 MB of shared memory.
+  /// error for the user. After an error no process runs. Allocates about 10 MB of shared memory.
   std::string start(const Options& options, const io::NameTable& names);
 
-  /// Supervises the processes; must be called every few milliseconds. A process that has ended is replaced at
-  /// once; if it ended before it was ready, it is replaced after a pause, which doubles from 5 ms up to 100
-  /// ms. Returns a log text about these events, usually empty.
+  /// Supervises the processes, and must be called every few milliseconds. A process that has ended is
+  /// replaced at once. But if the process ended before it was ready, it is replaced after a pause. This pause
+  /// doubles from 5 ms up to 100 ms. Returns a log text about these events, usually empty.
   std::string poll();
 
-  /// Ends the processes and closes the socket; the block remains.
+  /// Ends the processes and closes the socket, but keeps the block.
   void stop();
 
   /// \pre start succeeded
@@ -88,7 +88,8 @@ class IngressProcess {
   /// Number of processes that were replaced, and how many of them hung.
   std::int64_t num_restarts() const { return num_restarts_; }
   std::int64_t num_hangs() const { return num_hangs_; }
-  /// Ids of the receiving process and of the standby; -1 if the process does not exist at the moment.
+  /// The ids of the receiving process and of the standby. An id is -1 if its process does not exist at the
+  /// moment.
   pid_t pid() const { return workers_[active_].pid; }
   pid_t standby_pid() const { return workers_[1 - active_].pid; }
   /// Returns true if both processes are ready.
@@ -103,7 +104,7 @@ class IngressProcess {
     int order_fd = -1;  // written to as the order to receive
     HangWatch watch;
     bool was_ready = false;
-    std::string hang;  // how the process hung; empty if it was not killed for a hang
+    std::string hang;  // how the process hung, empty if it was not killed for a hang
   };
 
   // number of failed starts in a row after which start() gives up

@@ -8,25 +8,25 @@
 
 namespace freeflex::service {
 
-/// User that an ingress runs as; by default the daemon's user.
+/// The user that an ingress runs as. By default this is the daemon's user.
 struct IngressUser {
   static constexpr std::int64_t kSame = -1;
   std::int64_t uid = kSame;
   std::int64_t gid = kSame;
 };
-/// Finds the user of that name. If the name is empty: the user `nobody` if this process may start and end
-/// processes of other users (CAP_SETUID, CAP_SETGID, CAP_KILL), else the daemon's user. Returns an empty
+/// Finds the user of that name. If the name is empty, finds the user `nobody` if this process may start and
+/// end processes of other users (CAP_SETUID, CAP_SETGID, CAP_KILL), else the daemon's user. Returns an empty
 /// string, or the error.
 std::string find_ingress_user(const std::string& name, IngressUser& user);
 
 /// Bits for the parts of the confinement that failed.
 inline constexpr std::uint32_t kLacksUser = 1, kLacksFilter = 2;
-/// Returns a text for the log that lists the failed parts; empty for 0. Ignores other bits.
+/// Returns a text for the log that lists the failed parts, or an empty text for 0. Ignores other bits.
 std::string describe_lacks(std::uint32_t lacks);
 
 /// Confines this process, which must have a single thread and must have opened all files that it needs. From
 /// then on it can read its socket, wait, read the clock, allocate memory (64 MB, not executable) and end. The
-/// process has no capability and cannot gain one; it cannot open a file, start a process, write a file or
+/// process has no capability and cannot gain one. It cannot open a file, start a process, write a file or
 /// leave a core file. Any other system call ends the process. The process ends when its parent ends. \return
 /// bits of the parts that failed
 std::uint32_t confine(const IngressUser& user);

@@ -54,7 +54,7 @@ std::string SharedMemory::make(std::size_t size) {
   size_ = size;
   fd_ = make_file(size);
   if (fd_ < 0) return make_segment(size, {});
-  // a process that could shrink the file would kill the daemon with SIGBUS
+  // the size is sealed, because a process that could shrink the file would kill the daemon with SIGBUS
   if (fcntl(fd_, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
     return call_fault(kNoMemory, "seals");
   void* const memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, 0);
@@ -77,7 +77,8 @@ std::string SharedMemory::make_segment(std::size_t size, std::span<const std::by
   if (segment_ < 0) return call_fault(kNoMemory, "shmget");
   void* const memory = shmat(segment_, nullptr, 0);
   const int error = errno;
-  // the system removes the segment when the last process detaches; until then Linux lets others attach to it
+  // the system removes the segment when the last process detaches, but until then Linux lets others attach to
+  // the segment
   shmctl(segment_, IPC_RMID, nullptr);
   errno = error;
   if (memory == kNotAttached) return call_fault(kNoMemory, "shmat");

@@ -20,13 +20,13 @@ class SharedMemory {
   /// Makes memory that is filled with zeros, mapped in this process and writable by both sides. Returns an
   /// empty string, or the error.
   std::string make(std::size_t size);
-  /// Makes a read-only copy of the bytes; this process cannot write to it either. Returns an empty string,
-  /// or the error.
+  /// Makes a read-only copy of the bytes. This process cannot write to the copy either. Returns an empty
+  /// string, or the error.
   std::string make_sealed(std::span<const std::byte> bytes);
 
   /// \pre make
   void* address() const { return address_; }
-  /// Descriptor of the file; -1 for a segment.
+  /// The descriptor of the file, or -1 for a segment.
   int fd() const { return fd_; }
   bool is_private() const { return fd_ >= 0; }
   /// Returns the command-line argument that tells a started process where this memory is. The process
@@ -42,8 +42,8 @@ class SharedMemory {
   std::size_t size_ = 0;
 };
 
-/// Called by the started process: maps the memory that argument() describes and closes the descriptor.
-/// Returns nullptr on failure.
+/// The started process calls this function. Maps the memory that argument() describes and closes the
+/// descriptor. Returns nullptr on failure.
 void* attach_memory(const char* argument, std::size_t size, bool is_writable);
 
 }  // namespace freeflex::service

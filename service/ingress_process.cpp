@@ -86,7 +86,7 @@ struct SpawnPlan {
   SpawnPlan(const SpawnPlan&) = delete;
   SpawnPlan& operator=(const SpawnPlan&) = delete;
 
-  /// Passes a descriptor to the new process under this number; does nothing for -1.
+  /// Passes a descriptor to the new process under this number, or does nothing if the descriptor is -1.
   void give(int fd, int number) {
     if (fd >= 0) posix_spawn_file_actions_adddup2(&actions, fd, number);
   }
@@ -250,7 +250,8 @@ std::string IngressProcess::reap(std::size_t seat) {
   Worker& worker = workers_[seat];
   int status = 0;
   if (worker.pid < 0 || waitpid(worker.pid, &status, WNOHANG) != worker.pid) return {};
-  // a process killed by hostile packets is replaced at once; one that cannot start is retried after a pause
+  // a process killed by hostile packets is replaced at once, but a process that cannot start is retried after
+  // a pause
   const bool has_failed = !worker.was_ready && !is_ready(seat) && worker.hang.empty();
   num_failed_starts_ = has_failed ? num_failed_starts_ + 1 : 0;
   pause_ = has_failed ? std::clamp(2 * pause_, kFirstPause, kLongestPause) : milliseconds{0};
@@ -276,7 +277,7 @@ std::string IngressProcess::reap(std::size_t seat) {
 void IngressProcess::promote(std::size_t seat) {
   active_ = seat;
   const std::uint64_t one = 1;
-  // cannot fail: nobody reads the counter, and it does not overflow
+  // this write cannot fail, because nobody reads the counter and the counter does not overflow
   [[maybe_unused]] const ssize_t size = write(workers_[seat].order_fd, &one, sizeof one);
 }
 

@@ -46,7 +46,8 @@ class Descriptor {
 };
 
 int open_private(int folder, const char* name) {
-  // does not wait for a named pipe; refuses a symbolic link, because somebody else might change its target
+  // this call does not wait for a named pipe, and refuses a symbolic link, because somebody else might change
+  // its target
   return openat(folder, name, O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
 }
 

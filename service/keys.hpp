@@ -1,5 +1,5 @@
-// Key files: a key says who may send commands, and which. A file is a YAML mapping of id, secret and
-// allow-lists. A key file must be private to the user who runs the program.
+// Reads key files. A key says who may send commands, and which commands. A file is a YAML mapping of id,
+// secret and allow-lists. A key file must be private to the user who runs the program.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +22,9 @@ struct Grants {
   bool has_force = true;                   // may send on FORCE
   bool has_control = true;                 // may send on CONTROL
   std::uint32_t controls = kMostControls;  // bit c: control_t command c
-  std::vector<bool> points;                // by index; empty: all
-  std::vector<bool> groups;                // by index; empty: all
-  std::vector<bool> wheels;                // the wheels in the allowed points, by index; empty: all
+  std::vector<bool> points;                // by index, empty for all
+  std::vector<bool> groups;                // by index, empty for all
+  std::vector<bool> wheels;                // the wheels in the allowed points, by index, empty for all
   double largest_force = 0.0;          // [N] largest force of each entry of a command; 0: only the scene's
                                        // limit applies
   double largest_torque = 0.0;         // [N m] likewise
@@ -44,8 +44,8 @@ struct Key {
 };
 
 struct KeysResult {
-  std::vector<Key> keys;  // ordered by id, ascending; empty if there is a fault
-  std::string faults;     // text for the user, with file, position and remedy; never contains a secret
+  std::vector<Key> keys;  // ordered by id, ascending, empty if there is a fault
+  std::string faults;     // text for the user, with file, position and remedy, but never a secret
 };
 /// Loads the key in a file, or the keys in all files NAME.key of a folder. It is a fault if there is no key.
 KeysResult load_keys(const std::string& path, const Plan& plan);

@@ -18,7 +18,8 @@ class LatestValue {
 
   /// Writer only. Returns the copy to fill before offer(). Until offer(), the copy contains an old value.
   Value& draft() noexcept { return copies_[writing_]; }
-  /// Writer only. Makes the draft the latest value; an older value that was not taken is lost.
+  /// Only the writer calls this function. Makes the draft the latest value. An older value that was not taken
+  /// is lost.
   void offer() noexcept {
     writing_ =
         latest_.exchange(static_cast<std::uint8_t>(writing_ | kUnread), std::memory_order_acq_rel) & kIndex;

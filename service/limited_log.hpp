@@ -28,8 +28,8 @@ void write_line(LineKind kind, const std::string& text);
 
 /// Limits each kind separately to kMost lines in any second. A line that exceeds the limit starts a window of
 /// one second in which lines of this kind are suppressed. After the window, one line gives the number of
-/// suppressed lines and the text of the last one; this line is one of the kMost. Each thread that logs has
-/// its own object. Not for the simulation thread.
+/// suppressed lines and the text of the last one. This line counts as one of the kMost lines. Each thread
+/// that logs has its own object. The simulation thread must not use one.
 class LimitedLog {
  public:
   static constexpr int kMost = 10;  // lines in any second

@@ -14,7 +14,7 @@ namespace {
 
 std::string megabytes(double bytes) { return std::to_string(std::llround(1e-6 * bytes)) + " MB"; }
 
-/// Returns the limit, in bytes or as a number; nullopt if the resource has no limit.
+/// Returns the limit, in bytes or as a number, or nullopt if the resource has no limit.
 std::optional<double> limit_of(__rlimit_resource resource) {
   rlimit limit{};
   if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return std::nullopt;

@@ -15,7 +15,7 @@ namespace freeflex::service {
 
 namespace {
 
-constexpr std::size_t kNumQueued = 1024;  // lines that can wait; if more wait, the oldest are lost
+constexpr std::size_t kNumQueued = 1024;  // lines that can wait. If more wait, the oldest are lost.
 constexpr const char* kPlain = "plain";   // name of the logger that writes no prefix
 
 std::shared_ptr<spdlog::logger> make_logger(const char* name, const char* pattern) {
@@ -53,7 +53,7 @@ void end_log(int status) {
       is_written->set_value();
     }).detach();
   } catch (const std::system_error&) {
-    // no new thread could be started: the existing thread writes the queued lines
+    // no new thread could be started, so the existing thread writes the queued lines
     const auto pool = spdlog::thread_pool();
     const auto end = std::chrono::steady_clock::now() + kLongest;
     while (pool && pool->queue_size() > 0 && std::chrono::steady_clock::now() < end)

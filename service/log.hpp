@@ -5,8 +5,8 @@
 
 namespace freeflex::service {
 
-/// Starts the log: lines of spdlog's default logger go to a queue and from there to standard error, so that
-/// no caller waits for a slow or broken terminal. Lines that cannot be written are lost.
+/// Starts the log. The lines of spdlog's default logger then go to a queue and from there to standard error,
+/// so that no caller waits for a slow or broken terminal. Lines that cannot be written are lost.
 /// \param level  lowest level that is written
 void start_log(const std::string& level);
 

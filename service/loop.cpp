@@ -207,8 +207,8 @@ void Simulation::fill(Snapshot& draft) const noexcept {
   draft.worst = judgement_.worst();
 }
 
-/// Offers a snapshot on a channel. If the queue is full, a paced loop drops the snapshot and counts it; an
-/// unpaced loop first waits up to kReaderPatience.
+/// Offers a snapshot on a channel. If the queue is full, a paced loop drops the snapshot and counts the loss,
+/// but an unpaced loop first waits up to kReaderPatience.
 void Simulation::offer_motion(std::size_t channel) noexcept {
   Queue<Snapshot>& queue = output_.motion[channel];
   Snapshot* draft = queue.draft();
@@ -244,8 +244,8 @@ void Simulation::offer_all() noexcept {
   next_reoffer_ns_ = clock_.now_ns() + kReofferEvery;
 }
 
-/// Called after a tick: offers a snapshot on the channels that are due. After the last tick of a STEP all
-/// channels are due.
+/// The loop calls this function after a tick. Offers a snapshot on the channels that are due. After the last
+/// tick of a STEP all channels are due.
 void Simulation::offer_due() noexcept {
   if (!is_advancing()) return offer_all();
   for (std::size_t i = 0; i < every_.size(); ++i)

@@ -24,14 +24,14 @@ struct Timing {
 
   bool is_paced() const { return kind == Kind::kRealtime || kind == Kind::kScaled; }
 };
-/// Parses "realtime", "scaled=K" (K finite, > 0), "lockstep" or "asap"; nullopt for any other text.
+/// Parses "realtime", "scaled=K" (K finite, > 0), "lockstep" or "asap". Returns nullopt for any other text.
 std::optional<Timing> parse_timing(const std::string& text);
 std::string timing_name(const Timing& timing);
 
 struct LoopSettings {
   Timing timing{};
   bool starts_holding = false;
-  std::int64_t until_tick = 0;  // the loop ends at this tick; 0: never
+  std::int64_t until_tick = 0;  // the loop ends at this tick, 0 if never
   bool may_bus_clear = false;   // true: accepts CLEAR from the bus, because a key has authorized it
   CommandLimits limits{};
 };
@@ -41,7 +41,7 @@ using InboundRing = decltype(SharedBlock::inbound);
 /// The simulation loop. run() makes no allocation, lock, log, file access or system call except the sleep.
 class Simulation {
  public:
-  /// Largest number of commands taken at one tick; the others wait in the ring for the next tick.
+  /// The largest number of commands taken at one tick. Other commands wait in the ring for the next tick.
   static constexpr int kMaxDrained = 64;
 
   Simulation(const Plan& plan, const LoopSettings& settings, Clock& clock, InboundRing& inbound,

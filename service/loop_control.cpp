@@ -26,8 +26,8 @@ void Simulation::drain() noexcept {
   for (int i = 0; i < kMaxDrained; ++i) {
     if (output_.acks.num_free() < command_queue_.num_pending() + 2) return;
     if (!inbound_.try_pop(entry)) return;
-    // the ingress writes this memory, so nothing in it is trusted: a reception time in the future is replaced
-    // by the present time, and an entry of an unknown kind is dropped
+    // the ingress writes this memory, so no value in this memory is trusted. A reception time in the future
+    // is replaced by the present time, and an entry of an unknown kind is dropped
     const std::int64_t now_ns = clock_.boot_ns();
     if (entry.received_ns < 0 || entry.received_ns > now_ns) entry.received_ns = now_ns;
     switch (entry.kind) {

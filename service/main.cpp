@@ -1,4 +1,4 @@
-// freeflexd: simulates one free flexible structure at a fixed rate and publishes it on the bus.
+// freeflexd simulates one free flexible structure at a fixed rate and publishes it on the bus.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -44,7 +44,7 @@ void fill_standard_descriptors() {
 }
 
 /// Reads the command line. If the process is to end at once, prints the reason or the help and returns the
-/// exit status; else returns nullopt.
+/// exit status. Otherwise returns nullopt.
 std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options, std::string& level) {
   std::string timing = "realtime";
   CLI::App app("Simulates a free flexible structure in real time, controlled and observed over LCM.",
@@ -121,7 +121,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // called first, so that it also applies to the ingress and to errors of the command line
+  // this function is called first, so that it also applies to the ingress and to errors of the command line
   freeflex::service::ignore_signals_of_writing();
   fill_standard_descriptors();
   if (const auto status = freeflex::service::run_if_ingress(argc, argv)) return *status;

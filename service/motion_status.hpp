@@ -8,7 +8,8 @@
 
 namespace freeflex::service {
 
-/// Energy and angular momentum at the moment at which the last external load ended: the reference for drifts.
+/// The energy and the angular momentum at the end of the last external load. The drifts are computed from
+/// these values.
 struct FreeMotion {
   std::int64_t epoch = -1;
   bool is_free = false;
@@ -50,8 +51,8 @@ class MotionStatus {
 /// Returns true if a command or a load of the scene acts in the state.
 bool is_pushed(const Plan& plan, const State& state) noexcept;
 
-/// Returns the feature for which a command switched to the fallback plan, "rotation" or "out_of_plane"; empty
-/// if the plan has not been switched.
+/// Returns the feature for which a command switched to the fallback plan, "rotation" or "out_of_plane", or an
+/// empty text if the plan has not been switched.
 std::string replan_name(const MotionState& motion);
 
 }  // namespace freeflex::service

@@ -31,7 +31,7 @@ class OperatorSocket {
   /// Listens on the path. Replaces a socket file that an ended daemon left behind. Returns an empty string,
   /// or the error for the user.
   std::string open(const std::string& path);
-  /// Handles the messages that arrive within this time; sleeps for the time if the socket is not open.
+  /// Handles the messages that arrive within this time, or sleeps for the time if the socket is not open.
   void serve(std::chrono::milliseconds time);
 
  private:
@@ -50,11 +50,11 @@ class OperatorSocket {
     std::deque<std::vector<std::byte>> outbox;
   };
   void accept_one();
-  bool read_one(Connection& connection);  // false: the client has gone
+  bool read_one(Connection& connection);  // false if the client has gone
   void take(Connection& connection, std::span<const std::byte> bytes, std::int64_t received_ns);
-  bool flush(Connection& connection);  // false: the client has gone
+  bool flush(Connection& connection);  // false if the client has gone
   void deliver_answers();
-  Connection* find_asker(const Asked& asked);  // nullptr: the client has gone
+  Connection* find_asker(const Asked& asked);  // nullptr if the client has gone
   void put(Connection& connection, std::vector<std::byte> bytes);
 
   const Plan& plan_;
@@ -64,7 +64,7 @@ class OperatorSocket {
   std::unique_ptr<io::NameTable> names_;
   std::unique_ptr<InboundEntry> entry_;
   std::vector<std::byte> buffer_;
-  std::string path_;                 // empty: not open
+  std::string path_;                 // empty if not open
   std::pair<dev_t, ino_t> place_{};  // device and inode of the bound socket
   int fd_ = -1;
   std::vector<Connection> connections_;

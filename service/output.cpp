@@ -26,7 +26,7 @@ std::size_t bytes_of(Snapshot& snapshot) {
   return sizeof(Snapshot) + numbers * sizeof(double);
 }
 
-/// Makes a queue for each motion channel; a channel that is off gets a queue with one place.
+/// Makes a queue for each motion channel. A channel that is off gets a queue with one place.
 template <std::size_t... I>
 std::array<Queue<Snapshot>, sizeof...(I)> make_queues(const Plan& plan, Snapshot prototype,
                                                       std::size_t most_waiting, std::index_sequence<I...>) {

@@ -1,7 +1,8 @@
-// Data that the simulation thread passes to the publisher: rings and queues for data of which no item may be
-// lost, a latest-value buffer for the status, histograms and counters. The class also contains the ring of
-// the operator's commands, because this process receives them. All memory is allocated on the heap in the
-// constructor (about 20 MB, and at most kMotionBytes for each motion channel that is published).
+// The class holds the data that the simulation thread passes to the publisher. It has rings and queues for
+// data of which no item may be lost, a latest-value buffer for the status, histograms and counters. The class
+// also contains the ring of the operator's commands, because this process receives them. All memory is
+// allocated on the heap in the constructor (about 20 MB, and at most kMotionBytes for each motion channel
+// that is published).
 #pragma once
 
 #include <array>
@@ -29,7 +30,7 @@ struct AckEntry {
   io::Reason reason = io::Reason::kAccepted;
   Mode mode = Mode::kRunning;  // mode at the time of the answer
   std::int64_t tick = 0;       // accepted: tick at which it takes effect; rejected: tick of the rejection
-  std::int32_t command = 0;    // control_t constant; 0: a force
+  std::int32_t command = 0;    // control_t constant, 0 for a force
   // start_tick of a force, count of a control command, or the number that belongs to the reason: the time
   // that the command waited [ms], or the number of slots or waiting commands that its sender may have
   std::int64_t found = 0;
@@ -98,8 +99,8 @@ struct Output {
   Ring<AckEntry, kNumOperatorAcks> operator_acks;
   Ring<AppliedEntry, kNumApplied> applied;
   Ring<PageRequest, kNumRequests> requests;
-  // no snapshot is lost while there is room; one queue for each of io::kMotionChannels, filled at the
-  // channel's rate
+  // no snapshot is lost while there is room. There is one queue for each of io::kMotionChannels, filled at
+  // the channel's rate.
   std::array<Queue<Snapshot>, io::kNumMotionChannels> motion;
   // snapshots lost because the queue was full pages of SCENE for the reduced and the fallback plan; set
   // before the simulation runs
@@ -114,7 +115,7 @@ struct Output {
   std::atomic<std::int64_t> num_overruns{0}, num_slips{0}, num_accepted{0};
   std::atomic<std::int64_t> slip_gap_ns{0};  // gap of the latest slip (Pacer::slip_gap_ns)
   std::array<std::atomic<std::int64_t>, io::kNumReasons> num_rejected{};
-  std::atomic<bool> is_finished{false};  // true: the simulation thread has offered its last snapshot
+  std::atomic<bool> is_finished{false};  // true if the simulation thread has offered its last snapshot
 
   // written by the supervisor only: commands from the operator's socket
   OperatorRing operator_commands;

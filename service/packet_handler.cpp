@@ -25,8 +25,8 @@ bool uses_a_sequence(Reason reason) {
 void release_places(SenderTable& senders, const std::array<char, kSenderSize>& target) noexcept {
   constexpr std::int64_t kLongAgo = std::numeric_limits<std::int64_t>::min() / 2;  // [ns]
   for (SenderTable::Record& record : senders.records)
-    // the ingress may be writing the name at this moment; the worst effect is that a place becomes free a
-    // minute early
+    // the ingress may be writing the name at this moment, but at worst a place then becomes free a minute
+    // early
     if (record.sender[0] != '\0' && is_target(target, record.sender)) record.heard_ns.store(kLongAgo);
 }
 
@@ -89,7 +89,7 @@ void PacketHandler::on_fragment(bool is_force, std::int64_t received_ns) noexcep
   finish(admission);
 }
 
-/// Passes the bytes on without reading them; the verifier checks sender and contents.
+/// Passes the bytes on without reading them, because the verifier checks sender and contents.
 void PacketHandler::forward(InboundKind kind, std::span<const std::byte> bytes) noexcept {
   const bool has_room = bytes.size() <= kMaxRawBytes;
   entry_.num_raw_bytes = has_room ? static_cast<std::int32_t>(bytes.size()) : kMaxRawBytes + 1;
@@ -127,7 +127,7 @@ void PacketHandler::finish(io::Admission& admission) noexcept {
   if (!block_.rejected.try_push({admission})) block_.dropped_answers.fetch_add(1, std::memory_order_relaxed);
 }
 
-/// Returns the sender's record, or a record that the sender may take over; nullptr if there is none.
+/// Returns the sender's record, or a record that the sender may take over, or nullptr if there is none.
 SenderTable::Record* PacketHandler::find_record(const std::array<char, kSenderSize>& sender) noexcept {
   auto& records = block_.senders.records;
   const auto known = std::find_if(records.begin(), records.end(),

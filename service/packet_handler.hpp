@@ -20,9 +20,9 @@ class PacketHandler {
   /// \param received_ns  [ns] CLOCK_BOOTTIME
   void on_packet(std::span<const std::byte> packet, std::int64_t received_ns) noexcept;
 
-  /// Each function takes a message on FORCE or CONTROL. Puts a valid command into the inbound ring; counts an
-  /// invalid command and queues its answer. If keys are required, puts every message into the ring without
-  /// decoding it.
+  /// Each function takes a message on FORCE or CONTROL. A function puts a valid command into the inbound
+  /// ring. Counts an invalid command and queues the answer to it. If keys are required, puts every message
+  /// into the ring without decoding it.
   void on_force(std::span<const std::byte> bytes, std::int64_t received_ns) noexcept;
   void on_control(std::span<const std::byte> bytes, std::int64_t received_ns) noexcept;
   /// Takes a message on STATUS and stores its session if another daemon sent it.

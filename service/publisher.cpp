@@ -20,8 +20,8 @@ namespace {
 // [ns] longest time from a standstill to the slip that it causes
 constexpr std::int64_t kStandstillCounts = 3 * kSecond;
 constexpr std::int64_t kStatusPatience = 30'000'000;  // [ns] longest wait for a fresh snapshot
-// messages sent from one ring at one check, 32,000 a second: LCM's subscribers queue 30 messages and drop
-// newer ones
+// number of messages sent from one ring at one check, 32,000 a second. The number is limited because LCM's
+// subscribers queue 30 messages and drop newer ones.
 constexpr int kBurst = 8;
 constexpr std::int64_t kIdle = 250'000;  // [ns] time between checks of the rings
 constexpr std::chrono::microseconds kIdleUnpaced{50};

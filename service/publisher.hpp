@@ -1,4 +1,4 @@
-// The publisher thread: takes data from the simulation, encodes and sends it.
+// The publisher thread takes data from the simulation, encodes the data and sends it.
 #pragma once
 
 #include <algorithm>
@@ -71,7 +71,7 @@ class Publisher {
   void note_standstill(std::int64_t now_ns);
   void note_mode(std::int64_t now_ns);
   void note_replan(std::int64_t now_ns);
-  void send_scene(bool uses_fallback, std::int64_t number);  // number: a page from 1; 0: all
+  void send_scene(bool uses_fallback, std::int64_t number);  // number: a page from 1, 0 for all
   io::Stamp stamp(const Snapshot& snapshot) const;
   template <class Message>
   void send(const char* suffix, const Message& message);
@@ -92,7 +92,7 @@ class Publisher {
   std::int64_t status_due_ns_ = 0;
   std::int64_t second_due_ns_ = 0;
   bool has_asked_ = false;  // true: has asked the loop for the snapshot of the status that is due
-  bool has_fresh_ = false;  // true: the loop has answered
+  bool has_fresh_ = false;  // true if the loop has answered
   Mode noted_mode_ = Mode::kStarting;
   std::int64_t noted_replan_tick_ = -1;
   std::int64_t noted_failures_ = 0;

@@ -1,5 +1,5 @@
-// Queue from one writer thread to one reader thread, in order. The places of the queue are allocated once;
-// the queue uses no lock and never waits.
+// This queue passes values in order from one writer thread to one reader thread. The places of the queue are
+// allocated once. The queue uses no lock and never waits.
 #pragma once
 
 #include <atomic>
@@ -21,8 +21,8 @@ class Queue {
 
   std::size_t num_places() const noexcept { return places_.size(); }
 
-  /// Writer only. Returns the place to fill before offer(); it contains an old value. Returns nullptr if the
-  /// queue is full.
+  /// Only the writer calls this function. Returns the place to fill before offer(). The place contains an old
+  /// value. Returns nullptr if the queue is full.
   Value* draft() noexcept {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
     return head - tail_.load(std::memory_order_acquire) < places_.size() ? &at(head) : nullptr;
@@ -30,8 +30,8 @@ class Queue {
   /// Writer only. Adds the draft to the queue.  \pre draft() was not null
   void offer() noexcept { head_.store(head_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
 
-  /// Reader only. Returns the oldest value, which does not change until drop(); nullptr if the queue is
-  /// empty.
+  /// Only the reader calls this function. Returns the oldest value, or nullptr if the queue is empty. The
+  /// value does not change until drop().
   const Value* front() noexcept {
     const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
     return head_.load(std::memory_order_acquire) != tail ? &at(tail) : nullptr;

@@ -14,9 +14,9 @@ std::string lock_memory();
 /// empty string or one line, as lock_memory() does.
 std::string raise_priority();
 
-/// Returns true if this thread uses the default arithmetic of IEEE 754: results are rounded to nearest and
-/// denormals are kept. The bits of a run depend on this setting, and a library built with -ffast-math changes
-/// it for the whole process.
+/// Returns true if this thread uses the default arithmetic of IEEE 754, which rounds results to nearest and
+/// keeps denormals. The bits of a run depend on this setting, and a library built with -ffast-math changes it
+/// for the whole process.
 bool has_default_arithmetic();
 
 }  // namespace freeflex::service

@@ -28,7 +28,7 @@ class Ring {
  public:
   static constexpr int kCapacity = Capacity;
 
-  /// Producer only. Adds an entry; returns false if the ring is full.
+  /// Only the producer calls this function. Adds an entry, or returns false if the ring is full.
   bool try_push(const Entry& entry) noexcept {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);
     if (head - tail_.load(std::memory_order_acquire) >= Capacity) return false;
@@ -36,17 +36,18 @@ class Ring {
     head_.store(head + 1, std::memory_order_release);
     return true;
   }
-  /// Producer only. Returns the number of free entries; the consumer can only increase it.
+  /// Only the producer calls this function. Returns the number of free entries. The consumer can only
+  /// increase this number.
   int num_free() const noexcept {
     return Capacity -
            static_cast<int>(head_.load(std::memory_order_relaxed) - tail_.load(std::memory_order_acquire));
   }
-  /// Consumer only. Takes the oldest entry; returns false if the ring is empty.
+  /// Only the consumer calls this function. Takes the oldest entry, or returns false if the ring is empty.
   bool try_pop(Entry& entry) noexcept {
     const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
     const std::uint64_t head = head_.load(std::memory_order_acquire);
     if (head == tail) return false;
-    if (head - tail > Capacity) {  // the producer's index is impossible: empty the ring
+    if (head - tail > Capacity) {  // the producer's index is impossible, so empty the ring
       tail_.store(head, std::memory_order_release);
       return false;
     }
@@ -61,11 +62,12 @@ class Ring {
   alignas(64) std::array<Entry, Capacity> entries_{};
 };
 
-/// [B] Size of the longest command on the wire: the sender and 22 fields outside the lists, 28 B for each
-/// force or torque, 52 B for each wrench and 12 B for each wheel. An entry has room for a command of this
-/// size.
+/// [B] Size of the longest command on the wire. The command consists of the sender and 22 fields outside the
+/// lists, 28 B for each force or torque, 52 B for each wrench and 12 B for each wheel. An entry has room for
+/// a command of this size.
 inline constexpr std::size_t kMaxCommandBytes = 8760;
-/// [B] Size of the longest sealed command: the longest command in an envelope_t with the longest key id.
+/// [B] Size of the longest sealed command, which is the longest command in an envelope_t with the longest key
+/// id.
 inline constexpr int kMaxRawBytes = static_cast<int>(kMaxCommandBytes) + 104;
 /// States which member of an InboundEntry is valid: a command or, if keys are required, the bytes of a
 /// message on FORCE or CONTROL. In shared memory the value may be any other number.
@@ -74,7 +76,7 @@ enum class InboundKind : std::int32_t { kForce = 1, kControl = 2, kRawForce = 3,
 struct InboundEntry {
   std::int64_t received_ns;  // [ns] CLOCK_BOOTTIME of reception
   InboundKind kind;
-  std::int32_t num_raw_bytes;  // size of the message; above kMaxRawBytes the message was not copied
+  std::int32_t num_raw_bytes;  // size of the message, which was not copied if the size is above kMaxRawBytes
   union {
     ForceCommand force;
     std::array<std::byte, kMaxRawBytes> raw;
@@ -82,7 +84,7 @@ struct InboundEntry {
   io::ControlCommand control;
 };
 static_assert(sizeof(ForceCommand) >= kMaxRawBytes, "raw bytes take no room of their own");
-/// Entry from ingress to publisher: a rejection that the publisher answers.
+/// The ingress sends this entry to the publisher. The entry is a rejection that the publisher answers.
 struct RejectionEntry {
   io::Admission admission;
 };
@@ -96,30 +98,31 @@ struct IngressSettings {
   io::NameTable names;
 };
 
-/// Last sequence of each sender in this session, for the ingress. The table is in shared memory, so it
-/// survives a restart of the ingress. If all places are taken, a new sender replaces a sender that was silent
-/// for kForget. A sender of a control always gets a place. If necessary, it replaces another sender in the
-/// kMaxControls extra places: the sender that was silent for longest. Therefore nobody can prevent a STOP by
-/// using many names.
+/// Keeps the last sequence of each sender in this session, for the ingress. The table is in shared memory, so
+/// it survives a restart of the ingress. If all places are taken, a new sender replaces a sender that was
+/// silent for kForget. A sender of a control always gets a place. If necessary, the sender of a control
+/// replaces another sender in the kMaxControls extra places. This is the sender that was silent for longest.
+/// Therefore nobody can prevent a STOP by using many names.
 struct SenderTable {
   static constexpr int kMaxSenders = 64;                   // places for senders of any command
   static constexpr int kMaxControls = 16;                  // extra places for controls
   static constexpr std::int64_t kForget = 60'000'000'000;  // [ns]
   struct Record {
-    std::array<char, kSenderSize> sender{};  // empty: the place is free
+    std::array<char, kSenderSize> sender{};  // empty if the place is free
     std::atomic<std::int64_t> last_sequence{0};
     std::atomic<std::int64_t> heard_ns{0};  // CLOCK_BOOTTIME
   };
   std::array<Record, kMaxSenders + kMaxControls> records{};
 };
-/// Makes the places of cleared senders available to new senders; the target of the CLEAR selects the senders.
-/// Until a new sender takes a place, the sequence in it stays, so a copy of an old command is still refused.
-/// The daemon may call this function, because the function changes only times.
+/// Makes the places of cleared senders available to new senders. The target of the CLEAR selects the cleared
+/// senders. Until a new sender takes a place, the sequence in it stays, so a copy of an old command is still
+/// refused. The daemon may call this function, because the function changes only times.
 void release_places(SenderTable& senders, const std::array<char, kSenderSize>& target) noexcept;
 
 /// State of one ingress process, the receiving one or the standby, in the block.
 struct IngressSeat {
-  // incremented in every iteration of the process's loop, at least 50 times a second; 0: not ready yet
+  // the process increments this count in every iteration of its loop, at least 50 times a second. 0 means not
+  // ready yet.
   alignas(64) std::atomic<std::uint64_t> beat{0};
   std::atomic<std::uint32_t> lacks{0};  // parts of the confinement that failed
 };
@@ -143,8 +146,8 @@ struct SharedBlock {
     const bool is_control = kind == InboundKind::kControl || kind == InboundKind::kRawControl;
     return decltype(inbound)::kCapacity - (is_control ? 0 : kControlPlaces);
   }
-  /// Only for the producer of inbound. Adds an entry; returns false if there is no place for this kind of
-  /// entry.
+  /// Only the producer of inbound calls this function. Adds an entry, or returns false if there is no place
+  /// for this kind of entry.
   bool try_push(const InboundEntry& entry) noexcept {
     const int num_kept = decltype(inbound)::kCapacity - num_places(entry.kind);
     return inbound.num_free() > num_kept && inbound.try_push(entry);

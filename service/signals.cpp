@@ -14,7 +14,7 @@ namespace freeflex::service {
 
 namespace {
 
-// variables that the handler may use: lock-free, and never destroyed
+// the handler may use these variables, because they are lock-free and never destroyed
 std::atomic<int> received_signal{0};
 std::atomic<std::int64_t> received_ns{0};
 std::atomic<bool> is_starting{true};
@@ -62,7 +62,8 @@ SignalWatch::SignalWatch() {
   struct sigaction hang_up {};
   sigaction(SIGHUP, nullptr, &hang_up);
   if (hang_up.sa_handler != SIG_IGN) handle(SIGHUP);
-  // a parent process may have blocked these signals; threads that start later inherit this mask
+  // a parent process may have blocked these signals, so they are unblocked here; threads that start later
+  // inherit this mask
   sigset_t taken;
   sigemptyset(&taken);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&taken, number);

@@ -13,7 +13,7 @@ void ignore_signals_of_writing();
 /// ignored, it stays ignored, as nohup requires. The first signal sets a flag. In two cases the handler ends
 /// the process at once: during start-up (exit status 0), and if another signal comes kPatience or more after
 /// the first, because the clean end then hangs (exit status 1). Ending at once is safe, because the ingress
-/// ends with its daemon. At most one object per process.
+/// ends with its daemon. A process has at most one such object.
 class SignalWatch {
  public:
   static constexpr long long kPatience = 1'000'000'000;  // [ns] a clean end takes a few milliseconds
@@ -24,7 +24,7 @@ class SignalWatch {
 
   /// Returns the first signal, or 0. Any thread may call this function.
   int received() const;
-  /// Marks the end of start-up; after this call the first signal only sets the flag. Any thread may call this
+  /// Marks the end of start-up. After this call the first signal only sets the flag. Any thread may call this
   /// function.
   void end_start_up();
 };

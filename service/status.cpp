@@ -46,7 +46,8 @@ void StatusReporter::advance_window() {
   command_latency_.advance();
 }
 
-/// Adds the rejections that the ingress, the operator's socket and the loop counted; lists each reason once.
+/// Adds the rejections that the ingress, the operator's socket and the loop counted, and lists each reason
+/// once.
 void StatusReporter::fill_counts(freeflex_msgs::status_t& status) {
   status.commands_received = received_.take(shared_.received.load(std::memory_order_relaxed)) +
                              output_.num_operator_received.load(std::memory_order_relaxed);

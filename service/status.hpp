@@ -23,8 +23,8 @@ struct Identity {
   CommandLimits limits{};
 };
 
-/// A count of the ingress, limited to plausible values: it is not negative, never decreases, and grows no
-/// faster than a machine can receive messages.
+/// A count of the ingress, limited to plausible values. The limited count is not negative, never decreases,
+/// and grows no faster than a machine can receive messages.
 class ReportedCount {
  public:
   // increase between two reports, which are at most 100 ms apart
@@ -63,7 +63,7 @@ class StatusReporter {
   std::array<ReportedCount, io::kNumReasons> rejected_;  // rejections by reason
 };
 
-/// Returns the cause of the loop's fault as text; empty if there is no fault.
+/// Returns the cause of the loop's fault as text, or an empty text if there is no fault.
 std::string fault_text(const Snapshot& snapshot);
 
 }  // namespace freeflex::service

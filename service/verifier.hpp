@@ -22,7 +22,7 @@ namespace freeflex::service {
 class TokenBucket {
  public:
   explicit TokenBucket(double per_second);  // [1/s]
-  /// Takes a token; returns false if there is none.  \param now_ns  [ns] time of a monotonic clock
+  /// Takes a token, or returns false if there is none.  \param now_ns  [ns] time of a monotonic clock
   bool take(std::int64_t now_ns) noexcept;
 
  private:
@@ -32,8 +32,8 @@ class TokenBucket {
 };
 
 /// Takes messages as bytes from the ingress's ring, checks which key sealed them, then checks their contents,
-/// and passes valid commands to the simulation. Of a message without a valid tag, only the tag is checked: no
-/// generated decoder is called, and nothing is allocated except for a log line.
+/// and passes valid commands to the simulation. Of a message without a valid tag, only the tag is checked. No
+/// generated decoder is called for it, and nothing is allocated except for a log line.
 class Verifier {
  public:
   struct Options {
@@ -50,12 +50,12 @@ class Verifier {
   Verifier(std::vector<Key> keys, const Options& options, const io::NameTable& names, SharedBlock& ingress,
            LimitedLog::Write write = write_line);
 
-  /// Body of the thread; returns after request_stop().
+  /// The body of the thread. It returns after request_stop().
   void run();
   /// Makes run() return. Any thread may call this function.
   void request_stop() noexcept { is_stopping_.store(true, std::memory_order_relaxed); }
 
-  /// Takes one message; returns false if there is none.
+  /// Takes one message, or returns false if there is none.
   bool take(const Time& time);
 
   /// Returns the block that simulation and publisher read instead of the ingress's block. The block contains

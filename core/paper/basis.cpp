@@ -23,7 +23,7 @@ Eigen::VectorXd mass_of_freedoms(const std::vector<PointMass>& points) {
   return mass;
 }
 
-// Holds orthonormal vectors, which are made one after another   (THEORY 11.12).
+// This class holds orthonormal vectors. They are made one after another   (THEORY 11.12).
 class GramSchmidt {
  public:
   GramSchmidt(Eigen::Index size, Eigen::Index capacity) : vectors_(size, capacity) {}
@@ -37,7 +37,7 @@ class GramSchmidt {
   };
 
   // Returns y - sum_k v_k (v_k.y), in two passes, and in more passes while a pass removes more than half of
-  // the norm: if the remainder is small, rounding errors leave a considerable part along the vectors.
+  // the norm, because if the remainder is small, rounding errors leave a considerable part along the vectors.
   Remainder reduce(const Eigen::VectorXd& y) const {
     constexpr int kMaxPasses = 6;
     constexpr double kMost = 0.5;
@@ -125,7 +125,7 @@ void measure_residuals(const std::vector<PointMass>& points, const MassPropertie
         (largest_stretch.cwiseInverse().asDiagonal() * (constraints * b)).cwiseAbs().maxCoeff();
 }
 
-// makes a basis of force groups with the numbering of the scene; if an explicit recipe is incomplete with
+// Makes a basis of force groups with the numbering of the scene. If an explicit recipe is incomplete with
 // this numbering, tries another
 Basis basis_of_groups(const Scene& scene, const Structure& structure, const LinkFactor& factor,
                       Recipe recipe) {
@@ -154,10 +154,10 @@ Basis basis_of_groups(const Scene& scene, const Structure& structure, const Link
   return basis;
 }
 
-// returns a message with the shape that an explicit recipe needs; empty if the recipe applies
+// Returns a message with the shape that an explicit recipe needs. The message is empty if the recipe applies
 std::string missing_shape(Recipe recipe, ShapeClass shape) {
-  // forces on pairs of points are in equilibrium for any shape; forces along or across a line or plane need a
-  // shape with that line or plane
+  // Forces on pairs of points are in equilibrium for any shape, but forces along or across a line or plane
+  // need a shape with that line or plane
   const bool fits = (recipe != Recipe::kCollinear && recipe != Recipe::kPlanar) ||
                     shape == ShapeClass::kPoint || recipe == recipe_of(shape);
   if (fits) return {};
@@ -232,7 +232,7 @@ Basis orthonormalise(const std::vector<PointMass>& points, const MassProperties&
   basis.choice = choice;
   const auto rank = static_cast<Eigen::Index>(choice.kept.size());
   basis.coefficients = Eigen::MatrixXd::Zero(rank, groups.cols());
-  // expands beta = (M / m) f in the vectors so far (THEORY 4.2, 11.11); these vectors have length one, and b
+  // expands beta = (M / m) f in the vectors so far (THEORY 4.2, 11.11). These vectors have length one, and b
   // has length sqrt(M)
   const auto expand = [&](int l) {
     GramSchmidt::Remainder remainder =

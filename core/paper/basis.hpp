@@ -34,7 +34,8 @@ struct Basis {
   Choice choice;               // vector l comes from group choice.kept[l]
   // gamma_ul, [N] (rank x num_groups) beta_l = sum_u b_u gamma_ul   (THEORY 11.11)
   Eigen::MatrixXd coefficients;
-  // only if the basis is incomplete: successive points at one position, on one line or in one plane
+  // This member is filled only if the basis is incomplete. It lists successive points at one position, on one
+  // line or in one plane
   std::vector<int> flat_window;
 
   double gram_error = 0.0;           // [-] max |sum m b_l.b_u / M - [l = u]|
@@ -51,8 +52,8 @@ struct Basis {
 /// successive points is not flat (THEORY 11.10, 11.12).
 inline constexpr double kDependent = 1e-11;
 
-/// Takes groups in their order. The remainders are those of forces, without the mass metric: if masses differ
-/// by a factor of 1e12, the contribution of a group in the mass metric may be below rounding errors
+/// Takes groups in their order. The remainders are remainders of forces, without the mass metric. If masses
+/// differ by a factor of 1e12, the contribution of a group in the mass metric may be below rounding errors
 /// (THEORY 11.12).
 /// \param constraints  [-] C (num x 3N) LinkFactor::constraints  \param groups  [N] (3N x num_groups)
 Choice independent_groups(const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& groups);

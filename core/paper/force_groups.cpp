@@ -16,7 +16,7 @@ using Vectors = Eigen::Matrix3Xd;
 // (THEORY 11.5)
 constexpr double kPlanarRoundings = 64.0;
 
-// returns the unit normal of the best plane of the points; all points have the same weight, so that a light
+// Returns the unit normal of the best plane of the points. All points have the same weight, so that a light
 // point outside the line of the heavy points has an effect
 Eigen::Vector3d plane_normal(const MassProperties& properties) {
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(properties.r, Eigen::ComputeFullU);
@@ -31,14 +31,14 @@ struct Groups {
   void end() { ++next; }
 };
 
-// returns the weights divided by the largest magnitude; zero if all are zero
+// Returns the weights divided by the largest magnitude. The results are zero if all weights are zero
 template <typename Weights>
 Weights scaled(const Weights& weights) {
   const double largest = weights.cwiseAbs().maxCoeff();
   return largest > 0.0 ? Weights(weights / largest) : Weights(Weights::Zero());
 }
 
-// f_i = -(r_j - r_i) / |r_j - r_i|, f_j = -f_i: two points are pulled apart   (THEORY 11.6)
+// f_i = -(r_j - r_i) / |r_j - r_i|, f_j = -f_i, so two points are pulled apart   (THEORY 11.6)
 void add_pair(const Vectors& r, int first, int second, Groups& groups) {
   const Eigen::Vector3d span = r.col(second) - r.col(first);
   const double length = span.stableNorm();
@@ -121,7 +121,8 @@ void formal_groups(const std::vector<PointMass>& points, const MassProperties& p
     for (int axis = 0; axis < 3; ++axis) {
       Vectors F = Vectors::Zero(3, properties.r.cols());
       F(axis, loaded) = 1.0;
-      // a second pass removes rounding errors, which are amplified if the principal moments are far apart
+      // A second pass removes rounding errors, because they are amplified if the principal moments are far
+      // apart
       for (int pass = 0; pass < 2; ++pass) F -= rigid_part(points, properties, F);
       for (std::size_t i = 0; i < points.size(); ++i)
         groups.add(static_cast<int>(i), F.col(static_cast<Eigen::Index>(i)));

@@ -17,8 +17,8 @@ constexpr int kNamesInReason = 8;
 // by displacements with sum m b.b = M
 constexpr double kRigidRounding = 1e-9;
 
-// returns sqrt(D) B over displacements and rotations of joints; its transpose maps t = s / sqrt(D) to the
-// loads that t balances (THEORY 11.22)
+// Returns sqrt(D) B over displacements and rotations of joints. The transpose of this matrix maps t = s /
+// sqrt(D) to the loads that t balances (THEORY 11.22)
 Eigen::MatrixXd weighted_rows(const LinkFactor& factor) {
   Eigen::MatrixXd rows =
       Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(factor.natural.size()), factor.num_freedoms);
@@ -31,8 +31,8 @@ Eigen::MatrixXd weighted_rows(const LinkFactor& factor) {
 // Returns the solution of Y t = f with the least t.t, by the force method, where Y is the matrix `balance`
 // and f are the loads   (THEORY 11.23, 11.24):
 //   Y = O (Z_11 Z_12),   t = [Z_11^-1 O^T f; 0] + [-Z_11^-1 Z_12; 1] x
-// First the primary structure, which consists of stiff links, carries all loads. Then the self-stresses x
-// that make the energy least are added.
+// The primary structure consists of stiff links. First the primary structure carries all loads. Then the
+// self-stresses x that make the energy least are added.
 Eigen::MatrixXd least_energy(const Eigen::MatrixXd& balance, const Eigen::MatrixXd& loads,
                              Eigen::Index rank) {
   Eigen::MatrixXd t = Eigen::MatrixXd::Zero(balance.cols(), loads.cols());
@@ -44,7 +44,7 @@ Eigen::MatrixXd least_energy(const Eigen::MatrixXd& balance, const Eigen::Matrix
   if (rank > 0) t.topRows(rank) = R11.solve(rotated_loads.topRows(rank));
   const Eigen::Index num_redundant = balance.cols() - rank;
   if (num_redundant > 0) {
-    // self-stresses [-Z_11^-1 Z_12; 1] balance no load (in the code Z_11 is R11); t.t is least if t is
+    // self-stresses [-Z_11^-1 Z_12; 1] balance no load (in the code Z_11 is R11), and t.t is least if t is
     // orthogonal to all self-stresses
     Eigen::MatrixXd self_stress(balance.cols(), num_redundant);
     if (rank > 0) self_stress.topRows(rank) = -R11.solve(qr.matrixR().topRightCorner(rank, num_redundant));
@@ -97,7 +97,7 @@ LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen
   const Eigen::Index num_displacements = factor.constraints.cols();
   const Eigen::Index num_constraints = factor.constraints.rows();
   const auto num_natural = static_cast<Eigen::Index>(factor.natural.size());
-  // the rank is known: condensation removed one row for each rotation that links hold
+  // The rank is known, because condensation removed one row for each rotation that links hold
   const Eigen::Index num_held = num_natural - factor.rows.rows();
   const Eigen::Index rank =
       std::min(num_displacements - rigid_freedoms - num_constraints + num_held, num_natural);
@@ -106,7 +106,7 @@ LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen
   states.multipliers.resize(num_constraints, loads.cols());
   states.natural.resize(num_natural, loads.cols());
   if (loads.cols() == 0) return states;
-  // equilibrium B^T s + C^T lambda = f   (THEORY 11.21): reflectors transform C^T to the leading rows, and
+  // equilibrium B^T s + C^T lambda = f   (THEORY 11.21). Reflectors transform C^T to the leading rows, and
   // the remaining rows are Y t = O_2^T f, Y = O_2^T B^T sqrt(D)   (THEORY 11.22)
   Eigen::MatrixXd balance = weighted_rows(factor).transpose();
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(factor.num_freedoms, loads.cols());

@@ -20,9 +20,9 @@ struct LinkStates {
   int num_redundant = 0;        // number of self-stresses of the elastic links; 0: statically determinate
 };
 
-/// Computes the states by the force method: a state that balances the loads f, plus the self-stress with
-/// which the complementary energy sum s^2 / (2 D) is least; rigid links have 1 / D = 0
-/// (THEORY 11.21 to 11.24):
+/// Computes the states by the force method. A state is the sum of a state that balances the loads f and of a
+/// self-stress. This self-stress makes the complementary energy sum s^2 / (2 D) least. Rigid links have 1 / D
+/// = 0 (THEORY 11.21 to 11.24):
 ///   B^T s + C^T lambda = f
 /// \param loads [N] (3N x count) without resultant and moment
 /// \pre the structure has no mechanism, or no load does work on a mechanism
@@ -37,12 +37,12 @@ struct Maxwell {
   int num_redundant = 0;                 // degree of static indeterminacy, if delta exists
 };
 
-/// Computes the coefficients of unit displacements b, which need not form a complete basis
+/// Computes the coefficients of unit displacements b. These displacements need not form a complete basis
 /// (THEORY 11.20, 11.25, 11.26):
 ///   delta_lu = sum_rows s_l s_u / D,   c = (A b)^T (A b)
 /// with s_l the natural forces under the unit force p_l. For normal modes c is diagonal, c_ll = M omega_l^2
-/// (THEORY 4.19). delta does not exist if the structure has a mechanism; c does not exist if b stretches a
-/// rigid link.
+/// (THEORY 4.19). delta does not exist if the structure has a mechanism, and c does not exist if b stretches
+/// a rigid link.
 /// \param shapes  [-] (3N x n) free of rigid motion
 Maxwell find_maxwell(const Scene& scene, const Structure& structure, const LinkFactor& factor,
                      const Eigen::MatrixXd& shapes);

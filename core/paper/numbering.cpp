@@ -23,8 +23,8 @@ void for_windows(const std::vector<int>& numbering, int size, int first, int las
     visit(std::vector<int>(numbering.begin() + start, numbering.begin() + start + size));
 }
 
-// Number of flat windows and least spread; a numbering is better if it has fewer flat windows or, with
-// equally many, a larger least spread.
+// The number of flat windows and the least spread. A numbering is better if it has fewer flat windows or,
+// with equally many, a larger least spread.
 struct Quality {
   int num_flat = 0;
   double least_spread = 1.0;  // [-]
@@ -48,8 +48,8 @@ Quality quality_of(const MassProperties& properties, const std::vector<int>& num
   return quality_of(properties, numbering, size, 0, static_cast<int>(numbering.size()) - 1);
 }
 
-// inserts each point where the windows that contain it are least flat; if several indices are equally good,
-// uses the last of them
+// Inserts each point where the windows that contain this point are least flat. If several indices are equally
+// good, uses the last of them
 std::vector<int> insert_one_by_one(const MassProperties& properties, const std::vector<int>& order,
                                    int size) {
   std::vector<int> numbering;

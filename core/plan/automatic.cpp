@@ -14,14 +14,15 @@
 namespace freeflex {
 namespace {
 
-// largest number of substeps in a run that tries a rung: such a run takes a few seconds with 20 points
+// The largest number of substeps in a run that tries a rung. A run of this length takes a few seconds with 20
+// points.
 constexpr std::int64_t kMostTicksTried = 200'000;
 
 bool is_within(double error, const std::optional<double>& tolerance) {
   return !tolerance || error <= *tolerance;
 }
 
-// returns the plan of a rung, with the best rung as its shadow; nullopt if there is an error
+// Returns the plan of a rung, with the best rung as its shadow. If there is an error, returns nullopt.
 std::optional<Plan> plan_to_try(const Scene& scene, const Structure& structure, Fidelity rung,
                                 Faults& faults) {
   PlanSpec spec = unpublished_spec(scene, structure, rung, 1);
@@ -33,7 +34,8 @@ std::optional<Plan> plan_to_try(const Scene& scene, const Structure& structure, 
     faults.insert(faults.end(), own.begin(), own.end());
     return std::nullopt;
   }
-  // longer than the run, so that the shadow starts only once and errors grow from the start of the run
+  // This horizon is longer than the run, so that the shadow starts only once and errors grow from the start
+  // of the run.
   set_horizon(2.0 * scene.automatic->horizon, *plan);
   const std::int32_t substeps = resolving_substeps(frequencies_of(structure), plan->period);
   if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, best_rung_beside(rung, scene, structure),

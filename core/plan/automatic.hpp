@@ -1,4 +1,4 @@
-// `fidelity: auto`: choice of a rung by its estimated error   (THEORY 12.28).
+// The setting `fidelity: auto` chooses a rung by its estimated error (THEORY 12.28).
 #pragma once
 
 #include <optional>
@@ -14,14 +14,14 @@ inline constexpr int kRungSamples = 16;
 
 /// Returns the cheapest rung whose estimated errors stay within the tolerances of scene.automatic:
 /// estimate(t_k) <= tolerance at t_k = k T_h / 16, k = 1 to 16   (THEORY 12.28). `tried` receives the rungs
-/// that were tried; the chosen rung is the last of them. If no rung is within the tolerances, returns nullopt
-/// and adds an error at the origin of the tolerance. The cost is up to six runs over the horizon, each in
-/// parallel with the best rung.
+/// that were tried, and the last of these is the chosen rung. If no rung is within the tolerances, returns
+/// nullopt and adds an error at the origin of the tolerance. The cost is up to six runs over the horizon,
+/// each in parallel with the best rung.
 std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure,
                                     std::vector<PlanRung>& tried, Faults& faults);
 
-/// Returns a warning if `fidelity: auto` chose the rung of the plan at a rate other than `rate` [Hz]. Empty
-/// text: no warning.
+/// Returns a warning if `fidelity: auto` chose the rung of the plan at a rate other than `rate` [Hz]. An
+/// empty text means that there is no warning.
 std::string find_untried_rate(const Plan& plan, double rate);
 
 }  // namespace freeflex

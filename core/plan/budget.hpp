@@ -20,8 +20,8 @@ bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind
 bool carries(Fidelity rung, const Scene& scene, const Structure& structure);
 
 /// Returns the rung with which the given rung is compared. If the rung has true geometry, this is the rung
-/// itself. Otherwise it is the rung `spin-loaded` if the scene has mass matrices; `coupled` if it has rigid
-/// links or bodies, or keeps only its lowest modes; and `exact-bars` in other scenes.
+/// itself. Otherwise it is `spin-loaded` if the scene has mass matrices. It is `coupled` if the scene has
+/// rigid links or bodies, or keeps only its lowest modes. In all other scenes it is `exact-bars`.
 Fidelity best_rung_beside(Fidelity rung, const Scene& scene, const Structure& structure);
 
 /// Warns if the best rung is not `exact-bars`, because then no estimate includes the true lengths and

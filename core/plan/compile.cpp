@@ -29,8 +29,8 @@
 namespace freeflex {
 namespace {
 
-// returns the structure with the modes and link forces that a spec keeps, or the given structure if the spec
-// keeps all of them
+// Returns the structure with the modes and link forces that a spec keeps, or the given structure if the spec
+// keeps all of them.
 std::shared_ptr<const Structure> structure_of(const Structure& whole, const PlanSpec& spec) {
   const bool has_links = !whole.link_forces.empty() || whole.constraint_shapes.cols() > 0;
   if (spec.static_modes.empty() && (spec.publishes_links || !has_links))
@@ -44,7 +44,7 @@ std::shared_ptr<const Structure> structure_of(const Structure& whole, const Plan
   return few;
 }
 
-// holds unit elastic displacements and constraint shapes, side by side
+// Holds unit elastic displacements and constraint shapes, side by side.
 class AllShapes {
  public:
   explicit AllShapes(const Structure& structure) : structure_(structure) {
@@ -82,8 +82,8 @@ void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
   plan.attractor_W = to_array(scene.attractor.position);
 }
 
-// Returns decay_l = zeta_l omega_l + alpha_R / 2 + beta_R omega_l^2 / 2 of all modes of a structure [1/s];
-// zeta_l is the damping ratio given for the mode plus the ratio that follows from loss factors
+// Returns decay_l = zeta_l omega_l + alpha_R / 2 + beta_R omega_l^2 / 2 of all modes of a structure [1/s].
+// Here zeta_l is the damping ratio given for the mode plus the ratio that follows from loss factors
 // (THEORY 4.23, 4.24).
 Eigen::VectorXd decays(const Damping& damping, const Structure& structure) {
   const Eigen::VectorXd& omega = structure.omega;
@@ -138,7 +138,7 @@ void compile_field(const Structure& structure, const Eigen::MatrixXd& shapes, Pl
   }
 }
 
-// returns true for each point whose mode-shape rows the step or the read-out uses
+// Returns true for each point whose mode-shape rows the step or the read-out uses.
 std::vector<bool> points_with_rows(const Scene& scene) {
   std::vector<bool> used(scene.points.size(), false);
   const auto use = [&](int point) { used[static_cast<std::size_t>(point)] = true; };
@@ -174,7 +174,7 @@ void compile_points(const Scene& scene, const Structure& structure, const Eigen:
   }
 }
 
-// compiles the rotation rows of bodies whose attitude is published or that carry a load or wheel
+// Compiles the rotation rows of bodies whose attitude is published or that carry a load or wheel.
 void compile_attitudes(const Scene& scene, const Structure& structure, Plan& plan) {
   std::set<int> wanted;
   for (const int point : scene.pushable) wanted.insert(point);
@@ -198,8 +198,8 @@ void compile_wheels(const Scene& scene, Plan& plan) {
         {wheel.name, attitude_index_of(plan, wheel.point), to_array(wheel.axis), wheel.momentum, {}});
 }
 
-// computes a . (theta_l x theta_u) for each wheel and each pair of modes that the verdict judges
-// (THEORY 16.24)
+// Computes a . (theta_l x theta_u) for each wheel and each pair of modes that the verdict judges
+// (THEORY 16.24).
 void compile_gyroscopic(Plan& plan) {
   const auto n = static_cast<std::size_t>(plan.num_padded);
   for (PlanWheel& wheel : plan.wheels.all) {
@@ -246,7 +246,7 @@ void compile_links(const Scene& scene, const Structure& structure, Plan& plan) {
   }
 }
 
-// returns the indices in their order, without repetitions
+// Returns the indices in their order, without repetitions.
 std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
   std::vector<std::int32_t> kept;
   for (const int index : indices)

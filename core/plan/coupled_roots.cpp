@@ -17,8 +17,8 @@ using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::VectorXcd;
 
-// [flop] Largest cost of the iteration: kFewFlops if the dense problem is possible too, kMostWork if it is
-// not. A problem of kMostWork takes some ten seconds.
+// [flop] The largest cost of the iteration. It is kFewFlops if the dense problem is possible too, and
+// kMostWork if the dense problem is not possible. A problem of kMostWork takes some ten seconds.
 constexpr double kFewFlops = 2e9, kMostWork = 1e11;
 constexpr int kMostSweeps = 60;
 // [-] change of a root over its distance from the nearest pole. The iteration is cubic, so the next change is
@@ -70,7 +70,7 @@ class Secular {
     return 2.0 * n * 12.0 * (16.0 * k * k * n + 4.0 * k * k * k + 60.0 * n);
   }
 
-  // returns false if an eigenvalue does not converge, or if the sum of the eigenvalues differs from the trace
+  // Returns false if an eigenvalue does not converge, or if the sum of the eigenvalues differs from the trace
   bool solve() {
     for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
       bool is_done = true;
@@ -124,8 +124,8 @@ class Secular {
     bool is_done = false;
   };
 
-  // starts near the guess, but off the real axis, because two roots on the real axis could not become a
-  // complex pair
+  // Starts near the guess, but off the real axis, because two roots on the real axis could not become a
+  // complex pair.
   void start(Index pole, Complex guess, double coupling) {
     const double scale = std::max(std::abs(poles_[pole]) + coupling, std::numeric_limits<double>::min());
     const Complex aside = std::polar(1.0, 2.4 * static_cast<double>(roots_.size() + 1));
@@ -134,7 +134,7 @@ class Secular {
     roots_.push_back({pole, pole, shift, false});
   }
 
-  // computes the distances of a root from all poles
+  // Computes the distances of a root from all poles.
   void set_distances(const Root& root) {
     const Complex s = poles_[root.pole] + root.shift;
     first_ = (poles_[root.pole] - poles_.head(n_).array()) + root.shift;
@@ -154,7 +154,7 @@ class Secular {
     return MatrixXcd::Identity(k, k) - N_ * g_.matrix().asDiagonal() * modes_.out.transpose().cast<Complex>();
   }
 
-  // returns the derivative of the logarithm of the polynomial with respect to s; call set_distances first
+  // Returns d ln(polynomial) / ds. Call set_distances first.
   Complex log_derivative() const {
     Complex sum = 0.0;
     MatrixXcd slope = modes_.by_q_dot.cast<Complex>();
@@ -167,7 +167,7 @@ class Secular {
     return sum - matrix().partialPivLu().solve(slope * modes_.out.transpose().cast<Complex>()).trace();
   }
 
-  // makes one iteration of one root; returns true if the root has converged
+  // Makes one iteration of one root. Returns true if the root has converged.
   bool advance(std::size_t i) {
     Root& root = roots_[i];
     if (root.is_done) return true;
@@ -178,14 +178,15 @@ class Secular {
         others += 1.0 / ((poles_[root.pole] - poles_[roots_[l].pole]) + (root.shift - roots_[l].shift));
     const Complex slope = log_derivative() - others, change = 1.0 / slope;
     if (!std::isfinite(std::abs(slope)) || !std::isfinite(std::abs(change))) {
-      // the root is at a pole, at another root or converged: continue from a point close to it
+      // The root is at a pole, at another root or converged, so the computation continues from a point close
+      // to the root.
       root.shift *= Complex(1.0 + 1e-9, 1e-9);
       return false;
     }
     root.shift -= change;
     root.is_done = std::abs(change) <= kConverged * std::abs(root.shift) ||
                    std::abs(change) <= 1e-16 * std::abs(poles_[root.pole]);
-    // measure from the pole that is now nearest, because distances from it keep their digits
+    // Distances are now measured from the nearest pole, because distances from this pole keep their digits.
     const Complex s = poles_[root.pole] + root.shift;
     Index nearest = root.pole;
     double least = std::abs(root.shift);
@@ -201,8 +202,8 @@ class Secular {
     return root.is_done;
   }
 
-  // returns the right and left null vectors of a matrix that is singular up to rounding error, by inverse
-  // iteration
+  // Returns the right and left null vectors of a matrix that is singular up to rounding error, by inverse
+  // iteration.
   static std::pair<VectorXcd, VectorXcd> null_vectors(MatrixXcd& M) {
     const Index k = M.rows();
     const double norm = std::max(M.cwiseAbs().maxCoeff(), std::numeric_limits<double>::min());
@@ -227,7 +228,7 @@ class Secular {
   MatrixXcd N_;
 };
 
-// solves the dense eigenvalue problem in (size q, q') without the displacements of zero-frequency modes
+// Solves the dense eigenvalue problem in (size q, q') without the displacements of zero-frequency modes.
 bool visit_dense(const CoupledModes& modes, const std::function<void(const CoupledRoot&)>& take) {
   const Index n = modes.omega.size();
   std::vector<Index> held;

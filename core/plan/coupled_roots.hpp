@@ -12,8 +12,8 @@ namespace freeflex {
 struct CoupledModes {
   Eigen::VectorXd omega, decay;         // [rad/s], [1/s] (n)
   Eigen::MatrixXd out, by_q, by_q_dot;  // (forces x n)
-  // true if there are wheels. The rotation of the body about its momentum then has zero eigenvalues, which
-  // only the dense problem finds.
+  // True if there are wheels. The rotation of the body about its momentum then has zero eigenvalues, and only
+  // the dense problem finds these.
   bool is_gyroscopic = false;
 };
 
@@ -39,7 +39,7 @@ bool is_zero_frequency(const CoupledModes& modes, Eigen::Index l);
 ///     (THEORY 8.43).
 /// The iteration of Ehrlich (1967) and Aberth (1973) finds all roots of this equation together, each as its
 /// distance from the nearest uncoupled eigenvalue, so that light damping keeps its digits. If the dense
-/// eigenvalue problem costs less, it is solved instead, for up to kMostDenseModes modes.
+/// eigenvalue problem costs less, the dense problem is solved instead, for up to kMostDenseModes modes.
 bool find_coupled_roots(const CoupledModes& modes, const std::function<void(const CoupledRoot&)>& take);
 
 inline constexpr Eigen::Index kMostDenseModes = 300;

@@ -15,8 +15,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// [-] relative difference below which frequencies and decays are taken as equal: in a symmetric structure
-// such differences are rounding errors
+// [-] Frequencies and decays are taken as equal below this relative difference, because in a symmetric
+// structure such differences are rounding errors.
 constexpr double kEqualModes = 1e-12;
 // [-] Ratio of a singular value of the coupling of equal modes to the largest one. A combination with a
 // smaller ratio is uncoupled.
@@ -26,7 +26,7 @@ constexpr double kUncoupledModes = 1e-12;
 constexpr double kZeroRate = 1e-12;
 // [-] smaller damping ratios are rounding errors
 constexpr double kUndamped = 1e-15;
-// number of lowest modes whose growth the set-up checks; computing their eigenvalues takes some 0.3 s
+// The set-up checks the growth of this number of lowest modes. Computing their eigenvalues takes some 0.3 s.
 constexpr std::size_t kMostGrowing = 128;
 
 DampedMode uncoupled(double omega, double decay) {
@@ -43,7 +43,7 @@ DampedMode uncoupled(double omega, double decay) {
   return mode;
 }
 
-// holds modes of equal frequency and decay, and the combinations of them on which the coupling forces act
+// Holds modes of equal frequency and decay, and the combinations of them on which the coupling forces act.
 struct Cluster {
   std::vector<std::int32_t> modes;  // indices in the plan
   Eigen::MatrixXd rotation;         // (modes x coupled combinations)
@@ -152,7 +152,7 @@ double step_error(const SplitStep& step, const Coupled& coupled, const CoupledRo
   return change > 0.0 ? std::abs(by_step - exact) / change : 0.0;
 }
 
-// holds an eigenvalue, the error of the split step for it, and whether it is known and already assigned
+// Holds an eigenvalue, the error of the split step for it, and whether it is known and already assigned.
 struct Found {
   Complex s;
   double step_error = 0.0;
@@ -249,7 +249,8 @@ class Matching {
     return mode;
   }
 
-  /// Returns the frequency of the complex pair that belongs to the body [rad/s]; 0 if there is no such pair.
+  /// Returns the frequency of the complex pair that belongs to the body [rad/s]. Returns 0 if there is no
+  /// such pair.
   double nutation() const {
     for (const std::size_t root : slots_.back().roots)
       if (found_[root].is_pair()) return found_[root].s.imag();
@@ -272,7 +273,8 @@ class Matching {
     slots_[l].room -= 1;
     if (found_[root].is_pair()) slots_[slots_[l].room > 0 ? l : second_single(l)].room -= 1;
   }
-  // true for the body and for a zero-frequency mode: a pair of eigenvalues uses up two of these entries
+  // The entry is true for the body and for a zero-frequency mode. A pair of eigenvalues uses up two of these
+  // entries.
   bool is_single(std::size_t l) const {
     return l + 1 == slots_.size() || is_zero_frequency(modes_, static_cast<Eigen::Index>(l));
   }
@@ -293,7 +295,7 @@ class Matching {
   std::vector<Slot> slots_;  // the slots of the modes, then those of the body
 };
 
-// returns the largest growth rate that exceeds rounding error [1/s]
+// Returns the largest growth rate that exceeds rounding error [1/s].
 double growth_under(const Plan& plan, const FreeForces& forces) {
   constexpr double kRounding = 1e-6, kRoundedStiffness = 1e-12;
   const Coupled coupled(plan, forces, kMostGrowing);

@@ -8,15 +8,15 @@
 
 namespace freeflex {
 
-/// Holds the free motion exp(s t) of one elastic mode; s is the eigenvalue of the damped equations that
-/// belongs to the mode   (THEORY 8.42, 8.44). The body does not rotate, wheels spin as at the start, and
-/// constant followers are the only loads.
+/// Holds the free motion exp(s t) of one elastic mode. Here s is an eigenvalue of the damped equations,
+/// namely the one that belongs to the mode (THEORY 8.42, 8.44). The body does not rotate, wheels spin as at
+/// the start, and constant followers are the only loads.
 struct DampedMode {
   bool is_known = true;    // false: the eigenvalue was not found, and all other values are zero
   double frequency = 0.0;  // [rad/s] |Im s|; 0: the mode does not oscillate
   double rate = 0.0;       // [1/s] -Re s; of two real eigenvalues, the slower one; negative: the mode grows
-  // [-] -Re s / |s|. If there are two real eigenvalues: their mean over their geometric mean, negated; -1 if
-  // one of them grows. Zero if s is zero.
+  // [-] The damping ratio -Re s / |s|. If there are two real eigenvalues, this is their mean over their
+  // geometric mean, negated, or -1 if one of them grows. If s is zero, this is zero.
   double ratio = 0.0;
   // [-] error of the split step in a tick, over the change that damping makes in a tick   (THEORY 8.45)
   double step_error = 0.0;
@@ -32,10 +32,10 @@ struct FreeMotion {
 /// Returns true if dashpots, feedback, constant followers or wheels couple the modes of a plan on its rung.
 bool couples_modes(const Plan& plan);
 
-/// Returns the free motion. An eigenvalue belongs to the mode that holds most of the energy of its
-/// eigenvector: frequency |Im s|, damping ratio -Re(s) / |s|   (THEORY 8.44). The work grows with
-/// (num_modes * num_forces)^2, where num_forces is the number of forces that couple modes. If that is too
-/// much work, the coupled modes are reported as unknown.
+/// Returns the free motion. An eigenvalue belongs to the mode that holds most of the energy of the
+/// eigenvector. The mode then has frequency |Im s|, damping ratio -Re(s) / |s|   (THEORY 8.44). The work
+/// grows with (num_modes * num_forces)^2, where num_forces is the number of forces that couple modes. If that
+/// is too much work, the coupled modes are reported as unknown.
 FreeMotion free_motion(const Plan& plan);
 
 /// Returns the largest growth rate that constant followers cause among the 128 lowest modes [1/s]. Returns 0

@@ -17,7 +17,7 @@ namespace {
 // difference that shows after 1e9 radians.
 constexpr double kEqual = 1e-12, kMostEqual = 1e-9;
 
-// returns the two axes in the plane to which commands are bound, or all three axes
+// Returns the two axes in the plane to which commands are bound, or all three axes.
 std::vector<Eigen::Vector3d> command_axes(const MotionScope& scope) {
   if (!scope.binds_plane)
     return {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()};
@@ -25,8 +25,8 @@ std::vector<Eigen::Vector3d> command_axes(const MotionScope& scope) {
   return {first, scope.normal.cross(first)};
 }
 
-// returns matrices that span all rotations of the vectors of a load into body axes: nine matrices, two about
-// a normal, or one (THEORY 14.1)
+// Returns matrices that span all rotations of the vectors of a load into body axes. There are nine matrices,
+// two for rotations about a normal, or one (THEORY 14.1).
 std::vector<Eigen::Matrix3d> load_rotations(const Load& load, const MotionScope& scope) {
   if (load.axes == Axes::kBody) return {Eigen::Matrix3d::Identity()};
   const Eigen::Matrix3d start = scope.R_WB.transpose();
@@ -97,8 +97,8 @@ void add_commands(const Scene& scene, const MotionScope& scope, Directions& dire
   }
 }
 
-// adds the forces m_i S r_i, for the six matrices S of a field or for the one S of a spin about the normal
-// (THEORY 8.14, 8.16)
+// Adds the forces m_i S r_i, for the six matrices S of a field or for the one S of a spin about the normal
+// (THEORY 8.14, 8.16).
 void add_fields(const Scene& scene, const Structure& structure, const MotionScope& scope,
                 Directions& directions) {
   const bool spins = scope.takes_spin_load && scope.has_rotation;
@@ -241,7 +241,7 @@ std::vector<int> excited_modes(const Eigen::MatrixXd& excitability, const Struct
     is_excited[index(mode)] =
         excitability.rows() > 0 && excitability.col(mode).cwiseAbs().maxCoeff() > kLeastExcitability;
   if (structure.damping_rows.rows() > 0) {
-    // adds the modes that dashpots couple to excited modes, by D = R^T R   (THEORY 14.2)
+    // Adds the modes that dashpots couple to excited modes, by D = R^T R   (THEORY 14.2).
     const Eigen::MatrixXd D = structure.damping_rows.transpose() * structure.damping_rows;
     const double least = kUncoupled * D.diagonal().maxCoeff();
     for (bool has_more = true; has_more;) {

@@ -12,7 +12,8 @@
 
 namespace freeflex {
 
-/// Excitability above which a load excites a mode [-]: the rounding error of the mode shapes   (THEORY 14.2).
+/// A load excites a mode if the excitability is above this value [-]. The value is the rounding error of the
+/// mode shapes   (THEORY 14.2).
 inline constexpr double kLeastExcitability = 1e-11;
 
 /// Returns the excitability of the modes (loads x n), a row for each force k that a command, history, field

@@ -14,7 +14,7 @@ namespace freeflex {
 namespace {
 
 // [cycles/tick] Largest frequency of a sine. A sine of n ticks per cycle that is linear from tick to tick is
-// too small by (pi / n)^2 / 3, which is 2 % for 13 ticks   (THEORY X144).
+// too small by (pi / n)^2 / 3. For 13 ticks this is 2 %   (THEORY X144).
 constexpr double kMostCycles = 1.0 / 13.0;
 
 // Returns true if an image frequency of a sine excites a mode. A sine of frequency f that is linear from tick
@@ -34,9 +34,9 @@ bool meets_image(double frequency, const Plan& plan) {
   });
 }
 
-// Returns true if a table has a kink between ticks. Linear interpolation between ticks cuts the kink off: a
-// rise over n ticks then has an error of up to 1 / (4 n) of its height within a tick, which is 2.5 % for ten
-// ticks.
+// Returns true if a table has a kink between ticks. Linear interpolation between ticks cuts the kink off, so
+// a rise over n ticks has an error of up to 1 / (4 n) of its height within a tick. For ten ticks this is 2.5
+// %.
 bool bends_between_ticks(const PlanHistory& table, double period) {
   constexpr double kClose = 10.0, kOnTick = 1e-6;  // [ticks]
   for (std::size_t k = 1; k < table.times.size(); ++k) {
@@ -83,7 +83,7 @@ double spin_by_loads(const Plan& plan, double time) {
 }
 
 // Returns true if moving the ends of a pulse to ticks (THEORY 8.10) shifts an end by more than 0.02 rad of
-// the phase of a mode or of the rotation of the body, which is 2 % of the effect of the pulse.
+// the phase of a mode or of the rotation of the body. A shift of 0.02 rad is 2 % of the effect of the pulse.
 bool is_moved(const PlanHistory& pulse, const Plan& plan) {
   constexpr double kGoodError = 0.02;
   const auto shift = [&](std::int64_t tick, double time) {

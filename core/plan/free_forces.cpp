@@ -23,12 +23,12 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   return (Eigen::Matrix3d() << 0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0).finished();
 }
 
-// returns the columns of three rows of a plan that belong to modes
+// Returns the columns of three rows of a plan that belong to modes.
 Eigen::MatrixXd three_rows(const double* rows, const Plan& plan) {
   return Eigen::Map<const RowMatrix>(rows, 3, plan.num_padded).leftCols(plan.num_elastic);
 }
 
-// holds forces of one kind, which are appended row by row
+// Holds forces of one kind. The forces are appended row by row.
 struct Kind {
   Eigen::MatrixXd out, by_q, by_q_dot;
 
@@ -44,8 +44,8 @@ struct Kind {
     }
   }
 
-  // sets columns to zero that are rounding errors compared with the largest column of their block; otherwise
-  // they would give a mechanism a stiffness
+  // Sets a column to zero if it is a rounding error compared with the largest column of its block. Otherwise
+  // such columns would give a mechanism a stiffness.
   void drop_rounding() {
     for (Eigen::MatrixXd* rows : {&out, &by_q, &by_q_dot}) {
       if (rows->size() == 0) continue;
@@ -56,9 +56,9 @@ struct Kind {
   }
 };
 
-// Adds a follower load: the force theta x f_B at each point (THEORY 8.24), the torque theta x T_B on each
-// body (THEORY 16.14), and the geometric stiffness -E q (THEORY X145). As rows of by_q they are -[f_B]x
-// Theta, -kappa [T_B]x Theta and -E   (THEORY 8.46).
+// Adds a follower load. The load consists of the force theta x f_B at each point (THEORY 8.24), the torque
+// theta x T_B on each body (THEORY 16.14), and the geometric stiffness -E q (THEORY X145). As rows of by_q
+// these parts are -[f_B]x Theta, -kappa [T_B]x Theta and -E   (THEORY 8.46).
 void add_followers(const Plan& plan, const PlanHistory& history, Kind& forces) {
   const Eigen::Index n = plan.num_elastic;
   const Eigen::MatrixXd none(0, 0);
@@ -83,7 +83,7 @@ void add_followers(const Plan& plan, const PlanHistory& history, Kind& forces) {
   add(out, by_q);
 }
 
-// returns unit rotations about the principal axes, u_k sqrt(M / I_k) (3 x axes)   (THEORY 8.48)
+// Returns unit rotations about the principal axes, u_k sqrt(M / I_k) (3 x axes)   (THEORY 8.48).
 Eigen::MatrixXd body_rotations(const Plan& plan) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(plan.inertia.data()));

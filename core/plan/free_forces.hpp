@@ -15,25 +15,26 @@ namespace freeflex {
 struct FreeForces {
   Eigen::MatrixXd out;             // [1/kg] acceleration per unit of force (forces x (n + num_body))
   Eigen::MatrixXd by_q, by_q_dot;  // [N/m], [N s/m] forces per q and per q_dot, of the same size
-  // modes on which a force acts or whose motion changes a force, ascending; the other modes keep their own
-  // eigenvalues
+  // The modes on which a force acts or whose motion changes a force, in ascending order. The other modes keep
+  // their own eigenvalues.
   std::vector<std::int32_t> modes;
   Eigen::Index num_body = 0;  // number of axes of the body: 0 unless wheels couple it with the modes
 };
 
-/// Returns true if the step has gyroscopic forces between modes: on the coupled rungs, if a wheel has
-/// momentum at the start.
+/// Returns true if the step has gyroscopic forces between modes. It has them on the coupled rungs if a wheel
+/// has momentum at the start.
 bool has_gyroscopic_forces(const Plan& plan);
 
-/// Returns the built-in loads that follow the elastic motion, as indices into Plan::histories: those of
-/// constant amplitude if is_constant, otherwise those of varying amplitude.
+/// Returns the built-in loads that follow the elastic motion, as indices into Plan::histories. If
+/// is_constant, returns the loads of constant amplitude, otherwise the loads of varying amplitude.
 std::vector<std::size_t> follower_loads(const Plan& plan, bool is_constant);
 
 /// Returns the forces of dashpots, feedback, wheels and, if has_followers, of constant followers.
 /// \pre unknown_coupling(plan) returns an empty text
 FreeForces free_forces(const Plan& plan, bool has_followers = true);
 
-/// Returns a text that states why the linear forces of a plan are not known; empty if they are known.
+/// Returns a text that states why the linear forces of a plan are not known. If they are known, the text is
+/// empty.
 std::string unknown_coupling(const Plan& plan);
 
 }  // namespace freeflex

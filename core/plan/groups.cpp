@@ -17,8 +17,8 @@
 namespace freeflex {
 namespace {
 
-// returns the rotation rows of a body whose particles are the last `count` particles of the plan
-// (THEORY 12.53)
+// Returns the rotation rows of a body whose particles are the last `count` particles of the plan
+// (THEORY 12.53).
 PlanBodyRotation rotation_of_body(const Scene& scene, const Structure& structure, int point, int count,
                                   const Plan& plan) {
   PlanBodyRotation rotation;
@@ -34,8 +34,8 @@ PlanBodyRotation rotation_of_body(const Scene& scene, const Structure& structure
   return rotation;
 }
 
-// returns the same rows for a mass of a link, which is the last particle of the plan: a point, whose rows of
-// rotation are zero
+// Returns the same rows for a mass of a link. This mass is the last particle of the plan. It is a point, so
+// its rows of rotation are zero.
 PlanBodyRotation rotation_of_link_mass(const Plan& plan) {
   PlanBodyRotation rotation;
   rotation.first = static_cast<std::int32_t>(plan.particles.all.size()) - 1;
@@ -77,7 +77,7 @@ class GroupMasses {
   }
 
  private:
-  // returns true if the particles were not in the plan before
+  // Returns true if the particles were not in the plan before.
   bool add(const std::vector<std::size_t>& particles, std::vector<std::int32_t>& masses) {
     bool are_new = false;
     for (const std::size_t p : particles) {

@@ -19,24 +19,25 @@ namespace {
 constexpr double kExactGrowth = 1e-9;
 constexpr double kSplitGrowth = 1e-7;
 
-// [-] growth in a tick that splitting may add: an amplitude doubles in 70,000 ticks
+// [-] Splitting may add this growth in a tick. An amplitude then doubles in 70,000 ticks.
 constexpr double kHarmless = 1e-5;
 
-// largest number of modes whose eigenvalues are computed, which takes some seconds
+// The largest number of modes whose eigenvalues are computed. This computation takes some seconds.
 constexpr Eigen::Index kMaxEigenModes = 256;
 
 // [-] gain h / m or gain h^2 / m above which splitting is inaccurate
 constexpr double kCoarse = 0.1;
 
-// returns the largest growth of an amplitude in a tick, by stepping a random motion; 1 if no growth shows
+// Returns the largest growth of an amplitude in a tick, found by stepping a random motion. If no growth
+// shows, returns 1.
 double stepped_growth(const SplitStep& step) {
   constexpr double kBudget = 1e9;  // [flop]
   const int num_steps = static_cast<int>(std::clamp(kBudget / step.cost(), 128.0, 20000.0));
   std::mt19937_64 engine(1);
   std::normal_distribution<double> normal;
   Eigen::MatrixXd y = Eigen::MatrixXd::NullaryExpr(2 * step.num_modes(), 1, [&] { return normal(engine); });
-  // mean logarithms of the size of the motion over the second and the last quarter of the steps; the two
-  // means are half of the steps apart
+  // mean logarithms of the size of the motion over the second and the last quarter of the steps. The two
+  // means are half of the steps apart.
   double log_size = 0.0, early = 0.0, late = 0.0;
   const int quarter = num_steps / 4;
   for (int k = 0; k < 4 * quarter; ++k) {
@@ -52,7 +53,7 @@ double stepped_growth(const SplitStep& step) {
   return gained > 1.0 ? std::exp(gained / (2 * quarter)) : 1.0;
 }
 
-// returns the largest absolute eigenvalue of the split step S_c(h/2) S_m(h) S_c(h/2)   (THEORY 8.38)
+// Returns the largest absolute eigenvalue of the split step S_c(h/2) S_m(h) S_c(h/2)   (THEORY 8.38).
 double split_growth(const Plan& plan) {
   const SplitStep step(plan);
   const Eigen::Index n = step.num_modes();
@@ -61,7 +62,7 @@ double split_growth(const Plan& plan) {
   return once.allFinite() ? once.eigenvalues().cwiseAbs().maxCoeff() : HUGE_VAL;
 }
 
-// returns the largest absolute eigenvalue of phi_0(h A), the step without loads   (THEORY 8.34)
+// Returns the largest absolute eigenvalue of phi_0(h A), the step without loads   (THEORY 8.34).
 double exact_growth(const Plan& plan) {
   const auto n = static_cast<Eigen::Index>(plan.modal_coupling.modes.size());
   const Eigen::Index stride = static_cast<Eigen::Index>(plan.modal_coupling.columns.size()) / (4 * n);
@@ -71,7 +72,7 @@ double exact_growth(const Plan& plan) {
   return once.allFinite() ? once.eigenvalues().cwiseAbs().maxCoeff() : HUGE_VAL;
 }
 
-// holds the feedback whose force changes most within a tick
+// Holds the feedback whose force changes most within a tick.
 struct Stiffest {
   const Feedback* feedback = nullptr;
   std::string what;   // "feedback 'f': velocity gain of -5 N s/m on a point of 2 kg: gain h / m is 0.0025"
@@ -158,7 +159,7 @@ void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
       rate, " Hz this makes a motion grow by a factor of ", growth, " a tick: ",
       enough > 0.0 ? join_text("raise the rate to ", enough, " Hz, or use smaller gains")
                    : "use smaller gains");
-  // growth too small to show in any run gives only a warning
+  // If a growth is too small to show in any run, it gives only a warning.
   growth > 1.0 + kHarmless ? add_error(faults, origin, what) : add_warning(faults, origin, what);
 }
 

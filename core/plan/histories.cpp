@@ -10,8 +10,8 @@
 namespace freeflex {
 namespace {
 
-// [ticks] an edge closer to a tick than this is taken as being on the tick: the difference is a rounding
-// error of the given value
+// [ticks] An edge closer to a tick than this is taken as being on the tick, because the difference is a
+// rounding error of the given value.
 constexpr double kOnTick = 1e-6;
 
 // [ticks] shortest cycle of a sine without a warning. With fewer ticks per cycle, straight lines between
@@ -34,9 +34,9 @@ void check_torque(const Scene& scene, const Plan& plan, const Load& load, const 
         join_text("load ", quoted(load.name, static_cast<int>(&load - scene.loads.data())), ": ", idle));
 }
 
-// sets the kind of a history and the parameters of its amplitude   (THEORY 8.10 to 8.13)
+// Sets the kind of a history and the parameters of its amplitude   (THEORY 8.10 to 8.13).
 void set_kind(const History& history, PlanHistory& plan) {
-  // other histories are constant, the default
+  // Other histories are constant, and constant is the default.
   if (const auto* pulse = std::get_if<PulseHistory>(&history)) {
     plan.kind = PlanHistory::Kind::kPulse;
     plan.pulse_start = pulse->start;
@@ -52,8 +52,8 @@ void set_kind(const History& history, PlanHistory& plan) {
   }
 }
 
-// returns the rows of the local rotation theta at each point of a load in local axes, whose force is f = f_B
-// + theta x f_B (THEORY 8.24)
+// Returns the rows of the local rotation theta at each point of a load in local axes, whose force is f = f_B
+// + theta x f_B (THEORY 8.24).
 std::vector<PlanFollower> followers(const Load& load, const Structure& structure, const Plan& plan) {
   std::vector<PlanFollower> all;
   if (load.axes != Axes::kLocal) return all;
@@ -122,7 +122,7 @@ void compile_histories(const Scene& scene, const Structure& structure, Plan& pla
     PlanHistory history;
     history.name = load.name;
     set_kind(load.history, history);
-    // for local axes: the pattern of the load in body axes, and the rotation rows of its followers
+    // For local axes, this sets the pattern of the load in body axes and the rotation rows of its followers.
     history.pattern = build_pattern(plan, sums_of(load, plan));
     history.followers = followers(load, structure, plan);
     if (load.axes == Axes::kLocal)
@@ -135,7 +135,8 @@ void compile_histories(const Scene& scene, const Structure& structure, Plan& pla
 
 void set_history_ticks(PlanHistory& history, double period) {
   if (history.kind != PlanHistory::Kind::kPulse) return;
-  // [ticks] a longer pulse outlasts any run; the limit keeps the rounded value within 64 bits
+  // [ticks] A longer pulse outlasts any run, so this limit changes no run. It keeps the rounded value within
+  // 64 bits.
   constexpr double kNever = 9e18;
   history.start_tick = std::llround(std::min(history.pulse_start / period, kNever));
   history.end_tick = std::llround(std::min((history.pulse_start + history.pulse_duration) / period, kNever));

@@ -14,17 +14,18 @@ SumsOnPoints sums_of(const Load& load, const Plan& plan);
 /// a group cannot support.  \pre the points, groups and rows of the plan are filled
 void compile_histories(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
-/// Returns why a group cannot support a torque in body axes [N m]; an empty text if it can. Points on a line
-/// support no torque about the line. Points at one position support no torque   (THEORY 8.9).
+/// Returns why a group cannot support a torque in body axes [N m]. If the group can support it, the text is
+/// empty. Points on a line support no torque about the line. Points at one position support no
+/// torque   (THEORY 8.9).
 std::string refused_torque(const PlanGroup& group, const Vec3& torque_B);
 
-/// Sets the ticks at which a pulse starts and ends: k_1 = round(t_s / h), k_2 = round((t_s + t_p) / h); if
-/// k_1 = k_2, the pulse acts in the tick that contains its middle, so k_1 = floor((t_s + t_p / 2) / h) and
-/// k_2 = k_1 + 1 (THEORY 8.10).
+/// Sets the ticks at which a pulse starts and ends: k_1 = round(t_s / h), k_2 = round((t_s + t_p) / h). If
+/// k_1 = k_2, the pulse instead acts in the tick that contains its middle, so k_1 = floor((t_s + t_p / 2) /
+/// h) and k_2 = k_1 + 1 (THEORY 8.10).
 void set_history_ticks(PlanHistory& history, double period);
 
-/// Warns of loads that act differently because they are linear between ticks: pulses whose edges are moved to
-/// ticks (THEORY 8.10, 8.11), and sines and tables that change faster than the ticks
+/// Warns of loads that act differently because they are linear between ticks. Such loads are pulses whose
+/// edges are moved to ticks (THEORY 8.10, 8.11), and sines and tables that change faster than the ticks
 /// (THEORY 6.1, 8.12, 8.13).
 void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults);
 

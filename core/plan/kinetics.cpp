@@ -14,8 +14,8 @@ using Axes2 = std::array<int, 2>;
 constexpr std::array<Axes2, 6> kProducts{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
 constexpr std::array<Axes2, 3> kCross{{{1, 2}, {2, 0}, {0, 1}}};  // along x, a x b is a_1 b_2 - a_2 b_1
 
-// returns the shapes of all particles: modes first, then constraint shapes, which are zero if there are
-// bodies
+// Returns the shapes of all particles, first of the modes, then of the constraints. The constraint shapes are
+// zero if there are bodies.
 Eigen::MatrixXd shapes_of_mass(const Structure& structure, const Eigen::MatrixXd& shapes) {
   const Eigen::MatrixXd& of_particles = structure.particles.shapes;
   if (of_particles.rows() == 0) return shapes;
@@ -24,7 +24,7 @@ Eigen::MatrixXd shapes_of_mass(const Structure& structure, const Eigen::MatrixXd
   return all;
 }
 
-// returns the row for `axis` of each point
+// Returns the row for `axis` of each point.
 Eigen::MatrixXd along(const Eigen::MatrixXd& shapes, int axis) {
   return shapes(Eigen::seq(axis, Eigen::last, 3), Eigen::all);
 }
@@ -78,7 +78,7 @@ class Tables {
     return weighted_[at(axes[0])].transpose() * b_[at(axes[1])];
   }
 
-  // sum m r_a g_kl,b; it is zero for constraint shapes
+  // The sum m r_a g_kl,b, which is zero for constraint shapes.
   Eigen::MatrixXd second_order_sum(const std::vector<RotatingBody>& bodies, const Axes2& axes) const {
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(num_, num_all_);
     for (const RotatingBody& body : bodies) sum.leftCols(num_) += second_order(body, axes[0], axes[1]);

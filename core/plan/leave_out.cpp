@@ -26,13 +26,13 @@ bool keeps(const Scene& scene, Feature which) {
 }
 
 // Returns true if commands push all points in all directions. Such commands excite all modes, so the
-// excitability, which takes long to compute in large scenes, is not needed.
+// excitability is not needed. It takes long to compute in large scenes.
 bool excites_all(const Scene& scene, const MotionScope& scope) {
   const std::set<int> pushed(scene.pushable.begin(), scene.pushable.end());
   return !scope.binds_plane && pushed.size() == scene.points.size();
 }
 
-// returns true for a mode more than half of whose motion is along the normal   (THEORY 14.5)
+// Returns true for a mode more than half of whose motion is along the normal   (THEORY 14.5).
 bool is_out_of_plane(const Structure& structure, int mode, const Eigen::Vector3d& normal) {
   double along = 0.0, total = 0.0;
   for (Eigen::Index i = 0; i < structure.shapes.rows(); i += 3) {
@@ -72,7 +72,7 @@ class Unneeded {
     feature(which).why = std::move(why);
   }
 
-  // if the scene keeps a feature, commands may use it
+  // If the scene keeps a feature, commands may use this feature.
   void keep_requested_features() {
     if (keeps(Feature::kRotation) && !reduced_.motion.has_rotation) {
       reduced_.motion.has_rotation = true;

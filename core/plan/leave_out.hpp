@@ -30,8 +30,8 @@ struct ReducedSpec {
 bool may_leave_out(const Scene& scene, Fidelity rung);
 
 /// Returns true if a plan on the rung `coupled` may omit small modes. No other feature may be omitted by such
-/// a plan. The scene must consist of point masses that do not lie on a line; for points on a line, modes come
-/// in pairs about the line.
+/// a plan. The scene must consist of point masses that do not lie on a line, because for points on a line
+/// modes come in pairs about the line.
 bool may_leave_out_modes(const Scene& scene, const Structure& structure, Fidelity rung);
 
 /// Returns a spec that omits nothing, for leave_out_small_modes.
@@ -39,7 +39,7 @@ bool may_leave_out_modes(const Scene& scene, const Structure& structure, Fidelit
 ReducedSpec keep_all(const Scene& scene, const Structure& structure, const PlanSpec& spec);
 
 /// Returns the report on the features of a plan that omits nothing. Warns if the scene gives a tolerance,
-/// which then has no effect.
+/// because the tolerance then has no effect.
 std::vector<PlanFeature> report_on_full_plan(const Scene& scene, Fidelity rung, Faults& faults);
 
 /// Returns `spec` without the features that the scene does not need   (THEORY 14.2 to 14.5).
@@ -49,7 +49,7 @@ ReducedSpec leave_out_unneeded(const Scene& scene, const Structure& structure, c
 
 /// Omits small modes in addition   (THEORY 14.10). If there are no small modes, returns false and leaves the
 /// spec unchanged.
-/// \param plan  plan compiled from reduced.spec; the function steps it over the horizon
+/// \param plan  The plan compiled from reduced.spec. The function steps this plan over the horizon.
 bool leave_out_small_modes(const Scene& scene, const Plan& plan, ReducedSpec& reduced);
 
 /// Returns the spec of the fallback plan, which has the modes of the reduced plan and all modes that commands

@@ -18,7 +18,7 @@
 namespace freeflex {
 namespace {
 
-// returns the time at which a load starts to act [s]
+// Returns the time at which a load starts to act [s].
 double begin_of(const History& history) {
   if (const auto* pulse = std::get_if<PulseHistory>(&history)) return pulse->start;
   const auto* table = std::get_if<TableHistory>(&history);
@@ -28,8 +28,8 @@ double begin_of(const History& history) {
   return table->times[k - 1];
 }
 
-// warns of loads that begin after the horizon over which the rung or the small modes were judged
-// (THEORY 12.28)
+// Warns of loads that begin after the horizon over which the rung or the small modes were judged
+// (THEORY 12.28).
 void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, Faults& faults) {
   for (std::size_t k = 0; k < scene.loads.size(); ++k)
     if (const double begin = begin_of(scene.loads[k].history); begin >= horizon)
@@ -39,8 +39,8 @@ void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, F
                             " therefore ignores this load; set a longer horizon"));
 }
 
-// returns those of the given points that are massless, each once; points of rigid links and of links with
-// mass are excluded
+// Returns the massless points among the given points, each once. Points of rigid links and of links with mass
+// are excluded.
 std::vector<int> massless_of(const Scene& scene, std::vector<int> points) {
   std::vector<bool> is_massless(scene.points.size());
   for (std::size_t i = 0; i < scene.points.size(); ++i) is_massless[i] = scene.points[i].mass == 0.0;
@@ -55,7 +55,7 @@ std::vector<int> massless_of(const Scene& scene, std::vector<int> points) {
 
 constexpr int kNamed = 8;  // largest number of points that a message lists
 
-// warns of a given initial motion of massless points, whose displacement follows from the other points
+// Warns of a given initial motion of massless points, whose displacement follows from the other points.
 void warn_of_massless_start(const Scene& scene, Faults& faults) {
   std::vector<int> given;
   for (const auto& each : scene.initial.points)
@@ -88,7 +88,7 @@ void warn_of_massless_loads(const Scene& scene, Faults& faults) {
           "full load. Give a mass to the point, or mass to its links"));
 }
 
-// reports requests that need all modes, if only the lowest modes of the structure are kept
+// Reports requests that need all modes, if only the lowest modes of the structure are kept.
 void check_kept(const Scene& scene, const Structure& structure, Faults& faults) {
   if (scene.modes.below > 0.0 && structure.omega.size() == 0)
     add_warning(faults, scene.modes.origin,
@@ -109,7 +109,7 @@ void check_kept(const Scene& scene, const Structure& structure, Faults& faults) 
                       " points); set fidelity: separated, spin-loaded or coupled"));
 }
 
-// returns the index of each mode of a plan in its fallback plan
+// Returns the index of each mode of a plan in its fallback plan.
 std::vector<std::int32_t> modes_in_fallback(const std::vector<int>& few, const std::vector<int>& many) {
   std::vector<std::int32_t> modes_in_fallback;
   modes_in_fallback.reserve(few.size());
@@ -119,7 +119,7 @@ std::vector<std::int32_t> modes_in_fallback(const std::vector<int>& few, const s
   return modes_in_fallback;
 }
 
-// returns the plan without the features that the scene does not need, together with its fallback plan
+// Returns the plan without the features that the scene does not need, together with its fallback plan.
 std::optional<Plan> compile_reduced(const Scene& scene, const Structure& structure, const PlanSpec& spec,
                                     const Plan& full, Faults& faults) {
   ReducedSpec reduced = leave_out_unneeded(scene, structure, spec, full);
@@ -142,7 +142,7 @@ std::optional<Plan> compile_reduced(const Scene& scene, const Structure& structu
   return plan;
 }
 
-// returns the coupled plan without its small modes
+// Returns the coupled plan without its small modes.
 std::optional<Plan> compile_without_small_modes(const Scene& scene, const Structure& structure,
                                                 const PlanSpec& spec, const Plan& full, Faults& faults) {
   ReducedSpec reduced = keep_all(scene, structure, spec);
@@ -156,7 +156,7 @@ std::optional<Plan> compile_without_small_modes(const Scene& scene, const Struct
   return plan;
 }
 
-// returns the full plan of a spec, and reports its faults
+// Returns the full plan of a spec, and reports its faults.
 std::optional<Plan> compile_full(const Scene& scene, const Structure& structure, const PlanSpec& spec,
                                  double rate, Faults& faults) {
   std::optional<Plan> plan = compile(scene, structure, spec, faults);
@@ -171,7 +171,7 @@ std::optional<Plan> compile_full(const Scene& scene, const Structure& structure,
   return plan;
 }
 
-// returns the plan that `make` returns; reports an error if memory runs out
+// Returns the plan that `make` returns. If memory runs out, reports an error.
 template <typename Make>
 std::optional<Plan> within_memory(const Scene& scene, const Structure& structure, Faults& faults,
                                   const Make& make) {

@@ -11,13 +11,13 @@
 namespace freeflex {
 namespace {
 
-// number of added coordinates: the impulse J (force and torque of feedback on the body) and its integral K
-// (THEORY 8.36)
+// The number of added coordinates. They are the impulse J (of the force and torque of feedback on the body)
+// and the integral K of J (THEORY 8.36)
 constexpr Eigen::Index kImpulses = 12;
 constexpr long double kSmallImpulse = 0x1p-12L;  // [-] scaled size of the rows of impulses
 
-// largest number of coupling forces whose weights are computed with 64-bit mantissas; more forces would take
-// seconds
+// Up to this number of coupling forces, the weights are computed with 64-bit mantissas. More forces would
+// take seconds.
 constexpr Eigen::Index kMaxExtendedForces = 96;
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -27,7 +27,7 @@ Rows rows_of(const Array& array, Eigen::Index num_rows, const Plan& plan) {
   return {array.data(), num_rows, plan.num_padded};
 }
 
-// returns the columns of rows of a plan that belong to modes
+// Returns the columns of rows of a plan that belong to modes.
 Eigen::MatrixXd modal(const Array& array, Eigen::Index num_rows, const Plan& plan) {
   return rows_of(array, num_rows, plan).leftCols(plan.num_elastic);
 }
@@ -39,7 +39,7 @@ Array to_rows(const Eigen::MatrixXd& modal_rows, const Plan& plan) {
   return array;
 }
 
-// returns B, the unit elastic displacements of the points on which feedback acts (3 f x n)
+// Returns B, the unit elastic displacements of the points on which feedback acts (3 f x n).
 Eigen::MatrixXd actuator_rows(const Plan& plan) {
   Eigen::MatrixXd rows(3 * static_cast<Eigen::Index>(plan.feedbacks.size()), plan.num_elastic);
   for (std::size_t f = 0; f < plan.feedbacks.size(); ++f)
@@ -117,7 +117,7 @@ void compile_feedbacks(const Scene& scene, const Structure& structure, Plan& pla
 std::vector<std::int32_t> coupled_modes(const Plan& plan) {
   const Eigen::MatrixXd R = modal(plan.modal_coupling.damping_rows, plan.modal_coupling.num_damping, plan);
   Eigen::VectorXd share = Eigen::VectorXd::Zero(plan.num_elastic);
-  // each kind of row is compared with its own largest entry
+  // Each kind of row is compared with the largest entry of its kind.
   const auto add = [&](const Eigen::MatrixXd& rows) {
     if (rows.size() == 0) return;
     const double largest = rows.cwiseAbs().maxCoeff();
@@ -149,7 +149,7 @@ CouplingForces coupling_forces(const Plan& plan) {
 
 namespace {
 
-// holds y' = A y + (0, E Q) for y = (q, q') of the coupled modes   (THEORY 8.30)
+// Holds y' = A y + (0, E Q) for y = (q, q') of the coupled modes   (THEORY 8.30).
 struct Generator {
   WideMatrix A;  // (2 n_mixed x 2 n_mixed)
   WideMatrix E;  // (2 n_mixed x n_mixed) the zeros above E included
@@ -187,8 +187,8 @@ Generator generator_of(const Plan& plan) {
   return system;
 }
 
-// returns P (6 x 3 f), which gives the force and torque on the body from the forces of feedback; its columns
-// are [1; [r_j]x] for each feedback   (THEORY 8.35)
+// Returns P (6 x 3 f). This matrix gives the force and torque on the body from the forces of feedback. Its
+// columns are [1; [r_j]x] for each feedback   (THEORY 8.35).
 Eigen::MatrixXd resultant_of_feedback(const Plan& plan) {
   Eigen::MatrixXd resultant(6, 3 * static_cast<Eigen::Index>(plan.feedbacks.size()));
   for (std::size_t f = 0; f < plan.feedbacks.size(); ++f) {
@@ -199,8 +199,8 @@ Eigen::MatrixXd resultant_of_feedback(const Plan& plan) {
   return resultant;
 }
 
-// appends to y the impulse J of feedback on the body and the integral K of J: J' = P (F_q q + F_v q' + F_Q
-// Q), K' = J (THEORY 8.35, 8.36)
+// Appends to y the impulse J of feedback on the body and the integral K of J: J' = P (F_q q + F_v q' + F_Q
+// Q), K' = J (THEORY 8.35, 8.36).
 Generator with_impulses(const Plan& plan, const Generator& modes) {
   const Eigen::Index n = modes.E.cols();
   const auto resultant = [&](Input input) -> WideMatrix {
@@ -228,7 +228,7 @@ WideMatrix linear_loads(const WideMatrix& impulses, long double h) {
   return loads;
 }
 
-// returns the entries column by column, each column padded to stride
+// Returns the entries column by column, each column padded to stride.
 Array to_columns(const WideMatrix& rows, Eigen::Index stride) {
   Array columns(static_cast<std::size_t>(rows.cols() * stride), 0.0);
   Eigen::Map<Eigen::MatrixXd>(columns.data(), stride, rows.cols()).topRows(rows.rows()) = rows.cast<double>();
@@ -274,15 +274,16 @@ void set_exact(Plan& plan) {
         to_columns(linear_loads(columns.bottomRows(kImpulses), h), PlanModalCoupling::kLoadRows);
 }
 
-// returns tau phi_1(tau W_v U) for tau = h / 2 in extended precision, from rows of U^T and W_v
-// (THEORY 8.40)
+// Returns tau phi_1(tau W_v U) for tau = h / 2 in extended precision, from rows of U^T and W_v
+// (THEORY 8.40).
 Eigen::MatrixXd extended_weight(const Eigen::MatrixXd& out, const Eigen::MatrixXd& by_q_dot, double tau) {
   const WideMatrix loop = tau * (by_q_dot * out.transpose()).cast<long double>();
   return (tau * phi_functions(loop).phi1).cast<double>();
 }
 
-// Returns the weight of extended_weight in double precision, which is ample compared with the error of
-// splitting. If there are fewer modes than forces, uses phi_1(tau W_v U) = 1 + tau W_v phi_2(tau U W_v) U.
+// Returns the weight of extended_weight in double precision, because the error of splitting is far larger
+// than the rounding error. If there are fewer modes than forces, uses phi_1(tau W_v U) = 1 + tau W_v
+// phi_2(tau U W_v) U.
 Eigen::MatrixXd weight_of_many(const Eigen::MatrixXd& out, const Eigen::MatrixXd& by_q_dot, double tau) {
   if (out.rows() <= out.cols())
     return tau * phi_functions<Eigen::MatrixXd>(tau * by_q_dot * out.transpose()).phi1;

@@ -13,7 +13,7 @@
 namespace freeflex {
 namespace {
 
-// warns that the rung `rigid` has neither an elastic state nor link forces
+// Warns that the rung `rigid` has neither an elastic state nor link forces.
 void warn_of_rigid(const Scene& scene, Faults& faults) {
   if (!scene.initial.points.empty() || !scene.initial.modes.empty())
     add_warning(faults, scene.initial.origin,
@@ -37,7 +37,8 @@ void warn_of_driving_feedback(const Scene& scene, const Plan& plan, Faults& faul
   check_growth(scene, linear, faults);
 }
 
-// warns of flutter by a constant load in local axes; such a load is not conservative   (THEORY 8.42, 8.46)
+// Warns of flutter by a constant load in local axes, because such a load is not conservative   (THEORY 8.42,
+// 8.46)
 void warn_of_driving_followers(const Scene& scene, const Plan& plan, Faults& faults) {
   const double rate = growth_by_followers(plan);
   if (rate == 0.0) return;

@@ -24,8 +24,8 @@ std::string name_of_load(const Scene& scene, const Load& load) {
 
 // Returns the normal of points that lie in a plane within 64 rounding errors (THEORY 11.5). If the points lie
 // on a line, the normal is the direction of the spin component normal to the line. Without such a component,
-// it is normal to the line and to the first load or initial displacement that is not along the line. Zero:
-// the points do not lie in a plane.
+// it is normal to the line and to the first load or initial displacement that is not along the line. If the
+// points do not lie in a plane, returns zero.
 Eigen::Vector3d plane_normal(const MassProperties& body, const Eigen::Vector3d& spin,
                              const std::vector<Eigen::Vector3d>& directions) {
   if (body.rigid_freedoms == 3) return Eigen::Vector3d::Zero();
@@ -56,7 +56,7 @@ Eigen::Matrix3d body_from(const Load& load, const Eigen::Matrix3d& R_WB) {
                                    : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
 }
 
-// Returns why the body rotates; an empty text if nothing rotates it. A load has a moment if
+// Returns why the body rotates. If nothing rotates the body, the text is empty. A load has a moment if
 // |sum r_i x F_i| > 1e-12 sum |r_i| |F_i|   (THEORY 14.4).
 std::string find_rotation_cause(const Scene& scene, const Structure& structure, const Eigen::Matrix3d& R_WB) {
   const MassProperties& body = structure.mass_properties;
@@ -82,8 +82,8 @@ std::string find_rotation_cause(const Scene& scene, const Structure& structure, 
   return {};
 }
 
-// returns true if a command can exert a moment about the centre of mass: at a group, or at a point away from
-// the centre of mass
+// Returns true if a command can exert a moment about the centre of mass. This needs a group, or a point away
+// from the centre of mass.
 bool commands_rotate(const Scene& scene, const MassProperties& body) {
   if (body.rigid_freedoms == 3) return false;
   return !scene.groups.empty() || std::any_of(scene.pushable.begin(), scene.pushable.end(),
@@ -104,8 +104,9 @@ std::vector<Eigen::Vector3d> directions_in_body(const Scene& scene, const Eigen:
   return directions;
 }
 
-// Returns what makes the motion leave the plane with the normal nu; an empty text if the motion stays in the
-// plane. A load stays in the plane if |nu . F| <= 1e-12 |F| and |T x nu| <= 1e-12 |T|   (THEORY 14.5).
+// Returns what makes the motion leave the plane with the normal nu. If the motion stays in the plane, the
+// text is empty. A load stays in the plane if |nu . F| <= 1e-12 |F| and |T x nu| <= 1e-12 |T|
+// (THEORY 14.5).
 std::string find_departure_from_plane(const Scene& scene, const Eigen::Vector3d& normal,
                                       const Eigen::Matrix3d& R_WB) {
   if (normal.isZero(0.0)) return "the points do not lie in a plane";
@@ -139,7 +140,7 @@ void add_wrench_forces(const Scene& scene, const Structure& structure, const Gro
   d.colwise() -= centre;
   const Eigen::Matrix3d second = d * mass.asDiagonal() * d.transpose();
   const Eigen::Matrix3d inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
-  // points on a line support no torque about the line: the least-squares solution omits that component
+  // Points on a line support no torque about the line, so the least-squares solution omits that component
   // (THEORY 8.9)
   const Eigen::Vector3d rotation =
       Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix3d>(inertia).solve(torque);

@@ -1,4 +1,5 @@
-// Scope of the motion of a scene: whether its body can rotate, and whether it can leave a plane.
+// The scope of the motion of a scene tells whether the body can rotate, and whether the motion can leave a
+// plane.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,22 +12,22 @@ namespace freeflex {
 /// Holds the motions that the initial state, the built-in loads, the fields and the commands of a scene can
 /// cause (THEORY 14.4, 14.5).
 struct MotionScope {
-  bool has_rotation = true;    // false: nothing rotates the body; its attitude is always the initial attitude
+  bool has_rotation = true;    // false: nothing rotates the body, so its attitude stays the initial one
   bool is_planar = false;      // true: points, loads and spin lie in one plane, and so the motion stays in it
   std::string why_rotates;     // what may rotate the body, or the reason why nothing rotates it
   std::string why_not_planar;  // what may leave the plane; empty if the motion is planar
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // [-] normal of the plane, body axes
   Eigen::Matrix3d R_WB = Eigen::Matrix3d::Identity();  // initial attitude
   bool takes_spin_load = false;  // true: the spin loads the modes on this rung   (THEORY 8.14)
-  // true: the body does not rotate, or stays in the plane, only because commands that would change this are
-  // rejected
+  // If true, the body does not rotate, or stays in the plane, only because commands that would change this
+  // are rejected.
   bool binds_rotation = false, binds_plane = false;
 };
 
 /// Finds the scope of the motion.
 /// \param rung           rung of the plan
-/// \param with_commands  true: commands may do whatever the scene allows; false: commands will be checked
-/// against the scope of the other loads
+/// \param with_commands  If true, commands may do whatever the scene allows. If false, commands will be
+/// checked against the scope of the other loads.
 MotionScope find_motion_scope(const Scene& scene, const Structure& structure, Fidelity rung,
                               bool with_commands);
 
@@ -35,7 +36,7 @@ MotionScope find_motion_scope(const Scene& scene, const Structure& structure, Fi
 /// (THEORY 8.8).
 Eigen::VectorXd load_forces(const Scene& scene, const Structure& structure, const Load& load,
                             const Eigen::Matrix3d& rotation);
-/// Adds the forces of one wrench of a group: F_i = (m_i / m_g) F_g + m_i (J_g^-1 T_g) x d_i
+/// Adds the forces of a group's wrench: F_i = (m_i / m_g) F_g + m_i (J_g^-1 T_g) x d_i
 /// (THEORY 8.8, 8.9).
 void add_wrench_forces(const Scene& scene, const Structure& structure, const Group& group,
                        const Eigen::Vector3d& force, const Eigen::Vector3d& torque, Eigen::VectorXd& forces);

@@ -1,4 +1,4 @@
-// Phi-functions of a matrix, which advance a linear system by one step under a load that is linear in time.
+// The phi-functions of a matrix advance a linear system by one step under a load that is linear in time.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@ struct PhiOf {
 using Phi = PhiOf<WideMatrix>;
 
 /// Returns the phi-functions by the series of z / 2^s and s doublings   (THEORY 8.33). The relative error is
-/// some 2^s rounding errors, which is 2^s 1e-19 for 64-bit mantissas. Returns NaN if z is so large that no
+/// some 2^s rounding errors. For 64-bit mantissas this is 2^s 1e-19. Returns NaN if z is so large that no
 /// digit would be correct.
 /// \pre z is square
 template <typename Matrix>

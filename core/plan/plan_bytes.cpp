@@ -29,7 +29,8 @@ struct Anything {
   operator T() const;
 };
 
-// Returns the number of members of an aggregate: the largest number of values that can initialise it.
+// Returns the number of members of an aggregate. This is the largest number of values that can initialise the
+// aggregate.
 template <typename T, typename... Values>
 consteval std::size_t num_members() {
   if constexpr (requires { T{Values{}..., Anything{}}; })
@@ -265,11 +266,11 @@ template <typename T>
 using BitsOf = std::conditional_t<sizeof(T) == 1, std::uint8_t,
                                   std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>>;
 
-// appends values, least significant byte first
+// Appends values, least significant byte first.
 class Writer {
  public:
-  // has_unmodelled is false for a fingerprint: tables and limits that do not change the motion are then
-  // omitted
+  // For a fingerprint, has_unmodelled is false, so tables and limits that do not change the motion are
+  // omitted.
   explicit Writer(bool has_unmodelled = true) : has_unmodelled_(has_unmodelled) {}
 
   void operator()(const PlanUnmodelled& unmodelled) {
@@ -303,7 +304,7 @@ class Writer {
   void operator()(const PlanKinetics& kinetics) {
     if (has_unmodelled_ || kinetics.form != PlanKinetics::Form::kComplete) fields(*this, kinetics);
   }
-  // not written, because it is computed from other members
+  // This member is not written, because it is computed from other members.
   void operator()(const PlanPrincipal&) {}
   template <typename T>
   void operator()(const T& value) {
@@ -336,7 +337,7 @@ class Writer {
   std::vector<std::byte> bytes_;
 };
 
-// reads values from the front of the bytes; after the first failure, changes nothing
+// Reads values from the front of the bytes. After the first failure, changes nothing.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes, std::uint32_t version = kVersion)
@@ -411,7 +412,7 @@ class Reader {
   const std::string& error() const { return error_; }
 
  private:
-  // reads the plans within a plan; these may not contain further plans
+  // Reads the plans within a plan. These inner plans may not contain further plans.
   template <typename T>
   void nested(std::vector<T>& plans) {
     if (is_nested_) {

@@ -13,11 +13,11 @@
 
 namespace freeflex {
 
-/// Start of every plan file; no YAML scene starts with it.
+/// Every plan file starts with these bytes, but no YAML scene does.
 inline constexpr std::string_view kPlanMark = "FFPLAN";
 
-/// Returns the plan as bytes: magic, version, length, XXH3 checksum, little-endian content. A plan that is
-/// read from these bytes has the same bits.
+/// Returns the plan as bytes, in the order magic, version, length, XXH3 checksum and little-endian content. A
+/// plan that is read from these bytes has the same bits.
 std::vector<std::byte> plan_to_bytes(const Plan& plan);
 
 /// Reads the output of plan_to_bytes. If this fails, returns nullopt and sets `error` (wrong magic, wrong
@@ -25,9 +25,9 @@ std::vector<std::byte> plan_to_bytes(const Plan& plan);
 /// it.
 std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::string& error);
 
-/// Returns what is wrong with a plan: sizes that disagree, indices out of range, or values that are not
-/// finite. Returns an empty text if the plan is consistent. A consistent plan can be stepped and read without
-/// any access out of bounds.
+/// Returns what is wrong with a plan. Faults are sizes that disagree, indices out of range, and values that
+/// are not finite. Returns an empty text if the plan is consistent. A consistent plan can be stepped and read
+/// without any access out of bounds.
 std::string find_inconsistency(const Plan& plan);
 
 /// Returns the XXH3-64 hash of the content of plan_to_bytes. Plans with the same fingerprint give motions

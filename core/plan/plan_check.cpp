@@ -1,4 +1,4 @@
-// Consistency checks of a plan before it is stepped: sizes, indices, ranges.
+// This file checks the sizes, indices and ranges of a plan before the plan is stepped.
 #include "core/plan/plan_check.hpp"
 
 #include <algorithm>
@@ -44,7 +44,7 @@ class PlanCheck {
     return error_;
   }
 
-  // checks the plan and the plans within it, and checks that the inner plans fit the plan
+  // Checks the plan and the plans within it, and checks that the inner plans fit the plan.
   std::string find() {
     if (find_own(); !error_.empty()) return error_;
     if (error_ = find_budget_inconsistency(plan_); !error_.empty()) return error_;
@@ -56,7 +56,7 @@ class PlanCheck {
   void require(bool holds, const std::string& what) {
     if (!holds && error_.empty()) error_ = what;
   }
-  // requires one finite value for each mode, and zero in the padding
+  // Requires one finite value for each mode, and zero in the padding.
   void require_modal(const Array& values, const std::string& what) {
     require(values.size() == num_padded(), what + " does not have one value for each mode");
     require(are_finite(values), what + " is not finite");
@@ -64,14 +64,14 @@ class PlanCheck {
     require(std::all_of(values.begin() + plan_.num_elastic, values.end(), [](double v) { return v == 0.0; }),
             what + " is not zero in the padding");
   }
-  // requires rows of one value per mode
+  // Requires rows of one value per mode.
   void require_rows(const Array& values, std::size_t num_rows, const std::string& what) {
     require(values.size() == num_rows * num_padded(), what + " have the wrong size");
     require(are_finite(values), what + " are not finite");
   }
   std::size_t num_padded() const { return static_cast<std::size_t>(plan_.num_padded); }
 
-  // requires finite coefficients for kLanes modes, and zero in the padding
+  // Requires finite coefficients for kLanes modes, and zero in the padding.
   void check_lane(const Propagator::Lanes::Lane& lane, std::size_t block) {
     for (std::size_t l = 0; l < kLanes; ++l) {
       require(std::isfinite(lane[l]), "the propagator has an entry that is not finite");
@@ -189,7 +189,7 @@ void PlanCheck::check_points() {
   require(plan_.wheels.all.size() <= std::size_t{kMaxWheels}, "too many wheels");
   for (const auto& mechanism : plan_.mechanisms)
     require(are_indices(mechanism, plan_.points.size()), "a mechanism moves a point that does not exist");
-  // mechanisms are the modes of frequency zero; these modes come first
+  // Mechanisms are the modes of frequency zero. These modes come first.
   const auto *first = plan_.omega.data(), *last = first + plan_.num_elastic;
   const auto num_zero = static_cast<std::size_t>(std::count(first, last, 0.0));
   require(plan_.mechanisms.size() == num_zero,

@@ -1,4 +1,4 @@
-// Functions that find_inconsistency() calls: checks of one plan, and of a plan together with the plans within
+// find_inconsistency() calls these functions. They check one plan, or a plan together with the plans within
 // it.
 #pragma once
 
@@ -23,7 +23,7 @@ inline bool is_index(std::int64_t index, std::size_t size) {
   return index >= 0 && static_cast<std::uint64_t>(index) < size;
 }
 
-// returns true if the values are distinct indices into `size` items
+// Returns true if the values are distinct indices into `size` items.
 inline bool are_indices(const std::vector<std::int32_t>& indices, std::size_t size) {
   std::set<std::int32_t> seen;
   return std::all_of(indices.begin(), indices.end(),
@@ -34,22 +34,22 @@ inline bool are_ascending(const std::vector<std::int32_t>& values) {
   return std::adjacent_find(values.begin(), values.end(), std::greater_equal<>()) == values.end();
 }
 
-/// Returns what is wrong with a plan, except for its fallback plan and its shadows; an empty text if it is
-/// consistent. (plan_check.cpp)
+/// Returns what is wrong with a plan, except for its fallback plan and its shadows. If the plan is
+/// consistent, the text is empty. (plan_check.cpp)
 std::string find_own_inconsistency(const Plan& plan);
 
 /// Returns what is wrong with the members that the rung of the plan needs, including histories and functions
-/// of the modes; an empty text if they are consistent. (rungs_check.cpp)  \pre is_rung(plan.fidelity); modes
-/// and points are consistent
+/// of the modes. If these members are consistent, the text is empty. (rungs_check.cpp)  \pre
+/// is_rung(plan.fidelity) is true, and modes and points are consistent
 std::string find_rung_inconsistency(const Plan& plan);
 
-/// Returns what is wrong with the tables for the verdict; an empty text if they are consistent.
+/// Returns what is wrong with the tables for the verdict. If the tables are consistent, the text is empty.
 /// (unmodelled_check.cpp)
 /// \pre modes and histories are consistent
 std::string find_unmodelled_inconsistency(const Plan& plan);
 
-/// Returns what is wrong with the shadows of a consistent plan; an empty text if they are consistent.
-/// (rungs_check.cpp)
+/// Returns what is wrong with the shadows of a consistent plan. If the shadows are consistent, the text is
+/// empty. (rungs_check.cpp)
 std::string find_budget_inconsistency(const Plan& plan);
 
 }  // namespace freeflex

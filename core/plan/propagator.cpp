@@ -7,7 +7,8 @@
 namespace freeflex {
 namespace {
 
-// 120 digits: the divisions below lose at most 48 of them, and nearly equal roots lose 16 more
+// The computation uses 120 digits, because the divisions below lose at most 48 digits and nearly equal roots
+// lose 16 more.
 using Real =
     boost::multiprecision::number<boost::multiprecision::cpp_bin_float<120>, boost::multiprecision::et_off>;
 
@@ -25,8 +26,8 @@ const Real& smallest_term() {
   return kSmallest;
 }
 
-/// Returns the response for small W and a, by a Taylor series of the impulse response, which needs no square
-/// root.
+/// Returns the response for small W and a, by a Taylor series of the impulse response. This series needs no
+/// square root.
 UnitStep from_series(const Real& W, const Real& a) {
   UnitStep unit{0, 0, 0, 0};
   Real h = 1, h_before = 0, factorial = 1;  // h_j, h_(j-1), (j+1)!
@@ -86,8 +87,8 @@ Real mean_ramp(const Real& x) {
   return sum;
 }
 
-/// Returns the response for W < 1 <= a, including W = 0, by divided differences over the two real roots,
-/// which are well separated.
+/// Returns the response for W < 1 <= a, including W = 0, by divided differences over the two real roots.
+/// These roots are well separated.
 UnitStep from_decays(const Real& W, const Real& a) {
   const Real D = sqrt((a - W) * (a + W)), fast = a + D, slow = W * W / fast;
   UnitStep unit;

@@ -30,7 +30,7 @@ std::string explain_mechanism(const Plan& plan, std::size_t mode) {
                    ": there is no steady state; add links, or use a load that does not drive this motion");
 }
 
-// returns true if all values that can be read out of a steady state are finite
+// Returns true if all values that can be read out of a steady state are finite.
 bool is_finite(const Plan& plan, const State& state) {
   const auto are_finite = [](const auto& values) {
     return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });

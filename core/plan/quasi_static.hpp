@@ -14,7 +14,7 @@ namespace freeflex {
 struct SteadyLoad {
   std::span<const PointForce> forces;  // [N]
   std::span<const Wrench> wrenches;    // [N], [N m]
-  Vec3 spin{};  // [rad/s] body axes; the centrifugal load by it needs the rung `spin-loaded`
+  Vec3 spin{};                         // [rad/s] body axes; its centrifugal load needs the rung `spin-loaded`
   std::span<const PointTorque> torques = {};  // [N m] torques on points with an attitude
 };
 

@@ -14,8 +14,8 @@
 namespace freeflex {
 namespace {
 
-// [rad] largest phase of a mode in a substep of a shadow that resolves the mode: estimates are then 1.25
-// times the true error (budget_test)
+// [rad] The largest phase of a mode in a substep of a shadow that resolves the mode. With this limit,
+// estimates are 1.25 times the true error (budget_test).
 constexpr double kSubstepPhase = 1.0;
 // [1/s] Largest number of substeps per second for up to kFewModes modes, some 15 us each. With more modes the
 // limit is lower, because a substep costs more.
@@ -52,7 +52,7 @@ std::int64_t horizon_in_ticks(double horizon, double period) {
 
 namespace {
 
-// sets the rate of one plan, but not of its fallback plan and its shadows
+// Sets the rate of one plan, but not of its fallback plan and its shadows.
 void set_own_rate(Plan& plan, double rate) {
   plan.period = 1.0 / rate;
   plan.propagator.undamped.clear();

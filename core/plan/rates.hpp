@@ -1,4 +1,4 @@
-// Change of the rate of a plan: sets the members that depend on the period.
+// These functions change the rate of a plan. They set the members that depend on the period.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace freeflex {
 
-/// Sets the rate [Hz] of a plan, its fallback plan and its shadows: propagators, modal coupling, ticks of
-/// histories, substeps.  \pre rate finite, > 0
+/// Sets the rate [Hz] of a plan, its fallback plan and its shadows. This changes propagators, modal coupling,
+/// ticks of histories, and substeps.  \pre rate finite, > 0
 void set_rate(Plan& plan, double rate);
 
 /// Returns the number of substeps per tick that resolve the vibration. It is the smallest power of two n with
@@ -20,17 +20,17 @@ void set_rate(Plan& plan, double rate);
 /// \param omega  [rad/s] frequencies of all modes  \param period  [s]
 std::int32_t resolving_substeps(std::span<const double> omega, double period);
 
-/// Returns the number of substeps of a shadow of a plan on `rung`; `resolving` is the result of
-/// resolving_substeps(). The full shadow makes 1 substep. If the rung divides its own tick, the
-/// shadow makes 2 substeps. Otherwise it makes `resolving` substeps, but at least 2 if it is the fine shadow
-/// or the rung is coupled (THEORY 12.22).
+/// Returns the number of substeps of a shadow of a plan on `rung`. The argument `resolving` is the result of
+/// resolving_substeps(). The full shadow makes 1 substep. If the rung divides its own tick, the shadow makes
+/// 2 substeps. Otherwise it makes `resolving` substeps, but at least 2 if it is the fine shadow or the rung
+/// is coupled (THEORY 12.22).
 std::int32_t shadow_substeps(PlanShadow::Kind kind, Fidelity rung, std::int32_t resolving);
 
-/// Converts a horizon [s] to ticks; returns at least 1.
+/// Converts a horizon [s] to ticks. Returns at least 1.
 std::int64_t horizon_in_ticks(double horizon, double period);
 
-/// Returns a warning if a frequency of the plan is above a thousand times its rate: masses or stiffnesses are
-/// then likely to be in a wrong unit. Returns an empty text otherwise.
+/// Returns a warning if a frequency of the plan is above a thousand times its rate, because masses or
+/// stiffnesses are then likely to be in a wrong unit. Returns an empty text otherwise.
 std::string find_fast_modes(const Plan& plan);
 
 }  // namespace freeflex

@@ -16,7 +16,7 @@ namespace {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// returns the largest singular value of rows (count x num_padded), in the unit of the rows
+// Returns the largest singular value of rows (count x num_padded), in the unit of the rows.
 double norm_of_rows(const Array& array, Eigen::Index count, const Plan& plan) {
   if (count == 0 || array.empty()) return 0.0;
   const Eigen::Map<const RowMatrix> rows(array.data(), count, plan.num_padded);
@@ -33,8 +33,8 @@ double top_frequency(const Plan& plan) {
   return plan.num_elastic == 0 ? 0.0 : plan.omega[static_cast<std::size_t>(plan.num_elastic) - 1];
 }
 
-// returns a bound of the rates [1/s] of dashpots and feedback,
-// sigma = |R|^2 / M + sum_f (|F_v| |B_f| / M + (|F_q| |B_f| / M)^(1/2))   (THEORY 12.31)
+// Returns a bound of the rates [1/s] of dashpots and feedback,
+// sigma = |R|^2 / M + sum_f (|F_v| |B_f| / M + (|F_q| |B_f| / M)^(1/2))   (THEORY 12.31).
 double stage_rate(const Plan& plan) {
   const double damping =
       norm_of_rows(plan.modal_coupling.damping_rows, plan.modal_coupling.num_damping, plan);

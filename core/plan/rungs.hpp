@@ -9,7 +9,7 @@ namespace freeflex {
 /// Fills plan.coupled except for the values that depend on the period. Adds an error for acceleration
 /// feedback, for rigid links in combination with true bars, and if the modes of a collinear shape do not let
 /// it rotate about its line.
-/// \pre the modes, points and modal coupling of the plan are filled; its rung is coupled or above
+/// \pre the modes, points and modal coupling of the plan are filled, and the plan's rung is coupled or above
 void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, Plan& plan,
                      Faults& faults);
 
@@ -25,7 +25,8 @@ inline constexpr double kMaxBarPhase = 1000.0;
 inline constexpr double kMaxStagePhase = 1.0;
 
 /// Largest phase of the fastest rate in a substep of the rung `full` [rad], max(omega_n, sigma) h / n_sub <=
-/// 1/2 (THEORY 12.29): the error of the method of order 4 is then below 1e-6 (tests/motion/full_rung_test).
+/// 1/2 (THEORY 12.29). With this limit, the error of the method of order 4 is below 1e-6
+/// (tests/motion/full_rung_test).
 inline constexpr double kFullPhase = 0.5;
 
 /// Largest rotation of the body in a substep of the coupled rungs, at the rate of rotation at the start [rad]

@@ -12,22 +12,22 @@
 namespace freeflex {
 namespace {
 
-// largest number of ticks in the run under built-in loads: such a run takes a second or so for the largest
-// scenes
+// The largest number of ticks in the run under built-in loads. A run of this length takes a second or so for
+// the largest scenes.
 constexpr std::int64_t kMostTicks = 200'000;
 
 // [-] factor that allows for rounding errors of sums over thousands of modes and of the values with which the
 // sums are compared
 constexpr double kSummed = 1.0 + 1e-9;
 
-// number of samples of the displacements in a run; each sample costs the same time as hundreds of ticks
+// The number of samples of the displacements in a run. Each sample costs the same time as hundreds of ticks.
 constexpr std::int64_t kNumSamples = 500;
 
-// number of products of points, loads and modes above which the largest displacement of a mode over all
-// points is used for every point
+// Above this number of products of points, loads and modes, the largest displacement of a mode over all
+// points is used for every point.
 constexpr double kManyProducts = 2e9;
 
-// returns |b_il| of the points that are read out or loaded (points x modes)
+// Returns |b_il| of the points that are read out or loaded (points x modes).
 Eigen::MatrixXd asked_shape_sizes(const Structure& structure, const Plan& plan) {
   std::vector<int> asked;
   for (std::size_t i = 0; i < plan.points.size(); ++i)
@@ -132,7 +132,8 @@ UnitCommands find_unit_commands(const Scene& scene, const Structure& structure, 
         structure.shapes.middleRows<3>(3 * static_cast<Eigen::Index>(i)) * signed_rows.transpose();
     commands.reference = commands.reference.cwiseMax(V.colwise().norm().transpose());
   }
-  // first come the rows of the forces on one point or group, then the rows of its torques
+  // First come the rows of the forces on one point or group, then the rows of the torques on the same point
+  // or group.
   const Eigen::Index num_axes = scope.binds_plane ? 2 : 3, num_torques = scope.binds_plane ? 1 : 3;
   const auto num_points = static_cast<Eigen::Index>(scene.pushable.size()),
              num_groups = static_cast<Eigen::Index>(scene.groups.size());
@@ -145,7 +146,7 @@ UnitCommands find_unit_commands(const Scene& scene, const Structure& structure, 
   return commands;
 }
 
-// returns max_i sum_l |b_il| s_l over the omitted modes, for each command   (THEORY 14.9)
+// Returns max_i sum_l |b_il| s_l over the omitted modes, for each command   (THEORY 14.9).
 Eigen::VectorXd errors_by_commands(const Eigen::MatrixXd& sizes, const Eigen::MatrixXd& rows,
                                    const std::vector<int>& left_out) {
   const Eigen::MatrixXd b = sizes(Eigen::all, left_out), g = rows(Eigen::all, left_out);
@@ -172,7 +173,7 @@ class Choice {
   const PeakAmplitudes& peaks() const { return peaks_; }
   bool has_asked() const { return sizes_.rows() > 0; }
 
-  // returns the largest set of modes, smallest first, that satisfies both conditions of (THEORY 14.10)
+  // Returns the largest set of modes, smallest first, that satisfies both conditions of (THEORY 14.10).
   std::vector<int> left_out() const {
     std::size_t fits = 0, fails = order_.size() + 1;
     while (fails - fits > 1) {
@@ -182,9 +183,9 @@ class Choice {
     return first(fits);
   }
 
-  // Sets the errors that omitting the modes causes: max_i sum_l |b_il| A_l and its ratio to the largest
-  // displacement, the corresponding errors per unit command (THEORY 14.15), and the errors of link forces,
-  // sum_l (|ds/dq_l| D_l + |ds/dq_l'| G_l) (THEORY 14.14).
+  // Sets the errors that the omission of the modes causes. These are max_i sum_l |b_il| A_l and its ratio to
+  // the largest displacement, the corresponding errors per unit command (THEORY 14.15), and the errors of
+  // link forces, sum_l (|ds/dq_l| D_l + |ds/dq_l'| G_l) (THEORY 14.14).
   void report_errors(const Structure& structure, const std::vector<int>& left_out,
                      PlanFeature& feature) const {
     feature.error = kSummed * built_in_error(left_out);
@@ -248,7 +249,7 @@ class Choice {
   std::vector<int> order_;  // modes with nonzero frequency, smallest contribution first
 };
 
-// Returns why no mode of the scene may be omitted as small; an empty text if modes may be omitted
+// Returns why no mode of the scene may be omitted as small. If modes may be omitted, the text is empty
 // (THEORY 14.10).
 std::string find_obstacle(const Scene& scene, const MotionScope& scope, const Plan& plan) {
   if (plan.modal_coupling.path != PlanModalCoupling::Path::kNone ||

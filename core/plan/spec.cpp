@@ -16,7 +16,7 @@ PlanSpec full_spec(const Scene& scene, const Structure& structure, Fidelity rung
   if (traits.has_modes) spec.modes.resize(num_modes);
   std::iota(spec.modes.begin(), spec.modes.end(), 0);
   spec.initial = initial_modes(scene, structure);
-  // on the coupled rungs, all points act on the body; an error budget reads all points
+  // On the coupled rungs all points act on the body, and an error budget reads all points.
   spec.has_every_row = traits.couples || scene.error_budget.horizon > 0.0 ||
                        scene.leave_out.keeps[static_cast<std::size_t>(Feature::kPointRows)];
   // link forces follow from the deformation, so the rung must have modes unless the structure has none

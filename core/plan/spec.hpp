@@ -1,4 +1,4 @@
-// Decisions on a plan, which are made before it is compiled.
+// The decisions on a plan are made before the plan is compiled.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +27,8 @@ struct PlanSpec {
   bool publishes_links = true;  // true: the plan has the forces of the links that the scene publishes
   bool is_judged = true;        // true: the plan has tables for the verdict, because its motion is published
   double substep_phase = 0.0;   // [rad] largest phase in a substep, on rungs that divide the tick
-  // features that change the operations of the step, and the scope of commands if such features are omitted
+  // The features that change the operations of the step, and the scope of commands if such features are
+  // omitted.
   bool has_damping = true, has_gravity = true, has_rotation = true;
   CommandScope scope;
   // omitted modes whose quasi-static response to loads is included in link forces   (THEORY 14.11)

@@ -20,7 +20,8 @@ class SplitStep {
   Eigen::MatrixXd operator()(const Eigen::MatrixXd& from) const;
 
   Eigen::Index num_modes() const { return size_.size(); }
-  /// Returns the scale of each coordinate [1/s]: the frequency of its mode, but at least 1 / period.
+  /// Returns the scale of each coordinate [1/s]. The scale is the frequency of the coordinate's mode, but at
+  /// least 1 / period.
   const Eigen::VectorXd& size() const { return size_; }
   /// Returns the number of operations for one column [flop].
   double cost() const {

@@ -12,11 +12,11 @@
 namespace freeflex {
 namespace {
 
-// [-] ratio of the rigid part to the given values above which a warning is given; a smaller rigid part is a
-// rounding error of the given values
+// [-] A warning is given if the ratio of the rigid part to the given values is above this value. A smaller
+// rigid part is a rounding error of the given values.
 constexpr double kRigidPart = 1e-9;
 
-// holds initial displacements and their rates for all points (3N)
+// Holds initial displacements and their rates for all points (3N).
 struct GivenAtPoints {
   Eigen::VectorXd V, V_dot;  // [m], [m/s] body axes
 };
@@ -49,7 +49,7 @@ Eigen::VectorXd weighted(const Structure& structure, Eigen::VectorXd V) {
   return V;
 }
 
-// returns q_l = sum_i m_i b_il . V_i / M   (THEORY 4.25)
+// Returns q_l = sum_i m_i b_il . V_i / M   (THEORY 4.25).
 Eigen::VectorXd project(const Scene& scene, const Structure& structure, const Eigen::VectorXd& V) {
   return particle_shapes(structure).transpose() * weighted(structure, at_particles(scene, V)) /
          structure.mass_properties.mass;
@@ -78,8 +78,8 @@ Eigen::Vector3d centre_at_start(const Scene& scene, const MassProperties& body) 
   return scene.initial.position + attitude_at_start(scene.initial) * body.p_SB;
 }
 
-// Returns the component of a spin that the body cannot have: about the line of a collinear shape; the whole
-// spin of a single point   (THEORY 2.10).
+// Returns the component of a spin that the body cannot have. For a collinear shape this is the component
+// about the line, and for a single point it is the whole spin   (THEORY 2.10).
 Eigen::Vector3d idle_spin(const Eigen::Vector3d& spin, const MassProperties& body) {
   if (body.rigid_freedoms == 5) return body.line * body.line.dot(spin);
   if (body.rigid_freedoms == 3) return spin;
@@ -98,7 +98,7 @@ void warn_of_idle_spin(const Scene& scene, const MassProperties& body, Faults& f
                           "; it was removed"));
 }
 
-// checks the distance of an attractor, because its field is approximated up to the gradient
+// Checks the distance of an attractor, because the field of the attractor is approximated up to the gradient
 // (THEORY 8.17, 8.19)
 void check_attractor(const Scene& scene, const MassProperties& body, Faults& faults) {
   if (scene.attractor.mu == 0.0) return;
@@ -129,8 +129,8 @@ void check_attractor(const Scene& scene, const MassProperties& body, Faults& fau
                                   : join_text("and are wrong by some ", 100.0 * size / distance, " % here")));
 }
 
-// refuses wheels and torques about an axis about which the body has no moment of inertia, because they would
-// have no effect
+// Refuses wheels and torques about an axis if the body has no moment of inertia about this axis, because they
+// would have no effect.
 void check_idle_torques(const Scene& scene, const MassProperties& body, Faults& faults) {
   constexpr const char* kRemedy =
       ", about which the structure has no moment of inertia: it cannot rotate the body; give a body inertia "

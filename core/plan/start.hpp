@@ -5,12 +5,13 @@
 
 namespace freeflex {
 
-/// Returns the elastic coordinates of the initial state: the displacements of points, projected by q_l =
-/// sum_i m_i b_il . V_i / M   (THEORY 4.25), plus the values given by mode.
+/// Returns the elastic coordinates of the initial state. They are the displacements of points, projected by
+/// q_l = sum_i m_i b_il . V_i / M (THEORY 4.25), plus the values given by mode.
 InitialModes initial_modes(const Scene& scene, const Structure& structure);
 
-/// Reports those errors and warnings on the initial state that apply to every rung: rigid motion in the
-/// displacements of points, a spin that the body cannot have, and an attractor that is too near.
+/// Reports those errors and warnings on the initial state that apply to every rung. The causes are rigid
+/// motion in the displacements of points, a spin that the body cannot have, and an attractor that is too
+/// near.
 void check_start(const Scene& scene, const Structure& structure, Faults& faults);
 
 /// Warns of a spin that is too fast for the equations of a rung.

@@ -43,8 +43,8 @@ Eigen::Matrix3d field_of(const Structure& structure, Eigen::Index mode) {
   return Y;
 }
 
-// returns the symmetric part of sum m b_l b_u^T / M, including the second-order displacement by the rotation
-// of bodies, sum m r g_lu / M (THEORY 12.46)
+// Returns the symmetric part of sum m b_l b_u^T / M, including the second-order displacement by the rotation
+// of bodies, sum m r g_lu / M (THEORY 12.46).
 Eigen::Matrix3d outer_of(const Structure& structure, const std::vector<RotatingBody>& bodies, int l, int u) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   const Particles& particles = structure.particles;
@@ -61,7 +61,7 @@ Eigen::Matrix3d outer_of(const Structure& structure, const std::vector<RotatingB
   return sum;
 }
 
-// returns s_lu = sum m b_l x b_u / M, with one column for each mode u
+// Returns s_lu = sum m b_l x b_u / M, with one column for each mode u.
 Eigen::Matrix3Xd crosses_of(const Structure& structure, int l) {
   const Eigen::MatrixXd& shapes = particle_shapes(structure);
   const Eigen::Index size = shapes.rows();
@@ -77,7 +77,7 @@ Eigen::Matrix3Xd crosses_of(const Structure& structure, int l) {
 }
 
 // Computes the stiffness of each pair of modes by the spin, per product of the components of w. It is the
-// geometric stiffness by the quasi-static response to the centrifugal load; below the coupled rungs, w^T (sum
+// geometric stiffness by the quasi-static response to the centrifugal load. Below the coupled rungs, w^T (sum
 // m (b.b 1 - b b^T)) w is subtracted (THEORY X141).
 class SpinRows {
  public:
@@ -151,10 +151,10 @@ Products push_row(const std::vector<RotatingBody>& bodies, int l, int u) {
   return row;
 }
 
-// Returns a bound of the displacement by the spin, over w^2 [m s^2], for masses on inner coordinates, which
-// belong to no point. By Cauchy's inequality it is the root of the sum over modes of (M - sum m b.b) S / (M
-// omega_l^2)^2. The inner sum is over particles; S is the second moment of mass of the rigid body about its
-// first point   (THEORY X143).
+// Returns a bound of the displacement by the spin, over w^2 [m s^2], for masses on inner coordinates. Such
+// coordinates belong to no point. By Cauchy's inequality this bound is the root of the sum over modes of (M -
+// sum m b.b) S / (M omega_l^2)^2. The inner sum is over particles, and S is the second moment of mass of the
+// rigid body about its first point   (THEORY X143).
 double inner_load(const Scene& scene, const Structure& whole, const std::vector<int>& modes) {
   double moment = 0.0;
   for (const Link& link : scene.links)
@@ -178,9 +178,9 @@ double inner_load(const Scene& scene, const Structure& whole, const std::vector<
   return std::sqrt(sum);
 }
 
-// Returns max(1, max |b_l|^2 / 4) over the points of matrices and rigid links, whose internal forces are
-// unknown. Here |b_l| of a point is its displacement over the mass-weighted rms. |b_l| is 2 at the ends of a
-// free beam, and far more at a light point between heavy ends (THEORY X143).
+// Returns max(1, max |b_l|^2 / 4) over the points of matrices and rigid links, because the internal forces of
+// these links are unknown. Here |b_l| of a point is its displacement over the mass-weighted rms. |b_l| is 2
+// at the ends of a free beam, and far more at a light point between heavy ends (THEORY X143).
 double unquantified_factor(const Scene& scene, const Structure& whole, int mode) {
   constexpr double kSquareOfBeamEnd = 4.0;
   double most = 0.0;
@@ -198,7 +198,8 @@ bool is_unquantified(const Link& link) {
          std::holds_alternative<Plate>(link.kind) || has_mass(link);
 }
 
-// Returns the link with unknown internal forces whose points move most in a mode; -1: there is no such link.
+// Returns the link with unknown internal forces whose points move most in a mode. Returns -1 if there is no
+// such link.
 std::int32_t unquantified_link(const Scene& scene, const Structure& whole, int mode) {
   double most = 0.0;
   std::int32_t found = -1;

@@ -1,6 +1,6 @@
-// The full system of a scene: points in space, with springs and bars at their true length and direction.
-// Nothing is linearised and no mode is used, so the system checks the separated equations independently.
-// THEORY 10.1 to 10.7
+// The full system of a scene. It consists of points in space, with springs and bars at their true length and
+// direction. Nothing is linearised and no mode is used, so the system checks the separated equations
+// independently. THEORY 10.1 to 10.7
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +16,7 @@
 namespace freeflex {
 
 /// Points are treated as collinear if their smallest moment of inertia over the largest is at most this limit
-/// [-]; rounding errors reach this size.
+/// [-], because rounding errors reach this size.
 inline constexpr double kNoMoment = 1e-13;
 
 /// One load of the scene, with its wrenches distributed over the points of their groups.
@@ -56,8 +56,8 @@ struct CartesianSystem {
   Eigen::VectorXd mass;  // [kg] (N)
   Eigen::Matrix3Xd r;    // [m] (3 x N) rest positions from the centre of mass
   std::vector<CartesianLink> links;
-  // the links that are not axial; it keeps the rotations that it found last, so only one thread may use a
-  // system
+  // The links that are not axial. This object keeps the rotations that it found last, so only one thread may
+  // use a system
   std::optional<TrueGeometry> true_geometry;
   std::vector<CartesianLoad> loads;
   Eigen::Vector3d gravity_W = Eigen::Vector3d::Zero();    // [m/s^2] uniform, or the attraction at the start
@@ -92,7 +92,7 @@ CartesianSystem make_axial_system(const Scene& scene);
 void accelerations(const CartesianSystem& system, double t, double piece_time, std::span<const double> e,
                    std::span<const double> e_dot, std::span<double> e_ddot);
 
-/// Returns the amplitude [-] of a history at t [s]; a pulse is on if `piece_time` [s] lies inside it.
+/// Returns the amplitude [-] of a history at t [s]. A pulse is on if `piece_time` [s] lies inside the pulse.
 double amplitude(const History& history, double t, double piece_time);
 
 /// Adds the forces [N] of one load times `scale`, in carrier axes. R_CW and R_CB rotate world and body
@@ -100,7 +100,8 @@ double amplitude(const History& history, double t, double piece_time);
 void add_load(const CartesianLoad& load, double scale, const Eigen::Matrix3d& R_CW,
               const Eigen::Matrix3d& R_CB, Eigen::Map<Eigen::Matrix3Xd>& force);
 
-/// Returns the times in (0, end) at which a load or its slope jumps, ascending: pulse edges and table rows.
+/// Returns the times in (0, end) at which a load or its slope jumps, in ascending order. These times are
+/// pulse edges and table rows.
 std::vector<double> discontinuities(const CartesianSystem& system, double end);
 
 /// World positions [m] and velocities [m/s] (3 x N) of the points.
@@ -111,8 +112,9 @@ struct CartesianState {
 /// Computes the world state from y = (e, e')   (THEORY 10.1).
 CartesianState to_world(const CartesianSystem& system, double t, std::span<const double> y);
 
-/// Returns the strain energy [J] of the links: sum D elongation^2 / 2 of the axial links, with elongations
-/// from relative displacements, plus the energies of links at true geometry   (THEORY 10.3, 10.4).
+/// Returns the strain energy [J] of the links. It is the sum of D elongation^2 / 2 over the axial links, with
+/// elongations from relative displacements, plus the energies of links at true geometry
+/// (THEORY 10.3, 10.4).
 double strain_energy(const CartesianSystem& system, std::span<const double> e);
 
 /// Kinetic energy [J], linear momentum [kg m/s] and angular momentum about the centre of mass [kg m^2/s],

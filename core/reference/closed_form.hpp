@@ -1,4 +1,4 @@
-// A damped oscillator under a load that is linear in time, in closed form with 150 digits.
+// The motion of a damped oscillator under a load that is linear in time, in closed form with 150 digits.
 #pragma once
 
 #include <boost/multiprecision/cpp_bin_float.hpp>

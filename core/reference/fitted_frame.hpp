@@ -20,8 +20,8 @@ class FittedFrame {
     Eigen::Matrix3d R;   // rotates rest axes into the fitted ones
     Eigen::Matrix3Xd x;  // [m] (3 x n) present positions from their weighted mean, in the fitted axes
     Eigen::Matrix3Xd V;  // [m] (3 x n) displacements in the fitted axes, x - r
-    // (tr(S) 1 - S)^-1, S = sum w x r^T; for points on a line, the inverse in the directions normal to the
-    // line
+    // (tr(S) 1 - S)^-1, S = sum w x r^T; for points on a line, only the inverse in the directions normal to
+    // the line
     Eigen::Matrix3d inverse_inertia;
   };
   /// Fits the rotation to present positions.  \param p [m] (3 x all)
@@ -31,7 +31,7 @@ class FittedFrame {
   ///   w_F = (tr(S) 1 - S)^-1 sum w r x R^T v
   /// \param v [m/s] (3 x all)
   Eigen::Vector3d spin(const Fit& fit, const Eigen::Ref<const Eigen::Matrix3Xd>& v) const;
-  /// Returns the rates V' [m/s] (3 x n) of the displacements in the fitted axes: V' = R^T (v - mean) - w_F x
+  /// Returns the rates V' [m/s] (3 x n) of the displacements in the fitted axes, V' = R^T (v - mean) - w_F x
   /// x.
   Eigen::Matrix3Xd rates(const Fit& fit, const Eigen::Ref<const Eigen::Matrix3Xd>& v) const;
 

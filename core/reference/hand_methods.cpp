@@ -38,9 +38,9 @@ void stage(std::size_t n, double s, double s2, const double* __restrict inverse_
   }
 }
 
-/// Velocity Verlet, composed over the fractions `weights` of the step. The weights determine the order; with
-/// one weight it is the Verlet method itself. v is half a fraction ahead of x, so that the half updates of v
-/// in two successive fractions are done in one pass   (THEORY 13.2, 13.6):
+/// Velocity Verlet, composed over the fractions `weights` of the step. The weights determine the order. With
+/// one weight the composition is the Verlet method itself. v is half a fraction ahead of x, so that the half
+/// updates of v in two successive fractions are done in one pass   (THEORY 13.2, 13.6):
 ///   x += gamma_k h v,   v += (gamma_k + gamma_{k+1}) (h / 2) M^-1 F(x)
 class Composition : public HandWritten {
  public:
@@ -92,8 +92,8 @@ void finish(std::size_t n, double h, const double* __restrict inverse_mass, cons
 }
 
 /// The classical Runge-Kutta method   (THEORY 13.3). Forces do not depend on v, so the stages of v are
-/// eliminated: the accelerations a1 to a4 are those at x, x + h v / 2, x + h v / 2 + h^2 a1 / 4, x + h v +
-/// h^2 a2 / 2.
+/// eliminated. The accelerations a1 to a4 are the accelerations at x, x + h v / 2, x + h v / 2 + h^2 a1 / 4,
+/// x + h v + h^2 a2 / 2.
 class RungeKutta : public HandWritten {
  public:
   explicit RungeKutta(SpringNetwork network) : HandWritten({4, 7, 0.0, false, false}, std::move(network)) {
@@ -122,7 +122,7 @@ class RungeKutta : public HandWritten {
 
 /// One evaluation of the forces in two columns of Stoermer's method, which advance at the same time, and the
 /// next action in each column. A column advances the whole step in substeps of equal length. Lengths are
-/// fractions of the step. After an evaluation a column either continues or ends; if it ends, another column
+/// fractions of the step. After an evaluation a column either continues or ends. If it ends, another column
 /// may begin.
 struct Evaluation {
   Pair fraction;            // fraction of the step at which the forces are evaluated
@@ -177,9 +177,10 @@ void end_and_begin_columns(std::size_t n, double h, const Evaluation& evaluation
   }
 }
 
-/// Stoermer's method with extrapolation. Column j advances the step in j substeps; the results of columns 1,
-/// 2, .. are extrapolated to substeps of zero length (THEORY 13.4, 13.5). Columns do not depend on each
-/// other, so two advance at the same time: evaluating a pair of forces costs little more than evaluating one.
+/// Stoermer's method with extrapolation. Column j advances the step in j substeps, and the results of columns
+/// 1, 2, .. are extrapolated to substeps of zero length (THEORY 13.4, 13.5). Columns do not depend on each
+/// other, so two advance at the same time, because evaluating a pair of forces costs little more than
+/// evaluating one.
 class Stoermer : public HandWritten {
  public:
   Stoermer(int columns, SpringNetwork network)

@@ -9,7 +9,7 @@
 
 namespace freeflex {
 
-/// Properties of a hand-written method that the loop over its steps uses.
+/// The properties of a hand-written method. The loop over its steps uses these properties.
 struct HandTraits {
   long evaluations;       // number of evaluations of the forces in one step
   std::size_t arrays;     // number of arrays of 3N numbers that a step uses
@@ -18,7 +18,8 @@ struct HandTraits {
   bool reads_by_quintic;  // true: interpolates x, v and a at both ends of a step; false: x and v
 };
 
-/// Steps through the smooth pieces and interpolates the motion within a step by Hermite's interpolation.
+/// This class steps through the smooth pieces. It computes the motion within a step by Hermite's
+/// interpolation.
 class HandWritten : public RivalMethod {
  public:
   RivalRun run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) override;

@@ -9,8 +9,8 @@
 namespace freeflex {
 namespace {
 
-/// Returns a lower bound on the elastic scale without computing a motion: the loads divided by the stiffness
-/// of the stiffest link. If the scale is too small, the pilot run only takes more steps.
+/// Returns a lower bound on the elastic scale without computing a motion. The bound is the loads divided by
+/// the stiffness of the stiffest link. If the scale is too small, the pilot run only takes more steps.
 ElasticScale guess_scale(const CartesianSystem& system) {
   constexpr double kSmallestStrain = 1e-12;  // [-] displacement over the size, for systems without strain
   double force = 0.0;

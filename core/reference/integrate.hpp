@@ -21,8 +21,8 @@ enum class ReferenceMethod {
   kBdf,          // CVODE, backward differentiation to order 5; adaptive, needs a Jacobian
 };
 
-/// Tolerances are fractions of these sizes   (THEORY 10.10). The size of the structure is never used: a
-/// deformation is often 1e-7 of that size.
+/// Tolerances are fractions of these sizes   (THEORY 10.10). The size of the structure is never used, because
+/// a deformation is often 1e-7 of that size.
 struct ElasticScale {
   double displacement = 0.0;  // [m] largest root mean square elastic displacement, max_t sqrt(sum |V|^2 / N)
   double velocity = 0.0;      // [m/s] sqrt(2 E_el / M) with E_el the largest strain energy
@@ -48,12 +48,12 @@ struct ReferenceRun {
   double accuracy = 0.0;     // [-] see integrate_with_estimate
 };
 
-/// Returns the ends of the smooth pieces of (0, end]: the times at which loads jump, then the end.
+/// Returns the ends of the smooth pieces of (0, end]. They are the times at which loads jump, then the end.
 std::vector<double> piece_ends(const CartesianSystem& system, double end);
 
 /// Integrates from t = 0 through `times` [s] (ascending, > 0) and restarts at every discontinuity of the
-/// loads. Every requested time is the end of a step: nothing is interpolated. If neither a scale nor a fixed
-/// step is given, a pilot run with loose tolerances finds the scale   (THEORY 10.10).
+/// loads. Every requested time is the end of a step, so nothing is interpolated. If neither a scale nor a
+/// fixed step is given, a pilot run with loose tolerances finds the scale   (THEORY 10.10).
 ReferenceRun integrate(const CartesianSystem& system, std::span<const double> times,
                        const ReferenceOptions& options = {});
 

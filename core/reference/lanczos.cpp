@@ -19,7 +19,7 @@ double value(WaveFunction function, double x) {
       return 0.5 * s * s;
     }
     case WaveFunction::kRising:
-      // below 0.1 the difference loses digits, which the series keeps
+      // Below 0.1 the difference loses digits, but the series keeps them
       if (x > 0.1) return (1.0 - std::sin(x) / x) / (x * x);
       const double s = x * x;
       return (1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0))) / 6.0;
@@ -31,7 +31,7 @@ double value(WaveFunction function, double x) {
 
 bool LanczosSpace::build(const Apply& apply, const Eigen::VectorXd& b, double h, std::span<const Term> terms,
                          int max_size, bool is_reorthogonalised) {
-  // [-] fraction of the size of the matrix: a smaller next vector is a rounding error
+  // [-] limit as a fraction of the size of the matrix. A smaller next vector is a rounding error
   constexpr double kExhausted = 1e-13;
   size_ = num_applied_ = 0;
   norm_ = b.norm();

@@ -1,5 +1,5 @@
-// Functions of a symmetric matrix times a vector by Lanczos' method   (THEORY 13.14; Hochbruck and Lubich
-// 1999).
+// This code computes functions of a symmetric matrix times a vector by Lanczos' method
+// (THEORY 13.14; Hochbruck and Lubich 1999).
 #pragma once
 
 #include <Eigen/Core>
@@ -16,8 +16,8 @@ enum class WaveFunction {
   kRising,    // (1 - sinc x) / x^2: response to a force that rises from zero
 };
 
-/// An orthonormal basis Y_k of the Krylov space of a start vector z, and the tridiagonal matrix T_k, which is
-/// A in this basis (THEORY 13.14):
+/// An orthonormal basis Y_k of the Krylov space of a start vector z, and the tridiagonal matrix T_k. T_k is A
+/// in this basis (THEORY 13.14):
 ///   f(A) z = |z| Y_k f(T_k) e_1
 class LanczosSpace {
  public:

@@ -132,8 +132,8 @@ Linearised::Frame Linearised::advance(const Frame& frame, double t, double h) co
                h);
 }
 
-// g = (1 - T_m T_m^T) m^-1/2 (F_B - m w x (w x r))   (THEORY 13.8): external and centrifugal forces minus
-// their rigid part, where T_m are the orthonormal rigid motions in y
+// g = (1 - T_m T_m^T) m^-1/2 (F_B - m w x (w x r))   (THEORY 13.8). The load is the external and centrifugal
+// forces minus their rigid part, where T_m are the orthonormal rigid motions in y
 void Linearised::elastic_load(const Frame& frame, double t, VectorXd& g) const {
   g.setZero(root_mass_.size());
   const Vector3d w = spin(frame);
@@ -272,7 +272,7 @@ void Linearised::write_state(const Frame& frame, double t, CartesianState& state
 }
 
 double Linearised::load_step(const RivalOptions& options) const {
-  // the load is taken as linear in time over a step; if the body rotates by 0.02 rad within a step, the load
+  // The load is taken as linear in time over a step. If the body rotates by 0.02 rad within a step, the load
   // deviates by 5e-5
   constexpr double kLongest = 0.1, kRotation = 0.02;  // [s], [rad]
   if (rival_ == Rival::kKrylov) return options.step;

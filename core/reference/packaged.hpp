@@ -1,4 +1,5 @@
-// SUNDIALS on the arrays of the full system; implicit methods use the exact sparse tangent   (THEORY 13.7).
+// SUNDIALS runs on the arrays of the full system. Implicit methods use the exact sparse tangent
+// (THEORY 13.7).
 #pragma once
 
 #include "core/reference/rivals.hpp"

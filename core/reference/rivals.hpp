@@ -36,7 +36,8 @@ struct RivalOptions {
   std::function<bool()> is_stopped;  // called from time to time; true ends the run with an error
 };
 
-/// Receives the state at each requested time: p_W [m] and v_W [m/s] of every point.
+/// A function that receives the state at each requested time. The state is p_W [m] and v_W [m/s] of every
+/// point.
 using RivalSink = std::function<void(std::size_t index, const CartesianState& state)>;
 
 struct RivalRun {
@@ -47,23 +48,23 @@ struct RivalRun {
 };
 
 /// A method that is prepared once and runs many times. The method reads loads, gravity and initial state from
-/// the system, which must outlive the method.
+/// the system, so the system must outlive the method.
 class RivalMethod {
  public:
   virtual ~RivalMethod() = default;
   /// Runs from t = 0 to the last of `times` [s], which are ascending. Between the ends of steps, packaged and
-  /// hand-written methods interpolate; linearised methods compute the state at the requested time.
+  /// hand-written methods interpolate, but linearised methods compute the state at the requested time.
   virtual RivalRun run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) = 0;
 };
 
-/// Makes the method for a system; returns nullptr and sets `error` for a system that it cannot represent.
+/// Makes the method for a system. Returns nullptr and sets `error` if the method cannot represent the system.
 std::unique_ptr<RivalMethod> make_rival(Rival rival, const CartesianSystem& system, std::string& error);
 
-/// Returns whether a method is written by hand; such methods run on the full system with a fixed step.
+/// Returns whether a method is written by hand. Such methods run on the full system with a fixed step.
 inline bool is_by_hand(Rival rival) { return rival >= Rival::kVerlet && rival <= Rival::kKahanLi8; }
 
-/// Returns whether a method runs on the linearised system, whose difference from the full system is not an
-/// error of the method.
+/// Returns whether a method runs on the linearised system. The difference between this system and the full
+/// system is not an error of the method.
 inline bool is_linearised(Rival rival) { return rival == Rival::kLeapfrog || rival == Rival::kKrylov; }
 
 }  // namespace freeflex

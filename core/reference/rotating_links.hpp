@@ -1,5 +1,6 @@
-// Beams and plates at true geometry: strain energy, and its gradient by positions of points and rotations of
-// ends. This code uses nothing from core/structure, so it can check that code   (THEORY 10.16 to 10.19).
+// Beams and plates at true geometry. This code computes their strain energy, and the gradient of the energy
+// by positions of points and rotations of ends. It uses nothing from core/structure, so it can check
+// core/structure   (THEORY 10.16 to 10.19).
 #pragma once
 
 #include <Eigen/Core>
@@ -9,8 +10,8 @@
 
 namespace freeflex {
 
-/// Strain energy of a link, and its derivatives with respect to displacements of points and small rotations
-/// of ends, in axes fixed in space.
+/// The strain energy of a link, and the derivatives of this energy with respect to displacements of points
+/// and small rotations of ends, in axes fixed in space.
 struct LinkGradient {
   double energy = 0.0;                    // [J]
   std::array<Eigen::Vector3d, 3> force;   // [N] derivative by the displacement of each point
@@ -19,7 +20,7 @@ struct LinkGradient {
   Eigen::Matrix<double, 9, 9> stiffness;
 };
 
-/// Beam whose ends rotate little relative to its chord, while the chord may rotate by any angle
+/// A beam whose ends rotate little relative to its chord. The chord itself may rotate by any angle
 /// (THEORY 10.16, 10.17).
 struct TrueBeam {
   TrueBeam(const Beam& beam, const Eigen::Vector3d& span);
@@ -41,7 +42,7 @@ struct TrueBeam {
                 LinkGradient& result) const;
 };
 
-/// Triangular plate in axes that rotate with it; its corners rotate little relative to these axes
+/// A triangular plate in axes that rotate with the plate. The corners rotate little relative to these axes
 /// (THEORY 10.18, 10.19).
 struct TruePlate {
   TruePlate(const Plate& plate, const std::array<Eigen::Vector3d, 3>& corners);

@@ -1,4 +1,4 @@
-// Finite rotations of the true-geometry reference: vectors, matrices and tangents   (THEORY 10.12).
+// The finite rotations of the true-geometry reference, as vectors, matrices and tangents   (THEORY 10.12).
 #pragma once
 
 #include <Eigen/Core>
@@ -21,7 +21,7 @@ inline Eigen::Quaterniond quaternion_of(const Eigen::Vector3d& vector) {
   return {std::cos(half), factor * vector[0], factor * vector[1], factor * vector[2]};
 }
 
-/// Returns an angle over its sine, from sine and cosine; 1 at zero. The angle is at most pi.
+/// Returns an angle over its sine, from sine and cosine. The ratio is 1 at zero, and the angle is at most pi.
 inline double angle_over_sine(double sine, double cosine) {
   return sine < 1e-9 && cosine > 0.0 ? 1.0 : std::atan2(sine, cosine) / sine;
 }
@@ -32,12 +32,12 @@ inline Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& R) {
   return angle_over_sine(w.norm(), 0.5 * (R.trace() - 1.0)) * w;
 }
 
-/// Returns T(v), which maps the rate v' of a rotation vector v to the angular velocity of the rotation: R'
-/// R^T = [T(v) v' x]. Rate and angular velocity are in the axes from which v rotates:
+/// Returns T(v). This matrix maps the rate v' of a rotation vector v to the angular velocity of the rotation,
+/// R' R^T = [T(v) v' x]. Rate and angular velocity are in the axes from which v rotates:
 ///   T(v) = 1 + (1 - cos a) / a^2 [v x] + (a - sin a) / a^3 [v x]^2,   a = |v|
 inline Eigen::Matrix3d spin_per_rate(const Eigen::Vector3d& v) {
   const double square = v.squaredNorm(), angle = std::sqrt(square);
-  // a series for small angles; the omitted terms are below rounding errors
+  // A series is used for small angles. The omitted terms are below rounding errors
   const bool is_small = angle < 1e-2;
   const double first =
       is_small ? 0.5 - square / 24.0 + square * square / 720.0 : (1.0 - std::cos(angle)) / square;

@@ -17,18 +17,19 @@ namespace freeflex {
 /// Two numbers that the processor handles in one instruction.
 using Pair = double __attribute__((vector_size(16)));
 
-/// Pattern of the Jacobian of (x, v)' by columns; every diagonal entry is present.
+/// The pattern of the Jacobian of (x, v)' by columns. Every diagonal entry is present.
 struct SparsePattern {
   std::vector<std::int64_t> column_starts;  // (6N + 1)
   std::vector<std::int64_t> rows;           // row of each stored entry, ascending in a column
 };
 
-/// Positions x [m] and velocities v [m/s], in one array each, three numbers for each point. They are in world
-/// axes and relative to a point that starts with the centre of mass and its velocity and falls freely.
+/// Positions x [m] and velocities v [m/s] are in one array each, with three numbers for each point. They are
+/// in world axes, relative to a point that falls freely. This point starts at the centre of mass with the
+/// velocity of the centre of mass.
 class SpringNetwork {
  public:
   /// Makes the arrays of a system. Returns nullopt and sets `error` for an attractor and for links that
-  /// dissipate, which these methods do not support.
+  /// dissipate, because these methods do not support them.
   static std::optional<SpringNetwork> make(const CartesianSystem& system, std::string& error);
 
   /// Chooses the loads of a smooth piece [start, end] [s]. This function must be called before the first

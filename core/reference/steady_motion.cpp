@@ -19,9 +19,9 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// [-] step of finite differences, as a fraction of the shortest distance between points. The step is so small
-// that the tension that it causes, which is proportional to the axial stiffness, hardly stiffens a slender
-// link against bending (THEORY 10.27).
+// [-] step of finite differences, as a fraction of the shortest distance between points. The step causes a
+// tension that is proportional to the axial stiffness. The step is so small that this tension hardly stiffens
+// a slender link against bending (THEORY 10.27).
 constexpr double kLargestStep = 3e-4, kSmallestStep = 1e-5, kTension = 0.1;
 
 /// Returns the step of finite differences [m].

@@ -1,5 +1,5 @@
-// Linearisation of a Cartesian system by finite differences of its accelerations: modes at rest, and small
-// motions about a steady motion under spin or thrust   (THEORY 10.25 to 10.27).
+// A Cartesian system is linearised by finite differences of its accelerations. The results are modes at rest,
+// and small motions about a steady motion under spin or thrust   (THEORY 10.25 to 10.27).
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 
 namespace freeflex {
 
-/// Modes of the system at rest, without loads, dissipation and rigid motions   (THEORY 10.25).
+/// The modes of the system at rest, without loads, dissipation and rigid motions   (THEORY 10.25).
 struct RestModes {
   Eigen::VectorXd omega;   // [rad/s] (n) ascending
   Eigen::MatrixXd shapes;  // [1/sqrt(kg)] (3N x n) psi with psi^T m psi = 1
@@ -20,8 +20,8 @@ RestModes rest_modes(const CartesianSystem& system);
 /// \param system  the masses and rest positions of the points
 Eigen::MatrixXd stiffness_at_rest(const TrueGeometry& links, const CartesianSystem& system);
 
-/// Returns the strain energy [J/m^2] of each link for displacements that are a small factor [m] times a
-/// shape, divided by the square of the factor.  \param shape [-] (3N)
+/// Returns the strain energy [J/m^2] of each link, divided by the square of a small factor [m]. The
+/// displacements are this factor times a shape.  \param shape [-] (3N)
 Eigen::VectorXd energies_of_mode(const CartesianSystem& system, const Eigen::VectorXd& shape);
 
 /// A steady motion, in which the points are at rest in the carrier and have one common acceleration, and the
@@ -38,8 +38,8 @@ struct SteadyMotion {
   Eigen::MatrixXd stiffness;     // [1/s^2] (n x n) -de''/de over sqrt(m) e, orthogonal to the rigid motions
 };
 
-/// Finds the steady motion by Newton's method from displacements `start` [m] (3N); an empty `start` is the
-/// shape at rest. Loads are the loads at t = 0; the spin is the spin of the carrier.
+/// Finds the steady motion by Newton's method from displacements `start` [m] (3N). An empty `start` is the
+/// shape at rest. Loads have their values at t = 0, and the spin is the spin of the carrier.
 SteadyMotion steady_motion(const CartesianSystem& system, const Eigen::VectorXd& start = {});
 
 }  // namespace freeflex

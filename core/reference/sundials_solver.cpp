@@ -32,7 +32,7 @@ struct SundialsSolver::Members {
   void* cvode = nullptr;
 
   ~Members();
-  /// Stores the first failing call by name; returns whether flag reports success.
+  /// Stores the first failing call by name. Returns whether flag reports success.
   bool check(int flag, const char* call, char* (*flag_name)(long));
   bool check_created(const void* object, const char* call);
   void set_tolerances(const ElasticScale& scale);
@@ -41,7 +41,7 @@ struct SundialsSolver::Members {
   void start_dirk();
   void start_cvode();
   bool set_stop(double stop);
-  /// Integrates until y at `target` is known; interpolates if a step passes `target`.
+  /// Integrates until y at `target` is known. Interpolates if a step passes `target`.
   bool evolve(double target);
 };
 
@@ -60,7 +60,7 @@ int slope(realtype t, N_Vector y, N_Vector y_dot, void* user) {
     members.message = "stopped";
     return -1;
   }
-  // a value that is not finite is unrecoverable: no smaller step repairs it
+  // A value that is not finite is unrecoverable, because no smaller step repairs it
   return std::all_of(out, out + size, [](double value) { return std::isfinite(value); }) ? 0 : -1;
 }
 
@@ -78,10 +78,11 @@ void keep_message(int, const char*, const char* function, char* text, void* user
   if (message != "stopped") message = std::string(function) + ": " + text;
 }
 
-/// Returns the table of a method with one additional, idle stage, which has weight zero and is at the start
-/// of the step. If the last abscissa of an explicit method is 1, SUNDIALS before 6.6 assumes that its last
-/// stage is the first stage of the next step, and starts the next step from a wrong slope (llnl/sundials
-/// issue 311). With the idle stage the last abscissa is 0. The idle stage costs one evaluation in each step.
+/// Returns the table of a method with one additional, idle stage. The idle stage has weight zero and is at
+/// the start of the step. If the last abscissa of an explicit method is 1, SUNDIALS before 6.6 assumes that
+/// its last stage is the first stage of the next step, and starts the next step from a wrong slope
+/// (llnl/sundials issue 311). With the idle stage the last abscissa is 0. The idle stage costs one evaluation
+/// in each step.
 ARKodeButcherTable with_idle_stage(int stages, int order, int embedded_order, const double* c,
                                    const double* A, const double* b, const double* d) {
   const auto s = static_cast<std::size_t>(stages);
@@ -97,8 +98,8 @@ ARKodeButcherTable with_idle_stage(int stages, int order, int embedded_order, co
                                    b_more.data(), d != nullptr ? d_more.data() : nullptr);
 }
 
-/// Returns the table of the classical method of order 4 (Kutta 1901), which SUNDIALS does not contain; it has
-/// no embedded method.
+/// Returns the table of the classical method of order 4 (Kutta 1901), because SUNDIALS does not contain this
+/// method. The method has no embedded method.
 ARKodeButcherTable classical_table() {
   constexpr double c[] = {0.0, 0.5, 0.5, 1.0};
   constexpr double A[] = {0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
@@ -161,7 +162,7 @@ void SundialsSolver::Members::set_tolerances(const ElasticScale& scale) {
   std::fill(values + half, values + 2 * half, options.tolerance * scale.velocity);
 }
 
-// [-] rounding error of large rigid displacements: with a smaller tolerance no step is small enough
+// [-] rounding error of large rigid displacements. With a smaller tolerance no step is small enough
 constexpr double kRelativeTolerance = 1e-15;
 
 bool SundialsSolver::Members::make_linear_solver() {
@@ -293,7 +294,7 @@ std::string SundialsSolver::advance(double stop, std::vector<double>& y) {
   Members& m = *members_;
   if (!m.error.empty()) return m.error;
   if (m.options.fixed_step > 0.0) {
-    // number of whole steps to the stop; the slack prevents a rounding error from adding a step
+    // The number of whole steps to the stop. The slack prevents a rounding error from adding a step
     const double span = stop - m.time;
     const double steps = std::ceil(span / m.options.fixed_step * (1.0 - 1e-9));
     if (!m.check(ERKStepSetFixedStep(m.erk, span / steps), "ERKStepSetFixedStep", ERKStepGetReturnFlagName))

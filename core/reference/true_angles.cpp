@@ -40,7 +40,7 @@ double bend(const TrueAngle& angle, const Matrix3Xd& x, TrueGeometry::Forces for
     energy = 0.5 * angle.stiffness * change * change;
     moment = angle.stiffness * change / sine;
   }
-  // a force is `moment` times the gradient of the cosine: (c - cosine a) / l_i = (a x c) x a / l_i without a
+  // A force is `moment` times the gradient of the cosine, (c - cosine a) / l_i = (a x c) x a / l_i without a
   // difference of parallel vectors
   const Vector3d on_i = moment / l_i * across.cross(a), on_k = moment / l_k * c.cross(across);
   force.col(angle.points[0]) += on_i;

@@ -27,7 +27,8 @@ Matrix3d local_axes(const Vector3d& span, const Vector3d& given) {
   return axes;
 }
 
-/// An end of a beam whose chord has the direction u; n is the x axis of the end   (THEORY 10.16).
+/// An end of a beam. The chord of the beam has the direction u, and n is the x axis of the end
+/// (THEORY 10.16).
 struct EndOnChord {
   EndOnChord(const Matrix3d& end, const Vector3d& u) {
     const Vector3d w = end.col(0).cross(u);
@@ -66,8 +67,8 @@ void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, 
   const Vector3d u = chord / l;
   const std::array<EndOnChord, 2> on_chord{EndOnChord(ends[0], u), EndOnChord(ends[1], u)};
 
-  // the axes y and z of the chord are half way between the axes of its ends; the twist is the roll from one
-  // end to the other, atan2(z_1.y_2, y_1.y_2)   (THEORY 10.16)
+  // The axes y and z of the chord are half way between the axes of its ends, and the twist is the roll from
+  // one end to the other, atan2(z_1.y_2, y_1.y_2)   (THEORY 10.16)
   const Vector3d y = (on_chord[0].axes.col(1) + on_chord[1].axes.col(1)).normalized(), z = u.cross(y);
   const double twist = std::atan2(on_chord[0].axes.col(2).dot(on_chord[1].axes.col(1)),
                                   on_chord[0].axes.col(1).dot(on_chord[1].axes.col(1)));
@@ -95,9 +96,9 @@ void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, 
     M[1][p] = symmetric[p] * bent + antisymmetric[p] * skew + N * bow[1][p];
   }
 
-  // The angular velocity of an end relative to the chord has three components: the rates of its rotation
-  // about y and about z, and the rate of its roll. The axes y and z roll by the mean roll of both ends, so
-  // the moments of the rotations also do work on this mean roll: `shift`.
+  // The angular velocity of an end relative to the chord has three components. They are the rates of its
+  // rotation about y and about z, and the rate of its roll. The axes y and z roll by the mean roll of both
+  // ends, so the moments of the rotations also do work on this mean roll: `shift`.
   const std::array<Vector3d, 2> M_across{M[0][0] * y + M[0][1] * z, M[1][0] * y + M[1][1] * z};
   const double shift =
       0.5 * u.dot(on_chord[0].rotation.cross(M_across[0]) + on_chord[1].rotation.cross(M_across[1]));

@@ -1,5 +1,5 @@
-// Links of every kind at true geometry: beams, plates, angles, matrices and rigid bodies between points in
-// space (THEORY 10.12 to 10.25). This code shares no model with core/structure, so it can check that code.
+// Links at true geometry, which are beams, plates, angles, matrices and rigid bodies between points in space
+// (THEORY 10.12 to 10.25). This code shares no model with core/structure, so it can check core/structure.
 // CartesianSystem contains the springs, bars and dashpots.
 #pragma once
 
@@ -16,7 +16,7 @@
 
 namespace freeflex {
 
-/// A rotation without inertia that ends of beams and corners of plates share at a point.
+/// A joint is a rotation without inertia. Ends of beams and corners of plates share it at a point.
 struct TrueJoint {
   int body = -1;  // rigid body that rotates the joint, index into bodies_; -1: no body
   int first = 0;  // index of the first unknown rotation of the joint
@@ -40,7 +40,8 @@ struct RotatingLink {
   std::vector<LinkEnd> ends;
 };
 
-/// Spring on the true angle of three points, or on the true dihedral of four   (THEORY 10.20, 10.21).
+/// A spring on the true angle of three points, or on the true dihedral angle of four points
+/// (THEORY 10.20, 10.21).
 struct TrueAngle {
   int link = -1;
   std::vector<int> points;
@@ -50,7 +51,7 @@ struct TrueAngle {
   bool is_folded = false;    // both arms of the straight angle are on one side
 };
 
-/// Stiffness matrix over the displacements of some points in the axes that fit these points best
+/// A stiffness matrix over the displacements of some points, in the axes that fit these points best
 /// (THEORY 10.22).
 struct TrueMatrix {
   int link = -1;
@@ -58,7 +59,7 @@ struct TrueMatrix {
   Eigen::MatrixXd K;  // [N/m] (3n x 3n)
 };
 
-/// Rigid link: n points whose distances are constant   (THEORY 10.23).
+/// A rigid link, which keeps the distances between n points constant   (THEORY 10.23).
 struct TrueBody {
   FittedFrame frame;
   // [-] T_o (3n x constraints), orthonormal basis of the motions orthogonal to rigid motions
@@ -79,7 +80,7 @@ class TrueGeometry {
   /// \param e [m] (3 x N) displacements from rest, in axes that do not rotate
   /// \return strain energy [J]
   double add_forces(const PointVectors& e, Forces force) const;
-  /// Returns the strain energy [J] of each link of the scene; it is zero for axial and rigid links.
+  /// Returns the strain energy [J] of each link of the scene. The energy is zero for axial and rigid links.
   Eigen::VectorXd energies(const PointVectors& e) const;
 
   /// Adds `scale` times forces that rotate with the surroundings of their points. Uses the rotations of
@@ -109,8 +110,8 @@ class TrueGeometry {
   /// Returns the rotation of a point's joint, or the mean rotation of its surroundings, from rest axes to
   /// present axes   (THEORY 8.24).
   Eigen::Matrix3d local_rotation(int point, const PointVectors& e) const;
-  /// Returns stiffnesses [N/m] of single links, from which scales of a motion are estimated: for each link
-  /// the largest, then the smallest.
+  /// Returns stiffnesses [N/m] of single links, from which scales of a motion are estimated. Each link gives
+  /// its largest stiffness, then its smallest.
   const std::vector<double>& stiffnesses() const { return stiffnesses_; }
 
  private:

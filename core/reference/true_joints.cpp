@@ -1,5 +1,5 @@
-// Rotations without inertia: Newton's method finds the rotations of least strain energy at given positions
-// (THEORY 10.12):
+// The rotations of joints have no inertia. Newton's method finds the rotations with the least strain energy
+// at given positions (THEORY 10.12):
 //   R_j = argmin E_el(p, R_j)
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -94,7 +94,7 @@ double TrueGeometry::assemble(const PointVectors& e, bool with_stiffness, Forces
   };
   for (const auto& beam : beams_) add(beam);
   for (const auto& plate : plates_) add(plate);
-  // a body carries the moments on its joints; on a collinear body the moment about its line is zero, because
+  // A body carries the moments on its joints. On a collinear body the moment about the line is zero, because
   // the joint rotates freely about the line
   for (std::size_t k = 0; k < bodies_.size(); ++k) {
     if (rotations_.body_moment[k].isZero(0.0)) continue;
@@ -226,7 +226,7 @@ double TrueGeometry::add_forces(const PointVectors& e, Forces force) const {
   if (joints_.empty()) return energy;
   follow_bodies(e);
   if (num_rotations_ > 0 && !relax(e)) {
-    // start again from joints that rotate with the body
+    // Newton's method starts again from joints that rotate with the body
     const Matrix3d R_body = body_.fit(r_ + e).R;
     std::fill(rotations_.quaternion.begin(), rotations_.quaternion.end(), Eigen::Quaterniond(R_body));
     std::fill(rotations_.matrix.begin(), rotations_.matrix.end(), R_body);
@@ -251,7 +251,7 @@ VectorXd TrueGeometry::energies(const PointVectors& e) const {
 Matrix3d TrueGeometry::local_rotation(int point, const PointVectors& e) const {
   const auto index = static_cast<std::size_t>(point);
   if (joint_of_[index] >= 0) return rotations_.matrix[static_cast<std::size_t>(joint_of_[index])];
-  // collinear surroundings do not define the rotation about their line; the rotation of the body is used
+  // Collinear surroundings do not define the rotation about their line, so the rotation of the body is used
   const Matrix3d R_body = body_.fit(r_ + e).R;
   return R_body * surroundings_[index].fit(R_body.transpose() * (r_ + e)).R;
 }

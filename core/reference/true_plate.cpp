@@ -85,7 +85,7 @@ void TruePlate::evaluate(const std::array<Vector3d, 3>& d, const std::array<Matr
   const Vector3d twice_area = first.cross(second);
   const Vector3d n = twice_area.normalized();
 
-  // F = sum p_i g_i^T = R U: the gradient of the positions by rest coordinates, split into the rotation R
+  // F = sum p_i g_i^T = R U is the gradient of the positions by rest coordinates, split into the rotation R
   // with `axes` as columns and the stretch U   (THEORY 10.18)
   Eigen::Matrix<double, 3, 2> F =
       first * gradients.col(1).transpose() + second * gradients.col(2).transpose();
@@ -125,8 +125,8 @@ void TruePlate::evaluate(const std::array<Vector3d, 3>& d, const std::array<Matr
     on_axes += result.moment[i];
   }
   // The moments of the corners also do work on the rotation of the axes of the plate. The components of this
-  // rotation in the plane follow from displacements out of the plane; its component about the normal follows
-  // from the rotation R within the plane.
+  // rotation in the plane follow from displacements out of the plane, but its component about the normal
+  // follows from the rotation R within the plane.
   const std::array<Vector3d, 3> side{second - first, -second, first};
   const double trace = U(0, 0) + U(1, 1);
   for (std::size_t i = 0; i < 3; ++i) {

@@ -1,5 +1,5 @@
-// Makes the links of a scene at true geometry, and the Cartesian system that contains them. THEORY 10.12 to
-// 10.25; 10.22: the stiffness of matrix links, 10.25: the damping matrix
+// This code makes the links of a scene at true geometry, and the Cartesian system that contains them. THEORY
+// 10.12 to 10.25; 10.22: the stiffness of matrix links, 10.25: the damping matrix
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
@@ -97,7 +97,7 @@ LinkEnd TrueGeometry::make_end(int point, const Matrix3d& axes, const std::array
   end.joint = add_joint(point);
   end.rest = axes;
   if (released[0] && released[1] && released[2]) {
-    // the joint does not hold this end at all: the end gets a separate joint
+    // The joint does not hold this end at all, so the end gets a separate joint
     end.joint = static_cast<int>(joints_.size());
     joints_.push_back({-1, num_rotations_, 3});
     num_rotations_ += 3;
@@ -139,7 +139,7 @@ void TrueGeometry::add_matrix(const Scene& scene, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   const auto& given = std::get<MatrixLink>(link.kind);
   TrueMatrix matrix{index, fitted(link.points, r_), MatrixXd(given.matrix)};
-  // (1 - T T^T) K (1 - T T^T), where T are the rigid motions; a flexibility is inverted in the space
+  // (1 - T T^T) K (1 - T T^T), where T are the rigid motions. A flexibility is inverted in the space
   // orthogonal to T (THEORY 3.12, 3.38)
   const MatrixXd across = across_rigid_motions(matrix.frame.rest());
   MatrixXd inner = across.transpose() * matrix.K * across;
@@ -171,10 +171,10 @@ void TrueGeometry::find_surroundings(const Scene& scene) {
 
 namespace {
 
-/// Returns the scene with only the links whose strain is damped. Each stiffness is multiplied by Rayleigh's
-/// beta plus the relaxation time of the link. Rigid links stay, because they rotate the ends of beams and
-/// plates at their points. Springs, bars and dashpots are omitted, because they are damped at their true
-/// length.
+/// Returns the scene with only those links that have damped strain. Each stiffness is multiplied by
+/// Rayleigh's beta plus the relaxation time of the link. Rigid links stay, because they rotate the ends of
+/// beams and plates at their points. Springs, bars and dashpots are omitted, because they are damped at their
+/// true length.
 Scene damped_links(const Scene& scene) {
   Scene damped = scene;
   damped.loads.clear();

@@ -57,7 +57,7 @@ MassDistribution mass_distribution_of(const Link& link) {
 
 namespace {
 
-// Gauss's rule on 0 to 1: two points for linear shapes, four for cubic ones
+// Gauss's rule on 0 to 1 has two points for linear shapes and four for cubic shapes
 struct GaussPoint {
   double position, weight;  // [-]
 };
@@ -98,8 +98,8 @@ std::vector<TrianglePoint> triangle_points() {
 
 namespace {
 
-// rigid motions T_s of the coordinates of a superelement, as columns: three translations, then three
-// rotations about its first point; inner coordinates are at rest
+// The rigid motions T_s of the coordinates of a superelement, as columns. Three translations are followed by
+// three rotations about its first point, and inner coordinates are at rest
 Eigen::MatrixXd rigid_rows_of(const Scene& scene, const Link& link, const MatrixLink& matrix) {
   const Eigen::Index per_point = matrix.has_rotations ? 6 : 3;
   Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(num_rows(matrix, link.points.size()), 6);
@@ -182,7 +182,8 @@ std::string mass_matrix_problem(const Scene& scene, const Link& link) {
 // axes of Pi   (THEORY 16.4)
 std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(second_moment(body));
-  // principal values of Pi that are rounding errors are set to zero: the body has no extent along these axes
+  // Principal values of Pi that are rounding errors are set to zero, because the body has no extent along
+  // these axes
   constexpr double kRounding = 1e-13;
   const double least =
       kRounding * (eigen.eigenvalues().cwiseMax(0.0).sum() + body.mass * body.offset.squaredNorm());
@@ -237,7 +238,7 @@ Eigen::Matrix3d second_moment(const PointMass& point) {
 }
 
 std::string inertia_problem(const Eigen::Matrix3d& inertia) {
-  // [-] fraction of the largest moment: uncertainty of printed tables of seven digits
+  // [-] uncertainty of printed tables with seven digits, as a fraction of the largest moment
   constexpr double kRounding = 1e-6;
   if (!inertia.allFinite()) return "inertia is not finite";
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(inertia, Eigen::EigenvaluesOnly);

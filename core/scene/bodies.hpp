@@ -14,8 +14,8 @@ namespace freeflex {
 /// (THEORY 16.1).
 bool has_attitude(const PointMass& point);
 
-/// Returns whether the scene has point masses only: all points have mass, none has inertia or an offset, and
-/// no link has mass.
+/// Returns whether the scene has only point masses. In such a scene all points have mass, none has inertia or
+/// an offset, and no link has mass.
 bool are_point_masses(const Scene& scene);
 
 /// Returns the second moment of the mass of a body about its centre, Pi = (tr J) / 2 1 - J [kg m^2]
@@ -38,16 +38,16 @@ std::vector<DistributedMass> distributed_masses(const Scene& scene);
 /// Returns the parts of the mass of one link.
 std::vector<DistributedMass> distributed_masses(const Scene& scene, int link);
 
-/// Returns whether a link is a superelement with a mass matrix; the motion inside it is unknown
+/// Returns whether a link is a superelement with a mass matrix. The motion inside such a link is unknown
 /// (THEORY 16.17).
 bool has_mass_matrix(const Link& link);
 
 /// Returns whether a link has mass.
 bool has_mass(const Link& link);
-/// Returns the distribution of the mass of a link; kConsistent for links without mass.
+/// Returns how the mass of a link is distributed. Returns kConsistent for links without mass.
 MassDistribution mass_distribution_of(const Link& link);
 
-/// Returns the mass of a link [kg]; 0 if the link has no mass.
+/// Returns the mass of a link [kg]. Returns 0 if the link has no mass.
 double mass_of(const Scene& scene, const Link& link);
 
 /// Returns the rigid body that has the same mass matrix as a superelement in rigid motion   (THEORY 16.18):
@@ -58,12 +58,14 @@ PointMass rigid_body_of(const Scene& scene, const Link& link);
 /// there is such a body.
 std::string mass_matrix_problem(const Scene& scene, const Link& link);
 
-/// Returns the positions, from the point of a body, of four particles with a quarter of its mass each.
-/// Together the particles have the mass, the centre of mass and the inertia of the body   (THEORY 16.4).
+/// Returns the positions of four particles relative to the point of a body. Each particle has a quarter of
+/// the mass of the body. Together the particles have the mass, the centre of mass and the inertia of the body
+/// (THEORY 16.4).
 std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body);
 
-/// Returns the reason why a symmetric matrix is not an inertia: a moment is negative or above the sum of the
-/// two others; empty if the matrix is an inertia   (THEORY 16.3).
+/// Returns the reason why a symmetric matrix is not an inertia. A matrix is not an inertia if a moment is
+/// negative or above the sum of the two others. The text is empty if the matrix is an inertia
+/// (THEORY 16.3).
 std::string inertia_problem(const Eigen::Matrix3d& inertia);
 
 }  // namespace freeflex

@@ -12,14 +12,16 @@
 namespace freeflex {
 namespace {
 
-// [-] sine of the angle between a beam and its y_axis; if it is smaller, the local axes are undetermined
+// [-] limit of the sine of the angle between a beam and its y_axis. If the sine is smaller, the local axes
+// are undetermined
 constexpr double kParallel = 1e-6;
 
-// [-] least length of a link over the spacing of doubles at its points: the direction of the link is then
-// accurate to 1e-3
+// [-] least length of a link over the spacing of doubles at its points. With this length the direction of the
+// link is accurate to 1e-3
 constexpr double kLeastSteps = 1000.0;
 
-// [-] sine of the angle of three points; if it is smaller, a dihedral angle or a plate is undetermined
+// [-] limit of the sine of the angle of three points. If the sine is smaller, a dihedral angle or a plate is
+// undetermined
 constexpr double kDegenerate = 1e-9;
 
 }  // namespace
@@ -44,7 +46,7 @@ void Checker::check_link_points(const Link& link, const std::string& who) {
               who + " names point " + quoted(point(index).name, index) + " twice; name each once");
     }
   }
-  // the points of a matrix may have any positions; the points of a rigid body may not all coincide; every
+  // The points of a matrix may have any positions, but the points of a rigid body may not all coincide. Every
   // other link needs a direction from each point to the next
   if (!known || !kind.follows_points) return;
   if (is_body(link)) {
@@ -181,7 +183,7 @@ void Checker::check_resolution() {
     if (!std::all_of(link.points.begin(), link.points.end(),
                      [&](int each) { return is_point(each) && point(each).position.allFinite(); }))
       continue;
-    // the length of a matrix or a rigid body is its size
+    // The length of a matrix or a rigid body is the size of this link
     const bool is_chain = traits_of(link).follows_points && !is_body(link);
     double length = is_chain ? std::numeric_limits<double>::infinity() : 0.0, farthest = 0.0;
     for (std::size_t i = 0; i < link.points.size(); ++i) {

@@ -10,7 +10,7 @@ namespace freeflex {
 inline constexpr const char* kNoMass = "nothing has mass; a free structure needs a point or a link with mass";
 
 /// Appends every fault of points, links, groups, wheels, damping, loads, feedback, attractor, initial state
-/// and publication: values out of range, invalid indices, links of zero length.
+/// and publication. Faults are values out of range, invalid indices, and links of zero length.
 void check_scene(const Scene& scene, Faults& faults);
 
 /// Appends a fault at the first point beyond kMaxPoints, if there is one.

@@ -1,4 +1,5 @@
-// The part that check_scene and check_links share: a scene, its faults, and the text of common faults.
+// This code is shared by check_scene and check_links. It holds a scene, the faults of the scene, and the text
+// of common faults.
 #pragma once
 
 #include <cmath>

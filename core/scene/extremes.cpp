@@ -8,7 +8,7 @@
 namespace freeflex {
 namespace {
 
-// a value of a scene and its position in the input
+// A value of a scene and the position of this value in the input
 struct Extreme {
   Origin origin;
   std::string what;  // "link 'q': EA of 1e+308 N"

@@ -1,5 +1,5 @@
-// Finds the value to report if the numbers of a scene overflow: the value that is farthest from one on a
-// logarithmic scale.
+// If the numbers of a scene overflow, this code finds the value to report. It is the value that is farthest
+// from one on a logarithmic scale.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace freeflex {
 
-/// Reports `problem`, an overflow or underflow. The position of the error is the position of the most extreme
-/// value of the scene, the value whose logarithm is largest in magnitude. Masses and parameters of links are
-/// compared; values of damping, feedback, attractor, loads and initial motion are compared only if they are
-/// above one. \pre check_physics found no error
+/// Reports `problem`, an overflow or underflow. The error has the position of the most extreme value of the
+/// scene. The logarithm of this value is largest in magnitude. Masses and parameters of links are compared,
+/// but values of damping, feedback, attractor, loads and initial motion are compared only if they are above
+/// one. \pre check_physics found no error
 void add_overflow(const Scene& scene, const std::string& problem, Faults& faults);
 
 }  // namespace freeflex

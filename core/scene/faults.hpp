@@ -1,4 +1,5 @@
-// Text of faults: what was found, what is allowed, how to fix it.
+// This code makes the text of a fault. The text says what was found, what is allowed and how to fix the
+// fault.
 #pragma once
 
 #include <sstream>
@@ -34,7 +35,8 @@ inline constexpr const char* kMoreMemory =
 /// Returns 'name' in quotes, or "number i" (from 1) for an item without a name.
 std::string quoted(const std::string& name, int index);
 
-/// Returns the label of a link in messages: 'name', or its position in the source list if it has no name.
+/// Returns the label of a link in messages. The label is 'name', or the position in the source list if the
+/// link has no name.
 std::string called(const Link& link, int index);
 
 /// Returns the names of the given points, at most `limit` of them: "a, b, c and 4 more".

@@ -1,6 +1,6 @@
 // Traits of the kinds of link. The traits of a kind are defined in one place. A new kind is a new alternative
-// of LinkKind; the program does not compile until traits_of() and every visit of the kinds have a case for
-// the new kind.
+// of LinkKind, and the program does not compile until traits_of() and every visit of the kinds have a case
+// for the new kind.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,8 @@ struct LinkTraits {
   const char* noun;                 // noun in the text of faults
   std::size_t least = 2, most = 2;  // points
   LinkEffect effect = LinkEffect::kStrains;
-  // exerts one force along the line of two points; the upper rungs use its true length   (THEORY 12.17)
+  // The link exerts one force along the line of two points, and the upper rungs use the true length of the
+  // link   (THEORY 12.17)
   bool is_axial = false;
   bool has_joint_rotations = false;  // acts on the rotations of joints at its points   (THEORY 3.21)
   bool follows_points = true;        // has a direction from each point to the next
@@ -86,7 +87,8 @@ struct LinkValue {
 /// Returns the parameters of a link except matrices and Poisson's ratio.
 std::vector<LinkValue> values_of(const Link& link);
 
-/// Coefficients of a link along the line of its two points; zero unless traits_of(link).is_axial.
+/// The coefficients of a link along the line of its two points. They are zero unless
+/// traits_of(link).is_axial.
 struct Axial {
   double stiffness = 0.0;  // [N/m] D of a spring, EA / L of a bar   (THEORY 3.3)
   double damping = 0.0;    // [N s/m] c_d of a dashpot   (THEORY 3.45)
@@ -96,7 +98,7 @@ Axial axial_of(const Scene& scene, const Link& link);
 /// Returns the rest vector from the first to the second point of a link [m].
 Eigen::Vector3d span_of(const Scene& scene, const Link& link);
 
-/// Returns whether a link is a rigid body: a rigid link of three or more points.
+/// Returns whether a link is a rigid body. A rigid body is a rigid link of three or more points.
 bool is_body(const Link& link);
 
 /// Returns whether the published forces of a link are forces on each of its points.

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kLeastModulus = 1e6;  // [Pa] about the modulus of rubber
 constexpr double kMostModulus = 1e13;  // [Pa] the modulus of diamond is 1.2e12
-// [kg/m^3] the lightest foams in use; densities of metals in g/cm^3 are below it
+// [kg/m^3] density of the lightest foams in use. Densities of metals in g/cm^3 are below this
 constexpr double kLeastDensity = 10.0;
 constexpr double kMostDensity = 30000;  // [kg/m^3] the density of osmium is 22,590
 constexpr double kMostLengthRatio = 1e12;
@@ -49,7 +49,7 @@ std::string advise_unit(double value, std::span<const OtherUnit> units, double l
   return {};
 }
 
-// one cause of a warning: the first link with this cause, and the number of other links
+// One cause of a warning, with the first link that has this cause and the number of other links that have it
 struct Cause {
   Origin origin;
   std::string message;

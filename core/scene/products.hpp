@@ -1,6 +1,6 @@
-// Eigen's products of dense matrices, compiled once: otherwise every file that multiplies two matrices
-// instantiates their templates again. The list below is for registers of two doubles; for wider registers
-// Eigen uses other kernels.
+// Eigen's products of dense matrices are compiled once here, because otherwise every file that multiplies two
+// matrices would instantiate the templates again. The list below is for registers of two doubles, because for
+// wider registers Eigen uses other kernels.
 #pragma once
 
 #include <Eigen/Core>

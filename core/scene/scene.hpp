@@ -1,6 +1,6 @@
-// The scene that a person describes: point masses, elastic links, loads, initial state, publication. The
-// scene contains plain values and uses neither files nor a clock. The reader (service/io) fills the scene;
-// build_structure checks the physics.
+// The scene that a person describes. It contains point masses, elastic links, loads, initial state and
+// publication. The scene contains plain values and uses neither files nor a clock. The reader (service/io)
+// fills the scene, and build_structure checks the physics.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,15 +19,15 @@
 
 namespace freeflex {
 
-/// Position in the input at which an item was written. `source` is an index into Scene::sources; line and
-/// column are numbered from 1 (0: unknown).
+/// The position in the input at which an item was written. `source` is an index into Scene::sources. Line and
+/// column are numbered from 1, and 0 means unknown.
 struct Origin {
   int source = -1;
   int line = 0;
   int column = 0;
 };
 
-/// One fault in the input. An error prevents a plan; a warning is reported and the set-up continues.
+/// One fault in the input. An error prevents a plan. A warning is reported, but the set-up continues.
 struct Fault {
   enum class Severity { kError, kWarning };
   Severity severity = Severity::kError;
@@ -70,10 +70,10 @@ struct Bar {
   MassDistribution mass_distribution = MassDistribution::kConsistent;
 };
 
-/// Beam in space between two points. Except for releases it is rigidly joined to every other beam and plate
+/// A beam in space between two points. Except for releases it is rigidly joined to every other beam and plate
 /// at its points. In each plane it is a Timoshenko beam if a shear stiffness is given, else an
-/// Euler-Bernoulli beam (THEORY 3.4 to 3.10). Local x runs from the first point to the second; local z = x
-/// cross y_axis, normalised.
+/// Euler-Bernoulli beam (THEORY 3.4 to 3.10). Local x runs from the first point to the second, and local z =
+/// x cross y_axis, normalised.
 struct Beam {
   double EA = 0.0;    // [N] > 0
   double GJ = 0.0;    // [N m^2] torsion, > 0
@@ -109,7 +109,7 @@ struct Plate {
   MassDistribution mass_distribution = MassDistribution::kConsistent;  // not kMeanAxial
 };
 
-/// Link given by a matrix over the displacements of its points; row 3*k+axis belongs to points[k]
+/// A link that is given by a matrix over the displacements of its points. Row 3*k+axis belongs to points[k]
 /// (THEORY 3.11 to 3.14, 3.38, 3.39). The matrix is a stiffness [N/m], or a flexibility [m/N]: displacements
 /// per force with any statically determinate supports. A stiffness may describe a superelement with
 /// rotations, inner coordinates or mass   (THEORY 16.17).
@@ -131,16 +131,16 @@ inline Eigen::Index num_rows(const MatrixLink& matrix, std::size_t num_points) {
   return (matrix.has_rotations ? 6 : 3) * static_cast<Eigen::Index>(num_points) + matrix.num_inner;
 }
 
-/// Link that keeps all distances between its points: a rigid link of two points, or a rigid body of three or
-/// more points (THEORY 3.40, 3.41).
+/// A link that keeps all distances between its points. It is a rigid link of two points, or a rigid body of
+/// three or more points (THEORY 3.40, 3.41).
 struct Rigid {};
 
-/// Viscous dashpot between two points: tension = damping * rate of elongation   (THEORY 3.45).
+/// A viscous dashpot between two points, with tension = damping * rate of elongation   (THEORY 3.45).
 struct Dashpot {
   double damping = 0.0;  // [N s/m] > 0
 };
 
-/// The kinds of link; link_kinds.hpp defines their traits.
+/// The kinds of link. The header link_kinds.hpp defines the traits of each kind.
 using LinkKind =
     std::variant<Spring, Bar, Beam, MatrixLink, BendingSpring, TorsionSpring, Plate, Rigid, Dashpot>;
 
@@ -148,12 +148,13 @@ using LinkKind =
 // NOLINTNEXTLINE(bugprone-exception-escape): Eigen's sparse matrices copy where they might move
 struct Link {
   std::string name;
-  // indices into Scene::points: two, three or four, depending on the kind; two or more for rigid links and
-  // matrices; one or more for superelements
+  // Indices into Scene::points. Their number is two, three or four, depending on the kind of link. Rigid
+  // links and matrices have two or more, and superelements have one or more
   std::vector<int> points;
   LinkKind kind;
   Origin origin{};
-  // viscous and loss_factor are dissipation within the link; both are zero for rigid links and dashpots
+  // The members viscous and loss_factor are dissipation within the link. Both are zero for rigid links and
+  // dashpots.
   // [s] force = stiffness (deformation + viscous * rate of deformation); only for links without rotations
   // (THEORY 3.46)
   double viscous = 0.0;
@@ -164,15 +165,15 @@ struct Link {
   std::string label = {};
 };
 
-/// A set of points with a name, on which wrenches act and whose pose is published.
+/// A set of points with a name. Wrenches act on the set, and its pose is published.
 struct Group {
   std::string name;
   std::vector<int> points;
   Origin origin{};
 };
 
-/// Damping that does not couple modes: ratios zeta_l of modes, and Rayleigh damping alpha_R M + beta_R K
-/// (THEORY 4.23).
+/// Damping that does not couple modes. It has ratios zeta_l of modes, and Rayleigh damping alpha_R M + beta_R
+/// K (THEORY 4.23).
 struct Damping {
   double modal_ratio = 0.0;                         // [-] damping ratio of every elastic mode
   std::vector<std::pair<int, double>> mode_ratios;  // (elastic mode from 1, ratio); overrides modal_ratio
@@ -288,7 +289,8 @@ struct LeaveOut {
   double tolerance = 0.0;
   double horizon = 10.0;  // [s] > 0, simulated time over which effect and error are evaluated
   OnNeed on_need = OnNeed::kKeep;
-  // one entry for each Feature; true: the feature is kept even if the scene does not need it
+  // This array has one entry for each Feature. The entry is true if the feature is kept even if the scene
+  // does not need it
   std::array<bool, kNumFeatures> keeps{};
   Origin origin{};
 };
@@ -304,15 +306,15 @@ struct Publication {
   std::vector<int> groups;    // indices into Scene::groups
 };
 
-/// The error budget at run time: the distance of the motion from the motion on the best rung with a finer
-/// step (THEORY 12.22 to 12.26).
+/// The error budget at run time. It limits the distance of the motion from the motion on the best rung with a
+/// finer step (THEORY 12.22 to 12.26).
 struct ErrorBudget {
   double horizon = 0.0;  // [s] time after which the comparison restarts; 0: no budget
   Origin origin{};
 };
 
-/// Limits of `fidelity: auto`, which chooses the cheapest rung whose estimated errors stay below these limits
-/// over the horizon   (THEORY 12.28).
+/// The limits of `fidelity: auto`. This setting chooses the cheapest rung for which the estimated errors stay
+/// below these limits over the horizon   (THEORY 12.28).
 struct AutomaticRung {
   std::optional<double> position, attitude, elastic;  // [m] rms, [rad], [-]; at least one is given
   double horizon = 0.0;                               // [s] > 0

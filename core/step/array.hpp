@@ -1,4 +1,4 @@
-// Arrays over modes: their type, their padding and their indices.
+// This file defines the type, the padding and the indices of arrays over modes.
 #pragma once
 
 #include <concepts>

@@ -72,7 +72,8 @@ ErrorSize distance(const Plan& plan, const State& state, const Plan& other_plan,
   for (std::size_t i = 0; i < budget.V.size(); ++i) {
     const Vec3 &V = budget.V[i], &V_other = budget.V_other[i], d = sub(V, V_other);
     const Vec3 x = add(plan.points[i].r, V);
-    // R_WB x - R_WB* x* = (R_WB - R_WB*) x + R_WB* (V - V*), which avoids the difference of large numbers
+    // R_WB x - R_WB* x* = (R_WB - R_WB*) x + R_WB* (V - V*), and this form avoids the difference of large
+    // numbers
     const Vec3 by_rotation = sub(multiply(R, x), multiply(R_other, x));
     const Vec3 off = add(add(shift, by_rotation), multiply(R_other, d));
     position += dot(off, off);

@@ -1,6 +1,6 @@
-// The live error budget: shadows, which are stepped in parallel with the state on better plans, and the
-// distances between state and shadows (THEORY 12.22 to 12.27). Like the step, these functions allocate
-// nothing, do not call libm, and give the same bits everywhere.
+// This file declares the live error budget. Shadows are stepped in parallel with the state on better plans,
+// and the budget holds the distances between state and shadows (THEORY 12.22 to 12.27). Like the step, these
+// functions allocate nothing, do not call libm, and give the same bits everywhere.
 #pragma once
 
 #include "core/step/step.hpp"
@@ -20,8 +20,9 @@ struct ErrorSize {
 struct BudgetReading {
   double age = 0.0;      // [s] since the shadows were set to the state, at most PlanBudget::horizon
   bool is_lost = false;  // true: a shadow's motion became infinite or NaN; no estimate until the next horizon
-  // [rad] Bound on the error of the modes that the best shadow does not resolve: rotation of the body times
-  // the relative amplitude of these modes. The budget cannot estimate this error   (THEORY 12.27)
+  // [rad] A bound on the error of the modes that the best shadow does not resolve. The bound is the rotation
+  // of the body times the relative amplitude of these modes. The budget cannot estimate this error
+  // (THEORY 12.27)
   double unresolved = 0.0;
   ErrorSize total;  // the estimate: kCover times the distance from the best shadow   (THEORY 12.26)
   ErrorSize integration, truncation, model;  // distances due to period, omitted modes, rung
@@ -33,8 +34,8 @@ struct BudgetReading {
 inline constexpr double kCover = 1.25;
 
 /// Holds the shadows, and the tick and epoch of the state to which they belong. If shadows are used with any
-/// other state, they restart from that state. No order of calls therefore gives a stale estimate: after
-/// missed ticks the age of the estimate starts again from zero. make_budget allocates all memory.
+/// other state, they restart from that state. Therefore no order of calls gives a stale estimate, because the
+/// age of the estimate starts again from zero after missed ticks. make_budget allocates all memory.
 struct Budget {
   struct Shadow {
     State state;

@@ -50,7 +50,7 @@ struct ForceCommand {
   std::int32_t axes;                     // 0 world, 1 body
   std::int64_t start_tick;               // -1: at once
   std::int64_t duration_ticks;           // > 0: ticks from its start to its end; 0: lease_ticks applies
-  // > 0: number of ticks within which the slot must be renewed; 0: duration_ticks applies
+  // If > 0, the slot must be renewed within this number of ticks. If 0, duration_ticks applies.
   std::int64_t lease_ticks;
   std::int32_t late_policy;  // if start_tick has passed: 0 reject, 1 apply at the next tick
   std::int32_t num_points;

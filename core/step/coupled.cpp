@@ -25,7 +25,7 @@ using Stages = std::array<std::array<const double*, 2>, 4>;  // rates of q and p
 
 /// Computes (q, p) at the stages 2 and 3, which are at half a step   (THEORY 12.15):
 ///   Y_3 = exp(h L / 2) y + (h / 2) phi_1(h L / 2) N_1 + h phi_2(h L / 2) (N_2 - N_1)
-/// Y_2 lacks the last term.  \param other  index of the stage whose rate is N_2; 0 for Y_2
+/// Y_2 lacks the last term.  \param other  The index of the stage whose rate is N_2, or 0 for Y_2.
 void half_stage(const Plan& plan, const MotionState& state, const Stages& N, std::size_t other,
                 CoupledWorkspace& w) noexcept {
   const Function E = function_of(plan, PlanCoupled::kHalfStep), A = function_of(plan, PlanCoupled::kHalf1),
@@ -200,12 +200,12 @@ void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) n
     H = add(H, rotated_wheel_momentum(plan, state.wheel_momentum, state.q.data()));
     add_wheel_momenta(plan, state.wheel_momentum, state.q.data(), -1.0, coupled.momentum.data());
   }
-  // constraint shapes come after the modes in the arrays and do not move
+  // Constraint shapes come after the modes in the arrays, and they do not move.
   std::fill(coupled.momentum.begin() + plan.num_moving, coupled.momentum.end(), 0.0);
   state.H_W = multiply(rotation_matrix(state.q_WB), H);
   state.H_W_low = {};
   coupled.has_rates = false;
-  // accelerations without loads, to first order; the first step replaces these values
+  // The accelerations without loads, to first order. The first step replaces these values.
   coupled.w_dot_B = multiply(plan.inverse_inertia, cross(H, w));
   for (std::size_t l = 0; l < coupled.q_ddot.size(); ++l)
     coupled.q_ddot[l] = -plan.omega[l] * (plan.omega[l] * state.q[l]) - 2.0 * plan.decay[l] * state.q_dot[l];
@@ -239,7 +239,7 @@ bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state,
   if (plan.num_elastic > 0) {
     frame = advance_stages(step_loads, state, is_fresh, workspace);
   } else {
-    // a body without modes moves as on the rungs below the coupled rungs
+    // A body without modes moves in the same way as on the rungs below the coupled rungs.
     RigidLoads loads = step_loads.rigid();
     loads.wheels = step_loads.wheels(state.wheel_momentum);
     frame = advance_frame(plan, state, rotation_matrix(state.q_WB), loads);

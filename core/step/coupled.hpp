@@ -1,4 +1,4 @@
-// The coupled rungs: elastic motion acts back on the body. Links may have their true length and direction
+// On the coupled rungs, elastic motion acts back on the body. Links may have their true length and direction
 // (THEORY section 12).
 #pragma once
 
@@ -21,10 +21,10 @@ CoupledWorkspace make_coupled_workspace(const Plan& plan);
 /// Computes the state one substep later by an exponential Runge-Kutta method of order 4. In y' = L y + N(y,
 /// t)   (THEORY 12.13), the linear motion L of each mode is advanced by its exponential, so stiff modes do
 /// not limit the step. The rest, N, is evaluated in four stages   (THEORY 12.15, 12.16). The result is in
-/// `frame`, workspace.next_q, next_q_dot, Q_left and workspace.coupled.next; the state is unchanged. Returns
-/// true if all results are finite.
-/// \param is_fresh  true: loads jumped at this tick, so the rates in the state are not the rates at the right
-/// limit of the tick
+/// `frame`, workspace.next_q, next_q_dot, Q_left and workspace.coupled.next, and the state is unchanged.
+/// Returns true if all results are finite.
+/// \param is_fresh  If true, loads jumped at this tick, so the rates in the state are not the rates just
+/// after the tick.
 bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state, bool is_fresh,
                           Workspace& workspace, Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept;
 
@@ -37,8 +37,8 @@ struct BarForce {
 ///   tension s = D (l - L),   l - L = (2 L u.d + d.d) / (l + L),   l = |L u + d|   (THEORY 12.17)
 ///   excess s (L u + d) / l - D (u.d) u   (THEORY 12.18)
 BarForce bar_force(const PlanBar& bar, const Vec3& d) noexcept;
-/// Returns the force by the damping of a bar, from the rate d' in body axes, which does not include the spin
-/// of the body:
+/// Returns the force by the damping of a bar, from the rate d' in body axes. This rate does not include the
+/// spin of the body:
 ///   s = c (L u + d).d' / l,   excess s (L u + d) / l - c (u.d') u   (THEORY 12.19)
 BarForce damper_force(const PlanBar& bar, const Vec3& d, const Vec3& d_dot) noexcept;
 

@@ -1,6 +1,6 @@
-// Stages of the coupled rungs if the modes are not a complete set for point masses: with rigid links, omitted
-// modes or bodies (THEORY 12.33 to 12.51). The sums over the mass are computed point by point, or from the
-// plan's tables over pairs of modes.
+// This file computes the stages of the coupled rungs if the modes are not a complete set for point masses.
+// This is so with rigid links, omitted modes or bodies (THEORY 12.33 to 12.51). The sums over the mass are
+// computed point by point, or from the plan's tables over pairs of modes.
 #include <algorithm>
 
 #include "core/step/kernels.hpp"

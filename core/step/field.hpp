@@ -1,5 +1,5 @@
-// Fields of acceleration: uniform gravity, the centrifugal field of the spin, the field of an attractor
-// (THEORY 8.14 to 8.23).
+// The fields of acceleration are uniform gravity, the centrifugal field of the spin, and the field of an
+// attractor (THEORY 8.14 to 8.23).
 #pragma once
 
 #include "core/step/state.hpp"
@@ -7,8 +7,8 @@
 
 namespace freeflex {
 
-/// Returns the acceleration of free fall at a position [m/s^2], world axes: the uniform field, or -mu /
-/// |rho|^3 rho, where rho is p_W minus the position of the attractor   (THEORY 8.17).
+/// Returns the acceleration of free fall at a position [m/s^2], world axes. This is the uniform field, or -mu
+/// / |rho|^3 rho, where rho is p_W minus the position of the attractor   (THEORY 8.17).
 Vec3 gravity_at(const Plan& plan, const Vec3& p_W) noexcept;
 
 /// Returns the attraction at the position x from the centre of mass, minus the attraction at the centre of

@@ -88,7 +88,7 @@ constexpr Shares shares_at(double s) noexcept {
 
 /// Advances a tick as a composition of exact motions, in principal axes. G rotates vectors from the present
 /// axes to the axes at the start of the tick. The rotational energy is split into a term that rotates the
-/// body about the angular momentum and a term for each axis, which rotates it about that axis, with d_i =
+/// body about the angular momentum and a term for each axis that rotates the body about this axis, with d_i =
 /// 1/I_i - 1/I_2   (THEORY 7.14):
 ///   E_rot = |H|^2 / (2 I_2) + sum_i (d_i H_i^2 / 2 - h_i H_i / I_i) + const
 class Flows {
@@ -176,7 +176,8 @@ class Flows {
     if (needs_impulses()) rotate_with_momentum(t);
   }
 
-  /// Applies the motion of the tick to the frame `to`, which holds the frame at the start of the tick
+  /// Applies the motion of the tick to the frame `to`. On entry, `to` holds the frame at the start of the
+  /// tick.
   void finish(Frame& to) noexcept {
     if (plan_.has_rotation) {
       if (!needs_impulses()) rotate_with_momentum(plan_.period);

@@ -1,5 +1,6 @@
-// The step of the frame over long ticks: a composition of order 8. The parts of the composition are exact:
-// rotations about one axis, free fall, and impulses (THEORY 7.14 to 7.19, 7.26 to 7.31).
+// The step of the frame over long ticks is a composition of order 8. The parts of the composition are
+// rotations about one axis, free fall and impulses, and each part is exact (THEORY 7.14 to 7.19, 7.26 to
+// 7.31).
 #pragma once
 
 #include "core/step/frame.hpp"

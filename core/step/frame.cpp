@@ -140,8 +140,8 @@ struct RotationStages {
   }
 };
 
-/// Holds the result of a step of the rotation, in body axes at the start of the step: the Gibbs vectors at
-/// the middle and at the end, and the gain in angular momentum [N m s].
+/// Holds the result of a step of the rotation, in body axes at the start of the step. The result consists of
+/// the Gibbs vectors at the middle and at the end, and of the gain in angular momentum [N m s].
 struct StepRotation {
   Vec3 g_middle{}, g_end{}, H_gain{};
 };
@@ -318,9 +318,9 @@ Frame slide(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLo
   return to;
 }
 
-/// Returns the frame at the end of a tick whose rotation is known: applies the rotation to the attitude, adds
-/// R_WB H_gain to H_W, and translates the frame with the forces at the start, the middle and the end
-/// (THEORY 7.3, 7.5).
+/// Returns the frame at the end of a tick whose rotation is known. The function applies the rotation to the
+/// attitude, adds R_WB H_gain to H_W, and translates the frame with the forces at the start, the middle and
+/// the end (THEORY 7.3, 7.5).
 Frame apply(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads,
             const StepRotation& rotation) noexcept {
   Frame to = from;
@@ -359,7 +359,7 @@ Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const
       may_rotate_far(plan, multiply(plan.inverse_inertia, sub(H_B, loads.wheels.h[0])), H_B, loads.wheels);
   if ((may_fall || may_rotate) && by_flows(to)) return to;
   const StepRotation rotation = rotation_in_step(plan, from, R_WB, H_B, loads);
-  // loads may accelerate a body that is slow at the start; check the rotation again
+  // Loads may accelerate a body that is slow at the start, so the rotation is checked again.
   if (!is_zero(rotation.H_gain)) {
     const Vec3 H = add(H_B, rotation.H_gain);
     if (!is_surely_short(plan, H, loads.wheels) &&

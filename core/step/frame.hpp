@@ -1,4 +1,4 @@
-// The step of the floating frame: translation, attitude, angular momentum (THEORY section 7).
+// The step of the floating frame advances translation, attitude and angular momentum (THEORY section 7).
 #pragma once
 
 #include <array>

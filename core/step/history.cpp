@@ -72,7 +72,7 @@ double sine_of_cycles(double cycles) noexcept {
   double x = cycles;
   if (x > 0.25) x = 0.5 - x;
   if (x < -0.25) x = -0.5 - x;
-  // Taylor series of sin(2 pi x), |2 pi x| <= pi/2; the first omitted term is below 2e-18
+  // Taylor series of sin(2 pi x), |2 pi x| <= pi/2. The first omitted term is below 2e-18.
   static constexpr std::array<double, 10> kCoefficient = {
       -41.341702240399755,   81.60524927607504,    -76.70585975306136,   42.058693944897655,
       -15.094642576822984,   3.8199525848482822,   -0.71812230177850059, 0.10422916220813984,

@@ -56,7 +56,7 @@ OrbitPoint orbit_at(const Orbit& o, double X) noexcept {
 /// Returns the point of the orbit after a time t > 0, by Newton's method between bounds that approach each
 /// other. Newton's method works because t grows with X.
 OrbitPoint find(const Orbit& o, double t) noexcept {
-  // bounds a factor of two apart, within which Newton's method converges quickly
+  // These bounds are a factor of two apart. Newton's method converges quickly between them.
   double high = t / o.r_0;
   constexpr int kMostOctaves = 2200;  // larger than the range of doubles
   for (int k = 0; k < kMostOctaves && orbit_at(o, high).t < t; ++k) high *= 2.0;

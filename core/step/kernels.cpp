@@ -139,8 +139,8 @@ FREEFLEX_KERNEL void take_leading_bits(const V& y, V& leading) noexcept {
   leading = reinterpret_cast<V>(reinterpret_cast<Bits>(y) & kMask);
 }
 
-/// Holds one coordinate of several modes: its value, the leading bits of the value, and the remaining bits
-/// plus the low part.
+/// Holds one coordinate of several modes as three parts. These are the value, the leading bits of the value,
+/// and the remaining bits plus the low part.
 template <class V>
 struct Coordinate {
   V value, leading, rest;

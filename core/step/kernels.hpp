@@ -21,7 +21,7 @@ inline Vec3 contract_rows(const double* rows, const double* x, std::size_t n) no
   return {dot_lanes(rows, x, n), dot_lanes(rows + n, x, n), dot_lanes(rows + 2 * n, x, n)};
 }
 
-/// Returns the three rows of a block of Plan::rows, which are the unit elastic displacements b_l of one
+/// Returns the three rows of a block of Plan::rows. These rows are the unit elastic displacements b_l of one
 /// point.
 inline const double* point_rows(const Plan& plan, std::int32_t row) noexcept {
   return plan.rows.data() + 3 * index(row) * index(plan.num_padded);
@@ -36,14 +36,16 @@ struct PointMotion {
 PointMotion contract_motion(const double* rows, const Plan& plan, const double* q, const double* q_dot,
                             const double* Q) noexcept;
 
-/// Sets y to f_0 rows_0 + f_1 rows_1 + f_2 rows_2, or adds this to y if `accumulate` is true; rows (3 x n).
+/// Sets y to f_0 rows_0 + f_1 rows_1 + f_2 rows_2, or adds this to y if `accumulate` is true. The array
+/// `rows` is (3 x n).
 void combine_rows(const double* rows, const Vec3& f, bool accumulate, std::size_t n, double* y) noexcept;
-/// Sets y to sum_k weights_k table_k, or adds this to y if `accumulate` is true; table (9 x n).
+/// Sets y to sum_k weights_k table_k, or adds this to y if `accumulate` is true. The array `table` is (9 x
+/// n).
 void combine_table(const double* table, const Mat3& weights, bool accumulate, std::size_t n,
                    double* y) noexcept;
 /// Sets y to s x, or adds this to y if `accumulate` is true.
 void combine_one(const double* x, double s, bool accumulate, std::size_t n, double* y) noexcept;
-/// Adds rows_a F_b to table_ab; rows (3 x n), table (9 x n).
+/// Adds rows_a F_b to table_ab. The array `rows` is (3 x n), and `table` is (9 x n).
 void add_outer(const double* rows, const Vec3& F, std::size_t n, double* table) noexcept;
 
 /// Computes V = rows a and W = rows b over all points, in the same lanes as dot_lanes. Uses the first
@@ -54,12 +56,12 @@ void contract_points(const Plan& plan, const double* a, const double* b, std::sp
 /// point to the last.
 void project_columns(const Plan& plan, std::size_t n, std::span<const Vec3> f, std::span<const Vec3> g,
                      double* x, double* y) noexcept;
-/// Computes rows^T f and rows^T g for the modes; x, y (num_moving).
+/// Computes rows^T f and rows^T g for the modes. The arrays x and y are (num_moving).
 inline void project_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
                            double* y) noexcept {
   project_columns(plan, index(plan.num_moving), f, g, x, y);
 }
-/// Computes rows^T f and rows^T g for modes and constraint shapes; x, y (num_padded).
+/// Computes rows^T f and rows^T g for modes and constraint shapes. The arrays x and y are (num_padded).
 inline void project_all_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
                                double* y) noexcept {
   project_columns(plan, index(plan.num_padded), f, g, x, y);

@@ -34,8 +34,8 @@ Mat3 torque_projection(const PlanGroup& group) noexcept {
 
 constexpr Mat3 kUnit = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-/// Adds a world torque T to the table; only its projection P T acts: L_c,ab += P_ca T_b   (THEORY 8.2). P is
-/// torque_projection for a group, and the unit matrix for a body   (THEORY 16.13).
+/// Adds a world torque T to the table. Only the projection P T of this torque acts: L_c,ab += P_ca
+/// T_b   (THEORY 8.2). P is torque_projection for a group, and the unit matrix for a body   (THEORY 16.13).
 void add_torque(const Mat3& P, const Vec3& T, std::array<double, 27>& moment) noexcept {
   for (std::size_t ca = 0; ca < 9; ++ca)
     for (std::size_t b = 0; b < 3; ++b) moment[3 * ca + b] += P[ca] * T[b];
@@ -290,7 +290,7 @@ void set_pattern(const Plan& plan, std::span<const double> group_rows, const Sum
   if (!plan.has_rotation) fold_world(plan, pattern);
 }
 
-// computes b_il x F_i of each load, in the layout of LoadPattern::moment_W   (THEORY X148)
+// Computes b_il x F_i of each load, in the layout of LoadPattern::moment_W   (THEORY X148).
 void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept {
   const std::size_t num_shadowed = plan.unmodelled.inertia_rows.size() / 6;
   arms.assign(num_shadowed * kArmSize, 0.0);

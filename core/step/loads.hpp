@@ -1,4 +1,5 @@
-// Loads from outside: converts point forces and wrenches to a pattern, and a pattern to generalized forces.
+// These functions handle loads from outside. They convert point forces and wrenches to a pattern, and a
+// pattern to generalized forces.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +15,7 @@ namespace freeflex {
 SumsOnPoints make_load_sums(const Plan& plan);
 void clear(LoadSums& sums) noexcept;
 
-/// Holds one set of loads; the axes are those of ForceCommand.
+/// Holds one set of loads. The axes are the same as in ForceCommand.
 struct LoadSet {
   std::int32_t axes = 0;
   std::span<const PointForce> forces;
@@ -25,9 +26,9 @@ struct LoadSet {
 /// Adds loads to sums. Every index must be an index of the plan for which the sums were sized.
 void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept;
 
-/// Returns the generalized forces of unit wrenches on each group (6*num_groups x num_padded): for each group,
-/// three rows for unit forces and three for unit torques along the body axes. Every point of a group has
-/// rows.
+/// Returns the generalized forces of unit wrenches on each group (6*num_groups x num_padded). For each group
+/// there are three rows for unit forces and three rows for unit torques along the body axes. Every point of a
+/// group has rows.
 ///   Q_l = sum_i F_i . b_il   (THEORY 4.20),   F_i = (m_i / m_g) F_g + m_i (J_g^-1 T_g) x d_i   (THEORY 8.8)
 Array make_group_rows(const Plan& plan);
 

@@ -130,7 +130,7 @@ DependentLoad apply_half_impulse(const Plan& plan, const double* q, const double
                                  double* q_dot_out) noexcept {
   const PlanModalCoupling& coupling = plan.modal_coupling;
   const std::size_t n = index(plan.num_padded), num_impulses = index(coupling.num_impulses);
-  // all impulses are computed from the rates before any impulse
+  // All impulses are computed from the rates before any impulse acts.
   for (std::size_t k = 0; k < num_impulses; ++k)
     scratch[k] = dot_lanes(coupling.impulse_q_rows.data() + k * n, q, n) +
                  dot_lanes(coupling.impulse_q_dot_rows.data() + k * n, q_dot, n);
@@ -186,7 +186,7 @@ bool advance_linear(const Plan& plan, const ModalState& from, const double* Q0, 
     const bool is_finite = advance_modes(plan.propagator, n, from, Q0, Q1, to);
     return advance_coupled_modes(plan, from, Q0, Q1, scratch, to) && is_finite;
   }
-  // half a splitting impulse, the modes, half a splitting impulse   (THEORY 8.38)
+  // Apply half a splitting impulse, then advance the modes, then apply the other half   (THEORY 8.38)
   apply_half_impulse(plan, from.q, from.q_dot, scratch, q_dot_after_impulse.data());
   const bool is_finite = advance_modes(
       plan.propagator, n, {from.q, from.q_low, q_dot_after_impulse.data(), from.q_dot_low}, Q0, Q1, to);

@@ -37,7 +37,8 @@ DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool 
 
 /// Returns the force of feedback on the body at one time, f = F_q q + F_v q' + F_Q Q   (THEORY 8.28). The
 /// propagator already includes the generalized forces of feedback.
-/// \param Q  [N] (num_padded) generalized forces of the loads, including those of followers
+/// \param Q  [N] (num_padded) The generalized forces of the loads, including the generalized forces of
+/// followers.
 DependentLoad feed_back(const Plan& plan, const double* q, const double* q_dot, const double* Q) noexcept;
 
 /// Returns the load of feedback on the body over a step that starts at q, q', under Q^0 to Q^1. The load is

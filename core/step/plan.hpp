@@ -1,5 +1,5 @@
-// The immutable plan: everything that the step reads. A plan consists of plain arrays. core/plan fills them,
-// and plan files hold their bytes.
+// The immutable plan holds everything that the step reads. A plan consists of plain arrays. core/plan fills
+// these arrays, and plan files hold their bytes.
 #pragma once
 
 #include <array>
@@ -20,10 +20,10 @@ using Quat = std::array<double, 4>;  // w x y z, unit norm
 
 /// Holds the exact step of each mode over one period, y = (q, q'), for Q linear within the step:
 ///   y^1 = (C + L) y^0 + w_0 Q^0 + w_1 (Q^1 - Q^0)   (THEORY 6.1, 6.5)
-/// C + L is the exact propagator. C is its leading 26 bits, so that the product of C with the leading 26 bits
-/// of y is exact; L is the rest, rounded to double. The coefficients of kLanes modes are stored side by side,
-/// in the order in which the step reads them, so that the step reads one stream of memory instead of twelve.
-/// Padding is zero.
+/// C + L is the exact propagator. C holds the leading 26 bits of this propagator, so that the product of C
+/// with the leading 26 bits of y is exact. L is the rest, rounded to double. The coefficients of kLanes modes
+/// are stored side by side, in the order in which the step reads them, so that the step reads one stream of
+/// memory instead of twelve. Padding is zero.
 struct Propagator {
   struct alignas(64) Lanes {
     using Lane = std::array<double, kLanes>;
@@ -112,8 +112,8 @@ struct LoadSums {
   TorqueSums torque;
   WheelTorques wheels;
 };
-/// Holds LoadSums with the indices of the points that may be loaded: on coupled rungs every point, on the
-/// other rungs the points with rows.
+/// Holds LoadSums with the indices of the points that may be loaded. On coupled rungs every point may be
+/// loaded, but on the other rungs only the points with rows.
 struct SumsOnPoints : LoadSums {
   std::vector<std::int32_t> points;  // ascending
 };
@@ -149,7 +149,7 @@ struct PlanFollower {
   Array rotation_rows;    // [1/m] (3 x num_padded) theta = rotation_rows q
 };
 
-/// Holds a torque that rotates with its body: in addition to torque_B, theta x torque_B acts
+/// Holds a torque that rotates with its body. Therefore theta x torque_B acts in addition to torque_B
 /// (THEORY 16.14).
 struct PlanTorque {
   std::int32_t attitude_index = -1;  // index of the wheel's body in PlanParticles::attitude_points
@@ -166,7 +166,7 @@ struct PlanStiffening {
   Array rows;  // [N/m] (modes x modes) E at amplitude 1
 };
 
-/// Holds a built-in load: its pattern, and its amplitude over ticks since the epoch began
+/// Holds a built-in load, that is, its pattern and its amplitude over ticks since the epoch began
 /// (THEORY 8.10 to 8.13).
 struct PlanHistory {
   enum class Kind : std::int32_t { kConstant = 0, kPulse = 1, kSine = 2, kTable = 3 };
@@ -206,9 +206,9 @@ struct PlanModalCoupling {
   // [-], [s], [1/s], [m/N], [m/(s N)] (4 num_modes columns of pad(2 num_modes)) column-major
   Array columns;
   static constexpr int kLoadRows = 16;  // twelve, padded to kLanes
-  // kExact: force and torque of feedback on the body at the start of the step, then at its end. Between them
-  // the load is linear in time, with the exact impulse and first moment of feedback   (THEORY 8.37); empty
-  // without feedback
+  // kExact: The force and torque of feedback on the body at the start of the step, then at the end of the
+  // step. Between these two times the load is linear in time, and it has the exact impulse and first moment
+  // of feedback   (THEORY 8.37). The array is empty without feedback.
   Array load_columns;  // [N], [N m] per (m, m/s, N, N) (4 num_modes columns of kLoadRows) column-major
   // kSplit, for half a step: q' += out^T (q_rows q + q_dot_rows q')   (THEORY 8.40)
   std::int32_t num_impulses = 0;
@@ -261,10 +261,11 @@ struct PlanKinetics {
 };
 inline constexpr std::int32_t kPointTables = 9, kBodyTables = 12;  // PlanKinetics::num_tables
 
-/// Holds data that only the coupled rungs need; empty below them   (THEORY 12.14).
+/// Holds data that only the coupled rungs need. Below the coupled rungs these data are empty
+/// (THEORY 12.14).
 struct PlanCoupled {
   /// Functions of the linear motion L of one mode over a substep of length h. Each is a 2 x 2 matrix that
-  /// acts on (q, p); its entries are in the order of Entry:
+  /// acts on (q, p). The entries of the matrices are in the order of Entry:
   ///   kHalfStep exp(h L / 2),  kHalf1, kHalf2  phi_1, phi_2 of h L / 2,
   ///   kStep exp(h L) - 1,  kStep1 to kStep3  phi_1 to phi_3 of h L   (THEORY 12.14)
   /// The unit matrix is subtracted in kStep, so that slow modes keep their digits.
@@ -298,8 +299,8 @@ struct PlanInitial {
   Array q_dot;  // [m/s] (num_padded)
 };
 
-/// Holds one feature of a plan: whether it is kept or omitted, why, and by how much its omission may change
-/// the motion beyond rounding error   (THEORY 14.15).
+/// Holds one feature of a plan. States whether the feature is kept or omitted, why, and by how much its
+/// omission may change the motion beyond rounding error   (THEORY 14.15).
 struct PlanFeature {
   Feature feature = Feature::kDamping;
   bool is_left_out = false;
@@ -309,8 +310,8 @@ struct PlanFeature {
   double error = 0.0;           // [m] error in the elastic displacement of any point that is read or pushed
   double relative_error = 0.0;  // [-] error over the largest such displacement
   double link_error = 0.0;      // [N], [N m] in any published link force
-  // errors under commands, per newton; for the error of a command, multiply by the force on a pushable point
-  // plus the sum of its changes
+  // The errors under commands, per newton. To get the error of a command, multiply by the force on a pushable
+  // point plus the sum of the changes of this force.
   double error_per_force = 0.0;           // [m/N]
   double relative_error_per_force = 0.0;  // [-] error over the static displacement under that force
   double link_error_per_force = 0.0;      // [-], [m]
@@ -336,7 +337,7 @@ struct PlanRung {
 
 struct PlanShadow;
 
-/// Holds the live error budget: the plans that are stepped in parallel with the state
+/// Holds the live error budget, which consists of the plans that are stepped in parallel with the state
 /// (THEORY 12.22 to 12.26). The budget is empty if the scene does not ask for one.
 struct PlanBudget {
   double horizon = 0.0;            // [s] time between restarts of the shadows; 0: no budget
@@ -347,15 +348,16 @@ struct PlanBudget {
 /// Largest number of modes of PlanUnmodelled whose error is integrated.
 inline constexpr std::int32_t kMostShadowedModes = 32;
 
-/// Number of values per elastic coordinate that give the torque of loads on displaced points: 27 for loads in
-/// world axes, like LoadPattern::moment_W, then 3 for loads in body axes   (THEORY X148).
+/// The number of values per elastic coordinate that give the torque of loads on displaced points. There are
+/// 27 values for loads in world axes, like LoadPattern::moment_W, then 3 for loads in body axes
+/// (THEORY X148).
 inline constexpr std::size_t kArmSize = 30;
 
 /// Specifies which modes of the structure a plan omits. Plan files hold the numbers.
 enum class LacksModes : std::uint8_t {
   kNone = 0,
-  kSmallModes = 1,  // small modes are omitted; their motion is known
-  kNotKept = 2,     // the set-up found only the lowest modes; the motion of the rest is unknown
+  kSmallModes = 1,  // Small modes are omitted, but their motion is known.
+  kNotKept = 2,     // The set-up found only the lowest modes, so the motion of the others is unknown.
 };
 
 /// Holds the stiffness that accelerations give to bodies, on rungs that omit it, and bounds of what the
@@ -363,8 +365,8 @@ enum class LacksModes : std::uint8_t {
 struct PlanUnmodelledBodies {
   Array push_rows;          // [kg] (pairs x 6) stiffness per acceleration and angular acceleration; or empty
   double inner_load = 0.0;  // [m s^2] possible displacement of inner masses, per square of spin
-  // [-] (judged) how far a mode moves the points of links with unknown internal forces, compared with a free
-  // beam; empty if there are no such links
+  // [-] (judged) States how far a mode moves the points of links with unknown internal forces, compared with
+  // a free beam. Without such links, the array is empty.
   Array unquantified_factor;
   Array load_sizes;  // [N] (histories) size_of_forces of each history; empty if there are no links with
                      // unknown internal forces
@@ -378,21 +380,21 @@ struct PlanQuartic {
 };
 
 /// Holds the items that messages about a verdict name. This member is empty in plan files of version 7 and
-/// before. Matrices, rigid links, plates and links with mass are links with unknown internal forces: no table
-/// gives the forces inside them.
+/// before. Matrices, rigid links, plates and links with mass are links with unknown internal forces, because
+/// no table gives the forces inside them.
 struct PlanNamed {
   // (judged) index in Plan::links of the link with unknown internal forces whose points move most in the
   // mode; -1: no such link
   std::vector<std::int32_t> links;
-  // the modes of PlanUnmodelled::left_out_rows: their numbers in the scene, from 1, and their frequencies
-  // [Hz]
+  // The modes of PlanUnmodelled::left_out_rows, with their numbers in the scene, from 1, and their
+  // frequencies [Hz].
   std::vector<std::int32_t> left_out;
   std::vector<double> left_out_frequency;
 };
 
-/// Holds the terms that the rung neglects. These terms do not affect the motion; the verdict is computed from
-/// them (THEORY X140, X141). Products of the spin are the entries xx, yy, zz, xy, xz, yz of w w^T, in this
-/// order.
+/// Holds the terms that the rung neglects. These terms do not affect the motion, but the verdict is computed
+/// from them (THEORY X140, X141). Products of the spin are the entries xx, yy, zz, xy, xz, yz of w w^T, in
+/// this order.
 struct PlanUnmodelled {
   bool is_known = false;          // false: the plan file has no such tables
   bool is_rigid = false;          // false: the plan file has no tables for the verdict
@@ -411,17 +413,18 @@ struct PlanUnmodelled {
   Array spin_rows;      // [N s^2/m] (pairs x 6) stiffness per product of the spin
   Array coriolis_rows;  // [-] (pairs x 3) sum m b_l x b_u / M; zero for (l, l)
   Array root_quartic;   // [sqrt(N/m^3)] (judged) root of (stiffness / displacement^2) of the mode
-  // number of modes, from the first on, whose error is integrated
+  // The errors of this number of modes, from the first on, are integrated.
   std::int32_t num_shadowed = 0;
   // [kg m] (num_shadowed x 6) centrifugal load per product of the spin. Its derivative with respect to the
   // spin is the angular momentum that a mode adds   (THEORY X148)
   Array inertia_rows;
   Array load_arms;  // [N] (histories x num_shadowed x kArmSize) set_arms of each
   // [N/m^2] (num_shadowed (num_shadowed + 1) / 2 x num_shadowed) third derivatives of the strain energy with
-  // respect to a pair of modes a <= b and a third mode; half the derivative if a = b   (THEORY X147)
+  // respect to a pair of modes a <= b and a third mode. If a = b, the entry is half the derivative
+  // (THEORY X147)
   Array shadow_rows;
   // [s^2] (judged x 6) square of the fraction of a mode's amplitude that Coriolis forces transfer to other
-  // modes, per product of the spin; empty on rungs with Coriolis forces
+  // modes, per product of the spin. The array is empty on rungs with Coriolis forces.
   Array coriolis_transfer;
   // relative stiffness change [-] of the lowest omitted modes
   Array left_out_rows;  // [1/m] (left out x num_elastic) per quasi-static coordinate
@@ -460,8 +463,8 @@ struct Plan {
   // elastic modes
   std::int32_t num_elastic = 0;
   std::int32_t num_moving = 0;  // elastic modes padded to kLanes, which the step advances
-  // num_moving plus the constraint shapes, padded. The coordinates of constraint shapes stay zero; their Q is
-  // the load on the rigid links   (THEORY 5.6, 5.7)
+  // num_moving plus the constraint shapes, padded. The coordinates of constraint shapes stay zero, but their
+  // Q is the load on the rigid links   (THEORY 5.6, 5.7)
   std::int32_t num_padded = 0;
   Array omega;  // [rad/s] (num_padded), padding 0
   Array decay;  // [1/s] (num_padded) minus the real part of the damped root   (THEORY 4.23)
@@ -508,7 +511,7 @@ struct Plan {
                                       // was chosen
   PlanBudget budget;
   PlanUnmodelled unmodelled;
-  // at most one plan, stepped from the tick at which a command needs a feature that this plan omits
+  // At most one plan. It is stepped from the tick at which a command needs a feature that this plan omits
   // (THEORY 14.16)
   std::vector<Plan> fallback;
   // (num_elastic) index of each mode in the fallback plan, ascending; empty without a fallback plan
@@ -528,7 +531,7 @@ struct PlanShadow {
   Plan plan;
 };
 
-/// Returns a carrier of mass. Indices below the number of points are points; the following indices are
+/// Returns a carrier of mass. Indices below the number of points are points, and the following indices are
 /// particles.
 inline const PlanPoint& mass_point(const Plan& plan, std::int32_t carrier) noexcept {
   const auto i = static_cast<std::size_t>(carrier);

@@ -20,7 +20,7 @@ Vec3 contract(const Plan& plan, const double* rows, const Array& x) noexcept {
   return contract_rows(rows, x.data(), index(plan.num_padded));
 }
 
-/// Returns V_second - V_first of a bar, from q; or the rate of this difference, from q'.
+/// Returns V_second - V_first of a bar, from q. From q', returns the rate of this difference.
 Vec3 difference(const Plan& plan, const PlanBar& bar, const Array& q) noexcept {
   return sub(contract(plan, rows_of(plan, bar.second), q), contract(plan, rows_of(plan, bar.first), q));
 }

@@ -11,9 +11,9 @@ namespace freeflex {
 /// Returns the rotation matrix of a unit quaternion, from body to world axes.
 Mat3 rotation_matrix(const Quat& q_WB) noexcept;
 
-/// Returns the sum of h_w a_w over the wheels [N m s], body axes; zero without wheels. Below the coupled
-/// rungs, a_w are the axes at rest. On coupled rungs, the axes rotate with their bodies   (THEORY 16.22,
-/// 16.29).
+/// Returns the sum of h_w a_w over the wheels [N m s], body axes. The sum is zero without wheels. Below the
+/// coupled rungs, a_w are the axes at rest. On coupled rungs, the axes rotate with their bodies
+/// (THEORY 16.22, 16.29).
 Vec3 wheel_momentum_B(const Plan& plan, const MotionState& state) noexcept;
 
 /// Returns the angular velocity of the floating frame, body axes [rad/s]. Below the coupled rungs it is
@@ -30,7 +30,7 @@ struct PointState {
 ///   p_i = p_WB + R_WB x_i   (THEORY 9.1)
 ///   v_i = v_WB + R_WB (w x x_i + V_i')   (THEORY 9.2)
 ///   a_i = g_W + F_W / M + R_WB (w' x x_i + w x (w x x_i) + 2 w x V_i' + V_i'')   (THEORY 9.3)
-/// On the coupled rungs, the acceleration is that of (THEORY 12.21, 12.43) instead.  \pre
+/// On the coupled rungs, the acceleration is given by (THEORY 12.21, 12.43) instead.  \pre
 /// plan.points[point].row >= 0
 PointState read_point(const Plan& plan, const MotionState& state, int point) noexcept;
 
@@ -39,7 +39,7 @@ struct BodyState {
   Vec3 w_P{};                     // [rad/s] its angular velocity, in the axes of the body at the point
 };
 /// Returns the attitude and the angular velocity of the body at a point. At rest, the axes of this body are
-/// those of the scene. theta is its elastic rotation, and g = theta / 2 the Gibbs vector:
+/// the axes of the scene. theta is the elastic rotation of the body, and g = theta / 2 the Gibbs vector:
 ///   q_WP = q_WB o (1, g) / sqrt(1 + g.g)   (THEORY 16.15)
 ///   w_P = G(g)^T w + 2 (g' - g x g') / (1 + g.g)   (THEORY 16.16)
 /// \pre attitude_index_of(plan, point) >= 0
@@ -62,7 +62,7 @@ GroupPose read_group(const Plan& plan, const MotionState& state, int group) noex
 /// plan.link_outputs[output])   (THEORY 5.1 to 5.6). Bars of the plan have their true length (THEORY 12.17).
 void read_link(const Plan& plan, const MotionState& state, int output, std::span<double> out) noexcept;
 
-/// Holds conserved quantities, energies (without those of wheels), and residuals.
+/// Holds conserved quantities, energies (without the energies of wheels), and residuals.
 struct Invariants {
   double kinetic_rigid = 0.0;  // [J] M v_WB^2 / 2 + w^T I w / 2   (THEORY 7.1)
   // [J] M sum q_l'^2 / 2   (THEORY 7.1); on coupled rungs, kinetic_rigid + kinetic_elastic is E_kin + M

@@ -12,7 +12,7 @@ void resize(LoadPattern& pattern, std::size_t n) noexcept {
   pattern.Q_B.resize(n);
 }
 
-/// Moves the value of mode l to positions[l], in place; sets the other values to zero. Positions are
+/// Moves the value of mode l to positions[l], in place. Sets the other values to zero. Positions are
 /// ascending, and positions[l] >= l.
 void spread_modes(const std::vector<std::int32_t>& positions, std::size_t n, Array& values) noexcept {
   values.resize(n, 0.0);
@@ -39,7 +39,7 @@ Need find_need(const Plan& plan, const ForceCommand& command) noexcept {
       [&](std::int32_t group) { return plan.groups[index(group)].centre; });
 }
 
-// q_u = q_l if mode u of the fallback plan is mode l of the reduced plan, otherwise 0; q' is converted in the
+// q_u = q_l if mode u of the fallback plan is mode l of the reduced plan, otherwise 0. q' is converted in the
 // same way (THEORY 14.16)
 void switch_to_fallback(const Plan& plan, Need need, State& state) noexcept {
   const std::size_t n = index(plan.fallback.front().num_padded);

@@ -1,5 +1,5 @@
-// Compares commands with the features that a plan omits, and switches to the fallback plan, which has these
-// features.
+// Compares commands with the features that a plan omits, and switches to the fallback plan. The fallback plan
+// has these features.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ template <class PointArm, class GroupArm>
 Need find_need(const CommandScope& scope, const ForceCommand& command, const PointArm& point_arm,
                const GroupArm& group_arm) noexcept {
   if (!scope.lacks_rotation && !scope.lacks_out_of_plane) return Need::kNone;
-  // divide all values by the largest component, so that no product overflows or underflows
+  // All values are divided by the largest component, so that no product overflows or underflows.
   double largest = 0.0;
   const auto note = [&](const Vec3& v) {
     for (const double x : v) largest = __builtin_fabs(x) > largest ? __builtin_fabs(x) : largest;

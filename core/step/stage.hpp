@@ -19,7 +19,8 @@ struct StageState {
 
 /// Holds the rate of the state at one stage. The arrays belong to the caller.
 struct StageRate {
-  // [m/s], [m/s^2] (num_padded) rates of q and p without the linear motion of each mode: N of (THEORY 12.13)
+  // [m/s], [m/s^2] (num_padded) The rates of q and p without the linear motion of each mode. They are N of
+  // (THEORY 12.13)
   double *rate_q, *rate_p;
   double* Q = nullptr;       // [N] (num_padded) generalized forces; nullptr: not needed
   Vec3 w_B{};                // [rad/s]
@@ -42,8 +43,8 @@ void evaluate(const StepLoads& step_loads, const StageState& stage, Workspace& w
 void evaluate_incomplete(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
                          StageRate& rate) noexcept;
 
-/// Returns the angular momentum of a motion. On entry p holds q'; on return it holds the elastic momenta over
-/// the mass. Both are computed from tables:
+/// Returns the angular momentum of a motion. On entry p holds q', and on return p holds the elastic momenta
+/// over the mass. Both results are computed from tables:
 ///   H_B = I(q) w + C q'   (THEORY 12.34),   p = q' + C^T w / M   (THEORY 12.33)
 Vec3 momenta_by_tables(const Plan& plan, const Vec3& w_B, const double* q, const double* q_dot,
                        double* p) noexcept;
@@ -62,8 +63,8 @@ Vec3 rotated_wheel_momentum(const Plan& plan, std::span<const double> momentum, 
 /// theta) (THEORY 16.32).
 double wheel_energy(const Plan& plan, std::span<const double> momentum, const double* q,
                     const double* q_dot) noexcept;
-/// Adds sign times the contribution of the wheels to the elastic momenta. It follows from the Lagrangian h_w
-/// (w . a_theta + a . (theta' - theta x theta' / 2)) (THEORY 16.28) minus a total derivative:
+/// Adds sign times the contribution of the wheels to the elastic momenta. This contribution follows from the
+/// Lagrangian h_w (w . a_theta + a . (theta' - theta x theta' / 2)) (THEORY 16.28) minus a total derivative:
 ///   p_l += sign h_w theta_l . (a_w x theta) / (2 M) [m/s] (num_padded)   (THEORY 16.30)
 void add_wheel_momenta(const Plan& plan, std::span<const double> momentum, const double* q, double sign,
                        double* p) noexcept;
@@ -77,19 +78,20 @@ void add_wheel_forces(const StepLoads& step_loads, const StageState& stage, cons
 Vec3 add_wheel_rates(const StepLoads& step_loads, const StageState& stage, const double* q_dot,
                      double* Q) noexcept;
 
-/// Gathers the loads on points and particles: histories, commands, and A theta x f of followers
-/// (THEORY 8.25).
+/// Gathers the loads on points and particles. These are the loads of histories and commands, and A theta x f
+/// of followers (THEORY 8.25).
 void gather_forces(const StepLoads& step_loads, const StageState& stage, CoupledWorkspace& w) noexcept;
 
-/// Adds the loads on the modes that are not sums over points: fields, dashpots, feedback, and the geometric
-/// stiffness by followers. Call this function after the sums over points.
+/// Adds the loads on the modes that are not sums over points. These are the loads of fields, dashpots and
+/// feedback, and of the geometric stiffness by followers. Call this function after the sums over points.
 void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
                      StageRate& rate) noexcept;
 
 /// Returns the matrix that solve_for_spin needs for an inertia J. A collinear body has no spin about its
 /// line. Its matrix contains the two equations normal to the line, and a third one that makes it regular.
 Mat3 spin_matrix(const Plan& plan, const Mat3& J) noexcept;
-/// Returns J^-1 b; for a collinear body, the solution normal to its line.  \param matrix  spin_matrix of J
+/// Returns J^-1 b. For a collinear body, returns the solution normal to the line of the body.  \param
+/// matrix  spin_matrix of J
 Vec3 solve_for_spin(const Plan& plan, const Mat3& matrix, const Vec3& b) noexcept;
 
 }  // namespace freeflex

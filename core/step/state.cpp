@@ -38,7 +38,7 @@ void set_initial(const Plan& plan, State& state) {
   }
   if (!plan.wheels.all.empty() && !is_coupled(plan))
     state.H_W = add(state.H_W, multiply(rotation_matrix(initial.q_WB), wheel_momentum_B(plan, state)));
-  // the state returns from the fallback plan; the arrays have room for this
+  // The state returns from the fallback plan. The arrays have room for this.
   const auto n = static_cast<std::size_t>(plan.num_padded);
   for (Array* v : modal_arrays(state)) v->resize(n);
   state.commands_pattern.table.resize(9 * n);

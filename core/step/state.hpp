@@ -11,7 +11,7 @@
 
 namespace freeflex {
 
-/// Holds an active slot: its command and the tick at which it ends.
+/// Holds the command of an active slot and the tick at which the slot ends.
 struct Slot {
   ForceCommand command;
   std::int64_t end_tick = 0;
@@ -20,13 +20,15 @@ struct Slot {
 /// Holds the part of the state that only the coupled rungs need. All members except the momenta are at the
 /// left limit of the tick.
 struct CoupledState {
-  // [m/s] (num_padded) elastic momenta over the mass   (THEORY 12.3, 12.33); q_dot follows from them
+  // [m/s] (num_padded) The elastic momenta over the mass (THEORY 12.3, 12.33). q_dot follows from these
+  // momenta.
   Array momentum;
   // [m/s], [m/s^2] (num_padded) rates of q and momentum without the linear motion of each mode (THEORY 12.13)
   Array rate_q, rate_p;
   Vec3 w_B{};       // [rad/s] angular velocity of the frame, body axes
   Vec3 moment_B{};  // [N m] about the centre of mass, deformed arms
-  // used if the modes are not a complete set; otherwise empty and zero   (THEORY 12.41, 12.42)
+  // Used if the modes are not a complete set. Otherwise the arrays are empty and the values are
+  // zero   (THEORY 12.41, 12.42)
   Array q_ddot;    // [m/s^2] (num_padded)
   Vec3 w_dot_B{};  // [rad/s^2] rate of w_B, body axes
   bool has_rates = false;
@@ -34,7 +36,7 @@ struct CoupledState {
 };
 
 /// Holds the floating frame. Each member *_low holds the rounding error of the value before it (compensated
-/// sums); the exact state is value + low.
+/// sums), so the exact state is value + low.
 struct Frame {
   Vec3 p_WB{}, p_WB_low{};  // [m]
   Vec3 v_WB{}, v_WB_low{};  // [m/s]
@@ -52,8 +54,8 @@ struct MotionState : Frame {
   std::int64_t epoch_start_tick = 0;  // tick from which histories run
   Array q, q_low;                     // [m] (num_padded)
   Array q_dot, q_dot_low;             // [m/s] (num_padded)
-  // loads at the left limit of this tick, including those of fields, dashpots and feedback; for accelerations
-  // and the read-out
+  // The loads just before this tick, including the loads of fields, dashpots and feedback. They serve the
+  // accelerations and the read-out.
   Vec3 force_W{};   // [N] resultant without gravity
   Vec3 moment_B{};  // [N m] about the centre of mass, rest arms
   Array Q;          // [N] (num_padded)
@@ -73,7 +75,7 @@ inline std::array<Array*, 5> modal_arrays(MotionState& motion) noexcept {
 
 /// Holds all data, in addition to plan and inputs, on which the future motion depends.
 struct State : MotionState {
-  // active command slots, sorted by (sender, slot), which is the order in which they are summed
+  // The active command slots, sorted by (sender, slot). Their loads are summed in this order.
   std::int32_t num_slots = 0;
   std::vector<Slot> slots;                       // capacity kMaxSlots, size kMaxSlots
   bool slots_changed = true;                     // true: commands_pattern must be computed again
@@ -96,8 +98,9 @@ struct CoupledWorkspace {
   Array sums, sums_dot;    // (num_tables, 6 x num_padded) tables times q, times q'
   Array spare;             // (num_padded)
   std::vector<Vec3> arms;  // [kg m] (num_points)
-  // values at a stage; empty without wheels: momenta of the wheels [N m s] (num_wheels), and the contribution
-  // of the wheels to the elastic momenta [m/s] (num_padded), which is later replaced by its rate
+  // The values at a stage, empty without wheels. They are the momenta of the wheels [N m s] (num_wheels), and
+  // the contribution of the wheels to the elastic momenta [m/s] (num_padded). This contribution is later
+  // replaced by its rate
   //   (THEORY 16.30)
   std::vector<double> wheels;
   Array wheel_share;
@@ -105,9 +108,9 @@ struct CoupledWorkspace {
 };
 
 /// Holds scratch memory of one step. The step writes its results to the workspace and swaps them with the
-/// state once they are known to be finite. No motion is kept from one step to the next. Only two things are
-/// kept: uses_fallback, which gives the plan for which the arrays are sized, and the group rows of both
-/// plans, which are constant.
+/// state once they are known to be finite. No motion is kept from one step to the next. Only uses_fallback
+/// and the group rows of both plans are kept. uses_fallback gives the plan for which the arrays are sized,
+/// and the group rows are constant.
 struct Workspace {
   Array Q_right;  // [N] (num_padded) at the right limit of this tick
   Array Q_left;   // [N] (num_padded) at the left limit of the next tick
@@ -132,8 +135,8 @@ inline std::array<Array*, 6> modal_arrays(Workspace& w) noexcept {
   return {&w.Q_right, &w.Q_left, &w.next_q, &w.next_q_low, &w.next_q_dot, &w.next_q_dot_low};
 }
 
-/// Returns the plan on which a state is stepped: the fallback plan if a command has needed it, otherwise the
-/// plan itself (THEORY 14.16).
+/// Returns the plan on which a state is stepped. This is the fallback plan if a command has needed it, and
+/// otherwise the plan itself (THEORY 14.16).
 inline const Plan& active_plan(const Plan& plan, const MotionState& state) noexcept {
   return state.uses_fallback ? plan.fallback.front() : plan;
 }

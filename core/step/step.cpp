@@ -53,7 +53,8 @@ bool is_finite(const Frame& frame) noexcept {
 }
 
 /// Coordinates and rates below this size [m], [m/s] are set to zero. Otherwise these values would decay to
-/// denormal numbers, which are slow. Values above this size have squares that are normal numbers.
+/// denormal numbers, and computing with denormal numbers is slow. Values above this size have squares that
+/// are normal numbers.
 constexpr double kNegligible = 1e-140;
 constexpr std::int64_t kFlushTicks = 256;
 
@@ -65,8 +66,8 @@ void flush(Array& value, Array& low) noexcept {
   }
 }
 
-/// Holds the result of a step before it is known to be finite, except for elastic coordinates and loads,
-/// which are in the workspace.
+/// Holds the result of a step before the result is known to be finite. Elastic coordinates and loads are
+/// excepted, because they are in the workspace.
 struct Result {
   Frame frame;
   Vec3 force_W;           // [N] at the end
@@ -118,9 +119,9 @@ Result advance_once(const StepLoads& step_loads, const MotionState& state, const
 }
 
 /// Makes the step in two passes if loads on the body depend on the elastic motion. The first pass uses these
-/// loads at the start of the step; the second pass also uses these loads at the end of the first pass ("Two
-/// passes" in THEORY section 8). The load of feedback on the body is given by (THEORY 8.37), or by
-/// (THEORY 8.41) if modes are split.
+/// loads as they are at the start of the step. The second pass also uses these loads as they are at the end
+/// of the first pass ("Two passes" in THEORY section 8). The load of feedback on the body is given by
+/// (THEORY 8.37), or by (THEORY 8.41) if modes are split.
 Result advance_dependent(const StepLoads& step_loads, const MotionState& state, const Mat3& R_start,
                          Workspace& workspace) noexcept {
   const Plan& plan = step_loads.plan;
@@ -171,7 +172,7 @@ void advance_wheels(const StepLoads& step_loads, const MotionState& from, Worksp
     add_compensated(workspace.next_wheel[k], workspace.next_wheel_low[k], step_loads.wheel_gain(k));
 }
 
-/// Makes the step below the coupled rungs: the body, then the modes.
+/// Makes the step below the coupled rungs. Advances first the body, then the modes.
 Result advance_separated(const StepLoads& step_loads, const MotionState& state, bool is_changed,
                          Workspace& workspace) noexcept {
   const Plan& plan = step_loads.plan;

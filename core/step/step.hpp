@@ -25,7 +25,7 @@ struct Expiry {
 
 enum class StepStatus : std::int32_t {
   kOk = 0,
-  kNotFinite = 1,  // the next state would not be finite; the state is unchanged
+  kNotFinite = 1,  // the next state would not be finite, so the state is unchanged
 };
 
 struct StepReport {
@@ -34,13 +34,13 @@ struct StepReport {
   std::array<Expiry, kMaxSlots> expiries{};
 };
 
-/// Returns true if there is a slot for the command: it replaces a slot, it clears one, or one of kMaxSlots is
-/// free.
+/// Returns true if there is a slot for the command. This is so if the command replaces a slot, if the command
+/// clears a slot, or if one of kMaxSlots is free.
 bool has_slot_for(const State& state, const ForceCommand& command) noexcept;
 
-/// Advances a state by one tick (THEORY section 6): expiries first, then commands, then the motion. Commands
-/// must have passed validation and has_slot_for. A command for which no slot is free is ignored. Allocates
-/// nothing, does not call libm, and gives the same bits with every compiler and instruction set.
+/// Advances a state by one tick (THEORY section 6). Handles expiries first, then commands, then the motion.
+/// Commands must have passed validation and has_slot_for. A command for which no slot is free is ignored.
+/// Allocates nothing, does not call libm, and gives the same bits with every compiler and instruction set.
 void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace,
           StepReport& report) noexcept;
 

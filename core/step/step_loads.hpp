@@ -1,5 +1,5 @@
-// Loads of one step: the loads of commands, which are constant over the step, and the loads of built-in
-// histories.
+// The loads of one step are the loads of commands and the loads of built-in histories. The loads of commands
+// are constant over the step.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,8 @@
 
 namespace freeflex {
 
-/// A time in a step: the right limit at its start, its middle, or the left limit at its end.
+/// A time in a step. It is the right limit at the start of the step, the middle, or the left limit at the
+/// end.
 enum class StageTime { kStart, kMiddle, kEnd };
 
 /// Holds the loads of one step. If the plan divides the step, these are the loads of one substep.
@@ -33,7 +34,7 @@ struct StepLoads {
   /// Returns the torque that the motor exerts on a wheel [N m].
   double wheel_torque(std::size_t wheel, StageTime stage_time) const noexcept;
   /// Holds the torque of a motor over the substep as the parabola start + s slope + s^2 bend through the
-  /// torques at start, middle and end; s runs from 0 to 1   (THEORY 16.21).
+  /// torques at start, middle and end. Here s runs from 0 to 1   (THEORY 16.21).
   struct TorqueOverStep {
     double start, slope, bend;
   };
@@ -46,13 +47,14 @@ struct StepLoads {
   /// Returns the momentum of one wheel at a stage time [N m s], by h_w' = tau_w   (THEORY 16.21).
   double wheel_momentum(std::size_t wheel, double at_start, StageTime stage_time) const noexcept;
 
-  /// Below the coupled rungs: computes the generalized forces Q [N] (num_padded), without those of followers,
-  /// dashpots and feedback.  \param momentum  [N m s] (num_wheels) of wheels at the start of the step
+  /// Below the coupled rungs, computes the generalized forces Q [N] (num_padded) without the forces of
+  /// followers, dashpots and feedback.  \param momentum  [N m s] (num_wheels) of wheels at the start of the
+  /// step
   void generalized(StageTime stage_time, const Frame& frame, const Mat3& R_WB,
                    std::span<const double> momentum, Array& Q) const noexcept;
 
-  /// On the coupled rungs: computes the forces on the points [N] (num_points), body axes, without those of
-  /// followers, dashpots and feedback.
+  /// On the coupled rungs, computes the forces on the points [N] (num_points), body axes, without the forces
+  /// of followers, dashpots and feedback.
   void on_points(StageTime stage_time, const Mat3& R_WB, std::span<Vec3> forces) const noexcept;
 };
 

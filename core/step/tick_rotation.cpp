@@ -87,8 +87,8 @@ double relative_rate(const Plan& plan, const Conserved& all) noexcept {
 struct Nearest {
   double distance, orbit;
 };
-/// Returns the smallest distance r_min and the angle of the orbit. Its rate is that of a circular orbit at
-/// r_min or that of the actual orbit, whichever is larger:
+/// Returns the smallest distance r_min and the angle of the orbit. The rate is taken from a circular orbit at
+/// r_min or from the actual orbit, whichever rate is larger:
 ///   orbit = h max((mu / r_min^3)^(1/2), |rho x v| / r_min^2)   (THEORY 7.25)
 /// If the tick passes the pericentre, r_min is p / (1 + e). Otherwise r_min is the distance at one end of the
 /// tick   (THEORY 7.26).
@@ -103,7 +103,7 @@ Nearest nearest_in_tick(const Plan& plan, const Frame& from) noexcept {
   const double beta = 2.0 * mu / r - dot(v, v);  // mu over the semi-major axis
   const bool is_closed = beta > 0.0 && kTwoPi * mu <= h * beta * __builtin_sqrt(beta);
   if (is_closed || (dot(rho, v) < 0.0 && dot(rho_end, add(v, gain.v)) > 0.0)) {
-    // the tick passes the pericentre, whose distance is p / (1 + e)
+    // The tick passes the pericentre. The distance of the pericentre is p / (1 + e).
     const double p = dot(momentum, momentum) / mu;
     nearest = p / (1.0 + __builtin_sqrt(std::max(0.0, 1.0 - beta * p / mu)));
   }

@@ -11,8 +11,8 @@ namespace freeflex {
 /// same at every tick of a free motion.
 struct TickRotation {
   double total = 0.0;  // rotation of the body   (THEORY 7.24)
-  // angle that the substeps divide: the rotation relative to the rotation about the angular momentum, or the
-  // total if moments of loads act   (THEORY 7.21)
+  // The angle that the substeps divide. It is the rotation relative to the rotation about the angular
+  // momentum, or the total rotation if moments of loads act   (THEORY 7.21)
   double substep_angle = 0.0;
   double orbit = 0.0;    // angle of the centre of mass about an attractor   (THEORY 7.25)
   double nearest = 0.0;  // [m] smallest distance from the attractor in the tick; 0: no attractor
@@ -42,8 +42,9 @@ inline bool is_surely_short(const Plan& plan, const Vec3& H, const WheelMomentum
 /// Returns true if a bound of the rotation shows that a tick may rotate the body by more than kShortRotation.
 /// \param w  [rad/s]  \param H  [N m s] angular momentum, any axes
 bool may_rotate_far(const Plan& plan, const Vec3& w, const Vec3& H, const WheelMomentum& wheels) noexcept;
-/// Returns true if the fall in a tick must be computed by the exact orbit: h (mu / |rho|^3)^(1/2) is above
-/// kShortOrbit, or the body moves by more than 0.1 of its distance from the attractor   (THEORY 7.26).
+/// Returns true if the fall in a tick must be computed by the exact orbit. This is so if h (mu /
+/// |rho|^3)^(1/2) is above kShortOrbit, or the body moves by more than 0.1 of its distance from the
+/// attractor   (THEORY 7.26).
 bool may_orbit_far(const Plan& plan, const Frame& from) noexcept;
 
 /// Largest angle in a substep [rad]. The error of the method of order 8 is then at most 1e-11 rad and 1e-9 of

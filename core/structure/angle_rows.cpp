@@ -1,5 +1,5 @@
-// Natural deformations of bending and torsion springs: changes of angles (E. B. Wilson, J. C. Decius, P. C.
-// Cross, Molecular Vibrations, 1955, section 4-1).
+// The natural deformations of bending and torsion springs are changes of angles (E. B. Wilson, J. C. Decius,
+// P. C. Cross, Molecular Vibrations, 1955, section 4-1).
 #include <Eigen/Geometry>
 #include <cmath>
 
@@ -40,7 +40,7 @@ DeformationRows bending_rows(const Scene& scene, const Link& link) {
     largest = std::max(largest, position(scene, point).cwiseAbs().maxCoeff());
   const double rounding = kCollinearRoundings * kEpsilon * largest;
   if (across.norm() * std::min(length_i, length_k) <= rounding) {
-    // points on a line: t_k = t_i if j lies between i and k, else t_k = -t_i (THEORY 3.25)
+    // For points on a line, t_k = t_i if j lies between i and k, else t_k = -t_i (THEORY 3.25)
     const double side = a.dot(c) < 0.0 ? 1.0 : -1.0;
     const Eigen::Vector3d first = a.unitOrthogonal(), second = a.cross(first);
     add(first, side * first);

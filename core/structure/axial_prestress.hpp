@@ -1,4 +1,5 @@
-// Second-order elongations of springs, bars and dashpots along pairs of modes, for many links at once.
+// This code computes the second-order elongations of many springs, bars and dashpots at once, along pairs of
+// modes.
 #pragma once
 
 #include <span>
@@ -7,7 +8,7 @@
 
 namespace freeflex {
 
-/// Elongations of axial links, one row for each link   (THEORY 3.3, 16.46).
+/// The elongations of axial links, with one row for each link   (THEORY 3.3, 16.46).
 struct AxialOrders {
   Eigen::MatrixXd first;   // [-] (links x n) u . (b_2 - b_1) of every mode
   Eigen::MatrixXd second;  // [1/m] (links x pairs) h_lu

@@ -13,10 +13,11 @@
 namespace freeflex {
 namespace {
 
-// [-] fraction of the length of a column before projection: a smaller remainder is a rounding error
+// [-] limit as a fraction of the length of a column before projection. A smaller remainder is a rounding
+// error
 constexpr double kNothingNew = 1e-11;
-// [-] of the length of a column: if a projection leaves less, another pass must remove the rounding error in
-// the remainder (Daniel, Gragg, Kaufman, Stewart, Math. Comp. 30, 1976)
+// [-] limit as a fraction of the length of a column. If a projection leaves less, another pass must remove
+// the rounding error in the remainder (Daniel, Gragg, Kaufman, Stewart, Math. Comp. 30, 1976)
 constexpr double kEnoughLeft = 0.5;
 constexpr Eigen::Index kChunk = 96;  // number of columns in one chunk
 

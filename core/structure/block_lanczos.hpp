@@ -1,5 +1,5 @@
-// Block Lanczos method for the largest eigenvalues of a symmetric operator in the mass metric; the mass
-// matrix may be semidefinite.
+// The block Lanczos method computes the largest eigenvalues of an operator that is symmetric in the mass
+// metric. The mass matrix may be semidefinite.
 #pragma once
 
 #include <Eigen/Core>

@@ -18,7 +18,7 @@ namespace freeflex {
 namespace {
 
 constexpr int kNamesInError = 8;
-// [-] fraction of the largest displacement of a motion: points that move less are at rest
+// [-] limit as a fraction of the largest displacement in a motion. Points that move less are at rest
 constexpr double kStaysBelow = 1e-6;
 
 // Rows over all freedoms y, which are displacements and rotations times a length   (THEORY 16.6).
@@ -86,7 +86,7 @@ AllFreedoms all_freedoms(const Scene& scene, const Freedoms& freedoms, const Lin
   all.unit_mass_rows = scaled(dense_rows(mass, freedoms.num_all(), true));
   all.constraints = scaled(factor.constraints);
   set_rigid_motions(scene, freedoms, body, all);
-  // an idle rotation strains no link; one additional row fixes it   (THEORY 16.7)
+  // An idle rotation strains no link, so one additional row fixes it   (THEORY 16.7)
   const double stiff = all.rows.size() > 0 ? all.rows.cwiseAbs().maxCoeff() : 1.0;
   all.rows = stack_rows(all.rows, stiff * all.idle.transpose());
   all.unit_rows = stack_rows(all.unit_rows, all.idle.transpose());
@@ -135,7 +135,7 @@ class Coordinates {
   }
 
  private:
-  // reports massless points that no link holds; rotations that no link resists are not reported
+  // Massless points that no link holds are reported, but rotations that no link resists are not reported
   void report_unheld_points(const Scene& scene, const Eigen::MatrixXd& massless_rows, Faults& faults) const {
     const double threshold = 8.0 * static_cast<double>(massless_rows.rows()) * direction_rounding(scene);
     const Eigen::MatrixXd w = null_space(massless_rows, threshold).basis;

@@ -10,7 +10,7 @@ namespace freeflex {
 Eigen::VectorXd rigid_rotation(const Scene& scene, const Freedoms& freedoms, const Eigen::Vector3d& axis);
 
 /// Fills omega, shapes, rotations, particles, matrix_sums, mechanisms, frequency_accuracy and conditioning
-/// (THEORY 16.6 to 16.9). Errors: massless points that no link holds.
+/// (THEORY 16.6 to 16.9). The function adds an error if no link holds a massless point.
 /// \pre structure.mass_properties is filled; factor is that of the scene
 void find_body_modes(const Scene& scene, const LinkFactor& factor, Structure& structure, Faults& faults);
 

@@ -72,9 +72,9 @@ struct Line {
   }
 };
 
-// Displacement fields of a plate. Displacements in its plane are linear between the corners; the deflection
-// is the cubic of Bazeley and others (1965, Proc. Conf. Matrix Methods Struct. Mech., Wright-Patterson,
-// 547-576) from the deflections and slopes at the corners.
+// The displacement fields of a plate. Displacements in its plane are linear between the corners, but the
+// deflection is the cubic of Bazeley and others (1965, Proc. Conf. Matrix Methods Struct. Mech.,
+// Wright-Patterson, 547-576) from the deflections and slopes at the corners.
 struct Sheet {
   const Scene& scene;
   const Freedoms& freedoms;
@@ -98,7 +98,7 @@ struct Sheet {
     for (std::size_t i = 0; i < 3; ++i) add(row, 3 * link.points[i], L[i], axes.col(axis));
     return row;
   }
-  // a corner that rotates by theta has the slope vector n x theta; its slope along d is theta . (d x n)
+  // A corner that rotates by theta has the slope vector n x theta, so its slope along d is theta . (d x n)
   Displacement across(const std::array<double, 3>& L) const {
     const Eigen::Vector3d n = axes.col(2);
     const double all = 0.5 * L[0] * L[1] * L[2];

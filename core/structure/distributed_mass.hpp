@@ -1,5 +1,5 @@
-// Distributed mass of links: displacements of parts of the mass from the displacements of points and joints
-// (THEORY 16.10).
+// The distributed mass of links. The displacements of parts of the mass are computed from the displacements
+// of points and joints (THEORY 16.10).
 #pragma once
 
 #include "core/scene/bodies.hpp"
@@ -12,9 +12,10 @@ using Displacement = std::vector<std::pair<int, double>>;
 
 /// Returns the displacement of a part of the mass of a link along each scene axis, as coefficients of
 /// freedoms [-], [m]   (THEORY 16.10). Bars, beams along their axis and plates in their plane are
-/// interpolated linearly between points. The deflection of a beam is that under loads at its ends: Hermite's
-/// polynomials or, with shear stiffness, the polynomials of Przemieniecki (1968, section 11.3). The
-/// deflection of a plate is a cubic that depends on the deflections and slopes at its corners.
+/// interpolated linearly between points. The deflection of a beam is the deflection under loads at its ends.
+/// It is given by Hermite's polynomials or, with shear stiffness, by the polynomials of Przemieniecki (1968,
+/// section 11.3). The deflection of a plate is a cubic that depends on the deflections and slopes at its
+/// corners.
 std::array<Displacement, 3> displacement_of(const Scene& scene, const Freedoms& freedoms,
                                             const DistributedMass& part);
 

@@ -5,13 +5,13 @@
 
 namespace freeflex {
 
-// O_H^T (L^T T, L^-1 C^T, L^T V_m) = (Z_H; 0), O_H = (O_1, H)   (THEORY 4.7); so all displacements that H
-// spans meet sum m b = 0 and sum m r x b = 0   (THEORY 2.15)
+// O_H^T (L^T T, L^-1 C^T, L^T V_m) = (Z_H; 0), O_H = (O_1, H)   (THEORY 4.7). Therefore all displacements
+// that H spans meet sum m b = 0 and sum m r x b = 0   (THEORY 2.15)
 EckartComplement::EckartComplement(RootMass root_mass, double mass, const Eigen::MatrixXd& rigid,
                                    const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& mechanisms)
     : root_mass_(std::move(root_mass)), mass_(mass), num_mechanisms_(mechanisms.cols()) {
   add_stage(root_mass_.weigh(rigid));
-  // constraints forbid y along L^-1 C^T; empty blocks are skipped, because Eigen would form an invalid
+  // Constraints forbid y along L^-1 C^T. Empty blocks are skipped, because Eigen would form an invalid
   // pointer
   if (constraints.rows() > 0) add_stage(root_mass_.weigh_rows(constraints).transpose());
   if (mechanisms.cols() > 0) add_stage(root_mass_.weigh(mechanisms));

@@ -1,5 +1,5 @@
-// Orthonormal basis, in the mass metric, of the elastic displacements, which contain no rigid motion, no
-// forbidden motion and no mechanism.
+// This code computes a basis of the elastic displacements that is orthonormal in the mass metric. Elastic
+// displacements contain no rigid motion, no forbidden motion and no mechanism.
 #pragma once
 
 #include <vector>

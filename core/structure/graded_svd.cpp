@@ -11,12 +11,12 @@
 namespace freeflex {
 namespace {
 
-// The Jacobi method converges quadratically at the end; after QR with pivoting it usually needs six to ten
-// sweeps.
+// The Jacobi method converges quadratically at the end. After QR with pivoting the method usually needs six
+// to ten sweeps.
 constexpr int kMaxSweeps = 40;
 
-// Rotates columns p and q of x until they are orthogonal; norm2 holds the squared norms. Returns whether a
-// rotation was needed.
+// Rotates columns p and q of x until they are orthogonal. The array norm2 holds the squared norms. Returns
+// whether a rotation was needed.
 bool rotate_pair(Eigen::MatrixXd& x, Eigen::VectorXd& norm2, Eigen::Index p, Eigen::Index q,
                  double tolerance) {
   const double product = x.col(p).dot(x.col(q));
@@ -103,7 +103,7 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
     values = divided.singularValues();
     left = divided.matrixU();
     svd.accuracy = loss(values[0], values[n - 1]);
-    // the ratio of diagonal entries of R may be too small, so the actual loss is compared; the comparison is
+    // The ratio of diagonal entries of R may be too small, so the actual loss is compared. The comparison is
     // false for NaN
     is_done = svd.accuracy < limit;
   }
@@ -119,8 +119,8 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return values[a] < values[b]; });
   svd.values = values(order);
   svd.vectors = qr.colsPermutation() * left(Eigen::all, order).eval();
-  // left singular vector: R^T x = left * value; the triangular solve keeps the digits of small components
-  // next to large ones
+  // The left singular vector follows from R^T x = left * value, because the triangular solve keeps the digits
+  // of small components next to large ones
   Eigen::VectorXd lowest = Eigen::VectorXd::Zero(matrix.rows());
   lowest.head(n) = left.col(order[0]) * svd.values[0];
   R.transpose().triangularView<Eigen::Lower>().solveInPlace(lowest.head(n));

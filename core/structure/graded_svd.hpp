@@ -1,4 +1,5 @@
-// Accurate singular values of matrices whose rows and columns differ in size by many orders of magnitude.
+// This code computes accurate singular values of a matrix whose rows and columns differ in size by many
+// orders of magnitude.
 #pragma once
 
 #include <Eigen/Core>

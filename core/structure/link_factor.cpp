@@ -128,7 +128,8 @@ class BodyRotations {
   std::map<int, int> body_of_joint_;   // first rotation of the joint -> body
 };
 
-// warns of each redundant rigid link: one of its rows is a combination of rows that are kept   (THEORY 3.42)
+// Warns of each redundant rigid link. A rigid link is redundant if one of its rows is a combination of rows
+// that are kept   (THEORY 3.42)
 void warn_of_redundant_links(const Scene& scene, const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr,
                              const std::vector<int>& link_of, Faults& faults) {
   constexpr double kTakesPart = 1e-6;  // [-] fraction of a unit row: smaller coefficients are rounding errors
@@ -201,9 +202,9 @@ Eigen::MatrixXd stack(const Eigen::MatrixXd& upper, const Eigen::MatrixXd& lower
   return both;
 }
 
-// Returns the damping rows A_d = (sqrt(c_d) B_d; sqrt(tau) A_link)   (THEORY 3.47) of dashpots, whose tension
-// is c_d u . (V_2' - V_1')   (THEORY 3.45), and of viscous links, whose forces are s = D (e + tau e')
-// (THEORY 3.46). The dissipation function is V'^T A_d^T A_d V' / 2   (THEORY 3.48).
+// Returns the damping rows A_d = (sqrt(c_d) B_d; sqrt(tau) A_link)   (THEORY 3.47) of dashpots and viscous
+// links. The tension of a dashpot is c_d u . (V_2' - V_1')   (THEORY 3.45), and the forces of a viscous link
+// are s = D (e + tau e') (THEORY 3.46). The dissipation function is V'^T A_d^T A_d V' / 2   (THEORY 3.48).
 DeformationRows damping_deformations(const Scene& scene, const LinkFactor& factor) {
   DeformationRows rows;
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
@@ -387,7 +388,7 @@ double direction_rounding(const Scene& scene) {
 
 namespace {
 
-// sets the natural deformations of all links; returns the rows of links that act on displacements only, then
+// Sets the natural deformations of all links. Returns the rows of links that act on displacements only, then
 // the rows of all other links
 std::pair<DeformationRows, DeformationRows> set_natural(const Scene& scene, const Freedoms& freedoms,
                                                         LinkFactor& factor, Faults& faults) {
@@ -425,8 +426,8 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
   factor.unit_rows = dense_rows(direct, num_displacements, true);
   if (with_rotations.empty()) return factor;
 
-  // condense rotations   (THEORY 3.21, 3.22); their rank depends on geometry only, so it is computed from
-  // unit rows
+  // Rotations are condensed   (THEORY 3.21, 3.22). Their rank depends on geometry only, so the rank is
+  // computed from unit rows
   const Condensed unit =
       condense(dense_rows(with_rotations, factor.num_freedoms, true), num_displacements, -1, false);
   Condensed condensed = condense(dense_rows(with_rotations, factor.num_freedoms, false), num_displacements,

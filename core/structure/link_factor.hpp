@@ -1,4 +1,5 @@
-// Links in factor form: K = A^T A with A = sqrt(D) B; K is never assembled   (THEORY 3.2).
+// Links in factor form. The stiffness matrix is K = A^T A with A = sqrt(D) B, but K is never assembled
+// (THEORY 3.2).
 #pragma once
 
 #include <array>
@@ -16,7 +17,7 @@ namespace freeflex {
 struct DeformationRow {
   std::vector<std::pair<int, double>> coefficients;  // (freedom, coefficient)
   double root_stiffness = 0.0;                       // square root of the stiffness of e
-  // unit_scale * coefficients is the unit row; its displacement coefficients are of order one
+  // The unit row is unit_scale * coefficients. Its displacement coefficients are of order one
   double unit_scale = 1.0;
 };
 using DeformationRows = std::vector<DeformationRow>;
@@ -29,14 +30,14 @@ Eigen::MatrixXd dense_rows(const DeformationRows& rows, Eigen::Index num_columns
 /// Returns the product of rows of A and columns (num_rows x columns.cols()).
 Eigen::MatrixXd rows_times(const DeformationRows& rows, const Eigen::MatrixXd& columns);
 
-/// Returns the hub of a rigid link: its first point with an attitude, with which the other points rotate.
-/// Returns -1 if there is no such point   (THEORY 16.5).
+/// Returns the hub of a rigid link. The hub is the first point of the link that has an attitude, and the
+/// other points rotate with the hub. Returns -1 if no point has an attitude   (THEORY 16.5).
 int hub_of(const Scene& scene, const Link& link);
 
-/// Numbers the freedoms on which rows act, in this order: displacements 3 * point + axis; three rotations for
-/// each joint; one rotation for each released axis of a beam end; one rotation for each rigid body that is on
-/// a line and has a joint; inner coordinates of superelements. A joint is a point of a beam or plate, or a
-/// point with an attitude.
+/// This class numbers the freedoms on which rows act. The order is: displacements 3 * point + axis; three
+/// rotations for each joint; one rotation for each released axis of a beam end; one rotation for each rigid
+/// body that is on a line and has a joint; inner coordinates of superelements. A joint is a point of a beam
+/// or plate, or a point with an attitude.
 class Freedoms {
  public:
   explicit Freedoms(const Scene& scene);
@@ -49,7 +50,8 @@ class Freedoms {
   bool has_joint(int point) const;
   /// Returns the first rotation of the joint at a point.  \pre has_joint(point)
   int rotation(int point) const;
-  /// Returns the freedom of a released rotation of a beam end about a local axis; -1 if it is not released.
+  /// Returns the freedom of the rotation that a beam end releases about a local axis. Returns -1 if the beam
+  /// end does not release this rotation.
   int released(int link, int end, int axis) const {
     return released_.empty() ? -1
                              : released_[static_cast<std::size_t>(link)]
@@ -59,12 +61,13 @@ class Freedoms {
   /// Returns the first inner coordinate of a superelement.  \pre the superelement has inner coordinates
   int inner(int link) const { return inner_.at(link); }
 
-  /// Returns the index of the rigid body (a link) that determines the rotation of the joint at a point: the
-  /// first body of the point that is not on a line, else its first body. Bodies with a hub are ignored;
-  /// returns -1 if there is no other body (THEORY 3.43).
+  /// Returns the index of the rigid body (a link) that determines the rotation of the joint at a point. This
+  /// is the first body of the point that is not on a line. If all bodies of the point are on lines, it is the
+  /// first body. Bodies with a hub are ignored, and the function returns -1 if there is no other body
+  /// (THEORY 3.43).
   int body_of(int point) const;
-  /// Returns the freedom for the rotation of a rigid body about the line of its points, which the
-  /// displacements of the points do not determine. Returns -1 for other links and for bodies without a joint
+  /// Returns the freedom for the rotation of a rigid body about the line of its points. The displacements of
+  /// the points do not determine this rotation. Returns -1 for other links and for bodies without a joint
   /// (THEORY 3.44).
   int about_line(int link) const;
 
@@ -106,20 +109,20 @@ DeformationRows torsion_rows(const Scene& scene, const Link& link);
 /// normal minus the rotation of the membrane (THEORY 3.36).
 DeformationRows plate_rows(const Scene& scene, const Link& link, const Freedoms& freedoms);
 
-/// Returns the matrix that maps the natural forces of a plate to its resultants per length   (THEORY 3.37):
-/// Nxx Nyy Nxy [N/m], positive in tension, and the mean moments Mxx Myy Mxy [N], which are integrals of
-/// stress times z and are positive if the face at +z is stretched. Local axes: x from the first point to the
-/// second, z the normal about which the points run counterclockwise.
+/// Returns the matrix that maps the natural forces of a plate to its resultants per length   (THEORY 3.37).
+/// The resultants are Nxx Nyy Nxy [N/m], positive in tension, and the mean moments Mxx Myy Mxy [N]. The
+/// moments are integrals of stress times z and are positive if the face at +z is stretched. The local axes
+/// are x from the first point to the second, and z, the normal about which the points run counterclockwise.
 /// \return (6 x num_rows of plate_rows)
 Eigen::MatrixXd plate_resultants(const Scene& scene, const Link& link);
 
 /// [-] allowed difference of two entries of a matrix link across the diagonal, as a fraction of the largest
-/// entry; the two entries are then replaced by their mean (THEORY 3.11). Tables with seven digits are within
-/// this limit.
+/// entry. Within this limit the two entries are replaced by their mean (THEORY 3.11). Tables with seven
+/// digits are within this limit.
 inline constexpr double kSymmetryTolerance = 1e-6;
 
-/// Rigid-body residual of a matrix link: the removed resistance to rigid motion of its points,
-/// K_o = T G^T + G T^T   (THEORY 3.15).
+/// The rigid-body residual of a matrix link. It is the removed resistance of the link to rigid motion of its
+/// points, K_o = T G^T + G T^T   (THEORY 3.15).
 struct RigidResidual {
   int link = -1;
   Eigen::MatrixXd rigid;          // T, [-] (3 N_link x 3..6)
@@ -127,29 +130,31 @@ struct RigidResidual {
   bool is_within_digits = false;  // true: explained by the rounding of the printed digits   (THEORY 3.18)
 };
 
-/// Effects of inexact matrix links.
+/// The effects that inexact matrix links have on the result.
 struct MatrixLimits {
   double accuracy = 0.0;  // [-] relative accuracy of the lowest eigenvalue that is kept   (THEORY 3.14)
   std::vector<RigidResidual> rigid_residuals;
 };
 
-/// Returns the rows of a matrix link without rigid motion and null space   (THEORY 3.11 to 3.13, 3.39).
-/// Errors: asymmetry, resistance to rigid motion, negative eigenvalues, zero eigenvalues of a flexibility.
+/// Returns the rows of a matrix link without rigid motion and null space   (THEORY 3.11 to 3.13, 3.39). The
+/// function adds an error for asymmetry, resistance to rigid motion, negative eigenvalues, and zero
+/// eigenvalues of a flexibility.
 /// \param limits  accuracy is raised to the error of the link; the residual is appended
 DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index, MatrixLimits& limits,
                             Faults& faults);
 
-/// Returns the rigid motions T_link of some points as orthonormal columns: three if the points coincide, five
-/// if they are on a line, else six   (THEORY 2.11, 3.11) [-] (3 N_link x 3..6).
+/// Returns the rigid motions T_link of some points as orthonormal columns. There are three if the points
+/// coincide, five if they are on a line, else six   (THEORY 2.11, 3.11) [-] (3 N_link x 3..6).
 Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points);
 
-/// Returns the displacements that a rigid link or body forbids, as unit rows: one for two points
-/// (THEORY 3.40); 3 N_link - 6 for a body, or 3 N_link - 5 if its points are on a line (THEORY 3.41). If the
-/// link has a hub, there are three rows for each other point and three for each other joint (THEORY 16.5).
+/// Returns the displacements that a rigid link or body forbids, as unit rows. There is one row for two points
+/// (THEORY 3.40). There are 3 N_link - 6 rows for a body, or 3 N_link - 5 if its points are on a line
+/// (THEORY 3.41). If the link has a hub, there are three rows for each other point and three for each other
+/// joint (THEORY 16.5).
 DeformationRows rigid_rows(const Scene& scene, const Link& link, const Freedoms& freedoms);
 
 /// Returns the unit vector along the line on which some points are, within 64 rounding errors of their
-/// coordinates; zero if they are not on a line   (THEORY 2.9, 3.44).
+/// coordinates. Returns zero if the points are not on a line   (THEORY 2.9, 3.44).
 Eigen::Vector3d line_of(const Scene& scene, const std::vector<int>& points);
 
 /// Returns the mean rotation of some points per displacement, J^-1 sum d_k x V_k
@@ -160,13 +165,13 @@ Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points
 /// rotation about the line is omitted   (THEORY 3.43, 3.44).
 Eigen::MatrixXd body_rotation(const Scene& scene, const std::vector<int>& points);
 
-/// Range of a link in LinkFactor::natural; empty for rigid links and dashpots.
+/// The range of a link in LinkFactor::natural. It is empty for rigid links and dashpots.
 struct RowRange {
   int first = 0;
   int count = 0;
 };
 
-/// The links of a scene as rows over the displacements of its points, with rotations condensed
+/// The links of a scene as rows over the displacements of the points. Rotations are condensed
 /// (THEORY 3.2, 3.21).
 struct LinkFactor {
   Eigen::MatrixXd rows;       // A, [sqrt(N/m)] (num_rows x 3N)
@@ -185,8 +190,8 @@ struct LinkFactor {
   // A_d, [sqrt(N s/m)] (num x 3N) damping rows of dashpots and viscous links: the force is A_d^T A_d V'
   // (THEORY 3.47)
   Eigen::MatrixXd damping_rows;
-  // true: nothing is condensed; rows, unit_rows, recovery, constraints and damping_rows stay empty, and C and
-  // A_d are the two members below, over all freedoms.
+  // If this flag is true, nothing is condensed. Then rows, unit_rows, recovery, constraints and damping_rows
+  // stay empty, and C and A_d are the two members below, over all freedoms.
   bool is_sparse = false;
   DeformationRows constraint_rows;  // C, unit rows
   DeformationRows damping;          // A_d
@@ -197,8 +202,8 @@ inline const DeformationRow& natural_row(const LinkFactor& factor, RowRange rang
   return factor.natural[static_cast<std::size_t>(range.first) + static_cast<std::size_t>(k)];
 }
 
-/// Returns the relative error of the directions in unit rows: one rounding error of the largest coordinate
-/// divided by the length of the shortest link   (THEORY 4.5).
+/// Returns the relative error of the directions in unit rows. This error is one rounding error of the largest
+/// coordinate, divided by the length of the shortest link   (THEORY 4.5).
 double direction_rounding(const Scene& scene);
 
 /// Returns every link of a scene in factor form   (THEORY section 3).
@@ -229,8 +234,8 @@ void rotate_with_bodies(const Scene& scene, const Freedoms& freedoms, const Eige
 void rotate_with_bodies(const Scene& scene, const Freedoms& freedoms, DeformationRows& rows);
 
 /// Returns Structure::local_rotations   (THEORY 8.24): for each point with a follower force, the rotation of
-/// its joint, else of its rigid body, else the mean rotation of the point and its neighbours.  \pre
-/// structure.shapes is filled
+/// its joint. A point without a joint has the rotation of its rigid body, and a point without either has the
+/// mean rotation of the point and its neighbours.  \pre structure.shapes is filled
 std::map<int, Eigen::Matrix3Xd> local_rotations(const Scene& scene, const LinkFactor& factor,
                                                 const Structure& structure);
 

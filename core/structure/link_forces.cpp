@@ -143,8 +143,8 @@ void set_link_forces(const Scene& scene, const LinkFactor& factor, Structure& st
               : elastic_forces(scene, factor, index, natural_forces(factor, structure, index));
       if (link.viscous > 0.0) force.rate_rows = link.viscous * force.rows;
     }
-    // s = D (e + (beta_R + tau) e')   (THEORY 5.5): stiffness-proportional Rayleigh damping acts as a dashpot
-    // in parallel with every spring, and it changes the forces of rigid links too
+    // s = D (e + (beta_R + tau) e')   (THEORY 5.5), because stiffness-proportional Rayleigh damping acts as a
+    // dashpot in parallel with every spring. The damping changes the forces of rigid links too
     if (scene.damping.beta > 0.0 && !force.rows.isZero(0.0)) {
       if (force.rate_rows.rows() == 0)
         force.rate_rows = Eigen::MatrixXd::Zero(force.rows.rows(), force.rows.cols());

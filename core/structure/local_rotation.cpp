@@ -1,5 +1,5 @@
-// Elastic rotations at points: rotations of joints, rotations of rigid bodies, or mean rotations of
-// neighbouring points   (THEORY 8.24).
+// This code computes elastic rotations at points. They are rotations of joints, rotations of rigid bodies, or
+// mean rotations of neighbouring points   (THEORY 8.24).
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <set>
@@ -11,11 +11,12 @@
 namespace freeflex {
 namespace {
 
-// [-] width over length of neighbouring points; if it is smaller, the points do not determine the rotation
-// about their line
+// [-] limit of width over length of neighbouring points. If the ratio is smaller, the points do not determine
+// the rotation about their line
 constexpr double kNearlyLine = 1e-6;
 
-// [-] smallest over largest principal moment; if it is larger, an eigensolver keeps the digits of the moments
+// [-] limit of the smallest over the largest principal moment. If the ratio is larger, an eigensolver keeps
+// the digits of the moments
 constexpr double kThin = 1e-4;
 
 bool names(const Link& link, int point) {
@@ -118,8 +119,8 @@ Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points
   for (Eigen::Index k = 0; k < num_points; ++k) {
     Eigen::Matrix3d cross;
     cross << 0.0, -d(2, k), d(1, k), d(2, k), 0.0, -d(0, k), -d(1, k), d(0, k), 0.0;
-    // a thin shape is treated axis by axis: in one matrix the large inverse moment would destroy the digits
-    // of the small inverse moments
+    // A thin shape is treated axis by axis, because in one matrix the large inverse moment would destroy the
+    // digits of the small inverse moments
     if (is_thin)
       rotation.middleCols<3>(3 * k) =
           eigen.eigenvectors() * (inverse.asDiagonal() * (eigen.eigenvectors().transpose() * cross)).eval();
@@ -130,8 +131,8 @@ Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points
 }
 
 Eigen::MatrixXd body_rotation(const Scene& scene, const std::vector<int>& points) {
-  // if the points are on a line, the smallest moment is a rounding error, which the least width of 0.5
-  // excludes
+  // If the points are on a line, the smallest moment is a rounding error. The least width of 0.5 excludes
+  // this moment
   return mean_rotation(scene, points, line_of(scene, points).isZero(0.0) ? 0.0 : 0.5);
 }
 

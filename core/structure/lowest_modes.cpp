@@ -16,8 +16,8 @@ namespace {
 
 // right-hand sides solved at once; number of equal frequencies that one start can find
 constexpr int kBlock = 6;
-// [-] largest residual of a Ritz value, as a fraction of the value; the error of a frequency is the square of
-// the residual
+// [-] largest residual of a Ritz value, as a fraction of the value. The error of a frequency is the square of
+// this residual
 constexpr double kConverged = 1e-10;
 // number of modes found in addition to the kept modes, so that a gap exists for the Sturm count
 constexpr int kBeyond = 6;
@@ -29,7 +29,7 @@ constexpr int kHalfSlice = 72;        // number of modes below a shift that are 
 constexpr double kNearLowest = 0.05;  // [-] least omega^2 of the sixth lowest mode, as a fraction of the
                                       // shift
 constexpr int kFirstLook = 120;       // columns at the first test of convergence
-// columns of the first slice; with more, a shift among the modes is cheaper
+// The number of columns of the first slice. With more columns, a shift among the modes is cheaper
 constexpr int kFirstColumns = 300;
 // number of columns solved at once, which is cheaper than solving them separately
 constexpr int kSmoothed = 24;
@@ -72,8 +72,8 @@ bool LowestModes::find(const ModesWanted& wanted) {
     if (!cut()) return false;
     const int missing = count_missing();
     if (missing <= 0) return missing == 0;
-    // finds the missing modes, which earlier start vectors did not contain, at the shift of the Sturm count
-    // (THEORY 16.40)
+    // Finds the missing modes at the shift of the Sturm count. Earlier start vectors did not contain these
+    // modes (THEORY 16.40)
     if (!run_lanczos(missing, missing + kBeyond)) return false;
   }
   return fail(
@@ -100,8 +100,8 @@ bool LowestModes::report(const std::string& what, double done) {
   return fail(kSetupEnded);
 }
 
-// Returns whether memory suffices for the factor and for the larger of two sets of vectors: a basis and the
-// modes, or the modes twice (also as shapes).
+// Returns whether memory suffices for the factor and for the larger of two sets of vectors. One set is a
+// basis and the modes, and the other set is the modes twice (also as shapes).
 bool LowestModes::fits(Eigen::Index columns) {
   const double column = 8e-6 * static_cast<double>(system_.num_all());
   const double most = static_cast<double>(std::max(columns + count_, 2 * Eigen::Index{count_}));
@@ -155,8 +155,8 @@ bool LowestModes::factor_at(double sigma) {
   return is_factored || fail("the structure cannot be factored: " + inverse_->problem());
 }
 
-// Chooses the lowest shift from the frequencies of a few Lanczos blocks: reduces it until omega_6^2 >= shift
-// / 20 (THEORY 16.38).
+// Chooses the lowest shift from the frequencies of a few Lanczos blocks. Reduces the shift until omega_6^2 >=
+// shift / 20 (THEORY 16.38).
 bool LowestModes::choose_shift() {
   constexpr int kMostTries = 24;
   const Eigen::VectorXd mass = system_.mass.diagonal();
@@ -334,9 +334,9 @@ bool LowestModes::take(Eigen::MatrixXd vectors) {
 
 // Removes the content of the stiffest motions from rough vectors (THEORY 16.42). The removed content comes
 // from rounding errors or unrefined solutions, and its effect grows with the square of the highest frequency
-// over the frequency of the vector. Applying the refined inverse once removes this content; the columns stay
-// orthonormal within the square of their residuals. The inverse does not separate modes far below the shift,
-// so the singular vectors of A y separate these modes.
+// over the frequency of the vector. Applying the refined inverse once removes this content, and the columns
+// stay orthonormal within the square of their residuals. The inverse does not separate modes far below the
+// shift, so the singular vectors of A y separate these modes.
 bool LowestModes::smooth(Eigen::MatrixXd& vectors, const std::vector<Eigen::Index>& rough) {
   const auto count = static_cast<Eigen::Index>(rough.size());
   for (Eigen::Index begin = 0; begin < count; begin += kSmoothed) {
@@ -370,7 +370,7 @@ void LowestModes::sort() {
   omega_ = found_omega_(sorted_);
 }
 
-// sets the number of kept modes; modes equal in frequency to the last one are included
+// Sets the number of kept modes. Modes equal in frequency to the last kept mode are included
 bool LowestModes::cut() {
   Eigen::Index end = std::min<Eigen::Index>(count_, omega_.size());
   while (end > 0 && end < omega_.size() && omega_[end] - omega_[end - 1] <= kTogether * omega_[end]) ++end;
@@ -382,7 +382,8 @@ bool LowestModes::cut() {
   return true;
 }
 
-// Returns the number of missing modes below a gap between frequencies; < 0: a fault was added.
+// Returns the number of missing modes below a gap between frequencies. A negative number means that a fault
+// was added.
 int LowestModes::count_missing() {
   Eigen::Index at = keep_;
   double widest = 0.0;

@@ -13,8 +13,8 @@
 
 namespace freeflex {
 
-/// [-] frequencies within this relative distance are treated as equal: either all or none of the modes are
-/// kept.
+/// [-] frequencies within this relative distance are treated as equal, so either all or none of their modes
+/// are kept.
 inline constexpr double kTogether = 1e-6;
 
 /// Spectral slicing by shift-and-invert with ascending shifts (R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM
@@ -33,7 +33,7 @@ class LowestModes {
   double verified_below() const { return counted_below_; }
   /// Returns the approximate frequency of the first mode that is not kept [rad/s].
   double next_omega() const { return next_; }
-  /// Returns the inverse at the lowest shift; nullptr if a fault was added.
+  /// Returns the inverse at the lowest shift. Returns nullptr if a fault was added.
   ShiftedInverse* lowest_inverse();
 
  private:

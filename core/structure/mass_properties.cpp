@@ -11,8 +11,8 @@
 namespace freeflex {
 namespace {
 
-// [-] width over length of the shape; if it is smaller, the spin about the line loses half of its digits or
-// more
+// [-] limit of the width of the shape over its length. If the ratio is smaller, the spin about the line loses
+// half of its digits or more
 constexpr double kNearlyCollinear = 1e-6;
 
 // M = sum m_i   (THEORY 2.1); p_SB = sum m_i p_i / M   (THEORY 2.3), corrected once for the rounding error;
@@ -36,7 +36,7 @@ void find_centre(const std::vector<PointMass>& points, const std::vector<Distrib
       properties.r.col(i) += share * points[static_cast<std::size_t>(point)].position;
   }
   properties.mass = mass.sum();
-  // sum m r = 0 (THEORY 2.4); positions are first taken relative to the first point, so a scene far from its
+  // sum m r = 0 (THEORY 2.4). Positions are first taken relative to the first point, so a scene far from its
   // origin keeps its digits
   const Eigen::Vector3d first = properties.r.col(0);
   properties.r.colwise() -= first;
@@ -51,7 +51,7 @@ void find_centre(const std::vector<PointMass>& points, const std::vector<Distrib
     properties.r.col(i) -= points[static_cast<std::size_t>(i)].offset;
 }
 
-// returns sqrt(m) times the half-axes a_k of the particles of a body, as columns; the sum of their outer
+// Returns sqrt(m) times the half-axes a_k of the particles of a body, as columns. The sum of their outer
 // products is the second moment Pi of the body (THEORY 16.4)
 Eigen::Matrix3d root_second_moment(const PointMass& point) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(second_moment(point));
@@ -137,8 +137,8 @@ MassProperties find_mass_properties(const Scene& scene, Faults& faults) {
                         "at least two places: move a point or keep only one"));
     return properties;
   }
-  // the shape is collinear if max |r - e (e . r)| <= 64 eps max |coordinate|   (THEORY 2.9); positions are
-  // not weighted by mass, so light points have the same influence as heavy points; the number of rigid
+  // The shape is collinear if max |r - e (e . r)| <= 64 eps max |coordinate|   (THEORY 2.9). Positions are
+  // not weighted by mass, so light points have the same influence as heavy points. The number of rigid
   // freedoms is 3, 5 or 6 (THEORY 2.10)
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(extents, Eigen::ComputeThinU);
   const Eigen::Vector3d line = svd.matrixU().col(0);
@@ -166,8 +166,8 @@ Eigen::MatrixXd rigid_motions(const MassProperties& properties) {
   Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(3 * num_points, properties.rigid_freedoms);
   for (int axis = 0; axis < 3; ++axis)
     for (Eigen::Index i = 0; i < num_points; ++i) motions(3 * i + axis, axis) = 1.0;
-  // V_i = e_a, then V_i = u_k x r_i   (THEORY 2.11), with the axes of the largest moments first: a collinear
-  // shape has no rotation about the first principal axis
+  // V_i = e_a, then V_i = u_k x r_i   (THEORY 2.11), with the axes of the largest moments first, because a
+  // collinear shape has no rotation about the first principal axis
   for (int column = 3; column < properties.rigid_freedoms; ++column) {
     const Eigen::Vector3d axis = properties.principal_axes.col(5 - column);
     for (Eigen::Index i = 0; i < num_points; ++i)

@@ -1,4 +1,4 @@
-// Matrix links: rows from a given stiffness or flexibility matrix.
+// This code makes the rows of a matrix link from its stiffness or flexibility matrix.
 #include <cmath>
 #include <limits>
 
@@ -12,7 +12,7 @@ namespace freeflex {
 namespace {
 
 // [-] largest allowed |K_link v| / (Lambda_max |v|) for a rigid motion v   (THEORY 3.11). Coordinates and
-// matrices are often written with seven digits (single precision), which leaves residuals of about 1e-7. A
+// matrices are often written with seven digits (single precision), and this leaves residuals of about 1e-7. A
 // link to ground exceeds the limit by far.
 constexpr double kRigidTolerance = 1e-5;
 
@@ -27,7 +27,7 @@ std::string freedom_name(const Scene& scene, const Link& link, Eigen::Index row)
                    "xyz"[row % 3]);
 }
 
-// checks finiteness and symmetry   (THEORY 3.11); returns false on an error
+// Checks finiteness and symmetry   (THEORY 3.11). Returns false on an error
 bool check_matrix(const Scene& scene, const Link& link, const std::string& who, const Eigen::MatrixXd& K,
                   Faults& faults) {
   const char* const what = std::get<MatrixLink>(link.kind).is_flexibility ? "flexibility" : "stiffness";
@@ -109,8 +109,8 @@ Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points) 
     motions.block<3, 3>(3 * k, 3) << 0.0, d.z(), -d.y(), -d.z(), 0.0, d.x(), d.y(), -d.x(), 0.0;
   }
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(motions);
-  // a rotation with displacements below 64 rounding errors of the coordinates is omitted (THEORY 2.9); the
-  // pivots of translations are at least 0.7 times the largest pivot
+  // a rotation with displacements below 64 rounding errors of the coordinates is omitted (THEORY 2.9), but
+  // the pivots of translations are at least 0.7 times the largest pivot
   qr.setThreshold(std::min(0.5, kCollinearRoundings * kEpsilon * std::max(1.0, farthest / length)));
   Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(3 * num_points, qr.rank());
   basis.applyOnTheLeft(qr.householderQ());

@@ -12,7 +12,7 @@
 namespace freeflex {
 namespace {
 
-// [-] fraction of the largest displacement of a motion: points that move less are at rest
+// [-] limit as a fraction of the largest displacement in a motion. Points that move less are at rest
 constexpr double kRestingBelow = 1e-6;
 
 // largest number of points for which every pair is compared
@@ -44,9 +44,9 @@ Eigen::MatrixXd rigid_part(const Eigen::MatrixXd& motions, const Eigen::MatrixXd
       .solve(motions(rows, Eigen::all));
 }
 
-// Returns whether some points move as one body in every motion. Constant distances are not sufficient: to
-// first order a point may leave the line or plane of other points and still keep its distances from them
-// (THEORY 4.4).
+// Returns whether some points move as one body in every motion. Constant distances are not sufficient,
+// because to first order a point may leave the line or plane of other points and still keep its distances
+// from them (THEORY 4.4).
 bool moves_as_one(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
                   const std::vector<int>& points) {
   const auto rows = rows_of(points);
@@ -55,10 +55,10 @@ bool moves_as_one(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
   return left.cwiseAbs().maxCoeff() < kRestingBelow;
 }
 
-// Returns the core: a large set of points that moves as one body in every motion. The motion of all other
-// points is described relative to the core. The search is greedy and begins with the points that keep most
-// distances. Mechanisms are correct with any core; a larger core makes their names more specific
-// (THEORY 4.4).
+// Returns the core. The core is a large set of points that moves as one body in every motion. The motion of
+// all other points is described relative to the core. The search is greedy and begins with the points that
+// keep most distances. Mechanisms are correct with any core, but a larger core makes their names more
+// specific (THEORY 4.4).
 std::vector<int> find_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
                            const Eigen::Matrix3Xd& r) {
   const auto num_points = static_cast<int>(r.cols());
@@ -83,7 +83,7 @@ std::vector<int> find_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd
 }
 
 // Returns a core for many points without comparing every pair. For each of 64 neighbourhoods, finds the
-// points that move as one body with it; returns the largest of these sets   (THEORY 4.4).
+// points that move as one body with it. Returns the largest of these sets   (THEORY 4.4).
 std::vector<int> find_large_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
                                  const Eigen::Matrix3Xd& r) {
   constexpr Eigen::Index kStarts = 64, kNeighbours = 12;
@@ -123,7 +123,7 @@ Eigen::MatrixXd localise(const Eigen::MatrixXd& motions) {
 
 // Returns whether no singular value of (B; C; T^T) is below kSafe, that is, whether B^T B + C^T C + T T^T -
 // kSafe^2 1 has a Cholesky factor   (THEORY 4.6). `unit_rows` contains B and C. The test is cheap compared
-// with the rank-revealing QR, which is needed if the test fails.
+// with the rank-revealing QR. The QR is needed only if the test fails.
 bool has_full_rank(const Eigen::MatrixXd& unit_rows, const Eigen::MatrixXd& rigid) {
   constexpr double kSafe =
       1e-5;  // [-] its square is far above the rounding error of B^T B, about 1e-12 for 3000 columns

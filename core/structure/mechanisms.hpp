@@ -1,4 +1,5 @@
-// Finds motions that strain no link and are not rigid, by the rank of unit rows, which contain geometry only.
+// This code finds motions that strain no link and are not rigid. It uses the rank of unit rows, because unit
+// rows contain only geometry.
 #pragma once
 
 #include <functional>
@@ -13,7 +14,7 @@ struct Mechanisms {
   std::vector<Mechanism> names;
 };
 
-/// Sample points, whose displacements determine which points a motion moves.
+/// The sample points. Their displacements determine which points a motion moves.
 struct SamplePoints {
   Eigen::Matrix3Xd r;         // [m] (3 x P) from the centre of mass
   Eigen::MatrixXd rows;       // [-] (3P x n) displacements per freedom; empty: freedoms are displacements

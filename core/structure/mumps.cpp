@@ -32,7 +32,7 @@ bool has_room(std::size_t bytes) {
   return room != nullptr;
 }
 
-// Makes OpenBLAS allocate its buffer, which OpenBLAS keeps. OpenBLAS would repeat a failing allocation
+// Makes OpenBLAS allocate its buffer. OpenBLAS keeps this buffer. OpenBLAS would repeat a failing allocation
 // without end, so free memory is checked first. Returns false if there is not enough memory.
 bool has_blas_its_buffer() {
   static bool has_it = false;
@@ -67,7 +67,7 @@ bool Mumps::call(int job) {
   return false;
 }
 
-// Sets problem_ for a failed allocation. info(2) is the number of requested entries; if it is negative, its
+// Sets problem_ for a failed allocation. info(2) is the number of requested entries. If it is negative, its
 // magnitude is in millions (users' guide, section 8).
 void Mumps::report_lack_of_memory(const char* what) {
   const double asked = instance_->info(2), entries = asked < 0.0 ? -1e6 * asked : asked;
@@ -128,7 +128,7 @@ bool Mumps::factor(double null_threshold) {
     instance_->control(24) = 1;
     instance_->real_control(3) = null_threshold;
   }
-  // delayed pivots need more memory than the ordering predicts: the extra memory [%] is doubled after each
+  // Delayed pivots need more memory than the ordering predicts, so the extra memory [%] is doubled after each
   // failure, up to 16 times the prediction
   for (instance_->control(14) = 50; instance_->control(14) <= 1600; instance_->control(14) *= 2) {
     problem_.clear();

@@ -9,7 +9,7 @@
 
 namespace freeflex {
 
-/// The lower triangle of a symmetric matrix; entries of the same row and column add up.
+/// The lower triangle of a symmetric matrix. Entries with the same row and column are added.
 struct SymmetricEntries {
   int size = 0;
   std::vector<int> rows, columns;  // numbered from 1, as MUMPS requires
@@ -22,7 +22,7 @@ struct SymmetricEntries {
   }
 };
 
-/// Factorization L D L^T with pivoting (P. R. Amestoy, I. S. Duff, J. Koster, J.-Y. L'Excellent, SIAM J.
+/// The factorization L D L^T with pivoting (P. R. Amestoy, I. S. Duff, J. Koster, J.-Y. L'Excellent, SIAM J.
 /// Matrix Anal. Appl. 23, 2001, 15-41; MUMPS 5.5 users' guide). MUMPS runs in one thread, with one instance
 /// for each matrix.
 class Mumps {
@@ -49,7 +49,7 @@ class Mumps {
   int num_negative() const;
   /// Returns the number of pivots that factor() removed.  \pre factor(threshold > 0)
   int num_null() const;
-  /// Returns the description of a failure; empty if there was none.
+  /// Returns the description of a failure. The text is empty if there was none.
   const std::string& problem() const { return problem_; }
 
  private:

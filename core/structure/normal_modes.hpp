@@ -16,8 +16,8 @@ struct NormalModes {
 /// \param rows  [sqrt(N/m)] A over the freedoms of the complement
 NormalModes normal_modes(const Eigen::MatrixXd& rows, const EckartComplement& complement);
 
-/// Chooses the sign of each column: of the components whose magnitude is largest, within 1e-6, the first
-/// becomes positive (THEORY 4.9).
+/// Chooses the sign of each column. The first of those components that have the largest magnitude, within
+/// 1e-6, becomes positive (THEORY 4.9).
 /// \return the signs applied, 1 or -1 (n)
 Eigen::VectorXd fix_signs(Eigen::MatrixXd& shapes);
 

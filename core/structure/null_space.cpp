@@ -43,8 +43,8 @@ Condensed condense(Eigen::MatrixXd rows, Eigen::Index num_kept, Eigen::Index kno
       rotation_columns.colwise().norm().unaryExpr([](double norm) { return norm > 0.0 ? 1.0 / norm : 0.0; });
   rotation_columns *= scale.asDiagonal();
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rotation_columns);
-  // pivots of free rotations are a few rounding errors of one; pivots of a chain of n beams decrease only as
-  // 1/n
+  // The pivots of free rotations are a few rounding errors of one, but the pivots of a chain of n beams
+  // decrease only as 1/n
   qr.setThreshold(8.0 * static_cast<double>(rows.rows()) * kEpsilon);
   Condensed condensed;
   condensed.rank = known_rank < 0 ? qr.rank() : known_rank;

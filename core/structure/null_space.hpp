@@ -7,7 +7,8 @@
 
 namespace freeflex {
 
-/// The null space of some rows: rows y = 0 for y = basis z, where z are the free components of y.
+/// The null space of some rows. Every y = basis z satisfies rows y = 0, where z contains the free components
+/// of y.
 struct NullSpace {
   Eigen::MatrixXd basis;          // (n x nullity) unit matrix at the free components
   std::vector<int> pivots, free;  // indices of components of y
@@ -16,7 +17,7 @@ struct NullSpace {
 /// \param threshold  [-] of the largest pivot: smaller pivots are treated as zero
 NullSpace null_space(const Eigen::MatrixXd& rows, double threshold);
 
-/// Rows after static condensation of the coordinates without mass.
+/// The rows that remain after static condensation of the coordinates without mass.
 struct Condensed {
   Eigen::MatrixXd rows;      // (num_rows - rank x num_kept)
   Eigen::MatrixXd recovery;  // (num_condensed x num_kept), empty unless requested

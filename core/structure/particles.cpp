@@ -12,7 +12,7 @@
 namespace freeflex {
 namespace {
 
-// [-] fraction of the largest moment: smaller moments are rounding errors   (THEORY 16.2)
+// [-] limit as a fraction of the largest moment. Smaller moments are rounding errors   (THEORY 16.2)
 constexpr double kNoMoment = 1e-12;
 
 // returns a particle on a rigid arm from a point, with the displacement V + theta x arm

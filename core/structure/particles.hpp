@@ -1,4 +1,5 @@
-// Particles over which sums over the mass are taken: point masses, particles of bodies, parts of links.
+// Sums over the mass are taken over particles. Particles are point masses, particles of bodies, and parts of
+// links.
 #pragma once
 
 #include <array>
@@ -33,8 +34,8 @@ DeformationRows mass_rows(const Scene& scene, const Freedoms& freedoms, double l
 /// (THEORY 16.9).  \pre structure.shapes and rotations are filled
 Particles find_particles(const Scene& scene, const Freedoms& freedoms, const Structure& structure);
 
-/// Data of a body for the second order of its rotation: a particle on the arm d_p has the position
-/// x = r + V + theta x d_p + theta x (theta x d_p) / 2   (THEORY 12.45).
+/// The data of a body for the second order of its rotation. A particle on the arm d_p has the position x = r
+/// + V + theta x d_p + theta x (theta x d_p) / 2   (THEORY 12.45).
 struct RotatingBody {
   Eigen::Matrix3Xd theta;  // [1/m] (3 x n) elastic rotation
   Eigen::Matrix3d arms;    // [kg m^2] sum m r d_p^T over the particles of the body

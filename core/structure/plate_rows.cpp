@@ -1,4 +1,4 @@
-// Triangular plate: constant-strain membrane and discrete Kirchhoff bending.
+// The rows of a triangular plate, which has a constant-strain membrane and discrete Kirchhoff bending.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -19,8 +19,8 @@ struct Triangle {
 };
 
 // [-] stiffness of the rotation of a corner about the normal over E thickness^3 / 12   (THEORY 3.36). The
-// stiffness is large enough to hold a corner whose plates are folded by less than about 1/30 rad; it stiffens
-// a plate of thickness side / 10 by less than 1e-5
+// stiffness is large enough to hold a corner whose plates are folded by less than about 1/30 rad, but it
+// stiffens a plate of thickness side / 10 by less than 1e-5
 constexpr double kNormalRotation = 1e-3;
 
 constexpr std::array<std::size_t, 3> kNext{1, 2, 0}, kAfterNext{2, 0, 1};

@@ -13,8 +13,8 @@
 namespace freeflex {
 namespace {
 
-// [-] fraction of the span, or [rad]: size of displacements and rotations for central differences; its square
-// is far above rounding errors, and its fourth power is negligible
+// [-] fraction of the span, or [rad]: size of displacements and rotations for central differences. The square
+// of this size is far above rounding errors, and its fourth power is negligible
 constexpr double kAmplitude = 1e-3;
 
 // Number of lowest modes for which the diagonal geometric stiffness is computed. Geometric stiffness is
@@ -22,11 +22,11 @@ constexpr double kAmplitude = 1e-3;
 constexpr int kMostModes = 48;
 constexpr double kNear = 0.05;  // [-] largest relative difference of the frequencies of a pair
 constexpr int kMostPartners = 2;
-// Number of modes whose error is integrated at every tick; the cost grows with the cube of this number.
+// Number of modes whose error is integrated at every tick. The cost grows with the cube of this number.
 constexpr int kMostShadowed = 16;
 
-// Number of modes with geometric stiffness by follower loads: for a free beam under end thrust, eight modes
-// give frequencies within 1e-4.
+// The number of modes with geometric stiffness by follower loads. For a free beam under end thrust, eight
+// modes give frequencies within 1e-4.
 constexpr int kMostFollowed = 24;
 
 void choose_pairs(const Structure& structure, Prestress& prestress) {
@@ -170,8 +170,8 @@ class SecondOrders {
   std::map<Prestress::Pair, Eigen::VectorXd> known_;
 };
 
-// Geometric stiffness E_lu of pairs of modes under static responses: from axial links (axial), and from all
-// other links (bent) (THEORY X140).
+// Geometric stiffness E_lu of pairs of modes under static responses. The stiffness from axial links (axial)
+// is separate from the stiffness from all other links (bent) (THEORY X140).
 struct PairStiffness {
   Eigen::MatrixXd axial, bent;  // (pairs x responses)
   // (pairs x responses) from rates, of dashpots and viscous links

@@ -1,4 +1,4 @@
-// Geometric stiffness of the lowest modes due to internal forces.
+// The geometric stiffness of the lowest modes due to internal forces.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,8 +9,8 @@
 
 namespace freeflex {
 
-/// Geometric stiffness of the lowest modes due to internal forces, for pairs (l, u) of modes, per elastic
-/// coordinate: E_lu = sum_v rows(pair, v) q_v   (THEORY X140).
+/// The geometric stiffness of the lowest modes due to internal forces. It is given for pairs (l, u) of modes,
+/// per elastic coordinate: E_lu = sum_v rows(pair, v) q_v   (THEORY X140).
 struct Prestress {
   using Pair = std::array<int, 2>;
   /// (l, l) of the lowest modes in order, then every (l, u) of the lowest num_shadowed modes, then pairs of
@@ -23,7 +23,7 @@ struct Prestress {
   // [N s/m^2] (pairs x n) per rate of an elastic coordinate, from dashpots and viscous links; bent_rate_rows
   // omits axial links
   Eigen::MatrixXd rate_rows, bent_rate_rows;
-  // true: the second order of some links is unknown (matrices, rigid links, the bow of plates)
+  // This flag is true if the second order of some links is unknown (matrices, rigid links, the bow of plates)
   bool has_unquantified = false;
   // [sqrt(N/m^3)] (num_modes) sqrt(beta_l): the displacement q of mode l adds the stiffness beta_l q^2 with
   // the other modes in equilibrium (THEORY X146); bent_root_quartic omits springs, bars and dashpots
@@ -33,8 +33,8 @@ struct Prestress {
   Eigen::MatrixXd quartic, bent_quartic;
 };
 
-/// Geometric stiffness of the lowest modes due to the internal forces under one follower load at amplitude 1
-/// (THEORY X145).
+/// The geometric stiffness of the lowest modes due to the internal forces under one follower load at
+/// amplitude 1 (THEORY X145).
 struct FollowerStiffness {
   int load = -1;              // index into Scene::loads
   std::vector<int> modes;     // ascending

@@ -1,4 +1,4 @@
-// Fourth-order terms of the strain energy in the modes whose error is integrated   (THEORY X146).
+// The fourth-order terms of the strain energy, for the modes whose error is integrated   (THEORY X146).
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +10,8 @@ namespace freeflex {
 
 struct Structure;
 
-/// Sum over deformations k of D_k h_k h_k^T, where h_k are the second derivatives along pairs of modes
-/// (THEORY X140).
+/// The sum of D_k h_k h_k^T over deformations k. The vector h_k contains the second derivatives of
+/// deformation k along pairs of modes (THEORY X140).
 class SquareSums {
  public:
   /// \param columns  columns of h to use; empty: no sum
@@ -29,12 +29,13 @@ class SquareSums {
   Eigen::Index count_ = 0;
 };
 
-/// Returns the indices, in Prestress::pairs, of the pairs in which the errors of both modes are integrated.
+/// Returns the indices into Prestress::pairs of those pairs for which the errors of both modes are
+/// integrated.
 std::vector<int> shadowed_pairs(const Prestress& prestress);
 
 /// Returns the matrices H_r of the forms, stacked in rows: V_4 = 1/8 sum_r (x^T H_r x)^2   (THEORY X146)
 /// [sqrt(N)/m^2] ((forms s) x s), where s is the number of modes whose error is integrated. At most twelve
-/// forms are kept. The smallest forms, whose sum is at most a hundredth of the total, are omitted.
+/// forms are kept. The smallest forms are omitted as long as their sum is at most a hundredth of the total.
 /// \param squares  sum from SquareSums over shadowed_pairs()  \param rows  Prestress::rows or bent_rows
 Eigen::MatrixXd quartic_forms(const Structure& structure, const Prestress& prestress, Eigen::MatrixXd squares,
                               const Eigen::MatrixXd& rows);

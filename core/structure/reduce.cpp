@@ -9,7 +9,8 @@
 namespace freeflex {
 namespace {
 
-// [-] fraction of the largest singular value: smaller values belong to dependent loads   (THEORY 14.12)
+// [-] limit as a fraction of the largest singular value. Smaller values belong to dependent loads
+// (THEORY 14.12)
 constexpr double kDependent = 1e-12;
 
 Eigen::MatrixXd columns(const Eigen::MatrixXd& rows, const std::vector<int>& kept) {

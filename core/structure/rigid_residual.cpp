@@ -12,17 +12,17 @@
 namespace freeflex {
 namespace {
 
-// [-] fraction of the lowest elastic frequency: smaller frequencies of a residual from rounding are not
-// reported. Such residuals shift elastic frequencies by about half of the square of this ratio, which is less
-// than the error of a finite element model.
+// [-] limit as a fraction of the lowest elastic frequency. Smaller frequencies of a residual from rounding
+// are not reported. Such residuals shift elastic frequencies by about half of the square of this ratio, which
+// is less than the error of a finite element model.
 constexpr double kReported = 0.1;
 
-// [-] fraction of the largest eigenvalue of T^T K_o T: the residual of a support has no eigenvalue below
-// minus this fraction; a residual from rounding has eigenvalues of both signs (THEORY 3.20)
+// [-] fraction of the largest eigenvalue of T^T K_o T. The residual of a support has no eigenvalue below
+// minus this fraction, but a residual from rounding has eigenvalues of both signs (THEORY 3.20)
 constexpr double kOneSigned = 0.1;
 
-// [-] fraction of the largest frequency of a residual: smaller frequencies, which belong to directions
-// without support, are not listed
+// [-] limit as a fraction of the largest frequency of a residual. Smaller frequencies are not listed, because
+// they belong to directions without support
 constexpr double kListed = 1e-3;
 
 // Last printed digits of the entries of a matrix, from their shortest decimal form
@@ -34,9 +34,9 @@ class PrintedDigits {
         if (entry.value() != 0.0) add(entry.value());
   }
 
-  // Returns half a unit of the last digit of an entry. It is the largest of three values: from the number of
-  // significant digits of the longest entry, from the largest number of decimals of any entry, and from
-  // single precision if all entries are in single precision:
+  // Returns half a unit of the last digit of an entry. It is the largest of three values. They follow from
+  // the number of significant digits of the longest entry, from the largest number of decimals of any entry,
+  // and from single precision if all entries are in single precision:
   //   delta = max(10^(floor(log10 |K|) + 1 - n_sig), 10^-n_dec, 2^-23 |K|) / 2   (THEORY 3.19)
   double rounding(double entry) const {
     if (entry == 0.0) return 0.0;
@@ -150,7 +150,7 @@ std::string size_text(double size) {
   return {text, std::to_chars(text, text + sizeof text, size, std::chars_format::general, 4).ptr};
 }
 
-// returns "0.1123, 0.1645"; a negative frequency means that the residual drives the motion
+// Returns text such as "0.1123, 0.1645". A negative frequency means that the residual drives the motion
 std::string list_of(const Eigen::VectorXd& hertz) {
   std::string text;
   for (const double each : hertz)

@@ -1,4 +1,4 @@
-// Rigid-body residuals, which the set-up removes from matrix links: their size, origin and effect.
+// The size, origin and effect of rigid-body residuals. The set-up removes these residuals from matrix links.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,8 @@
 
 namespace freeflex {
 
-/// Returns whether rounding of the printed digits, half a unit of the last digit of either sign, explains
-/// every entry of K T   (THEORY 3.18).
+/// Returns whether the rounding of the printed digits explains every entry of K T. Rounding changes a digit
+/// by at most half a unit of the last digit, with either sign   (THEORY 3.18).
 /// \param matrix   K as printed [N/m] (3 N_link x 3 N_link)
 /// \param rigid    T, [-] (3 N_link x 3..6)
 /// \param product  K T, with the mean of K and its transpose [N/m] (3 N_link x 3..6)
@@ -17,7 +17,7 @@ bool is_within_digits(const Eigen::SparseMatrix<double>& matrix, const Eigen::Ma
                       const Eigen::MatrixXd& product, double slack);
 
 /// Raises Structure::frequency_accuracy to the bound on the relative difference of elastic frequencies from
-/// the frequencies of the matrices as given; the bound is 1 if a residual is as stiff as the links
+/// the frequencies of the matrices as given. The bound is 1 if a residual is as stiff as the links
 /// (THEORY 4.17). Warns of a residual, with its frequencies in Hz, if it comes from a support or if a
 /// frequency is above a tenth of the lowest elastic frequency (THEORY 3.20).  \pre omega, shapes and
 /// mechanisms are filled

@@ -10,8 +10,8 @@ namespace freeflex {
 
 namespace {
 
-// Returns the constraints of a rigid link with a hub: V_k = V_hub + theta_hub x l_k, and theta_k = theta_hub
-// for joints (THEORY 16.5).
+// Returns the constraints of a rigid link with a hub. The constraints are V_k = V_hub + theta_hub x l_k, and
+// theta_k = theta_hub for joints (THEORY 16.5).
 DeformationRows hub_rows(const Scene& scene, const Link& link, int hub, const Freedoms& freedoms) {
   const auto position = [&](int point) { return scene.points[static_cast<std::size_t>(point)].position; };
   DeformationRows rows;

@@ -1,4 +1,4 @@
-// The mass metric: y = L^T x with the mass matrix m = L L^T, so that the kinetic energy is |y'|^2 / 2.
+// The mass metric is y = L^T x with the mass matrix m = L L^T, so that the kinetic energy is |y'|^2 / 2.
 #pragma once
 
 #include <vector>

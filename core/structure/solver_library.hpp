@@ -18,7 +18,7 @@ struct SolverLibrary {
   std::string problem;               // reason why the library is not loaded; empty: it is loaded
 };
 
-/// Returns the library; every call returns the same object. Each set-up of a scene must give equal bits on
+/// Returns the library. Every call returns the same object. Each set-up of a scene must give equal bits on
 /// every processor with AVX2. Therefore SCOTCH uses one thread (its ordering is random with more threads),
 /// and OpenBLAS uses its AVX2 kernels (it would use its slowest kernels on processors newer than itself) and
 /// one thread (its threads wait by spinning). The variables SCOTCH_PTHREAD_NUMBER, OPENBLAS_NUM_THREADS and

@@ -17,9 +17,9 @@
 namespace freeflex {
 namespace {
 
-// Returns the relative accuracy of the lowest elastic frequency, which is the larger of two errors. Error
-// from rounding of rows: 2 eps / omega_1^2 sqrt(sum_k (A y)_k^2 (sum_i |A_ki y_i|)^2) for y^T m y = 1
-// (THEORY 16.43). Error from the residual of the vector: the smaller of delta s and delta^2 s / gamma
+// Returns the relative accuracy of the lowest elastic frequency, which is the larger of two errors. The error
+// from rounding of rows is 2 eps / omega_1^2 sqrt(sum_k (A y)_k^2 (sum_i |A_ki y_i|)^2) for y^T m y = 1
+// (THEORY 16.43). The error from the residual of the vector is the smaller of delta s and delta^2 s / gamma
 // (THEORY 16.44), with s = (omega_1^2 + sigma_0^2) / omega_1^2, delta = |y' - theta y|_m / theta, gamma = 1 -
 // (omega_1^2 + sigma_0^2) / (omega_2^2 + sigma_0^2).
 double accuracy_of(const SparseSystem& system, LowestModes& modes, const Eigen::MatrixXd& shapes,

@@ -5,20 +5,20 @@
 
 namespace freeflex {
 
-/// Modes to keep: the lowest `count`, or all below a frequency, including mechanisms. Modes of equal
-/// frequency are kept together.
+/// The choice of modes to keep. These modes are the lowest `count` modes or all modes below a frequency, and
+/// mechanisms are included. Modes of equal frequency are kept together.
 struct ModesWanted {
   double below = 0.0;  // [Hz] 0: no frequency limit
   int count = 0;       // largest number if `below` is given; 0: unlimited
 };
 
-/// Message if `progress` ends a set-up.
+/// The message that is reported if `progress` ends a set-up.
 inline constexpr const char* kSetupEnded = "the set-up was ended";
 
 /// Fills omega, shapes, rotations, particles, matrix_sums, mechanisms, kept, frequency_accuracy and
-/// conditioning by shift-and-invert Lanczos in slices   (THEORY 16.33 to 16.45). Errors: massless points that
-/// no link holds, too many modes or mechanisms, lack of memory, a number of modes that the Sturm sequence
-/// does not verify, an end requested by `progress`.
+/// conditioning by shift-and-invert Lanczos in slices   (THEORY 16.33 to 16.45). The function adds an error
+/// if no link holds a massless point, if there are too many modes or mechanisms, if memory is insufficient,
+/// if the Sturm sequence does not verify the number of modes, or if `progress` requests the end.
 /// \pre structure.mass_properties is filled; factor is from factor_links_sparse()
 void find_sparse_modes(const Scene& scene, const LinkFactor& factor, const ModesWanted& wanted,
                        const SetupProgress& progress, Structure& structure, Faults& faults);

@@ -20,9 +20,10 @@ namespace freeflex {
 namespace {
 
 constexpr int kNamesInError = 8;
-// [-] fraction of the largest displacement of a motion: points that move less are at rest
+// [-] limit as a fraction of the largest displacement in a motion. Points that move less are at rest
 constexpr double kStaysBelow = 1e-6;
-// [-] fraction of the norm: smaller pivots may belong to motions that move no mass and strain no link
+// [-] limit as a fraction of the norm. Smaller pivots may belong to motions that move no mass and strain no
+// link
 constexpr double kNoPivot = 1e-10;
 constexpr double kSmallest = 1e-300;
 
@@ -83,9 +84,10 @@ void orthonormalise(const SparseRows& mass, Eigen::MatrixXd& columns) {
 // the reason.
 Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const Eigen::VectorXd& scale,
                              SymmetricEntries gram, std::string& problem) {
-  // [-] added to the diagonal, whose entries are one: makes the matrix regular, and three iterations suffice
+  // [-] This number is added to the diagonal, where all entries are one. The matrix is then regular, and
+  // three iterations suffice
   constexpr double kAdded = 1e-13;
-  // [-] norm of rows times a unit null vector: rounding error of directions
+  // [-] norm of rows times a unit null vector, which is a rounding error of directions
   constexpr double kIsNull = 1e-11;
   const int size = gram.size;
   int count = 0;
@@ -120,8 +122,8 @@ Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const E
   return null * eigen.eigenvectors().leftCols(num_null);
 }
 
-// Finds motions that move no mass and strain no link. Reports motions that move a point; fixes one freedom of
-// each other motion at zero (THEORY 16.45).
+// Finds motions that move no mass and strain no link. Reports motions that move a point, but fixes one
+// freedom of each other motion at zero (THEORY 16.45).
 void pin_zero_frequency(const Scene& scene, const SparseRows& unit_mass, SparseSystem& system,
                         Faults& faults) {
   const std::vector<const SparseRows*> rows{&system.unit_rows, &unit_mass, &system.constraints};
@@ -263,7 +265,7 @@ Eigen::MatrixXd ShiftedInverse::residual(const Eigen::MatrixXd& sides,
                                          const Eigen::MatrixXd& solution) const {
   const Eigen::Index m = system_.rows.rows(), n = system_.num_all(), c = system_.constraints.rows();
   Eigen::MatrixXd left(sides.rows(), sides.cols());
-  // strains are unknowns of the augmented system; in the assembled system they are A y
+  // Strains are unknowns of the augmented system, but in the assembled system they are computed as A y
   std::vector<long double> strains(static_cast<std::size_t>(m));
   for (Eigen::Index k = 0; k < sides.cols(); ++k) {
     const double* const e = solution.col(k).data();

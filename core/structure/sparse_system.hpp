@@ -1,4 +1,5 @@
-// A large structure over all its freedoms in sparse form: rows of links and constraints, mass matrix.
+// A large structure in sparse form. The rows of links and constraints and the mass matrix are over all
+// freedoms.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -10,8 +11,8 @@ namespace freeflex {
 
 using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
-/// Sparse rows over displacements of all points and rotations of joints, y = (V, length * theta)
-/// (THEORY 16.6).
+/// The sparse rows of a structure. Their unknowns are the displacements of all points and the rotations of
+/// joints, y = (V, length * theta) (THEORY 16.6).
 struct SparseSystem {
   int num_displacements = 0;
   double length = 1.0;     // [m] factor of rotations
@@ -26,17 +27,18 @@ struct SparseSystem {
   int num_all() const { return static_cast<int>(rows.cols()); }
 };
 
-/// Returns the sparse form of a structure. Errors: massless points that no link holds; points outside a line
-/// that contains all mass, if they can rotate freely about the line.
+/// Returns the sparse form of a structure. The function adds an error if no link holds a massless point. It
+/// also adds an error if all mass is on one line and points outside this line can rotate freely about it.
 SparseSystem sparse_system(const Scene& scene, const Freedoms& freedoms, const LinkFactor& factor,
                            const MassProperties& body, Faults& faults);
 
-/// Layout of K + shift m for a factorization.
+/// The layout in which K + shift m is factorized.
 enum class SystemForm {
-  // (K + shift m, C^T; C, 0) over freedoms and multipliers: small, but K is rounded (THEORY 16.34)
+  // (K + shift m, C^T; C, 0) over freedoms and multipliers. This matrix is small, but K is rounded
+  // (THEORY 16.34)
   kAssembled,
-  // (-1, A, 0; A^T, shift m, C^T; 0, C, 0) over strains, freedoms and multipliers: K is not formed
-  // (THEORY 16.33)
+  // (-1, A, 0; A^T, shift m, C^T; 0, C, 0) over strains, freedoms and multipliers. This matrix is larger, but
+  // K is not formed (THEORY 16.33)
   kAugmented,
 };
 
@@ -46,7 +48,7 @@ SymmetricEntries entries_of(const SparseSystem& system, double shift, SystemForm
 /// Returns the number of negative eigenvalues at a positive shift, n_c + n_A   (THEORY 16.40).
 int num_negative_rows(const SparseSystem& system, SystemForm form);
 
-/// Shifted inverse y = (K + shift m)^-1 m x within the motions that rigid links allow
+/// The shifted inverse y = (K + shift m)^-1 m x, restricted to the motions that rigid links allow
 /// (THEORY 16.33 to 16.35).
 class ShiftedInverse {
  public:
@@ -58,10 +60,10 @@ class ShiftedInverse {
   bool factor();
   /// Returns the number of modes below sqrt(-shift), including rigid motions   (THEORY 16.40).
   int num_below() const { return factor_.num_negative() - num_negative_rows(system_, form_); }
-  /// Returns the solutions, one in each column, after at most `most_refinements` refinements; no columns on
-  /// failure (THEORY 16.35).
+  /// Returns the solutions, one in each column, after at most `most_refinements` refinements. On failure the
+  /// result has no columns (THEORY 16.35).
   Eigen::MatrixXd apply(const Eigen::MatrixXd& mass_times_x, int most_refinements = 3);
-  /// Returns the relative size of the first correction for random columns [-]   (THEORY 16.36).
+  /// Returns the relative size [-] of the first correction, for random columns   (THEORY 16.36).
   double first_change();
   double shift() const { return shift_; }
   const std::string& problem() const { return factor_.problem(); }
@@ -84,9 +86,10 @@ Eigen::MatrixXd products(const Eigen::MatrixXd& x, Eigen::Index count, const Eig
 /// Subtracts the first `count` columns of x times h from y, by BLAS.
 void subtract(const Eigen::MatrixXd& x, Eigen::Index count, const Eigen::MatrixXd& h, Eigen::MatrixXd& y);
 
-/// Returns rows times columns, each sum in long double and rounded once.
+/// Returns rows times columns. Each sum is computed in long double and rounded once.
 Eigen::MatrixXd exact_product(const SparseRows& rows, const Eigen::MatrixXd& columns);
-/// Returns `count` rows from `begin` on times some of the columns, each sum in long double and rounded once.
+/// Returns the product of `count` rows, from `begin` on, and some of the columns. Each sum is computed in
+/// long double and rounded once.
 Eigen::MatrixXd exact_product(const SparseRows& rows, Eigen::Index begin, Eigen::Index count,
                               const Eigen::MatrixXd& columns, const std::vector<Eigen::Index>& some);
 

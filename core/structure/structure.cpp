@@ -30,7 +30,8 @@ constexpr int kNamesInWarning = 8;
 // [-] two modes with frequencies within this relative distance are both kept or both omitted
 constexpr double kPairGap = 1e-6;
 
-// returns whether mass properties can be computed; check_scene() has reported invalid values
+// Returns whether mass properties can be computed. If they cannot, check_scene() has already reported the
+// invalid values
 bool are_sound(const Scene& scene) {
   const auto is_known = [&](int point) {
     return point >= 0 && point < static_cast<int>(scene.points.size());
@@ -63,8 +64,8 @@ bool has_rigid_links(const Scene& scene) {
                      [](const Link& link) { return traits_of(link).effect == LinkEffect::kForbids; });
 }
 
-// returns the number of elastic modes of point masses; in scenes with bodies it is known only after the modes
-// are found
+// Returns the number of elastic modes of point masses. In scenes with bodies this number is known only after
+// the modes are found
 int num_elastic(const Scene& scene, const MassProperties& properties, Eigen::Index num_constraints) {
   return 3 * static_cast<int>(scene.points.size()) - properties.rigid_freedoms -
          static_cast<int>(num_constraints);
@@ -76,7 +77,8 @@ Eigen::VectorXd mass_of(const std::vector<PointMass>& points) {
   return mass;
 }
 
-// The factorization checks the matrices; if other errors prevent it, checks them here.
+// The factorization checks the matrices. If other errors prevent the factorization, this function checks the
+// matrices.
 void check_matrices(const Scene& scene, Faults& faults) {
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
     const auto* matrix = std::get_if<MatrixLink>(&scene.links[i].kind);
@@ -145,7 +147,7 @@ void find_modes(const Scene& scene, const LinkFactor& factor, Structure& structu
   structure.particles = {mass_of(scene.points), structure.mass_properties.r, {}};
 }
 
-// refuses published rigid links: their forces (THEORY 5.6) need all modes and a dense factor of the
+// Refuses published rigid links, because their forces (THEORY 5.6) need all modes and a dense factor of the
 // constraints
 void refuse_rigid_forces(const Scene& scene, Faults& faults) {
   for (const int index : scene.publication.links) {
@@ -165,7 +167,7 @@ bool needs_recovery(const Scene& scene) {
 }
 
 // returns the damping ratios by loss factors, sum_k eta_k E_kl / (2 E_l), where E_kl is the strain energy of
-// link k in mode l, and E_l that of all links (THEORY 4.24)
+// link k in mode l, and E_l is the strain energy of all links (THEORY 4.24)
 Eigen::VectorXd structural_ratio(const Scene& scene, const LinkFactor& factor, const Structure& structure) {
   Eigen::VectorXd ratio = Eigen::VectorXd::Zero(structure.omega.size());
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
@@ -233,7 +235,7 @@ void find_lowest_modes(const Scene& scene, const LinkFactor& factor, const Setup
   if (!has_error(faults)) check_modes(scene, static_cast<int>(structure.omega.size()), faults);
 }
 
-// reduces all modes to the modes that the scene requests; modes of equal frequency are kept together
+// Reduces all modes to the modes that the scene requests. Modes of equal frequency are kept together
 Structure keep_asked(const Scene& scene, Structure structure) {
   const Eigen::Index n = structure.omega.size();
   const double below = 2.0 * std::numbers::pi * scene.modes.below;
@@ -266,7 +268,7 @@ void fill_rest(const Scene& scene, const LinkFactor& factor, Structure& structur
   structure.follower_stiffness = find_follower_stiffness(scene, factor, structure);
 }
 
-// builds the structure and reports each stage to `progress`; `progress` can end the sparse path only
+// Builds the structure and reports each stage to `progress`. However, `progress` can end the sparse path only
 std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Faults& faults,
                                          const SetupProgress& progress) {
   Structure structure;

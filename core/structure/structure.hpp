@@ -1,4 +1,5 @@
-// Scene -> structure: mass properties, links in factor form, rigid freedoms, mechanisms, elastic modes.
+// This code makes the structure of a scene. The structure has mass properties, links in factor form, rigid
+// freedoms, mechanisms and elastic modes.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,7 +14,7 @@
 
 namespace freeflex {
 
-/// Mass properties of the rest shape   (THEORY 2.1 to 2.10).
+/// The mass properties of the rest shape   (THEORY 2.1 to 2.10).
 struct MassProperties {
   double mass = 0.0;          // [kg]
   Eigen::Vector3d p_SB;       // [m] centre of mass in scene axes
@@ -26,7 +27,7 @@ struct MassProperties {
   Eigen::Vector3d line;            // [-] unit vector along a collinear shape; zero for other shapes
 };
 
-/// A motion that strains no link and is not rigid; its frequency is zero   (THEORY 4.4).
+/// A motion that strains no link and is not rigid. The frequency of this motion is zero   (THEORY 4.4).
 struct Mechanism {
   // points that move by more than 1e-6 of the largest displacement, in descending order of displacement
   std::vector<int> moved_points;
@@ -53,8 +54,8 @@ struct Particles {
   Eigen::MatrixXd shapes;  // [-] (3P x n) unit elastic displacements, sum m b.b = M   (THEORY 16.9)
 };
 
-/// Contributions of mass matrices, which have no particles, to sums over the mass that are linear in the
-/// elastic coordinates, per coordinate (THEORY 16.19, 16.20).
+/// The contributions of mass matrices to sums over the mass, per elastic coordinate. Mass matrices have no
+/// particles. The sums are linear in the elastic coordinates (THEORY 16.19, 16.20).
 struct MatrixSums {
   Eigen::MatrixXd momenta;  // [kg], [kg m] (6 x n) linear, then angular momentum about the centre of mass
   Eigen::MatrixXd field;    // [kg m] (6 x n) field moments Y_l (THEORY 8.15) of accelerations at the points
@@ -106,11 +107,12 @@ inline const Eigen::MatrixXd& particle_shapes(const Structure& structure) {
 }
 
 /// Checks the physics of a scene without computing modes: values, references, mass properties and, if there
-/// are other errors, matrices. Faults are appended; the returned mass properties are valid if there is no
+/// are other errors, matrices. Faults are appended. The returned mass properties are valid if there is no
 /// error.
 MassProperties check_physics(const Scene& scene, Faults& faults);
 
-/// Progress report of a set-up, which can also end it, and the memory limit of the set-up.
+/// The progress report of a set-up and the memory limit of the set-up. The progress report can also end the
+/// set-up.
 struct SetupProgress {
   /// \param what  name of the stage  \param done  completed fraction of the stage, 0 to 1
   /// \return false to end the set-up with an error
@@ -118,9 +120,9 @@ struct SetupProgress {
   double memory_MB = 0.0;  // available memory; 0: unknown, no limit
 };
 
-/// Checks the physics of a scene and computes its structure   (THEORY sections 2 to 5). Faults are appended;
-/// the result is nullopt on an error. Up to kMaxDensePoints points a dense factor gives all modes at a cost
-/// of O(rows n^2). For larger scenes, and for scenes of more than kMostDenseForSomeModes freedoms that
+/// Checks the physics of a scene and computes its structure   (THEORY sections 2 to 5). Faults are appended,
+/// and the result is nullopt on an error. Up to kMaxDensePoints points a dense factor gives all modes at a
+/// cost of O(rows n^2). For larger scenes, and for scenes of more than kMostDenseForSomeModes freedoms that
 /// request a subset of the modes, a sparse factor gives that subset   (THEORY 16.33 to 16.45). See
 /// tests/bench for times.
 std::optional<Structure> build_structure(const Scene& scene, Faults& faults,
@@ -134,13 +136,13 @@ enum class SetupPath { kDense, kSparse };
 std::optional<Structure> build_structure_by(const Scene& scene, SetupPath path, Faults& faults,
                                             const SetupProgress& progress = {});
 
-/// Consecutive modes of equal frequency; their shapes are not unique.
+/// Consecutive modes of equal frequency. The shapes of these modes are not unique.
 struct FrequencyCluster {
   int first = 0;  // mode index from 0
   int count = 1;
 };
 
-/// Groups ascending frequencies: neighbours in a cluster differ by at most relative_gap.
+/// Groups ascending frequencies into clusters. Neighbours in a cluster differ by at most relative_gap.
 std::vector<FrequencyCluster> frequency_clusters(const Eigen::VectorXd& omega, double relative_gap);
 
 }  // namespace freeflex

@@ -22,9 +22,9 @@ const MatrixLink& matrix_of(const Scene& scene, int link) {
   return std::get<MatrixLink>(scene.links[static_cast<std::size_t>(link)].kind);
 }
 
-// Coordinates of a superelement. Each is a freedom times a scale that makes it a length: the size of the link
-// for rotations, and for inner coordinates the square root of their mass over the mean mass per point
-// (THEORY 16.17).
+// The coordinates of a superelement. Each coordinate is a freedom times a scale that makes it a length. The
+// scale is the size of the link for rotations, and for inner coordinates it is the square root of their mass
+// over the mean mass per point (THEORY 16.17).
 struct Coordinates {
   std::vector<int> freedom;
   Eigen::VectorXd scale;  // [-] displacements; [m] rotations; inner coordinates: depends on their unit

@@ -1,4 +1,4 @@
-// Superelements: matrix links with rotations, inner coordinates or a mass matrix   (THEORY 16.17).
+// Superelements are matrix links with rotations, inner coordinates or a mass matrix   (THEORY 16.17).
 #pragma once
 
 #include "core/structure/link_factor.hpp"
@@ -6,12 +6,13 @@
 namespace freeflex {
 
 /// Returns the natural deformations of a superelement without rigid motion   (THEORY 3.11 to 3.14, 16.17).
-/// Errors: zero matrix, resistance to rigid motion, negative eigenvalues.
+/// The function adds an error for a zero matrix, resistance to rigid motion, and negative eigenvalues.
 /// \param limits  accuracy is raised to the error of the link
 DeformationRows superelement_rows(const Scene& scene, int link, const Freedoms& freedoms,
                                   MatrixLimits& limits, Faults& faults);
 
-/// Returns the mass rows of a superelement; empty if it has no mass matrix   (THEORY 16.17).
+/// Returns the mass rows of a superelement. The result is empty if the superelement has no mass matrix
+/// (THEORY 16.17).
 /// \pre mass_matrix_problem() is empty
 DeformationRows superelement_mass_rows(const Scene& scene, int link, const Freedoms& freedoms);
 

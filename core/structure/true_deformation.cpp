@@ -114,9 +114,9 @@ double TrueLink::elongation(const Eigen::Vector3d& d) const {
   return (2.0 * span.dot(d) + d.dot(d)) / ((span + d).norm() + span.norm());
 }
 
-// Corotational beam (M. A. Crisfield, 1990): rotations of the ends are relative to a frame along the chord,
-// which rolls by the mean roll of both ends. The bow shortens the chord: e_1 = |l| - L + L (2 a^2 - a b + 2
-// b^2) / 30 in each plane, where a and b are the rotations of the ends   (THEORY X140).
+// A corotational beam (M. A. Crisfield, 1990). The rotations of the ends are relative to a frame along the
+// chord, and this frame rolls by the mean roll of both ends. The bow shortens the chord: e_1 = |l| - L + L (2
+// a^2 - a b + 2 b^2) / 30 in each plane, where a and b are the rotations of the ends   (THEORY X140).
 Eigen::VectorXd TrueLink::of_beam(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta,
                                   const Eigen::Matrix3Xd& own) const {
   const Eigen::Vector3d d = V.col(1) - V.col(0), span = rest_.col(1);
@@ -157,8 +157,8 @@ Eigen::VectorXd TrueLink::of_torsion(const Eigen::Matrix3Xd& V) const {
   return Eigen::VectorXd::Constant(1, std::remainder(angle - rest_angle_, 2.0 * M_PI));
 }
 
-// Local axes rotate with the triangle: by the rotation of its plane and the polar rotation within the plane
-// (THEORY X140).
+// Local axes rotate with the triangle. Their rotation consists of the rotation of the plane and the polar
+// rotation within the plane (THEORY X140).
 Eigen::VectorXd TrueLink::of_plate(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta) const {
   const Eigen::Matrix3Xd x = rest_ + V;
   const Eigen::Vector3d to_second = x.col(1) - x.col(0), to_third = x.col(2) - x.col(0);

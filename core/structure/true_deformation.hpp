@@ -1,4 +1,4 @@
-// Natural deformations of a displaced link at true geometry. To first order the deformations are given by
+// The natural deformations of a displaced link at true geometry. To first order the deformations are given by
 // (THEORY 3.3) to (THEORY 3.37).
 #pragma once
 

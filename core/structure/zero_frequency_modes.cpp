@@ -13,7 +13,8 @@ namespace {
 
 constexpr double kSuspect = 1e-4;  // [-] fraction of the highest frequency: modes below it may be mechanisms
 // [-] largest strain, by unit rows, of a unit motion that is a mechanism. The content of other modes in a
-// mechanism strains it by about 1e-12; the bending mode of a mast of 25,000 bays has a strain of 1e-9
+// mechanism strains this mechanism by about 1e-12, but the bending mode of a mast of 25,000 bays has a strain
+// of 1e-9
 constexpr double kNoStrain = 2e-10;
 
 // returns the points and, for each point with an attitude, three additional sample points on rigid arms
@@ -72,8 +73,8 @@ Eigen::Index separate_mechanisms(const Scene& scene, const SparseSystem& system,
   const Eigen::Index count = (eigen.eigenvalues().array() < least * least).count();
   if (count == 0) return 0;
 
-  // makes the motions m-orthonormal again: first the mechanisms, then the other motions, which are rotated to
-  // modes and get new frequencies
+  // Makes the motions m-orthonormal again, first the mechanisms and then the other motions. The other motions
+  // are rotated to modes and get new frequencies
   Eigen::MatrixXd rotated = R.triangularView<Eigen::Upper>().solve(eigen.eigenvectors());
   for (int pass = 0; pass < 2; ++pass)
     for (Eigen::Index k = 0; k < suspects; ++k) {

@@ -35,7 +35,7 @@ std::string quoted(const std::string& name) {
   return "'" + name.substr(0, end) + "..." + name.substr(begin) + "'";
 }
 
-// returns for example "load 'thrust'", or "load 2" for a load without a name
+// Returns for example "load 'thrust'", or "load 2" for a load without a name.
 template <typename Items>
 std::string called(const char* noun, const Items& items, std::int32_t item) {
   if (item < 0 || static_cast<std::size_t>(item) >= items.size()) return {};
@@ -49,7 +49,7 @@ std::string mode_text(const Plan& plan, const Responsible& named) {
          (named.frequency > 0.0 ? " (" + number(named.frequency, 4) + " Hz)" : " (a mechanism)");
 }
 
-// returns the subject of the sentence: the item that acts
+// Returns the subject of the sentence, which is the item that acts.
 std::string agent_text(const Plan& plan, const Responsible& named) {
   switch (named.agent) {
     case Agent::kLoad:
@@ -72,7 +72,7 @@ const char* noun_of(const std::string& kind) {
   return kind.c_str();
 }
 
-// returns the value with which errors are compared, for example "tolerance, 1e-05 m"
+// Returns the value with which errors are compared, for example "tolerance, 1e-05 m".
 std::string scale_text(const Plan& plan, const Verdict& verdict) {
   const bool is_tolerance = plan.unmodelled.tolerance > 0.0 && verdict.scale == plan.unmodelled.tolerance;
   return std::string(is_tolerance                                ? "tolerance"
@@ -100,8 +100,8 @@ std::string unquantified_text(const Plan& plan, const Responsible& named) {
          called(noun_of(link.kind), plan.links, named.item) + refine;
 }
 
-// returns the error including its unquantified part; if that error is small, returns the displacement, which
-// is then the reason for the verdict `watch`
+// Returns the error including its unquantified part. If that error is small, returns the displacement
+// instead, because the displacement is then the reason for the verdict `watch`.
 std::string bound_text(const Plan& plan, const Verdict& verdict) {
   const double most = verdict.error + verdict.unquantified;
   if (most <= kGoodElastic * verdict.scale)
@@ -109,8 +109,8 @@ std::string bound_text(const Plan& plan, const Verdict& verdict) {
   return "; the error may be up to " + share_text(most, verdict.scale) + " the " + scale_text(plan, verdict);
 }
 
-// returns the remedy for terms of second order: a rung that has these terms, if there is one; otherwise a
-// reduction of their cause
+// Returns the remedy for terms of second order. The remedy is a rung that has these terms or, if there is no
+// such rung, a reduction of their cause.
 std::string second_order_remedy(const Plan& plan) {
   const bool has_only_axial_links =
       std::all_of(plan.links.begin(), plan.links.end(), [](const PlanLink& link) {
@@ -123,7 +123,7 @@ std::string second_order_remedy(const Plan& plan) {
   return "; reduce the loads or the spin, or stiffen the structure";
 }
 
-// returns for example "9 modes (7 out_of_plane, 2 small_modes)"
+// Returns for example "9 modes (7 out_of_plane, 2 small_modes)".
 std::string left_out_text(const Plan& plan) {
   std::string counts;
   for (const PlanFeature& feature : plan.features) {

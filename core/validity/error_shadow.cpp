@@ -175,8 +175,8 @@ void ErrorShadow::add_fourth_order_bound() noexcept {
     force_[c] -= root[c] * (3.0 * all - 2.0 * root[c] * x_[c] * x_[c]) * x_[c];
 }
 
-/// Adds Coriolis forces to F: 2 M w . s_cb x_b'. The rate x' is that halfway through the impulse, so that
-/// Coriolis forces rotate the motion and do not change its size.
+/// Adds Coriolis forces to F: 2 M w . s_cb x_b'. The rate x' is taken halfway through the impulse, so that
+/// Coriolis forces rotate the motion but do not change the size of the motion.
 void ErrorShadow::add_coriolis() noexcept {
   const std::size_t n = size();
   const double half = 0.5 * plan_.period / plan_.mass;
@@ -190,8 +190,8 @@ void ErrorShadow::add_coriolis() noexcept {
   for (std::size_t c = 0; c < n; ++c) force_[c] += coriolis(c);
 }
 
-/// Returns the elastic rotation of a body that the rung neglects [rad]: the rotation by the error; below the
-/// coupled rungs, the whole elastic rotation.
+/// Returns the part of a body's elastic rotation that the rung neglects [rad]. On the coupled rungs this part
+/// is the rotation by the error. Below them it is the whole elastic rotation.
 Vec3 ErrorShadow::neglected_rotation(const double* rows, const MotionState& state,
                                      const Array& delta) const noexcept {
   const std::size_t padded = index(plan_.num_padded);
@@ -215,9 +215,9 @@ void ErrorShadow::add_wheel_torque(const PlanWheel& wheel, const MotionState& st
     force_[c] += rows[c] * torque[0] + rows[padded + c] * torque[1] + rows[2 * padded + c] * torque[2];
 }
 
-/// Adds to H_W_ the torque that the rung neglects: by loads on displaced points, (V + dV) x F, and by loads
-/// fixed in the world on a body whose attitude has the error phi. Loads fixed in the world then also load the
-/// modes: b . (F x phi) = phi . (b x F) (THEORY X148).
+/// Adds to H_W_ the torque that the rung neglects. Loads on displaced points cause the part (V + dV) x F, and
+/// loads fixed in the world cause the other part, because the attitude has the error phi. The same error
+/// makes loads fixed in the world load the modes: b . (F x phi) = phi . (b x F) (THEORY X148).
 void ErrorShadow::add_torque(const State& state, const Mat3& R_WB) noexcept {
   RigidLoad loads;
   Vec3 torque = cross(phi_, state.moment_B);
@@ -251,8 +251,9 @@ void ErrorShadow::add_torque(const State& state, const Mat3& R_WB) noexcept {
   H_W_ = add_scaled(H_W_, plan_.period, multiply(R_WB, torque));
 }
 
-/// Returns the part of the angular momentum of the vibration, sum m V x V', that the rung neglects [N m s]:
-/// all of it below the coupled rungs; on the coupled rungs, the change that the error makes.
+/// Returns the part of the angular momentum of the vibration, sum m V x V', that the rung neglects [N m s].
+/// Below the coupled rungs the rung neglects all of it. On the coupled rungs it neglects the change that the
+/// error makes.
 Vec3 ErrorShadow::vibration_momentum(const MotionState& state) const noexcept {
   const double own = is_coupled(plan_) ? 1.0 : 0.0;
   Vec3 sum{};
@@ -317,10 +318,11 @@ void ErrorShadow::advance(const State& state) noexcept {
 }
 
 /// Advances the errors if dashpots or feedback couple the modes, by the propagator of the rung. The coupled
-/// rungs apply these forces stage by stage; there, the errors are advanced by half an impulse, the modes, and
-/// half an impulse.
+/// rungs apply these forces stage by stage, so there the errors are advanced by half an impulse, then by the
+/// motion of the modes, then by the other half.
 void ErrorShadow::advance_coupled() noexcept {
-  // the low parts of errors are not needed: zeros go in, and the resulting low parts are discarded
+  // The errors do not need low parts, so the low parts that go in are zero and the low parts that come out
+  // are discarded.
   const ModalState from{delta_.data(), zero_.data(), rate_.data(), zero_.data()};
   const ModalResult to{next_delta_.data(), low_.data(), next_rate_.data(), rate_low_.data()};
   DependentLoad last_impulse;
@@ -373,7 +375,7 @@ void ErrorShadow::limit(double most) noexcept {
     const double omega = plan_.omega[c];
     const double amplitude = std::hypot(delta_[c], omega > 0.0 ? rate_[c] / omega : 0.0);
     if (amplitude <= most) continue;
-    // this also handles an amplitude that is infinite or NaN
+    // This test also handles an amplitude that is infinite or NaN.
     const double share = std::isfinite(amplitude) ? most / amplitude : 0.0;
     delta_[c] = share > 0.0 ? delta_[c] * share : most;
     rate_[c] = share > 0.0 ? rate_[c] * share : 0.0;

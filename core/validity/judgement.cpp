@@ -12,14 +12,15 @@
 namespace freeflex {
 namespace {
 
-// number of periods of the lowest elastic mode in which the peak decays to 1 / e
+// The peak decays to 1 / e in this number of periods of the lowest elastic mode.
 constexpr double kFadingPeriods = 30.0;
-// [-] ratio of displacement to size that is a rounding error: smaller displacements are judged as if the
-// ratio had this value
+// [-] A ratio of displacement to size that is as small as this is a rounding error. Smaller displacements are
+// therefore judged as if the ratio had this value.
 constexpr double kRoundingDisplacement = 1e-12;
 // [-] factor on the allowed displacement if every link has its true geometry
 constexpr double kRoomOfTrueBars = 20.0;
-// [-] relative stiffness that a mode loses to internal forces and spin; at 1 the mode buckles
+// [-] The relative stiffness that a mode loses to internal forces and spin. The mode buckles if this value
+// reaches 1.
 constexpr double kGoodSoftening = 0.5, kMostSoftening = 1.0;
 constexpr std::int64_t kReadsInHorizon = 8;
 // [rad] Error of the attitude by the step of the body. At the first value, displacements had an error of 4 %
@@ -113,7 +114,7 @@ void Judgement::read_error_budget(const State& state, Budget& budget) noexcept {
   if (budget.shadows.empty() || budget.tick != state.tick || budget.epoch != state.epoch) return;
   const std::int64_t age = state.tick - budget.sync_tick;
   const bool is_over = age >= plan_.budget.horizon_ticks;
-  // reads also at ages of 1, 2, 4, ... ticks, so that readings are more frequent early in the horizon
+  // Reads also at ages of 1, 2, 4, ... ticks, so that readings are more frequent early in the horizon.
   const bool is_young = (age & (age - 1)) == 0;
   if (!is_over && !is_young && age % read_every_ != 0) return;
   reading_ = read_budget(plan_, state, budget);
@@ -179,9 +180,9 @@ void Judgement::estimate_spin_curvature(const Vec3& w) noexcept {
 }
 
 /// Adds the error by loads that rotate within a tick. The step takes the loads on modes as linear over a tick
-/// (THEORY 6.1), whose error is theta^2 / 8 of the load. Free vibration doubles the error, to theta^2 / 4 of
-/// the quasi-static displacement (THEORY X144). Loads fixed in the world and loads of an attractor rotate by
-/// theta in body axes; loads by spin and wheels change with the spin.
+/// (THEORY 6.1), and this has an error of theta^2 / 8 of the load. Free vibration doubles the error, to
+/// theta^2 / 4 of the quasi-static displacement (THEORY X144). Loads fixed in the world and loads of an
+/// attractor rotate by theta in body axes, but loads by spin and wheels change with the spin.
 /// \param rotation  [rad] rotation of the body or of the orbit in a tick
 void Judgement::add_rotating_loads(const State& state, double rotation) noexcept {
   constexpr double kNegligibleAngle = 0.01;  // [rad] smaller angles change the load by less than 1e-5
@@ -206,7 +207,7 @@ void Judgement::add_rotating_loads(const State& state, double rotation) noexcept
 }
 
 /// Checks the step of the coupled rungs, which has order 4. Adds the error of the attitude, the sum of (w
-/// h)^5 / 120 over the substeps; adds a second such sum for the nutation by wheels. Then finds modes that
+/// h)^5 / 120 over the substeps, and a second such sum for the nutation by wheels. Then finds modes that
 /// vibrate by more than 1 rad per substep while the body rotates (THEORY X144).
 void Judgement::check_coupled_rotation(const State& state) noexcept {
   const double substeps = plan_.coupled.num_substeps, substep = plan_.period / substeps,
@@ -225,7 +226,7 @@ void Judgement::check_coupled_rotation(const State& state) noexcept {
       attitude_error_ +=
           substeps * std::pow(rate * substep, 5) / 120.0 * std::min(1.0, across / (rate * norm(h)));
   }
-  // the method has order 4: the error is proportional to the fourth power of the substep
+  // The method has order 4, so the error is proportional to the fourth power of the substep.
   if (attitude_error_ > kGoodAttitudeError)
     rate_for_rotation_ =
         std::max(rate_for_rotation_, std::pow(attitude_error_ / kGoodAttitudeError, 0.25) / substep);
@@ -299,7 +300,7 @@ void Judgement::judge(const State& state) noexcept {
   } else if (own.spin > 0.7 * own.error) {
     cause = Cause::kSpinLoad;
   }
-  // if there is no deformation, the error is zero; for a single body the scale is zero too
+  // If there is no deformation, the error is zero. If there is only a single body, the scale is zero too.
   const auto ratio = [this](double error) { return error == 0.0 ? 0.0 : error / now_.scale; };
   note(grade(ratio(now_.error), kGoodElastic, kMostElastic), cause);
   note(grade(own.softening, kGoodSoftening, kMostSoftening), Cause::kBuckling);
@@ -308,9 +309,9 @@ void Judgement::judge(const State& state) noexcept {
     note(grade(own.displacement / size_ / displacement_room_, kGoodDisplacement, kMostDisplacement),
          Cause::kSize);
   }
-  // because of an unquantified error, the verdict is not better than `watch`
+  // The verdict is not better than `watch`, because there is an unquantified error.
   if (ratio(now_.error + now_.unquantified) > kGoodElastic) note(Level::kWatch, Cause::kUnquantified);
-  // if modes were not kept, not even their quasi-static response is known
+  // If modes were not kept, not even their quasi-static response is known.
   if (plan_.unmodelled.lacks_modes == LacksModes::kNotKept &&
       (own.displacement > 0.0 || !is_zero(state.force_W) || !is_zero(state.H_W)))
     note(Level::kWatch, Cause::kNotKept);

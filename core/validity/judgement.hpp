@@ -1,5 +1,5 @@
-// Verdict on a motion: estimates the error by the terms that the rung neglects, over all points and at every
-// tick.
+// The verdict on a motion. It is based on an estimate of the error that neglected terms of the rung cause,
+// over all points and at every tick.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ struct Verdict {
     kModel,         // the reference solution shows a model error of the rung
     kPosition,      // the reference solution shows a position error of points in space
     kUnquantified,  // an unquantified error, by forces inside links, by wheels or by omitted small modes
-    kNotKept,       // only the lowest modes were found; the motion of the rest is unknown
+    kNotKept,       // only the lowest modes were found, so the motion of the others is unknown
     kFastLoad,      // a load changes faster than the ticks resolve
     kAttractor,     // the attractor is too near for the gradient of its field
     kRigid,         // the rung is rigid, and loads or spin deform the body
@@ -47,8 +47,8 @@ struct Verdict {
   double error = 0.0;             // estimated error of the elastic displacement
   double unquantified = 0.0;      // order of magnitude of the unquantified error
   double displacement_now = 0.0;  // displacement at the present tick
-  // [m] displacement by which the error is divided: the present displacement, the tolerance or the decaying
-  // peak
+  // [m] The error is divided by this displacement. It is the present displacement, the tolerance or the
+  // decaying peak.
   double scale = 0.0;
   double position = 0.0;    // [m] error of points in space by the reference solution, rms; 0: no budget
   double rate = 0.0;        // [Hz] rate that resolves the body's rotation; 0: the present rate resolves it
@@ -57,8 +57,8 @@ struct Verdict {
 
 /// Returns "good", "watch" or "outside".
 const char* name_of(Verdict::Level level);
-/// Returns the text of the cause, with the name of the responsible item and the remedy; an empty text if the
-/// verdict is `good`.
+/// Returns the text of the cause, with the name of the responsible item and the remedy. If the verdict is
+/// `good`, the text is empty.
 std::string text_of(const Plan& plan, const Verdict& verdict);
 /// Returns "good", or the verdict and its cause.
 std::string describe(const Plan& plan, const Verdict& verdict);
@@ -68,8 +68,8 @@ std::string error_text(const Plan& plan, const Verdict& verdict);
 /// times".
 std::string share_text(double error, double scale);
 
-/// Returns the verdict on a quasi-static response (THEORY 5.8), which has no free vibration and no loads of
-/// the scene.  \pre quasi_static() returned the state
+/// Returns the verdict on a quasi-static response (THEORY 5.8). Such a response has no free vibration and no
+/// loads of the scene.  \pre quasi_static() returned the state
 Verdict judge_steady(const Plan& plan, const State& state);
 
 /// Judges one motion from its first tick on. Allocates nothing after construction.
@@ -82,7 +82,8 @@ class Judgement {
   /// Evaluates a state that does not change.
   void take_steady(const State& state) noexcept;
   const Verdict& now() const noexcept { return now_; }
-  /// Returns the first of the worst verdicts since the epoch began; tick -1: every verdict was `good`.
+  /// Returns the worst verdict since the epoch began, or the first of several equally bad ones. If every
+  /// verdict was `good`, its tick is -1.
   const Verdict& worst() const noexcept { return worst_; }
   double size() const noexcept { return size_; }  // [m] max |r|
 
@@ -123,7 +124,7 @@ class Judgement {
   double attractor_ratio_ = 0.0;  // [-] size of the body over its distance from the attractor
   double attitude_error_ = 0.0;   // [rad] error of the attitude by steps that are too long
   // [-] largest ratio so far of the rotation in a tick to the rotation that the largest number of substeps
-  // resolves; [Hz] rate that resolves the rotation
+  // resolves, and [Hz] the rate that resolves the rotation
   double rotation_ratio_ = 0.0, rate_for_rotation_ = 0.0;
   struct SpinCurvature {
     std::array<Vec3, 2> before{};    // [rad/s] spin at the last two ticks
@@ -134,7 +135,8 @@ class Judgement {
   SpinCurvature spin_curvature_;
   // [m] error by loads that rotate within a tick and that the step takes as linear
   double rotating_load_error_ = 0.0;
-  // [m] amplitude that steps do not resolve; [rad] rotation of the body while there is such an amplitude
+  // [m] The amplitude that steps do not resolve, and [rad] the rotation of the body while there is such an
+  // amplitude.
   double unresolved_ = 0.0, unresolved_rotation_ = 0.0;
   std::int32_t unresolved_mode_ = -1;  // mode with the largest unresolved amplitude
   ResponsibleFinder responsible_;

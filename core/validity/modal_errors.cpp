@@ -17,16 +17,16 @@ constexpr std::size_t kMostProducts = 512, kMostOwnProducts = 2048;  // multipli
 // [-] Geometric stiffness that spin and loads can add if the forces inside links are unknown, over w^2 and
 // over acceleration / size (THEORY X143). The values are 3.05 and 3.0 for the lowest mode of a free beam.
 constexpr double kUnquantifiedSpin = 4.0, kUnquantifiedLoad = 4.0;
-// [-] Factor for forces that cancel. Such forces at the ends of a free beam need 12.7; forces that accelerate
-// the beam need 3.
+// [-] The factor for forces that cancel. Such forces at the ends of a free beam need the factor 12.7, but
+// forces that accelerate the beam need only 3.
 constexpr double kCancellingForces = 4.2;
 
-// [-] fraction of the geometric stiffness by followers that the plan is assumed to include; the rest is
-// treated as neglected
+// [-] The plan is assumed to include this fraction of the geometric stiffness by followers. The rest is
+// treated as neglected.
 constexpr double kFollowerFraction = 0.9;
 
-// [rad] largest phase of a mode between two steps; up to this phase, the steps resolve a stiffness that
-// pulsates at twice the frequency of the mode
+// [rad] The largest phase of a mode between two steps. Up to this phase, the steps resolve a stiffness that
+// pulsates at twice the frequency of the mode.
 constexpr double kResolved = 0.5;
 
 double square(double x) { return x * x; }
@@ -97,8 +97,8 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan), shadow_(plan) {
   if (!is_coupled(plan)) bound_wheel_phases();
 }
 
-/// Computes the bound of the phase rate by gyroscopic coupling, for the modes whose error is not integrated:
-/// h |a x theta_l|^2 / (2 M). Two modes of equal frequency and equal rotation reach this bound
+/// Computes the bound of the phase rate by gyroscopic coupling, for the modes whose error is not integrated.
+/// The bound is h |a x theta_l|^2 / (2 M). Two modes of equal frequency and equal rotation reach this bound
 /// (THEORY 16.26).
 void ModalErrors::bound_wheel_phases() {
   const std::size_t num_judged = modes_.size(), padded = static_cast<std::size_t>(plan_.num_padded);
@@ -124,8 +124,8 @@ double ModalErrors::wheel_phase(std::size_t l, const MotionState& state) const n
   return sum;
 }
 
-/// Returns the index of a mode of the plan among the judged modes; the number of judged modes if the mode is
-/// not judged.
+/// Returns the index of a mode of the plan among the judged modes. If the mode is not judged, returns the
+/// number of judged modes.
 std::size_t ModalErrors::judged_index(std::int32_t mode) const noexcept {
   std::size_t l = 0;
   while (l < modes_.size() && plan_.unmodelled.pairs[l][0] != mode) ++l;
@@ -268,7 +268,7 @@ void ModalErrors::advance_higher_modes(const MotionState& state) noexcept {
   }
 }
 
-/// Applies a neglected stiffness over a step to the motion with its error: an impulse
+/// Applies a neglected stiffness over a step to the motion with its error. The effect is an impulse
 /// -i E_ll Re(a + D) h / (M omega_l) if steps resolve the vibration, otherwise a phase rotation by -omega_l
 /// e_l h / 2   (THEORY X142).
 void ModalErrors::apply_stiffness(std::size_t l, double stiffness) noexcept {
@@ -323,7 +323,8 @@ void ModalErrors::update_mode(std::size_t l, const MotionState& state) noexcept 
   stiffness += root * (1.5 * std::max(0.0, quartic_ - own) + 0.75 * own);
   const double change = stiffness * flexibility_[at];
   soften(change, static_cast<std::int32_t>(at), false);
-  // Unresolved pulsation: if the relative stiffness pulsates by e, the growth rate is omega e / 4 (Mathieu).
+  // The ticks do not resolve this pulsation. If the relative stiffness pulsates by e, the growth rate is
+  // omega e / 4 (Mathieu).
   const double pulse = is_resolved(l) ? 0.0 : std::abs(stiffness - mode.stiffness) * flexibility_[at];
   mode.stiffness = stiffness;
   mode.steady = stiffness - dot(row, quasi_static_.data(), quasi_static_.size());
@@ -346,7 +347,8 @@ void ModalErrors::update_mode(std::size_t l, const MotionState& state) noexcept 
   update_unquantified(l, pulse, state);
 }
 
-/// Updates a mode whose error is integrated: its stiffness by other modes and by the spin, and its amplitude.
+/// Updates a mode whose error is integrated. Updates the mode's stiffness by other modes and by the spin, and
+/// the mode's amplitude.
 void ModalErrors::update_integrated(std::size_t l, const MotionState& state) noexcept {
   const PlanUnmodelled& unmodelled = plan_.unmodelled;
   const std::size_t n = flexibility_.size(), num_shadowed = shadow_.size();
@@ -381,9 +383,9 @@ void ModalErrors::update_integrated(std::size_t l, const MotionState& state) noe
 }
 
 /// Returns a measure of the forces inside links with unknown internal forces [N], as an equivalent load that
-/// accelerates the body; 0 without such links. Free vibration strains such links like loads do. Loads that
-/// cancel within rigid links excite no mode but reduce the stiffness more, so the measure is at least 4.2
-/// (sum |f| - |sum f|)   (THEORY X143).
+/// accelerates the body. Returns 0 without such links. Free vibration strains such links like loads do. Loads
+/// that cancel within rigid links excite no mode but reduce the stiffness more, so the measure is at least
+/// 4.2 (sum |f| - |sum f|)   (THEORY X143).
 double ModalErrors::internal_forces(const State& state, std::int64_t age) const noexcept {
   if (plan_.unmodelled.bodies.unquantified_factor.empty()) return 0.0;
   double strains = 0.0, sum = state.commands_size;
@@ -506,7 +508,7 @@ void ModalErrors::find_leaders(const MotionState& state) noexcept {
 }
 
 /// Returns the stiffness [N/m] that shifts the phase of a mode by the same angle as the Coriolis forces
-/// between the mode and its partners; 0 on the coupled rungs, which include these forces.
+/// between the mode and its partners. Returns 0 on the coupled rungs, because they include these forces.
 double ModalErrors::coriolis_stiffness(std::size_t l) const noexcept {
   if (is_coupled(plan_)) return 0.0;
   const std::int32_t mode = plan_.unmodelled.pairs[l][0];
@@ -519,9 +521,9 @@ double ModalErrors::coriolis_stiffness(std::size_t l) const noexcept {
   return 2.0 * plan_.mass * plan_.omega[static_cast<std::size_t>(mode)] * most;
 }
 
-/// Finds the wheel with the largest effect on a mode below the coupled rungs: by gyroscopic forces between
-/// the mode and its partners (THEORY 16.24), or by the torque of its rotated axis on the body
-/// (THEORY 16.25, X148).
+/// Finds the wheel with the largest effect on a mode below the coupled rungs. The effect comes from
+/// gyroscopic forces between the mode and its partners (THEORY 16.24), or from the torque of the wheel's
+/// rotated axis on the body (THEORY 16.25, X148).
 void ModalErrors::find_wheel(std::size_t l, const MotionState& state,
                              StiffnessChanges& changes) const noexcept {
   if (is_coupled(plan_)) return;
@@ -542,8 +544,8 @@ void ModalErrors::find_wheel(std::size_t l, const MotionState& state,
   }
 }
 
-/// Returns the row (num_elastic) of the stiffness of a mode per quasi-static coordinate; nullptr if the mode
-/// is not judged.
+/// Returns the row (num_elastic) of the stiffness of a mode per quasi-static coordinate. If the mode is not
+/// judged, returns nullptr.
 const double* ModalErrors::load_row(const JudgedMode& named) const noexcept {
   const std::size_t n = flexibility_.size();
   if (named.mode < 0) return nullptr;

@@ -20,8 +20,8 @@ struct ModalErrorSize {
   double spin = 0.0;          // [m] part of `error` by the centrifugal load that the rung neglects
 };
 
-/// Holds the modes with the largest values in a round of mode updates, as indices in the plan; -1: no mode.
-/// These indices are used in messages only.
+/// Holds the modes with the largest values in a round of mode updates, as indices in the plan. The index -1
+/// means that there is no such mode. Only messages use these indices.
 struct ModalLeaders {
   std::int32_t error = -1;         // the largest error
   std::int32_t displaced = -1;     // the largest displacement
@@ -33,7 +33,7 @@ struct ModalLeaders {
 };
 
 /// Names a mode. `mode` is its index in the plan or, if is_left_out is true, its index among the lowest
-/// omitted modes; -1: no mode.
+/// omitted modes. The value -1 means that no mode is named.
 struct JudgedMode {
   std::int32_t mode = -1;
   bool is_left_out = false;
@@ -59,14 +59,14 @@ class ModalErrors {
   void take(const State& state) noexcept;
   /// Evaluates a state that stays the same until free vibration has decayed.
   void settle(const State& state) noexcept;
-  /// Returns true after the tick that ends a round of mode updates. In a round every mode is updated once;
-  /// size() changes at the end of the round.
+  /// Returns true after the tick that ends a round of mode updates. In a round every mode is updated once,
+  /// and size() changes at the end of the round.
   bool is_round_over() const noexcept { return chunk_ == 0; }
   double round() const noexcept { return round_; }  // [s] duration of a round of mode updates
   const ModalErrorSize& size() const noexcept { return size_; }
   const ModalLeaders& leaders() const noexcept { return leaders_; }
-  /// Returns the changes of the stiffness of a mode by causes other than loads; zero for a mode that is not
-  /// judged.
+  /// Returns the changes of the stiffness of a mode by causes other than loads. For a mode that is not
+  /// judged, the changes are zero.
   StiffnessChanges stiffness_changes(const JudgedMode& named, const MotionState& state) const noexcept;
   /// Returns the geometric stiffness of a mode [N/m] by the quasi-static response to generalized forces. The
   /// stiffness is relative [-] for an omitted mode, and 0 for a mode that is not judged. \param Q  [N]
@@ -130,7 +130,7 @@ class ModalErrors {
   ErrorShadow shadow_;  // errors of the lowest modes
   std::int64_t num_chunks_ = 1, chunk_ = 0;
   double round_ = 0.0;  // [s] duration of a round of mode updates
-  // ticks in a step of the higher modes; ticks since the last such step
+  // The number of ticks in a step of the higher modes, and the number of ticks since the last such step.
   std::int64_t step_ticks_ = 1, ticks_since_step_ = 0;
   double step_ = 0.0;          // [s] duration of a step of the higher modes
   double omega_1_ = 0.0;       // [rad/s] lowest nonzero frequency; 0: no such mode
@@ -140,8 +140,8 @@ class ModalErrors {
   std::vector<std::size_t> first_pair_;
   std::vector<Partner> partners_;
   std::vector<double> flexibility_;  // [m/N] 1 / (M omega^2), 0 for mechanisms
-  // [m/s] mean rate of q over a round of mode updates; [m] q at the start of the round; both empty without
-  // damping
+  // [m/s] The mean rate of q over a round of mode updates, and [m] q at the start of the round. Both arrays
+  // are empty without damping.
   std::vector<double> mean_rate_, q_before_;
   bool is_first_ = true;
   std::vector<double> quasi_static_;  // [m] quasi-static response to loads included in the rung
@@ -152,12 +152,12 @@ class ModalErrors {
   std::array<double, 6> products_{};  // [1/s^2] products of the components of w_
   Vec3 w_{};                          // [rad/s] angular velocity, body axes
   Vec3 acceleration_{}, w_dot_{};     // [m/s^2], [rad/s^2] accelerations of the frame by loads, body axes
-  // [1/s per N m s] bounds of the phase rate per momentum of a wheel: for each wheel (judged + 1), one for
-  // each judged mode, then the largest of all other modes; empty on coupled rungs
+  // [1/s per N m s] bounds of the phase rate per momentum of a wheel. Each wheel has (judged + 1) bounds, one
+  // for each judged mode, then the largest of all other modes. The array is empty on coupled rungs.
   std::vector<double> wheel_phases_;
   double rest_unquantified_ = 0.0;  // [m] unquantified error of all other modes by wheels
-  // [1/s^2] unquantified stiffness over M, relative to omega_1 omega_l; in the present round and in the
-  // previous one
+  // [1/s^2] unquantified stiffness over M, relative to omega_1 omega_l, in the present round and in the
+  // previous round
   double unquantified_scale_ = 0.0, unquantified_before_ = 0.0;
   double quartic_ = 0.0, next_quartic_ = 0.0;  // [sqrt(N m)] root_quartic times squares of amplitudes
   double softest_ = 0.0;                       // [-] largest relative stiffness that a judged mode loses

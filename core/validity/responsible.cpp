@@ -85,8 +85,8 @@ void ResponsibleFinder::project_load(const Plan& plan, const LoadPattern& patter
 }
 
 /// Calls visit(load, history, now, largest) for each load that acts, while Q_ holds its generalized forces.
-/// `now` is its amplitude at this tick, and `largest` the amplitude to judge, which for a sine is the peak.
-/// For commands, `history` is nullptr.
+/// `now` is the amplitude of the load at this tick, and `largest` is the amplitude to judge. For a sine,
+/// `largest` is the peak. For commands, `history` is nullptr.
 template <typename Visit>
 void ResponsibleFinder::for_each_load(const State& state, const Visit& visit) noexcept {
   const Plan& plan = active_plan(plan_, state);
@@ -133,7 +133,7 @@ Responsible ResponsibleFinder::most_of_stiffness(const ModalErrors& errors, cons
     } else {
       const double of_plan = history != nullptr ? errors.followed_by(mode, *history) : 0.0;
       change = largest * (errors.stiffness_by(mode, Q_.data()) - of_plan);
-      // a load that stiffens does not soften; a sine stiffens and softens alternately
+      // A load that stiffens the mode does not soften it, but a sine stiffens and softens it alternately.
       const bool pulsates = history != nullptr && history->kind == PlanHistory::Kind::kSine;
       change = is_softened && !pulsates ? -change : std::abs(change);
     }
@@ -237,7 +237,7 @@ Responsible ResponsibleFinder::of_unquantified(const ModalLeaders& leaders,
   else if (!unmodelled.has_unquantified)
     found.agent = unmodelled.lacks_modes != LacksModes::kNone ? Agent::kModes : Agent::kRate;
   if (found.agent == Agent::kNone) {
-    // if the mode has no unquantified error, use the link of the lowest mode
+    // If the mode has no unquantified error, use the link of the lowest mode.
     std::size_t l = 0;
     while (l < index(unmodelled.num_judged) && unmodelled.pairs[l][0] != leaders.unquantified) ++l;
     if (l == index(unmodelled.num_judged)) l = 0;
@@ -247,7 +247,7 @@ Responsible ResponsibleFinder::of_unquantified(const ModalLeaders& leaders,
       found = {Agent::kWheel, largest_wheel(state), 0, 0.0};
   }
   if (found.agent == Agent::kNone) {
-    // if the plan file does not contain the link: the first link whose internal forces are unknown
+    // If the plan file does not contain the link, use the first link whose internal forces are unknown.
     const auto link = std::find_if(plan.links.begin(), plan.links.end(), hides_forces);
     found.agent = Agent::kLink;
     if (link != plan.links.end()) found.item = static_cast<std::int32_t>(link - plan.links.begin());

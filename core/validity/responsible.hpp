@@ -30,7 +30,8 @@ struct Responsible {
   double frequency = 0.0;  // [Hz] frequency of that mode; 0: a mechanism
 };
 
-/// Returns true for a link whose internal forces are not given: a matrix, a rigid link or a plate.
+/// Returns true for a link whose internal forces are not given. Such a link is a matrix, a rigid link or a
+/// plate.
 bool hides_forces(const PlanLink& link);
 
 /// Finds the responsible item of each cause. Allocates nothing after construction.
@@ -52,8 +53,8 @@ class ResponsibleFinder {
   /// Returns the largest of the loads that change faster than the ticks resolve.
   Responsible of_fast_load(const State& state) noexcept;
   Responsible of_vibration(std::int32_t mode, const State& state) const noexcept;
-  /// Returns the item with the largest unquantified error: a wheel, a link whose internal forces are in no
-  /// table, omitted modes, or a mode whose stiffness pulsates faster than the ticks resolve.
+  /// Returns the item with the largest unquantified error. The item is a wheel, a link whose internal forces
+  /// are in no table, omitted modes, or a mode whose stiffness pulsates faster than the ticks resolve.
   Responsible of_unquantified(const ModalLeaders& leaders, const State& state) const noexcept;
 
  private:
@@ -66,7 +67,7 @@ class ResponsibleFinder {
                                 const State& state) noexcept;
 
   const Plan& plan_;
-  // [N] generalized forces of one load at amplitude 1; generalized forces that no load causes
+  // [N] The generalized forces of one load at amplitude 1, and the generalized forces that no load causes.
   Array Q_, rest_;
   std::vector<Vec3> forces_;  // [N] force on each point, used on the coupled rungs
 };

@@ -1,13 +1,13 @@
-// Checks of the assumptions of the method: displacements are small compared with the size, and the spin is
-// slow compared with the vibration.
+// This file checks two assumptions of the method. Displacements must be small compared with the size, and the
+// spin must be slow compared with the vibration.
 #pragma once
 
 #include "core/step/readout.hpp"
 
 namespace freeflex {
 
-/// Limits of the verdict: the largest estimate for `good`, and the largest estimate for `watch` (THEORY X144;
-/// README, "When not to trust it").
+/// These are the limits of the verdict, that is, the largest estimate for `good` and the largest estimate for
+/// `watch` (THEORY X144; README, "When not to trust it").
 inline constexpr double kGoodElastic = 0.02, kMostElastic = 0.2;            // [-] error over scale
 inline constexpr double kGoodPosition = 1e-3, kMostPosition = 1e-2;         // [-] position error over size
 inline constexpr double kGoodDisplacement = 1e-2, kMostDisplacement = 0.1;  // [-] displacement over size
@@ -26,8 +26,8 @@ class Validity {
   /// Returns the displacement ratio max |V| / max |r|   (THEORY 9.10).  \param max_displacement  [m]
   double displacement_ratio(double max_displacement) const noexcept;
   /// Returns the spin ratio (|w| / omega_1)^2 max |r| / max |V|   (THEORY 9.11): the displacement that
-  /// centrifugal forces would cause, which the elastic equations neglect, over the present displacement. The
-  /// ratio is 0 without spin or elastic modes, and at most 1e9.
+  /// centrifugal forces would cause, over the present displacement. The elastic equations neglect these
+  /// forces. The ratio is 0 without spin or elastic modes, and at most 1e9.
   /// \param spin  [rad/s] |w|  \param max_displacement  [m]
   double spin_ratio(double spin, double max_displacement) const noexcept;
 
@@ -39,7 +39,8 @@ class Validity {
 
 /// Returns numerator / denominator, but at most 1e9, and 0 for 0/0. Numerator and denominator must be >= 0.
 double bounded_ratio(double numerator, double denominator) noexcept;
-/// Returns the lowest nonzero elastic frequency [rad/s] of the plan and its fallback plan; 0: no such mode.
+/// Returns the lowest nonzero elastic frequency [rad/s] of the plan and its fallback plan. Returns 0 if there
+/// is no such mode.
 double lowest_omega(const Plan& plan) noexcept;
 /// Returns |v|.
 double norm(const Vec3& v) noexcept;

@@ -76,8 +76,8 @@ bool is_index(std::int64_t index, std::size_t count) {
 /// contain the limit that can be raised.
 bool is_of_memory(const Fault& fault) { return fault.message.find("(ulimit -v)") != std::string::npos; }
 
-/// Returns the plan that has all modes a motion can have: the fallback plan if there is one, else the plan
-/// itself.
+/// Returns the plan that has all modes that a motion can have. This is the fallback plan if there is one,
+/// else the plan itself.
 const Plan& plan_of_all_modes(const Plan& plan) {
   return plan.fallback.empty() ? plan : plan.fallback.front();
 }
@@ -199,8 +199,8 @@ struct freeflex_motion {
 
 namespace {
 
-/// Reserves a motion for one call. The constructor never waits; has() returns false if another call is
-/// active.
+/// Reserves a motion for one call. The constructor never waits. If another call is active, has() returns
+/// false.
 class Entry {
  public:
   explicit Entry(const freeflex_motion& motion)

@@ -249,7 +249,7 @@ std::int64_t Daemon::push(const Push& push) {
   force.late_policy = push.late_ok ? 1 : 0;
   force.duration_ticks = ticks(push.duration);
   force.lease_ticks = ticks(push.lease);
-  // a push lasts a whole number of ticks; its force is scaled so that its impulse is as requested
+  // a push lasts a whole number of ticks, so its force is scaled to give the requested impulse
   const double wanted = push.duration * heard_->status.rate,
                given = static_cast<double>(force.duration_ticks);
   const double share = push.duration > 0.0 && std::abs(wanted - given) > 1e-6 ? wanted / given : 1.0;

@@ -1,6 +1,6 @@
 // Client of a daemon, for controllers: receives the daemon's messages, sends commands and steps the daemon.
 // The client keeps track of session, sequence, indices and answers. The client needs the messages, libsodium
-// (for keys) and a socket; it does not need the core library.
+// (for keys) and a socket, but not the core library.
 //
 //   freeflex::client::Daemon daemon;                     // connects to a running freeflexd
 //   daemon.push({.forces = {{"tip", {0, 0, 10}}}, .duration = 0.5});
@@ -27,7 +27,7 @@
 
 namespace freeflex::client {
 
-/// Base of all errors that the calls below throw; the text says what to do.
+/// The base class of all errors that the calls below throw. The text of an error says what to do.
 struct Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -39,12 +39,12 @@ struct NoBus : Error {
 struct NoAnswer : Error {
   using Error::Error;
 };
-/// A new daemon has replaced the one that the command was sent to: the command is lost, and the motion starts
-/// again. The next call goes to the new daemon.
+/// A new daemon has replaced the daemon to which the command was sent. Therefore the command is lost, and the
+/// motion starts again. The next call goes to the new daemon.
 struct Restarted : Error {
   using Error::Error;
 };
-/// The scene has no item of this name or index; the text lists the names that exist.
+/// The scene has no item of this name or index. The text of the error lists the names that exist.
 struct UnknownName : Error {
   using Error::Error;
 };
@@ -57,7 +57,7 @@ struct Rejected : Error {
 struct Options {
   std::string prefix = "FREEFLEX";  // first part of the channel names
   std::string url{};                // url of the bus; empty: LCM_DEFAULT_URL, else LCM's default
-  std::string sender{};             // unique name of this controller; empty: a generated name
+  std::string sender{};             // unique name of this controller, empty for a generated name
   std::string key_file{};  // key file from `freeflex keygen`, if the daemon requires keys; its id becomes the
                            // sender
   std::chrono::milliseconds timeout{5'000};  // [ms] longest wait for a message or an answer
@@ -79,7 +79,7 @@ struct Push {
   int slot = 0;
   double duration = 0.0;  // [s] time after which the loads end; exactly one of duration and lease is > 0
   double lease = 0.0;     // [s] time within which the next push into the slot must renew the loads
-  std::optional<std::int64_t> at_tick{};  // tick at which the loads begin; empty: the next tick
+  std::optional<std::int64_t> at_tick{};  // tick at which the loads begin, empty for the next tick
   bool late_ok = false;                   // if at_tick has passed: true begins at once, false is rejected
 };
 
@@ -103,7 +103,7 @@ struct LoadsTick {
 
 /// A daemon on the bus. Receives only inside its methods, starts no thread, and is used by one thread. Keeps
 /// the latest message of each type that the scene publishes. If the daemon is restarted, this object follows
-/// the new daemon: session() changes, and all earlier messages are forgotten.
+/// the new daemon. Then session() changes, and the object forgets all earlier messages.
 class Daemon {
  public:
   /// Waits for STATUS and all pages of SCENE. Throws NoBus, NoAnswer.

@@ -22,7 +22,7 @@ struct Daemon::Heard {
   void begin_epoch(std::int64_t epoch);
 
   std::int64_t session = 0;  // 0: no STATUS yet
-  // messages of earlier epochs are ignored: they precede a reset by this client
+  // messages of earlier epochs are ignored, because they precede a reset by this client
   std::int64_t least_epoch = 0;
   std::string unread;  // why the latest STATUS could not be read
   SceneCatalogue scene;

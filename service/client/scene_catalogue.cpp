@@ -52,7 +52,7 @@ void SceneCatalogue::take(const freeflex_msgs::scene_t& page, std::size_t size) 
       std::int64_t{1} + page.total_points + page.total_links + page.total_groups + page.total_elastic;
   const bool is_other = page.session != head_.session || page.plan_fingerprint != head_.plan_fingerprint ||
                         page.total_elastic != head_.total_elastic;
-  // the daemon repeats the pages once a second; once the catalogue is complete, they contain nothing new
+  // the daemon repeats the pages once a second, but a complete catalogue learns nothing new from them
   if (is_complete_ && !is_other) return;
   const io::PageSet::Taken taken = pages_.take({page.session, page.plan_fingerprint, page.total_elastic},
                                                page.page, page.num_pages, max_pages, size);

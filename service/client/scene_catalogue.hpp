@@ -27,10 +27,10 @@ class SceneCatalogue {
   /// Number of points that no page lists, because they are neither published, pushed nor loaded.
   /// \pre is_complete()
   std::size_t num_unlisted() const { return points_.size() - num_listed_; }
-  /// Returns the latest page. All pages agree in the fields before the lists; the lists contain only this
-  /// page's items.
+  /// Returns the latest page. All pages agree in the fields before the lists, but the lists contain only the
+  /// items of one page.
   const freeflex_msgs::scene_t& head() const { return head_; }
-  /// All points by index; points that are not listed have no name.
+  /// All points by index. Points that are not listed have no name.
   const std::vector<freeflex_msgs::scene_point_t>& points() const { return points_; }
   /// The listed links by index.
   const std::map<std::int32_t, freeflex_msgs::scene_link_t>& links() const { return links_; }
@@ -40,7 +40,7 @@ class SceneCatalogue {
   std::int64_t max_point_pages() const { return max_point_pages_; }
   std::int64_t max_load_pages() const { return max_load_pages_; }
 
-  /// Returns the index of the item with this name; nullopt if there is none.
+  /// Returns the index of the item with this name, or nullopt if there is none.
   std::optional<std::int32_t> find_point(std::string_view name) const;
   std::optional<std::int32_t> find_link(std::string_view name) const;
   std::optional<std::int32_t> find_group(std::string_view name) const;

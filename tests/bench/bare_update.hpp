@@ -1,4 +1,4 @@
-// The reference for the cost of a step: the plain modal update under a force that is linear over the step.
+// The reference for the cost of a step is the plain modal update under a force that is linear over the step.
 #pragma once
 
 #include <cstddef>
@@ -12,9 +12,9 @@ struct BareModes {
   freeflex::Array f0, f1;                  // generalized forces at the start and the end
 };
 
-/// Computes q1 = p q + w f for each mode: ten loads, two stores, eight products.
+/// Computes q1 = p q + w f for each mode, with ten loads, two stores and eight products.
 void bare_update(BareModes& modes, std::size_t n);
 
-/// Computes the same update at the register width that core/step chooses at run time: AVX2 if the processor
-/// has it.
+/// Computes the same update at the register width that core/step chooses at run time. The width is that of
+/// AVX2 if the processor has AVX2.
 void bare_update_wide(BareModes& modes, std::size_t n);

@@ -1,6 +1,6 @@
-// Cost of a tick of the rung `coupled` against the numbers of modes and points, with sums over points and
-// with tables over pairs of modes (THEORY 12.52). Sums over points and tables cost the same at the ratio
-// kTablesPerPoint of core/plan/kinetics.hpp.
+// This program measures the cost of a tick of the rung `coupled` against the numbers of modes and points,
+// with sums over points and with tables over pairs of modes (THEORY 12.52). Sums over points and tables cost
+// the same at the ratio kTablesPerPoint of core/plan/kinetics.hpp.
 #include <benchmark/benchmark.h>
 
 #include <map>

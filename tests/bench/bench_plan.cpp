@@ -1,6 +1,6 @@
-// Saving by a feature that a plan omits: two plans of one scene, one that keeps the feature and one that
-// omits it, are stepped in alternating blocks. The figures are medians over the blocks, each ratio is formed
-// within a block, and the prediction of `freeflex plan` is printed next to them.
+// This program measures the time that a plan saves if it omits a feature. Two plans of one scene are stepped
+// in alternating blocks. One plan keeps the feature and the other omits it. The figures are medians over the
+// blocks, each ratio is formed within a block, and the prediction of `freeflex plan` is printed next to them.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -56,7 +56,7 @@ void compare(benchmark::State& state, Scene scene, Feature feature) {
   state.counters["rows_left_kB"] = bytes(without.plan) / 1024.0;
 }
 
-/// Returns truss S2 without commands: 306 modes.
+/// Returns truss S2 without commands. The truss has 306 modes.
 Scene quiet_truss() {
   Scene scene = testing::square_truss(26);
   scene.pushable.clear();

@@ -1,6 +1,6 @@
-// Cost of the full step of truss S2 with one pushed point, divided by the cost of the plain modal update with
-// force. The two costs are measured alternately in one run, because the speed of a machine drifts by more
-// than their difference.
+// This program measures the cost of the full step of truss S2 with one pushed point, divided by the cost of
+// the plain modal update with force. The two costs are measured alternately in one run, because the speed of
+// a machine drifts by more than their difference.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

@@ -1,5 +1,5 @@
-// Cost of a tick of the 20-point truss on each rung of the fidelity ladder, and cost of the live error
-// budget.
+// This program measures the cost of a tick of the 20-point truss on each rung of the fidelity ladder, and the
+// cost of the live error budget.
 #include <benchmark/benchmark.h>
 
 #include <string>

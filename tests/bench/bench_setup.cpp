@@ -1,4 +1,5 @@
-// Cost of the set-up: seconds from a scene to a plan, peak memory, and the size of the plan.
+// This program measures the cost of the set-up, which consists of the seconds from a scene to a plan, the
+// peak memory, and the size of the plan.
 #include <benchmark/benchmark.h>
 #include <malloc.h>
 
@@ -26,8 +27,8 @@ double status_kB(const std::string& key) {
   return 0.0;
 }
 
-/// Returns freed memory to the system, so that allocating it again raises the peak, and resets the peak to
-/// the resident size.
+/// Returns freed memory to the system, so that a new allocation of this memory raises the peak, and resets
+/// the peak to the resident size.
 void reset_peak() {
   malloc_trim(0);
   std::ofstream("/proc/self/clear_refs") << "5";
@@ -64,7 +65,7 @@ void set_up(benchmark::State& state, const Scene& scene) {
 void truss(benchmark::State& state) {
   set_up(state, testing::square_truss(static_cast<int>(state.range(0))));
 }
-// 20, 104 and 248 points, all published
+// the structures have 20, 104 and 248 points, and all points are published
 BENCHMARK(truss)->ArgName("sections")->Arg(5)->Arg(26)->Arg(62)->Unit(benchmark::kMillisecond);
 
 void rotor(benchmark::State& state) {

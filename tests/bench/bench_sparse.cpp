@@ -1,5 +1,6 @@
-// Cost of the sparse set-up: seconds and memory from a scene to its lowest modes, for masts and two-layer
-// plates of springs, compared with other libraries on the same assembled structures.
+// This program measures the cost of the sparse set-up, in seconds and memory from a scene to the lowest
+// modes, for masts and two-layer plates of springs, compared with other libraries on the same assembled
+// structures.
 //   bench_sparse [LARGEST]: sizes up to LARGEST points, 10,000 by default
 //   bench_sparse mast|plate POINTS MODES: one structure, alone in its process
 #include <unistd.h>
@@ -34,7 +35,7 @@ double peak_MB() {
 void print_rivals([[maybe_unused]] const Scene& scene, [[maybe_unused]] const Structure& ours) {
 #ifdef FREEFLEX_MODAL_RIVALS
   const auto count = static_cast<int>(ours.omega.size());
-  // a shift as near to the lowest frequencies as our shift; an expert would choose such a shift
+  // the shift is as near to the lowest frequencies as our shift, because an expert would choose such a shift
   const double shift = ours.omega[std::min(count - 1, 5)] * ours.omega[std::min(count - 1, 5)];
   for (const testing::RivalModes& rival : testing::run_modal_rivals(scene, count, shift)) {
     if (!rival.problem.empty()) {
@@ -57,7 +58,7 @@ bool run(const std::string& name, Scene scene, int count) {
   scene.pushable.clear();
   scene.loads.clear();
   scene.modes.count = count;
-  // reset the peak of memory
+  // this resets the peak of memory
   std::ofstream("/proc/self/clear_refs") << "5";
   const std::clock_t cpu_begin = std::clock();
   const auto begin = std::chrono::steady_clock::now();

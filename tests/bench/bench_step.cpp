@@ -1,5 +1,5 @@
-// Cost of a tick and of reading a point against the number of modes. The modes and mode-shape rows are
-// invented, because the cost depends only on their number.
+// This program measures the cost of a tick and of reading a point against the number of modes. The modes and
+// mode-shape rows are invented, because the cost depends only on their number.
 #include <benchmark/benchmark.h>
 
 #include "core/plan/make_plan.hpp"

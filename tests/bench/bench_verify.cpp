@@ -1,7 +1,7 @@
-// Cost of a message in the daemon's verifier, from the ring to the decision: first the tag is checked, then
-// the command inside. Another figure is the cost that a sender without the key can cause. The figures include
-// two copies to a ring and one copy from it. Without keys (packet_handler) a message is copied once to a ring
-// and once from it.
+// This program measures the cost of a message in the daemon's verifier, from the ring to the decision. First
+// the tag is checked, and then the command inside. Another figure is the cost that a sender without the key
+// can cause. The figures include two copies to a ring and one copy from a ring. Without keys (packet_handler)
+// a message is copied once to a ring and once from it.
 #include <benchmark/benchmark.h>
 
 #include "tests/service/verifier_rig.hpp"
@@ -18,7 +18,7 @@ freeflex_msgs::force_t force_of_size(int num_forces) {
   for (int i = 0; i < num_forces; ++i) force.forces.push_back({i, {1.0, 2.0, 3.0}});
   force.num_forces = num_forces;
   if (num_forces ==
-      256) {  // the largest message; it is refused at the last check, because the scene has only four groups
+      256) {  // the largest message, refused at the last check, because the scene has only four groups
     force.wrenches.resize(16), force.num_wrenches = 16;
   }
   return force;
@@ -61,7 +61,7 @@ void verify(benchmark::State& state, Sender sender) {
   state.counters["bytes"] = static_cast<double>(messages.front().size());
 }
 void all_sizes(benchmark::internal::Benchmark* benchmark) {
-  // sealed messages of about 0.25, 0.5, 1, 2, 4 and 8.2 kB
+  // the sealed messages have about 0.25, 0.5, 1, 2, 4 and 8.2 kB
   benchmark->ArgName("forces")->Arg(1)->Arg(7)->Arg(26)->Arg(63)->Arg(136)->Arg(256);
 }
 BENCHMARK_CAPTURE(verify, right_tag, Sender::kHolder)->Apply(all_sizes);
@@ -76,7 +76,8 @@ void tag(benchmark::State& state) {
 }
 BENCHMARK(tag)->ArgName("bytes")->Arg(256)->Arg(2048)->Arg(service::kMaxRawBytes);
 
-/// Measures the path without keys: the checks of the ingress, the copy to the ring and the copy from it.
+/// Measures the path without keys, which consists of the checks of the ingress, the copy to the ring and the
+/// copy from the ring.
 void packet_handler(benchmark::State& state) {
   auto block = std::make_unique<service::SharedBlock>();
   auto settings = std::make_unique<service::IngressSettings>();

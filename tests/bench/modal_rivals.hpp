@@ -1,5 +1,5 @@
-// Modes of the same assembled structure by other libraries: Spectra and ARPACK with CHOLMOD's supernodal
-// factor.
+// These functions compute modes of the same assembled structure with other libraries, namely Spectra and
+// ARPACK with CHOLMOD's supernodal factor.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,5 +1,5 @@
-// hash_steps PLAN TICKS [--flip]: steps a plan under commands of every kind and prints one hash over all bits
-// of every state and of its read-out. --flip changes the last bit of one force in one command.
+// hash_steps PLAN TICKS [--flip] steps a plan under commands of every kind and prints one hash over all bits
+// of every state and of every read-out. The option --flip changes the last bit of one force in one command.
 #include <xxhash.h>
 
 #include <cstdio>

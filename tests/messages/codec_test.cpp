@@ -103,7 +103,7 @@ TEST(Envelope, ADaemonWithoutKeysRejectsAnEnvelopeAndAnswersItsSender) {
   const io::Admission of_control = io::decode_control(control, kSession, other);
   EXPECT_EQ(of_control.reason, Reason::kNoKeys);
   EXPECT_STREQ(of_control.sender.data(), "desk");
-  // an empty envelope contains no sender; a truncated envelope is malformed
+  // an empty envelope contains no sender, and a truncated envelope is malformed
   const io::Admission empty = io::decode_force(io::encode(seal({})), kSession, make_names(), command);
   EXPECT_EQ(empty.reason, Reason::kNoKeys);
   EXPECT_STREQ(empty.sender.data(), "");
@@ -114,7 +114,7 @@ TEST(Envelope, ADaemonWithoutKeysRejectsAnEnvelopeAndAnswersItsSender) {
 }
 
 TEST(Versions, TheRejectionOfACommandOfVersion03StatesItsVersion) {
-  // the bytes that `freeflex push` of version 0.3 sent for 3 N along y and 1 N along z on point 2
+  // these are the bytes that `freeflex push` of version 0.3 sent for 3 N along y and 1 N along z on point 2
   const char* const hex =
       "5eb2bea23d54be04000660d06f52a97018ea2e32b5103e66000000057075736800000660d06f52a97000000000"
       "00000000ffffffffffffffff0000000000000000000000960000000000000000000000010000000000000002"
@@ -144,7 +144,7 @@ TEST(Versions, AMessageTypeThatIsNoLongerInUseIsReportedWithItsVersion) {
       bytes[k] = static_cast<std::byte>(fingerprint >> (56 - 8 * k) & 0xFFu);
     return bytes;
   };
-  // fingerprints of state_t, status_t, force_t, scene_t and ack_t in version 0.4
+  // these are the fingerprints of state_t, status_t, force_t, scene_t and ack_t in version 0.4
   for (const std::uint64_t fingerprint : {0x63044e976c7680aaU, 0x4510492c6aeb2ba5U, 0xae2270de78c8ccb4U,
                                           0xa557f686a425475aU, 0xe3a93249e57edfb6U}) {
     const auto current = {freeflex_msgs::state_t::getHash(), freeflex_msgs::status_t::getHash(),

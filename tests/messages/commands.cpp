@@ -54,7 +54,7 @@ freeflex_msgs::force_t random_force(std::mt19937_64& engine, int most_forces, in
   const auto below = [&engine](int limit) {
     return static_cast<int>(engine() % static_cast<std::uint64_t>(limit));
   };
-  // returns a finite double of magnitude 10 or less from random bits; subnormals and zeros occur
+  // returns a finite double of magnitude 10 or less from random bits. Subnormals and zeros occur
   const auto any = [&engine]() {
     while (true) {
       const double value = std::bit_cast<double>(static_cast<std::uint64_t>(engine()));

@@ -1,4 +1,5 @@
-// Commands for the message tests, and the names of the scene against which they are checked.
+// This file makes commands for the message tests, and the names of the scene against which these commands are
+// checked.
 #pragma once
 
 #include <cstddef>

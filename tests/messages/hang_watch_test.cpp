@@ -1,4 +1,5 @@
-// A process that hangs is reported; a process that only waits for the processor or a disk is not.
+// A process that hangs is reported, but a process that only waits for the processor or a disk is not
+// reported.
 #include "service/hang_watch.hpp"
 
 #include <gtest/gtest.h>
@@ -47,8 +48,8 @@ TEST(HangWatch, AProcessWithAHeartbeatIsNeverExamined) {
 TEST(HangWatch, AProcessWithoutProcessorTimeIsNotHung) {
   Watched process;
   std::int64_t cpu_ns = 0;
-  // ready to run for 10 s without processor time, then with 15 ms of processor time every 400 ms, less than
-  // an endless loop would use
+  // the process is ready to run for 10 s without processor time, and then gets 15 ms of processor time every
+  // 400 ms, less than an endless loop would use
   EXPECT_EQ(process.silent(10'000, [] { return ProcessReading{'R', 0}; }), "");
   for (int i = 0; i < 50; ++i) {
     cpu_ns += 15 * kMilli;

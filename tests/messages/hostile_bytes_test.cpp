@@ -1,6 +1,6 @@
 // Whatever bytes arrive, the codec does not read outside them, does not allocate according to a count in
-// them, and does not accept anything but a command. AddressSanitizer checks the first claim: every buffer is
-// on the heap and exactly as long as its message.
+// them, and does not accept anything but a command. AddressSanitizer checks the first claim, because every
+// buffer is on the heap and exactly as long as its message.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -109,8 +109,8 @@ TEST(HostileBytes, AMessageAboveTheSizeLimitIsNotRead) {
   EXPECT_EQ(io::decode_control(claim, kSession, control).reason, Reason::kMalformed);
 }
 
-/// Makes one random change: it flips a bit, sets a byte, inserts or deletes bytes, copies bytes from another
-/// message, or sets a 32-bit word to an extreme value.
+/// Makes one random change. The change flips a bit, sets a byte, inserts or deletes bytes, copies bytes from
+/// another message, or sets a 32-bit word to an extreme value.
 void mutate(Bytes& bytes, const Bytes& other, std::mt19937_64& engine) {
   const auto below = [&engine](std::size_t limit) {
     return limit == 0 ? 0 : static_cast<std::size_t>(engine() % limit);
@@ -178,14 +178,14 @@ TEST(HostileBytes, MutatedMessagesAreRejectedOrValidCommands) {
     const io::Admission controlled = io::decode_control(bytes, kSession, control);
     ASSERT_TRUE(controlled.reason == Reason::kAccepted || io::is_sane(controlled));
   }
-  // a changed time or a changed low bit of a force leaves a valid command; most other changes do not
+  // a changed time or a changed low bit of a force leaves a valid command, but most other changes do not
   EXPECT_GT(num_accepted, kMutants / 100);
   EXPECT_LT(num_accepted, kMutants / 2);
 }
 
 TEST(HostileMemory, ACommandInSharedMemoryIsNeverReadOutsideItsArrays) {
-  // valid commands with random 32-bit words in the first fields or anywhere: is_sane must not read outside
-  // arrays
+  // valid commands with random 32-bit words in the first fields or anywhere are tried, because is_sane must
+  // not read outside arrays
   std::mt19937_64 engine(99);
   const io::NameTable names = make_names();
   ForceCommand good;

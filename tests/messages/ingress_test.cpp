@@ -1,5 +1,6 @@
 // The ingress processes pass on commands from UDP, are not harmed by packets that kill liblcm, and lose no
-// command when one of them ends. This program is the daemon; spawned with --ingress it is the ingress.
+// command when one of them ends. This program is the daemon, but if it is spawned with --ingress, it is the
+// ingress.
 #include "service/ingress.hpp"
 
 #include <gtest/gtest.h>
@@ -347,7 +348,7 @@ TEST(IngressStart, RefusesAnInvalidUrlOrPrefixAndReportsTheCause) {
 TEST(IngressStart, ReportsTheTwoCommandsThatAddAMissingRoute) {
   if (!no_network.empty()) GTEST_SKIP() << no_network;
   std::string fault;
-  // a network namespace of this thread alone, whose loopback interface is down
+  // this thread alone gets a network namespace with its loopback interface down
   std::thread([&fault] {
     ASSERT_EQ(unshare(CLONE_NEWNET), 0);
     IngressProcess ingress;
@@ -379,7 +380,7 @@ TEST(IngressStart, ReportsAPortThatAnotherProgramUses) {
   close(holder);
 }
 
-/// The child process is a daemon: it starts an ingress, writes the ingress's pid to a pipe and is then
+/// The child process is a daemon. The child starts an ingress, writes the ingress's pid to a pipe and is then
 /// killed.
 TEST(IngressStart, EndsWithItsDaemon) {
   if (!no_network.empty()) GTEST_SKIP() << no_network;
@@ -403,7 +404,7 @@ TEST(IngressStart, EndsWithItsDaemon) {
   waitpid(daemon, nullptr, 0);
   ASSERT_GT(pid, 0);
   EXPECT_TRUE(eventually([pid] {
-    // a zombie that has not been reaped has ended too: its command line is empty
+    // a zombie that has not been reaped has ended too, and the command line of the zombie is empty
     std::FILE* file = std::fopen(("/proc/" + std::to_string(pid) + "/cmdline").c_str(), "r");
     if (file == nullptr) return true;
     const bool is_empty = std::fgetc(file) == EOF;

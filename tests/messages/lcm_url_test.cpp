@@ -1,4 +1,4 @@
-// Valid bus URLs are accepted; others are refused with the cause.
+// Valid bus URLs are accepted, and other URLs are refused with the cause.
 #include "service/io/wire/lcm_url.hpp"
 
 #include <arpa/inet.h>

@@ -1,5 +1,5 @@
-// The path of the operator's socket: daemon and operator find the same path, and never a path of another
-// user.
+// These tests check the path of the operator's socket. Daemon and operator find the same path, and never a
+// path of another user.
 #include "service/io/wire/operator_address.hpp"
 
 #include <gtest/gtest.h>

@@ -67,7 +67,7 @@ class Fingerprint {
   std::int64_t value_ = 0x12345678;
 };
 
-/// Writes a message with random contents, using only its layout.
+/// Writes a message with random contents, from the layout of the message alone.
 class RandomMessage {
  public:
   RandomMessage(const wire::Layout& layout, std::int64_t fingerprint, std::mt19937_64& engine)
@@ -227,7 +227,7 @@ TEST(WireWalk, ReportsWhyItStopsAndWhichSizeTheMessageNeeds) {
 }
 
 TEST(WireWalk, StopsAtTheEndOfTheBytesDespiteImpossibleCounts) {
-  // 2^31 - 1 structs of 2^31 - 1 strings each: a walk that trusted either count would not end
+  // with 2^31 - 1 structs of 2^31 - 1 strings each, a walk that trusted either count would not end
   EXPECT_EQ(walk(words({0x7FFFFFFFu, 0, 0x7FFFFFFFu})).stop, WireWalk::Stop::kBadString);
   Bytes bytes = words({0x7FFFFFFFu, 0});
   bytes.resize(60'000);  // filled with empty structs

@@ -1,4 +1,5 @@
-// Random structures with bodies, and copies of them in which rigid bodies hold point masses. Header only.
+// This file makes random structures with bodies, and copies of these structures in which rigid bodies hold
+// point masses. It is header only.
 #pragma once
 
 #include <random>

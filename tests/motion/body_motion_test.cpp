@@ -1,4 +1,4 @@
-// Motion of bodies with inertia, compared with closed forms.
+// These tests compare the motion of bodies with inertia with closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -176,8 +176,8 @@ TEST(BodyMotion, ATorqueTwistsTheBeamBetweenTwoBodies) {
 }
 
 // Two bodies at the ends of a beam along x have the products of inertia +-Jxz and spin about z. The spin
-// loads each body with the torque -w x J w = -+ w^2 Jxz about y, and the beam bends to an arc of a circle:
-// theta_2 = -theta_1 = T L / (2 EI).
+// loads each body with the torque -w x J w = -+ w^2 Jxz about y, and the beam bends to an arc of a circle
+// with theta_2 = -theta_1 = T L / (2 EI).
 TEST(BodyMotion, ASpinBendsTheBeamBetweenTiltedBodies) {
   constexpr double kProduct = 0.1, kSpin = 0.05, kEIy = 900.0;
   Scene scene = two_on_a_beam();
@@ -193,7 +193,8 @@ TEST(BodyMotion, ASpinBendsTheBeamBetweenTiltedBodies) {
   const double expected = kSpin * kSpin * kProduct * kL / (2.0 * kEIy);
   const Quat q0 = read_group(simulation.plan, simulation.state, 0).q_WG,
              q1 = read_group(simulation.plan, simulation.state, 1).q_WG;
-  // q_WB^-1 q_WG is the rotation in body axes; its vector part is half the angle of a small rotation
+  // q_WB^-1 q_WG is the rotation in body axes, and the vector part of this quaternion is half the angle of a
+  // small rotation
   const auto rotation_about_y = [&](const Quat& q) {
     const Quat& b = simulation.state.q_WB;
     return 2.0 * (b[0] * q[2] - b[2] * q[0] - b[3] * q[1] + b[1] * q[3]);

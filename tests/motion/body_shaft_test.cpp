@@ -1,4 +1,5 @@
-// Spinning bodies on the rung `coupled`: the whirl of a shaft, and rigid bodies on springs at true geometry.
+// These tests check spinning bodies on the rung `coupled` by the whirl of a shaft, and by rigid bodies on
+// springs at true geometry.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -67,7 +68,8 @@ TEST(CoupledBodies, DiscsOnAShaftWhirlAsInClosedForm) {
   }
   std::printf("whirls at %.4f and %.4f rad/s, %.4f at rest: tilt off by %.1e of itself over 2 s\n", forward,
               backward, std::sqrt(k / kJt), worst);
-  // the bound is the error of order 4 at w h = 0.02 over 2 s; terms of second order in the tilt are 1e-10
+  // the bound is the error of order 4 at w h = 0.02 over 2 s, and terms of second order in the tilt are only
+  // 1e-10
   EXPECT_LT(worst, 1e-7);
 }
 

@@ -1,5 +1,5 @@
-// The error budget at rates that do not resolve the vibration: the shadows divide the tick into substeps, and
-// if these do not resolve the vibration either, the verdict is not `good`.
+// These tests check the error budget at rates that do not resolve the vibration. The shadows divide the tick
+// into substeps. If the substeps do not resolve the vibration either, the verdict is not `good`.
 #include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "tests/motion/watched.hpp"
@@ -7,8 +7,8 @@
 namespace freeflex::testing {
 namespace {
 
-/// Estimated error of a rung at a rate [Hz] over 0.96 s, and its true error against SUNDIALS on Cartesian
-/// points.
+/// This struct holds the estimated error of a rung at a rate [Hz] over 0.96 s, and the true error of this
+/// rung against SUNDIALS on Cartesian points.
 struct EstimateAndTruth {
   double estimate = 0.0, truth = 0.0;   // [-] elastic
   double slowest = 0.0, fastest = 0.0;  // [rad] phase of the slowest and fastest mode in a tick
@@ -28,8 +28,8 @@ EstimateAndTruth estimate_at(const Scene& scene, const Truth& truth, Fidelity ru
           best.omega[0] / rate, best.omega[static_cast<std::size_t>(best.num_elastic) - 1] / rate};
 }
 
-/// Expects an estimate of 1 to 1.6 times the true error: kCover is 1.25, and substeps of 1 rad have an error
-/// too.
+/// Expects an estimate of 1 to 1.6 times the true error, because kCover is 1.25, and substeps of 1 rad have
+/// an error too.
 void expect_honest(const Scene& scene, std::initializer_list<double> rates,
                    std::initializer_list<Fidelity> rungs) {
   const Truth truth = truth_of(scene, 0.96);
@@ -53,8 +53,9 @@ Scene stiff_truss(double stiffness, double spin, double force) {
   return scene;
 }
 
-// Coriolis forces rotate the plane of vibration, which a step that does not resolve the vibration misses. A
-// reference rung without substeps estimated a fifth of the true error or less at the lowest rates.
+// Coriolis forces rotate the plane of vibration, but a step that does not resolve the vibration misses this
+// rotation. A reference rung without substeps estimated a fifth of the true error or less at the lowest
+// rates.
 TEST(Budget, EstimateCoversTheErrorIfTheTickDoesNotResolveTheSlowestMode) {
   expect_honest(stiff_truss(1e6, 3.0, 100.0), {25.0, 50.0, 100.0, 200.0, 400.0},
                 {Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars});
@@ -131,8 +132,8 @@ TEST(Budget, ARotatingBodyIsNotRatedGoodIfNoSubstepResolvesVibration) {
   EXPECT_GT(rotating, 0.1);
 }
 
-// If a plan cannot represent all of the initial state, its error budget compares it with the complete initial
-// state.
+// If a plan cannot represent all of the initial state, the error budget compares the plan with the complete
+// initial state.
 TEST(Budget, EstimateIncludesTheInitialStateOfOmittedModes) {
   Scene scene = watched_truss(Fidelity::kRigid, 10.0, 0.0);
   scene.loads.clear();

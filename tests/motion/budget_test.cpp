@@ -42,7 +42,7 @@ TEST(Budget, RestartsFromTheStateAfterEachHorizon) {
   EXPECT_NEAR(watched.run(3).age, 0.003, 1e-15);
 }
 
-// A caller may step without the budget: the shadows then restart, so the estimate covers less time but stays
+// A caller may step without the budget. The shadows then restart, so the estimate covers less time but stays
 // valid.
 TEST(Budget, RestartsAfterAStepWithoutTheBudget) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
@@ -59,7 +59,7 @@ TEST(Budget, RestartsAfterAStepWithoutTheBudget) {
     State state = watched.state;
     const BudgetReading anew = watched.run(5);
     EXPECT_NEAR(anew.age, 0.005, 1e-15);
-    // the budget equals that of a run that starts at this tick with the same command in force
+    // the budget equals the budget of a run that starts at this tick with the same command in force
     Workspace workspace = make_workspace(watched.plan);
     Budget fresh = make_budget(watched.plan);
     for (int k = 0; k < 5; ++k) step(watched.plan, state, {}, workspace, fresh, watched.report);
@@ -228,8 +228,8 @@ TEST(Budget, AutoRefusesTooManyTicksAndScenesWithoutAReferenceSolution) {
       << faults.back().message;
 }
 
-// Each component of a tolerance is a separate limit: a tolerance of half the error of the rung `separated`
-// requires a rung above it.
+// Each component of a tolerance is a separate limit. For example, a tolerance of half the error of the rung
+// `separated` requires a rung above it.
 TEST(Budget, AutoMeetsEachToleranceSeparately) {
   Scene scene = boxed_truss(0.5, 10.0);
   scene.rate = 1000.0;

@@ -20,7 +20,8 @@ using Level = Verdict::Level;
 using Cause = Verdict::Cause;
 using Eigen::Vector3d;
 
-// Eleven points of 1 kg on ten beams of 1 m: the lowest bending mode is at 8.785 rad/s, and EI / L^2 is 22 N.
+// The scene has eleven points of 1 kg on ten beams of 1 m. The lowest bending mode is at 8.785 rad/s. The
+// value of EI / L^2 is 22 N.
 constexpr double kLowest = 8.785, kBend = 22.0;
 Scene free_beam(Fidelity rung) {
   Scene scene;
@@ -119,7 +120,7 @@ void expect_cause(const char* what, const Causes& causes, Cause cause,
         << what << ": " << name << " in: " << found->second;
 }
 
-// A scene, the cause it must report, and the names that the text must contain.
+// A case holds a scene, the cause that the verdict must report, and the names that the text must contain.
 struct Case {
   const char* what;
   Scene scene;
@@ -367,8 +368,8 @@ TEST(Cause, TheCauseForAnOldPlanFileStatesTheVersionOfTheFile) {
   expect_cause("old plan", causes_of(watched, 10), Cause::kUnknown, {"older version"});
 }
 
-// Regression: on a scene without a matrix link and without a rigid link, a verdict reported such a link as
-// the cause.
+// This is a regression test. On a scene without a matrix link and without a rigid link, a verdict reported
+// such a link as the cause.
 TEST(Cause, ErrorInAShippedSceneIsAttributedOnlyToItsOwnContents) {
   for (const char* name : {"boom.yaml", "satellite.yaml", "rotor.yaml", "network.yaml", "ring.yaml",
                            "mast.yaml", "truss104.yaml", "truss-s1.yaml", "truss-s4.yaml", "truss-s5.yaml"}) {

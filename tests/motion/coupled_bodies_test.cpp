@@ -1,4 +1,4 @@
-// Bodies on the rung `coupled`: momenta, conserved quantities and the work of torques.
+// These tests check bodies on the rung `coupled` by momenta, conserved quantities and the work of torques.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -42,8 +42,8 @@ Scene bodies_on_beams() {
   return scene;
 }
 
-// Particles on bodies that rotate by theta: the position r + V + (exp [theta x] - 1) a as a function of the
-// modal coordinates q, and its derivatives by central differences.
+// For particles on bodies that rotate by theta, this struct holds the position r + V + (exp [theta x] - 1) a
+// as a function of the modal coordinates q, and the derivatives of this position by central differences.
 struct RotatedParticles {
   const Structure& structure;
   std::vector<CarriedMass> carried;
@@ -205,7 +205,7 @@ TEST(CoupledBodies, TheWorkOfATorqueDependsOnTheAngularVelocityOfItsOwnBody) {
   std::printf("a torque on a body that rotates by up to %.2f rad: energy %.9f J, work %.9f J\n", largest,
               gained, work);
   EXPECT_GT(largest, 0.05);
-  // Simpson's rule and the step both have order 4; for the highest mode, which moves little, w h = 0.05
+  // Simpson's rule and the step both have order 4, and w h = 0.05 for the highest mode, which moves little
   EXPECT_NEAR(gained, work, 1e-7 * std::abs(work));
 }
 

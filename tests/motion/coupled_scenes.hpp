@@ -1,4 +1,4 @@
-// Initial states and scenes for tests of dashpots and feedback. Header only.
+// This file makes initial states and scenes for tests of dashpots and feedback. It is header only.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -38,8 +38,8 @@ inline WideVector start_of(const Scene& scene) {
   return y;
 }
 
-/// Returns two adjacent boxes with links between many pairs of points: 114 elastic freedoms, too many for the
-/// exact exponential of coupled modes.
+/// Returns two adjacent boxes with links between many pairs of points. The 114 elastic freedoms are too many
+/// for the exact exponential of coupled modes.
 inline Scene two_boxes() {
   Scene scene = random_structure(5, 20);
   const Scene more = random_structure(6, 20);

@@ -1,4 +1,4 @@
-// Motion with dashpots, compared with the exponential of the complete linear system.
+// These tests compare motion with dashpots with the exponential of the complete linear system.
 #include <gtest/gtest.h>
 
 #include <cstdio>

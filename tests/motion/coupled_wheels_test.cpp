@@ -1,5 +1,5 @@
-// Wheels on the rung `coupled`, where their axes rotate with the bodies: closed forms, momenta, and bodies at
-// true geometry.
+// These tests check wheels on the rung `coupled`, where the axes of wheels rotate with the bodies. They use
+// closed forms, momenta, and bodies at true geometry.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -44,9 +44,9 @@ Scene bodies_with_wheels() {
   return scene;
 }
 
-// This is the whirl of discs on a shaft, but the rotors spin and the bodies do not: J phi'' - i h phi' + (2
-// EI / L) phi = 0 has the whirl speeds (h +- (h^2 + 4 J k)^(1/2)) / (2 J)   (Genta, Dynamics of Rotating
-// Systems, 2005, section 4.4).
+// The motion is the whirl of discs on a shaft, but the rotors spin and the bodies do not. The equation J
+// phi'' - i h phi' + (2 EI / L) phi = 0 has the whirl speeds (h +- (h^2 + 4 J k)^(1/2)) / (2 J)   (Genta,
+// Dynamics of Rotating Systems, 2005, section 4.4).
 TEST(CoupledWheels, BodiesWithRotorsWhirlAsInClosedForm) {
   constexpr double kJ = 0.3, kSpan = 0.8, kBending = 240.0, kh = 13.0, kTilt = 1e-5;
   Scene scene;
@@ -87,8 +87,8 @@ TEST(CoupledWheels, BodiesWithRotorsWhirlAsInClosedForm) {
   }
   std::printf("whirls of rotors at %.4f and %.4f rad/s, %.4f at rest: tilt off by %.1e of itself over 2 s\n",
               forward, backward, std::sqrt(k / kJ), worst);
-  // the bound is above the error of order 4 at w h = 0.02 over 2 s; terms of second order in the tilt are
-  // 1e-10
+  // the bound is above the error of order 4 at w h = 0.02 over 2 s, and terms of second order in the tilt are
+  // only 1e-10
   EXPECT_LT(worst, 1e-6);
 }
 

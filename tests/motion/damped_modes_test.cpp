@@ -183,7 +183,7 @@ TEST(DampedModes, ModesUnderFeedbackMatchAFreeDecay) {
   }
 }
 
-// A mass hangs inside a truss on three springs with a relaxation time of 0.01 s; the scene has 117 modes and
+// A mass hangs inside a truss on three springs with a relaxation time of 0.01 s. The scene has 117 modes and
 // a damping ratio of 0.005. The truss is stiff and heavy compared with the mass, so the modes of the mass
 // have the damping ratio 0.005 + 0.01 omega / 2, up to 0.0216.
 TEST(DampedModes, ASloshingMassAmongManyModesHasItsOwnDamping) {
@@ -255,7 +255,7 @@ TEST(DampedModes, AModeThatDoesNotOscillateHasTwoRealEigenvalues) {
   std::vector<DampedMode> modes = free_motion(plan).modes;
   std::erase_if(modes, [](const DampedMode& mode) { return mode.rate == 0.0; });  // the hinge
   ASSERT_EQ(modes.size(), 2U);
-  // with the two elongations u and w: u'' = -2 (c u' + k u) + k w, w'' = c u' + k u - 2 k w
+  // with the two elongations u and w, the equations are u'' = -2 (c u' + k u) + k w, w'' = c u' + k u - 2 k w
   Eigen::Matrix4d A;
   A << 0, 0, 1, 0, 0, 0, 0, 1, -200, 100, -120, 0, 100, -200, 60, 0;
   const Eigen::Vector4cd s = A.eigenvalues();
@@ -461,8 +461,8 @@ TEST(DampedModes, ModesAreUnknownIfFollowerForcesStrainExactBars) {
   EXPECT_EQ(motion.unknown, "load 'thrust' follows, and it strains bars at their true geometry");
 }
 
-// Masses in a row on springs, some of them viscous. Two real eigenvalues may have most of their energy in
-// different modes; even then every mode must get an eigenvalue.
+// The scene has masses in a row on springs, and some springs are viscous. Two real eigenvalues may have most
+// of their energy in different modes, but every mode must still get an eigenvalue.
 TEST(DampedModes, EachModeOfASmallSceneHasAnEigenvalue) {
   Scene scene;
   for (int k = 0; k < 4; ++k)
@@ -483,8 +483,8 @@ TEST(DampedModes, EachModeOfASmallSceneHasAnEigenvalue) {
   modes.erase(modes.begin(), modes.begin() + 4);  // mechanisms
   ASSERT_EQ(modes.size(), 3U);
   EXPECT_LT(farthest(modes, tick_of(plan), plan.period), 1e-6);
-  // expected: the pairs -1.4917 +- 13.040 i and -14.32 +- 22.15 i, and the slower of the real eigenvalues
-  // -3.66 and -54.7
+  // the expected eigenvalues are the pairs -1.4917 +- 13.040 i and -14.32 +- 22.15 i, and the slower of the
+  // real eigenvalues -3.66 and -54.7
   std::vector<double> frequencies;
   for (const DampedMode& mode : modes) frequencies.push_back(mode.frequency);
   std::sort(frequencies.begin(), frequencies.end());
@@ -518,7 +518,7 @@ TEST(DampedModes, AModeThatDivergesIsReportedAsGrowing) {
     scene.rate = 1000.0;
     const std::vector<DampedMode> modes = free_motion(plan_of(scene)).modes;
     ASSERT_EQ(modes.size(), 1U);
-    // u is the elongation, and each point moves by u / 2: u'' = (-200 + 250) u - 2 damping u'
+    // u is the elongation, and each point moves by u / 2, so u'' = (-200 + 250) u - 2 damping u'
     EXPECT_EQ(modes[0].frequency, 0.0);
     EXPECT_NEAR(modes[0].rate, damping - std::sqrt(damping * damping + 50.0), 1e-9);
     EXPECT_EQ(modes[0].ratio, -1.0);

@@ -1,4 +1,4 @@
-// Dashpots and viscous springs along their true direction (THEORY 12.19): exact bars and the rungs above
+// Dashpots and viscous springs act along their true direction (THEORY 12.19). Exact bars and the rungs above
 // agree with the full system.
 #include "core/plan/make_plan.hpp"
 #include "core/step/readout.hpp"
@@ -123,8 +123,8 @@ TEST(DamperRung, KeepsMomentaAndOnlyDissipatesEnergy) {
     off = std::max(off, std::abs(end.angular_momentum_W[a] - start.angular_momentum_W[a]));
     size = std::max(size, std::abs(start.angular_momentum_W[a]));
   }
-  // H_W is a state variable; it is read in the rotated frame, and the attitude of this frame has an error of
-  // order 4
+  // H_W is a state variable, but H_W is read in the rotated frame, and the attitude of this frame has an
+  // error of order 4
   std::printf("energy %.4f to %.4f J, angular momentum kept to %.1e\n", first, last, off / size);
   EXPECT_LT(last, 0.999 * first);
   EXPECT_LT(off, 1e-12 * size);

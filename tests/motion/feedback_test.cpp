@@ -1,4 +1,5 @@
-// Linear feedback: its effect on the modes and the body, and the messages on gains that are too large.
+// These tests check the effect of linear feedback on the modes and the body, and the messages on gains that
+// are too large.
 #include <gtest/gtest.h>
 
 #include <complex>
@@ -39,8 +40,8 @@ bool has_words(const Faults& faults, Fault::Severity severity, const std::string
   return false;
 }
 
-// Two points on a line with a spring between them. The force on the second point is proportional to the
-// displacement, velocity and acceleration of that point, so the motion has a closed form: with the reduced
+// Two points lie on a line with a spring between them. The force on the second point is proportional to the
+// displacement, velocity and acceleration of that point, so the motion has a closed form. With the reduced
 // mass mu and x = V_2 - V_1, V_2 = x m_1 / M.
 struct FeedbackRig {
   double m1 = 3.0, m2 = 2.0, k = 500.0, g = -200.0, c = -0.8, a = -0.5;
@@ -63,8 +64,8 @@ struct FeedbackRig {
 
 TEST(Feedback, TheElasticCoordinateAndTheBodyMoveExactly) {
   const FeedbackRig rig;
-  // mu x'' + k x = (m1 / M) f, f = (m1 / M) (g x + c x' + a x''); only the fraction m1 / M of the force
-  // strains the spring
+  // mu x'' + k x = (m1 / M) f, f = (m1 / M) (g x + c x' + a x''), because only the fraction m1 / M of the
+  // force strains the spring
   const double M = rig.m1 + rig.m2, mu = rig.m1 * rig.m2 / M, s = rig.m1 / M;
   const double mass = mu - s * s * rig.a, damping = -s * s * rig.c, stiffness = rig.k - s * s * rig.g;
   const double decay = damping / (2.0 * mass), wd = std::sqrt(stiffness / mass - decay * decay);
@@ -112,8 +113,8 @@ TEST(Feedback, FeedbackThatDecaysWithinATickGivesTheBodyItsExactMomentum) {
                             {1, Eigen::Vector3d::Zero(), {static_cast<double>(m1 / M * rate0), 0.0, 0.0}}};
     Simulation simulation(scene);
     simulation.run(100);
-    // the roots of s^2 + b s + w2; the smaller root is computed from the product of the roots, which keeps
-    // its digits
+    // these are the roots of s^2 + b s + w2, and the smaller root is computed from the product of the roots,
+    // because it then keeps its digits
     const long double b = -static_cast<long double>(gain) * m2 / (M * m1), w2 = k * M / (m1 * m2);
     const Complex fast = -0.5L * (b + std::sqrt(Complex(b * b - 4.0L * w2))), slow = w2 / fast;
     const Complex e_slow = std::exp(slow * t), e_fast = std::exp(fast * t);
@@ -132,8 +133,8 @@ TEST(Feedback, FeedbackThatDecaysWithinATickGivesTheBodyItsExactMomentum) {
 }
 
 /// Position and velocity of the centre of mass and the angular momentum of small motions, from the linear
-/// system of the total displacements u of the points. V is u minus its rigid motion, which is the motion of
-/// the body.
+/// system of the total displacements u of the points. V is u minus the rigid motion of u. This rigid motion
+/// is the motion of the body.
 struct LinearBody {
   Eigen::Vector3d p, v, H;
   Eigen::VectorXd V;  // elastic displacements
@@ -197,7 +198,7 @@ TEST(Feedback, GivesTheBodyTheMomentaOfTheLinearSystem) {
                                  simulation.state.p_WB[2] - p_start[2]},
                                 exact.p);
     std::printf("gains times %g: v off by %.1e, p by %.1e, H by %.1e\n", size, v, p, H);
-    // terms of second order in the motion remain; the body rotates by some 1e-11 rad
+    // terms of second order in the motion remain, because the body rotates by some 1e-11 rad
     EXPECT_LT(std::max({v, p, H}), 1e-10) << size;
   }
 }
@@ -280,8 +281,8 @@ TEST(Feedback, FeedbackUnstableUnderSplittingIsRefusedWithASufficientRate) {
   EXPECT_FALSE(has_error(faults_on_its_rung(scene)));
   Simulation simulation(scene);
   simulation.run(20000);
-  // the motion is stable: the feedback acts like a spring to the mean frame, so the displacements stay
-  // bounded
+  // the motion is stable and the displacements stay bounded, because the feedback acts like a spring to the
+  // mean frame
   EXPECT_LT(simulation.displacements_B().norm(), 100.0 * start_of(scene).cast<double>().norm());
 }
 

@@ -10,7 +10,7 @@ double error_at(const Scene& scene, const FullSystem& full) {
 
 // The expected figures come from an independent prototype of the same equations, compared with an
 // extrapolation code of order 16 in extended precision. The centrifugal load is most of the effect of the
-// spin; the rung omits Coriolis forces and the reaction on the frame.
+// spin, but the rung omits Coriolis forces and the reaction on the frame.
 TEST(SpinLoad, HasTheExpectedElasticErrorOnTheShortTruss) {
   struct Row {
     double spin, separated, spin_loaded;
@@ -46,7 +46,7 @@ TEST(SpinLoad, StretchesADumbBellToItsStaticLength) {
   EXPECT_NEAR(V(0, 1) - V(0, 0), 2.0 * 4.0 * 0.5 / 5e4, 1e-15);
 }
 
-// A truss orbits a heavy point: the test checks the orbit, the gravity-gradient torque and the load that
+// A truss orbits a heavy point. The test checks the orbit, the gravity-gradient torque and the load that
 // strains the truss. The equations omit the next term of the field, which is smaller than the gradient by
 // size over distance.
 TEST(Attractor, MovesRotatesAndStrainsABodyLikeTheFullSystem) {

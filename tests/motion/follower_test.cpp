@@ -1,4 +1,4 @@
-// Forces that rotate with the local deformation.
+// These tests check forces that rotate with the local deformation.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -155,8 +155,8 @@ TEST(Followers, AccelerateTheBodyEquallyOnCoupledAndLowerRungs) {
   }
 }
 
-// A thrust that rotates with the bent end also rotates the body: its resultant and moment are those of the
-// rotated force.
+// A thrust that rotates with the bent end also rotates the body, because the resultant and the moment of the
+// thrust are those of the rotated force.
 TEST(Followers, FollowerForcesPushTheBodyAlongTheirRotatedDirection) {
   Scene scene = rocket(4.0, true);
   Simulation simulation(scene);

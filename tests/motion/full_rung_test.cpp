@@ -1,4 +1,5 @@
-// The rung `full`: exact bars in ticks that are divided until the fastest motion is resolved (THEORY 12.29).
+// The rung `full` has exact bars in ticks that are divided until the fastest motion is resolved (THEORY
+// 12.29).
 #include "core/plan/make_plan.hpp"
 #include "core/plan/rungs.hpp"
 #include "core/step/budget.hpp"
@@ -93,7 +94,7 @@ TEST(FullRung, DividesTheTickForDashpotsThatOtherRungsRefuse) {
   const double difference = elastic_error(elastic_of(scene, full), below);
   std::printf("%d substeps; off from the exponential of the damped modes: %.1e\n",
               full.plan.coupled.num_substeps, difference);
-  // the bound allows for second-order terms: displacements are 1e-7 m on 1 m
+  // the bound allows for second-order terms, because displacements are 1e-7 m on 1 m
   EXPECT_LT(difference, 1e-5);
 }
 

@@ -211,7 +211,8 @@ TEST(KeptModes, AllKeptModesTogetherMoveLikeTheCompleteSet) {
   }
 }
 
-// Returns a rigid bar and a rigid triangle among springs: twelve elastic freedoms minus four constraints.
+// Returns a rigid bar and a rigid triangle among springs. The structure has twelve elastic freedoms minus
+// four constraints.
 Scene with_rigid_links() {
   Scene scene = five_points();
   add_point(scene, 0.7, {1.6, -0.8, 0.5});

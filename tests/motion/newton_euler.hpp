@@ -19,7 +19,8 @@
 
 namespace freeflex::testing {
 
-/// Rigid bodies, each with its own attitude. Springs at true length and direction join arms of the bodies.
+/// The system consists of rigid bodies, and each body has its own attitude. Springs at true length and
+/// direction join arms of the bodies.
 struct NewtonEuler {
   struct Rotor {
     int body;
@@ -82,8 +83,8 @@ inline Eigen::Quaterniond exponential(const Eigen::Vector3d& theta) {
                       : Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d(theta / angle)));
 }
 
-/// Three bodies on an axis, each with three arms. A spring joins every arm of a body to every arm of the next
-/// body.
+/// Stack has three bodies on an axis, each with three arms. A spring joins every arm of a body to every arm
+/// of the next body.
 struct Stack {
   Scene scene;
   NewtonEuler truth;

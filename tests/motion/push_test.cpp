@@ -41,7 +41,7 @@ Scene pendulum(double thrust, Fidelity fidelity) {
   return scene;
 }
 
-// Returns the angles of the joint over four seconds; it starts at rest at a small angle.
+// Returns the angles of the joint over four seconds. The joint starts at rest at a small angle.
 std::vector<double> joint_angles(const Scene& scene) {
   const Structure structure = build(scene);
   const Freedoms freedoms(scene);
@@ -58,9 +58,9 @@ std::vector<double> joint_angles(const Scene& scene) {
   return angles;
 }
 
-// The body is an inverted pendulum in an accelerating frame: (J + mu d'^2) theta'' + (k - m a d) theta = 0.
-// Here mu is the reduced mass, a = F / M, and d' is the distance to the middle of the beam, which acts as the
-// joint. The inertia of the hub changes the frequency by 1e-5.
+// The body is an inverted pendulum in an accelerating frame, so (J + mu d'^2) theta'' + (k - m a d) theta =
+// 0. Here mu is the reduced mass, a = F / M, and d' is the distance to the middle of the beam, which acts as
+// the joint. The inertia of the hub changes the frequency by 1e-5.
 TEST(Push, ABodyAheadOfItsJointIsAnInvertedPendulum) {
   const double mu = kMass * kHub / (kMass + kHub), arm = kArm + 0.001;
   // only the rung `coupled` has this effect
@@ -161,8 +161,8 @@ TEST(Push, EstimateIncludesTheWheelOfAHub) {
   }
 }
 
-// A wheel on a stiff mount. The modes of the mount have higher frequencies than the modes of many soft arms,
-// and higher frequencies than the modes whose error is integrated.
+// The scene has a wheel on a stiff mount. The modes of the mount have higher frequencies than the modes of
+// many soft arms, and higher frequencies than the modes whose error is integrated.
 TEST(Push, EstimateIncludesAWheelAmongManyModes) {
   Scene scene;
   add_point(scene, 2000.0, {0.0, 0.0, 0.0});
@@ -245,8 +245,8 @@ TEST(Push, EstimateIncludesSpinLoadsOnInnerMassesOfASuperelement) {
       judgement.take(watched.state, watched.budget);
     }
     const Verdict verdict = judgement.now();
-    // the force m w_y w_z 8 m on the inner coordinate, divided by its stiffness; root mean square over the
-    // mass
+    // the force m w_y w_z 8 m on the inner coordinate, divided by its stiffness, as a root mean square over
+    // the mass
     const double missing =
         0.48 * spin * spin * kOut / (kOmega * kOmega) * std::sqrt(kParticle / (500.0 + kParticle));
     std::printf("spin %g rad/s: %s, up to %.1e m, %.1e m of %.1e m is missing\n", spin,

@@ -1,5 +1,5 @@
-// The rung `coupled` with rigid links, compared with points at true geometry; shapes on a line; one body
-// alone.
+// The rung `coupled` with rigid links is compared with points at true geometry. Other tests use shapes on a
+// line and one body alone.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -148,7 +148,7 @@ TEST(CoupledBody, ABodyAloneRotatesFreelyUpToRoundingErrors) {
   for (const double error : errors) EXPECT_LT(error, 2e-14);
 }
 
-// Random structures with rigid links, compared with a reference at true geometry: a motion with an error
+// Random structures with rigid links are compared with a reference at true geometry. A motion with an error
 // above 5 % of the scale never gets the verdict `good`.
 TEST(Verdict, IsCorrectForRigidLinksOnTheCoupledRung) {
   int num_judged = 0, num_good = 0;

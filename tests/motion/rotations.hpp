@@ -1,4 +1,4 @@
-// Elastic rotations of joints. Header only.
+// This file computes elastic rotations of joints. It is header only.
 #pragma once
 
 #include "core/step/state.hpp"

@@ -1,4 +1,4 @@
-// Scenes and error measures for tests of the fidelity ladder.
+// This file has scenes and error measures for tests of the fidelity ladder.
 #pragma once
 
 #include "tests/reference/separated_cases.hpp"
@@ -72,7 +72,7 @@ inline Eigen::Matrix3Xd elastic_of(const Scene& scene, const Simulation& simulat
   return elastic_of(scene, simulation.positions_W());
 }
 
-/// Positions of the full system at `end` [s].
+/// Truth holds a scene and the positions of the full system at `end` [s].
 struct Truth {
   Scene scene;
   Eigen::Matrix3Xd p_W;  // [m]

@@ -1,5 +1,5 @@
-// The rungs `coupled` and `exact-bars`, compared with the full Cartesian system: errors, order and conserved
-// quantities.
+// These tests compare the rungs `coupled` and `exact-bars` with the full Cartesian system by errors, order
+// and conserved quantities.
 #include "tests/motion/rung_cases.hpp"
 
 namespace freeflex::testing {
@@ -46,7 +46,7 @@ TEST(Rungs, HaveTheExpectedErrorsOnASpinningTruss) {
   }
 }
 
-// The errors are elastic differences from a run at an eighth of the smallest step; omega_max h is at most
+// The errors are elastic differences from a run at an eighth of the smallest step, and omega_max h is at most
 // 0.5.
 TEST(Rungs, CoupledRungsHaveOrderFourOverFourHalvingsOfTheStep) {
   constexpr double kEndTime = 0.512;
@@ -124,7 +124,8 @@ TEST(Rungs, ExactBarsLoseOrderButStayAccurateDespiteStiffBars) {
   EXPECT_LT(worst, 1e-2);
 }
 
-// dE/dt = -sum of 2 M decay q'^2, with the rates of the coordinates and not their momenta   (THEORY 12.11).
+// dE/dt = -sum of 2 M decay q'^2, with the rates of the coordinates and not the momenta of the coordinates
+// (THEORY 12.11).
 TEST(Rungs, TheEnergyFallsByTheWorkOfTheDampers) {
   constexpr double kStep = 1e-4;
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
@@ -203,7 +204,7 @@ TEST(Rungs, AngularMomentumIsTheSumOverThePoints) {
   EXPECT_LT((H - Eigen::Vector3d(simulation.state.H_W.data())).norm(), 1e-13 * H.norm());
 }
 
-// Published tensions of bars equal those of the full system: k times the true elongation.
+// Published tensions of bars equal those of the full system, which are k times the true elongation.
 TEST(Rungs, ExactBarsPublishTrueTensions) {
   Scene scene = boxed_truss(1.0, 100.0);
   for (int k = 0; k < 57; ++k) scene.publication.links.push_back(k);

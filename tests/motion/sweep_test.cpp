@@ -73,15 +73,15 @@ TEST(Sweep, ErrorGrowsWithSpinAndForceAndLargeErrorsAreRatedOutside) {
       std::printf("spin %4.2f rad/s, %5.0f N: elastic error %.1e, estimate %.1e, %s %s\n", spin, force,
                   point.elastic, point.estimate, kWords[static_cast<std::size_t>(point.verdict.level)],
                   point.cause.c_str());
-      // the estimate contains the factor 1.25; the bound allows 1 % for errors of the reference
+      // the estimate contains the factor 1.25, and the bound allows 1 % for errors of the reference
       EXPECT_LT(point.elastic, 1.01 * point.estimate) << spin << " rad/s, " << force << " N";
       if (point.elastic > kMostElastic) {
         EXPECT_EQ(point.verdict.level, Verdict::Level::kOutside);
       }
       all[{spin, force}] = point;
     }
-  // in each of these ranges one source of error dominates: the spin at forces far below those of the table,
-  // and the force at rest
+  // in each of these ranges one source of error dominates. This source is the spin at forces far below the
+  // forces of the table, and the force at rest
   std::vector<std::pair<double, double>> over_spin, spinning, at_rest;
   for (const double spin : {0.005, 0.01, 0.02, 0.025})
     over_spin.emplace_back(spin, point_at(spin, 0.1).elastic);

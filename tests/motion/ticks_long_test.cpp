@@ -1,5 +1,5 @@
-// Random bodies with wheels, at any rate and any rotation per tick, compared with SUNDIALS: if the motion is
-// wrong, the verdict is not `good`.
+// Random bodies with wheels, at any rate and any rotation per tick, are compared with SUNDIALS. If the motion
+// is wrong, the verdict is not `good`.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Long ticks: wheels, orbits and loads in scenes, and the verdicts on them.
+// These tests step wheels, orbits and loads in scenes at long ticks, and check the verdicts on these motions.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -108,7 +108,8 @@ TEST(Ticks, APointMassCirclesAnAttractorOnEveryRung) {
     }
 }
 
-// A body, a point mass and rigid links; loads of the scene and of a command, on points, groups and bodies.
+// The scene has a body, a point mass and rigid links. Loads of the scene and of a command act on points,
+// groups and bodies.
 TEST(Ticks, LoadsInBodyAxesMoveABodyWithoutModesOnEveryRung) {
   const auto state_after = [](Scene scene, Fidelity rung, const Load& load, bool is_command) {
     scene.fidelity = rung;

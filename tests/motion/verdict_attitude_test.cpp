@@ -1,5 +1,5 @@
-// Verdicts on motions whose true attitude departs from the attitude on the rung, so that loads fixed in the
-// world and the centrifugal load act in wrong directions.
+// These tests check verdicts on motions whose true attitude departs from the attitude on the rung, so that
+// loads fixed in the world and the centrifugal load act in wrong directions.
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
@@ -29,8 +29,8 @@ TEST(VerdictAttitude, EstimateIncludesTheAttitudeErrorAboutTheIntermediateAxis) 
   EXPECT_EQ(judged_error(scene, Fidelity::kCoupled, 25.0 * period).level, Verdict::Level::kGood);
 }
 
-/// A cross of seven points that rotates about its intermediate axis; `spin` [rad/s] is a hundredth of the
-/// lowest frequency.
+/// Returns a cross of seven points that rotates about its intermediate axis. The rate `spin` [rad/s] is a
+/// hundredth of the lowest frequency.
 struct Cross {
   Scene scene;
   double lowest = 0.0, spin = 0.0, force = 0.0;

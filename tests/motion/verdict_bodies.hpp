@@ -1,5 +1,5 @@
-// Verdicts on structures with bodies, compared with an independent reference: the same masses on rigid bodies
-// at true geometry. Header only.
+// Verdicts on structures with bodies are compared with an independent reference, which has the same masses on
+// rigid bodies at true geometry. This file is header only.
 #pragma once
 
 #include "tests/motion/body_clones.hpp"

@@ -1,4 +1,5 @@
-// Scenes with a single source of error, for comparing the verdict with the true error.
+// This file makes scenes with a single source of error. Tests compare the verdicts on these scenes with the
+// true error.
 #pragma once
 
 #include "tests/motion/verdict_truth.hpp"

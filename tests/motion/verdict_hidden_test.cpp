@@ -1,6 +1,6 @@
-// Motions with errors that no mode of the rung shows must not get the verdict `good`: a squeeze carried by
-// rigid links or a matrix, loads that vary between ticks, ticks that are long for the rotation or the fall of
-// the body.
+// Motions with errors that no mode of the rung shows must not get the verdict `good`. The causes of such
+// errors are a squeeze carried by rigid links or a matrix, loads that vary between ticks, and ticks that are
+// long for the rotation or the fall of the body.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,9 +28,9 @@ void squeeze(double force, Scene& scene) {
   scene.loads = {load};
 }
 
-// The forces cancel and excite no mode. The forces reduce the bending stiffness through the second-order
-// terms of the links that carry them, which the set-up does not know. The reference has springs in place of
-// those links.
+// The forces cancel and excite no mode. The links that carry these forces have second-order terms, through
+// which the forces reduce the bending stiffness. The set-up does not know these terms. The reference has
+// springs in place of those links.
 TEST(VerdictHidden, CompressionOfRigidLinksOrAMatrixLinkIsNotRatedGood) {
   Scene springs = chain(Spring{3e5});
   displace_modes(springs, {{1, 1e-3}});
@@ -171,7 +171,8 @@ Scene tumbling(double spin) {
   return scene;
 }
 
-// The number of substeps follows from the spin at the start: 0.3 rad per tick gives eight substeps.
+// The number of substeps follows from the spin at the start. For example, 0.3 rad per tick gives eight
+// substeps.
 TEST(VerdictHidden, TicksThatDoNotResolveTumblingAreDivided) {
   const Scene scene = tumbling(30.0);
   const Ends true_end = run_to(scene, 4000.0, 10.0), coarse = run_to(scene, 100.0, 10.0);
@@ -192,7 +193,7 @@ TEST(VerdictHidden, TicksThatNoLongerResolveTumblingAreNotRatedGood) {
   EXPECT_NE(coarse.level, Verdict::Level::kGood);
 }
 
-// Ten orbits of 5,400 s in ticks of 200 s: the fall is integrated exactly.
+// The fall is integrated exactly, even over ten orbits of 5,400 s in ticks of 200 s.
 TEST(VerdictHidden, TicksOfAnOrbitMayBeLong) {
   Scene scene = spring_pair(10.0, 10.0, 2.0, 1e6);
   constexpr double kDistance = 6.7e6;

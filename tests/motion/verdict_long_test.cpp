@@ -1,5 +1,5 @@
-// Verdicts compared with the true error on three hundred random structures with links of every kind, and on
-// three hundred of a second seed. No constant was tuned on the second seed.
+// These tests compare verdicts with the true error on three hundred random structures with links of every
+// kind, and on three hundred of a second seed. No constant was tuned on the second seed.
 #include <gtest/gtest.h>
 
 #include "tests/motion/verdict_bodies.hpp"

@@ -1,5 +1,5 @@
-// Verdicts on motions, each with a single source of error. A reference at true geometry gives the error, and
-// the estimate is within a factor of two of it.
+// These tests check verdicts on motions with a single source of error each. A reference at true geometry
+// gives the error, and the estimate is within a factor of two of this error.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,7 +40,7 @@ TEST(VerdictPhysics, EstimateIncludesAFreeHingeDrivenByVibration) {
   EXPECT_NE(late.level, Verdict::Level::kGood);
 }
 
-/// Returns five points in a line with bending springs: axial loads do work when the line bends.
+/// Returns five points in a line with bending springs. Axial loads do work when the line bends.
 Scene straight_chain() {
   Scene scene;
   for (int k = 0; k < 5; ++k) add_point(scene, 1.0, {1.0 * k, 0.0, 0.0});
@@ -56,7 +56,7 @@ TEST(VerdictPhysics, EstimateIncludesParametricResonanceUnderAxialLoads) {
   Scene scene = straight_chain();
   Faults faults;
   const auto structure = build_structure(scene, faults);
-  // bending modes are pairs; the first mode, the third and so on lie in one plane
+  // bending modes are pairs, so the first mode, the third and so on lie in one plane
   for (const auto& [first, second] : {std::pair{0, 0}, {0, 2}}) {
     displace_modes(scene, {{1, 1e-3}, {3, 5e-4}});
     Load load;
@@ -87,9 +87,9 @@ Scene long_chain(int num_points, double stretch) {
   return scene;
 }
 
-/// Expects that the estimate follows the growth: the amplitude on the rung stays as small as its initial
-/// value `seed`, while the true motion grows far beyond it. The estimate is an amplitude, so it is compared
-/// with the largest of the errors at several times.
+/// Expects that the estimate follows the growth of the motion. The amplitude on the rung stays as small as
+/// its initial value `seed`, while the true motion grows far beyond it. The estimate is an amplitude, so it
+/// is compared with the largest of the errors at several times.
 void expect_growth_estimated(const Scene& scene, double seed, const std::vector<double>& ends) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled}) {
     JudgedError judged;
@@ -107,8 +107,7 @@ void expect_growth_estimated(const Scene& scene, double seed, const std::vector<
   }
 }
 
-// The true motion grows from a micrometre to beyond the tolerance; the motion that the rung computes stays
-// smaller.
+// The true motion grows from a micrometre to beyond the tolerance, but the computed motion stays smaller.
 TEST(VerdictPhysics, EstimateIncludesParametricGrowthThatTheRungDoesNotShow) {
   Scene scene = long_chain(5, 3e5);
   Faults faults;

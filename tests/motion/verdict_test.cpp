@@ -32,8 +32,8 @@ Judged judged(const Scene& scene, double end) {
   return {judgement.now(), judgement.worst(), text_of(watched.plan, judgement.now())};
 }
 
-// 11 points of 1 kg and ten equal beams of 1 m along x: the lowest bending mode is at 8.785 rad/s, and EI /
-// L^2 is 22 N.
+// The scene has 11 points of 1 kg and ten equal beams of 1 m along x. The lowest bending mode is at 8.785
+// rad/s, and EI / L^2 is 22 N.
 constexpr double kLowest = 8.785, kThrust = 22.0;
 Scene free_beam(Fidelity rung) {
   Scene scene;
@@ -317,8 +317,8 @@ TEST(Verdict, TheQuasiStaticVerdictDependsOnTheStiffnessChangeByTheLoad) {
   EXPECT_NE(judge(0.0, 0.34 * kLowest).level, Level::kGood);
 }
 
-// Structures with links of every kind. tests/motion/verdict_long_test has three hundred of them, and three
-// hundred of a seed on which no constant was tuned.
+// The structures have links of every kind. tests/motion/verdict_long_test has three hundred such structures,
+// and three hundred more of a seed on which no constant was tuned.
 TEST(Verdict, IsCorrectForRandomStructures) {
   VerdictCounts counts;
   // a cloud, a matrix, a chain, a mixture, plates, and a cloud whose modes resonate

@@ -129,8 +129,8 @@ class RandomScene {
       join({2 * k + 1, 2 * k + 2, 2 * k + 3}, plate);
     }
   }
-  // the remaining kinds of link: a ladder with a rigid first bay, and with a rigid link, bars and a dashpot
-  // at its end
+  // the remaining kinds of link are in a ladder with a rigid first bay, and with a rigid link, bars and a
+  // dashpot at its end
   void make_mixture() {
     make_ladder();
     const int last = static_cast<int>(scene_.points.size()) - 1;
@@ -231,7 +231,7 @@ inline JudgedError compare_verdict(Scene scene, Fidelity rung, double end,
   while (simulation.state.tick < ticks && is_fine()) {
     const auto commands = simulation.state.tick == 0 ? first : std::span<const ForceCommand>();
     step(simulation.plan, simulation.state, Inputs{commands}, simulation.workspace, simulation.report);
-    // flutter may diverge; the verdict is then that of the last finite tick
+    // flutter may diverge, and the verdict is then the verdict at the last finite tick
     if (is_fine()) judgement.take(simulation.state, no_budget);
   }
   const Verdict& verdict = judgement.now();

@@ -1,4 +1,4 @@
-// A plan in motion with its error budget.
+// This file defines a plan in motion with an error budget.
 #pragma once
 
 #include "core/step/budget.hpp"
@@ -8,7 +8,7 @@
 
 namespace freeflex::testing {
 
-/// A plan in motion with the shadows of its budget.
+/// Watched is a plan in motion with the shadows of the error budget.
 struct Watched {
   Plan plan;
   State state;

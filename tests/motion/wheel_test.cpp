@@ -1,5 +1,5 @@
-// Wheels in bodies: the dual-spin body in closed form, spin-up of a wheel, and the load of a motor on the
-// structure.
+// These tests check wheels in bodies by the dual-spin body in closed form, spin-up of a wheel, and the load
+// of a motor on the structure.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -103,7 +103,7 @@ TEST(Wheel, AMotorLoadsTheStructureLikeATorqueOnItsBody) {
   const Eigen::Map<const Eigen::VectorXd> a(by_motor.state.q.data(), n), b(by_torque.state.q.data(), n);
   EXPECT_GT(b.norm(), 1e-7);
   EXPECT_LT((a - b).norm(), 1e-11 * b.norm());
-  // the body rotates as from rest: I w = -h a
+  // the body rotates as from rest, so I w = -h a
   EXPECT_LT((vector(angular_velocity(by_motor.plan, by_motor.state)) -
              vector(angular_velocity(by_torque.plan, by_torque.state)))
                 .norm(),

@@ -1,5 +1,5 @@
-// Conserved quantities and order of convergence of the Cartesian reference, and the fit of a rigid motion
-// from which the elastic error is measured.
+// These tests check the conserved quantities and the order of convergence of the Cartesian reference. They
+// also check the fit of a rigid motion, from which the elastic error is measured.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -83,7 +83,7 @@ double order_at(const CartesianSystem& system, ReferenceMethod method, double st
   return lowest;
 }
 
-// Each step must evaluate its own first slope: if a solver reuses the last stage, both orders fall.
+// Each step must evaluate its own first slope, because if a solver reuses the last stage, both orders fall.
 TEST(CartesianReference, FixedStepMethodsConvergeAtTheirOrder) {
   const CartesianSystem system = system_of(wild_truss());
   const double times[] = {0.25};

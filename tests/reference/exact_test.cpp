@@ -31,7 +31,7 @@ CartesianState state_at(const CartesianSystem& system, double t, const Reference
 
 double separation(const CartesianState& state) { return (state.p_W.col(1) - state.p_W.col(0)).norm(); }
 
-// Returns the pair at rest, stretched by `stretch` [m]; the rigid part of the initial displacement is
+// Returns the pair at rest, stretched by `stretch` [m]. The rigid part of the initial displacement is
 // removed.
 Scene stretched_pair(double stretch) {
   Scene scene = testing::spring_pair(kM0, kM1, kLength, kStiffness);

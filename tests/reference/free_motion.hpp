@@ -1,4 +1,5 @@
-// Conservation in free motion of random structures, for tests of the true-geometry reference.
+// This file checks conservation in free motion of random structures, for tests of the true-geometry
+// reference.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Hand-written methods with fixed steps: each has its order against a closed form and in nonlinear motion,
-// and under loads all converge to one limit.
+// These tests check hand-written methods with fixed steps. Each method has its order against a closed form
+// and in nonlinear motion, and under loads all methods converge to one limit.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -47,8 +47,9 @@ double order_of(const Case& method, double first, const Error& error_at) {
   return std::log(error_at(first) / error_at(last)) / std::log(last / first);
 }
 
-// Two points on a line, stretched by a tenth of a metre, move for 37 periods; their elongation is a cosine.
-// The error includes the rate, so that it cannot vanish where the elongation passes through zero.
+// Two points on a line, stretched by a tenth of a metre, move for 37 periods, and their elongation is a
+// cosine. The error includes the error of the rate, so that the total error cannot vanish where the
+// elongation passes through zero.
 TEST(HandWritten, EachMethodHasItsOrderAgainstTheClosedFormOfTwoPoints) {
   constexpr double kLength = 2.0, kStretch = 0.1, kStiffness = 1e4, kReduced = 0.75, kEnd = 2.0;
   Scene scene = spring_pair(1.0, 3.0, kLength, kStiffness);

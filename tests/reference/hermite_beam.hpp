@@ -15,7 +15,8 @@ struct HermiteBeam {
   double EI = 1.0;       // [N m^2]
   double length = 1.0;   // [m] of each element
   Eigen::VectorXd mass;  // [kg] (elements + 1) on the nodes
-  // consistent mass: the mass of one inner node is distributed over each element by its shape functions
+  // the mass is consistent, so the mass of one inner node is distributed over each element by its shape
+  // functions
   bool is_consistent = false;
   Eigen::VectorXd tension;  // [N] (elements + 1) at the nodes for consistent mass, otherwise (elements)
   double thrust = 0.0;      // [N] thrust at the first node, which follows the rotation of the node
@@ -23,9 +24,10 @@ struct HermiteBeam {
   Eigen::Index num_elements() const { return mass.size() - 1; }
 };
 
-/// Returns K_G of an element under a tension that is linear along it: the integral of N w' w'.
+/// Returns K_G of an element under a tension that varies linearly along the element. K_G equals the integral
+/// of N w' w'.
 inline Eigen::Matrix4d geometric_stiffness(double first, double last, double L) {
-  // the Gauss points integrate degree 5 exactly: N has degree 1 and the squared slopes have degree 4
+  // the Gauss points integrate degree 5 exactly, because N has degree 1 and the squared slopes have degree 4
   constexpr double points[] = {0.1127016653792583, 0.5, 0.8872983346207417};
   constexpr double weights[] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
   Eigen::Matrix4d G = Eigen::Matrix4d::Zero();

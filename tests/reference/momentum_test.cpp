@@ -109,7 +109,7 @@ TEST(Momentum, AngularMomentumUnderWorldForcesIsAccurateAtAnyTickLength) {
       simulation.run(std::llround(kTime * scene.rate), {&command, 1});
       const double error = (vector(simulation.state.H_W) - H).norm() / H.norm();
       std::printf("seed %d at %g Hz: angular momentum error %.2e\n", static_cast<int>(seed), rate, error);
-      // at 5 Hz a tick is 0.7 rad; otherwise there are only rounding errors of a few hundred ticks
+      // at 5 Hz a tick is 0.7 rad, but at other rates there are only rounding errors of a few hundred ticks
       EXPECT_LT(error, rate < 50.0 ? 1e-9 : 1e-12) << rate;
     }
   }

@@ -1,5 +1,5 @@
-// The methods with which freeflex is compared are correct: each has its order, and the linearised methods
-// solve the linear system.
+// The methods with which freeflex is compared are correct, because each method has its order and the
+// linearised methods solve the linear system.
 #include "core/reference/rivals.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,8 @@ namespace {
 
 constexpr double kEnd = 0.25;  // [s] the phase of the slowest mode is then seventeen radians
 
-/// A truss of two sections and eight points under the corner pulse, and its motion by the reference.
+/// The case is a truss of two sections and eight points under the corner pulse, with the motion that the
+/// reference computes.
 struct Small {
   Scene scene = square_truss(2);
   std::optional<CartesianSystem> system;
@@ -74,7 +75,7 @@ struct Small {
   }
 };
 
-// Each halving divides the error by 2^order; the coarsest step is 0.15 rad of the fastest mode.
+// Each halving divides the error by 2^order, and the coarsest step is 0.15 rad of the fastest mode.
 TEST(Rivals, FixedStepMethodsHaveTheirOrderOnTheFullSystem) {
   const Small small;
   for (const auto& [rival, order] : {std::pair{Rival::kVerlet, 2.0}, {Rival::kRungeKutta4, 4.0}}) {

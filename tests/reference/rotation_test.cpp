@@ -1,5 +1,5 @@
-// Free rotation of a body with three distinct principal moments near its intermediate axis, compared with an
-// integration of Euler's equations and the attitude in 50 decimal digits.
+// The free rotation of a body with three distinct principal moments near the intermediate axis is compared
+// with an integration of Euler's equations and the attitude in 50 decimal digits.
 #include <gtest/gtest.h>
 
 #include <array>

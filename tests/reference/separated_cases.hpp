@@ -1,4 +1,5 @@
-// Elastic error of the separated equations relative to the full system, for the quick and the long tests.
+// This file computes the elastic error of the separated equations relative to the full system, for the quick
+// and the long tests.
 #pragma once
 
 #include <gtest/gtest.h>

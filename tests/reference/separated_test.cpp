@@ -26,8 +26,8 @@ TEST(SeparatedEquations, HaveTheExpectedElasticErrorOnTheStiffTruss) {
   expect_elastic_error("S4", truss_s4(), full_system(truss_s4(), options, false), 2.1e-5);
 }
 
-/// Returns the elastic error at kCaseEnd, and prints it together with two ratios over the run: max|V| /
-/// max|r| and (|w| / omega_1)^2 max|r| / max|V|.
+/// Returns the elastic error at kCaseEnd, and prints it together with two ratios over the run, namely max|V|
+/// / max|r| and (|w| / omega_1)^2 max|r| / max|V|.
 double error_beside_ratios(const char* what, const Scene& scene) {
   ReferenceOptions options;
   options.tolerance = 1e-8;

@@ -1,8 +1,8 @@
 // If a scene is translated, rotated or renumbered, its description changes but its motion does not, except
 // for rounding errors of coordinates and sums. Conditioning is the change of the motion per relative change
-// of the numbers in the scene (coordinates relative to the size, masses, stiffnesses). It is measured here:
-// all numbers change at random by 2^-36, and the changes of positions, velocities and link forces are
-// recorded.
+// of the numbers in the scene (coordinates relative to the size, masses, stiffnesses). The tests measure the
+// conditioning. All numbers change at random by 2^-36, and the changes of positions, velocities and link
+// forces are recorded.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -146,8 +146,8 @@ TEST(Symmetry, TheMotionOfRandomStructuresDoesNotDependOnTheirDescription) {
   }
 }
 
-// A real change of the scene must exceed the bound of the same comparison; otherwise the bound would prove
-// nothing.
+// A real change of the scene must exceed the bound of the same comparison, because otherwise the bound would
+// prove nothing.
 TEST(Symmetry, ConditioningBoundDetectsAChangeOfOneMicrogram) {
   Scene scene = random_structure(3, 7);
   set_going(scene);

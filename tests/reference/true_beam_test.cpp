@@ -1,4 +1,4 @@
-// Beams of the true-geometry reference, compared with published figures and closed forms.
+// These tests compare beams of the true-geometry reference with published figures and closed forms.
 #include <array>
 #include <cmath>
 #include <complex>
@@ -23,7 +23,7 @@ std::array<double, 2> rocket(int elements, double thrust) {
   return {found[0], found[2]};
 }
 
-// The model is that of Beal (1965, AIAA J. 3, 486-494); the figures come from 60 Hermite elements with
+// The model is that of Beal (1965, AIAA J. 3, 486-494), and the figures come from 60 Hermite elements with
 // consistent mass.
 TEST(TrueBeam, RocketConvergesToTheContinuousBeam) {
   constexpr double table[][3] = {
@@ -74,7 +74,7 @@ struct Pair {
 };
 
 Pair pair_of(const SteadyMotion& motion) {
-  // each frequency gives four rates: two planes and two signs
+  // each frequency gives four rates, in two planes and with two signs
   constexpr int kRates = 8;
   std::complex<double> sum = 0.0, squares = 0.0;
   int count = 0;
@@ -106,16 +106,16 @@ TEST(TrueBeam, ARocketHasTheDiscreteEigenvaluesBelowAndBeyondFlutter) {
     const Pair found = rocket_pair(40, thrust, kAxial), expected = discrete_pair(40, thrust);
     std::printf("T %5.1f: sum %.3f for %.3f, product %.1f for %.1f, split %.1f for %.1f\n", thrust, found.sum,
                 expected.sum, found.product, expected.product, found.split(), expected.split());
-    // The beam of the reference can change its length: the thrust shortens it by a fraction of at most thrust
-    // / EA. Squared frequencies change with at most the fourth power of the length, and the product of two of
-    // them with the eighth.
+    // The beam of the reference can change its length, and the thrust shortens the beam by a fraction of at
+    // most thrust / EA. Squared frequencies change with at most the fourth power of the length, and the
+    // product of two of them with the eighth.
     const double stretch = thrust / kAxial;
     EXPECT_NEAR(found.sum, expected.sum, 4.0 * stretch * expected.sum);
     EXPECT_NEAR(found.product, expected.product, 8.0 * stretch * expected.product);
   }
 }
 
-// Beal (1965) gives 109.9; 60 Hermite elements with consistent mass give 109.7.
+// Beal (1965) gives 109.9, but 60 Hermite elements with consistent mass give 109.7.
 TEST(TrueBeam, RocketFluttersAtItsCriticalThrust) {
   constexpr int kElements = 60;
   const Eigen::VectorXd mass = Eigen::VectorXd::Constant(kElements + 1, 1.0 / kElements);
@@ -177,8 +177,8 @@ TEST(TrueBeam, ABeamOfElevenPointsReproducesItsTable) {
   const auto lowest = [](const HermiteBeam& beam, std::size_t first) {
     return std::sqrt(squared_frequencies(beam)[first]).real();
   };
-  // The table has four decimals. Hermite elements do not stretch; squared frequencies change with at most the
-  // fourth power of the length.
+  // The table has four decimals. Hermite elements do not stretch, but the beam of the reference does. Squared
+  // frequencies change with at most the fourth power of the length.
   constexpr double kTolerance = 1e-4, kEA = 1e7;
   const auto expect_near = [&](double found, double expected, double discrete, double tension) {
     EXPECT_NEAR(found, expected, kTolerance);

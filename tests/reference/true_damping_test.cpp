@@ -1,4 +1,4 @@
-// Damping, loads, and rigid bodies on a line at true geometry.
+// These tests check damping, loads, and rigid bodies on a line at true geometry.
 #include <Eigen/Geometry>
 #include <random>
 
@@ -60,7 +60,7 @@ TEST(TrueDamping, HasNoResultantForceAndNoMoment) {
   EXPECT_LT(force.cwiseProduct(e_dot).sum(), 0.0);
 }
 
-// Loads in each kind of axes are so weak that the motion is linear: the difference from the modes is
+// Loads in each kind of axes are so weak that the motion is linear, and the difference from the modes is
 // proportional to the square of the load.
 TEST(TrueLoads, WeakLoadsMoveThePointsAsLinearModesDo) {
   for (const Axes axes : {Axes::kWorld, Axes::kBody, Axes::kLocal}) {

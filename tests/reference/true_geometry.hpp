@@ -1,4 +1,4 @@
-// Scenes and frequencies shared by the tests of the true-geometry reference.
+// This file has scenes and frequencies that the tests of the true-geometry reference share.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// The slower tests of the true-geometry reference: large deflections, buckling, a spinning disc and free
-// motion.
+// These slower tests of the true-geometry reference check large deflections, buckling, a spinning disc and
+// free motion.
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <array>
@@ -110,7 +110,8 @@ TEST(TruePlate, SpinningDiscAgreesWithLambAndSouthwell) {
     scene.initial.angular_velocity = {0.0, 0.0, kSpin};
     found[mesh] = frequencies_along(steady_motion_of(scene), 2, 1.1 * kSpin);
   }
-  // the modes have 2 nodal diameters, 1 nodal circle and 3 nodal diameters; the first and the last are pairs
+  // the modes have 2 nodal diameters, 1 nodal circle and 3 nodal diameters, and the first and the last are
+  // pairs
   const auto expected = [](int n, int s) {
     const double k = n + 2.0 * s;
     return kSpin * std::sqrt(((3.0 + kNu) * k * (k + 2.0) - (1.0 + 3.0 * kNu) * n * n) / 8.0);
@@ -131,8 +132,8 @@ TEST(TruePlate, SpinningDiscAgreesWithLambAndSouthwell) {
     for (std::size_t k = 0; k < 3; ++k) limit += weight[k] * found[k][index];
     std::printf("%.5f %.5f %.5f, limit %.5f for %.5f\n", found[0][index], found[1][index], found[2][index],
                 limit, frequency);
-    // an error of order h^6 remains: with 4, 5 and 6 rings the error is 4e-4, half of it from the stretch of
-    // the disc by its spin
+    // an error of order h^6 remains, and with 4, 5 and 6 rings the error is 4e-4, half of it from the stretch
+    // of the disc by its spin
     EXPECT_NEAR(limit, frequency, 3e-3 * frequency);
   }
 }

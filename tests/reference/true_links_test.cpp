@@ -1,5 +1,5 @@
-// Links of every kind at true geometry: their forces derive from an energy, small motions agree with the
-// modes, and free motion conserves energy and momenta.
+// These tests check links of every kind at true geometry. The forces of the links derive from an energy,
+// small motions agree with the modes, and free motion conserves energy and momenta.
 #include <Eigen/Geometry>
 #include <array>
 #include <random>

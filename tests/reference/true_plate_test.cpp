@@ -1,4 +1,5 @@
-// Plates of the true-geometry reference: patch tests, and a strip compared with a beam.
+// These tests check the plates of the true-geometry reference by patch tests and by a strip that is compared
+// with a beam.
 #include <Eigen/Geometry>
 
 #include "core/reference/rotations.hpp"

@@ -1,5 +1,5 @@
-// A fault is reported once, at the position where it was written. Aliases do not repeat it, and if a key is
-// misspelt, the correct key is not reported as missing too.
+// A fault is reported once, at the position where it was written. Aliases do not repeat the fault, and if a
+// key is misspelt, the correct key is not reported as missing too.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {

@@ -1,4 +1,5 @@
-// Scenes refused for bodies, wheels, masses of links and kept modes; messages are compared word for word.
+// The scenes in these tests are refused for bodies, wheels, masses of links and kept modes. The messages are
+// compared word for word.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {

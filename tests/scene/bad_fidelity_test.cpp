@@ -1,4 +1,4 @@
-// Scenes refused for their rung, its tolerance or their error budget.
+// The scenes in these tests are refused for their rung, the tolerance of the rung or the error budget.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {

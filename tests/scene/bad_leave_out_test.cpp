@@ -1,4 +1,4 @@
-// Scenes refused for their section leave_out.
+// The scenes in these tests are refused for their section leave_out.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {

@@ -1,4 +1,4 @@
-// Links refused for the points, values, releases or losses that their kind requires.
+// The links in these tests are refused for the points, values, releases or losses that their kind requires.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {
@@ -43,8 +43,8 @@ INSTANTIATE_TEST_SUITE_P(
                  "{spring: [hub..tip, hub], stiffness: 1}\n"
                  "  - {spring: [hub, tip], stiffness: -5}",
                  {"scene.yaml:7:37: error: link 2: stiffness -5 N/m, must be > 0"}),
-        // messages give the positions 2.2 and 3 in the list; among all links these links have the numbers 5
-        // and 6
+        // messages give the positions 2.2 and 3 in the list, but among all links these links have the numbers
+        // 5 and 6
         bad_link("PhysicsAfterAChain",
                  "{spring: [hub..tip, hub], stiffness: 1}\n"
                  "  - {beam: [hub, mid, tip], EA: 1, GJ: 1, EIy: 1, EIz: 1, y_axis: [0, 1, 0]}\n"

@@ -1,4 +1,4 @@
-// Scenes refused for their fidelity, attractor, feedback and follower forces.
+// The scenes in these tests are refused for their fidelity, attractor, feedback and follower forces.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {

@@ -1,4 +1,4 @@
-// Scenes that must be refused, with their files and the exact text of every message.
+// This file describes scenes that must be refused, with their files and the exact text of every message.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,8 +23,8 @@ inline std::string bad_scene_name(const ::testing::TestParamInfo<BadScene>& info
 /// Loads the scene as a plan in a temporary folder and compares all messages.
 void expect_refused(const BadScene& scene);
 
-/// Holds four lines of text with three points: hub at the origin, mid 1 m from it along x, tip 1 m from mid
-/// along y.
+/// Holds four lines of text with three points. The point hub is at the origin, mid is 1 m from hub along x,
+/// and tip is 1 m from mid along y.
 inline const std::string kThreePoints =
     "points:\n"
     "  - {name: hub, mass: 10, at: [0, 0, 0]}\n"

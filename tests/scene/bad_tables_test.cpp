@@ -1,4 +1,5 @@
-// Scenes refused for their Matrix Market and CSV files, and for files that cannot be read.
+// The scenes in these tests are refused for their Matrix Market and CSV files, and for files that cannot be
+// read.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {

@@ -1,4 +1,5 @@
-// Scenes refused for values out of range, unknown names, duplicates, geometry and units.
+// The scenes in these tests are refused for values out of range, unknown names, duplicates, geometry and
+// units.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {

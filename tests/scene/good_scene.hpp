@@ -21,7 +21,7 @@ inline Scene read_good(const TemporaryFolder& folder, const std::string& text) {
 /// Reads the text as scene.yaml of a temporary folder.
 inline Scene read_good(const std::string& text) { return read_good(TemporaryFolder(), text); }
 
-/// Holds two lines of text: two points 1 m apart, joined by a spring.
+/// Holds two lines of text, which give two points 1 m apart, joined by a spring.
 inline const std::string kTwoPoints =
     "points: [{name: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}]\n"
     "links: {spring: [a, b], stiffness: 1}\n";

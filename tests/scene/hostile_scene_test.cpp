@@ -44,7 +44,7 @@ const std::string kCsv = "name,mass,x,y,z\r\nd,1,2,3,4\n# note\ne, 2.5 ,-1,0,7\n
 const std::string kMatrix =
     "%%MatrixMarket matrix coordinate real symmetric\n% N/m\n6 6 3\n1 1 5\n4 1 -5\n4 4 5\n";
 
-// makes one or two changes: it flips a bit, sets a byte, inserts a token, or cuts or repeats a piece
+// makes one or two changes. Each change flips a bit, sets a byte, inserts a token, or cuts or repeats a piece
 std::string mutate(std::string text, std::mt19937_64& engine) {
   static const std::vector<std::string> kTokens{"[",
                                                 "]",

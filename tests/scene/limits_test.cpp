@@ -127,8 +127,8 @@ TEST_F(Limits, ListsOfTooManyItemsAreRefused) {
   EXPECT_EQ(read_text(text + "loads: [{forces: {'1': [0, 0, 1]}}]\n").size(), 1u);
 }
 
-// up to 1000 points, everything is published and pushable by default; above that, only the points that the
-// scene lists, where `all` stands for every point
+// up to 1000 points, everything is published and pushable by default. Above 1000 points, only the points that
+// the scene lists are published and pushable, where `all` stands for every point
 TEST_F(Limits, AboveAThousandPointsOnlyListedPointsArePublishedOrPushable) {
   constexpr int kPoints = 1100;
   std::string csv = "mass,x,y,z\n", springs = "from,to,stiffness\n";

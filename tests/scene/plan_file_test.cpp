@@ -1,4 +1,5 @@
-// Plan files: a plan on disk is either complete or absent, and it is read back as it was written.
+// These tests check plan files. A plan on disk is either complete or absent, and the plan that is read back
+// equals the written plan.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>

@@ -77,7 +77,7 @@ TEST(Plausibility, AWarningAboutASmallThicknessStatesNoUnit) {
   EXPECT_TRUE(texts[0].ends_with(" m")) << texts[0];
 }
 
-// for an aluminium tube of 1 m, sqrt(EI / EA) is 0.35 m; if EI is given in N mm^2, it is 350 m
+// for an aluminium tube of 1 m, sqrt(EI / EA) is 0.35 m, but if EI is given in N mm^2, this length is 350 m
 TEST(Plausibility, BeamStiffnessIsJudgedByItsRadiusOfGyration) {
   const auto beam = [](const std::string& stiffness) {
     return warnings_of(kThreePoints + "links:\n  - {name: tube, beam: [hub, mid], GJ: 1e6, " + stiffness +
@@ -114,7 +114,7 @@ TEST(Plausibility, ADampingRatioAboveOneGivesAWarning) {
       Texts{"s:7:10: warning: damping: a ratio of 2 is above 1, critical damping; in per cent write 0.02"});
 }
 
-// the plate has 4 x 4 cells of 5 mm and is 10 mm thick: each triangle is narrower than its thickness, but the
+// the plate has 4 x 4 cells of 5 mm and is 10 mm thick. Each triangle is narrower than its thickness, but the
 // plate of 20 mm is wider
 TEST(Plausibility, ThicknessIsComparedWithTheWholePlateInAFineMesh) {
   std::string text = "points:\n";
@@ -188,8 +188,8 @@ TEST(Plausibility, FrequenciesAboveAThousandTimesTheRateGiveAWarning) {
   EXPECT_EQ(warnings("1e10"), Texts{}) << "the frequency is 711 times the rate";
 }
 
-// returns a scene of beams some metres long at `offset` [m] from the origin along each axis; every coordinate
-// is an exact double
+// returns a scene of beams some metres long at `offset` [m] from the origin along each axis, and every
+// coordinate is an exact double
 std::string far_scene(double offset) {
   std::string text = "points:\n";
   const double positions[4][3] = {{0, 0, 0}, {1.5, 0, 0}, {3, 0, 0.5}, {3, 1, 0}};

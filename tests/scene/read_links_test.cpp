@@ -21,7 +21,8 @@ std::vector<Link> read_links(const std::string& links) {
 
 using Released = std::array<std::array<bool, 3>, 2>;
 
-// the text of a link of each kind; if a new kind has no overload here, this file does not compile
+// these overloads return the text of a link of each kind, and if a new kind has no overload here, this file
+// does not compile
 std::string written(const Spring&) { return "{spring: [a, b], stiffness: 1}"; }
 std::string written(const Bar&) { return "{bar: [a, b], EA: 1}"; }
 std::string written(const Beam&) { return "{beam: [a, b], EA: 1, GJ: 1, EIy: 1, EIz: 1}"; }

@@ -15,7 +15,8 @@
 namespace freeflex::testing {
 namespace {
 
-// a scene with every kind of target that a path can reach: items, an alias, names that contain dots, tables
+// the scene has every kind of target that a path can reach, namely items, an alias, names that contain dots,
+// tables
 const std::string kScene =
     "points:\n"
     "  - &hub {name: hub, mass: 10, at: [0, 0, 0]}\n"

@@ -144,7 +144,7 @@ TEST_F(MatrixMarket, AGeneralMatrixWithRoundedEntriesIsAveragedWithItsTranspose)
 }
 
 // an asymmetry of 9e-7 of the largest entry, which can result from rounding to seven digits, is removed by
-// averaging; an asymmetry of 1.1e-6 is refused
+// averaging, but an asymmetry of 1.1e-6 is refused
 TEST_F(MatrixMarket, AnAsymmetryFromRoundingToSevenDigitsIsAccepted) {
   const auto load = [&](const std::string& entry) {
     folder_.write("K.mtx", "%%MatrixMarket matrix coordinate real general\n6 6 4\n1 1 1\n4 1 " + entry +

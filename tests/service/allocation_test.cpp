@@ -108,7 +108,7 @@ TEST(Loop, AllocatesNothingOnTheCoupledRungWithRigidLinksOrBodies) {
   }
 }
 
-// returns bodies on beams with mass; a load and commands drive the wheels and apply torques on the bodies
+// returns bodies on beams with mass. A load and commands drive the wheels and apply torques on the bodies
 Scene with_wheels(Fidelity fidelity) {
   Scene scene = octahedron();
   for (int i = 0; i < 2; ++i) {

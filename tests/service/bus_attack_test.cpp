@@ -1,7 +1,7 @@
-// The real freeflexd while its receiving processes are killed repeatedly, while packets that kill liblcm
-// arrive at 1 to 1000 a second, and under floods of hostile packets. The tests measure the time until
-// commands are answered again and how many commands arrive, and check that no bit of the motion changes.
-// FREEFLEX_ATTACK_KILLS and FREEFLEX_ATTACK_SECONDS set the number of kills and the duration.
+// The tests run the real freeflexd while its receiving processes are killed repeatedly, while packets that
+// kill liblcm arrive at 1 to 1000 a second, and under floods of hostile packets. The tests measure the time
+// until commands are answered again and how many commands arrive, and check that no bit of the motion
+// changes. FREEFLEX_ATTACK_KILLS and FREEFLEX_ATTACK_SECONDS set the number of kills and the duration.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -42,7 +42,7 @@ std::vector<pid_t> find_children(const Process& daemon) {
   return children;
 }
 
-/// Returns a command that is accepted and changes nothing: it clears an empty slot.
+/// Returns a command that is accepted and changes nothing, because the command clears an empty slot.
 ForceCommand make_idle(std::int64_t sequence) {
   ForceCommand command = make_push(sequence, 63);
   command.num_points = 0;
@@ -86,8 +86,8 @@ TEST_F(FREEFLEX_ATTACK_NAME, AfterEachKillCommandsAreAnsweredAgainAndNoTickIsSki
   for (int i = 0; i < kKills; ++i) {
     const std::vector<pid_t> children = find_children(daemon);
     ASSERT_FALSE(children.empty()) << i;
-    // kills come in bursts of ten, each as soon as commands are answered again; every third kill ends both
-    // processes
+    // kills come in bursts of ten, each as soon as commands are answered again, and every third kill ends
+    // both processes
     const bool kills_both = i % 3 == 2 && children.size() > 1;
     const auto killed = steady_clock::now();
     ASSERT_TRUE(send_signal(children[0], SIGKILL));
@@ -117,7 +117,7 @@ TEST_F(FREEFLEX_ATTACK_NAME, AfterEachKillCommandsAreAnsweredAgainAndNoTickIsSki
   EXPECT_EQ(daemon.wait(), 0) << daemon.output();
 }
 
-// A process that hangs is detected by its missing beats; a stopped process is detected after 100 ms.
+// A process that hangs is detected by its missing beats. A stopped process is detected after 100 ms.
 TEST_F(FREEFLEX_ATTACK_NAME, CommandsAreAnsweredAgainAfterEachHang) {
   BusClient client("AH");
   Process daemon(command_line("AH"));

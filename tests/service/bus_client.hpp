@@ -1,5 +1,6 @@
-// A bus client that does not use liblcm's receiver, and programs as child processes. The client reads
-// unfragmented LCM messages from a plain socket, so packets that kill liblcm do not harm it.
+// This file defines a bus client that does not use liblcm's receiver, and programs that run as child
+// processes. The client reads unfragmented LCM messages from a plain socket, so packets that kill liblcm do
+// not harm it.
 #pragma once
 
 #include <sys/types.h>
@@ -71,7 +72,8 @@ class BusClient {
 /// Runs a program and writes its output into a temporary file. The destructor kills the program.
 class Process {
  public:
-  /// Starts the program. With a priority above 0 it runs under SCHED_FIFO, if the system allows that.
+  /// Starts the program. With a priority above 0 the program runs under SCHED_FIFO, if the system allows
+  /// SCHED_FIFO.
   explicit Process(const std::vector<std::string>& arguments, int priority = 0);
   ~Process();
   Process(const Process&) = delete;
@@ -90,9 +92,9 @@ class Process {
   std::string log_;
 };
 
-/// Records one prefix with the unmodified lcm-logger; the recording has begun when the constructor returns.
-/// lcm-logger queues 31 messages and drops any more, so it runs at a priority above ordinary programs. If the
-/// machine stalls for some 20 ms, messages are still lost.
+/// Records one prefix with the unmodified lcm-logger. The recording has begun when the constructor returns.
+/// lcm-logger queues 31 messages and drops any more, so lcm-logger runs at a priority above ordinary
+/// programs. If the machine stalls for some 20 ms, messages are still lost.
 class Recorder {
  public:
   Recorder(const std::string& prefix, const std::string& log);

@@ -94,7 +94,7 @@ void expect_complete(const Expected& expected, const Account& account, const std
   EXPECT_EQ(num_wrong, 0) << who << ": commands not accounted for, of " << expected.size();
 }
 
-/// Holds the recording of lcm-logger: the number of messages on each channel, and the account.
+/// Holds the recording of lcm-logger, with the number of messages on each channel, and the account.
 struct Recording {
   std::map<std::string, std::int64_t> counts;
   Account account;

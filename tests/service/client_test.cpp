@@ -73,7 +73,7 @@ class ClientOfADaemon : public Daemon {
   }
   ~ClientOfADaemon() override { std::remove(scene_.c_str()); }
 
-  /// Returns the daemon's command line; the default is lockstep.
+  /// Returns the daemon's command line. The default is lockstep.
   std::vector<std::string> line(std::vector<std::string> more = {"--time", "lockstep"}) const {
     std::vector<std::string> words{program("freeflexd"), scene_, "--prefix", kPrefix, "--log-level", "error"};
     words.insert(words.end(), more.begin(), more.end());
@@ -118,7 +118,7 @@ TEST_F(ClientOfADaemon, APushByNameActsForItsDuration) {
   const std::int64_t tick = pair.push({.forces = {{"b", {2.0, 0.0, 0.0}}}, .duration = 0.5});
   const freeflex_msgs::state_t& state = pair.step(1000);
   EXPECT_GE(state.tick, tick + 500);
-  // 2 N for 0.5 s on 4 kg; the rounding errors of 500 ticks add up to 1e-13 at most
+  // 2 N act for 0.5 s on 4 kg, and the rounding errors of 500 ticks add up to 1e-13 at most
   EXPECT_NEAR(state.velocity[0], 2.0 * 0.5 / 4.0, 1e-12);
 }
 

@@ -1,4 +1,4 @@
-// Deadlines, overruns and slips with a simulated clock, and the histogram of durations.
+// These tests check deadlines, overruns and slips with a simulated clock, and the histogram of durations.
 #include "service/clock.hpp"
 
 #include <gtest/gtest.h>
@@ -115,13 +115,13 @@ TEST(Loop, SlipsOnceAfterALongStallAndStillExecutesEveryTick) {
   EXPECT_EQ(rig.simulation.state().tick, 1000);
   EXPECT_EQ(rig.output->num_slips.load(), 1);
   EXPECT_EQ(rig.output->num_overruns.load(), 1);
-  // tick 100 ended at 600 ms, which is the new base of the deadlines; 899 ticks follow, the first without
+  // tick 100 ended at 600 ms, which is the new base of the deadlines, and 899 ticks follow, the first without
   // delay
   EXPECT_EQ(rig.clock.now_ns() - start, 600 * kMillisecond + 898 * kMillisecond);
 }
 
 TEST(Loop, ObeysControlsBetweenSlowTicks) {
-  // a tick lasts 100 s; STOP is sent 5 s after the start of the first tick
+  // a tick lasts 100 s, and STOP is sent 5 s after the start of the first tick
   Plan plan = octahedron_plan();
   set_rate(plan, 0.01);
   Rig rig(plan, {});

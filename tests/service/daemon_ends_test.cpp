@@ -112,7 +112,7 @@ TEST_F(Daemon, ReportsAPreloadedLibraryThatMakesForbiddenSystemCalls) {
 TEST_F(Daemon, EndsCleanlyOnASignalDuringStartUp) {
   BusClient client("F");
   Process daemon(command_line("F"));
-  // the scene has been read; now the ingress starts or the daemon listens to the bus
+  // the scene has been read, and now the ingress starts or the daemon listens to the bus
   ASSERT_TRUE(client.until([&] { return daemon.output().find("104 points") != std::string::npos; }));
   daemon.signal(SIGTERM);
   EXPECT_EQ(daemon.wait(), 0);
@@ -170,7 +170,7 @@ TEST_F(Daemon, KeepsRunningAfterAStopAndPublishesASlip) {
   EXPECT_EQ(daemon.output().find("does not hold the period"), std::string::npos) << daemon.output();
 }
 
-/// Returns whether every thread of the process has stopped; after SIGSTOP this takes some time.
+/// Returns whether every thread of the process has stopped. After SIGSTOP the stop takes some time.
 bool has_stopped(const Process& process) {
   const std::filesystem::directory_iterator tasks("/proc/" + std::to_string(process.pid()) + "/task");
   return std::all_of(begin(tasks), end(tasks), [](const auto& task) {

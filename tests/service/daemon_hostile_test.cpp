@@ -1,6 +1,6 @@
-// The real freeflexd under commands that are rejected for every reason, bytes that are not a command, packets
-// that kill liblcm and kills of the receiver: it answers every message that can be answered, and no bit of
-// its motion changes.
+// These tests run the real freeflexd under commands that are rejected for every reason, bytes that are not a
+// command, packets that kill liblcm and kills of the receiver. The daemon answers every message that can be
+// answered, and no bit of its motion changes.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -48,7 +48,7 @@ std::vector<Bytes> misshapen(const Bytes& push) {
     all.push_back(push);
     all.back().resize(push.size() + extra);
   }
-  // offset of the two counts; after them comes one force of an int32 and three doubles
+  // this is the offset of the two counts, and after the counts comes one force of an int32 and three doubles
   const std::size_t counts = push.size() - 28 - 8;
   for (const std::uint32_t count : {0xFFFFFFFFu, 1u << 30, 1u << 29, 0x80000000u}) {
     for (const std::size_t at : {counts, counts + 4}) {
@@ -256,8 +256,9 @@ void run_with_rules_broken(const std::string& scene, bool breaks, std::map<std::
   ASSERT_TRUE(advance_to(400));
   states = client.states;
   if (!breaks) return;
-  // some reasons are tested elsewhere: left_out needs a reduced plan (replan_test), too_old needs a daemon
-  // that was stopped (daemon_ends_test), and verifier_test covers keys; epoch_ended needs the reset below
+  // some reasons are tested elsewhere, because left_out needs a reduced plan (replan_test), too_old needs a
+  // daemon that was stopped (daemon_ends_test), and verifier_test covers keys. The reason epoch_ended needs
+  // the reset below
   constexpr int kFirstOfKeys = static_cast<int>(Reason::kKeyRequired);
   EXPECT_TRUE(client.until([&] { return rejections(client).size() >= kFirstOfKeys - 4; }));
   client.send_control(control_t::RESET);

@@ -1,5 +1,5 @@
-// With --keys the real freeflexd obeys only the holders of its keys, and it obeys them as a daemon without
-// keys obeys everybody.
+// With --keys the real freeflexd obeys only the holders of its keys. The daemon obeys these holders as a
+// daemon without keys obeys everybody.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -59,8 +59,8 @@ TEST_F(Daemon, WithKeysItObeysOnlyTheHoldersOfTheKeys) {
   EXPECT_EQ(client.answer(push.sequence).reason, 0);
   EXPECT_EQ(client.answer(client.send_control(control_t::HOLD)).reason, 0);
 
-  // a stranger without a key is answered; copied commands, commands on another channel and commands sealed
-  // with another secret are only counted
+  // a stranger without a key is answered, but copied commands, commands on another channel and commands
+  // sealed with another secret are only counted
   freeflex_msgs::control_t stop{};
   stop.session = client.session;
   stop.sender = "stranger";

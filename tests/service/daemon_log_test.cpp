@@ -1,5 +1,5 @@
-// The log of the real freeflexd: if writing the log fails, no tick is lost, and nobody on the bus can flood
-// the log.
+// These tests check the log of the real freeflexd. If writing the log fails, no tick is lost, and nobody on
+// the bus can flood the log.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -27,8 +27,8 @@ using service::LimitedLog;
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-/// Makes a daemon write many log lines: it sends a thousand STATUS messages a second, each of another
-/// session, and kills the ingress five times a second.
+/// Makes a daemon write many log lines. The function sends a thousand STATUS messages a second, each of
+/// another session, and kills the ingress five times a second.
 class Provoker {
  public:
   Provoker(BusClient& client, const Process& daemon, const std::string& prefix)
@@ -103,8 +103,9 @@ TEST_F(Daemon, RunsToItsEndWithTheSameBitsIfItsLogFails) {
   std::array<int, 2> broken{};
   ASSERT_EQ(pipe(broken.data()), 0);
   close(broken[0]);
-  // the logs are a file limited to 512 or 1024 bytes; /dev/full, which refuses every byte like a full disk;
-  // closed streams, whose numbers 0, 1 and 2 the first sockets could get; and a pipe without a reader
+  // the first logs are a file limited to 512 or 1024 bytes and /dev/full, which refuses every byte like a
+  // full disk. The other logs are closed streams, whose numbers 0, 1 and 2 the first sockets could get, and a
+  // pipe without a reader
   const std::vector<LogTarget> targets{{"ulimit -f 1;", ""},
                                        {"", "2>/dev/full"},
                                        {"", "<&- >&- 2>&-"},

@@ -1,5 +1,5 @@
-// The real freeflexd in a private network: commands and answers, a second daemon on the prefix, and the same
-// motion in every timing.
+// These tests run the real freeflexd in a private network. They check commands and answers, a second daemon
+// on the prefix, and the same motion in every timing.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <unistd.h>
@@ -192,9 +192,10 @@ TEST_F(Daemon, RecordingsInEveryTimingHaveTheSameMotionAndReplayToTheBit) {
   for (const char* timing : {"realtime", "scaled=10", "asap", "lockstep"}) {
     std::map<std::int64_t, state_t> states;
     Verdict verdict = record_and_replay(timing, states);
-    // While lcm-logger does not run, 30 messages wait for it and further messages are dropped; a daemon
-    // without a pace sends them within milliseconds. `replay` reports the loss, unless the whole end of the
-    // recording is lost, and asks for a plan if the scene is lost. Only such recordings are repeated.
+    // While lcm-logger does not run, 30 messages wait for lcm-logger and further messages are dropped,
+    // because a daemon without a pace sends so many within milliseconds. `replay` reports the loss, unless
+    // the whole end of the recording is lost, and asks for a plan if the scene is lost. Only such recordings
+    // are repeated.
     const auto lacks_something = [&] {
       return verdict.status == kIncomplete || (verdict.status == 0 && !verdict.covers_all()) ||
              verdict.text.find("the log holds no T_SCENE") != std::string::npos;

@@ -29,7 +29,7 @@ std::string read_document(const std::string& name) {
   return flat;
 }
 
-/// Returns the number with commas between thousands: 8864 becomes 8,864.
+/// Returns the number with commas between thousands. For example, 8864 becomes 8,864.
 std::string with_commas(std::int64_t number) {
   std::string digits = std::to_string(number);
   for (auto at = static_cast<std::ptrdiff_t>(digits.size()) - 3; at > 0; at -= 3)

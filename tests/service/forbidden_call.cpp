@@ -1,5 +1,5 @@
-// A library to preload. The poll() of this library also opens a file, as a library that fakes the clock would
-// do to read its settings.
+// This file is a library to preload. The poll() of this library also opens a file, as a library that fakes
+// the clock would do to read its settings.
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/syscall.h>

@@ -1,4 +1,5 @@
-// A hostile ingress: it writes arbitrary bytes into all memory that it can reach.
+// This file defines a hostile ingress, which writes arbitrary bytes into all memory that the ingress can
+// reach.
 #pragma once
 
 #include <algorithm>

@@ -1,7 +1,8 @@
-// A mast of 10,000 points, from its files to a daemon at 1 kHz. The test prints time and memory of set-up and
-// daemon, and the duration of ticks while 20 points are pushed and read. FREEFLEX_LARGE_BAYS and
-// FREEFLEX_LARGE_MODES change the size; 25000 and 300 give 100,000 points and a set-up of some minutes. If
-// FREEFLEX_LARGE_PLAN is the absolute path of a plan from an earlier run, that plan is used without a set-up.
+// The test takes a mast of 10,000 points from its files to a daemon at 1 kHz. The test prints time and memory
+// of set-up and daemon, and the duration of ticks while 20 points are pushed and read. FREEFLEX_LARGE_BAYS
+// and FREEFLEX_LARGE_MODES change the size; 25000 and 300 give 100,000 points and a set-up of some minutes.
+// If FREEFLEX_LARGE_PLAN is the absolute path of a plan from an earlier run, that plan is used without a
+// set-up.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 

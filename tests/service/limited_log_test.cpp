@@ -1,4 +1,4 @@
-// The limit on repeated log lines, with a simulated clock.
+// These tests check the limit on repeated log lines, with a simulated clock.
 #include "service/limited_log.hpp"
 
 #include <gtest/gtest.h>

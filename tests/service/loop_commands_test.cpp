@@ -1,5 +1,5 @@
-// Commands at the simulation loop: how many it takes in a tick, from which senders, up to what age, and what
-// it checks.
+// These tests check how many commands the simulation loop takes in a tick, from which senders, up to what
+// age, and what the loop checks.
 #include <gtest/gtest.h>
 
 #include <map>

@@ -1,4 +1,5 @@
-// The simulation loop: the same motion in every timing, controls, faults and outputs.
+// These tests check that the simulation loop gives the same motion in every timing. They also check controls,
+// faults and outputs.
 #include "service/loop.hpp"
 
 #include <gtest/gtest.h>
@@ -34,7 +35,8 @@ TEST(Timing, EachNameIsReadBackAsItsTiming) {
   }
 }
 
-/// Holds the results of a run: the last state, the published states by tick, and the APPLIED entries.
+/// Holds the results of a run, which are the last state, the published states by tick, and the APPLIED
+/// entries.
 struct Course {
   std::vector<std::uint64_t> last;
   std::map<std::int64_t, std::vector<std::uint64_t>> published;
@@ -278,8 +280,8 @@ TEST(Loop, StatesDroppedForLackOfRoomAreCountedAndOthersStayInOrder) {
   };
   rig.run();
   while (const auto* snapshot = rig.take_motion()) arrived.push_back(snapshot->motion.tick);
-  // a state is due every 20 ticks and at the end; the states of ticks 0 to 80 wait, and those of ticks 100 to
-  // 200 find no room
+  // a state is due every 20 ticks and at the end, and the states of ticks 0 to 80 wait, but the states of
+  // ticks 100 to 200 find no room
   const std::vector<std::int64_t> wanted{0,   20,  40,  60,  80,  220, 240, 260,
                                          280, 300, 320, 340, 360, 380, 400, 400};
   EXPECT_EQ(arrived, wanted);

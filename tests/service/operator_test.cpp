@@ -1,5 +1,6 @@
-// The operator of the real freeflexd, while strangers use its bus. Strangers can take all slots of the bus,
-// but they cannot block controls or the operator, and they cannot keep a daemon from starting.
+// These tests check the operator of the real freeflexd while strangers use the bus. Strangers can take all
+// slots of the bus, but they cannot block controls or the operator, and they cannot keep a daemon from
+// starting.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/socket.h>
@@ -73,7 +74,7 @@ TEST_F(Daemon, StrangersCannotBlockControlsOrTheOperator) {
   Process daemon(command_line("OP", {"--socket", socket, "--time", "scaled=0.05"}));
   ASSERT_TRUE(client.meet()) << daemon.output();
   take_everything(client);
-  // "test" is the sixty-fifth: its forces are refused, its controls are not
+  // "test" is the sixty-fifth sender, so the forces of "test" are refused, but its controls are not
   client.send(make_push(client.next_sequence));
   EXPECT_EQ(client.answer(client.next_sequence++).reason, static_cast<int>(Reason::kTooManySenders));
   EXPECT_EQ(client.answer(client.send_control(control_t::HOLD)).reason, 0);

@@ -1,4 +1,4 @@
-// The times at which the publisher checks its ring buffers.
+// These tests check the times at which the publisher checks its ring buffers.
 #include <gtest/gtest.h>
 
 #include "service/publisher.hpp"

@@ -1,5 +1,5 @@
-// If a command needs an omitted feature, the plan is replaced at the tick of the command, and the motion is
-// that of a plan that always had the feature.
+// If a command needs an omitted feature, the plan is replaced at the tick of the command, and the motion
+// equals the motion of a plan that always had the feature.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>

@@ -1,5 +1,5 @@
-// Runs a simulation loop in one thread without a bus: commands go into its ring, and its outputs are
-// collected.
+// This file runs a simulation loop in one thread without a bus. Commands go into the ring of the loop, and
+// the outputs of the loop are collected.
 #pragma once
 
 #include <functional>
@@ -24,7 +24,7 @@ class FakeClock final : public service::Clock {
     if (on_sleep) on_sleep();
   }
   void pass(std::int64_t ns) { now_ns_ += ns; }
-  /// Simulates that the machine is suspended: only the boot time advances.
+  /// Simulates that the machine is suspended, so only the boot time advances.
   void suspend(std::int64_t ns) { suspended_ns_ += ns; }
 
   std::function<void()> on_sleep;  // called after each sleep
@@ -47,8 +47,8 @@ ForceCommand make_push(std::int64_t sequence, int slot = 0, std::int64_t start_t
                        double size = 1.0);
 
 struct Rig {
-  /// \param most_waiting  snapshots that a channel can store; if it is 1, a loop without a pace waits for the
-  /// reader
+  /// \param most_waiting  snapshots that a channel can store. If the number is 1, a loop without a pace waits
+  /// for the reader
   Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock_of_loop,
       std::size_t most_waiting = 1);
   Rig(const Plan& plan, const service::LoopSettings& settings, std::size_t most_waiting = 1)

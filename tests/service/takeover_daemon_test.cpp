@@ -1,5 +1,6 @@
-// The daemon with a hostile ingress. This program is the test, the daemon that it starts, and that daemon's
-// ingress, which writes arbitrary bytes into all memory that it can reach until it is killed.
+// These tests run the daemon with a hostile ingress. This program is the test, the daemon that the test
+// starts, and the ingress of this daemon. Until the ingress is killed, it writes arbitrary bytes into all
+// memory that it can reach.
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <signal.h>

@@ -1,4 +1,5 @@
-// A packet handler and a verifier without a network: the input is messages as bytes, the output is commands.
+// The rig is a packet handler and a verifier without a network. The input is messages as bytes, and the
+// output is commands.
 #pragma once
 
 #include <memory>
@@ -14,7 +15,7 @@ namespace freeflex::testing {
 
 inline const std::string kForceChannel = "TEST_FORCE", kControlChannel = "TEST_CONTROL";
 
-/// Returns a key without limits; its secret is derived from its id.
+/// Returns a key without limits. The secret of the key is derived from the id of the key.
 service::Key make_key(const std::string& id);
 
 /// Return make_force() and make_control() with a sequence number, as the holder of a key sends them.
@@ -34,7 +35,7 @@ struct VerifierRig {
 
   /// Returns the next command that was accepted, or nullopt.
   std::optional<service::InboundEntry> next_command();
-  /// Returns the next answer to a rejection; its reason is kAccepted if there is none.
+  /// Returns the next answer to a rejection. The reason in the answer is kAccepted if there is no answer.
   io::Admission next_answer();
   std::int64_t count(io::Reason reason) const;
 

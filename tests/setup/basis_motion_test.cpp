@@ -1,4 +1,4 @@
-// The elastic motion does not depend on the basis (Alekseev 1970, section 6): trajectories in all bases
+// The elastic motion does not depend on the basis (Alekseev 1970, section 6), so trajectories in all bases
 // agree.
 #include <gtest/gtest.h>
 
@@ -17,8 +17,8 @@ namespace {
 
 constexpr int kTicks = 10000;
 
-/// Solves M q'' + c q = Q in one basis in closed form; Q is constant from the start. It diagonalises c = (A
-/// b)'(A b) of that basis through the factor A b.
+/// Solves M q'' + c q = Q in one basis in closed form. Q is constant from the start. The solution
+/// diagonalises c = (A b)'(A b) of that basis through the factor A b.
 class Motion {
  public:
   Motion(const Scene& scene, const Bases& bases, const Basis& basis, const Eigen::VectorXd& start,

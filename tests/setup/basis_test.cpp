@@ -279,7 +279,7 @@ TEST(Basis, TheTriangularCoefficientsReproduceEveryForceGroup) {
       const Eigen::MatrixXd error = root_mass.asDiagonal() * (basis.shapes * basis.coefficients - beta);
       const Eigen::MatrixXd size = root_mass.asDiagonal() * beta;
       // a unit load on a heavy point gives a group as small as the ratio of the lightest to the heaviest
-      // mass, and its rounding error is relatively large
+      // mass, and the rounding error of this group is relatively large
       const double load = properties.mass / root_mass.minCoeff();
       for (Eigen::Index l = 0; l < beta.cols(); ++l)
         EXPECT_LT(error.col(l).norm(), 1e-14 * size.col(l).norm() + 1e-15 * load) << l;
@@ -314,7 +314,7 @@ TEST(Basis, AnyTwoBasesAreRelatedByAnOrthogonalMatrix) {
   }
 }
 
-// A shape with a width of 1e-9 of its length is not a line: n = 3N - 6, not 3N - 5.
+// A shape with a width of 1e-9 of its length is not a line, so n = 3N - 6, not 3N - 5.
 TEST(Basis, TheBasisOfAShapeNearlyOnALineIsComplete) {
   Engine engine(3);
   Scene scene;

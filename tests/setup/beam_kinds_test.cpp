@@ -1,4 +1,5 @@
-// Beams with shear, with releases, and built into rigid bodies; flexibility matrices as input.
+// These tests check beams with shear, with releases, and built into rigid bodies. They also check flexibility
+// matrices as input.
 #include <Eigen/LU>
 #include <cmath>
 

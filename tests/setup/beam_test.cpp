@@ -1,4 +1,5 @@
-// Beams: stiffness compared with the textbook matrix, closed forms, and equilibrium of end forces.
+// These tests compare the stiffness of beams with the textbook matrix, and check closed forms and the
+// equilibrium of end forces.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -64,7 +65,7 @@ Eigen::Matrix3d axes_of(const Scene& scene, const Link& link) {
                    std::get<Beam>(link.kind).y_axis);
 }
 
-// Returns the textbook stiffness of the displacements; the rotations are eliminated by Cholesky.
+// Returns the textbook stiffness of the displacements. The rotations are eliminated by Cholesky.
 Eigen::MatrixXd condensed_textbook(const Scene& scene) {
   const auto n = 3 * static_cast<Eigen::Index>(scene.points.size());
   Eigen::MatrixXd K = Eigen::MatrixXd::Zero(2 * n, 2 * n);
@@ -153,8 +154,8 @@ TEST(Beams, EndForcesBalanceEachBeamEachJointAndTheStiffness) {
     joint_moment.segment<3>(3 * link.points[0]) += first.tail<3>();
     joint_moment.segment<3>(3 * link.points[1]) += second.tail<3>();
   }
-  // no moment acts on a joint, so the moments of its beams cancel; the forces of all beams together hold the
-  // points at V
+  // no moment acts on a joint, so the moments of the beams at this joint cancel, and the forces of all beams
+  // together hold the points at V
   EXPECT_LT(joint_moment.norm(), 1e-11 * largest);
   EXPECT_LT((point_force - factor.rows.transpose() * (factor.rows * V)).norm(), 1e-11 * largest);
 }

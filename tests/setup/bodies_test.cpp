@@ -1,5 +1,5 @@
-// Bodies with inertia, and massless points: closed forms, a published beam, and the same structures made of
-// point masses.
+// These tests compare bodies with inertia, and massless points, with closed forms, a published beam, and the
+// same structures made of point masses.
 #include "core/scene/bodies.hpp"
 
 #include <Eigen/Geometry>
@@ -32,7 +32,7 @@ double largest_difference(const Eigen::VectorXd& omega, const Eigen::VectorXd& e
 }
 
 // NASTRAN-95 demonstration problem 12-1-1. The published frequencies, 81.85413, 512.7766, 1435.909 and
-// 2815.451 Hz, come from a reduction to 11 points; the figures here are for all 101 points. Without the
+// 2815.451 Hz, come from a reduction to 11 points, but the figures here are for all 101 points. Without the
 // inertia the first frequency would be 358.8 Hz.
 TEST(Bodies, AFreeBeamWithAHeavyRotaryEndHasThePublishedFrequencies) {
   constexpr double kE = 10.4e6, kI = 0.083, kLength = 20.0, kDensity = 0.2523e-3;
@@ -66,8 +66,8 @@ TEST(Bodies, TwoBodiesOnABeamVibrateAsInClosedForm) {
   add_link(scene, 0, 1, Beam{kEA, kGJ, kBendY, kBendZ, {0.0, 1.0, 0.0}});
   const Structure structure = build(scene);
   ASSERT_EQ(structure.omega.size(), 6);
-  // squared frequencies: 2 EI / (L J) of the symmetric mode; 6 EI / (L J) (1 + 4 J / (m L^2)) of the
-  // antisymmetric mode, in which the ends and the chord rotate
+  // the squared frequencies are 2 EI / (L J) for the symmetric mode and 6 EI / (L J) (1 + 4 J / (m L^2)) for
+  // the antisymmetric mode, in which the ends and the chord rotate
   Eigen::VectorXd square(6);
   square << 2.0 * kEA / (kL * kM), 2.0 * kGJ / (kL * J[0]), 2.0 * kBendZ / (kL * J[2]),
       2.0 * kBendY / (kL * J[1]), 6.0 * kBendZ / (kL * J[2]) * (1.0 + 4.0 * J[2] / (kM * kL * kL)),

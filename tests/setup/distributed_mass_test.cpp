@@ -22,7 +22,7 @@ Beam slender(double mass_per_length) {
   return beam;
 }
 
-// Returns a free beam of length 1 along a direction with EI = rho A = 1; its points have no mass.
+// Returns a free beam of length 1 along a direction with EI = rho A = 1. The points of the beam have no mass.
 Scene consistent_beam(int num_spans, const Beam& beam, const Eigen::Matrix3d& R,
                       const Eigen::Vector3d& start) {
   Scene scene;
@@ -125,8 +125,8 @@ TEST(DistributedMass, TheMassOfABeamHasTheInertiaOfARodInAnyDirection) {
   EXPECT_LT(((a.omega - b.omega).array() / a.omega.array()).abs().maxCoeff(), 1e-11);
 }
 
-// The particles represent the mass: over the particles, unit displacements are orthonormal and contain no
-// rigid motion (THEORY 2.15, 4.3).
+// The particles represent the mass, because over the particles unit displacements are orthonormal and contain
+// no rigid motion (THEORY 2.15, 4.3).
 TEST(DistributedMass, ItsParticlesRepresentTheMassMatrix) {
   Scene scene = consistent_beam(4, slender(2.0));
   add_point(scene, 0.7, {0.5, 0.6, 0.2});

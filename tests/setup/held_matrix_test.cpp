@@ -1,5 +1,5 @@
-// Matrix links that resist rigid motion: the removed stiffness is reported, and the stated accuracy includes
-// its effect.
+// These tests use matrix links that resist rigid motion. The removed stiffness is reported, and the stated
+// accuracy includes the effect of this removal.
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -111,8 +111,8 @@ TEST(HeldMatrices, TheRemovedFrequenciesAreReportedInHertz) {
   EXPECT_NE(message.find("give the matrix without supports"), std::string::npos) << message;
   const std::vector<double> hertz = listed(message);
   ASSERT_EQ(hertz.size(), 6u) << message;
-  // the expected frequencies are those of a rigid body; the compliance of the structure changes them at
-  // second order
+  // the expected frequencies are those of a rigid body, because the compliance of the structure changes the
+  // frequencies only at second order
   for (std::size_t k = 0; k < 6; ++k)
     EXPECT_NEAR(hertz[k], given[static_cast<Eigen::Index>(k)] / (2.0 * M_PI), 1e-3 * hertz[k]) << k;
   const double moved = largest_shift(structure.omega, given);

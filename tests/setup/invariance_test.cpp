@@ -52,8 +52,8 @@ void expect_same(const Scene& scene, const Placing& change) {
 
   const Structure one = build(scene), other = build(changed(scene, change));
   ASSERT_EQ(one.omega.size(), other.omega.size());
-  // coordinates are rounded again, with errors of up to eps times the shift; the condition number of K,
-  // conditioning^2, amplifies them
+  // coordinates are rounded again, with errors of up to eps times the shift, and the condition number of K,
+  // conditioning^2, amplifies these errors
   const double rounding = kEpsilon * (1.0 + change.shift.norm());
   const double condition = one.conditioning * one.conditioning;
   const double frequency_error = ((other.omega - one.omega).array() / one.omega.array()).abs().maxCoeff();

@@ -1,5 +1,6 @@
-// The change of the motion when a feature is omitted, compared with the error that the plan allowed. Each
-// kind of feature is tested on seeded scenes; leave_out.keep makes the second plan keep the feature.
+// When a feature is omitted, the motion changes, and these tests compare the change with the error that the
+// plan allowed. Each kind of feature is tested on seeded scenes. The setting leave_out.keep makes the second
+// plan keep the feature.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -202,8 +203,9 @@ TEST(LeaveOut, OmittingOutOfPlaneModesChangesOnlyRoundingErrors) {
 }
 
 TEST(LeaveOut, OmittingUnexcitableModesChangesOnlyRoundingErrors) {
-  // loads on the axis of symmetry of a beam do not excite half of its modes; of each pair of equal bending
-  // frequencies they excite only one mode, because the directions of the pair may be chosen
+  // loads on the axis of symmetry of a beam do not excite half of the modes of the beam. Of each pair of
+  // equal bending frequencies these loads excite only one mode, because the directions of the pair may be
+  // chosen
   const auto make = [](std::uint64_t seed) {
     Scene scene;
     scene.name = "symmetric";

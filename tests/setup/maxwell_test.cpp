@@ -40,7 +40,7 @@ Scene square_without_diagonals() {
   return scene;
 }
 
-// One spring k between m1 and m2: its elongation is q M / sqrt(m1 m2), so c = k M^2 / (m1 m2).
+// One spring k joins m1 and m2. The elongation of the spring is q M / sqrt(m1 m2), so c = k M^2 / (m1 m2).
 TEST(Maxwell, TwoPointsHaveTheClosedForm) {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
@@ -76,7 +76,8 @@ TEST(Maxwell, InATriangleOfBarsAPairOfForcesAlongOneSideLoadsOnlyItsBar) {
   const Eigen::Vector3d flexibility(3.0 / 600.0, 5.0 / 700.0, 4.0 / 800.0);
   const Bases bases = bases_of(scene);
   for (const Basis& basis : bases.all) {
-    // tensions by hand: the force on each joint is resolved along its two bars
+    // the tensions are computed by hand from the force on each joint, which is resolved along the two bars
+    // there
     const Eigen::MatrixXd p = unit_forces(scene.points, basis.shapes);
     Eigen::Matrix3d tension;
     for (Eigen::Index l = 0; l < 3; ++l) {
@@ -130,8 +131,8 @@ TEST(Maxwell, MohrsDeltaIsTheInverseOfCUpToAmplifiedRoundingErrors) {
           const Maxwell maxwell = find_maxwell(scene, bases.structure, bases.factor, basis.shapes);
           ASSERT_TRUE(maxwell.c && maxwell.delta);
           EXPECT_EQ(maxwell.delta->rows(), num_elastic);
-          // forming and inverting b' K b amplifies rounding errors by the condition number of c; a sum of n
-          // terms has n rounding errors
+          // forming and inverting b' K b amplifies rounding errors by the condition number of c, and a sum of
+          // n terms has n rounding errors
           const double allowed = 10.0 * static_cast<double>(num_elastic + 10) * kEpsilon *
                                  std::pow(bases.structure.conditioning, 2);
           const double error = difference(influence_of(*maxwell.c), *maxwell.delta);
@@ -248,7 +249,8 @@ TEST(Maxwell, ARigidLinkAtRestInAModeIsNotReportedAsStretched) {
       Scene s = cloud(seed, 6, {1.0, 1.0});
       for (Link& link : s.links)
         if (link.points[0] + link.points[1] == 1) link.kind = Rigid{};
-      // a second structure far from the first and not joined to it: its modes do not move the link
+      // a second structure is far from the first structure and not joined to it, so the modes of the second
+      // structure do not move the link
       const Scene other = cloud(seed + 100, 5, {1.0, 1.0});
       for (const PointMass& point : other.points)
         add_point(s, point.mass, point.position + Eigen::Vector3d(9.0, 0.0, 0.0));
@@ -293,7 +295,7 @@ TEST(Maxwell, DeltaWithARigidLinkIsTheLimitOfStiffSprings) {
   for (double k = 1e6; k < 1e12; k *= 10.0) {
     scene.links[3].kind = Spring{k};
     const double gap = difference(delta_of(), limit);
-    // terms of the next order are the mean stiffness over k; rounding errors are some 1e-15 over the
+    // terms of the next order are the mean stiffness over k, and rounding errors are some 1e-15 over the
     // difference
     if (last > 0.0) {
       EXPECT_NEAR(last / gap, 10.0, 10.0 * (3e4 / k * 10.0 + 1e-14 / gap)) << k;

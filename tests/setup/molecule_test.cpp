@@ -1,6 +1,6 @@
-// Bending and torsion springs: molecules with closed-form frequencies (E. B. Wilson, J. C. Decius, P. C.
-// Cross, Molecular Vibrations, 1955, chapters 4 and 8; G. Herzberg, Infrared and Raman Spectra, 1945, section
-// II,4).
+// These tests check bending and torsion springs on molecules with closed-form frequencies (E. B. Wilson, J.
+// C. Decius, P. C. Cross, Molecular Vibrations, 1955, chapters 4 and 8; G. Herzberg, Infrared and Raman
+// Spectra, 1945, section II,4).
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>

@@ -1,4 +1,5 @@
-// Plans as bytes: the round trip is exact, and a damaged or hostile file is refused with an error text.
+// These tests check plans as bytes. The round trip is exact, and a damaged or hostile file is refused with an
+// error text.
 #include "core/plan/plan_bytes.hpp"
 
 #include <fstream>
@@ -110,8 +111,8 @@ TEST(PlanBytes, ContentCutAtAnyByteIsRefusedEvenWithAValidChecksum) {
   }
 }
 
-// The files are from two older programs: version 5 has no tables for verdicts, version 7 has no names and no
-// limit on holds.
+// The files are from two older programs. Version 5 has no tables for verdicts, and version 7 has no names and
+// no limit on holds.
 TEST(PlanBytes, PlansOfOlderVersionsAreAccepted) {
   for (const auto& [name, version] : {std::pair{"every_feature", 5}, {"bodies", 7}}) {
     std::ifstream file(std::string(FREEFLEX_SOURCE_DIR) + "/tests/bits/" + name + ".plan", std::ios::binary);

@@ -41,7 +41,7 @@ inline void expect_named(const std::string& error, const char* what) {
 struct DamageCount {
   int num_refused = 0, num_taken = 0;
 };
-/// \param exercise  runs an accepted plan; sanitizers report any access out of bounds
+/// \param exercise  runs an accepted plan, so that sanitizers report any access out of bounds
 template <typename Exercise>
 DamageCount damage(const Plan& intact, std::uint64_t seed, int num_trials, const Exercise& exercise) {
   const std::vector<std::byte> bytes = plan_to_bytes(intact);

@@ -15,7 +15,7 @@ inline void add_plate(Scene& scene, int first, int second, int third, const Plat
 }
 
 /// Returns a plate with sides a [m] along x and b [m] along y and a surface density of 1 kg/m^2. The plate
-/// has cells_x by cells_y rectangles, each divided by a diagonal; the diagonals alternate. Each cell gives a
+/// has cells_x by cells_y rectangles, each divided by a diagonal. The diagonals alternate. Each cell gives a
 /// quarter of its mass to each corner.
 inline Scene plate_mesh(double a, double b, int cells_x, int cells_y, const Plate& plate) {
   Scene scene;

@@ -1,4 +1,4 @@
-// Plates at rest: patch tests, rigid motion, numbering, thin triangles.
+// These tests check plates at rest by patch tests, rigid motion, numbering and thin triangles.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,15 +13,16 @@
 namespace freeflex::testing {
 namespace {
 
-// Returns a rotation about a general axis; its columns are the directions of a patch's x, y, z.
+// Returns a rotation about a general axis. The columns of the matrix are the directions of a patch's x, y, z.
 Eigen::Matrix3d skew_axes() {
   return Eigen::AngleAxisd(1.1, Eigen::Vector3d(0.3, -0.5, 0.7).normalized()).toRotationMatrix();
 }
 
 constexpr double kLength = 0.24, kWidth = 0.12;  // [m]
 
-// The patch of MacNeal and Harder (1985, Finite Elements in Analysis and Design 1, 3-20) with each of its
-// five quadrilaterals halved: points 0 to 3 are the corners of the rectangle, 4 to 7 lie inside.
+// Returns the patch of MacNeal and Harder (1985, Finite Elements in Analysis and Design 1, 3-20), in which
+// each of the five quadrilaterals is halved. Points 0 to 3 are the corners of the rectangle, and points 4 to
+// 7 lie inside.
 Scene patch(const Plate& plate) {
   Scene scene;
   for (const auto& [x, y] : std::initializer_list<std::pair<double, double>>{{0.0, 0.0},
@@ -285,7 +286,7 @@ TEST(Plates, AFlatOrBentMeshHasSixRigidFreedomsAndNoMechanism) {
     EXPECT_TRUE(structure.mechanisms.empty());
     EXPECT_GT(structure.omega[0], 0.0);
   }
-  // two plates with a common edge, without bars or other plates that hold them
+  // two plates have a common edge, and no bars or other plates hold these two plates
   Scene hinge;
   for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}})
     add_point(hinge, 1.0, {x, y, 0.0});
@@ -349,7 +350,7 @@ TEST(Plates, RoundingOfPositionsDoesNotSoftenAFlatPlate) {
     for (Eigen::Index l = 0; l < found.omega.size(); ++l)
       EXPECT_NEAR(found.omega[l], structure.omega[l], tolerance * structure.omega[l]);
   };
-  // after a quarter turn cos(pi / 2) is 6e-17; at other angles all digits are rounded
+  // after a quarter turn cos(pi / 2) is 6e-17, but at other angles all digits are rounded
   const Eigen::AngleAxisd quarter(std::acos(0.0), Eigen::Vector3d::UnitX());
   compare(moved(flat, [&](const Eigen::Vector3d& p) { return Eigen::Vector3d(quarter * p); }), 1e-11);
   const Eigen::Matrix3d axes = skew_axes();

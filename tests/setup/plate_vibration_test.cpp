@@ -1,4 +1,5 @@
-// Convergence of plates: frequencies of the free square plate, and a strip compared with a beam.
+// These tests check the convergence of plates by the frequencies of the free square plate, and by a strip
+// that is compared with a beam.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -63,7 +64,7 @@ Eigen::VectorXd ritz_free_square(Eigen::Index n, double nu) {
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(K, M, Eigen::EigenvaluesOnly);
   return 4.0 * solver.eigenvalues()
                    .segment<kNumModes>(3)
-                   .cwiseSqrt();  // the side is 2; the first three modes are rigid motions
+                   .cwiseSqrt();  // the side is 2, and the first three modes are rigid motions
 }
 
 TEST(PlateVibration, FrequenciesOfAFreeSquarePlateHaveSecondOrderInTheMeshSize) {
@@ -105,13 +106,13 @@ TEST(PlateVibration, FrequenciesOfAFreeSquarePlateHaveSecondOrderInTheMeshSize) 
     EXPECT_GT(order, 1.8);
     EXPECT_LT(order, 2.2);
     EXPECT_LT(std::abs(error[2]), 0.026);
-    // extrapolation removes the error of second order; the remainder has higher order
+    // extrapolation removes the error of second order, and the remainder has higher order
     EXPECT_NEAR(extrapolated, exact[l], 0.1 * std::abs(found[2][l] - exact[l]));
   }
 }
 
 TEST(PlateVibration, AStripWithoutPoissonsRatioBendsLikeABeam) {
-  // three-point bending: F L^3 / 48 EI between the middle and the ends
+  // in three-point bending the deflection is F L^3 / 48 EI between the middle and the ends
   const double L = 1.0, b = 0.25, F = 2.0;
   const Plate plate{7e10, 0.0, 0.01};
   const double beam = F * L * L * L / (48.0 * plate.E * b * std::pow(plate.thickness, 3) / 12.0);

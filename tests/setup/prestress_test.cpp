@@ -1,5 +1,5 @@
-// Geometric stiffness: deformations of links at true geometry, and the effect of spin and thrust on
-// frequencies.
+// These tests check geometric stiffness by the deformations of links at true geometry, and by the effect of
+// spin and thrust on frequencies.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
@@ -150,9 +150,9 @@ double by_spin(const Plan& plan, std::size_t mode, const Eigen::Vector3d& w) {
 }
 
 // The uniform free beam that spins about a transverse axis (continuous beam, 60 Hermite elements). At Omega =
-// 0.05 omega_1 the out-of-plane frequencies are 1.003805, 2.759439 and 5.406541 times omega_1; at rest they
-// are 1, 61.6728 / 22.3733 and 5.403918 times omega_1. In the plane of spin the squared frequencies are lower
-// by Omega^2.
+// 0.05 omega_1 the out-of-plane frequencies are 1.003805, 2.759439 and 5.406541 times omega_1, but at rest
+// these frequencies are 1, 61.6728 / 22.3733 and 5.403918 times omega_1. In the plane of spin the squared
+// frequencies are lower by Omega^2.
 TEST(Prestress, GeometricStiffnessOfASpinningBeamMatchesAContinuousBeam) {
   const double at_rest[] = {1.0, 61.6728 / 22.3733, 120.9034 / 22.3733};
   const double spinning[] = {1.003805, 2.759439, 5.406541};

@@ -1,5 +1,5 @@
-// Rigid bodies whose points lie on a line: the links at their points rotate with them, and rotation about the
-// line has no inertia.
+// These tests use rigid bodies whose points lie on a line. The links at these points rotate with the bodies,
+// and rotation about the line has no inertia.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -69,7 +69,7 @@ TEST(RigidBodiesOnALine, ClampABeamAcrossTheirLineButLetItRotateAboutTheLine) {
 }
 
 // Arms along x from both ends of a body along z. Out of the plane of the arms, the rotation of the body about
-// its line couples the ends of the arms: the elongation e = (y_1 - Y_1) - (y_2 - Y_2) has the stiffness k / 2
+// its line couples the ends of the arms. The elongation e = (y_1 - Y_1) - (y_2 - Y_2) has the stiffness k / 2
 // with k = 3 EI / L^3, so omega^2 = k (1 / m + 1 / m_body). The moments of the two joints about the line
 // cancel.
 TEST(RigidBodiesOnALine, CoupleTheBeamsAtTheirPointsByRotatingAboutTheLine) {
@@ -218,7 +218,7 @@ TEST(RigidBodiesOnALine, ClampTheRootOfATee) {
     EXPECT_TRUE(structure.mechanisms.empty());
     ASSERT_GE(structure.omega.size(), 8);
     const Eigen::VectorXd hertz = structure.omega / (2.0 * M_PI);
-    // expected: the frequencies of the body with a light point off the line, to the printed digits
+    // the expected frequencies are those of the body with a light point off the line, to the printed digits
     EXPECT_NEAR(hertz[0], 0.84, 0.005);
     EXPECT_NEAR(hertz[1], 2.16, 0.005);
     EXPECT_NEAR(hertz[2], 3.25, 0.005);
@@ -234,7 +234,7 @@ TEST(RigidBodiesOnALine, FreeRotationAboutTheirLineMovesNoPoint) {
   add_link(scene, {3, 4}, tube());
   for (const bool has_more : {false, true}) {
     if (has_more) {
-      // a point of 1 kg on springs, so that the points are not all on one line
+      // a point of 1 kg on springs is added, so that the points are not all on one line
       const int more = add_point(scene, 1.0, {0.7, 0.3, 1.0});
       for (const int i : {0, 2, 4}) add_link(scene, {i, more}, Spring{1e4});
     }

@@ -1,5 +1,5 @@
-// Rigid links and rigid bodies: the freedoms they remove, the limit of stiff springs, redundancy, and the
-// forces they carry.
+// These tests check which freedoms rigid links and rigid bodies remove, the limit of stiff springs,
+// redundancy, and which forces these links and bodies carry.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
@@ -59,8 +59,8 @@ TEST(RigidLinks, AreTheLimitOfStiffSprings) {
     const double error = ((low - limit.omega).array() / limit.omega.array()).abs().maxCoeff();
     std::printf("stiffness %.0e: relative difference %.3e, times stiffness ratio %.3f\n", stiffness, error,
                 error * stiffness / 1e4);
-    // the difference is of first order in 1 / stiffness; second-order terms are a few times its square, and
-    // both sides have rounding errors
+    // the difference is of first order in 1 / stiffness, second-order terms are a few times the square of the
+    // difference, and both sides have rounding errors
     const double ratio = 1e4 / stiffness;
     if (decade > 0) {
       EXPECT_NEAR(softer / error, 10.0, 10.0 * (300.0 * ratio + 30.0 * 2.3e-16 / error)) << decade;

@@ -1,4 +1,4 @@
-// Set-ups of 3,000 points up to a plan, which also run under sanitizers.
+// These tests run set-ups of 3,000 points up to a plan. They also run under sanitizers.
 #include <gtest/gtest.h>
 
 #include "tests/setup/make_scene.hpp"

@@ -1,4 +1,5 @@
-// The sparse set-up, compared with the dense set-up on the same scenes, and its messages.
+// These tests compare the sparse set-up with the dense set-up on the same scenes, and check the messages of
+// the sparse set-up.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -56,8 +57,8 @@ void expect_equal(const Scene& scene, int count, const std::string& what) {
   ASSERT_LE(n, whole->omega.size());
   EXPECT_EQ(few->num_constraints, whole->num_constraints);
   EXPECT_EQ(few->mechanisms.size(), whole->mechanisms.size());
-  // the stated accuracy holds for the lowest frequency; higher frequencies add rounding errors, because the
-  // membrane stiffness is a thousand times the bending stiffness
+  // the stated accuracy holds for the lowest frequency, but higher frequencies add rounding errors, because
+  // the membrane stiffness is a thousand times the bending stiffness
   const double accuracy = few->frequency_accuracy + whole->frequency_accuracy + 4096.0 * kEpsilon;
   for (Eigen::Index k = 0; k < n; ++k)
     EXPECT_LE(std::abs(few->omega[k] - whole->omega[k]), accuracy * whole->omega[k]) << "mode " << k;
@@ -149,7 +150,7 @@ TEST(SparseModes, LeaveOutTheFreeTorsionOfAStraightChainOfBeams) {
   for (int i = 0; i < 12; ++i) add_point(scene, 1.0, {0.48 * i, 0.6 * i, 0.64 * i});
   add_point(scene, 1.0, {1.0, -1.0, 0.5});
   for (int i = 0; i < 11; ++i) add_link(scene, i, i + 1, Beam{1e5, 1e3, 1e3, 2e3});
-  // the chain hangs on springs, which leave its rotation about its line free
+  // the chain hangs on springs, and these springs leave the rotation of the chain about its line free
   for (int i = 0; i < 12; i += 2) add_link(scene, i, 12, Spring{1e3});
   expect_equal(scene, 8, "chain");
 }

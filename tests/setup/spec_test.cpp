@@ -62,7 +62,7 @@ TEST(Spec, SettingTheRateLaterGivesThePlanOfThatRateWithItsShadows) {
   EXPECT_EQ(plan_to_bytes(*moved), plan_to_bytes(*made));
 }
 
-// This scene is compiled four times: for the full and the reduced plan, and for two shadows.
+// This scene is compiled four times, namely for the full and the reduced plan, and for two shadows.
 TEST(MakePlan, ReportsEachFaultOnceForAnyNumberOfPlans) {
   Scene scene = truss_s1();
   scene.error_budget.horizon = 0.5;

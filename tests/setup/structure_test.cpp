@@ -47,7 +47,7 @@ Scene two_points(Engine& engine) {
   return scene;
 }
 
-// Returns points on a line; beams keep the line from folding.
+// Returns points on a line. Beams keep the line from folding.
 Scene collinear(Engine& engine) {
   Scene scene;
   const Eigen::Vector3d start = random_vector(engine), along = random_vector(engine);
@@ -57,7 +57,7 @@ Scene collinear(Engine& engine) {
   return scene;
 }
 
-// Returns bars that all lie in one plane, so each point moves freely out of the plane; three combinations of
+// Returns bars that all lie in one plane, so each point moves freely out of the plane. Three combinations of
 // these motions are rigid.
 Scene planar_bars(Engine& engine) {
   Scene scene;
@@ -250,8 +250,8 @@ TEST(Mechanisms, AStructureWithoutLinksHasOnlyMechanisms) {
   EXPECT_TRUE(structure.omega.isZero(0.0));
 }
 
-// Points with a width of 1e-12 of the length are not on a line; points with a width of the size of rounding
-// errors are.
+// Points with a width of 1e-12 of the length are not on a line, but points with a width of the size of
+// rounding errors are.
 TEST(RigidFreedoms, AreFiveOnlyForPointsOnALine) {
   for (const double width : {1e-3, 1e-12, 0.0}) {
     Scene scene;

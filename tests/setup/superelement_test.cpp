@@ -1,4 +1,4 @@
-// Superelements: matrices with rotations, inner coordinates and mass.
+// These tests check superelements, which are matrices with rotations, inner coordinates and mass.
 #include <Eigen/Geometry>
 #include <array>
 #include <cmath>

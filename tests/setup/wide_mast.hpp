@@ -57,7 +57,7 @@ class WideMast {
 
   // \return omega after `steps` of (K - near^2)^-1 on the vector
   double omega(double near, const Eigen::VectorXd& vector, int steps) const {
-    // the shift is slightly off the frequency, so that the matrix is not singular; a pair of equal
+    // the shift is slightly off the frequency, so that the matrix is not singular, and a pair of equal
     // frequencies is treated as one
     const Wide shift = Wide(near) * near * (1.0 + 1e-7);
     Banded K(size_, 3 * 8 - 1);

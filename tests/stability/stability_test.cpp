@@ -1,5 +1,5 @@
-// Stiff and extreme cases: the error of each is within its limit, or the case is refused or reported in a
-// message.
+// These tests run stiff and extreme cases. The error of each case is within the limit of the case, or the
+// case is refused or reported in a message.
 #include "tools/stability/stability.hpp"
 
 #include <gtest/gtest.h>

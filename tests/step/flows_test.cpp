@@ -115,8 +115,8 @@ TEST(PrincipalAxes, PrincipalAxesDiagonaliseAnyInertiaAndAreRightHanded) {
   }
 }
 
-/// Position and velocity on a conic of semi-major axis 1 (-1: hyperbola), mu = 1, at a mean anomaly, by
-/// bisection in extended precision.
+/// Returns position and velocity on a conic of semi-major axis 1 (-1 for a hyperbola), mu = 1, at a mean
+/// anomaly, by bisection in extended precision.
 struct OnConic {
   Vec3 p, v;
 };
@@ -164,7 +164,7 @@ TEST(Kepler, AStraightFallHasTheClosedForm) {
   EXPECT_NEAR(M_PI - (E - std::sin(E)), 2.0, 1e-14);
 }
 
-// The angle per tick may be large: 20 rad/s is 2 rad in a tenth of a second.
+// The angle per tick may be large, because 20 rad/s is 2 rad in a tenth of a second.
 TEST(Flows, SpinAboutAPrincipalAxisIsExactAtAnyTickLength) {
   for (const std::size_t axis : {0, 2})
     for (const double angle : {1e-3, 0.1, 2.0, 3.1, 40.0, 1000.0}) {

@@ -80,8 +80,8 @@ void expect_right_at_any_tick(const char* what, const std::vector<ForceCommand>&
   }
 }
 
-// flows_test checks the order of convergence. The next two tests cover short and long ticks, which use
-// different steps.
+// flows_test checks the order of convergence. The next two tests cover short and long ticks, because short
+// and long ticks use different steps.
 TEST(Rotation, RotationUnderWorldForcesIsAccurateAtAnyTickLength) {
   ForceCommand command = hand_command("test", 0);
   add_force(command, 0, {3.0, 1.0, -2.0});

@@ -1,4 +1,4 @@
-// Makes plans in which the test chooses every number.
+// This file makes plans in which the test chooses every number.
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace freeflex::testing {
 
-/// One mode: q'' + 2 decay q' + omega^2 q = Q / mass.
+/// The mode obeys q'' + 2 decay q' + omega^2 q = Q / mass.
 struct Mode {
   double omega = 0.0;  // [rad/s]
   double decay = 0.0;  // [1/s]
@@ -31,7 +31,8 @@ ForceCommand hand_command(const char* sender, int slot, std::int32_t axes = 0);
 void add_force(ForceCommand& command, int point, const Vec3& force);
 void add_wrench(ForceCommand& command, int group, const Vec3& force, const Vec3& torque);
 
-/// A state and its workspace. The commands take effect at the first tick of a run.
+/// The struct holds a state and the workspace for this state. The commands take effect at the first tick of a
+/// run.
 struct HandRun {
   explicit HandRun(const Plan& given)
       : plan(given), state(make_state(given)), workspace(make_workspace(given)) {}

@@ -1,4 +1,5 @@
-// Loads: patterns, projections, wrenches, and histories with their left and right limits at ticks.
+// These tests check loads, namely patterns, projections, wrenches, and histories with their left and right
+// limits at ticks.
 #include "core/step/loads.hpp"
 
 #include <gtest/gtest.h>

@@ -26,8 +26,8 @@ enum class Load { kNone, kConstant, kLinear };
 constexpr double kForce = 0.37;       // [N] along x of the body
 constexpr double kRampTime = 2048.0;  // [s] time at which the linear load would reach kForce
 
-/// Returns values of omega h over sixteen decades: at and near fractions of a cycle, where rounding errors
-/// repeat, and at random.
+/// Returns values of omega h over sixteen decades. The values lie at and near fractions of a cycle, where
+/// rounding errors repeat, and at random.
 std::vector<double> steps_in_radians(std::uint64_t seed, int num_random) {
   std::vector<double> W;
   for (int decade = -8; decade <= 8; ++decade) W.push_back(std::pow(10.0, decade));
@@ -151,8 +151,8 @@ Worst run_structure_to(double rate, double stiffer, Load load, std::int64_t last
   return run_and_compare(plan, commands, load, row, last);
 }
 
-// both coordinates are rounded once, by half a unit in the last place, which is at most eps / 2 relative to
-// each
+// both coordinates are rounded once, by half a unit in the last place, so the relative error of each
+// coordinate is at most eps / 2
 constexpr double kRoundedOnce = 0.75;
 
 TEST(Oscillator, FreeMotionAfterAThousandTicksIsTheClosedFormRoundedOnce) {
@@ -168,8 +168,8 @@ TEST(Oscillator, ErrorUnderALinearLoadStaysWithinTheBoundOverAThousandTicks) {
   EXPECT_LE(run_to(1e-3, 4, 40, Load::kLinear, 1000).share, 1.0);
 }
 
-// In three runs the modes are soft, comparable and stiff relative to the step: omega h is up to 1e-3, 1 and
-// 1e6.
+// In three runs the modes are soft, comparable and stiff relative to the step, and omega h is up to 1e-3, 1
+// and 1e6.
 TEST(Structure, ASpinningStructureFollowsTheClosedFormUnderForcesInBodyAxes) {
   for (const auto& [rate, stiffer] : {std::pair{1e6, 1.0}, {1e3, 1.0}, {1e3, 1e12}})
     for (const Load load : {Load::kNone, Load::kConstant, Load::kLinear})

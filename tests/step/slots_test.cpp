@@ -1,4 +1,4 @@
-// Command slots: commands replace, clear, end and add up. A failed step changes nothing.
+// These tests check command slots. Commands replace, clear, end and add up. A failed step changes nothing.
 #include <gtest/gtest.h>
 
 #include <algorithm>

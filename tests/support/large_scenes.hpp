@@ -1,4 +1,5 @@
-// A large structure of springs: a two-layer plate, as a Scene or as files of a scene. Header only.
+// This file makes a large structure of springs, which is a two-layer plate, as a Scene or as files of a
+// scene. It is header only.
 #pragma once
 
 #include <fstream>
@@ -8,8 +9,8 @@
 
 namespace freeflex::testing {
 
-/// Returns side x side x 2 points of 1 kg, one metre apart. Springs of 1e5 N/m join each to its neighbours
-/// along edges and diagonals.
+/// Returns side x side x 2 points of 1 kg, one metre apart. Springs of 1e5 N/m join each point to its
+/// neighbours along edges and diagonals.
 inline Scene two_layer_plate(int side) {
   Scene scene;
   const auto point = [side](int i, int j, int k) { return (i * side + j) * 2 + k; };

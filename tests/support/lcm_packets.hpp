@@ -1,4 +1,4 @@
-// UDP packets to an LCM group that no LCM library would send. Header only.
+// This file sends UDP packets to an LCM group that no LCM library would send. It is header only.
 //
 // The wire format of LCM 1.3.1, with all numbers big-endian: a short message is "LC02", sequence u32, channel
 // with its NUL, payload. A fragment is "LC03", sequence u32, message size u32, offset of this fragment u32,
@@ -48,8 +48,8 @@ class PacketSender {
     return send(packet.bytes);
   }
 
-  /// Kills the reader thread of liblcm: offset + size wraps around 32 bits to less than the message size, so
-  /// 32 bytes are copied to 4 GiB past the buffer.
+  /// Kills the reader thread of liblcm, because offset + size wraps around 32 bits to less than the message
+  /// size, so 32 bytes are copied to 4 GiB past the buffer.
   bool send_wrapping_fragment(const std::string& channel) {
     constexpr std::uint32_t kSize = 32;
     Packet packet;
@@ -58,9 +58,9 @@ class PacketSender {
     return send(packet.bytes);
   }
 
-  /// Kills the reader thread of liblcm: 16 bytes are 4 short of a fragment header, so the size of the
-  /// fragment is 2^32 - 4, which the offset 4 wraps to 0. A valid first fragment precedes it, so that the
-  /// truncated one belongs to a message.
+  /// Kills the reader thread of liblcm, because 16 bytes are 4 short of a fragment header, so the size of the
+  /// fragment is 2^32 - 4, which the offset 4 wraps to 0. A valid first fragment precedes the truncated
+  /// fragment, so that the truncated fragment belongs to a message.
   bool send_fragment_runt(const std::string& channel) {
     Packet first;
     first.u32(kFragment).u32(sequence_).u32(1000).u32(0).u16(0).u16(2).text(channel);
@@ -70,7 +70,7 @@ class PacketSender {
     return send(first.bytes) && send(truncated.bytes);
   }
 
-  /// Sends a short message that ends inside the channel name: liblcm reads the rest of the name from old
+  /// Sends a short message that ends inside the channel name. Then liblcm reads the rest of the name from old
   /// contents of the buffer, and may report a payload of negative size.
   bool send_cut_channel(const std::string& channel) {
     Packet packet;

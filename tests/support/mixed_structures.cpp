@@ -18,7 +18,7 @@ class Builder {
   Builder(std::uint64_t seed, int num_points, const Mixture& mixture) : engine_(seed) {
     scene_.name = "random mixture " + std::to_string(seed);
     place_points(num_points);
-    // a tree of beams: a beam joins each point to the nearest earlier point
+    // the first links form a tree of beams, in which a beam joins each point to the nearest earlier point
     for (int i = 1; i < num_points; ++i) add({nearest_before(i), i}, beam(mixture.releases && i % 5 == 0));
     for (int k = 0; k < num_points / 2; ++k) {
       const std::vector<int> two = pick(2);
@@ -97,8 +97,8 @@ class Builder {
     return beam;
   }
 
-  // Adds a matrix link: the linear stiffness of springs between all pairs of four points, or their
-  // flexibility under balanced loads.
+  // Adds a matrix link. The matrix is the linear stiffness of springs between all pairs of four points, or
+  // their flexibility under balanced loads.
   void add_matrix(bool is_flexibility) {
     const std::vector<int> points = pick_spread(4);
     MatrixXd K = MatrixXd::Zero(12, 12);

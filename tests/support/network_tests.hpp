@@ -1,4 +1,5 @@
-// The main function of tests that need a bus, which runs them in a private network.
+// This file defines the main function of tests that need a bus. The function runs these tests in a private
+// network.
 #pragma once
 
 #include <gtest/gtest.h>

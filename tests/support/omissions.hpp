@@ -1,4 +1,5 @@
-// Compares two plans of one scene: one omits a feature, and the other is forced to keep it.
+// This file compares two plans of one scene. One plan omits a feature, and the other plan is forced to keep
+// the feature.
 #pragma once
 
 #include <vector>
@@ -7,7 +8,7 @@
 
 namespace freeflex::testing {
 
-/// Returns the plan of a scene that omits every feature that may be omitted. Aborts with the faults of the
+/// Returns the plan of a scene without all the features that may be omitted. Aborts with the faults of the
 /// scene if it has no plan.
 Plan reduced_plan_of(const Scene& scene);
 

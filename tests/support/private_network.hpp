@@ -1,5 +1,5 @@
-// A private network of this process: UDP multicast works over its loopback interface, and no packet leaves
-// the network. Header only.
+// This file gives the process a private network. UDP multicast works over the loopback interface of this
+// network, and no packet leaves the network. The file is header only.
 #pragma once
 
 #include <arpa/inet.h>

@@ -1,4 +1,4 @@
-// A compiled scene in motion, with its read-out as matrices.
+// This file defines a compiled scene in motion, with the read-out of the motion as matrices.
 #pragma once
 
 #include <Eigen/Core>

@@ -27,7 +27,7 @@ Scene truss_s4();
 /// 0.1 rad/s.
 Scene truss_s5(double spin = 0.1);
 
-/// Returns six points on the coordinate axes; a spring joins every pair. The principal moments about x, y and
+/// Returns six points on the coordinate axes. A spring joins every pair. The principal moments about x, y and
 /// z are exactly 2, 3 and 4 kg m^2, so y is the intermediate axis.
 Scene octahedron(double stiffness = 1e6);
 
@@ -38,7 +38,7 @@ Scene spring_pair(double m0, double m1, double length, double stiffness);
 /// N/m joins every pair. The same seed gives the same scene. \pre 4 <= num_points <= 20
 Scene random_structure(std::uint64_t seed, int num_points);
 
-/// Publishes every point and every spring, bar and beam; makes every point pushable.
+/// Publishes every point and every spring, bar and beam, and makes every point pushable.
 void publish_everything(Scene& scene);
 
 }  // namespace freeflex::testing

@@ -1,5 +1,5 @@
-// Equivalent descriptions of the same physics: in translated and rotated axes, in a rotated world, and with
-// other numbers of points and links.
+// This file makes equivalent descriptions of the same physics, in translated and rotated axes, in a rotated
+// world, and with other numbers of points and links.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -13,10 +13,11 @@ namespace freeflex::testing {
 /// the world.
 Scene in_other_axes(const Scene& scene, const Eigen::Quaterniond& Q, const Eigen::Vector3d& t);
 
-/// Returns the scene in a world rotated by Q: every world vector v becomes Q v; scene axes do not change.
+/// Returns the scene in a world rotated by Q. Every world vector v becomes Q v, but scene axes do not change.
 Scene in_rotated_world(const Scene& scene, const Eigen::Quaterniond& Q);
 
-/// Returns the scene renumbered: its point i was point `points[i]`, its link i was link `links[i]`.
+/// Returns the scene with new numbers. Point i of the result was point `points[i]`, and link i was link
+/// `links[i]`.
 Scene renumbered(const Scene& scene, std::span<const int> points, std::span<const int> links);
 
 }  // namespace freeflex::testing

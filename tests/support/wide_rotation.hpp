@@ -1,5 +1,5 @@
-// Free rotation of a body in fifty-digit arithmetic: Euler's equations and the attitude by Taylor series.
-// Header only.
+// This file computes the free rotation of a body in fifty-digit arithmetic. Taylor series solve Euler's
+// equations and give the attitude. The file is header only.
 #pragma once
 
 #include <array>

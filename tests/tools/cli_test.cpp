@@ -1,4 +1,4 @@
-// The command line for users and scripts: exit codes, texts and JSON.
+// These tests check the command line for users and scripts, with exit codes, texts and JSON.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -87,7 +87,7 @@ TEST(CommandLine, OutputThatCannotBeWrittenGivesExitOne) {
   }
 }
 
-// the limit is one block; the shell's own files for the output stay below it
+// the limit is one block, and the shell's own files for the output stay below this limit
 TEST(CommandLine, AFileAtItsSizeLimitGivesExitOneAndKillsNoProcess) {
   const TemporaryFolder folder;
   const std::string limited = "ulimit -f 1; cd " + folder.path() + "; " + kFreeflex + " ";
@@ -289,8 +289,8 @@ TEST(Modes, TheRepeatedFrequencyOfTheRotorIsMarked) {
   EXPECT_NE(modes[1]["cluster"], modes[2]["cluster"]);
 }
 
-// Feedback acts on the angle between two springs, which is a mechanism: it oscillates, or grows if the
-// feedback pushes it away.
+// Feedback acts on the angle between two springs, which is a mechanism. The angle oscillates, or it grows if
+// the feedback pushes the angle away.
 TEST(Modes, AMechanismUnderFeedbackIsListed) {
   const TemporaryFolder folder;
   const auto text_of = [&](const std::string& gains) {

@@ -168,7 +168,7 @@ TEST_F(Compare, ReportsWhatItCannotRead) {
 }
 
 TEST_F(Compare, EachQuantityHasItsOwnScale) {
-  // a force of 1e4 N and a moment of 1 N m; a temperature and a strain
+  // the values are a force of 1e4 N and a moment of 1 N m, and a temperature and a strain
   write_text(folder_ / "a.csv",
              "tick,link.a.1,link.a.2,link.b.1,link.b.2,strain,heat\n0,1e4,1,1e4,1,1e-6,300\n");
   write_text(folder_ / "b.csv",

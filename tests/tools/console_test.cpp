@@ -1,4 +1,5 @@
-// Terminal output of all subcommands: wrapped lines, and a progress line that appears only on terminals.
+// These tests check the terminal output of all subcommands, which has wrapped lines, and a progress line that
+// appears only on terminals.
 #include "tools/terminal/console.hpp"
 
 #include <fcntl.h>

@@ -1,5 +1,5 @@
-// A recording that ends early because the disk was full: every command uses the complete records, reports the
-// position of the cut, and exits with 3.
+// These tests use a recording that ends early because the disk was full. Every command uses the complete
+// records, reports the position of the cut, and exits with 3.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// Recordings in which one byte is changed, in many trials.
+// These tests change one byte of a recording, in many trials.
 #include "tests/tools/damage_cases.hpp"
 
 namespace freeflex::testing {

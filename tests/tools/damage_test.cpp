@@ -17,7 +17,7 @@ using freeflex_msgs::state_t;
 // offsets [bytes] in a message from its fingerprint on
 constexpr std::size_t kSession = 16, kEpoch = 24, kTick = 32;
 
-/// Returns the event with this index on a channel; indices start at 0.
+/// Returns the event with this index on a channel. Indices start at 0.
 const io::LogEvent& event_on(const std::string& channel, std::size_t which) {
   for (const io::LogEvent& event : real().events)
     if (event.channel == channel && which-- == 0) return event;
@@ -58,14 +58,15 @@ std::int64_t end_of(const io::LogEvent& event) {
          static_cast<std::int64_t>(event.channel.size() + event.bytes.size());
 }
 
-/// Holds what a replay compared: ticks, states, commands.
+/// Holds the numbers of ticks, states and commands that a replay compared.
 using Compared = std::array<std::int64_t, 3>;
 Compared compared(const ReplayOutcome& outcome) {
   return {outcome.ticks, outcome.num_states, outcome.num_commands};
 }
 
 TEST(Damage, ACutRecordingIsReplayedUpToTheLastCompleteRecord) {
-  // all cuts are after the first STATE and SCENE; without these there would be nothing to replay
+  // all cuts are after the first STATE and SCENE, because without these messages there would be nothing to
+  // replay
   const auto first = static_cast<std::size_t>(end_of(event_on("FREEFLEX_SCENE", 0)));
   std::mt19937_64 random(7);
   std::vector<std::size_t> cuts;

@@ -27,8 +27,8 @@ inline tools::EstimateSummary print(const std::vector<tools::EstimateRow>& rows)
   return sum;
 }
 
-/// Counts verdicts that agree or disagree with the true elastic error, and with that error relative to the
-/// scale of the verdict, which is at least the displacement.
+/// Counts verdicts that agree or disagree with the true elastic error, and with the true elastic error
+/// relative to the scale of the verdict. This scale is at least the displacement.
 struct VerdictTally {
   int good = 0, false_good = 0;                      // false_good: the error exceeds 5 % of the scale
   int small = 0, small_good = 0, small_outside = 0;  // scenes with an elastic error below 1 %

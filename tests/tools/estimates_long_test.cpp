@@ -1,4 +1,4 @@
-// The error estimate on scenes that were not used to choose its factor.
+// These tests check the error estimate on scenes that were not used to choose the factor of the estimate.
 #include "tests/tools/estimates_cases.hpp"
 
 namespace freeflex::testing {

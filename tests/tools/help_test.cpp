@@ -114,7 +114,7 @@ TEST_F(Help, ListsTheColumnsOfATable) {
       expected =
           column.substr(0, column.find('.')) + ".NAME" +
           (std::isdigit(static_cast<unsigned char>(column.back())) != 0 ? ".1 .." : column.substr(last));
-    // the help shows a prefix only for the first component: point.NAME.x y z [m], vx vy vz
+    // the help shows a prefix only for the first component, as in point.NAME.x y z [m], vx vy vz
     if (column.starts_with("point.") || column.starts_with("group.")) {
       EXPECT_TRUE(contains(help, expected.substr(0, expected.rfind('.')) + ".x")) << expected;
       EXPECT_TRUE(std::regex_search(help, std::regex("[ .]" + column.substr(last + 1) + "[ ,;]")))

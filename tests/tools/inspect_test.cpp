@@ -26,7 +26,7 @@ Json inspect_json(const std::string& yaml, const std::string& options, int exit_
   return outcome.out.empty() ? Json() : Json::parse(outcome.out);
 }
 
-/// Returns a scene of the corners of a unit cube in lexicographic order; springs join every pair.
+/// Returns a scene of the corners of a unit cube in lexicographic order. Springs join every pair.
 std::string cube() {
   std::string yaml = "points:\n";
   for (int i = 0; i < 8; ++i)
@@ -43,7 +43,7 @@ const std::string kPair =
     "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 3, at: [2, 0, 0]}\n"
     "links:\n  - {spring: [a, b], stiffness: 500}\n";
 
-// one spring between two masses: I = m1 m2 L^2 / M, c = k M^2 / (m1 m2), omega^2 = c / M
+// for one spring between two masses, I = m1 m2 L^2 / M, c = k M^2 / (m1 m2), omega^2 = c / M
 TEST(Inspect, ShowsTheClosedFormsOfTwoMassesAndASpringInEveryBasis) {
   for (const char* basis : {"auto", "collinear", "formal", "householder", "modes"}) {
     const Json json = inspect_json(kPair, std::string("--basis ") + basis);
@@ -63,7 +63,8 @@ TEST(Inspect, ShowsTheClosedFormsOfTwoMassesAndASpringInEveryBasis) {
   }
 }
 
-// beta = (M / m) f with f = -+1 N along the line; in the metric of sum m b.b = M its norm is M / sqrt(m1 m2)
+// beta = (M / m) f with f = -+1 N along the line, and in the metric of sum m b.b = M the norm of beta is M /
+// sqrt(m1 m2)
 TEST(Inspect, ShowsTheCoefficientOfTheOnlyGroup) {
   const Json json = inspect_json(kPair, "--basis collinear");
   EXPECT_NEAR(json["basis"]["C"][0][0], 4.0 / std::sqrt(3.0), 1e-14);
@@ -95,7 +96,8 @@ TEST(Inspect, TheFormalRecipeListsTheLoadThatItSkipsForEachRigidFreedom) {
   EXPECT_GT(double{json["basis"]["least_kept"]}, 0.1);
 }
 
-// ten points in a plane and one above: every numbering has four consecutive points in the plane
+// ten points lie in a plane and one point above it, so every numbering has four consecutive points in the
+// plane
 TEST(Inspect, AnIncompleteRecipeIsExplainedAndAutoChoosesTheFormalRecipe) {
   std::string yaml = "points:\n";
   for (int i = 0; i < 10; ++i)

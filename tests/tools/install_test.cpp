@@ -13,7 +13,8 @@
 namespace freeflex::testing {
 namespace {
 
-// what a program is built with that uses the installed libraries: a library with a sanitizer needs it too
+// a program that uses the installed libraries is built with these flags, because a library with a sanitizer
+// needs the sanitizer in the program too
 const std::string kFlags =
     std::string(FREEFLEX_CXX_FLAGS).empty() ? "" : " -DCMAKE_CXX_FLAGS='" FREEFLEX_CXX_FLAGS "'";
 
@@ -32,7 +33,7 @@ struct Example {
                 kFlags + " && cmake --build " + folder + "/build");
   }
   /// Runs a script, then stops the process whose id the script has put in $daemon. $C is the command of the
-  /// controller; $D is the command of the daemon with the scene of the example.
+  /// controller, and $D is the command of the daemon with the scene of the example.
   Outcome fly(const std::string& script) const {
     return run("C='timeout 100 " + folder + "/build/controller'; D='" + folder + "/prefix/bin/freeflexd " +
                folder + "/prefix/share/freeflex/examples/controller/swing.yaml --log-level error'; " +
@@ -153,8 +154,8 @@ TEST(Install, EachInstalledComponentNeedsOnlyItsOwnLibraries) {
   EXPECT_TRUE(contains(other.err, "freeflex has no component 'engine'")) << other.err;
 }
 
-// the C program is built with pkg-config, and Python gets the path of the library or finds it; both use the
-// installed library
+// the C program is built with pkg-config, and Python gets the path of the library or finds the library, and
+// both programs use the installed library
 TEST(Install, TheInstalledTreeWorksFromCAndPython) {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "a library with the address sanitizer needs a program with the address sanitizer";

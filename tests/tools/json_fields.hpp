@@ -16,8 +16,8 @@ inline void add_keys(const nlohmann::json& value, std::set<std::string>& keys) {
     for (const auto& item : value) add_keys(item, keys);
 }
 
-/// Returns the keys that do not occur as a word in the text, each followed by a blank; "" if all are
-/// documented.
+/// Returns the keys that do not occur as a word in the text, each followed by a blank. The result is "" if
+/// all keys are documented.
 inline std::string undocumented(const nlohmann::json& value, const std::string& text) {
   std::set<std::string> keys, words;
   add_keys(value, keys);

@@ -1,5 +1,5 @@
-// The set-up of a large scene under signals, and under memory limits that are reached anywhere from the start
-// of the program to the last byte of its plan.
+// These tests run the set-up of a large scene under signals, and under memory limits that are reached
+// anywhere from the start of the program to the last byte of its plan.
 #include <gtest/gtest.h>
 
 #include "tests/support/large_scenes.hpp"

@@ -29,8 +29,8 @@ class LargeSetup : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-// OpenBLAS tries for ever to allocate its buffer; in 180 MB there is room for the program but not for this
-// buffer
+// OpenBLAS tries for ever to allocate its buffer, because in 180 MB there is room for the program but not for
+// this buffer
 TEST_F(LargeSetup, ReportsThatMemoryRanOutAndStatesTheRemedy) {
   if (!kIsLimitable) GTEST_SKIP() << "a sanitizer";
   make(25);

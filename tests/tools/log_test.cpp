@@ -1,4 +1,5 @@
-// Log files: records are read back as written, and damage is never taken for the end of the file.
+// These tests check log files. Records are read back as written, and damage is never taken for the end of the
+// file.
 #include "service/io/wire/log.hpp"
 
 #include <gtest/gtest.h>
@@ -41,7 +42,8 @@ std::string three_records(const TemporaryFolder& folder) {
   return read_text(folder / "three.log");
 }
 
-/// Returns the number of records in a file; `error` gets the reader's report on the rest of the file.
+/// Returns the number of records in a file. The parameter `error` gets the reader's report on the rest of the
+/// file.
 int count_records(const std::string& path, std::string& error, bool& is_damaged) {
   LogReader reader(path);
   LogEvent event;

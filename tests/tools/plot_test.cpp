@@ -1,4 +1,4 @@
-// Plots in files: the reduction of a long motion to samples, and the panels.
+// These tests check plots in files, namely the reduction of a long motion to samples, and the panels.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -93,7 +93,8 @@ TEST(Plot, ModesAreRankedByTheirPeakEnergy) {
   EXPECT_TRUE(q.series[0].name.starts_with("mode 3, ")) << q.series[0].name;
   EXPECT_TRUE(q.series[1].name.starts_with("mode 1, ")) << q.series[1].name;
   for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(q.series[k].name, energy.series[k].name);
-  // without damping the energy stays M/2 omega^2 q^2; the name of a series gives four digits of the frequency
+  // without damping the energy stays M/2 omega^2 q^2, and the name of a series gives four digits of the
+  // frequency
   for (const auto& [k, amplitude] : {std::pair{0, 5e-5}, {1, 1e-4}}) {
     const auto& series = energy.series[static_cast<std::size_t>(k)];
     const double hertz = std::stod(series.name.substr(series.name.find(", ") + 2));
@@ -103,8 +104,8 @@ TEST(Plot, ModesAreRankedByTheirPeakEnergy) {
 }
 
 TEST(Plot, AttitudeAndPointingErrorAreRelativeToTheStart) {
-  // the body rotates for 2 s at 0.1 rad/s about its principal axis z; the initial attitude is a quarter turn
-  // about x
+  // the body rotates for 2 s at 0.1 rad/s about its principal axis z, and the initial attitude is a quarter
+  // turn about x
   const std::vector<Panel> panels =
       panels_of(std::string(kTriangle) +
                     "initial: {attitude: [0.7071067811865476, 0.7071067811865476, 0, 0], angular_velocity: "

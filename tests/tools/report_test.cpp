@@ -1,5 +1,5 @@
-// `freeflex report`: the error measures, the comparisons and the complete program. The tests make no claim on
-// times.
+// These tests check `freeflex report`, with the error measures, the comparisons and the complete program. The
+// tests make no claim on times.
 #include "tools/report/report.hpp"
 
 #include <gtest/gtest.h>
@@ -231,7 +231,7 @@ TEST(ReportArguments, RungsThatWouldTakeTooLongAreSkippedAndReported) {
 }
 
 // the reference moves the edges of a pulse to the ticks of the scene, so runs of rungs with other steps must
-// do so too; a wrench acts on its group in every run
+// also move them, and a wrench acts on its group in every run
 TEST(ReportArguments, PulseEdgesAndWrenchesActAlikeInEveryMethod) {
   const TemporaryFolder folder;
   std::string scene = kTetrahedron;

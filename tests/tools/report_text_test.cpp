@@ -1,4 +1,4 @@
-// `freeflex report`: its findings and its layout.
+// These tests check the findings and the layout of `freeflex report`.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -40,8 +40,8 @@ Study made_study() {
   return study;
 }
 
-// the error is proportional to h^4 and the cost to 1 / h: on the line from error 1e-1 at 1e-3 s/s to 1e-5 at
-// 1e-2 s/s, the error is 2e-4 at 10^-(3 - 2.7 / 4) s/s
+// the error is proportional to h^4 and the cost to 1 / h, so on the line from error 1e-1 at 1e-3 s/s to 1e-5
+// at 1e-2 s/s, the error is 2e-4 at 10^-(3 - 2.7 / 4) s/s
 TEST(ReportComparison, ChoosesTheCheapestRungAndInterpolatesOtherMethods) {
   const auto found = tools::compare_at(made_study(), 1e-3, ReadOut::kOnce);
   ASSERT_TRUE(found.has_value());
@@ -56,8 +56,8 @@ TEST(ReportComparison, ChoosesTheCheapestRungAndInterpolatesOtherMethods) {
   EXPECT_EQ(found->best.method, "Krylov, linear");
 }
 
-// two methods have the same model error; the errors of their runs differ from it in the last digits in both
-// directions
+// two methods have the same model error, but the errors of their runs differ from this model error in the
+// last digits in both directions
 TEST(ReportComparison, EqualModelErrorsAreTreatedAsTheSameError) {
   Study study = made_study();
   study.runs[0].model_error = 2.1e-4;

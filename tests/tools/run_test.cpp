@@ -1,5 +1,5 @@
-// `freeflex run`: the files that it writes, the files that it never overwrites, and the verdict on the
-// motion.
+// These tests check which files `freeflex run` writes, which files it never overwrites, and the verdict on
+// the motion.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -115,7 +115,7 @@ TEST_F(Run, ATableHasTheNamedColumnsInEveryRow) {
     EXPECT_EQ(std::count(line.begin(), line.end(), ','), columns);
     ++rows;
   }
-  // 50 Hz over 0.1 s: ticks 0, 20, 40, 60, 80, 100
+  // at 50 Hz over 0.1 s the ticks are 0, 20, 40, 60, 80, 100
   EXPECT_EQ(rows, 6);
 }
 
@@ -327,7 +327,7 @@ TEST_F(Run, WarnsOfDisplacementsThatAreNotSmall) {
 }
 
 TEST_F(Run, AVibrationThroughZeroDoesNotRaiseTheSpinRatio) {
-  // from the undeformed start the pair reaches 0.2 mm a quarter period later; a sample is within 8 of 444
+  // from the undeformed start the pair reaches 0.2 mm a quarter period later, and a sample is within 8 of 444
   // ticks of a peak
   const double velocity = 2e-4 * std::sqrt(200.0);
   std::ostringstream text;

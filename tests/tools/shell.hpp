@@ -18,7 +18,7 @@ inline const std::string kFreeflexd = std::string(FREEFLEX_BIN_DIR) + "/freeflex
 inline const std::string kScenes = std::string(FREEFLEX_SOURCE_DIR) + "/service/scenes/";
 inline const std::string kGolden = std::string(FREEFLEX_SOURCE_DIR) + "/tests/tools/golden/";
 
-/// Makes a temporary folder; the destructor removes it.
+/// Makes a temporary folder. The destructor removes the folder.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -54,7 +54,7 @@ struct Outcome {
   std::string out, err;
 };
 
-/// Runs a shell command and waits for its end.
+/// Runs a shell command and waits for the end of the command.
 inline Outcome run(const std::string& command) {
   const TemporaryFolder folder;
   const std::string line =

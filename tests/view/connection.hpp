@@ -57,7 +57,7 @@ class Connection {
     }
     return head;
   }
-  /// Reads an unmasked frame of the server. Returns opcode and content; the opcode is -1 if the connection
+  /// Reads an unmasked frame of the server. Returns opcode and content. The opcode is -1 if the connection
   /// has ended.
   std::pair<int, std::string> read_frame() {
     const std::string head = read(2);

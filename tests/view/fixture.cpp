@@ -1,4 +1,4 @@
-// view_fixture FOLDER: writes the data that the page gets for some scenes, and the positions of their points
+// view_fixture FOLDER writes the data that the page gets for some scenes, and the positions of their points
 // by the program's read-out.
 #include <cstdio>
 #include <fstream>

@@ -1,5 +1,5 @@
-// Hostile messages on the bus of a daemon: view and monitor keep running, their memory does not grow, and
-// they still show the daemon.
+// These tests send hostile messages on the bus of a daemon. The programs view and monitor keep running, their
+// memory does not grow, and they still show the daemon.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -24,7 +24,8 @@ namespace {
 constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
 constexpr const char* kNotUtf8 = "tip\xC3\x28\xFF";
 
-// [kB] by which the memory of a program may grow under attack; a sanitizer keeps memory that was freed
+// [kB] by which the memory of a program may grow under attack, with more for a sanitizer, which keeps freed
+// memory
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr long kMostGrowth = 1'000'000;
 #else
@@ -142,8 +143,8 @@ TEST_F(BesideStrangers, MonitorKeepsRunningAndShowsTheDaemon) {
     Process monitor(line);
     const bool is_ack = words[1] == "ACK";
     const std::string mark = words[0] == "--live" ? "tick " : is_ack ? "_ACK" : "FREEFLEX_STATUS";
-    // three more outputs show messages that arrived after the hostile messages; the last monitor shows ACK,
-    // so commands are sent for the daemon to answer
+    // three more outputs show messages that arrived after the hostile messages, and the last monitor shows
+    // ACK, so commands are sent for the daemon to answer
     const auto goes_on = [&] {
       for (int k = 0; k < 3; ++k) {
         const std::size_t shown = monitor.output().size();
@@ -166,7 +167,7 @@ TEST_F(BesideStrangers, MonitorKeepsRunningAndShowsTheDaemon) {
     send_new_channels(2000);
     EXPECT_TRUE(goes_on()) << words.back();
     expect_alive(monitor);
-    // 300 pages of 56 kB are 17 MB; 2000 channels with one table line each per interval take some 2 MB
+    // 300 pages of 56 kB are 17 MB, but 2000 channels with one table line each per interval take some 2 MB
     EXPECT_LT(peak_memory(monitor.pid()), before + kMostGrowth) << words.back();
   }
 }

@@ -1,4 +1,5 @@
-// The data that the page gets from a recording, and the ranking of the modes that it shows.
+// These tests check the data that the page gets from a recording, and the ranking of the modes that the page
+// shows.
 #include <gtest/gtest.h>
 
 #include <cmath>

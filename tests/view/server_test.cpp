@@ -1,4 +1,5 @@
-// The server of the page: access, the messages to a browser, and browsers that stop reading.
+// These tests check the server of the page, in particular access, the messages to a browser, and browsers
+// that stop reading.
 #include "tools/view/server.hpp"
 
 #include <gtest/gtest.h>
@@ -84,7 +85,7 @@ TEST_F(ViewServer, RefusesRequestsWithoutTheTokenOrFromAForeignOrigin) {
   EXPECT_TRUE(get("/", own()).starts_with("HTTP/1.1 403"));
   EXPECT_TRUE(get("/?token=" + std::string(32, '0'), own()).starts_with("HTTP/1.1 403"));
   EXPECT_TRUE(get("/?token=" + token_.substr(1), own()).starts_with("HTTP/1.1 403"));
-  // a foreign host name that resolves to this machine
+  // the host name is foreign, but it resolves to this machine
   EXPECT_TRUE(get("/?token=" + token_, "evil.example:" + std::to_string(port_)).starts_with("HTTP/1.1 403"));
   EXPECT_TRUE(get("/body?token=" + token_, "evil.example").starts_with("HTTP/1.1 403"));
   for (const auto& [origin, token] : {std::pair<std::string, std::string>{"http://evil.example", token_},
@@ -111,7 +112,8 @@ TEST_F(ViewServer, SendsTheLatestMessagesToABrowserThatJoinsLate) {
   EXPECT_EQ(taken(), "hello");
 }
 
-// one browser does not read; the server does not wait for it, and another browser gets its frames
+// one browser does not read, but the server does not wait for this browser, and another browser gets its
+// frames
 TEST_F(ViewServer, ABrowserThatStopsReadingDelaysNoOtherBrowser) {
   Connection stalled(port_), other(port_);
   ASSERT_TRUE(open_socket(stalled, "http://" + own(), token_).starts_with("HTTP/1.1 101"));

@@ -31,17 +31,18 @@ using service::BusMessage;
 /// Adds --lcm-url and --prefix.
 void add_bus_options(CLI::App& command, BusOptions& options);
 
-/// One connection to the bus. Not copyable; for one thread.
+/// One connection to the bus. It cannot be copied, and only one thread may use it.
 class Bus {
  public:
   using Handler = std::function<void(const BusMessage&)>;
 
   explicit Bus(const BusOptions& options);
-  /// Returns the reason why there is no bus, with the commands that provide one; empty if there is no error.
+  /// Returns the reason why there is no bus, with the commands that provide one, or an empty text if there is
+  /// no error.
   const std::string& error() const { return error_; }
-  /// Returns true if the cause of the error is in the arguments; false if it is in the machine.
+  /// Returns true if the cause of the error is in the arguments, or false if the cause is in the machine.
   bool is_usage_error() const { return is_usage_; }
-  /// Makes wait() call the handler for every message on the channel; an empty name means all channels.
+  /// Makes wait() call the handler for every message on the channel. An empty name means all channels.
   void subscribe(const std::string& channel, Handler handler);
   bool publish(const std::string& channel, std::span<const std::byte> bytes);
   /// Handles messages until done() is true. Returns false if the time runs out before that.
@@ -58,7 +59,8 @@ class Bus {
   service::BusConnection connection_;
 };
 
-/// mode_name returns the name of a value of status_t.mode; validity_name, of a value of status_t.validity.
+/// mode_name returns the name of a value of status_t.mode, and validity_name returns the name of a value of
+/// status_t.validity.
 const char* mode_name(std::int32_t mode);
 const char* validity_name(std::int32_t validity);  // "good", "watch", "outside"
 

@@ -38,15 +38,15 @@ std::string names_text(const std::vector<std::string>& names) {
   return names.size() > kShown ? text + " and " + std::to_string(names.size() - kShown) + " more" : text;
 }
 
-/// Adds a damage to the outcome, unless the outcome has it already: every part and every pass reports it
-/// again.
+/// Adds a damage to the outcome, unless the outcome has this damage already, because every part and every
+/// pass reports the damage again.
 void add_damage(const std::string& text, CompareOutcome& outcome) {
   if (!text.empty() && outcome.error.find(text) == std::string::npos)
     outcome.error = joined(outcome.error, text);
 }
 
-/// Compares two parts with common columns in two passes. The first pass finds the scale of each quantity; the
-/// second compares the rows.
+/// Compares two parts with common columns in two passes. The first pass finds the scale of each quantity, and
+/// the second pass compares the rows.
 class Pair {
  public:
   Pair(MotionFile& a, std::size_t part_a, MotionFile& b, std::size_t part_b, CompareOutcome& outcome)

@@ -33,9 +33,9 @@ struct QuantityDifference {
   std::int64_t num_values = 0;
   double scale = 0.0;               // largest |value| in either file
   std::string largest_column = {};  // column of that value
-  double largest = 0.0;             // largest difference; infinite if a value is not a number
+  double largest = 0.0;             // largest difference, infinite if a value is not a number
   ValuePair at;                     // the values that have the largest difference
-  bool is_beyond = false;           // true: a difference exceeds the tolerance
+  bool is_beyond = false;           // true if a difference exceeds the tolerance
 };
 
 struct CompareOutcome {
@@ -50,7 +50,8 @@ struct CompareOutcome {
   std::vector<std::string> other_content;  // texts about contents that do not belong to a motion
 };
 
-/// Compares the columns of equal names in rows of equal ticks; q and -q are the same attitude.
+/// Compares the columns of equal names in rows of equal ticks. The quaternions q and -q are the same
+/// attitude.
 CompareOutcome compare_motions(const CompareRequest& request);
 
 /// For every tick in both files and every chosen column, calls `take` with the tick, the index of the column,

@@ -26,7 +26,7 @@ namespace {
 
 // [us] two daemons publish if a STATUS of each arrives within this time
 constexpr std::int64_t kTwoDaemons = 2'000'000;
-// [s] without a message after which the daemon is shown as silent; it sends ten STATUS a second
+// [s] without a message after which the daemon is shown as silent, because a daemon sends ten STATUS a second
 constexpr double kSilent = 2.0;
 
 constexpr std::size_t kMaxNotes = 6;
@@ -143,8 +143,8 @@ void LiveView::take_status(const freeflex_msgs::status_t& status) {
       status.utime > status_->utime) {
     const double seconds = static_cast<double>(status.utime - status_->utime) * 1e-6;
     const double rate = static_cast<double>(status.tick - status_->tick) / seconds;
-    // the average over about a second; the rate from one pair of messages would include the lateness of the
-    // publisher
+    // the average over about a second, because the rate from one pair of messages would include the lateness
+    // of the publisher
     measured_rate_ = measured_rate_ ? *measured_rate_ + 0.1 * (rate - *measured_rate_) : rate;
   } else {
     measured_rate_.reset();

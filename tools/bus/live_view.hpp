@@ -44,7 +44,7 @@ class LiveView {
  private:
   void take_status(const freeflex_msgs::status_t& status);
   void take_points(const freeflex_msgs::points_t& points);
-  // returns true for the session whose STATUS came last; true for every session before the first STATUS
+  // returns true for the session whose STATUS came last, or true for every session before the first STATUS
   bool is_of_daemon(std::int64_t session) const;
   void note(const std::string& text);
   std::string rate_text() const;
@@ -68,7 +68,7 @@ class LiveView {
   std::deque<std::string> notes_;   // latest commands and answers
   std::int64_t other_session_ = 0;  // session of the last STATUS from another daemon
   std::int64_t other_heard_us_ = 0;
-  bool sees_two_ = false;  // true: both daemons send messages
+  bool sees_two_ = false;  // true if both daemons send messages
   std::string unread_;     // the reason why the last STATUS could not be read; empty once one could
 };
 

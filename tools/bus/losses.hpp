@@ -34,7 +34,7 @@ struct UnsentCounts {
   bool has_any = false;
   std::array<Range, io::kNumMotionChannels> dropped;  // in the order of io::kMotionChannels
   Range failed;                                       // messages of any channel that the network refused
-  std::int64_t end_tick = -1;  // tick at which the daemon ended, if a STATUS reports it; else -1
+  std::int64_t end_tick = -1;  // tick at which the daemon ended, if a STATUS reports it, else -1
 };
 
 /// The ticks that a recording lacks on one channel of the motion.
@@ -51,11 +51,12 @@ struct Loss {
 };
 
 /// Returns the losses on each channel of the motion that is in the log, up to the channel's last tick in the
-/// log. If the daemon's last STATUS gives the tick at which it ended, up to that tick.
+/// log. If the daemon's last STATUS gives the tick at which the daemon ended, the losses are those up to that
+/// tick.
 /// \pre find_flaw returned an empty text
 std::vector<Loss> find_losses(const RecordedSession& session, const Plan& plan);
 
-/// Returns a loss as text; empty if nothing is missing.
+/// Returns a loss as text, or an empty text if nothing is missing.
 std::string describe(const Loss& loss, const UnsentCounts& counts);
 
 }  // namespace freeflex::tools

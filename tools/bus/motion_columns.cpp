@@ -33,7 +33,7 @@ bool is_one_of(std::string_view text, std::string_view letter) {
          std::string_view("xyz").find(text.back()) != std::string_view::npos;
 }
 
-// returns the quantity of a column x, qw, vx, ax, wx and so on; empty for any other column
+// returns the quantity of a column x, qw, vx, ax, wx and so on, or an empty text for any other column
 std::string_view kinematic(std::string_view last) {
   if (is_one_of(last, "")) return "position [m]";
   if (last == "qw" || is_one_of(last, "q")) return "attitude [-]";

@@ -14,8 +14,8 @@ using Columns = std::vector<std::string>;
 /// Returns the names of the columns of time, frame, q and q_dot of the modes, and momenta of the wheels, in
 /// the order of state_t.
 Columns state_columns(int num_elastic, const std::vector<std::string>& wheels);
-/// Appends the columns of point.NAME: position, velocity, acceleration; for a body also attitude and angular
-/// velocity.
+/// Appends the columns of point.NAME: position, velocity and acceleration. For a body, also appends attitude
+/// and angular velocity.
 void append_point_columns(const std::string& name, bool is_body, Columns& columns);
 /// Appends the columns of group.NAME: position, attitude, velocity, angular velocity.
 void append_group_columns(const std::string& name, Columns& columns);
@@ -23,7 +23,7 @@ void append_group_columns(const std::string& name, Columns& columns);
 void append_link_columns(const std::string& name, std::string_view kind, int num_values, Columns& columns);
 
 /// Returns the quantity of each column, with its unit: "points: velocity [m/s]". If the values of links are
-/// numbered, the kind of the links is unknown: value k of all links that have the same number of values is
+/// numbered, the kind of the links is unknown. Value k of all links that have the same number of values is
 /// then one quantity. A column with any other name is a quantity of its own.
 std::vector<std::string> quantities_of(const Columns& columns);
 

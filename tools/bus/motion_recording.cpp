@@ -1,5 +1,5 @@
-// Reads a recording of a motion: STATE, POINTS and LOADS of one session, with names from the SCENE of the
-// session.
+// Reads a recording of a motion. The recording has STATE, POINTS and LOADS of one session, and the names come
+// from the SCENE of the session.
 #include <algorithm>
 #include <array>
 #include <functional>
@@ -33,7 +33,7 @@ using freeflex_msgs::state_t;
 class FirstColumns {
  public:
   void set(std::int32_t index, std::size_t column) { columns_[index] = column; }
-  /// Returns the values of an item in a row; nullptr if the item has no column.
+  /// Returns the values of an item in a row, or nullptr if the item has no column.
   double* find(std::int32_t index, std::vector<double>& values) const {
     const auto found = columns_.find(index);
     return found == columns_.end() ? nullptr : values.data() + found->second;
@@ -236,7 +236,7 @@ class RecordedMotion : public MotionFile {
     }
   }
 
-  /// Returns an error if one tick of one epoch has two different states; else an empty text.
+  /// Returns an error if one tick of one epoch has two different states. Otherwise returns an empty text.
   std::string find_two_states() const {
     std::map<std::pair<std::int64_t, std::int64_t>, std::size_t> contents;
     for (const PageAt& page : indices_[io::kStateChannel].pages)
@@ -247,8 +247,8 @@ class RecordedMotion : public MotionFile {
     return {};
   }
 
-  // orders pages by tick and number and removes repeated pages: a packet may arrive twice, and a daemon that
-  // holds sends its last tick again
+  // orders pages by tick and number and removes repeated pages, because a packet may arrive twice, and a
+  // daemon that holds sends its last tick again
   static void sort(Index& index) {
     const auto key = [](const PageAt& page) { return std::tie(page.tick, page.page); };
     std::stable_sort(index.pages.begin(), index.pages.end(),

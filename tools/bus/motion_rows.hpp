@@ -21,8 +21,8 @@ struct MotionRow {
 class RowReader {
  public:
   virtual ~RowReader() = default;
-  /// Reads the next row; ticks ascend. Returns false at the end of the part, or at damage, which ends the
-  /// rows (see error()).
+  /// Reads the next row. The ticks of the rows ascend. Returns false at the end of the part, or at damage,
+  /// which ends the rows (see error()).
   virtual bool next(MotionRow& row) = 0;
   const std::string& error() const { return error_; }
   /// Returns the number of ticks that were skipped because they have other columns than the part.
@@ -33,7 +33,8 @@ class RowReader {
   std::int64_t num_odd_ = 0;
 };
 
-/// The parts of a file: a table is one part; a recording has one part for each of STATE, POINTS and LOADS.
+/// The parts of a file. A table is one part, but a recording has one part for each of STATE, POINTS and
+/// LOADS.
 class MotionFile {
  public:
   virtual ~MotionFile() = default;
@@ -45,7 +46,7 @@ class MotionFile {
   virtual std::unique_ptr<RowReader> open(std::size_t part) = 0;
   /// Returns texts about the contents that are not read.
   const std::vector<std::string>& ignored() const { return ignored_; }
-  /// Returns the damage that prevents reading a part of the file; empty if there is none.
+  /// Returns the damage that prevents reading a part of the file, or an empty text if there is none.
   const std::string& damage() const { return damage_; }
   virtual bool is_recording() const = 0;
 

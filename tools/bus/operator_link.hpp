@@ -11,8 +11,8 @@
 
 namespace freeflex::tools {
 
-/// One connection, over which the daemon sends scene_t and ack_t, one packet per message. Not copyable; for
-/// one thread.
+/// One connection, over which the daemon sends scene_t and ack_t, one packet per message. The connection
+/// cannot be copied, and only one thread may use it.
 class OperatorLink {
  public:
   using Handler = std::function<void(std::span<const std::byte>)>;
@@ -23,7 +23,7 @@ class OperatorLink {
   OperatorLink(const OperatorLink&) = delete;
   OperatorLink& operator=(const OperatorLink&) = delete;
 
-  /// Returns the reason why there is no connection; empty if there is no error.
+  /// Returns the reason why there is no connection, or an empty text if there is no error.
   const std::string& error() const { return error_; }
   /// Returns the path of the connected socket.
   const std::string& path() const { return path_; }

@@ -23,7 +23,7 @@ using freeflex_msgs::force_t;
 constexpr double kDefaultDuration = 1.0;           // [s]
 constexpr std::int64_t kMaxCount = 1'000'000'000;  // limit of the daemon
 
-/// The argument of --point: NAME, on which --force acts, or NAME=X,Y,Z.
+/// The argument of --point is NAME=X,Y,Z, or NAME alone for a point on which --force acts.
 struct PointArgument {
   std::string name;
   std::optional<std::array<double, 3>> force;  // [N]
@@ -38,7 +38,7 @@ std::optional<PointArgument> parse_point(const std::string& text) {
   return point;
 }
 
-/// Parses run, hold, reset, stop, scene, step=N, shapes=MODE or scene=PAGE; returns nullopt for any other
+/// Parses run, hold, reset, stop, scene, step=N, shapes=MODE or scene=PAGE. Returns nullopt for any other
 /// text.
 std::optional<control_t> parse_control(const std::string& text) {
   constexpr std::array<std::pair<std::string_view, std::int32_t>, 5> kUncounted{
@@ -77,7 +77,7 @@ double impulse_factor(double seconds, double rate) {
   return std::abs(wanted - given) <= kOnTick ? 1.0 : wanted / given;
 }
 
-/// Copies three components; leaves `to` zero if none are given.
+/// Copies three components, or leaves `to` zero if none are given.
 void copy_vector(const std::vector<double>& from, double (&to)[3]) {
   if (!from.empty()) std::copy_n(from.begin(), 3, to);
 }
@@ -170,7 +170,7 @@ bool add_wheels(const PushOptions& options, const SceneCatalogue& scene, force_t
   return true;
 }
 
-/// Returns the first option of the list that the user gave; empty if there is none.
+/// Returns the first option of the list that the user gave, or an empty text if there is none.
 std::string first_given(const CLI::App& command, std::initializer_list<const char*> names) {
   for (const char* name : names) {
     if (command.count(name) > 0) return name;
@@ -178,7 +178,7 @@ std::string first_given(const CLI::App& command, std::initializer_list<const cha
   return {};
 }
 
-/// Returns an error if options contradict each other or have no effect; else an empty text.
+/// Returns an error if options contradict each other or have no effect. Otherwise returns an empty text.
 std::string find_conflict(const CLI::App& command) {
   std::string other;
   if (command.count("--control") > 0) {
@@ -212,7 +212,7 @@ std::string find_conflict(const CLI::App& command) {
   return {};
 }
 
-/// Returns the error in points, groups and the loads on them; empty if there is none.
+/// Returns the error in points, groups and the loads on them, or an empty text if there is none.
 std::string find_force_fault(const PushOptions& options) {
   for (const std::string& text : options.wheels) {
     const auto named = parse_named_numbers(text, 1);

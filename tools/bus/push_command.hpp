@@ -17,8 +17,8 @@ struct PushOptions {
   std::vector<std::string> points;
   std::vector<std::string> groups;
   std::vector<std::string> wheels;  // each NAME=TORQUE
-  std::vector<double> force;        // [N] (3); empty: not given
-  std::vector<double> torque;       // [N m] (3); empty: not given
+  std::vector<double> force;        // [N] (3), empty if not given
+  std::vector<double> torque;       // [N m] (3), empty if not given
   std::string axes = "world";
   std::optional<double> duration;  // [s]
   std::optional<double> lease;     // [s]
@@ -27,7 +27,7 @@ struct PushOptions {
   std::optional<std::int64_t> at_tick;
   bool late_ok = false;
   std::string sender;  // empty: "push", or "local.push" over the socket
-  std::string key;     // key file; empty: the command is not sealed
+  std::string key;     // key file, empty if the command is not sealed
   std::string control;
   std::string clear_sender;  // sender whose pushes end; *: every sender of the bus
   double timeout = 3.0;      // [s]
@@ -37,7 +37,8 @@ struct PushOptions {
 };
 
 /// Returns a text about the first option that contradicts another, has no effect or is missing, as far as
-/// that is known without a daemon; empty if there is none.  \param command  command that parsed the options
+/// that is known without a daemon, or an empty text if there is none.  \param command  command that parsed
+/// the options
 std::string find_push_fault(const CLI::App& command, const PushOptions& options);
 
 /// Returns true if the command is a control_t, which needs no scene.
@@ -50,7 +51,8 @@ freeflex_msgs::control_t make_control(const PushOptions& options);
 /// If a name is unknown, prints an error and returns nullopt.  \pre find_push_fault returned an empty text
 std::optional<freeflex_msgs::force_t> make_force(const PushOptions& options, const SceneCatalogue& scene);
 
-/// Returns a warning if the duration or lease is not a whole number of ticks; else an empty text.
+/// Returns a warning if the duration or lease is not a whole number of ticks. Otherwise returns an empty
+/// text.
 /// \param rate  [Hz] of the daemon's ticks
 std::string rounded_duration(const PushOptions& options, double rate);
 

@@ -8,7 +8,8 @@
 
 namespace freeflex::tools {
 
-/// Returns the name of a "point", "group" or "wheel" with this index in the scene; empty if it is unknown.
+/// Returns the name of a "point", "group" or "wheel" with this index in the scene, or an empty text if it is
+/// unknown.
 using NameOf = std::function<std::string(std::string_view kind, std::int64_t index)>;
 
 /// Returns ack_t.text after replacing indices by names, and fields of messages by options. All other text

@@ -35,8 +35,8 @@ class Indexer {
         status_(prefix + channels::kStatus),
         strays_(prefix) {}
 
-  /// Adds a message to the index; skips a message that does not decode. If the message is of another version,
-  /// sets the error and returns false.
+  /// Adds a message to the index, but skips a message that does not decode. If the message is of another
+  /// version, sets the error and returns false.
   bool take(const io::LogEvent& event);
   /// Removes sessions that have nothing to replay, and sets damage and warning.
   void finish(const std::string& damage_of_file);
@@ -156,7 +156,7 @@ bool Indexer::take_pages(const io::LogEvent& event, std::size_t channel) {
   return true;
 }
 
-/// Takes messages on POINTS, LOADS and STATUS; a motion does not depend on them. Returns false for any other
+/// Takes messages on POINTS, LOADS and STATUS, on which a motion does not depend. Returns false for any other
 /// channel.
 bool Indexer::take_other(const io::LogEvent& event) {
   bool is_read = false;

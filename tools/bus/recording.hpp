@@ -1,5 +1,5 @@
-// The contents of an LCM log for one session of a daemon: the commands that took effect, the states, and the
-// plan.
+// The contents of an LCM log for one session of a daemon, which are the commands that took effect, the
+// states, and the plan.
 #pragma once
 
 #include <array>
@@ -39,7 +39,7 @@ struct RecordedSession {
   std::vector<StateRecord> states;     // ordered by epoch, then by tick
   std::array<std::vector<PageRecord>, io::kNumMotionChannels> pages;  // in the order of io::kMotionChannels
   UnsentCounts unsent;
-  bool has_scene = false;  // true: the log contains a FREEFLEX_SCENE of the session
+  bool has_scene = false;  // true if the log contains a FREEFLEX_SCENE of the session
   std::string plan_file;   // from FREEFLEX_SCENE
   double rate = 0.0;       // [Hz] from FREEFLEX_SCENE
   std::optional<std::uint64_t> plan_fingerprint;
@@ -48,10 +48,11 @@ struct RecordedSession {
 };
 struct Recording {
   std::vector<RecordedSession> sessions;  // sessions in the order in which they appear
-  // reason why nothing can be read: the file is not accessible, or it is of another version
+  // the reason why nothing can be read, because the file is not accessible or is of another version
   std::string error;
-  std::string damage;  // text that says which damaged part was skipped; empty if there is none
-  // messages of POINTS, LOADS and STATUS that could not be read; empty if there are none
+  std::string damage;  // text that says which damaged part was skipped, empty if there is none
+  // a text about the messages of POINTS, LOADS and STATUS that could not be read. The text is empty if there
+  // are none.
   std::string warning;
 };
 
@@ -64,8 +65,8 @@ Recording read_recording(io::LogReader& log, const std::string& prefix);
 RecordedSession* choose_session(Recording& recording, std::optional<std::int64_t> session,
                                 std::string& error);
 
-/// Cuts a session at the first applied sequence that is missing: removes the later applied records and the
-/// states that include them. Returns what was removed and why; empty if nothing was removed.
+/// Cuts a session at the first applied sequence that is missing. Removes the later applied records and the
+/// states that include them. Returns what was removed and why, or an empty text if nothing was removed.
 std::string cut_at_gap(RecordedSession& session);
 
 /// Returns the tick up to which the session contains all commands that took effect.
@@ -79,13 +80,14 @@ std::string joined(const std::string& a, const std::string& b);
 /// was called
 std::string find_flaw(const RecordedSession& session);
 
-/// [ticks] Largest gap between two states, or before the first state: 115 days at 1 kHz. With this limit a
-/// replay ends even if somebody forged a tick and all numbers that the tick is checked against.
+/// [ticks] Largest gap between two states, or before the first state. The largest gap is 115 days at 1 kHz.
+/// With this limit a replay ends even if somebody forged a tick and all numbers that the tick is checked
+/// against.
 inline constexpr std::int64_t kMostUnrecordedTicks = 10'000'000'000;
 /// Returns a text about the first state whose time disagrees with its tick, or about a gap above
-/// kMostUnrecordedTicks; empty if there is none. A second number thus confirms every tick that the replay
-/// steps to.  \pre find_flaw returned an empty text  \param period  [s] period of a tick; 0: not known, only
-/// gaps are checked
+/// kMostUnrecordedTicks, or an empty text if there is none. A second number thus confirms every tick that the
+/// replay steps to.  \pre find_flaw returned an empty text  \param period  [s] period of a tick; 0: not
+/// known, only gaps are checked
 std::string find_time_flaw(const RecordedSession& session, double period);
 
 /// Returns the records of a session one after another, in the order in which they took effect.
@@ -93,7 +95,7 @@ class CommandFeed {
  public:
   CommandFeed(io::LogReader& log, const RecordedSession& session, const Plan& plan);
 
-  /// Returns the kind of the next record at this tick; 0 if there is none.
+  /// Returns the kind of the next record at this tick, or 0 if there is none.
   std::int32_t next_kind(std::int64_t tick) const;
   /// Takes a RESET.  \pre next_kind is RESET
   void take_reset() { ++next_; }
@@ -101,7 +103,7 @@ class CommandFeed {
   /// Returns an empty text or the error of the log.
   std::string take_commands(std::int64_t tick, std::vector<ForceCommand>& commands,
                             std::vector<freeflex_msgs::applied_t>& ended);
-  /// Returns the tick of the next record; nullopt after the last record.
+  /// Returns the tick of the next record, or nullopt after the last record.
   std::optional<std::int64_t> next_tick() const;
   /// Returns the number of records taken so far.
   std::int64_t num_taken() const { return static_cast<std::int64_t>(next_); }

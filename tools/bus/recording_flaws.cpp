@@ -75,7 +75,7 @@ std::string find_order_flaw(const RecordedSession& session, const StateRecord& s
   };
   if (count > 0) {
     const AppliedRecord& last = session.applied[count - 1];
-    // a reset takes effect at its tick; the step that applies a command ends one tick later
+    // a reset takes effect at its tick, but the step that applies a command ends one tick later
     if (last.kind == applied_t::RESET ? last.tick > state.tick : last.tick >= state.tick)
       return explain(last, "contains");
   }
@@ -84,7 +84,7 @@ std::string find_order_flaw(const RecordedSession& session, const StateRecord& s
   return {};
 }
 
-/// Returns an error if too many ticks lie between two records; else an empty text.
+/// Returns an error if too many ticks lie between two records. Otherwise returns an empty text.
 std::string find_gap(const std::string& name, std::int64_t tick, std::int64_t before) {
   if (tick - before <= kMostUnrecordedTicks) return {};
   return name + ", is " + std::to_string(tick - before) + " ticks after the record before it, but at most " +
@@ -152,7 +152,8 @@ std::string find_time_flaw(const RecordedSession& session, double period) {
   for (const StateRecord& state : session.states) {
     const std::int64_t first = epochs.first_tick(state);
     const double time = static_cast<double>(state.tick - first) * period;
-    // if a time is wrong by less than half a tick, the comparison of states reports it; NaN is not a time
+    // if a time is wrong by less than half a tick, the comparison of states reports this error. NaN is not a
+    // time.
     if (period > 0.0 && !(std::abs(state.time - time) < 0.5 * period))
       return name_of(state) + ", has time " + format_text("%.17g s", state.time) + ", and its tick is " +
              format_text("%.17g s", time) + " after tick " + std::to_string(first) +

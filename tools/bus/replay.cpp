@@ -275,7 +275,7 @@ ReplayOutcome replay(const ReplayRequest& request) {
   }
   const std::string time_flaw = find_time_flaw(*session, plan->period);
   if (!time_flaw.empty()) return incomplete(joined(loss, time_flaw));
-  // the index is complete; from now on records are read by offset
+  // the index is complete, so from now on records are read by offset
   outcome = Replay(*plan, log, *session, std::move(outcome)).run();
   if (loss.empty()) return outcome;
   if (outcome.result != Result::kIdentical) {

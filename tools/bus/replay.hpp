@@ -1,5 +1,5 @@
-// Replays a recording: applies its commands at their recorded ticks and compares every recorded state bit for
-// bit.
+// Replays a recording. The replay applies the recorded commands at their ticks and compares every recorded
+// state bit for bit.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace freeflex::tools {
 
 struct ReplayRequest {
   std::string log = {};   // LCM event log
-  std::string plan = {};  // plan or scene file; empty: the file that the log names
+  std::string plan = {};  // plan or scene file, empty for the file that the log names
   std::string prefix = channels::kDefaultPrefix;
   std::optional<std::int64_t> session = {};  // needed if the log contains several sessions
 };
@@ -30,7 +30,7 @@ struct ReplayOutcome {
   enum class Result : std::uint8_t {
     kIdentical,
     kDiffers,     // see difference
-    kIncomplete,  // the log is damaged or incomplete; all states that were compared are identical
+    kIncomplete,  // the log is damaged or incomplete, but all states that were compared are identical
     kStopped,     // Ctrl-C stopped the replay
     kError        // no log, no session or no plan to replay
   };

@@ -18,7 +18,7 @@
 namespace freeflex::tools {
 namespace {
 
-// a message begins with its fingerprint; in these types utime and session come next
+// a message begins with its fingerprint, and in these types utime and session come next
 constexpr std::int64_t kSessionAt = 16;  // [bytes]
 constexpr bool has_session(const wire::Layout& layout) {
   return layout.fields[0].name == "utime" && layout.fields[1].name == "session";
@@ -33,8 +33,8 @@ std::int64_t read_integer(std::span<const std::byte> bytes, std::int64_t at) {
   return static_cast<std::int64_t>(value);
 }
 
-/// Returns the suffix of the channel on which messages of this type are sent; empty for types that a replay
-/// does not use.
+/// Returns the suffix of the channel on which messages of this type are sent, or an empty text for types that
+/// a replay does not use.
 std::string_view suffix_of(std::span<const std::byte> bytes) {
   if (bytes.size() < static_cast<std::size_t>(kSessionAt) + sizeof(std::int64_t)) return {};
   const std::int64_t fingerprint = read_integer(bytes, 0);
@@ -44,7 +44,7 @@ std::string_view suffix_of(std::span<const std::byte> bytes) {
   return {};
 }
 
-/// Returns the index of the only byte in which two names of one length differ; else nullopt.
+/// Returns the index of the only byte in which two names of one length differ. Otherwise returns nullopt.
 std::optional<std::size_t> find_one_byte(std::string_view a, std::string_view b) {
   std::optional<std::size_t> found;
   if (a.size() != b.size()) return found;

@@ -1,4 +1,4 @@
-// freeflex check: prints every fault of a scene at once.
+// freeflex check prints every fault of a scene at once.
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cstdio>

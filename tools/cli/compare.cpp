@@ -1,4 +1,4 @@
-// freeflex compare: reports the differences of two motions.
+// freeflex compare reports the differences of two motions.
 #include "tools/bus/compare.hpp"
 
 #include <CLI/App.hpp>
@@ -25,7 +25,7 @@ using Result = CompareOutcome::Result;
 
 struct CompareOptions {
   CompareRequest request;
-  std::string plot;  // picture file; empty: no picture
+  std::string plot;  // picture file, empty for no picture
   bool json = false;
 };
 

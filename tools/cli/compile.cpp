@@ -1,5 +1,5 @@
-// freeflex compile: writes the result of the set-up to a plan file, which every program accepts instead of
-// the scene.
+// freeflex compile writes the result of the set-up to a plan file, which every program accepts instead of the
+// scene.
 #include "core/plan/compile.hpp"
 
 #include <CLI/App.hpp>

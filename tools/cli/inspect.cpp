@@ -1,4 +1,4 @@
-// freeflex inspect: shows the paper's quantities of a scene: basis, Maxwell and influence coefficients.
+// freeflex inspect shows the paper's quantities of a scene: basis, Maxwell and influence coefficients.
 #include <CLI/App.hpp>
 #include <array>
 #include <memory>
@@ -55,7 +55,7 @@ std::vector<std::string> basis_names() {
   return names;
 }
 
-/// Returns the recipe with this name; nullopt for auto.
+/// Returns the recipe with this name, or nullopt for auto.
 std::optional<Recipe> recipe_named(const std::string& name) {
   for (const Recipe recipe : kRecipes)
     if (name == name_of(recipe)) return recipe;

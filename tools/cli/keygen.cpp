@@ -1,4 +1,4 @@
-// freeflex keygen: makes a key file, which is needed to send commands to a daemon that requires keys.
+// freeflex keygen makes a key file. A key file is needed to send commands to a daemon that requires keys.
 #include <CLI/App.hpp>
 #include <cstdio>
 #include <memory>
@@ -14,7 +14,7 @@ namespace {
 
 struct KeygenOptions {
   std::string name;
-  std::string file;  // key file; empty: NAME.key
+  std::string file;  // key file, empty for NAME.key
 };
 
 constexpr const char* kKeygenFooter = R"(Example:

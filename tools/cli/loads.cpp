@@ -1,4 +1,4 @@
-// freeflex loads: computes displacements and link forces under a steady load, by inertia relief.
+// freeflex loads computes displacements and link forces under a steady load, by inertia relief.
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cmath>
@@ -26,7 +26,7 @@ struct LoadsOptions {
   std::vector<std::string> forces;
   std::vector<std::string> wrenches;
   std::vector<std::string> torques;
-  std::vector<double> spin;  // [rad/s] (3); empty: not given
+  std::vector<double> spin;  // [rad/s] (3), empty if not given
   bool json = false;
 };
 

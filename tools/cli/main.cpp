@@ -39,8 +39,8 @@ void add_commands(CLI::App& app, int& exit_code) {
   add_compare(app, exit_code);
 }
 
-/// Returns the first argument that is not an option, so that `freeflex --help inspect` also reaches inspect;
-/// empty if there is none.
+/// Returns the first argument that is not an option, so that `freeflex --help inspect` also reaches inspect,
+/// or an empty text if there is none.
 const char* find_command(int argc, char** argv) {
   const auto is_word = [](const char* argument) { return argument[0] != '-'; };
   const auto found = std::find_if(argv + 1, argv + argc, is_word);
@@ -48,7 +48,7 @@ const char* find_command(int argc, char** argv) {
 }
 
 /// Replaces this process by freeflex-study, which is in the folder of this program. Returns only if
-/// freeflex-study cannot be started; the result is the exit code.
+/// freeflex-study cannot be started. The result is then the exit code.
 int become_study(const char* command, char** argv) {
   std::error_code ignored;
   const std::string study =

@@ -1,4 +1,4 @@
-// freeflex modes: prints mass properties, freedoms and frequencies of a scene or plan.
+// freeflex modes prints mass properties, freedoms and frequencies of a scene or plan.
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <array>
@@ -24,7 +24,7 @@ namespace {
 struct ModesOptions {
   std::string input;
   io::Settings settings;
-  std::string plot;  // picture file; empty: no picture
+  std::string plot;  // picture file, empty for no picture
   int count = 30;
   bool json = false;
 };
@@ -58,8 +58,8 @@ struct Frequency {
   int cluster = 0;     // frequencies that are equal within the accuracy have the same number
 };
 
-/// Returns the relative distance below which frequencies form one cluster: they are equal by symmetry and
-/// differ only by rounding errors.
+/// Returns the relative distance below which frequencies form one cluster, because they are then equal by
+/// symmetry and differ only by rounding errors.
 double cluster_width(const Plan& plan) { return std::max(1e-9, 10.0 * plan.frequency_accuracy); }
 
 std::vector<Frequency> frequencies(const Plan& plan, const FreeMotion& motion) {
@@ -114,7 +114,7 @@ std::vector<std::vector<std::string>> mechanism_names(const Plan& plan) {
   return out;
 }
 
-/// Returns the number of a mode in the scene, from 1; omitted modes are included in the numbering.
+/// Returns the number of a mode in the scene, from 1. The numbering includes omitted modes.
 int number_of(const Plan& plan, std::size_t mode) {
   return plan.mode_numbers.empty() ? static_cast<int>(mode) + 1 : plan.mode_numbers[mode];
 }
@@ -125,7 +125,7 @@ bool leaves_modes_out(const Plan& plan) {
   });
 }
 
-/// Returns a text that says how dashpots and feedback couple the modes; empty if they do not.
+/// Returns a text that says how dashpots and feedback couple the modes, or an empty text if they do not.
 std::string damping_coupling_text(const Plan& plan) {
   const PlanModalCoupling& modal_coupling = plan.modal_coupling;
   if (modal_coupling.num_damping == 0 && plan.feedbacks.empty()) return {};
@@ -151,7 +151,7 @@ std::string load_names(const Plan& plan, const std::vector<std::size_t>& loads) 
   return (names.size() == 1 ? "load " : "loads ") + listed(names, 8);
 }
 
-/// Returns a text that lists everything that couples the modes; empty if nothing does.
+/// Returns a text that lists everything that couples the modes, or an empty text if nothing does.
 std::string coupling_text(const Plan& plan) {
   if (plan.num_elastic == 0) return {};
   std::vector<std::string> texts;
@@ -285,7 +285,7 @@ void print_frequencies(const Plan& plan, const std::vector<Frequency>& all, int 
   }
 }
 
-/// Draws the lowest modes. Returns the exit code; prints the error if it is not kExitOk.
+/// Draws the lowest modes. Returns the exit code, and prints the error if the code is not kExitOk.
 int plot_modes(const ModesOptions& options) {
   constexpr int kMostPlotted = 12;
   const std::optional<Body> body = make_body(options.input, options.plot);

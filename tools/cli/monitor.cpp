@@ -1,4 +1,4 @@
-// freeflex monitor: shows the messages on the bus.
+// freeflex monitor shows the messages on the bus.
 #include <unistd.h>
 
 #include <CLI/App.hpp>
@@ -164,9 +164,9 @@ Clock::duration seconds(double value) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
 }
 
-/// Calls show() after every interval and at the end, with the time since the last call [s]; nullopt if this
-/// time is below half an interval and thus too short for a rate. Ends after the duration, after `count`
-/// messages or at Ctrl-C.
+/// Calls show() after every interval and at the end, with the time since the last call [s]. The time is
+/// nullopt if it is below half an interval and thus too short for a rate. Ends after the duration, after
+/// `count` messages or at Ctrl-C.
 void watch(Bus& bus, const MonitorOptions& options, const std::int64_t& num_messages,
            const std::function<void(std::optional<double>)>& show) {
   constexpr double kForever = 1e9;  // [s]

@@ -1,4 +1,4 @@
-// freeflex plan: shows which features of a scene a plan keeps and which it omits, the reasons, the error
+// freeflex plan shows which features of a scene a plan keeps and which it omits, the reasons, the error
 // bounds, and the cost of a step.
 #include <CLI/App.hpp>
 #include <algorithm>
@@ -133,7 +133,7 @@ Json rungs_json(const Plan& plan) {
   return rungs;
 }
 
-/// Prints the rungs that `fidelity: auto` tried, and the rungs of the error budget.
+/// Prints the rungs that the setting `fidelity: auto` tried, and the rungs of the error budget.
 void print_rungs(const Plan& plan) {
   std::printf("rung               %s", name_of(plan.fidelity));
   if (plan.coupled.num_substeps > 1) std::printf(", %d substeps per tick", plan.coupled.num_substeps);

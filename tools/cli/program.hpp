@@ -1,12 +1,12 @@
-// Common code of freeflex and freeflex-study: parses a command line of subcommands, runs one and ends the
-// program.
+// This code is common to freeflex and freeflex-study. It parses a command line of subcommands, runs one and
+// ends the program.
 #pragma once
 
 #include <CLI/App.hpp>
 
 namespace freeflex::tools {
 
-/// Adds the subcommands of a program; their callbacks store the exit code in exit_code.
+/// Adds the subcommands of a program. The callbacks of the subcommands store the exit code in exit_code.
 using AddCommands = void (*)(CLI::App& app, int& exit_code);
 
 /// Parses and runs one subcommand. Returns the exit code of the program.

@@ -1,4 +1,4 @@
-// freeflex push: sends one command and prints the acknowledgement.
+// freeflex push sends one command and prints the acknowledgement.
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <chrono>
@@ -60,11 +60,12 @@ struct Exchange {
   std::int64_t sequence = 0;      // of the command
   std::int64_t sent_to = 0;       // session in the command
   std::optional<freeflex_msgs::ack_t> answer;
-  // answer from another session: of a restarted daemon, or of a second daemon on the prefix
+  // the answer is from another session, which belongs to a restarted daemon or to a second daemon on the
+  // prefix
   std::optional<freeflex_msgs::ack_t> answer_of_other;
 };
 
-/// Connection to a daemon: the bus, or the operator's socket.
+/// A connection to a daemon, over the bus or over the operator's socket.
 struct Line {
   std::function<bool(std::chrono::milliseconds, const std::function<bool()>&)> wait;
   std::function<bool(const char* suffix, std::span<const std::byte>)> publish;
@@ -98,7 +99,8 @@ bool read_key(PushOptions& options, std::optional<SealingKey>& key) {
   return true;
 }
 
-/// Returns the name of a point, group or wheel with this index in the scene; empty if it is not listed.
+/// Returns the name of a point, group or wheel with this index in the scene, or an empty text if it is not
+/// listed.
 std::string name_in(const SceneCatalogue& scene, std::string_view kind, std::int64_t index) {
   const auto name_at = [index](const auto& items) {
     const auto at = static_cast<std::size_t>(index);
@@ -126,7 +128,7 @@ int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack, co
                 {"sequence", ack.sequence},
                 {"session", ack.session}});
   } else if (is_accepted) {
-    // a prefix on the bus identifies one daemon; a socket may belong to any daemon of the user
+    // a prefix on the bus identifies one daemon, but a socket may belong to any daemon of the user
     const std::string who = options.socket && scene.is_complete()
                                 ? " by the daemon of scene '" + printable(scene.head().name) + "'"
                                 : "";
@@ -178,8 +180,8 @@ int push_over(const Line& line, const PushOptions& options, Exchange& known) {
     is_sent = line.publish(channels::kControl, bytes);
   }
   if (!is_sent) return print_error("the command could not be sent (" + line.description + ")"), kExitDiffers;
-  // the command is sent only once: if the answer is lost, the daemon may have accepted it, and a second
-  // command would act again
+  // the command is sent only once, because if the answer is lost, the daemon may have accepted it, and a
+  // second command would act again
   if (!line.wait(timeout, [&] { return known.answer.has_value(); }) && known.answer_of_other)
     return print_answer(options, *known.answer_of_other, known.scene);
   if (!known.answer)

@@ -1,4 +1,4 @@
-// freeflex replay: checks whether the step reproduces a recording bit for bit.
+// freeflex replay checks whether the step reproduces a recording bit for bit.
 #include "tools/bus/replay.hpp"
 
 #include <CLI/App.hpp>

@@ -1,4 +1,4 @@
-// freeflex report: measures error against run time on scenes, with other methods for comparison.
+// freeflex report measures error against run time on scenes, with other methods for comparison.
 #include "tools/report/report.hpp"
 
 #include <CLI/App.hpp>
@@ -83,7 +83,7 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
   return scenes;
 }
 
-/// Returns the error in the combination of arguments; empty if there is none.
+/// Returns the error in the combination of arguments, or an empty text if there is none.
 std::string find_fault(const ReportOptions& options) {
   if (options.scenes.empty() && options.num_estimates == 0 && options.num_ticks == 0)
     return "SCENE is needed, unless --estimates N or --ticks N is given, which use random scenes";
@@ -215,7 +215,7 @@ void add_report(CLI::App& app, int& exit_code) {
       ->type_name("N");
   command->add_flag("--rungs", options->only_rungs,
                     "compare only the rungs with the full system, without other methods");
-  // this option existed up to version 0.3; --help does not show it
+  // this option existed up to version 0.3. Now it only refers to the new command, so --help does not show it.
   command
       ->add_flag_callback(
           "--stability",

@@ -1,4 +1,4 @@
-// freeflex run: simulates a scene or plan without the bus, as fast as possible, and writes a log or a table.
+// freeflex run simulates a scene or plan without the bus, as fast as possible, and writes a log or a table.
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cinttypes>
@@ -74,12 +74,13 @@ struct Commands {
   Recording recording;
   RecordedSession* session = nullptr;
   std::unique_ptr<CommandFeed> feed;
-  bool is_foreign = false;  // true: the log was recorded with another plan
+  bool is_foreign = false;  // true if the log was recorded with another plan
   std::string loss;         // text that says which part of the log cannot be used; empty if all of it can be
                             // used
 };
 
-/// Keeps the largest displacement and the largest spin of a run; the method assumes that both are small.
+/// Keeps the largest displacement and the largest spin of a run, because the method assumes that both are
+/// small.
 class Extremes {
  public:
   explicit Extremes(const Plan& plan) : plan_(plan), validity_(plan) {}
@@ -114,7 +115,8 @@ void warn_beyond_limits(const Plan& plan, const Verdict& worst) {
                 ": outside the validity of this rung (README, 'When not to trust it')");
 }
 
-/// Returns an error if an option has no effect, or if two options write to one file; else an empty text.
+/// Returns an error if an option has no effect, or if two options write to one file. Otherwise returns an
+/// empty text.
 std::string find_idle_option(const CLI::App& command, const RunOptions& options) {
   if (options.json && is_standard_output(options.out))
     return "--json needs a file for --out: with --out - the table is written to standard output";
@@ -136,7 +138,8 @@ bool has_states(const Plan& plan, const std::string& out) {
   return true;
 }
 
-/// Opens the log from which commands are read. Returns the exit code; prints the error if it is not kExitOk.
+/// Opens the log from which commands are read. Returns the exit code, and prints the error if the code is not
+/// kExitOk.
 int open_commands(const RunOptions& options, const Plan& plan, Commands& commands) {
   commands.log = std::make_unique<io::LogReader>(options.log);
   if (!commands.log->error().empty()) return print_error(commands.log->error()), kExitUsage;
@@ -173,8 +176,8 @@ int open_commands(const RunOptions& options, const Plan& plan, Commands& command
   return kExitOk;
 }
 
-/// Returns the tick at which the run ends; on an error, prints it and returns nullopt. The run ends before a
-/// tick if the log does not contain all commands of the tick.
+/// Returns the tick at which the run ends. On an error, prints the error and returns nullopt. The run ends
+/// before a tick if the log does not contain all commands of the tick.
 std::optional<std::int64_t> last_tick(const RunOptions& options, const Plan& plan, const Commands& commands) {
   std::optional<std::int64_t> last;
   if (options.until) {
@@ -362,7 +365,7 @@ int finish(const RunOptions& options, const Plan& plan, const Commands& commands
     return print_error(result.error + (is_piped ? "; the table ends there" : "; nothing was written")),
            result.exit_code;
   if (const std::string error = output.close(is_interrupt); !error.empty()) {
-    // an error of standard output is not printed here: every command prints it at its end
+    // an error of standard output is not printed here, because every command prints it at its end
     const std::optional<std::int64_t> kept = output.kept_tick();
     if (!is_piped && !kept) print_error(error);
     if (!kept) return kExitDiffers;

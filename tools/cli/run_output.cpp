@@ -192,7 +192,7 @@ class CsvOutput : public RunOutput {
   const std::string& working_path() const override { return writer_.working_path(); }
 
  private:
-  // if there is a fallback plan, the columns are those of the fallback plan; omitted modes are zero
+  // if there is a fallback plan, the columns are those of the fallback plan, and omitted modes are zero
   static const Plan& widest(const Plan& plan) { return plan.fallback.empty() ? plan : plan.fallback.front(); }
   void append(const double* first, std::size_t size) { values_.insert(values_.end(), first, first + size); }
   void append_point(const State& state, std::int32_t point) {

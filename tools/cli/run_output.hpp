@@ -29,7 +29,7 @@ class RunOutput {
   /// Completes the file, or keeps it as NAME.partial if is_partial is true. Returns an empty text or the
   /// error.
   virtual std::string close(bool is_partial) = 0;
-  /// After close() returned an error: returns the last tick in NAME.partial, or nullopt if no file was kept.
+  /// If close() returned an error, returns the last tick in NAME.partial, or nullopt if no file was kept.
   virtual std::optional<std::int64_t> kept_tick() const = 0;
   virtual const std::string& working_path() const = 0;
 };
@@ -45,8 +45,8 @@ bool is_output(const std::string& path);
 bool is_table(const std::string& path);
 bool is_standard_output(const std::string& path);
 
-/// Makes the output for a path. A log has the daemon's channels. The log is deterministic: its session is 1
-/// and its time stamps are simulated time.
+/// Makes the output for a path. A log has the daemon's channels. The log is deterministic, because its
+/// session is 1 and its time stamps are simulated time.
 /// \param path   path of a table or an LCM log; empty: nothing is written
 /// \param input  scene or plan file, for FREEFLEX_SCENE
 std::unique_ptr<RunOutput> make_run_output(const Plan& plan, const std::string& input,

@@ -1,4 +1,4 @@
-// freeflex schema: prints the JSON Schema with which editors complete and check scenes.
+// freeflex schema prints the JSON Schema with which editors complete and check scenes.
 #include "service/io/scene/schema.hpp"
 
 #include <CLI/App.hpp>

@@ -1,4 +1,4 @@
-// freeflex stability: runs stiff and extreme cases, each with the limit that it must meet.
+// freeflex stability runs stiff and extreme cases, each with the limit that it must meet.
 #include "tools/stability/stability.hpp"
 
 #include <CLI/App.hpp>

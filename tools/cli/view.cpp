@@ -1,4 +1,4 @@
-// freeflex view: shows the structure in a browser, live or from a recording.
+// freeflex view shows the structure in a browser, live or from a recording.
 #include <CLI/App.hpp>
 #include <cstdio>
 #include <fstream>
@@ -21,7 +21,7 @@ namespace {
 
 struct ViewOptions {
   BusOptions bus;
-  std::string file;  // scene, plan or recording; empty: the scene of the daemon
+  std::string file;  // scene, plan or recording, empty for the scene of the daemon
   std::string plan;  // plan of a recording
   std::string html;
   std::string key;

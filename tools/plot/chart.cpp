@@ -168,7 +168,7 @@ void draw_curve(Page& page, const std::vector<double>& x, const std::vector<doub
 constexpr Colour kInk{0.15, 0.15, 0.15}, kGrid{0.86, 0.86, 0.86};
 constexpr double kText = 11.0, kSmall = 10.0;
 
-/// Returns the smallest and the largest of the values; 0 and 0 if there are none.
+/// Returns the smallest and the largest of the values, or 0 and 0 if there are none.
 std::array<double, 2> range_of(const std::vector<const std::vector<double>*>& all) {
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (const std::vector<double>* values : all)
@@ -230,7 +230,7 @@ void draw_panel(Page& page, const Panel& panel, const Axis& across, double top, 
   draw_legend(page, panel, top);
 }
 
-/// Returns the isometric projection of a position: coordinates to the right and up. z points up.
+/// Returns the isometric projection of a position, as coordinates to the right and up. The z axis points up.
 std::array<double, 2> seen(const std::array<float, 3>& x) {
   constexpr double kCos = 0.8660254037844387;
   const double a = x[0], b = x[1], c = x[2];

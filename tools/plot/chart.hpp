@@ -32,7 +32,7 @@ std::string plot_panels(const std::string& path, const std::string& title, const
 /// Label and displacements of a body that is drawn as lines, at rest and deformed.
 struct Shape {
   std::string label;
-  std::vector<std::array<float, 3>> displacement;  // [-] displacement of each point; the largest has length 1
+  std::vector<std::array<float, 3>> displacement;  // [-] displacement of each point, the largest of length 1
 };
 /// Draws one picture of each shape, in rows. Returns an empty text or the error.  \param rest  [m] positions
 /// of the points

@@ -28,14 +28,14 @@ std::vector<std::int32_t> outer_points(const Plan& plan) {
   return points;
 }
 
-/// Returns the plan that has all modes: the fallback plan if there is one, else the plan itself.
+/// Returns the plan that has all modes. This is the fallback plan if there is one, else the plan itself.
 const Plan& modal_plan(const Plan& plan) { return plan.fallback.empty() ? plan : plan.fallback.front(); }
 
 std::size_t num_wheels(const Plan& plan) { return std::min(kMostWheels, plan.wheels.all.size()); }
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-// columns before the points' displacements: rms, position, rotation, rates, pointing error
+// the columns before the points' displacements are rms, position, rotation, rates and pointing error
 constexpr std::size_t kRms = 0, kPosition = 1, kRotation = 4, kRates = 7, kPointing = 10, kPoints = 11;
 
 }  // namespace
@@ -59,7 +59,7 @@ MotionPlot::MotionPlot(const Plan& plan)
       most_energy_(q_.size()),
       samples_(kPoints + points_.size() + num_wheels(plan) + 2 * q_.size()) {}
 
-/// Reads the modes of the active plan; modes that the plan omits are zero.
+/// Reads the modes of the active plan. Modes that the plan omits are zero.
 void MotionPlot::take_modes(const State& state) {
   const Plan& active = active_plan(plan_, state);
   const bool is_reduced = &active != &modal_plan_;

@@ -84,8 +84,8 @@ void make_truss(Scene& scene, Draw& draw, const std::function<double()>& stiffne
   }
 }
 
-/// Makes a mast of tetrahedra: joins each new point to the three points of a face of the last tetrahedron by
-/// three springs, as many as are needed to fix it.
+/// Makes a mast of tetrahedra. Three springs join each new point to the three points of one face of the last
+/// tetrahedron, because three springs are needed to fix the point.
 void make_mast(Scene& scene, Draw& draw, const std::function<double()>& stiffness) {
   const int count = draw.whole(5, 14);
   for (int i = 0; i < count; ++i) {
@@ -124,7 +124,8 @@ ErrorSize true_error(const Measure& measure, const Plan& plan, const State& stat
   return error;
 }
 
-/// Returns the largest true elastic error over the samples of a rung; infinite if the rung diverges.
+/// Returns the largest true elastic error over the samples of a rung. The error is infinite if the rung
+/// diverges.
 double rung_error(Scene scene, Fidelity rung, const Structure& structure, const Measure& measure,
                   const std::vector<CartesianState>& truth) {
   scene.fidelity = rung;

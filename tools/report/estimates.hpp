@@ -1,4 +1,5 @@
-// Reliability of the error estimate: compares it with the full system on random scenes (THEORY 12.26, 12.28).
+// Studies the reliability of the error estimate. Compares the estimate with the full system on random scenes
+// (THEORY 12.26, 12.28).
 #pragma once
 
 #include <cstdint>
@@ -27,10 +28,10 @@ struct EstimateRow {
                                                     // system
   Verdict verdict;
   std::string cause;
-  bool is_lost = false;  // true: the shadow diverged, so there is no estimate and the verdict is `outside`
+  bool is_lost = false;  // true if the shadow diverged, so there is no estimate and the verdict is `outside`
   // result of `fidelity: auto` with `tolerance` for the elastic error over the 1 s
   double tolerance = 0.0;
-  std::string chosen, cheapest;  // rung; "none" if no rung meets the tolerance
+  std::string chosen, cheapest;  // rung, or "none" if no rung meets the tolerance
   double chosen_error = 0.0;     // [-] true elastic error of the chosen rung, largest over the samples
   std::string error;             // reason why the full system gives no result
 };
@@ -55,7 +56,7 @@ struct EstimateSummary {
 EstimateSummary summarize(const std::vector<EstimateRow>& rows);
 
 /// Number of bins of a histogram of estimate over true error. A bin is a fifth of a decade wide, from 1/10 to
-/// 10; the first and the last bin contain all smaller and all larger values.
+/// 10. The first and the last bin also contain all smaller and all larger values.
 inline constexpr int kNumBins = 12;
 std::vector<int> histogram(const std::vector<EstimateRow>& rows, double ErrorSize::*which);
 

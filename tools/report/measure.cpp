@@ -93,7 +93,7 @@ ErrorMeter::ErrorMeter(const CartesianSystem& system, const Structure& structure
   first_frame_ = static_cast<std::size_t>(std::ceil(free_from / kFramePeriod));
   choose_mode(structure);
   if (weights_.cols() > 0) reference_frequency_ = frequency_of(coordinate(reference_, weights_));
-  // elastic energy: total energy minus the energy of the rigid motion
+  // the elastic energy is the total energy minus the energy of the rigid motion
   if (!reference_.energy_start) return;
   const CartesianInvariants sum = invariants(system, reference_.end);
   const Eigen::Matrix3d& R = rotation_;

@@ -18,11 +18,11 @@ struct Timing {
   double seconds = 0.0;  // median CPU time of one call
   int repeats = 0;       // number of calls
 };
-/// Calls `work` at least `repeats` times and for at least `repeats` times 15 ms in total; only once if one
-/// call takes more than 0.3 s.
+/// Calls `work` at least `repeats` times and for at least `repeats` times 15 ms in total, but only once if
+/// one call takes more than 0.3 s.
 Timing time_work(const std::function<void()>& work, int repeats);
 
-/// Motion of one run: the state at the end, and positions every 10 ms.
+/// The motion of one run, with the state at the end and positions every 10 ms.
 struct Motion {
   CartesianState end;
   std::vector<Eigen::Matrix3Xd> frames;  // [m] positions at k * 10 ms, k from 1
@@ -52,7 +52,7 @@ class ErrorMeter {
   Eigen::Matrix3Xd u_;           // [m] displacements of the reference at the end
   Eigen::Matrix3d rotation_;     // rotation of the reference at the end
   std::size_t first_frame_ = 0;  // first frame after the loads end
-  // weights of the coordinate of the mode that moves most; empty: there is no such mode
+  // weights of the coordinate of the mode that moves most, empty if there is no such mode
   Eigen::Matrix3Xd weights_;
   double omega_ = 0.0;  // [rad/s] frequency of that mode
   std::optional<double> reference_frequency_;

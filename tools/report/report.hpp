@@ -17,18 +17,18 @@ namespace freeflex::tools {
 struct Report {
   Machine machine;
   std::vector<Study> studies;
-  bool is_interrupted = false;         // true: some requested results are missing
+  bool is_interrupted = false;         // true if some requested results are missing
   std::uint64_t seed = 0;              // seed of the random scenes
   std::vector<EstimateRow> estimates;  // empty unless asked for
   std::uint64_t ticks_seed = 0;        // seed of the random bodies
   std::vector<TickRow> ticks;          // empty unless asked for
 };
 
-/// Returns the CPU time of a step with the first read-out [ns]; NaN if the run failed.
+/// Returns the CPU time of a step with the first read-out [ns], or NaN if the run failed.
 double ns_per_step(const Study& study, const Run& run);
 
-/// Returns the conclusions, one sentence each: which other method comes nearest to freeflex, and on which
-/// scenes freeflex is slower.
+/// Returns the conclusions, one sentence each. They say which other method comes nearest to freeflex, and on
+/// which scenes freeflex is slower.
 std::vector<std::string> findings(const Report& report);
 
 void print_text(const Report& report);

@@ -13,7 +13,7 @@ std::string number(const std::optional<double>& value, const char* format = "%.1
   return format_text(format, *value);
 }
 
-/// Returns method and setting of a run: the first kRunWidth columns of the run's line.
+/// Returns method and setting of a run, which are the first kRunWidth columns of the run's line.
 std::string name_of(const Run& run) {
   return format_text("  %-17s %-19s ", run.method.c_str(), setting_of(run).c_str());
 }

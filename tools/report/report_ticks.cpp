@@ -1,4 +1,5 @@
-// The section of a report about long ticks: verdicts as a function of the rotation per tick.
+// Writes the section of a report about long ticks. The section gives verdicts as a function of the rotation
+// per tick.
 #include <algorithm>
 #include <array>
 #include <cmath>

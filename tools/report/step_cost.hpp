@@ -15,8 +15,8 @@ struct StepCost {
   double coupling = 0.0;  // dashpots, feedback, followers
   double stages = 0.0;    // all work of a coupled rung, which cannot be divided
   double push = 0.0;      // additional time for a command on one point in world axes
-  double point = 0.0;     // reading one point once; not included in the step
-  double budget = 0.0;    // the shadows of the error budget; not included in the step
+  double point = 0.0;     // reading one point once, which the step does not include
+  double budget = 0.0;    // the shadows of the error budget, which the step does not include
 
   double step() const { return rigid + modes + loads + fields + coupling + stages; }
 };

@@ -14,7 +14,7 @@
 namespace freeflex::tools {
 namespace {
 
-/// Returns the time at which the last load ends; `end` if a load does not end.
+/// Returns the time at which the last load ends, or `end` if a load does not end.
 double end_of_loads(const CartesianSystem& system, double end) {
   double last = 0.0;
   for (const CartesianLoad& load : system.loads) {
@@ -63,7 +63,8 @@ Reference find_reference(const CartesianSystem& system, const StudyOptions& opti
     reference.accuracy = reference.run.accuracy;
     return reference;
   }
-  // for a stiff system stability limits the step, so the step is fixed; a coarser run estimates the accuracy
+  // for a stiff system stability limits the step, so the step is fixed and a coarser run estimates the
+  // accuracy
   settings.fixed_step = kPhase / top_frequency;
   reference.method = format_text("Fehlberg 7(8), fixed step of %.3g s", settings.fixed_step);
   reference.run = integrate(system, times, settings);
@@ -206,9 +207,9 @@ std::string setting_of(const Run& run) {
 
 namespace {
 
-/// Returns the cost of a method at an elastic error: the cost of its cheapest run with at most that error, or
-/// the cost interpolated linearly in logarithms between two neighbouring settings, one with a smaller and one
-/// with a larger error.
+/// Returns the cost of a method at an elastic error. This is the cost of the method's cheapest run with at
+/// most that error, or the cost interpolated linearly in logarithms between two neighbouring settings, one
+/// with a smaller and one with a larger error.
 double cost_at(const std::vector<const Run*>& runs, double error, std::size_t load) {
   double cost = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < runs.size(); ++k) {

@@ -25,9 +25,9 @@ struct Run {
   Family family = Family::kRung;
   std::string method;      // "separated", "velocity Verlet"
   double step = 0.0;       // [s] 0: adaptive
-  double free_step = 0.0;  // [s] step of a rung after the end of the loads; 0: the same step
-  double tolerance = 0.0;  // [-] 0: the step is fixed
-  std::string failure;     // reason of a failure; empty if the run reached its end
+  double free_step = 0.0;  // [s] step of a rung after the end of the loads, 0 for the same step
+  double tolerance = 0.0;  // [-] 0 if the step is fixed
+  std::string failure;     // reason of a failure, empty if the run reached its end
   long steps = 0;
   double set_up = 0.0;     // [s] CPU time before the first step
   std::size_t memory = 0;  // [bytes] memory of plan and state, or of the arrays of method and system
@@ -41,8 +41,8 @@ struct Run {
   // [-] of the mode that moves most after the loads end (THEORY 13.16)
   std::optional<double> frequency_error;
   // [-] relative to the elastic energy at the end of the loads (THEORY 13.17) the two parts of the elastic
-  // error: difference of the run from an exact solution of the run's own equations, and difference of that
-  // solution from the full system
+  // error are the difference of the run from an exact solution of the run's own equations, and the difference
+  // of that solution from the full system
   std::optional<double> energy_drift;
   double integration_error = 0.0, model_error = 0.0;  // [-] integration_error is NaN for a rigid body
 };
@@ -80,8 +80,8 @@ struct StudyOptions {
 Study study_scene(const std::string& file, const Scene& scene, const StudyOptions& options,
                   const std::function<bool(double)>& report_progress);
 
-/// Costs at one elastic error: of the cheapest rung with at most that error, and of other methods at the
-/// error of that rung.
+/// Costs at one elastic error. The costs are those of the cheapest rung with at most that error, and of other
+/// methods at the error of that rung.
 struct Comparison {
   double level = 0.0;    // [-]
   std::size_t ours = 0;  // index into Study::runs
@@ -97,7 +97,7 @@ struct Comparison {
 inline constexpr std::array kLevels{1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7};
 inline constexpr double kFinest = 3e-8;  // [-] smallest elastic error that is required of other methods
 
-/// Returns the comparison at a level; nullopt if no rung has an elastic error of at most the level
+/// Returns the comparison at a level, or nullopt if the elastic error of every rung exceeds the level
 /// (THEORY 13.18).
 std::optional<Comparison> compare_at(const Study& study, double level, ReadOut read_out);
 

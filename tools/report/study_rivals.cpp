@@ -76,7 +76,7 @@ std::vector<Setting> settings_of(Rival rival, double top_frequency, double end) 
   }
   if (const auto fixed = fixed_step_of(rival)) {
     const double coarsest = std::min(kInside * fixed->limit / top_frequency, end);
-    // each setting reduces the error by a factor of four; costs between settings are interpolated
+    // each setting reduces the error by a factor of four, and costs between settings are interpolated
     const double factor = std::exp2(-2.0 / fixed->order);
     for (int k = 0; k < (fixed->order == 2 ? 12 : 18); ++k)
       settings.push_back({coarsest * std::pow(factor, k), 0.0});
@@ -189,7 +189,7 @@ class Sweep {
   }
 
   /// Measures the times of the read-outs. For a long run, the first two read-outs get the time of the run
-  /// itself; for a very long run, all three do.
+  /// itself. For a very long run, all three get this time.
   void time_read_outs(RivalMethod& method, const RivalOptions& options, double& deadline, double taken,
                       Run& run) {
     constexpr double kLong = 0.3;                                                // [s]

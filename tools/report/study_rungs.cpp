@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::array kSteps{0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.004, 0.0025, 0.002, 0.001, 0.0005};  // [s]
 constexpr std::array kFineSteps{0.00025, 0.0001, 0.00005};  // [s] small steps for the exact motion
-// [s] limit of the CPU time of a run on the rung `full`; this rung divides its steps, so the cost hardly
+// [s] limit of the CPU time of a run on the rung `full`; because this rung divides its steps, the cost hardly
 // depends on the step
 constexpr double kMostFullCost = 4.0;
 constexpr std::array kFullSteps{0.01, 0.001};  // [s]
@@ -94,7 +94,7 @@ struct Rung {
 
 bool is_whole(double ratio) { return std::abs(ratio - std::round(ratio)) < 1e-6; }
 
-/// Returns the reason why a step does not fit the scene; empty if it fits.
+/// Returns the reason why a step does not fit the scene, or an empty text if it fits.
 std::string find_misfit(const Bench& bench, double step) {
   if (!is_whole(bench.options.end / step)) return "the end is not a whole number of steps";
   for (const double edge : discontinuities(bench.system, bench.options.end))
@@ -202,7 +202,8 @@ std::optional<Rung> make_rung(const Bench& bench, Scene& scene, double step, std
   return std::nullopt;
 }
 
-/// Returns the reason to omit a run if it would take more than `most` [s] of CPU time; else an empty text.
+/// Returns the reason to omit a run if it would take more than `most` [s] of CPU time. Otherwise returns an
+/// empty text.
 std::string find_excess(const Bench& bench, Rung& rung, double most) {
   const auto cost_of = [&](std::int64_t ticks) {
     reset_state(rung.plan, rung.state);
@@ -215,7 +216,7 @@ std::string find_excess(const Bench& bench, Rung& rung, double most) {
   return cost <= most ? std::string() : format_text("a run would take %.0f s of CPU time", cost);
 }
 
-/// Adds one run: a rung at a step, and at another step after the end of the loads (0: the same).
+/// Adds one run of a rung at a step, and at another step after the end of the loads (0 means the same step).
 void add_run(const Bench& bench, Scene& scene, double step, double free_step, const ExactRung& exact,
              Study& study) {
   const std::string name = name_of(exact.fidelity);
@@ -356,7 +357,7 @@ void set_errors(const Bench& bench, const Motion& motion, const Eigen::Matrix3Xd
   run.attitude_error = bench.meter.attitude(p_W);
   run.frequency_error = bench.meter.frequency(motion);
   run.energy_drift = bench.meter.energy_drift(motion);
-  // a method on the full system has no model error: its whole error is integration error
+  // a method on the full system has no model error, so its whole error is integration error
   run.integration_error = run.elastic_error;
   if (exact == nullptr) return;
   run.model_error = bench.meter.elastic(*exact);

@@ -19,7 +19,7 @@ struct Bench {
   const ErrorMeter& meter;
   StudyOptions options;
   double structure_cpu = 0.0;  // [s]
-  // [s] time at which the last load ends; the end of the study if a load does not end
+  // [s] time at which the last load ends, or the end of the study if a load does not end
   double free_from = 0.0;
   ElasticScale scale;
   std::function<bool()> is_stopped;  // returns true if the user stopped the study

@@ -1,5 +1,5 @@
-// Random bodies with wheels at any rate: compares verdicts with the attitude error relative to SUNDIALS
-// (THEORY 7.14 to 7.31).
+// Studies random bodies with wheels at any rate. Compares verdicts with the attitude error relative to
+// SUNDIALS (THEORY 7.14 to 7.31).
 #pragma once
 
 #include <cmath>
@@ -22,7 +22,7 @@ struct TickRow {
   int substeps = 0;            // substeps per tick
   std::int64_t ticks = 0;
   Verdict::Level level = Verdict::Level::kGood;  // worst verdict
-  // [rad] attitude error at the end, relative to SUNDIALS at 1e-12; NaN unless the verdict is `good`
+  // [rad] attitude error at the end, relative to SUNDIALS at 1e-12, or NaN unless the verdict is `good`
   double attitude_error = NAN;
   double energy_error = NAN;  // [-] relative change of the energy of rotation
   double ns_per_tick = 0.0;   // CPU time of the step alone

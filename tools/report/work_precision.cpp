@@ -1,4 +1,4 @@
-// Draws work-precision curves as SVG: elastic error over CPU time, both in decades.
+// Draws work-precision curves as SVG. The curves show elastic error over CPU time, both in decades.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -91,7 +91,7 @@ std::string power_of_ten(int exponent) {
   return format_text("10<tspan dy=\"-5\" font-size=\"9\">%d</tspan>", exponent);
 }
 
-constexpr int kLeastDecade = -8;  // smallest decade of the error; smaller errors are not drawn
+constexpr int kLeastDecade = -8;  // smallest decade of the error that is drawn
 
 struct Range {
   int low = 0, high = 0;  // decades
@@ -106,11 +106,11 @@ bool is_shown(const Run& run, std::size_t load) {
          (run.family == Family::kRung || run.elastic_error > kLeastError);
 }
 
-/// Returns the error at which a run is drawn: if it is below the range of the panel, the run is drawn on the
-/// edge.
+/// Returns the error at which a run is drawn. If the error is below the range of the panel, the run is drawn
+/// on the edge.
 double drawn_error(const Run& run) { return std::max(run.elastic_error, kLeastError); }
 
-/// Decades of all runs of a scene; its three panels have the same scales.
+/// The decades of all runs of a scene, because its three panels have the same scales.
 struct Scales {
   Range cpu, error;
 };
@@ -163,8 +163,8 @@ std::string grid(const Panel& panel, bool is_first, bool is_last) {
          label(panel.x0 + 0.5 * kPanelWidth, below + 36.0, "middle", "CPU time per simulated time [s/s]");
 }
 
-/// Returns the runs of one method in the order of its settings; for Krylov's method, which has two settings,
-/// only the runs that no other run beats in both error and time.
+/// Returns the runs of one method in the order of its settings. Krylov's method has two settings. For this
+/// method, returns only the runs that no other run beats in both error and time.
 std::vector<const Run*> curve(const Study& study, const std::string& method, std::size_t load) {
   std::vector<const Run*> runs;
   bool is_swept_twice = false;
@@ -219,7 +219,7 @@ std::string curves(const Panel& panel, const Study& study, const std::vector<std
   return text;
 }
 
-/// Returns which terms a rung keeps; empty for any other method.
+/// Returns which terms a rung keeps, or an empty text for any other method.
 std::string explain(const std::string& method) {
   static const std::map<std::string, const char*> kKept{
       {"rigid", "the body alone, no deformation: its elastic error is 1"},
@@ -236,8 +236,8 @@ constexpr std::size_t kLegendColumns = 5;
 
 bool is_rung(const std::string& method) { return !explain(method).empty(); }
 
-/// Returns the number of rows of the legend: one row for each rung, then rows with several other methods
-/// each.
+/// Returns the number of rows of the legend. It has one row for each rung, then rows with several other
+/// methods each.
 std::size_t legend_rows(const std::vector<std::string>& methods) {
   const auto num_rungs = static_cast<std::size_t>(std::count_if(methods.begin(), methods.end(), is_rung));
   return num_rungs + (methods.size() - num_rungs + kLegendColumns - 1) / kLegendColumns;

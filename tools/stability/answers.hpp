@@ -10,7 +10,7 @@ namespace freeflex::tools {
 
 /// A scene and its lowest elastic frequency. The frequency was computed in sixty-digit arithmetic from the
 /// exact doubles of the scene, by cyclic Jacobi rotations on M^-1/2 K M^-1/2
-/// (tests/support/exact_frequencies.hpp; a test repeats the computation).
+/// (tests/support/exact_frequencies.hpp). A test repeats the computation.
 struct FrequencyAnswer {
   const char* group;
   const char* name;

@@ -1,4 +1,4 @@
-// Rotation near the intermediate axis; forces and structures from very small to very large.
+// Tests rotation near the intermediate axis, and forces and structures from very small to very large.
 #include <algorithm>
 #include <array>
 #include <boost/multiprecision/cpp_bin_float.hpp>
@@ -93,8 +93,8 @@ std::optional<Eigen::Matrix3Xd> pushed(double force, Fidelity rung, std::string&
 
 constexpr double kSmallForce = 1e-12;  // [N] terms of second order in this force are negligible
 
-/// Compares the displacement per force with the value for a small force: the separated equations are linear
-/// in forces in body axes.
+/// Compares the displacement per force with the value for a small force, because the separated equations are
+/// linear in forces in body axes.
 Outcome small_force(double force, Fidelity rung) {
   std::string why;
   const auto V = pushed(force, rung, why), unit = pushed(kSmallForce, rung, why);
@@ -117,8 +117,8 @@ Outcome denormal_force(Fidelity rung) {
           {}};
 }
 
-/// Compares the motion with the motion at another size: lengths, forces and initial displacements are
-/// multiplied by the size.
+/// Compares the motion with the motion at another size, for which lengths, forces and initial displacements
+/// are multiplied by the size.
 Outcome at_size(double size, Fidelity rung, const StabilityOptions& options) {
   const auto scene_of = [rung = rung](double times) {
     Scene scene = square_truss(3, 1e5, times);
@@ -157,8 +157,8 @@ void add_motion_cases(std::vector<StabilityCase>& cases) {
     cases.push_back({group, std::move(name), quantity, limit, false, run});
   };
   constexpr const char* kSpin = "spin near the intermediate axis";
-  // the truncation error is below 1e-3 (spin h)^6; rounding errors grow by a factor of a thousand until the
-  // body has flipped
+  // the truncation error is below 1e-3 (spin h)^6, but rounding errors grow by a factor of a thousand until
+  // the body has flipped
   for (const double spin : {1.0, 5.0, 50.0})
     add(kSpin, format_text("%g rad/s, 20 rad on", spin), "attitude [rad] against fifty digits",
         1e-12 + 1e-3 * std::pow(1e-3 * spin, 6),

@@ -1,5 +1,5 @@
-// Compares one mode with its closed form in 150 digits, computed from the exact doubles of the plan: any
-// step, any damping, many ticks.
+// Compares one mode with its closed form in 150 digits, computed from the exact doubles of the plan. The step
+// and the damping are arbitrary, and the ticks are many.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,7 +26,7 @@ double error_of(const Ride& ride, std::int64_t ticks) {
   return sqrt(dq * dq + dv * dv).convert_to<double>() / size;
 }
 
-/// Returns the largest error at 1, 10, 100, 1000 ticks; NaN if a state was not finite.
+/// Returns the largest error at 1, 10, 100, 1000 ticks, or NaN if a state was not finite.
 double worst_error(const Scene& scene, std::string& why) {
   Ride ride(scene);
   if (!ride.has_plan()) {
@@ -103,7 +103,7 @@ Outcome many_ticks(std::int64_t count, const StabilityOptions& options) {
   }
   Outcome outcome;
   outcome.measured = error_of(ride, ticks);
-  // the rotation is about a principal axis; the quaternion contains half the angle
+  // the rotation is about a principal axis, and the quaternion contains half the angle
   const Real half = Real(ride.plan.initial.w_B[2]) * Real(ticks) * Real(ride.plan.period) / 2;
   const Real difference = Real(ride.state.q_WB[0]) * sin(half) - Real(ride.state.q_WB[3]) * cos(half);
   const double angle = 2.0 * std::abs(difference.convert_to<double>());

@@ -1,5 +1,5 @@
-// Scenes that must be refused or reported, in messages with the expected words; none may run without a
-// message.
+// Scenes that must be refused or reported, in messages with the expected words. No such scene may run without
+// a message.
 #include <array>
 #include <initializer_list>
 #include <memory>
@@ -116,8 +116,8 @@ Outcome bars_at_a_long_period() {
   return named(ride.faults_text(), {"exact-bars", "the stiffest mode"});
 }
 
-/// Checks a fast dashpot: rungs on which dashpots act stage by stage refuse it, and the rung `full` divides
-/// the tick.
+/// Checks a fast dashpot. Rungs on which dashpots act stage by stage refuse the dashpot, and the rung `full`
+/// divides the tick.
 Outcome dashpot_too_fast(Fidelity rung) {
   Scene scene = square_truss(3, 1e5);
   Link dashpot;

@@ -21,14 +21,14 @@ class Ride {
  public:
   explicit Ride(const Scene& scene);
 
-  /// Returns the faults and warnings of the set-up, one per line; empty if there are none.
+  /// Returns the faults and warnings of the set-up, one per line, or an empty text if there are none.
   const std::string& faults_text() const { return faults_text_; }
   bool has_plan() const { return has_plan_; }
   /// Advances by ticks. If a state is not finite, keeps the state before it and returns false.  \pre
   /// has_plan()
   bool run(std::int64_t ticks, std::span<const ForceCommand> commands = {});
 
-  Eigen::Matrix3Xd positions_W() const;      // [m] (3 x N); every point must be published
+  Eigen::Matrix3Xd positions_W() const;      // [m] (3 x N), for which every point must be published
   Eigen::Matrix3Xd displacements_B() const;  // [m] (3 x N)
   const Verdict& verdict() const { return judgement_->now(); }
 
@@ -42,7 +42,7 @@ class Ride {
 
   std::string faults_text_;
   std::optional<Judgement> judgement_;
-  Budget budget_;  // empty: the scenes set no error budget
+  Budget budget_;  // empty if the scenes set no error budget
   bool has_plan_ = false;
 };
 
@@ -58,7 +58,7 @@ using Measure = std::function<double(const CartesianState&)>;
 std::vector<PeerFigure> run_peers(const Scene& scene, double step, double end,
                                   const StabilityOptions& options, const Measure& measure);
 
-// Each function adds cases to the table; the order here is the order of the table.
+// Each function adds cases to the table. The order here is the order of the table.
 void add_frequency_cases(std::vector<StabilityCase>& cases);   // stiffness and mass ratios, thin shapes
 void add_oscillator_cases(std::vector<StabilityCase>& cases);  // omega h, damping, many ticks
 void add_small_cases(std::vector<StabilityCase>& cases);       // one to three points, mechanisms, rigid links

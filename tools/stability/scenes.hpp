@@ -1,4 +1,4 @@
-// Scenes of the stability table. Every point is published and pushable; a tick is 1 ms unless stated
+// Scenes of the stability table. Every point is published and pushable. A tick is 1 ms unless stated
 // otherwise.
 #pragma once
 

@@ -1,4 +1,4 @@
-// Textbook motions: one, two and three points, mechanisms, rigid links.
+// Tests textbook motions of one, two and three points, of mechanisms and of rigid links.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,7 +11,7 @@ namespace freeflex::tools {
 namespace {
 
 /// Returns the largest relative difference between the frequencies of the plan and exact ones, both
-/// ascending; NaN if their numbers differ.
+/// ascending, or NaN if their numbers differ.
 double worst_frequency(const Plan& plan, std::vector<double> exact) {
   std::sort(exact.begin(), exact.end());
   if (static_cast<std::size_t>(plan.num_elastic) != exact.size()) return NAN;
@@ -94,7 +94,7 @@ Outcome three_on_a_line(const StabilityOptions&) {
           {}};
 }
 
-/// A point that is joined to a stiff truss by one spring moves freely normal to that spring: V = v t.
+/// A point that is joined to a stiff truss by one spring moves freely normal to that spring, so V = v t.
 Outcome mechanism(double stiffness_ratio, const StabilityOptions&) {
   Scene scene = stiff_truss(stiffness_ratio, 1.0);
   add_point(scene, 0.5, {2.5, 0.0, 0.0});

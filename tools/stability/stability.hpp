@@ -25,7 +25,7 @@ struct PeerFigure {
   std::string failure;  // reason why there is no value, else empty
 };
 
-/// Result of a case; NaN if there is none.
+/// The result of a case, or NaN if there is none.
 struct Outcome {
   double measured = NAN;
   std::string message;  // the message of a refusal, else a remark or the reason why there is no result
@@ -55,7 +55,7 @@ struct StabilityReport {
   Machine machine;
   std::vector<StabilityRow> rows;
   bool is_interrupted = false;
-  std::size_t num_cases = 0;  // number of cases in the table; `rows` contains the cases that ran
+  std::size_t num_cases = 0;  // number of cases in the table, while `rows` contains the cases that ran
   bool holds() const;
 };
 

@@ -21,11 +21,11 @@
 namespace freeflex::tools {
 namespace {
 
-// variables of the signal handler: lock-free, and never destroyed
+// the signal handler uses these variables, so they are lock-free and never destroyed
 std::atomic<bool> interrupted{false};
-// exit code of a signal that ends the program; < 0: a signal only sets the flag
+// the exit code of a signal that ends the program. If it is < 0, a signal only sets the flag.
 std::atomic<int> code_at_once{-1};
-std::atomic<bool> draws{false};  // true: a line of Progress may be on the terminal
+std::atomic<bool> draws{false};  // true if a line of Progress may be on the terminal
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
 
 /// Runs on any thread at any time, so it makes only async-signal-safe calls.

@@ -1,4 +1,4 @@
-// Terminal output of the subcommands: faults, JSON, progress, interrupts.
+// The terminal output of the subcommands, with faults, JSON, progress and interrupts.
 #pragma once
 
 #include <atomic>
@@ -48,8 +48,8 @@ __attribute__((format(printf, 1, 2))) std::string format_text(const char* format
 
 /// Largest number of columns in a line of a table.
 inline constexpr std::size_t kLineWidth = 120;
-/// Breaks a text at blanks so that its lines are within kLineWidth. The first line begins in column `indent`;
-/// further lines are indented to the same column.
+/// Breaks a text at blanks so that its lines are within kLineWidth. The first line begins in column `indent`,
+/// and further lines are indented to the same column.
 std::string wrapped(const std::string& text, std::size_t indent);
 
 /// Returns a fingerprint or hash as 16 hexadecimal digits, the form in all output.
@@ -69,9 +69,9 @@ void end_when_interrupted(int exit_code);
 bool is_interrupted();
 inline constexpr const char* kInterrupted = "freeflex: interrupted before there was a result\n";
 
-/// Shows a line on stderr during long work: the name of the work, the time so far, and a bar once update()
-/// was called. The line appears only on a terminal and after `patience`. A thread draws it. The line
-/// disappears when the object is destroyed; nothing else may be printed before that.
+/// Shows a line on stderr during long work: the name of the work, the time so far, and a bar after the first
+/// call of update(). The line appears only on a terminal and after `patience`. A thread draws it. The line
+/// disappears when the object is destroyed. Nothing else may be printed before that.
 class Progress {
  public:
   explicit Progress(std::string what, std::chrono::milliseconds patience = std::chrono::milliseconds(500));

@@ -15,11 +15,11 @@
 
 namespace freeflex::tools {
 
-/// Parses a decimal number with the rules of scenes: finite, not hexadecimal, without blanks or leading
-/// zeros. Returns nullopt for any other text.
+/// Parses a decimal number with the rules of scenes. The number must be finite, not hexadecimal, and without
+/// blanks or leading zeros. Returns nullopt for any other text.
 std::optional<double> read_number(std::string_view text);
 
-/// The parts of NAME=1,2,3; without =, `numbers` is empty.
+/// The parts of NAME=1,2,3. Without =, `numbers` is empty.
 struct NamedNumbers {
   std::string name;
   std::vector<double> numbers;

@@ -62,7 +62,7 @@ void draw(std::uint32_t link, const std::string& kind, std::span<const int> poin
     body.triangle_links.push_back(link);
     return;
   }
-  // a line for two points; for more points, lines from the first to all others
+  // one line for two points, but for more points lines from the first point to all others
   for (std::size_t k = 1; k < points.size(); ++k) {
     body.lines.insert(body.lines.end(),
                       {static_cast<std::uint32_t>(points[0]), static_cast<std::uint32_t>(points[k])});
@@ -132,7 +132,7 @@ Shapes shapes_of(const Plan& plan, int num_modes) {
   return shapes;
 }
 
-/// Returns the names of the items; empty if each name is the item's number.
+/// Returns the names of the items, or an empty list if each name is the item's number.
 template <typename Items>
 Json names_of(const Items& items) {
   Json names = Json::array();

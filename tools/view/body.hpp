@@ -18,8 +18,8 @@
 namespace freeflex::tools {
 
 /// Builds the bytes of a JSON head and arrays that the page reads (page/blob.js): "FFV1", length of the head
-/// [uint32], the head, and each array at a multiple of eight bytes; little-endian. `arrays` in the head lists
-/// the type (f32, f64, u32), offset and length of each array.
+/// [uint32], the head, and each array at a multiple of eight bytes. All numbers are little-endian. `arrays`
+/// in the head lists the type (f32, f64, u32), offset and length of each array.
 class Blob {
  public:
   explicit Blob(Json head) : head_(std::move(head)) {}
@@ -69,7 +69,7 @@ std::optional<Body> make_body(const std::string& path, const std::string& output
 /// body.
 bool take_rate(Body& body, std::uint64_t fingerprint, double rate);
 
-/// Returns the value that determines the colour of a link: the tension [N] or the moment [N m]; for a plate
+/// Returns the value that determines the colour of a link: the tension [N] or the moment [N m]; for a plate,
 /// the von Mises stress in its plane times its thickness [N/m]; for matrices and rigid bodies the largest
 /// force on a point [N].
 double link_figure(const std::string& kind, std::span<const double> values);

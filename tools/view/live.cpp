@@ -20,7 +20,7 @@
 namespace freeflex::tools {
 namespace {
 
-constexpr double kLease = 0.5;  // [s] lease of a push; the page renews it five times within this time
+constexpr double kLease = 0.5;  // [s] lease of a push, which the page renews five times within this time
 // [us] time within which a sealed command must reach the daemon
 constexpr std::int64_t kValidity = 10'000'000;
 constexpr std::size_t kMostUnanswered = 64, kMostName = 32;

@@ -90,7 +90,7 @@ class Live {
   std::deque<Unanswered> unanswered_;  // the latest pushes without an answer
   std::int64_t session_ = 0, sequence_ = 0;
   double rate_ = 0.0;                         // [Hz]
-  bool is_other_ = true;                      // true: the daemon runs another plan, or there is no daemon
+  bool is_other_ = true;                      // true if the daemon runs another plan, or there is no daemon
   std::optional<std::uint64_t> fingerprint_;  // fingerprint of the daemon's plan
   LoadFigures loads_;
   ModePeaks peaks_;

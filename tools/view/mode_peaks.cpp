@@ -22,7 +22,7 @@ void ModePeaks::take(const freeflex_msgs::state_t& state) {
 }
 
 Json ModePeaks::largest() const {
-  // [-] relative to the largest energy; smaller energies are rounding errors
+  // [-] relative to the largest energy, because smaller energies are rounding errors
   constexpr double kLeast = 1e-12;
   std::vector<std::size_t> ranked(peaks_.size());
   std::iota(ranked.begin(), ranked.end(), std::size_t{0});

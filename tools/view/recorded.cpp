@@ -1,4 +1,4 @@
-// Converts recordings for the page; contains the page itself.
+// Converts recordings for the page. This file also contains the page itself.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -87,8 +87,8 @@ const RecordedSession* session_of(io::LogReader& log, const std::string& prefix,
   return chosen;
 }
 
-/// Returns the states that are shown: at most as many per second as the screen shows, and at most as many as
-/// the page can store.
+/// Returns the states that are shown. They are at most as many per second as the screen shows, and at most as
+/// many as the page can store.
 std::vector<StateRecord> shown_states(const RecordedSession& session, double period, int num_modes) {
   const std::size_t of_one = sizeof(float) * static_cast<std::size_t>(std::max(1, num_modes));
   const double most = static_cast<double>(kMostMotionBytes) / static_cast<double>(of_one);

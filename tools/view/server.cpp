@@ -67,7 +67,7 @@ std::string_view view_of(const std::vector<std::byte>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// Returns the value of `token` in a query; empty if there is none.
+/// Returns the value of `token` in a query, or an empty text if there is none.
 std::string_view token_in(std::string_view query) {
   constexpr std::string_view kName = "token=";
   while (!query.empty()) {
@@ -262,7 +262,7 @@ void PageServer::Loop::accept() {
   });
 }
 
-/// Returns true if a request names this server and has the token; a WebSocket request must also have the
+/// Returns true if a request names this server and has the token. A WebSocket request must also have the
 /// page's origin.
 bool PageServer::Loop::may_enter(const PageRequest& request, bool is_socket) const {
   const std::string port = ":" + std::to_string(port_);

@@ -16,9 +16,9 @@ using Bytes = std::shared_ptr<const std::vector<std::byte>>;
 /// Largest number of browsers at one time.
 inline constexpr int kMostViewers = 8;
 
-/// Serves the page on a thread of its own. A client needs the token in the URL; a WebSocket also needs the
-/// page's own origin. A connection without the token has one second and 16 KB for its header. At most 64 such
-/// connections are kept: a new one replaces the oldest.
+/// Serves the page on a thread of its own. A client needs the token in the URL, and a WebSocket also needs
+/// the page's own origin. A connection without the token has one second and 16 KB for its header. At most 64
+/// such connections are kept, so a new one replaces the oldest.
 class PageServer {
  public:
   struct Content {
@@ -35,7 +35,7 @@ class PageServer {
   PageServer(const PageServer&) = delete;
   PageServer& operator=(const PageServer&) = delete;
 
-  /// Returns the reason why there is no server; empty if there is no error.
+  /// Returns the reason why there is no server, or an empty text if there is no error.
   const std::string& error() const { return error_; }
   std::string url() const;
 

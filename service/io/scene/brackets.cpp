@@ -76,7 +76,7 @@ class BracketScanner {
     return starts_item(text_.substr(at_, std::min(text_.find('\n', at_), text_.size()) - at_));
   }
 
-  // skips the text up to its closing quote; a quote that is never closed is a different fault
+  // skips the text up to its closing quote. A quote that is never closed is a different fault.
   void skip_quoted(char quote) {
     for (pass(); at_ < text_.size() && text_[at_] != quote; pass())
       if (quote == '"' && text_[at_] == '\\' && at_ + 1 < text_.size()) pass();

@@ -11,7 +11,7 @@ struct Field {
   int column;  // from 1, in characters
 };
 
-// returns a node of plain text like the YAML reader's; an empty text gives an empty node
+// returns a node of plain text, as the YAML reader does. An empty text gives an empty node.
 Node text_node(std::string_view text, const Origin& origin) {
   Node node;
   node.kind = text.empty() ? Node::Kind::kEmpty : Node::Kind::kText;
@@ -95,7 +95,7 @@ CsvTable::CsvTable(Report& report, int source, std::vector<std::string_view> kno
     return;
   }
   header_ = {source_, line_, 1};
-  // meant: known columns that unknown columns may be misspellings of
+  // `meant` lists the known columns that unknown columns may be misspellings of
   std::vector<std::string_view> found, meant;
   for (const Field& field : split(line)) {
     const Origin place{source_, line_, field.column};

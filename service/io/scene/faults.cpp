@@ -20,8 +20,8 @@ const char* severity_of(const Fault& fault) {
   return fault.severity == Fault::Severity::kError ? "error" : "warning";
 }
 
-// returns a line without its end-of-line characters; nullopt if the file has no such line or the line is too
-// long to show
+// returns a line without its end-of-line characters, or nullopt if the file has no such line or the line is
+// too long to show
 std::optional<std::string> line_of_file(const std::string& path, int wanted) {
   constexpr std::size_t kLongest = 1 << 16;
   std::ifstream file(path, std::ios::binary);

@@ -117,8 +117,8 @@ std::string item_label(const std::string& noun, const Node& node, const std::str
 
 namespace {
 
-// returns "damping: {ratio: 0.02}" if the node is a number where a mapping is required; empty for any other
-// node
+// returns "damping: {ratio: 0.02}" if the node is a number where a mapping is required, or an empty text for
+// any other node
 std::string advise_mapping(const Node& node, const std::string& label, std::string_view number_key) {
   constexpr std::string_view kStart = "+-.,0123456789";
   if (number_key.empty() || node.kind != Node::Kind::kText || node.text.empty() ||
@@ -272,7 +272,7 @@ std::optional<int> Names::resolve(Report& report, const Node& node, const std::s
 
 namespace {
 
-// appends the indices of one name or range; returns false after reporting a fault
+// appends the indices of one name or range, or reports a fault and returns false
 bool append_selected(Report& report, const Node& node, const std::string& label, const Names& names,
                      std::vector<int>& indices) {
   if (node.kind != Node::Kind::kText) {

@@ -28,8 +28,8 @@ std::optional<Eigen::Vector3d> read_vector(Report& report, const Node& node, con
 std::optional<Eigen::Quaterniond> read_unit_quaternion(Report& report, const Node& node,
                                                        const std::string& label);
 
-/// Returns the advice for a list that is too long because of decimal commas, as in [0,5, 1, 0]; empty if
-/// decimal commas cannot be the cause.
+/// Returns the advice for a list that is too long because of decimal commas, as in [0,5, 1, 0], or an empty
+/// text if decimal commas cannot be the cause.
 std::string comma_hint(const Node& list, std::size_t wanted);
 
 /// Reads a text, such as a file name or word. A mapping, a list or an empty node is a fault.
@@ -54,7 +54,7 @@ class Fields {
   const std::string& label() const { return label_; }
   const Origin& origin() const { return node_.origin; }
 
-  /// Returns the value of a key; nullptr if the key is absent or unknown.
+  /// Returns the value of a key, or nullptr if the key is absent or unknown.
   const Node* find(std::string_view key) const;
   /// Returns the value as find() does. Reports a missing key as "<label>: <key> is missing, <allowed>",
   /// unless an unknown key resembles it.
@@ -75,8 +75,8 @@ class Fields {
   void read(std::string_view key, Eigen::Vector3d& value) const;
   /// Reads a number and treats it as required, even if the section says that it is optional.
   void require(std::string_view key, double& value) const;
-  /// Returns the index of the key's word in the list of allowed words; nullopt if the key is absent or after
-  /// reporting a fault.
+  /// Returns the index of the key's word in the list of allowed words, or nullopt if the key is absent or
+  /// after reporting a fault.
   std::optional<std::size_t> read_word(std::string_view key) const;
 
  private:

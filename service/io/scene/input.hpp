@@ -25,22 +25,22 @@ struct Setting {
   std::string value;   // YAML: 41, steel, [0, 0, 1], {ratio: 0.01}
   std::string source;  // text that messages show instead of file, line and column
 };
-/// Settings in the order in which they are applied: if two set one value, the later one is used.
+/// Settings in the order in which they are applied. If two settings set one value, the later setting is used.
 using Settings = std::vector<Setting>;
 
 /// Splits PATH=VALUE at the first '=' outside quotes. The source is the option's name, a blank and the
 /// argument: "--set points.hub.mass=41". Returns nullopt if there is no '=', or no text before it.
 std::optional<Setting> parse_setting(const std::string& argument, const std::string& option = "--set");
 
-/// Reads a YAML file into a scene, with its CSV and Matrix Market files; their names are relative to the YAML
-/// file. Reports all faults of syntax, keys, types, ranges, references and duplicates at once. A fault of a
-/// setting is reported at the setting's source.
+/// Reads a YAML file into a scene, with its CSV and Matrix Market files. The names of these files are
+/// relative to the YAML file. Reports all faults of syntax, keys, types, ranges, references and duplicates at
+/// once. A fault of a setting is reported at the setting's source.
 SceneResult read_scene(const std::string& path, const Settings& settings = {});
 
 /// A scene in memory, YAML or JSON.
 struct SceneText {
   std::string text;
-  std::string folder{};         // base of relative file names in the text; empty: the working folder
+  std::string folder{};         // base of relative file names in the text, empty for the working folder
   std::string name = "<text>";  // stands for the text in messages: "<text>:3:14: error: ..."
 };
 /// Reads a scene from text as read_scene reads a file. A scene without a name is called "scene".

@@ -36,8 +36,8 @@ struct Key {
   Form form;
   std::string_view about;  // description for authors of scenes, without unit and range
   Quantity quantity{"-"};
-  Range range{};                      // additional range; the reader checks it with a message of its own
-  std::vector<std::size_t> counts{};  // allowed lengths of kNumbers; empty: any length
+  Range range{};                      // additional range, which the reader checks with a message of its own
+  std::vector<std::size_t> counts{};  // allowed lengths of kNumbers, empty for any length
   std::vector<std::string_view> words{};
   std::vector<const Section*> sections{};
   Per per = Per::kNothing;
@@ -58,7 +58,7 @@ struct Section {
   std::vector<std::string_view> any_of{};  // keys of which at least one is required
   std::vector<RefusedKey> refused{};
 
-  /// Returns the key; nullptr if it is not in the section.
+  /// Returns the key, or nullptr if it is not in the section.
   const Key* find(std::string_view key) const;
   /// Returns the key. \pre the key is in the section
   const Key& at(std::string_view key) const { return *find(key); }
@@ -80,7 +80,8 @@ inline constexpr Quantity kDampingCoefficient{"N s/m", Bound::kPositive};
 inline constexpr Quantity kViscous{"s", Bound::kNonNegative};
 inline constexpr Quantity kLossFactor{"-", Bound::kNonNegative};
 
-/// The reasons why a kind of link refuses viscous or loss_factor; empty: the kind accepts the key.
+/// The reasons why a kind of link refuses viscous or loss_factor. A reason is empty if the kind accepts the
+/// key.
 struct LossRefusal {
   std::string_view viscous, loss_factor;
 };
@@ -95,12 +96,12 @@ inline constexpr LossRefusal kDashpotLosses{
     "is not for dashpots: they have no stiffness; use damping, or add a spring",
     "is not for dashpots: they have no stiffness; use damping, or add a spring"};
 
-/// The sections of a scene; kScene is the root.
+/// The sections of a scene. The root is kScene.
 namespace sections {
 extern const Section kScene, kTolerance, kErrorBudget, kPoint, kPointTable, kLinkTable, kRelease, kDamping,
     kRayleigh, kAttractor, kInitial, kInitialPoint, kInitialMode, kWheel, kLoad, kWrench, kPulse, kSine,
     kTable, kFeedback, kLeaveOut, kModes, kPublish, kPublishedPoints, kPublishedLoads, kCommands;
-/// One section for each kind of link; its name is the key that gives the kind.
+/// One section for each kind of link. The name of a section is the key that gives the kind.
 extern const std::vector<Section> kLinks;
 }  // namespace sections
 

@@ -1,4 +1,4 @@
-// Reads links from CSV tables; the columns determine the kind.
+// Reads links from CSV tables. The columns of a table determine the kind of its links.
 #include <algorithm>
 
 #include "service/io/scene/links.hpp"
@@ -78,8 +78,8 @@ LinkKind read_plate(const CsvTable& table, const CsvRow& row, const std::string&
   return plate;
 }
 
-// returns the kind whose required columns are all present and that allows every column; nullptr if there is
-// none
+// returns the kind whose required columns are all present and that allows every column, or nullptr if there
+// is none
 const TableForm* form_of(const CsvTable& table) {
   static const std::vector<TableForm> kForms{
       {"spring", {kStiffnessColumn}, {}, kElasticLosses, read_spring},

@@ -1,4 +1,4 @@
-// Used for links in YAML and for links in tables.
+// The readers of links in YAML and of links in tables share this function.
 #pragma once
 
 #include <optional>

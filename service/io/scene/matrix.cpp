@@ -47,7 +47,7 @@ class MatrixReader {
     return false;
   }
 
-  // reads the words of the next line that is neither blank nor a comment; stops after `most` + 1 words
+  // reads the words of the next line that is neither blank nor a comment, but stops after `most` + 1 words
   bool next_words(std::size_t most, bool skips_comments = true) {
     words_.clear();
     while (!rest_.empty() && words_.empty()) {
@@ -89,7 +89,7 @@ class MatrixReader {
     return num_faults_ == 0;
   }
 
-  // reads a whole number from `least` to `most`; nullopt after reporting a fault
+  // reads a whole number from `least` to `most`, or reports a fault and returns nullopt
   std::optional<std::size_t> read_index(const Word& word, const char* what, std::int64_t least,
                                         std::int64_t most) {
     if (const auto value = parse_integer(word.text, least, most)) return static_cast<std::size_t>(*value);
@@ -220,7 +220,7 @@ class MatrixReader {
         triplets.emplace_back(row, column, entry.value);
         continue;
       }
-      // an entry of a general matrix and its mirror are averaged: each adds half of its value to both
+      // an entry of a general matrix and its mirror are averaged, so each adds half of its value to both
       const double value = is_symmetric_ ? entry.value : 0.5 * entry.value;
       triplets.emplace_back(row, column, value);
       triplets.emplace_back(column, row, value);

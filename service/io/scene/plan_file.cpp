@@ -107,7 +107,7 @@ class TemporaryFile {
     }
     return true;
   }
-  // mkostemp makes a file that only its owner can read; this call adds the rights that the umask allows
+  // mkostemp makes a file that only its owner can read, so this call adds the rights that the umask allows
   bool open_to_others() {
     const mode_t mask = ::umask(0);
     ::umask(mask);
@@ -127,7 +127,7 @@ class TemporaryFile {
   bool exists_ = false;
 };
 
-// syncs the folder, because the new name may otherwise be lost in a power cut; some file systems cannot sync
+// syncs the folder, because a power cut may otherwise lose the new name; but some file systems cannot sync
 // folders
 void sync_folder(const std::filesystem::path& file) {
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";

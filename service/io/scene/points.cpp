@@ -22,7 +22,7 @@ bool SceneReader::add_point(PointMass point) {
   points_.add(report_, point.name, point.origin);
   scene_.points.push_back(std::move(point));
   if (scene_.points.size() <= std::size_t{kMaxNamedPoints}) return true;
-  // reports too many points for a plan; this limit is below the limit for reading
+  // reports too many points for a plan, because this limit is below the limit for reading
   report_num_points(scene_, false, report_);
   points_.mark_incomplete();
   return false;

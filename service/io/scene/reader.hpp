@@ -51,9 +51,10 @@ class SceneReader {
                                const Names& names, const std::vector<int>& all, double& rate,
                                std::vector<int>& chosen);
   void check_publication_rate(const Node* node, const std::string& label, double rate);
-  /// Opens the file that the node names; nullopt after reporting a fault.
+  /// Opens the file that the node names, or reports a fault and returns nullopt.
   std::optional<int> open_beside(const Node& node, const std::string& label);
-  /// Returns the items of a list; a mapping is treated as a list of one item. Empty after reporting a fault.
+  /// Returns the items of a list, or an empty list after reporting a fault. A mapping is treated as a list of
+  /// one item.
   std::vector<const Node*> read_list(const Node& node, const std::string& label, const std::string& of);
 
   // points.cpp
@@ -70,10 +71,11 @@ class SceneReader {
   /// \param place  of the item: "3" in the list, "in row 3" of a table; names a link without a name in
   /// messages
   void read_link(const Node& node, const std::string& place);
-  /// Returns the name of a link without a name: its number. Links that could not be read are counted too.
+  /// Returns the name of a link without a name, which is the number of the link. Links that could not be read
+  /// are counted too.
   std::string next_link_name() const;
   void leave_link_unread(const Origin& origin);
-  /// Returns the form of the link's kind; nullptr after reporting that the mapping has no kind or has two.
+  /// Returns the form of the link's kind, or nullptr after reporting that the mapping has no kind or has two.
   const LinkForm* find_form(const Node& node, const std::string& label);
   /// Adds the link, or one copy of it for each segment of a chain.
   void read_chain(const Fields& fields, const LinkForm& form, Link link);
@@ -129,9 +131,8 @@ class SceneReader {
 void report_num_points(const Scene& scene, bool is_whole, Report& report);
 
 /// Reports faults of physics, except in items of the scene that have a fault of reading.
-/// \param other_places  positions where text begins that belongs to no item; without them, faults of such
-/// text
-///   would be assigned to the item before
+/// \param other_places  positions at which text that belongs to no item begins. Without these positions,
+///   faults of such text would be assigned to the item before
 void report_physics(const Scene& scene, const std::vector<Origin>& other_places, Report& report);
 
 }  // namespace freeflex::io::reader

@@ -17,7 +17,7 @@ namespace freeflex::io::reader {
 std::string read_whole_file(const std::string& path, std::size_t max_bytes, std::string& text) {
   if (path.empty()) return "the file name is empty";
   if (path.find('\0') != std::string::npos) return "the file name contains a zero byte";
-  // O_NONBLOCK: opening a named pipe must not wait for a writer
+  // O_NONBLOCK is set because opening a named pipe must not wait for a writer
   const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (file < 0) return std::strerror(errno);
   struct Closer {

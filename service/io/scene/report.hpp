@@ -50,20 +50,20 @@ class Report {
   Report(const Report&) = delete;
   Report& operator=(const Report&) = delete;
 
-  /// Adds an error. Ignores an error if an earlier item has an error at the same position: this is the same
-  /// fault, reached again through an alias or through a setting of several items. Also ignores a message that
-  /// was already reported at the same position.
+  /// Adds an error. Ignores an error if an earlier item has an error at the same position, because this is
+  /// the same fault, reached again through an alias or through a setting of several items. Also ignores a
+  /// message that was already reported at the same position.
   void error(Origin origin, std::string message);
   /// Reports a missing key of a mapping, unless it was reported for another mapping that this mapping merges.
   void missing(const Node& mapping, std::string_view key, std::string message);
   void warning(Origin origin, std::string message);
   bool has_error() const { return has_error_; }
-  /// Returns true if the report has kMaxFaults faults; later errors only set has_error().
+  /// Returns true if the report has kMaxFaults faults. Later errors then only set has_error().
   bool is_full() const { return faults_.size() >= kMaxFaults; }
 
-  /// Reads a file as a source, whose bytes text() then returns. Returns the index of the source; nullopt
-  /// after reporting, at the position `asked`, why the file cannot be read. A file that is named twice is one
-  /// source.
+  /// Reads a file as a source, whose bytes text() then returns. Returns the index of the source. If the file
+  /// cannot be read, reports the reason at the position `asked` and returns nullopt. A file that is named
+  /// twice is one source.
   std::optional<int> open(const std::string& path, Origin asked);
   /// Adds a text as a source and returns its index.
   int add_text(const std::string& name, std::string_view text);
@@ -73,8 +73,8 @@ class Report {
   bool is_setting(int source) const { return settings_.contains(source); }
   /// Records a position in the scene at which a setting put its value.
   void note_target(int setting, const Origin& place) { settings_[setting].push_back(place); }
-  /// Returns the positions in the scene at which the setting that has the fault put its value; if the fault
-  /// is not in a setting, the position of the fault.
+  /// Returns the positions in the scene at which the setting that has the fault put its value. If the fault
+  /// is not in a setting, returns the position of the fault.
   std::vector<Origin> targets(const Origin& fault) const;
 
   std::string_view text(int source) const { return *texts_[static_cast<std::size_t>(source)]; }

@@ -16,8 +16,8 @@ using Json = nlohmann::ordered_json;
 
 Json schema_of(const Section& section);
 
-// a name may be written 3, 1e5 or true, which YAML reads as a number or a truth value; the pattern applies
-// only to text
+// a name may be written 3, 1e5 or true, and YAML reads these as a number or a truth value, so the pattern
+// applies only to text
 Json text_schema() { return {{"type", {"string", "number", "boolean"}}}; }
 Json matching(const char* pattern) {
   Json schema = text_schema();
@@ -169,7 +169,7 @@ Json schema_of(const Section& section) {
   return schema;
 }
 
-// adds the sections of items; items may be in a list, or a single item may stand alone
+// adds the sections of items. Items may be in a list, or a single item may stand alone.
 void add_definitions(const Section& section, Json& definitions) {
   for (const Key& key : section.keys)
     for (const Section* of : key.sections) {

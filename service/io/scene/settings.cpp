@@ -44,7 +44,7 @@ bool has_key(const Node& mapping, std::string_view key) {
 
 bool is_table_section(const Section& section) { return section.find("csv") != nullptr; }
 
-// returns the section for an item of a list; nullptr for a link without a kind
+// returns the section for an item of a list, or nullptr for a link without a kind
 const Section* section_of(const Key& list, const Node& item) {
   const bool is_item_table = is_table(item);
   const Section* only = nullptr;
@@ -195,8 +195,8 @@ void SceneSettings::put(Node& mapping, const std::string& key) {
   mapping.entries.emplace_back(&tree_.create(std::move(name)), current_->value);
 }
 
-// returns the mapping at a key, or a new mapping if the key is absent; nullptr for any other kind of value,
-// which is reported when it is read
+// returns the mapping at a key, or a new mapping if the key is absent. For any other kind of value, returns
+// nullptr, because such a value is reported when it is read.
 Node* SceneSettings::find_mapping(Node& mapping, const std::string& key) {
   const auto entry = std::find_if(mapping.entries.begin(), mapping.entries.end(),
                                   [&](const auto& each) { return each.first->text == key; });

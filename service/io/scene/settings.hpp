@@ -12,10 +12,10 @@
 
 namespace freeflex::io::reader {
 
-/// One step of a path: the text between two dots.
+/// One step of a path, which is the text between two dots.
 struct PathStep {
   std::string text;
-  bool is_quoted = false;  // true: the text is a name, even if it is a number or *
+  bool is_quoted = false;  // true if the text is a name, even if it is a number or *
   std::size_t begin = 0;   // offset in the path [bytes]
   std::size_t end = 0;
 
@@ -54,7 +54,7 @@ class SceneSettings {
     int source;
     std::vector<PathStep> steps;
     const Node* value;
-    bool is_refused = false;  // true: a fault was reported
+    bool is_refused = false;  // true if a fault was reported
     bool is_matched = false;
     const Key* rows = nullptr;         // the list whose tables may have the row
     std::size_t row_step = 0;          // the step that selects the row
@@ -68,8 +68,8 @@ class SceneSettings {
   void set_in_item(const Node*& item, const Key& key, std::size_t step);
   void put(Node& mapping, const std::string& key);
   Node* find_mapping(Node& mapping, const std::string& key);
-  /// Returns the indices of the items that a step names; empty after reporting a fault, and if a table may
-  /// contain the item.
+  /// Returns the indices of the items that a step names, or an empty list after reporting a fault. If a table
+  /// may contain the item, the list is also empty.
   std::vector<std::size_t> choose(const std::vector<const Node*>& items, const Key& key, std::size_t step);
   /// Returns the index of the item at a position in the list.  \param named  items whose name is the same
   /// number
@@ -80,7 +80,7 @@ class SceneSettings {
   void refuse_untaken(const Key& key, std::size_t step);
   void refuse_name(std::size_t step);
 
-  /// Returns the path up to a step, as it was written; "scene" if that part is empty.
+  /// Returns the path up to a step, as the user wrote it, or "scene" if that part is empty.
   std::string before(std::size_t step) const;
   /// Replaces the node by a copy, unless it is a copy already, and returns it.
   Node& own(const Node*& node);

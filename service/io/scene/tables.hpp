@@ -15,7 +15,7 @@
 
 namespace freeflex::io::reader {
 
-/// One row of a CSV table: fields in the order of the known columns; absent columns are empty.
+/// One row of a CSV table: fields in the order of the known columns. The fields of absent columns are empty.
 class CsvRow {
  public:
   CsvRow(Report& report, Origin line, int number, const std::vector<std::string_view>& columns)
@@ -50,14 +50,14 @@ class CsvRow {
   std::vector<Origin> places_;
 };
 
-/// Comma-separated text with a header line; blank lines and lines that start with # are skipped. Quotes have
+/// Comma-separated text with a header line. Blank lines and lines that start with # are skipped. Quotes have
 /// no special meaning.
 class CsvTable {
  public:
   /// Reads the header and reports unknown, repeated and missing columns.
   CsvTable(Report& report, int source, std::vector<std::string_view> known,
            const std::vector<std::string_view>& required);
-  /// Returns false if the header has a fault; no row is then read.
+  /// Returns false if the header has a fault. No row is read in this case.
   bool is_good() const { return is_good_; }
   bool has(std::string_view column) const;
   /// Returns the position of the header line.
@@ -89,7 +89,7 @@ struct MatrixContent {
 };
 
 /// Reads a symmetric matrix from Matrix Market text: coordinate or array, real or integer, symmetric or
-/// general. A general matrix must be symmetric within 1e-9 of its largest entry; each entry and its mirror
+/// general. A general matrix must be symmetric within 1e-9 of its largest entry. Each entry and its mirror
 /// are averaged. If there is a fault, reports it and does not change the matrix.
 void read_matrix_market(Report& report, int source, const MatrixContent& content,
                         Eigen::SparseMatrix<double>& matrix);

@@ -48,7 +48,7 @@ std::optional<double> to_double(std::string_view text) {
   return value;
 }
 
-// common units with their SI unit and factor; spaces, * and ^ are removed before the look-up
+// common units with their SI unit and factor. Spaces, * and ^ are removed before the look-up.
 struct UnitName {
   std::string_view name;
   std::string_view si;
@@ -135,8 +135,8 @@ constexpr auto kUnits = std::to_array<UnitName>({
     {"%", "-", 1e-2},
 });
 
-// returns the correct way to write a number that has commas: a single comma may be a decimal point, several
-// commas may separate thousands; empty if neither is possible
+// returns the correct way to write a number that has commas, or an empty text if there is none. A single
+// comma may be a decimal point, and several commas may separate thousands.
 std::string without_commas(std::string_view text) {
   const auto num_commas = std::count(text.begin(), text.end(), ',');
   std::string point(text), whole;
@@ -217,7 +217,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return last[b.size()];
 }
 
-// returns the length of the UTF-8 character at the start of text; 0 if it is invalid
+// returns the length of the UTF-8 character at the start of text, or 0 if it is invalid
 std::size_t utf8_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);

@@ -12,7 +12,7 @@ namespace freeflex::io::reader {
 
 enum class Bound { kAny, kNonNegative, kPositive, kPoissonRatio, kTickRate };
 
-/// A range of numbers; each end may be included or excluded.
+/// A range of numbers, of which each end may be included or excluded.
 struct Range {
   double least = -std::numeric_limits<double>::infinity();
   double most = std::numeric_limits<double>::infinity();
@@ -35,14 +35,14 @@ std::string describe(const Quantity& quantity);
 
 struct NumberResult {
   std::optional<double> value;
-  std::string problem;  // text that continues "stiffness "; empty if there is a value
+  std::string problem;  // text that continues "stiffness ", empty if there is a value
 };
 /// Parses a decimal number in the C locale, which must be finite and in range. Refuses, with a reason: nan,
 /// inf, hexadecimal numbers, leading zeros (some readers take them as octal), decimal commas, underscores and
 /// units. The reason for refusing a unit gives the value in SI.
 NumberResult parse_number(std::string_view text, const Quantity& quantity);
 
-/// Parses a decimal integer from `least` to `most`; nullopt for any other text.
+/// Parses a decimal integer from `least` to `most`. Returns nullopt for any other text.
 std::optional<std::int64_t> parse_integer(std::string_view text, std::int64_t least, std::int64_t most);
 
 /// Returns the shortest decimal text from which the same number is read back.
@@ -52,11 +52,12 @@ std::string format_number(double value);
 /// UTF-8 replaced.
 std::string quote(std::string_view text);
 
-/// Returns the candidate with the smallest edit distance from the text; empty if no candidate is near.
+/// Returns the candidate with the smallest edit distance from the text, or an empty text if no candidate is
+/// near.
 std::string_view nearest_word(std::string_view text, const std::vector<std::string_view>& candidates);
 
-/// Returns " (did you mean 'mass'?)" for the candidate with the smallest edit distance from the text; empty
-/// if no candidate is near.
+/// Returns " (did you mean 'mass'?)" for the candidate with the smallest edit distance from the text, or an
+/// empty text if no candidate is near.
 std::string did_you_mean(std::string_view text, const std::vector<std::string_view>& candidates);
 
 /// Returns the text with letters A to Z in lower case.
@@ -70,10 +71,10 @@ std::string join(const std::vector<std::string_view>& words);
 std::string name_problem(std::string_view name);
 
 /// Returns the offset of the first byte that is invalid UTF-8 or a control character other than tab, LF and
-/// CR; npos if there is none.
+/// CR, or npos if there is none.
 std::size_t find_bad_byte(std::string_view text);
 
-/// Line and column of a byte offset, from 1; columns count characters.
+/// The line and the column of a byte offset, both from 1. Columns count characters.
 struct TextPlace {
   int line = 1;
   int column = 1;

@@ -13,8 +13,8 @@
 namespace freeflex::io::reader {
 namespace {
 
-// returns the advice for the most frequent faults; empty for other faults, whose message is libfyaml's text
-// alone
+// returns the advice for the most frequent faults, or an empty text for other faults, whose message is
+// libfyaml's text alone
 std::string_view hint(std::string_view message) {
   struct Advice {
     std::string_view fragment, text;
@@ -94,7 +94,7 @@ class TreeBuilder {
         return true;
     }
   }
-  /// Returns the root; nullptr if there is no content or an alias is unknown.
+  /// Returns the root, or nullptr if there is no content or an alias is unknown.
   const Node* root() const { return is_broken_ ? nullptr : root_; }
   bool is_empty() const { return root_ == nullptr; }
 
@@ -197,7 +197,8 @@ class TreeBuilder {
       report_.error(place_, "tag " + quote(token_text(tag)) + " has no meaning in a scene; remove it");
   }
 
-  // `mass: 1,5` in braces is parsed as the value 1 and a key 5 without value; this restores the value 1,5
+  // `mass: 1,5` in braces is parsed as the value 1 and a key 5 without value, so this code restores the value
+  // 1,5
   bool join_split_numbers(Node& mapping) {
     std::vector<std::pair<const Node*, const Node*>> entries;
     for (const auto& [key, value] : mapping.entries) {

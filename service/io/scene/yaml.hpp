@@ -28,13 +28,13 @@ std::string describe(const Node& node);
 /// `1,5`. In brackets YAML reads that comma as a separator of items.
 bool is_split_number(const Node& whole, const Node& fraction);
 
-/// One YAML document; aliases share nodes, so a node may have several parents.
+/// One YAML document. Aliases share nodes, so a node may have several parents.
 class YamlTree {
  public:
   /// Returns the root of the source's document, or nullptr after reporting faults: bytes that are not UTF-8,
   /// wrong syntax, duplicate keys, tags, unknown aliases, more than one document, an empty document, too deep
-  /// nesting or too many nodes. The parser stops at the first fault of syntax; faults of all other kinds are
-  /// all reported.
+  /// nesting or too many nodes. The parser stops at the first fault of syntax, but faults of all other kinds
+  /// are all reported.
   const Node* parse(Report& report, int source);
   /// Adds a node, which exists as long as the tree.
   Node& create(Node node) { return nodes_.emplace_back(std::move(node)); }

@@ -33,8 +33,8 @@ std::array<char, 41> printable(std::string_view sender) {
 /// Fills in sender and sequence, then applies the rules of session and sender.
 /// \pre admission has reason and text of the layout check
 void check_head(std::span<const std::byte> bytes, std::int64_t session, Admission& admission) {
-  // a message of another type cannot be read; in earlier versions of the same type the first fields are the
-  // same
+  // a message of another type cannot be read, but earlier versions of the same type have the same first
+  // fields
   if (admission.reason == Reason::kWrongType && find_earlier(bytes) == nullptr) return;
   if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) return;
   const std::optional<Head> head = read_head(bytes);
@@ -232,7 +232,7 @@ Admission from_message(const freeflex_msgs::force_t& message, const NameTable& t
   command.lease_ticks = message.lease_ticks;
   command.num_points = message.num_forces;
   command.num_wrenches = message.num_wrenches;
-  // entries that exceed the size of the array are not copied; check_command then rejects the count
+  // entries that exceed the size of the array are not copied, because check_command then rejects the count
   const std::size_t num_points = std::min(message.forces.size(), command.points.size());
   const std::size_t num_wrenches = std::min(message.wrenches.size(), command.wrenches.size());
   for (std::size_t i = 0; i < num_points; ++i) {

@@ -39,14 +39,14 @@ struct NameTable {
   std::array<std::int32_t, kMaxWheels> wheel_points{};       // point that contains each wheel
   double force_limit = 0.0;                                  // [N] 0: no limit
   double torque_limit = 0.0;                                 // [N m] 0: no limit
-  double max_hold = 0.0;                                     // [s] longest duration or lease; 0: no limit
+  double max_hold = 0.0;                                     // [s] longest duration or lease, 0 for no limit
   std::int64_t max_hold_ticks = 0;                           // max_hold in ticks
   std::array<std::int32_t, kMaxTablePoints> pushable{};      // (num_pushable) points, ascending
   std::array<std::uint8_t, kMaxTablePoints> takes_torque{};  // 1: the pushable point has inertia or an offset
   struct GroupTraits {
     std::int32_t torque_rank = 3;
     std::array<double, 3> line{};  // [-] body axes
-    std::uint8_t is_pushable = 0;  // 1: the plan stores the mode shapes at every point of the group
+    std::uint8_t is_pushable = 0;  // 1 if the plan stores the mode shapes at every point of the group
   };
   std::array<GroupTraits, kMaxGroups> groups{};
   // features that the plan omits and no command can restore, and the points where forces act
@@ -83,7 +83,7 @@ struct Admission {
   std::array<char, 160> text{};
 };
 
-/// Returns the session of a status_t, which may be of an earlier version; nullopt if the bytes are not a
+/// Returns the session of a status_t, which may be of an earlier version, or nullopt if the bytes are not a
 /// status_t.
 std::optional<std::int64_t> read_status_session(std::span<const std::byte> bytes) noexcept;
 
@@ -111,16 +111,17 @@ bool is_sane(const Admission& admission) noexcept;
 
 /// Decode a command and check everything that depends neither on the tick nor on earlier commands: layout,
 /// session, sender and contents. kQueueFull means that memory for decoding ran out. A torque about the line
-/// of a collinear group is rejected with kUnreachableTorque only in body axes; in world axes that component
-/// is ignored at each tick. Session and sender are checked before the contents, so after a reason beyond
-/// kBadSender the admission has the sender and the sequence of the command. If an envelope_t is rejected with
-/// kNoKeys, the admission has the sender and the sequence of the command inside, if there is one.
+/// of a collinear group is rejected with kUnreachableTorque only in body axes. In world axes that component
+/// of the torque is ignored at each tick. Session and sender are checked before the contents, so after a
+/// reason beyond kBadSender the admission has the sender and the sequence of the command. If an envelope_t is
+/// rejected with kNoKeys, the admission has the sender and the sequence of the command inside, if there is
+/// one.
 Admission decode_force(std::span<const std::byte> bytes, std::int64_t session, const NameTable& table,
                        ForceCommand& command) noexcept;
 Admission decode_control(std::span<const std::byte> bytes, std::int64_t session,
                          ControlCommand& command) noexcept;
 
-/// Converts a core command into a message; the bits of every double are kept.
+/// Converts a core command into a message, and keeps the bits of every double.
 freeflex_msgs::force_t to_message(const ForceCommand& command, std::int64_t session, std::int64_t utime);
 /// Converts a decoded message whose lengths are trusted, from a log. Gives the same reasons as decode_force.
 Admission from_message(const freeflex_msgs::force_t& message, const NameTable& table,

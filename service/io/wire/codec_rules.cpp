@@ -22,7 +22,7 @@ constexpr std::int64_t kMaxControlCount =
 bool is_finite(const Vec3& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
 bool is_zero(const Vec3& v) { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; }
 
-/// Returns true if |v| exceeds the limit; cannot overflow.  \param limit > 0, or 0: no limit
+/// Returns true if |v| exceeds the limit. The computation cannot overflow.  \param limit > 0, or 0: no limit
 bool is_over(const Vec3& v, double limit) {
   // allows for the rounding errors of three squares and their sum, so that a vector whose norm equals the
   // limit is accepted
@@ -109,8 +109,8 @@ Reason check_header(const ForceCommand& command, const NameTable& table, Text te
   return Reason::kAccepted;
 }
 
-/// Returns the position of a point in the list of pushable points; nullopt if the point is not pushable. The
-/// position is a valid index, whatever values the table contains.
+/// Returns the position of a point in the list of pushable points, or nullopt if the point is not pushable.
+/// The position is a valid index, whatever values the table contains.
 std::optional<std::size_t> find_pushable(const NameTable& table, std::int32_t point) {
   const auto end = table.pushable.begin() + std::clamp(table.num_pushable, 0, kMaxTablePoints);
   const auto found = std::lower_bound(table.pushable.begin(), end, point);

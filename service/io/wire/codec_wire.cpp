@@ -56,7 +56,8 @@ static_assert(starts_with(*layout_of<envelope_t>, kEnvelope) && layout_of<envelo
 
 /// Checks fingerprint and total size.
 Reason check_front(std::span<const std::byte> bytes, std::int64_t fingerprint, std::span<char> text) {
-  // checked first, because no byte of an oversized message may be read: its length may be wrong
+  // the size is checked first, because no byte of an oversized message may be read and its length may be
+  // wrong
   if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) {
     print(text, "more than %d bytes", channels::kMaxMessageBytes);
     return Reason::kMalformed;

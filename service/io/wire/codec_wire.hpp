@@ -22,10 +22,10 @@ std::optional<Head> read_head(std::span<const std::byte> bytes) noexcept;
 
 /// Returns true if the bytes are an envelope_t instead of a command. Does not read an oversized message.
 bool is_envelope(std::span<const std::byte> bytes) noexcept;
-/// Returns the command inside an envelope, unchecked; nullopt if the bytes are not exactly one envelope.
+/// Returns the command inside an envelope, unchecked, or nullopt if the bytes are not exactly one envelope.
 std::optional<std::span<const std::byte>> find_body(std::span<const std::byte> bytes) noexcept;
 
-/// Formats into text as snprintf does; does nothing if text is an empty span.
+/// Formats into text as snprintf does, but does nothing if text is an empty span.
 __attribute__((format(printf, 2, 3))) void print(std::span<char> text, const char* format, ...) noexcept;
 
 }  // namespace freeflex::io

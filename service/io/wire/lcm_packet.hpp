@@ -19,14 +19,14 @@ struct LcmPacket {
 
 /// Reads a packet. All numbers are big-endian on the wire. A short message is "LC02", sequence u32, channel
 /// with its NUL, payload. A fragment is "LC03", sequence u32, message size u32, offset u32, number u16, count
-/// u16 and bytes of the payload; in fragment number 0 the channel with its NUL precedes the payload. Returns
+/// u16 and bytes of the payload. In fragment number 0 the channel with its NUL precedes the payload. Returns
 /// nullopt if the bytes are neither a short message nor a first fragment. Fragments are not reassembled,
 /// because no command is that long. Reads only these bytes, keeps no state between packets and allocates
 /// nothing.
 std::optional<LcmPacket> read_lcm_packet(std::span<const std::byte> packet) noexcept;
 
-/// Returns the packet of a short message; empty if the message does not fit one datagram, or the channel name
-/// does not have 1 to 63 characters.
+/// Returns the packet of a short message, or an empty list if the message does not fit one datagram, or the
+/// channel name does not have 1 to 63 characters.
 std::vector<std::byte> make_lcm_packet(std::string_view channel, std::span<const std::byte> payload,
                                        std::uint32_t sequence);
 

@@ -41,7 +41,7 @@ Parts split(std::string_view url) {
   return parts;
 }
 
-/// Returns group and port of an address; nullopt if it is not a valid address.
+/// Returns group and port of an address, or nullopt if it is not a valid address.
 std::optional<sockaddr_in> read_address(std::string_view address) {
   const std::size_t colon = address.rfind(':');
   if (colon == address.npos) return {};
@@ -55,7 +55,7 @@ std::optional<sockaddr_in> read_address(std::string_view address) {
   return group;
 }
 
-/// Returns the first invalid option; empty if all are valid.
+/// Returns the first invalid option, or an empty text if all are valid.
 std::string_view find_bad_option(std::string_view options) {
   while (!options.empty()) {
     const std::string_view option = options.substr(0, options.find('&'));
@@ -147,7 +147,7 @@ LcmAddress read_lcm_url(const std::string& url) {
 std::string find_network_fault(const std::string& url) {
   const std::string checked = effective_url(url);
   const sockaddr_in group = *read_address(split(checked).address);
-  // connecting a datagram socket sends no packet; it only queries the routing table
+  // connecting a datagram socket sends no packet, because the call only queries the routing table
   if (const int error = try_on_socket(connect, group); error != 0) {
     return "no route for multicast to " + describe(group) + ": " + std::strerror(error) +
            ". To use LCM on this machine alone, run\n"

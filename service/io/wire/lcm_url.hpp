@@ -31,14 +31,15 @@ std::string check_lcm_url(const std::string& url);
 struct LcmAddress {
   std::uint32_t group = 0;  // network byte order
   std::uint16_t port = 0;
-  int receive_buffer = 0;  // [B] recv_buf_size; 0: not given
+  int receive_buffer = 0;  // [B] recv_buf_size, 0 if not given
   int ttl = 0;             // number of networks that packets may cross; 0: they stay on this machine
 };
 /// Reads a URL.  \pre check_lcm_url(url) is empty
 LcmAddress read_lcm_url(const std::string& url);
 
-/// Returns an empty string if there is a route to the url's group and the port can be shared; else the fault
-/// and its remedy. Queries the routing table, binds the port for a moment and sends nothing.
+/// Returns an empty string if there is a route to the url's group and the port can be shared. Otherwise
+/// returns the fault and its remedy. Queries the routing table, binds the port for a moment and sends
+/// nothing.
 /// \pre check_lcm_url(url) is empty
 std::string find_network_fault(const std::string& url);
 

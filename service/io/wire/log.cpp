@@ -15,8 +15,8 @@
 namespace freeflex::io {
 namespace {
 
-// a record consists of sync word, event number, time stamp, channel length, data length, channel and data;
-// big-endian
+// a record consists of sync word, event number, time stamp, channel length, data length, channel and data,
+// with big-endian numbers
 constexpr std::string_view kSync = "\xED\xA1\xDA\x01";
 constexpr const char* kNoRecord = "no record starts here";
 constexpr std::int64_t kMaxChannelBytes = 999;  // [bytes] liblcm refuses longer names
@@ -141,16 +141,16 @@ void LogReader::give(std::int64_t offset, LogEvent& event) const {
   event.bytes.assign(data + channel_bytes, data + body_.size());
 }
 
-/// Returns true if a complete record at the offset can follow the last record: its number is larger, or it is
-/// 0 because a second log was appended. This rule excludes records of a log inside a message, which have
-/// numbers of their own.
+/// Returns true if a complete record at the offset can follow the last record. This is so if the number of
+/// the record is larger, or if the number is 0 because a second log was appended. This rule excludes records
+/// of a log inside a message, which have numbers of their own.
 bool LogReader::is_continuation(std::int64_t offset) {
   if (!read_head(offset) || kLogHeaderBytes + head_.body_bytes() > size_ - offset) return false;
   if (number_ && head_.number != 0 && head_.number <= *number_) return false;
   return read_record(offset);
 }
 
-/// Returns the offset of the first complete record at or after an offset [bytes]; the end of the file if
+/// Returns the offset of the first complete record at or after an offset [bytes], or the end of the file if
 /// there is none.
 std::int64_t LogReader::find_record(std::int64_t from) {
   constexpr std::int64_t kBlock = std::int64_t{1} << 16;

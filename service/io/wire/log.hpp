@@ -1,4 +1,4 @@
-// Reads and writes LCM event logs, and writes CSV files. Readers report all damage; a written file is either
+// Reads and writes LCM event logs, and writes CSV files. Readers report all damage. A written file is either
 // complete or marked as partial.
 #pragma once
 
@@ -39,10 +39,10 @@ struct LogDamage {
 /// Reads an LCM event log record by record. liblcm's own reader skips to the next bytes that look like a
 /// record, and treats damage as the end of the file. This reader requires that every record begins where the
 /// previous record ends, that no record contains the next one, and that the file ends where the last record
-/// ends. The reader skips ranges without a complete record; damage() reports them.
+/// ends. The reader skips ranges without a complete record, and damage() reports these ranges.
 class LogReader {
  public:
-  /// Opens a log; error() is not empty if the file cannot be read.
+  /// Opens a log. If the file cannot be read, error() is not empty.
   explicit LogReader(const std::string& path);
 
   /// Reads the next complete record. Returns false at the end of the file, or if there is an error().
@@ -55,8 +55,8 @@ class LogReader {
   const std::string& error() const { return error_; }
   /// True if next() has skipped a damaged range.
   bool is_damaged() const { return num_damages_ > 0; }
-  /// Returns a description of the damage that next() has found and of the ranges that it skipped; empty if
-  /// there is no damage.
+  /// Returns a description of the damage that next() has found and of the ranges that it skipped, or an empty
+  /// text if there is no damage.
   std::string damage() const;
 
  private:
@@ -97,8 +97,8 @@ class LogReader {
   std::int64_t num_damages_ = 0, lost_bytes_ = 0;
 };
 
-/// A file that gets its name only when it is complete: it is written as NAME.partial, and commit() renames
-/// it. Devices and pipes are written directly. The destructor removes a partial file that was neither
+/// A file that gets its name only when it is complete. The file is written as NAME.partial, and commit()
+/// renames it. Devices and pipes are written directly. The destructor removes a partial file that was neither
 /// committed nor kept.
 class PartialFile {
  public:
@@ -134,8 +134,8 @@ class RecordEnds {
 
   /// Adds a record of this size [bytes].  \pre the stream accepted the whole record
   void add(std::size_t size, std::int64_t mark);
-  /// Returns the end of the last record that lies within the first file_size bytes; its offset is 0 if there
-  /// is none.
+  /// Returns the end of the last record that lies within the first file_size bytes. The offset is 0 if there
+  /// is no such record.
   End last_within(std::int64_t file_size) const;
 
  private:
@@ -143,7 +143,7 @@ class RecordEnds {
 };
 
 /// Writes an LCM event log. close() returns the first error. After an error, NAME.partial keeps the complete
-/// records; see kept_utime().
+/// records (see kept_utime()).
 class LogWriter {
  public:
   explicit LogWriter(const std::string& path);
@@ -177,7 +177,7 @@ class LogWriter {
 };
 
 /// Writes rows of numbers with a header line. Every double is printed so that the same bits are read back.
-/// Errors are handled as by LogWriter: after an error, NAME.partial keeps the complete rows.
+/// After an error, NAME.partial keeps the complete rows, as with LogWriter.
 class CsvWriter {
  public:
   explicit CsvWriter(const std::string& path);

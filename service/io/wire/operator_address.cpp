@@ -12,10 +12,10 @@ namespace freeflex::service {
 namespace {
 
 struct Folder {
-  std::string path;   // empty: not set
+  std::string path;   // empty if not set
   std::string begin;  // first part of the name of a socket in the folder
   bool is_of_system = false;
-  bool is_anybodys = false;  // true: any user may create a folder of this name
+  bool is_anybodys = false;  // true if any user may create a folder of this name
 };
 
 std::vector<Folder> folders(const OperatorRoots& roots) {
@@ -36,7 +36,7 @@ std::string find_fault(const Folder& folder, bool takes_service) {
   if (folder.path.empty()) return "XDG_RUNTIME_DIR is not set";
   if (folder.path[0] != '/') return "XDG_RUNTIME_DIR '" + folder.path + "' does not begin with /";
   struct stat found {};
-  // a symbolic link is refused: its owner could redirect it
+  // a symbolic link is refused, because its owner could redirect the link
   const int result =
       folder.is_anybodys ? lstat(folder.path.c_str(), &found) : stat(folder.path.c_str(), &found);
   if (result != 0) return folder.path + ": " + std::strerror(errno);

@@ -30,7 +30,7 @@ inline bool is_target(const std::array<char, kSenderSize>& target,
 
 /// Folders in which the operator's socket may be. Tests use other folders.
 struct OperatorRoots {
-  std::string runtime;  // $XDG_RUNTIME_DIR; empty: not set
+  std::string runtime;  // $XDG_RUNTIME_DIR, empty if not set
   std::string users = "/run/user";
   std::string system = "/run/freeflex";
   std::string temporary = "/tmp";

@@ -20,7 +20,7 @@ namespace freeflex::io {
 
 /// Values that are the same in all outgoing messages of one moment.
 struct Stamp {
-  std::int64_t utime = 0;  // [us] wall clock; simulated time if there is no clock (freeflex run)
+  std::int64_t utime = 0;  // [us] wall clock, or simulated time if there is no clock (freeflex run)
   std::int64_t session = 0;
   std::uint64_t plan_fingerprint = 0;
   std::int64_t applied_count = 0;
@@ -28,7 +28,7 @@ struct Stamp {
 
 /// Makes a state message. The limit of a state message, channels::kMaxMessageBytes, determines kMaxElastic.
 freeflex_msgs::state_t make_state_message(const Plan& plan, const MotionState& state, const Stamp& stamp);
-/// Each function makes pages of at most channels::kMaxMessageBytes; empty if the scene publishes no such
+/// Each function makes pages of at most channels::kMaxMessageBytes, or no page if the scene publishes no such
 /// items.
 std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, const MotionState& state,
                                                           const Stamp& stamp);
@@ -47,7 +47,7 @@ inline constexpr std::size_t kNumMotionChannels = 3;
 extern const std::array<MotionChannel, kNumMotionChannels> kMotionChannels;
 inline constexpr std::size_t kStateChannel = 0, kPointsChannel = 1, kLoadsChannel = 2;
 
-/// Returns the number of ticks between two publications at a rate [Hz]; 0: off.
+/// Returns the number of ticks between two publications at a rate [Hz], or 0 if the channel is off.
 std::int64_t ticks_between(double rate, double period);
 
 /// Number of points and links that the scene messages list.
@@ -58,9 +58,9 @@ struct SceneListing {
 /// links, and the points that are published, pushable, loaded or in a group.
 SceneListing scene_listing(const Plan& plan);
 
-/// Makes the pages of a scene, at least one; every page has the first fields (name, rate, mass properties,
-/// totals). Items that scene_listing() does not count are on no page, except items in short gaps between
-/// listed items.
+/// Makes the pages of a scene, at least one page. Every page has the first fields (name, rate, mass
+/// properties, totals). Items that scene_listing() does not count are on no page, except items in short gaps
+/// between listed items.
 /// \pre each name, and the points of each group, need much less than channels::kMaxMessageBytes
 std::vector<freeflex_msgs::scene_t> make_scene_messages(const Plan& plan, const std::string& plan_file,
                                                         const Stamp& stamp);

@@ -18,9 +18,9 @@ class PageSet {
   static constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
 
   struct Taken {
-    bool is_kept = false;   // true: the page belongs to the set and is new; false: ignore the page
-    bool is_first = false;  // true: the page begins a new set; forget the earlier pages
-    bool is_whole = false;  // true: the set is complete; the next page begins a new set
+    bool is_kept = false;   // true if the page belongs to the set and is new, else the page is ignored
+    bool is_first = false;  // true if the page begins a new set, so the earlier pages are forgotten
+    bool is_whole = false;  // true if the set is complete, so the next page begins a new set
   };
   /// Adds a page. Refuses the page and changes nothing if num_pages is not 1 to max_pages, if the page number
   /// is not 0 to num_pages - 1, or if the set would exceed kMaxBytes.

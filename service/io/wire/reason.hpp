@@ -1,4 +1,5 @@
-// The reasons why a command is rejected. The numbers are part of the protocol; messages/README.md lists them.
+// The reasons why a command is rejected. The numbers are part of the protocol, and messages/README.md lists
+// them.
 #pragma once
 
 #include <cstdint>

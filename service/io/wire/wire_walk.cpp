@@ -58,7 +58,7 @@ class Walker {
       if (counts.is_negative) return Stop::kNegativeCount;
       num *= counts.values[static_cast<std::size_t>(dimension.count)];
     }
-    // fits 64 bits: a 32-bit count times at most kMaxStride bytes
+    // the product fits 64 bits, because it is a 32-bit count times at most kMaxStride bytes
     if (const std::int64_t size = wire::size_of(field); size >= 0) {
       at_ += num * size;
       return Stop::kEnd;

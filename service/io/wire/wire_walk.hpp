@@ -1,7 +1,7 @@
 // Walks over the bytes of a message, using the tables that are generated from the .lcm files. The decoders of
-// lcm-gen trust counts: if a count is wrong, a decoder throws, allocates without bound or reads past the end.
-// Therefore a walk precedes every decode of untrusted bytes. Allocates nothing, reads nothing outside the
-// span.
+// lcm-gen trust counts. Therefore, if a count is wrong, a decoder throws, allocates without bound or reads
+// past the end. For this reason a walk precedes every decode of untrusted bytes. The walk allocates nothing
+// and reads nothing outside the span.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace freeflex::io {
 
-/// Returns the big-endian integer at an offset; nullopt if it does not lie within the bytes.
+/// Returns the big-endian integer at an offset, or nullopt if it does not lie within the bytes.
 template <class Integer>
 std::optional<Integer> integer_at(std::span<const std::byte> bytes, std::int64_t at) noexcept {
   const auto end = static_cast<std::int64_t>(bytes.size());
@@ -26,8 +26,8 @@ std::optional<Integer> integer_at(std::span<const std::byte> bytes, std::int64_t
   return static_cast<Integer>(bits);
 }
 
-/// Returns the characters of the string whose length is at an offset, without the terminator; nullopt if the
-/// length is below 1 or extends past the bytes, or the last character is not NUL. On the wire the string
+/// Returns the characters of the string whose length is at an offset, without the terminator, or nullopt if
+/// the length is below 1 or extends past the bytes, or the last character is not NUL. On the wire the string
 /// takes 4 + size + 1 bytes.
 std::optional<std::string_view> string_at(std::span<const std::byte> bytes, std::int64_t at) noexcept;
 

@@ -1,8 +1,8 @@
-// Example controller: controller POINT POINT GAIN [KEYFILE]. The controller acts as an active strut between
-// two points: the force on the second point is -GAIN [N s/m] times the speed at which their distance grows,
-// and the force on the first point is opposite. The pair of forces damps elastic motion and does not change
-// the rigid motion. Exit codes: 0 if the speed stays below 1 % of its first value; 1 if it does not within 60
-// s, or if no daemon publishes the points; 2 for wrong arguments or names.
+// The command of this example controller is controller POINT POINT GAIN [KEYFILE]. The controller acts as an
+// active strut between two points. The force on the second point is -GAIN [N s/m] times the speed at which
+// their distance grows, and the force on the first point is opposite. The pair of forces damps elastic motion
+// and does not change the rigid motion. Exit codes: 0 if the speed stays below 1 % of its first value; 1 if
+// it does not within 60 s, or if no daemon publishes the points; 2 for wrong arguments or names.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
