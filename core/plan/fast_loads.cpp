@@ -5,9 +5,8 @@
 #include <numbers>
 
 #include "core/plan/rungs.hpp"
-#include "core/step/frame.hpp"
-#include "core/step/loads.hpp"
 #include "core/step/readout.hpp"
+#include "core/step/step_loads.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {
@@ -50,19 +49,19 @@ bool bends_between_ticks(const PlanHistory& table, double period) {
   return false;
 }
 
-// Returns the largest |I^-1 L| [rad/s^2] of a load at amplitude 1, at the attitude of the start. The motor of
-// a wheel acts on the body with the opposite torque.
+// Returns |I^-1 L| [rad/s^2] of a load at amplitude 1, at the attitude of the start. The motor of a wheel
+// acts on the body with the opposite torque.
 double acceleration_by(const LoadPattern& pattern, const Plan& plan) {
   RigidLoad load;
-  add_pattern(pattern, 1.0, load);
+  add_resultant(plan, pattern, 1.0, load);
   Vec3 moment = moment_B(load, rotation_matrix(plan.initial.q_WB));
-  if (is_coupled(plan) && pattern.has_body) moment = add(moment, body_resultant(plan, pattern).torque);
   for (std::size_t k = 0; k < pattern.wheels.torque.size(); ++k)
     moment = add_scaled(moment, -pattern.wheels.torque[k], plan.wheels.all[k].axis);
   return length(multiply(plan.inverse_inertia, moment));
 }
 
-// Returns a bound of the spin [rad/s] that the loads of the scene give the body up to a time [s].
+// Returns how much spin [rad/s] the loads of the scene give the body up to a time [s], as if they all acted
+// about one axis. World loads are taken at the attitude of the start.
 double spin_by_loads(const Plan& plan, double time) {
   double spin = 0.0;
   for (const PlanHistory& history : plan.histories) {

@@ -134,8 +134,7 @@ void check_attractor(const Scene& scene, const MassProperties& body, Faults& fau
 void check_idle_torques(const Scene& scene, const MassProperties& body, Faults& faults) {
   constexpr const char* kRemedy =
       ", about which the structure has no moment of inertia: it cannot rotate the body; give a body inertia "
-      "about "
-      "that axis";
+      "about that axis";
   for (std::size_t k = 0; k < scene.wheels.size(); ++k)
     if (idle_spin(scene.wheels[k].axis, body).norm() > kRigidPart)
       add_error(faults, scene.wheels[k].origin,

@@ -8,10 +8,7 @@
 #include "core/step/loads.hpp"
 
 namespace freeflex {
-namespace {
 
-// Adds what a pattern does to the body as a whole. On coupled rungs a pattern keeps its loads in body axes
-// separate, so their resultant is formed here.
 void add_resultant(const Plan& plan, const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept {
   add_pattern(pattern, amplitude, load);
   if (!pattern.has_body || !is_coupled(plan)) return;
@@ -19,8 +16,6 @@ void add_resultant(const Plan& plan, const LoadPattern& pattern, double amplitud
   load.force_B = add_scaled(load.force_B, amplitude, body.force);
   load.torque_B = add_scaled(load.torque_B, amplitude, body.torque);
 }
-
-}  // namespace
 
 double StepLoads::amplitude(const PlanHistory& history, StageTime stage_time) const noexcept {
   if (history.kind == PlanHistory::Kind::kPulse) return amplitude_right(history, plan.period, tick);

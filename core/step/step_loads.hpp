@@ -13,6 +13,10 @@ namespace freeflex {
 /// end.
 enum class StageTime { kStart, kMiddle, kEnd };
 
+/// Adds amplitude times the resultant of a pattern and its moment (THEORY 8.1, 8.3, 8.7). On coupled rungs a
+/// pattern keeps its loads in body axes apart, so their resultant is formed here.
+void add_resultant(const Plan& plan, const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept;
+
 /// Holds the loads of one step. If the plan divides the step, these are the loads of one substep.
 struct StepLoads {
   const Plan& plan;
