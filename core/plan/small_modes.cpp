@@ -49,7 +49,7 @@ struct PeakAmplitudes {
   Eigen::VectorXd dynamic;    // [m] D_l
   Eigen::VectorXd rate;       // [m/s] G_l
   double largest = 0.0;       // [m] largest sampled displacement of a point that is read out or loaded
-  double horizon = 0.0;       // [s] time of the run
+  double horizon = 0.0;       // [s] simulated time
   bool is_finite = true;
 };
 

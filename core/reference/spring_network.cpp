@@ -15,8 +15,8 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-/// Returns whether the forces of the load are constant vectors in world axes over any piece between its
-/// edges.
+/// Returns whether the forces of the load are constant vectors in world axes between successive edges of the
+/// load.
 bool is_piecewise_constant(const CartesianLoad& load) {
   const bool has_constant_amplitude = std::holds_alternative<ConstantHistory>(load.history) ||
                                       std::holds_alternative<PulseHistory>(load.history);

@@ -92,7 +92,7 @@ struct CoupledWorkspace {
   Array q, p, q_dot, Q;                       // (num_padded) of a stage
   std::array<std::array<Array, 2>, 4> rates;  // [m/s], [m/s^2] (num_padded) of q and p at each stage
   // used if the modes are not a complete set; otherwise empty
-  Array C;                 // [kg m] (3 x num_padded) chi, angular momentum per rate   (THEORY 12.35, 12.49)
+  Array C;  // [kg m] (3 x num_padded) chi, momentum of each mode at unit rate   (THEORY 12.35, 12.49)
   Array load, inertial;    // [N] (num_padded)
   Array C_dot_w;           // [N] (num_padded) w . C'_l   (THEORY 12.40, 12.51)
   Array sums, sums_dot;    // (num_tables, 6 x num_padded) tables times q, times q'

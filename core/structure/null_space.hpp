@@ -13,7 +13,7 @@ struct NullSpace {
   Eigen::MatrixXd basis;          // (n x nullity) unit matrix at the free components
   std::vector<int> pivots, free;  // indices of components of y
 };
-/// Returns the null space by column-pivoted QR, rows P = Q (R11 R12; 0 0): basis = P (-R11^-1 R12; 1).
+/// Returns the null space by column-pivoted QR: with rows P = Q (R11 R12; 0 0), basis = P (-R11^-1 R12; 1).
 /// \param threshold  [-] of the largest pivot: smaller pivots are treated as zero
 NullSpace null_space(const Eigen::MatrixXd& rows, double threshold);
 

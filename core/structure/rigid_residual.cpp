@@ -12,9 +12,9 @@
 namespace freeflex {
 namespace {
 
-// [-] limit as a fraction of the lowest elastic frequency. Smaller frequencies of a residual from rounding
-// are not reported. Such residuals shift elastic frequencies by about half of the square of this ratio, which
-// is less than the error of a finite element model.
+// [-] limit as a fraction of the lowest elastic frequency. A residual that comes from rounding is not
+// reported if its frequency is below the limit, because it shifts elastic frequencies by at most half of the
+// square of this ratio. That is less than the error of a finite element model.
 constexpr double kReported = 0.1;
 
 // [-] fraction of the largest eigenvalue of T^T K_o T. The residual of a support has no eigenvalue below

@@ -1,4 +1,4 @@
-// The lowest modes of a large structure, with a verified count.
+// Computes the lowest modes of a large structure and verifies their number.
 #pragma once
 
 #include "core/structure/link_factor.hpp"

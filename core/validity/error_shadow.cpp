@@ -165,8 +165,8 @@ void ErrorShadow::add_fourth_order() noexcept {
   }
 }
 
-/// Adds a bound of the fourth-order force to F, as if all modes stretched the same links. For plan files
-/// without the forms H_r   (THEORY X146).
+/// Adds a bound of the fourth-order force to F, as if all modes stretched the same links. It is used
+/// for plan files that do not contain the forms H_r   (THEORY X146).
 void ErrorShadow::add_fourth_order_bound() noexcept {
   const Array& root = plan_.unmodelled.root_quartic;
   double all = 0.0;
