@@ -20,7 +20,7 @@ TEST(TicksLong, NoWrongMotionOfAThousandRandomBodiesIsRatedGood) {
     if (row.level != Verdict::Level::kGood) continue;
     ++num_good;
     EXPECT_EQ(row.error, "") << row.number;
-    EXPECT_LT(row.attitude_error, 0.05) << "body " << row.number << ": " << row.turn << " rad a tick";
+    EXPECT_LT(row.attitude_error, 0.05) << "body " << row.number << ": " << row.rotation << " rad a tick";
     worst_attitude = std::max(worst_attitude, row.attitude_error);
     worst_energy = std::max(worst_energy, row.energy_error);
   }
