@@ -19,6 +19,7 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_title = "freeflex"
 html_show_sourcelink = False
+html_show_copyright = False
 html_copy_source = False
 html_use_index = False
 html_theme_options = {"navigation_depth": 3, "collapse_navigation": False}
