@@ -26,6 +26,8 @@ class PlanCheck {
   std::string find_own() {
     // the rung comes first, because it determines the members that a plan must have
     if (!is_rung(plan_.fidelity)) return error_ = "the rung is of an unknown kind";
+    for (const PlanRung& tried : plan_.tried_rungs)
+      require(is_rung(tried.rung), "a rung that was tried is of an unknown kind");
     check_body();
     check_modes();
     // the members checked below are indexed by modes and points, so modes and points must be consistent first

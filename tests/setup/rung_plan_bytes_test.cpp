@@ -81,6 +81,10 @@ TEST(RungPlan, ContentThatDoesNotFitTheRungIsRefused) {
   expect_named(error_of([](Plan& p) { std::swap(p.coupled.bars[0], p.coupled.bars[1]); }), "out of order");
   expect_named(error_of([](Plan& p) { p.fidelity = Fidelity::kCoupled; }), "the phase of a substep");
   expect_named(error_of([](Plan& p) { p.fidelity = static_cast<Fidelity>(6); }), "an unknown kind");
+  expect_named(error_of([](Plan& p) {
+                 p.tried_rungs = {{static_cast<Fidelity>(6), 0.0, 0.0, 0.0, true, true}};
+               }),
+               "a rung that was tried");
   expect_named(error_of([](Plan& p) { p.budget.shadows[0].substeps = 3; }), "an unknown kind");
   expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.points.pop_back(); }), "shadow");
   expect_named(error_of([](Plan& p) { p.budget.horizon = 0.0; }), "has no horizon");
