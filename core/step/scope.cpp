@@ -57,6 +57,8 @@ void switch_back(const Plan& plan, State& state) noexcept {
   resize(state.commands_pattern, n);
   state.slots_changed = true;
   state.uses_fallback = false;
+  state.fallback_tick = -1;
+  state.fallback_need = 0;
 }
 
 void fit(const Plan& plan, const State& state, Workspace& workspace) noexcept {

@@ -122,6 +122,8 @@ TEST(Replan, AFailedStepLeavesTheStateUnchanged) {
   step(reduced.plan, reduced.state, {{&command, 1}}, reduced.workspace, reduced.report);
   ASSERT_EQ(reduced.report.status, StepStatus::kNotFinite);
   EXPECT_FALSE(reduced.state.uses_fallback);
+  EXPECT_EQ(reduced.state.fallback_tick, before.fallback_tick);
+  EXPECT_EQ(reduced.state.fallback_need, before.fallback_need);
   EXPECT_EQ(reduced.state.q, before.q);
   EXPECT_EQ(reduced.state.q_low, before.q_low);
   EXPECT_EQ(reduced.state.q_dot, before.q_dot);
