@@ -4,9 +4,11 @@
 namespace freeflex {
 
 struct CommandLimits {
-  double max_age = 1.0;        // [s] > 0, longest time from reception to decision
-  double sender_share = 0.25;  // [-] > 0, <= 1, largest fraction of slots and waiting commands of one sender
-  double max_hold = 60.0;      // [s] > 0, longest time for which a command from the bus may wait or act
+  double max_age = 1.0;        // [s] > 0, longest time from reception of a command to the decision on it
+  double sender_share = 0.25;  // [-] > 0, <= 1, largest fraction of all slots, and of all waiting commands,
+                               // for one sender
+  double max_hold = 60.0;      // [s] > 0, longest time for which a command from the bus may wait for its
+                               // start, or act
   bool operator==(const CommandLimits&) const = default;
 };
 

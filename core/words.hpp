@@ -1,4 +1,5 @@
-// Terms that scenes, plans and messages share: rungs, features, the choice for commands, axes.
+// Enumerations that scenes, plans and messages share: rungs, features, what happens if a command needs an
+// omitted feature, and axes of loads.
 #pragma once
 
 #include <array>
@@ -8,7 +9,7 @@
 namespace freeflex {
 
 /// Lists the rungs of the fidelity ladder, cheapest first   (THEORY section 12). Each rung has all terms of
-/// the rung before it; RungTraits lists the properties of each.
+/// the rung before it; RungTraits lists the properties of each rung.
 enum class Fidelity : std::int32_t {
   kRigid = 0,
   kSeparated = 1,
@@ -33,8 +34,9 @@ struct RungTraits {
   bool divides_tick;  // divides the tick into substeps that resolve the fastest motion   (THEORY 12.29)
   bool is_tried;      // true: `fidelity: auto` tries this rung; it tries the rungs in this order
                       //   (THEORY 12.28)
-  double displacement_room;  // [-] factor on kMaxDisplacementRatio; larger motions get the verdict `outside`
-  double spin_room;          // [-] factor on kMaxSpinRatio; kNoLimit: no term of the spin is neglected
+  double displacement_room;  // [-] valid displacements, relative to those of the rung `separated`
+  double spin_room;          // [-] valid spin, relative to `separated`; kNoLimit: no term of the spin is
+                             // neglected
 };
 inline constexpr double kNoLimit = 1e300;
 inline constexpr std::array<RungTraits, 6> kRungs{{
@@ -42,12 +44,13 @@ inline constexpr std::array<RungTraits, 6> kRungs{{
     {Fidelity::kRigid, "rigid", false, false, false, false, false, true, 1.0, 1.0},
     // the rigid body, and elastic coordinates that do not act on it (Alekseev 1970)
     {Fidelity::kSeparated, "separated", true, false, false, false, false, true, 1.0, 1.0},
-    // Adds the centrifugal load. The remaining error comes from neglecting Coriolis forces; it is at most a
-    // tenth of the error without the load.
+    // Adds the centrifugal load to `separated`. The remaining error comes from the neglected Coriolis forces.
+    // It is at most a tenth of the error without the centrifugal load.
     {Fidelity::kSpinLoaded, "spin-loaded", true, true, false, false, false, true, 1.0, 10.0},
     // every term in the elastic displacements, linear elasticity
     {Fidelity::kCoupled, "coupled", true, false, true, false, false, true, 10.0, kNoLimit},
-    // adds bars at true length and direction; the frame fails when V reaches a tenth of the size
+    // adds bars at true length and direction; the floating frame fails when the elastic displacements V reach
+    // a tenth of the size of the structure
     {Fidelity::kExactBars, "exact-bars", true, false, true, true, false, true, 100.0, kNoLimit},
     {Fidelity::kFull, "full", true, false, true, true, true, false, 100.0, kNoLimit},
 }};
@@ -62,7 +65,7 @@ constexpr const RungTraits& traits_of(Fidelity rung) noexcept {
 }
 constexpr const char* name_of(Fidelity rung) noexcept { return traits_of(rung).name; }
 
-/// Lists the features that a plan may omit   (THEORY section 14). Plan files hold the numbers.
+/// Lists the features that a plan may omit (THEORY section 14). Plan files hold the numbers of the features.
 enum class Feature : std::int32_t {
   kDamping = 0,         // decay of the modes
   kGravity = 1,         // uniform field
@@ -70,7 +73,7 @@ enum class Feature : std::int32_t {
   kOutOfPlane = 3,      // modes that move a planar shape along its normal
   kUnreachedModes = 4,  // other modes that neither loads nor the initial state excite
   kSmallModes = 5,      // modes whose contribution is below the tolerance
-  kPointRows = 6,       // mode shapes at points that are neither read nor loaded
+  kPointRows = 6,       // mode-shape rows of points that are neither read nor loaded
 };
 inline constexpr std::array kFeatureNames{"damping",         "gravity",     "rotation",  "out_of_plane",
                                           "unreached_modes", "small_modes", "point_rows"};
@@ -79,7 +82,8 @@ constexpr const char* name_of(Feature feature) noexcept {
   return kFeatureNames[static_cast<std::size_t>(feature)];
 }
 
-/// Specifies what happens to a feature that only commands could need   (THEORY 14.16).
+/// Specifies what the plan does with a feature that the scene does not need but a command could need
+/// (THEORY 14.16).
 enum class OnNeed : std::int32_t {
   kKeep = 0,    // the plan keeps the feature
   kRefuse = 1,  // the plan omits it; a command that needs it is refused
@@ -90,7 +94,8 @@ enum class OnNeed : std::int32_t {
 /// (follower forces, THEORY 8.24).
 enum class Axes : std::int32_t { kWorld = 0, kBody = 1, kLocal = 2 };
 
-// the rows of the tables have the order of the enumerators
+// The functions above use enumerators as indices, so the rows of the tables must have the order of the
+// enumerators.
 namespace words_check {
 constexpr bool rows_are_in_order() {
   for (std::size_t k = 0; k < kRungs.size(); ++k)

@@ -13,8 +13,8 @@
 namespace freeflex {
 namespace {
 
-// [-] remainders within this relative difference are treated as equal, so that rounding errors do not choose
-// among symmetric loads
+// [-] two remainders are treated as equal if their relative difference is at most this value, so that
+// rounding errors do not choose among loads that are equal by symmetry
 constexpr double kTie = 1e-6;
 
 Eigen::VectorXd mass_of_freedoms(const std::vector<PointMass>& points) {
@@ -23,7 +23,8 @@ Eigen::VectorXd mass_of_freedoms(const std::vector<PointMass>& points) {
   return mass;
 }
 
-// This class holds orthonormal vectors. They are made one after another   (THEORY 11.12).
+// Holds orthonormal vectors, each of which is made from a given vector by subtracting the components along
+// the earlier ones   (THEORY 11.12).
 class GramSchmidt {
  public:
   GramSchmidt(Eigen::Index size, Eigen::Index capacity) : vectors_(size, capacity) {}
@@ -31,13 +32,14 @@ class GramSchmidt {
   Eigen::MatrixXd from(Eigen::Index first) const { return vectors_.middleCols(first, count_ - first); }
 
   struct Remainder {
-    Eigen::VectorXd coefficients;  // components along the vectors so far
-    Eigen::VectorXd y;             // the part that is orthogonal to the vectors so far
+    Eigen::VectorXd coefficients;  // components along the vectors held
+    Eigen::VectorXd y;             // the part that is orthogonal to the vectors held
     double fraction = 0.0;         // [-] norm of y over the norm of the given vector
   };
 
-  // Returns y - sum_k v_k (v_k.y), in two passes, and in more passes while a pass removes more than half of
-  // the norm, because if the remainder is small, rounding errors leave a considerable part along the vectors.
+  // Returns y - sum_k v_k (v_k.y), in at least two passes. A pass that removes more than half of the norm is
+  // followed by another pass, up to six passes in all, because rounding errors along the vectors v_k are then
+  // not small compared with the remainder.
   Remainder reduce(const Eigen::VectorXd& y) const {
     constexpr int kMaxPasses = 6;
     constexpr double kMost = 0.5;
@@ -71,7 +73,8 @@ GramSchmidt rigid_vectors(const Eigen::VectorXd& root_mass, const MassProperties
   return vectors;
 }
 
-// returns the rigid motions, then m^-1/2 C^T, the displacements that rigid links forbid
+// returns the rigid motions, followed by the displacements that rigid links forbid, m^-1/2 C^T, all as
+// orthonormal vectors
 GramSchmidt inelastic_vectors(const Eigen::VectorXd& root_mass, const MassProperties& properties,
                               const Eigen::MatrixXd& constraints) {
   GramSchmidt vectors = rigid_vectors(root_mass, properties, root_mass.size());
@@ -80,9 +83,9 @@ GramSchmidt inelastic_vectors(const Eigen::VectorXd& root_mass, const MassProper
   return vectors;
 }
 
-// Shapes of other recipes meet the conditions (THEORY 2.15) within a rounding error of the largest
-// displacement. After this function, the shapes meet the conditions within a rounding error of the terms in
-// each condition.
+// Removes the rigid motion that rounding errors leave in the shapes of recipes without force groups. Before,
+// these shapes meet the conditions (THEORY 2.15) within a rounding error of the largest displacement. After,
+// they meet each condition within a rounding error of the terms of this condition.
 void remove_rigid_motion(const std::vector<PointMass>& points, const MassProperties& properties,
                          Eigen::MatrixXd& shapes) {
   const Eigen::VectorXd root_mass = mass_of_freedoms(points).cwiseSqrt();
@@ -116,7 +119,8 @@ void measure_residuals(const std::vector<PointMass>& points, const MassPropertie
     if (moment_size > 0.0)
       basis.moment_residual = std::max(basis.moment_residual, moment.norm() / moment_size);
   }
-  // the largest stretch of each row by displacements with sum m b.b = M, sqrt(M) |C m^-1/2|
+  // for each constraint, the largest |C b| over all displacements b with sum m b.b = M, which is
+  // sqrt(M) |C m^-1/2|
   const Eigen::VectorXd largest_stretch =
       std::sqrt(properties.mass) *
       (constraints * mass.cwiseSqrt().cwiseInverse().asDiagonal()).rowwise().norm();
@@ -126,7 +130,7 @@ void measure_residuals(const std::vector<PointMass>& points, const MassPropertie
 }
 
 // Makes a basis of force groups with the numbering of the scene. If an explicit recipe is incomplete with
-// this numbering, tries another
+// this numbering, tries another numbering and keeps the better one
 Basis basis_of_groups(const Scene& scene, const Structure& structure, const LinkFactor& factor,
                       Recipe recipe) {
   const MassProperties& properties = structure.mass_properties;
@@ -154,10 +158,12 @@ Basis basis_of_groups(const Scene& scene, const Structure& structure, const Link
   return basis;
 }
 
-// Returns a message with the shape that an explicit recipe needs. The message is empty if the recipe applies
+// Returns an empty string if the recipe applies to the shape, otherwise a message that names the shape that
+// the recipe needs
 std::string missing_shape(Recipe recipe, ShapeClass shape) {
-  // Forces on pairs of points are in equilibrium for any shape, but forces along or across a line or plane
-  // need a shape with that line or plane
+  // The spatial recipe uses only forces on pairs of points, which are in equilibrium for any shape. The
+  // collinear and the planar recipe also use forces normal to a line or plane, so all points must lie on that
+  // line or plane
   const bool fits = (recipe != Recipe::kCollinear && recipe != Recipe::kPlanar) ||
                     shape == ShapeClass::kPoint || recipe == recipe_of(shape);
   if (fits) return {};
@@ -187,8 +193,8 @@ Choice independent_groups(const Eigen::MatrixXd& constraints, const Eigen::Matri
 
 Choice independent_loads(const std::vector<PointMass>& points, const MassProperties& properties,
                          const Eigen::MatrixXd& constraints) {
-  // the part of each unit load that neither accelerates the body nor does work on a rigid link, in y =
-  // sqrt(m) V
+  // the part of each unit load that neither accelerates the body nor does work on displacements that rigid
+  // links forbid, in the coordinates y = sqrt(m) V
   const Eigen::VectorXd root_mass = mass_of_freedoms(points).cwiseSqrt();
   const Eigen::MatrixXd before = inelastic_vectors(root_mass, properties, constraints).from(0);
   Eigen::MatrixXd remainder = Eigen::MatrixXd::Identity(root_mass.size(), root_mass.size());
@@ -199,7 +205,7 @@ Choice independent_loads(const std::vector<PointMass>& points, const MassPropert
   while (true) {
     const double largest = fraction.maxCoeff();
     if (largest <= kDependent) break;
-    // the first of the loads whose remainders are equal except for rounding errors
+    // take the first of the loads whose remainders equal the largest one except for rounding errors
     int next = 0;
     while (fraction[next] < (1.0 - kTie) * largest) ++next;
     choice.kept.push_back(next);
@@ -224,7 +230,7 @@ Basis orthonormalise(const std::vector<PointMass>& points, const MassProperties&
                      const Choice& choice) {
   const Eigen::VectorXd root_mass = mass_of_freedoms(points).cwiseSqrt();
   const double root_total = std::sqrt(properties.mass);
-  // vectors that are not elastic come first and are removed at the end
+  // the rigid motions and the forbidden displacements come first, and are not part of the basis
   GramSchmidt vectors = inelastic_vectors(root_mass, properties, constraints);
   const Eigen::Index num_before = vectors.count();
 
@@ -232,8 +238,8 @@ Basis orthonormalise(const std::vector<PointMass>& points, const MassProperties&
   basis.choice = choice;
   const auto rank = static_cast<Eigen::Index>(choice.kept.size());
   basis.coefficients = Eigen::MatrixXd::Zero(rank, groups.cols());
-  // expands beta = (M / m) f in the vectors so far (THEORY 4.2, 11.11). These vectors have length one, and b
-  // has length sqrt(M)
+  // Expands beta = (M / m) f in the vectors made before (THEORY 4.2, 11.11). The division by sqrt(M) is
+  // needed because these vectors have length one, but b has length sqrt(M)
   const auto expand = [&](int l) {
     GramSchmidt::Remainder remainder =
         vectors.reduce(properties.mass * groups.col(l).cwiseQuotient(root_mass));

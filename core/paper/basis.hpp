@@ -10,9 +10,9 @@
 
 namespace freeflex {
 
-/// A choice of force groups that are independent of each other and of the forces in rigid links. The
-/// remainder of a group is its part orthogonal to the vectors before it, as a fraction of the norm of the
-/// group.
+/// Holds a choice of force groups that are independent of each other and of the forces in rigid links. The
+/// remainder of a group is the norm of its part orthogonal to the vectors taken before it, as a fraction of
+/// the norm of the group.
 struct Choice {
   std::vector<int> kept;      // indices of groups, in the order in which they were taken
   std::vector<int> skipped;   // indices of groups that are combinations of kept groups
@@ -20,22 +20,22 @@ struct Choice {
   double most_skipped = 0.0;  // [-] largest remainder of a skipped group
 };
 
-/// Unit elastic displacements b, orthonormal in the mass metric, without rigid motion and without motion that
-/// rigid links forbid (THEORY 2.15, 4.3):
+/// Holds unit elastic displacements b. They are orthonormal in the mass metric, and contain neither rigid
+/// motion nor motion that rigid links forbid (THEORY 2.15, 4.3):
 ///   sum m b_l.b_u = M [l = u],   sum m b_l = 0,   sum m r x b_l = 0,   C b_l = 0
 struct Basis {
   Recipe recipe = Recipe::kModes;
   Eigen::MatrixXd shapes;  // b, [-] (3N x rank)
   int num_expected = 0;    // n = 3N - rigid freedoms - constraints; the basis is complete if rank == n
 
-  // the members from numbering to flat_window are filled only for recipes with force groups
-  std::vector<int> numbering;  // order in which the points were taken
+  // The members from `numbering` to `flat_window` are filled only if the recipe uses force groups.
+  std::vector<int> numbering;  // order in which the recipe took the points
   int rank_as_numbered = 0;    // rank with the numbering of the scene
   Choice choice;               // vector l comes from group choice.kept[l]
   // gamma_ul, [N] (rank x num_groups) beta_l = sum_u b_u gamma_ul   (THEORY 11.11)
   Eigen::MatrixXd coefficients;
-  // This member is filled only if the basis is incomplete. It lists successive points at one position, on one
-  // line or in one plane
+  // Filled only if the basis is incomplete: successive points at one position, on one line or in one plane,
+  // which make the recipe incomplete
   std::vector<int> flat_window;
 
   double gram_error = 0.0;           // [-] max |sum m b_l.b_u / M - [l = u]|
@@ -47,25 +47,26 @@ struct Basis {
   bool is_complete() const { return rank() == num_expected; }
 };
 
-/// A group is a combination of the vectors before it if its remainder [-] is at most this limit. The limit is
-/// far above rounding errors, about 1e-15. The limit is far below the remainder of any group whose window of
-/// successive points is not flat (THEORY 11.10, 11.12).
+/// A group is treated as a combination of the vectors taken before it if its remainder [-] is at most this
+/// limit. The limit is far above rounding errors, which are about 1e-15, and far below the remainder of any
+/// group whose window of successive points is not flat (THEORY 11.10, 11.12).
 inline constexpr double kDependent = 1e-11;
 
-/// Takes groups in their order. The remainders are remainders of forces, without the mass metric. If masses
-/// differ by a factor of 1e12, the contribution of a group in the mass metric may be below rounding errors
-/// (THEORY 11.12).
+/// Chooses independent groups, which are tried in their order. The remainders are computed from the forces,
+/// without the mass metric, because if masses differ by a factor of 1e12, the remainder of an independent
+/// group in the mass metric may be below rounding errors   (THEORY 11.12).
 /// \param constraints  [-] C (num x 3N) LinkFactor::constraints  \param groups  [N] (3N x num_groups)
 Choice independent_groups(const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& groups);
 
-/// Takes the 3N unit loads of the formal recipe. The next load is always the one with the largest remainder
-/// in the mass metric, as a fraction of the whole load. Therefore the last load also has a large remainder,
-/// for any masses (THEORY 11.4, 11.12).
+/// Chooses independent loads among the 3N unit loads of the formal recipe. The load taken next is always the
+/// one with the largest remainder in the mass metric, as a fraction of the norm of the load. Therefore even
+/// the load taken last has a large remainder, for any masses (THEORY 11.4, 11.12).
 Choice independent_loads(const std::vector<PointMass>& points, const MassProperties& properties,
                          const Eigen::MatrixXd& constraints);
 
-/// Makes unit elastic displacements from force groups by Gram-Schmidt in the mass metric, with at least two
-/// passes. The rigid motions and m^-1 C^T come first, where C are the constraints   (THEORY 4.2, 11.12):
+/// Makes unit elastic displacements from force groups by the Gram-Schmidt process in the mass metric, with at
+/// least two passes. The rigid motions and m^-1 C^T are the first vectors of the process, where C is the
+/// matrix of constraints   (THEORY 4.2, 11.12):
 ///   beta = (M / m) f,   y = sqrt(m) beta - sum_k v_k (v_k.sqrt(m) beta),   b = sqrt(M) m^-1/2 y / |y|
 /// Fills shapes, choice and coefficients. The cost is O(N n^2).
 /// \param groups  [N] (3N x num_groups)
@@ -74,13 +75,14 @@ Basis orthonormalise(const std::vector<PointMass>& points, const MassProperties&
 
 /// Makes the basis of a recipe   (THEORY 4.7 to 4.12, 11.4 to 11.12). An explicit recipe that is incomplete
 /// with the numbering of the scene is tried with another numbering.
-/// \param why_not  message with the shape that the recipe needs if it does not apply, else empty
+/// \param why_not  set to a message that names the shape that the recipe needs if the recipe does not apply,
+/// else to empty
 /// \return  an incomplete basis if the recipe is incomplete, an empty basis if it does not apply
 Basis find_basis(const Scene& scene, const Structure& structure, const LinkFactor& factor, Recipe recipe,
                  std::string& why_not);
 
-/// Makes the basis of the explicit recipe of the shape if that basis is complete, else the basis of the
-/// formal recipe (THEORY 11.4 to 11.12).
+/// Makes the basis of the explicit recipe for the shape of the scene if that basis is complete, else the
+/// basis of the formal recipe (THEORY 11.4 to 11.12).
 Basis find_basis(const Scene& scene, const Structure& structure, const LinkFactor& factor);
 
 /// Returns the orthogonal matrix [-] (n x n) between two complete bases b and b*   (THEORY 11.13 to 11.15):

@@ -12,18 +12,19 @@ namespace {
 
 using Vectors = Eigen::Matrix3Xd;
 
-// a thickness of at most this number of rounding errors of the largest coordinate is treated as zero
+// a shape is planar if its thickness is at most this number of rounding errors of the largest coordinate
 // (THEORY 11.5)
 constexpr double kPlanarRoundings = 64.0;
 
-// Returns the unit normal of the best plane of the points. All points have the same weight, so that a light
-// point outside the line of the heavy points has an effect
+// Returns the unit normal of the plane that fits the points best. All points have the same weight, so that a
+// light point outside the line of the heavy points determines the plane
 Eigen::Vector3d plane_normal(const MassProperties& properties) {
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(properties.r, Eigen::ComputeFullU);
   return svd.matrixU().col(2);
 }
 
-// the groups are the columns of f, which are filled one after the other
+// Holds the groups as columns of f. add() adds a force to the column `next`, and end() goes to the next
+// column
 struct Groups {
   Eigen::MatrixXd f;
   Eigen::Index next = 0;
@@ -38,7 +39,8 @@ Weights scaled(const Weights& weights) {
   return largest > 0.0 ? Weights(weights / largest) : Weights(Weights::Zero());
 }
 
-// f_i = -(r_j - r_i) / |r_j - r_i|, f_j = -f_i, so two points are pulled apart   (THEORY 11.6)
+// Adds a pair of unit forces that pull two points apart: f_i = -(r_j - r_i) / |r_j - r_i|, f_j = -f_i
+// (THEORY 11.6)
 void add_pair(const Vectors& r, int first, int second, Groups& groups) {
   const Eigen::Vector3d span = r.col(second) - r.col(first);
   const double length = span.stableNorm();
@@ -49,8 +51,8 @@ void add_pair(const Vectors& r, int first, int second, Groups& groups) {
   groups.end();
 }
 
-// Adds pairs of neighbours along the line (THEORY 11.6), then groups of three neighbours normal to the line,
-// in two directions n (THEORY 11.7), where s is the coordinate on the line:
+// Adds forces along the line on pairs of neighbours (THEORY 11.6), then forces normal to the line, in two
+// directions n, on three neighbours (THEORY 11.7). Here s is the coordinate on the line:
 //   (f_1, f_2, f_3) = (s_3 - s_2, -(s_3 - s_1), s_2 - s_1) n
 void collinear_groups(const MassProperties& properties, const std::vector<int>& at, Groups& groups) {
   const Eigen::VectorXd s = properties.r.transpose() * properties.line;
@@ -71,8 +73,8 @@ void collinear_groups(const MassProperties& properties, const std::vector<int>& 
   }
 }
 
-// Adds pairs one and two numbers apart (THEORY 11.6), then groups of four neighbours a, b, c, d along the
-// normal n (THEORY 11.8), where A is the signed area of three points:
+// Adds pairs of points whose numbers differ by one or two (THEORY 11.6), then groups of forces along the
+// normal n on four neighbours a, b, c, d (THEORY 11.8), where A is the signed area of three points:
 //   (f_a, f_b, f_c, f_d) = (A_bcd, -A_acd, A_abd, -A_abc) n
 void planar_groups(const MassProperties& properties, const std::vector<int>& at, Groups& groups) {
   const Vectors& r = properties.r;
@@ -100,7 +102,7 @@ Vectors rigid_part(const std::vector<PointMass>& points, const MassProperties& p
   const Eigen::Vector3d resultant = forces.rowwise().sum();
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   for (Eigen::Index i = 0; i < r.cols(); ++i) moment += r.col(i).cross(forces.col(i));
-  // a collinear shape has no moment about its line to balance, and one point has no moment at all
+  // the moment of forces on a collinear shape has no component about its line, and one point has no moment
   Eigen::Vector3d omega_dot = Eigen::Vector3d::Zero();
   for (int k = 6 - properties.rigid_freedoms; k < 3; ++k) {
     const Eigen::Vector3d axis = properties.principal_axes.col(k);
@@ -113,16 +115,16 @@ Vectors rigid_part(const std::vector<PointMass>& points, const MassProperties& p
   return S;
 }
 
-// Adds f = F - S(F), the part that deforms the body, for every unit load F (THEORY 11.1, 11.4). In the code,
-// f overwrites F
+// Adds the groups f = F - S(F), the part of each unit load F that deforms the body (THEORY 11.1, 11.4). In
+// the code, f overwrites F
 void formal_groups(const std::vector<PointMass>& points, const MassProperties& properties,
                    const std::vector<int>& at, Groups& groups) {
   for (const int loaded : at) {
     for (int axis = 0; axis < 3; ++axis) {
       Vectors F = Vectors::Zero(3, properties.r.cols());
       F(axis, loaded) = 1.0;
-      // A second pass removes rounding errors, because they are amplified if the principal moments are far
-      // apart
+      // A second pass removes the rounding errors of the first pass, which are large if the principal moments
+      // differ by a large factor
       for (int pass = 0; pass < 2; ++pass) F -= rigid_part(points, properties, F);
       for (std::size_t i = 0; i < points.size(); ++i)
         groups.add(static_cast<int>(i), F.col(static_cast<Eigen::Index>(i)));
@@ -197,7 +199,8 @@ Eigen::MatrixXd force_groups(Recipe recipe, const std::vector<PointMass>& points
   Groups groups{Eigen::MatrixXd::Zero(3 * num_points, 3 * num_points)};
   if (recipe == Recipe::kCollinear) collinear_groups(properties, numbering, groups);
   if (recipe == Recipe::kPlanar) planar_groups(properties, numbering, groups);
-  // pairs one, two and three numbers apart, (N - 1) + (N - 2) + (N - 3) = 3N - 6   (THEORY 11.9)
+  // pairs of points whose numbers differ by one, two or three: (N - 1) + (N - 2) + (N - 3) = 3N - 6 pairs
+  // (THEORY 11.9)
   if (recipe == Recipe::kSpatial)
     for (std::size_t apart = 1; apart <= 3; ++apart)
       for (std::size_t i = 0; i + apart < numbering.size(); ++i)

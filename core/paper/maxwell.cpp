@@ -13,12 +13,12 @@ namespace {
 
 constexpr int kNamesInReason = 8;
 
-// [-] the stretch of a rigid link is a rounding error if it is at most this factor times the largest stretch
-// by displacements with sum m b.b = M
+// [-] the stretch of a rigid link is treated as a rounding error if it is at most this fraction of the
+// largest stretch by any displacements with sum m b.b = M
 constexpr double kRigidRounding = 1e-9;
 
-// Returns sqrt(D) B over displacements and rotations of joints. The transpose of this matrix maps t = s /
-// sqrt(D) to the loads that t balances (THEORY 11.22)
+// Returns the matrix sqrt(D) B, whose columns are displacements and rotations of joints. Its transpose maps
+// t = s / sqrt(D), where s are the natural forces, to the loads that t balances (THEORY 11.22)
 Eigen::MatrixXd weighted_rows(const LinkFactor& factor) {
   Eigen::MatrixXd rows =
       Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(factor.natural.size()), factor.num_freedoms);
@@ -28,11 +28,11 @@ Eigen::MatrixXd weighted_rows(const LinkFactor& factor) {
   return rows;
 }
 
-// Returns the solution of Y t = f with the least t.t, by the force method, where Y is the matrix `balance`
-// and f are the loads   (THEORY 11.23, 11.24):
+// Returns the solution t of Y t = f with the smallest t.t, by the force method. Here Y is the matrix
+// `balance`, and f are the loads   (THEORY 11.23, 11.24):
 //   Y = O (Z_11 Z_12),   t = [Z_11^-1 O^T f; 0] + [-Z_11^-1 Z_12; 1] x
-// The primary structure consists of stiff links. First the primary structure carries all loads. Then the
-// self-stresses x that make the energy least are added.
+// The pivoting chooses stiff links as the primary structure, which first carries all loads. Then the
+// self-stresses x are added that minimise the energy t.t / 2.
 Eigen::MatrixXd least_energy(const Eigen::MatrixXd& balance, const Eigen::MatrixXd& loads,
                              Eigen::Index rank) {
   Eigen::MatrixXd t = Eigen::MatrixXd::Zero(balance.cols(), loads.cols());
@@ -44,8 +44,9 @@ Eigen::MatrixXd least_energy(const Eigen::MatrixXd& balance, const Eigen::Matrix
   if (rank > 0) t.topRows(rank) = R11.solve(rotated_loads.topRows(rank));
   const Eigen::Index num_redundant = balance.cols() - rank;
   if (num_redundant > 0) {
-    // self-stresses [-Z_11^-1 Z_12; 1] balance no load (in the code Z_11 is R11), and t.t is least if t is
-    // orthogonal to all self-stresses
+    // The self-stresses [-Z_11^-1 Z_12; 1] are in equilibrium without loads (in the code Z_11 is R11). Adding
+    // them to t does not change the loads that t balances, so t.t is smallest if t is orthogonal to all of
+    // them.
     Eigen::MatrixXd self_stress(balance.cols(), num_redundant);
     if (rank > 0) self_stress.topRows(rank) = -R11.solve(qr.matrixR().topRightCorner(rank, num_redundant));
     self_stress.bottomRows(num_redundant).setIdentity();
@@ -97,7 +98,8 @@ LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen
   const Eigen::Index num_displacements = factor.constraints.cols();
   const Eigen::Index num_constraints = factor.constraints.rows();
   const auto num_natural = static_cast<Eigen::Index>(factor.natural.size());
-  // The rank is known, because condensation removed one row for each rotation that links hold
+  // If the structure has no mechanism, the rank of Y follows from the numbers of freedoms. Condensation
+  // removed one row for each rotation that links hold, and this number of rows is added here
   const Eigen::Index num_held = num_natural - factor.rows.rows();
   const Eigen::Index rank =
       std::min(num_displacements - rigid_freedoms - num_constraints + num_held, num_natural);
@@ -106,8 +108,8 @@ LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen
   states.multipliers.resize(num_constraints, loads.cols());
   states.natural.resize(num_natural, loads.cols());
   if (loads.cols() == 0) return states;
-  // equilibrium B^T s + C^T lambda = f   (THEORY 11.21). Reflectors transform C^T to the leading rows, and
-  // the remaining rows are Y t = O_2^T f, Y = O_2^T B^T sqrt(D)   (THEORY 11.22)
+  // Equilibrium is B^T s + C^T lambda = f (THEORY 11.21). Reflectors make all but the leading rows of C^T
+  // zero, so the remaining rows are Y t = O_2^T f, with Y = O_2^T B^T sqrt(D)   (THEORY 11.22)
   Eigen::MatrixXd balance = weighted_rows(factor).transpose();
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(factor.num_freedoms, loads.cols());
   right.topRows(num_displacements) = loads;

@@ -23,8 +23,8 @@ void for_windows(const std::vector<int>& numbering, int size, int first, int las
     visit(std::vector<int>(numbering.begin() + start, numbering.begin() + start + size));
 }
 
-// The number of flat windows and the least spread. A numbering is better if it has fewer flat windows or,
-// with equally many, a larger least spread.
+// Holds the quality of a numbering: the number of its flat windows and its smallest spread. A numbering is
+// better than another if it has fewer flat windows or, with equally many, if its smallest spread is larger.
 struct Quality {
   int num_flat = 0;
   double least_spread = 1.0;  // [-]
@@ -48,8 +48,8 @@ Quality quality_of(const MassProperties& properties, const std::vector<int>& num
   return quality_of(properties, numbering, size, 0, static_cast<int>(numbering.size()) - 1);
 }
 
-// Inserts each point where the windows that contain this point are least flat. If several indices are equally
-// good, uses the last of them
+// Inserts the points into a numbering in the given order, each where the windows near it are least flat. Of
+// several equally good indices, the last is used
 std::vector<int> insert_one_by_one(const MassProperties& properties, const std::vector<int>& order,
                                    int size) {
   std::vector<int> numbering;
@@ -125,7 +125,7 @@ std::vector<int> find_numbering(Recipe recipe, const MassProperties& properties)
   };
 
   if (take(insert_one_by_one(properties, order, size))) return best;
-  // along the last direction the points of a lattice have different coordinates
+  // the last direction is oblique, so that few points of a lattice have the same coordinate along it
   Eigen::Matrix<double, 3, 4> directions;
   directions << Eigen::Matrix3d::Identity(), Eigen::Vector3d(1.0, 0.618, 0.382);
   for (int k = 0; k < 4; ++k) {

@@ -57,7 +57,8 @@ MassDistribution mass_distribution_of(const Link& link) {
 
 namespace {
 
-// Gauss's rule on 0 to 1 has two points for linear shapes and four for cubic shapes
+// Holds one point of Gauss's rule on 0 to 1. The rule has two points for linear shapes and four points for
+// cubic shapes
 struct GaussPoint {
   double position, weight;  // [-]
 };
@@ -72,7 +73,8 @@ std::span<const GaussPoint> gauss_points(bool is_cubic) {
 }
 
 // Dunavant's rule of degree 6 on a triangle (1985, Int. J. Numer. Meth. Eng. 21, 1129-1148), exact for the
-// square of a cubic: two classes of three points and one of six. The last weight completes the sum to one.
+// square of a cubic. It has two classes of three points and one class of six points. The weight of the points
+// of the last class is computed such that all weights add up to one.
 struct TrianglePoint {
   std::array<double, 3> weights_of_corners;  // [-]
   double weight;                             // [-]
@@ -98,8 +100,8 @@ std::vector<TrianglePoint> triangle_points() {
 
 namespace {
 
-// The rigid motions T_s of the coordinates of a superelement, as columns. Three translations are followed by
-// three rotations about its first point, and inner coordinates are at rest
+// Returns the rigid motions T_s of the coordinates of a superelement, as columns: three translations, then
+// three rotations about its first point. Inner coordinates are zero in a rigid motion
 Eigen::MatrixXd rigid_rows_of(const Scene& scene, const Link& link, const MatrixLink& matrix) {
   const Eigen::Index per_point = matrix.has_rotations ? 6 : 3;
   Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(num_rows(matrix, link.points.size()), 6);
@@ -126,8 +128,8 @@ Eigen::Matrix<double, 6, 6> rigid_mass_of(const Scene& scene, const Link& link) 
 
 }  // namespace
 
-// T_s^T m_s T_s = (m 1, -m [c]x; m [c]x, J + m ((c . c) 1 - c c^T))   (THEORY 16.18), so that c is the
-// antisymmetric part of the upper right block over m
+// T_s^T m_s T_s = (m 1, -m [c]x; m [c]x, J + m ((c . c) 1 - c c^T))   (THEORY 16.18), so c follows from the
+// antisymmetric part of the upper right block, divided by m
 PointMass rigid_body_of(const Scene& scene, const Link& link) {
   const Eigen::Matrix<double, 6, 6> all = rigid_mass_of(scene, link);
   PointMass body;
@@ -182,8 +184,8 @@ std::string mass_matrix_problem(const Scene& scene, const Link& link) {
 // axes of Pi   (THEORY 16.4)
 std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(second_moment(body));
-  // Principal values of Pi that are rounding errors are set to zero, because the body has no extent along
-  // these axes
+  // Principal values of Pi as small as rounding errors are set to zero, because they mean that the body has
+  // no extent along these axes
   constexpr double kRounding = 1e-13;
   const double least =
       kRounding * (eigen.eigenvalues().cwiseMax(0.0).sum() + body.mass * body.offset.squaredNorm());
@@ -196,7 +198,8 @@ std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body) {
   return corners;
 }
 
-// parts g of the mass in int mu |V'|^2 / 2 dx = sum_g m_g |V_g'|^2 / 2   (THEORY 16.10)
+// The parts g have the kinetic energy of the link: int mu |V'|^2 / 2 dx = sum_g m_g |V_g'|^2 / 2, where mu is
+// the mass per length   (THEORY 16.10)
 std::vector<DistributedMass> distributed_masses(const Scene& scene, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   if (!has_mass(link)) return {};

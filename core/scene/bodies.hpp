@@ -10,7 +10,7 @@
 
 namespace freeflex {
 
-/// Returns whether the attitude of a point is among the freedoms, because the point has inertia or an offset
+/// Returns whether the point has inertia or an offset, so that its attitude is among the freedoms
 /// (THEORY 16.1).
 bool has_attitude(const PointMass& point);
 
@@ -22,18 +22,20 @@ bool are_point_masses(const Scene& scene);
 /// (THEORY 16.3).
 Eigen::Matrix3d second_moment(const PointMass& point);
 
-/// One part of the mass of a link. The position of the part is the weighted mean of the positions of points,
-/// plus an arm (THEORY 16.10).
+/// Holds one part of the mass of a link. The position of the part is the weighted mean of the positions of
+/// some points of the link, plus an arm (THEORY 16.10).
 struct DistributedMass {
   int link = -1;
   double mass = 0.0;                              // [kg] > 0
-  std::vector<std::pair<int, double>> shares;     // (point, weight) [-] sum 1
-  Eigen::Vector3d arm = Eigen::Vector3d::Zero();  // [m] superelement: from its first point
+  std::vector<std::pair<int, double>> shares;     // (point, weight [-]); the weights add up to 1
+  Eigen::Vector3d arm = Eigen::Vector3d::Zero();  // [m] of a superelement: from its first point to the part;
+                                                  // else zero
 };
 
-/// Returns the parts of the mass of all links, in the order of the links. These parts are at the Gauss points
-/// of beams and bars and at Dunavant's points of plates, which integrate the squares of the deformation
-/// shapes exactly. Lumped mass is at the points of its link. \pre all points of links exist
+/// Returns the parts of the mass of all links, in the order of the links. The parts of consistent mass are at
+/// the Gauss points of beams and bars and at Dunavant's points of plates, because these points integrate the
+/// squares of the deformation shapes exactly. The parts of lumped mass are at the points of the link. A
+/// superelement has four parts at the corners of its rigid body (THEORY 16.4). \pre all points of links exist
 std::vector<DistributedMass> distributed_masses(const Scene& scene);
 /// Returns the parts of the mass of one link.
 std::vector<DistributedMass> distributed_masses(const Scene& scene, int link);
@@ -54,8 +56,8 @@ double mass_of(const Scene& scene, const Link& link);
 /// mass, inertia, and offset from its first point.  \pre a matrix link with mass
 PointMass rigid_body_of(const Scene& scene, const Link& link);
 
-/// Returns the reason why no single body has the mass matrix of the superelement in rigid motion; empty if
-/// there is such a body.
+/// Returns the reason why the mass matrix of a superelement is invalid, or is not that of a single body in
+/// rigid motion. Returns an empty string if rigid_body_of gives such a body.
 std::string mass_matrix_problem(const Scene& scene, const Link& link);
 
 /// Returns the positions of four particles relative to the point of a body. Each particle has a quarter of
@@ -63,9 +65,8 @@ std::string mass_matrix_problem(const Scene& scene, const Link& link);
 /// (THEORY 16.4).
 std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body);
 
-/// Returns the reason why a symmetric matrix is not an inertia. A matrix is not an inertia if a moment is
-/// negative or above the sum of the two others. The text is empty if the matrix is an inertia
-/// (THEORY 16.3).
+/// Returns an empty string if a symmetric matrix is an inertia, otherwise the reason why it is not. A matrix
+/// is not an inertia if a principal moment is negative or above the sum of the two others   (THEORY 16.3).
 std::string inertia_problem(const Eigen::Matrix3d& inertia);
 
 }  // namespace freeflex

@@ -12,16 +12,15 @@
 namespace freeflex {
 namespace {
 
-// [-] limit of the sine of the angle between a beam and its y_axis. If the sine is smaller, the local axes
-// are undetermined
+// [-] smallest sine of the angle between a beam and its y_axis for which the local axes are determined
 constexpr double kParallel = 1e-6;
 
-// [-] least length of a link over the spacing of doubles at its points. With this length the direction of the
-// link is accurate to 1e-3
+// [-] smallest ratio of the length of a link to the spacing of doubles at its points. At this ratio the
+// direction of the link is accurate to 1e-3 rad
 constexpr double kLeastSteps = 1000.0;
 
-// [-] limit of the sine of the angle of three points. If the sine is smaller, a dihedral angle or a plate is
-// undetermined
+// [-] smallest sine of the angle between the lines that join three points for which a dihedral angle or a
+// plate is determined
 constexpr double kDegenerate = 1e-9;
 
 }  // namespace
@@ -46,8 +45,8 @@ void Checker::check_link_points(const Link& link, const std::string& who) {
               who + " names point " + quoted(point(index).name, index) + " twice; name each once");
     }
   }
-  // The points of a matrix may have any positions, but the points of a rigid body may not all coincide. Every
-  // other link needs a direction from each point to the next
+  // The points of a matrix may have any positions. The points of a rigid body may not all coincide. In every
+  // other link, each point and the next must be at different positions
   if (!known || !kind.follows_points) return;
   if (is_body(link)) {
     const Eigen::Vector3d first = point(link.points[0]).position;
@@ -172,8 +171,8 @@ void Checker::check_link(const Link& link, int index) {
              link.kind);
 }
 
-// Reports links whose points are so far from the origin that doubles do not resolve the link. Reports the
-// first link, and the number of other links.
+// Checks whether links are so far from the origin that doubles do not resolve them. Reports the first such
+// link, and the number of other such links.
 void Checker::check_resolution() {
   const Link* first = nullptr;
   std::string message;
@@ -183,7 +182,8 @@ void Checker::check_resolution() {
     if (!std::all_of(link.points.begin(), link.points.end(),
                      [&](int each) { return is_point(each) && point(each).position.allFinite(); }))
       continue;
-    // The length of a matrix or a rigid body is the size of this link
+    // for a matrix or a rigid body, `length` is the largest distance from its first point; for other links it
+    // is the shortest distance from one point to the next
     const bool is_chain = traits_of(link).follows_points && !is_body(link);
     double length = is_chain ? std::numeric_limits<double>::infinity() : 0.0, farthest = 0.0;
     for (std::size_t i = 0; i < link.points.size(); ++i) {

@@ -11,7 +11,7 @@
 namespace freeflex {
 namespace {
 
-// largest number of points of a link whose forces fit in one message of less than 60 kB
+// largest number of points of a link such that the forces on these points fit in one message of 60 kB
 constexpr std::size_t kMaxForcePoints = 2000;
 
 }  // namespace

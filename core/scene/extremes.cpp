@@ -59,7 +59,7 @@ class Search {
     size_ = size;
     extreme_ = {origin_, join_text(who_, ": ", what, " of ", value, *unit != 0 ? " " : "", unit)};
   }
-  // compares values that cause no overflow if they are small
+  // takes a value only if it is above one in magnitude, for values that cause no overflow if they are small
   void take_large(const char* what, double value, const char* unit) {
     if (std::abs(value) > 1.0) take(what, value, unit);
   }

@@ -1,6 +1,5 @@
-// Traits of the kinds of link. The traits of a kind are defined in one place. A new kind is a new alternative
-// of LinkKind, and the program does not compile until traits_of() and every visit of the kinds have a case
-// for the new kind.
+// Traits of the kinds of link. If a new alternative is added to LinkKind, the program does not compile until
+// traits_of() and every std::visit over the kinds have a case for it.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +12,7 @@ namespace freeflex {
 
 /// The effect of a link on the motion.
 enum class LinkEffect {
-  kStrains,  // resists deformation: natural deformations with stiffness   (THEORY 3.1)
+  kStrains,  // resists its natural deformations with a stiffness   (THEORY 3.1)
   kForbids,  // forbids displacements   (THEORY 3.40, 3.41)
   kDamps,    // resists only the rate of deformation   (THEORY 3.45)
 };
@@ -24,11 +23,11 @@ struct LinkTraits {
   const char* noun;                 // noun in the text of faults
   std::size_t least = 2, most = 2;  // points
   LinkEffect effect = LinkEffect::kStrains;
-  // The link exerts one force along the line of two points, and the upper rungs use the true length of the
-  // link   (THEORY 12.17)
+  // The link exerts one force along the line of its two points. The rungs with true geometry use its true
+  // length   (THEORY 12.17)
   bool is_axial = false;
   bool has_joint_rotations = false;  // acts on the rotations of joints at its points   (THEORY 3.21)
-  bool follows_points = true;        // has a direction from each point to the next
+  bool follows_points = true;        // is defined by the positions of its points, in their order
   bool lists_points = true;          // its points are listed in the scene message
 };
 constexpr LinkTraits traits_of(const Spring&) {
@@ -87,7 +86,7 @@ struct LinkValue {
 /// Returns the parameters of a link except matrices and Poisson's ratio.
 std::vector<LinkValue> values_of(const Link& link);
 
-/// The coefficients of a link along the line of its two points. They are zero unless
+/// Holds the coefficients of a link along the line of its two points. The coefficients are zero unless
 /// traits_of(link).is_axial.
 struct Axial {
   double stiffness = 0.0;  // [N/m] D of a spring, EA / L of a bar   (THEORY 3.3)
@@ -101,7 +100,7 @@ Eigen::Vector3d span_of(const Scene& scene, const Link& link);
 /// Returns whether a link is a rigid body. A rigid body is a rigid link of three or more points.
 bool is_body(const Link& link);
 
-/// Returns whether the published forces of a link are forces on each of its points.
+/// Returns whether the published forces of a link are one force on each of its points.
 bool has_point_forces(const Link& link);
 
 /// Returns whether forces of the link can be published. Link forces are not computed for superelements, nor

@@ -20,7 +20,8 @@ namespace {
 
 constexpr double kLeastModulus = 1e6;  // [Pa] about the modulus of rubber
 constexpr double kMostModulus = 1e13;  // [Pa] the modulus of diamond is 1.2e12
-// [kg/m^3] density of the lightest foams in use. Densities of metals in g/cm^3 are below this
+// [kg/m^3] density of the lightest foams in use. The density of most metals written in g/cm^3 is a number
+// below this
 constexpr double kLeastDensity = 10.0;
 constexpr double kMostDensity = 30000;  // [kg/m^3] the density of osmium is 22,590
 constexpr double kMostLengthRatio = 1e12;
@@ -36,7 +37,8 @@ struct OtherUnit {
 constexpr OtherUnit kOfModulus[] = {{"GPa", 9}, {"MPa", 6}};
 constexpr OtherUnit kOfDensity[] = {{"g/cm^3", 3}, {"g/mm^3", 6}, {"kg/mm^3", 9}, {"t/mm^3", 12}};
 
-// returns "; in GPa write 70e9" for the first unit in which the value is plausible for a common material
+// returns advice like "; in GPa write 70e9" with the first unit in which the value would be plausible for a
+// common material, or an empty string if there is no such unit
 std::string advise_unit(double value, std::span<const OtherUnit> units, double least, double most) {
   for (const OtherUnit& unit : units) {
     const double in_si = value * std::pow(10.0, unit.exponent);
@@ -172,7 +174,8 @@ class PlateGroups {
   std::vector<int> parents_;
 };
 
-// returns the extent of some positions along their second principal direction, the width of a plate [m]
+// returns the width of a plate [m], which is the extent of the positions along their second principal
+// direction
 double width_of(const std::vector<Eigen::Vector3d>& positions) {
   Eigen::Matrix3Xd r(3, static_cast<Eigen::Index>(positions.size()));
   for (std::size_t k = 0; k < positions.size(); ++k)
@@ -196,7 +199,7 @@ void check_thickness(const Scene& scene, Causes& causes) {
     const auto* plate = std::get_if<Plate>(&scene.links[k].kind);
     if (!plate) continue;
     const double width = widths[groups.root(scene.links[k].points[0])];
-    if (plate->thickness <= width || width == 0.0) continue;  // 0: points on a line, an error in check_scene
+    if (plate->thickness <= width || width == 0.0) continue;  // 0: points on a line; check_scene reports it
     causes.add(kThick, scene.links[k], [&] {
       return join_text(link_at(scene, k), ": thickness of ", plate->thickness,
                        " m is more than the width of the plate, ", width, " m",

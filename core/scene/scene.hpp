@@ -39,8 +39,8 @@ using Faults = std::vector<Fault>;
 /// Returns whether at least one fault is an error.
 bool has_error(const Faults& faults);
 
-/// Holds a point mass (Alekseev 1970, section 1), a body with its centre of mass at the point or at an offset
-/// from it, or a massless point that links hold.
+/// Holds one of three things: a point mass (Alekseev 1970, section 1), a body whose centre of mass is at the
+/// point or at an offset from it, or a massless point that links hold.
 struct PointMass {
   std::string name;
   double mass = 0.0;                                   // [kg] >= 0
@@ -54,8 +54,8 @@ struct PointMass {
 enum class MassDistribution {
   kConsistent,  // consistent mass matrix, from the deformation shapes of the link
   kLumped,      // lumped mass, in equal parts at the points of the link
-  kMeanAxial,   // across the link the consistent mass matrix; along the link the mean of the lumped and the
-                // consistent one
+  kMeanAxial,   // for motion across the link the consistent mass matrix, for motion along the link the mean
+                // of the lumped and the consistent mass matrix
 };
 
 /// Axial spring between two points   (THEORY 3.3).
@@ -70,10 +70,10 @@ struct Bar {
   MassDistribution mass_distribution = MassDistribution::kConsistent;
 };
 
-/// A beam in space between two points. Except for releases it is rigidly joined to every other beam and plate
-/// at its points. In each plane it is a Timoshenko beam if a shear stiffness is given, else an
-/// Euler-Bernoulli beam (THEORY 3.4 to 3.10). Local x runs from the first point to the second, and local z =
-/// x cross y_axis, normalised.
+/// A beam in space between two points. At each end it is rigidly joined to every other beam and plate at this
+/// point, except for the rotations in `released`. In each plane it is a Timoshenko beam if a shear stiffness
+/// is given, else an Euler-Bernoulli beam (THEORY 3.4 to 3.10). Local x runs from the first point to the
+/// second, and local z = x cross y_axis, normalised.
 struct Beam {
   double EA = 0.0;    // [N] > 0
   double GJ = 0.0;    // [N m^2] torsion, > 0
@@ -82,7 +82,7 @@ struct Beam {
   Eigen::Vector3d y_axis = Eigen::Vector3d::Zero();  // [-] local y direction, scene axes; zero: automatic
   double GA_y = 0.0;  // [N] shear stiffness k G A for deflection along local y; 0: no shear deformation
   double GA_z = 0.0;  // [N] shear stiffness for deflection along local z; 0: no shear deformation
-  // rotations about local x, y, z that the joint releases, at each end
+  // true: the joint releases the rotation about local x, y or z; one row for each end
   std::array<std::array<bool, 3>, 2> released{};
   double mass_per_length = 0.0;  // [kg/m] >= 0; along the axis, without rotary inertia of the section
   MassDistribution mass_distribution = MassDistribution::kConsistent;
@@ -94,8 +94,8 @@ struct BendingSpring {
   double stiffness = 0.0;  // [N m/rad] > 0
 };
 
-/// Spring that resists a change of the dihedral angle of four points about the line of the middle two
-/// (THEORY 3.26, 3.27).
+/// Spring that resists a change of the dihedral angle of four points, which is measured about the line
+/// through the two middle points   (THEORY 3.26, 3.27).
 struct TorsionSpring {
   double stiffness = 0.0;  // [N m/rad] > 0
 };
@@ -110,14 +110,16 @@ struct Plate {
 };
 
 /// A link that is given by a matrix over the displacements of its points. Row 3*k+axis belongs to points[k]
-/// (THEORY 3.11 to 3.14, 3.38, 3.39). The matrix is a stiffness [N/m], or a flexibility [m/N]: displacements
-/// per force with any statically determinate supports. A stiffness may describe a superelement with
-/// rotations, inner coordinates or mass   (THEORY 16.17).
+/// (THEORY 3.11 to 3.14, 3.38, 3.39). The matrix is a stiffness matrix [N/m], or a flexibility matrix [m/N],
+/// whose entries are displacements per force of the link on any statically determinate supports. A stiffness
+/// matrix may describe a superelement with rotations, inner coordinates or mass   (THEORY 16.17).
 struct MatrixLink {
   Eigen::SparseMatrix<double> matrix;  // (n x n), symmetric, full storage; n = num_rows()
   bool is_flexibility = false;
-  bool has_rotations = false;          // row 6*k+axis; axes 3 to 5 are rotations [rad]
-  int num_inner = 0;                   // inner coordinates, in the last rows; they need a mass matrix
+  bool has_rotations = false;          // true: row 6*k+axis belongs to points[k]; axes 3 to 5 are rotations
+                                       // [rad]
+  int num_inner = 0;                   // number of inner coordinates, in the last rows; > 0 requires a mass
+                                       // matrix
   Eigen::SparseMatrix<double> mass{};  // (n x n) [kg]; empty: no mass
 };
 
@@ -131,8 +133,8 @@ inline Eigen::Index num_rows(const MatrixLink& matrix, std::size_t num_points) {
   return (matrix.has_rotations ? 6 : 3) * static_cast<Eigen::Index>(num_points) + matrix.num_inner;
 }
 
-/// A link that keeps all distances between its points. It is a rigid link of two points, or a rigid body of
-/// three or more points (THEORY 3.40, 3.41).
+/// A link that keeps all distances between its points. With two points it is a rigid link, with three or more
+/// points a rigid body (THEORY 3.40, 3.41).
 struct Rigid {};
 
 /// A viscous dashpot between two points, with tension = damping * rate of elongation   (THEORY 3.45).
@@ -148,13 +150,14 @@ using LinkKind =
 // NOLINTNEXTLINE(bugprone-exception-escape): Eigen's sparse matrices copy where they might move
 struct Link {
   std::string name;
-  // Indices into Scene::points. Their number is two, three or four, depending on the kind of link. Rigid
-  // links and matrices have two or more, and superelements have one or more
+  // Indices into Scene::points. A rigid link or a matrix has two or more points, a superelement one or more.
+  // Each other kind has a fixed number of points: two, three or four
   std::vector<int> points;
   LinkKind kind;
   Origin origin{};
-  // The members viscous and loss_factor are dissipation within the link. Both are zero for rigid links and
+  // `viscous` and `loss_factor` give the dissipation within the link. Both are zero for rigid links and
   // dashpots.
+  //
   // [s] force = stiffness (deformation + viscous * rate of deformation); only for links without rotations
   // (THEORY 3.46)
   double viscous = 0.0;
@@ -172,8 +175,8 @@ struct Group {
   Origin origin{};
 };
 
-/// Damping that does not couple modes. It has ratios zeta_l of modes, and Rayleigh damping alpha_R M + beta_R
-/// K (THEORY 4.23).
+/// Damping that does not couple modes: damping ratios of modes, and Rayleigh damping, which is `alpha` times
+/// the mass matrix plus `beta` times the stiffness matrix (THEORY 4.23).
 struct Damping {
   double modal_ratio = 0.0;                         // [-] damping ratio of every elastic mode
   std::vector<std::pair<int, double>> mode_ratios;  // (elastic mode from 1, ratio); overrides modal_ratio
@@ -183,9 +186,9 @@ struct Damping {
 };
 
 /// A wheel that spins in a body about an axis fixed in the body. The momentum of the wheel is the angular
-/// momentum of body and wheel about that axis, minus the part that follows from the inertia of the body
-///   (THEORY 16.21). The inertia of the body includes the wheel, except the moment of inertia of the wheel
-/// about its axis.
+/// momentum of body and wheel together about that axis, minus the inertia of the body times its angular
+/// velocity   (THEORY 16.21). The inertia of the body includes that of the wheel, except the moment of
+/// inertia of the wheel about its axis.
 struct Wheel {
   std::string name;
   int point = -1;                                   // a body
@@ -212,7 +215,8 @@ struct WrenchLoad {
   Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // [N m] about the group's centre of mass
 };
 
-/// Factor [-] on the forces of a load, as a function of the time since the start of the epoch.
+/// Histories: the factor [-] by which the loads of a Load are multiplied, as a function of the time since the
+/// start of the epoch.
 struct ConstantHistory {};
 struct PulseHistory {
   double start = 0.0;     // [s] rounded to a tick
@@ -228,7 +232,7 @@ struct TableHistory {          // linear between rows; constant before the first
 };
 using History = std::variant<ConstantHistory, PulseHistory, SineHistory, TableHistory>;
 
-/// A force history built into the scene.
+/// A built-in load: forces, wrenches and torques, all multiplied by one history.
 struct Load {
   std::string name;
   Axes axes = Axes::kWorld;
@@ -241,8 +245,8 @@ struct Load {
 };
 
 /// Linear feedback of elastic motion, such as an actuator or an aerodynamic stiffness. The force on `point`
-/// is the sum of the gains times displacement, velocity and acceleration of `sensor`, all in body axes
-/// (THEORY 8.26).
+/// is the sum of the gains times the elastic displacement, velocity and acceleration of the point `sensor`,
+/// all in body axes   (THEORY 8.26).
 struct Feedback {
   std::string name;
   int point = -1;
@@ -253,7 +257,7 @@ struct Feedback {
   Origin origin{};
 };
 
-/// A body that attracts every point with the acceleration mu / distance^2   (THEORY 8.17).
+/// A celestial body that gives every point the acceleration mu / distance^2 towards it   (THEORY 8.17).
 struct Attractor {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [m] world axes
   double mu = 0.0;                                     // [m^3/s^2] > 0; 0: no attractor
@@ -283,11 +287,12 @@ struct Initial {
   Origin origin{};
 };
 
-/// Limits for the features that a plan may omit   (THEORY section 14).
+/// Conditions under which a plan omits features that the scene does not need (THEORY section 14).
 struct LeaveOut {
   // [-] modes with a smaller relative effect on the outputs are omitted; 0: no mode is omitted
   double tolerance = 0.0;
-  double horizon = 10.0;  // [s] > 0, simulated time over which effect and error are evaluated
+  double horizon = 10.0;  // [s] > 0, simulated time over which the effect of a mode and the error of its
+                          // omission are evaluated
   OnNeed on_need = OnNeed::kKeep;
   // This array has one entry for each Feature. The entry is true if the feature is kept even if the scene
   // does not need it
@@ -306,25 +311,25 @@ struct Publication {
   std::vector<int> groups;    // indices into Scene::groups
 };
 
-/// The error budget at run time. It limits the distance of the motion from the motion on the best rung with a
-/// finer step (THEORY 12.22 to 12.26).
+/// Asks for the error budget, which estimates the error while the motion runs. The estimate follows
+/// from the distance to a motion that is computed on the best rung with a finer step (THEORY 12.22 to 12.26).
 struct ErrorBudget {
   double horizon = 0.0;  // [s] time after which the comparison restarts; 0: no budget
   Origin origin{};
 };
 
-/// The limits of `fidelity: auto`. This setting chooses the cheapest rung for which the estimated errors stay
-/// below these limits over the horizon   (THEORY 12.28).
+/// Limits for `fidelity: auto`, which chooses the cheapest rung whose estimated errors stay below these
+/// limits over the horizon   (THEORY 12.28).
 struct AutomaticRung {
   std::optional<double> position, attitude, elastic;  // [m] rms, [rad], [-]; at least one is given
   double horizon = 0.0;                               // [s] > 0
   Origin origin{};
 };
 
-/// Number or frequency limit of the lowest elastic modes that are kept. By default all modes are kept, or in
-/// large scenes the modes below half the tick rate.
+/// Limits on the elastic modes that are kept, by frequency or by number. By default all modes are kept. In
+/// large scenes, by default the modes below half the tick rate are kept, at most kModesByDefault.
 struct ModesAsked {
-  double below = 0.0;  // [Hz] limit; 0: no frequency limit
+  double below = 0.0;  // [Hz] modes below this frequency are kept; 0: no limit by frequency
   int count = 0;       // number of the lowest modes, including mechanisms; 0: no limit by number
   Origin origin{};
   bool is_asked() const { return below > 0.0 || count > 0; }
@@ -346,7 +351,8 @@ struct Scene {
   Fidelity fidelity = Fidelity::kSeparated;  // if `automatic` is given, the set-up chooses the rung
   std::optional<AutomaticRung> automatic;
   ErrorBudget error_budget;
-  double tolerance = 0.0;  // [m] relevant displacement, the scale of errors; 0: not given
+  double tolerance = 0.0;  // [m] smallest displacement that matters to the user, with which errors are
+                           // compared; 0: not given
   std::vector<Feedback> feedbacks;
   ModesAsked modes;
   LeaveOut leave_out;
