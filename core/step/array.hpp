@@ -22,8 +22,8 @@ struct CacheLineAllocator {
   bool operator==(const CacheLineAllocator&) const = default;
 };
 
-/// Modes are padded with zeros to a multiple of this number. Reductions are computed in this number of fixed
-/// lanes.
+/// The number of modes is padded with zeros to a multiple of this number. Sums over modes are accumulated in
+/// this number of partial sums (lanes), independently of the width of registers.
 inline constexpr int kLanes = 8;
 
 /// Returns the smallest multiple of kLanes that is >= n.

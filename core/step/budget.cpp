@@ -11,7 +11,8 @@
 namespace freeflex {
 namespace {
 
-/// Copies the active slots. In the copy, a slot ends only if it is replaced.
+/// Copies the active slots of a state to a shadow. In the shadow the slots never expire. They change only
+/// when take_slots copies them again.
 void take_slots(const State& from, State& to) noexcept {
   std::copy_n(from.slots.begin(), from.num_slots, to.slots.begin());
   for (std::int32_t i = 0; i < from.num_slots; ++i) {
@@ -39,11 +40,12 @@ void put_shadow(const Plan& plan, const State& state, const PlanShadow& shadow, 
   to.wheel_momentum = state.wheel_momentum;
   to.wheel_momentum_low = state.wheel_momentum_low;
   if (state.tick == state.epoch_start_tick) {
-    // use the full initial state, because the plan of the state may omit some of its modes
+    // use the initial state of the shadow's plan, because the plan of the state may omit some of the excited
+    // modes
     to.q = shadow.plan.initial.q;
     to.q_dot = shadow.plan.initial.q_dot;
   } else if (!budget.points_give_modes) {
-    // if the scene has bodies, every plan of the scene has all modes
+    // if the scene has bodies, the plan and its shadows have the same modes
     std::copy(state.q.begin(), state.q.begin() + plan.num_elastic, to.q.begin());
     std::copy(state.q_dot.begin(), state.q_dot.begin() + plan.num_elastic, to.q_dot.begin());
   } else {
@@ -72,7 +74,7 @@ ErrorSize distance(const Plan& plan, const State& state, const Plan& other_plan,
   for (std::size_t i = 0; i < budget.V.size(); ++i) {
     const Vec3 &V = budget.V[i], &V_other = budget.V_other[i], d = sub(V, V_other);
     const Vec3 x = add(plan.points[i].r, V);
-    // R_WB x - R_WB* x* = (R_WB - R_WB*) x + R_WB* (V - V*), and this form avoids the difference of large
+    // R_WB x - R_WB* x* is computed as (R_WB - R_WB*) x + R_WB* (V - V*), which avoids subtracting two large
     // numbers
     const Vec3 by_rotation = sub(multiply(R, x), multiply(R_other, x));
     const Vec3 off = add(add(shift, by_rotation), multiply(R_other, d));
@@ -91,11 +93,12 @@ ErrorSize distance(const Plan& plan, const State& state, const Plan& other_plan,
   return error;
 }
 
-// [rad] largest phase of a mode in a step that resolves the effect of spin on its vibration (THEORY 12.27)
+// [rad] largest phase of a mode in one step for which the step resolves the effect of the spin on its
+// vibration (THEORY 12.27)
 constexpr double kResolved = 2.0;
 
-/// Adds up q_l^2 of all modes, and (q_l' / omega_l)^2 of the modes whose vibration the best shadow does not
-/// resolve, for (THEORY 12.27).
+/// Adds this tick to the sums of q_l^2 over all modes, and of (q_l' / omega_l)^2 over the modes whose
+/// vibration the best shadow does not resolve (THEORY 12.27).
 void gather_motion(const Plan& best, const State& state, double spin, double period,
                    Budget& budget) noexcept {
   const double slow = kResolved * best.coupled.num_substeps / best.period;
@@ -149,8 +152,8 @@ void follow_step(const Plan& plan, const State& state, bool slots_changed, Budge
                 plan.period, budget);
 }
 
-/// Returns true if the points carry all of the mass, sum m b.b = M   (THEORY 4.3). Displacements of points
-/// then give the elastic coordinates   (THEORY 4.25).
+/// Returns true if the points carry all of the mass, so that sum m b.b = M for each mode (THEORY 4.3). The
+/// displacements of points then determine the elastic coordinates   (THEORY 4.25).
 bool do_points_give_modes(const Plan& plan) {
   constexpr double kRounding = 1e-6;
   for (std::size_t l = 0; l < index(plan.num_elastic); ++l) {
@@ -194,7 +197,8 @@ BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) 
   if (!is_current(state, budget)) restart(plan, state, budget);
   reading.age = static_cast<double>(state.tick - budget.sync_tick) * plan.period;
   reading.is_lost = budget.is_lost;
-  // Phi (sum of fast_motion / sum of all_motion)^(1/2), the root at most 1   (THEORY 12.27)
+  // Phi (fast_motion / all_motion)^(1/2), where Phi is the rotation and the root is at most 1
+  // (THEORY 12.27)
   if (budget.fast_motion > 0.0)
     reading.unresolved =
         budget.rotation * __builtin_sqrt(std::min(1.0, budget.fast_motion / budget.all_motion));
@@ -218,7 +222,8 @@ BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) 
   // 1.25 distance(state, best)   (THEORY 12.26)
   reading.total = scaled(kCover, between(-1, best));
   if (full >= 0) reading.truncation = between(-1, full);
-  // if the plan is on the best rung, the best shadow is also the fine one, and there is no model error
+  // without a fine shadow, the plan is already on the best rung: the best shadow serves as the fine one, and
+  // there is no model error
   reading.integration = between(full, fine >= 0 ? fine : best);
   if (fine >= 0) reading.model = between(fine, best);
   return reading;

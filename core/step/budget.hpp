@@ -1,6 +1,6 @@
-// This file declares the live error budget. Shadows are stepped in parallel with the state on better plans,
-// and the budget holds the distances between state and shadows (THEORY 12.22 to 12.27). Like the step, these
-// functions allocate nothing, do not call libm, and give the same bits everywhere.
+// The error budget. Shadows are stepped in parallel with the state on better plans, and the errors of the
+// state are estimated from the distances between state and shadows (THEORY 12.22 to 12.27). Like the step,
+// these functions allocate nothing, do not call libm, and give the same bits everywhere.
 #pragma once
 
 #include "core/step/step.hpp"
@@ -11,31 +11,34 @@ namespace freeflex {
 struct ErrorSize {
   double position = 0.0;      // [m] root mean square over the points
   double attitude = 0.0;      // [rad]
-  double elastic = 0.0;       // [-] |V - V*| / |V*|, body axes; V* of the shadow
+  double elastic = 0.0;       // [-] |V - V*| / |V*|, body axes; V* is the elastic displacement of the second
+                              // state
   double displacement = 0.0;  // [m] |V - V*|, root mean square over the points
 };
 
-/// Holds the errors of the state since the shadows were last set to it. The components do not add up exactly
-/// to the total, because each is a distance between two motions.
+/// Holds estimates of the errors that the state has accumulated since the shadows were last set to it. The
+/// components `integration`, `truncation` and `model` do not add up exactly to `total`, because each is a
+/// distance between a different pair of motions.
 struct BudgetReading {
-  double age = 0.0;      // [s] since the shadows were set to the state, at most PlanBudget::horizon
-  bool is_lost = false;  // true: a shadow's motion became infinite or NaN; no estimate until the next horizon
-  // [rad] A bound on the error of the modes that the best shadow does not resolve. The bound is the rotation
-  // of the body times the relative amplitude of these modes. The budget cannot estimate this error
-  // (THEORY 12.27)
+  double age = 0.0;      // [s] time since the shadows were last set to the state, at most PlanBudget::horizon
+  bool is_lost = false;  // true: the motion of a shadow became infinite or NaN; there is no estimate until
+                         // the shadows restart
+  // [rad] bound on the error of the modes that the best shadow does not resolve, which a distance from the
+  // shadow cannot show: the rotation of the body times the relative amplitude of these modes   (THEORY 12.27)
   double unresolved = 0.0;
   ErrorSize total;  // the estimate: kCover times the distance from the best shadow   (THEORY 12.26)
   ErrorSize integration, truncation, model;  // distances due to period, omitted modes, rung
 };
 
-/// Ratio of the estimate to the distance from the best shadow. The ratio allows for errors of the shadow
-/// itself. The ratio was determined with 200 random scenes and is tested with 200 others
+/// Ratio of the estimated error to the distance from the best shadow. The ratio is above 1 because the shadow
+/// also has errors. It was determined with 200 random scenes and is tested with 200 other scenes
 /// (tests/tools/estimates_test).
 inline constexpr double kCover = 1.25;
 
-/// Holds the shadows, and the tick and epoch of the state to which they belong. If shadows are used with any
-/// other state, they restart from that state. Therefore no order of calls gives a stale estimate, because the
-/// age of the estimate starts again from zero after missed ticks. make_budget allocates all memory.
+/// Holds the shadows, and the tick and epoch of the state to which they belong. If the shadows are used with
+/// a state of another tick or epoch, they restart from that state, and the age of the estimate starts from
+/// zero. Therefore no order of calls gives an estimate that belongs to another state. make_budget allocates
+/// all memory.
 struct Budget {
   struct Shadow {
     State state;
@@ -43,9 +46,11 @@ struct Budget {
   };
   std::vector<Shadow> shadows;  // shadows in the order of PlanBudget::shadows
   bool is_lost = false;
-  bool points_give_modes = true;                 // false: the scene has bodies; shadows copy the coordinates
+  bool points_give_modes = true;                 // false: the scene has bodies, so the shadows copy the
+                                                 // elastic coordinates of the state
   double rotation = 0.0;                         // [rad] rotation angle of the body since sync_tick
-  double fast_motion = 0.0, all_motion = 0.0;    // [m^2] sums of (q' / omega)^2 of unresolved modes, of q^2
+  double fast_motion = 0.0, all_motion = 0.0;    // [m^2] sums over ticks and modes: of (q' / omega)^2 of the
+                                                 // unresolved modes; of q^2 of all modes
   std::int64_t sync_tick = 0;                    // tick at which the shadows were last set to the state
   std::int64_t tick = -1, epoch = -1;            // tick and epoch of the state to which the shadows belong;
                                                  // -1: not set yet
@@ -53,15 +58,16 @@ struct Budget {
 };
 Budget make_budget(const Plan& plan);
 
-/// Advances the state by one tick, with the same bits as the step without a budget. After this, advances the
-/// shadows under the same slots. The shadows restart from the state at the first call, after a reset, at the
-/// end of a horizon, and if the state was stepped without them. A failed step leaves the shadows unchanged. A
-/// budget without shadows costs one comparison per tick. Allocates nothing.
+/// Advances the state by one tick, with the same bits as the step without a budget. Then advances the shadows
+/// under the commands in the slots of the state. The shadows restart from the state at the first call, after
+/// a reset, at the end of a horizon, and if the state was stepped without them. A failed step leaves the
+/// shadows unchanged. A budget without shadows costs one comparison per tick. Allocates nothing.
 void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace, Budget& budget,
           StepReport& report) noexcept;
 
-/// Returns the present errors. If the shadows do not belong to the state, they are first set to it, and the
-/// age is zero. The error is then the part of the initial state that the plan omits. Allocates nothing.
+/// Returns the present estimates. If the shadows do not belong to the state, they are first set to it, and
+/// the age is zero. In this case the errors are zero, except that at the start of an epoch they include the
+/// part of the initial state that the plan omits. Allocates nothing.
 BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) noexcept;
 
 }  // namespace freeflex

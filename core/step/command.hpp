@@ -50,7 +50,8 @@ struct ForceCommand {
   std::int32_t axes;                     // 0 world, 1 body
   std::int64_t start_tick;               // -1: at once
   std::int64_t duration_ticks;           // > 0: ticks from its start to its end; 0: lease_ticks applies
-  // If > 0, the slot must be renewed within this number of ticks. If 0, duration_ticks applies.
+  // > 0: the slot ends if the sender does not renew it within this number of ticks; 0: duration_ticks
+  // applies.
   std::int64_t lease_ticks;
   std::int32_t late_policy;  // if start_tick has passed: 0 reject, 1 apply at the next tick
   std::int32_t num_points;

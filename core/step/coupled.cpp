@@ -23,9 +23,10 @@ Function function_of(const Plan& plan, PlanCoupled::Function function) noexcept 
 
 using Stages = std::array<std::array<const double*, 2>, 4>;  // rates of q and p at each stage
 
-/// Computes (q, p) at the stages 2 and 3, which are at half a step   (THEORY 12.15):
+/// Computes (q, p) at stage 2 or stage 3, which are both at the middle of the step   (THEORY 12.15):
 ///   Y_3 = exp(h L / 2) y + (h / 2) phi_1(h L / 2) N_1 + h phi_2(h L / 2) (N_2 - N_1)
-/// Y_2 lacks the last term.  \param other  The index of the stage whose rate is N_2, or 0 for Y_2.
+/// Y_2 does not have the last term. \param other  index of the stage whose rate is used as N_2; 0 for Y_2, so
+/// that the last term is zero
 void half_stage(const Plan& plan, const MotionState& state, const Stages& N, std::size_t other,
                 CoupledWorkspace& w) noexcept {
   const Function E = function_of(plan, PlanCoupled::kHalfStep), A = function_of(plan, PlanCoupled::kHalf1),
@@ -41,12 +42,12 @@ void half_stage(const Plan& plan, const MotionState& state, const Stages& N, std
   }
 }
 
-/// Computes (q, p) at the end of the step. If is_last is false, this is stage 4   (THEORY 12.15):
+/// Computes (q, p) at the end of the step. If is_last is false, the result is stage 4   (THEORY 12.15):
 ///   Y_4 = exp(h L) y + h phi_1(h L) N_1 + 2 h phi_2(h L) (N_3 - N_1)
 /// If is_last is true, it is the result of the step   (THEORY 12.16):
 ///   y^1 = exp(h L) y + h phi_1(h L) N_1 + h phi_2(h L) (-3 N_1 + 2 N_2 + 2 N_3 - N_4)
 ///         + 4 h phi_3(h L) (N_1 - N_2 - N_3 + N_4)
-/// x and y below are the factors of phi_2 and phi_3.
+/// In the code, x is the factor of h phi_2, and y that of h phi_3.
 void full_step(const Plan& plan, const MotionState& state, const Stages& N, bool is_last, double* q_out,
                double* p_out) noexcept {
   const Function E = function_of(plan, PlanCoupled::kStep), A = function_of(plan, PlanCoupled::kStep1),
@@ -85,12 +86,12 @@ bool are_finite(const Array& values) noexcept {
   return sum == 0.0;
 }
 
-/// Holds the rates of attitude and angular momentum at the four stages, in body axes at the start of the
-/// step:
+/// Holds the rates of attitude and angular momentum at the four stages, in the axes that the body has at the
+/// start of the step:
 ///   g' = (w + g x w + g (g.w)) / 2   (THEORY 7.7),   H' = G(g) L_B   (THEORY 7.9)
-/// H_B' = H_B x w + L_B (THEORY 12.12) is the same in rotating axes. The attitude has no linear part, so the
-/// method (THEORY 12.15) reduces to the classical Runge-Kutta method: the mean rate is (k_1 + 2 k_2 + 2 k_3 +
-/// k_4) / 6.
+/// The second equation is (THEORY 12.12), H_B' = H_B x w + L_B, written in axes that do not rotate. Attitude
+/// and angular momentum have no linear part L, so the method (THEORY 12.15) reduces to the classical
+/// Runge-Kutta method, in which the mean rate is (k_1 + 2 k_2 + 2 k_3 + k_4) / 6.
 struct AttitudeRates {
   Mat3 R_start;
   Vec3 H_start;  // [kg m^2/s]
@@ -191,7 +192,7 @@ void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) n
     const PlanPoint& point = plan.points[i];
     const double* rows = point_rows(plan, point.row);
     const Vec3 V = contract_rows(rows, state.q.data(), n), V_dot = contract_rows(rows, state.q_dot.data(), n);
-    // V' contributes with the arm V only, because sum_i m_i r_i x V_i' is zero   (THEORY 2.15)
+    // the arm of V' is V instead of r + V, because sum_i m_i r_i x V_i' is zero   (THEORY 2.15)
     const Vec3 x = add(point.r, V);
     H = add_scaled(H, point.mass, add(cross(x, cross(w, x)), cross(V, V_dot)));
     combine_rows(rows, scale(point.mass / plan.mass, cross(w, V)), true, n, coupled.momentum.data());
@@ -205,7 +206,8 @@ void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) n
   state.H_W = multiply(rotation_matrix(state.q_WB), H);
   state.H_W_low = {};
   coupled.has_rates = false;
-  // The accelerations without loads, to first order. The first step replaces these values.
+  // Accelerations without loads, to first order in the elastic displacements. The first step overwrites these
+  // values.
   coupled.w_dot_B = multiply(plan.inverse_inertia, cross(H, w));
   for (std::size_t l = 0; l < coupled.q_ddot.size(); ++l)
     coupled.q_ddot[l] = -plan.omega[l] * (plan.omega[l] * state.q[l]) - 2.0 * plan.decay[l] * state.q_dot[l];
@@ -239,7 +241,7 @@ bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state,
   if (plan.num_elastic > 0) {
     frame = advance_stages(step_loads, state, is_fresh, workspace);
   } else {
-    // A body without modes moves in the same way as on the rungs below the coupled rungs.
+    // The equations of a body without modes are those of the lower rungs.
     RigidLoads loads = step_loads.rigid();
     loads.wheels = step_loads.wheels(state.wheel_momentum);
     frame = advance_frame(plan, state, rotation_matrix(state.q_WB), loads);

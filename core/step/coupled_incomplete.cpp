@@ -1,6 +1,6 @@
-// This file computes the stages of the coupled rungs if the modes are not a complete set for point masses.
-// This is so with rigid links, omitted modes or bodies (THEORY 12.33 to 12.51). The sums over the mass are
-// computed point by point, or from the plan's tables over pairs of modes.
+// The stages of the coupled rungs if the modes are not a complete set for point masses, because there are
+// rigid links, omitted modes or bodies (THEORY 12.33 to 12.51). The sums over the mass are computed point by
+// point, or from the plan's tables over pairs of modes.
 #include <algorithm>
 
 #include "core/step/kernels.hpp"
@@ -32,8 +32,8 @@ bool has_body_tables(const Plan& plan) noexcept { return plan.coupled.kinetics.n
 
 /// Returns the change of the second moment of the mass, P(q) - P(0), and computes C point by point:
 ///   C_l = sum_i m_i V_i x b_il   (THEORY 12.35),   and for each axis C_l,a = sum_i m_i b_il . (e_a x V_i)
-/// (THEORY 12.36)
-/// The loads on points are projected onto the modes, in w.load, together with the last row of C.
+/// (THEORY 12.36) The pass that computes the last row of C also projects the loads on points onto the modes,
+/// into w.load.
 Symmetric sum_points(const Plan& plan, CoupledWorkspace& w) noexcept {
   const std::size_t n = index(plan.num_padded);
   Symmetric P{};
@@ -91,10 +91,11 @@ Vec3 sum_point_loads(const Plan& plan, const StageState& stage, CoupledWorkspace
   return resultant;
 }
 
-/// Adds the loads on a body. They are summed over its particles to a force F at its centre c and a torque T:
+/// Adds the loads on a body. The forces on its particles are summed to a force F at its centre of mass c and
+/// a torque T:
 ///   Q_l += b_cl . F + theta_l . (T + (T x theta + (theta x d) x F + d x (F x theta)) / 2)   (THEORY 12.53)
 ///   L_B += (r_c + V_c) x F + T   (THEORY 12.54)
-/// Here d is the offset of the centre from the point of the body.
+/// Here d is the vector from the point of the body to its centre.
 void add_body_loads(const Plan& plan, const PlanBodyRotation& body, const StageState& stage,
                     CoupledWorkspace& w, StageRate& rate, Vec3& resultant) noexcept {
   const std::size_t n = index(plan.num_padded);
@@ -124,7 +125,7 @@ void sum_loads(const Plan& plan, const StageState& stage, CoupledWorkspace& w, S
   rate.force_W = multiply(stage.R_WB, resultant);
 }
 
-/// Adds torques T on bodies, including those in local axes: Q_l += theta_l . (T + T x theta / 2), L_B += T
+/// Adds torques T on bodies, including torques in local axes: Q_l += theta_l . (T + T x theta / 2), L_B += T
 /// (THEORY 12.53, 12.54, 16.13, 16.14). Every plan with such torques has tables.
 void add_torques(const StepLoads& step_loads, const StageState& stage, CoupledWorkspace& w,
                  StageRate& rate) noexcept {
@@ -154,7 +155,7 @@ void add_torques(const StepLoads& step_loads, const StageState& stage, CoupledWo
   }
 }
 
-/// Returns the rate P' of the second moment. Computes point by point:
+/// Returns the rate P' of the second moment. Computes two sums over the points into w.inertial and w.C_dot_w:
 ///   dE_kin/dq_l = sum_i m_i b_il . ((V_i' + w x x_i) x w)   (THEORY 12.39)
 ///   w . C'_l = sum_i m_i b_il . (w x V_i')   (THEORY 12.40)
 Symmetric rates_by_points(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w) noexcept {
@@ -171,8 +172,8 @@ Symmetric rates_by_points(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w
   return P_dot;
 }
 
-/// Returns P'. Computes these sums from tables, with S = (w.w) 1 - w w^T, X'_l = sum_k q_k' X_kl and G'_l =
-/// sum_k q_k' G_kl:
+/// Returns P'. Computes the sums of rates_by_points from tables. With S = (w.w) 1 - w w^T, X'_l = sum_k q_k'
+/// X_kl and G'_l = sum_k q_k' G_kl:
 ///   dE_kin/dq_l = S . (Y_l + sum_k q_k Z_kl) - w . (X'_l - G'_l)   (THEORY 12.50)
 ///   w . C'_l = w . (X'_l + G'_l)   (THEORY 12.51)
 Symmetric rates_by_tables(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w) noexcept {
@@ -225,13 +226,12 @@ Vec3 times_C(const CoupledWorkspace& w, const double* x, std::size_t n) noexcept
   return contract_rows(w.C.data(), x, n);
 }
 
-/// Computes the accelerations, with k_l = w . C'_l / M:
+/// Computes the accelerations w' and q''. With k_l = w . C'_l / M:
 ///   (I(q) - C C^T / M) w' = H_B' - I'(q) w - C' q' - C (p' - k)   (THEORY 12.41)
 ///   q'' = p' - k - C^T w' / M   (THEORY 12.42)
-/// For constraint shapes l, computes the loads on rigid links, Q_l + dE_kin/dq_l - w . C'_l - w' . C_l
-/// (THEORY 12.44).
-/// If there are wheels, H_B, p and their rates do not include the momenta of the wheels
-/// (THEORY 16.29, 16.30).
+/// For a constraint shape l, sets Q_l to the load on the rigid links, Q_l + dE_kin/dq_l - w . C'_l - w' . C_l
+/// (THEORY 12.44). If there are wheels, their momenta are subtracted from H_B and p, and the rates of their
+/// momenta from H_B' and p'   (THEORY 16.29, 16.30).
 void accelerate(const StepLoads& step_loads, const StageState& stage, const Mat3& matrix,
                 const Symmetric& P_dot, CoupledWorkspace& w, StageRate& rate) noexcept {
   const Plan& plan = step_loads.plan;

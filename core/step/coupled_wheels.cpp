@@ -1,4 +1,4 @@
-// Wheels on the coupled rungs, where their axes rotate with the bodies that carry them
+// Wheels on the coupled rungs, where the axes of wheels rotate with the bodies that carry the wheels
 // (THEORY 16.27 to 16.32).
 #include "core/step/kernels.hpp"
 #include "core/step/stage.hpp"
@@ -34,8 +34,8 @@ Vec3 rotated_wheel_momentum(const Plan& plan, std::span<const double> momentum, 
   return sum;
 }
 
-// 1/2 sum_w h_w theta' . (a_w x theta). The term in w is part of (w . H_B), from which the momenta of wheels
-// are subtracted   (THEORY 16.32).
+// 1/2 sum_w h_w theta' . (a_w x theta). The kinetic energy also has a term in w, which the caller computes as
+// w . H_B without the momenta of wheels   (THEORY 16.32).
 double wheel_energy(const Plan& plan, std::span<const double> momentum, const double* q,
                     const double* q_dot) noexcept {
   double sum = 0.0;
@@ -47,7 +47,7 @@ double wheel_energy(const Plan& plan, std::span<const double> momentum, const do
   return sum;
 }
 
-// p_l += sign h_w theta_l . (a_w x theta) / (2 M), from Lagrange's function   (THEORY 16.28, 16.30)
+// p_l += sign h_w theta_l . (a_w x theta) / (2 M), from the Lagrangian   (THEORY 16.28, 16.30)
 void add_wheel_momenta(const Plan& plan, std::span<const double> momentum, const double* q, double sign,
                        double* p) noexcept {
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {

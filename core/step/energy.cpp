@@ -13,7 +13,8 @@ Vec3x2 exact_cross(const Vec3x2& a, const Vec3x2& b) noexcept {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// Returns R_WB^T H_W with twice the digits, for q_WB = (w, v) of any length:
+/// Returns R_WB^T H_W with twice the digits of a double, for a quaternion q_WB = (w, v) that need not have
+/// unit length:
 ///   H - w t + v x t,   t = 2 / |q|^2 v x H
 Vec3x2 momentum_B(const Frame& frame) noexcept {
   Sum2 excess{-1.0, 0.0};  // |q|^2 - 1
@@ -50,12 +51,12 @@ void restore_energy(const Plan& plan, const Frame& from, const Vec3& h, Frame& t
   // dE = 1/2 sum_i (H_i^1 - H_i^0) (H_i^0 + H_i^1 - 2 h_i) / I_i   (THEORY 7.30)
   const double excess =
       0.5 * (inverse[0] * d[0] * s[0] + inverse[1] * d[1] * s[1] + inverse[2] * d[2] * s[2]);
-  // a rotation by theta adds theta . (w x H) to the energy
+  // a rotation by theta changes the energy by theta . (w x H), to first order
   const Vec3 H{after[0].hi, after[1].hi, after[2].hi};
   const Vec3 slope = cross(multiply(plan.inverse_inertia, sub(H, h)), H);
   const double square = dot(slope, slope);
-  // [rad] Largest correction. A larger rotation would be needed only near spin about a principal axis, where
-  // the energy hardly depends on the rotation.
+  // [rad] Largest correction. A larger one would be needed only if the spin is almost about a principal axis,
+  // where a rotation hardly changes the energy. No correction is then made.
   constexpr double kMostRotation = 1e-10;
   if (excess * excess > kMostRotation * kMostRotation * square || square == 0.0) return;
   // half of d_theta = -dE / |w x H|^2 w x H   (THEORY 7.31)

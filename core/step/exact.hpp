@@ -3,7 +3,7 @@
 
 namespace freeflex {
 
-/// Holds the number hi + lo, with lo below half a unit in the last place of hi.
+/// Holds the number hi + lo, where |lo| is at most half a unit in the last place of hi.
 struct Sum2 {
   double hi = 0.0, lo = 0.0;
 };

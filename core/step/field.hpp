@@ -12,8 +12,8 @@ namespace freeflex {
 Vec3 gravity_at(const Plan& plan, const Vec3& p_W) noexcept;
 
 /// Returns the attraction at the position x from the centre of mass, minus the attraction at the centre of
-/// mass [m/s^2], in the axes of rho and x. The difference is computed without a difference of large numbers.
-/// With y = |rho + x|^2 / |rho|^2:
+/// mass [m/s^2], in the axes of rho and x. The formula avoids subtracting two large numbers. With
+/// y = |rho + x|^2 / |rho|^2:
 ///   g(rho + x) - g(rho) = -mu / |rho|^3 (y^(-3/2) x + (y^(-3/2) - 1) rho)   (THEORY 8.22)
 Vec3 tidal_acceleration(double mu, const Vec3& rho, const Vec3& x) noexcept;
 
@@ -25,7 +25,8 @@ Vec3 gradient_torque(const Plan& plan, const Vec3& rho) noexcept;
 /// Returns true if the plan has a field that loads the elastic coordinates.
 inline bool has_field(const Plan& plan) noexcept { return plan.has_spin_load || plan.attractor_mu > 0.0; }
 
-/// Adds the generalized forces of the field. Its acceleration at r_i is S r_i, in body axes:
+/// Adds to Q the generalized forces of the centrifugal field and of the attractor's gradient. Their
+/// acceleration at r_i is S r_i, in body axes:
 ///   Q_l += sum_ab S_ab Y_l,ab,   S = (w.w) 1 - w w^T + Gamma   (THEORY 8.14, 8.16)
 ///   Gamma = mu / |rho|^3 (3 e e^T - 1),   e = rho / |rho|   (THEORY 8.19)
 /// The terms in the spin w are included only on the rung `spin-loaded`. Gamma is zero without an attractor.

@@ -10,8 +10,8 @@
 namespace freeflex {
 namespace {
 
-/// Fractions of a substep for the 17 symmetric steps of order 2 that compose a substep of order 8 (Kahan and
-/// Li 1997). The second half of the fractions mirrors the first   (THEORY 7.18).
+/// Fractions of a substep that the 17 symmetric steps of order 2 take. Together these steps form a substep of
+/// order 8 (Kahan and Li 1997). The second half of the fractions mirrors the first half   (THEORY 7.18).
 constexpr std::size_t kSteps = 17;
 constexpr std::array<double, 9> kHalf{0.13020248308889008, 0.56116298177510838,  -0.38947496264484729,
                                       0.15884190655515560, -0.39590389413323758, 0.18453964097831571,
@@ -37,8 +37,8 @@ Mat3 rotation_of(const Quat& q) noexcept {
           2.0 * (x * z - w * y),       2.0 * (y * z + w * x),       1.0 - 2.0 * (x * x + y * y)};
 }
 
-/// Holds the moment about the centre of mass, in principal axes, as a function of the rotation G since the
-/// start of the tick:
+/// Holds the moment of the loads about the centre of mass, in principal axes, as a function of the rotation G
+/// of the body since the start of the tick:
 ///   L_P,c = torque_P,c + sum_ak G_ka table[9c+3a+k]   (THEORY 8.3)
 struct Moment {
   std::array<double, 27> table{};
@@ -54,7 +54,8 @@ Moment moment_of(const RigidLoad& load, const Mat3& R_WB, const Mat3& R_PB) noex
   const Mat3 R_PW =
       multiply(R_PB, {R_WB[0], R_WB[3], R_WB[6], R_WB[1], R_WB[4], R_WB[7], R_WB[2], R_WB[5], R_WB[8]});
   for (std::size_t c = 0; c < 3; ++c) {
-    // component c of the moment as a 3 x 3 matrix: rows in body axes, columns in world axes
+    // the coefficients of component c of the moment: a 3 x 3 matrix with rows in body axes and columns in
+    // world axes
     Mat3 of_c{};
     for (std::size_t b = 0; b < 3; ++b)
       for (std::size_t i = 0; i < 9; ++i) of_c[i] += R_PB[3 * c + b] * load.moment_W[9 * b + i];
@@ -76,8 +77,8 @@ Vec3 at(const Moment& moment, const Mat3& G) noexcept {
   return sum;
 }
 
-/// Holds the weights of the values at the start, the middle and the end of a tick in the parabola through
-/// these values:
+/// Holds the weights at the time s of a tick (0 to 1) of the values at its start, middle and end, in the
+/// parabola through these values:
 ///   (1 - s) (1 - 2 s),   4 s (1 - s),   s (2 s - 1)   (THEORY 7.11)
 struct Shares {
   double start, middle, end;
@@ -86,10 +87,10 @@ constexpr Shares shares_at(double s) noexcept {
   return {(1.0 - s) * (1.0 - 2.0 * s), 4.0 * s * (1.0 - s), s * (2.0 * s - 1.0)};
 }
 
-/// Advances a tick as a composition of exact motions, in principal axes. G rotates vectors from the present
-/// axes to the axes at the start of the tick. The rotational energy is split into a term that rotates the
-/// body about the angular momentum and a term for each axis that rotates the body about this axis, with d_i =
-/// 1/I_i - 1/I_2   (THEORY 7.14):
+/// Advances the body by a tick as a composition of exact motions, in principal axes. G transforms vectors
+/// from the present axes to the axes at the start of the tick. The rotational energy is split into a sum. Its
+/// first term alone would rotate the body about the angular momentum, and term i of the sum alone about the
+/// principal axis i, with d_i = 1/I_i - 1/I_2   (THEORY 7.14):
 ///   E_rot = |H|^2 / (2 I_2) + sum_i (d_i H_i^2 / 2 - h_i H_i / I_i) + const
 class Flows {
  public:
@@ -126,10 +127,11 @@ class Flows {
   /// Returns true if loads act as impulses between the symmetric steps.
   bool needs_impulses() const noexcept { return has_impulses_ || falls_with_loads_; }
 
-  /// Applies the impulse of the loads over a fraction `share` of the tick, of length D, at the time s of the
-  /// tick (0 to 1):
+  /// Applies the impulse of the loads over a time D, which is the fraction `share` of the tick. The loads are
+  /// those at the time s of the tick (0 to 1):
   ///   H_A += D G L_B,   v_WB += D F_W / M   (THEORY 7.19)
-  /// Without an attractor, the impulses of the force are summed, and translate applies the sums.
+  /// Without an attractor, the impulses of the force are summed to mean_force and weighted_force, which
+  /// translate applies.
   void apply_impulse(double share, double s) noexcept {
     const double h = share * plan_.period;
     const Mat3 G = rotation_of(rotation_);
@@ -152,12 +154,12 @@ class Flows {
     }
   }
 
-  /// Moves the body freely over a fraction `share` of the tick, of length D, from the time s of the tick (0
-  /// to 1) on. The symmetric step rotates the body about the principal axes 2, 3, 1, 3, 2 in this order
-  /// (THEORY 7.17), about axis i at the rate
+  /// Moves the body without loads from the time s of the tick (0 to 1) over a time D, which is the fraction
+  /// `share` of the tick. The symmetric step rotates the body about the principal axes 2, 3, 1, 3, 2 in this
+  /// order (THEORY 7.17). The rate about axis i is
   ///   rate_i = d_i H_i - h_i / I_i   (THEORY 7.16)
-  /// for D / 2, but about axis 1 for D.
-  /// If loads act, the rotation about the angular momentum follows   (THEORY 7.15).
+  /// The rotation about axis 1 lasts D, each of the other rotations D / 2. If loads act, the rotation about
+  /// the angular momentum follows. Otherwise finish() makes it for the whole tick   (THEORY 7.15).
   void move(double share, double s) noexcept {
     const double t = share * plan_.period;
     if (is_attracted_ && falls_with_loads_) fall_for(t);
@@ -190,7 +192,7 @@ class Flows {
     }
     if (is_attracted_) {
       if (!falls_with_loads_) fall_for(plan_.period);
-      to.p_WB_low = to.v_WB_low = {};  // the gain includes the low parts
+      to.p_WB_low = to.v_WB_low = {};  // gain_ already contains the low parts
       for (std::size_t i = 0; i < 3; ++i) {
         add_compensated(to.p_WB[i], to.p_WB_low[i], gain_.p[i]);
         add_compensated(to.v_WB[i], to.v_WB_low[i], gain_.v[i]);
@@ -254,7 +256,8 @@ class Flows {
   std::array<Moment, 3> moments_{};
   bool has_impulses_ = false, is_attracted_ = false, falls_with_loads_ = false, rotates_about_middle_ = false;
   Quat rotation_{1.0, 0.0, 0.0, 0.0};
-  Vec3 H_start_, H_, H_gain_{};  // [N m s] present H in start axes, in present axes; gain in start axes
+  Vec3 H_start_, H_, H_gain_{};  // [N m s] H now, in the axes at the start; H now, in the present axes;
+                                 // change of H, in the axes at the start
   Vec3 rho_{}, v_{};             // [m], [m/s] at the start
   Fall gain_{};
 };
@@ -266,7 +269,7 @@ Frame advance_by_flows(const Plan& plan, const Frame& from, const Mat3& R_WB, co
   Frame to = from;
   Flows flows(plan, from, R_WB, loads);
   const double fraction = 1.0 / substeps;
-  double before = 0.0;  // the previous share, half of whose impulse is still to be applied
+  double before = 0.0;  // share of the previous symmetric step; half of its impulse is still to be applied
   for (int n = 0; n < substeps; ++n) {
     double s = n * fraction;
     for (std::size_t k = 0; k < kSteps; ++k) {

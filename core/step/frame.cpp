@@ -8,7 +8,8 @@
 namespace freeflex {
 namespace {
 
-/// Holds the moment about the centre of mass, in body axes, as a function of the rotation G within the step:
+/// Holds the moment of the loads about the centre of mass, in body axes, as a function of the rotation G of
+/// the body since the start of the step:
 ///   L_B,c = torque_B,c + sum_ak G_ka table[9c+3a+k]   (THEORY 8.3)
 struct StepMoment {
   std::array<double, 27> table;
@@ -36,8 +37,9 @@ Vec3 moment_B(const StepMoment& moment, const Mat3& G) noexcept {
   return sum;
 }
 
-/// Returns the value of the parabola through the moments at one end (near), the middle and the other end
-/// (far), at a third of the step from the near end: (2 near + 8 middle - far) / 9   (THEORY 7.11 at s = 1/3).
+/// Returns the moment at a third of the step from one end of the step (near), on the parabola through the
+/// moments at this end, at the middle and at the other end (far): (2 near + 8 middle - far) / 9
+/// (THEORY 7.11 at s = 1/3).
 StepMoment interpolate(const StepMoment& near, const StepMoment& middle, const StepMoment& far) noexcept {
   const auto at_third = [](double x, double y, double z) { return (2.0 * x + 8.0 * y - z) / 9.0; };
   StepMoment moment;
@@ -64,8 +66,8 @@ constexpr double kTimes[kStages] = {0, 1.0 / 3, 2.0 / 3, 1.0 / 3, 1.0 / 2, 1.0 /
 
 using Rates = std::array<Vec3, kStages>;
 
-/// Returns start + h sum_j weights_j rates_j over the stages before `stage`   (THEORY 7.10). The newest rate
-/// is added last, so that the other terms can be summed before it is known.
+/// Returns start + h sum_j weights_j rates_j over the stages before `stage`   (THEORY 7.10). The rate of the
+/// stage just before is added last, so that the processor can sum the other terms before this rate is known.
 template <std::size_t stage>
 Vec3 combine(const Vec3& start, double h, const double* weights, const Rates& rates) noexcept {
   Vec3 sum = start;
@@ -77,7 +79,8 @@ Vec3 combine(const Vec3& start, double h, const double* weights, const Rates& ra
 /// Holds the path of the centre of mass relative to an attractor within a step, in body axes at the start of
 /// the step:
 ///   rho + t v + t^2 a / 2
-/// A path of second order in time is sufficient for the torque by the gravity gradient   (THEORY 8.18, 8.20).
+/// A path of second order in time is accurate enough for the torque of the gravity gradient
+/// (THEORY 8.18, 8.20).
 struct Trajectory {
   Vec3 rho, velocity, acceleration;  // [m], [m/s], [m/s^2]
   Vec3 at(double t) const noexcept {
@@ -94,14 +97,14 @@ Trajectory path_of(const Plan& plan, const Frame& from, const RigidLoad& load, c
 /// Computes the stages of a step of the rotation, in body axes at the start of the step:
 ///   g' = (w + g x w + g (g.w)) / 2   (THEORY 7.7),   H' = G(g) L_B   (THEORY 7.9)
 ///   w = I^-1 (G(g)^T H - h), h the momentum of the wheels   (THEORY 7.4, 16.22)
-/// L_B includes the torque by the gravity gradient of an attractor   (THEORY 8.20). The attitude within the
+/// L_B includes the torque of the gravity gradient of an attractor (THEORY 8.20). The attitude within the
 /// step is R_WB G(g) (THEORY 7.8).
 struct RotationStages {
   const Plan& plan;
   const Trajectory* path;  // set if an attractor acts
   double period;
   Mat3 half_inverse_inertia;
-  Vec3 H;  // [N m s] momentum at the start
+  Vec3 H;  // [N m s] angular momentum at the start, in body axes
   const WheelMomentum& wheels;
   Rates g_rates, H_rates;
 
@@ -111,9 +114,9 @@ struct RotationStages {
     for (std::size_t i = 0; i < 9; ++i) half_inverse_inertia[i] = 0.5 * plan.inverse_inertia[i];
   }
 
-  /// Returns the rate of the Gibbs vector, g' = (w + g x w + g (g.w)) / 2   (THEORY 7.7). The product G^T H =
-  /// H + 2 (g x (g x H) - g x H) / (1 + g.g) is written out, because it takes less time than the product with
-  /// the matrix.  \param share  [-] time since the start of the step, over the period
+  /// Returns the rate of the Gibbs vector, g' = (w + g x w + g (g.w)) / 2   (THEORY 7.7). The product G^T H
+  /// is computed as H + 2 (g x (g x H) - g x H) / (1 + g.g), which takes less time than a product with the
+  /// matrix G.  \param share [-] time since the start of the step, over the period
   Vec3 g_rate(const Vec3& g, const Vec3& H_now, double share) const noexcept {
     const Vec3 u = cross(g, H_now);
     Vec3 H_B = add_scaled(H_now, 2.0 / (1.0 + dot(g, g)), sub(cross(g, u), u));
@@ -140,8 +143,8 @@ struct RotationStages {
   }
 };
 
-/// Holds the result of a step of the rotation, in body axes at the start of the step. The result consists of
-/// the Gibbs vectors at the middle and at the end, and of the gain in angular momentum [N m s].
+/// Holds the result of a step of the rotation, in body axes at the start of the step: the Gibbs vectors at
+/// the middle and at the end of the step, and the change of the angular momentum [N m s].
 struct StepRotation {
   Vec3 g_middle{}, g_end{}, H_gain{};
 };
@@ -233,7 +236,7 @@ void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& w
     return;
   }
   if (plan.attractor_mu > 0.0) {
-    // Simpson's rule along the path that the acceleration at the start gives:
+    // Simpson's rule for the field along the path that follows from the acceleration at the start:
     // p(t) = p^0 + t v^0 + t^2 / 2 (g(rho^0) + weighted_force / M)   (THEORY 8.17, 8.18)
     const Vec3 start = gravity_at(plan, frame.p_WB);
     const Vec3 a = add_scaled(start, 1.0 / plan.mass, weighted_force);
@@ -262,7 +265,8 @@ void rotate_attitude(const Vec3& g, Frame& frame) noexcept {
 // q_WB += q_WB o less_one - 2^-9 (|q_WB|^2 - 1) q_WB   (THEORY 7.13)
 void add_rotation(const Quat& less_one, Frame& frame) noexcept {
   const Quat increment = multiply(frame.q_WB, less_one);
-  // The norm is moved back towards 1 slowly, so that its rounding errors add less than eps / 256 per step.
+  // Only 2^-9 of the error of the norm is corrected in each step, so that the rounding error of the norm adds
+  // less than eps / 256 per step.
   const Quat& q = frame.q_WB;
   const double excess = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1.0;
   for (std::size_t i = 0; i < 4; ++i)
@@ -318,9 +322,9 @@ Frame slide(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLo
   return to;
 }
 
-/// Returns the frame at the end of a tick whose rotation is known. The function applies the rotation to the
-/// attitude, adds R_WB H_gain to H_W, and translates the frame with the forces at the start, the middle and
-/// the end (THEORY 7.3, 7.5).
+/// Returns the frame at the end of a tick whose rotation is known. The rotation is applied to the attitude,
+/// R_WB H_gain is added to H_W, and the frame is translated by the forces at the start, the middle and the
+/// end of the tick (THEORY 7.3, 7.5).
 Frame apply(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads,
             const StepRotation& rotation) noexcept {
   Frame to = from;
@@ -344,7 +348,7 @@ Frame apply(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLo
 
 Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept {
   const auto by_flows = [&](Frame& to) {
-    // the composition handles long ticks   (THEORY 7.24, 7.25)
+    // a tick is advanced by the composition only if it is long   (THEORY 7.24, 7.25)
     const TickRotation tick = rotation_in_tick(plan, from, R_WB, loads);
     if (tick.total <= kShortRotation && tick.orbit <= kShortOrbit) return false;
     to = advance_by_flows(plan, from, R_WB, loads, substeps_for(tick.substep_angle));
@@ -359,7 +363,8 @@ Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const
       may_rotate_far(plan, multiply(plan.inverse_inertia, sub(H_B, loads.wheels.h[0])), H_B, loads.wheels);
   if ((may_fall || may_rotate) && by_flows(to)) return to;
   const StepRotation rotation = rotation_in_step(plan, from, R_WB, H_B, loads);
-  // Loads may accelerate a body that is slow at the start, so the rotation is checked again.
+  // Loads may make a body fast that is slow at the start of the tick, so the test is repeated with the
+  // rotation that was computed.
   if (!is_zero(rotation.H_gain)) {
     const Vec3 H = add(H_B, rotation.H_gain);
     if (!is_surely_short(plan, H, loads.wheels) &&

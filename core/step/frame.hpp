@@ -38,8 +38,8 @@ struct WheelMomentum {
   bool is_driven() const noexcept { return !is_zero(h[1]) || !is_zero(h[2]) || !is_zero(h[3]); }
 };
 
-/// Holds the loads on the body at the start of a step, and at its middle and end if these may differ from the
-/// start.
+/// Holds the loads on the body at the start of a step. Holds them also at the middle and at the end if they
+/// may differ from those at the start.
 struct RigidLoads {
   struct Later {
     RigidLoad middle, end;
@@ -58,11 +58,11 @@ Mat3 rotation_of_gibbs(const Vec3& g) noexcept;
 /// Rotates the attitude by the Gibbs vector g in body axes at the start of the step:
 ///   q_WB^1 = q_WB^0 o (1, g) / sqrt(1 + g.g)   (THEORY 7.13)
 void rotate_attitude(const Vec3& g, Frame& frame) noexcept;
-/// Rotates the attitude by a unit quaternion: q_WB += q_WB o less_one. less_one is this quaternion minus (1,
-/// 0, 0, 0). The rounding error of the sum goes into the low part   (THEORY 7.13).
+/// Rotates the attitude by a unit quaternion: q_WB += q_WB o less_one, where less_one is the unit quaternion
+/// minus (1, 0, 0, 0). The rounding error of the sum is stored in the low part   (THEORY 7.13).
 void add_rotation(const Quat& less_one, Frame& frame) noexcept;
-/// Advances position and velocity by a time h [s], M p_WB'' = F_W + M g_W   (THEORY 7.2), by Simpson's rule
-/// for the forces [N] at the start, middle and end of h, world axes   (THEORY 7.5):
+/// Advances position and velocity by a time h [s] under M p_WB'' = F_W + M g_W (THEORY 7.2). Applies
+/// Simpson's rule to the forces [N], in world axes, at the start, the middle and the end of h   (THEORY 7.5):
 ///   mean_force = (start + 4 middle + end) / 6,   weighted_force = (start + 2 middle) / 3
 void translate(const Plan& plan, double h, const Vec3& start, const Vec3& middle, const Vec3& end,
                Frame& frame) noexcept;

@@ -14,9 +14,9 @@ double wrap(double x) noexcept {
   return x - ((x + kShift) - kShift);
 }
 
-/// Returns the sine at t = half_ticks / 2 periods, sin(2 pi (frequency t + phase))   (THEORY 8.12). Whole
-/// cycles are subtracted before any rounding, so the error of the phase stays below 1e-16 as long as
-/// half_ticks times period times frequency is below 2^52.
+/// Returns sin(2 pi (frequency t + phase)) at the time t of half_ticks / 2 periods (THEORY 8.12). Whole
+/// cycles are subtracted before the phase is rounded, so the error of the phase stays below 1e-16 cycles as
+/// long as half_ticks times period times frequency is below 2^52.
 double sine(const PlanHistory& history, double period, std::int64_t half_ticks) noexcept {
   const Sum2 per_tick = exact_product(period, history.frequency);
   const double ticks = 0.5 * static_cast<double>(half_ticks);
@@ -53,8 +53,8 @@ double continuous(const PlanHistory& history, double period, std::int64_t half_t
   return 1.0;
 }
 
-/// Returns the height of a pulse. A pulse acts in whole ticks, so its height is changed such that the impulse
-/// stays the same:
+/// Returns the height of a pulse. A pulse lasts a whole number of ticks h, so its height is changed such that
+/// its impulse is that of the duration in the scene:
 ///   duration / ((end_tick - start_tick) h)   (THEORY 8.11)
 double pulse_height(const PlanHistory& history, double period) noexcept {
   const double wanted = history.pulse_duration / period;

@@ -14,9 +14,10 @@ struct Stumpff {
   double c0, c1, c2, c3;
 };
 
-/// Returns the functions by their series at z / 4^k, followed by k doublings of the angle.
+/// Returns the functions at z. They are computed by their series at z / 4^k, and the argument is then
+/// multiplied by four k times (the angle is doubled).
 Stumpff stumpff(double z) noexcept {
-  constexpr double kSmall = 0.1;  // below this value, seven terms are exact to the last bit
+  constexpr double kSmall = 0.1;  // up to this |z|, seven terms of the series are exact to the last bit
   int quarters = 0;
   for (; z > kSmall || z < -kSmall; ++quarters) z *= 0.25;
   constexpr double kOdd[] = {1.0 / 20, 1.0 / 42, 1.0 / 72, 1.0 / 110, 1.0 / 156, 1.0 / 210};
@@ -34,12 +35,13 @@ Stumpff stumpff(double z) noexcept {
   return c;
 }
 
-/// Holds the constants of an orbit, from the values at its start: r_0 = |rho|, eta = rho . v, zeta = mu -
-/// beta r_0, beta = 2 mu / r_0 - |v|^2.
+/// Holds the constants of an orbit, from the position rho and the velocity v at its start:
+/// r_0 = |rho|, eta = rho . v, zeta = mu - beta r_0, beta = 2 mu / r_0 - |v|^2.
 struct Orbit {
   double r_0, eta, zeta, beta;
 };
-/// Holds a point of an orbit at the universal variable X: time [s], distance [m], universal functions.
+/// Holds a point of an orbit at a value X of the universal variable: time [s], distance [m], universal
+/// functions.
 struct OrbitPoint {
   double t, r, G1, G2, G3;
 };
@@ -53,12 +55,12 @@ OrbitPoint orbit_at(const Orbit& o, double X) noexcept {
   return {o.r_0 * X + (o.eta * G2 + o.zeta * G3), o.r_0 + (o.eta * G1 + o.zeta * G2), G1, G2, G3};
 }
 
-/// Returns the point of the orbit after a time t > 0, by Newton's method between bounds that approach each
-/// other. Newton's method works because t grows with X.
+/// Returns the point of the orbit after a time t > 0. Newton's method finds X between two bounds that
+/// approach each other, because t increases with X.
 OrbitPoint find(const Orbit& o, double t) noexcept {
-  // These bounds are a factor of two apart. Newton's method converges quickly between them.
+  // First find bounds on X that differ by a factor of two. Between them Newton's method converges quickly.
   double high = t / o.r_0;
-  constexpr int kMostOctaves = 2200;  // larger than the range of doubles
+  constexpr int kMostOctaves = 2200;  // more than the factors of two in the range of doubles
   for (int k = 0; k < kMostOctaves && orbit_at(o, high).t < t; ++k) high *= 2.0;
   double low = 0.5 * high;
   for (int k = 0; k < kMostOctaves && !(orbit_at(o, low).t < t); ++k) high = low, low *= 0.5;

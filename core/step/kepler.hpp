@@ -5,8 +5,8 @@
 
 namespace freeflex {
 
-/// Holds the gains of position and velocity. The values at the start are not included, so that slow changes
-/// keep their digits.
+/// Holds the changes of position and velocity in a fall. The values at the start are not added, so that small
+/// changes keep their digits.
 struct Fall {
   Vec3 p{};  // [m]
   Vec3 v{};  // [m/s]

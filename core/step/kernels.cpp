@@ -7,16 +7,16 @@
 namespace freeflex {
 namespace {
 
-// Each kernel is written once. The kernel is compiled for the processor's baseline and, on x86-64, also for
-// AVX2. Some kernels are compiled for AVX-512 too, if this is faster. The program chooses a form when it
-// starts. All forms do the same operations in the same order and differ only in their width, so they give the
-// same bits.
+// Each kernel is written once and compiled in several forms: for the processor's baseline, on x86-64 also for
+// AVX2, and for AVX-512 if this form is faster. When the program starts, it chooses the widest form that the
+// processor supports. All forms do the same operations in the same order and differ only in the width of
+// registers, so they give the same bits.
 #define FREEFLEX_KERNEL inline __attribute__((always_inline))
 
 enum class Width { kBaseline, kAvx2, kAvx512 };
 
-// A test that compares bits sets this variable to limit the loops to a width narrower than the width of the
-// processor.
+// A test that compares the bits of the forms defines this macro to limit the kernels to a narrower form: 0
+// baseline, 1 AVX2, 2 AVX-512.
 #ifndef FREEFLEX_WIDEST
 #define FREEFLEX_WIDEST 2
 #endif
@@ -67,7 +67,7 @@ void run_widest(Args... args) noexcept {
   baseline(args...);
 }
 
-// two lanes, the width of the baseline
+// two lanes, which fill a register of the baseline
 using Pair = double __attribute__((vector_size(16)));
 
 Pair load(const double* from) noexcept {
@@ -76,7 +76,8 @@ Pair load(const double* from) noexcept {
   return pair;
 }
 
-/// Returns the sum of the pairs term(0), term(2), ... below n, accumulated in kLanes partial sums.
+/// Returns the sum of both components of the pairs term(l) for l = 0, 2, 4, ... < n, accumulated in kLanes
+/// partial sums.
 template <class Term>
 double sum_in_lanes(std::size_t n, const Term& term) noexcept {
   static_assert(kLanes == 8);
@@ -148,8 +149,8 @@ struct Coordinate {
 
 /// Computes one row of the step P = C + L for several modes at a time   (THEORY 6.1, 6.5):
 ///   c_q q + c_v q' + l_q q + l_v q' + forced
-/// The products of leading bits are exact, and their sum is exact together with its error term (Knuth 1969).
-/// The terms that are rounded are at most 2^-26 of the result, or belong to the load.
+/// The products of leading bits are exact, and so is their sum together with its error term (Knuth 1969). The
+/// other terms are rounded, but they are at most 2^-26 of the result, or belong to the load.
 template <class V>
 FREEFLEX_KERNEL void advance_row(const V& c_q, const V& c_v, const V& l_q, const V& l_v,
                                  const Coordinate<V>& q, const Coordinate<V>& v, const V& forced,
@@ -166,9 +167,9 @@ FREEFLEX_KERNEL void advance_row(const V& c_q, const V& c_v, const V& l_q, const
   sum_of_lows += low;
 }
 
-/// Advances all modes by a step   (THEORY 6.1), as many at a time as V holds. If a value is not finite, its
-/// low part is not finite either, and neither is the sum of the low parts. Lanes without c_vv and l_vv belong
-/// to modes without decay.
+/// Advances all modes by a step (THEORY 6.1), as many modes at a time as V has lanes. The sum of all low
+/// parts shows whether all values are finite, because the low part of a value that is not finite is not
+/// finite either. If Lanes has no c_vv and l_vv, the modes have no decay.
 template <class V, class Bits, class Lanes>
 FREEFLEX_KERNEL void advance(const Lanes* all, std::size_t n, ModalState from, const double* load_start,
                              const double* load_end, ModalResult to, bool* is_finite) noexcept {
@@ -215,8 +216,9 @@ FREEFLEX_KERNEL void advance(const Lanes* all, std::size_t n, ModalState from, c
   *is_finite = sum - sum == 0.0;
 }
 
-/// Computes nine sums over modes, in the lanes of sum_in_lanes. Handles as many lanes at a time as V has, so
-/// that the registers of the baseline suffice.
+/// Computes V, V' and V'' of a point, which are nine sums over modes, with the partial sums of sum_in_lanes.
+/// The outer loop handles as many partial sums at a time as V has lanes, so that all sums fit in the
+/// registers of the baseline.
 ///   V = sum_l b_l q_l   (THEORY 2.14),   q_l'' = Q_l / M - 2 decay_l q_l' - omega_l^2 q_l   (THEORY 4.22)
 template <class V>
 FREEFLEX_KERNEL void contract_motion_to(const double* rows, const Plan* plan, const double* q,
@@ -295,7 +297,7 @@ FREEFLEX_KERNEL void contract_points_to(const Plan* plan, const double* a, const
   }
 }
 
-/// Computes the sums over all rows, for eight modes at a time.
+/// Computes x_l = sum_k rows_kl f_k and y_l = sum_k rows_kl g_k over all rows k, for eight modes l at a time.
 template <class V>
 FREEFLEX_KERNEL void project_points_to(const Plan* plan, std::size_t n, const double* f, const double* g,
                                        std::size_t num_rows, double* x, double* y) noexcept {
@@ -316,7 +318,7 @@ FREEFLEX_KERNEL void project_points_to(const Plan* plan, std::size_t n, const do
   }
 }
 
-// Each pass sums eight rows, so that y is written once per eight rows.
+// Each pass over y adds eight rows, so that y is read and written only once per eight rows.
 FREEFLEX_KERNEL void sum_rows_to(const double* __restrict rows, std::size_t stride,
                                  const double* __restrict weights, std::size_t count, std::size_t n,
                                  double* __restrict y) noexcept {

@@ -1,5 +1,5 @@
-// Loops over modes. The kernels run element by element, or in fixed lanes, so that every vector width gives
-// the same bits.
+// Loops over modes (kernels). Each mode is computed by itself, and sums are accumulated in fixed lanes, so
+// that every vector width gives the same bits.
 #pragma once
 
 #include <cstddef>
@@ -66,8 +66,8 @@ inline void project_all_points(const Plan& plan, std::span<const Vec3> f, std::s
                                double* y) noexcept {
   project_columns(plan, index(plan.num_padded), f, g, x, y);
 }
-/// Computes y = sum_k weights_k row_k, n values. There are `count` rows, a multiple of kLanes, and each
-/// begins `stride` after the previous one.
+/// Computes the n values of y = sum_k weights_k row_k. The number of rows, `count`, is a multiple of kLanes.
+/// Each row begins `stride` values after the row before it.
 void sum_rows(const double* rows, std::size_t stride, const double* weights, std::size_t count, std::size_t n,
               double* y) noexcept;
 

@@ -8,8 +8,9 @@
 namespace freeflex {
 namespace {
 
-/// Returns the index of a point in LoadSums. Below the coupled rungs this index is the row of the point.
-/// Points without rows cannot be loaded, so they cost neither memory nor time.
+/// Returns the index of a point in LoadSums. On the coupled rungs it is the index of the point. On the other
+/// rungs it is the row of the point, so that points without rows, which cannot be loaded, take neither memory
+/// nor time.
 std::size_t index_of(const Plan& plan, std::int32_t point) noexcept {
   return index(is_coupled(plan) ? point : plan.points[index(point)].row);
 }
@@ -21,8 +22,8 @@ void add_moment(const Vec3& r, const Vec3& F, std::array<double, 27>& moment) no
     for (std::size_t b = 0; b < 3; ++b) moment[3 * ca + b] += arm[ca] * F[b];
 }
 
-/// Returns the projection onto the torques that a group supports: 1 - e_g e_g^T for a collinear group, where
-/// e_g is the direction of its line (THEORY 8.9).
+/// Returns the projection of torques onto those that a group supports. For a collinear group it is
+/// 1 - e_g e_g^T, where e_g is the direction of its line (THEORY 8.9).
 Mat3 torque_projection(const PlanGroup& group) noexcept {
   if (group.torque_rank == 0) return {};
   Mat3 P = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -34,8 +35,8 @@ Mat3 torque_projection(const PlanGroup& group) noexcept {
 
 constexpr Mat3 kUnit = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 
-/// Adds a world torque T to the table. Only the projection P T of this torque acts: L_c,ab += P_ca
-/// T_b   (THEORY 8.2). P is torque_projection for a group, and the unit matrix for a body   (THEORY 16.13).
+/// Adds a world torque T, of which only the projection by P acts, to the table: L_c,ab += P_ca T_b
+/// (THEORY 8.2). P is torque_projection for a group, and the unit matrix for a body   (THEORY 16.13).
 void add_torque(const Mat3& P, const Vec3& T, std::array<double, 27>& moment) noexcept {
   for (std::size_t ca = 0; ca < 9; ++ca)
     for (std::size_t b = 0; b < 3; ++b) moment[3 * ca + b] += P[ca] * T[b];
@@ -79,8 +80,8 @@ void set_world_rigid(const Plan& plan, const SumsOnPoints& sums, LoadPattern& pa
   }
 }
 
-/// Stores the world forces one by one if they act on few points   (THEORY 8.4). Returns false if a table is
-/// needed instead.
+/// Stores the world forces one by one if they act on at most kMaxDirect points (THEORY 8.4). Returns false if
+/// a table is needed, because they act on more points or because there are wrenches or torques.
 bool try_direct(const Plan& plan, const SumsOnPoints& sums, LoadPattern& pattern) noexcept {
   for (std::size_t k = 0; k < plan.groups.size(); ++k)
     if (has_load(sums.group_force_W[k], sums.group_torque_W[k])) return false;
@@ -170,7 +171,8 @@ void fold_world(const Plan& plan, LoadPattern& pattern) noexcept {
   pattern.num_direct = 0;
 }
 
-/// Adds the force share * load at one point to `arms`.
+/// Adds to `arms` the torques of the force share * load, which acts on one point, when an elastic coordinate
+/// displaces the point.
 void add_arms(const Plan& plan, const PlanPoint& point, const Mat3& share, const Vec3& load_W,
               const Vec3& load_B, Array& arms) noexcept {
   const double* rows = point_rows(plan, point.row);
@@ -290,7 +292,8 @@ void set_pattern(const Plan& plan, std::span<const double> group_rows, const Sum
   if (!plan.has_rotation) fold_world(plan, pattern);
 }
 
-// Computes b_il x F_i of each load, in the layout of LoadPattern::moment_W   (THEORY X148).
+// Adds b_il x F_i for each load F_i. World loads are stored in the layout of LoadPattern::moment_W
+// (THEORY X148).
 void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept {
   const std::size_t num_shadowed = plan.unmodelled.inertia_rows.size() / 6;
   arms.assign(num_shadowed * kArmSize, 0.0);
@@ -312,7 +315,8 @@ void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept 
       if (has_force)
         add_arms(plan, point, {share, 0, 0, 0, share, 0, 0, 0, share}, sums.group_force_W[k],
                  sums.group_force_B[k], arms);
-      // m_i (J_g^-1 T_g) x d_i, one column for each component of T_g   (THEORY 8.8)
+      // the force m_i (J_g^-1 T_g) x d_i as a matrix times T_g, one column for each component of T_g
+      // (THEORY 8.8)
       const Vec3 d = sub(point.r, group.centre);
       Mat3 share_of_torque{};
       for (std::size_t a = 0; a < 3; ++a) {

@@ -1,5 +1,5 @@
-// These functions handle loads from outside. They convert point forces and wrenches to a pattern, and a
-// pattern to generalized forces.
+// Loads from commands and histories. These functions convert point forces, wrenches and torques to a pattern,
+// and a pattern to generalized forces.
 #pragma once
 
 #include <cstdint>
@@ -23,12 +23,12 @@ struct LoadSet {
   std::span<const PointTorque> torques;  // on bodies
   std::span<const WheelTorque> wheels = {};
 };
-/// Adds loads to sums. Every index must be an index of the plan for which the sums were sized.
+/// Adds loads to sums. \pre every index in `loads` is valid in the plan, and the sums were sized for it
 void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept;
 
 /// Returns the generalized forces of unit wrenches on each group (6*num_groups x num_padded). For each group
-/// there are three rows for unit forces and three rows for unit torques along the body axes. Every point of a
-/// group has rows.
+/// there are three rows for unit forces, and three rows for unit torques, along the body axes. Every
+/// point of a group must have rows.
 ///   Q_l = sum_i F_i . b_il   (THEORY 4.20),   F_i = (m_i / m_g) F_g + m_i (J_g^-1 T_g) x d_i   (THEORY 8.8)
 Array make_group_rows(const Plan& plan);
 
@@ -39,20 +39,21 @@ LoadPattern make_pattern(const Plan& plan);
 void set_pattern(const Plan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
                  LoadPattern& pattern) noexcept;
 
-/// Overwrites arms with the torque that the loads exert about the centre of mass because the loaded points
-/// are displaced, per elastic coordinate: b_il x F_i (THEORY X148). If the plan does not need arms, the array
-/// becomes empty. Every loaded point has rows. Allocates nothing if there is room for kArmSize *
+/// Sets arms to the torque about the centre of mass that each elastic coordinate adds by displacing the
+/// loaded points, b_il x F_i [N m per m] (THEORY X148). If the plan does not need arms, the array becomes
+/// empty. Every loaded point must have rows. Allocates nothing if there is room for kArmSize *
 /// kMostShadowedModes.
 /// \param arms  [N] (num_shadowed x kArmSize)
 void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept;
 
-/// The resultant of loads in body axes.
+/// Holds the resultant of loads in body axes.
 struct BodyResultant {
   Vec3 force{};   // [N]
   Vec3 torque{};  // [N m] about the centre of mass, arms of the body at rest
 };
-/// Returns the resultant of the loads in body axes of a pattern. On coupled rungs a pattern keeps its loads
-/// separate, and a body without modes needs their resultant (THEORY 8.7).  \pre is_coupled(plan)
+/// Returns the resultant of those loads of a pattern that are given in body axes. On coupled rungs a pattern
+/// holds its loads without this resultant, but the step of a body without modes needs it (THEORY 8.7).
+/// \pre is_coupled(plan)
 BodyResultant body_resultant(const Plan& plan, const LoadPattern& pattern) noexcept;
 
 /// Returns the sum of |x| + |y| + |z| over all forces [N]. Forces do not cancel in this sum   (THEORY X143).

@@ -112,7 +112,8 @@ DependentStep feed_back_over_step(const Plan& plan, const double* q, const doubl
 void add_modal_coupling_forces(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
                                double* Q) noexcept {
   const std::size_t n = index(plan.num_padded);
-  // each feedback responds to the applied loads, but not to loads that other feedbacks add here
+  // each feedback responds to the loads that are in Q on entry, but not to the loads that other feedbacks add
+  // in this function
   const double* applied = Q;
   if (plan.feedbacks.size() > 1) {
     std::copy_n(Q, n, scratch.begin());

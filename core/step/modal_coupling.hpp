@@ -8,7 +8,8 @@
 
 namespace freeflex {
 
-/// Returns true if followers or feedback make a force on the body depend on the elastic motion.
+/// Returns true if followers, torques in local axes or feedback exert a load on the body that depends on the
+/// elastic motion.
 bool has_dependent_loads(const Plan& plan) noexcept;
 
 /// Holds the resultant force and torque, in body axes, of the loads that depend on the elastic motion.
@@ -18,45 +19,46 @@ struct DependentLoad {
 };
 void add(const DependentLoad& dependent, RigidLoad& load) noexcept;
 
-/// Holds the resultant forces and torques over one step, linear in time.
+/// Holds resultant forces and torques that are linear in time over one step.
 struct DependentStep {
   DependentLoad start, end;
 };
-/// Adds these resultants to the loads over a step.  \pre loads.later
+/// Adds these resultants to the loads over a step. \pre loads.later is set
 void add(const DependentStep& dependent, RigidLoads& loads) noexcept;
 
-/// Adds to Q the geometric stiffness by the internal forces that the followers of a load cause: Q_l -=
-/// amplitude sum_u E_lu q_u [N] (THEORY X145).
+/// Adds to Q the forces of the geometric stiffness that is due to the internal forces under the followers of
+/// a load: Q_l -= amplitude sum_u E_lu q_u [N] (THEORY X145).
 void stiffen(const PlanHistory& history, double amplitude, const double* q, double* Q) noexcept;
 
-/// Returns the load that followers add to their loads in body axes, and adds its generalized forces to Q. A
-/// is the amplitude, theta the elastic rotation, and f or T the force or torque at amplitude 1:
+/// Returns the load on the body that followers add to their loads in body axes, because they rotate with
+/// their points. Adds its generalized forces to Q. A is the amplitude, theta the elastic rotation at the
+/// point, and f or T the force or torque at amplitude 1:
 ///   force: A theta x f, moment A r x (theta x f), Q_l += A b_l . (theta x f)   (THEORY 8.24, 8.25)
 ///   torque: A theta x T, Q_l += A theta_l . (theta x T)   (THEORY 16.14)
 DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool at_end, double* Q) noexcept;
 
 /// Returns the force of feedback on the body at one time, f = F_q q + F_v q' + F_Q Q   (THEORY 8.28). The
 /// propagator already includes the generalized forces of feedback.
-/// \param Q  [N] (num_padded) The generalized forces of the loads, including the generalized forces of
-/// followers.
+/// \param Q  [N] (num_padded) generalized forces of the loads, including those of followers
 DependentLoad feed_back(const Plan& plan, const double* q, const double* q_dot, const double* Q) noexcept;
 
-/// Returns the load of feedback on the body over a step that starts at q, q', under Q^0 to Q^1. The load is
-/// linear in time and has the exact impulse J and the exact integral K of the impulse, however fast the force
-/// changes. It is zero unless the path is kExact:
+/// Returns the load of feedback on the body over a step that starts at q and q' under generalized forces that
+/// go linearly from Q^0 to Q^1. The returned load is linear in time. Its impulse J and the integral K of the
+/// impulse are exact, however fast the force of feedback changes. The load is zero unless the path is kExact:
 ///   F^0 = 6 K / h^2 - 2 J / h,   F^1 = 4 J / h - 6 K / h^2   (THEORY 8.37)
 DependentStep feed_back_over_step(const Plan& plan, const double* q, const double* q_dot, const double* Q0,
                                   const double* Q1) noexcept;
 
-/// Adds the generalized forces of dashpots and feedback, for the read-out of accelerations and rigid links:
+/// Adds to Q the generalized forces of dashpots and feedback. Accelerations and forces of rigid links are
+/// computed from this sum:
 ///   Q += B^T f - R^T R q',   B the mode-shape rows of the points on which feedback acts   (THEORY 8.29)
 void add_modal_coupling_forces(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
                                double* Q) noexcept;
 
 /// Applies half a splitting impulse of dashpots and feedback. q_dot_out may be the same array as q_dot:
 ///   q_dot_out = q' + (h / 2) U phi_1((h / 2) W_v U) (W_v q' + W_q q)   (THEORY 8.40)
-/// Returns the constant load of feedback on the body whose impulse over half a step is J, (2 / h) J
-/// (THEORY 8.41).
+/// Returns the load of feedback on the body, (2 / h) J, which is constant and has the impulse J over half a
+/// step   (THEORY 8.41).
 DependentLoad apply_half_impulse(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
                                  double* q_dot_out) noexcept;
 
@@ -68,15 +70,17 @@ bool advance_coupled_modes(const Plan& plan, const ModalState& from, const doubl
                            Array& scratch, const ModalResult& to) noexcept;
 
 /// Advances every mode by one period under a load linear from Q^0 to Q^1, including dashpots and feedback.
-/// Modes that are not coupled are advanced one by one (THEORY 6.1), coupled modes by their matrix exponential
-/// (THEORY 8.34) or by splitting (THEORY 8.38). Returns true if the result is finite.
+/// Modes that are not coupled are advanced one by one (THEORY 6.1). Coupled modes are advanced by their
+/// matrix exponential (THEORY 8.34), or one by one between two half impulses (THEORY 8.38). Returns true if
+/// the result is finite.
 /// \param q_dot_after_impulse  [m/s] (num_padded) scratch, used if the path is kSplit
-/// \param last_impulse  set to the load of feedback over the second half of the step if the path is kSplit
+/// \param last_impulse  if the path is kSplit, set to the load of feedback on the body over the second half
+/// of the step
 bool advance_linear(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,
                     Array& q_dot_after_impulse, Array& scratch, const ModalResult& to,
                     DependentLoad& last_impulse) noexcept;
 
-/// Returns the number of doubles that `scratch` needs in these functions.
+/// Returns the number of doubles for which the argument `scratch` of the functions above must have room.
 std::size_t modal_coupling_scratch_size(const Plan& plan) noexcept;
 
 }  // namespace freeflex

@@ -12,7 +12,8 @@ namespace {
 void rotate(std::size_t p, std::size_t q, Mat3& A, Mat3& axes) noexcept {
   const double off = A[3 * p + q];
   if (off == 0.0) return;
-  // t is the tangent of the angle, the root of t^2 + 2 theta t - 1 = 0 with the smaller magnitude
+  // t is the tangent of the angle of rotation: that root of t^2 + 2 theta t - 1 = 0 which has the smaller
+  // magnitude
   const double theta = (A[4 * q] - A[4 * p]) / (2.0 * off);
   const double root = magnitude(theta) + __builtin_sqrt(1.0 + theta * theta);
   const double t = theta < 0.0 ? -1.0 / root : 1.0 / root;

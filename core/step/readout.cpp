@@ -20,7 +20,7 @@ Vec3 contract(const Plan& plan, const double* rows, const Array& x) noexcept {
   return contract_rows(rows, x.data(), index(plan.num_padded));
 }
 
-/// Returns V_second - V_first of a bar, from q. From q', returns the rate of this difference.
+/// Returns V_second - V_first of a bar. If q' is passed instead of q, returns the rate of this difference.
 Vec3 difference(const Plan& plan, const PlanBar& bar, const Array& q) noexcept {
   return sub(contract(plan, rows_of(plan, bar.second), q), contract(plan, rows_of(plan, bar.first), q));
 }
@@ -68,22 +68,23 @@ PointState read_point(const Plan& given, const MotionState& state, int point) no
       contract_motion(rows_of(plan, point), plan, state.q.data(), state.q_dot.data(), state.Q.data());
   const Vec3 x = add(plan.points[index(point)].r, V);
   const Vec3 wx = cross(w, x);
-  // x = r + V   (THEORY 2.13, 9.1). The velocity and the acceleration are in rotating axes   (THEORY 9.2).
+  // x = r + V (THEORY 2.13, 9.1). v_B and a_B are components in the rotating body axes   (THEORY 9.2).
   const Vec3 v_B = add(wx, V_dot);
   Vec3 a_B;
   const bool is_complete = plan.coupled.kinetics.form == PlanKinetics::Form::kComplete;
   if (is_coupled(plan) && is_complete) {
-    // the force on the point, divided by its mass; the first term is added below   (THEORY 12.21)
-    // a = sum_j F_j / M + (I^-1 sum_j r_j x F_j) x r + sum_l b_l q_l'',  q_l'' = Q_l / M - omega^2 q_l - 2
-    // decay q_l'
+    // the acceleration is the force on the point divided by its mass; its first term, sum_j F_j / M, is added
+    // below   (THEORY 12.21):
+    // a = sum_j F_j / M + (I^-1 sum_j r_j x F_j) x r + sum_l b_l q_l'',
+    // q_l'' = Q_l / M - omega^2 q_l - 2 decay q_l'
     a_B = add(cross(multiply(plan.inverse_inertia, state.moment_B), plan.points[index(point)].r), V_ddot);
   } else if (is_coupled(plan)) {
-    // a = w' x x + w x (w x x) + 2 w x V' + V'', with w' and q'' from the step   (THEORY 12.43)
+    // a = w' x x + w x (w x x) + 2 w x V' + V'', where w' and q'' were computed in the step   (THEORY 12.43)
     const Vec3 V_ddot_of_step = contract(plan, rows_of(plan, point), state.coupled.q_ddot);
     a_B = add(add(cross(state.coupled.w_dot_B, x), cross(w, wx)),
               add_scaled(V_ddot_of_step, 2.0, cross(w, V_dot)));
   } else {
-    // w' = I^-1 (L_B - w x R_WB^T H_W)   (THEORY 9.4); then (THEORY 9.3)
+    // w' = I^-1 (L_B - w x R_WB^T H_W) (THEORY 9.4), from which a follows (THEORY 9.3)
     const Vec3 H_B = multiply_transposed(R, state.H_W);
     const Vec3 w_dot = multiply(plan.inverse_inertia, sub(state.moment_B, cross(w, H_B)));
     a_B = add(add(cross(w_dot, x), cross(w, wx)), add_scaled(V_ddot, 2.0, cross(w, V_dot)));
@@ -106,7 +107,7 @@ BodyState read_body(const Plan& given, const MotionState& state, int point) noex
 GroupPose read_group(const Plan& given, const MotionState& state, int group_index) noexcept {
   const Plan& plan = active_plan(given, state);
   const PlanGroup& group = plan.groups[index(group_index)];
-  // mean displacement and mean rotation theta of the group, in body axes, and the rates of both
+  // mean elastic displacement and mean elastic rotation theta of the group, in body axes, and their rates
   // (THEORY 9.5, 9.6)
   Vec3 shift{}, shift_dot{}, theta{}, theta_dot{};
   for (const std::int32_t i : carriers_of_group(plan, index(group_index))) {
@@ -163,8 +164,9 @@ Invariants read_invariants(const Plan& given, const MotionState& state) noexcept
   invariants.kinetic_elastic = 0.5 * plan.mass * dot_lanes(state.q_dot.data(), state.q_dot.data(), n);
   invariants.potential = 0.5 * plan.mass * dot_squares(plan.omega.data(), state.q.data(), n);
   if (is_coupled(plan)) {
-    // 2 E = w . H_B + M sum_l q_l' p_l, without the momenta of wheels   (THEORY 12.4, 16.32). The energy of a
-    // bar at true length is s^2 / (2 D). Its linear energy is already in the sum over modes   (THEORY 12.17)
+    // 2 E = w . H_B + M sum_l q_l' p_l, in which H_B does not contain the momenta of wheels
+    // (THEORY 12.4, 16.32). The energy of a bar at true length is s^2 / (2 D). The sum over modes already
+    // contains its linear energy, so only the difference is added   (THEORY 12.17)
     invariants.kinetic_elastic =
         0.5 * (plan.mass * dot_lanes(state.q_dot.data(), state.coupled.momentum.data(), n) +
                wheel_energy(plan, state.wheel_momentum, state.q.data(), state.q_dot.data()));

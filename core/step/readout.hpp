@@ -12,7 +12,7 @@ namespace freeflex {
 Mat3 rotation_matrix(const Quat& q_WB) noexcept;
 
 /// Returns the sum of h_w a_w over the wheels [N m s], body axes. The sum is zero without wheels. Below the
-/// coupled rungs, a_w are the axes at rest. On coupled rungs, the axes rotate with their bodies
+/// coupled rungs, a_w are the axes at rest. On coupled rungs, a_w are the axes rotated with their bodies
 /// (THEORY 16.22, 16.29).
 Vec3 wheel_momentum_B(const Plan& plan, const MotionState& state) noexcept;
 
@@ -47,11 +47,12 @@ BodyState read_body(const Plan& plan, const MotionState& state, int point) noexc
 
 struct GroupPose {
   Vec3 p_W{};                     // [m] centre of mass of the group
-  Quat q_WG{1.0, 0.0, 0.0, 0.0};  // attitude of the frame times the group's mean elastic rotation
+  Quat q_WG{1.0, 0.0, 0.0, 0.0};  // attitude of the floating frame, followed by the mean elastic rotation of
+                                  // the group
   Vec3 v_W{};                     // [m/s]
   Vec3 w_B{};                     // [rad/s] body axes
 };
-/// Returns the pose of a group, computed from its points, to first order in V. All these points have rows:
+/// Returns the pose and the velocities of a group, computed from its points to first order in V:
 ///   p_g = p_WB + R_WB x_g,   x_g = r_g + sum_i m_i V_i / m_g   (THEORY 9.5)
 ///   theta_g = J_g^-1 sum_i m_i d_i x V_i   (THEORY 9.6)
 ///   q_WG = q_WB o (1, theta_g / 2) / sqrt(1 + |theta_g|^2 / 4)   (THEORY 9.7)
@@ -59,10 +60,12 @@ struct GroupPose {
 GroupPose read_group(const Plan& plan, const MotionState& state, int group) noexcept;
 
 /// Writes the forces of one published link, rows q + rate rows q' + load rows Q, into out (num_rows of
-/// plan.link_outputs[output])   (THEORY 5.1 to 5.6). Bars of the plan have their true length (THEORY 12.17).
+/// plan.link_outputs[output])   (THEORY 5.1 to 5.6). The force of a bar in PlanCoupled::bars is that at true
+/// length (THEORY 12.17).
 void read_link(const Plan& plan, const MotionState& state, int output, std::span<double> out) noexcept;
 
-/// Holds conserved quantities, energies (without the energies of wheels), and residuals.
+/// Holds momenta, energies without the kinetic energy of wheels, and residuals of the conditions on the
+/// coordinates.
 struct Invariants {
   double kinetic_rigid = 0.0;  // [J] M v_WB^2 / 2 + w^T I w / 2   (THEORY 7.1)
   // [J] M sum q_l'^2 / 2   (THEORY 7.1); on coupled rungs, kinetic_rigid + kinetic_elastic is E_kin + M

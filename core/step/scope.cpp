@@ -12,8 +12,8 @@ void resize(LoadPattern& pattern, std::size_t n) noexcept {
   pattern.Q_B.resize(n);
 }
 
-/// Moves the value of mode l to positions[l], in place. Sets the other values to zero. Positions are
-/// ascending, and positions[l] >= l.
+/// Resizes `values` to n and moves the value of each mode l to the index positions[l], in place. Sets the
+/// other values to zero. \pre positions are ascending, so positions[l] >= l
 void spread_modes(const std::vector<std::int32_t>& positions, std::size_t n, Array& values) noexcept {
   values.resize(n, 0.0);
   for (std::size_t l = n; l-- > positions.size();) values[l] = 0.0;
@@ -24,7 +24,8 @@ void spread_modes(const std::vector<std::int32_t>& positions, std::size_t n, Arr
   }
 }
 
-/// Moves the value at positions[l] to mode l, in place.
+/// Moves the value at the index positions[l] to each mode l, in place. Resizes `values` to n, and sets the
+/// padding to zero.
 void gather_modes(const std::vector<std::int32_t>& positions, std::size_t n, Array& values) noexcept {
   for (std::size_t l = 0; l < positions.size(); ++l) values[l] = values[index(positions[l])];
   values.resize(n);
@@ -39,8 +40,8 @@ Need find_need(const Plan& plan, const ForceCommand& command) noexcept {
       [&](std::int32_t group) { return plan.groups[index(group)].centre; });
 }
 
-// q_u = q_l if mode u of the fallback plan is mode l of the reduced plan, otherwise 0. q' is converted in the
-// same way (THEORY 14.16)
+// q_u = q_l if mode u of the fallback plan is mode l of the reduced plan, otherwise q_u = 0. The other modal
+// arrays are converted in the same way (THEORY 14.16)
 void switch_to_fallback(const Plan& plan, Need need, State& state) noexcept {
   const std::size_t n = index(plan.fallback.front().num_padded);
   for (Array* v : modal_arrays(state)) spread_modes(plan.fallback_modes, n, *v);

@@ -1,5 +1,5 @@
-// Compares commands with the features that a plan omits, and switches to the fallback plan. The fallback plan
-// has these features.
+// Finds out whether a command needs a feature that a plan omits, and switches a state to the fallback plan,
+// which has the feature.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,8 @@ namespace freeflex {
 /// Identifies a feature that a command needs and the plan omits.
 enum class Need : std::int32_t { kNone = 0, kRotation = 1, kOutOfPlane = 2 };
 
-/// [-] A moment, or a component along the normal, below this fraction of its terms is a rounding error.
+/// [-] A moment or an out-of-plane component is a rounding error if it is at most this fraction of the sum of
+/// the magnitudes of its terms.
 inline constexpr double kScopeRounding = 1e-12;
 
 /// Returns the omitted feature that a command needs   (THEORY 14.16). kRotation: the plan omits rotation, and
@@ -70,14 +71,16 @@ Need find_need(const CommandScope& scope, const ForceCommand& command, const Poi
   if (scope.lacks_rotation && size(moment) > kScopeRounding * terms) return Need::kRotation;
   return scope.lacks_out_of_plane && is_out ? Need::kOutOfPlane : Need::kNone;
 }
-/// Returns the omitted feature that a command needs, with the positions of points and groups in the plan.
+/// Returns the omitted feature that a command needs. The positions of points and groups are those in the
+/// plan.
 Need find_need(const Plan& plan, const ForceCommand& command) noexcept;
 
-/// Converts a state to the fallback plan: modes of the reduced plan keep their coordinates, and the added
-/// modes are at rest (THEORY 14.16). The next step computes the loads again. Allocates nothing.
+/// Converts a state from the reduced plan to the fallback plan. The modes of both plans keep their
+/// coordinates, and the modes that only the fallback plan has start at rest (THEORY 14.16). The next step
+/// computes the loads again. Allocates nothing.
 /// \pre there is a fallback plan, and the state does not use it
 void switch_to_fallback(const Plan& plan, Need need, State& state) noexcept;
-/// Undoes switch_to_fallback after a failed step.  \pre switch_to_fallback was the last change of the state
+/// Undoes switch_to_fallback after a failed step. \pre the state has not changed since switch_to_fallback
 void switch_back(const Plan& plan, State& state) noexcept;
 
 /// Resizes a workspace for the plan on which the state is stepped. Allocates nothing.

@@ -14,7 +14,8 @@ int compare(const ForceCommand& a, const ForceCommand& b) noexcept {
   return a.slot < b.slot ? -1 : (a.slot > b.slot ? 1 : 0);
 }
 
-/// Returns the index of the first active slot that is not ordered before the slot of the command.
+/// Returns the index of the first active slot that does not come before the slot of the command in this
+/// order.
 std::int32_t lower_bound(const ForceCommand& command, std::span<const Slot> slots,
                          std::int32_t num_slots) noexcept {
   std::int32_t i = 0;

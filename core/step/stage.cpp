@@ -23,8 +23,8 @@ Vec3 solve(const Mat3& A, const Vec3& b) noexcept {
 /// Returns x minus its component along the unit vector `line`; x if line is zero.
 Vec3 across(const Vec3& line, const Vec3& x) noexcept { return add_scaled(x, -dot(line, x), line); }
 
-/// Returns the angular velocity of the frame from the angular momentum, the displacements V_i, and W_i =
-/// sum_l b_il p_l:
+/// Returns the angular velocity w of the frame, and sets alpha. Both follow from the angular momentum, the
+/// displacements V_i, and W_i = sum_l b_il p_l:
 ///   J = I + sum_i m_i ((r_i . V_i) 1 - r_i V_i^T),   pi = sum_i m_i V_i x W_i   (THEORY 12.5, 12.6)
 ///   alpha = J^-1 (H_B - pi),   w = J^-1 I alpha   (THEORY 12.7, 12.8)
 Vec3 angular_velocity(const Plan& plan, const Vec3& H_B, const CoupledWorkspace& w, Vec3& alpha) noexcept {
@@ -37,7 +37,8 @@ Vec3 angular_velocity(const Plan& plan, const Vec3& H_B, const CoupledWorkspace&
     const Vec3 &r = plan.points[i].r, mV = scale(m, w.V[i]);
     pi = add(pi, cross(mV, w.W[i]));
     const double arm = dot(r, mV);
-    // J is symmetric   (THEORY 2.15). The mean of both halves keeps J symmetric to the bit.
+    // J is symmetric except for rounding errors (THEORY 2.15). The mean of J and J^T is used, which is
+    // symmetric to the bit.
     const double xy = 0.5 * (r[0] * mV[1] + r[1] * mV[0]), xz = 0.5 * (r[0] * mV[2] + r[2] * mV[0]),
                  yz = 0.5 * (r[1] * mV[2] + r[2] * mV[1]);
     J[0] += arm - r[0] * mV[0], J[4] += arm - r[1] * mV[1], J[8] += arm - r[2] * mV[2];
@@ -48,11 +49,12 @@ Vec3 angular_velocity(const Plan& plan, const Vec3& H_B, const CoupledWorkspace&
   return solve_for_spin(plan, matrix, multiply(plan.inertia, alpha));
 }
 
-/// Adds to the forces on points the difference between the forces of true and linear bars, by bar_force and
-/// damper_force   (THEORY 12.18, 12.19). The rate of d = V_j - V_i is
+/// Adds to the forces on points the difference between the force of each bar at true length and that of the
+/// linear bar, from bar_force and damper_force   (THEORY 12.18, 12.19). The rate of d = V_j - V_i is
 ///   d' = W_j - W_i + (alpha - w) x L u - w x d   (THEORY 12.20)
 void add_bars(const Plan& plan, const Vec3& alpha, const Vec3& w_B, CoupledWorkspace& w) noexcept {
-  const Vec3 slip = sub(alpha, w_B);  // rest arms rotate with alpha, deformed arms with w
+  const Vec3 slip = sub(alpha, w_B);  // the rest vector L u of a bar rotates with alpha, its elastic part d
+                                      // with w
   for (const PlanBar& bar : plan.coupled.bars) {
     const std::size_t i = index(bar.first), j = index(bar.second);
     const Vec3 d = sub(w.V[j], w.V[i]);
@@ -74,7 +76,7 @@ std::size_t point_of_row([[maybe_unused]] const Plan& plan, std::int32_t row) no
   return index(row);
 }
 
-/// Sets the resultant and the moments of the loads on the points. The moment about deformed arms is sum_i
+/// Sets the resultant and the moments of the loads on the points. With deformed arms, the moment is sum_i
 /// (r_i + V_i) x F_i (THEORY 12.12).
 void sum_forces(const Plan& plan, const StageState& stage, const CoupledWorkspace& w,
                 StageRate& rate) noexcept {
@@ -164,7 +166,8 @@ void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Works
                      StageRate& rate) noexcept {
   const Plan& plan = step_loads.plan;
   const bool has_modal_coupling = plan.modal_coupling.num_damping > 0 || !plan.feedbacks.empty();
-  // for a complete set of modes of point masses, the attractor already acts point by point   (THEORY 8.21)
+  // if the modes are a complete set for point masses, add_field_of_points has already added the attractor
+  // (THEORY 8.21)
   const bool has_gradient = has_field(plan) && plan.coupled.kinetics.form != PlanKinetics::Form::kComplete;
   const bool has_followers =
       std::any_of(plan.histories.begin(), plan.histories.end(),

@@ -38,7 +38,8 @@ void set_initial(const Plan& plan, State& state) {
   }
   if (!plan.wheels.all.empty() && !is_coupled(plan))
     state.H_W = add(state.H_W, multiply(rotation_matrix(initial.q_WB), wheel_momentum_B(plan, state)));
-  // The state returns from the fallback plan. The arrays have room for this.
+  // A reset returns the state from the fallback plan to the plan. The arrays have room for both plans, so
+  // nothing is allocated.
   const auto n = static_cast<std::size_t>(plan.num_padded);
   for (Array* v : modal_arrays(state)) v->resize(n);
   state.commands_pattern.table.resize(9 * n);

@@ -17,26 +17,27 @@ struct Slot {
   std::int64_t end_tick = 0;
 };
 
-/// Holds the part of the state that only the coupled rungs need. All members except the momenta are at the
-/// left limit of the tick.
+/// Holds the part of the state that only the coupled rungs need. All members except the momenta may jump at a
+/// tick, and hold their values just before the tick (the left limit).
 struct CoupledState {
   // [m/s] (num_padded) The elastic momenta over the mass (THEORY 12.3, 12.33). q_dot follows from these
   // momenta.
   Array momentum;
-  // [m/s], [m/s^2] (num_padded) rates of q and momentum without the linear motion of each mode (THEORY 12.13)
+  // [m/s], [m/s^2] (num_padded) rates of q and of `momentum`, minus the linear motion of each mode
+  // (THEORY 12.13)
   Array rate_q, rate_p;
   Vec3 w_B{};       // [rad/s] angular velocity of the frame, body axes
   Vec3 moment_B{};  // [N m] about the centre of mass, deformed arms
-  // Used if the modes are not a complete set. Otherwise the arrays are empty and the values are
-  // zero   (THEORY 12.41, 12.42)
+  // Used only if the modes are not a complete set for point masses. Otherwise the array is empty and the
+  // value is zero   (THEORY 12.41, 12.42)
   Array q_ddot;    // [m/s^2] (num_padded)
   Vec3 w_dot_B{};  // [rad/s^2] rate of w_B, body axes
   bool has_rates = false;
   bool operator==(const CoupledState&) const = default;
 };
 
-/// Holds the floating frame. Each member *_low holds the rounding error of the value before it (compensated
-/// sums), so the exact state is value + low.
+/// Holds the floating frame. Each member *_low holds the rounding error of the member without _low
+/// (compensated summation), so value + low is more accurate than the value.
 struct Frame {
   Vec3 p_WB{}, p_WB_low{};  // [m]
   Vec3 v_WB{}, v_WB_low{};  // [m/s]
@@ -49,13 +50,13 @@ struct Frame {
 /// no field can be forgotten. MotionState is a base of State, and Frame is a base of MotionState, only so
 /// that expressions like `state.q_WB` stay short.
 struct MotionState : Frame {
-  std::int64_t tick = 0;              // never repeats within a session
+  std::int64_t tick = 0;              // never repeats within a session; a reset keeps it
   std::int64_t epoch = 0;             // raised by reset
   std::int64_t epoch_start_tick = 0;  // tick from which histories run
   Array q, q_low;                     // [m] (num_padded)
   Array q_dot, q_dot_low;             // [m/s] (num_padded)
-  // The loads just before this tick, including the loads of fields, dashpots and feedback. They serve the
-  // accelerations and the read-out.
+  // The loads just before this tick, including the loads of fields, dashpots and feedback. Accelerations and
+  // link forces are computed from them.
   Vec3 force_W{};   // [N] resultant without gravity
   Vec3 moment_B{};  // [N m] about the centre of mass, rest arms
   Array Q;          // [N] (num_padded)
@@ -68,20 +69,20 @@ struct MotionState : Frame {
   std::int32_t fallback_need = 0;   // Need that caused the switch
   bool operator==(const MotionState&) const = default;
 };
-/// Returns the arrays whose size is that of the active plan.
+/// Returns the arrays whose size is the num_padded of the active plan.
 inline std::array<Array*, 5> modal_arrays(MotionState& motion) noexcept {
   return {&motion.q, &motion.q_low, &motion.q_dot, &motion.q_dot_low, &motion.Q};
 }
 
-/// Holds all data, in addition to plan and inputs, on which the future motion depends.
+/// Holds the state: with the plan and the inputs of later ticks, it determines the later motion.
 struct State : MotionState {
   // The active command slots, sorted by (sender, slot). Their loads are summed in this order.
   std::int32_t num_slots = 0;
   std::vector<Slot> slots;                       // capacity kMaxSlots, size kMaxSlots
   bool slots_changed = true;                     // true: commands_pattern must be computed again
   LoadPattern commands_pattern;                  // sum of the slots
-  Array commands_arms;                           // [N] set_arms of commands_pattern
-  double commands_size = 0.0;                    // [N] size_of_forces of commands_pattern
+  Array commands_arms;                           // [N] result of set_arms for the active commands
+  double commands_size = 0.0;                    // [N] result of size_of_forces for the active commands
   bool operator==(const State&) const = delete;  // the operator of MotionState would ignore the slots
 };
 
@@ -91,33 +92,35 @@ struct CoupledWorkspace {
   std::vector<Vec3> force, drift;             // [N], [m/s] (num_points; force also num_particles)
   Array q, p, q_dot, Q;                       // (num_padded) of a stage
   std::array<std::array<Array, 2>, 4> rates;  // [m/s], [m/s^2] (num_padded) of q and p at each stage
-  // used if the modes are not a complete set; otherwise empty
-  Array C;  // [kg m] (3 x num_padded) chi, momentum of each mode at unit rate   (THEORY 12.35, 12.49)
+  // used only if the modes are not a complete set for point masses; otherwise empty
+  Array C;                 // [kg m] (3 x num_padded) chi, angular momentum per rate of each coordinate
+                           // (THEORY 12.35, 12.49)
   Array load, inertial;    // [N] (num_padded)
   Array C_dot_w;           // [N] (num_padded) w . C'_l   (THEORY 12.40, 12.51)
-  Array sums, sums_dot;    // (num_tables, 6 x num_padded) tables times q, times q'
+  Array sums, sums_dot;    // (num_tables, 6 x num_padded) tables times q; tables times q'
   Array spare;             // (num_padded)
   std::vector<Vec3> arms;  // [kg m] (num_points)
-  // The values at a stage, empty without wheels. They are the momenta of the wheels [N m s] (num_wheels), and
-  // the contribution of the wheels to the elastic momenta [m/s] (num_padded). This contribution is later
-  // replaced by its rate
-  //   (THEORY 16.30)
+  // Values at a stage, empty without wheels: the momenta of the wheels [N m s] (num_wheels), and the
+  // contribution of the wheels to the elastic momenta [m/s] (num_padded). accelerate() overwrites this
+  // contribution with its rate times the mass [N]   (THEORY 16.30)
   std::vector<double> wheels;
   Array wheel_share;
   CoupledState next;
 };
 
 /// Holds scratch memory of one step. The step writes its results to the workspace and swaps them with the
-/// state once they are known to be finite. No motion is kept from one step to the next. Only uses_fallback
-/// and the group rows of both plans are kept. uses_fallback gives the plan for which the arrays are sized,
-/// and the group rows are constant.
+/// state once they are known to be finite. From one step to the next, the workspace keeps no motion. It keeps
+/// only uses_fallback, which tells for which plan the arrays are sized, and the group rows of both plans,
+/// which are constant.
 struct Workspace {
-  Array Q_right;  // [N] (num_padded) at the right limit of this tick
-  Array Q_left;   // [N] (num_padded) at the left limit of the next tick
+  Array Q_right;  // [N] (num_padded) generalized forces at the right limit of this tick
+  Array Q_left;   // [N] (num_padded) generalized forces at the left limit of the next tick
   Array next_q, next_q_low, next_q_dot, next_q_dot_low;
   std::vector<double> next_wheel, next_wheel_low;  // [N m s] (num_wheels)
-  Array predicted_q;             // [m] (num_padded) empty unless loads depend on the elastic motion
-  Array q_dot_after_impulse;     // [m/s] (num_padded) after half a splitting impulse; kSplit only
+  Array predicted_q;             // [m] (num_padded) q at the end of the first pass; empty unless loads on the
+                                 // body depend on the elastic motion
+  Array q_dot_after_impulse;     // [m/s] (num_padded) q' after half a splitting impulse; empty unless the
+                                 // path is kSplit
   Array scratch;                 // see modal_coupling_scratch_size
   CoupledWorkspace coupled;      // empty below the coupled rungs
   MotionState substep;           // state after a substep; empty unless the plan divides the step
@@ -130,7 +133,7 @@ struct Workspace {
   bool uses_fallback = false;  // value in the state at the last step; arrays have room for both plans
   Array other_group_rows;      // group rows of the plan for which the arrays are not sized
 };
-/// Returns the arrays whose size is that of the active plan.
+/// Returns the arrays whose size is the num_padded of the active plan.
 inline std::array<Array*, 6> modal_arrays(Workspace& w) noexcept {
   return {&w.Q_right, &w.Q_left, &w.next_q, &w.next_q_low, &w.next_q_dot, &w.next_q_dot_low};
 }

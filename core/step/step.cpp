@@ -20,8 +20,8 @@
 namespace freeflex {
 namespace {
 
-/// Applies expiries and commands, and writes the resulting slots and their pattern to the workspace. Returns
-/// the number of slots.
+/// Removes expired slots and applies the commands. Writes the resulting slots and the pattern of their loads
+/// to the workspace. Returns the number of active slots.
 std::int32_t change_slots(const Plan& plan, const State& state, const Inputs& inputs, Workspace& workspace,
                           StepReport& report) noexcept {
   std::copy_n(state.slots.begin(), state.num_slots, workspace.next_slots.begin());
@@ -66,13 +66,14 @@ void flush(Array& value, Array& low) noexcept {
   }
 }
 
-/// Holds the result of a step before the result is known to be finite. Elastic coordinates and loads are
-/// excepted, because they are in the workspace.
+/// Holds the result of a step until it is known to be finite. The elastic coordinates and the loads on the
+/// modes are not in this struct, but in the workspace.
 struct Result {
   Frame frame;
   Vec3 force_W;           // [N] at the end
   Vec3 moment_B;          // [N m] at the end
-  DependentLoad impulse;  // load of feedback on the body over the second half of the step, if modes are split
+  DependentLoad impulse;  // load of feedback on the body over the second half of the step, if the path is
+                          // kSplit
   bool is_finite;
 };
 
@@ -86,14 +87,14 @@ bool advance_elastic(const Plan& plan, const MotionState& state, const Array& Q_
                         workspace.scratch, to, last_impulse);
 }
 
-/// Sets the resultant and the moment at the end of the step, from which accelerations are computed
-/// (THEORY 9.3, 9.4).
+/// Sets the resultant and the moment of the loads at the end of the step. Accelerations are computed from
+/// them   (THEORY 9.3, 9.4).
 void set_read_out(const Plan& plan, const Mat3& R_WB, const RigidLoad& load, const WheelMomentum& wheels,
                   Result& result) noexcept {
   result.force_W = resultant_W(load, R_WB);
   result.moment_B = moment_B(load, R_WB);
-  // the torque of motors on the body is -h', with h' = (h_1 + 2 h_2 + 3 h_3) / period at the end
-  // (THEORY 16.21)
+  // the torque of the motors on the body is -h', where h' = (h_1 + 2 h_2 + 3 h_3) / period is the rate of the
+  // momentum of the wheels at the end   (THEORY 16.21)
   if (!plan.wheels.all.empty())
     result.moment_B = add_scaled(result.moment_B, -1.0 / plan.period,
                                  add_scaled(add_scaled(wheels.h[1], 2.0, wheels.h[2]), 3.0, wheels.h[3]));
@@ -118,10 +119,10 @@ Result advance_once(const StepLoads& step_loads, const MotionState& state, const
   return result;
 }
 
-/// Makes the step in two passes if loads on the body depend on the elastic motion. The first pass uses these
-/// loads as they are at the start of the step. The second pass also uses these loads as they are at the end
-/// of the first pass ("Two passes" in THEORY section 8). The load of feedback on the body is given by
-/// (THEORY 8.37), or by (THEORY 8.41) if modes are split.
+/// Makes the step in two passes, for plans in which loads on the body depend on the elastic motion. In the
+/// first pass these loads keep their values at the start of the step. In the second pass they go linearly
+/// from these values to those that follow from the result of the first pass ("Two passes" in THEORY section
+/// 8). The load of feedback on the body is given by (THEORY 8.37), or by (THEORY 8.41) if the path is kSplit.
 Result advance_dependent(const StepLoads& step_loads, const MotionState& state, const Mat3& R_start,
                          Workspace& workspace) noexcept {
   const Plan& plan = step_loads.plan;
@@ -156,7 +157,8 @@ Result advance_dependent(const StepLoads& step_loads, const MotionState& state, 
   Result result =
       advance_once(step_loads, state, workspace.Q_right, R_start, with({followers_at_start, end}, feedback),
                    workspace.predicted_q.data(), workspace);
-  // the read-out uses the loads at the end of the step, not the loads that are linear over the step
+  // accelerations are computed from the true loads at the end of the step, not from the end values of the
+  // loads that the step treats as linear in time
   RigidLoad load = fixed.end();
   add(end, load);
   add(feed_back(plan, workspace.next_q.data(), workspace.next_q_dot.data(), workspace.Q_left.data()), load);
@@ -179,7 +181,7 @@ Result advance_separated(const StepLoads& step_loads, const MotionState& state, 
   advance_wheels(step_loads, state, workspace);
   const Mat3 R_start = rotation_matrix(state.q_WB);
   const bool has_dependent = has_dependent_loads(plan);
-  // the loads at the start are the loads at the end of the last step, unless a load jumped
+  // unless a load may have jumped, the loads at the start of this step are those at the end of the last step
   const bool is_fresh = is_changed || state.tick == state.epoch_start_tick || step_loads.jumps() ||
                         has_dependent || plan.modal_coupling.path != PlanModalCoupling::Path::kNone;
   if (is_fresh)
@@ -272,8 +274,8 @@ void step_in(const Plan& plan, State& state, const Inputs& inputs, Workspace& wo
 void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace,
           StepReport& report) noexcept {
   if (plan.fallback.empty()) return step_in(plan, state, inputs, workspace, report);
-  // a command that needs an omitted feature switches the state to the fallback plan at the tick of the
-  // command   (THEORY 14.16)
+  // if a command of this tick needs an omitted feature, the state is switched to the fallback plan before the
+  // step   (THEORY 14.16)
   Need need = Need::kNone;
   if (!state.uses_fallback)
     for (const ForceCommand& command : inputs.commands)

@@ -34,13 +34,14 @@ struct StepReport {
   std::array<Expiry, kMaxSlots> expiries{};
 };
 
-/// Returns true if there is a slot for the command. This is so if the command replaces a slot, if the command
-/// clears a slot, or if one of kMaxSlots is free.
+/// Returns true if the state has a slot for the command: if the command replaces an active slot, if it clears
+/// a slot, or if fewer than kMaxSlots slots are active.
 bool has_slot_for(const State& state, const ForceCommand& command) noexcept;
 
-/// Advances a state by one tick (THEORY section 6). Handles expiries first, then commands, then the motion.
-/// Commands must have passed validation and has_slot_for. A command for which no slot is free is ignored.
-/// Allocates nothing, does not call libm, and gives the same bits with every compiler and instruction set.
+/// Advances a state by one tick (THEORY section 6). First removes the slots that expire at this tick, then
+/// applies the commands, then advances the motion. Commands must have passed validation and has_slot_for. A
+/// command for which no slot is free is ignored. Allocates nothing, does not call libm, and gives the same
+/// bits with every compiler and instruction set.
 void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace,
           StepReport& report) noexcept;
 

@@ -45,8 +45,8 @@ RigidLoads StepLoads::rigid() const noexcept {
   RigidLoads loads;
   add_resultant(plan, commands, 1.0, loads.start);
   if (plan.histories.empty()) return loads;
-  // A load of amplitude zero is omitted. If all loads are constant over the step, the values at its middle
-  // and end are not needed.
+  // Histories of amplitude zero are skipped. If all loads are constant over the step, the loads at its middle
+  // and end are not stored.
   bool varies = false;
   for (const PlanHistory& history : plan.histories) {
     const double start = amplitude(history, StageTime::kStart);
@@ -93,8 +93,8 @@ double StepLoads::wheel_momentum(std::size_t wheel, double at_start, StageTime s
   return at_start + period() * (0.5 * start + 0.125 * slope + bend / 24.0);
 }
 
-// sum_w h_w a_w in powers of s, with h_w = h_w^0 + h (start s + slope s^2 / 2 + bend s^3 / 3)
-// (THEORY 16.21, 16.22)
+// sum_w h_w a_w as a polynomial in s, with h_w = h_w^0 + h (start s + slope s^2 / 2 + bend s^3 / 3), where h
+// is the length of the substep   (THEORY 16.21, 16.22)
 WheelMomentum StepLoads::wheels(std::span<const double> momentum) const noexcept {
   WheelMomentum all;
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {

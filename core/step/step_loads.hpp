@@ -9,12 +9,12 @@
 
 namespace freeflex {
 
-/// A time in a step. It is the right limit at the start of the step, the middle, or the left limit at the
-/// end.
+/// Lists the times in a step at which loads are evaluated. kStart is the right limit at the start of the
+/// step, and kEnd the left limit at its end.
 enum class StageTime { kStart, kMiddle, kEnd };
 
-/// Adds amplitude times the resultant of a pattern and its moment (THEORY 8.1, 8.3, 8.7). On coupled rungs a
-/// pattern keeps its loads in body axes apart, so their resultant is formed here.
+/// Adds amplitude times the resultant and the moment of a pattern (THEORY 8.1, 8.3, 8.7). On coupled rungs a
+/// pattern holds its loads in body axes without their resultant, so this function computes the resultant.
 void add_resultant(const Plan& plan, const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept;
 
 /// Holds the loads of one step. If the plan divides the step, these are the loads of one substep.
@@ -30,7 +30,7 @@ struct StepLoads {
   /// Returns true if a history jumps at the start of the step.
   bool jumps() const noexcept;
 
-  /// Returns the resultants and moments of the loads on the body, below the coupled rungs.
+  /// Returns the resultants and moments of the loads on the rigid body, without followers and feedback.
   RigidLoads rigid() const noexcept;
 
   /// Returns the length of the substep [s].
@@ -43,17 +43,18 @@ struct StepLoads {
     double start, slope, bend;
   };
   TorqueOverStep wheel_torques(std::size_t wheel) const noexcept;
-  /// Returns the gain in momentum of a wheel over the substep [N m s], by h_w' = tau_w   (THEORY 16.21).
+  /// Returns the change of the momentum of a wheel over the substep [N m s], from h_w' = tau_w
+  /// (THEORY 16.21).
   double wheel_gain(std::size_t wheel) const noexcept;
   /// Returns the momentum of all wheels over the substep.
   /// \param momentum  [N m s] (num_wheels) at the start of the substep
   WheelMomentum wheels(std::span<const double> momentum) const noexcept;
-  /// Returns the momentum of one wheel at a stage time [N m s], by h_w' = tau_w   (THEORY 16.21).
+  /// Returns the momentum of one wheel at a stage time [N m s], from h_w' = tau_w   (THEORY 16.21).
   double wheel_momentum(std::size_t wheel, double at_start, StageTime stage_time) const noexcept;
 
   /// Below the coupled rungs, computes the generalized forces Q [N] (num_padded) without the forces of
-  /// followers, dashpots and feedback.  \param momentum  [N m s] (num_wheels) of wheels at the start of the
-  /// step
+  /// followers, dashpots and feedback.  \param momentum  [N m s] (num_wheels) momenta of the wheels at the
+  /// start of the step
   void generalized(StageTime stage_time, const Frame& frame, const Mat3& R_WB,
                    std::span<const double> momentum, Array& Q) const noexcept;
 

@@ -7,7 +7,8 @@
 namespace freeflex {
 namespace {
 
-/// Returns a bound of each component of a moment at any attitude [N m], principal axes.
+/// Returns a bound on each component of the moment of a load, for any attitude of the body [N m], in
+/// principal axes.
 Vec3 most_of(const RigidLoad& load, const Mat3& R_PB) noexcept {
   Vec3 most = multiply(R_PB, load.torque_B);
   for (double& each : most) each = magnitude(each);
@@ -19,7 +20,8 @@ Vec3 most_of(const RigidLoad& load, const Mat3& R_PB) noexcept {
       for (std::size_t b = 0; b < 3; ++b) entry += R_PB[3 * c + b] * load.moment_W[9 * b + i];
       square += entry * entry;
     }
-    constexpr double kRootThree = 1.7320508075688772;  // norm of the nine entries of a rotation matrix
+    constexpr double kRootThree = 1.7320508075688772;  // root of the sum of the squares of the nine entries
+                                                       // of a rotation matrix
     most[c] += kRootThree * __builtin_sqrt(square);
   }
   return most;
@@ -36,13 +38,13 @@ Vec3 most_moment(const RigidLoads& loads, const Mat3& R_PB) noexcept {
   return most;
 }
 
-/// Holds conserved quantities that bound the rates of a free body, in principal axes. The quantities include
-/// the largest changes that loads may make in a tick.
+/// Holds quantities that are conserved in free motion and bound the rates of the body, in principal axes. The
+/// largest changes that loads and motors may cause in a tick are added.
 struct Conserved {
   double root = 0.0;      // [sqrt(J)] sqrt(2 E_rot)
   double momentum = 0.0;  // [N m s] |H|
-  Vec3 wheels{};          // [N m s] largest magnitude of each component
-  int num_axes = 0;       // number of axes with angular momentum
+  Vec3 wheels{};          // [N m s] largest magnitude of each component of the momentum of the wheels
+  int num_axes = 0;       // number of principal axes along which body or wheels have angular momentum
 };
 
 Conserved conserved(const Plan& plan, const Vec3& H, const Vec3& L, const WheelMomentum& wheels) noexcept {
@@ -64,8 +66,8 @@ Conserved conserved(const Plan& plan, const Vec3& H, const Vec3& L, const WheelM
   return all;
 }
 
-/// Returns a bound of the rate of the body relative to its rotation about the angular momentum [rad/s]. It is
-/// the sum of the bounds u_i of the rates about the principal axes, plus a bound of the nutation rate. Here
+/// Returns a bound on the rate of the body relative to its rotation about the angular momentum [rad/s]. It is
+/// the sum of bounds u_i on the rates about the principal axes, plus a bound on the nutation rate. Here
 /// d_i = 1/I_i - 1/I_2:
 ///   sum_i u_i + (|H| sum_(i != j) |d_i| u_j)^(1/2)   (THEORY 7.22)
 ///   u_i = min(|d_i| (2 E_rot I_i)^(1/2) + |h_i| / I_2, |d_i| |H| + |h_i| / I_i)   (THEORY 7.23)
@@ -87,11 +89,11 @@ double relative_rate(const Plan& plan, const Conserved& all) noexcept {
 struct Nearest {
   double distance, orbit;
 };
-/// Returns the smallest distance r_min and the angle of the orbit. The rate is taken from a circular orbit at
-/// r_min or from the actual orbit, whichever rate is larger:
+/// Returns the smallest distance r_min and the angle of the orbit. The angular rate is that of a circular
+/// orbit at r_min or that of the actual orbit at r_min, whichever is larger:
 ///   orbit = h max((mu / r_min^3)^(1/2), |rho x v| / r_min^2)   (THEORY 7.25)
-/// If the tick passes the pericentre, r_min is p / (1 + e). Otherwise r_min is the distance at one end of the
-/// tick   (THEORY 7.26).
+/// If the body passes the pericentre in the tick, r_min is p / (1 + e). Otherwise r_min is the smaller of the
+/// distances at the two ends of the tick   (THEORY 7.26).
 Nearest nearest_in_tick(const Plan& plan, const Frame& from) noexcept {
   const Vec3 rho = sub(from.p_WB, plan.attractor_W), &v = from.v_WB;
   const double mu = plan.attractor_mu, h = plan.period, r = length(rho);
@@ -103,7 +105,7 @@ Nearest nearest_in_tick(const Plan& plan, const Frame& from) noexcept {
   const double beta = 2.0 * mu / r - dot(v, v);  // mu over the semi-major axis
   const bool is_closed = beta > 0.0 && kTwoPi * mu <= h * beta * __builtin_sqrt(beta);
   if (is_closed || (dot(rho, v) < 0.0 && dot(rho_end, add(v, gain.v)) > 0.0)) {
-    // The tick passes the pericentre. The distance of the pericentre is p / (1 + e).
+    // The body passes the pericentre in this tick, at the distance p / (1 + e).
     const double p = dot(momentum, momentum) / mu;
     nearest = p / (1.0 + __builtin_sqrt(std::max(0.0, 1.0 - beta * p / mu)));
   }
@@ -148,8 +150,9 @@ TickRotation rotation_in_tick(const Plan& plan, const Frame& from, const Mat3& R
 }
 
 bool may_rotate_far(const Plan& plan, const Vec3& w, const Vec3& H, const WheelMomentum& wheels) noexcept {
-  // The bound includes the spin, the change of the spin by motors, and the nutation by the momentum of body
-  // and wheels. The rate of nutation is at most |H| over the root of the product of two moments of inertia.
+  // The bound includes the spin, its change by motors, and the nutation due to the momentum of body and
+  // wheels. The rate of nutation is at most |H| divided by the root of the product of two principal moments
+  // of inertia.
   constexpr double kMost = kShortRotation / 3.0;
   const Vec3& inverse = plan.principal.inverse_moment;
   double square = dot(w, w) + 4.0 * inverse[0] * inverse[1] * dot(H, H);
@@ -164,8 +167,8 @@ bool may_rotate_far(const Plan& plan, const Vec3& w, const Vec3& H, const WheelM
 
 bool may_orbit_far(const Plan& plan, const Frame& from) noexcept {
   if (plan.attractor_mu == 0.0) return false;
-  // [-] distance travelled over distance from the attractor, above which the field may change much in the
-  // tick
+  // [-] ratio of the distance travelled in the tick to the distance from the attractor, above which the field
+  // may change much in the tick
   constexpr double kShortWay = 0.1;
   const Vec3 rho = sub(from.p_WB, plan.attractor_W);
   const double square = dot(rho, rho), h = plan.period;
