@@ -1,4 +1,5 @@
-// The reference for the cost of a step is the plain modal update under a force that is linear over the step.
+// The plain modal update under a force that is linear over the step, with whose cost the cost of the complete
+// step is compared.
 #pragma once
 
 #include <cstddef>
@@ -12,9 +13,10 @@ struct BareModes {
   freeflex::Array f0, f1;                  // generalized forces at the start and the end
 };
 
-/// Computes q1 = p q + w f for each mode, with ten loads, two stores and eight products.
+/// Computes the next (q, v) of each mode as p (q, v) + w f. Each mode takes twelve loads from memory, two
+/// stores and eight products.
 void bare_update(BareModes& modes, std::size_t n);
 
-/// Computes the same update at the register width that core/step chooses at run time. The width is that of
-/// AVX2 if the processor has AVX2.
+/// Computes the same update at the widest register width that the processor supports: AVX-512, AVX2 or that
+/// of the build. core/step chooses its width in the same way.
 void bare_update_wide(BareModes& modes, std::size_t n);

@@ -1,6 +1,7 @@
-// This program measures the cost of a tick of the rung `coupled` against the numbers of modes and points,
-// with sums over points and with tables over pairs of modes (THEORY 12.52). Sums over points and tables cost
-// the same at the ratio kTablesPerPoint of core/plan/kinetics.hpp.
+// Measures the time of a tick on the rung `coupled` for several numbers of modes and points, once with sums
+// over points and once with tables over pairs of modes (THEORY 12.52). Both take about the same time if the
+// number of tables times the number of modes is kTablesPerPoint (core/plan/kinetics.hpp) times the number of
+// points.
 #include <benchmark/benchmark.h>
 
 #include <map>
@@ -16,7 +17,7 @@ namespace {
 
 using namespace freeflex;
 
-// Returns a row of box-shaped cells with springs along their edges and diagonals.
+// Returns a row of box-shaped cells, in which springs join every two points of a cell.
 Scene lattice(int num_points) {
   Scene scene;
   const int length = num_points / 4;

@@ -1,5 +1,5 @@
-// This program measures the cost of the full step of truss S2 with one pushed point, divided by the cost of
-// the plain modal update with force. The two costs are measured alternately in one run, because the speed of
+// Measures the time of the complete step of truss S2 with one pushed point, divided by the time of the plain
+// modal update with force. The two times are measured in alternating blocks of one run, because the speed of
 // a machine drifts by more than their difference.
 #include <algorithm>
 #include <chrono>
@@ -15,8 +15,8 @@ namespace {
 using namespace freeflex;
 
 constexpr int kBlocks = 801;
-constexpr int kSteps =
-    500;  // per block: some 0.5 ms, a short time compared with the drift of the machine's speed
+// steps per block: they take about 0.5 ms, in which the speed of the machine hardly drifts
+constexpr int kSteps = 500;
 
 template <typename Work>
 double ns_per_call(const Work& work) {
@@ -41,7 +41,7 @@ BareModes bare_modes(const Plan& plan) {
     return values;
   };
   using L = Propagator::Lanes;
-  // the weights may be the same at both ends, because only the arithmetic is timed
+  // the values need not describe a motion, because only the arithmetic is timed
   return {Array(n, 1e-3), Array(n, 1e-3), all(&L::c_qq), all(&L::c_qv), all(&L::c_vq),  all(&L::c_vv),
           all(&L::w_q0),  all(&L::w_q1),  all(&L::w_v0), all(&L::w_v1), Array(n, 1e-2), Array(n, 1e-2)};
 }

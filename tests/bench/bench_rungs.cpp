@@ -41,7 +41,7 @@ BENCHMARK(tick)
     ->DenseRange(static_cast<int>(Fidelity::kRigid), static_cast<int>(Fidelity::kFull))
     ->ArgName("rung");
 
-// Steps with the shadows of the budget.
+// Measures the time of a tick with the shadows of the error budget.
 void tick_with_budget(benchmark::State& bench) {
   const auto rung = static_cast<Fidelity>(bench.range(0));
   Scene scene = truss(rung);
@@ -78,7 +78,7 @@ void judge(benchmark::State& bench) {
 }
 BENCHMARK(judge)->DenseRange(0, 2)->ArgName("scene");
 
-// Reads the errors as the status publishes them.
+// Measures the time to read the error budget for the status.
 void read_out_budget(benchmark::State& bench) {
   Scene scene = truss(Fidelity::kSeparated);
   scene.error_budget.horizon = 2.0;

@@ -27,8 +27,8 @@ double status_kB(const std::string& key) {
   return 0.0;
 }
 
-/// Returns freed memory to the system, so that a new allocation of this memory raises the peak, and resets
-/// the peak to the resident size.
+/// Gives freed memory back to the system, because reusing this memory would not raise the peak. Then resets
+/// the peak to the present resident size.
 void reset_peak() {
   malloc_trim(0);
   std::ofstream("/proc/self/clear_refs") << "5";

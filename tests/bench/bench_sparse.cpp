@@ -1,6 +1,5 @@
-// This program measures the cost of the sparse set-up, in seconds and memory from a scene to the lowest
-// modes, for masts and two-layer plates of springs, compared with other libraries on the same assembled
-// structures.
+// Measures the time and the memory of the sparse set-up from a scene to its lowest modes, for masts and
+// two-layer plates of springs. Other libraries compute the modes of the same structures for comparison.
 //   bench_sparse [LARGEST]: sizes up to LARGEST points, 10,000 by default
 //   bench_sparse mast|plate POINTS MODES: one structure, alone in its process
 #include <unistd.h>
@@ -31,11 +30,13 @@ double peak_MB() {
   return 0.0;
 }
 
-// Prints the relative differences of the rivals' frequencies.
+// Prints the times of the other libraries (rivals), and the relative differences of their frequencies from
+// ours.
 void print_rivals([[maybe_unused]] const Scene& scene, [[maybe_unused]] const Structure& ours) {
 #ifdef FREEFLEX_MODAL_RIVALS
   const auto count = static_cast<int>(ours.omega.size());
-  // the shift is as near to the lowest frequencies as our shift, because an expert would choose such a shift
+  // the shift is as near to the lowest eigenvalues as that of our solver, because an expert would also choose
+  // it so for the other libraries
   const double shift = ours.omega[std::min(count - 1, 5)] * ours.omega[std::min(count - 1, 5)];
   for (const testing::RivalModes& rival : testing::run_modal_rivals(scene, count, shift)) {
     if (!rival.problem.empty()) {
@@ -90,8 +91,8 @@ Scene make(const std::string& name, long points) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // the BLAS kernels are chosen before ARPACK and CHOLMOD load them, so that all libraries use the same
-  // kernels
+  // set the BLAS kernels before the program is loaded again, so that ARPACK, CHOLMOD and our solver use the
+  // same kernels
   if (setenv("OPENBLAS_CORETYPE", "Haswell", 0) == 0 && std::getenv("FREEFLEX_BENCH_AGAIN") == nullptr) {
     setenv("FREEFLEX_BENCH_AGAIN", "1", 1);
     setenv("OPENBLAS_NUM_THREADS", "1", 1);

@@ -27,11 +27,11 @@ ForceCommand push_points(int num_points, std::int32_t axes) {
   return command;
 }
 
-// Reports modes per second.
+// Reports the number of modes that are advanced or read per second.
 void report_modes(benchmark::State& state) { state.SetItemsProcessed(state.iterations() * state.range(0)); }
 
-// Steps under no load, under a force in world axes on one point (projected directly) or on five points (by a
-// table), or under a force in body axes on one point.
+// Measures a step under forces on num_points points, in world axes (0) or body axes (1). World forces on one
+// point are projected directly, and those on five points by a table.
 void step_under(benchmark::State& state, int num_points, std::int32_t axes) {
   const Plan plan = make_plan(state.range(0));
   testing::HandRun run(plan);
@@ -60,7 +60,7 @@ void tumble(benchmark::State& state) {
 BENCHMARK(tumble)->ArgName("mrad")->Arg(1)->Arg(10)->Arg(30)->Arg(100)->Arg(300)->Arg(1000)->Arg(3000)->Arg(
     30000);
 
-// Steps a tick at which a command arrives, which changes slots, load pattern and table.
+// Measures a step at which a command takes effect, so that slots, load pattern and table are computed again.
 void step_with_command(benchmark::State& state) {
   const Plan plan = make_plan(state.range(0));
   testing::HandRun run(plan);

@@ -1,7 +1,8 @@
-// This program measures the cost of a message in the daemon's verifier, from the ring to the decision. First
-// the tag is checked, and then the command inside. Another figure is the cost that a sender without the key
-// can cause. The figures include two copies to a ring and one copy from a ring. Without keys (packet_handler)
-// a message is copied once to a ring and once from it.
+// Measures the time that the daemon's verifier takes for a message, from the ring to the decision. The
+// verifier checks first the tag, then the command in the message. Messages with a wrong tag or an unknown key
+// show the time that a sender without the key can cost. The figures of `verify` include two copies of a
+// message to a ring and one copy from a ring. Without keys (packet_handler), a message is copied once to a
+// ring and once from the ring.
 #include <benchmark/benchmark.h>
 
 #include "tests/service/verifier_rig.hpp"
@@ -11,14 +12,14 @@ namespace {
 using namespace freeflex;
 using namespace freeflex::testing;
 
-/// Returns make_force() with num_forces forces on pushable points.
+/// Returns the command make_force() with num_forces forces on pushable points instead of its own forces.
 freeflex_msgs::force_t force_of_size(int num_forces) {
   freeflex_msgs::force_t force = make_force();
   force.forces.clear();
   for (int i = 0; i < num_forces; ++i) force.forces.push_back({i, {1.0, 2.0, 3.0}});
   force.num_forces = num_forces;
   if (num_forces ==
-      256) {  // the largest message, refused at the last check, because the scene has only four groups
+      256) {  // the largest message; it is refused only at the last check, because the scene has fewer groups
     force.wrenches.resize(16), force.num_wrenches = 16;
   }
   return force;
@@ -68,7 +69,7 @@ BENCHMARK_CAPTURE(verify, right_tag, Sender::kHolder)->Apply(all_sizes);
 BENCHMARK_CAPTURE(verify, wrong_tag, Sender::kForger)->Apply(all_sizes);
 BENCHMARK_CAPTURE(verify, unknown_key, Sender::kStranger)->Apply(all_sizes);
 
-/// Measures the check of the tag alone.
+/// Measures the time to compute the tag alone.
 void tag(benchmark::State& state) {
   const service::Key alice = make_key("alice");
   const std::vector<std::byte> bytes(static_cast<std::size_t>(state.range(0)));

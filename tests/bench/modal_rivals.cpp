@@ -18,8 +18,8 @@ using Clock = std::chrono::steady_clock;
 
 double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
 
-/// Returns K scaled by the square roots of the masses. Both rivals then solve a problem with unit mass
-/// matrix, which is cheapest for them.
+/// Returns M^-1/2 K M^-1/2. Both libraries then solve a problem with a unit mass matrix, which takes the
+/// least time.
 Sparse scaled_stiffness(const Scene& scene) {
   std::vector<Eigen::Triplet<double>> entries;
   for (const Link& link : scene.links) {
@@ -113,7 +113,7 @@ Eigen::VectorXd elastic(Eigen::VectorXd lambda) {
   return lambda.tail(std::max<Eigen::Index>(0, lambda.size() - 6)).cwiseMax(0.0).cwiseSqrt();
 }
 
-constexpr double kTolerance = 1e-10;  // [-] relative to the eigenvalue theta, as in our solver
+constexpr double kTolerance = 1e-10;  // [-] relative tolerance of the eigenvalues, the same as in our solver
 
 RivalModes run_spectra(const Scene& scene, int count, double shift) {
   RivalModes rival{"Spectra", "", {}, 0.0};

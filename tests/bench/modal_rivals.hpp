@@ -16,8 +16,8 @@ struct RivalModes {
   double seconds = 0.0;   // wall-clock time from points and springs to the modes
 };
 
-/// Runs the rivals that this program was built with. The scene may contain only springs and point masses.
-/// \param shift  [rad^2/s^2] the rivals factor K + shift M
+/// Runs Spectra and ARPACK. The scene may contain only springs and point masses.
+/// \param shift  [rad^2/s^2] the rivals factor the matrix K + shift M
 std::vector<RivalModes> run_modal_rivals(const Scene& scene, int count, double shift);
 
 }  // namespace freeflex::testing

@@ -1,5 +1,5 @@
-// Rotations, orbits and loads over long ticks, compared with closed forms and checked by their order of
-// convergence.
+// The step over long ticks: rotations and orbits compared with closed forms, and the order of convergence
+// under loads.
 #include "core/step/flows.hpp"
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-/// Sets the inertia of a body without modes. The rows of `axes` are the principal axes of the body.
+/// Sets the inertia of the body from principal moments. The rows of `axes` are the principal axes.
 void set_inertia(const Vec3& moments, const Mat3& axes, Plan& plan) {
   plan.inertia = plan.inverse_inertia = {};
   for (std::size_t i = 0; i < 3; ++i)
@@ -63,8 +63,8 @@ void set_inertia(const Vec3& moments, const Mat3& axes, Plan& plan) {
 }
 constexpr Mat3 kOwnAxes{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
 
-/// Returns the principal moments of a needle, a flat body or a compact body. No moment exceeds the sum of the
-/// other two.
+/// Returns the principal moments of a needle, a flat body or a compact body, chosen at random. The moments
+/// are possible, because none exceeds the sum of the other two.
 Vec3 random_moments(Random& random, double largest_ratio) {
   const double thin = random.decades(-std::log10(largest_ratio), 0.0);
   switch (static_cast<int>(random.between(0.0, 3.0))) {
@@ -115,8 +115,8 @@ TEST(PrincipalAxes, PrincipalAxesDiagonaliseAnyInertiaAndAreRightHanded) {
   }
 }
 
-/// Returns position and velocity on a conic of semi-major axis 1 (-1 for a hyperbola), mu = 1, at a mean
-/// anomaly, by bisection in extended precision.
+/// Holds the position and the velocity on a conic of eccentricity e at a mean anomaly, for mu = 1 and the
+/// semi-major axis 1 (-1 for a hyperbola). on_conic finds the anomaly by bisection in extended precision.
 struct OnConic {
   Vec3 p, v;
 };
@@ -139,8 +139,8 @@ OnConic on_conic(long double e, long double mean) {
           {static_cast<double>(-s * rate), static_cast<double>(b * c * rate), 0.0}};
 }
 
-// The error on a conic grows with |v| t / r, which is the conditioning of the problem and not an error of the
-// method.
+// The error is divided by 1 + |v| t / r, the factor by which the motion amplifies rounding errors of its
+// initial values.
 TEST(Kepler, TheFallIsAccurateOnEveryConicOverAnyTime) {
   Random random(11);
   for (const double e : {0.0, 0.3, 0.9, 0.99, 0.999999, 1.000001, 1.5, 20.0}) {
@@ -153,18 +153,19 @@ TEST(Kepler, TheFallIsAccurateOnEveryConicOverAnyTime) {
       worst = std::max(worst, length(sub(add(start.p, gain.p), end.p)) / (length(end.p) * condition));
     }
     std::printf("conic of eccentricity %g: position off by %.1e of the distance at most\n", e, worst);
-    EXPECT_LT(worst, 5e-13);  // 1e-13 near a parabola, where the universal anomaly X is large
+    EXPECT_LT(worst, 5e-13);  // the error is 1e-13 near a parabola, where the universal variable X is large
   }
 }
 
-TEST(Kepler, AStraightFallHasTheClosedForm) {
-  // on a straight line of length 2 the fall follows from Kepler's equation in E - sin E, with x = 1 - cos E
+TEST(Kepler, AFallOnAStraightLineFollowsTheClosedForm) {
+  // by Kepler's equation, a body that falls from rest at the distance 2 is at x = 1 - cos E at the time
+  // pi - (E - sin E)
   const Fall gain = fall(1.0, {2.0, 0.0, 0.0}, {}, 2.0);
   const double x = 2.0 + gain.p[0], E = std::acos(1.0 - x);
   EXPECT_NEAR(M_PI - (E - std::sin(E)), 2.0, 1e-14);
 }
 
-// The angle per tick may be large, because 20 rad/s is 2 rad in a tenth of a second.
+// Angles of several radians per tick are realistic: a spin of 20 rad/s is 2 rad in a tick of 0.1 s.
 TEST(Flows, SpinAboutAPrincipalAxisIsExactAtAnyTickLength) {
   for (const std::size_t axis : {0, 2})
     for (const double angle : {1e-3, 0.1, 2.0, 3.1, 40.0, 1000.0}) {
@@ -176,15 +177,17 @@ TEST(Flows, SpinAboutAPrincipalAxisIsExactAtAnyTickLength) {
       run.run(kTicks);
       Vec3 direction{};
       direction[axis] = 1.0;
-      // the rounding error of the angle per tick is the same at each tick
+      // the rounding error of the angle is the same at each tick, so the total error grows with the number of
+      // ticks
       EXPECT_LT(angle_between(run.state.q_WB, rotation_about(direction, angle * kTicks)),
                 1e-12 + 4e-16 * angle * kTicks)
           << angle << " rad a tick";
     }
 }
 
-// A body with equal transverse moments and a wheel along its axis rotates about H at |H| / I_1 and about its
-// axis at w_3 - (I_3 w_3 + h) / I_1   (Hughes 1986, Spacecraft Attitude Dynamics, section 7.1).
+// The motion of a body with equal transverse moments I_1 and a wheel along its axis is a rotation about H at
+// |H| / I_1, followed by a rotation about its axis at w_3 - (I_3 w_3 + h) / I_1   (Hughes 1986, Spacecraft
+// Attitude Dynamics, section 7.1).
 TEST(Flows, ABodyWithAWheelOnItsAxisNutatesInClosedForm) {
   constexpr double kI = 0.002, kWheel = 0.02;
   for (const double rate : {1000.0, 30.0, 20.0, 10.0, 5.0, 1.0}) {
@@ -216,8 +219,8 @@ TEST(Flows, ABodyWithAWheelOnItsAxisNutatesInClosedForm) {
   }
 }
 
-// Momentum is kept to the bit and energy to 1e-9 for inertia ratios up to 1e6, wheels with up to 1000 times
-// the momentum of the body, and 0.001 to 3 rad per tick.
+// Momentum is kept to the bit and energy to 1e-9, for ratios of principal moments up to 1e6, wheels with up
+// to 1000 times the momentum of the body, and a spin of 0.001 to 3 rad per tick.
 TEST(Flows, FreeMotionKeepsMomentumAndEnergyAtAnyTickLength) {
   Random random(21);
   double worst = 0.0;
@@ -257,12 +260,12 @@ TEST(Flows, FreeMotionKeepsMomentumAndEnergyAtAnyTickLength) {
   EXPECT_LT(num_unresolved, 100);
 }
 
-/// Returns the error of a pushed body after 4 s in n ticks.
+/// Returns the error of the frame of a loaded body after 4 s in n ticks, compared with 512 ticks.
 double error_after(int n, const RigidLoads& unit, bool is_attracted, bool varies) {
   const auto end_of = [&](int ticks) {
     Plan plan = hand_plan(4.0 / ticks, {});
     plan.inertia = {2.0, 0.3, 0.0, 0.3, 3.0, 0.1, 0.0, 0.1, 4.0};
-    // inverse of the matrix, from the adjugate
+    // the inverse of this matrix is its adjugate divided by its determinant, 23.62
     plan.inverse_inertia = {11.99, -1.2, 0.03, -1.2, 8.0, -0.2, 0.03, -0.2, 5.91};
     for (double& each : plan.inverse_inertia) each /= 23.62;
     set_principal(plan);
@@ -326,7 +329,7 @@ TEST(Flows, FlowsOfOneSubstepConvergeAtOrderEightUnderLoads) {
                            Case{"attractor", {{}, {}, {}}, true, false},
                            Case{"all, varying, a wheel", {all, {}, wheels}, false, true},
                            Case{"attractor and all", {all, {}, wheels}, true, true}}) {
-    // the body rotates by at most 0.1 rad per tick, so that terms of the next order are small
+    // ticks are so short that the error terms of the next order are small
     const double coarse = error_after(12, each.loads, each.is_attracted, each.varies),
                  fine = error_after(24, each.loads, each.is_attracted, each.varies);
     std::printf("%s: error %.1e and %.1e at h and h/2, order %.2f\n", each.what, coarse, fine,
@@ -335,7 +338,7 @@ TEST(Flows, FlowsOfOneSubstepConvergeAtOrderEightUnderLoads) {
   }
 }
 
-// The step of order 6 and the flows agree at the tick length at which one replaces the other.
+// At the tick length at which the flows replace the step of order 6, both give the same attitude.
 TEST(Flows, FlowsAgreeWithTheStepOfOrderSixIfTicksAreShort) {
   Random random(31);
   for (int k = 0; k < 200; ++k) {
@@ -366,13 +369,14 @@ TEST(Orbit, AnOrbitFollowsKeplerAtAnyTickLengthAndEccentricity) {
       plan.initial.v_WB = start.v;
       plan.has_rotation = false;
       HandRun run(plan);
-      // the run covers ten revolutions and a third of the ticks of another revolution
+      // the run covers ten revolutions and a third of another revolution, at least one tick
       const std::int64_t n = 10 * ticks + std::max(1, ticks / 3);
       run.run(n);
       const OnConic end = on_conic(e, 0.4L + static_cast<long double>(n) * plan.period);
       const double off = length(sub(run.state.p_WB, end.p));
       if (ticks == 100) std::printf("orbit of eccentricity %g, ten revolutions: off by %.1e\n", e, off);
-      // rounding errors of the energy become a phase error that grows with time, faster at the perigee
+      // rounding errors of the energy cause a phase error that grows with time; near the pericentre the
+      // position changes fastest with the phase
       EXPECT_LT(off, 5e-11 / ((1.0 - e) * (1.0 - e))) << e << ", " << ticks;
     }
 }

@@ -32,7 +32,8 @@ TEST(Translation, ABodyFallsWithConstantAcceleration) {
   for (std::size_t i = 0; i < 3; ++i) {
     const double v = plan.initial.v_WB[i] + plan.gravity_W[i] * t;
     const double p = plan.initial.p_WB[i] + plan.initial.v_WB[i] * t + 0.5 * plan.gravity_W[i] * t * t;
-    // the products h v and h g have the same rounding error at each tick, and sums are compensated
+    // at each tick the products h g and h v are rounded by at most eps / 2 of their value; rounding errors of
+    // sums are compensated
     EXPECT_NEAR(run.state.v_WB[i], v, 4e-16 * std::abs(v));
     EXPECT_NEAR(run.state.p_WB[i], p, 1e-15 * (std::abs(p) + std::abs(plan.initial.v_WB[i] * t)));
   }
@@ -67,7 +68,8 @@ State pushed_body(double period, double time, const std::vector<ForceCommand>& c
   return run.state;
 }
 
-/// Compares the motion at ticks of at most 1 rad with the motion at ticks of 1 mrad.
+/// Compares the motion over ticks in which the body rotates by up to 1 rad with the motion over ticks in
+/// which it rotates by 1 mrad.
 void expect_right_at_any_tick(const char* what, const std::vector<ForceCommand>& commands, double most) {
   constexpr double kTime = 2.0;
   const State exact = pushed_body(1.0 / 2048, kTime, commands);
@@ -80,8 +82,8 @@ void expect_right_at_any_tick(const char* what, const std::vector<ForceCommand>&
   }
 }
 
-// flows_test checks the order of convergence. The next two tests cover short and long ticks, because short
-// and long ticks use different steps.
+// flows_test checks the order of convergence over long ticks. The next two tests cover both short and long
+// ticks, which are advanced by different methods.
 TEST(Rotation, RotationUnderWorldForcesIsAccurateAtAnyTickLength) {
   ForceCommand command = hand_command("test", 0);
   add_force(command, 0, {3.0, 1.0, -2.0});
@@ -103,7 +105,8 @@ TEST(Rotation, SpinAboutAPrincipalAxisIsConstant) {
   run.run(kTicks);
   const double half = 0.5 * 3.0 * static_cast<double>(kTicks) * plan.period;
   const Quat exact = {std::cos(half), 0.0, 0.0, std::sin(half)};
-  // the error is (omega h)^7 / (7! 2^6) per tick, and rounding errors relative to the angle
+  // the bound is the error of the method, (omega h)^7 / (7! 2^6) per tick, plus rounding errors proportional
+  // to the angle
   EXPECT_LE(angle(run.state.q_WB, exact), 1e-13 + 4e-16 * 2.0 * half);
   EXPECT_LE(std::abs(read_invariants(plan, run.state).quaternion_norm_error), 4e-16);
 }
@@ -137,7 +140,7 @@ TEST(Rotation, ACollinearBodyHasNoSpinAboutItsLine) {
   add_force(command, 0, {0.3, 0.2, -0.1});
   run.run(5000, std::span(&command, 1));
   EXPECT_EQ(angular_velocity(plan, run.state)[0], 0.0);
-  // no moment acts along the line, so the angular momentum along it is zero
+  // the loads have no moment about the line, so the angular momentum about the line is zero
   EXPECT_LE(std::abs(multiply_transposed(rotation_matrix(run.state.q_WB), run.state.H_W)[0]),
             1e-13 * norm(run.state.H_W));
 }
@@ -166,7 +169,7 @@ TEST(Rotation, AForceInBodyAxesOnASteadilySpinningBodyGivesACircularPath) {
   constexpr std::int64_t kTicks = 3000;
   run.run(kTicks, std::span(&command, 1));
   const double t = static_cast<double>(kTicks) * plan.period, a = 0.5 / plan.mass, w = 2.0;
-  // Simpson's rule has an error of h^4 w^4 / 2880 of the acceleration
+  // the error of Simpson's rule is h^4 w^4 / 2880 times the acceleration, which is below the tolerance
   EXPECT_NEAR(run.state.v_WB[0], a / w * std::sin(w * t), 1e-13);
   EXPECT_NEAR(run.state.v_WB[1], a / w * (1.0 - std::cos(w * t)), 1e-13);
   EXPECT_NEAR(run.state.p_WB[0], a / (w * w) * (1.0 - std::cos(w * t)), 1e-13);

@@ -23,7 +23,7 @@ Plan hand_plan(double period, std::span<const Mode> modes, int num_points = 1);
 Vec3 hand_point(int point);
 Vec3 hand_shape(int point, int mode);
 
-/// Returns a group of these points with its weights.
+/// Returns a group of the given points with its mass, centre and inverse inertia.
 PlanGroup hand_group(const Plan& plan, std::vector<std::int32_t> points);
 
 /// Returns a command of `sender` without loads that never ends. add_force and add_wrench fill it.
@@ -31,8 +31,8 @@ ForceCommand hand_command(const char* sender, int slot, std::int32_t axes = 0);
 void add_force(ForceCommand& command, int point, const Vec3& force);
 void add_wrench(ForceCommand& command, int group, const Vec3& force, const Vec3& torque);
 
-/// The struct holds a state and the workspace for this state. The commands take effect at the first tick of a
-/// run.
+/// Holds a reference to a plan, and a state and a workspace for it. The commands given to run() take effect
+/// at its first tick.
 struct HandRun {
   explicit HandRun(const Plan& given)
       : plan(given), state(make_state(given)), workspace(make_workspace(given)) {}

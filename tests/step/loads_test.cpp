@@ -1,5 +1,5 @@
-// These tests check loads, namely patterns, projections, wrenches, and histories with their left and right
-// limits at ticks.
+// Loads: patterns, projections onto modes, wrenches, and amplitudes of histories just before and just after
+// ticks.
 #include "core/step/loads.hpp"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ Plan loads_plan() {
   return plan;
 }
 
-/// Returns Q_l = sum_i F_i . b_il, where each force is rotated separately (THEORY 4.20).
+/// Returns Q_l = sum_i F_i . b_il for forces F_i in body axes, point by point (THEORY 4.20).
 std::vector<double> direct_sum(const Plan& plan, const std::vector<Vec3>& force_B) {
   std::vector<double> Q(static_cast<std::size_t>(plan.num_padded), 0.0);
   for (std::size_t i = 0; i < force_B.size(); ++i)
@@ -73,7 +73,7 @@ TEST(Loads, TheProjectionWithOrWithoutATableIsTheSumOverPoints) {
   }
 }
 
-TEST(Loads, ForcesInBodyAxesDoNotRotateWithTheAttitude) {
+TEST(Loads, TheProjectionOfForcesInBodyAxesDoesNotDependOnTheAttitude) {
   const Plan plan = loads_plan();
   const std::vector<PointForce> forces = {{2, 0, {1.0, 2.0, 3.0}}, {5, 0, {-1.0, 0.5, 0.0}}};
   const LoadPattern pattern = build_pattern(plan, {1, forces, {}, {}});
@@ -83,7 +83,7 @@ TEST(Loads, ForcesInBodyAxesDoNotRotateWithTheAttitude) {
   expect_equal(projected(plan, pattern, rotation_matrix({1, 0, 0, 0})), direct_sum(plan, force_B), kRounding);
 }
 
-/// Returns the forces on points, in body axes, that a wrench stands for by its definition (THEORY 8.8).
+/// Returns the forces on points, in body axes, as which a wrench is distributed by definition (THEORY 8.8).
 std::vector<Vec3> spread(const Plan& plan, std::size_t group_index, const Vec3& F_B, const Vec3& T_B) {
   const PlanGroup& group = plan.groups[group_index];
   std::vector<Vec3> forces(plan.points.size());
@@ -107,7 +107,8 @@ TEST(Wrench, PointForcesOfAWrenchHaveItsForceTorqueAndProjection) {
                  T_B = axes == 0 ? multiply_transposed(R, T) : T;
       const std::vector<Vec3> forces = spread(plan, k, F_B, T_B);
       expect_equal(projected(plan, pattern, R), direct_sum(plan, forces), 4 * kRounding);
-      // resultant and moment are computed from the forces, and from the pattern as the frame evaluates it
+      // compare the resultant and the moment of these forces with those that the frame computes from the
+      // pattern
       Vec3 resultant{}, moment{};
       for (std::size_t i = 0; i < forces.size(); ++i) {
         resultant = add(resultant, forces[i]);
@@ -164,7 +165,7 @@ PlanHistory history_of(const Plan& plan, PlanHistory::Kind kind) {
   return history;
 }
 
-TEST(History, APulseIsOnFromItsFirstTickToItsLast) {
+TEST(History, APulseActsFromItsStartTickUntilItsEndTick) {
   PlanHistory pulse;
   pulse.kind = PlanHistory::Kind::kPulse;
   pulse.start_tick = 3;
@@ -190,7 +191,7 @@ TEST(History, ASineKeepsItsPhaseForATrillionTicks) {
     const std::int64_t tick = k < 20 ? k : ticks(engine);
     const Real cycles = Real(tick) * Real(1e-3) * Real(sine.frequency) + Real(sine.phase);
     const double exact = sin(two_pi * cycles).convert_to<double>();
-    // the phase in cycles, near 1/2, has a rounding error, and the slope of the sine is 2 pi
+    // the slope of the sine, 2 pi, multiplies the rounding error of the phase, which is at most 1/2 cycle
     EXPECT_NEAR(amplitude_right(sine, 1e-3, tick), exact, 8e-16);
     const Real middle = cycles + Real(1e-3) * Real(sine.frequency) / 2;
     EXPECT_NEAR(amplitude_middle(sine, 1e-3, tick), sin(two_pi * middle).convert_to<double>(), 8e-16);

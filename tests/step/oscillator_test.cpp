@@ -1,4 +1,5 @@
-// The complete step on single oscillators and on a structure, compared with the closed form at t = n h.
+// The modal coordinates after n complete steps, of single oscillators and of a structure, compared with the
+// closed form at t = n h.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -21,13 +22,13 @@ namespace {
 constexpr double kPi = 3.141592653589793;
 constexpr std::array<double, 5> kRatios = {0.0, 1e-9, 0.02, 1.0, 1e3};
 
-/// Load on the modes in addition to their initial state.
+/// Lists the loads on the modes. The modes also have initial displacements and rates.
 enum class Load { kNone, kConstant, kLinear };
 constexpr double kForce = 0.37;       // [N] along x of the body
 constexpr double kRampTime = 2048.0;  // [s] time at which the linear load would reach kForce
 
-/// Returns values of omega h over sixteen decades. The values lie at and near fractions of a cycle, where
-/// rounding errors repeat, and at random.
+/// Returns values of omega h [rad] over sixteen decades: powers of ten, values at and near simple fractions
+/// of a cycle, where the same rounding errors repeat from step to step, and random values.
 std::vector<double> steps_in_radians(std::uint64_t seed, int num_random) {
   std::vector<double> W;
   for (int decade = -8; decade <= 8; ++decade) W.push_back(std::pow(10.0, decade));
@@ -54,11 +55,11 @@ std::vector<Mode> modes_for(double period, std::uint64_t seed, int num_random) {
   return modes;
 }
 
-/// Largest error of a mode at any checkpoint, in units of eps times the largest |(omega q, q_dot)| up to that
-/// checkpoint.
+/// Holds the largest error of any mode at any checkpoint, in units of eps times the largest |(omega q,
+/// q_dot)| of the mode up to that checkpoint.
 struct Worst {
   double error = 0.0;  // [eps]
-  double share = 0.0;  // relative to the bound (2 + 0.2 n) eps
+  double share = 0.0;  // largest error as a fraction of the bound (2 + 0.2 n) eps after n ticks
   std::string where;
 };
 
@@ -103,8 +104,8 @@ Worst run_and_compare(const Plan& plan, std::span<const ForceCommand> commands, 
   return worst;
 }
 
-/// Applies the load to the point along x of the given axes. Returns the commands, or adds a history to the
-/// plan.
+/// Applies the load to a point, along x of the given axes. Returns the commands for a constant load, or adds
+/// a history for a linear load to the plan.
 std::vector<ForceCommand> load_point(Plan& plan, int point, std::int32_t axes, Load load) {
   const PointForce force{point, 0, {kForce, 0.0, 0.0}};
   std::vector<ForceCommand> commands;
@@ -125,14 +126,14 @@ std::vector<ForceCommand> load_point(Plan& plan, int point, std::int32_t axes, L
 
 Worst run_to(double period, std::uint64_t seed, int num_random, Load load, std::int64_t last) {
   Plan plan = hand_plan(period, modes_for(period, seed, num_random));
-  plan.points[0]
-      .r = {};  // the load has no moment, so the body does not rotate and world axes remain body axes
+  // the load has no moment, so the body does not rotate and world axes remain body axes
+  plan.points[0].r = {};
   const auto commands = load_point(plan, 0, 0, load);
   return run_and_compare(plan, commands, load, plan.rows, last);
 }
 
-/// Runs a spinning truss with a point on a single spring (two mechanisms) and modes with every kind of
-/// damping. A force at a corner in body axes rotates with the truss.
+/// Runs a spinning truss. A point that hangs on a single spring adds two mechanisms, and each ratio of
+/// kRatios damps some of the modes. The force at a corner is in body axes, so it rotates with the truss.
 Worst run_structure_to(double rate, double stiffer, Load load, std::int64_t last) {
   Scene scene = square_truss(3);
   scene.rate = rate;
@@ -151,8 +152,8 @@ Worst run_structure_to(double rate, double stiffer, Load load, std::int64_t last
   return run_and_compare(plan, commands, load, row, last);
 }
 
-// both coordinates are rounded once, by half a unit in the last place, so the relative error of each
-// coordinate is at most eps / 2
+// If q and q_dot are each rounded once, by at most half a unit in the last place, the relative error of each
+// is at most eps / 2. This limit leaves room for smaller errors.
 constexpr double kRoundedOnce = 0.75;
 
 TEST(Oscillator, FreeMotionAfterAThousandTicksIsTheClosedFormRoundedOnce) {
@@ -168,8 +169,8 @@ TEST(Oscillator, ErrorUnderALinearLoadStaysWithinTheBoundOverAThousandTicks) {
   EXPECT_LE(run_to(1e-3, 4, 40, Load::kLinear, 1000).share, 1.0);
 }
 
-// In three runs the modes are soft, comparable and stiff relative to the step, and omega h is up to 1e-3, 1
-// and 1e6.
+// In the three pairs of rate and stiffness, omega h is at most 1e-3, 1 and 1e6, so that the modes are slow,
+// about as fast as, and much faster than the steps.
 TEST(Structure, ASpinningStructureFollowsTheClosedFormUnderForcesInBodyAxes) {
   for (const auto& [rate, stiffer] : {std::pair{1e6, 1.0}, {1e3, 1.0}, {1e3, 1e12}})
     for (const Load load : {Load::kNone, Load::kConstant, Load::kLinear})

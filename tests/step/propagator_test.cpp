@@ -1,5 +1,5 @@
-// The coefficients of the exact propagator, compared with the exponential of the state matrix by scaling and
-// squaring.
+// The coefficients of the exact propagator, compared with the exponential of the state matrix, which is
+// computed by scaling and squaring.
 #include "core/plan/propagator.hpp"
 
 #include <gtest/gtest.h>
@@ -28,8 +28,8 @@ Matrix multiply(const Matrix& a, const Matrix& b) {
   return c;
 }
 
-/// Returns the exponential, over one step, of the matrix for (q, h q_dot, f, change of f over the step) with
-/// f = h^2 Q / M.
+/// Returns the matrix exponential that advances (q, h q_dot, f, change of f over the step) by one step, with
+/// f = h^2 Q / M. W is omega h, and a is decay h.
 Matrix exponential(const Real& W, const Real& a) {
   Matrix A{};
   A[0][1] = A[1][2] = A[2][3] = 1;
@@ -52,14 +52,15 @@ Matrix exponential(const Real& W, const Real& a) {
   return sum;
 }
 
-/// Returns |found - exact| / |exact|, or 0 if both are below the cancellation error of 250 digits.
+/// Returns |found - exact| / |exact|. If |exact| is below the cancellation error of 250 digits, returns 0 if
+/// |found| is as small, otherwise 1.
 double relative_error(const Real& found, const Real& exact) {
   if (abs(exact) < Real("1e-180")) return abs(found) < Real("1e-179") ? 0.0 : 1.0;
   return (abs(found - exact) / abs(exact)).convert_to<double>();
 }
 
 struct Errors {
-  double coefficients, weights;  // relative
+  double coefficients, weights;  // largest relative errors
 };
 
 Errors errors_of(double omega, double decay, double period, double mass) {
@@ -81,7 +82,7 @@ Errors errors_of(double omega, double decay, double period, double mass) {
                    relative_error(Real(lanes.w_v1[0]), h / M * E[1][3])})};
 }
 
-// the leading part has 26 bits and the remainder 53, each truncated or rounded once
+// a coefficient is the sum of a leading part of 26 bits and a rest of 53 bits, which is rounded once
 constexpr double kCoefficientError = 0x1p-78;
 constexpr double kWeightError = 0x1p-53;
 

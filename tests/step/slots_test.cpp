@@ -1,4 +1,5 @@
-// These tests check command slots. Commands replace, clear, end and add up. A failed step changes nothing.
+// Command slots: how commands add up, replace each other, expire and are cleared. A failed step does not
+// change them.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +21,7 @@ ForceCommand push(const char* sender, int slot, const Vec3& force, std::int64_t 
   return command;
 }
 
-/// Returns whether two states agree in everything on which a later step depends.
+/// Returns whether two states are equal in everything on which later steps depend.
 bool is_same(const State& a, const State& b) {
   const MotionState &motion = a, &other = b;
   bool is_same = motion == other && a.num_slots == b.num_slots && a.slots_changed == b.slots_changed;
@@ -30,7 +31,7 @@ bool is_same(const State& a, const State& b) {
   return is_same;
 }
 
-TEST(Slots, ForcesOfSlotsAddUpAlikeInAnyOrderOfArrival) {
+TEST(Slots, ForcesOfSlotsAddUpToTheSameBitsInAnyOrderOfArrival) {
   const Plan plan = hand_plan(1e-3, kFiveModes, 3);
   std::vector<ForceCommand> commands;
   for (int k = 0; k < 9; ++k)
@@ -64,7 +65,7 @@ TEST(Slots, ACommandReplacesOnlyItsOwnSlot) {
   EXPECT_EQ(run.state.force_W, (Vec3{0, 16, 4}));
 }
 
-TEST(Slots, ACommandWithADurationEndsAtItsTickAndItsEndIsReported) {
+TEST(Slots, ACommandWithADurationEndsAfterItsDurationAndTheEndIsReported) {
   const Plan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   ForceCommand command = push("a", 7, {1, 0, 0}, 3);
@@ -110,7 +111,7 @@ TEST(Slots, AnExpiredCommandEndsBeforeItsSlotIsTakenAgain) {
   EXPECT_EQ(run.state.force_W[0], 3.0);
 }
 
-TEST(Slots, AreLimitedToSixtyFour) {
+TEST(Slots, ACommandBeyondSixtyFourActiveSlotsIsIgnored) {
   const Plan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   std::vector<ForceCommand> commands;
@@ -161,7 +162,7 @@ TEST(NotFinite, AFailedStepDoesNotChangeTheState) {
     EXPECT_EQ(run.report.num_expiries, 0);
     EXPECT_TRUE(is_same(run.state, before));
   }
-  // the run continues as if the invalid command had never been sent
+  // the later motion is the same as if the commands of the failed steps had never been sent
   HandRun other(plan);
   other.run(10, start);
   run.run(30);
