@@ -15,8 +15,9 @@ const Eigen::Vector3d& position(const Scene& scene, int point) {
 
 }  // namespace
 
-// e = t_i . (V_i - V_j) / l_i + t_k . (V_k - V_j) / l_k   (THEORY 3.23), with t_i = u_ji x n, t_k = n x u_jk,
-// where n is the unit vector along u_ji x u_jk   (THEORY 3.24). In the code u_ji and u_jk are a and c.
+// The deformation is e = t_i . (V_i - V_j) / l_i + t_k . (V_k - V_j) / l_k   (THEORY 3.23), with
+// t_i = u_ji x n, t_k = n x u_jk, where n is the unit vector along u_ji x u_jk   (THEORY 3.24). In the code
+// u_ji and u_jk are a and c.
 DeformationRows bending_rows(const Scene& scene, const Link& link) {
   const int i = link.points[0], j = link.points[1], k = link.points[2];
   const Eigen::Vector3d to_i = position(scene, i) - position(scene, j);
@@ -25,7 +26,7 @@ DeformationRows bending_rows(const Scene& scene, const Link& link) {
   const Eigen::Vector3d a = to_i / length_i, c = to_k / length_k;
   const Eigen::Vector3d across = a.cross(c);
   DeformationRows rows;
-  // the angle increases if point i moves along t_i and if point k moves along t_k
+  // the angle increases when point i moves along t_i, and also when point k moves along t_k
   const auto add = [&](const Eigen::Vector3d& t_i, const Eigen::Vector3d& t_k) {
     DeformationRow row;
     add_vector(row, 3 * i, 1.0 / length_i, t_i);
@@ -52,9 +53,10 @@ DeformationRows bending_rows(const Scene& scene, const Link& link) {
   return rows;
 }
 
-// e = B_i . V_i + B_j . V_j + B_k . V_k + B_l . V_l   (THEORY 3.26), with B_i = -|a_2| n_1 / |n_1|^2, B_l =
-// |a_2| n_2 / |n_2|^2, B_j = -(1 + xi_1) B_i + xi_3 B_l, B_k = -(1 + xi_3) B_l + xi_1 B_i (THEORY 3.27). In
-// the code a_1 to a_3 are b1 to b3, n_1 and n_2 are m and n, xi_1 and xi_3 are first and last.
+// The deformation is e = B_i . V_i + B_j . V_j + B_k . V_k + B_l . V_l   (THEORY 3.26), with
+// B_i = -|a_2| n_1 / |n_1|^2, B_l = |a_2| n_2 / |n_2|^2, B_j = -(1 + xi_1) B_i + xi_3 B_l,
+// B_k = -(1 + xi_3) B_l + xi_1 B_i (THEORY 3.27). In the code a_1 to a_3 are b1 to b3, n_1 and n_2 are m and
+// n, xi_1 and xi_3 are first and last.
 DeformationRows torsion_rows(const Scene& scene, const Link& link) {
   const int i = link.points[0], j = link.points[1], k = link.points[2], l = link.points[3];
   const Eigen::Vector3d b1 = position(scene, j) - position(scene, i),

@@ -18,8 +18,8 @@ AxialOrders axial_orders(const Scene& scene, std::span<const int> links, const E
   }
   int num_paired = 0;
   for (const Prestress::Pair& pair : pairs) num_paired = std::max({num_paired, pair[0] + 1, pair[1] + 1});
-  // across[l]: component of b_2 - b_1 normal to each link in mode l, so that h_lu = (db_l . db_u - (u_0 .
-  // db_l) (u_0 . db_u)) / L   (THEORY 16.46)
+  // across[l] contains, for each link, the component of b_2 - b_1 in mode l that is normal to the link. The
+  // products of these components give h_lu = (db_l . db_u - (u_0 . db_l) (u_0 . db_u)) / L   (THEORY 16.46)
   std::vector<Eigen::Matrix3Xd> across(static_cast<std::size_t>(num_paired), Eigen::Matrix3Xd(3, count));
   for (Eigen::Index mode = 0; mode < shapes.cols(); ++mode)
     for (Eigen::Index k = 0; k < count; ++k) {

@@ -15,7 +15,7 @@ struct AxialOrders {
 };
 
 /// Returns the elongations u . (b_2 - b_1) of every mode and their second derivatives along pairs of modes,
-/// in closed form   (THEORY 16.46).  \pre every link is axial; pairs are among the first modes
+/// in closed form   (THEORY 16.46).  \pre every link is axial; both modes of a pair are columns of shapes
 AxialOrders axial_orders(const Scene& scene, std::span<const int> links, const Eigen::MatrixXd& shapes,
                          const std::vector<Prestress::Pair>& pairs);
 

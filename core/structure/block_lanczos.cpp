@@ -13,11 +13,12 @@
 namespace freeflex {
 namespace {
 
-// [-] limit as a fraction of the length of a column before projection. A smaller remainder is a rounding
-// error
+// [-] fraction of the length that a column has before projection. If projection leaves less of the column,
+// the remainder is a rounding error
 constexpr double kNothingNew = 1e-11;
-// [-] limit as a fraction of the length of a column. If a projection leaves less, another pass must remove
-// the rounding error in the remainder (Daniel, Gragg, Kaufman, Stewart, Math. Comp. 30, 1976)
+// [-] fraction of the length that a column has before a pass of projection. If the pass leaves less, another
+// pass must remove the rounding error in the remainder (Daniel, Gragg, Kaufman, Stewart, Math. Comp. 30,
+// 1976)
 constexpr double kEnoughLeft = 0.5;
 constexpr Eigen::Index kChunk = 96;  // number of columns in one chunk
 
@@ -65,8 +66,8 @@ BlockLanczos::BlockLanczos(const MassSymmetric& op, Eigen::Index size, int block
   restart();
 }
 
-// Starts with random columns to which the operator is applied once. The operator thus sets the values of
-// massless freedoms   (THEORY 16.37).
+// Starts a block of random columns. The operator is applied to the columns once, so that massless freedoms
+// get the values that the operator gives them   (THEORY 16.37).
 bool BlockLanczos::restart() {
   std::mt19937_64 engine(seed_++);
   std::normal_distribution<double> normal;
@@ -95,8 +96,8 @@ void BlockLanczos::project_out(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares
   basis_.project_out(0, weighed, columns, shares);
 }
 
-// Projects the last blocks out once, then all columns until a pass leaves at least half of the length of each
-// column (THEORY 16.37).
+// Projects the basis from column `first` on out of the given columns once. Then projects out the known
+// columns and the whole basis, until a pass leaves at least half of the length of each column (THEORY 16.37).
 Eigen::MatrixXd BlockLanczos::orthonormalise(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares,
                                              Eigen::Index first) {
   constexpr int kMostPasses = 3;
@@ -115,10 +116,10 @@ Eigen::MatrixXd BlockLanczos::orthonormalise(Eigen::MatrixXd& columns, Eigen::Ma
   return orthonormalise_block(columns, before);
 }
 
-// Orthonormalises a block twice by the eigenvectors of its Gram matrix. Before that, divides each column by
-// the length that it had before projection.
+// Divides each column of a block by the length that the column had before projection. Then orthonormalises
+// the block by the eigenvectors of its Gram matrix, in two passes.
 Eigen::MatrixXd BlockLanczos::orthonormalise_block(Eigen::MatrixXd& columns, const Eigen::VectorXd& before) {
-  constexpr double kGrown = 500.0;  // [-] allowed growth of the rounding error along the known columns
+  constexpr double kGrown = 500.0;  // [-] largest ratio of two lengths in a block without another projection
   const Eigen::VectorXd scale = before.unaryExpr([](double size) { return size > 0.0 ? 1.0 / size : 0.0; });
   columns = (columns * scale.asDiagonal()).eval();
   Eigen::MatrixXd R = before.asDiagonal();
@@ -134,7 +135,8 @@ Eigen::MatrixXd BlockLanczos::orthonormalise_block(Eigen::MatrixXd& columns, con
     const Eigen::MatrixXd rotation = eigen.eigenvectors()(Eigen::all, kept);
     columns = (columns * rotation * roots.cwiseInverse().asDiagonal()).eval();
     R = (roots.asDiagonal() * rotation.transpose() * R).eval();
-    // short directions contain rounding errors of long directions, along the known columns
+    // after division by its length, a short direction contains enlarged rounding errors of the long
+    // directions, which lie along the known columns and the basis and are projected out
     if (pass == 0 && !kept.empty() && roots[roots.size() - 1] > kGrown * roots[0]) {
       Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(basis_.size(), columns.cols());
       project_out(columns, shares);
@@ -175,7 +177,7 @@ RitzPairs BlockLanczos::pairs(double tolerance) const {
   RitzPairs found;
   const Eigen::Index known = last_;
   Eigen::MatrixXd T = projected_.topLeftCorner(known, known);
-  // T is symmetric except for rounding errors, because off-diagonal entries were computed twice
+  // T is symmetric, but each off-diagonal entry was computed twice, with different rounding errors
   T = (0.5 * (T + T.transpose())).eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(T);
   std::vector<Eigen::Index> order(static_cast<std::size_t>(known));

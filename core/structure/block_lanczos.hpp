@@ -11,9 +11,9 @@ namespace freeflex {
 /// Ritz values in descending order of |theta|.
 struct RitzPairs {
   Eigen::VectorXd theta;   // (count)
-  Eigen::VectorXd error;   // (count) |T x - theta x| in the mass metric
-  Eigen::MatrixXd shares;  // (columns x count) coefficients of the vectors over the basis
-  int num_converged = 0;   // number of consecutive converged values from the largest on
+  Eigen::VectorXd error;   // (count) |T x - theta x| in the mass metric, T the operator
+  Eigen::MatrixXd shares;  // (columns x count) coefficients of the Ritz vectors in the basis
+  int num_converged = 0;   // number of Ritz values before the first that has not converged
 };
 
 /// Columns stored in chunks, so that appending columns does not copy the stored ones.
@@ -22,8 +22,9 @@ class GrowingColumns {
   Eigen::Index size() const { return count_; }
   void append(const Eigen::MatrixXd& columns);
   Eigen::MatrixXd range(Eigen::Index begin, Eigen::Index count) const;
-  /// Removes from y its content along V, the columns from the chunk of `begin` on: y -= V V^T weighed. Adds
-  /// V^T weighed to shares (size() x columns).
+  /// Removes from y the components along V: y -= V V^T weighed, where weighed is m y. V are the columns from
+  /// the start of the chunk that contains column `begin`. Adds V^T weighed to the rows of shares for these
+  /// columns (size() x columns).
   void project_out(Eigen::Index begin, const Eigen::MatrixXd& weighed, Eigen::MatrixXd& y,
                    Eigen::MatrixXd& shares) const;
   /// Returns the product of the first S.rows() columns and S.
@@ -42,9 +43,9 @@ struct MassSymmetric {
 };
 
 /// Block Lanczos method with full reorthogonalisation in the mass metric   (THEORY 16.37; G. H. Golub,
-/// R. Underwood, in Mathematical Software III, 1977; J. R. Grimes, R. J. Lewis, H. D. Simon, SIAM J. Matrix
-/// Anal. Appl. 15, 1994, 228-272). The projected operator is stored as a full matrix, so blocks may lose
-/// columns.
+/// R. Underwood, in Mathematical Software III, 1977; R. G. Grimes, J. G. Lewis, H. D. Simon, SIAM J. Matrix
+/// Anal. Appl. 15, 1994, 228-272). The projected operator is stored as a full matrix, so a block may lose
+/// dependent columns.
 class BlockLanczos {
  public:
   BlockLanczos(const MassSymmetric& op, Eigen::Index size, int block, unsigned seed);
@@ -54,7 +55,8 @@ class BlockLanczos {
   Eigen::Index num_columns() const { return basis_.size(); }
   bool is_complete() const { return is_complete_; }
   bool has_failed() const { return has_failed_; }
-  /// Returns the Ritz pairs of the basis.  \param tolerance  [-] of theta: largest error of a converged pair
+  /// Returns the Ritz pairs of the basis.  \param tolerance  [-] largest error of a converged pair, as a
+  /// fraction of its theta
   RitzPairs pairs(double tolerance) const;
   /// Returns the first `count` Ritz vectors, m-orthonormal (n x count).
   Eigen::MatrixXd vectors(const RitzPairs& pairs, Eigen::Index count) const {
@@ -62,12 +64,15 @@ class BlockLanczos {
   }
 
  private:
-  // makes columns m-orthonormal to the basis and to each other, and removes dependent columns
-  // \param first  first column of the blocks along which the columns have most of their content
+  // makes the given columns m-orthogonal to the basis and m-orthonormal to each other, and removes dependent
+  // columns
+  // \param first  first column of the blocks of the basis along which the given columns have their largest
+  // components
   // \return       coefficients of the given columns along the kept ones (kept x columns)
   Eigen::MatrixXd orthonormalise(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares, Eigen::Index first);
   Eigen::VectorXd sizes(const Eigen::MatrixXd& columns) const;
-  // projects the known columns and the basis out of columns, once
+  // removes from the given columns, in one pass, the components along the known columns and the basis; adds
+  // the components along the basis to shares
   void project_out(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares) const;
   Eigen::MatrixXd orthonormalise_block(Eigen::MatrixXd& columns, const Eigen::VectorXd& before);
   bool restart();
@@ -75,10 +80,10 @@ class BlockLanczos {
   const MassSymmetric& op_;
   Eigen::Index size_;
   GrowingColumns basis_;         // V (n x count)
-  Eigen::Index last_ = 0;        // first column of the block that T has not yet multiplied
-  Eigen::MatrixXd projected_;    // V^T m T V; columns below last_ are computed (capacity x capacity)
-  Eigen::MatrixXd next_;         // R in T V_last = V H + V_next R, beyond the basis V
-  Eigen::Index last_begin_ = 0;  // first column of the block that T multiplied last
+  Eigen::Index last_ = 0;        // first column of the block to which the operator T is not yet applied
+  Eigen::MatrixXd projected_;    // (capacity x capacity) V^T m T V; columns before last_ are computed
+  Eigen::MatrixXd next_;         // R in T V_last = V H + V_next R, where V_next extends V
+  Eigen::Index last_begin_ = 0;  // first column of the block to which T was applied last
   int block_;
   unsigned seed_;
   bool is_complete_ = false, has_failed_ = false;

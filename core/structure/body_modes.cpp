@@ -18,10 +18,10 @@ namespace freeflex {
 namespace {
 
 constexpr int kNamesInError = 8;
-// [-] limit as a fraction of the largest displacement in a motion. Points that move less are at rest
+// [-] fraction of the largest displacement in a motion: a point that moves by less than this is at rest
 constexpr double kStaysBelow = 1e-6;
 
-// Rows over all freedoms y, which are displacements and rotations times a length   (THEORY 16.6).
+// Rows over all freedoms y: displacements, then rotations multiplied by a length   (THEORY 16.6).
 struct AllFreedoms {
   double length = 1.0;   // [m]
   Eigen::MatrixXd rows;  // A, [sqrt(N/m)]
@@ -30,7 +30,7 @@ struct AllFreedoms {
   Eigen::MatrixXd unit_mass_rows;
   Eigen::MatrixXd constraints;  // C
   Eigen::MatrixXd rigid;        // rigid motions that move mass, columns of unit length
-  Eigen::MatrixXd idle;         // rigid rotation about a line that contains all mass
+  Eigen::MatrixXd idle;         // rigid rotations that move no mass, columns of unit length
 };
 
 double length_of(const MassProperties& body) {
@@ -86,15 +86,16 @@ AllFreedoms all_freedoms(const Scene& scene, const Freedoms& freedoms, const Lin
   all.unit_mass_rows = scaled(dense_rows(mass, freedoms.num_all(), true));
   all.constraints = scaled(factor.constraints);
   set_rigid_motions(scene, freedoms, body, all);
-  // An idle rotation strains no link, so one additional row fixes it   (THEORY 16.7)
+  // An idle rotation strains no link, so one additional row for each idle rotation fixes it   (THEORY 16.7)
   const double stiff = all.rows.size() > 0 ? all.rows.cwiseAbs().maxCoeff() : 1.0;
   all.rows = stack_rows(all.rows, stiff * all.idle.transpose());
   all.unit_rows = stack_rows(all.unit_rows, all.idle.transpose());
   return all;
 }
 
-// Coordinates with mass that rigid links allow: y = Z_C z (THEORY 16.6), z = P_1 z_1 + Z_0 z_0 (THEORY 16.7),
-// where z_0 is condensed. In the code z_1 is s, z_0 is w, Z_C is held_.basis, Z_0 is massless_.basis.
+// The coordinates z_1 of motions that move mass and that rigid links allow: y = Z_C z (THEORY 16.6),
+// z = P_1 z_1 + Z_0 z_0 (THEORY 16.7). The massless coordinates z_0 are condensed. In the code z_1 is s, z_0
+// is w, Z_C is held_.basis, Z_0 is massless_.basis.
 class Coordinates {
  public:
   Coordinates(const Scene& scene, const Freedoms& freedoms, AllFreedoms all, Faults& faults) {
@@ -122,7 +123,7 @@ class Coordinates {
   const Eigen::MatrixXd& rows() const { return condensed_.rows; }
   const Eigen::MatrixXd& unit_rows() const { return unit_rows_; }
   const Eigen::MatrixXd& mass_rows() const { return mass_rows_; }
-  // returns the coordinates s of motions that rigid links allow
+  // returns the coordinates s of given motions, which rigid links must allow
   Eigen::MatrixXd coordinates_of(const Eigen::MatrixXd& freedoms) const {
     const Eigen::MatrixXd z = has_constraints_ ? Eigen::MatrixXd(freedoms(held_.free, Eigen::all)) : freedoms;
     return z(massless_.pivots, Eigen::all) -
@@ -135,7 +136,8 @@ class Coordinates {
   }
 
  private:
-  // Massless points that no link holds are reported, but rotations that no link resists are not reported
+  // Reports massless points that links do not hold in every direction. A rotation that no link resists is not
+  // reported
   void report_unheld_points(const Scene& scene, const Eigen::MatrixXd& massless_rows, Faults& faults) const {
     const double threshold = 8.0 * static_cast<double>(massless_rows.rows()) * direction_rounding(scene);
     const Eigen::MatrixXd w = null_space(massless_rows, threshold).basis;

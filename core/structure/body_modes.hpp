@@ -1,4 +1,5 @@
-// Modes of structures with bodies, massless points, links with mass and rigid links between them.
+// Computes the modes of structures with bodies, massless points or links with mass. Rigid links may join
+// them.
 #pragma once
 
 #include "core/structure/link_factor.hpp"
@@ -10,8 +11,9 @@ namespace freeflex {
 Eigen::VectorXd rigid_rotation(const Scene& scene, const Freedoms& freedoms, const Eigen::Vector3d& axis);
 
 /// Fills omega, shapes, rotations, particles, matrix_sums, mechanisms, frequency_accuracy and conditioning
-/// (THEORY 16.6 to 16.9). The function adds an error if no link holds a massless point.
-/// \pre structure.mass_properties is filled; factor is that of the scene
+/// (THEORY 16.6 to 16.9). The function adds an error if links do not hold a massless point in every
+/// direction.
+/// \pre structure.mass_properties is filled; factor is from factor_links()
 void find_body_modes(const Scene& scene, const LinkFactor& factor, Structure& structure, Faults& faults);
 
 }  // namespace freeflex

@@ -60,7 +60,7 @@ struct Line {
     return row;
   }
 
-  // returns the displacement along each local axis
+  // returns the displacement along each local axis, at the fraction x of the length
   std::array<Displacement, 3> at(double x) const {
     const auto* beam = std::get_if<Beam>(&link.kind);
     if (beam == nullptr) return {between(x, 0), between(x, 1), between(x, 2)};
@@ -72,9 +72,9 @@ struct Line {
   }
 };
 
-// The displacement fields of a plate. Displacements in its plane are linear between the corners, but the
-// deflection is the cubic of Bazeley and others (1965, Proc. Conf. Matrix Methods Struct. Mech.,
-// Wright-Patterson, 547-576) from the deflections and slopes at the corners.
+// The displacement fields of a plate. Displacements in the plane of the plate are linear between its corners.
+// The deflection is the cubic of Bazeley and others (1965, Proc. Conf. Matrix Methods Struct. Mech.,
+// Wright-Patterson, 547-576), which depends on the deflections and slopes at the corners.
 struct Sheet {
   const Scene& scene;
   const Freedoms& freedoms;
@@ -144,9 +144,10 @@ DeformationRow mass_row(double mass, Displacement coefficients) {
   return row;
 }
 
-// Adds the rows for displacements along a link, whose mass matrix is m (2, 1; 1, 2) / 6 (THEORY 16.11) or m
-// (5, 1; 1, 5) / 12 (THEORY 16.12). The rows are the sum of the displacements of both ends over sqrt(2), with
-// mass m / 2, and their difference over sqrt(2), with mass m / 6 or m / 3.
+// Adds the two mass rows for displacements along a link. The mass matrix of the two ends is
+// m (2, 1; 1, 2) / 6 (THEORY 16.11) or m (5, 1; 1, 5) / 12 (THEORY 16.12). The first row is the sum of the
+// end displacements over sqrt(2), with mass m / 2. The second row is their difference over sqrt(2), with mass
+// m / 6 or m / 3.
 void add_along(const Line& line, double mass, MassDistribution spread, int axis, DeformationRows& rows) {
   Displacement sum, difference;
   for (const std::size_t end : {0, 1}) {
@@ -171,7 +172,7 @@ void add_plate_rows(const Scene& scene, const Freedoms& freedoms, int index, Def
   const Sheet sheet(scene, freedoms, index);
   for (const DistributedMass& part : distributed_masses(scene, index))
     rows.push_back(mass_row(part.mass, sheet.across(corner_weights(part))));
-  // the middles of the sides integrate the square of a linear function exactly
+  // quadrature at the middles of the sides integrates the square of a linear function exactly
   for (const std::array<double, 3>& middle :
        {std::array<double, 3>{0.5, 0.5, 0.0}, {0.0, 0.5, 0.5}, {0.5, 0.0, 0.5}})
     for (const int axis : {0, 1})
@@ -197,7 +198,7 @@ std::array<Displacement, 3> displacement_of(const Scene& scene, const Freedoms& 
   return to_scene_axes(line.axes, line.at(part.shares[1].second));
 }
 
-// rows sqrt(m_g) V_g of A_m   (THEORY 16.10)
+// returns the rows sqrt(m_g) V_g of A_m   (THEORY 16.10)
 DeformationRows distributed_mass_rows(const Scene& scene, const Freedoms& freedoms, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   DeformationRows rows;

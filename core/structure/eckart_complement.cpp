@@ -5,8 +5,9 @@
 
 namespace freeflex {
 
-// O_H^T (L^T T, L^-1 C^T, L^T V_m) = (Z_H; 0), O_H = (O_1, H)   (THEORY 4.7). Therefore all displacements
-// that H spans meet sum m b = 0 and sum m r x b = 0   (THEORY 2.15)
+// O_H^T (L^T T, L^-1 C^T, L^T V_m) = (Z_H; 0), O_H = (O_1, H)   (THEORY 4.7). H is therefore orthogonal to
+// the rigid motions L^T T, so all displacements that H spans meet sum m b = 0 and sum m r x b = 0
+// (THEORY 2.15)
 EckartComplement::EckartComplement(RootMass root_mass, double mass, const Eigen::MatrixXd& rigid,
                                    const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& mechanisms)
     : root_mass_(std::move(root_mass)), mass_(mass), num_mechanisms_(mechanisms.cols()) {

@@ -9,10 +9,10 @@
 namespace freeflex {
 
 /// In the coordinates y = L^T V (sqrt(m) V for point masses) rigid motions, constraints and mechanisms are
-/// mutually orthogonal. Householder reflectors move one group of columns after the other to the leading
-/// coordinates. The remaining columns H of the orthogonal factor are orthonormal, except for rounding errors,
-/// for any masses   (THEORY 4.7). Heavy points come first, so that light points also meet the conditions
-/// (THEORY 2.15). n is the number of freedoms, 3N for point masses.
+/// mutually orthogonal. Householder reflectors map these three groups of columns, one after the other, to the
+/// leading coordinates. The remaining columns H of the orthogonal factor are orthonormal, except for rounding
+/// errors, for any masses   (THEORY 4.7). Heavy points come first in y, so that light points also meet the
+/// conditions (THEORY 2.15). n is the number of freedoms, 3N for point masses.
 class EckartComplement {
  public:
   /// \param mass         [kg] total mass
@@ -22,7 +22,7 @@ class EckartComplement {
   EckartComplement(RootMass root_mass, double mass, const Eigen::MatrixXd& rigid,
                    const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& mechanisms);
 
-  /// Returns the number of columns of H, n - rigid freedoms - constraints - mechanisms.
+  /// Returns the number of columns of H: n minus the numbers of rigid freedoms, constraints and mechanisms.
   Eigen::Index dimension() const { return root_mass_.size() - num_before_; }
 
   /// Returns A L^-T H   (THEORY 4.8) [unit of rows / sqrt(kg)] (num_rows x dimension).
@@ -41,7 +41,7 @@ class EckartComplement {
   Eigen::MatrixXd mechanism_shapes() const;
 
  private:
-  // reflectors of one group of columns, over the coordinates that earlier stages left
+  // reflectors of one group of columns, over the coordinates that earlier stages did not use
   struct Stage {
     Eigen::Index first = 0;  // number of columns of earlier stages
     Eigen::Index count = 0;

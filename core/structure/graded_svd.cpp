@@ -15,8 +15,8 @@ namespace {
 // to ten sweeps.
 constexpr int kMaxSweeps = 40;
 
-// Rotates columns p and q of x until they are orthogonal. The array norm2 holds the squared norms. Returns
-// whether a rotation was needed.
+// Rotates columns p and q of x so that they become orthogonal. The array norm2 holds the squared norms of all
+// columns. Returns whether a rotation was needed.
 bool rotate_pair(Eigen::MatrixXd& x, Eigen::VectorXd& norm2, Eigen::Index p, Eigen::Index q,
                  double tolerance) {
   const double product = x.col(p).dot(x.col(q));
@@ -36,7 +36,7 @@ bool rotate_pair(Eigen::MatrixXd& x, Eigen::VectorXd& norm2, Eigen::Index p, Eig
   const auto update = [&](Eigen::Index column, double change) {
     const double before = norm2[column];
     norm2[column] += change;
-    // recompute after cancellation
+    // cancellation has lost digits, so the norm is computed again
     if (norm2[column] < 0.1 * before) norm2[column] = x.col(column).squaredNorm();
   };
   update(p, -t * product);
@@ -103,8 +103,8 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
     values = divided.singularValues();
     left = divided.matrixU();
     svd.accuracy = loss(values[0], values[n - 1]);
-    // The ratio of diagonal entries of R may be too small, so the actual loss is compared. The comparison is
-    // false for NaN
+    // The ratio of diagonal entries of R may underestimate the loss, so the loss from the singular values is
+    // compared with the limit. The comparison is false if the loss is NaN
     is_done = svd.accuracy < limit;
   }
   if (!is_done) {
@@ -119,8 +119,8 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return values[a] < values[b]; });
   svd.values = values(order);
   svd.vectors = qr.colsPermutation() * left(Eigen::all, order).eval();
-  // The left singular vector follows from R^T x = left * value, because the triangular solve keeps the digits
-  // of small components next to large ones
+  // The left singular vector is computed by solving R^T x = left * value, because the triangular solve keeps
+  // the digits of small components next to large ones
   Eigen::VectorXd lowest = Eigen::VectorXd::Zero(matrix.rows());
   lowest.head(n) = left.col(order[0]) * svd.values[0];
   R.transpose().triangularView<Eigen::Lower>().solveInPlace(lowest.head(n));

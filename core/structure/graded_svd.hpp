@@ -7,9 +7,10 @@
 
 namespace freeflex {
 
-/// Sorts rows by descending largest entry. Householder QR with column pivoting is then accurate row by row,
-/// so the row of a soft link keeps its digits next to the row of a stiff link
-/// (THEORY 4.8; Cox and Higham 1998, stability of Householder QR). Returns the previous position of each row.
+/// Sorts rows in descending order of the magnitude of their largest entry. Householder QR with column
+/// pivoting is then accurate row by row, so the row of a soft link keeps its digits next to the row of a
+/// stiff link   (THEORY 4.8; Cox and Higham 1998, stability of Householder QR). Returns the previous position
+/// of each row.
 std::vector<int> sort_rows(Eigen::MatrixXd& matrix);
 
 struct GradedSvd {

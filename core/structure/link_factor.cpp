@@ -128,8 +128,8 @@ class BodyRotations {
   std::map<int, int> body_of_joint_;   // first rotation of the joint -> body
 };
 
-// Warns of each redundant rigid link. A rigid link is redundant if one of its rows is a combination of rows
-// that are kept   (THEORY 3.42)
+// Warns of each redundant rigid link. A rigid link is redundant if one of its rows is a linear combination of
+// the rows that are kept   (THEORY 3.42)
 void warn_of_redundant_links(const Scene& scene, const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr,
                              const std::vector<int>& link_of, Faults& faults) {
   constexpr double kTakesPart = 1e-6;  // [-] fraction of a unit row: smaller coefficients are rounding errors
@@ -243,7 +243,7 @@ Forbidden forbidden_by(const Scene& scene, const Freedoms& freedoms) {
   return all;
 }
 
-// returns sets of rows that share freedoms
+// returns the sets of rows that shared freedoms join; rows of two different sets have no freedom in common
 std::vector<std::vector<int>> joined_sets(const DeformationRows& rows, int num_freedoms) {
   std::vector<int> parent(static_cast<std::size_t>(num_freedoms));
   for (int k = 0; k < num_freedoms; ++k) parent[static_cast<std::size_t>(k)] = k;
@@ -265,7 +265,7 @@ std::vector<std::vector<int>> joined_sets(const DeformationRows& rows, int num_f
   return all;
 }
 
-// keeps the independent rows of a set of constraints   (THEORY 3.42)
+// adds the independent rows of a set of constraints to `kept` and warns of redundant links   (THEORY 3.42)
 void keep_independent(const Scene& scene, const Forbidden& all, const std::vector<int>& set, double threshold,
                       std::vector<int>& kept, Faults& faults) {
   std::map<int, int> column_of;
@@ -332,7 +332,7 @@ void Freedoms::add_bodies(const Scene& scene) {
     if (!line_of(scene, link.points).isZero(0.0))
       on_line.push_back(i);
     else
-      for (const int point : link.points) body_of_.emplace(point, i);  // first body in the list
+      for (const int point : link.points) body_of_.emplace(point, i);  // keeps the first body in the list
   }
   for (const int body : on_line) {
     bool rotates_joint = false;
@@ -418,7 +418,7 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
   factor.damping_rows = dense_rows(damping_deformations(scene, factor),
                                    3 * static_cast<Eigen::Index>(scene.points.size()), false);
   const Eigen::Index num_displacements = freedoms.num_displacements();
-  if (!are_point_masses(scene)) {  // condensed when the modes are computed (THEORY 16.7)
+  if (!are_point_masses(scene)) {  // rows are condensed when modes are computed (THEORY 16.7)
     factor.rows.resize(0, num_displacements);
     return factor;
   }
@@ -426,8 +426,8 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
   factor.unit_rows = dense_rows(direct, num_displacements, true);
   if (with_rotations.empty()) return factor;
 
-  // Rotations are condensed   (THEORY 3.21, 3.22). Their rank depends on geometry only, so the rank is
-  // computed from unit rows
+  // Rotations are condensed   (THEORY 3.21, 3.22). The rank of the columns of rotations depends on geometry
+  // only, so it is computed from unit rows
   const Condensed unit =
       condense(dense_rows(with_rotations, factor.num_freedoms, true), num_displacements, -1, false);
   Condensed condensed = condense(dense_rows(with_rotations, factor.num_freedoms, false), num_displacements,

@@ -61,10 +61,10 @@ class Freedoms {
   /// Returns the first inner coordinate of a superelement.  \pre the superelement has inner coordinates
   int inner(int link) const { return inner_.at(link); }
 
-  /// Returns the index of the rigid body (a link) that determines the rotation of the joint at a point. This
-  /// is the first body of the point that is not on a line. If all bodies of the point are on lines, it is the
-  /// first body. Bodies with a hub are ignored, and the function returns -1 if there is no other body
-  /// (THEORY 3.43).
+  /// Returns the index of the rigid body (a link) that determines the rotation of the joint at a point. Of
+  /// the bodies that contain the point, this is the first whose points are not on a line, or, if there is
+  /// none, the first whose points are on a line. Bodies with a hub are ignored. Returns -1 if no other body
+  /// contains the point (THEORY 3.43).
   int body_of(int point) const;
   /// Returns the freedom for the rotation of a rigid body about the line of its points. The displacements of
   /// the points do not determine this rotation. Returns -1 for other links and for bodies without a joint
@@ -96,17 +96,17 @@ Eigen::Matrix3d beam_axes(const Eigen::Vector3d& span, const Eigen::Vector3d& y_
 /// antisymmetric bending about local z; symmetric, then antisymmetric bending about local y.
 DeformationRows beam_rows(const Scene& scene, int link_index, const Freedoms& freedoms);
 
-/// Returns the change of the angle at the middle point of three [rad]. If the points are on a line, returns
-/// one row in each of two planes   (THEORY 3.23 to 3.25).
+/// Returns the row of the change [rad] of the angle at the second of three points. If the points are on a
+/// line, returns two rows, one in each of two planes   (THEORY 3.23 to 3.25).
 DeformationRows bending_rows(const Scene& scene, const Link& link);
 
-/// Returns the change of the dihedral angle of four points [rad]   (THEORY 3.26).
+/// Returns the row of the change of the dihedral angle of four points [rad]   (THEORY 3.26).
 DeformationRows torsion_rows(const Scene& scene, const Link& link);
 
 /// Returns the natural deformations of a triangular plate. Rows 0 to 2 are the membrane strains exx + eyy,
-/// exx - eyy, gxy (THEORY 3.30). Rows 3 to 11 are the corresponding measures of the curvature, at the middle
-/// of the side opposite to each point (THEORY 3.33). Rows 12 to 14 are the rotation of each corner about the
-/// normal minus the rotation of the membrane (THEORY 3.36).
+/// exx - eyy, gxy (THEORY 3.30). Rows 3 to 11 are the same three measures of the curvature, at the middles of
+/// the sides opposite to points 0, 1 and 2 in turn (THEORY 3.33). Rows 12 to 14 are the rotation of each
+/// corner about the normal minus the rotation of the membrane (THEORY 3.36).
 DeformationRows plate_rows(const Scene& scene, const Link& link, const Freedoms& freedoms);
 
 /// Returns the matrix that maps the natural forces of a plate to its resultants per length   (THEORY 3.37).
@@ -127,30 +127,30 @@ struct RigidResidual {
   int link = -1;
   Eigen::MatrixXd rigid;          // T, [-] (3 N_link x 3..6)
   Eigen::MatrixXd forces;         // G, [N/m] (3 N_link x 3..6)
-  bool is_within_digits = false;  // true: explained by the rounding of the printed digits   (THEORY 3.18)
+  bool is_within_digits = false;  // true: the rounding of the printed digits explains K_o   (THEORY 3.18)
 };
 
 /// The effects that inexact matrix links have on the result.
 struct MatrixLimits {
-  double accuracy = 0.0;  // [-] relative accuracy of the lowest eigenvalue that is kept   (THEORY 3.14)
+  double accuracy = 0.0;  // [-] largest relative error of the lowest kept eigenvalue   (THEORY 3.14)
   std::vector<RigidResidual> rigid_residuals;
 };
 
-/// Returns the rows of a matrix link without rigid motion and null space   (THEORY 3.11 to 3.13, 3.39). The
-/// function adds an error for asymmetry, resistance to rigid motion, negative eigenvalues, and zero
-/// eigenvalues of a flexibility.
-/// \param limits  accuracy is raised to the error of the link; the residual is appended
+/// Returns the rows of a matrix link. They contain neither rigid motions nor the null space of the matrix
+/// (THEORY 3.11 to 3.13, 3.39). The function adds an error for asymmetry, resistance to rigid motion,
+/// negative eigenvalues, and zero eigenvalues of a flexibility.
+/// \param limits  accuracy is raised to the error of the link; a residual above rounding errors is appended
 DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index, MatrixLimits& limits,
                             Faults& faults);
 
-/// Returns the rigid motions T_link of some points as orthonormal columns. There are three if the points
-/// coincide, five if they are on a line, else six   (THEORY 2.11, 3.11) [-] (3 N_link x 3..6).
+/// Returns the rigid motions T_link of some points as orthonormal columns. There are three columns if the
+/// points coincide, five if they are on a line, else six   (THEORY 2.11, 3.11) [-] (3 N_link x 3..6).
 Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points);
 
-/// Returns the displacements that a rigid link or body forbids, as unit rows. There is one row for two points
-/// (THEORY 3.40). There are 3 N_link - 6 rows for a body, or 3 N_link - 5 if its points are on a line
-/// (THEORY 3.41). If the link has a hub, there are three rows for each other point and three for each other
-/// joint (THEORY 16.5).
+/// Returns the rows of the constraints of a rigid link or body. The rows are not normalised. There is one row
+/// for two points (THEORY 3.40). There are 3 N_link - 6 rows for a body, or 3 N_link - 5 if its points are on
+/// a line (THEORY 3.41). If the link has a hub, there are three rows for each other point and three for each
+/// other joint (THEORY 16.5).
 DeformationRows rigid_rows(const Scene& scene, const Link& link, const Freedoms& freedoms);
 
 /// Returns the unit vector along the line on which some points are, within 64 rounding errors of their
@@ -202,8 +202,8 @@ inline const DeformationRow& natural_row(const LinkFactor& factor, RowRange rang
   return factor.natural[static_cast<std::size_t>(range.first) + static_cast<std::size_t>(k)];
 }
 
-/// Returns the relative error of the directions in unit rows. This error is one rounding error of the largest
-/// coordinate, divided by the length of the shortest link   (THEORY 4.5).
+/// Returns the relative error of the directions in unit rows. This error is eps times the ratio of the
+/// largest coordinate to the length of the shortest link, but at least eps   (THEORY 4.5).
 double direction_rounding(const Scene& scene);
 
 /// Returns every link of a scene in factor form   (THEORY section 3).
@@ -217,8 +217,8 @@ LinkFactor factor_links_sparse(const Scene& scene, Faults& faults);
 
 /// Returns the natural forces s = D e of a link per displacement V   (THEORY 5.2) [N/m] (count x 3N).
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link);
-/// Returns the natural forces per elastic coordinate (count x n).  \pre structure.shapes is filled, and
-/// structure.rotations in scenes with bodies
+/// Returns the natural forces per elastic coordinate (count x n).  \pre structure.shapes is filled;
+/// structure.rotations is filled if the scene has bodies or the factor is sparse
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, const Structure& structure, int link);
 
 /// Returns the last num_rotations rows of some motions, each motion times its factor.
@@ -229,13 +229,13 @@ Eigen::MatrixXd scaled_rotations(const Eigen::MatrixXd& motions, int num_rotatio
 /// \param shapes  (3N x n) displacements  \param rotations  (num_rotations x n)
 void rotate_with_bodies(const Scene& scene, const Freedoms& freedoms, const Eigen::MatrixXd& shapes,
                         Eigen::MatrixXd& rotations);
-/// Replaces the rotations of joints on rigid bodies by displacements of points of the body, in rows over all
-/// freedoms.
+/// In rows over all freedoms, replaces the rotations of joints on rigid bodies by the displacements of the
+/// points of the bodies.
 void rotate_with_bodies(const Scene& scene, const Freedoms& freedoms, DeformationRows& rows);
 
 /// Returns Structure::local_rotations   (THEORY 8.24): for each point with a follower force, the rotation of
-/// its joint. A point without a joint has the rotation of its rigid body, and a point without either has the
-/// mean rotation of the point and its neighbours.  \pre structure.shapes is filled
+/// its joint. A point without a joint has the rotation of its rigid body. A point with neither a joint nor a
+/// rigid body has the mean rotation of the point and its neighbours.  \pre structure.shapes is filled
 std::map<int, Eigen::Matrix3Xd> local_rotations(const Scene& scene, const LinkFactor& factor,
                                                 const Structure& structure);
 

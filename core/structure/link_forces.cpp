@@ -1,4 +1,5 @@
-// Forces of links from elastic coordinates and their rates, forces of rigid links also from loads.
+// The forces of links follow from elastic coordinates and their rates. The forces of rigid links depend on
+// the loads too.
 #include <algorithm>
 #include <cmath>
 
@@ -82,8 +83,8 @@ Eigen::MatrixXd constraint_shapes(const Scene& scene, const LinkFactor& factor) 
   return root_mass.cwiseInverse().asDiagonal() * solved.transpose();
 }
 
-// returns the forces of a rigid link per multiplier: the tension of a link of two points, the forces -C^T on
-// the points of a body (THEORY 5.6)
+// returns the forces of a rigid link per multiplier: the tension of a link of two points, or the forces -C^T
+// on the points of a body (THEORY 5.6)
 Eigen::MatrixXd rigid_forces(const LinkFactor& factor, const Link& link, const std::vector<int>& columns) {
   const auto num_points = static_cast<Eigen::Index>(link.points.size());
   Eigen::MatrixXd on_points(3 * num_points, static_cast<Eigen::Index>(columns.size()));

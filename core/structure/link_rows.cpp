@@ -42,8 +42,8 @@ DeformationRows beam_rows(const Scene& scene, int link_index, const Freedoms& fr
   const Eigen::Vector3d span = span_of(scene, link);
   const double length = span.stableNorm();
   const Eigen::Matrix3d axes = beam_axes(span, beam.y_axis);
-  // adds the rotation of an end about a local axis: a freedom of the end if it is released, else the rotation
-  // of the joint
+  // adds the rotation of an end about a local axis: a freedom of the end if the end releases this rotation,
+  // else the rotation of the joint
   const auto add_rotation = [&](DeformationRow& row, int end, int axis, double scale) {
     const int released = freedoms.released(link_index, end, axis);
     if (released >= 0)
@@ -66,7 +66,7 @@ DeformationRows beam_rows(const Scene& scene, int link_index, const Freedoms& fr
   // chord:         psi = sign * along . (V_2 - V_1) / L   (THEORY 3.5)
   // symmetric:     e = about . (theta_2 - theta_1), D = EI / L   (THEORY 3.8)
   // antisymmetric: e = about . (theta_1 + theta_2) - 2 psi, D = 3 EI / (L (1 + phi))   (THEORY 3.9)
-  // shear:         phi = 12 EI / (GA L^2), 0 without shear stiffness   (THEORY 3.10)
+  // shear:         phi = 12 EI / (GA L^2), 0 if GA is not given   (THEORY 3.10)
   const auto add_bending = [&](int about, int along, double sign, double EI, double GA) {
     DeformationRow symmetric;
     add_rotation(symmetric, 0, about, -1.0);

@@ -11,19 +11,19 @@
 namespace freeflex {
 namespace {
 
-// [-] limit of width over length of neighbouring points. If the ratio is smaller, the points do not determine
-// the rotation about their line
+// [-] limit of the ratio of the width to the length of a group of neighbouring points. Below this limit the
+// points do not determine the rotation about their line
 constexpr double kNearlyLine = 1e-6;
 
-// [-] limit of the smallest over the largest principal moment. If the ratio is larger, an eigensolver keeps
-// the digits of the moments
+// [-] limit of the ratio of the smallest to the largest principal moment. Above this limit an eigensolver
+// keeps the digits of the moments
 constexpr double kThin = 1e-4;
 
 bool names(const Link& link, int point) {
   return std::find(link.points.begin(), link.points.end(), point) != link.points.end();
 }
 
-// returns columns over some points as columns over all points
+// expands columns for some points to columns for all points, with zeros for the other points
 Eigen::MatrixXd over_all(const Scene& scene, const std::vector<int>& points, const Eigen::MatrixXd& weights) {
   Eigen::MatrixXd rotation = Eigen::MatrixXd::Zero(3, 3 * static_cast<Eigen::Index>(scene.points.size()));
   for (std::size_t k = 0; k < points.size(); ++k)

@@ -14,33 +14,35 @@
 namespace freeflex {
 namespace {
 
-// right-hand sides solved at once; number of equal frequencies that one start can find
+// number of columns in a block; a block finds at most this many modes of one frequency
 constexpr int kBlock = 6;
-// [-] largest residual of a Ritz value, as a fraction of the value. The error of a frequency is the square of
-// this residual
+// [-] largest residual of a converged Ritz value, as a fraction of the value. The relative error of a
+// frequency is of the order of the square of this fraction
 constexpr double kConverged = 1e-10;
-// number of modes found in addition to the kept modes, so that a gap exists for the Sturm count
+// number of modes that are searched for in addition to the kept modes, so that a gap between frequencies
+// exists for the Sturm count
 constexpr int kBeyond = 6;
 // [-] a vector is rough if the highest frequency is more than this factor times the frequency of the vector
 constexpr double kRough = 1e4;
 constexpr int kMostRestarts = 4;
 constexpr int kMostRefinements = 3;
-constexpr int kHalfSlice = 72;        // number of modes below a shift that are not yet found
+constexpr int kHalfSlice = 72;        // number of missing modes that a shift should have below it
 constexpr double kNearLowest = 0.05;  // [-] least omega^2 of the sixth lowest mode, as a fraction of the
                                       // shift
-constexpr int kFirstLook = 120;       // columns at the first test of convergence
-// The number of columns of the first slice. With more columns, a shift among the modes is cheaper
+constexpr int kFirstLook = 120;       // number of columns at the first test of convergence
+// number of columns at which the first slice ends, because a shift among the modes is then cheaper than more
+// columns
 constexpr int kFirstColumns = 300;
-// number of columns solved at once, which is cheaper than solving them separately
+// number of rough vectors that are smoothed at once, which is cheaper than one after the other
 constexpr int kSmoothed = 24;
 constexpr Eigen::Index kRowsAtOnce = 4096;
 
-// returns the factor R of the Householder QR decomposition of rows times some columns, updated with one block
-// of rows after the other
+// returns the factor R of the QR decomposition of the product of rows and some of the columns; R is updated
+// with one block of rows after the other
 Eigen::MatrixXd triangle_of(const SparseRows& rows, const Eigen::MatrixXd& columns,
                             const std::vector<Eigen::Index>& some) {
   const auto size = static_cast<Eigen::Index>(some.size());
-  Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(size, size);  // stays zero for mechanisms
+  Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(size, size);  // R before the first block of rows
   for (Eigen::Index row = 0; row < rows.rows(); row += kRowsAtOnce) {
     const Eigen::Index height = std::min(kRowsAtOnce, rows.rows() - row);
     Eigen::MatrixXd stack(size + height, size);
@@ -100,8 +102,9 @@ bool LowestModes::report(const std::string& what, double done) {
   return fail(kSetupEnded);
 }
 
-// Returns whether memory suffices for the factor and for the larger of two sets of vectors. One set is a
-// basis and the modes, and the other set is the modes twice (also as shapes).
+// Returns whether memory suffices for the factor, the particles and the larger of two sets of vectors. One
+// set is a Lanczos basis of `columns` vectors and the modes. The other set is the modes twice, because they
+// are also stored as shapes.
 bool LowestModes::fits(Eigen::Index columns) {
   const double column = 8e-6 * static_cast<double>(system_.num_all());
   const double most = static_cast<double>(std::max(columns + count_, 2 * Eigen::Index{count_}));
@@ -126,14 +129,14 @@ double LowestModes::num_particles() const {
   return number;
 }
 
-// Factors K - sigma m in assembled form if the change of omega^2 by rounding of its entries, rounding_, is
-// small compared with the shift, else in augmented form (THEORY 16.36).
+// Factors K - sigma m. The assembled form is used if rounding of its entries changes omega^2 by little
+// compared with the shift (rounding_). Otherwise the augmented form is used (THEORY 16.36).
 bool LowestModes::factor_at(double sigma) {
-  // [-] fraction of the shift, for Sturm counts: a tenth of the change of omega^2 over half a gap of
-  // kTogether
+  // [-] fraction of the shift, small enough for Sturm counts: a tenth of the relative change of omega^2 over
+  // half of the gap kTogether
   constexpr double kGoodEnough = 1e-7;
-  // [-] fraction of the shift: without refinement the error of a frequency is the square of this fraction
-  // over a gap between Ritz values
+  // [-] fraction of the shift up to which solutions are not refined. The relative error of a frequency is
+  // then the square of this fraction, divided by the gap between Ritz values
   constexpr double kExact = 5e-12;
   const double size = std::abs(sigma);
   const bool is_assembled = rounding_ <= kGoodEnough * size;
@@ -178,7 +181,7 @@ bool LowestModes::choose_shift() {
     if (trial.has_failed()) return fail("the structure cannot be solved: " + inverse_->problem());
     const RitzPairs few = trial.pairs(kConverged);
     if (few.theta.size() == 0) return fail("the structure cannot be solved");
-    // uses the sixth lowest frequency, because more than five mechanisms are rare
+    // uses the sixth lowest frequency, which is not zero if there are at most five mechanisms
     const Eigen::Index at = std::min<Eigen::Index>(5, few.theta.size() - 1);
     const double lowest = std::max(1.0 / few.theta[at] - shift, 0.0);
     lowest_sigma_ = -shift;
@@ -199,8 +202,8 @@ bool LowestModes::fail_with_mechanisms() {
                 scene_.points.size(), " points the mechanisms are not searched for; add links"));
 }
 
-// Returns the number of modes below a frequency, including mechanisms: n_negative - n_c - n_A - rigid motions
-// (THEORY 16.40).
+// Returns the number of modes below a frequency, including mechanisms. This number is n_negative - n_c - n_A
+// minus the number of rigid motions (THEORY 16.40).
 std::optional<int> LowestModes::count_below(double omega) {
   if (!factor_at(omega * omega)) return std::nullopt;
   return inverse_->num_below() - static_cast<int>(system_.rigid.cols());
@@ -225,8 +228,8 @@ bool LowestModes::choose_count(const ModesWanted& wanted) {
   return fits(kFirstColumns + 8 * kBlock);
 }
 
-// Finds the modes slice by slice, with theta = 1 / (omega^2 - sigma^2)   (THEORY 16.41). The first slice is
-// at the shift below all modes if this shift is near enough to the lowest modes.
+// Finds the modes slice by slice, with theta = 1 / (omega^2 - sigma^2)   (THEORY 16.41). The first slice uses
+// the shift sigma_0^2 below all modes if fewer than kHalfSlice modes are below the frequency sigma_0.
 bool LowestModes::find_slices() {
   const Eigen::Index target = count_ + kBeyond;
   const double root = std::sqrt(-lowest_sigma_);
@@ -241,8 +244,8 @@ bool LowestModes::find_slices() {
   return true;
 }
 
-// Factors at a shift below which about half a slice of modes is missing. The spacing [rad/s] of the highest
-// modes found gives the shift   (THEORY 16.41).
+// Factors at a shift with about kHalfSlice missing modes below it, or fewer towards the end. The shift
+// follows from the spacing [rad/s] of the highest modes found   (THEORY 16.41).
 // \return number of missing modes below the shift; nullopt: a fault was added
 std::optional<int> LowestModes::move_up(double spacing) {
   constexpr int kMostTries = 8;
@@ -272,8 +275,9 @@ std::optional<int> LowestModes::move_up(double spacing) {
   return std::nullopt;
 }
 
-// Runs Lanczos until the modes below the shift and some modes above it are found, at most `most`. In the
-// first slice Lanczos also ends if it converges slowly.
+// Runs Lanczos until the `below` missing modes below the shift are found, and a quarter more modes above the
+// shift, but not more than `most` in all. In the first slice no modes are below the shift, and Lanczos ends
+// when `most` modes are found or when it converges slowly.
 bool LowestModes::run_lanczos(Eigen::Index below, Eigen::Index most) {
   std::optional<Eigen::MatrixXd> vectors = find_vectors(below, most);
   return vectors && take(std::move(*vectors));
@@ -333,10 +337,10 @@ bool LowestModes::take(Eigen::MatrixXd vectors) {
 }
 
 // Removes the content of the stiffest motions from rough vectors (THEORY 16.42). The removed content comes
-// from rounding errors or unrefined solutions, and its effect grows with the square of the highest frequency
-// over the frequency of the vector. Applying the refined inverse once removes this content, and the columns
-// stay orthonormal within the square of their residuals. The inverse does not separate modes far below the
-// shift, so the singular vectors of A y separate these modes.
+// from rounding errors or unrefined solutions, and its effect on the frequency grows with the square of the
+// ratio of the highest frequency to the frequency of the vector. Applying the refined inverse once removes
+// this content, and the columns stay orthonormal within the square of their residuals. The inverse does not
+// separate modes far below the shift, so the singular vectors of A y separate these modes.
 bool LowestModes::smooth(Eigen::MatrixXd& vectors, const std::vector<Eigen::Index>& rough) {
   const auto count = static_cast<Eigen::Index>(rough.size());
   for (Eigen::Index begin = 0; begin < count; begin += kSmoothed) {
@@ -370,7 +374,7 @@ void LowestModes::sort() {
   omega_ = found_omega_(sorted_);
 }
 
-// Sets the number of kept modes. Modes equal in frequency to the last kept mode are included
+// Sets the number of kept modes. Modes with the same frequency as the last requested mode are kept too
 bool LowestModes::cut() {
   Eigen::Index end = std::min<Eigen::Index>(count_, omega_.size());
   while (end > 0 && end < omega_.size() && omega_[end] - omega_[end - 1] <= kTogether * omega_[end]) ++end;
@@ -382,8 +386,8 @@ bool LowestModes::cut() {
   return true;
 }
 
-// Returns the number of missing modes below a gap between frequencies. A negative number means that a fault
-// was added.
+// Returns the number of missing modes below a wide gap between the frequencies around and above the last kept
+// mode. A negative number means that a fault was added.
 int LowestModes::count_missing() {
   Eigen::Index at = keep_;
   double widest = 0.0;

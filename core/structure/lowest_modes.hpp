@@ -62,7 +62,7 @@ class LowestModes {
   const SparseSystem& system_;
   const SetupProgress& progress_;
   Faults& faults_;
-  MassSymmetric op_;  // known: rigid motions, then modes found
+  MassSymmetric op_;  // op_.known contains rigid motions, then the modes found so far
   std::unique_ptr<ShiftedInverse> inverse_;
   std::vector<int> assembled_order_, augmented_order_;  // orderings of the factors, found once
   double rounding_ = 0.0;      // [rad^2/s^2] change of omega^2 by rounding of the entries of an assembled K
@@ -71,7 +71,7 @@ class LowestModes {
   double stiffest_ = 0.0;             // [rad^2/s^2] estimate of the highest omega^2
   int refinements_ = 0;               // largest number of refinements of a solution
   int count_ = 0;                     // number of requested modes, before modes of equal frequency are added
-  bool is_complete_ = false;          // all modes are found
+  bool is_complete_ = false;          // true: all modes of the structure are found
   Eigen::VectorXd found_omega_;       // [rad/s] frequencies in the order in which modes were found
   std::vector<Eigen::Index> sorted_;  // indices into found_omega_, ascending by frequency
   Eigen::VectorXd omega_;             // [rad/s] ascending

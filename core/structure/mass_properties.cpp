@@ -11,8 +11,8 @@
 namespace freeflex {
 namespace {
 
-// [-] limit of the width of the shape over its length. If the ratio is smaller, the spin about the line loses
-// half of its digits or more
+// [-] limit of the ratio of the width to the length of the shape. Below this limit the spin about the line
+// loses half of its digits or more
 constexpr double kNearlyCollinear = 1e-6;
 
 // M = sum m_i   (THEORY 2.1); p_SB = sum m_i p_i / M   (THEORY 2.3), corrected once for the rounding error;
@@ -59,8 +59,9 @@ Eigen::Matrix3d root_second_moment(const PointMass& point) {
 }
 
 // Returns the positions that determine the extent of the shape. For point masses these are the points.
-// If there are bodies, the positions are the centres of mass and, for each body with inertia, three positions
-// one half-axis a_k away from its centre of mass, on one side only.
+// If there are bodies, the positions are the centres of mass of bodies and of parts of links and, for each
+// body with inertia, three more positions. Each of the three is one half-axis a_k away from the centre of
+// mass of the body, on one side only.
 Eigen::Matrix3Xd extents_of_mass(const Scene& scene, const MassProperties& properties) {
   if (are_point_masses(scene)) return properties.r;
   const std::vector<PointMass>& points = scene.points;
@@ -166,8 +167,8 @@ Eigen::MatrixXd rigid_motions(const MassProperties& properties) {
   Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(3 * num_points, properties.rigid_freedoms);
   for (int axis = 0; axis < 3; ++axis)
     for (Eigen::Index i = 0; i < num_points; ++i) motions(3 * i + axis, axis) = 1.0;
-  // V_i = e_a, then V_i = u_k x r_i   (THEORY 2.11), with the axes of the largest moments first, because a
-  // collinear shape has no rotation about the first principal axis
+  // V_i = e_a, then V_i = u_k x r_i   (THEORY 2.11), with the axes of the largest moments first. The omitted
+  // rotation of a collinear shape, about its first principal axis, would be the last column
   for (int column = 3; column < properties.rigid_freedoms; ++column) {
     const Eigen::Vector3d axis = properties.principal_axes.col(5 - column);
     for (Eigen::Index i = 0; i < num_points; ++i)

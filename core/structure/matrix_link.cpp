@@ -12,15 +12,16 @@ namespace freeflex {
 namespace {
 
 // [-] largest allowed |K_link v| / (Lambda_max |v|) for a rigid motion v   (THEORY 3.11). Coordinates and
-// matrices are often written with seven digits (single precision), and this leaves residuals of about 1e-7. A
+// matrices are often written with seven digits (single precision), which leaves residuals of about 1e-7. A
 // link to ground exceeds the limit by far.
 constexpr double kRigidTolerance = 1e-5;
 
-// [-] largest allowed magnitude of a negative eigenvalue over the largest eigenvalue   (THEORY 3.11). Setting
-// such an eigenvalue to zero changes the matrix by no more than the other two tolerances allow.
+// [-] largest allowed ratio of the magnitude of a negative eigenvalue to the largest eigenvalue
+// (THEORY 3.11). Setting such an eigenvalue to zero changes the matrix by no more than kSymmetryTolerance and
+// kRigidTolerance allow.
 constexpr double kNegativeTolerance = 1e-6;
 
-// returns the name of a row or column of the matrix: "point 'b' x"
+// returns the name of a row or column of the matrix, for example "point 'b' x"
 std::string freedom_name(const Scene& scene, const Link& link, Eigen::Index row) {
   const int point = link.points[static_cast<std::size_t>(row / 3)];
   return join_text("point ", quoted(scene.points[static_cast<std::size_t>(point)].name, point), " ",
@@ -109,8 +110,9 @@ Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points) 
     motions.block<3, 3>(3 * k, 3) << 0.0, d.z(), -d.y(), -d.z(), 0.0, d.x(), d.y(), -d.x(), 0.0;
   }
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(motions);
-  // a rotation with displacements below 64 rounding errors of the coordinates is omitted (THEORY 2.9), but
-  // the pivots of translations are at least 0.7 times the largest pivot
+  // a rotation with displacements below 64 rounding errors of the coordinates is omitted (THEORY 2.9); no
+  // translation is omitted, because the pivots of translations are at least 0.7 times the largest pivot and
+  // the threshold is at most 0.5
   qr.setThreshold(std::min(0.5, kCollinearRoundings * kEpsilon * std::max(1.0, farthest / length)));
   Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(3 * num_points, qr.rank());
   basis.applyOnTheLeft(qr.householderQ());

@@ -12,10 +12,10 @@
 namespace freeflex {
 namespace {
 
-// [-] limit as a fraction of the largest displacement in a motion. Points that move less are at rest
+// [-] fraction of the largest displacement in a motion: a point that moves by less than this is at rest
 constexpr double kRestingBelow = 1e-6;
 
-// largest number of points for which every pair is compared
+// largest number of sample points for which every pair of points is compared
 constexpr Eigen::Index kMostCompared = 2000;
 
 // returns an orthonormal basis of the column space of independent columns
@@ -26,7 +26,7 @@ Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns) {
   return basis;
 }
 
-// returns the rows of the displacements of some points
+// returns the indices of the rows that contain the displacements of some points
 std::vector<Eigen::Index> rows_of(const std::vector<int>& points) {
   std::vector<Eigen::Index> rows;
   for (const int point : points)
@@ -57,8 +57,8 @@ bool moves_as_one(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
 
 // Returns the core. The core is a large set of points that moves as one body in every motion. The motion of
 // all other points is described relative to the core. The search is greedy and begins with the points that
-// keep most distances. Mechanisms are correct with any core, but a larger core makes their names more
-// specific (THEORY 4.4).
+// keep their distances from the most other points. Mechanisms are correct with any core, but a larger core
+// makes their names more specific (THEORY 4.4).
 std::vector<int> find_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
                            const Eigen::Matrix3Xd& r) {
   const auto num_points = static_cast<int>(r.cols());
@@ -111,8 +111,8 @@ std::vector<int> find_large_core(const Eigen::MatrixXd& motions, const Eigen::Ma
   return largest;
 }
 
-// returns a basis of the same space in which each motion has one coordinate that is 1 in this motion and 0 in
-// all other motions
+// returns a basis of the space of the given motions. Each motion of the basis has one coordinate that is 1 in
+// this motion and 0 in all other motions of the basis
 Eigen::MatrixXd localise(const Eigen::MatrixXd& motions) {
   const Eigen::MatrixXd basis = orthonormal(motions);
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(basis.transpose());
@@ -125,8 +125,8 @@ Eigen::MatrixXd localise(const Eigen::MatrixXd& motions) {
 // kSafe^2 1 has a Cholesky factor   (THEORY 4.6). `unit_rows` contains B and C. The test is cheap compared
 // with the rank-revealing QR. The QR is needed only if the test fails.
 bool has_full_rank(const Eigen::MatrixXd& unit_rows, const Eigen::MatrixXd& rigid) {
-  constexpr double kSafe =
-      1e-5;  // [-] its square is far above the rounding error of B^T B, about 1e-12 for 3000 columns
+  constexpr double kSafe = 1e-5;  // [-] its square, 1e-10, is far above the rounding error of B^T B, which is
+                                  // about 1e-12 for 3000 columns
   const Eigen::SparseMatrix<double> sparse = unit_rows.sparseView();
   Eigen::MatrixXd gram = rigid * rigid.transpose() + Eigen::MatrixXd(sparse.transpose() * sparse);
   gram.diagonal().array() -= kSafe * kSafe;
@@ -153,8 +153,8 @@ std::vector<int> moved_points(const Eigen::VectorXd& motion) {
 
 }  // namespace
 
-// the mechanisms are the null space of (B; C; T^T)   (THEORY 4.4), where pivots below 4 n rounding times the
-// largest are set to zero (THEORY 4.5)
+// the mechanisms are the null space of (B; C; T^T)   (THEORY 4.4); a pivot is treated as zero if it is below
+// 4 n `rounding` times the largest pivot (THEORY 4.5)
 Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const Eigen::MatrixXd& rigid_motions,
                            const SamplePoints& samples, double rounding) {
   const Eigen::MatrixXd rigid = orthonormal(rigid_motions);

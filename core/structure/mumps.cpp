@@ -101,7 +101,7 @@ Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
     id.perm_in = given_order_.data();
   }
   if (solver_library().reset_random != nullptr) solver_library().reset_random();
-  // SCOTCH crashes if memory runs out
+  // SCOTCH crashes if memory runs out, so free memory is checked first
   const std::size_t ordering = given_order_.empty() ? kOrdering * entries_.values.size() : 0;
   if (has_room(ordering))
     call(kAnalyse);

@@ -39,8 +39,8 @@ class Mumps {
   /// Returns the memory [MB] that the ordering predicts for the factorization.
   double expected_MB() const;
   /// Factors the matrix, with more memory if the first estimate was too small. Returns false on failure.
-  /// \param null_threshold  > 0: pivots below this times the norm of the matrix are treated as zero and
-  /// removed
+  /// \param null_threshold  > 0: pivots below null_threshold times the norm of the matrix are treated as zero
+  /// and removed
   bool factor(double null_threshold = 0.0);
   /// Overwrites right-hand sides, one in each column, with the solutions. Returns false on failure.  \pre
   /// factor()
@@ -49,7 +49,7 @@ class Mumps {
   int num_negative() const;
   /// Returns the number of pivots that factor() removed.  \pre factor(threshold > 0)
   int num_null() const;
-  /// Returns the description of a failure. The text is empty if there was none.
+  /// Returns the description of a failure. The text is empty if nothing failed.
   const std::string& problem() const { return problem_; }
 
  private:

@@ -13,11 +13,12 @@ namespace {
 // do not determine the sign
 constexpr double kEqualComponents = 1e-6;
 
-// Returns the relative error of the lowest frequency from rounding each row before its rigid part is
-// projected out. In a thin shape the rigid part is nearly the whole row:
+// Returns the relative error of the lowest frequency that comes from rounding each row before its rigid part
+// is projected out:
 //   d omega_1 / omega_1 = 2 eps / sigma_1 sqrt(sum_k X_k1^2 alpha_k^2)   (THEORY 4.12)
+// In a thin shape this error is large, because the rigid part is nearly the whole row.
 double reduction_rounding(const Eigen::VectorXd& sizes, const GradedSvd& svd) {
-  constexpr double kRoundings = 2.0;  // rounding errors of each row: its direction and six reflectors
+  constexpr double kRoundings = 2.0;  // [eps] rounding error of a row, by its direction and six reflectors
   if (svd.values.size() == 0 || !(svd.values[0] > 0.0)) return 0.0;
   return kRoundings * std::numeric_limits<double>::epsilon() * svd.lowest_left.cwiseProduct(sizes).norm() /
          svd.values[0];

@@ -38,13 +38,13 @@ Condensed condense(Eigen::MatrixXd rows, Eigen::Index num_kept, Eigen::Index kno
   if (num_condensed == 0 || rows.rows() == 0)
     return {rows.leftCols(num_kept), Eigen::MatrixXd::Zero(num_condensed, num_kept), 0};
   Eigen::MatrixXd rotation_columns = rows.rightCols(num_condensed);
-  // if no row acts on a rotation, because a body determines it, its column has norm zero
+  // the column of a rotation that a rigid body determines has norm zero, because no row acts on the rotation
   const Eigen::RowVectorXd scale =
       rotation_columns.colwise().norm().unaryExpr([](double norm) { return norm > 0.0 ? 1.0 / norm : 0.0; });
   rotation_columns *= scale.asDiagonal();
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rotation_columns);
-  // The pivots of free rotations are a few rounding errors of one, but the pivots of a chain of n beams
-  // decrease only as 1/n
+  // The columns have length one. The pivots of free rotations are therefore a few eps, but the pivots of a
+  // chain of n beams decrease only as 1/n
   qr.setThreshold(8.0 * static_cast<double>(rows.rows()) * kEpsilon);
   Condensed condensed;
   condensed.rank = known_rank < 0 ? qr.rank() : known_rank;

@@ -114,7 +114,7 @@ std::vector<RotatingBody> rotating_bodies(const Scene& scene, const Structure& s
   std::vector<RotatingBody> bodies;
   const Freedoms freedoms(scene);
   const std::vector<CarriedMass> carried = carried_masses(scene, freedoms);
-  // particles of points come first
+  // carried_masses() lists the particles of points before the parts of links
   for (std::size_t p = 0, end = 0; p < carried.size() && carried[p].point >= 0; p = end) {
     const int point = carried[p].point;
     while (end < carried.size() && carried[end].point == point) ++end;
@@ -158,7 +158,8 @@ Eigen::Matrix3d second_order_of_pair(const RotatingBody& body, Eigen::Index k, E
   return body.arms * arm_operator(body, k, l);
 }
 
-// the stiffness by acceleration is a_B . sum m g_lu + w' . G_lu   (THEORY 12.56)
+// returns sum m g_kl, which the stiffness by acceleration contains: a_B . sum m g_lu + w' . G_lu
+// (THEORY 12.56)
 Eigen::Vector3d moved_centre(const RotatingBody& body, Eigen::Index k, Eigen::Index l) {
   return arm_operator(body, k, l) * body.arm;
 }

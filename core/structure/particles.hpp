@@ -16,8 +16,9 @@ struct CarriedMass {
   int point = -1;                                 // the point that carries the part; -1: a link carries it
   int link = -1;                                  // the link that carries the part; -1: a point carries it
   Eigen::Vector3d arm = Eigen::Vector3d::Zero();  // [m] from the point, scene axes
-  std::vector<std::pair<int, double>> shares;     // (point, weight) [-] of the mean position, without arm
-  // [-], [m] along each scene axis   (THEORY 16.4, 16.10)
+  std::vector<std::pair<int, double>> shares;  // (point, weight [-]) whose mean is the position without arm
+  // coefficients of displacements [-] and rotations [m], for the displacement along each scene axis
+  // (THEORY 16.4, 16.10)
   std::array<std::vector<std::pair<int, double>>, 3> displacement;
 };
 
@@ -34,8 +35,8 @@ DeformationRows mass_rows(const Scene& scene, const Freedoms& freedoms, double l
 /// (THEORY 16.9).  \pre structure.shapes and rotations are filled
 Particles find_particles(const Scene& scene, const Freedoms& freedoms, const Structure& structure);
 
-/// The data of a body for the second order of its rotation. A particle on the arm d_p has the position x = r
-/// + V + theta x d_p + theta x (theta x d_p) / 2   (THEORY 12.45).
+/// The data of a body for terms that are of second order in its rotation. A particle on the arm d_p has the
+/// position x = r + V + theta x d_p + theta x (theta x d_p) / 2   (THEORY 12.45).
 struct RotatingBody {
   Eigen::Matrix3Xd theta;  // [1/m] (3 x n) elastic rotation
   Eigen::Matrix3d arms;    // [kg m^2] sum m r d_p^T over the particles of the body
@@ -44,8 +45,8 @@ struct RotatingBody {
 /// Returns the bodies of a structure, that is, its points with an attitude.
 std::vector<RotatingBody> rotating_bodies(const Scene& scene, const Structure& structure);
 
-/// Returns sum m r_a g_kl,b over the particles of a body for all pairs of modes (n x n), for the tables G_kl
-/// and Z_kl   (THEORY 12.46 to 12.48).
+/// Returns sum m r_a g_kl,b over the particles of a body for all pairs of modes k and l (n x n), where a and
+/// b are axes. The tables G_kl and Z_kl contain this sum   (THEORY 12.46 to 12.48).
 Eigen::MatrixXd second_order(const RotatingBody& body, int a, int b);
 /// Returns sum m r_a g_kl,b for one pair of modes and all axes, in row a and column b.
 Eigen::Matrix3d second_order_of_pair(const RotatingBody& body, Eigen::Index k, Eigen::Index l);

@@ -18,9 +18,9 @@ struct Triangle {
   double area = 0.0;        // [m^2]
 };
 
-// [-] stiffness of the rotation of a corner about the normal over E thickness^3 / 12   (THEORY 3.36). The
-// stiffness is large enough to hold a corner whose plates are folded by less than about 1/30 rad, but it
-// stiffens a plate of thickness side / 10 by less than 1e-5
+// [-] stiffness of the rotation of a corner about the normal, divided by E thickness^3 / 12   (THEORY 3.36).
+// It is large enough to hold a corner whose plates are folded by less than about 1/30 rad, but it increases
+// the stiffness of a plate of thickness side / 10 by a fraction of less than 1e-5
 constexpr double kNormalRotation = 1e-3;
 
 constexpr std::array<std::size_t, 3> kNext{1, 2, 0}, kAfterNext{2, 0, 1};
@@ -48,7 +48,7 @@ Triangle triangle_of(const Scene& scene, const Link& link) {
 }
 
 // Returns P_1 = x x^T + y y^T, P_2 = x x^T - y y^T, P_3 = x y^T + y x^T   (THEORY 3.29). For a displacement
-// field with gradient G, the sums of P_ab G_ab are exx + eyy, exx - eyy and gxy.
+// field with gradient G, the sums of P_ab G_ab over the axes a and b are exx + eyy, exx - eyy and gxy.
 std::array<Eigen::Matrix3d, 3> strain_measures(const Triangle& triangle) {
   const Eigen::Matrix3d xx = triangle.x * triangle.x.transpose(), yy = triangle.y * triangle.y.transpose(),
                         xy = triangle.x * triangle.y.transpose();

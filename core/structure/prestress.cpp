@@ -13,20 +13,21 @@
 namespace freeflex {
 namespace {
 
-// [-] fraction of the span, or [rad]: size of displacements and rotations for central differences. The square
-// of this size is far above rounding errors, and its fourth power is negligible
+// size of displacements, as a fraction of the span [-], and of rotations [rad] for central differences. The
+// square of this size is far above rounding errors, and its fourth power is negligible
 constexpr double kAmplitude = 1e-3;
 
 // Number of lowest modes for which the diagonal geometric stiffness is computed. Geometric stiffness is
-// proportional to squares of slopes, so in higher modes it decreases relative to the stiffness.
+// proportional to squares of slopes, so in higher modes it decreases relative to the elastic stiffness of the
+// mode.
 constexpr int kMostModes = 48;
 constexpr double kNear = 0.05;  // [-] largest relative difference of the frequencies of a pair
 constexpr int kMostPartners = 2;
 // Number of modes whose error is integrated at every tick. The cost grows with the cube of this number.
 constexpr int kMostShadowed = 16;
 
-// The number of modes with geometric stiffness by follower loads. For a free beam under end thrust, eight
-// modes give frequencies within 1e-4.
+// The number of modes with geometric stiffness by follower loads. For a free beam under end thrust, the
+// frequencies from eight modes have a relative error below 1e-4.
 constexpr int kMostFollowed = 24;
 
 void choose_pairs(const Structure& structure, Prestress& prestress) {
@@ -174,10 +175,10 @@ class SecondOrders {
 // is separate from the stiffness from all other links (bent) (THEORY X140).
 struct PairStiffness {
   Eigen::MatrixXd axial, bent;  // (pairs x responses)
-  // (pairs x responses) from rates, of dashpots and viscous links
+  // (pairs x responses) per rate of the responses, from dashpots and viscous links
   Eigen::MatrixXd axial_rate, bent_rate;
   Eigen::VectorXd axial_quartic, bent_quartic;  // [N/m^3] (pairs) sum D h_lu^2
-  SquareSums axial_squares, bent_squares;       // of requested pairs
+  SquareSums axial_squares, bent_squares;       // for the pairs in `squared`
   bool has_unquantified = false;
 };
 
@@ -229,7 +230,7 @@ class AxialSums {
 
 // returns E_lu = sum_links sum_k s_k h_k,lu   (THEORY X140)
 // \param responses  [m] (n x responses) elastic coordinates that strain the links
-// \param squared    pairs whose products are needed
+// \param squared    indices into `pairs` for which SquareSums are computed
 PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const Structure& structure,
                            const std::vector<Prestress::Pair>& pairs, const Eigen::MatrixXd& responses,
                            const std::vector<int>& squared) {
@@ -287,7 +288,8 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
 //   beta_l = (sum D h_ll^2 - sum_v gamma_v^2 / (M omega_v^2) (2/3 + 1/3 / (1 - 4 omega_l^2 / omega_v^2))) / 2
 Eigen::VectorXd root_quartic(const Structure& structure, const Prestress& prestress,
                              const Eigen::VectorXd& held, const Eigen::MatrixXd& rows) {
-  // [-] nearer to resonance, the integrated error includes the response (THEORY X147)
+  // [-] least |1 - 4 omega_l^2 / omega_v^2|. Nearer to resonance, the integrated error includes the response
+  // (THEORY X147)
   constexpr double kLeastOff = 0.2;
   const double M = structure.mass_properties.mass;
   Eigen::VectorXd gamma_of(structure.omega.size());
@@ -337,7 +339,8 @@ Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Str
   return prestress;
 }
 
-// E_lu of the quasi-static internal forces at amplitude 1   (THEORY X145)
+// returns the stiffness E_lu by the quasi-static internal forces under each follower load at amplitude 1
+// (THEORY X145)
 std::vector<FollowerStiffness> find_follower_stiffness(const Scene& scene, const LinkFactor& factor,
                                                        const Structure& structure) {
   std::vector<FollowerStiffness> all;
@@ -379,7 +382,8 @@ void rotate_follower_stiffness(const Eigen::MatrixXd& rotation, int first, Follo
   const auto begin = std::lower_bound(stiffness.modes.begin(), stiffness.modes.end(), first);
   const auto end = std::lower_bound(begin, stiffness.modes.end(), first + static_cast<int>(rotation.rows()));
   if (begin == end) return;
-  // if only some modes of a group are present, their block of the rotation is used
+  // if the stiffness contains only some of the rotated modes, only the block of the rotation for these modes
+  // is used
   const Eigen::Index at = begin - stiffness.modes.begin(), count = end - begin;
   for (Eigen::MatrixXd* rows : {&stiffness.rows, &stiffness.bent_rows}) {
     const Eigen::MatrixXd part = rotation.topLeftCorner(count, count);
@@ -403,7 +407,7 @@ void reduce_follower_stiffness(const std::vector<int>& kept, FollowerStiffness& 
 
 void rotate_prestress(const Eigen::MatrixXd& rotation, int first, Prestress& prestress) {
   const auto count = static_cast<int>(rotation.rows());
-  // an upper bound for every mode in the space of the rotated modes
+  // the largest value is an upper bound for every mode in the space of the rotated modes
   for (Eigen::VectorXd* root : {&prestress.root_quartic, &prestress.bent_root_quartic}) {
     const Eigen::Index num_judged = std::clamp<Eigen::Index>(root->size() - first, 0, count);
     if (num_judged > 0)

@@ -18,15 +18,15 @@ struct Prestress {
   std::vector<Pair> pairs;
   int num_modes = 0;          // number of pairs (l, l)
   int num_shadowed = 0;       // number of modes whose error is integrated
-  Eigen::MatrixXd rows;       // [N/m^2] (pairs x n) of all links except matrices and rigid links
-  Eigen::MatrixXd bent_rows;  // [N/m^2] (pairs x n) of the same links except springs, bars and dashpots
+  Eigen::MatrixXd rows;       // [N/m^2] (pairs x n) by all links except matrices and rigid links
+  Eigen::MatrixXd bent_rows;  // [N/m^2] (pairs x n) by the same links except springs, bars and dashpots
   // [N s/m^2] (pairs x n) per rate of an elastic coordinate, from dashpots and viscous links; bent_rate_rows
   // omits axial links
   Eigen::MatrixXd rate_rows, bent_rate_rows;
   // This flag is true if the second order of some links is unknown (matrices, rigid links, the bow of plates)
   bool has_unquantified = false;
-  // [sqrt(N/m^3)] (num_modes) sqrt(beta_l): the displacement q of mode l adds the stiffness beta_l q^2 with
-  // the other modes in equilibrium (THEORY X146); bent_root_quartic omits springs, bars and dashpots
+  // [sqrt(N/m^3)] (num_modes) sqrt(beta_l): if the other modes are in equilibrium, the displacement q of mode
+  // l adds the stiffness beta_l q^2 (THEORY X146); bent_root_quartic omits springs, bars and dashpots
   Eigen::VectorXd root_quartic, bent_root_quartic;
   // [sqrt(N)/m^2] ((forms num_shadowed) x num_shadowed) quartic_forms() of the modes whose error is
   // integrated, with the other modes in equilibrium; bent_quartic omits springs, bars and dashpots
@@ -38,14 +38,14 @@ struct Prestress {
 struct FollowerStiffness {
   int load = -1;              // index into Scene::loads
   std::vector<int> modes;     // ascending
-  Eigen::MatrixXd rows;       // [N/m] (modes x modes) of all links except matrices and rigid links
-  Eigen::MatrixXd bent_rows;  // [N/m] (modes x modes) of the same links except springs, bars and dashpots
+  Eigen::MatrixXd rows;       // [N/m] (modes x modes) by all links except matrices and rigid links
+  Eigen::MatrixXd bent_rows;  // [N/m] (modes x modes) by the same links except springs, bars and dashpots
 };
 
 struct LinkFactor;
 struct Structure;
-/// Returns the geometric stiffness of a structure.  \pre structure.omega and shapes are filled; factor has
-/// its recovery
+/// Returns the geometric stiffness of a structure.  \pre structure.omega and shapes are filled;
+/// factor.recovery is filled
 Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Structure& structure);
 /// Returns the geometric stiffness due to each load in local axes.  \pre as for find_prestress()
 std::vector<FollowerStiffness> find_follower_stiffness(const Scene& scene, const LinkFactor& factor,

@@ -53,8 +53,8 @@ Eigen::MatrixXd quartic_forms(const Structure& structure, const Prestress& prest
                               const Eigen::MatrixXd& rows) {
   const std::vector<int> positions = shadowed_pairs(prestress);
   const double M = structure.mass_properties.mass;
-  // subtracts sum_v C_ab,v C_cd,v / (M omega_v^2) over the other modes, which are in quasi-static equilibrium
-  // (THEORY X146)
+  // subtracts sum_v C_ab,v C_cd,v / (M omega_v^2) over the modes v whose error is not integrated; these modes
+  // are in quasi-static equilibrium (THEORY X146)
   for (Eigen::Index v = prestress.num_shadowed; v < structure.omega.size(); ++v) {
     const double stiffness = M * structure.omega[v] * structure.omega[v];
     if (stiffness == 0.0) continue;

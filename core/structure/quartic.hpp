@@ -25,7 +25,7 @@ class SquareSums {
   static constexpr Eigen::Index kAtOnce = 512;
   void flush();
   std::vector<int> columns_;
-  Eigen::MatrixXd scaled_, sum_;  // (columns x up to kAtOnce); lower triangle
+  Eigen::MatrixXd scaled_, sum_;  // (columns x kAtOnce), (columns x columns) lower triangle
   Eigen::Index count_ = 0;
 };
 

@@ -9,7 +9,7 @@
 namespace freeflex {
 namespace {
 
-// [-] limit as a fraction of the largest singular value. Smaller values belong to dependent loads
+// [-] fraction of the largest singular value. Smaller singular values belong to dependent loads
 // (THEORY 14.12)
 constexpr double kDependent = 1e-12;
 
@@ -69,9 +69,9 @@ Eigen::MatrixXd on_modes(const Eigen::SparseMatrix<double>& loads, const Eigen::
 void keep_static_link_forces(const Structure& whole, const std::vector<int>& left_out,
                              const Eigen::SparseMatrix<double>& loads, Structure& structure) {
   if (structure.link_forces.empty() || left_out.empty() || loads.cols() == 0) return;
-  // quasi-static response of the omitted modes: ds = sum_l ds/dq_l Q_l / (M omega_l^2)   (THEORY 14.11). The
-  // factor 1 / (M omega_l^2) is split evenly: with diag(1 / (omega_l sqrt(M))) b^T f = U Sigma Y^T, the
-  // shapes are b diag(1 / (omega_l sqrt(M))) U, and the link rows ds/dq diag(1 / (omega_l sqrt(M))) U
+  // quasi-static response of the omitted modes: ds = sum_l ds/dq_l Q_l / (M omega_l^2)   (THEORY 14.11). Each
+  // of two factors gets the root of 1 / (M omega_l^2): with diag(1 / (omega_l sqrt(M))) b^T f = U Sigma Y^T,
+  // the shapes are b diag(1 / (omega_l sqrt(M))) U, and the link rows ds/dq diag(1 / (omega_l sqrt(M))) U
   // (THEORY 14.12). In the code U is `rotation`.
   Eigen::VectorXd root_flexibility = whole.omega(left_out).cwiseInverse();
   root_flexibility /= std::sqrt(whole.mass_properties.mass);

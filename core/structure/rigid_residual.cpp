@@ -12,20 +12,20 @@
 namespace freeflex {
 namespace {
 
-// [-] limit as a fraction of the lowest elastic frequency. A residual that comes from rounding is not
-// reported if its frequency is below the limit, because it shifts elastic frequencies by at most half of the
-// square of this ratio. That is less than the error of a finite element model.
+// [-] fraction of the lowest elastic frequency. A residual that does not come from a support is reported only
+// if its frequency is above this limit. A residual below the limit shifts elastic frequencies by at most half
+// of the square of the ratio of frequencies, 0.5 %, which is less than the error of a finite element model.
 constexpr double kReported = 0.1;
 
-// [-] fraction of the largest eigenvalue of T^T K_o T. The residual of a support has no eigenvalue below
-// minus this fraction, but a residual from rounding has eigenvalues of both signs (THEORY 3.20)
+// [-] fraction of the largest eigenvalue of T^T K_o T. For a support, T^T K_o T has no eigenvalue below minus
+// this fraction of the largest. For rounding errors it has eigenvalues of both signs (THEORY 3.20)
 constexpr double kOneSigned = 0.1;
 
-// [-] limit as a fraction of the largest frequency of a residual. Smaller frequencies are not listed, because
-// they belong to directions without support
+// [-] fraction of the largest frequency of a residual. Smaller frequencies are not listed, because they
+// belong to directions without support
 constexpr double kListed = 1e-3;
 
-// Last printed digits of the entries of a matrix, from their shortest decimal form
+// The last printed digits of the entries of a matrix. The shortest decimal form of each entry shows them
 class PrintedDigits {
  public:
   explicit PrintedDigits(const Eigen::SparseMatrix<double>& matrix) {
@@ -34,9 +34,9 @@ class PrintedDigits {
         if (entry.value() != 0.0) add(entry.value());
   }
 
-  // Returns half a unit of the last digit of an entry. It is the largest of three values. They follow from
-  // the number of significant digits of the longest entry, from the largest number of decimals of any entry,
-  // and from single precision if all entries are in single precision:
+  // Returns half a unit of the last digit of an entry. The result is the largest of three values. The first
+  // follows from the number of significant digits of the longest entry, the second from the largest number of
+  // decimals of any entry, and the third from single precision, if all entries are in single precision:
   //   delta = max(10^(floor(log10 |K|) + 1 - n_sig), 10^-n_dec, 2^-23 |K|) / 2   (THEORY 3.19)
   double rounding(double entry) const {
     if (entry == 0.0) return 0.0;
@@ -108,14 +108,15 @@ Eigen::MatrixXd between(const Projections& rows, const Projections& columns) {
   return rows.rigid * columns.forces.transpose() + rows.forces * columns.rigid.transpose();
 }
 
-// returns the eigenvalues, ascending
+// returns the eigenvalues of the symmetric part, ascending; one zero for an empty matrix
 Eigen::VectorXd eigenvalues_of(const Eigen::MatrixXd& symmetric) {
   if (symmetric.size() == 0) return Eigen::VectorXd::Zero(1);
   const Eigen::MatrixXd mean = 0.5 * (symmetric + symmetric.transpose());
   return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(mean, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
-// returns |sum t g^T + g t^T|, computed from a triangular factor if that factor is smaller
+// returns the norm |sum t g^T + g t^T|, where t and g are the projections of T and G on the elastic motions;
+// if these have fewer columns than rows, the norm is computed from their triangular factor
 double norm_of_sum(const std::vector<Projections>& elastic, Eigen::Index num_elastic) {
   Eigen::Index num_columns = 0;
   for (const Projections& each : elastic) num_columns += 2 * each.rigid.cols();
@@ -169,7 +170,7 @@ Eigen::VectorXd rigid_hertz(const Scene& scene, const RigidResidual& residual,
   });
 }
 
-// Returns the bound on the relative shift of elastic frequencies from the frequencies of the matrices as
+// Returns the bound on the relative difference between the elastic frequencies and those of the matrices as
 // given: K_ff = Psi^T K_o Psi, K_ef = b^T K_o Psi, K_ee = b^T K_o b   (THEORY 4.13), rho = |Omega^-1 K_ee
 // Omega^-1| (THEORY 4.14), kappa = |Omega^-1 K_ef|^2 / ((1 - rho) omega_1^2 - lambda_f)   (THEORY 4.15),
 // omega sqrt(1 - rho) <= omega_given <= omega sqrt(1 + rho + kappa)   (THEORY 4.16)

@@ -1,4 +1,5 @@
-// The mass metric is y = L^T x with the mass matrix m = L L^T, so that the kinetic energy is |y'|^2 / 2.
+// The mass metric uses the coordinates y = L^T x, where the mass matrix is m = L L^T. The kinetic energy is
+// then |y'|^2 / 2.
 #pragma once
 
 #include <vector>
@@ -21,7 +22,7 @@ class RootMass {
   Eigen::Index size() const { return static_cast<Eigen::Index>(order_.size()); }
   /// Returns y = L^T x of motions x, one in each column [sqrt(kg)] (n x count).
   Eigen::MatrixXd weigh(const Eigen::MatrixXd& motions) const;
-  /// Returns rows over y from rows over motions, rows L^-T (num_rows x n).
+  /// Returns rows L^-T, which act on y, for rows that act on motions (num_rows x n).
   Eigen::MatrixXd weigh_rows(const Eigen::MatrixXd& rows) const;
   /// Returns motions L^-T y (n x count).
   Eigen::MatrixXd motions(const Eigen::MatrixXd& y) const;

@@ -10,8 +10,8 @@
 namespace freeflex {
 namespace {
 
-// Returns whether a message of the loader is about lack of memory. The texts are the texts of glibc 2.36,
-// because the loader gives no error number.
+// Returns whether a message of the loader is about lack of memory. The loader gives no error number, so the
+// message is compared with texts of glibc 2.36.
 bool is_of_memory(const std::string& why) {
   for (const char* const word : {"map segment", "map zero-fill", "allocate", "out of memory"})
     if (why.find(word) != std::string::npos) return true;

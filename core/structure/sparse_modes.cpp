@@ -20,8 +20,9 @@ namespace {
 // Returns the relative accuracy of the lowest elastic frequency, which is the larger of two errors. The error
 // from rounding of rows is 2 eps / omega_1^2 sqrt(sum_k (A y)_k^2 (sum_i |A_ki y_i|)^2) for y^T m y = 1
 // (THEORY 16.43). The error from the residual of the vector is the smaller of delta s and delta^2 s / gamma
-// (THEORY 16.44), with s = (omega_1^2 + sigma_0^2) / omega_1^2, delta = |y' - theta y|_m / theta, gamma = 1 -
-// (omega_1^2 + sigma_0^2) / (omega_2^2 + sigma_0^2).
+// (THEORY 16.44), with s = (omega_1^2 + sigma_0^2) / omega_1^2, delta = |y' - theta y|_m / theta, where y' is
+// the image of y under the shifted inverse, and gamma = 1 - (omega_1^2 + sigma_0^2) / (omega_2^2 +
+// sigma_0^2).
 double accuracy_of(const SparseSystem& system, LowestModes& modes, const Eigen::MatrixXd& shapes,
                    Eigen::Index first) {
   if (first >= modes.omega().size()) return 0.0;
@@ -41,7 +42,7 @@ double accuracy_of(const SparseSystem& system, LowestModes& modes, const Eigen::
   const double shift = inverse->shift(), theta = 1.0 / (square + shift);
   Eigen::VectorXd left = inverse->apply(system.mass * x).col(0) - theta * x.col(0);
   const double error = std::sqrt(std::max(0.0, left.dot(system.mass * left))) / theta;
-  // the next frequency that is not equal to the lowest
+  // finds the next frequency that differs from the lowest
   Eigen::Index next = first + 1;
   const Eigen::VectorXd& omega = modes.omega();
   while (next < omega.size() && omega[next] - omega[first] <= kTogether * omega[next]) ++next;

@@ -9,7 +9,7 @@ namespace freeflex {
 /// mechanisms are included. Modes of equal frequency are kept together.
 struct ModesWanted {
   double below = 0.0;  // [Hz] 0: no frequency limit
-  int count = 0;       // largest number if `below` is given; 0: unlimited
+  int count = 0;       // number of modes, the largest if `below` is given; 0: no limit
 };
 
 /// The message that is reported if `progress` ends a set-up.
@@ -17,8 +17,9 @@ inline constexpr const char* kSetupEnded = "the set-up was ended";
 
 /// Fills omega, shapes, rotations, particles, matrix_sums, mechanisms, kept, frequency_accuracy and
 /// conditioning by shift-and-invert Lanczos in slices   (THEORY 16.33 to 16.45). The function adds an error
-/// if no link holds a massless point, if there are too many modes or mechanisms, if memory is insufficient,
-/// if the Sturm sequence does not verify the number of modes, or if `progress` requests the end.
+/// if links do not hold a massless point in every direction, if there are too many modes or mechanisms, if
+/// memory is insufficient, if the Sturm sequence does not verify the number of modes, or if `progress`
+/// requests the end.
 /// \pre structure.mass_properties is filled; factor is from factor_links_sparse()
 void find_sparse_modes(const Scene& scene, const LinkFactor& factor, const ModesWanted& wanted,
                        const SetupProgress& progress, Structure& structure, Faults& faults);

@@ -20,10 +20,10 @@ namespace freeflex {
 namespace {
 
 constexpr int kNamesInError = 8;
-// [-] limit as a fraction of the largest displacement in a motion. Points that move less are at rest
+// [-] fraction of the largest displacement in a motion: a point that moves by less than this is at rest
 constexpr double kStaysBelow = 1e-6;
-// [-] limit as a fraction of the norm. Smaller pivots may belong to motions that move no mass and strain no
-// link
+// [-] fraction of the norm of the Gram matrix. A smaller pivot may belong to a motion that moves no mass and
+// strains no link
 constexpr double kNoPivot = 1e-10;
 constexpr double kSmallest = 1e-300;
 
@@ -77,17 +77,18 @@ void orthonormalise(const SparseRows& mass, Eigen::MatrixXd& columns) {
     }
 }
 
-// Returns the null vectors of some rows, which have |(B y, B_m y, C y)| < 1e-11 |y|   (THEORY 16.45), by
-// inverse iteration with the Gram matrix of columns scaled to length one. The number of candidates is the
-// number of small pivots. The rows decide which candidates are null vectors, because eigenvalues of the Gram
-// matrix are squares and have fewer digits. If MUMPS fails, the result has no rows, and `problem` contains
-// the reason.
+// Returns the null vectors of some rows, which have |(B y, B_m y, C y)| < 1e-11 |y|   (THEORY 16.45). Inverse
+// iteration with the Gram matrix of the rows, whose columns are scaled to length one, gives candidates. The
+// number of candidates is the number of small pivots. The rows decide which candidates are null vectors,
+// because eigenvalues of the Gram matrix are squares and have fewer digits. If MUMPS fails, the result has no
+// rows, and `problem` contains the reason.
 Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const Eigen::VectorXd& scale,
                              SymmetricEntries gram, std::string& problem) {
-  // [-] This number is added to the diagonal, where all entries are one. The matrix is then regular, and
-  // three iterations suffice
+  // [-] This number is added to the diagonal, whose entries are one, or zero for empty columns. The matrix is
+  // then regular, and three iterations suffice
   constexpr double kAdded = 1e-13;
-  // [-] norm of rows times a unit null vector, which is a rounding error of directions
+  // [-] a unit vector is a null vector if the rows times the vector have a smaller norm, which is then a
+  // rounding error of directions
   constexpr double kIsNull = 1e-11;
   const int size = gram.size;
   int count = 0;
@@ -122,8 +123,8 @@ Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const E
   return null * eigen.eigenvectors().leftCols(num_null);
 }
 
-// Finds motions that move no mass and strain no link. Reports motions that move a point, but fixes one
-// freedom of each other motion at zero (THEORY 16.45).
+// Finds motions that move no mass and strain no link. If such a motion moves a point, the function adds an
+// error. Otherwise it fixes one freedom of each such motion at zero (THEORY 16.45).
 void pin_zero_frequency(const Scene& scene, const SparseRows& unit_mass, SparseSystem& system,
                         Faults& faults) {
   const std::vector<const SparseRows*> rows{&system.unit_rows, &unit_mass, &system.constraints};
@@ -231,7 +232,7 @@ SymmetricEntries entries_of(const SparseSystem& system, double shift, SystemForm
   return entries;
 }
 
-// n_c + n_A in n_negative = n_c + n_A + modes below the shift   (THEORY 16.40)
+// returns n_c + n_A, where n_negative is n_c + n_A plus the number of modes below the shift   (THEORY 16.40)
 int num_negative_rows(const SparseSystem& system, SystemForm form) {
   return static_cast<int>((form == SystemForm::kAugmented ? system.rows.rows() : 0) +
                           system.constraints.rows());

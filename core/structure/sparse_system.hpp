@@ -21,14 +21,15 @@ struct SparseSystem {
   SparseRows constraints;  // C, [-] independent unit rows
   SparseRows mass;         // m, [kg] (num_all x num_all), semidefinite
   Eigen::MatrixXd rigid;   // rigid motions with mass, m-orthonormal (num_all x 3..6)
-  // (num_all) 1: fixed at zero, because neither mass nor a link acts on it   (THEORY 16.45)
+  // (num_all) 1: the freedom is fixed at zero, because neither mass nor a link acts on it   (THEORY 16.45)
   std::vector<char> pinned;
 
   int num_all() const { return static_cast<int>(rows.cols()); }
 };
 
-/// Returns the sparse form of a structure. The function adds an error if no link holds a massless point. It
-/// also adds an error if all mass is on one line and points outside this line can rotate freely about it.
+/// Returns the sparse form of a structure. The function adds an error if links do not hold a massless point
+/// in every direction. It also adds an error if all mass is on one line and points outside this line can
+/// rotate freely about it.
 SparseSystem sparse_system(const Scene& scene, const Freedoms& freedoms, const LinkFactor& factor,
                            const MassProperties& body, Faults& faults);
 
@@ -63,7 +64,8 @@ class ShiftedInverse {
   /// Returns the solutions, one in each column, after at most `most_refinements` refinements. On failure the
   /// result has no columns (THEORY 16.35).
   Eigen::MatrixXd apply(const Eigen::MatrixXd& mass_times_x, int most_refinements = 3);
-  /// Returns the relative size [-] of the first correction, for random columns   (THEORY 16.36).
+  /// Returns the relative size [-] of the first correction by refinement, for random columns; 1 on failure
+  /// (THEORY 16.36).
   double first_change();
   double shift() const { return shift_; }
   const std::string& problem() const { return factor_.problem(); }
@@ -71,7 +73,8 @@ class ShiftedInverse {
  private:
   // returns the right-hand sides minus the matrix times a solution, with sums in long double
   Eigen::MatrixXd residual(const Eigen::MatrixXd& sides, const Eigen::MatrixXd& solution) const;
-  // returns the largest ratio [-] of the norms of the columns of `change` and `solution`, over freedoms only
+  // returns the largest ratio [-] of the norm of a column of `change` to the norm of the same column of
+  // `solution`, over freedoms only
   double relative(const Eigen::MatrixXd& change, const Eigen::MatrixXd& solution) const;
   const SparseSystem& system_;
   double shift_;

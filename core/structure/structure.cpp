@@ -127,9 +127,9 @@ void warn_of_coincident_points(const Scene& scene, Faults& faults) {
   }
 }
 
-// finds the mechanisms (THEORY 4.4), then the elastic modes with sum m b.b = M (THEORY 4.3), of point masses
+// for point masses, finds the mechanisms (THEORY 4.4), then the elastic modes with sum m b.b = M (THEORY 4.3)
 void find_modes(const Scene& scene, const LinkFactor& factor, Structure& structure) {
-  // motions that rigid links forbid are not mechanisms
+  // motions that rigid links forbid are not mechanisms, so the constraints are added to the unit rows
   Eigen::MatrixXd held(factor.unit_rows.rows() + factor.constraints.rows(), factor.unit_rows.cols());
   held << factor.unit_rows, factor.constraints;
   const Eigen::MatrixXd rigid = rigid_motions(structure.mass_properties);
@@ -203,7 +203,7 @@ MassProperties check_physics(const Scene& scene, Faults& faults) {
 
 namespace {
 
-// checks mode numbers if rigid links between point masses reduce the number of modes
+// checks the mode numbers in the scene if rigid links between point masses reduce the number of modes
 void check_asked_modes(const Scene& scene, const LinkFactor& factor, const Structure& structure,
                        Faults& faults) {
   if (has_rigid_links(scene) && are_point_masses(scene))
@@ -223,7 +223,7 @@ void find_all_modes(const Scene& scene, const LinkFactor& factor, Structure& str
   if (!has_error(faults)) check_modes(scene, static_cast<int>(structure.omega.size()), faults);
 }
 
-// finds the modes that the scene requests, by default the modes below half its tick rate
+// finds the modes that the scene requests, by default at most kModesByDefault modes below half the tick rate
 void find_lowest_modes(const Scene& scene, const LinkFactor& factor, const SetupProgress& progress,
                        Structure& structure, Faults& faults) {
   refuse_rigid_forces(scene, faults);
@@ -268,7 +268,8 @@ void fill_rest(const Scene& scene, const LinkFactor& factor, Structure& structur
   structure.follower_stiffness = find_follower_stiffness(scene, factor, structure);
 }
 
-// Builds the structure and reports each stage to `progress`. However, `progress` can end the sparse path only
+// Builds the structure and reports each stage to `progress`. The return value of `progress` can end only the
+// sparse path
 std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Faults& faults,
                                          const SetupProgress& progress) {
   Structure structure;

@@ -35,10 +35,10 @@ struct Mechanism {
 
 /// Output rows for the forces of one published link   (THEORY 5.1 to 5.6, 3.37): force = rows q + rate_rows
 /// q' + load_rows Q_c, where Q_c are the generalized forces of the constraint shapes. Values: spring, bar,
-/// dashpot, rigid link: tension [N]. Bending and torsion spring: moment [N m], two for a straight bending
-/// spring. Beam: 12 values in local axes [N], [N m]: the force and the moment that the joint at its first
-/// point exerts on it, then the force and the moment of the joint at its second point. Plate: Nxx Nyy Nxy
-/// [N/m], Mxx Myy Mxy [N]. Matrix link and rigid body: forces on its points, body axes [N].
+/// dashpot, rigid link of two points: tension [N]. Bending and torsion spring: moment [N m], two for a
+/// straight bending spring. Beam: 12 values in local axes [N], [N m]: the force and the moment that the joint
+/// at its first point exerts on it, then the force and the moment of the joint at its second point. Plate:
+/// Nxx Nyy Nxy [N/m], Mxx Myy Mxy [N]. Matrix link and rigid body: forces on its points, body axes [N].
 struct LinkForceRows {
   int link = -1;
   Eigen::MatrixXd rows;       // (num_values x n)
@@ -46,8 +46,7 @@ struct LinkForceRows {
   Eigen::MatrixXd load_rows;  // (num_values x num_constraint_shapes); no rows if loads have no direct effect
 };
 
-/// Particles over which sums over the mass are taken if the scene has more than point masses
-/// (THEORY 16.4, 16.10).
+/// Particles over which sums over the mass are taken if not all mass is in point masses (THEORY 16.4, 16.10).
 struct Particles {
   Eigen::VectorXd mass;    // [kg] (P)
   Eigen::Matrix3Xd r;      // [m] (3 x P) rest positions from the centre of mass, body axes
@@ -63,9 +62,9 @@ struct MatrixSums {
 
 /// The subset of elastic modes that a structure has.
 struct KeptModes {
-  bool is_subset = false;  // true: only the lowest modes are kept; false: all
-  // [Hz] no mode below this frequency is missing, as a Sturm count or the full set of modes verified; 0: all
-  // modes are kept
+  bool is_subset = false;  // true: modes were limited, or found by the sparse set-up
+  // [Hz] no mode below this frequency is missing, as a Sturm count or the dense set-up of all modes shows; 0
+  // if is_subset is false
   double verified_below = 0.0;
 };
 
@@ -96,8 +95,8 @@ struct Structure {
   std::vector<FollowerStiffness> follower_stiffness;  // stiffness of loads in local axes
 };
 
-/// Returns whether the structure has particles other than its points. If only matrices have mass, there are
-/// no particles (0 x n).
+/// Returns whether particles have displacements of their own. If not, the points are the particles. If only
+/// matrices have mass, the result is true, but there are no particles (0 x n).
 inline bool has_particles(const Structure& structure) {
   return structure.particles.shapes.rows() == 3 * structure.particles.mass.size();
 }
@@ -111,8 +110,7 @@ inline const Eigen::MatrixXd& particle_shapes(const Structure& structure) {
 /// error.
 MassProperties check_physics(const Scene& scene, Faults& faults);
 
-/// The progress report of a set-up and the memory limit of the set-up. The progress report can also end the
-/// set-up.
+/// The progress report and the memory limit of a set-up. The progress report can also end the set-up.
 struct SetupProgress {
   /// \param what  name of the stage  \param done  completed fraction of the stage, 0 to 1
   /// \return false to end the set-up with an error

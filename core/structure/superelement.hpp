@@ -5,8 +5,9 @@
 
 namespace freeflex {
 
-/// Returns the natural deformations of a superelement without rigid motion   (THEORY 3.11 to 3.14, 16.17).
-/// The function adds an error for a zero matrix, resistance to rigid motion, and negative eigenvalues.
+/// Returns the natural deformations of a superelement, which contain no rigid motion
+/// (THEORY 3.11 to 3.14, 16.17). The function adds an error for a zero matrix, resistance to rigid motion,
+/// and negative eigenvalues.
 /// \param limits  accuracy is raised to the error of the link
 DeformationRows superelement_rows(const Scene& scene, int link, const Freedoms& freedoms,
                                   MatrixLimits& limits, Faults& faults);

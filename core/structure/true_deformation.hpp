@@ -11,7 +11,7 @@ namespace freeflex {
 /// A link whose points and joints have displacements of any size   (THEORY X140).
 class TrueLink {
  public:
-  /// \pre the link strains or damps and is not a matrix link
+  /// \pre the link is neither a rigid link nor a matrix link
   TrueLink(const Scene& scene, int link, const Freedoms& freedoms);
 
   int num_deformations() const { return num_deformations_; }

@@ -11,10 +11,11 @@
 namespace freeflex {
 namespace {
 
-constexpr double kSuspect = 1e-4;  // [-] fraction of the highest frequency: modes below it may be mechanisms
-// [-] largest strain, by unit rows, of a unit motion that is a mechanism. The content of other modes in a
-// mechanism strains this mechanism by about 1e-12, but the bending mode of a mast of 25,000 bays has a strain
-// of 1e-9
+// [-] fraction of the highest frequency. A mode below this frequency may be a mechanism
+constexpr double kSuspect = 1e-4;
+// [-] largest strain, by unit rows, of a unit motion that is a mechanism. A computed mechanism contains small
+// parts of other modes and therefore has a strain of about 1e-12, but the bending mode of a mast of 25,000
+// bays has a strain of 1e-9
 constexpr double kNoStrain = 2e-10;
 
 // returns the points and, for each point with an attitude, three additional sample points on rigid arms
@@ -39,8 +40,8 @@ Eigen::MatrixXd moved(const SamplePoints& samples, const Freedoms& freedoms, con
   for (Eigen::Index p = 0; p < samples.r.cols(); ++p) {
     const int point = samples.point_of[static_cast<std::size_t>(p)];
     at.middleRows<3>(3 * p) = y.middleRows<3>(3 * Eigen::Index{point});
-    // rotations in y are length times theta, so their product with e_k is the displacement at the end of an
-    // arm of that length
+    // rotations in y are length times theta, so their cross product with e_k is the displacement at the end
+    // of an arm of that length along e_k
     for (Eigen::Index k = 0; p >= num_points && k < y.cols(); ++k)
       at.block<3, 1>(3 * p, k) += Eigen::Vector3d(y.block<3, 1>(freedoms.rotation(point), k))
                                       .cross(Eigen::Vector3d(Eigen::Vector3d::Unit((p - num_points) % 3)));
@@ -57,8 +58,8 @@ Eigen::Index separate_mechanisms(const Scene& scene, const SparseSystem& system,
   Eigen::Index suspects = 0;
   while (suspects < omega.size() && omega[suspects] <= kSuspect * omega[omega.size() - 1]) ++suspects;
   if (suspects == 0) return 0;
-  // strain of motions of unit length, by unit rows, which contain no stiffness: |(B y, C y)| < max(2e-10, 16
-  // rounding) |y|   (THEORY 16.39)
+  // a motion y is a mechanism if unit rows, which contain no stiffness, strain it by a rounding error only:
+  // |(B y, C y)| < max(2e-10, 16 `rounding`) |y|   (THEORY 16.39)
   const Eigen::MatrixXd few = x.leftCols(suspects);
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(few);
   const Eigen::MatrixXd R = qr.matrixQR().topRows(suspects).triangularView<Eigen::Upper>();
