@@ -1,5 +1,5 @@
 // The elastic motion does not depend on the basis (Alekseev 1970, section 6), so trajectories in all bases
-// agree.
+// agree with each other.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -56,7 +56,8 @@ Excitation excite(const Basis& basis, Engine& engine) {
   return {basis.shapes * q, load};
 }
 
-// Compares V between the bases at all ticks, relative to the largest V.
+// Expects the displacements V in all bases to agree with those in the first basis at every tick. The allowed
+// difference is relative to the largest V.
 void expect_one_motion(const std::string& name, const Scene& scene, std::uint64_t seed, double& worst) {
   const Bases bases = bases_of(scene);
   Engine engine(seed);
@@ -97,8 +98,8 @@ TEST(MotionInEveryBasis, IsTheSameForStiffnessesInARatioOf1e10) {
   std::printf("worst: %.2g of the bound\n", worst);
 }
 
-// The step computes in the basis of the modes. The step publishes the same motion as the basis of the paper.
-TEST(MotionInEveryBasis, AgreesWithTheStep) {
+// The step computes in the basis of the modes. Its motion agrees with the motion in a basis of the paper.
+TEST(MotionInEveryBasis, TheStepAgreesWithABasisOfThePaper) {
   for (const double decades : {1.0, 10.0})
     for (const auto& [name, num_elastic, given] : every_class(4, {2.0, decades})) {
       Scene scene = given;

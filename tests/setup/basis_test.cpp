@@ -75,7 +75,7 @@ TEST(ForceGroups, EachRecipeGivesTheExpectedNumberOfGroupsInEquilibrium) {
   }
 }
 
-// The remainder of a unit load gives accelerations that strain no link (THEORY 11.1 to 11.3).
+// A unit load minus its formal group gives accelerations that strain no link (THEORY 11.1 to 11.3).
 TEST(ForceGroups, AUnitLoadMinusItsFormalGroupAcceleratesRigidly) {
   for (const auto& [name, num_elastic, scene] : every_class(4, {2.0, 1.0})) {
     const MassProperties properties = properties_of(scene);
@@ -93,7 +93,7 @@ TEST(ForceGroups, AUnitLoadMinusItsFormalGroupAcceleratesRigidly) {
   }
 }
 
-TEST(Basis, IsCompleteAndOrthonormalForEveryShapeAndMassRatiosTo1e12) {
+TEST(Basis, IsCompleteAndOrthonormalForEveryShapeAndMassRatiosUpTo1e12) {
   struct Worst {
     double gram = 0.0, force = 0.0, moment = 0.0, constraint = 0.0, least_kept = 1.0, most_skipped = 0.0;
   };
@@ -228,7 +228,7 @@ TEST(Basis, AGridNumberedByRowsIsIncompleteAndAnotherNumberingIsComplete) {
 }
 
 // The points are ten points in a plane and an apex. In any numbering of the eleven points, the apex lies in
-// at most four of the eight windows.
+// at most four of the eight windows, so at least four windows are flat.
 TEST(Basis, IfNoNumberingIsCompleteFourPointsInOnePlaneAreReported) {
   Scene scene = grid(2, 5);
   add_point(scene, 1.0, {1.0, 0.3, 1.7});
@@ -265,7 +265,8 @@ TEST(Basis, ARecipeForAnotherShapeIsRefusedWithTheShapeItNeeds) {
   EXPECT_NE(why_not.find("needs a collinear shape, but this shape is spatial"), std::string::npos) << why_not;
 }
 
-// Groups are reproduced by THEORY 11.11, and C_ul = 0 for later vectors.
+// The coefficients C_ul of the vectors u reproduce every group l (THEORY 11.11). They are zero for the
+// vectors that come after the vector of the group.
 TEST(Basis, TheTriangularCoefficientsReproduceEveryForceGroup) {
   for (const auto& [name, num_elastic, scene] : every_class(5, {6.0, 1.0})) {
     if (name == "partly rigid") continue;  // rigid links carry a part of the groups of this scene

@@ -22,8 +22,8 @@ constexpr double kEIy = 3e3, kEIz = 5e3, kGAy = 8e4, kGAz = 6e4;
 
 Beam with_shear() { return {1e7, 1e4, kEIy, kEIz, {0.0, 1.0, 0.0}, kGAy, kGAz}; }
 
-// S. Timoshenko, Strength of Materials I, section 39: w = F L^3 / 48 EI + F L / 4 k G A for a simply
-// supported beam.
+// S. Timoshenko, Strength of Materials I, section 39: the middle of a simply supported beam deflects by
+// w = F L^3 / 48 EI + F L / 4 k G A.
 TEST(TimoshenkoBeams, DeflectByBendingAndShear) {
   Scene scene;
   for (int i = 0; i < 3; ++i) add_point(scene, 1.0, {0.7 * i, 0.0, 0.0});
@@ -34,8 +34,8 @@ TEST(TimoshenkoBeams, DeflectByBendingAndShear) {
   EXPECT_NEAR(1.0 / K(5, 5), L * L * L / (48.0 * kEIy) + L / (4.0 * kGAz), 1e-13 / K(5, 5));
 }
 
-// A free beam has the masses 1/4, 1/2, 1/4: omega^2 = 4 / (L^3 / 48 EI + L / 4 k G A), which is 192 without
-// shear.
+// A free beam with the masses 1/4, 1/2, 1/4 and L = EI = 1 has omega^2 = 4 / (L^3 / 48 EI + L / 4 k G A),
+// which is 192 without shear.
 TEST(TimoshenkoBeams, VibrateMoreSlowlyWithShear) {
   Scene scene = lumped_beam(3);
   for (const double GA : {0.0, 1e4, 10.0, 1.0}) {
@@ -87,9 +87,9 @@ TEST(Releases, AReleaseHingesABeamOnlyAboutItsAxis) {
   EXPECT_EQ(structure.mechanisms.size(), 1u);
 }
 
-// A second beam with a released end continues a cantilever. At the released end the moment is zero and the
-// force is not.
-TEST(Releases, AReleasedEndCarriesNoMoment) {
+// A second beam continues a cantilever. At its released end the bending moments are zero, but the force is
+// not.
+TEST(Releases, AReleasedEndCarriesNoBendingMoment) {
   Scene scene = cantilever(with_shear());
   add_point(scene, 1.0, {3.0, 1.0, 0.5});
   Beam released = with_shear();
@@ -105,7 +105,7 @@ TEST(Releases, AReleasedEndCarriesNoMoment) {
   EXPECT_GT(force.rows.row(0).cwiseAbs().maxCoeff(), 1e-3 * largest);
 }
 
-TEST(Releases, AFrameWithPinnedEndsEqualsTheTrussOfItsBars) {
+TEST(Releases, AFrameWithPinnedEndsHasTheFrequenciesOfTheTrussOfItsBars) {
   Scene truss = square_truss(4);
   Scene frame = truss;
   for (std::size_t i = 0; i < truss.links.size(); ++i) {
@@ -159,7 +159,7 @@ TEST(Flexibility, AFlexibilityMatrixDescribesTheStructureForAnySupports) {
     EXPECT_EQ(measured.mass_properties.rigid_freedoms, 6);
     EXPECT_TRUE(measured.mechanisms.empty());
     ASSERT_EQ(measured.omega.size(), exact.omega.size());
-    // with the condition number of this flexibility matrix about five digits are lost
+    // the condition number of this flexibility matrix costs about five digits
     for (Eigen::Index k = 0; k < exact.omega.size(); ++k)
       EXPECT_NEAR(measured.omega[k], exact.omega[k], 1e-10 * exact.omega[k]) << k;
   }

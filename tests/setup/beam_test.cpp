@@ -41,7 +41,8 @@ Matrix12 textbook_stiffness(const Beam& beam, double L) {
   return k;
 }
 
-// Returns a space frame with one closed loop. No two beams are in line, and all four properties differ.
+// Returns a space frame with one closed loop. No two beams are in line, and the four stiffnesses of each beam
+// differ from each other.
 Scene space_frame() {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});

@@ -32,8 +32,8 @@ double largest_difference(const Eigen::VectorXd& omega, const Eigen::VectorXd& e
 }
 
 // NASTRAN-95 demonstration problem 12-1-1. The published frequencies, 81.85413, 512.7766, 1435.909 and
-// 2815.451 Hz, come from a reduction to 11 points, but the figures here are for all 101 points. Without the
-// inertia the first frequency would be 358.8 Hz.
+// 2815.451 Hz, come from a reduction to 11 points. The frequencies that are checked here are those of all 101
+// points. Without the inertia the first frequency would be 358.8 Hz.
 TEST(Bodies, AFreeBeamWithAHeavyRotaryEndHasThePublishedFrequencies) {
   constexpr double kE = 10.4e6, kI = 0.083, kLength = 20.0, kDensity = 0.2523e-3;
   constexpr int kSpans = 100;
@@ -48,7 +48,7 @@ TEST(Bodies, AFreeBeamWithAHeavyRotaryEndHasThePublishedFrequencies) {
     add_link(scene, i, i + 1, Beam{kE, 1e6, kE * kI, kE * kI, {0.0, 1.0, 0.0}});
   const Structure structure = build(scene);
   for (const double published : {81.85407, 512.7597, 1435.544, 2812.775}) {
-    // bending in two planes
+    // each frequency occurs twice, for bending in two planes
     const auto count = ((structure.omega.array() / kTwoPi - published).abs() < 1e-6 * published).count();
     EXPECT_EQ(count, 2) << published;
   }
@@ -90,8 +90,8 @@ Scene frame_with_body() {
   return scene;
 }
 
-// Returns the frame with point masses in place of the body. A rigid body of four points and the joint holds
-// them together.
+// Returns the frame with four point masses in place of the body. A rigid link joins the four point masses and
+// the joint.
 Scene frame_of_points(const Scene& scene, double joint_mass) {
   Scene points = scene;
   const std::vector<CarriedMass> carried = carried_masses(scene, Freedoms(scene));
@@ -107,7 +107,8 @@ Scene frame_of_points(const Scene& scene, double joint_mass) {
 
 TEST(Bodies, VibrateLikePointMassesJoinedByARigidLink) {
   const Scene scene = frame_with_body();
-  // the joint of the copy must have a mass, and the difference is proportional to that mass
+  // the joint of the copy must have a mass, and the difference of the frequencies is proportional to that
+  // mass
   const auto difference = [&](double joint_mass) {
     return largest_difference(build(frame_of_points(scene, joint_mass)).omega, build(scene).omega);
   };
@@ -214,7 +215,7 @@ TEST(Bodies, RigidArmsFollowTheRotationOfTheirBody) {
   EXPECT_FALSE(build_structure(scene, faults));
 }
 
-// Massless points divide a beam, and the result equals one beam of the whole length.
+// Massless points divide a beam. The frequencies equal those of one beam of the whole length.
 TEST(MasslessPoints, MasslessPointsWithinABeamDoNotChangeItsFrequencies) {
   const auto two_bodies = [](const std::vector<double>& between) {
     Scene scene;
@@ -228,7 +229,7 @@ TEST(MasslessPoints, MasslessPointsWithinABeamDoNotChangeItsFrequencies) {
   EXPECT_LT(largest_difference(two_bodies({0.3, 1.0, 1.1}), two_bodies({})), 1e-12);
 }
 
-TEST(MasslessPoints, MasslessPointsThatNoLinkHoldsAreReported) {
+TEST(MasslessPoints, MasslessPointsNotHeldInEveryDirectionAreReported) {
   Scene scene = frame_with_body();
   add_point(scene, 0.0, {3.0, 0.0, 0.0});
   add_link(scene, 2, 4, Spring{100.0});

@@ -1,5 +1,5 @@
-// Distributed mass of links, consistent, lumped and mixed, compared with closed forms and published
-// frequencies.
+// These tests compare the distributed mass of links (consistent, lumped and mixed) with closed forms and
+// published frequencies.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -22,7 +22,7 @@ Beam slender(double mass_per_length) {
   return beam;
 }
 
-// Returns a free beam of length 1 along a direction with EI = rho A = 1. The points of the beam have no mass.
+// Returns a free beam of length 1 along the first column of R. The points of the beam have no mass.
 Scene consistent_beam(int num_spans, const Beam& beam, const Eigen::Matrix3d& R,
                       const Eigen::Vector3d& start) {
   Scene scene;
@@ -68,8 +68,8 @@ TEST(DistributedMass, BeamFrequenciesConvergeWithFourthOrderInTheElementLength) 
     std::printf("%zu  4: %.2e  8: %.2e  16: %.2e  32: %.2e\n", mode + 1, error[0], error[1], error[2],
                 error[3]);
     for (const double each : error)
-      EXPECT_GT(each, 0.0);  // the shapes are a subspace, so the frequencies are upper bounds
-    // the highest mode deviates by the next order, which falls four times as fast
+      EXPECT_GT(each, 0.0);  // elements restrict the shapes, so frequencies are upper bounds
+    // the next term of the error, which falls four times as fast, changes the order of the highest mode
     EXPECT_NEAR(std::log2(error[2] / error[3]), 4.0, 0.1);
   }
 }
@@ -125,8 +125,8 @@ TEST(DistributedMass, TheMassOfABeamHasTheInertiaOfARodInAnyDirection) {
   EXPECT_LT(((a.omega - b.omega).array() / a.omega.array()).abs().maxCoeff(), 1e-11);
 }
 
-// The particles represent the mass, because over the particles unit displacements are orthonormal and contain
-// no rigid motion (THEORY 2.15, 4.3).
+// Sums over the particles must show that unit displacements are orthonormal and contain no rigid motion
+// (THEORY 2.15, 4.3).
 TEST(DistributedMass, ItsParticlesRepresentTheMassMatrix) {
   Scene scene = consistent_beam(4, slender(2.0));
   add_point(scene, 0.7, {0.5, 0.6, 0.2});
@@ -156,7 +156,7 @@ TEST(DistributedMass, ItsParticlesRepresentTheMassMatrix) {
 }
 
 // The free square plate of NAFEMS R0015 (1989), test FV12: 10 m x 10 m x 0.05 m, E = 200e9 Pa, nu 0.3, 8000
-// kg/m^3.
+// kg/m^3. Its published frequencies [Hz]:
 constexpr std::array<double, 8> kFreePlate{1.622, 2.360, 2.922, 4.190, 4.190, 7.356, 7.356, 7.668};
 std::array<double, 8> free_plate_errors(int cells, SetupPath path = SetupPath::kDense) {
   Scene scene = plate_mesh(10.0, 10.0, cells, cells, Plate{200e9, 0.3, 0.05, 8000.0});
@@ -185,7 +185,7 @@ TEST(DistributedMass, TheFreePlateConvergesToThePublishedFrequencies) {
   }
 }
 
-TEST(DistributedMass, TheFreePlateIsWithinHalfAPercentAt16By16) {
+TEST(DistributedMass, FrequenciesOfTheFreePlateOf16By16CellsAreWithinHalfAPercent) {
   for (const double error : free_plate_errors(16, SetupPath::kSparse)) EXPECT_LT(std::abs(error), 0.005);
 }
 

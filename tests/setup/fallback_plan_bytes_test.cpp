@@ -36,7 +36,8 @@ Plan fallback_plan() {
   return reduced_plan_of(scene);
 }
 
-/// Steps a plan, replans it if possible, continues and resets. Sanitizers report any access out of bounds.
+/// Steps a plan for six ticks, with a command at tick 2 if the plan accepts it, and resets the state at tick
+/// 4. Sanitizers report any access out of bounds.
 void exercise_with_command(const Plan& plan) {
   State state = make_state(plan);
   Workspace workspace = make_workspace(plan);

@@ -228,7 +228,7 @@ const std::vector<BadScene>& bad_scenes() {
   return kBad;
 }
 
-TEST(Faults, EachFaultIsFoundAndReported) {
+TEST(Faults, EachInvalidSceneOfTheListGivesTheListedMessage) {
   for (const BadScene& bad : bad_scenes()) {
     Scene scene = sound_scene();
     bad.spoil(scene);
@@ -237,7 +237,8 @@ TEST(Faults, EachFaultIsFoundAndReported) {
   }
 }
 
-// The equations are a series in size over distance (THEORY 8.19), which here is 1 over 5.
+// The equations of the attractor are a series in size over distance (THEORY 8.19). At a distance of 5 m this
+// ratio is 1/5.
 TEST(Faults, AnAttractorNearTheBodyGivesAWarning) {
   Scene scene;
   add_point(scene, 1.0, {-1.0, 0.0, 0.0});
@@ -325,7 +326,8 @@ TEST(MatrixLinks, MatricesWrittenWithSevenDigitsAreAccepted) {
   truss.links.push_back(link);
   const Structure structure = build(truss);
   EXPECT_TRUE(structure.mechanisms.empty());
-  // the bound is the rounding error of single precision in K, divided by the square of the frequency ratio
+  // the bound is the rounding error of K in single precision, multiplied by the square of the ratio of the
+  // highest to the lowest frequency
   EXPECT_LT(((structure.omega - exact.omega).array() / exact.omega.array()).abs().maxCoeff(),
             1e-7 * exact.conditioning * exact.conditioning);
 }

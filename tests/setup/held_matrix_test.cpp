@@ -32,7 +32,7 @@ Scene with_matrix(Scene scene, const Eigen::MatrixXd& K) {
   return scene;
 }
 
-// Returns the scene with its points moved off their grid, so that no entry is a round number.
+// Returns the scene with its points moved off their grid, so that no entry of K is a round number.
 Scene uneven(Scene scene) {
   std::mt19937_64 engine(7);
   std::uniform_real_distribution<double> shift(-0.05, 0.05);
@@ -85,8 +85,8 @@ std::vector<double> listed(const std::string& message) {
   return values;
 }
 
-// A braced tower of three sections stands on springs that are 1e-5 as stiff as the matrix. Six frequencies
-// below 0.3 Hz are removed and reported.
+// A braced tower of three sections stands on springs whose stiffness is 1e-5 of the largest eigenvalue of K.
+// Six frequencies below 0.3 Hz are removed and reported.
 TEST(HeldMatrices, TheRemovedFrequenciesAreReportedInHertz) {
   const Scene tower = square_truss(3);
   Eigen::MatrixXd K = assembled(tower);
@@ -181,7 +181,8 @@ TEST(HeldMatrices, MatricesOfTooFewDigitsForALongStructureAreReported) {
               structure.frequency_accuracy);
 }
 
-// The Hessian of the protein, from tables with few digits, and on springs to ground of 1e-6 of its size.
+// The stiffness matrix of the protein is printed with few digits, or springs to ground hold it. The stiffness
+// of the springs is 1e-6 of the largest diagonal entry.
 TEST(HeldMatrices, TheFrequencyShiftOfTheProteinIsWithinTheStatedAccuracy) {
   const io::SceneResult read =
       io::read_scene(std::string(FREEFLEX_SOURCE_DIR) + "/service/scenes/network.yaml");
@@ -211,8 +212,8 @@ TEST(HeldMatrices, TheFrequencyShiftOfTheProteinIsWithinTheStatedAccuracy) {
   }
 }
 
-// The scenes have various masses, springs, a matrix on some of the points and another matrix, and supports
-// and errors of both signs.
+// Each scene has random masses, springs, and two matrix links that share two points. The matrices contain
+// errors.
 TEST(HeldMatrices, TheStatedAccuracyCoversTheFrequencyShift) {
   double tightest = 1e300, loosest = 0.0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
@@ -230,7 +231,7 @@ TEST(HeldMatrices, TheStatedAccuracyCoversTheFrequencyShift) {
       join_all(substructure, 1e5);
       Eigen::MatrixXd K = assembled(substructure), noise(18, 18);
       for (double& entry : noise.reshaped()) entry = normal(engine);
-      // errors of one sign or of both
+      // errors whose eigenvalues have one sign, or both signs
       noise = seed % 2 == 0 ? Eigen::MatrixXd(noise * noise.transpose() / 18.0)
                             : Eigen::MatrixXd(noise + noise.transpose());
       // the error is 4e-6 to 4e-9 relative to the matrix

@@ -1,6 +1,6 @@
-// When a feature is omitted, the motion changes, and these tests compare the change with the error that the
-// plan allowed. Each kind of feature is tested on seeded scenes. The setting leave_out.keep makes the second
-// plan keep the feature.
+// The omission of a feature changes the motion. These tests compare this change with the error that the plan
+// states for the omission. For each feature, random scenes are run with two plans: one omits the feature, and
+// the other keeps it (setting leave_out.keep).
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ Load pulse_on(int point, const Eigen::Vector3d& force, double duration, Axes axe
   return load;
 }
 
-/// Returns a structure of 12 to 84 modes without commands and with one load.
+/// Returns a structure of 12 to 78 modes with one load. Commands may push no point.
 Scene loaded_scene(std::uint64_t seed) {
   std::mt19937_64 engine(seed);
   Scene scene = seed % 2 == 0 ? testing::random_structure(seed, 6 + static_cast<int>(seed % 9))
@@ -73,7 +73,7 @@ void print(const char* what, std::vector<double> ratios) {
       100.0 * share_within(ratios, 10.0));
 }
 
-TEST(LeaveOut, OmittingSmallModesUsesFromATenthToAllOfTheAllowedError) {
+TEST(LeaveOut, TheErrorOfOmittingSmallModesIsMostlyATenthToAllOfTheStatedError) {
   std::vector<double> ratios, link_ratios;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const Scene scene = loaded_scene(seed);
@@ -104,7 +104,7 @@ TEST(LeaveOut, TheStatedErrorOfOmittingSmallModesHoldsUnderCommands) {
     scene.leave_out.tolerance = log_uniform(engine, 0.01, 0.3);
     const PlanFeature feature = feature_of(reduced_plan_of(scene), Feature::kSmallModes);
     if (!feature.is_left_out) continue;
-    // the command is switched on and off
+    // the command is switched on and off, and both changes excite the omitted modes
     ForceCommand command =
         testing::make_command(0, 1, Axes::kBody, 1 + static_cast<std::int64_t>(engine() % 300));
     const Eigen::Vector3d force = 5.0 * random_vector(engine);
@@ -194,8 +194,8 @@ double exact_change(const char* what, Feature feature, int least, const MakeScen
 }
 
 // [-] ten times the drift of phases by rounding errors of the frequencies, eps omega t = 2e-16 * 1e4 rad/s *
-// 2 s. Frequencies differ if modes of equal frequency were combined differently, or if the plan has fewer of
-// them.
+// 2 s. Frequencies have different rounding errors if modes of equal frequency were combined differently, or
+// if the plan has fewer such modes.
 constexpr double kRounding = 5e-11;
 
 TEST(LeaveOut, OmittingOutOfPlaneModesChangesOnlyRoundingErrors) {
@@ -203,9 +203,9 @@ TEST(LeaveOut, OmittingOutOfPlaneModesChangesOnlyRoundingErrors) {
 }
 
 TEST(LeaveOut, OmittingUnexcitableModesChangesOnlyRoundingErrors) {
-  // loads on the axis of symmetry of a beam do not excite half of the modes of the beam. Of each pair of
-  // equal bending frequencies these loads excite only one mode, because the directions of the pair may be
-  // chosen
+  // a load at the middle of a symmetric beam does not excite its antisymmetric modes, which are half of the
+  // modes. Of each pair of bending modes of equal frequency the load excites only one, because the directions
+  // of the two modes can be chosen along and across the load
   const auto make = [](std::uint64_t seed) {
     Scene scene;
     scene.name = "symmetric";
@@ -306,7 +306,7 @@ TEST(LeaveOut, TheCoupledRungOmitsOnlySmallModes) {
     EXPECT_EQ(feature.is_left_out, feature.feature == Feature::kSmallModes);
 }
 
-TEST(LeaveOut, RungsWithExactBarsKeepEveryMode) {
+TEST(LeaveOut, TheRungExactBarsKeepsEveryMode) {
   Scene scene = loaded_scene(2);
   scene.fidelity = Fidelity::kExactBars;
   const Plan plan = reduced_plan_of(scene);
@@ -314,7 +314,7 @@ TEST(LeaveOut, RungsWithExactBarsKeepEveryMode) {
   for (const PlanFeature& feature : plan.features) EXPECT_FALSE(feature.is_left_out);
 }
 
-TEST(LeaveOut, KeptModesHaveTheirNumbersOfTheFullPlan) {
+TEST(LeaveOut, ModeNumbersOfAReducedPlanAreThoseOfTheFullPlan) {
   Scene scene = planar_scene(2);
   scene.damping.mode_ratios = {{1, 0.1}, {5, 0.2}, {9, 0.05}};
   const Plan full = testing::plan_of(scene);

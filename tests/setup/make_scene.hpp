@@ -39,7 +39,7 @@ inline void join_all(Scene& scene, double stiffness) {
     for (int j = 0; j < i; ++j) add_link(scene, i, j, Spring{stiffness});
 }
 
-/// Returns the structure of a scene without errors.
+/// Returns the structure of a scene. An error in the scene fails the test.
 inline Structure build(const Scene& scene, Faults* warnings = nullptr) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
@@ -49,7 +49,7 @@ inline Structure build(const Scene& scene, Faults* warnings = nullptr) {
   return structure ? *structure : Structure{};
 }
 
-/// Returns the full plan of a scene without errors.
+/// Returns the full plan of a scene. An error in the scene fails the test.
 inline Plan compile(const Scene& scene, Faults* warnings = nullptr) {
   Faults faults;
   const Structure structure = build(scene);

@@ -21,8 +21,8 @@ inline Scene mast(int sections, int count) {
   return scene;
 }
 
-/// Compares `checked` of the lowest 20 frequencies with a solution in many digits.  \return the lowest
-/// frequency [rad/s]
+/// Computes 20 frequencies and compares the lowest `checked` of them with a solution in many digits.  \return
+/// the lowest frequency [rad/s]
 inline double expect_accurate(int sections, int checked) {
   const Scene scene = mast(sections, 20);
   const Structure structure = build(scene);

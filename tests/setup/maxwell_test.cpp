@@ -41,7 +41,7 @@ Scene square_without_diagonals() {
 }
 
 // One spring k joins m1 and m2. The elongation of the spring is q M / sqrt(m1 m2), so c = k M^2 / (m1 m2).
-TEST(Maxwell, TwoPointsHaveTheClosedForm) {
+TEST(Maxwell, TheCoefficientsOfTwoPointsHaveTheClosedForm) {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
   add_point(scene, 3.0, {0.0, 2.0, 0.0});
@@ -77,7 +77,7 @@ TEST(Maxwell, InATriangleOfBarsAPairOfForcesAlongOneSideLoadsOnlyItsBar) {
   const Bases bases = bases_of(scene);
   for (const Basis& basis : bases.all) {
     // the tensions are computed by hand from the force on each joint, which is resolved along the two bars
-    // there
+    // that meet at the joint
     const Eigen::MatrixXd p = unit_forces(scene.points, basis.shapes);
     Eigen::Matrix3d tension;
     for (Eigen::Index l = 0; l < 3; ++l) {
@@ -144,8 +144,8 @@ TEST(Maxwell, MohrsDeltaIsTheInverseOfCUpToAmplifiedRoundingErrors) {
   std::printf("worst difference: %.2g of what conditioning allows\n", worst);
 }
 
-// In the basis of the modes c is M omega^2, and each entry of Mohr's delta is the entry of the inverse of c.
-TEST(Maxwell, DeltaInTheBasisOfTheModesIsDiagonalWithTheirFrequencies) {
+// In the basis of the modes c is diag(M omega_l^2), so Mohr's delta is diag(1 / (M omega_l^2)).
+TEST(Maxwell, DeltaInTheBasisOfTheModesIsTheInverseOfMOmegaSquared) {
   for (const auto& [name, num_elastic, scene] : every_class(9, {1.0, 1.0})) {
     const Bases bases = bases_of(scene);
     const Maxwell maxwell = find_maxwell(scene, bases.structure, bases.factor, bases.structure.shapes);
@@ -202,7 +202,7 @@ TEST(Maxwell, CoefficientsTransformWithTheBasis) {
   }
 }
 
-TEST(Maxwell, AStructureWithAMechanismHasNoDeltaAndItIsReported) {
+TEST(Maxwell, AStructureWithAMechanismHasNoDeltaAndTheReasonIsReported) {
   const Scene scene = square_without_diagonals();
   const Bases bases = bases_of(scene);
   ASSERT_FALSE(bases.structure.mechanisms.empty());
@@ -241,8 +241,8 @@ TEST(Maxwell, ARigidLinkLeavesNoCOverAllDisplacementsAndIsReported) {
   EXPECT_LT(difference(influence_of(*allowed.c), *allowed.delta), 1e-15 * condition_of(*allowed.c));
 }
 
-// A mode moves only other points, and both ends of the link are at rest. The strain that C gives for the link
-// is then a rounding error.
+// In some modes both ends of the rigid link are at rest. The strain that C gives for the link is then a
+// rounding error.
 TEST(Maxwell, ARigidLinkAtRestInAModeIsNotReportedAsStretched) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Scene scene = [&] {
@@ -265,8 +265,8 @@ TEST(Maxwell, ARigidLinkAtRestInAModeIsNotReportedAsStretched) {
   }
 }
 
-// A spring inside a rigid body carries no force under any load.
-TEST(Maxwell, ASpringInsideARigidBodyChangesNoCoefficient) {
+// A spring inside a rigid body carries no force under any load, so it stores no energy and delta is zero.
+TEST(Maxwell, ASpringInsideARigidBodyIsRedundantAndLeavesDeltaZero) {
   const Scene elastic = cloud(3, 5, {1.0, 1.0});
   Scene scene = elastic;
   scene.links.resize(1);
@@ -281,7 +281,8 @@ TEST(Maxwell, ASpringInsideARigidBodyChangesNoCoefficient) {
   EXPECT_FALSE(maxwell.c);
 }
 
-// The delta of stiff springs approaches that of rigid links in proportion to 1 / stiffness.
+// The difference between delta with a stiff spring and delta with a rigid link is proportional to
+// 1 / stiffness.
 TEST(Maxwell, DeltaWithARigidLinkIsTheLimitOfStiffSprings) {
   const Scene elastic = cloud(5, 6, {1.0, 1.0});
   const Basis all = bases_of(elastic).all.front();
@@ -295,8 +296,8 @@ TEST(Maxwell, DeltaWithARigidLinkIsTheLimitOfStiffSprings) {
   for (double k = 1e6; k < 1e12; k *= 10.0) {
     scene.links[3].kind = Spring{k};
     const double gap = difference(delta_of(), limit);
-    // terms of the next order are the mean stiffness over k, and rounding errors are some 1e-15 over the
-    // difference
+    // relative to the difference, terms of the next order are about the mean stiffness over k, and rounding
+    // errors are about 1e-15 over the difference
     if (last > 0.0) {
       EXPECT_NEAR(last / gap, 10.0, 10.0 * (3e4 / k * 10.0 + 1e-14 / gap)) << k;
     }

@@ -16,7 +16,7 @@
 namespace freeflex::testing {
 namespace {
 
-// Returns a plan with every kind of content that is small enough to change each of its bytes.
+// Returns a plan with many kinds of content. It is so small that a test can cut it at each of its bytes.
 Plan rich_plan() {
   Scene scene = square_truss(2);
   scene.name = "rich";
@@ -76,7 +76,7 @@ TEST(PlanBytes, RoundTripIsExactToTheBit) {
   EXPECT_EQ(back->histories[1].pattern.Q_B, plan.histories[1].pattern.Q_B);
 }
 
-TEST(PlanBytes, TheFingerprintChangesWithEveryKindOfContent) {
+TEST(PlanBytes, TheFingerprintChangesWithEachOfSixFields) {
   const Plan plan = rich_plan();
   const std::uint64_t before = plan_fingerprint(plan);
   for (int field = 0; field < 6; ++field) {
@@ -113,7 +113,7 @@ TEST(PlanBytes, ContentCutAtAnyByteIsRefusedEvenWithAValidChecksum) {
 
 // The files are from two older programs. Version 5 has no tables for verdicts, and version 7 has no names and
 // no limit on holds.
-TEST(PlanBytes, PlansOfOlderVersionsAreAccepted) {
+TEST(PlanBytes, PlansOfVersions5And7AreAccepted) {
   for (const auto& [name, version] : {std::pair{"every_feature", 5}, {"bodies", 7}}) {
     std::ifstream file(std::string(FREEFLEX_SOURCE_DIR) + "/tests/bits/" + name + ".plan", std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(file), {}};
@@ -151,7 +151,7 @@ TEST(PlanBytes, AWrongMagicNumberVersionLengthOrChecksumIsReported) {
   EXPECT_NE(error_of(damaged).find("checksum"), std::string::npos);
 }
 
-TEST(PlanBytes, AnyFlippedBitIsFoundByTheChecksum) {
+TEST(PlanBytes, APlanWithAFlippedBitIsRefused) {
   const std::vector<std::byte> bytes = plan_to_bytes(rich_plan());
   std::mt19937_64 engine(1);
   std::string error;

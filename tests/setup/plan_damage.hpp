@@ -23,7 +23,7 @@ inline void seal(std::vector<std::byte>& bytes) {
   std::memcpy(bytes.data() + 20, &checksum, 8);
 }
 
-/// Returns the error of reading a plan after `spoil` has changed it.
+/// Changes a plan by `spoil` and returns the error that reading the plan gives.
 template <typename Spoil>
 std::string error_of_spoilt(Plan plan, const Spoil& spoil) {
   spoil(plan);

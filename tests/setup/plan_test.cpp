@@ -76,7 +76,7 @@ TEST(Plans, TheDampingOfAModeIsTheSumOfItsModalAndRayleighDamping) {
   }
 }
 
-// V_i = sum q b reproduces displacements without rigid motion.
+// V_i = sum q b reproduces initial displacements that contain no rigid motion.
 TEST(Plans, TheModesReproduceInitialDisplacements) {
   Scene scene = square_truss(3);
   const Structure structure = build(scene);

@@ -110,15 +110,15 @@ Eigen::MatrixXd resultants(const Scene& scene, const Eigen::VectorXd& u) {
   return all;
 }
 
-// Returns the components xx, yy, xy, in the local axes of a plate with normal z, of a symmetric tensor that
-// is given in scene axes.
+// Returns the components xx, yy, xy of a symmetric tensor in the local axes of a plate with normal z. The
+// tensor is given in scene axes.
 Eigen::Vector3d in_local_axes(const Scene& scene, const Link& link, const Eigen::Vector3d& z,
                               const Eigen::Matrix3d& tensor) {
   const Eigen::Vector3d x = span_of(scene, link).normalized(), y = z.cross(x);
   return {x.dot(tensor * x), y.dot(tensor * y), x.dot(tensor * y)};
 }
 
-// Returns the stress of Hooke's law in plane stress, per unit of E h / (1 - nu^2), for a strain tensor within
+// Returns the stress by Hooke's law in plane stress, divided by E h / (1 - nu^2), for a strain tensor within
 // the plane with normal z.
 Eigen::Matrix3d plane_stress(const Eigen::Matrix3d& strain, const Eigen::Vector3d& z, double nu) {
   return (1.0 - nu) * strain + nu * strain.trace() * (Eigen::Matrix3d::Identity() - z * z.transpose());
@@ -178,7 +178,7 @@ TEST(Plates, ConstantCurvatureOnTheEdgeOfAnIrregularPatchIsConstantInside) {
 Eigen::VectorXd free_response(const Scene& scene, const LinkFactor& factor, const Eigen::VectorXd& force) {
   std::vector<int> points(scene.points.size());
   for (std::size_t i = 0; i < points.size(); ++i) points[i] = static_cast<int>(i);
-  // least squares of the rows together with the rigid motions: V = A^+ (A^+)' F
+  // V = A^+ (A^+)' F, where A contains the rows of the links and the rigid motions
   const Eigen::MatrixXd rigid = rigid_basis(scene, points);
   Eigen::MatrixXd held(factor.rows.rows() + rigid.cols(), factor.rows.cols());
   held << factor.rows, factor.rows.norm() * rigid.transpose();
@@ -216,7 +216,7 @@ TEST(Plates, EdgeForcesStretchAFreePlateUniformly) {
   const Scene scene = patch(kPlate);
   Faults faults;
   const LinkFactor factor = factor_links(scene, true, faults);
-  const double F = 500.0;  // on each short side, half of it at each corner
+  const double F = 500.0;  // [N] on each short side, half of F at each corner
   Eigen::VectorXd force = Eigen::VectorXd::Zero(factor.rows.cols());
   force[0] = force[9] = -0.5 * F;
   force[3] = force[6] = 0.5 * F;
@@ -234,8 +234,8 @@ TEST(Plates, EdgeForcesStretchAFreePlateUniformly) {
   EXPECT_NEAR(V[10] - V[1], -kPlate.nu * elongation * kWidth / kLength, kPatchTolerance * elongation);
 }
 
-// Returns a patch flat in a skew plane, a patch bent into a quarter of a tube, a cap of height 1e-6, and a
-// needle.
+// Returns a patch flat in a skew plane, a patch bent into a quarter of a tube, a very flat triangle of height
+// 1e-6 m, and a needle-shaped triangle.
 std::vector<Scene> shapes() {
   const Eigen::Matrix3d axes = skew_axes();
   std::vector<Scene> all{moved(patch(kPlate),
@@ -269,7 +269,8 @@ TEST(Plates, RigidMotionsStrainNoPlate) {
       for (const Link& link : scene.links) {
         const Eigen::MatrixXd rows = dense(plate_rows(scene, link, freedoms), freedoms.num_all(), true);
         const Eigen::VectorXd strain = (rows * u).cwiseAbs(), size = rows.cwiseAbs() * u.cwiseAbs();
-        // some rounding errors of the terms, including positions up to 8 m away from the triangle
+        // the bound allows some rounding errors of the terms, including positions up to 8 m away from the
+        // triangle
         for (Eigen::Index row = 0; row < strain.size(); ++row)
           EXPECT_LE(strain[row], 16.0 * kEpsilon * size[row]);
       }
@@ -286,7 +287,7 @@ TEST(Plates, AFlatOrBentMeshHasSixRigidFreedomsAndNoMechanism) {
     EXPECT_TRUE(structure.mechanisms.empty());
     EXPECT_GT(structure.omega[0], 0.0);
   }
-  // two plates have a common edge, and no bars or other plates hold these two plates
+  // two plates have a common edge, and nothing else holds the two plates
   Scene hinge;
   for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}})
     add_point(hinge, 1.0, {x, y, 0.0});
@@ -297,7 +298,7 @@ TEST(Plates, AFlatOrBentMeshHasSixRigidFreedomsAndNoMechanism) {
   EXPECT_TRUE(structure.mechanisms.empty());
 }
 
-TEST(Plates, TheNumberingOfThePointsDoesNotMatter) {
+TEST(Plates, TheStiffnessDoesNotDependOnTheNumberingOfThePoints) {
   for (Scene scene : shapes()) {
     scene.links.resize(1);
     Link& link = scene.links[0];
@@ -350,14 +351,16 @@ TEST(Plates, RoundingOfPositionsDoesNotSoftenAFlatPlate) {
     for (Eigen::Index l = 0; l < found.omega.size(); ++l)
       EXPECT_NEAR(found.omega[l], structure.omega[l], tolerance * structure.omega[l]);
   };
-  // after a quarter turn cos(pi / 2) is 6e-17, but at other angles all digits are rounded
+  // after a quarter turn, positions are off the plane by about 6e-17, because the computed cos(pi / 2) is not
+  // exactly zero; after a rotation by another angle all digits are rounded
   const Eigen::AngleAxisd quarter(std::acos(0.0), Eigen::Vector3d::UnitX());
   compare(moved(flat, [&](const Eigen::Vector3d& p) { return Eigen::Vector3d(quarter * p); }), 1e-11);
   const Eigen::Matrix3d axes = skew_axes();
   compare(moved(flat, [&](const Eigen::Vector3d& p) { return Eigen::Vector3d(axes * p); }), 1e-11);
   std::mt19937_64 engine(5);
   std::normal_distribution<double> normal;
-  // positions have seven digits, as in a table, so membranes add (1e-7 / t)^2 to bending
+  // positions have seven digits, as in a table, so the membrane stiffness increases the bending stiffness by
+  // a fraction of (1e-7 / t)^2
   compare(
       moved(flat,
             [&](const Eigen::Vector3d& p) { return Eigen::Vector3d(p.x(), p.y(), 1e-7 * normal(engine)); }),

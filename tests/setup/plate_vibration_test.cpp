@@ -35,8 +35,8 @@ Eigen::MatrixXd legendre(Eigen::Index n, double x) {
 // Legendre polynomials. The result is an upper bound in thin-plate theory, and for n = 14 it has converged to
 // five digits.
 Eigen::VectorXd ritz_free_square(Eigen::Index n, double nu) {
-  // the integrals over [-1, 1] of the derivatives d and e of each pair are computed by Gauss's rule, whose
-  // points come from the recurrence of the polynomials
+  // for each pair of polynomials, the integral over [-1, 1] of derivative d of one times derivative e of the
+  // other is computed by Gauss's rule, whose points come from the recurrence of the polynomials
   Eigen::MatrixXd jacobi = Eigen::MatrixXd::Zero(n, n);
   for (Eigen::Index k = 1; k < n; ++k) {
     const auto degree = static_cast<double>(k);
@@ -85,7 +85,7 @@ TEST(PlateVibration, FrequenciesOfAFreeSquarePlateHaveSecondOrderInTheMeshSize) 
   EXPECT_NEAR(exact[2] * hertz, 2.922, 0.0006);
 
   // at a / h = 1000 the frequencies of in-plane motion begin at 6e3 / a^2 sqrt(D / rho h), so the lowest
-  // modes bend
+  // modes are bending modes
   const std::vector<int> meshes{4, 8, 12};
   std::vector<Eigen::VectorXd> found;
   found.reserve(meshes.size());

@@ -149,10 +149,10 @@ double by_spin(const Plan& plan, std::size_t mode, const Eigen::Vector3d& w) {
          plan.mass;
 }
 
-// The uniform free beam that spins about a transverse axis (continuous beam, 60 Hermite elements). At Omega =
-// 0.05 omega_1 the out-of-plane frequencies are 1.003805, 2.759439 and 5.406541 times omega_1, but at rest
-// these frequencies are 1, 61.6728 / 22.3733 and 5.403918 times omega_1. In the plane of spin the squared
-// frequencies are lower by Omega^2.
+// A uniform free beam spins about a transverse axis. The expected values are those of a continuous beam, from
+// 60 Hermite elements. At Omega = 0.05 omega_1 the frequencies out of the plane of spin are 1.003805,
+// 2.759439 and 5.406541 times omega_1. At rest they are 1, 61.6728 / 22.3733 and 5.403918 times omega_1. The
+// squared frequencies in the plane of spin are lower by Omega^2 than those out of the plane.
 TEST(Prestress, GeometricStiffnessOfASpinningBeamMatchesAContinuousBeam) {
   const double at_rest[] = {1.0, 61.6728 / 22.3733, 120.9034 / 22.3733};
   const double spinning[] = {1.003805, 2.759439, 5.406541};
@@ -176,8 +176,8 @@ TEST(Prestress, GeometricStiffnessOfASpinningBeamMatchesAContinuousBeam) {
 }
 
 // Dead loads P and -P at the ends: E is the integral of -P phi'^2. The first elastic frequency of the free
-// column falls to zero at P = pi^2 EI / L^2, where its shape is a half sine. The mode shape at rest gives
-// this load within 1 % (Rayleigh: an upper bound).
+// column falls to zero at P = pi^2 EI / L^2, where the shape of the mode is a half sine. The mode shape at
+// rest gives an upper bound on this load (Rayleigh), which is about 2.5 % too large.
 TEST(Prestress, GeometricStiffnessOfAColumnGivesEulersLoad) {
   Scene scene = free_beam(40);
   const Judged column = judged(scene, Fidelity::kCoupled);

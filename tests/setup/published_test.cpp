@@ -21,8 +21,8 @@ Scene read(const std::string& name) {
 
 double hertz(double omega) { return omega / (2.0 * M_PI); }
 
-// Exudyn, test rotorDiscTest: lowest free-free frequency 104.6370132606291 Hz. The other figures come from a
-// dense eigensolver on the published matrices, and are correct to half a unit of the last digit.
+// Exudyn, test rotorDiscTest: lowest free-free frequency 104.6370132606291 Hz. The other frequencies come
+// from a dense eigensolver on the published matrices, and are correct to half a unit of the last digit.
 TEST(Published, TheRotorHasSixRigidFreedomsAndThePublishedFrequencies) {
   const Structure rotor = build(read("rotor.yaml"));
   EXPECT_EQ(rotor.mass_properties.rigid_freedoms, 6);
@@ -71,7 +71,7 @@ TEST(Published, SixEigenvaluesOfTheNetworkAreNoLargerThanRoundingErrors) {
   EXPECT_GT(value[6], 1e-10 * value.tail<1>()[0]);
 }
 
-TEST(Published, LumpedFreeBeamsHaveTheirExactValuesToSevenDigits) {
+TEST(Published, FrequenciesOfLumpedFreeBeamsAreExactToSevenDigits) {
   struct Case {
     int num_points;
     std::vector<double> omega;  // [rad/s] exact for the lumped beam; each frequency occurs in both planes
@@ -96,7 +96,7 @@ TEST(Published, TheLumpedFreeBeamConvergesWithTheSquareOfItsSpacing) {
   for (const int num_spans : {10, 20, 40, 80}) {
     const double error = exact - build(lumped_beam(num_spans + 1)).omega[0];
     EXPECT_GT(error, 0.0);
-    // the next term of the expansion is relatively some 1 / spans^2
+    // relative to the first term of the error, the next term is about 1 / spans^2
     if (coarser > 0.0) {
       EXPECT_NEAR(coarser / error, 4.0, 16.0 * 4.0 / (num_spans * num_spans)) << num_spans;
       std::printf("lumped beam of %d spans: error %.3e rad/s, falls by %.3f\n", num_spans, error,

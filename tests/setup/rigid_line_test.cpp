@@ -12,7 +12,7 @@
 namespace freeflex::testing {
 namespace {
 
-// Returns the scene rotated at random and moved by `away` [m] along each axis.
+// Returns the scene rotated at random and moved by (away, -away, away / 2) [m].
 Scene placed(Scene scene, std::uint64_t seed, double away) {
   std::mt19937_64 engine(seed);
   std::normal_distribution<double> normal;
@@ -33,10 +33,10 @@ double largest_difference(const Eigen::VectorXd& omega, const Eigen::VectorXd& e
 constexpr double kEA = 1e6, kGJ = 1e3, kEI = 300.0;
 Beam tube() { return {kEA, kGJ, kEI, kEI, Eigen::Vector3d::Zero()}; }
 
-// A cross piece along z has 3 kg at +-0.7 m and 2 kg at its middle. A beam of 1.3 m begins there, with 1.5 kg
-// at its end. The end deflects by F L^3 / (3 EI) relative to the body, so omega^2 = 3 EI / L^3 (1 / m + 1 /
-// M_b + L^2 / J). The beam stretches with omega^2 = EA / L (1 / m + 1 / M_b). About the line the body has no
-// inertia, and the beam rotates freely.
+// A cross piece along z has 3 kg at +-0.7 m and 2 kg at its middle. A beam of 1.3 m begins at the middle and
+// has 1.5 kg at its end. The end deflects by F L^3 / (3 EI) relative to the body, so
+// omega^2 = 3 EI / L^3 (1 / m + 1 / M_b + L^2 / J). The beam stretches with
+// omega^2 = EA / L (1 / m + 1 / M_b). About the line the body has no inertia, and the beam rotates freely.
 TEST(RigidBodiesOnALine, ClampABeamAcrossTheirLineButLetItRotateAboutTheLine) {
   constexpr double kArm = 0.7, kLength = 1.3, kEnd = 1.5, kBody = 8.0;
   Scene scene;
@@ -59,7 +59,7 @@ TEST(RigidBodiesOnALine, ClampABeamAcrossTheirLineButLetItRotateAboutTheLine) {
       EXPECT_TRUE(warnings.empty());
       EXPECT_TRUE(structure.mechanisms.empty());
       ASSERT_EQ(structure.omega.size(), 2) << away << ", seed " << seed;
-      // some rounding errors of the coordinates relative to the size of the body
+      // the bound allows some rounding errors of the coordinates, relative to the size of the body
       const double error = largest_difference(structure.omega, expected) / std::max(1.0, away);
       EXPECT_LT(error, 1e-14) << away << ", seed " << seed;
       worst = std::max(worst, error);
@@ -68,10 +68,10 @@ TEST(RigidBodiesOnALine, ClampABeamAcrossTheirLineButLetItRotateAboutTheLine) {
               worst);
 }
 
-// Arms along x from both ends of a body along z. Out of the plane of the arms, the rotation of the body about
-// its line couples the ends of the arms. The elongation e = (y_1 - Y_1) - (y_2 - Y_2) has the stiffness k / 2
-// with k = 3 EI / L^3, so omega^2 = k (1 / m + 1 / m_body). The moments of the two joints about the line
-// cancel.
+// Arms along x begin at both ends of a body along z. For motion out of the plane of the arms, the rotation of
+// the body about its line couples the ends of the arms. With the displacements y_i of the arm ends and Y_i of
+// the body ends, the elongation e = (y_1 - Y_1) - (y_2 - Y_2) has the stiffness k / 2 with k = 3 EI / L^3, so
+// omega^2 = k (1 / m + 1 / m_body). The moments of the two joints about the line cancel.
 TEST(RigidBodiesOnALine, CoupleTheBeamsAtTheirPointsByRotatingAboutTheLine) {
   constexpr double kLength = 1.3, kEnd = 1.5, kBodyEnd = 3.0;
   Scene scene;
@@ -166,8 +166,8 @@ const std::vector<LineCase>& line_cases() {
   return kCases;
 }
 
-// The point off the line adds one frequency, which depends on its inertia about the line. The light point
-// shifts the other frequencies in proportion to its mass.
+// A light point off the line adds one frequency, which depends on the inertia of the point about the line.
+// The point shifts the other frequencies in proportion to its mass.
 TEST(RigidBodiesOnALine, AreTheLimitOfALightPointOffTheLine) {
   for (const LineCase& each : line_cases()) {
     SCOPED_TRACE(each.name);
@@ -270,8 +270,8 @@ TEST(RigidBodiesOnALine, ArmsThatRotateAboutTheLineAreOneMechanism) {
   }
 }
 
-// A follower force on a point of the body rotates as if the body had a light point off the line   (THEORY
-// 8.25).
+// A follower force on a point of the body rotates as if the body had a light point off the line
+// (THEORY 8.25).
 TEST(RigidBodiesOnALine, RotateTheFollowerForcesAtTheirPoints) {
   const auto followed = [](double off_line) {
     Scene scene = with_body(line_cases()[1], off_line);

@@ -21,7 +21,7 @@ void add_rigid(Scene& scene, std::vector<int> points, const std::string& name) {
   scene.links.push_back(link);
 }
 
-// Returns a braced cube of springs. Some edges of the cube are rigid, or have the given stiffness.
+// Returns a braced cube of springs. Two edges of the cube have the given stiffness, or are rigid if it is 0.
 Scene cube(double stiffness) {
   Scene scene;
   std::mt19937_64 engine(11);
@@ -31,7 +31,7 @@ Scene cube(double stiffness) {
               {(i & 1) + jitter(engine), ((i >> 1) & 1) + jitter(engine), (i >> 2) + jitter(engine)});
   for (int i = 0; i < 8; ++i)
     for (int j = 0; j < i; ++j) {
-      const bool is_edge = i == 1 || (i == 7 && j == 3);  // three links that are not in a common loop
+      const bool is_edge = i == 1 || (i == 7 && j == 3);  // two links that have no common point
       if (is_edge && stiffness == 0.0)
         add_rigid(scene, {i, j}, "r" + std::to_string(i) + std::to_string(j));
       else
@@ -69,7 +69,7 @@ TEST(RigidLinks, AreTheLimitOfStiffSprings) {
   }
 }
 
-TEST(RigidLinks, AFullyRigidStructureHasNoElasticCoordinateAndRuns) {
+TEST(RigidLinks, AFullyRigidStructureHasNoElasticCoordinateAndAConsistentPlan) {
   Scene scene = cube(0.0);
   scene.links.clear();
   add_rigid(scene, {0, 1, 2, 3, 4, 5, 6, 7}, "body");
@@ -102,7 +102,7 @@ TEST(RigidBodies, ARigidBodyMayHaveCoincidentPointsInAnyOrder) {
        {std::vector<int>{4, 5, 0, 1}, {4, 0, 5, 1}, {0, 4, 1, 5}, {5, 4, 1, 0}}) {
     const Structure split = build(with({1.0, 2.0}, body));
     ASSERT_EQ(split.omega.size(), whole.omega.size());
-    // a few rounding errors
+    // the bound allows a few rounding errors
     EXPECT_LT(((split.omega - whole.omega).array() / whole.omega.array()).abs().maxCoeff(), 1e-13);
   }
   Faults faults;

@@ -91,7 +91,7 @@ inline Scene sheet(std::uint64_t seed, int num_points, const Spread& spread) {
   return scene;
 }
 
-/// Returns points in general position. Springs or bars join every pair.
+/// Returns points in general position. Springs join every pair.
 inline Scene cloud(std::uint64_t seed, int num_points, const Spread& spread) {
   Engine engine(seed);
   Scene scene;
@@ -102,7 +102,7 @@ inline Scene cloud(std::uint64_t seed, int num_points, const Spread& spread) {
   return scene;
 }
 
-/// Returns the corners of a unit cube in lexicographic order. Every pair is joined.
+/// Returns the corners of a unit cube in lexicographic order. Springs join every pair.
 inline Scene cube(std::uint64_t seed, const Spread& spread) {
   Engine engine(seed);
   Scene scene;

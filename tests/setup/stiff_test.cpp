@@ -14,7 +14,8 @@ namespace freeflex::testing {
 namespace {
 
 // Returns a square truss of three sections whose points are moved a little, so that no frequency repeats.
-// Odd-numbered links are stiffer by stiffness_ratio, and heavy and light points alternate.
+// Odd-numbered links are stiffer than the others by the factor stiffness_ratio, and heavy and light points
+// alternate.
 Scene stiff_truss(double stiffness_ratio, double mass_ratio) {
   std::mt19937_64 engine(7);
   std::uniform_real_distribution<double> shift(-0.1, 0.1);
@@ -107,7 +108,7 @@ TEST(Stiff, LowestFrequencyOfATrussMatchesASixtyDigitSolution) {
     }
 }
 
-// Stiffnesses and masses are spread evenly over the decades, so that no two scales separate.
+// Stiffnesses and masses are spread evenly over the decades, so that they do not form two separate groups.
 TEST(Stiff, FrequenciesOfAGradedTrussMatchASixtyDigitSolution) {
   print_head();
   for (const double stiffness_ratio : {1e8, 1e12, 1e15})

@@ -57,8 +57,8 @@ Scene collinear(Engine& engine) {
   return scene;
 }
 
-// Returns bars that all lie in one plane, so each point moves freely out of the plane. Three combinations of
-// these motions are rigid.
+// Returns springs that all lie in one plane, so each point moves freely out of the plane. Three combinations
+// of these motions are rigid.
 Scene planar_bars(Engine& engine) {
   Scene scene;
   const Eigen::Vector3d u = random_vector(engine), v = random_vector(engine);
@@ -168,7 +168,8 @@ TEST(Structures, UnitDisplacementsHaveNoMomentum) {
   });
 }
 
-// omega^2 M = b' K b holds up to rounding errors of b, which are some eps of the largest frequency.
+// omega^2 M = b' K b holds up to rounding errors of b, which change a frequency by some eps times the largest
+// frequency.
 TEST(Structures, FrequenciesAreTheRayleighQuotientsOfTheirShapes) {
   for_each_structure([](const ShapeClass&, const Scene& scene, const Structure& structure) {
     if (structure.omega.size() == 0) return;

@@ -65,7 +65,7 @@ Scene chain(bool is_matrix) {
   return scene;
 }
 
-TEST(Superelement, ABeamGivenByItsMatricesEqualsThatBeam) {
+TEST(Superelement, ABeamGivenByItsMatricesHasTheFrequenciesAndTheMassOfThatBeam) {
   const Structure beams = build(chain(false)), mixed = build(chain(true));
   ASSERT_EQ(beams.omega.size(), mixed.omega.size());
   EXPECT_LT(((beams.omega - mixed.omega).array() / beams.omega.array()).abs().maxCoeff(), 1e-10);
@@ -87,7 +87,8 @@ TEST(Superelement, ABeamGivenByItsMatricesEqualsThatBeam) {
   }
 }
 
-// Only the matrix has mass, so there are no particles. The motion equals that of the beam alone.
+// Only the matrix has mass, so there are no particles. The motion equals that of the same beam with
+// distributed mass.
 TEST(Superelement, AMatrixMayHaveAllOfTheMass) {
   Scene beam = chain(false), matrix = chain(true);
   for (Scene* scene : {&beam, &matrix}) {
@@ -122,7 +123,7 @@ std::string first_error(const Scene& scene) {
 }
 MatrixLink& middle(Scene& scene) { return std::get<MatrixLink>(scene.links[1].kind); }
 
-TEST(Superelement, ErrorsStateTheMissingProperty) {
+TEST(Superelement, ErrorsStateWhatIsWrongWithTheMatrix) {
   const auto expect = [](const char* what, auto change) {
     Scene scene = chain(true);
     change(middle(scene));

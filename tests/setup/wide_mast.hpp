@@ -13,8 +13,8 @@ namespace freeflex::testing {
 
 using Wide = __float128;
 
-/// A symmetric matrix of small bandwidth in 113 bits. The matrix is factored as L D L^T without pivoting,
-/// which is accurate enough with a positive shift and so many digits.
+/// A symmetric matrix of small bandwidth in 113 bits. The matrix is factored as L D L^T without pivoting. The
+/// shifted matrix is indefinite, but with so many digits the factor is accurate enough.
 class Banded {
  public:
   Banded(int size, int width)
@@ -55,7 +55,7 @@ class WideMast {
  public:
   explicit WideMast(const Scene& scene) : scene_(scene), size_(3 * static_cast<int>(scene.points.size())) {}
 
-  // \return omega after `steps` of (K - near^2)^-1 on the vector
+  // \return omega after `steps` steps of inverse iteration with (K - near^2)^-1, which start from the vector
   double omega(double near, const Eigen::VectorXd& vector, int steps) const {
     // the shift is slightly off the frequency, so that the matrix is not singular, and a pair of equal
     // frequencies is treated as one
