@@ -15,14 +15,14 @@ inline Mat3 to_array(const Eigen::Matrix3d& m) {
   return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
 }
 
-/// Returns a row of a matrix that may have no columns. Eigen's own row of such a matrix starts at an offset
-/// from a null pointer.
+/// Returns a row of a matrix, or an empty row if the matrix has no columns. For such a matrix, Eigen's row()
+/// adds an offset to a null pointer.
 inline Eigen::RowVectorXd row_of(const Eigen::MatrixXd& matrix, Eigen::Index row) {
   return matrix.cols() == 0 ? Eigen::RowVectorXd(0) : Eigen::RowVectorXd(matrix.row(row));
 }
 
-/// Returns values over modes, followed by values over constraint shapes if there are any, padded to
-/// (num_padded).
+/// Returns an array (num_padded) that holds the values of the modes, then the values of the constraint shapes
+/// if there are any. Each of the two parts is padded with zeros.
 inline Array padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
   Array all(static_cast<std::size_t>(plan.num_padded), 0.0);
   const Eigen::Index num_modes = std::min<Eigen::Index>(values.size(), plan.num_elastic);
@@ -37,7 +37,8 @@ inline void append_row(const Plan& plan, const Eigen::RowVectorXd& values, Array
   rows.insert(rows.end(), row.begin(), row.end());
 }
 
-/// Returns the number of blocks of three rows that points and particles use so far.
+/// Returns the number of blocks of three rows that the points and particles of the plan have. This is the
+/// index of the next block that is appended.
 inline std::int32_t num_row_blocks(const Plan& plan) {
   const auto count = std::count_if(plan.points.begin(), plan.points.end(),
                                    [](const PlanPoint& point) { return point.row >= 0; });

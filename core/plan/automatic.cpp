@@ -27,15 +27,15 @@ std::optional<Plan> plan_to_try(const Scene& scene, const Structure& structure, 
                                 Faults& faults) {
   PlanSpec spec = unpublished_spec(scene, structure, rung, 1);
   spec.is_judged = true;
-  Faults own;  // warnings of a rung are reported only if it is chosen
+  Faults own;  // warnings of a rung that is not chosen are not reported
   std::optional<Plan> plan = compile(scene, structure, spec, own);
   if (plan) check_motion(scene, structure, *plan, own);
   if (has_error(own)) {
     faults.insert(faults.end(), own.begin(), own.end());
     return std::nullopt;
   }
-  // This horizon is longer than the run, so that the shadow starts only once and errors grow from the start
-  // of the run.
+  // The horizon of the budget is longer than the run. The shadow therefore starts only once, and errors grow
+  // from the start of the run.
   set_horizon(2.0 * scene.automatic->horizon, *plan);
   const std::int32_t substeps = resolving_substeps(frequencies_of(structure), plan->period);
   if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, best_rung_beside(rung, scene, structure),
@@ -59,8 +59,8 @@ Tried try_rung(const Scene& scene, const Structure& structure, Fidelity rung, Fa
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
   Budget budget = make_budget(*plan);
-  // The verdict judges the terms that the rung neglects. The distance from the best rung is compared with the
-  // tolerances, so the verdict gets an empty budget.
+  // The verdict gets an empty budget, so it judges only the terms that the rung neglects. The distance from
+  // the best rung, which the budget holds, is compared with the tolerances below.
   Judgement judgement(*plan);
   Budget none;
   judgement.take(state, none);

@@ -9,14 +9,15 @@
 
 namespace freeflex {
 
-/// Number of samples at which errors are compared with the tolerances over a horizon.
+/// Number of equally spaced times in a horizon at which the estimated errors are compared with the
+/// tolerances.
 inline constexpr int kRungSamples = 16;
 
-/// Returns the cheapest rung whose estimated errors stay within the tolerances of scene.automatic:
-/// estimate(t_k) <= tolerance at t_k = k T_h / 16, k = 1 to 16   (THEORY 12.28). `tried` receives the rungs
-/// that were tried, and the last of these is the chosen rung. If no rung is within the tolerances, returns
-/// nullopt and adds an error at the origin of the tolerance. The cost is up to six runs over the horizon,
-/// each in parallel with the best rung.
+/// Returns the cheapest rung whose verdict is never `outside` and whose estimated errors stay within the
+/// tolerances of scene.automatic: estimate(t_k) <= tolerance at t_k = k T_h / 16, k = 1 to 16
+/// (THEORY 12.28). `tried` receives the rungs that were tried. The last of these is the chosen rung. If no
+/// rung meets these conditions, returns nullopt and adds an error at the origin of the tolerance. The cost is
+/// up to five runs over the horizon. In each run, the best rung is stepped in parallel.
 std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure,
                                     std::vector<PlanRung>& tried, Faults& faults);
 

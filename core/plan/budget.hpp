@@ -8,20 +8,21 @@
 
 namespace freeflex {
 
-/// Adds one shadow to a plan of a scene, with all modes and points and without publication. If the rung does
-/// not support the scene, returns false and adds an error at the origin of the budget or of `auto`.
+/// Adds one shadow to a plan of a scene. The shadow has all modes and points and publishes nothing. If the
+/// rung does not support the scene, returns false and adds an error at the origin of the budget or of `auto`.
 /// \param structure  of the scene, with all modes  \param resolving  result of resolving_substeps()
 /// for the structure
 bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind kind, Fidelity rung,
                 std::int32_t resolving, Plan& plan, Faults& faults);
 
 /// Returns true if a rung supports a scene. Rungs with true geometry support neither rigid links nor bodies
-/// nor a subset of the modes. Coupled rungs do not support mass matrices.
+/// nor massless points nor a subset of the modes. Coupled rungs do not support links with a mass matrix.
 bool carries(Fidelity rung, const Scene& scene, const Structure& structure);
 
-/// Returns the rung with which the given rung is compared. If the rung has true geometry, this is the rung
-/// itself. Otherwise it is `spin-loaded` if the scene has mass matrices. It is `coupled` if the scene has
-/// rigid links or bodies, or keeps only its lowest modes. In all other scenes it is `exact-bars`.
+/// Returns the rung with which the given rung is compared. A rung with true geometry is compared with itself.
+/// Any other rung is compared with `spin-loaded` if a link has a mass matrix. If not, it is compared with
+/// `coupled` if the scene has rigid links, bodies or massless points, or keeps only its lowest modes, and
+/// with `exact-bars` in all other scenes.
 Fidelity best_rung_beside(Fidelity rung, const Scene& scene, const Structure& structure);
 
 /// Warns if the best rung is not `exact-bars`, because then no estimate includes the true lengths and
@@ -31,11 +32,12 @@ void warn_of_best_rung(const Scene& scene, const Structure& structure, const cha
                        const Origin& origin, Faults& faults);
 
 /// Fills plan.budget with the shadows that scene.error_budget asks for. Adds an error at the origin of the
-/// budget if the coupled rungs do not support the scene.  \param structure  structure of the scene, with all
-/// modes
+/// budget if the rung of a shadow does not support the scene, or if the plan has a fallback plan.
+/// \param structure  structure of the scene, with all modes
 void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
-/// Sets the horizon of a plan's error budget [s]. After each horizon, the comparison starts again.
+/// Sets the horizon of a plan's error budget [s]. At the end of each horizon, the shadows start again from
+/// the state of the plan.
 void set_horizon(double horizon, Plan& plan);
 
 /// Returns the natural frequencies of all modes [rad/s].

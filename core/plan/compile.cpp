@@ -174,7 +174,7 @@ void compile_points(const Scene& scene, const Structure& structure, const Eigen:
   }
 }
 
-// Compiles the rotation rows of bodies whose attitude is published or that carry a load or wheel.
+// Compiles the rotation rows of bodies whose attitude is published or that can carry a load or wheel.
 void compile_attitudes(const Scene& scene, const Structure& structure, Plan& plan) {
   std::set<int> wanted;
   for (const int point : scene.pushable) wanted.insert(point);
@@ -198,8 +198,8 @@ void compile_wheels(const Scene& scene, Plan& plan) {
         {wheel.name, attitude_index_of(plan, wheel.point), to_array(wheel.axis), wheel.momentum, {}});
 }
 
-// Computes a . (theta_l x theta_u) for each wheel and each pair of modes that the verdict judges
-// (THEORY 16.24).
+// Computes a . (theta_l x theta_u) for each wheel and each pair l, u of modes that the verdict judges, where
+// a is the axis of the wheel and theta_l the rotation of its body in mode l (THEORY 16.24).
 void compile_gyroscopic(Plan& plan) {
   const auto n = static_cast<std::size_t>(plan.num_padded);
   for (PlanWheel& wheel : plan.wheels.all) {
@@ -254,8 +254,9 @@ std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
   return kept;
 }
 
-// Reports what a rung does not support. Bars at true length need the true positions of their points, but the
-// rotation of a body moves its points to first order only.
+// Adds errors for mass matrices, wheels, bodies, massless points and links with mass that a rung does not
+// support. Bars at true length need the true positions of their points, but the rotation of a body moves its
+// points to first order only.
 void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
   if (!traits_of(rung).couples) return;
   for (std::size_t i = 0; i < scene.links.size(); ++i)

@@ -21,8 +21,8 @@ using Eigen::VectorXcd;
 // kMostWork if the dense problem is not possible. A problem of kMostWork takes some ten seconds.
 constexpr double kFewFlops = 2e9, kMostWork = 1e11;
 constexpr int kMostSweeps = 60;
-// [-] change of a root over its distance from the nearest pole. The iteration is cubic, so the next change is
-// below the rounding error.
+// [-] A root has converged if its change is at most this fraction of its distance from the nearest pole. The
+// iteration converges cubically, so the next change would be below the rounding error.
 constexpr double kConverged = 1e-10;
 
 struct Pair {
@@ -70,7 +70,8 @@ class Secular {
     return 2.0 * n * 12.0 * (16.0 * k * k * n + 4.0 * k * k * k + 60.0 * n);
   }
 
-  // Returns false if an eigenvalue does not converge, or if the sum of the eigenvalues differs from the trace
+  // Returns false if an eigenvalue does not converge, or if their sum is not the trace of the coupled
+  // equations
   bool solve() {
     for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
       bool is_done = true;
@@ -98,7 +99,7 @@ class Secular {
       MatrixXcd M = matrix();
       const auto [right, left] = null_vectors(M);
       // eigenvector x from (s - A) x = (0, out^T c), where A is the matrix of the uncoupled equations and c
-      // is the null vector
+      // is the right null vector
       out.q_dot = (modes_.out.transpose() * right).array() * g_;
       out.q.resize(n_);
       out.left_q_dot = (N_.transpose() * left).array() * g_;
@@ -124,8 +125,8 @@ class Secular {
     bool is_done = false;
   };
 
-  // Starts near the guess, but off the real axis, because two roots on the real axis could not become a
-  // complex pair.
+  // Starts near the guess, but off the real axis. An iteration that starts with real roots keeps them real,
+  // so two such roots could not become a complex pair.
   void start(Index pole, Complex guess, double coupling) {
     const double scale = std::max(std::abs(poles_[pole]) + coupling, std::numeric_limits<double>::min());
     const Complex aside = std::polar(1.0, 2.4 * static_cast<double>(roots_.size() + 1));
@@ -186,7 +187,8 @@ class Secular {
     root.shift -= change;
     root.is_done = std::abs(change) <= kConverged * std::abs(root.shift) ||
                    std::abs(change) <= 1e-16 * std::abs(poles_[root.pole]);
-    // Distances are now measured from the nearest pole, because distances from this pole keep their digits.
+    // From here on, distances are measured from the nearest pole, because distances from this pole keep their
+    // digits.
     const Complex s = poles_[root.pole] + root.shift;
     Index nearest = root.pole;
     double least = std::abs(root.shift);
@@ -228,7 +230,8 @@ class Secular {
   MatrixXcd N_;
 };
 
-// Solves the dense eigenvalue problem in (size q, q') without the displacements of zero-frequency modes.
+// Solves the dense eigenvalue problem in (size q, q'), where size is the frequency of each mode, but at least
+// 1e-6 of the highest. Omits the displacements of zero-frequency modes.
 bool visit_dense(const CoupledModes& modes, const std::function<void(const CoupledRoot&)>& take) {
   const Index n = modes.omega.size();
   std::vector<Index> held;

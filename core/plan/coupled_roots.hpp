@@ -13,7 +13,7 @@ struct CoupledModes {
   Eigen::VectorXd omega, decay;         // [rad/s], [1/s] (n)
   Eigen::MatrixXd out, by_q, by_q_dot;  // (forces x n)
   // True if there are wheels. The rotation of the body about its momentum then has zero eigenvalues, and only
-  // the dense problem finds these.
+  // the dense problem finds zero eigenvalues.
   bool is_gyroscopic = false;
 };
 
@@ -25,13 +25,13 @@ struct CoupledRoot {
   Eigen::VectorXcd left_q, left_q_dot;  // (n)
 };
 
-/// Returns true if mode l has no stiffness, neither its own nor by the coupling forces. The displacement of
-/// such a mode is then free, and one of its eigenvalues is zero.
+/// Returns true if mode l has no stiffness, neither of its own nor from the coupling forces. The displacement
+/// of such a mode is then free, and one of its eigenvalues is zero.
 bool is_zero_frequency(const CoupledModes& modes, Eigen::Index l);
 
 /// Calls `take` once for each eigenvalue whose imaginary part is not negative. Omits the zero eigenvalue of
-/// each zero-frequency mode. Returns false, possibly after some of the calls, if there are too many
-/// eigenvalues to compute or if they do not converge.
+/// each zero-frequency mode. Returns false, without any call, if there are too many eigenvalues to compute or
+/// if they do not converge.
 ///
 /// The determinant of the coupled equations, divided by the determinant of the uncoupled equations, is the
 /// determinant of a small matrix (forces x forces) (Sylvester):

@@ -18,20 +18,20 @@ using Complex = std::complex<double>;
 // [-] Frequencies and decays are taken as equal below this relative difference, because in a symmetric
 // structure such differences are rounding errors.
 constexpr double kEqualModes = 1e-12;
-// [-] Ratio of a singular value of the coupling of equal modes to the largest one. A combination with a
-// smaller ratio is uncoupled.
+// [-] The singular values of the coupling of equal modes belong to combinations of these modes. A combination
+// is uncoupled if its singular value is below this fraction of the largest.
 constexpr double kUncoupledModes = 1e-12;
-// [-] a real eigenvalue smaller than this fraction of the other one is a rounding error and is not taken as
-// growth
+// [-] a positive real eigenvalue below this fraction of the other eigenvalue of the mode is a rounding error
+// and is not taken as growth
 constexpr double kZeroRate = 1e-12;
 // [-] smaller damping ratios are rounding errors
 constexpr double kUndamped = 1e-15;
-// The set-up checks the growth of this number of lowest modes. Computing their eigenvalues takes some 0.3 s.
+// Number of the lowest modes whose growth the set-up checks. Computing their eigenvalues takes some 0.3 s.
 constexpr std::size_t kMostGrowing = 128;
 
 DampedMode uncoupled(double omega, double decay) {
   DampedMode mode;
-  if (omega == 0.0) return mode;  // its displacement stays
+  if (omega == 0.0) return mode;  // the displacement of a mechanism does not decay
   mode.ratio = decay / omega;
   const double square = (omega - decay) * (omega + decay);
   if (square > 0.0) {
@@ -134,7 +134,7 @@ class Coupled {
 };
 
 // Returns the error of the split step S over the change that damping makes in the step, to first order:
-//   |z - e^{s h}| / |1 - |e^{s h}||, z = left^T S y / (left^T y), y and left eigenvectors   (THEORY 8.45).
+//   |z - e^{s h}| / |1 - |e^{s h}||, z = left^T S y / (left^T y), y right and left eigenvector (THEORY 8.45).
 double step_error(const SplitStep& step, const Coupled& coupled, const CoupledRoot& root, double period) {
   const Eigen::Index n = step.num_modes();
   Eigen::VectorXcd y(2 * n), left(2 * n);
@@ -152,7 +152,8 @@ double step_error(const SplitStep& step, const Coupled& coupled, const CoupledRo
   return change > 0.0 ? std::abs(by_step - exact) / change : 0.0;
 }
 
-// Holds an eigenvalue, the error of the split step for it, and whether it is known and already assigned.
+// Holds an eigenvalue, the error of the split step for this eigenvalue, and whether the eigenvalue is known
+// and already assigned.
 struct Found {
   Complex s;
   double step_error = 0.0;
@@ -167,7 +168,7 @@ struct Claim {
 
 // Assigns eigenvalues to modes   (THEORY 8.44). A mode receives a complex pair or two real eigenvalues. A
 // zero-frequency mode receives one real eigenvalue. The body receives one real eigenvalue for each of its
-// axes, and a pair uses up two axes.
+// axes, or a complex pair for two of them.
 class Matching {
  public:
   Matching(const CoupledModes& modes, Eigen::Index num_body)
@@ -200,8 +201,8 @@ class Matching {
   }
 
   // Assigns pairs first, because a mode that already has one real eigenvalue has no room for a pair. Within
-  // each kind, the eigenvalues with the largest energy fractions come first. The rest are assigned by
-  // frequency.
+  // each kind, the eigenvalues with the largest energy fractions come first. Any eigenvalue that is then left
+  // is assigned to the mode of nearest frequency that has room.
   void match() {
     std::stable_sort(claims_.begin(), claims_.end(),
                      [](const Claim& a, const Claim& b) { return a.share > b.share; });
@@ -273,8 +274,8 @@ class Matching {
     slots_[l].room -= 1;
     if (found_[root].is_pair()) slots_[slots_[l].room > 0 ? l : second_single(l)].room -= 1;
   }
-  // The entry is true for the body and for a zero-frequency mode. A pair of eigenvalues uses up two of these
-  // entries.
+  // Returns true for the slots of the body and of zero-frequency modes. If such a slot has room for one
+  // eigenvalue only, a complex pair also uses the room of a second such slot.
   bool is_single(std::size_t l) const {
     return l + 1 == slots_.size() || is_zero_frequency(modes_, static_cast<Eigen::Index>(l));
   }
@@ -295,7 +296,7 @@ class Matching {
   std::vector<Slot> slots_;  // the slots of the modes, then those of the body
 };
 
-// Returns the largest growth rate that exceeds rounding error [1/s].
+// Returns the largest growth rate [1/s], or 0 if no growth rate exceeds its rounding error.
 double growth_under(const Plan& plan, const FreeForces& forces) {
   constexpr double kRounding = 1e-6, kRoundedStiffness = 1e-12;
   const Coupled coupled(plan, forces, kMostGrowing);

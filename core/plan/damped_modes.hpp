@@ -8,15 +8,16 @@
 
 namespace freeflex {
 
-/// Holds the free motion exp(s t) of one elastic mode. Here s is an eigenvalue of the damped equations,
-/// namely the one that belongs to the mode (THEORY 8.42, 8.44). The body does not rotate, wheels spin as at
-/// the start, and constant followers are the only loads.
+/// Holds the free motion exp(s t) of one elastic mode. Here s is the eigenvalue of the damped equations that
+/// belongs to the mode (THEORY 8.42, 8.44). The body does not rotate, wheels spin as at the start, and
+/// constant followers are the only loads.
 struct DampedMode {
   bool is_known = true;    // false: the eigenvalue was not found, and all other values are zero
   double frequency = 0.0;  // [rad/s] |Im s|; 0: the mode does not oscillate
   double rate = 0.0;       // [1/s] -Re s; of two real eigenvalues, the slower one; negative: the mode grows
-  // [-] The damping ratio -Re s / |s|. If there are two real eigenvalues, this is their mean over their
-  // geometric mean, negated, or -1 if one of them grows. If s is zero, this is zero.
+  // [-] The damping ratio -Re s / |s|. If the mode has two real eigenvalues, the ratio is minus their
+  // arithmetic mean over their geometric mean, or -1 if one of them is positive. If s is zero, the ratio is
+  // zero.
   double ratio = 0.0;
   // [-] error of the split step in a tick, over the change that damping makes in a tick   (THEORY 8.45)
   double step_error = 0.0;
@@ -39,7 +40,7 @@ bool couples_modes(const Plan& plan);
 FreeMotion free_motion(const Plan& plan);
 
 /// Returns the largest growth rate that constant followers cause among the 128 lowest modes [1/s]. Returns 0
-/// if no mode grows, if one grows as fast without followers, or if the coupling is not known.
+/// if no mode grows, if the fastest growth is the same without followers, or if the coupling is not known.
 double growth_by_followers(const Plan& plan);
 
 }  // namespace freeflex

@@ -13,11 +13,12 @@ namespace freeflex {
 namespace {
 
 // [-] Relative difference below which frequencies are equal. This difference is the stated accuracy of the
-// frequencies, but at least kEqual, the rounding error that splits a pair, and at most kMostEqual, a
-// difference that shows after 1e9 radians.
+// frequencies, but at least kEqual, the rounding error that splits a pair of equal frequencies, and at most
+// kMostEqual, a difference that changes the phase by 1 rad after 1e9 rad.
 constexpr double kEqual = 1e-12, kMostEqual = 1e-9;
 
-// Returns the two axes in the plane to which commands are bound, or all three axes.
+// Returns the two axes in the plane to which commands are bound, or all three axes if commands are not bound
+// to a plane.
 std::vector<Eigen::Vector3d> command_axes(const MotionScope& scope) {
   if (!scope.binds_plane)
     return {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()};
@@ -25,8 +26,9 @@ std::vector<Eigen::Vector3d> command_axes(const MotionScope& scope) {
   return {first, scope.normal.cross(first)};
 }
 
-// Returns matrices that span all rotations of the vectors of a load into body axes. There are nine matrices,
-// two for rotations about a normal, or one (THEORY 14.1).
+// Returns matrices that span all rotations of the vectors of a load into body axes. There is one matrix if
+// the load is in body axes or the body does not rotate, two if the body rotates only about the normal, and
+// nine otherwise (THEORY 14.1).
 std::vector<Eigen::Matrix3d> load_rotations(const Load& load, const MotionScope& scope) {
   if (load.axes == Axes::kBody) return {Eigen::Matrix3d::Identity()};
   const Eigen::Matrix3d start = scope.R_WB.transpose();
@@ -97,8 +99,8 @@ void add_commands(const Scene& scene, const MotionScope& scope, Directions& dire
   }
 }
 
-// Adds the forces m_i S r_i, for the six matrices S of a field or for the one S of a spin about the normal
-// (THEORY 8.14, 8.16).
+// Adds the forces m_i S r_i, for the one matrix S of a spin about the normal if the motion is planar,
+// otherwise for six matrices S that span all fields (THEORY 8.14, 8.16).
 void add_fields(const Scene& scene, const Structure& structure, const MotionScope& scope,
                 Directions& directions) {
   const bool spins = scope.takes_spin_load && scope.has_rotation;
@@ -174,8 +176,8 @@ Eigen::MatrixXd excitability_rows(const Scene& scene, const Structure& structure
                                   const InitialModes& initial) {
   const Eigen::SparseMatrix<double> forces = load_directions(scene, structure, scope);
   Eigen::MatrixXd rows(forces.cols() + 2, structure.omega.size());
-  // If the set of modes is complete, the square of a load, rigid motions included, is sum_i M f_ki^2 / m_i
-  // (THEORY 4.3).
+  // If the set of modes is complete, the squares of the components of a load on the modes and on the rigid
+  // motions sum to sum_i M f_ki^2 / m_i (THEORY 4.3).
   Eigen::VectorXd inverse_mass(forces.rows());
   for (Eigen::Index i = 0; i < inverse_mass.size(); ++i)
     inverse_mass[i] = 1.0 / scene.points[static_cast<std::size_t>(i / 3)].mass;

@@ -16,10 +16,10 @@ namespace freeflex {
 /// mode shapes   (THEORY 14.2).
 inline constexpr double kLeastExcitability = 1e-11;
 
-/// Returns the excitability of the modes (loads x n), a row for each force k that a command, history, field
-/// or feedback can exert: chi_kl = sum_i f_ki . b_il / sqrt(sum_i M f_ki . f_ki / m_i)   (THEORY 14.1). Two
-/// further rows are the initial q and q_dot, each divided by its norm. If the scope binds commands, only
-/// commands within the scope are included.
+/// Returns the excitability of the modes ((loads + 2) x n), with a row for each force k that a command,
+/// history, field or feedback can exert: chi_kl = sum_i f_ki . b_il / sqrt(sum_i M f_ki . f_ki / m_i)
+/// (THEORY 14.1). Two further rows are the initial q and q_dot, each divided by its norm. If the scope binds
+/// commands, only commands within the scope are included.
 Eigen::MatrixXd excitability_rows(const Scene& scene, const Structure& structure, const MotionScope& scope,
                                   const InitialModes& initial);
 
@@ -33,14 +33,15 @@ Eigen::SparseMatrix<double> load_directions(const Scene& scene, const Structure&
                                             const MotionScope& scope);
 
 /// Returns the structure with modes of equal frequency rotated among themselves so that as few as possible
-/// are excited: chi_c = U Sigma Y^T, b_c <- b_c Y   (THEORY 14.3). Frequencies are equal if they agree within
-/// their accuracy (1e-12 to 1e-9) and have equal damping. Mechanisms and modes that the scene names are not
-/// rotated. If no modes are rotated, returns the given structure.
+/// are excited: chi_c = U Sigma Y^T, b_c <- b_c Y   (THEORY 14.3). Modes are treated as modes of equal
+/// frequency if their frequencies agree within the accuracy of frequencies (1e-12 to 1e-9) and their damping
+/// is equal. Mechanisms and modes that the scene names are not rotated. If no modes are rotated, returns the
+/// given structure.
 std::shared_ptr<const Structure> align_modes(const Scene& scene, const Eigen::MatrixXd& excitability,
                                              std::shared_ptr<const Structure> shared, InitialModes& initial);
 
-/// Returns the excited modes, ascending. A mode is excited if max_k |chi_kl| > 1e-11 or if a dashpot couples
-/// it to an excited mode (THEORY 14.2).
+/// Returns the indices of the excited modes in ascending order. A mode is excited if max_k |chi_kl| > 1e-11
+/// or if a dashpot couples it to an excited mode (THEORY 14.2).
 std::vector<int> excited_modes(const Eigen::MatrixXd& excitability, const Structure& structure);
 
 }  // namespace freeflex

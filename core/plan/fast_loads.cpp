@@ -12,12 +12,14 @@
 namespace freeflex {
 namespace {
 
-// [cycles/tick] Largest frequency of a sine. A sine of n ticks per cycle that is linear from tick to tick is
-// too small by (pi / n)^2 / 3. For 13 ticks this is 2 %   (THEORY X144).
+// [cycles/tick] Largest frequency at which a sine is resolved. If a sine of n ticks per cycle is taken as
+// linear from tick to tick, its amplitude is too small by the fraction (pi / n)^2 / 3. For 13 ticks this is
+// 2 % (THEORY X144).
 constexpr double kMostCycles = 1.0 / 13.0;
 
 // Returns true if an image frequency of a sine excites a mode. A sine of frequency f that is linear from tick
-// to tick also has components at k rate -+ f, of relative size (f / (k rate -+ f))^2   (THEORY X144).
+// to tick also has components at k rate -+ f, whose amplitudes are (f / (k rate -+ f))^2 of that of the sine
+// (THEORY X144).
 bool meets_image(double frequency, const Plan& plan) {
   // [-] Largest error, as a fraction of the quasi-static response, with which a verdict is `good`. Without
   // damping, a sine at the distance `apart` [Hz] from a mode is amplified by mode / (2 apart).
@@ -33,15 +35,15 @@ bool meets_image(double frequency, const Plan& plan) {
   });
 }
 
-// Returns true if a table has a kink between ticks. Linear interpolation between ticks cuts the kink off, so
-// a rise over n ticks has an error of up to 1 / (4 n) of its height within a tick. For ten ticks this is 2.5
-// %.
+// Returns true if a table has a kink between ticks at an end of a rise or fall that takes less than ten
+// ticks, or a jump. Linear interpolation between ticks cuts the kink off, so a rise over n ticks has an error
+// of up to 1 / (4 n) of its height within a tick. For ten ticks this is 2.5 %.
 bool bends_between_ticks(const PlanHistory& table, double period) {
   constexpr double kClose = 10.0, kOnTick = 1e-6;  // [ticks]
   for (std::size_t k = 1; k < table.times.size(); ++k) {
     const double begin = table.times[k - 1] / period, end = table.times[k] / period;
     const auto is_between = [](double tick) { return std::abs(tick - std::round(tick)) > kOnTick; };
-    // two rows at a distance of less than a tick are a jump, whether or not they are on ticks
+    // two rows less than a tick apart are a jump, whether or not they are on ticks
     if (table.values[k] != table.values[k - 1] && end - begin < kClose &&
         (is_between(begin) || is_between(end) || end - begin < 1.0 - kOnTick))
       return true;

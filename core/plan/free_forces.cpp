@@ -13,8 +13,8 @@ namespace {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// [-] principal moment over the largest one, below which the body has no inertia about the axis and does not
-// rotate about it
+// [-] The body is taken to have no inertia about a principal axis, and does not rotate about it, if the
+// principal moment is at most this fraction of the largest.
 constexpr double kNoInertia = 1e-12;
 
 Eigen::Vector3d vector(const Vec3& v) { return {v[0], v[1], v[2]}; }
@@ -23,7 +23,7 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   return (Eigen::Matrix3d() << 0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0).finished();
 }
 
-// Returns the columns of three rows of a plan that belong to modes.
+// Returns the columns of the modes, without the padding, from three rows of a plan.
 Eigen::MatrixXd three_rows(const double* rows, const Plan& plan) {
   return Eigen::Map<const RowMatrix>(rows, 3, plan.num_padded).leftCols(plan.num_elastic);
 }
@@ -44,8 +44,8 @@ struct Kind {
     }
   }
 
-  // Sets a column to zero if it is a rounding error compared with the largest column of its block. Otherwise
-  // such columns would give a mechanism a stiffness.
+  // Sets a column to zero if it is a rounding error compared with the largest column of its block. If it were
+  // kept, such a column could give a mechanism a stiffness.
   void drop_rounding() {
     for (Eigen::MatrixXd* rows : {&out, &by_q, &by_q_dot}) {
       if (rows->size() == 0) continue;
@@ -97,9 +97,9 @@ Eigen::MatrixXd body_rotations(const Plan& plan) {
   return rotations;
 }
 
-// Adds the torque of a wheel to first order, -h (theta' + w) x a   (THEORY 8.47): n_1 and n_2 = a x n_1 are
-// unit vectors normal to the axis. The torque gives the columns eta_1, eta_2 in out, and the rows -h eta_2
-// and h eta_1 in by_q_dot   (THEORY 8.48).
+// Adds the torque of a wheel to first order, -h (theta' + w) x a (THEORY 8.47). Let n_1 and n_2 = a x n_1 be
+// unit vectors normal to the axis a, and eta_k the rotation about n_k by each mode and body axis. The torque
+// then gives the rows eta_1, eta_2 in out, and the rows -h eta_2 and h eta_1 in by_q_dot (THEORY 8.48).
 void add_wheel(const Plan& plan, const PlanWheel& wheel, const Eigen::MatrixXd& body, Kind& forces) {
   const Eigen::Vector3d a = vector(wheel.axis), one = a.unitOrthogonal(), other = a.cross(one);
   Eigen::MatrixXd rotation(3, plan.num_elastic + body.cols());

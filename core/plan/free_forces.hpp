@@ -9,8 +9,8 @@
 
 namespace freeflex {
 
-/// Holds the forces that couple the modes. If wheels couple the body's angular velocity with the modes, it is
-/// included. The columns are the modes of the plan, then the principal axes of the body, scaled so that the
+/// Holds the forces that couple the modes. The body's angular velocity is included if wheels couple it with
+/// the modes. The columns are the modes of the plan, then the principal axes of the body, scaled so that the
 /// generalized mass of each is the mass of the body.
 struct FreeForces {
   Eigen::MatrixXd out;             // [1/kg] acceleration per unit of force (forces x (n + num_body))

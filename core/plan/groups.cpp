@@ -34,8 +34,8 @@ PlanBodyRotation rotation_of_body(const Scene& scene, const Structure& structure
   return rotation;
 }
 
-// Returns the same rows for a mass of a link. This mass is the last particle of the plan. It is a point, so
-// its rows of rotation are zero.
+// Returns the rotation rows of a mass of a link, which is the last particle of the plan. Such a mass is a
+// point, so its rotation rows are zero.
 PlanBodyRotation rotation_of_link_mass(const Plan& plan) {
   PlanBodyRotation rotation;
   rotation.first = static_cast<std::int32_t>(plan.particles.all.size()) - 1;
@@ -77,7 +77,8 @@ class GroupMasses {
   }
 
  private:
-  // Returns true if the particles were not in the plan before.
+  // Adds the indices of particles to `masses`, and the particles to the plan unless they are in it. Returns
+  // true if at least one of the particles was not in the plan.
   bool add(const std::vector<std::size_t>& particles, std::vector<std::int32_t>& masses) {
     bool are_new = false;
     for (const std::size_t p : particles) {

@@ -13,13 +13,14 @@
 namespace freeflex {
 namespace {
 
-// [-] Growth of an amplitude in a tick that exceeds rounding error, for the exact step and for the split
-// step. If there are mechanisms, eigenvalues of the split step are double, and their accuracy is only the
-// square root of the rounding error.
+// [-] Growth of an amplitude in a tick above which the growth is not a rounding error, for the exact step and
+// for the split step. If there are mechanisms, eigenvalues of the split step are double, and their accuracy
+// is only the square root of the rounding error.
 constexpr double kExactGrowth = 1e-9;
 constexpr double kSplitGrowth = 1e-7;
 
-// [-] Splitting may add this growth in a tick. An amplitude then doubles in 70,000 ticks.
+// [-] Growth of an amplitude in a tick above which the growth is an error. At this growth, an amplitude
+// doubles in 70,000 ticks.
 constexpr double kHarmless = 1e-5;
 
 // The largest number of modes whose eigenvalues are computed. This computation takes some seconds.
@@ -36,8 +37,8 @@ double stepped_growth(const SplitStep& step) {
   std::mt19937_64 engine(1);
   std::normal_distribution<double> normal;
   Eigen::MatrixXd y = Eigen::MatrixXd::NullaryExpr(2 * step.num_modes(), 1, [&] { return normal(engine); });
-  // mean logarithms of the size of the motion over the second and the last quarter of the steps. The two
-  // means are half of the steps apart.
+  // mean logarithms of the size of the motion over the second and over the last quarter of the steps. Half of
+  // all steps lie between the middles of these two quarters.
   double log_size = 0.0, early = 0.0, late = 0.0;
   const int quarter = num_steps / 4;
   for (int k = 0; k < 4 * quarter; ++k) {
@@ -159,7 +160,7 @@ void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
       rate, " Hz this makes a motion grow by a factor of ", growth, " a tick: ",
       enough > 0.0 ? join_text("raise the rate to ", enough, " Hz, or use smaller gains")
                    : "use smaller gains");
-  // If a growth is too small to show in any run, it gives only a warning.
+  // A growth of at most kHarmless is only a warning.
   growth > 1.0 + kHarmless ? add_error(faults, origin, what) : add_warning(faults, origin, what);
 }
 

@@ -18,7 +18,7 @@ constexpr double kOnTick = 1e-6;
 // ticks miss the sine by more than 3 % of its amplitude.
 constexpr double kTicksPerCycle = 13.0;
 
-// [-] fraction of a torque that a group cannot support, above which it is an error
+// [-] largest fraction of a torque that a group may be unable to support without an error
 constexpr double kIdleTorque = 1e-9;
 
 void check_torque(const Scene& scene, const Plan& plan, const Load& load, const WrenchLoad& wrench,
@@ -122,7 +122,8 @@ void compile_histories(const Scene& scene, const Structure& structure, Plan& pla
     PlanHistory history;
     history.name = load.name;
     set_kind(load.history, history);
-    // For local axes, this sets the pattern of the load in body axes and the rotation rows of its followers.
+    // A load in local axes has the pattern of the same load in body axes and, in addition, rotation rows for
+    // its followers.
     history.pattern = build_pattern(plan, sums_of(load, plan));
     history.followers = followers(load, structure, plan);
     if (load.axes == Axes::kLocal)
@@ -151,7 +152,7 @@ void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults) {
   for (std::size_t k = 0; k < plan.histories.size(); ++k) {
     const PlanHistory& history = plan.histories[k];
     const std::string who = "load " + quoted(history.name, static_cast<int>(k));
-    // the step takes loads as linear within a tick, so it applies a different load if the sine is faster
+    // the step takes loads as linear within a tick, and straight lines are too far from a faster sine
     const double slowest = 1.0 / (kTicksPerCycle * plan.period);
     if (history.kind == PlanHistory::Kind::kSine && history.frequency > slowest)
       add_warning(

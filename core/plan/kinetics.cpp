@@ -29,8 +29,8 @@ Eigen::MatrixXd along(const Eigen::MatrixXd& shapes, int axis) {
   return shapes(Eigen::seq(axis, Eigen::last, 3), Eigen::all);
 }
 
-// Fills the tables over pairs of modes k, l (THEORY 12.48), including the second-order displacement of bodies
-// (THEORY 12.47):
+// Fills the tables over pairs of modes k, l (THEORY 12.48), including the second-order displacement g_kl of
+// bodies (THEORY 12.47):
 //   X_kl = sum m b_k x b_l, G_kl = sum m r x g_kl,
 //   Z_kl,ab = sum m (b_k,a b_l,b + r_a g_kl,b), symmetric in a and b.
 class Tables {

@@ -26,7 +26,7 @@ bool keeps(const Scene& scene, Feature which) {
 }
 
 // Returns true if commands push all points in all directions. Such commands excite all modes, so the
-// excitability is not needed. It takes long to compute in large scenes.
+// excitability, which takes long to compute in large scenes, is not needed.
 bool excites_all(const Scene& scene, const MotionScope& scope) {
   const std::set<int> pushed(scene.pushable.begin(), scene.pushable.end());
   return !scope.binds_plane && pushed.size() == scene.points.size();
@@ -175,7 +175,7 @@ class Unneeded {
   const Scene& scene_;
   const Plan& full_;
   ReducedSpec reduced_;
-  bool was_planar_ = false;  // planar motion, before keep_requested_features
+  bool was_planar_ = false;  // true: the motion was planar before keep_requested_features
 };
 
 }  // namespace

@@ -47,8 +47,8 @@ std::vector<PlanFeature> report_on_full_plan(const Scene& scene, Fidelity rung, 
 ReducedSpec leave_out_unneeded(const Scene& scene, const Structure& structure, const PlanSpec& spec,
                                const Plan& full);
 
-/// Omits small modes in addition   (THEORY 14.10). If there are no small modes, returns false and leaves the
-/// spec unchanged.
+/// Omits small modes from `reduced`, in addition to what it already omits (THEORY 14.10). If there are no
+/// small modes, returns false and leaves the spec unchanged.
 /// \param plan  The plan compiled from reduced.spec. The function steps this plan over the horizon.
 bool leave_out_small_modes(const Scene& scene, const Plan& plan, ReducedSpec& reduced);
 

@@ -88,7 +88,8 @@ void warn_of_massless_loads(const Scene& scene, Faults& faults) {
           "full load. Give a mass to the point, or mass to its links"));
 }
 
-// Reports requests that need all modes, if only the lowest modes of the structure are kept.
+// Warns if no mode of the structure is kept. Adds an error if the rung needs all modes but only the lowest
+// are kept.
 void check_kept(const Scene& scene, const Structure& structure, Faults& faults) {
   if (scene.modes.below > 0.0 && structure.omega.size() == 0)
     add_warning(faults, scene.modes.origin,
@@ -156,7 +157,8 @@ std::optional<Plan> compile_without_small_modes(const Scene& scene, const Struct
   return plan;
 }
 
-// Returns the full plan of a spec, and reports its faults.
+// Returns the full plan of a spec, and reports the faults of its motion at `rate` [Hz]. If `rate` is 0, this
+// is the rate of the scene.
 std::optional<Plan> compile_full(const Scene& scene, const Structure& structure, const PlanSpec& spec,
                                  double rate, Faults& faults) {
   std::optional<Plan> plan = compile(scene, structure, spec, faults);

@@ -16,8 +16,8 @@ namespace {
 constexpr Eigen::Index kImpulses = 12;
 constexpr long double kSmallImpulse = 0x1p-12L;  // [-] scaled size of the rows of impulses
 
-// Up to this number of coupling forces, the weights are computed with 64-bit mantissas. More forces would
-// take seconds.
+// Up to this number of coupling forces, the weights are computed with 64-bit mantissas. With more forces,
+// such weights would take seconds.
 constexpr Eigen::Index kMaxExtendedForces = 96;
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -27,7 +27,7 @@ Rows rows_of(const Array& array, Eigen::Index num_rows, const Plan& plan) {
   return {array.data(), num_rows, plan.num_padded};
 }
 
-// Returns the columns of rows of a plan that belong to modes.
+// Returns the columns of the modes, without the padding, from rows of a plan.
 Eigen::MatrixXd modal(const Array& array, Eigen::Index num_rows, const Plan& plan) {
   return rows_of(array, num_rows, plan).leftCols(plan.num_elastic);
 }

@@ -11,8 +11,9 @@ namespace freeflex {
 inline constexpr double kUncoupled = 1e-13;
 
 /// Largest number of coupled modes that are advanced by their matrix exponential (THEORY 8.34). The
-/// exponential takes 8 n_mixed^2 operations per tick, some 15 us for this many modes. More modes are advanced
-/// by splitting (THEORY 8.38), whose cost grows with n times the number of dashpots.
+/// exponential takes 8 n_mixed^2 operations per tick for n_mixed coupled modes, some 15 us for this many.
+/// More modes are advanced by splitting (THEORY 8.38), whose cost grows with the number of modes times the
+/// number of coupling forces.
 inline constexpr int kMaxExactModes = 96;
 
 /// Fills plan.feedbacks and plan.modal_coupling except for the values that depend on the period. Dashpots
@@ -21,7 +22,7 @@ inline constexpr int kMaxExactModes = 96;
 /// points of the plan are filled
 void compile_modal_coupling(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
-/// Returns the modes on which a dashpot or a feedback acts or to which it responds, ascending.
+/// Returns the modes on which a dashpot or a feedback acts or whose motion it senses, in ascending order.
 std::vector<std::int32_t> coupled_modes(const Plan& plan);
 
 /// Holds the forces of dashpots and feedback on the modes, for a motion without loads:
@@ -41,9 +42,11 @@ std::size_t set_modal_coupling_path(Plan& plan);
 /// Sets the values of plan.modal_coupling that depend on the period   (THEORY 8.34, 8.37, 8.40).
 void set_modal_coupling_period(Plan& plan);
 
-/// Warns if feedback makes a motion grow without bound. Adds an error if only the split step makes it grow
-/// (THEORY 8.38), because the rate is too low for a gain. With 256 modes or more, growth by less than some
-/// 1e-3 per tick may be missed.  \pre set_modal_coupling_period was called
+/// Warns if feedback makes a motion grow without bound. Adds an error if only the split step makes a motion
+/// grow (THEORY 8.38), because the rate is then too low for a gain. This error becomes a warning if the
+/// growth is at most 1e-5 per tick. With more than 256 modes, growth is found by stepping, and growth by less
+/// than 1e-4 to 2e-2 per tick may be missed. The number is larger for plans of more modes and coupling
+/// forces.  \pre set_modal_coupling_period was called
 void check_growth(const Scene& scene, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex

@@ -24,8 +24,8 @@ std::string name_of_load(const Scene& scene, const Load& load) {
 
 // Returns the normal of points that lie in a plane within 64 rounding errors (THEORY 11.5). If the points lie
 // on a line, the normal is the direction of the spin component normal to the line. Without such a component,
-// it is normal to the line and to the first load or initial displacement that is not along the line. If the
-// points do not lie in a plane, returns zero.
+// it is normal to the line and to the first load, initial displacement or initial velocity that is not along
+// the line. If the points do not lie in a plane, returns zero.
 Eigen::Vector3d plane_normal(const MassProperties& body, const Eigen::Vector3d& spin,
                              const std::vector<Eigen::Vector3d>& directions) {
   if (body.rigid_freedoms == 3) return Eigen::Vector3d::Zero();

@@ -13,14 +13,14 @@ namespace freeflex {
 /// cause (THEORY 14.4, 14.5).
 struct MotionScope {
   bool has_rotation = true;    // false: nothing rotates the body, so its attitude stays the initial one
-  bool is_planar = false;      // true: points, loads and spin lie in one plane, and so the motion stays in it
+  bool is_planar = false;      // true: points and loads are in one plane, and the spin is normal to it
   std::string why_rotates;     // what may rotate the body, or the reason why nothing rotates it
   std::string why_not_planar;  // what may leave the plane; empty if the motion is planar
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // [-] normal of the plane, body axes
   Eigen::Matrix3d R_WB = Eigen::Matrix3d::Identity();  // initial attitude
   bool takes_spin_load = false;  // true: the spin loads the modes on this rung   (THEORY 8.14)
-  // If true, the body does not rotate, or stays in the plane, only because commands that would change this
-  // are rejected.
+  // binds_rotation is true if commands could rotate the body and are rejected if they would. binds_plane is
+  // true if commands could move the body out of the plane and are rejected if they would.
   bool binds_rotation = false, binds_plane = false;
 };
 

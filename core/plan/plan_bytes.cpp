@@ -441,8 +441,8 @@ class Reader {
     }
   }
 
-  // An element takes at least one byte, and a number takes its size. A false count is therefore found before
-  // memory is allocated.
+  // An element takes at least one byte, and a number takes its size. A count that the remaining bytes cannot
+  // hold is therefore found before memory is allocated.
   template <typename Sequence>
   void sequence(Sequence& values) {
     using T = typename Sequence::value_type;

@@ -66,7 +66,7 @@ class PlanCheck {
     require(std::all_of(values.begin() + plan_.num_elastic, values.end(), [](double v) { return v == 0.0; }),
             what + " is not zero in the padding");
   }
-  // Requires rows of one value per mode.
+  // Requires finite rows of num_padded values each.
   void require_rows(const Array& values, std::size_t num_rows, const std::string& what) {
     require(values.size() == num_rows * num_padded(), what + " have the wrong size");
     require(are_finite(values), what + " are not finite");

@@ -14,8 +14,8 @@ namespace freeflex {
 /// mass > 0
 void set_mode(Propagator& propagator, int index, double omega, double decay, double period, double mass);
 
-/// Replaces the lanes by lanes without damping. These have only five sixths of the coefficients, because P_vv
-/// = P_qq.
+/// Replaces the lanes by lanes without damping. A lane without damping has only five sixths of the
+/// coefficients, because P_vv = P_qq.
 /// \pre no mode has decay
 void drop_damping(Propagator& propagator);
 

@@ -13,8 +13,8 @@
 namespace freeflex {
 namespace {
 
-// [-] generalized force of a mechanism, over the largest generalized force, below which it is a rounding
-// error
+// [-] a generalized force of a mechanism that is at most this fraction of the largest generalized force is a
+// rounding error
 constexpr double kDriven = 1e-9;
 
 constexpr Mat3 kNoRotation{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};

@@ -17,8 +17,8 @@ namespace {
 // [rad] The largest phase of a mode in a substep of a shadow that resolves the mode. With this limit,
 // estimates are 1.25 times the true error (budget_test).
 constexpr double kSubstepPhase = 1.0;
-// [1/s] Largest number of substeps per second for up to kFewModes modes, some 15 us each. With more modes the
-// limit is lower, because a substep costs more.
+// [1/s] Largest number of substeps per second of simulated time for up to kFewModes modes. A substep then
+// takes some 15 us. With more modes the limit is lower, because a substep costs more.
 constexpr double kMaxSubstepRate = 16384.0, kFewModes = 64.0;
 
 }  // namespace

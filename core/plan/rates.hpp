@@ -13,7 +13,8 @@ namespace freeflex {
 /// ticks of histories, and substeps.  \pre rate finite, > 0
 void set_rate(Plan& plan, double rate);
 
-/// Returns the number of substeps per tick that resolve the vibration. It is the smallest power of two n with
+/// Returns the number of substeps per tick that resolve the vibration. It is n_max or, if smaller, the
+/// smallest power of two n with
 ///   omega_l h / n <= 1 for all modes with omega_l h <= n_max, omega_max h / n <= 1000,
 ///   n_max = 16384 h / max(1, num_modes / 64)^2, rounded down to a power of two   (THEORY 12.22).
 /// A step that does not resolve the vibration misses the effect of the spin on the vibration.

@@ -8,7 +8,7 @@ namespace freeflex {
 
 /// Fills plan.coupled except for the values that depend on the period. Adds an error for acceleration
 /// feedback, for rigid links in combination with true bars, and if the modes of a collinear shape do not let
-/// it rotate about its line.
+/// the points rotate about their line.
 /// \pre the modes, points and modal coupling of the plan are filled, and the plan's rung is coupled or above
 void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, Plan& plan,
                      Faults& faults);
@@ -20,13 +20,12 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
 inline constexpr double kMaxBarPhase = 1000.0;
 
 /// Largest rate of dashpots and feedback times a substep [-], sigma h / n_sub <= 1   (THEORY 12.32). Dashpots
-/// and feedback act stage by stage. The classical method is stable up to 2.5 for such rates, and its order is
-/// 4.
+/// and feedback act stage by stage. The classical Runge-Kutta method is stable up to 2.5, and its order is 4.
 inline constexpr double kMaxStagePhase = 1.0;
 
 /// Largest phase of the fastest rate in a substep of the rung `full` [rad], max(omega_n, sigma) h / n_sub <=
-/// 1/2 (THEORY 12.29). With this limit, the error of the method of order 4 is below 1e-6
-/// (tests/motion/full_rung_test).
+/// 1/2 (THEORY 12.29). With this limit, the elastic error of the trusses in tests/motion/full_rung_test is
+/// below 1e-6.
 inline constexpr double kFullPhase = 0.5;
 
 /// Largest rotation of the body in a substep of the coupled rungs, at the rate of rotation at the start [rad]

@@ -173,7 +173,8 @@ class Choice {
   const PeakAmplitudes& peaks() const { return peaks_; }
   bool has_asked() const { return sizes_.rows() > 0; }
 
-  // Returns the largest set of modes, smallest first, that satisfies both conditions of (THEORY 14.10).
+  // Returns as many modes as satisfy both conditions of (THEORY 14.10) together, taken in the order of their
+  // contributions from the smallest on. The returned indices are ascending.
   std::vector<int> left_out() const {
     std::size_t fits = 0, fails = order_.size() + 1;
     while (fails - fits > 1) {

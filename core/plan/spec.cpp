@@ -32,7 +32,8 @@ PlanSpec unpublished_spec(const Scene& scene, const Structure& structure, Fideli
   spec.has_every_row = true;
   spec.publishes_links = false;
   spec.is_judged = false;
-  // if only the rate were raised, the number of substeps per second would stay the same
+  // a rung that divides the tick would make fewer substeps per tick at the higher rate, so the largest phase
+  // in a substep is reduced too
   if (traits_of(rung).divides_tick) spec.substep_phase /= substeps;
   return spec;
 }

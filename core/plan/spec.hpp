@@ -15,8 +15,8 @@ struct InitialModes {
   Eigen::VectorXd q, q_dot;
 };
 
-/// Specifies the plan that compile() makes. From the scene, compile() reads only values that do not depend on
-/// these members.
+/// Specifies the plan that compile() makes. What these members decide, compile() reads only here and not from
+/// the scene.
 struct PlanSpec {
   Fidelity rung = Fidelity::kSeparated;
   double rate = 0.0;            // [Hz]
@@ -27,8 +27,8 @@ struct PlanSpec {
   bool publishes_links = true;  // true: the plan has the forces of the links that the scene publishes
   bool is_judged = true;        // true: the plan has tables for the verdict, because its motion is published
   double substep_phase = 0.0;   // [rad] largest phase in a substep, on rungs that divide the tick
-  // The features that change the operations of the step, and the scope of commands if such features are
-  // omitted.
+  // Features that change the operations of the step. If any of them is omitted, `scope` says which commands
+  // the plan then supports.
   bool has_damping = true, has_gravity = true, has_rotation = true;
   CommandScope scope;
   // omitted modes whose quasi-static response to loads is included in link forces   (THEORY 14.11)

@@ -10,8 +10,8 @@ namespace freeflex {
 InitialModes initial_modes(const Scene& scene, const Structure& structure);
 
 /// Reports those errors and warnings on the initial state that apply to every rung. The causes are rigid
-/// motion in the displacements of points, a spin that the body cannot have, and an attractor that is too
-/// near.
+/// motion in the displacements of points, a spin that the body cannot have, wheels and torques that cannot
+/// rotate the body, and an attractor that is too near.
 void check_start(const Scene& scene, const Structure& structure, Faults& faults);
 
 /// Warns of a spin that is too fast for the equations of a rung.

@@ -151,10 +151,10 @@ Products push_row(const std::vector<RotatingBody>& bodies, int l, int u) {
   return row;
 }
 
-// Returns a bound of the displacement by the spin, over w^2 [m s^2], for masses on inner coordinates. Such
-// coordinates belong to no point. By Cauchy's inequality this bound is the root of the sum over modes of (M -
-// sum m b.b) S / (M omega_l^2)^2. The inner sum is over particles, and S is the second moment of mass of the
-// rigid body about its first point   (THEORY X143).
+// Returns a bound of the displacement by the spin, over w^2 [m s^2], for masses on the inner coordinates of
+// matrix links, which belong to no point. By Cauchy's inequality this bound is the root of the sum over modes
+// of (M - sum m b.b) S / (M omega_l^2)^2. The inner sum is over particles, and S is the second moment of mass
+// of the rigid body about its first point   (THEORY X143).
 double inner_load(const Scene& scene, const Structure& whole, const std::vector<int>& modes) {
   double moment = 0.0;
   for (const Link& link : scene.links)

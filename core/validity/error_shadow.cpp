@@ -51,8 +51,8 @@ ErrorShadow::ErrorShadow(const Plan& plan) : plan_(plan) {
     const double omega = plan.omega[c], decay = plan.decay[c], M = plan.mass;
     const Free whole = free_over(omega, decay, h);
     Tick tick{whole, free_over(omega, decay, 0.5 * h), 0.5 * h * h / M, whole.from_rate / M};
-    // below 1e-5 rad, the quotient loses more digits than are lost by using only the first term of its
-    // series, h^2 / 2
+    // if the phase in a tick is below 1e-5 rad, the quotient is less accurate than the first term of its
+    // series, h^2 / (2 M), which is therefore kept
     if (std::max(omega, decay) * h > 1e-5 && omega > 0.0)
       tick.by_force = (1.0 - whole.from_delta) / (M * omega * omega);
     ticks_.push_back(tick);
@@ -165,8 +165,8 @@ void ErrorShadow::add_fourth_order() noexcept {
   }
 }
 
-/// Adds a bound of the fourth-order force to F, as if all modes stretched the same links. It is used
-/// for plan files that do not contain the forms H_r   (THEORY X146).
+/// Adds a bound of the fourth-order force to F, as if all modes stretched the same links. The bound is used
+/// for plan files that do not contain the forms H_r (THEORY X146).
 void ErrorShadow::add_fourth_order_bound() noexcept {
   const Array& root = plan_.unmodelled.root_quartic;
   double all = 0.0;
@@ -356,7 +356,7 @@ void ErrorShadow::add_half_impulse(const Array& delta, bool is_second, Array& ra
 }
 
 void ErrorShadow::settle(const MotionState& state) noexcept {
-  constexpr int kRounds = 8;  // if half of the stiffness is neglected, an error of 0.5 % remains
+  constexpr int kRounds = 8;  // if the rung neglects half of the stiffness, an error of 0.5 % remains
   std::fill(delta_.begin(), delta_.end(), 0.0);
   std::fill(rate_.begin(), rate_.end(), 0.0);
   std::fill(v_.begin(), v_.end(), 0.0);

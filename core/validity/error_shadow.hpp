@@ -19,10 +19,10 @@ class ErrorShadow {
   /// errors of all modes are advanced.
   std::size_t size() const noexcept { return ticks_.size(); }
   void clear() noexcept;
-  /// Sets the stiffness between two modes that the rung neglects [N/m], without the part that depends on the
-  /// displacements of the integrated modes.
+  /// Sets the part of the stiffness between two modes that the rung neglects [N/m], except for what depends
+  /// on the displacements of the integrated modes.
   void set_stiffness(std::size_t l, std::size_t u, double E) noexcept;
-  /// \param w  [rad/s] body axes  \param products  [1/s^2] products of its components, in the order of
+  /// \param w  [rad/s] body axes  \param products  [1/s^2] products of the components of w, in the order of
   /// PlanUnmodelled
   /// \param wheels  [N m s] (num_wheels) momenta of the wheels
   void set_spin(const Vec3& w, const std::array<double, 6>& products,

@@ -12,7 +12,7 @@
 namespace freeflex {
 namespace {
 
-// The peak decays to 1 / e in this number of periods of the lowest elastic mode.
+// The peak of the displacement decays to 1 / e in this number of periods of the lowest elastic mode.
 constexpr double kFadingPeriods = 30.0;
 // [-] A ratio of displacement to size that is as small as this is a rounding error. Smaller displacements are
 // therefore judged as if the ratio had this value.
@@ -26,11 +26,11 @@ constexpr std::int64_t kReadsInHorizon = 8;
 // [rad] Error of the attitude by the step of the body. At the first value, displacements had an error of 4 %
 // in a measurement. At the second, the attitude is lost.
 constexpr double kGoodAttitudeError = 1e-3, kLostAttitudeError = 0.1;
-// [-] Rotation in a tick, over the rotation that the largest number of substeps resolves. Above half of this
-// ratio, loads may accelerate the body beyond this rotation within a tick.
+// [-] Rotation in a tick, over the rotation that the largest number of substeps resolves. Above a ratio of
+// one half, loads may speed up the body within the tick so that the rotation is no longer resolved.
 constexpr double kGoodRotation = 0.5, kMostRotation = 1.0;
-// [-] Size of the body over its distance from an attractor. The first neglected term is this fraction of the
-// gradient.
+// [-] Size of the body over its distance from an attractor. The first neglected term of the attractor's field
+// is to the gradient term as this ratio.
 constexpr double kNearAttractor = 0.02;
 
 Verdict::Level grade(double value, double good, double most) {
@@ -309,7 +309,7 @@ void Judgement::judge(const State& state) noexcept {
     note(grade(own.displacement / size_ / displacement_room_, kGoodDisplacement, kMostDisplacement),
          Cause::kSize);
   }
-  // The verdict is not better than `watch`, because there is an unquantified error.
+  // If the error is above the limit only with its unquantified part, the verdict is `watch`.
   if (ratio(now_.error + now_.unquantified) > kGoodElastic) note(Level::kWatch, Cause::kUnquantified);
   // If modes were not kept, not even their quasi-static response is known.
   if (plan_.unmodelled.lacks_modes == LacksModes::kNotKept &&

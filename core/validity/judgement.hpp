@@ -47,8 +47,8 @@ struct Verdict {
   double error = 0.0;             // estimated error of the elastic displacement
   double unquantified = 0.0;      // order of magnitude of the unquantified error
   double displacement_now = 0.0;  // displacement at the present tick
-  // [m] The error is divided by this displacement. It is the present displacement, the tolerance or the
-  // decaying peak.
+  // [m] Displacement by which the error is divided. It is the tolerance or, without a tolerance, the decaying
+  // peak, but at least the present displacement.
   double scale = 0.0;
   double position = 0.0;    // [m] error of points in space by the reference solution, rms; 0: no budget
   double rate = 0.0;        // [Hz] rate that resolves the body's rotation; 0: the present rate resolves it
@@ -83,7 +83,7 @@ class Judgement {
   void take_steady(const State& state) noexcept;
   const Verdict& now() const noexcept { return now_; }
   /// Returns the worst verdict since the epoch began, or the first of several equally bad ones. If every
-  /// verdict was `good`, its tick is -1.
+  /// verdict was `good`, the tick of the returned verdict is -1.
   const Verdict& worst() const noexcept { return worst_; }
   double size() const noexcept { return size_; }  // [m] max |r|
 
@@ -108,7 +108,7 @@ class Judgement {
   // values for commands that excite omitted modes   (THEORY 14.9)
   double error_per_force_ = 0.0;  // [m/N]
   double command_fade_ = 1.0;     // [-] factor of decay over a tick
-  double commanded_ = 0.0;        // [N] largest sum of forces so far, decaying
+  double commanded_ = 0.0;        // [N] largest sum of commanded forces in the epoch, decaying
   std::int64_t epoch_ = -1, read_every_ = 1;
   double size_ = 0.0;                       // [m] max |r|
   double mass_extent_ = 0.0;                // [m] size of the mass, including the inertia of points
@@ -123,8 +123,8 @@ class Judgement {
   double velocity_error_ = 0.0, position_error_ = 0.0;
   double attractor_ratio_ = 0.0;  // [-] size of the body over its distance from the attractor
   double attitude_error_ = 0.0;   // [rad] error of the attitude by steps that are too long
-  // [-] largest ratio so far of the rotation in a tick to the rotation that the largest number of substeps
-  // resolves, and [Hz] the rate that resolves the rotation
+  // [-] largest ratio, since the epoch began, of the rotation in a tick to the rotation that the largest
+  // number of substeps resolves, and [Hz] the rate that resolves the rotation
   double rotation_ratio_ = 0.0, rate_for_rotation_ = 0.0;
   struct SpinCurvature {
     std::array<Vec3, 2> before{};    // [rad/s] spin at the last two ticks

@@ -18,7 +18,7 @@ constexpr std::size_t kMostProducts = 512, kMostOwnProducts = 2048;  // multipli
 // over acceleration / size (THEORY X143). The values are 3.05 and 3.0 for the lowest mode of a free beam.
 constexpr double kUnquantifiedSpin = 4.0, kUnquantifiedLoad = 4.0;
 // [-] The factor for forces that cancel. Such forces at the ends of a free beam need the factor 12.7, but
-// forces that accelerate the beam need only 3.
+// forces that accelerate the beam need only 3. The ratio of these two is 4.2.
 constexpr double kCancellingForces = 4.2;
 
 // [-] The plan is assumed to include this fraction of the geometric stiffness by followers. The rest is
@@ -192,7 +192,7 @@ void ModalErrors::take(const State& state) noexcept {
     const std::int64_t age = state.tick - state.epoch_start_tick;
     for (Follower& follower : followers_)
       follower.amplitude = age == 0 ? 0.0 : amplitude_left(*follower.history, plan_.period, age);
-    // rms over the mass, because a force on one light point accelerates that point strongly
+    // rms over the mass, because a force on one light point gives a large acceleration to that point alone
     const double pull = std::max(std::sqrt(loads), internal_forces(state, age)) + norm(state.force_W),
                  acceleration = pull / plan_.mass;
     const bool is_unquantified =
@@ -268,9 +268,9 @@ void ModalErrors::advance_higher_modes(const MotionState& state) noexcept {
   }
 }
 
-/// Applies a neglected stiffness over a step to the motion with its error. The effect is an impulse
-/// -i E_ll Re(a + D) h / (M omega_l) if steps resolve the vibration, otherwise a phase rotation by -omega_l
-/// e_l h / 2   (THEORY X142).
+/// Applies a neglected stiffness E_ll over a step to the amplitude a of a mode with its error D. If steps
+/// resolve the vibration, the stiffness gives an impulse -i E_ll Re(a + D) h / (M omega_l). Otherwise it
+/// rotates the phase by -omega_l e_l h / 2, where e_l is the relative stiffness (THEORY X142).
 void ModalErrors::apply_stiffness(std::size_t l, double stiffness) noexcept {
   const std::complex<double> motion = amplitudes_[l] + modes_[l].amplitude_error;
   const auto at = static_cast<std::size_t>(plan_.unmodelled.pairs[l][0]);
@@ -323,8 +323,8 @@ void ModalErrors::update_mode(std::size_t l, const MotionState& state) noexcept 
   stiffness += root * (1.5 * std::max(0.0, quartic_ - own) + 0.75 * own);
   const double change = stiffness * flexibility_[at];
   soften(change, static_cast<std::int32_t>(at), false);
-  // The ticks do not resolve this pulsation. If the relative stiffness pulsates by e, the growth rate is
-  // omega e / 4 (Mathieu).
+  // The steps do not resolve a stiffness that changes between two updates. If the relative stiffness pulsates
+  // by e, the growth rate is omega e / 4 (Mathieu).
   const double pulse = is_resolved(l) ? 0.0 : std::abs(stiffness - mode.stiffness) * flexibility_[at];
   mode.stiffness = stiffness;
   mode.steady = stiffness - dot(row, quasi_static_.data(), quasi_static_.size());
@@ -382,10 +382,11 @@ void ModalErrors::update_integrated(std::size_t l, const MotionState& state) noe
   update_unquantified(l, 0.0, state);
 }
 
-/// Returns a measure of the forces inside links with unknown internal forces [N], as an equivalent load that
-/// accelerates the body. Returns 0 without such links. Free vibration strains such links like loads do. Loads
-/// that cancel within rigid links excite no mode but reduce the stiffness more, so the measure is at least
-/// 4.2 (sum |f| - |sum f|)   (THEORY X143).
+/// Returns a measure of the forces inside links whose internal forces are unknown [N], or 0 without such
+/// links. The measure is the size of a load that accelerates the body and strains the links as much as the
+/// motion does. Free vibration strains such links like loads do. Loads that cancel within rigid links excite
+/// no mode, but they reduce the stiffness more than loads that accelerate the body, so the measure is at
+/// least 4.2 (sum |f| - |sum f|) (THEORY X143).
 double ModalErrors::internal_forces(const State& state, std::int64_t age) const noexcept {
   if (plan_.unmodelled.bodies.unquantified_factor.empty()) return 0.0;
   double strains = 0.0, sum = state.commands_size;

@@ -14,7 +14,7 @@ struct ModalErrorSize {
   double displacement = 0.0;  // [m] |V|
   double envelope = 0.0;      // [m] |V| with the amplitudes of the vibration instead of its values
   double error = 0.0;         // [m] estimated error
-  double unquantified = 0.0;  // [m] bound by order of magnitude of the unquantified error
+  double unquantified = 0.0;  // [m] order of magnitude of the unquantified error
   double second_order = 0.0;  // [m] part of `error` by second order in the displacements
   double softening = 0.0;     // [-] largest relative stiffness that a mode loses; 1: it buckles
   double spin = 0.0;          // [m] part of `error` by the centrifugal load that the rung neglects
@@ -39,8 +39,9 @@ struct JudgedMode {
   bool is_left_out = false;
 };
 
-/// Holds the changes of the stiffness of a mode by causes other than loads [N/m]. Other effects are converted
-/// to the stiffness change that affects the motion equally. For an omitted mode the changes are relative [-].
+/// Holds the changes of the stiffness of a mode by causes other than loads [N/m]. Effects other than
+/// stiffness are converted to the stiffness change that would affect the motion equally. For an omitted mode
+/// the changes are relative [-].
 struct StiffnessChanges {
   double spin = 0.0, vibration = 0.0, wheel = 0.0;
   std::int32_t largest_wheel = -1;  // wheel that causes `wheel`; -1: no wheel
@@ -49,8 +50,8 @@ struct StiffnessChanges {
 /// Estimates the errors of free vibration, which grow with time, the quasi-static errors, and the errors of
 /// second order   (THEORY X142, X143). The 16 lowest modes are integrated at every tick, with some 6,000
 /// multiplications and 430 more per load. Higher modes are advanced at every tick or every few ticks, with
-/// some 2,000 multiplications. Pairs of modes are updated one after another, with some 600 multiplications.
-/// Allocates nothing after construction.
+/// some 2,000 multiplications. A part of the pairs of modes is updated at every tick, with some 600
+/// multiplications. Allocates nothing after construction.
 class ModalErrors {
  public:
   explicit ModalErrors(const Plan& plan);
@@ -136,7 +137,7 @@ class ModalErrors {
   double omega_1_ = 0.0;       // [rad/s] lowest nonzero frequency; 0: no such mode
   double size_of_body_ = 0.0;  // [m] max |r|
   std::vector<Mode> modes_;    // judged modes
-  // (judged + 1) for mode l: index in partners_ of its first pair (l, u), u > l
+  // (judged + 1) for each judged mode l, the index in partners_ of the first pair (l, u) with u > l
   std::vector<std::size_t> first_pair_;
   std::vector<Partner> partners_;
   std::vector<double> flexibility_;  // [m/N] 1 / (M omega^2), 0 for mechanisms
@@ -155,16 +156,16 @@ class ModalErrors {
   // [1/s per N m s] bounds of the phase rate per momentum of a wheel. Each wheel has (judged + 1) bounds, one
   // for each judged mode, then the largest of all other modes. The array is empty on coupled rungs.
   std::vector<double> wheel_phases_;
-  double rest_unquantified_ = 0.0;  // [m] unquantified error of all other modes by wheels
+  double rest_unquantified_ = 0.0;  // [m] unquantified error by wheels of the modes that are not judged
   // [1/s^2] unquantified stiffness over M, relative to omega_1 omega_l, in the present round and in the
   // previous round
   double unquantified_scale_ = 0.0, unquantified_before_ = 0.0;
   double quartic_ = 0.0, next_quartic_ = 0.0;  // [sqrt(N m)] root_quartic times squares of amplitudes
   double softest_ = 0.0;                       // [-] largest relative stiffness that a judged mode loses
   double fastest_ = 0.0;                       // [1/s] largest rate of phase error of a judged mode
-  double rest_ = 0.0;                          // [m] error of all other modes
+  double rest_ = 0.0;                          // [m] error of the modes that are not judged
   ModalErrorSize size_;
-  ModalLeaders leaders_, next_leaders_;  // indices of the last round of mode updates; in next_leaders_, those
+  ModalLeaders leaders_, next_leaders_;  // leaders of the last round of mode updates; in next_leaders_, those
                                          // of the present round, only the softest mode
 };
 

@@ -237,7 +237,7 @@ Responsible ResponsibleFinder::of_unquantified(const ModalLeaders& leaders,
   else if (!unmodelled.has_unquantified)
     found.agent = unmodelled.lacks_modes != LacksModes::kNone ? Agent::kModes : Agent::kRate;
   if (found.agent == Agent::kNone) {
-    // If the mode has no unquantified error, use the link of the lowest mode.
+    // If no judged mode has an unquantified error, use the link of the lowest mode.
     std::size_t l = 0;
     while (l < index(unmodelled.num_judged) && unmodelled.pairs[l][0] != leaders.unquantified) ++l;
     if (l == index(unmodelled.num_judged)) l = 0;

@@ -47,8 +47,8 @@ class ResponsibleFinder {
   /// Returns the commanded load or the spin, whichever changes the stiffness of a mode more in a quasi-static
   /// response.
   Responsible of_steady(const ModalErrors& errors, const JudgedMode& mode, const State& state) noexcept;
-  /// Returns the load that displaces a mode the most quasi-statically, or the vibration if its displacement
-  /// is larger.
+  /// Returns the load that displaces a mode the most quasi-statically, or the vibration if it displaces the
+  /// mode more than all loads together do.
   Responsible of_displacement(std::int32_t mode, const State& state) noexcept;
   /// Returns the largest of the loads that change faster than the ticks resolve.
   Responsible of_fast_load(const State& state) noexcept;

@@ -64,8 +64,8 @@ TEST(BodyMotion, ATorqueOnABodyEqualsAWrenchOnTheGroupOfThatBody) {
   }
 }
 
-// On the rung `coupled` torque and wrench also agree with each other, and for small rotations with the rung
-// `separated`.
+// On the rung `coupled`, a torque on a body and a wrench on its group also give the same motion. For small
+// rotations, this motion is the one on the rung `separated`.
 TEST(BodyMotion, OnTheCoupledRungATorqueOnABodyEqualsAWrench) {
   Scene scene = two_published_bodies();
   scene.fidelity = Fidelity::kCoupled;
@@ -87,8 +87,8 @@ TEST(BodyMotion, OnTheCoupledRungATorqueOnABodyEqualsAWrench) {
   EXPECT_LT((a - c).norm(), 1e-3 * c.norm());
 }
 
-// The angular velocity equals the difference of two attitudes over the time between them. At rest the axes of
-// the body are those of the scene.
+// The angular velocity equals the difference of two attitudes over the time between them. Without
+// deformation, the axes of the body are those of the scene.
 TEST(BodyMotion, AngularVelocityIsTheDerivativeOfTheAttitude) {
   Scene scene = two_published_bodies();
   scene.initial.angular_velocity = {0.4, -0.7, 0.2};
@@ -112,7 +112,8 @@ TEST(BodyMotion, AngularVelocityIsTheDerivativeOfTheAttitude) {
   for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(after.q_WP[k], pose.q_WG[k], 1e-13);
 }
 
-// In body axes a torque T in local axes gives dH/dt = T + theta x T.
+// In body axes, a torque T in local axes gives dH/dt = T + theta x T, where theta is the elastic rotation of
+// its body.
 TEST(BodyMotion, ATorqueInLocalAxesRotatesWithItsBody) {
   Scene scene = two_published_bodies();
   scene.initial.modes = {{1, 0.05, 0.0}, {2, -0.03, 0.0}};

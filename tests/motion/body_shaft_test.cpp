@@ -31,10 +31,10 @@ Scene discs_on_a_shaft(double spin) {
   return scene;
 }
 
-// Two discs with J = (Jt, Jt, Jp) at the ends of a round massless shaft spin about the shaft at W, and their
-// tilts differ by phi. In axes that do not rotate, Jt phi'' - i W Jp phi' + (2 EI / L) phi = 0 with phi =
-// phi_x + i phi_y, so the whirl speeds are (W Jp +- (W^2 Jp^2 + 4 Jt k)^(1/2)) / (2 Jt)   (Genta, Dynamics of
-// Rotating Systems, 2005, section 4.4: a rotor with gyroscopic effect, Jt w^2 - Jp W w - k = 0).
+// Two discs with J = (Jt, Jt, Jp) at the ends of a round massless shaft spin about the shaft at the rate W,
+// and their tilts differ by phi. In axes that do not rotate, Jt phi'' - i W Jp phi' + (2 EI / L) phi = 0 with
+// phi = phi_x + i phi_y, so the whirl speeds are (W Jp +- (W^2 Jp^2 + 4 Jt k)^(1/2)) / (2 Jt)   (Genta,
+// Dynamics of Rotating Systems, 2005, section 4.4: a rotor with gyroscopic effect, Jt w^2 - Jp W w - k = 0).
 TEST(CoupledBodies, DiscsOnAShaftWhirlAsInClosedForm) {
   constexpr double kSpin = 25.0, kTilt = 1e-5;
   const Scene scene = discs_on_a_shaft(kSpin);

@@ -86,7 +86,7 @@ TEST(Budget, EstimateCoversTheErrorIfModesAboveTheLowestVibrate) {
 }
 
 // The scene has 114 modes, so a substep costs as much as three substeps with 64 modes.
-TEST(Budget, LargeStructuresHaveFewerSubsteps) {
+TEST(Budget, ALargeStructureHasFewerSubstepsThanASmallOne) {
   Scene scene = stiff_truss(1e7, 0.0, 1.0);
   const Scene half = scene;
   for (PointMass point : half.points) {
@@ -132,8 +132,8 @@ TEST(Budget, ARotatingBodyIsNotRatedGoodIfNoSubstepResolvesVibration) {
   EXPECT_GT(rotating, 0.1);
 }
 
-// If a plan cannot represent all of the initial state, the error budget compares the plan with the complete
-// initial state.
+// If a plan cannot represent all of the initial state, the error budget compares its motion with the motion
+// from the complete initial state.
 TEST(Budget, EstimateIncludesTheInitialStateOfOmittedModes) {
   Scene scene = watched_truss(Fidelity::kRigid, 10.0, 0.0);
   scene.loads.clear();

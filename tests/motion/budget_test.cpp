@@ -1,5 +1,5 @@
-// The live error budget does not change the motion, restarts after each horizon, reset or step without it,
-// and shows each kind of error in its own component.
+// The live error budget does not change the motion, restarts after each horizon, each reset and each step
+// without the budget, and shows each kind of error in its own component.
 
 #include "core/step/budget.hpp"
 
@@ -12,7 +12,7 @@
 namespace freeflex::testing {
 namespace {
 
-TEST(Budget, DoesNotChangeABitOfTheMotion) {
+TEST(Budget, LeavesEveryBitOfTheMotionUnchanged) {
   for (const Fidelity rung :
        {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars}) {
     const Scene scene = watched_truss(rung, 0.05);
@@ -103,7 +103,7 @@ TEST(Budget, TheReadingIsEmptyForAPlanWithoutABudget) {
   EXPECT_EQ(watched.state.tick, 10);
 }
 
-// The shadow is the reference rung itself.
+// The shadow makes the same motion as a simulation on the reference rung.
 TEST(Budget, IsTheDifferenceFromTheMotionOnTheBestRung) {
   Watched watched(watched_truss(Fidelity::kSeparated, 10.0));
   const BudgetReading reading = watched.run(400);
@@ -139,8 +139,8 @@ TEST(Budget, SeparatesIntegrationErrorTruncationErrorAndModelError) {
   EXPECT_GT(fine.integration.elastic, 3.0 * fine.model.elastic);
   EXPECT_EQ(fine.truncation.elastic, 0.0);
 
-  // modes that contribute less than a tenth are omitted and both rungs agree, so there is only truncation
-  // error
+  // modes that contribute less than a tenth are omitted, and on small motions the rung agrees with the best
+  // rung, so there is only truncation error
   scene.rate = 2000.0;
   scene.pushable.clear();
   scene.leave_out.tolerance = 0.1;
@@ -157,7 +157,7 @@ TEST(Budget, SeparatesIntegrationErrorTruncationErrorAndModelError) {
   EXPECT_GT(spun.model.elastic, 100.0 * spun.integration.elastic);
 }
 
-// The plan does not know these commands beforehand.
+// Commands are not in the plan, so the shadows must receive them with the step.
 TEST(Budget, ShadowsReceiveCommands) {
   Scene scene = watched_truss(Fidelity::kSpinLoaded, 10.0, 0.1);
   scene.loads.clear();
@@ -302,7 +302,7 @@ TEST(Budget, WarnsThatAModeToleranceHasNoEffectIfEveryModeIsNeeded) {
       << faults[0].message;
 }
 
-TEST(Budget, WarnsOnEveryRungOfFeedbackThatMakesAMotionGrow) {
+TEST(Budget, WarnsOnCoupledRungsTooIfFeedbackMakesAMotionGrow) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.rate = 2000.0;
   scene.feedbacks.push_back(

@@ -362,7 +362,7 @@ TEST(Cause, ErrorAfterACommandIsAttributedToTheCommandAndOmittedModes) {
                {"the commanded load", "mode "});
 }
 
-TEST(Cause, TheCauseForAnOldPlanFileStatesTheVersionOfTheFile) {
+TEST(Cause, TheCauseForAnOldPlanFileStatesThatTheFileIsOld) {
   Watched watched(free_beam(Fidelity::kSeparated));
   watched.plan.unmodelled = {};
   expect_cause("old plan", causes_of(watched, 10), Cause::kUnknown, {"older version"});

@@ -107,8 +107,8 @@ Momenta momenta_of(const RotatedParticles& particles, const Eigen::VectorXd& q, 
   return sum;
 }
 
-// H has an error of third order in the elastic motion and p of second order, because both derive from the
-// energy up to second order   (THEORY 12.45).
+// The angular momentum H has an error of third order in the elastic motion, and the modal momenta p have an
+// error of second order, because both derive from the energy up to second order   (THEORY 12.45).
 TEST(CoupledBodies, MomentaMatchTheSumOverParticlesOfRotatedBodies) {
   const Scene scene = bodies_on_beams();
   const Structure structure = build(scene);
@@ -162,7 +162,7 @@ TEST(CoupledBodies, EnergyAndMomentumAreConservedToTheOrderOfTheMethod) {
 }
 
 // The power of a torque on a body is the torque times the angular velocity of that body. Up to the order of
-// the energy this is w + theta' + theta x theta' / 2, whatever the angle of the body.
+// the energy, this angular velocity is w + theta' + theta x theta' / 2, whatever the angle of the body.
 TEST(CoupledBodies, TheWorkOfATorqueDependsOnTheAngularVelocityOfItsOwnBody) {
   Scene scene = bodies_on_beams();
   scene.rate = 8000.0;

@@ -19,7 +19,8 @@ void add_dashpot(Scene& scene, int first, int second, double damping) {
   scene.links.push_back(link);
 }
 
-/// Returns the largest difference of V at the end, relative to the largest |V| at the start.
+/// Returns the largest difference of V at the end from the exponential of the linear system, relative to the
+/// largest |V| at the start.
 double error_of(const Scene& scene, double seconds) {
   Simulation simulation(scene);
   simulation.run(std::llround(seconds * scene.rate));
@@ -116,8 +117,8 @@ TEST(Dashpots, DashpotsDissipateTheEnergyThatTheStructureLoses) {
   EXPECT_NEAR(work, lost, 1e-10 * lost);
 }
 
-// These coupled modes are too many for the exact exponential. Here the coupled modes are advanced by
-// splitting, which has second order and never adds energy.
+// There are too many coupled modes for the exact exponential, so they are advanced by splitting, which has
+// second order and never adds energy.
 TEST(Dashpots, SplittingOfDashpotsOnManyModesHasSecondOrder) {
   Scene scene = two_boxes();
   publish_everything(scene);

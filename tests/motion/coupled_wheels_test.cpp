@@ -123,8 +123,9 @@ TEST(CoupledWheels, ADualSpinBodyPrecessesInClosedForm) {
 
 Eigen::Matrix3d rotation_by(const Vector3d& theta) { return exponential(theta).toRotationMatrix(); }
 
-// H has an error of third order in the rotation and p of second order. H and p both derive from h a .
-// (angular velocity of the body in its own axes) up to second order, minus the rate of h a . theta
+// The angular momentum H has an error of third order in the rotation, and the modal momenta p have an error
+// of second order. H and p both derive from h a . (angular velocity of the body in its own axes) up to second
+// order, minus the rate of h a . theta
 //   (THEORY 16.32).
 TEST(CoupledWheels, MomentaMatchWheelsWhoseAxesRotateWithTheirBodies) {
   const Scene scene = bodies_with_wheels();
@@ -232,7 +233,7 @@ TEST(CoupledWheels, AMotorDoesWorkOnTheBodyThatCarriesIt) {
   EXPECT_NEAR(gained, work, 1e-6 * std::abs(work));
 }
 
-// w' and q'' agree with differences of velocities.
+// The acceleration of a point, which contains w' and q'', agrees with differences of its velocity.
 TEST(CoupledWheels, AccelerationsAgreeWithDifferencesOfVelocities) {
   Scene scene = bodies_with_wheels();
   scene.rate = 20000.0;

@@ -50,8 +50,8 @@ Eigen::MatrixXd tick_of(const Plan& plan) {
   return tick;
 }
 
-// Returns the rates of free decay of the step. A motion along an eigenvector of the matrix of a tick is
-// multiplied by the eigenvalue at each tick.
+// Returns the complex rates of the free motions that the step computes [1/s]. A motion along an eigenvector
+// of the matrix of a tick is multiplied by the eigenvalue at each tick.
 Eigen::VectorXcd decays_of(const Plan& plan) {
   const Eigen::VectorXcd mu = tick_of(plan).eigenvalues();
   return mu.array().log() / plan.period;
@@ -64,8 +64,8 @@ struct Largest {
 };
 
 // Compares every reported mode with the nearest free decay. \return the largest of each of three errors
-// relative to the decay rate: the difference of the two, the predicted error of the step, and the error of
-// half the diagonal of the damping matrix
+// relative to the decay rate: the difference between the reported and the computed rate, the predicted error
+// of the step, and the error of half the diagonal of the damping matrix
 Largest compare(const Plan& plan, double rounding) {
   const Eigen::VectorXcd decays = decays_of(plan);
   const std::vector<DampedMode> modes = free_motion(plan).modes;
@@ -231,8 +231,8 @@ TEST(DampedModes, ASloshingMassAmongManyModesHasItsOwnDamping) {
   }
 }
 
-// Three masses in a row on two springs. A dashpot in parallel with one spring couples the two modes and is so
-// strong that one mode does not oscillate.
+// Two springs join three masses in a row. A dashpot in parallel with one spring couples the two modes and is
+// so strong that one mode does not oscillate.
 TEST(DampedModes, AModeThatDoesNotOscillateHasTwoRealEigenvalues) {
   Scene scene;
   for (int k = 0; k < 3; ++k)
@@ -338,9 +338,9 @@ Scene boom_with_wheel(double momentum) {
   return scene;
 }
 
-// On the rung `coupled` wheels couple the modes with the rotation of the body, so the tick includes the
-// angular velocity. Below that rung wheels do not affect free modes, so the reported modes are those of the
-// structure.
+// On the rung `coupled` wheels couple the modes with the rotation of the body, so the matrix of a tick
+// includes the angular velocity. Below that rung wheels do not affect free modes, so the reported modes are
+// those of the structure.
 TEST(DampedModes, ModesOfABodyWithWheelsIncludeTheRotationOfTheBody) {
   for (const double momentum : {0.5, 5.0, 50.0}) {
     Scene scene = boom_with_wheel(momentum);
@@ -526,7 +526,7 @@ TEST(DampedModes, AModeThatDivergesIsReportedAsGrowing) {
 }
 
 // A mode without coupling has its given damping ratio and the damped frequency of a single oscillator.
-TEST(DampedModes, ModesWithoutCouplingAreTextbookModes) {
+TEST(DampedModes, UncoupledModesHaveTheFrequencyAndDampingOfSingleOscillators) {
   Scene scene = random_structure(3, 5);
   scene.damping.modal_ratio = 0.1;
   const Plan plan = plan_of(scene);

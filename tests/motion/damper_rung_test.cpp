@@ -1,5 +1,5 @@
-// Dashpots and viscous springs act along their true direction (THEORY 12.19). Exact bars and the rungs above
-// agree with the full system.
+// Dashpots and viscous springs act along their true direction (THEORY 12.19). On the rungs `exact-bars` and
+// `full`, the motion agrees with the full system.
 #include "core/plan/make_plan.hpp"
 #include "core/step/readout.hpp"
 #include "core/structure/structure.hpp"
@@ -23,7 +23,7 @@ Scene damped_truss(const std::string& how) {
   Scene scene = boxed_truss(3.0, 2000.0);
   scene.name = how;
   scene.loads[0].history = PulseHistory{0.0, 0.064};
-  // along face diagonals without a spring, and along the whole truss
+  // the dashpots act along face diagonals that have no spring, and along the whole truss
   if (how == "dashpots")
     for (const auto& [first, second] : {std::pair{1, 4}, {6, 9}, {11, 14}, {0, 18}})
       scene.links.push_back(dashpot_between(first, second, 20.0));
@@ -130,7 +130,7 @@ TEST(DamperRung, KeepsMomentaAndOnlyDissipatesEnergy) {
   EXPECT_LT(off, 1e-12 * size);
 }
 
-TEST(DamperRung, DampersTooFastForTheStagesAreReportedByName) {
+TEST(DamperRung, DampersTooFastForTheStagesAreRefusedOnExactBars) {
   Scene scene = damped_truss("beta");
   scene.damping.beta = 10.0;  // critical damping at 0.2 rad/s
   scene.rate = 1000.0;

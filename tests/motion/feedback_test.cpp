@@ -26,7 +26,7 @@ void add_feedback(Scene& scene, int point, int sensor, const Eigen::Matrix3d& di
   scene.feedbacks.push_back(feedback);
 }
 
-/// Returns all faults up to the plan of the scene.
+/// Returns all faults that are found up to the full plan of the scene.
 Faults faults_on_its_rung(const Scene& scene) {
   Faults faults;
   if (const auto structure = build_structure(scene, faults))
@@ -98,8 +98,9 @@ TEST(Feedback, TheElasticCoordinateAndTheBodyMoveExactly) {
   }
 }
 
-// Two masses, a spring, and a force c x_1' that decays within a tick if the gain is 1e3 N s/m or more. With x
-// = V_2 - V_1 and V_1 = -m2 x / M: x'' = s m2 / (M m1) c x' - k x / mu, and M v = -c m2 x / M from x(0) = 0.
+// A spring joins two masses, and a force c V_1' acts on the first mass. The force decays within a tick if |c|
+// is 1e3 N s/m or more. With x = V_2 - V_1 and V_1 = -m2 x / M, the motion is x'' = m2 / (M m1) c x' - k x /
+// mu, and M v = -c m2 x / M from x(0) = 0.
 TEST(Feedback, FeedbackThatDecaysWithinATickGivesTheBodyItsExactMomentum) {
   using Complex = std::complex<long double>;
   const long double m1 = 1.5L, m2 = 2.5L, k = 400.0L, M = m1 + m2, rate0 = 1e-3L, t = 0.1L;
@@ -132,9 +133,9 @@ TEST(Feedback, FeedbackThatDecaysWithinATickGivesTheBodyItsExactMomentum) {
   }
 }
 
-/// Position and velocity of the centre of mass and the angular momentum of small motions, from the linear
-/// system of the total displacements u of the points. V is u minus the rigid motion of u. This rigid motion
-/// is the motion of the body.
+/// Holds the position and velocity of the centre of mass and the angular momentum of small motions, from the
+/// linear system of the total displacements u of the points. V is u minus the rigid motion of u. This rigid
+/// motion is the motion of the body.
 struct LinearBody {
   Eigen::Vector3d p, v, H;
   Eigen::VectorXd V;  // elastic displacements
@@ -173,8 +174,8 @@ LinearBody linear_body(const Scene& scene, long double seconds) {
           (rotation.transpose() * momentum).cast<double>(), (elastic * y.head(n)).cast<double>()};
 }
 
-// Forces on two points depend on the motion of other points. Momentum, rotation and path of the body agree
-// with the linear system.
+// Forces on two points depend on the motion of other points. The velocity, the angular momentum and the path
+// of the body agree with the linear system.
 TEST(Feedback, GivesTheBodyTheMomentaOfTheLinearSystem) {
   for (const double size : {1.0, 1e3, 1e6}) {
     Scene scene = octahedron(1e4);
@@ -203,8 +204,8 @@ TEST(Feedback, GivesTheBodyTheMomentaOfTheLinearSystem) {
   }
 }
 
-// With too many modes for the exact exponential, splitting has second order and the motion stays bounded for
-// any stiffness.
+// There are too many modes for the exact exponential, so they are advanced by splitting. The velocity of the
+// centre of mass has an error of second order, and it stays bounded for a gain of 1e6 N s/m.
 TEST(Feedback, TheMomentumFromFeedbackOnManyModesHasSecondOrderAccuracy) {
   const auto error_of = [](double gain, double rate) {
     Scene scene = two_boxes();
@@ -262,8 +263,8 @@ TEST(Feedback, FeedbackThatMakesAMotionGrowIsReported) {
             std::string::npos);
 }
 
-// The splitting impulse keeps a force constant over half a tick. If gain h^2 / m is above 4, splitting drives
-// a motion that decays without splitting.
+// The splitting impulse keeps a force constant over half a tick. If gain h^2 / m is above 4, splitting makes
+// a motion grow that is stable without splitting.
 TEST(Feedback, FeedbackUnstableUnderSplittingIsRefusedWithASufficientRate) {
   Scene scene = two_boxes();
   publish_everything(scene);

@@ -1,4 +1,4 @@
-// The centrifugal load and the field of an attractor, compared with the full Cartesian system.
+// These tests compare the centrifugal load and the field of an attractor with the full Cartesian system.
 #include "tests/reference/separated_cases.hpp"
 
 namespace freeflex::testing {
@@ -47,8 +47,8 @@ TEST(SpinLoad, StretchesADumbBellToItsStaticLength) {
 }
 
 // A truss orbits a heavy point. The test checks the orbit, the gravity-gradient torque and the load that
-// strains the truss. The equations omit the next term of the field, which is smaller than the gradient by
-// size over distance.
+// strains the truss. The equations omit the next term of the field, which is smaller than the gradient by the
+// factor size over distance.
 TEST(Attractor, MovesRotatesAndStrainsABodyLikeTheFullSystem) {
   std::vector<double> errors;
   for (const double distance : {1.0, 4.0, 16.0}) {

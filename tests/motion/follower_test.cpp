@@ -13,7 +13,7 @@ namespace freeflex::testing {
 namespace {
 
 // Returns a free beam of five points. A thrust along the beam acts at one end and rotates with that end if
-// `follows`.
+// `follows` is true.
 Scene rocket(double thrust, bool follows) {
   Scene scene;
   for (int i = 0; i < 5; ++i) {
@@ -134,8 +134,8 @@ TEST(Followers, TheElasticMotionUnderFollowerForcesHasSecondOrder) {
     EXPECT_NEAR(std::log2(errors[k - 1] / errors[k]), 2.0, 0.2) << k;
 }
 
-// A follower pushes the body sideways equally on coupled rungs, where elastic terms of second order in the
-// deformation act on the body too.
+// A follower pushes the body sideways on the coupled rungs as it does on lower rungs, although on the coupled
+// rungs terms of second order in the deformation also act on the body.
 TEST(Followers, AccelerateTheBodyEquallyOnCoupledAndLowerRungs) {
   const auto velocity = [](Fidelity rung, bool follows) {
     Scene scene = rocket(4.0, follows);
@@ -171,8 +171,8 @@ TEST(Followers, FollowerForcesPushTheBodyAlongTheirRotatedDirection) {
   const Eigen::Vector3d force = Eigen::Vector3d(4.0, 0.0, 0.0) + theta.cross(Eigen::Vector3d(4.0, 0.0, 0.0));
   const Eigen::Vector3d r(follower.r.data());
   const Eigen::Vector3d moment = r.cross(force);
-  // the moment at the end of the step uses the deformation of the first pass, so it differs by the second
-  // pass, of order h^2
+  // the moment at the end of the step uses the deformation of the first pass, so it differs from the expected
+  // moment by the change in the second pass, which is of order h^2
   for (std::size_t a = 0; a < 3; ++a)
     EXPECT_NEAR(simulation.state.moment_B[a], moment[static_cast<Eigen::Index>(a)],
                 1e-6 * theta.norm() * 4.0);

@@ -85,8 +85,8 @@ Eigen::Matrix3Xd forces_on_points(const Scene& scene, const Simulation& simulati
   return force;
 }
 
-/// Returns the part of a load that strains the structure: F - S at each point, where S is the part that moves
-/// it as a rigid body (THEORY 11.1 to 11.3).
+/// Returns the part of a load that strains the structure: F - S at each point, where S is the part that
+/// accelerates the structure as a rigid body (THEORY 11.1 to 11.3).
 Eigen::Matrix3Xd straining_part(const Scene& scene, const Plan& plan, const std::vector<PointLoad>& loads) {
   const auto num_points = static_cast<Eigen::Index>(scene.points.size());
   Eigen::Matrix3Xd F = Eigen::Matrix3Xd::Zero(3, num_points), r(3, num_points);
@@ -158,8 +158,8 @@ TEST(LinkForces, LinkForcesAlsoBalanceWithRayleighDamping) {
   expect_balance_in_motion("damped", scene, {1, 5, 50});
 }
 
-// The force of a spring is k (d + beta d'). At the start d = 0 and d' = 2e-3 m/s, so it is 100 N/m x 0.05 s x
-// 2e-3 m/s.
+// The force of a spring is k (d + beta d'). At the start d = 0 and d' = 2e-3 m/s, so the force is 100 N/m x
+// 0.05 s x 2e-3 m/s.
 TEST(LinkForces, TheForceOfADampedSpringAtRestLengthDependsOnItsRate) {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
@@ -283,8 +283,8 @@ TEST(RigidLinks, RigidLinksCarryTheForceThatAcceleratesTheirPoints) {
   EXPECT_NEAR(simulation.link_forces()[0], 3.5, 1e-14);
 }
 
-// Three bars on a line bend freely, and a square without diagonals shears freely. Both mechanisms keep their
-// initial rates.
+// Three bars on a line bend freely, and a square without diagonals shears freely. The mechanisms of both
+// structures keep their initial rates.
 TEST(Mechanisms, MechanismsKeepTheirInitialRatesExactly) {
   Scene chain;
   for (int i = 0; i < 4; ++i) add_point(chain, 1.0 + i, {1.0 * i, 0.0, 0.0});

@@ -76,8 +76,8 @@ TEST(FullRung, TheFullRungEqualsExactBarsAtTheRateOfItsSubsteps) {
   EXPECT_EQ(full.state.H_W, fine.state.H_W);
 }
 
-// A dashpot of 2e4 N s/m on 1 kg gives rates of 2e4 1/s and more. In a tick of 1 ms the stages are stable
-// only up to a rate of 1e3 1/s.
+// A dashpot of 2e4 N s/m on 1 kg gives rates of 2e4 1/s and more. With a tick of 1 ms, the stages are
+// accurate only up to a rate of 1e3 1/s.
 TEST(FullRung, DividesTheTickForDashpotsThatOtherRungsRefuse) {
   Scene scene = boxed_truss(0.0, 1e-3);
   scene.links.push_back(dashpot(2e4));
@@ -94,7 +94,7 @@ TEST(FullRung, DividesTheTickForDashpotsThatOtherRungsRefuse) {
   const double difference = elastic_error(elastic_of(scene, full), below);
   std::printf("%d substeps; off from the exponential of the damped modes: %.1e\n",
               full.plan.coupled.num_substeps, difference);
-  // the bound allows for second-order terms, because displacements are 1e-7 m on 1 m
+  // the bound allows for second-order terms, because displacements are 1e-7 m over lengths of 1 m
   EXPECT_LT(difference, 1e-5);
 }
 

@@ -1,5 +1,5 @@
-// The rung `coupled` with any set of modes and with rigid links, compared with Lagrange's equations in
-// accelerations.
+// These tests compare the rung `coupled`, with any set of modes and with rigid links, with Lagrange's
+// equations in accelerations.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -363,8 +363,8 @@ TEST(KeptModes, InitialStateAndDampingMayReferOnlyToKeptModes) {
   }
 }
 
-// If there are rigid links or bodies, the reference is the rung `coupled` too, so the estimate contains only
-// the integration error.
+// If there are rigid links or bodies, `coupled` is the best rung, so the estimate for a plan on `coupled`
+// contains only the integration error.
 TEST(BestRung, IsTheCoupledRungIfExactBarsCannotBeUsed) {
   Scene scene = with_rigid_links();
   scene.rate = 1000.0;

@@ -1,5 +1,5 @@
 // Lagrange's equations of point masses with assumed shapes, written in accelerations. These equations are the
-// reference for equations in momenta. Header only.
+// reference for equations in momenta. This file is header only.
 #pragma once
 
 #include <Eigen/Dense>
@@ -37,7 +37,7 @@ inline Eigen::VectorXd extrapolated_step(const Rates& f, double t, const Eigen::
   return T[kColumns - 1][kColumns - 1];
 }
 
-/// Point masses that move by V = b q in a rotating frame. The accelerations (w', q'') follow from
+/// Holds point masses that move by V = b q in a rotating frame. The accelerations (w', q'') follow from
 /// d'Alembert's principle with a = w' x x + w x (w x x) + 2 w x V' + b q'' at each point and a linear
 /// stiffness.
 struct AssumedShapes {
@@ -49,7 +49,7 @@ struct AssumedShapes {
   Eigen::MatrixXd damping;  // [N s/m] (n x n) of dashpots; empty without dashpots
 
   Eigen::Index n() const { return omega.size(); }
-  /// y = (q, q', w, attitude x y z w)
+  /// Returns the attitude in y = (q, q', w, attitude x y z w).
   static Eigen::Quaterniond attitude(const Eigen::VectorXd& y) { return Eigen::Quaterniond(y.tail<4>()); }
   Eigen::Vector3d spin(const Eigen::VectorXd& y) const { return y.segment<3>(2 * n()); }
 

@@ -1,5 +1,5 @@
 // The Newton-Euler equations of rigid bodies with rotors, joined by springs at true length and direction.
-// These equations are the reference for bodies and wheels on the rung `coupled`. Header only.
+// These equations are the reference for bodies and wheels on the rung `coupled`. This file is header only.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -131,8 +131,8 @@ struct Stack {
   }
 };
 
-/// Returns positions, velocities, attitudes and angular velocities of the three bodies in the state of the
-/// step.
+/// Returns the positions, velocities, attitudes and angular velocities of the three bodies in the present
+/// state of a simulation.
 inline Eigen::VectorXd bodies_of(const Structure& structure, const Freedoms& freedoms,
                                  const Simulation& simulation) {
   Eigen::VectorXd y(39);
@@ -150,8 +150,9 @@ inline Eigen::VectorXd bodies_of(const Structure& structure, const Freedoms& fre
   return y;
 }
 
-/// Expects, after one second from rest in twelve modes, an error proportional to the square of the amplitude,
-/// because the rung omits the second order of springs and rigid links.
+/// Starts with amplitudes in all twelve modes and zero modal rates. Expects that after one second the error
+/// is proportional to the square of the amplitude, because the rung omits the second-order terms of springs
+/// and rigid links.
 inline void expect_square_of_amplitude(const std::function<Stack(double)>& stack_of) {
   std::vector<double> errors;
   for (const double size : {4e-3, 2e-3, 1e-3, 5e-4}) {

@@ -1,5 +1,5 @@
-// Pushed bodies whose centres are offset from their points, and verdicts whose estimates must include such
-// bodies, wheels and superelements.
+// These tests push bodies whose centres are offset from their points, and check that the estimates of
+// verdicts include such bodies, wheels and superelements.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -82,7 +82,7 @@ TEST(Push, ABodyAheadOfItsJointIsAnInvertedPendulum) {
   }
 }
 
-// The verdict of a lower rung estimates the missing effect correctly.
+// The rung `separated` omits this effect, and its verdict estimates the resulting error.
 TEST(Push, EstimateIncludesThrustOnBodiesAheadOfTheirJoints) {
   for (const double share : {0.001, 0.02, 0.25, 1.2}) {
     const double thrust = share * kSpring / (kMass * kArm) * (kHub + kMass);
@@ -256,7 +256,7 @@ TEST(Push, EstimateIncludesSpinLoadsOnInnerMassesOfASuperelement) {
   }
 }
 
-TEST(Push, OneRigidBodyIsAlwaysGood) {
+TEST(Push, OneRotatingRigidBodyIsRatedGood) {
   Scene scene;
   add_point(scene, 3.0, {0.0, 0.0, 0.0});
   scene.points[0].inertia = Eigen::Vector3d(0.4, 0.5, 0.6).asDiagonal();
@@ -288,7 +288,7 @@ TEST(Push, AnInitialStateOfMasslessPointsGivesAWarning) {
   EXPECT_NE(found, faults.end());
 }
 
-// No mode contains the bending of a beam whose tip is massless under a load at that tip.
+// If the tip of a beam is massless, no mode contains the bending that a load on the tip causes.
 TEST(Push, ALoadOnAMasslessPointGivesAWarning) {
   Scene scene;
   for (const double x : {0.0, 1.0}) add_point(scene, 2.0, {x, 0.0, 0.0});

@@ -14,7 +14,8 @@
 namespace freeflex::testing {
 namespace {
 
-// Returns a rigid bar and a rigid triangle among springs, or springs of the given stiffness in their place.
+// Returns a rigid bar and a rigid triangle among springs. If `stiffness` is not 0, springs of this stiffness
+// [N/m] take the place of the bar and the triangle.
 Scene held_points(double stiffness, double force) {
   Scene scene;
   const std::vector<Eigen::Vector3d> positions{{0.0, 0.0, 0.0}, {1.1, 0.1, 0.0}, {0.2, 0.9, 0.1},
@@ -39,7 +40,7 @@ Scene held_points(double stiffness, double force) {
   load.forces = {{5, {0.3 * force, -force, 0.5 * force}}};
   load.history = PulseHistory{0.0, 0.2};
   scene.loads.push_back(load);
-  // centrifugal loads are proportional to the square of the spin
+  // centrifugal loads grow with the square of the spin, so they are proportional to the force too
   scene.initial.angular_velocity = std::sqrt(force) * Eigen::Vector3d(0.3, -0.2, 0.4);
   return scene;
 }
@@ -111,7 +112,7 @@ TEST(RigidLinks, RigidLinksOnALineKeepEnergyAndMomentum) {
   }
 }
 
-// If bending about only one transverse axis were kept, it would push against the frame.
+// If only one mode of a pair of bending modes were kept, its bending would push against the frame.
 TEST(KeptModesOfALine, ABendingModeWithoutTheOtherModeOfItsPairIsRefused) {
   const Scene scene = points_on_a_line(false);
   const Structure structure = build(scene);
@@ -124,7 +125,7 @@ TEST(KeptModesOfALine, ABendingModeWithoutTheOtherModeOfItsPairIsRefused) {
   EXPECT_NE(faults.back().message.find("keep both modes of each transverse pair"), std::string::npos);
 }
 
-// The free rotation of a single body, compared with the solution in fifty digits.
+// The free rotation of a single body agrees with a solution in fifty digits.
 TEST(CoupledBody, ABodyAloneRotatesFreelyUpToRoundingErrors) {
   const std::array<double, 3> moment{0.7, 1.1, 1.5}, spin{0.2, 0.9, -0.3};
   Scene scene;

@@ -48,7 +48,7 @@ inline Scene boxed_truss(double spin, double force) {
   return scene;
 }
 
-/// Returns the scene after `end` [s] on a rung at step h [s].
+/// Returns the simulation of the scene on a rung with steps of h [s], at the time `end` [s].
 inline Simulation run_rung(Scene scene, Fidelity rung, double h, double end) {
   scene.fidelity = rung;
   scene.rate = 1.0 / h;
@@ -101,8 +101,8 @@ inline double energy_of(const Simulation& simulation) {
   return invariants.kinetic_rigid + invariants.kinetic_elastic + invariants.potential;
 }
 
-/// Expects that after the load has ended the total energy changes by at most 1e-8 of its value during `ticks`
-/// of 1 ms, `rounds` times in succession.
+/// Expects that the total energy is conserved after the load has ended. In each of `rounds` successive
+/// intervals of `ticks` ticks of 1 ms, it may change by at most 1e-8 of its value.
 inline void expect_energy_kept(Scene scene, std::int64_t ticks, int rounds) {
   scene.fidelity = Fidelity::kCoupled;
   scene.rate = 1000.0;

@@ -77,8 +77,8 @@ TEST(Rungs, CoupledRungsHaveOrderFourOverFourHalvingsOfTheStep) {
   }
 }
 
-// S4 has a mode at 673,000 rad/s. For many of the 200 steps from 0.9 to 1.1 ms, its phase per step is near a
-// multiple of pi.
+// S4 has a mode at 673,000 rad/s. For many of the 200 step sizes from 0.9 to 1.1 ms, its phase per step is
+// near a multiple of pi.
 TEST(Rungs, TheCoupledRungIsAccurateAtAnyStepDespiteAStiffMode) {
   constexpr int kSizes = 200, kTicks = 250;
   Scene scene = truss_s4();
@@ -103,7 +103,7 @@ TEST(Rungs, TheCoupledRungKeepsTheEnergyOfAStiffTrussFor1e5Ticks) {
 }
 
 // Every second spring is up to 1e6 times as stiff as the others. The error is the difference from a run with
-// steps of an eighth.
+// steps of 1/16 ms.
 TEST(Rungs, ExactBarsLoseOrderButStayAccurateDespiteStiffBars) {
   double worst = 0.0;
   for (const double ratio : {1.0, 1e2, 1e4, 1e6}) {
@@ -124,8 +124,8 @@ TEST(Rungs, ExactBarsLoseOrderButStayAccurateDespiteStiffBars) {
   EXPECT_LT(worst, 1e-2);
 }
 
-// dE/dt = -sum of 2 M decay q'^2, with the rates of the coordinates and not the momenta of the coordinates
-// (THEORY 12.11).
+// The energy falls by dE/dt = -sum_l 2 M decay_l q_l'^2, where q_l' is the rate of a coordinate and not its
+// momentum (THEORY 12.11).
 TEST(Rungs, TheEnergyFallsByTheWorkOfTheDampers) {
   constexpr double kStep = 1e-4;
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
@@ -223,9 +223,9 @@ TEST(Rungs, ExactBarsPublishTrueTensions) {
   }
 }
 
-// Under wrenches, forces in body axes, followers, feedback and dashpots all rungs give the same motion if
-// deformations are small.
-TEST(Rungs, AllRungsAgreeForSmallDeformations) {
+// Under wrenches, followers, feedback and dashpots, the rungs `coupled` and `exact-bars` give the same motion
+// as the rung `separated` if deformations are small.
+TEST(Rungs, CoupledRungsAgreeWithTheSeparatedRungForSmallDeformations) {
   Scene scene = boxed_truss(0.0, 1e-5);
   scene.loads[0].axes = Axes::kLocal;
   scene.groups.push_back({"tip", {16, 17, 18, 19}, {}});
@@ -256,7 +256,7 @@ TEST(Rungs, AllRungsAgreeForSmallDeformations) {
   }
 }
 
-TEST(Rungs, AllRungsHandleLinesPairsAndSinglePoints) {
+TEST(Rungs, TheCoupledRungHandlesLinesPairsAndSinglePoints) {
   for (const int count : {1, 2, 4}) {
     Scene scene;
     scene.name = "line";

@@ -1,4 +1,5 @@
-// The error of the rung `separated` as a function of spin and force, and the estimate by the error budget.
+// These tests measure the error of the rung `separated` as a function of spin and force, and compare it with
+// the estimate by the error budget.
 #include <map>
 
 #include "core/plan/budget.hpp"
@@ -80,8 +81,8 @@ TEST(Sweep, ErrorGrowsWithSpinAndForceAndLargeErrorsAreRatedOutside) {
       }
       all[{spin, force}] = point;
     }
-  // in each of these ranges one source of error dominates. This source is the spin at forces far below the
-  // forces of the table, and the force at rest
+  // in each of these ranges one source of error dominates. For a spinning body under forces far below those
+  // of the table it is the spin, and for a body at rest it is the force
   std::vector<std::pair<double, double>> over_spin, spinning, at_rest;
   for (const double spin : {0.005, 0.01, 0.02, 0.025})
     over_spin.emplace_back(spin, point_at(spin, 0.1).elastic);

@@ -29,7 +29,7 @@ TEST(VerdictAttitude, EstimateIncludesTheAttitudeErrorAboutTheIntermediateAxis) 
   EXPECT_EQ(judged_error(scene, Fidelity::kCoupled, 25.0 * period).level, Verdict::Level::kGood);
 }
 
-/// Returns a cross of seven points that rotates about its intermediate axis. The rate `spin` [rad/s] is a
+/// Holds a cross of seven points that rotates about its intermediate axis. The rate `spin` [rad/s] is a
 /// hundredth of the lowest frequency.
 struct Cross {
   Scene scene;

@@ -121,7 +121,7 @@ TEST(VerdictHidden, TheAliasOfASineDependsOnTheRateOfThePlan) {
   EXPECT_TRUE(plan.unmodelled.fast_loads.empty());
 }
 
-// A table may change slope between ticks.
+// The step takes a table as linear between ticks, so it misses a change of slope there.
 TEST(VerdictHidden, ATableThatChangesSlopeBetweenTicksIsNotRatedGood) {
   Scene scene = pair_of(5.0, 100.0);
   scene.loads[0].forces = {{0, {-0.5, 0.0, 0.0}}, {1, {0.5, 0.0, 0.0}}};
@@ -193,7 +193,7 @@ TEST(VerdictHidden, TicksThatNoLongerResolveTumblingAreNotRatedGood) {
   EXPECT_NE(coarse.level, Verdict::Level::kGood);
 }
 
-// The fall is integrated exactly, even over ten orbits of 5,400 s in ticks of 200 s.
+// The fall around the attractor is integrated exactly, even over ten orbits of 5,400 s in ticks of 200 s.
 TEST(VerdictHidden, TicksOfAnOrbitMayBeLong) {
   Scene scene = spring_pair(10.0, 10.0, 2.0, 1e6);
   constexpr double kDistance = 6.7e6;

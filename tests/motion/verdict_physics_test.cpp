@@ -107,7 +107,8 @@ void expect_growth_estimated(const Scene& scene, double seed, const std::vector<
   }
 }
 
-// The true motion grows from a micrometre to beyond the tolerance, but the computed motion stays smaller.
+// The true motion grows from a micrometre to beyond the tolerance, but the motion that the rung computes does
+// not grow.
 TEST(VerdictPhysics, EstimateIncludesParametricGrowthThatTheRungDoesNotShow) {
   Scene scene = long_chain(5, 3e5);
   Faults faults;

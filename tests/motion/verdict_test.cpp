@@ -56,8 +56,8 @@ Scene free_beam(Fidelity rung) {
 constexpr Fidelity kBending[] = {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
                                  Fidelity::kExactBars, Fidelity::kFull};
 
-// At a spin of 0.34 omega_1 the true frequency out of the plane of spin is higher by a factor of 1.17, so the
-// motion is out of phase within a period or two.
+// At a spin of 0.34 omega_1 the true frequency of bending out of the plane of spin is 1.17 times the
+// frequency at rest, so the computed motion is out of phase with the true motion within a period or two.
 TEST(Verdict, ASpinningBeamIsRatedGoodOnNoRung) {
   for (const Fidelity rung : kBending)
     for (const double spin : {0.06, 0.11, 0.34}) {
@@ -67,8 +67,8 @@ TEST(Verdict, ASpinningBeamIsRatedGoodOnNoRung) {
     }
 }
 
-// At a spin of 0.02 omega_1 the relative stiffness change is 3.05 * 0.02^2 = 1.2e-3, so after a second the
-// phase differs by 8.785 * 1.2e-3 / 2 = 0.5 %.
+// At a spin of 0.02 omega_1 the relative stiffness change is 3.05 * 0.02^2 = 1.2e-3, so after one second the
+// phase differs from the true phase by 8.785 * 1.2e-3 / 2 = 0.005 rad.
 TEST(Verdict, ASlowlySpinningBeamIsRatedGoodOnRungsWithSmallErrors) {
   for (const Fidelity rung : kBending) {
     Scene scene = free_beam(rung);
@@ -134,8 +134,8 @@ TEST(Followers, InternalForcesUnderFollowerForcesChangeTheStiffnessOfABeam) {
     }
 }
 
-// A pair of dead end loads of pi^2 EI / L^2 buckles the beam. The beam bends from an infinitesimal amplitude,
-// and a linear rung does not show this.
+// A pair of end loads of pi^2 EI / L^2 in fixed directions buckles the beam. The beam then bends from an
+// infinitesimal amplitude, but on a linear rung the amplitude stays infinitesimal.
 TEST(Verdict, ABucklingBeamIsRatedOutsideBeforeItBends) {
   for (const auto& [share, is_good] : {std::pair{0.001, true}, {0.6, false}, {1.1, false}}) {
     Scene scene = free_beam(Fidelity::kSpinLoaded);
@@ -161,7 +161,7 @@ TEST(Verdict, ABodyWithANegligibleSpinIsRatedGood) {
   EXPECT_EQ(judged(scene, 0.2).worst.level, Level::kGood);
 }
 
-// The same motion has the same verdict, for any published items.
+// The same motion has the same verdict, whatever the scene publishes.
 TEST(Verdict, DoesNotDependOnWhatTheScenePublishes) {
   Scene all = boxed_truss(0.0, 10000.0), unpublished = all;
   unpublished.publication.points.clear();

@@ -1,5 +1,5 @@
-// Random structures with links of every kind, and the verdicts on their motion, compared with the reference
-// at true geometry. The reference is independent of the verdict.
+// This file makes random structures with links of every kind, and compares the verdicts on their motion with
+// a reference at true geometry. The reference is independent of the verdict.
 #pragma once
 
 #include <algorithm>
@@ -129,8 +129,8 @@ class RandomScene {
       join({2 * k + 1, 2 * k + 2, 2 * k + 3}, plate);
     }
   }
-  // the remaining kinds of link are in a ladder with a rigid first bay, and with a rigid link, bars and a
-  // dashpot at its end
+  // Makes a ladder with the remaining kinds of link. Its first bay is rigid, and a rigid link, bars and a
+  // dashpot are at its end.
   void make_mixture() {
     make_ladder();
     const int last = static_cast<int>(scene_.points.size()) - 1;
@@ -182,10 +182,10 @@ class RandomScene {
   const char* name_ = "";
 };
 
-/// Numbers of verdicts, and of wrong verdicts among them.
+/// Holds the number of verdicts and the numbers of wrong verdicts among them.
 struct VerdictCounts {
   int all = 0, good = 0, false_good = 0, harmless = 0, false_outside = 0;
-  double worst_good = 0.0;  // [-] largest error with the verdict `good`, relative to the larger scale
+  double worst_good = 0.0;  // [-] largest JudgedError::error with the verdict `good`
 };
 
 /// Returns sqrt(sum m V.V / M).
@@ -212,9 +212,9 @@ inline std::optional<Eigen::Matrix3Xd> true_displacements(const Scene& scene, do
   return std::nullopt;
 }
 
-/// Verdict and estimate of a rung, and its true error.
+/// Holds the level and the estimates of the verdict on a motion, and the true error of the motion.
 struct JudgedError {
-  double error = 0.0, estimate = 0.0, unquantified = 0.0;  // [-] relative to the larger scale
+  double error = 0.0, estimate = 0.0, unquantified = 0.0;  // [-] over max(scale of the verdict, true |V|)
   Verdict::Level level = Verdict::Level::kGood;
 };
 /// \param first  commands of the first tick

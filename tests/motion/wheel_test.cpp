@@ -103,7 +103,7 @@ TEST(Wheel, AMotorLoadsTheStructureLikeATorqueOnItsBody) {
   const Eigen::Map<const Eigen::VectorXd> a(by_motor.state.q.data(), n), b(by_torque.state.q.data(), n);
   EXPECT_GT(b.norm(), 1e-7);
   EXPECT_LT((a - b).norm(), 1e-11 * b.norm());
-  // the body rotates as from rest, so I w = -h a
+  // the angular momentum H stays zero, so I w = -h a
   EXPECT_LT((vector(angular_velocity(by_motor.plan, by_motor.state)) -
              vector(angular_velocity(by_torque.plan, by_torque.state)))
                 .norm(),
@@ -111,8 +111,7 @@ TEST(Wheel, AMotorLoadsTheStructureLikeATorqueOnItsBody) {
   EXPECT_EQ(vector(by_motor.state.H_W).norm(), 0.0);
 }
 
-// A torque of a load has the same effect as a commanded torque. A sine is interpolated linearly between ticks
-// in the wheel and in the structure.
+// A torque of a load on a wheel has the same effect as the same torque in a command.
 TEST(Wheel, TheTorqueOfALoadActsLikeACommandedTorque) {
   Scene scene = two_on_a_beam(Vector3d(0.6, 0.0, 0.8), 0.3);
   Simulation commanded(scene);
