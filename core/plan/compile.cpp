@@ -66,8 +66,9 @@ void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
   plan.rigid_freedoms = body.rigid_freedoms;
   plan.p_SB = to_array(body.p_SB);
   plan.inertia = to_array(body.inertia);
-  // I^-1 = sum_k u_k u_k^T / I_k   (THEORY 2.8). For a thin shape, the principal moments are more accurate
-  // than the inertia matrix. Rotations that the body cannot make are omitted from the sum.
+  // I^-1 = sum_k u_k u_k^T / I_k   (THEORY 2.8). The sum uses the principal moments, because for a thin shape
+  // they are more accurate than the inertia matrix. Rotations that the body cannot make are omitted from the
+  // sum.
   Eigen::Vector3d inverse = Eigen::Vector3d::Zero();
   for (int k = 0; k < 3; ++k) {
     const bool rotates = body.rigid_freedoms == 6 || (body.rigid_freedoms == 5 && k > 0);
@@ -246,7 +247,7 @@ void compile_links(const Scene& scene, const Structure& structure, Plan& plan) {
   }
 }
 
-// Returns the indices in their order, without repetitions.
+// Returns each index once, in the order of first occurrence.
 std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
   std::vector<std::int32_t> kept;
   for (const int index : indices)

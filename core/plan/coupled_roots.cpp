@@ -17,7 +17,7 @@ using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::VectorXcd;
 
-// [flop] The largest cost of the iteration. It is kFewFlops if the dense problem is possible too, and
+// [flop] The iteration is used up to a cost of kFewFlops if the dense problem is possible too, and up to
 // kMostWork if the dense problem is not possible. A problem of kMostWork takes some ten seconds.
 constexpr double kFewFlops = 2e9, kMostWork = 1e11;
 constexpr int kMostSweeps = 60;
@@ -70,8 +70,8 @@ class Secular {
     return 2.0 * n * 12.0 * (16.0 * k * k * n + 4.0 * k * k * k + 60.0 * n);
   }
 
-  // Returns false if an eigenvalue does not converge, or if their sum is not the trace of the coupled
-  // equations
+  // Returns false if an eigenvalue does not converge, or if the sum of the eigenvalues is not the trace of
+  // the coupled equations
   bool solve() {
     for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
       bool is_done = true;
@@ -225,7 +225,7 @@ class Secular {
   VectorXcd poles_;  // [1/s] (2 n) first pole of each mode, then the second pole of each mode
   std::vector<bool> is_zero_frequency_;
   std::vector<Root> roots_;
-  double damping_ = 0.0, coupling_ = 0.0;  // [1/s] change of the trace by coupling; sum of its absolute terms
+  double damping_ = 0.0, coupling_ = 0.0;  // [1/s] sums over modes: change of the trace, |change|
   ArrayXcd first_, second_, slope_, g_;
   MatrixXcd N_;
 };

@@ -240,7 +240,7 @@ class Matching {
       mode.rate = -slow.s.real();
       mode.ratio = -1.0;
     } else if (is_zero_frequency(modes_, l)) {
-      return mode;  // the mode comes to rest at any displacement
+      return mode;  // a zero-frequency mode may come to rest at any displacement
     } else {
       mode.rate = -slow.s.real() + 0.0;
       if (const double product = one.s.real() * other.s.real(); product > 0.0)
@@ -293,7 +293,7 @@ class Matching {
   Eigen::Index num_modes_;
   std::vector<Found> found_;
   std::vector<Claim> claims_;
-  std::vector<Slot> slots_;  // the slots of the modes, then those of the body
+  std::vector<Slot> slots_;  // the slots of the modes, then the slot of the body
 };
 
 // Returns the largest growth rate [1/s], or 0 if no growth rate exceeds its rounding error.

@@ -35,8 +35,8 @@ bool couples_modes(const Plan& plan);
 
 /// Returns the free motion. An eigenvalue belongs to the mode that holds most of the energy of the
 /// eigenvector. The mode then has frequency |Im s|, damping ratio -Re(s) / |s|   (THEORY 8.44). The work
-/// grows with (num_modes * num_forces)^2, where num_forces is the number of forces that couple modes. If that
-/// is too much work, the coupled modes are reported as unknown.
+/// grows with (num_modes * num_forces)^2, where num_forces is the number of forces that couple modes. If the
+/// work is too much, the coupled modes are reported as unknown.
 FreeMotion free_motion(const Plan& plan);
 
 /// Returns the largest growth rate that constant followers cause among the 128 lowest modes [1/s]. Returns 0

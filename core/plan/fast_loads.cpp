@@ -36,8 +36,8 @@ bool meets_image(double frequency, const Plan& plan) {
 }
 
 // Returns true if a table has a kink between ticks at an end of a rise or fall that takes less than ten
-// ticks, or a jump. Linear interpolation between ticks cuts the kink off, so a rise over n ticks has an error
-// of up to 1 / (4 n) of its height within a tick. For ten ticks this is 2.5 %.
+// ticks, or if it has a jump. Linear interpolation between ticks cuts the kink off, so a rise over n ticks
+// has an error of up to 1 / (4 n) of its height within a tick. For ten ticks this is 2.5 %.
 bool bends_between_ticks(const PlanHistory& table, double period) {
   constexpr double kClose = 10.0, kOnTick = 1e-6;  // [ticks]
   for (std::size_t k = 1; k < table.times.size(); ++k) {
@@ -67,7 +67,7 @@ double acceleration_by(const LoadPattern& pattern, const Plan& plan) {
 double spin_by_loads(const Plan& plan, double time) {
   double spin = 0.0;
   for (const PlanHistory& history : plan.histories) {
-    double seconds = time;  // integral of the largest amplitude
+    double seconds = time;  // [s] bound of the integral of the amplitude
     if (history.kind == PlanHistory::Kind::kPulse)
       seconds =
           history.pulse_start < time ? std::min(history.pulse_duration, time - history.pulse_start) : 0.0;
@@ -84,7 +84,8 @@ double spin_by_loads(const Plan& plan, double time) {
 }
 
 // Returns true if moving the ends of a pulse to ticks (THEORY 8.10) shifts an end by more than 0.02 rad of
-// the phase of a mode or of the rotation of the body. A shift of 0.02 rad is 2 % of the effect of the pulse.
+// the phase of a mode or of the rotation of the body. A shift of 0.02 rad changes the effect of the pulse by
+// 2 %.
 bool is_moved(const PlanHistory& pulse, const Plan& plan) {
   constexpr double kGoodError = 0.02;
   const auto shift = [&](std::int64_t tick, double time) {
@@ -92,7 +93,7 @@ bool is_moved(const PlanHistory& pulse, const Plan& plan) {
   };
   const double most = std::max(shift(pulse.start_tick, pulse.pulse_start),
                                shift(pulse.end_tick, pulse.pulse_start + pulse.pulse_duration));
-  constexpr double kForEver = 1e12;  // [ticks] longer pulses never end
+  constexpr double kForEver = 1e12;  // [ticks] a longer pulse is taken as a pulse that never ends
   if (pulse.pulse_duration == 0.0 || pulse.pulse_duration > kForEver * plan.period) return false;
   double fastest = rotation_rate(plan) + spin_by_loads(plan, pulse.pulse_start + pulse.pulse_duration);
   for (const double omega : plan.omega) fastest = std::max(fastest, omega);

@@ -69,7 +69,8 @@ void add_followers(const Plan& plan, const PlanHistory& history, Kind& forces) {
   for (const PlanFollower& each : history.followers)
     add(three_rows(plan.rows.data() + static_cast<std::size_t>(each.row) * block, plan),
         -cross_matrix(vector(each.force_B)) * three_rows(each.rotation_rows.data(), plan));
-  // kappa: on the coupled rungs, a torque on a rotated body also has the term T x theta / 2   (THEORY 12.53)
+  // kappa is 1/2 on the coupled rungs, because a torque on a rotated body there also has the term T x theta /
+  // 2 (THEORY 12.53)
   const double share = is_coupled(plan) ? 0.5 : 1.0;
   for (const PlanTorque& each : history.torques.all) {
     const Eigen::MatrixXd theta = three_rows(rotation_rows(plan, each.attitude_index), plan);

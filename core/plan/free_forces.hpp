@@ -21,20 +21,20 @@ struct FreeForces {
   Eigen::Index num_body = 0;  // number of axes of the body: 0 unless wheels couple it with the modes
 };
 
-/// Returns true if the step has gyroscopic forces between modes. It has them on the coupled rungs if a wheel
-/// has momentum at the start.
+/// Returns true if the step has gyroscopic forces between modes. The step has such forces on the coupled
+/// rungs if a wheel has momentum at the start.
 bool has_gyroscopic_forces(const Plan& plan);
 
-/// Returns the built-in loads that follow the elastic motion, as indices into Plan::histories. If
-/// is_constant, returns the loads of constant amplitude, otherwise the loads of varying amplitude.
+/// Returns the built-in loads that follow the elastic motion, as indices into Plan::histories. If is_constant
+/// is true, returns the loads of constant amplitude, otherwise the loads of varying amplitude.
 std::vector<std::size_t> follower_loads(const Plan& plan, bool is_constant);
 
-/// Returns the forces of dashpots, feedback, wheels and, if has_followers, of constant followers.
+/// Returns the forces of dashpots, feedback and wheels, and those of constant followers if has_followers is
+/// true.
 /// \pre unknown_coupling(plan) returns an empty text
 FreeForces free_forces(const Plan& plan, bool has_followers = true);
 
-/// Returns a text that states why the linear forces of a plan are not known. If they are known, the text is
-/// empty.
+/// Returns why the linear forces of a plan are not known. If the forces are known, the text is empty.
 std::string unknown_coupling(const Plan& plan);
 
 }  // namespace freeflex

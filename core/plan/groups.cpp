@@ -45,8 +45,8 @@ PlanBodyRotation rotation_of_link_mass(const Plan& plan) {
   return rotation;
 }
 
-// Finds the points and particles that carry the mass of groups, as indices for mass_point. Adds the particles
-// to the plan if they belong to a group   (THEORY 16.4).
+// Finds the points and particles that carry the mass of groups, as indices for mass_point. Adds those
+// particles that belong to a group to the plan (THEORY 16.4).
 class GroupMasses {
  public:
   GroupMasses(const Scene& scene, const Structure& structure, Plan& plan)

@@ -129,8 +129,8 @@ double sufficient_rate(const Plan& plan, double growth) {
     if (per_second[static_cast<std::size_t>(k)] <= kNegligibleGrowth * per_second[0])
       return std::ldexp(rate, k);
   }
-  if (factor > 2.0) return 0.0;  // a force held over half a tick is too large even at the last rate
-  // the growth that remains at the last rate is the growth by the feedback itself
+  if (factor > 2.0) return 0.0;  // a force held over half a tick is too large even at the highest rate
+  // the growth that remains at the highest rate is the growth by the feedback itself
   int enough = 0;
   while (!(per_second[static_cast<std::size_t>(enough)] <= 2.0 * per_second.back())) ++enough;
   return std::ldexp(rate, enough);

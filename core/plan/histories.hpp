@@ -26,7 +26,7 @@ void set_history_ticks(PlanHistory& history, double period);
 
 /// Warns of loads that the step applies otherwise than the scene gives them, because the step takes loads as
 /// linear between ticks. Such loads are pulses whose edges are moved to ticks (THEORY 8.10, 8.11), and sines
-/// and tables that change faster than the ticks (THEORY 6.1, 8.12, 8.13).
+/// and tables that change faster than the ticks resolve (THEORY 6.1, 8.12, 8.13).
 void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex

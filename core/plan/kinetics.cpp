@@ -73,12 +73,12 @@ class Tables {
                  plan_.coupled.kinetics.moments);
   }
 
-  // sum m b_k,a b_l,b
+  // Returns the sum m b_k,a b_l,b.
   Eigen::MatrixXd outer(const Axes2& axes) const {
     return weighted_[at(axes[0])].transpose() * b_[at(axes[1])];
   }
 
-  // The sum m r_a g_kl,b, which is zero for constraint shapes.
+  // Returns the sum m r_a g_kl,b, which is zero for constraint shapes.
   Eigen::MatrixXd second_order_sum(const std::vector<RotatingBody>& bodies, const Axes2& axes) const {
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(num_, num_all_);
     for (const RotatingBody& body : bodies) sum.leftCols(num_) += second_order(body, axes[0], axes[1]);
@@ -132,7 +132,7 @@ void compile_kinetics(const Scene& scene, const Structure& structure, const Eige
                       PlanKinetics::Form form, Plan& plan) {
   plan.coupled.kinetics.form = form;
   if (form != PlanKinetics::Form::kTables) return;
-  const Tables tables(scene, structure, shapes, plan);  // writes the tables into the plan
+  const Tables tables(scene, structure, shapes, plan);  // the constructor writes the tables into the plan
   compile_offsets(scene, structure, plan);
 }
 

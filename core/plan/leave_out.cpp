@@ -72,7 +72,7 @@ class Unneeded {
     feature(which).why = std::move(why);
   }
 
-  // If the scene keeps a feature, commands may use this feature.
+  // Widens the scope by each feature that the scene keeps, because commands may then use this feature.
   void keep_requested_features() {
     if (keeps(Feature::kRotation) && !reduced_.motion.has_rotation) {
       reduced_.motion.has_rotation = true;
@@ -124,8 +124,8 @@ class Unneeded {
                   to_array(reduced_.motion.normal), to_array(reduced_.motion.R_WB)};
   }
 
-  // decides on the modes that nothing excites   (THEORY 14.2), and on the unexcited modes that move along the
-  // normal
+  // decides on the modes that nothing excites (THEORY 14.2), separately for those that move along the normal
+  // of a plane
   void choose_modes() {
     if (full_.num_elastic == 0) {
       for (const Feature which : {Feature::kOutOfPlane, Feature::kUnreachedModes})

@@ -55,7 +55,8 @@ std::vector<int> massless_of(const Scene& scene, std::vector<int> points) {
 
 constexpr int kNamed = 8;  // largest number of points that a message lists
 
-// Warns of a given initial motion of massless points, whose displacement follows from the other points.
+// Warns if the scene gives an initial motion of massless points, because their motion follows from that of
+// the other points.
 void warn_of_massless_start(const Scene& scene, Faults& faults) {
   std::vector<int> given;
   for (const auto& each : scene.initial.points)
@@ -110,7 +111,7 @@ void check_kept(const Scene& scene, const Structure& structure, Faults& faults) 
                       " points); set fidelity: separated, spin-loaded or coupled"));
 }
 
-// Returns the index of each mode of a plan in its fallback plan.
+// Returns, for each mode of a plan, the index of this mode in the fallback plan.
 std::vector<std::int32_t> modes_in_fallback(const std::vector<int>& few, const std::vector<int>& many) {
   std::vector<std::int32_t> modes_in_fallback;
   modes_in_fallback.reserve(few.size());

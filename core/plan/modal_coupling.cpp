@@ -152,7 +152,7 @@ namespace {
 // Holds y' = A y + (0, E Q) for y = (q, q') of the coupled modes   (THEORY 8.30).
 struct Generator {
   WideMatrix A;  // (2 n_mixed x 2 n_mixed)
-  WideMatrix E;  // (2 n_mixed x n_mixed) the zeros above E included
+  WideMatrix E;  // (2 n_mixed x n_mixed) including the zeros above E
 };
 
 // A = [0, 1; -omega^2 + B^T F_q / M, -2 decay + (B^T F_v - R^T R) / M]   (THEORY 8.31),

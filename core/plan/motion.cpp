@@ -13,7 +13,8 @@
 namespace freeflex {
 namespace {
 
-// Warns that the rung `rigid` has neither an elastic state nor link forces.
+// Warns if the scene gives an initial elastic state or publishes link forces, because the rung `rigid` has
+// neither.
 void warn_of_rigid(const Scene& scene, Faults& faults) {
   if (!scene.initial.points.empty() || !scene.initial.modes.empty())
     add_warning(faults, scene.initial.origin,

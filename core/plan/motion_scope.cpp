@@ -12,8 +12,8 @@
 namespace freeflex {
 namespace {
 
-// [-] a moment, or a component along the normal, below this fraction of its terms is a rounding error of the
-// given values
+// [-] a moment, or a component along the normal, below this fraction of the sum of its absolute terms is a
+// rounding error of the given values
 constexpr double kRounding = 1e-12;
 
 bool has_commands(const Scene& scene) { return !scene.pushable.empty() || !scene.groups.empty(); }

@@ -337,7 +337,7 @@ class Writer {
   std::vector<std::byte> bytes_;
 };
 
-// Reads values from the front of the bytes. After the first failure, changes nothing.
+// Reads values from the front of the bytes. After the first failure, leaves all values unchanged.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes, std::uint32_t version = kVersion)

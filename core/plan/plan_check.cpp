@@ -14,7 +14,7 @@
 namespace freeflex {
 namespace {
 
-constexpr std::int32_t kMaxPadded = 1 << 15;  // largest number of modes and constraint shapes, padded
+constexpr std::int32_t kMaxPadded = 1 << 15;  // largest padded number of modes and constraint shapes
 constexpr std::size_t kMaxItems = 1U << 20U;
 
 bool is_positive(double value) { return std::isfinite(value) && value > 0.0; }

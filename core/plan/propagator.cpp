@@ -104,7 +104,7 @@ UnitStep unit_step(const Real& W, const Real& a) {
   return a < 1 ? from_series(W, a) : from_decays(W, a);
 }
 
-/// Splits P into its leading 26 bits C and the rest L, rounded to double: P = C + L   (THEORY 6.5).
+/// Splits P into its leading 26 bits C and the rest L, which is rounded to double: P = C + L (THEORY 6.5).
 void split(const Real& P, double& leading, double& rest) {
   constexpr std::uint64_t kMask = ~((std::uint64_t{1} << 27) - 1);
   leading = std::bit_cast<double>(std::bit_cast<std::uint64_t>(P.convert_to<double>()) & kMask);

@@ -23,15 +23,15 @@ std::int32_t resolving_substeps(std::span<const double> omega, double period);
 
 /// Returns the number of substeps of a shadow of a plan on `rung`. The argument `resolving` is the result of
 /// resolving_substeps(). The full shadow makes 1 substep. If the rung divides its own tick, the shadow makes
-/// 2 substeps. Otherwise it makes `resolving` substeps, but at least 2 if it is the fine shadow or the rung
-/// is coupled (THEORY 12.22).
+/// 2 substeps. Otherwise it makes `resolving` substeps, but at least 2 if the shadow is the fine shadow or
+/// `rung` is a coupled rung (THEORY 12.22).
 std::int32_t shadow_substeps(PlanShadow::Kind kind, Fidelity rung, std::int32_t resolving);
 
 /// Converts a horizon [s] to ticks. Returns at least 1.
 std::int64_t horizon_in_ticks(double horizon, double period);
 
-/// Returns a warning if a frequency of the plan is above a thousand times its rate, because masses or
-/// stiffnesses are then likely to be in a wrong unit. Returns an empty text otherwise.
+/// Returns a warning if a frequency of the plan is above a thousand times the rate of the plan, because
+/// masses or stiffnesses are then likely to be in a wrong unit. Returns an empty text otherwise.
 std::string find_fast_modes(const Plan& plan);
 
 }  // namespace freeflex

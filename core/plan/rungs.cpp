@@ -49,8 +49,9 @@ double stage_rate(const Plan& plan) {
   return rate;
 }
 
-// Returns 2 max decay_l [1/s] if there are dampers at true direction, otherwise 0. The difference between
-// their true and linear forces acts stage by stage, like the same difference of bars   (THEORY 12.19, 12.32).
+// Returns 2 max decay_l [1/s] if dampers act in their true direction, otherwise 0. The difference between
+// true and linear forces of dampers acts stage by stage, like that between true and linear forces of bars
+// (THEORY 12.19, 12.32).
 double damper_rate(const Plan& plan) {
   const auto damps = [](const PlanBar& bar) { return bar.damping > 0.0; };
   if (std::ranges::none_of(plan.coupled.bars, damps)) return 0.0;

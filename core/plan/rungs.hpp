@@ -32,7 +32,7 @@ inline constexpr double kFullPhase = 0.5;
 /// (THEORY 12.30). The error of the method of order 4 is then 5e-8 of the rotation.
 inline constexpr double kRotationPhase = 0.05;
 
-/// Largest number of substeps of a tick. At some 10 us each, this number takes most of a second.
+/// Largest number of substeps of a tick. At some 10 us each, this number of substeps takes most of a second.
 inline constexpr std::int32_t kMaxSubsteps = 65536;
 
 /// Returns the rate of rotation of the body at the start, including the nutation that wheels cause [rad/s]:

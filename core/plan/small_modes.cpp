@@ -108,7 +108,7 @@ PeakAmplitudes follow_built_in(const Structure& structure, const Plan& plan, dou
 
 // Holds quasi-static responses to commands of 1 N (torques of 1 N m), as rows over modes (THEORY 14.8).
 struct UnitCommands {
-  Eigen::MatrixXd rows;  // (pushes x modes) s_l = |Q_l| / (M omega_l^2) [m]; 0 for mechanisms
+  Eigen::MatrixXd rows;  // (commands x modes) s_l = |Q_l| / (M omega_l^2) [m]; 0 for mechanisms
   // [m] largest quasi-static displacement of a point that is read out or loaded, for each command
   Eigen::VectorXd reference;
   Eigen::MatrixXd any;  // (points and groups x modes) s_l for a force in any direction

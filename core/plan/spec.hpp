@@ -1,4 +1,4 @@
-// The decisions on a plan are made before the plan is compiled.
+// The specification of a plan holds the decisions that are made before the plan is compiled.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,7 +23,7 @@ struct PlanSpec {
   std::vector<int> modes;       // indices of the structure's modes that the plan has, ascending
   InitialModes initial;         // initial state of all modes of the structure
   bool numbers_modes = false;   // true: fills Plan::mode_numbers, because modes may be omitted
-  bool has_every_row = false;   // true: mode-shape rows of all points, also of points that are not read out
+  bool has_every_row = false;   // true: the plan has mode-shape rows of all points, read out or not
   bool publishes_links = true;  // true: the plan has the forces of the links that the scene publishes
   bool is_judged = true;        // true: the plan has tables for the verdict, because its motion is published
   double substep_phase = 0.0;   // [rad] largest phase in a substep, on rungs that divide the tick

@@ -1,4 +1,4 @@
-// Initial state of a scene in elastic coordinates, and checks of it.
+// Initial state of a scene in elastic coordinates, and checks of the initial state.
 #pragma once
 
 #include "core/plan/spec.hpp"

@@ -178,9 +178,10 @@ double inner_load(const Scene& scene, const Structure& whole, const std::vector<
   return std::sqrt(sum);
 }
 
-// Returns max(1, max |b_l|^2 / 4) over the points of matrices and rigid links, because the internal forces of
-// these links are unknown. Here |b_l| of a point is its displacement over the mass-weighted rms. |b_l| is 2
-// at the ends of a free beam, and far more at a light point between heavy ends (THEORY X143).
+// Returns the factor max(1, max |b_l|^2 / 4) on the unquantified stiffness of a mode. The inner maximum is
+// over the points of matrix links and rigid links, because the internal forces of these links are unknown.
+// Here |b_l| of a point is its displacement over the mass-weighted rms. |b_l| is 2 at the ends of a free
+// beam, and far more at a light point between heavy ends (THEORY X143).
 double unquantified_factor(const Scene& scene, const Structure& whole, int mode) {
   constexpr double kSquareOfBeamEnd = 4.0;
   double most = 0.0;

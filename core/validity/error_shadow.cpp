@@ -115,9 +115,10 @@ void ErrorShadow::set_spin(const Vec3& w, const std::array<double, 6>& products,
   }
 }
 
-/// Computes the motion and its error halfway through the tick, as free vibration. If F is taken at this time,
-/// a tick is equivalent to free motion over half a tick, an impulse proportional to F, and free motion over
-/// the other half. F therefore neither feeds nor damps the vibration (THEORY X142).
+/// Computes the motion of the rung and the error of this motion halfway through the tick, as free vibration.
+/// If F is taken at this time, a tick is equivalent to free motion over half a tick, an impulse proportional
+/// to F, and free motion over the other half. F therefore neither feeds nor damps the vibration
+/// (THEORY X142).
 void ErrorShadow::move_halfway(const MotionState& state) noexcept {
   for (std::size_t c = 0; c < size(); ++c) {
     const Free& half = ticks_[c].half;
@@ -191,7 +192,7 @@ void ErrorShadow::add_coriolis() noexcept {
 }
 
 /// Returns the part of a body's elastic rotation that the rung neglects [rad]. On the coupled rungs this part
-/// is the rotation by the error. Below them it is the whole elastic rotation.
+/// is the rotation by the error. Below the coupled rungs, this part is the whole elastic rotation.
 Vec3 ErrorShadow::neglected_rotation(const double* rows, const MotionState& state,
                                      const Array& delta) const noexcept {
   const std::size_t padded = index(plan_.num_padded);
@@ -334,8 +335,9 @@ void ErrorShadow::advance_coupled() noexcept {
   rate_.swap(next_rate_);
 }
 
-/// Applies half an impulse of feedback, explicitly, and of each dashpot in turn. The dashpots are implicit,
-/// so their coefficients are not limited. The second half impulse uses the reverse order of the first.
+/// Applies half an impulse of feedback and of each dashpot in turn. Feedback is applied explicitly. The
+/// dashpots are applied implicitly, so their coefficients may be of any size. The second half impulse uses
+/// the reverse order of the first.
 void ErrorShadow::add_half_impulse(const Array& delta, bool is_second, Array& rate) noexcept {
   const std::size_t n = rate.size(), num_damping = static_cast<std::size_t>(plan_.modal_coupling.num_damping);
   const double share = 0.5 * plan_.period / plan_.mass;
@@ -375,7 +377,7 @@ void ErrorShadow::limit(double most) noexcept {
     const double omega = plan_.omega[c];
     const double amplitude = std::hypot(delta_[c], omega > 0.0 ? rate_[c] / omega : 0.0);
     if (amplitude <= most) continue;
-    // This test also handles an amplitude that is infinite or NaN.
+    // An error whose amplitude is infinite or NaN is set to `most`.
     const double share = std::isfinite(amplitude) ? most / amplitude : 0.0;
     delta_[c] = share > 0.0 ? delta_[c] * share : most;
     rate_[c] = share > 0.0 ? rate_[c] * share : 0.0;

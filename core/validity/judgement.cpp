@@ -52,7 +52,7 @@ Judgement::Judgement(const Plan& plan) : plan_(plan), responsible_(plan) {
   mass_extent_ = std::max(size_, std::sqrt(uneven_inertia_ / plan.mass));
   const double lowest = lowest_omega(plan);
   if (lowest > 0.0) fade_ = std::exp(-errors_.front().round() * lowest / (2.0 * M_PI * kFadingPeriods));
-  // errors of past horizons decay at the rate of the slowest mode
+  // errors of past horizons decay at the rate of the mode that decays most slowly
   const auto end = plan.decay.begin() + plan.num_elastic;
   const double slowest = plan.num_elastic > 0 ? *std::min_element(plan.decay.begin(), end) : 0.0;
   horizon_fade_ = std::exp(-slowest * plan.budget.horizon);
@@ -172,7 +172,7 @@ void Judgement::estimate_spin_curvature(const Vec3& w) noexcept {
   const double most = std::max({norm(w), norm(s.before[0]), norm(s.before[1])});
   s.second = {most > 0.0 ? norm(second) / most : 0.0, s.second[0], s.second[1]};
   s.before = {w, s.before[0]};
-  constexpr double kFade = 1.0 - 1.0 / 64.0;  // slow decay: ticks may sample a nutation at equal phases
+  constexpr double kFade = 1.0 - 1.0 / 64.0;  // slow, because ticks may sample a nutation at equal phases
   s.angle *= kFade;
   s.num_ticks = std::min(s.num_ticks + 1, 5);
   if (s.num_ticks == 5)
@@ -180,9 +180,10 @@ void Judgement::estimate_spin_curvature(const Vec3& w) noexcept {
 }
 
 /// Adds the error by loads that rotate within a tick. The step takes the loads on modes as linear over a tick
-/// (THEORY 6.1), and this has an error of theta^2 / 8 of the load. Free vibration doubles the error, to
-/// theta^2 / 4 of the quasi-static displacement (THEORY X144). Loads fixed in the world and loads of an
-/// attractor rotate by theta in body axes, but loads by spin and wheels change with the spin.
+/// (THEORY 6.1), and for loads that rotate by theta this has an error of theta^2 / 8 of the load. Free
+/// vibration doubles the error, to theta^2 / 4 of the quasi-static displacement (THEORY X144). Loads fixed in
+/// the world and loads of an attractor rotate by theta in body axes, but loads by spin and wheels change with
+/// the spin.
 /// \param rotation  [rad] rotation of the body or of the orbit in a tick
 void Judgement::add_rotating_loads(const State& state, double rotation) noexcept {
   constexpr double kNegligibleAngle = 0.01;  // [rad] smaller angles change the load by less than 1e-5
@@ -230,7 +231,7 @@ void Judgement::check_coupled_rotation(const State& state) noexcept {
   if (attitude_error_ > kGoodAttitudeError)
     rate_for_rotation_ =
         std::max(rate_for_rotation_, std::pow(attitude_error_ / kGoodAttitudeError, 0.25) / substep);
-  constexpr double kFade = 1.0 - 1.0 / 64.0;  // slow decay: ticks may sample a vibration at zero rate
+  constexpr double kFade = 1.0 - 1.0 / 64.0;  // slow, because ticks may sample a vibration at zero rate
   // [rad] Rotation per tick that is added for unresolved vibration if there are wheels, whatever their
   // momentum. After a hundred ticks, the whole vibration is taken as an error.
   constexpr double kByWheels = 0.02;

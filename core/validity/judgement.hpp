@@ -28,7 +28,7 @@ struct Verdict {
     kSize,          // displacements are not small compared with the size of the body
     kLost,          // the reference solution diverged
     kIntegration,   // the reference solution shows an integration error
-    kStep,          // a tick is too long for the body's rotation, its orbit or its vibration
+    kStep,          // a tick is too long for the rotation, the orbit or the vibration of the body
     kUnresolved,    // the reference solution does not resolve the fastest vibration
     kTruncation,    // omitted modes move
     kModel,         // the reference solution shows a model error of the rung
@@ -36,7 +36,7 @@ struct Verdict {
     kUnquantified,  // an unquantified error, by forces inside links, by wheels or by omitted small modes
     kNotKept,       // only the lowest modes were found, so the motion of the others is unknown
     kFastLoad,      // a load changes faster than the ticks resolve
-    kAttractor,     // the attractor is too near for the gradient of its field
+    kAttractor,     // the attractor is so near that the gradient of its field does not suffice
     kRigid,         // the rung is rigid, and loads or spin deform the body
     kUnknown,       // the plan file has no tables for the verdict
   };
@@ -50,7 +50,7 @@ struct Verdict {
   // [m] Displacement by which the error is divided. It is the tolerance or, without a tolerance, the decaying
   // peak, but at least the present displacement.
   double scale = 0.0;
-  double position = 0.0;    // [m] error of points in space by the reference solution, rms; 0: no budget
+  double position = 0.0;    // [m] rms position error that the reference solution shows; 0: no budget
   double rate = 0.0;        // [Hz] rate that resolves the body's rotation; 0: the present rate resolves it
   Responsible responsible;  // item that is responsible for the cause; empty if the verdict is `good`
 };
@@ -60,7 +60,7 @@ const char* name_of(Verdict::Level level);
 /// Returns the text of the cause, with the name of the responsible item and the remedy. If the verdict is
 /// `good`, the text is empty.
 std::string text_of(const Plan& plan, const Verdict& verdict);
-/// Returns "good", or the verdict and its cause.
+/// Returns "good", or the level of the verdict and the text of the cause.
 std::string describe(const Plan& plan, const Verdict& verdict);
 /// Returns the estimated error of the displacements as text, for example "0.12 % of the tolerance, 1e-05 m".
 std::string error_text(const Plan& plan, const Verdict& verdict);

@@ -340,7 +340,8 @@ void ModalErrors::update_mode(std::size_t l, const MotionState& state) noexcept 
   mode.amplitude_error -= quasi_static_error - mode.quasi_static_error;
   mode.quasi_static_error = quasi_static_error;
   mode.peak *= mode.fade;
-  // mode shapes change with the stiffness, and Coriolis forces excite other modes
+  // errors spread to other modes, because mode shapes change with the stiffness and Coriolis forces excite
+  // other modes
   mode.spread = std::abs(change) * (length(amplitudes_[l]) + std::abs(quasi_static_[at])) +
                 std::sqrt(2.0 * std::max(0.0, coriolis_transfer(l))) * length(amplitudes_[l]);
   fastest_ = std::max(fastest_, 0.5 * omega * std::abs(change));
@@ -415,10 +416,10 @@ double ModalErrors::unquantified_stiffness(std::size_t l, double change) const n
   return change * (l < factor.size() ? factor[l] : 1.0) / (omega_1_ * omega);
 }
 
-/// Updates the unquantified error of a mode. For an unquantified relative stiffness u, the phase rate is
-/// omega u / 2. If u > 1, the amplitude grows at the rate omega (u - 1)^(1/2). If u changes, the amplitude
-/// grows at the rate omega |change| / 4 (THEORY X143). \param pulse [-] relative change of stiffness that the
-/// steps do not resolve
+/// Updates the unquantified error of a mode. For an unquantified relative stiffness u, the phase error grows
+/// at the rate omega u / 2. If u > 1, the amplitude grows at the rate omega (u - 1)^(1/2). If u changes, the
+/// amplitude grows at the rate omega |change| / 4 (THEORY X143). \param pulse [-] relative change of
+/// stiffness that the steps do not resolve
 void ModalErrors::update_unquantified(std::size_t l, double pulse, const MotionState& state) noexcept {
   Mode& mode = modes_[l];
   const double omega = plan_.omega[static_cast<std::size_t>(plan_.unmodelled.pairs[l][0])],

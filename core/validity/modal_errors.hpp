@@ -12,11 +12,11 @@ namespace freeflex {
 /// Holds rms values over all points, weighted by mass: |V|^2 = sum m V.V / M = sum q_l^2 [m^2].
 struct ModalErrorSize {
   double displacement = 0.0;  // [m] |V|
-  double envelope = 0.0;      // [m] |V| with the amplitudes of the vibration instead of its values
+  double envelope = 0.0;      // [m] |V| with the amplitudes of the vibration instead of its present values
   double error = 0.0;         // [m] estimated error
   double unquantified = 0.0;  // [m] order of magnitude of the unquantified error
-  double second_order = 0.0;  // [m] part of `error` by second order in the displacements
-  double softening = 0.0;     // [-] largest relative stiffness that a mode loses; 1: it buckles
+  double second_order = 0.0;  // [m] part of `error` by terms of second order in the displacements
+  double softening = 0.0;     // [-] largest relative stiffness that a mode loses; 1: the mode buckles
   double spin = 0.0;          // [m] part of `error` by the centrifugal load that the rung neglects
 };
 
@@ -145,7 +145,7 @@ class ModalErrors {
   // are empty without damping.
   std::vector<double> mean_rate_, q_before_;
   bool is_first_ = true;
-  std::vector<double> quasi_static_;  // [m] quasi-static response to loads included in the rung
+  std::vector<double> quasi_static_;  // [m] quasi-static response to the loads that the rung includes
   std::vector<double> second_;        // [N] generalized forces of second order
   // [m] modal amplitudes of the judged modes, q - q_s + i q' / omega
   std::vector<std::complex<double>> amplitudes_;
@@ -154,7 +154,8 @@ class ModalErrors {
   Vec3 w_{};                          // [rad/s] angular velocity, body axes
   Vec3 acceleration_{}, w_dot_{};     // [m/s^2], [rad/s^2] accelerations of the frame by loads, body axes
   // [1/s per N m s] bounds of the phase rate per momentum of a wheel. Each wheel has (judged + 1) bounds, one
-  // for each judged mode, then the largest of all other modes. The array is empty on coupled rungs.
+  // for each judged mode, then the largest bound of the modes that are not judged. The array is empty on
+  // coupled rungs.
   std::vector<double> wheel_phases_;
   double rest_unquantified_ = 0.0;  // [m] unquantified error by wheels of the modes that are not judged
   // [1/s^2] unquantified stiffness over M, relative to omega_1 omega_l, in the present round and in the

@@ -84,9 +84,9 @@ void ResponsibleFinder::project_load(const Plan& plan, const LoadPattern& patter
     }
 }
 
-/// Calls visit(load, history, now, largest) for each load that acts, while Q_ holds its generalized forces.
-/// `now` is the amplitude of the load at this tick, and `largest` is the amplitude to judge. For a sine,
-/// `largest` is the peak. For commands, `history` is nullptr.
+/// Calls visit(load, history, now, largest) for each load that acts, while Q_ holds the generalized forces of
+/// this load at amplitude 1. `now` is the amplitude of the load at this tick, and `largest` is the amplitude
+/// to judge. For a sine, `largest` is the peak. For commands, `history` is nullptr.
 template <typename Visit>
 void ResponsibleFinder::for_each_load(const State& state, const Visit& visit) noexcept {
   const Plan& plan = active_plan(plan_, state);

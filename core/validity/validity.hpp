@@ -11,11 +11,12 @@ namespace freeflex {
 inline constexpr double kGoodElastic = 0.02, kMostElastic = 0.2;            // [-] error over scale
 inline constexpr double kGoodPosition = 1e-3, kMostPosition = 1e-2;         // [-] position error over size
 inline constexpr double kGoodDisplacement = 1e-2, kMostDisplacement = 0.1;  // [-] displacement over size
-// [-] largest ratio of displacement to size for the verdict `good` if the second order of some links is
-// unquantified
+// [-] largest ratio of displacement to size for the verdict `good` if the second-order terms of some links
+// are unquantified
 inline constexpr double kGoodUnquantified = 1e-3;
 
-/// Computes the ratios of status_t for one plan. Allocates nothing after construction.
+/// Computes the displacement ratio and the spin ratio that status_t publishes, for one plan. Allocates
+/// nothing after construction.
 class Validity {
  public:
   explicit Validity(const Plan& plan);

@@ -44,8 +44,8 @@ Scene two_published_bodies() {
   return scene;
 }
 
-// A wrench on a group of one body alone is spread over the particles of the body, so it equals the torque on
-// the body.
+// A wrench on a group of one body alone is spread over the particles of the body, so the wrench has the same
+// effect as a torque on the body.
 TEST(BodyMotion, ATorqueOnABodyEqualsAWrenchOnTheGroupOfThatBody) {
   for (const Axes axes : {Axes::kBody, Axes::kWorld}) {
     Simulation by_torque(two_published_bodies()), by_wrench(two_published_bodies());

@@ -62,8 +62,8 @@ TEST(Budget, EstimateCoversTheErrorIfTheTickDoesNotResolveTheSlowestMode) {
 }
 
 /// Returns two stiff trusses with a soft bay between them. The slowest mode is not excited. One end deforms
-/// to an oval and vibrates while it rotates about its axis, and Coriolis forces couple modes of nearly equal
-/// frequency.
+/// to an oval and vibrates while the structure rotates about its long axis, and Coriolis forces couple modes
+/// of nearly equal frequency.
 Scene soft_in_the_middle() {
   Scene scene = stiff_truss(1e6, 0.0, 0.0);
   scene.loads.clear();
@@ -110,7 +110,7 @@ TEST(Budget, ALargeStructureHasFewerSubstepsThanASmallOne) {
   EXPECT_EQ(substeps_of(scene), 32) << "the limit is multiplied by (64 / 114)^2";
 }
 
-// The vibration is too fast for the largest allowed number of substeps.
+// The largest allowed number of substeps does not resolve the vibration.
 TEST(Budget, ARotatingBodyIsNotRatedGoodIfNoSubstepResolvesVibration) {
   for (const double spin : {0.0, 3.0}) {
     const Scene scene = stiff_truss(1e11, spin, 1.0);
@@ -172,7 +172,7 @@ TEST(Budget, ShadowsAreRebuiltForAnotherRate) {
     EXPECT_EQ(plan.budget.shadows[k].plan.period, given.budget.shadows[k].plan.period);
   }
   EXPECT_GT(plan.budget.shadows[0].substeps, 8 * substeps);
-  // a plan that omits part of the initial state can be read back from its bytes
+  // a plan that omits part of the initial state can be converted to bytes and back
   std::string error;
   EXPECT_TRUE(plan_from_bytes(plan_to_bytes(given), error).has_value()) << error;
 }

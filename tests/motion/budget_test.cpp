@@ -37,7 +37,7 @@ TEST(Budget, RestartsFromTheStateAfterEachHorizon) {
   const BudgetReading anew = watched.run(1);
   EXPECT_NEAR(anew.age, 0.001, 1e-15);
   EXPECT_LT(anew.total.position, 1e-2 * full.total.position);
-  // after a reset another motion begins
+  // a reset begins another motion, so the budget restarts
   reset_state(watched.plan, watched.state);
   EXPECT_NEAR(watched.run(3).age, 0.003, 1e-15);
 }
@@ -71,7 +71,7 @@ TEST(Budget, RestartsAfterAStepWithoutTheBudget) {
   }
 }
 
-// A loop that pauses after a reset publishes its status before the next tick.
+// A loop that is paused after a reset publishes its status, which includes the budget, before the next tick.
 TEST(Budget, IsZeroWhenReadAfterAReset) {
   Watched watched(watched_truss(Fidelity::kSeparated, 10.0));
   watched.run(30);
@@ -134,7 +134,7 @@ TEST(Budget, SeparatesIntegrationErrorTruncationErrorAndModelError) {
   const double order = std::log2(coarse.integration.elastic / fine.integration.elastic);
   std::printf("integration %.1e, at half the period %.1e: order %.2f\n", coarse.integration.elastic,
               fine.integration.elastic, order);
-  // the step interpolates the load linearly (THEORY 6.1)
+  // the order is 2, because the step interpolates the load linearly (THEORY 6.1)
   EXPECT_NEAR(order, 2.0, 0.2);
   EXPECT_GT(fine.integration.elastic, 3.0 * fine.model.elastic);
   EXPECT_EQ(fine.truncation.elastic, 0.0);

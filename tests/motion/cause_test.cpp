@@ -85,8 +85,8 @@ void expect_only_what_is_there(const Plan& plan, const std::string& text) {
   }
 }
 
-// Returns the causes that occur during some ticks, each with its first text. Every text may mention only
-// items of the plan.
+// Returns the causes that occur during some ticks, each with the first text that reports it. Every text may
+// mention only items of the plan.
 using Causes = std::map<Cause, std::string>;
 Causes causes_of(Watched& watched, int ticks, const Inputs& first = {}) {
   Judgement judgement(watched.plan);
@@ -217,8 +217,8 @@ std::vector<Case> cases_of_several_loads() {
   return all;
 }
 
-// Returns a case of an error that cannot be quantified for each kind of link, for a wheel, and for omitted
-// modes.
+// Returns cases of errors that cannot be quantified: one for each kind of link, one for a wheel and one for
+// omitted modes.
 std::vector<Case> cases_of_unquantified_error() {
   std::vector<Case> all;
   all.push_back({"matrix",

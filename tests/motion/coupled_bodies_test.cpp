@@ -16,7 +16,8 @@
 namespace freeflex::testing {
 namespace {
 
-// Returns three bodies and a point mass, not on one line, that beams join. Two of the bodies have offsets.
+// Returns three bodies and a point mass that beams join. They do not lie on one line. Two of the bodies have
+// offsets.
 Scene bodies_on_beams() {
   Scene scene;
   std::mt19937_64 engine(5);
@@ -42,8 +43,9 @@ Scene bodies_on_beams() {
   return scene;
 }
 
-// For particles on bodies that rotate by theta, this struct holds the position r + V + (exp [theta x] - 1) a
-// as a function of the modal coordinates q, and the derivatives of this position by central differences.
+// For particles at arms a on bodies that rotate by theta, this struct gives the position r + V + (exp [theta
+// x] - 1) a as a function of the modal coordinates q, and the derivatives of this position by central
+// differences.
 struct RotatedParticles {
   const Structure& structure;
   std::vector<CarriedMass> carried;

@@ -92,8 +92,8 @@ TEST(CoupledWheels, BodiesWithRotorsWhirlAsInClosedForm) {
   EXPECT_LT(worst, 1e-6);
 }
 
-// H is constant. The body rotates about H at |H| / I_1 and about its axis at w_3 - (I_3 w_3 + h) / I_1
-// (Hughes 1986).
+// The angular momentum H is constant. The body rotates about H at |H| / I_1 and about its axis at w_3 - (I_3
+// w_3 + h) / I_1 (Hughes 1986).
 TEST(CoupledWheels, ADualSpinBodyPrecessesInClosedForm) {
   constexpr double kI1 = 2.0, kI3 = 3.1, kh = 1.7;
   const Vector3d spin(0.8, -0.3, 0.6);

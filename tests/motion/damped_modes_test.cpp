@@ -77,7 +77,7 @@ Largest compare(const Plan& plan, double rounding) {
     const Complex s = printed(modes[l]);
     Eigen::Index nearest = 0;
     double off = HUGE_VAL;
-    // each of several equal modes has its own decay
+    // each decay is compared with one mode only, because each of several equal modes has its own decay
     for (Eigen::Index k = 0; k < decays.size(); ++k)
       if (!is_used[static_cast<std::size_t>(k)] && std::abs(decays[k] - s) < off)
         off = std::abs(decays[k] - s), nearest = k;
@@ -273,7 +273,7 @@ TEST(DampedModes, AModeThatDoesNotOscillateHasTwoRealEigenvalues) {
 // Returns the matrix that one tick applies to (size q, q', w), where w is the angular velocity of the body.
 // The response to constant loads is subtracted.
 Eigen::MatrixXd tick_with_body(const Plan& plan) {
-  constexpr double kSmall = 1e-7;  // [m], [rad/s] for every unit
+  constexpr double kSmall = 1e-7;  // initial value of each coordinate of (size q, q', w)
   const Eigen::Index n = plan.num_elastic, all = 2 * n + 3;
   Simulation simulation(plan);
   PlanInitial& initial = simulation.plan.initial;
@@ -382,7 +382,8 @@ Scene rocket_of_beams(double thrust, Fidelity rung) {
   return scene;
 }
 
-// A constant follower thrust lowers the frequencies. Above a critical thrust two modes merge and grow.
+// A constant follower thrust lowers the frequencies. Above a critical thrust, the frequencies of two modes
+// merge and the modes grow.
 TEST(DampedModes, ModesUnderConstantFollowerForcesMatchAFreeDecay) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled})
     for (const double thrust : {60.0, 1000.0}) {
@@ -402,8 +403,8 @@ TEST(DampedModes, ModesUnderConstantFollowerForcesMatchAFreeDecay) {
     }
 }
 
-// A torque acts on a body in local axes. On the rung `coupled` half of its follower stiffness comes from the
-// load on the rotated body.
+// A torque acts on a body in local axes. On the rung `coupled`, half of the follower stiffness of this torque
+// comes from the load on the rotated body.
 TEST(DampedModes, ModesUnderAFollowerTorqueMatchAFreeDecay) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled}) {
     Scene scene = boom_with_wheel(0.0);

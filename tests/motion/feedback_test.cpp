@@ -41,8 +41,8 @@ bool has_words(const Faults& faults, Fault::Severity severity, const std::string
 }
 
 // Two points lie on a line with a spring between them. The force on the second point is proportional to the
-// displacement, velocity and acceleration of that point, so the motion has a closed form. With the reduced
-// mass mu and x = V_2 - V_1, V_2 = x m_1 / M.
+// displacement, velocity and acceleration of that point, so the motion has a closed form. Here x = V_2 - V_1,
+// so V_2 = x m_1 / M, and mu is the reduced mass.
 struct FeedbackRig {
   double m1 = 3.0, m2 = 2.0, k = 500.0, g = -200.0, c = -0.8, a = -0.5;
   Scene scene() const {
@@ -229,8 +229,8 @@ TEST(Feedback, TheMomentumFromFeedbackOnManyModesHasSecondOrderAccuracy) {
   EXPECT_LT(error_of(1e6, 4000.0), 1.0);
 }
 
-// 99 impulses are fewer than the 114 modes. 120 impulses are more, so they are combined into one impulse for
-// each mode.
+// 33 points have 99 impulses, fewer than the 114 modes. 40 points have 120 impulses, more than the modes, so
+// the weights of the impulses are computed by a function of an (n x n) matrix for n modes.
 TEST(Feedback, SplittingOfFeedbackOnEveryPointHasSecondOrder) {
   for (const int num_points : {33, 40}) {
     std::vector<double> errors;

@@ -10,7 +10,7 @@ double error_at(const Scene& scene, const FullSystem& full) {
 
 // The expected figures come from an independent prototype of the same equations, compared with an
 // extrapolation code of order 16 in extended precision. The centrifugal load is most of the effect of the
-// spin, but the rung omits Coriolis forces and the reaction on the frame.
+// spin, but the rung `spin-loaded` omits Coriolis forces and the reaction on the frame.
 TEST(SpinLoad, HasTheExpectedElasticErrorOnTheShortTruss) {
   struct Row {
     double spin, separated, spin_loaded;

@@ -1,4 +1,5 @@
-// The forces of links of every kind balance loads and inertia, rigid links stay rigid, and mechanisms drift.
+// The forces of links of every kind balance loads and inertia, rigid links stay rigid, and mechanisms keep
+// their rates.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -189,7 +190,8 @@ TEST(LinkForces, LinkForcesBalanceASteadyLoad) {
                  links.colwise().norm().maxCoeff());
 }
 
-// Plates publish resultants. The forces on points that follow from their natural forces balance too.
+// Plates publish resultants. The forces on points that follow from the natural forces of the plates balance
+// the loads too.
 TEST(LinkForces, ForcesOfPlatesBalanceTheLoads) {
   Scene scene;
   for (int i = 0; i < 3; ++i)

@@ -10,7 +10,7 @@
 namespace freeflex::testing {
 namespace {
 
-/// Returns the boxed truss in which every second spring is stiffer by a ratio.
+/// Returns the boxed truss in which every second spring is stiffer by the factor `ratio`.
 Scene stiffened(double ratio) {
   Scene scene = boxed_truss(5.0, 10.0);
   for (std::size_t k = 1; k < scene.links.size(); k += 2) scene.links[k].kind = Spring{1e5 * ratio};
@@ -107,7 +107,7 @@ TEST(FullRung, ATickThatNeedsTooManySubstepsIsRefused) {
     EXPECT_NE(message.find(fragment), std::string::npos) << message;
 }
 
-// The shadow is the same rung with substeps of half the length.
+// The shadow is on the same rung, with substeps of half the length.
 TEST(FullRung, TheBudgetIncludesTheIntegrationErrorOfTheFullRung) {
   Scene scene = stiffened(1e2);
   scene.fidelity = Fidelity::kFull;

@@ -156,7 +156,7 @@ TEST(KeptModes, KeptModesWithDashpotsObeyLagrangesEquations) {
   expect_order_four(scene, {0, 2, 5, 7}, Form::kTables, "dashpots by tables");
 }
 
-TEST(KeptModes, KeptModesOfASceneMoveLikeThoseOfItsFullStructure) {
+TEST(KeptModes, KeptModesMoveLikeTheSameModesOfTheFullStructure) {
   Scene scene = five_points();
   scene.fidelity = Fidelity::kCoupled;
   scene.initial.velocity = {0.1, 0.2, -0.3};
@@ -171,7 +171,7 @@ TEST(KeptModes, KeptModesOfASceneMoveLikeThoseOfItsFullStructure) {
   Simulation few(in_form(scene, whole, spec, Form::kPoints));
   few.run(400);
   scene.modes.count = 4;
-  // the shadow is the same rung at half the step, because the rungs above need all modes
+  // the shadow is on the same rung with half the step, because the rungs above `coupled` need all modes
   scene.error_budget.horizon = 0.1;
   Faults faults;
   const std::optional<Plan> plan = make_plan(scene, build(scene), faults);

@@ -63,7 +63,7 @@ std::vector<double> joint_angles(const Scene& scene) {
 // the joint. The inertia of the hub changes the frequency by 1e-5.
 TEST(Push, ABodyAheadOfItsJointIsAnInvertedPendulum) {
   const double mu = kMass * kHub / (kMass + kHub), arm = kArm + 0.001;
-  // only the rung `coupled` has this effect
+  // the rungs below `coupled` omit this effect
   for (const double share : {-0.5, 0.25, 0.75}) {
     const double a = share * kSpring / (kMass * kArm), thrust = a * (kHub + kMass);
     const std::vector<double> angles = joint_angles(pendulum(thrust, Fidelity::kCoupled));
@@ -114,8 +114,8 @@ TEST(Push, EstimateIncludesThrustOnBodiesAheadOfTheirJoints) {
   }
 }
 
-// Returns a hub with a wheel and with panels on beams. An impulse of torque makes it rotate slowly. The rung
-// `coupled` gives the true motion.
+// Returns a hub with a wheel and with panels on beams. An impulse of torque makes the hub rotate slowly. The
+// rung `coupled` gives the true motion.
 Scene hub_with_panels(double momentum, Fidelity fidelity) {
   Scene scene;
   add_point(scene, 300.0, {0.0, 0.0, 0.0});
@@ -245,8 +245,8 @@ TEST(Push, EstimateIncludesSpinLoadsOnInnerMassesOfASuperelement) {
       judgement.take(watched.state, watched.budget);
     }
     const Verdict verdict = judgement.now();
-    // the force m w_y w_z 8 m on the inner coordinate, divided by its stiffness, as a root mean square over
-    // the mass
+    // the force w_y w_z (5 kg)(8 m) on the inner coordinate, divided by the stiffness of this coordinate, as
+    // a root mean square over the mass
     const double missing =
         0.48 * spin * spin * kOut / (kOmega * kOmega) * std::sqrt(kParticle / (500.0 + kParticle));
     std::printf("spin %g rad/s: %s, up to %.1e m, %.1e m of %.1e m is missing\n", spin,

@@ -117,7 +117,7 @@ TEST(KeptModesOfALine, ABendingModeWithoutTheOtherModeOfItsPairIsRefused) {
   const Scene scene = points_on_a_line(false);
   const Structure structure = build(scene);
   PlanSpec spec = full_spec(scene, structure, Fidelity::kCoupled);
-  spec.modes = {0, 1};  // the lowest bending in both planes
+  spec.modes = {0, 1};  // the lowest bending mode in each of two planes
   Faults faults;
   EXPECT_TRUE(compile(scene, structure, spec, faults).has_value());
   spec.modes = {0};

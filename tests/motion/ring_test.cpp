@@ -83,7 +83,8 @@ TEST(Ring, ASpinThatTheMethodDoesNotCoverGivesAWarning) {
       << faults[0].message;
 }
 
-// On these rungs loads act on points that move with the deformation, not on modes.
+// On the coupled rungs, loads act on points that move with the deformation, so the response is not linear in
+// the load.
 TEST(QuasiStatic, RefusesRungsWhoseLoadsDependOnTheDeformation) {
   for (const RungTraits& rung : kRungs) {
     Scene scene = square_truss(2);
@@ -101,7 +102,7 @@ TEST(QuasiStatic, RefusesRungsWhoseLoadsDependOnTheDeformation) {
   }
 }
 
-TEST(QuasiStatic, RefusesASceneWithoutASteadyState) {
+TEST(QuasiStatic, RefusesLoadsWithoutASteadyState) {
   Scene scene;
   for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}}) {
     PointMass point;

@@ -14,8 +14,9 @@ namespace {
 
 // These exponents were predicted before the measurement. The displacement is proportional to the force. If
 // the body spins, the rung omits the centrifugal displacement, which is proportional to spin^2 and
-// independent of the force, so the relative error is proportional to spin^2 / force. If it does not spin, the
-// omitted terms are of second order in the displacement, so the relative error is proportional to the force.
+// independent of the force, so the relative error is proportional to spin^2 / force. If the body does not
+// spin, the omitted terms are of second order in the displacement, so the relative error is proportional to
+// the force.
 constexpr double kSpinExponent = 2.0, kForceExponentSpinning = -1.0, kForceExponentAtRest = 1.0;
 
 struct Point {

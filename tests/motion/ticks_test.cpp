@@ -219,7 +219,7 @@ TEST(Ticks, TwoPointsFollowHillsEquationsForTenRevolutions) {
   // at the ends of the minor axis x' = 0 and y' = -2 n x, in addition to the velocity n x of the rotating
   // frame
   scene.initial.angular_velocity = {0.0, 0.0, -n};
-  Eigen::VectorXd y(12);  // positions, then velocities of both
+  Eigen::VectorXd y(12);  // positions, then velocities of both points
   y << kRadius + 5.0, 0.0, 0.0, kRadius - 5.0, 0.0, 0.0, 0.0, n * kRadius - 5.0 * n, 0.0, 0.0,
       n * kRadius + 5.0 * n, 0.0;
   const auto rates = [&](double, const Eigen::VectorXd& at) {
@@ -244,8 +244,8 @@ TEST(Ticks, TwoPointsFollowHillsEquationsForTenRevolutions) {
   EXPECT_LT(off, 1e-4);
 }
 
-// A force that is fixed in the world rotates in body axes, while the elastic step interpolates it linearly
-// over a tick.
+// A force that is fixed in the world rotates in body axes, but the elastic step interpolates the force
+// linearly over a tick.
 TEST(Ticks, AMotionWhoseLoadsRotateWithinATickIsNotRatedGood) {
   const auto worst_at = [](double rate) {
     Scene scene;
@@ -283,7 +283,8 @@ TEST(Ticks, ASineTorqueOfAMotorKeepsItsImpulse) {
   EXPECT_NEAR(angular_velocity(simulation.plan, simulation.state)[2], -right / 2.5, 2e-5 * right);
 }
 
-// A body passes an attractor within a tick, and the gravity gradient rotates it at the closest approach.
+// A body passes an attractor within a tick, and the gravity gradient rotates the body at the closest
+// approach.
 TEST(Ticks, AFlyByWithinATickIsResolvedOrNotRatedGood) {
   const auto passed = [](double rate) {
     Scene scene = single_body(1.0, {0.1, 0.2, 0.25}, rate);

@@ -67,8 +67,8 @@ void expect_not_underestimated(const JudgedError& judged) {
   EXPECT_TRUE(judged.level != Verdict::Level::kGood || judged.error < 0.05);
 }
 
-// The loads act on displaced points, so they have a torque that rotates the body, and they soon act in other
-// body directions. A command has the same effect as a load of the scene.
+// The loads act on displaced points, so they have a torque that rotates the body. The loads then act in other
+// directions in body axes. A command has the same effect as a load of the scene.
 TEST(VerdictAttitude, EstimateIncludesWorldLoadsThatBothBendAndRotateTheBody) {
   const Cross cross(0.1);
   Scene scene = cross.scene;
@@ -87,8 +87,8 @@ TEST(VerdictAttitude, EstimateIncludesWorldLoadsThatBothBendAndRotateTheBody) {
   }
 }
 
-// The first pulse rotates the body, so later pulses excite the body in another direction. That vibration
-// continues after the loads have ended.
+// The first pulse rotates the body, so later pulses excite the body in another direction. The vibration that
+// the last pulse excites continues after the loads have ended.
 TEST(VerdictAttitude, EstimateIncludesTheVibrationAfterMisdirectedLoadsEnd) {
   const Cross cross(0.005);
   const double period = 2.0 * M_PI / cross.lowest;
@@ -124,7 +124,7 @@ TEST(VerdictAttitude, EstimateIncludesTheSpinThatADecayingCircularVibrationCause
   Faults faults;
   const auto structure = build_structure(scene, faults);
   scene.rate = 2.0 * structure->omega.maxCoeff();
-  // the modes are a pair of equal frequencies, bending in two planes
+  // modes 2 and 3 are a pair of bending modes of equal frequency in two planes
   const double omega = structure->omega[1], amplitude = 1.5e-3, force = 5e-4 * omega * omega;
   ASSERT_NEAR(structure->omega[2], omega, 1e-9 * omega);
   displace_modes(scene, {{2, amplitude}});

@@ -194,7 +194,8 @@ inline double rms_over_mass(const Scene& scene, const Eigen::Matrix3Xd& V) {
   return std::sqrt((V.colwise().squaredNorm() * mass)(0) / mass.sum());
 }
 /// Largest number of steps of the reference for one motion. The longest motion that the reference completed
-/// took 364,824 steps. A structure that flutters until it whirls took 500,000 steps for half of its time.
+/// took 364,824 steps. A structure that flutters until it whirls took 500,000 steps for half of its simulated
+/// time.
 inline constexpr long kMostSteps = 500'000;
 /// Returns the elastic displacements at true geometry [m] (3 x points), or nullopt if the reference fails or
 /// needs more than kMostSteps.

@@ -35,8 +35,9 @@ ForceCommand motor(int wheel, double torque) {
   return command;
 }
 
-// The body is an axially symmetric gyrostat with constant H. The body rotates about H at |H| / I_1 and about
-// its own axis at w_3 - (I_3 w_3 + h) / I_1 (Hughes 1986, Spacecraft Attitude Dynamics, section 7.1).
+// The body is an axially symmetric gyrostat with constant angular momentum H. The body rotates about H at |H|
+// / I_1 and about its own axis at w_3 - (I_3 w_3 + h) / I_1 (Hughes 1986, Spacecraft Attitude Dynamics,
+// section 7.1).
 TEST(Wheel, ADualSpinBodyPrecessesInClosedForm) {
   constexpr double kI1 = 2.0, kI3 = 3.1, kh = 1.7;
   const Vector3d spin(0.8, -0.3, 0.6);
@@ -148,7 +149,8 @@ TEST(Wheel, AccelerationsOfPointsIncludeTheMotor) {
 }
 
 // A heavy rotor couples bending in two planes. The rung `separated` omits this coupling, so the verdict is
-// never `good` while the structure vibrates. For the pair of modes h / (2 M w) is 0.05 rad per rad.
+// never `good` while the structure vibrates. For the pair of bending modes, the phase shift h / (2 M w) is
+// 0.05 rad per radian of vibration.
 TEST(Wheel, EstimateIncludesGyroscopicCoupling) {
   for (const double momentum : {0.0, 40.0}) {
     Scene scene = two_on_a_beam(Vector3d::UnitX(), momentum);
