@@ -51,8 +51,8 @@ bool bends_between_ticks(const PlanHistory& table, double period) {
   return false;
 }
 
-// Returns |I^-1 L| [rad/s^2] of a load at amplitude 1, at the attitude of the start. The motor of a wheel
-// acts on the body with the opposite torque.
+// Returns the angular acceleration |I^-1 L| [rad/s^2] that a load at amplitude 1 gives the body at the
+// attitude of the start. The motor of a wheel acts on the body with the opposite torque.
 double acceleration_by(const LoadPattern& pattern, const Plan& plan) {
   RigidLoad load;
   add_resultant(plan, pattern, 1.0, load);

@@ -14,8 +14,8 @@ namespace freeflex {
 namespace {
 
 // [-] Growth of an amplitude in a tick above which the growth is not a rounding error, for the exact step and
-// for the split step. If there are mechanisms, eigenvalues of the split step are double, and their accuracy
-// is only the square root of the rounding error.
+// for the split step. If there are mechanisms, the split step has double eigenvalues, which are accurate only
+// to the square root of the rounding error.
 constexpr double kExactGrowth = 1e-9;
 constexpr double kSplitGrowth = 1e-7;
 

@@ -136,8 +136,8 @@ void compile_histories(const Scene& scene, const Structure& structure, Plan& pla
 
 void set_history_ticks(PlanHistory& history, double period) {
   if (history.kind != PlanHistory::Kind::kPulse) return;
-  // [ticks] A longer pulse outlasts any run, so this limit changes no run. It keeps the rounded value within
-  // 64 bits.
+  // [ticks] A longer pulse outlasts any run, so this limit changes no run. The limit keeps the rounded value
+  // within 64 bits.
   constexpr double kNever = 9e18;
   history.start_tick = std::llround(std::min(history.pulse_start / period, kNever));
   history.end_tick = std::llround(std::min((history.pulse_start + history.pulse_duration) / period, kNever));

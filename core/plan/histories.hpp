@@ -6,7 +6,8 @@
 
 namespace freeflex {
 
-/// Returns the sums of one load at amplitude 1. A load in local axes is treated like a load in body axes.
+/// Returns the sums of the forces and torques of one load at amplitude 1. A load in local axes is treated
+/// like a load in body axes.
 /// \pre as for compile_histories
 SumsOnPoints sums_of(const Load& load, const Plan& plan);
 

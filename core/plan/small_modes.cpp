@@ -23,8 +23,8 @@ constexpr double kSummed = 1.0 + 1e-9;
 // The number of samples of the displacements in a run. Each sample costs the same time as hundreds of ticks.
 constexpr std::int64_t kNumSamples = 500;
 
-// Above this number of products of points, loads and modes, the largest displacement of a mode over all
-// points is used for every point.
+// If points x loads x modes is above this number, the largest displacement of a mode over all points is used
+// for every point, which takes less time.
 constexpr double kManyProducts = 2e9;
 
 // Returns |b_il| of the points that are read out or loaded (points x modes).

@@ -216,9 +216,10 @@ void ErrorShadow::add_wheel_torque(const PlanWheel& wheel, const MotionState& st
     force_[c] += rows[c] * torque[0] + rows[padded + c] * torque[1] + rows[2 * padded + c] * torque[2];
 }
 
-/// Adds to H_W_ the torque that the rung neglects. Loads on displaced points cause the part (V + dV) x F, and
-/// loads fixed in the world cause the other part, because the attitude has the error phi. The same error
-/// makes loads fixed in the world load the modes: b . (F x phi) = phi . (b x F) (THEORY X148).
+/// Adds to H_W_ the impulse, in a tick, of the torque that the rung neglects. Loads on displaced points cause
+/// the part (V + dV) x F, and loads fixed in the world cause the other part, because the attitude has the
+/// error phi. The same error makes loads fixed in the world load the modes: b . (F x phi) = phi . (b x F)
+/// (THEORY X148).
 void ErrorShadow::add_torque(const State& state, const Mat3& R_WB) noexcept {
   RigidLoad loads;
   Vec3 torque = cross(phi_, state.moment_B);

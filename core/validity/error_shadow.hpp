@@ -78,7 +78,7 @@ class ErrorShadow {
   Array half_delta_;                  // [m] errors halfway through the tick
   std::vector<double> x_, v_;         // [m], [m/s] q + delta and its rate, halfway through the tick
   std::vector<double> product_;       // products of a matrix with x_ or v_
-  std::vector<double> missing_q_;     // [m] displacement whose torque and inertia the rung neglects
+  std::vector<double> missing_q_;     // [m] displacement whose effect on torque and inertia is neglected
   std::vector<double> world_forces_;  // [N] loads fixed in the world on a body rotated by phi_
   Array force_;                       // [N] F
   // results and scratch of a step, if modes are coupled

@@ -452,8 +452,8 @@ TEST(Cause, ACommandIsTheCauseOfTruncationOnlyIfItMovesOmittedModesMost) {
   expect_cause("a negligible push", causes, Cause::kTruncation, {"would move"});
 }
 
-// No mode is omitted and the second order of every link is known. Only the change of stiffness between two
-// ticks is unknown.
+// No mode is omitted and the second-order terms of every link are known. Only the change of stiffness between
+// two ticks is unknown.
 TEST(Cause, ErrorOfAModeTooFastForTheTickIsNotAttributedToOmittedModes) {
   Scene scene = free_beam(Fidelity::kSeparated);
   Watched watched(scene);

@@ -23,8 +23,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// Returns the matrix that one tick of the step applies to (size q, q'), column by column. The motions are so
-// small that nonlinear rungs act linearly.
+// Returns the matrix that one tick of the step applies to (size q, q'), where size is the frequency of each
+// mode, but at least 1 rad/s. The motions are so small that nonlinear rungs act linearly.
 Eigen::MatrixXd tick_of(const Plan& plan) {
   constexpr double kSmall = 1e-9;  // [m]
   const Eigen::Index n = plan.num_elastic;

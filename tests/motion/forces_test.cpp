@@ -130,7 +130,8 @@ void expect_balance(const char* when, const Eigen::Matrix3Xd& left, double large
   EXPECT_LT(worst, 1e-10 * largest) << when;
 }
 
-// Expects m V'' = F - S + link forces at every point while every kind of link moves under a body-fixed load.
+// Expects m V'' = F - S + link forces at every point, where F - S is the straining part of the load.
+// Meanwhile every kind of link moves under a body-fixed load.
 void expect_balance_in_motion(const char* when, Scene scene, const std::vector<int>& ticks) {
   scene.initial.points.push_back({3, {1e-5, -2e-5, 1e-5}, {1e-3, 0.0, -1e-3}});
   Load load;

@@ -83,8 +83,8 @@ inline Eigen::Quaterniond exponential(const Eigen::Vector3d& theta) {
                       : Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d(theta / angle)));
 }
 
-/// Stack has three bodies on an axis, each with three arms. A spring joins every arm of a body to every arm
-/// of the next body.
+/// Holds three bodies on an axis, each with three arms. A spring joins every arm of a body to every arm of
+/// the next body.
 struct Stack {
   Scene scene;
   NewtonEuler truth;
