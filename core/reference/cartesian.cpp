@@ -13,10 +13,10 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-/// Adds the axial forces of springs, bars and dashpots at true length and direction   (THEORY 10.2, 10.3,
-/// 10.5):
+/// Adds the forces of springs, bars and dashpots along their true directions. A link from point i to point j
+/// has the length L [m] and the direction u at rest   (THEORY 10.2, 10.3, 10.5):
 ///   d = e_j - e_i,   l = |L u + d|,   elongation = (2 L u.d + |d|^2) / (l + L)
-///   s = D elongation + c l',   l' = (L u + d).d' / l;   s acts along (L u + d) / l and pulls i towards j
+///   s = D elongation + c l',   l' = (L u + d).d' / l;   a tension s pulls i along (L u + d) / l towards j
 void add_link_forces(const CartesianSystem& system, std::span<const double> e, std::span<const double> e_dot,
                      std::span<double> force) {
   for (const CartesianLink& link : system.links) {
@@ -32,7 +32,7 @@ void add_link_forces(const CartesianSystem& system, std::span<const double> e, s
       x_x += x[a] * x[a];
     }
     const double l = std::sqrt(x_x);
-    // no difference of lengths, so no digits are lost
+    // this form of the elongation has no difference of lengths, so no digits are lost
     double tension = link.stiffness * (2.0 * rest_d + d_d) / (l + link.length);
     if (link.damping > 0.0) {
       double rate = 0.0;
@@ -125,8 +125,9 @@ void accelerations(const CartesianSystem& system, double t, double piece_time, s
   }
   for (Eigen::Index i = 0; i < n; ++i) force.col(i) /= system.mass[i];
   if (system.attractor_mu > 0.0) {
-    // The carrier falls with g_W, the attraction at the start. The acceleration of each point is its
-    // attraction minus g_W: e'' += R_WC^T (g(p_W,i) - g_W)   (THEORY 10.7)
+    // The carrier falls with the constant acceleration g_W, which is the attraction at the start. So each
+    // point accelerates relative to the carrier by its own attraction minus g_W:
+    //   e'' += R_WC^T (g(p_W,i) - g_W)   (THEORY 10.7)
     const Matrix3d R_WC = carrier_rotation(system, t);
     const Vector3d p_WC = system.p_WB + t * system.v_WB + 0.5 * t * t * system.gravity_W;
     for (Eigen::Index i = 0; i < n; ++i)

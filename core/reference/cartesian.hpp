@@ -1,6 +1,6 @@
 // The full system of a scene. It consists of points in space, with springs and bars at their true length and
-// direction. Nothing is linearised and no mode is used, so the system checks the separated equations
-// independently. THEORY 10.1 to 10.7
+// direction. Nothing is linearised and no mode is used, so the system is an independent check of the
+// separated equations. THEORY 10.1 to 10.7
 #pragma once
 
 #include <Eigen/Core>
@@ -15,17 +15,17 @@
 
 namespace freeflex {
 
-/// Points are treated as collinear if their smallest moment of inertia over the largest is at most this limit
-/// [-], because rounding errors reach this size.
+/// [-] If the smallest moment of inertia of some points, divided by the largest, is at most this limit, the
+/// points are treated as collinear. Rounding errors alone can make the ratio this large.
 inline constexpr double kNoMoment = 1e-13;
 
 /// One load of the scene, with its wrenches distributed over the points of their groups.
 struct CartesianLoad {
   Axes axes = Axes::kWorld;
   std::vector<PointLoad> forces;  // [N] forces in `axes`
-  /// A torque T_g in `axes`. It exerts on each point of its group the force F_i = m_i (J_g^-1 T_g) x d_i in
-  /// body axes, with d_i [m] from the centre of mass of the group and J_g [kg m^2] the inertia of the group
-  /// (THEORY 8.8, 8.9).
+  /// A torque T_g in `axes`. It exerts on each point i of its group the force F_i = m_i (J_g^-1 T_g) x d_i in
+  /// body axes. Here d_i [m] is the position from the centre of mass of the group, and J_g [kg m^2] is the
+  /// inertia of the group (THEORY 8.8, 8.9).
   struct Torque {
     Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // [N m]
     std::vector<int> points;
@@ -42,22 +42,22 @@ struct CartesianLink {
   Eigen::Vector3d rest = Eigen::Vector3d::Zero();  // [m] L u, from the first point to the second, body axes
   double length = 0.0;                             // [m]
   double stiffness = 0.0;                          // [N/m] 0 for a dashpot
-  // [N s/m] damping of a dashpot, alone or in parallel with the spring
+  // [N s/m] c of a dashpot, or of the damping in parallel with the spring (THEORY 10.5)
   double damping = 0.0;
 };
 
 /// The unknowns are the displacements e_i [m] of every point in the carrier frame C and their rates e_i'
 /// [m/s]. The carrier starts as the body frame, falls with gravity, keeps the initial velocity of the centre
-/// of mass and rotates at the constant initial angular velocity w_C. While the motion stays near that of the
-/// carrier, e has the size of the deformation and keeps its digits   (THEORY 10.1):
+/// of mass and rotates at the constant initial angular velocity w_C. While the motion stays near the motion
+/// of the carrier, e has the size of the deformation and keeps its digits   (THEORY 10.1):
 ///   p_W,i = p_WC + R_WC (r_i + e_i)
 ///   p_WC = p_WB(0) + v_WB(0) t + g_W t^2 / 2,   R_WC = R_WB(0) exp([w_C x] t)
 struct CartesianSystem {
   Eigen::VectorXd mass;  // [kg] (N)
   Eigen::Matrix3Xd r;    // [m] (3 x N) rest positions from the centre of mass
   std::vector<CartesianLink> links;
-  // The links that are not axial. This object keeps the rotations that it found last, so only one thread may
-  // use a system
+  // The links that are not axial. TrueGeometry keeps the rotations that it found last, so only one thread at
+  // a time may use a system
   std::optional<TrueGeometry> true_geometry;
   std::vector<CartesianLoad> loads;
   Eigen::Vector3d gravity_W = Eigen::Vector3d::Zero();    // [m/s^2] uniform, or the attraction at the start
@@ -68,7 +68,7 @@ struct CartesianSystem {
   Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();  // attitude at the start
   Eigen::Vector3d spin = Eigen::Vector3d::Zero();            // [rad/s] w_C of the carrier, body axes
   Eigen::VectorXd initial;                                   // (6N) e then e'
-  bool needs_body_axes = false;                              // true: some load rotates with the body
+  bool needs_body_axes = false;                              // true: at least one load rotates with the body
 };
 
 /// Makes the Cartesian system of a scene of point masses, springs, bars and dashpots. Returns nullopt and
@@ -78,17 +78,17 @@ std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::st
 
 /// Makes the system of a scene with links of every kind at true geometry and damping of every kind
 /// (THEORY 10.12 to 10.25). Returns nullopt and sets `error` for bodies with inertia, feedback and initial
-/// modes. The body axes of a collinear shape result from the smallest rotation from rest.
+/// modes. If the shape is collinear, the smallest rotation from the shape at rest gives the body axes.
 std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error);
 
-/// Makes the masses, springs, bars, dashpots, loads and initial state of a scene, and ignores its other
-/// links.
+/// Makes a system from the masses, springs, bars, dashpots, loads and initial state of a scene. The other
+/// links of the scene are ignored.
 CartesianSystem make_axial_system(const Scene& scene);
 
 /// Computes the accelerations e'' [m/s^2] (3N) in the carrier's axes at time t [s]   (THEORY 10.6):
 ///   m (e'' + 2 w_C x e' + w_C x (w_C x (r + e))) = F
-/// Each pulse is on or off as at `piece_time`, a time strictly inside the smooth piece that contains t. Loads
-/// at both ends of the piece are therefore one-sided limits.
+/// At t a pulse acts if it acts at `piece_time`, a time strictly inside the smooth piece that contains t. So
+/// at both ends of the piece the loads are the limits from inside the piece.
 void accelerations(const CartesianSystem& system, double t, double piece_time, std::span<const double> e,
                    std::span<const double> e_dot, std::span<double> e_ddot);
 
@@ -100,8 +100,8 @@ double amplitude(const History& history, double t, double piece_time);
 void add_load(const CartesianLoad& load, double scale, const Eigen::Matrix3d& R_CW,
               const Eigen::Matrix3d& R_CB, Eigen::Map<Eigen::Matrix3Xd>& force);
 
-/// Returns the times in (0, end) at which a load or its slope jumps, in ascending order. These times are
-/// pulse edges and table rows.
+/// Returns the times in (0, end) at which a load or its slope jumps, in ascending order: the edges of pulses
+/// and the rows of tables.
 std::vector<double> discontinuities(const CartesianSystem& system, double end);
 
 /// World positions [m] and velocities [m/s] (3 x N) of the points.
@@ -112,8 +112,8 @@ struct CartesianState {
 /// Computes the world state from y = (e, e')   (THEORY 10.1).
 CartesianState to_world(const CartesianSystem& system, double t, std::span<const double> y);
 
-/// Returns the strain energy [J] of the links. It is the sum of D elongation^2 / 2 over the axial links, with
-/// elongations from relative displacements, plus the energies of links at true geometry
+/// Returns the strain energy [J] of the links: the sum of D elongation^2 / 2 over the axial links, with
+/// elongations computed from relative displacements, and the energies of the links at true geometry
 /// (THEORY 10.3, 10.4).
 double strain_energy(const CartesianSystem& system, std::span<const double> e);
 

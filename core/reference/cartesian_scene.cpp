@@ -88,7 +88,7 @@ void add_wrench(const CartesianSystem& system, const Group& group, const WrenchL
   if (!wrench.torque.isZero(0.0)) load.torques.push_back(std::move(torque));
 }
 
-/// Rounds both edges of a pulse to the nearest tick, as the plan does   (THEORY 8.10). Its amplitude stays 1.
+/// Rounds each edge of a pulse to its nearest tick, as the plan does (THEORY 8.10). The amplitude stays 1.
 History round_to_ticks(const History& history, double rate) {
   const auto* pulse = std::get_if<PulseHistory>(&history);
   if (pulse == nullptr) return history;
@@ -164,7 +164,8 @@ CartesianSystem make_axial_system(const Scene& scene) {
     link.link = static_cast<int>(k);
     link.first = given.points[0];
     link.second = given.points[1];
-    // uses coordinates of the scene, because a shift to the centre of mass would round them
+    // the difference is taken between coordinates of the scene, because a shift to the centre of mass would
+    // round them
     link.rest = scene.points[static_cast<std::size_t>(link.second)].position -
                 scene.points[static_cast<std::size_t>(link.first)].position;
     link.length = link.rest.norm();
@@ -181,7 +182,7 @@ CartesianSystem make_axial_system(const Scene& scene) {
   system.attractor_mu = scene.attractor.mu;
   system.attractor_W = scene.attractor.position;
   if (system.attractor_mu > 0.0) {
-    // g_W = g(p_WB(0)), with which the carrier falls   (THEORY 10.7)
+    // the carrier falls with the acceleration g_W = g(p_WB(0))   (THEORY 10.7)
     const Vector3d rho = system.p_WB - system.attractor_W;
     system.gravity_W = -system.attractor_mu / std::pow(rho.norm(), 3) * rho;
   }

@@ -13,8 +13,8 @@ struct Motion {
 };
 
 /// Returns the motion of q'' + 2 d q' + w^2 q = start + slope t at time t, from q0 and v0 at time 0. The
-/// motion is the textbook solution from the roots of the characteristic polynomial, without time steps. The
-/// arguments are the exact values of doubles.
+/// motion is the textbook solution from the roots of the characteristic polynomial, so no time steps are
+/// taken. A double is converted to Real exactly.
 Motion oscillate(const Real& w, const Real& d, const Real& q0, const Real& v0, const Real& start,
                  const Real& slope, const Real& t);
 

@@ -16,8 +16,8 @@ Eigen::Matrix3Xd from_centre_of_mass(const Eigen::VectorXd& mass, const Eigen::M
 
 Eigen::Matrix3d fit_rotation(const Eigen::VectorXd& mass, const Eigen::Matrix3Xd& r,
                              const Eigen::Matrix3Xd& p) {
-  // [-] a shape is collinear if its second singular value over the first is at most this limit. The ratio is
-  // the square of width over length, and rounding errors reach this size
+  // [-] a shape is collinear if the second singular value divided by the first is at most this limit. The
+  // quotient is the square of width over length, and rounding errors alone can make it this large
   constexpr double kCollinear = 1e-14;
   const Eigen::Matrix3d correlation = p * mass.asDiagonal() * r.transpose();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(correlation, Eigen::ComputeFullU | Eigen::ComputeFullV);

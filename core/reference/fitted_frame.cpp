@@ -14,7 +14,8 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 using Points = Eigen::Ref<const Matrix3Xd>;
 
-// [-] points are on a line if no point is farther from the line than this fraction of their size
+// [-] points are on a line if the distance of every point from the line is at most this fraction of the
+// largest distance from the mean
 constexpr double kLine = 1e-12;
 
 }  // namespace

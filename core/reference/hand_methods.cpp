@@ -9,8 +9,8 @@
 namespace freeflex {
 namespace {
 
-// Passes over arrays of n numbers. Each is a separate function, because the compiler honours __restrict on
-// parameters only, and it does not vectorise loops over so many arrays without __restrict.
+// Passes over arrays of n numbers. Each pass is a function of its own, because the compiler honours
+// __restrict on parameters only, and without __restrict it does not vectorise loops over so many arrays.
 
 /// x += s v
 void drift(std::size_t n, double s, const double* __restrict v, double* __restrict x) {
@@ -23,7 +23,7 @@ void accelerate(std::size_t n, double s, const double* __restrict inverse_mass, 
   for (std::size_t i = 0; i < n; ++i) v[i] += s * (inverse_mass[i] * f[i]);
 }
 
-/// Computes the acceleration a = M^-1 f of a stage and the positions of the next one:
+/// Computes the acceleration a = M^-1 f of a stage and the positions at the next stage:
 ///   at = x + s v + s2 a_before, without the last term if a_before is null   (THEORY 13.3)
 void stage(std::size_t n, double s, double s2, const double* __restrict inverse_mass,
            const double* __restrict f, const double* __restrict x, const double* __restrict v,
@@ -38,9 +38,10 @@ void stage(std::size_t n, double s, double s2, const double* __restrict inverse_
   }
 }
 
-/// Velocity Verlet, composed over the fractions `weights` of the step. The weights determine the order. With
-/// one weight the composition is the Verlet method itself. v is half a fraction ahead of x, so that the half
-/// updates of v in two successive fractions are done in one pass   (THEORY 13.2, 13.6):
+/// Velocity Verlet, composed over the fractions gamma_k of the step, which are given as `weights` and
+/// determine the order of the method. With the single weight 1 the composition is the Verlet method itself. v
+/// is ahead of x by half a fraction, so that one pass makes the half updates of v at the end of a fraction
+/// and at the start of the next   (THEORY 13.2, 13.6):
 ///   x += gamma_k h v,   v += (gamma_k + gamma_{k+1}) (h / 2) M^-1 F(x)
 class Composition : public HandWritten {
  public:
@@ -65,7 +66,8 @@ class Composition : public HandWritten {
   std::vector<double> weights_;
 };
 
-/// Returns the 17 weights gamma_k = gamma_{18-k} of order 8 (Kahan and Li 1997; THEORY 13.6).
+/// Returns the 17 weights gamma_k = gamma_{18-k} of the composition of order 8 (Kahan and Li 1997;
+/// THEORY 13.6).
 std::vector<double> kahan_li_weights() {
   std::vector<double> weights{0.13020248308889008, 0.56116298177510838,  -0.38947496264484729,
                               0.15884190655515560, -0.39590389413323758, 0.18453964097831571,
@@ -92,8 +94,8 @@ void finish(std::size_t n, double h, const double* __restrict inverse_mass, cons
 }
 
 /// The classical Runge-Kutta method   (THEORY 13.3). Forces do not depend on v, so the stages of v are
-/// eliminated. The accelerations a1 to a4 are the accelerations at x, x + h v / 2, x + h v / 2 + h^2 a1 / 4,
-/// x + h v + h^2 a2 / 2.
+/// eliminated. a1, a2, a3 and a4 are the accelerations at the positions x, x + h v / 2,
+/// x + h v / 2 + h^2 a1 / 4 and x + h v + h^2 a2 / 2.
 class RungeKutta : public HandWritten {
  public:
   explicit RungeKutta(SpringNetwork network) : HandWritten({4, 7, 0.0, false, false}, std::move(network)) {
@@ -120,20 +122,20 @@ class RungeKutta : public HandWritten {
   std::vector<double> a1_, a2_, a3_;
 };
 
-/// One evaluation of the forces in two columns of Stoermer's method, which advance at the same time, and the
-/// next action in each column. A column advances the whole step in substeps of equal length. Lengths are
-/// fractions of the step. After an evaluation a column either continues or ends. If it ends, another column
-/// may begin.
+/// Evaluates the forces in two columns of Stoermer's method at the same time, and says what each column does
+/// next. A column advances over the whole step in substeps of equal length. All lengths are fractions of the
+/// step. After an evaluation a column either continues or ends. If it ends, another column may begin in its
+/// place.
 struct Evaluation {
   Pair fraction;            // fraction of the step at which the forces are evaluated
   bool ends_column = true;  // true: a column ends or begins after the evaluation; false: both continue
-  Pair substep;             // substep of the columns that are evaluated
+  Pair substep;             // length of a substep in the columns that are evaluated
   Pair weight;              // w_j of a column that ends; 0: the column continues
-  Pair continues;           // 1; 0 for a column that ends
-  Pair next_substep;        // substep of the columns that follow; 0: no column follows
+  Pair continues;           // 1: the column continues; 0: the column ends
+  Pair next_substep;        // length of a substep after the evaluation; 0: no column follows
 };
 
-/// Continues both columns   (THEORY 13.4):
+/// Advances both columns by one substep   (THEORY 13.4):
 ///   u += h_j M^-1 f,   d += h_j u,   at = x + d
 /// with u [m/s] the velocity at the middle of a substep and d [m] the displacement since the start of the
 /// step.
@@ -147,16 +149,17 @@ void continue_columns(std::size_t n, Pair substep, const double* __restrict inve
   }
 }
 
-/// The arrays of a step: inverse_mass; x, v and f at the start of the step; the other arrays belong to the
-/// columns.
+/// The arrays of a step. x, v and f are the values at the start of the step, and the arrays of Pair belong to
+/// the two columns.
 struct Columns {
   const double *inverse_mass, *x, *v, *f;
   Pair *f_at, *u, *d, *at, *sum_u, *sum_d;
 };
 
-/// Adds the columns that end to the sums, and begins new columns from the start of the step
+/// Adds the results of the columns that end to the sums, and begins new columns at the start of the step
 /// (THEORY 13.4, 13.5):
-///   sum_u += w_j (u + h_j M^-1 f_at / 2),   sum_d += w_j d;   u = v + h_j M^-1 f / 2,   d = h_j u
+///   a column ends:    sum_u += w_j (u + h_j M^-1 f_at / 2),   sum_d += w_j d
+///   a column begins:  u = v + h_j M^-1 f / 2,   d = h_j u
 /// A column that continues advances as in `continue_columns`.
 void end_and_begin_columns(std::size_t n, double h, const Evaluation& evaluation, const Columns& columns) {
   const double* __restrict inverse_mass = columns.inverse_mass, * __restrict x = columns.x;
@@ -177,10 +180,10 @@ void end_and_begin_columns(std::size_t n, double h, const Evaluation& evaluation
   }
 }
 
-/// Stoermer's method with extrapolation. Column j advances the step in j substeps, and the results of columns
-/// 1, 2, .. are extrapolated to substeps of zero length (THEORY 13.4, 13.5). Columns do not depend on each
-/// other, so two advance at the same time, because evaluating a pair of forces costs little more than
-/// evaluating one.
+/// Stoermer's method with extrapolation. Column j advances over the step in j substeps, and the results of
+/// columns 1, 2, .. are extrapolated to substeps of zero length (THEORY 13.4, 13.5). Two columns advance at
+/// the same time, because columns do not depend on each other, and evaluating the forces of a pair costs
+/// little more than evaluating the forces of one column.
 class Stoermer : public HandWritten {
  public:
   Stoermer(int columns, SpringNetwork network)
@@ -222,14 +225,14 @@ class Stoermer : public HandWritten {
     network_.forces(t + h, x_.data(), f_.data());
   }
 
-  Evaluation start_;                     // begins the first column on both sides
+  Evaluation start_;                     // begins the first column of each side of the pairs
   std::vector<Evaluation> evaluations_;  // evaluations in the order of the step
   std::vector<Pair> f_at_, u_, d_, at_, sum_u_, sum_d_;
 };
 
 void Stoermer::schedule(int columns) {
-  // assigns the columns, beginning with the column of most substeps, each to the side with fewer substeps so
-  // far
+  // each column is assigned to the side of the pairs that has fewer substeps so far, beginning with the
+  // column of most substeps
   std::array<std::vector<int>, 2> sides;
   std::array<int, 2> num_substeps{};
   for (int j = columns; j > 0; --j) {
@@ -244,8 +247,9 @@ void Stoermer::schedule(int columns) {
     auto evaluation = evaluations_.begin();
     for (std::size_t c = 0; c < sides[side].size(); ++c) {
       const int j = sides[side][c];
-      // w_j = prod_{i != j} j^2 / (j^2 - i^2): Lagrange's weight at length 0 of a polynomial in the square of
-      // the length of a substep   (THEORY 13.5)
+      // w_j = prod_{i != j} j^2 / (j^2 - i^2): the results of the columns are taken as a polynomial in the
+      // square of the length of a substep, and w_j is Lagrange's weight of column j at length 0
+      // (THEORY 13.5)
       double weight = 1.0;
       for (int i = 1; i <= columns; ++i)
         if (i != j) weight *= static_cast<double>(j * j) / static_cast<double>(j * j - i * i);

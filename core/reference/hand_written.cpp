@@ -7,10 +7,11 @@
 namespace freeflex {
 namespace {
 
-/// Coefficients of Hermite's interpolation over a step from the values at its ends, 0 and 1:
+/// Coefficients of Hermite's interpolation over a step, from the values at its start (0) and its end (1):
 ///   x(t) = x0 + dx (x1 - x0) + v0 x0' + v1 x1' + a0 x0'' + a1 x1''
-/// The velocity has no term x0. The cubic is used for Verlet's method and the Runge-Kutta method
-/// (THEORY 13.2, 13.3), the quintic for Stoermer's and the composed method (THEORY 13.5, 13.6).
+/// The velocity has the same form without the term x0. The cubic is used for Verlet's method and the
+/// Runge-Kutta method (THEORY 13.2, 13.3), the quintic for Stoermer's and the composed method (THEORY 13.5,
+/// 13.6).
 struct Blend {
   double dx, v0, v1, a0, a1;
 };
@@ -18,14 +19,14 @@ struct Blends {
   Blend position, velocity;
 };
 
-/// Interpolates x and v at both ends of a step of h [s], at the fraction s of the step.
+/// Returns the coefficients for x and v at both ends of a step of h [s], at the fraction s of the step.
 Blends cubic(double s, double h) {
   const double r = 1.0 - s;
   return {{s * s * (3.0 - 2.0 * s), h * s * r * r, -h * s * s * r, 0.0, 0.0},
           {6.0 * s * r / h, r * (1.0 - 3.0 * s), s * (3.0 * s - 2.0), 0.0, 0.0}};
 }
 
-/// Interpolates x, v and a at both ends of a step of h [s], at the fraction s of the step.
+/// Returns the coefficients for x, v and a at both ends of a step of h [s], at the fraction s of the step.
 Blends quintic(double s, double h) {
   const double r = 1.0 - s, s2 = s * s, r2 = r * r, half = 0.5 * h;
   return {{s * s2 * (1.0 + 3.0 * r + 6.0 * r2), h * s * r * r2 * (1.0 + 3.0 * s),
@@ -90,7 +91,8 @@ void HandWritten::step_and_read(double t, double h, std::span<const double> time
 }
 
 RivalRun HandWritten::run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) {
-  constexpr long kLookEvery = 256;  // steps between checks of is_stopped and of finite numbers
+  // number of steps between two checks of is_stopped and of x for finite numbers
+  constexpr long kLookEvery = 256;
   RivalRun run;
   run.memory = network_.memory() + traits_.arrays * x_.size() * sizeof(double);
   network_.initial(x_, v_);
@@ -114,7 +116,7 @@ RivalRun HandWritten::run(std::span<const double> times, const RivalOptions& opt
     }
     run.num_steps += count;
     run.num_evaluations += count * traits_.evaluations + (traits_.keeps_forces ? 1 : 0);
-    // for the next piece, v must be at the time of x
+    // the next piece starts from v at the time of x, so the lead of v is removed
     read_end(h, end_);
     v_ = end_.v;
     start = end;

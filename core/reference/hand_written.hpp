@@ -9,16 +9,16 @@
 
 namespace freeflex {
 
-/// The properties of a hand-written method. The loop over its steps uses these properties.
+/// The properties of a hand-written method, which the loop over its steps uses.
 struct HandTraits {
-  long evaluations;       // number of evaluations of the forces in one step
-  std::size_t arrays;     // number of arrays of 3N numbers that a step uses
-  double lead;            // [-] time by which v is ahead of x, over the step
-  bool keeps_forces;      // true: f has the forces at x between steps, so a piece begins with one evaluation
-  bool reads_by_quintic;  // true: interpolates x, v and a at both ends of a step; false: x and v
+  long evaluations;    // number of evaluations of the forces in one step
+  std::size_t arrays;  // number of arrays of 3N numbers that a step uses
+  double lead;         // [-] time by which v is ahead of x, as a fraction of the step
+  bool keeps_forces;   // true: between steps f holds the forces at x; so each piece needs one more evaluation
+  bool reads_by_quintic;  // true: interpolates from x, v and a at both ends of a step; false: from x and v
 };
 
-/// This class steps through the smooth pieces. It computes the motion within a step by Hermite's
+/// Steps through the smooth pieces of a motion, and computes the motion within a step by Hermite's
 /// interpolation.
 class HandWritten : public RivalMethod {
  public:

@@ -9,10 +9,11 @@
 namespace freeflex {
 namespace {
 
-/// Returns a lower bound on the elastic scale without computing a motion. The bound is the loads divided by
-/// the stiffness of the stiffest link. If the scale is too small, the pilot run only takes more steps.
+/// Returns a low estimate of the elastic scale without computing a motion: the loads or centrifugal forces
+/// divided by the stiffness of the stiffest link, and the initial displacements. If the estimate is too
+/// small, the pilot run only takes more steps.
 ElasticScale guess_scale(const CartesianSystem& system) {
-  constexpr double kSmallestStrain = 1e-12;  // [-] displacement over the size, for systems without strain
+  constexpr double kSmallestStrain = 1e-12;  // [-] smallest displacement as a fraction of the size
   double force = 0.0;
   for (const CartesianLoad& load : system.loads) {
     for (const PointLoad& item : load.forces) force += item.force.norm();
@@ -80,12 +81,12 @@ ReferenceRun integrate_at_scale(const CartesianSystem& system, std::span<const d
   return run;
 }
 
-/// Runs with loose tolerances. The scale of the returned run is computed from its largest displacement and
-/// strain energy:
+/// Returns a pilot run with loose tolerances. The scale of the pilot run is computed from its largest
+/// displacement and strain energy:
 ///   displacement = max_t sqrt(sum |V|^2 / N),   velocity = sqrt(2 max_t E_el / M)   (THEORY 10.10)
 ReferenceRun find_scale(const CartesianSystem& system, double end, ReferenceOptions options) {
   constexpr int kSamples = 64;
-  constexpr double kPilotTolerance = 1e-3;  // [-] fraction of a scale that is itself too small
+  constexpr double kPilotTolerance = 1e-3;  // [-] fraction of the estimated scale, which is itself too small
   std::vector<double> times;
   for (int k = 1; k <= kSamples; ++k) times.push_back(end * k / kSamples);
   options.tolerance = kPilotTolerance;

@@ -30,7 +30,7 @@ struct ElasticScale {
 
 struct ReferenceOptions {
   ReferenceMethod method = ReferenceMethod::kFehlberg78;
-  double tolerance = 1e-9;            // [-] local error of a step over the elastic scale, > 0
+  double tolerance = 1e-9;            // [-] local error of a step as a fraction of the elastic scale, > 0
   double fixed_step = 0.0;            // [s] > 0: reduced so that it divides each smooth piece; 0: adaptive
   std::optional<ElasticScale> scale;  // found by a pilot run if absent; not used with a fixed step
   std::function<bool()> is_stopped;   // called at each requested time; true ends the run with an error
@@ -39,8 +39,8 @@ struct ReferenceOptions {
 };
 
 struct ReferenceRun {
-  std::string error;  // empty if every SUNDIALS call succeeded; otherwise the failure; the states end at the
-                      // time of the failure
+  std::string error;  // empty if every SUNDIALS call succeeded; otherwise the first failure, before which
+                      // `states` ends
   std::vector<CartesianState> states;  // at the requested times
   std::vector<double> strain_energy;   // [J] strain energy at the requested times
   ElasticScale scale;
@@ -48,7 +48,8 @@ struct ReferenceRun {
   double accuracy = 0.0;     // [-] see integrate_with_estimate
 };
 
-/// Returns the ends of the smooth pieces of (0, end]. They are the times at which loads jump, then the end.
+/// Returns the ends of the smooth pieces of (0, end]: the times at which a load or its slope jumps, then the
+/// end.
 std::vector<double> piece_ends(const CartesianSystem& system, double end);
 
 /// Integrates from t = 0 through `times` [s] (ascending, > 0) and restarts at every discontinuity of the
@@ -57,10 +58,10 @@ std::vector<double> piece_ends(const CartesianSystem& system, double end);
 ReferenceRun integrate(const CartesianSystem& system, std::span<const double> times,
                        const ReferenceOptions& options = {});
 
-/// Integrates as `integrate` does and estimates `accuracy`: the largest elastic error (THEORY 10.11) over
-/// `times` of a coarser run (tolerance times 30, or twice the fixed step) relative to the returned run. This
-/// is the error of the coarser run, so it overstates the error of the returned run. However, if both fixed
-/// steps damp the fastest modes, the estimate does not contain that loss.
+/// Integrates as `integrate` does and estimates `accuracy`. This is the largest elastic error (THEORY 10.11)
+/// over `times` of a coarser run (30 times the tolerance, or twice the fixed step), measured against the
+/// returned run. So it is the error of the coarser run, which overstates the error of the returned run.
+/// However, if both fixed steps damp the fastest modes, the estimate does not contain that loss.
 ReferenceRun integrate_with_estimate(const CartesianSystem& system, std::span<const double> times,
                                      const ReferenceOptions& options = {});
 

@@ -19,7 +19,7 @@ double value(WaveFunction function, double x) {
       return 0.5 * s * s;
     }
     case WaveFunction::kRising:
-      // Below 0.1 the difference loses digits, but the series keeps them
+      // for x below 0.1 the difference 1 - sin x / x loses digits, so a series is used
       if (x > 0.1) return (1.0 - std::sin(x) / x) / (x * x);
       const double s = x * x;
       return (1.0 - s / 20.0 * (1.0 - s / 42.0 * (1.0 - s / 72.0))) / 6.0;
@@ -31,7 +31,8 @@ double value(WaveFunction function, double x) {
 
 bool LanczosSpace::build(const Apply& apply, const Eigen::VectorXd& b, double h, std::span<const Term> terms,
                          int max_size, bool is_reorthogonalised) {
-  // [-] limit as a fraction of the size of the matrix. A smaller next vector is a rounding error
+  // [-] a next vector that is shorter than this fraction of the largest entry of the tridiagonal matrix is a
+  // rounding error
   constexpr double kExhausted = 1e-13;
   size_ = num_applied_ = 0;
   norm_ = b.norm();
@@ -69,8 +70,8 @@ bool LanczosSpace::build(const Apply& apply, const Eigen::VectorXd& b, double h,
 }
 
 void LanczosSpace::diagonalise() {
-  // Eigen scales a full matrix before it iterates. It does not scale a tridiagonal matrix, and without
-  // scaling it may not converge
+  // Eigen scales a full matrix before it iterates, but not a tridiagonal matrix. Without scaling the
+  // iteration may not converge, so the matrix is scaled here
   const double scale = diagonal_.head(size_).cwiseAbs().maxCoeff();
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
   solver.computeFromTridiagonal(diagonal_.head(size_) / scale, off_diagonal_.head(size_ - 1) / scale);

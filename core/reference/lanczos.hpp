@@ -23,15 +23,16 @@ class LanczosSpace {
  public:
   using Apply = std::function<void(const double* from, double* to)>;  // to = A from
 
-  /// A term factor f(h sqrt(A)) z that will be computed in the space, and its tolerance.
+  /// A term factor f(h sqrt(A)) z that will be computed in the space, with the tolerance of its error.
   struct Term {
     WaveFunction function;
     double factor, tolerance;
   };
 
-  /// Builds the space until the last two coefficients of every term are within its tolerance. Returns false
-  /// if max_size vectors are not enough. If `is_reorthogonalised`, each vector is made orthogonal to all
-  /// vectors before it. Reorthogonalisation is worth its cost if the Krylov space may become the whole space.
+  /// Builds the space from the start vector z = b until the last two coefficients of every term are within
+  /// the tolerance of the term. Returns false if max_size vectors are not enough. If `is_reorthogonalised`,
+  /// each vector is made orthogonal to all vectors before it. Reorthogonalisation is worth its cost if the
+  /// Krylov space may become the whole space.
   bool build(const Apply& apply, const Eigen::VectorXd& b, double h, std::span<const Term> terms,
              int max_size, bool is_reorthogonalised);
 
@@ -50,7 +51,7 @@ class LanczosSpace {
   Eigen::MatrixXd basis_;                    // (n x max_size)
   Eigen::VectorXd diagonal_, off_diagonal_;  // of the tridiagonal matrix
   Eigen::VectorXd root_;                     // square roots of the eigenvalues of the tridiagonal matrix
-  Eigen::MatrixXd vectors_;                  // eigenvectors of that matrix
+  Eigen::MatrixXd vectors_;                  // eigenvectors of the tridiagonal matrix
 };
 
 }  // namespace freeflex

@@ -132,8 +132,9 @@ Linearised::Frame Linearised::advance(const Frame& frame, double t, double h) co
                h);
 }
 
-// g = (1 - T_m T_m^T) m^-1/2 (F_B - m w x (w x r))   (THEORY 13.8). The load is the external and centrifugal
-// forces minus their rigid part, where T_m are the orthonormal rigid motions in y
+// Computes the external and centrifugal forces minus their rigid part   (THEORY 13.8):
+//   g = (1 - T_m T_m^T) m^-1/2 (F_B - m w x (w x r))
+// The columns of T_m are the orthonormal rigid motions in y
 void Linearised::elastic_load(const Frame& frame, double t, VectorXd& g) const {
   g.setZero(root_mass_.size());
   const Vector3d w = spin(frame);
@@ -163,7 +164,7 @@ void Linearised::apply(const double* y, double* out) const {
 }
 
 // Leapfrog on y'' = -A y + g + (t / span) dg   (THEORY 13.9, 13.11):
-//   y += h w,   w += h y''(y),   where w is y' half a step ahead
+//   y += h w,   w += h y''(y),   where w is y' half a step ahead of y
 void Linearised::leapfrog(double span, double step, std::span<const double> reads, const Read& read) {
   const long count = whole_steps(span, step);
   const double h = span / static_cast<double>(count);
@@ -202,11 +203,11 @@ void Linearised::leapfrog(double span, double step, std::span<const double> read
   num_applied_ += count + 1;
 }
 
-// The exact step of y'' = -A y + g + (t / span) dg   (THEORY 13.9, 13.12, 13.13), with a = g - A y0 and X = t
-// sqrt(A):
+// Takes the exact step of y'' = -A y + g + (t / span) dg   (THEORY 13.9, 13.12, 13.13). With a = g - A y0 and
+// X = t sqrt(A):
 //   y = y0 + t^2 (1 - cos X) / X^2 a + t sinc X y0' + t^2 (1 - sinc X) / X^2 (t / span) dg
 //   y' = t sinc X a + cos X y0' + t (1 - cos X) / X^2 (t / span) dg
-// Each function times its vector is computed in a Krylov space   (THEORY 13.14).
+// Each product of a function and a vector is computed in a Krylov space   (THEORY 13.14).
 std::string Linearised::krylov(double span, const RivalOptions& options, std::span<const double> reads,
                                const Read& read) {
   constexpr int kMostVectors = 256;
@@ -218,7 +219,7 @@ std::string Linearised::krylov(double span, const RivalOptions& options, std::sp
   apply(y_.data(), acceleration_.data());
   ++num_applied_;
   w_ = g_ - acceleration_;
-  // the terms of each vector in the displacements and in the velocities, with their tolerances
+  // for each vector, its term in the displacements and its term in the velocities, with their tolerances
   using Term = LanczosSpace::Term;
   const double y_error = options.tolerance * options.scale.displacement * root_mass_.norm(),
                y_dot_error = options.tolerance * options.scale.velocity * root_mass_.norm();
@@ -273,7 +274,7 @@ void Linearised::write_state(const Frame& frame, double t, CartesianState& state
 
 double Linearised::load_step(const RivalOptions& options) const {
   // The load is taken as linear in time over a step. If the body rotates by 0.02 rad within a step, the load
-  // deviates by 5e-5
+  // deviates from this line by a fraction of 5e-5
   constexpr double kLongest = 0.1, kRotation = 0.02;  // [s], [rad]
   if (rival_ == Rival::kKrylov) return options.step;
   const double spin_rate = system_.spin.norm();

@@ -1,6 +1,6 @@
 // The linearised system in sparse form. The rigid body moves independently of the deformation, and the
-// springs act along their rest directions in body axes. The equations are the equations of the `spin-loaded`
-// rung without modes, so the linearised system has the model error of this rung (THEORY 13.8 to 13.14).
+// springs act along their rest directions in body axes. These are the equations of the `spin-loaded` rung,
+// but without modes, so the linearised system has the model error of that rung (THEORY 13.8 to 13.14).
 #pragma once
 
 #include <memory>
@@ -19,8 +19,8 @@ class Linearised : public RivalMethod {
   RivalRun run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) override;
 
  private:
-  /// The state of the rigid body. It contains the centre of mass minus its free fall, the angular momentum
-  /// and the attitude.
+  /// The state of the rigid body: the motion of the centre of mass relative to its free fall, the angular
+  /// momentum and the attitude.
   struct Frame {
     Eigen::Vector3d p_WB, v_WB, H_W;  // [m], [m/s], [kg m^2/s]
     Eigen::Quaterniond q_WB;
@@ -29,7 +29,7 @@ class Linearised : public RivalMethod {
     Eigen::Vector3d v_WB, a_WB, moment_W;  // [m/s], [m/s^2], [N m]
     Eigen::Vector4d q_WB_dot;              // [1/s] x y z w
   };
-  // This function is called with y_ and y_dot_ at t [s] from the start of the step
+  // Is called when y_ and y_dot_ hold the motion at t [s] after the start of the step
   using Read = std::function<void(double t)>;
 
   Linearised(Rival rival, const CartesianSystem& system);

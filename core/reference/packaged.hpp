@@ -1,4 +1,4 @@
-// SUNDIALS runs on the arrays of the full system. Implicit methods use the exact sparse tangent
+// Runs SUNDIALS on the arrays of the full system. Implicit methods use the exact sparse Jacobian
 // (THEORY 13.7).
 #pragma once
 

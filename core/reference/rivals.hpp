@@ -25,14 +25,14 @@ enum class Rival {
   kAdams,        // CVODE, Adams-Moulton with fixed-point iteration, full system
   kBdf,          // CVODE, BDF with sparse Jacobian, full system
   kLeapfrog,     // linearised system, sparse; fixed step
-  kKrylov,       // linearised system, sparse: exponential by Lanczos; fixed step and tolerance
+  kKrylov,  // linearised system, sparse; exponential functions by Lanczos' method; fixed step and tolerance
 };
 
 struct RivalOptions {
-  double step = 0.0;                 // [s] > 0 of fixed-step methods, reduced to divide each smooth piece
-  double tolerance = 0.0;            // [-] > 0, for methods with a tolerance: error of a step over the
-                                     // elastic scale
-  ElasticScale scale;                // scale for methods with a tolerance
+  double step = 0.0;       // [s] > 0, for methods with a fixed step; reduced to divide each smooth piece
+  double tolerance = 0.0;  // [-] > 0, for methods with a tolerance: error of a step as a fraction of
+                           // the elastic scale
+  ElasticScale scale;      // scale for methods with a tolerance
   std::function<bool()> is_stopped;  // called from time to time; true ends the run with an error
 };
 
@@ -52,8 +52,9 @@ struct RivalRun {
 class RivalMethod {
  public:
   virtual ~RivalMethod() = default;
-  /// Runs from t = 0 to the last of `times` [s], which are ascending. Between the ends of steps, packaged and
-  /// hand-written methods interpolate, but linearised methods compute the state at the requested time.
+  /// Runs from t = 0 to the last of `times` [s], which are ascending. At a requested time within a step,
+  /// packaged and hand-written methods interpolate the state, Krylov's method computes it, and leapfrog
+  /// extrapolates it by at most half a step.
   virtual RivalRun run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) = 0;
 };
 

@@ -1,5 +1,5 @@
-// Beams and plates at true geometry. This code computes their strain energy, and the gradient of the energy
-// by positions of points and rotations of ends. It uses nothing from core/structure, so it can check
+// Beams and plates at true geometry. Computes their strain energy, and the derivatives of this energy by
+// positions of points and rotations of ends. Nothing here uses core/structure, so this code can check
 // core/structure   (THEORY 10.16 to 10.19).
 #pragma once
 
@@ -50,12 +50,12 @@ struct TruePlate {
   Eigen::Matrix<double, 3, 2> edges;      // [m] edges from the first corner to the other two
   Eigen::Matrix<double, 2, 3> gradients;  // [1/m] gradients of barycentric coordinates, local axes
   Eigen::Vector3d membrane;               // [N m] stiffness of exx + eyy, exx - eyy, gxy
-  Eigen::Matrix<double, 9, 9> bending;    // [N m] over the rotations of the corners, local axes
+  Eigen::Matrix<double, 9, 9> bending;    // [N m] stiffness over the rotations of the corners, local axes
 
   /// Computes the energy and its derivatives   (THEORY 10.18, 10.19):
   ///   F = sum_i p_i g_i^T = R U,   E = sum_k D_k eps_k^2 / 2 + sum_m D_m (B_m theta)^2 / 2
-  /// with g_i the gradients, R the axes in the plane, U the stretch, eps the strains of U - 1 and theta [rad]
-  /// the rotation vectors of the corners relative to the axes of the plate.
+  /// with p_i [m] the corners, g_i the gradients, R the axes in the plane, U the stretch, eps the strains of
+  /// U - 1 and theta [rad] the rotation vectors of the corners relative to the axes of the plate.
   /// \param d [m] displacement of each corner  \param ends  local axes of each corner as columns
   void evaluate(const std::array<Eigen::Vector3d, 3>& d, const std::array<Eigen::Matrix3d, 3>& ends,
                 bool with_stiffness, LinkGradient& result) const;

@@ -21,7 +21,8 @@ inline Eigen::Quaterniond quaternion_of(const Eigen::Vector3d& vector) {
   return {std::cos(half), factor * vector[0], factor * vector[1], factor * vector[2]};
 }
 
-/// Returns an angle over its sine, from sine and cosine. The ratio is 1 at zero, and the angle is at most pi.
+/// Returns the ratio of an angle in [0, pi] to its sine, computed from sine and cosine. The ratio is 1 at
+/// angle 0.
 inline double angle_over_sine(double sine, double cosine) {
   return sine < 1e-9 && cosine > 0.0 ? 1.0 : std::atan2(sine, cosine) / sine;
 }

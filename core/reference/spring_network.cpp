@@ -15,8 +15,8 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-/// Returns whether the forces of the load are constant vectors in world axes between successive edges of the
-/// load.
+/// Returns whether the forces of the load are constant vectors in world axes, except for jumps at the edges
+/// of its pulse.
 bool is_piecewise_constant(const CartesianLoad& load) {
   const bool has_constant_amplitude = std::holds_alternative<ConstantHistory>(load.history) ||
                                       std::holds_alternative<PulseHistory>(load.history);
@@ -127,7 +127,7 @@ SparsePattern SpringNetwork::make_pattern() {
   SparsePattern pattern;
   const auto n = static_cast<std::int64_t>(size());
   column_sizes_.clear();
-  std::vector<std::int64_t> starts;  // start of each point's first column
+  std::vector<std::int64_t> starts;  // index of the first entry of each point
   for (std::size_t j = 0; j < num_points; ++j) {
     starts.push_back(static_cast<std::int64_t>(pattern.rows.size()));
     column_sizes_.push_back(1 + 3 * static_cast<std::int64_t>(neighbours[j].size()));

@@ -1,6 +1,6 @@
 // The full system of a scene as plain arrays, in axes that do not rotate. The methods with which freeflex is
-// compared run on these arrays. The physics is the same as in CartesianSystem, arranged for speed
-// (THEORY 13.1, 13.7).
+// compared run on these arrays. The equations are those of CartesianSystem, but the data are arranged for
+// speed (THEORY 13.1, 13.7).
 #pragma once
 
 #include <array>
@@ -17,19 +17,20 @@ namespace freeflex {
 /// Two numbers that the processor handles in one instruction.
 using Pair = double __attribute__((vector_size(16)));
 
-/// The pattern of the Jacobian of (x, v)' by columns. Every diagonal entry is present.
+/// The pattern of nonzero entries of the Jacobian of (x, v)', stored by columns. Every diagonal entry is
+/// present.
 struct SparsePattern {
   std::vector<std::int64_t> column_starts;  // (6N + 1)
   std::vector<std::int64_t> rows;           // row of each stored entry, ascending in a column
 };
 
-/// Positions x [m] and velocities v [m/s] are in one array each, with three numbers for each point. They are
-/// in world axes, relative to a point that falls freely. This point starts at the centre of mass with the
-/// velocity of the centre of mass.
+/// Positions x [m] and velocities v [m/s] are stored in one array each, with three numbers for each point.
+/// They are in world axes, relative to an origin that falls freely. At the start this origin has the position
+/// and the velocity of the centre of mass.
 class SpringNetwork {
  public:
   /// Makes the arrays of a system. Returns nullopt and sets `error` for an attractor and for links that
-  /// dissipate, because these methods do not support them.
+  /// dissipate, because the methods that run on these arrays do not support them.
   static std::optional<SpringNetwork> make(const CartesianSystem& system, std::string& error);
 
   /// Chooses the loads of a smooth piece [start, end] [s]. This function must be called before the first
@@ -42,8 +43,8 @@ class SpringNetwork {
   /// \param f (3N), overwritten
   void forces(double t, const double* x, double* f) const;
 
-  /// Computes the forces of two motions at once, each at its own time. The pass costs little more than the
-  /// pass for one motion.
+  /// Computes the forces of two motions at once, each motion at its own time. The pass costs little more than
+  /// a pass for one motion.
   void forces(Pair t, const Pair* x, Pair* f);
 
   /// Makes the pattern of the Jacobian of (v, M^-1 forces).
@@ -62,7 +63,7 @@ class SpringNetwork {
   std::size_t size() const { return inverse_mass_.size(); }  // 3N
   // [1/kg] (3N), three equal values for a point
   const std::vector<double>& inverse_mass() const { return inverse_mass_; }
-  std::size_t memory() const;  // [bytes] that `forces` reads
+  std::size_t memory() const;  // [bytes] memory that `forces` reads
 
  private:
   struct End {
@@ -78,11 +79,11 @@ class SpringNetwork {
   std::vector<double> inverse_mass_;
   std::vector<double> constant_;               // [N] (3N) loads that are constant over the piece
   std::vector<const CartesianLoad*> varying_;  // the other loads
-  double piece_time_ = 0.0;                    // [s] inside the piece
+  double piece_time_ = 0.0;                    // [s] a time inside the piece
   std::vector<double> x_one_, f_one_;          // one motion of a pair, for varying loads
-  // first index, in the values of the Jacobian, of the four 3 x 3 blocks of each spring: (row point, column
-  // point) is (first, first), (second, first), (first, second), (second, second). The next column of a block
-  // begins column_sizes_ entries further
+  // for each spring, the index in the values of the Jacobian of the first entry of its four 3 x 3 blocks. The
+  // blocks (row point, column point) are (first, first), (second, first), (first, second), (second, second).
+  // The next column of a block begins column_sizes_ entries later
   std::vector<std::array<std::int64_t, 4>> blocks_;
   std::vector<std::int64_t> column_sizes_;  // entries in each of the three columns of a point
   std::int64_t velocity_columns_ = 0;       // index of the first value in the columns of velocities

@@ -162,7 +162,8 @@ VectorXd energies_of_mode(const CartesianSystem& system, const VectorXd& shape) 
 
 SteadyMotion steady_motion(const CartesianSystem& system, const VectorXd& start) {
   constexpr int kMost = 40;
-  constexpr double kFound = 1e-11;  // [-] Newton step over the size
+  // [-] the motion counts as found if the Newton step is below this fraction of the size
+  constexpr double kFound = 1e-11;
   SteadyMotion motion;
   CartesianSystem uncorrected = system;
   if (uncorrected.true_geometry) uncorrected.true_geometry->set_correction(0.0);

@@ -1,5 +1,5 @@
-// A Cartesian system is linearised by finite differences of its accelerations. The results are modes at rest,
-// and small motions about a steady motion under spin or thrust   (THEORY 10.25 to 10.27).
+// Linearises a Cartesian system by finite differences of its accelerations. This gives the modes at rest, and
+// the small motions about a steady motion under spin or thrust   (THEORY 10.25 to 10.27).
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 
 namespace freeflex {
 
-/// The modes of the system at rest, without loads, dissipation and rigid motions   (THEORY 10.25).
+/// The elastic modes of the system at rest, without loads and dissipation   (THEORY 10.25).
 struct RestModes {
   Eigen::VectorXd omega;   // [rad/s] (n) ascending
   Eigen::MatrixXd shapes;  // [1/sqrt(kg)] (3N x n) psi with psi^T m psi = 1
@@ -20,8 +20,9 @@ RestModes rest_modes(const CartesianSystem& system);
 /// \param system  the masses and rest positions of the points
 Eigen::MatrixXd stiffness_at_rest(const TrueGeometry& links, const CartesianSystem& system);
 
-/// Returns the strain energy [J/m^2] of each link, divided by the square of a small factor [m]. The
-/// displacements are this factor times a shape.  \param shape [-] (3N)
+/// Returns the strain energy of each link for displacements of a small factor [m] times `shape`, divided by
+/// the square of this factor [J/m^2].
+/// \param shape [-] (3N)
 Eigen::VectorXd energies_of_mode(const CartesianSystem& system, const Eigen::VectorXd& shape);
 
 /// A steady motion, in which the points are at rest in the carrier and have one common acceleration, and the
@@ -32,10 +33,11 @@ struct SteadyMotion {
   std::string error;             // empty if the motion was found
   Eigen::VectorXd e;             // [m] (3N) displacements in the carrier
   Eigen::Vector3d acceleration;  // [m/s^2] acceleration of the centre of mass, carrier axes
-  double residual = 0.0;         // [m/s^2] largest difference from the common acceleration
+  double residual = 0.0;         // [m/s^2] largest difference of a point from the common acceleration
   Eigen::VectorXcd rates;        // [1/s] (num) lambda, ascending by absolute value
   Eigen::MatrixXcd shapes;       // (3N x num) displacements, a column for each rate
-  Eigen::MatrixXd stiffness;     // [1/s^2] (n x n) -de''/de over sqrt(m) e, orthogonal to the rigid motions
+  // [1/s^2] (n x n) -de''/de in coordinates sqrt(m) e, orthogonal to the rigid motions
+  Eigen::MatrixXd stiffness;
 };
 
 /// Finds the steady motion by Newton's method from displacements `start` [m] (3N). An empty `start` is the

@@ -32,7 +32,7 @@ struct SundialsSolver::Members {
   void* cvode = nullptr;
 
   ~Members();
-  /// Stores the first failing call by name. Returns whether flag reports success.
+  /// Stores the name of the first call that fails. Returns whether `flag` reports success.
   bool check(int flag, const char* call, char* (*flag_name)(long));
   bool check_created(const void* object, const char* call);
   void set_tolerances(const ElasticScale& scale);
@@ -48,11 +48,12 @@ struct SundialsSolver::Members {
 namespace {
 
 int slope(realtype t, N_Vector y, N_Vector y_dot, void* user) {
-  constexpr long kLookEvery = 256;  // evaluations between checks of is_stopped
+  constexpr long kLookEvery = 256;  // number of evaluations between two checks of is_stopped
   auto& members = *static_cast<SundialsSolver::Members*>(user);
   const auto size = static_cast<std::size_t>(N_VGetLength(y));
   double* out = N_VGetArrayPointer(y_dot);
-  // after one failure an implicit method tries again with a shorter step
+  // after a failure an implicit method tries again with a shorter step, so every evaluation after a stop must
+  // fail
   if (members.message == "stopped") return -1;
   members.problem->slope(t, {N_VGetArrayPointer(y), size}, {out, size});
   if (++members.num_evaluations % kLookEvery == 0 && members.problem->is_stopped &&
@@ -78,11 +79,10 @@ void keep_message(int, const char*, const char* function, char* text, void* user
   if (message != "stopped") message = std::string(function) + ": " + text;
 }
 
-/// Returns the table of a method with one additional, idle stage. The idle stage has weight zero and is at
-/// the start of the step. If the last abscissa of an explicit method is 1, SUNDIALS before 6.6 assumes that
-/// its last stage is the first stage of the next step, and starts the next step from a wrong slope
-/// (llnl/sundials issue 311). With the idle stage the last abscissa is 0. The idle stage costs one evaluation
-/// in each step.
+/// Returns the table of a method with one additional, idle stage, which has weight zero and is at the start
+/// of the step. If the last abscissa of an explicit method is 1, SUNDIALS before 6.6 takes the last stage of
+/// a step as the first stage of the next step, and so starts the next step from a wrong slope (llnl/sundials
+/// issue 311). With the idle stage the last abscissa is 0. The idle stage costs one evaluation in each step.
 ARKodeButcherTable with_idle_stage(int stages, int order, int embedded_order, const double* c,
                                    const double* A, const double* b, const double* d) {
   const auto s = static_cast<std::size_t>(stages);
@@ -99,7 +99,7 @@ ARKodeButcherTable with_idle_stage(int stages, int order, int embedded_order, co
 }
 
 /// Returns the table of the classical method of order 4 (Kutta 1901), because SUNDIALS does not contain this
-/// method. The method has no embedded method.
+/// method. The table has no embedded method.
 ARKodeButcherTable classical_table() {
   constexpr double c[] = {0.0, 0.5, 0.5, 1.0};
   constexpr double A[] = {0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
@@ -162,7 +162,8 @@ void SundialsSolver::Members::set_tolerances(const ElasticScale& scale) {
   std::fill(values + half, values + 2 * half, options.tolerance * scale.velocity);
 }
 
-// [-] rounding error of large rigid displacements. With a smaller tolerance no step is small enough
+// [-] relative rounding error of large rigid displacements. If the tolerance were smaller, no step would be
+// small enough
 constexpr double kRelativeTolerance = 1e-15;
 
 bool SundialsSolver::Members::make_linear_solver() {
@@ -186,7 +187,7 @@ void SundialsSolver::Members::start_erk() {
   if (!ok(ERKStepSVtolerances(erk, kRelativeTolerance, tolerance), "ERKStepSVtolerances")) return;
   if (!ok(ERKStepSetMaxNumSteps(erk, options.max_steps), "ERKStepSetMaxNumSteps")) return;
   const bool is_fixed = options.fixed_step > 0.0;
-  // SUNDIALS accepts a method without an embedded method only after the step is fixed
+  // SUNDIALS accepts a table without an embedded method only if the step is fixed before
   if (is_fixed && !ok(ERKStepSetFixedStep(erk, options.fixed_step), "ERKStepSetFixedStep")) return;
   if (options.method == ReferenceMethod::kZonneveld43) {
     ok(ERKStepSetTableNum(erk, ARKODE_ZONNEVELD_5_3_4), "ERKStepSetTableNum");
@@ -294,7 +295,7 @@ std::string SundialsSolver::advance(double stop, std::vector<double>& y) {
   Members& m = *members_;
   if (!m.error.empty()) return m.error;
   if (m.options.fixed_step > 0.0) {
-    // The number of whole steps to the stop. The slack prevents a rounding error from adding a step
+    // The number of whole steps up to `stop`. The slack of 1e-9 prevents a rounding error from adding a step
     const double span = stop - m.time;
     const double steps = std::ceil(span / m.options.fixed_step * (1.0 - 1e-9));
     if (!m.check(ERKStepSetFixedStep(m.erk, span / steps), "ERKStepSetFixedStep", ERKStepGetReturnFlagName))

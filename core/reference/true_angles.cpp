@@ -1,5 +1,5 @@
-// Angles of three points, dihedrals of four, matrices in axes that rotate with their points, and damping in
-// body axes. THEORY 10.20 to 10.22, 10.24
+// Angles between three points, dihedral angles of four points, stiffness matrices in axes that rotate with
+// their points, and damping in body axes. THEORY 10.20 to 10.22, 10.24
 #include <Eigen/Geometry>
 #include <cmath>
 
@@ -30,7 +30,8 @@ double bend(const TrueAngle& angle, const Matrix3Xd& x, TrueGeometry::Forces for
   // `moment` is minus the derivative of the energy by the cosine of the angle
   double energy = 0.0, moment = 0.0;
   if (angle.is_straight) {
-    // the angle of one arm from the other arm (folded), or from the extension of the other arm
+    // the angle from one arm to the other arm if the arms are folded, otherwise to the extension of the other
+    // arm
     const double side = angle.is_folded ? 1.0 : -1.0;
     const double ratio = angle_over_sine(sine, side * cosine);
     energy = 0.5 * angle.stiffness * ratio * ratio * sine * sine;
@@ -40,8 +41,8 @@ double bend(const TrueAngle& angle, const Matrix3Xd& x, TrueGeometry::Forces for
     energy = 0.5 * angle.stiffness * change * change;
     moment = angle.stiffness * change / sine;
   }
-  // A force is `moment` times the gradient of the cosine, (c - cosine a) / l_i = (a x c) x a / l_i without a
-  // difference of parallel vectors
+  // Each force is `moment` times the gradient of the cosine, (c - cosine a) / l_i. It is computed as (a x c)
+  // x a / l_i, which has no difference of nearly parallel vectors
   const Vector3d on_i = moment / l_i * across.cross(a), on_k = moment / l_k * c.cross(across);
   force.col(angle.points[0]) += on_i;
   force.col(angle.points[2]) += on_k;

@@ -51,7 +51,8 @@ TrueBeam::TrueBeam(const Beam& beam, const Vector3d& given_span)
       length(given_span.norm()),
       EA(beam.EA),
       torsion(beam.GJ / length) {
-  // bending about y deflects the beam along z, bending about z along y; phi is defined by (THEORY 3.10)
+  // bending about y deflects the beam along z, and bending about z deflects it along y; phi is defined by
+  // (THEORY 3.10)
   const std::array<double, 2> EI{beam.EI_y, beam.EI_z}, GA{beam.GA_z, beam.GA_y};
   for (std::size_t plane = 0; plane < 2; ++plane) {
     const double phi = GA[plane] > 0.0 ? 12.0 * EI[plane] / (GA[plane] * length * length) : 0.0;
@@ -67,8 +68,8 @@ void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, 
   const Vector3d u = chord / l;
   const std::array<EndOnChord, 2> on_chord{EndOnChord(ends[0], u), EndOnChord(ends[1], u)};
 
-  // The axes y and z of the chord are half way between the axes of its ends, and the twist is the roll from
-  // one end to the other, atan2(z_1.y_2, y_1.y_2)   (THEORY 10.16)
+  // The axes y and z of the chord are half way between the axes of the ends after `to_chord`. The twist
+  // is the roll from the first end to the second, atan2(z_1.y_2, y_1.y_2)   (THEORY 10.16)
   const Vector3d y = (on_chord[0].axes.col(1) + on_chord[1].axes.col(1)).normalized(), z = u.cross(y);
   const double twist = std::atan2(on_chord[0].axes.col(2).dot(on_chord[1].axes.col(1)),
                                   on_chord[0].axes.col(1).dot(on_chord[1].axes.col(1)));
@@ -96,9 +97,9 @@ void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, 
     M[1][p] = symmetric[p] * bent + antisymmetric[p] * skew + N * bow[1][p];
   }
 
-  // The angular velocity of an end relative to the chord has three components. They are the rates of its
-  // rotation about y and about z, and the rate of its roll. The axes y and z roll by the mean roll of both
-  // ends, so the moments of the rotations also do work on this mean roll: `shift`.
+  // The angular velocity of an end relative to the chord has three components: the rates of its rotation
+  // about y and about z, and the rate of its roll. The axes y and z roll by the mean roll of both ends, so
+  // the bending moments also do work on the rolls. `shift` [N m] takes this work into account.
   const std::array<Vector3d, 2> M_across{M[0][0] * y + M[0][1] * z, M[1][0] * y + M[1][1] * z};
   const double shift =
       0.5 * u.dot(on_chord[0].rotation.cross(M_across[0]) + on_chord[1].rotation.cross(M_across[1]));

@@ -1,6 +1,6 @@
-// Links at true geometry, which are beams, plates, angles, matrices and rigid bodies between points in space
-// (THEORY 10.12 to 10.25). This code shares no model with core/structure, so it can check core/structure.
-// CartesianSystem contains the springs, bars and dashpots.
+// Beams, plates, angles, matrices and rigid bodies at true geometry between points in space (THEORY 10.12 to
+// 10.25). CartesianSystem itself contains the springs, bars and dashpots. This code shares no model with
+// core/structure, so it can check core/structure.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,11 +16,11 @@
 
 namespace freeflex {
 
-/// A joint is a rotation without inertia. Ends of beams and corners of plates share it at a point.
+/// A rotation without inertia, which ends of beams and corners of plates share at a point.
 struct TrueJoint {
   int body = -1;  // rigid body that rotates the joint, index into bodies_; -1: no body
   int first = 0;  // index of the first unknown rotation of the joint
-  int num = 3;    // number of unknown rotations: 3; 1 on a collinear body (about its line); 0 on other bodies
+  int num = 3;    // number of unknown rotations: 3; on a body 0, or 1 about the line of a collinear body
 };
 
 /// An end of a link at a joint, with the rotations about its own axes that are released from the joint.
@@ -28,7 +28,7 @@ struct LinkEnd {
   int joint = -1;
   Eigen::Matrix3d rest = Eigen::Matrix3d::Identity();  // local axes at rest as columns
   std::vector<int> released;                           // axes about which the rotation is released
-  int first = 0;                                       // index of the unknown rotation about the first axis
+  int first = 0;  // index of the unknown rotation about the first released axis
 };
 
 /// A beam or plate with its points and its ends at joints.
@@ -48,7 +48,7 @@ struct TrueAngle {
   double stiffness = 0.0;    // [N m]
   double rest = 0.0;         // [rad]
   bool is_straight = false;  // true: the three points are on a line at rest
-  bool is_folded = false;    // both arms of the straight angle are on one side
+  bool is_folded = false;    // true: both arms of the straight angle point to the same side
 };
 
 /// A stiffness matrix over the displacements of some points, in the axes that fit these points best
@@ -96,7 +96,8 @@ class TrueGeometry {
   void constrain(const PointVectors& e, const PointVectors& e_dot, Forces acceleration) const;
   /// Projects displacements and velocities onto the motions that rigid links allow.
   void project(Forces e, Forces e_dot) const;
-  /// Returns the rows G m^-1/2 [1/sqrt(kg)] (num x 3N) of the constraints of rigid links, over sqrt(m) v.
+  /// Returns the rows G m^-1/2 [1/sqrt(kg)] (num x 3N) of the constraints of rigid links, which act on
+  /// sqrt(m) v.
   Eigen::MatrixXd forbidden(const PointVectors& e) const;
   bool has_rigid_links() const { return !bodies_.empty(); }
 
@@ -107,18 +108,18 @@ class TrueGeometry {
   void set_correction(double rate) { correction_ = rate; }
 
   int num_links() const { return num_links_; }
-  /// Returns the rotation of a point's joint, or the mean rotation of its surroundings, from rest axes to
-  /// present axes   (THEORY 8.24).
+  /// Returns the rotation from rest axes to present axes of the point's joint or, if the point has no joint,
+  /// the mean rotation of its surroundings   (THEORY 8.24).
   Eigen::Matrix3d local_rotation(int point, const PointVectors& e) const;
   /// Returns stiffnesses [N/m] of single links, from which scales of a motion are estimated. Each link gives
   /// its largest stiffness, then its smallest.
   const std::vector<double>& stiffnesses() const { return stiffnesses_; }
 
  private:
-  /// Present axes of an end, and the axes [-] about which unknown rotations rotate it.
+  /// Present axes of an end, and the axes [-] about which unknown rotations rotate the end.
   struct Frame {
     Eigen::Matrix3d axes;
-    // index and axis: at most three rotations of a joint and two of a release
+    // index and axis of each rotation: at most three of a joint and two of a release
     std::array<std::pair<int, Eigen::Vector3d>, 5> spins;
     std::size_t num_spins = 0;
     void add(int index, const Eigen::Vector3d& spin) { spins[num_spins++] = {index, spin}; }

@@ -120,7 +120,7 @@ void TrueGeometry::find_idle_rotations() {
   const MatrixXd scaled =
       scale_.cwiseInverse().asDiagonal() * rotations_.stiffness * scale_.cwiseInverse().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(scaled);
-  // [-] smaller eigenvalues of a stiffness with unit diagonal are rounding errors
+  // [-] the stiffness is scaled to a unit diagonal, so its eigenvalues below this limit are rounding errors
   constexpr double kIdle = 1e-11;
   const auto count = (eigen.eigenvalues().array() < kIdle).count();
   idle_ = eigen.eigenvectors().leftCols(count);
@@ -201,8 +201,9 @@ bool TrueGeometry::relax(const PointVectors& e) const {
   constexpr int kMost = 60;  // steps
   // [rad] steps of at most this size are below the rounding error of rotations
   constexpr double kSmall = 1e-14;
-  constexpr double kRounding = 1e-10;  // [rad] smaller steps that no longer shrink are rounding errors
-  // [-] if a step is larger than this times the last step, a new factor is needed
+  // [rad] below this size, a step that no longer shrinks is a rounding error
+  constexpr double kRounding = 1e-10;
+  // [-] if a step is larger than this fraction of the previous step, a new factor is needed
   constexpr double kSlow = 0.05;
   double last = std::numeric_limits<double>::infinity();
   bool with_stiffness = false;
@@ -251,7 +252,8 @@ VectorXd TrueGeometry::energies(const PointVectors& e) const {
 Matrix3d TrueGeometry::local_rotation(int point, const PointVectors& e) const {
   const auto index = static_cast<std::size_t>(point);
   if (joint_of_[index] >= 0) return rotations_.matrix[static_cast<std::size_t>(joint_of_[index])];
-  // Collinear surroundings do not define the rotation about their line, so the rotation of the body is used
+  // Collinear surroundings do not define the rotation about their line, so about the line the rotation is
+  // that of the body
   const Matrix3d R_body = body_.fit(r_ + e).R;
   return R_body * surroundings_[index].fit(R_body.transpose() * (r_ + e)).R;
 }

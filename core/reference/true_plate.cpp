@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Row = Eigen::Matrix<double, 1, 9>;
 
-// [-] stiffness of a corner's rotation about the normal over E thickness^3 / 12   (THEORY 3.36)
+// [-] stiffness of a corner's rotation about the normal, divided by E thickness^3 / 12   (THEORY 3.36)
 constexpr double kNormalRotation = 1e-3;
 
 // the measures of strain P_1 = x x^T + y y^T, P_2 = x x^T - y y^T, P_3 = x y^T + y x^T in local axes

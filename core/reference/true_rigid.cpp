@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Solver = Eigen::CompleteOrthogonalDecomposition<MatrixXd>;
 
-// [-] constraints that follow from others to within this fraction are redundant
+// [-] a constraint is redundant if it equals a combination of other constraints to within this fraction
 constexpr double kRedundant = 1e-9;
 
 VectorXd stacked(const Matrix3Xd& columns) { return Map<const VectorXd>(columns.data(), columns.size()); }

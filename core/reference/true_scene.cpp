@@ -1,5 +1,5 @@
-// This code makes the links of a scene at true geometry, and the Cartesian system that contains them. THEORY
-// 10.12 to 10.25; 10.22: the stiffness of matrix links, 10.25: the damping matrix
+// Makes the links of a scene at true geometry, and the Cartesian system that contains them. THEORY 10.12 to
+// 10.25, of which 10.22 gives the stiffness of matrix links and 10.25 the damping matrix
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
@@ -139,8 +139,8 @@ void TrueGeometry::add_matrix(const Scene& scene, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   const auto& given = std::get<MatrixLink>(link.kind);
   TrueMatrix matrix{index, fitted(link.points, r_), MatrixXd(given.matrix)};
-  // (1 - T T^T) K (1 - T T^T), where T are the rigid motions. A flexibility is inverted in the space
-  // orthogonal to T (THEORY 3.12, 3.38)
+  // (1 - T T^T) K (1 - T T^T), where the columns of T are the rigid motions. A flexibility is inverted in the
+  // space orthogonal to T (THEORY 3.12, 3.38)
   const MatrixXd across = across_rigid_motions(matrix.frame.rest());
   MatrixXd inner = across.transpose() * matrix.K * across;
   inner = (0.5 * (inner + inner.transpose())).eval();
@@ -258,7 +258,8 @@ std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::strin
     const Eigen::Index n = system.mass.size();
     Eigen::Map<Matrix3Xd> e(system.initial.data(), 3, n), e_dot(system.initial.data() + 3 * n, 3, n);
     geometry.project(e, e_dot);
-    // constraint errors decay about ten times faster than the fastest relevant motion
+    // the constraint errors decay at ten times the rate of the initial motion, and at no less than a tenth of
+    // the highest frequency of a single link
     double rate = 10.0 * (system.spin.norm() + e_dot.cwiseAbs().maxCoeff() / system.r.cwiseAbs().maxCoeff());
     for (const CartesianLink& link : system.links)
       rate = std::max(rate, 0.1 * std::sqrt(link.stiffness / system.mass.maxCoeff()));
