@@ -83,7 +83,8 @@ double order_at(const CartesianSystem& system, ReferenceMethod method, double st
   return lowest;
 }
 
-// Each step must evaluate its own first slope, because if a solver reuses the last stage, both orders fall.
+// If a solver reuses the last stage of a step as the first slope of the next step, both orders fall, so each
+// step must evaluate its own first slope.
 TEST(CartesianReference, FixedStepMethodsConvergeAtTheirOrder) {
   const CartesianSystem system = system_of(wild_truss());
   const double times[] = {0.25};
@@ -134,11 +135,11 @@ TEST(CartesianReference, AForceInBodyAxesRotatesWithTheFittedAxes) {
   const ReferenceRun run = integrate(system, times);
   ASSERT_EQ(run.error, "");
   const Vector3d expected = kForce / kSpin * Vector3d(std::sin(kSpin * kT), 1.0 - std::cos(kSpin * kT), 0.0);
-  // the centrifugal stretch of 1e-5 m changes the inertia and hence the spin by 1e-5
+  // the centrifugal stretch of 1e-5 m changes the inertia, and so the spin, by a fraction of 1e-5
   EXPECT_LT((invariants(system, run.states[0]).linear_momentum - expected).norm(), 1e-4 * expected.norm());
 }
 
-TEST(ElasticError, TheFitRemovesTheRigidMotionAndLeavesEckartDisplacements) {
+TEST(ElasticError, TheDisplacementsMeetEckartsConditionsAndExcludeRigidMotion) {
   std::mt19937_64 engine(11);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   for (const double angle : {0.0, 1e-8, 0.7, 3.14159}) {
@@ -153,7 +154,7 @@ TEST(ElasticError, TheFitRemovesTheRigidMotionAndLeavesEckartDisplacements) {
       const Eigen::AngleAxisd rotation(angle, Vector3d(1.0, -2.0, 0.5).normalized());
       const Matrix3Xd p_W = (rotation.toRotationMatrix() * (rest + V)).colwise() + Vector3d(3.0, -7.0, 2.0);
       const Matrix3Xd u = elastic_displacements(mass, rest, p_W);
-      // rounding errors of coordinates up to 10 m
+      // rounding errors of coordinates of up to 10 m
       constexpr double kRounding = 1e-14;
       const Vector3d centre = rest * mass / mass.sum();
       Vector3d moment = Vector3d::Zero();
@@ -161,7 +162,7 @@ TEST(ElasticError, TheFitRemovesTheRigidMotionAndLeavesEckartDisplacements) {
         moment += mass[i] * Vector3d(rest.col(i) - centre).cross(Vector3d(u.col(i)));
       EXPECT_LT((u * mass).norm(), kRounding * mass.sum());
       EXPECT_LT(moment.norm(), kRounding * mass.sum());
-      // the fitted displacement is at most a constant times the given displacement
+      // the fitted displacement is at least a tenth and at most ten times the given displacement
       EXPECT_LE(u.norm(), 10.0 * V.norm() + kRounding);
       EXPECT_GE(u.norm(), 0.1 * V.norm() - kRounding);
       EXPECT_LT((elastic_displacements(mass, rest, rest + V) - u).norm(), 10.0 * kRounding);

@@ -55,8 +55,8 @@ TEST(CartesianReference, AFallingPairVibratesAsInClosedForm) {
   const Vector3d centre =
       scene.initial.position + kT * scene.initial.velocity + 0.5 * kT * kT * scene.gravity;
   const Vector3d x_W = Eigen::Quaterniond(0.5, -0.5, 0.5, 0.5) * Vector3d::UnitX();
-  // the centre of mass is exact up to the rounding error of 100 m, and the oscillation up to
-  // kAmplitudeAccuracy
+  // the centre of mass is exact up to the rounding error of coordinates of 100 m, and the oscillation is
+  // exact up to kAmplitudeAccuracy
   EXPECT_LT((state.p_W.col(0) - (centre - kM1 / (kM0 + kM1) * l * x_W)).norm(),
             1e-13 + kAmplitudeAccuracy * kStretch);
   EXPECT_LT((state.p_W.col(1) - (centre + kM0 / (kM0 + kM1) * l * x_W)).norm(),
@@ -69,13 +69,13 @@ TEST(CartesianReference, APairVibratesWithOneFrequencyAtEveryAmplitude) {
   constexpr double kT = 0.3;
   for (const double stretch : {1e-9, 1e-5, 0.5}) {
     const double l = separation(state_at(system_of(stretched_pair(stretch)), kT));
-    // the length is a difference of world positions of 1 m
+    // the length is a difference of world positions of 1 m, whose rounding error is 4e-16 m
     EXPECT_NEAR(l, kLength + stretch * std::cos(kOmega * kT), kAmplitudeAccuracy * stretch + 4e-16)
         << stretch;
   }
 }
 
-TEST(CartesianReference, StiffnessProportionalDampingEqualsParallelDashpots) {
+TEST(CartesianReference, APairWithStiffnessProportionalDampingDecaysAsInClosedForm) {
   constexpr double kStretch = 1e-3, kT = 0.2, kBeta = 2e-4;
   Scene scene = stretched_pair(kStretch);
   scene.damping.beta = kBeta;
@@ -86,8 +86,8 @@ TEST(CartesianReference, StiffnessProportionalDampingEqualsParallelDashpots) {
   EXPECT_NEAR(separation(state_at(system_of(scene), kT)) - kLength, expected, kAmplitudeAccuracy * kStretch);
 }
 
-// Response of a pair, initially at rest, to the force F amplitude(t) on point 1 along the line, divided by F
-// / m1.
+// Elongation of a pair that is initially at rest, under the force F amplitude(t) on point 1 along the line,
+// divided by F / m1.
 struct HistoryCase {
   const char* name;
   History history;

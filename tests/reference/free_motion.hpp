@@ -1,5 +1,5 @@
-// This file checks conservation in free motion of random structures, for tests of the true-geometry
-// reference.
+// Checks that random structures conserve energy and momenta in free motion, for the tests of the
+// true-geometry reference.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -21,7 +21,8 @@ inline Eigen::Matrix3Xd random_columns(std::mt19937_64& engine, Eigen::Index cou
   return Eigen::Matrix3Xd::NullaryExpr(3, count, [&]() { return uniform(engine); });
 }
 
-/// Expects that a spinning, vibrating random_mixture keeps its energy and momenta.
+/// Expects that a spinning, vibrating random_mixture conserves its energy and its linear and angular
+/// momentum.
 inline void expect_conservation(std::uint64_t seed) {
   std::mt19937_64 engine(seed);
   Scene scene = random_mixture(seed, 7);

@@ -1,5 +1,5 @@
-// These tests check hand-written methods with fixed steps. Each method has its order against a closed form
-// and in nonlinear motion, and under loads all methods converge to one limit.
+// These tests check hand-written methods with fixed steps. Each method must converge at its order to a closed
+// form and to a nonlinear motion, and under loads all methods must converge to one limit.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -16,8 +16,8 @@ namespace {
 
 using Eigen::Matrix3Xd;
 
-/// A method, its order, and the numbers of steps, for two points and for the truss, of the coarsest run in
-/// which its order is visible.
+/// A method, its order, and the number of steps of the coarsest run in which the order is visible, for two
+/// points and for the truss.
 struct Case {
   Rival rival;
   int order;
@@ -76,9 +76,9 @@ Scene wild_truss() {
   return scene;
 }
 
-// The methods of the two highest orders take steps of three radians of the fastest mode or more, where the
-// error falls faster than the order predicts, and soon reach rounding errors. So the test fails only if the
-// order is too low.
+// The methods of the two highest orders take steps of three radians or more of the fastest mode. At such
+// steps the error falls faster than the order predicts, and it soon reaches rounding errors. So the test
+// fails only if the order is too low.
 TEST(HandWritten, EachMethodHasItsOrderOnATrussThatDeformsByCentimetres) {
   constexpr double kEnd = 1.0;
   const CartesianSystem system = system_of(wild_truss());
@@ -100,8 +100,8 @@ TEST(HandWritten, EachMethodHasItsOrderOnATrussThatDeformsByCentimetres) {
   }
 }
 
-// The loads are a pulse in world axes, and a sine and a couple that rotate with the body. The loads divide
-// the time into intervals and vary within the intervals.
+// The loads are a pulse in world axes and a sine of two forces that rotate with the body. The pulse divides
+// the time into smooth pieces, and the sine varies within the pieces.
 TEST(HandWritten, AllMethodsConvergeToOneLimitUnderLoads) {
   constexpr double kEnd = 0.25;
   Scene scene = wild_truss();
@@ -124,8 +124,8 @@ TEST(HandWritten, AllMethodsConvergeToOneLimitUnderLoads) {
 }
 
 // The interpolation uses x, v and a at both ends of a step, so its error is proportional to the sixth power
-// of the step. Half the step gives at most a thirtieth of the error.
-TEST(HandWritten, InterpolationWithinLongStepsHasOrderSix) {
+// of the step. The test requires that half the step gives at most a thirtieth of the error.
+TEST(HandWritten, HalvingTheStepReducesTheInterpolationErrorThirtyfold) {
   const CartesianSystem system = system_of(wild_truss());
   const double times[] = {0.0503, 0.1};
   const CartesianState exact = end_of(Rival::kStoermer16, system, times[0], 200);
@@ -147,7 +147,7 @@ TEST(HandWritten, InterpolationWithinLongStepsHasOrderSix) {
   }
 }
 
-TEST(HandWritten, RefusesScenesWithDashpots) {
+TEST(HandWritten, EachMethodRefusesASystemWithADampedLink) {
   Scene scene = spring_pair(1.0, 3.0, 2.0, 1e4);
   CartesianSystem system = system_of(scene);
   system.links[0].damping = 1.0;

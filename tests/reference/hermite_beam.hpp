@@ -1,6 +1,6 @@
 // Small transverse motions of a straight free beam under tension, computed with Hermite elements and textbook
-// matrices (Przemieniecki 1968, Theory of Matrix Structural Analysis, chapters 5, 11 and 15). The code is
-// independent of the reference and can check it.
+// matrices (Przemieniecki 1968, Theory of Matrix Structural Analysis, chapters 5, 11 and 15). This code
+// shares nothing with the true-geometry reference, so it can check the reference.
 #pragma once
 
 #include <Eigen/Eigenvalues>
@@ -15,11 +15,12 @@ struct HermiteBeam {
   double EI = 1.0;       // [N m^2]
   double length = 1.0;   // [m] of each element
   Eigen::VectorXd mass;  // [kg] (elements + 1) on the nodes
-  // the mass is consistent, so the mass of one inner node is distributed over each element by its shape
-  // functions
+  // true: consistent mass, so each element distributes the mass of one inner node over itself by its shape
+  // functions; false: masses on the nodes
   bool is_consistent = false;
-  Eigen::VectorXd tension;  // [N] (elements + 1) at the nodes for consistent mass, otherwise (elements)
-  double thrust = 0.0;      // [N] thrust at the first node, which follows the rotation of the node
+  // [N] at the nodes (elements + 1) for consistent mass, otherwise in the elements (elements)
+  Eigen::VectorXd tension;
+  double thrust = 0.0;  // [N] thrust at the first node, which follows the rotation of the node
 
   Eigen::Index num_elements() const { return mass.size() - 1; }
 };
@@ -27,7 +28,8 @@ struct HermiteBeam {
 /// Returns K_G of an element under a tension that varies linearly along the element. K_G equals the integral
 /// of N w' w'.
 inline Eigen::Matrix4d geometric_stiffness(double first, double last, double L) {
-  // the Gauss points integrate degree 5 exactly, because N has degree 1 and the squared slopes have degree 4
+  // three Gauss points integrate degree 5 exactly, which suffices because N has degree 1 and the squared
+  // slopes have degree 4
   constexpr double points[] = {0.1127016653792583, 0.5, 0.8872983346207417};
   constexpr double weights[] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
   Eigen::Matrix4d G = Eigen::Matrix4d::Zero();
@@ -58,12 +60,13 @@ inline std::vector<std::complex<double>> squared_frequencies(const HermiteBeam& 
     K.block<4, 4>(2 * k, 2 * k) += bending + geometric_stiffness(first, last, L);
     if (beam.is_consistent) M.block<4, 4>(2 * k, 2 * k) += mass;
   }
-  K(0, 1) -= beam.thrust;  // transverse force of the thrust: thrust times the rotation of its node
+  // the transverse force of the thrust is the thrust times the rotation of its node
+  K(0, 1) -= beam.thrust;
   Eigen::MatrixXd A;
   if (beam.is_consistent) {
     A = M.partialPivLu().solve(K);
   } else {
-    // rotations have no mass, so they are condensed
+    // the rotations have no mass, so they are condensed
     const auto even = Eigen::seqN(0, nodes, 2), odd = Eigen::seqN(1, nodes, 2);
     const Eigen::MatrixXd Kww = K(even, even), Kwt = K(even, odd), Ktw = K(odd, even), Ktt = K(odd, odd);
     A = beam.mass.cwiseInverse().asDiagonal() * (Kww - Kwt * Ktt.partialPivLu().solve(Ktw));
@@ -81,7 +84,8 @@ inline HermiteBeam hermite_rocket(double EI, double length, const Eigen::VectorX
   beam.tension.resize(beam.num_elements() + (is_consistent ? 1 : 0));
   double force = -thrust;
   for (Eigen::Index k = 0; k < beam.tension.size(); ++k) {
-    // the tension jumps at each node by the inertia of its mass, or falls linearly over each element
+    // the tension jumps at each node by the inertial force of the mass of the node or, with consistent mass,
+    // changes linearly over each element
     const double fraction = is_consistent ? (k == 0 ? 0.0 : 1.0 / static_cast<double>(beam.num_elements()))
                                           : mass[k] / mass.sum();
     force += thrust * fraction;

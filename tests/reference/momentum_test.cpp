@@ -1,5 +1,5 @@
-// The linear momentum of a body is the impulse of its loads, and the angular momentum is the integral of
-// their moment.
+// The change of the linear momentum of a body equals the impulse of its loads, and the change of the angular
+// momentum equals the integral of their moment.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -27,8 +27,8 @@ TEST(Momentum, LinearMomentumIsTheImpulseOfRandomCommands) {
     Vector3d impulse = Vector3d::Zero();
     double size = 0.0;  // [N s] sum of |F| dt
     for (int k = 0; k < 200; ++k) {
-      // each command lasts longer than the interval to the next, in one slot after another, so that slots add
-      // up, are replaced and expire
+      // a command may last longer than the interval until the next command, and the commands use one slot
+      // after another, so commands add up, are replaced and expire
       const auto ticks = static_cast<std::int64_t>(1 + engine() % 40);
       const auto duration = static_cast<std::int64_t>(1 + engine() % 100);
       ForceCommand command = make_command(k % 50, k + 1, Axes::kWorld, duration);
@@ -109,7 +109,8 @@ TEST(Momentum, AngularMomentumUnderWorldForcesIsAccurateAtAnyTickLength) {
       simulation.run(std::llround(kTime * scene.rate), {&command, 1});
       const double error = (vector(simulation.state.H_W) - H).norm() / H.norm();
       std::printf("seed %d at %g Hz: angular momentum error %.2e\n", static_cast<int>(seed), rate, error);
-      // at 5 Hz a tick is 0.7 rad, but at other rates there are only rounding errors of a few hundred ticks
+      // at 5 Hz the body rotates by 0.7 rad per tick; at the other rates only rounding errors of a few
+      // hundred ticks remain
       EXPECT_LT(error, rate < 50.0 ? 1e-9 : 1e-12) << rate;
     }
   }

@@ -1,5 +1,5 @@
-// The methods with which freeflex is compared are correct, because each method has its order and the
-// linearised methods solve the linear system.
+// Checks the methods with which freeflex is compared: each method must converge at its order, and the
+// linearised methods must solve the linear system.
 #include "core/reference/rivals.hpp"
 
 #include <gtest/gtest.h>
@@ -15,10 +15,10 @@
 namespace freeflex::testing {
 namespace {
 
-constexpr double kEnd = 0.25;  // [s] the phase of the slowest mode is then seventeen radians
+constexpr double kEnd = 0.25;  // [s] end of the runs, when the phase of the slowest mode is 17 rad
 
-/// The case is a truss of two sections and eight points under the corner pulse, with the motion that the
-/// reference computes.
+/// A truss of two sections and eight points under the corner pulse, with the motion that the reference
+/// computes.
 struct Small {
   Scene scene = square_truss(2);
   std::optional<CartesianSystem> system;
@@ -43,7 +43,7 @@ struct Small {
     return elastic_displacements(system->mass, system->r, p_W);
   }
 
-  /// Returns the elastic displacements at kEnd by a rival.
+  /// Returns the elastic displacements at kEnd that a rival computes.
   Eigen::Matrix3Xd run(Rival rival, double step, double tolerance) const {
     std::string error;
     const auto method = make_rival(rival, *system, error);
@@ -63,8 +63,8 @@ struct Small {
     return elastic_error(run(rival, step, tolerance), u);
   }
 
-  /// Returns the displacements on the rung `spin-loaded` at 0.1 ms, which are the exact motion of the
-  /// linearised system.
+  /// Returns the displacements that the rung `spin-loaded` computes with steps of 0.1 ms, which are the exact
+  /// motion of the linearised system.
   Eigen::Matrix3Xd linear() const {
     Scene rung = scene;
     rung.fidelity = Fidelity::kSpinLoaded;
@@ -75,7 +75,7 @@ struct Small {
   }
 };
 
-// Each halving divides the error by 2^order, and the coarsest step is 0.15 rad of the fastest mode.
+// Halving the step divides the error by 2^order. The coarsest step is 0.15 rad of the fastest mode.
 TEST(Rivals, FixedStepMethodsHaveTheirOrderOnTheFullSystem) {
   const Small small;
   for (const auto& [rival, order] : {std::pair{Rival::kVerlet, 2.0}, {Rival::kRungeKutta4, 4.0}}) {
@@ -90,8 +90,8 @@ TEST(Rivals, FixedStepMethodsHaveTheirOrderOnTheFullSystem) {
   }
 }
 
-// The error falls with the tolerance. The factor of 1e5 allows for the errors that accumulate over 28 periods
-// of the fastest mode.
+// The factor of 1e5 between tolerance and error allows for the errors that accumulate over 28 periods of the
+// fastest mode.
 TEST(Rivals, ErrorOfPackagedMethodsFallsWithTheirToleranceOnTheFullSystem) {
   const Small small;
   for (const Rival rival : {Rival::kErk4, Rival::kErk8, Rival::kDirk5, Rival::kAdams, Rival::kBdf}) {
@@ -114,8 +114,8 @@ TEST(Rivals, LeapfrogIsOfSecondOrderOnTheLinearSystem) {
   }
 }
 
-// The method takes the load as linear in time over a step. During its 0.1 s the pulse rotates the body by
-// some 1e-3 rad, proportional to t^2. So a step of 0.1 s has an error of some 1e-5, and the error is
+// The method takes the load as linear in time over a step. During the 0.1 s of the pulse the body rotates by
+// some 1e-3 rad, proportional to t^2. So a step of 0.1 s gives an error of some 1e-5, and the error is
 // proportional to the square of the step.
 TEST(Rivals, KrylovSolvesTheLinearSystemAtAnyStep) {
   const Small small;
@@ -124,7 +124,7 @@ TEST(Rivals, KrylovSolvesTheLinearSystemAtAnyStep) {
     EXPECT_LT(elastic_error(small.run(Rival::kKrylov, step, 1e-10), exact), allowed) << step;
 }
 
-// At a spin of 0.2 rad/s the linear methods include the centrifugal load.
+// At a spin of 0.2 rad/s the exact motion of the linear system includes the centrifugal load.
 TEST(Rivals, LinearisedMethodsIncludeTheCentrifugalLoad) {
   const Small small(0.2);
   const Eigen::Matrix3Xd exact = small.linear();
@@ -132,8 +132,7 @@ TEST(Rivals, LinearisedMethodsIncludeTheCentrifugalLoad) {
   EXPECT_LT(elastic_error(small.run(Rival::kLeapfrog, 2e-5, 0.0), exact), 2e-3);
 }
 
-// If the step exceeds 2 / omega_max, the motion grows without bound. The run must then end with an error and
-// give no motion.
+// If the step exceeds 2 / omega_max, the motion grows without bound. The run must then end with an error.
 TEST(Rivals, AStepBeyondTheStabilityLimitIsReported) {
   const Small small;
   std::string error;
@@ -187,7 +186,7 @@ TEST(Rivals, AStateReadDuringARunAgreesWithARunThatEndsAtThatTime) {
   }
 }
 
-TEST(Rivals, EachMethodReportsWhatItCannotRepresent) {
+TEST(Rivals, MethodsRefuseAttractorsAndDissipation) {
   Small small;
   std::string error;
   small.system->attractor_mu = 1.0;
@@ -203,7 +202,7 @@ TEST(Rivals, EachMethodReportsWhatItCannotRepresent) {
 }
 
 // The matrix is the Laplacian of the path graph, whose eigenvectors are cosines (Strang 1999).
-TEST(Lanczos, FunctionsOfAMatrixWithKnownEigenvectorsAreExact) {
+TEST(Lanczos, FunctionsOfAMatrixEqualTheirSumsOverKnownEigenvectors) {
   constexpr int kSize = 40;
   constexpr double kStep = 1.7;
   const auto apply = [](const double* from, double* to) {

@@ -22,7 +22,8 @@ Wide energy(const WideRotation& body) {
   return sum;
 }
 
-/// Returns the octahedron at `rate` [Hz], with a spin axis 1e-2 rad from the intermediate axis y.
+/// Returns the octahedron with ticks at `rate` [Hz], spinning about an axis 1e-2 rad from the intermediate
+/// axis y.
 Scene spinning_body(double spin, double rate) {
   Scene scene = testing::octahedron();
   scene.rate = rate;
@@ -38,7 +39,8 @@ WideRotation exact_rotation(const Plan& plan, double time) {
   return body;
 }
 
-/// Returns the angle of the rotation between the two attitudes [rad], including the low parts of the state.
+/// Returns the angle [rad] between the attitude of the state, including its low parts, and the exact
+/// attitude.
 double attitude_error(const State& state, const WideRotation& exact) {
   std::array<Wide, 4> q;
   for (std::size_t a = 0; a < 4; ++a) q[a] = Wide(state.q_WB[a]) + Wide(state.q_WB_low[a]);
@@ -65,9 +67,9 @@ TEST(FreeRotation, TheOctahedronHasThreeKnownPrincipalMoments) {
   }
 }
 
-// Over these 20 / |w| seconds the truncation error is below 1e-3 (|w| h)^6, as the test of the order shows.
-// Near the intermediate axis a rounding error grows as exp(|w| t / sqrt 8), by a factor of a thousand, until
-// the body has flipped over.
+// Over the 20 / |w| seconds of this test the truncation error is below 1e-3 (|w| h)^6. Near the intermediate
+// axis a rounding error grows as exp(|w| t / sqrt 8), and by a factor of a thousand before the body has
+// flipped over.
 TEST(FreeRotation, AttitudeIsExactNearTheIntermediateAxis) {
   for (const double spin : {1.0, 5.0}) {
     const double time = 20.0 / spin;

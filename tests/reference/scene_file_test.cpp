@@ -7,8 +7,8 @@
 namespace freeflex {
 namespace {
 
-/// Compares points, springs, push and spin of a shipped scene file with those of `built`. Returns the scene
-/// of the file.
+/// Compares points, springs, push and spin of a shipped scene file with those of the scene `built`. Returns
+/// the scene of the file.
 Scene expect_equal(const std::string& name, const Scene& built) {
   const io::SceneResult result = io::read_scene(FREEFLEX_SOURCE_DIR "/service/scenes/" + name + ".yaml");
   for (const Fault& fault : result.faults) ADD_FAILURE() << io::format_fault(fault, result.sources);

@@ -1,5 +1,5 @@
-// This file computes the elastic error of the separated equations relative to the full system, for the quick
-// and the long tests.
+// Computes the elastic error of the separated equations relative to the full system, for the quick and the
+// long tests.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -36,8 +36,7 @@ inline FullSystem full_system(const Scene& scene, const ReferenceOptions& option
   return full;
 }
 
-/// Returns the elastic displacements at kCaseEnd by the step at `rate` [Hz], computed from its world
-/// positions.
+/// Returns the elastic displacements at kCaseEnd, from the world positions of a simulation at `rate` [Hz].
 inline Eigen::Matrix3Xd separated(Scene scene, const FullSystem& full, double rate) {
   scene.rate = rate;
   Simulation simulation(scene);
@@ -45,8 +44,8 @@ inline Eigen::Matrix3Xd separated(Scene scene, const FullSystem& full, double ra
   return elastic_displacements(full.mass, full.rest, simulation.positions_W());
 }
 
-/// Expects that the elastic error equals `expected` to two digits, and that the errors of step and reference
-/// are negligible.
+/// Expects that the elastic error at 1 kHz equals `expected` to two digits, and that the errors of the step
+/// and of the reference are negligible.
 inline void expect_elastic_error(const char* name, const Scene& scene, const FullSystem& full,
                                  double expected) {
   const Eigen::Matrix3Xd u1 = separated(scene, full, 1000.0);
@@ -62,8 +61,8 @@ inline void expect_elastic_error(const char* name, const Scene& scene, const Ful
   EXPECT_NEAR(error, expected, 0.5 * second_digit);
   EXPECT_LT(first, 0.05 * second_digit);
   EXPECT_LT(full.accuracy, 0.2 * second_digit);
-  // the step has second order for world-fixed loads on a rotating frame, down to the rounding errors of the
-  // fastest phase and of world positions
+  // for world-fixed loads on a rotating frame the error of the step is proportional to the square of the
+  // step, down to the rounding errors of the fastest phase and of the world positions
   const Plan plan = plan_of(scene);
   const double phase = 2.3e-16 * *std::max_element(plan.omega.begin(), plan.omega.end()) * kCaseEnd;
   const double rounding = 2.3e-16 * full.rest.norm() / full.u.norm();

@@ -1,6 +1,6 @@
 // The separated equations, compared with the full system. The separated equations omit nonlinear geometry and
-// the reaction of the deformation on the frame. The expected figures come from an independent prototype of
-// the same equations, compared with an extrapolation code of order 16 in extended precision.
+// the reaction of the deformation on the frame. The expected errors come from an independent prototype of the
+// separated equations, which was compared with an extrapolation code of order 16 in extended precision.
 #include "tests/reference/separated_cases.hpp"
 
 namespace freeflex::testing {
@@ -16,9 +16,9 @@ TEST(SeparatedEquations, HaveTheExpectedElasticErrorOnTheLongTruss) {
   expect_elastic_error("S2", truss_s2(), full_system(truss_s2(), ReferenceOptions{}, true), 9.5e-5);
 }
 
-// The fastest mode is at 673,000 rad/s. The classical Runge-Kutta method is stable up to omega h = 2.8 and
-// damps the fastest modes. The fastest modes carry 1e-6 of the motion, as the long test of the same structure
-// shows.
+// The fastest mode is at 673,000 rad/s. The classical Runge-Kutta method is stable up to omega h = 2.8, and
+// at this step it damps the fastest modes. They carry only 1e-6 of the motion, as the long test of this
+// structure shows.
 TEST(SeparatedEquations, HaveTheExpectedElasticErrorOnTheStiffTruss) {
   ReferenceOptions options;
   options.method = ReferenceMethod::kRungeKutta4;
@@ -26,8 +26,8 @@ TEST(SeparatedEquations, HaveTheExpectedElasticErrorOnTheStiffTruss) {
   expect_elastic_error("S4", truss_s4(), full_system(truss_s4(), options, false), 2.1e-5);
 }
 
-/// Returns the elastic error at kCaseEnd, and prints it together with two ratios over the run, namely max|V|
-/// / max|r| and (|w| / omega_1)^2 max|r| / max|V|.
+/// Returns the elastic error at kCaseEnd. Prints the error with two ratios of the run, max|V| / max|r| and
+/// (|w| / omega_1)^2 max|r| / max|V|.
 double error_beside_ratios(const char* what, const Scene& scene) {
   ReferenceOptions options;
   options.tolerance = 1e-8;
@@ -49,8 +49,8 @@ double error_beside_ratios(const char* what, const Scene& scene) {
   return error;
 }
 
-// The omitted terms are of second order in the displacements and in the spin. The expected figure of the
-// spinning truss comes from the same prototype.
+// The omitted terms are of second order in the displacements and in the spin. The expected error of the
+// spinning truss comes from the same prototype as the errors above.
 TEST(SeparatedEquations, HaveAnErrorThatGrowsWithDisplacementAndSpin) {
   const auto pushed = [](double force) {
     Scene scene = truss_s1();

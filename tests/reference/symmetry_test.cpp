@@ -1,8 +1,8 @@
 // If a scene is translated, rotated or renumbered, its description changes but its motion does not, except
 // for rounding errors of coordinates and sums. Conditioning is the change of the motion per relative change
-// of the numbers in the scene (coordinates relative to the size, masses, stiffnesses). The tests measure the
-// conditioning. All numbers change at random by 2^-36, and the changes of positions, velocities and link
-// forces are recorded.
+// of the numbers in the scene (coordinates relative to the size, masses, stiffnesses). To measure the
+// conditioning, the tests change all these numbers at random by up to 2^-36 and record the changes of
+// positions, velocities and link forces.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -48,7 +48,7 @@ Difference difference(const Motion& a, const Motion& b) {
 /// Largest coordinate [m] in any description of the scene used below.
 constexpr double kSize = 8.0;
 
-/// Returns the conditioning, which is the largest value in a few random trials.
+/// Returns the conditioning: the largest change in a few random trials.
 Difference conditioning(const Scene& scene, const Motion& motion, std::mt19937_64& engine) {
   constexpr double kChange = 0x1p-36;
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -146,8 +146,7 @@ TEST(Symmetry, TheMotionOfRandomStructuresDoesNotDependOnTheirDescription) {
   }
 }
 
-// A real change of the scene must exceed the bound of the same comparison, because otherwise the bound would
-// prove nothing.
+// The bound proves something only if a real change of the scene exceeds it.
 TEST(Symmetry, ConditioningBoundDetectsAChangeOfOneMicrogram) {
   Scene scene = random_structure(3, 7);
   set_going(scene);

@@ -23,8 +23,8 @@ std::array<double, 2> rocket(int elements, double thrust) {
   return {found[0], found[2]};
 }
 
-// The model is that of Beal (1965, AIAA J. 3, 486-494), and the figures come from 60 Hermite elements with
-// consistent mass.
+// The model is that of Beal (1965, AIAA J. 3, 486-494). The expected frequencies come from 60 Hermite
+// elements with consistent mass.
 TEST(TrueBeam, RocketConvergesToTheContinuousBeam) {
   constexpr double table[][3] = {
       {0.0, 22.3733, 61.6728}, {20.0, 19.5294, 57.7753}, {100.0, 13.9483, 34.0619}};
@@ -57,8 +57,8 @@ TEST(HermiteBeam, ReproducesTheTableOfTheContinuousRocket) {
   const Eigen::VectorXd mass = Eigen::VectorXd::Constant(kElements + 1, 1.0 / kElements);
   for (const auto& [thrust, first, second] : table) {
     const auto squares = squared_frequencies(hermite_rocket(1.0, 1.0 / kElements, mass, thrust, true));
-    // the tolerance is the last digit, except near flutter, where the error of a frequency is proportional to
-    // the square root of the mesh error
+    // the tolerance is one unit of the last digit, except near flutter, where the error of a frequency is
+    // proportional to the square root of the mesh error
     const double tolerance = thrust > 109.0 ? 5e-4 : 1e-4;
     EXPECT_NEAR(std::sqrt(squares[2]).real(), first, tolerance);
     EXPECT_NEAR(std::sqrt(squares[3]).real(), second, tolerance);
@@ -74,7 +74,7 @@ struct Pair {
 };
 
 Pair pair_of(const SteadyMotion& motion) {
-  // each frequency gives four rates, in two planes and with two signs
+  // each frequency gives four of the rates, because it occurs in two planes and with two signs
   constexpr int kRates = 8;
   std::complex<double> sum = 0.0, squares = 0.0;
   int count = 0;
@@ -100,7 +100,7 @@ Pair discrete_pair(int elements, double thrust) {
   return {(squares[2] + squares[3]).real(), (squares[2] * squares[3]).real()};
 }
 
-// At T = 109.5 the beam of 40 lumped elements already flutters, but the continuous beam does not.
+// At the thrust 109.5 the beam of 40 lumped elements already flutters, but the continuous beam does not.
 TEST(TrueBeam, ARocketHasTheDiscreteEigenvaluesBelowAndBeyondFlutter) {
   for (const double thrust : {100.0, 109.0, 109.5, 110.0}) {
     const Pair found = rocket_pair(40, thrust, kAxial), expected = discrete_pair(40, thrust);
@@ -115,7 +115,7 @@ TEST(TrueBeam, ARocketHasTheDiscreteEigenvaluesBelowAndBeyondFlutter) {
   }
 }
 
-// Beal (1965) gives 109.9, but 60 Hermite elements with consistent mass give 109.7.
+// Beal (1965) gives the critical thrust 109.9, but 60 Hermite elements with consistent mass give 109.7.
 TEST(TrueBeam, RocketFluttersAtItsCriticalThrust) {
   constexpr int kElements = 60;
   const Eigen::VectorXd mass = Eigen::VectorXd::Constant(kElements + 1, 1.0 / kElements);
@@ -170,15 +170,15 @@ Scene frame_of_eleven() {
   return scene;
 }
 
-// Hermite elements under the same tension give the same table. The masses at the ends are not halved.
+// Hermite elements under the same tension give the same frequencies. The masses at the ends are not halved.
 TEST(TrueBeam, ABeamOfElevenPointsReproducesItsTable) {
   constexpr double kEI = 2200.0;
   const Eigen::VectorXd mass = Eigen::VectorXd::Ones(11);
   const auto lowest = [](const HermiteBeam& beam, std::size_t first) {
     return std::sqrt(squared_frequencies(beam)[first]).real();
   };
-  // The table has four decimals. Hermite elements do not stretch, but the beam of the reference does. Squared
-  // frequencies change with at most the fourth power of the length.
+  // The expected frequencies have four decimals. Hermite elements do not stretch, but the beam of the
+  // reference does. Squared frequencies change with at most the fourth power of the length.
   constexpr double kTolerance = 1e-4, kEA = 1e7;
   const auto expect_near = [&](double found, double expected, double discrete, double tension) {
     EXPECT_NEAR(found, expected, kTolerance);
@@ -212,8 +212,8 @@ TEST(TrueBeam, ABeamOfElevenPointsReproducesItsTable) {
   }
 }
 
-// Equal masses in a row that spins obey the difference form of Legendre's equation, which is exact for any
-// number of masses.
+// Checks a row of equal masses that spins. The frequencies obey the difference form of Legendre's equation,
+// which is exact for any number of masses.
 void check_chain(const Scene& scene, double spin, double tolerance) {
   const SteadyMotion motion = steady_motion_of(scene);
   const std::vector<double> across = frequencies_along(motion, 2, 1.2 * spin);

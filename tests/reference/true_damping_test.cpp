@@ -26,7 +26,7 @@ TEST(TrueDamping, SmallMotionsDecayLikeTheModes) {
       if (!std::holds_alternative<Rigid>(scene.links[k].kind)) scene.links[k].loss_factor = 0.02;
     const Structure structure = build(scene);
     const SteadyMotion motion = steady_motion_of(scene);
-    // the rates of all motions except rigid motions, in ascending order and in pairs
+    // the rates are sorted, so those of the rigid motions come first; every other motion has a pair of rates
     const auto rigid = motion.rates.size() - 2 * structure.omega.size();
     double worst = 0.0;
     for (Eigen::Index k = 0; k < structure.omega.size(); ++k) {
@@ -41,7 +41,7 @@ TEST(TrueDamping, SmallMotionsDecayLikeTheModes) {
   }
 }
 
-TEST(TrueDamping, HasNoResultantForceAndNoMoment) {
+TEST(TrueDamping, ForcesHaveNoResultantAndNoMoment) {
   Scene scene = random_mixture(3, 8);
   scene.damping.modal_ratio = 0.05;
   const CartesianSystem system = true_geometry_of(scene);
@@ -60,8 +60,8 @@ TEST(TrueDamping, HasNoResultantForceAndNoMoment) {
   EXPECT_LT(force.cwiseProduct(e_dot).sum(), 0.0);
 }
 
-// Loads in each kind of axes are so weak that the motion is linear, and the difference from the modes is
-// proportional to the square of the load.
+// The loads in each kind of axes are so weak that the motion is nearly linear. The difference from the linear
+// modes relative to the motion is proportional to the load.
 TEST(TrueLoads, WeakLoadsMoveThePointsAsLinearModesDo) {
   for (const Axes axes : {Axes::kWorld, Axes::kBody, Axes::kLocal}) {
     std::array<double, 2> error{};
@@ -110,7 +110,7 @@ TEST(TrueRigid, ARigidBodyOnALineRotatesTheBeamsAtItsPoints) {
     EXPECT_NEAR(omega[0], 0.84, 0.005);
     EXPECT_NEAR(omega[1], 2.16, 0.005);
     EXPECT_NEAR(omega[2], 3.25, 0.005);
-    // core/structure condenses the same body by other equations
+    // core/structure condenses the same body by equations of its own
     const VectorXd linear = build(scene).omega / (2.0 * M_PI);
     for (Eigen::Index k = 0; k < 3; ++k) EXPECT_NEAR(omega[k], linear[k], 1e-7 * linear[k]);
   }

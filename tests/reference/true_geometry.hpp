@@ -1,4 +1,4 @@
-// This file has scenes and frequencies that the tests of the true-geometry reference share.
+// Scenes and frequencies that several tests of the true-geometry reference use.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -28,8 +28,8 @@ inline SteadyMotion steady_motion_of(const Scene& scene) {
   return motion;
 }
 
-/// Returns the zero of a nearly linear function between low and high, by two secant steps and a final
-/// interpolation.
+/// Returns the zero of a nearly linear function between `low` and `high`, by two secant steps and a last
+/// secant interpolation.
 template <typename Function>
 double secant_root(double low, double high, const Function& function) {
   double at_low = function(low), at_high = function(high);
@@ -43,8 +43,8 @@ double secant_root(double low, double high, const Function& function) {
   return high - at_high * (high - low) / (at_high - at_low);
 }
 
-/// Returns the frequencies above `least` [rad/s], ascending, of the motions that have at least 0.9 of their
-/// squared displacement along the axis.
+/// Returns the frequencies above `least` [rad/s], ascending, of the motions that have more than 0.9 of their
+/// squared displacement along `axis`.
 inline std::vector<double> frequencies_along(const SteadyMotion& motion, int axis, double least) {
   std::vector<double> found;
   for (Eigen::Index k = 0; k < motion.rates.size(); ++k) {
@@ -58,7 +58,7 @@ inline std::vector<double> frequencies_along(const SteadyMotion& motion, int axi
   return found;
 }
 
-constexpr double kAxial = 1e6;  // [-] EA over EI / L^2: a beam that hardly stretches
+constexpr double kAxial = 1e6;  // [-] EA divided by EI / L^2, for a beam that hardly stretches
 
 /// Returns a lumped_beam of `elements` elements with the axial stiffness EA in units of EI / L^2.
 inline Scene beam_of(int elements, double EA) {

@@ -13,8 +13,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Under the dead loads P and -P a free column rotates rigidly before it buckles, so the test looks only at
-// elastic motions.
+// Under the dead loads P and -P a free column rotates rigidly before it buckles, so the test considers only
+// the elastic motions.
 TEST(TrueBeam, AColumnBucklesAtEulersLoad) {
   std::array<double, 2> critical{};
   for (std::size_t k = 0; k < 2; ++k) {
@@ -76,7 +76,7 @@ TEST(TrueBeam, ABeamUnderOppositeCouplesRollsUpToACircle) {
     off = std::max(off, std::abs(2.0 * M_PI * (x.col(i) - centre).norm() - 1.0));
   const double gap = (x.col(0) - x.col(kElements)).norm();
   std::printf("radius off by %.1e, ends %.1e apart\n", off, gap);
-  EXPECT_LT(off, 2e-5);  // the bound of 5e-6 comes from the term theta^4 / 1920 of the bow
+  EXPECT_LT(off, 2e-5);  // the term theta^4 / 1920 of the bow alone gives 5e-6
   EXPECT_LT(gap, 2e-5);
 }
 
@@ -116,8 +116,8 @@ TEST(TruePlate, SpinningDiscAgreesWithLambAndSouthwell) {
     const double k = n + 2.0 * s;
     return kSpin * std::sqrt(((3.0 + kNu) * k * (k + 2.0) - (1.0 + 3.0 * kNu) * n * n) / 8.0);
   };
-  // the inscribed polygon, lumped masses and flat plates cause errors of order h^2 and h^4, which three
-  // meshes eliminate
+  // the inscribed polygon, lumped masses and flat plates cause errors of order h^2 and h^4, which the
+  // extrapolation from three meshes eliminates
   std::array<double, 3> weight{1.0, 1.0, 1.0};
   for (std::size_t k = 0; k < 3; ++k)
     for (std::size_t other = 0; other < 3; ++other)
@@ -132,8 +132,8 @@ TEST(TruePlate, SpinningDiscAgreesWithLambAndSouthwell) {
     for (std::size_t k = 0; k < 3; ++k) limit += weight[k] * found[k][index];
     std::printf("%.5f %.5f %.5f, limit %.5f for %.5f\n", found[0][index], found[1][index], found[2][index],
                 limit, frequency);
-    // an error of order h^6 remains, and with 4, 5 and 6 rings the error is 4e-4, half of it from the stretch
-    // of the disc by its spin
+    // an error of order h^6 remains. With 4, 5 and 6 rings it would be 4e-4, half of it from the stretch of
+    // the disc by its spin
     EXPECT_NEAR(limit, frequency, 3e-3 * frequency);
   }
 }

@@ -1,5 +1,5 @@
-// These tests check links of every kind at true geometry. The forces of the links derive from an energy,
-// small motions agree with the modes, and free motion conserves energy and momenta.
+// These tests check links of every kind at true geometry. The forces of the links must be the gradient of an
+// energy, small motions must agree with the modes, and free motion must conserve energy and momenta.
 #include <Eigen/Geometry>
 #include <array>
 #include <random>
@@ -22,9 +22,9 @@ Matrix3d some_rotation() {
   return Eigen::AngleAxisd(1.9, Vector3d(0.3, -0.5, 0.8).normalized()).toRotationMatrix();
 }
 
-// Compares the forces and moments of a single link with the derivatives of its energy by displacements of the
-// points and by small rotations of the ends. The link has large rotations, a twist, and different stiffnesses
-// in the two planes.
+// Compares the forces and moments of a single link with finite differences of its energy, by displacements of
+// the points and by small rotations of the ends. The link has large rotations, a twist, and different
+// stiffnesses in its two planes.
 template <typename Link, std::size_t Points>
 void expect_gradient(const Link& link, std::uint64_t seed, double size) {
   std::mt19937_64 engine(seed);
@@ -70,7 +70,8 @@ void expect_gradient(const Link& link, std::uint64_t seed, double size) {
       largest = std::max(largest, std::abs(stated));
     }
   }
-  // differences of order six have a truncation error of (step / 1 rad)^6 and a rounding error of 1e-16 / step
+  // finite differences of order six have a truncation error of (step / 1 rad)^6 and a rounding error of
+  // 1e-16 / step
   EXPECT_LT(worst, 1e-10 * largest) << "seed " << seed;
 }
 

@@ -1,5 +1,5 @@
-// These tests check the plates of the true-geometry reference by patch tests and by a strip that is compared
-// with a beam.
+// These tests check the plates of the true-geometry reference by patch tests, and by a strip that must
+// vibrate like a beam.
 #include <Eigen/Geometry>
 
 #include "core/reference/rotations.hpp"
@@ -42,7 +42,7 @@ TEST(TruePlate, UniformStretchPassesThePatchTestAtAnyAttitude) {
 TEST(TruePlate, UniformCurvaturePassesThePatchTest) {
   const Plate plate{1e9, 0.3, 0.02};
   const Scene scene = patch(plate);
-  // w = (a x^2 + b y^2) / 2 + c x y, so small that the membrane strain is negligible
+  // deflection w = (a x^2 + b y^2) / 2 + c x y, so small that the membrane strain is negligible
   const double a = 2e-6, b = -1e-6, c = 1.5e-6;
   double energy = 0.0;
   for (const Link& link : scene.links) {
@@ -94,7 +94,8 @@ Scene strip(int elements, double thickness) {
 
 TEST(TruePlate, ASpinningStripVibratesLikeABeam) {
   constexpr double kFirst = 22.3733;
-  // expected frequencies of the continuous beam at rest, and spinning in its own plane at Omega = 0.5 omega_1
+  // expected first frequency, as a ratio to omega_1, of the continuous beam at rest and of the beam that
+  // spins in its plane at 0.5 omega_1
   for (const auto& [share, expected] : {std::pair{0.0, 1.0}, {0.5, 1.327300}}) {
     std::array<double, 2> found{};
     for (std::size_t k = 0; k < 2; ++k) {

@@ -1,5 +1,5 @@
-// These tests run stiff and extreme cases. The error of each case is within the limit of the case, or the
-// case is refused or reported in a message.
+// These tests run the cases of the stability table. Either the error of a case is within the limit of the
+// case, or the case is refused or reported in a message.
 #include "tools/stability/stability.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ void PrintTo(const StabilityCase& what, std::ostream* out) { *out << what.group 
 
 namespace {
 
-/// Returns the letters and digits of a case, for the name of its test.
+/// Returns the group and the name of a case as letters and digits, for the name of its test.
 std::string test_name(const StabilityCase& what) {
   std::string name;
   for (const char c : what.group + " " + what.name) {
@@ -83,7 +83,7 @@ TEST(StabilityTable, LinesFitTheScreen) {
   EXPECT_NE(all.find("remedy; "), std::string::npos) << "every word of the text must be in the table";
 }
 
-TEST(StabilityTable, TextOfCasesIsQuoted) {
+TEST(StabilityTable, TextOfCasesIsQuotedInCsvAndEscapedInHtml) {
   StabilityReport report;
   report.rows = {row_of(1e-9, 1e-8)};
   EXPECT_NE(to_csv(report).find("\"case \"\"one\"\"\""), std::string::npos);
@@ -92,8 +92,8 @@ TEST(StabilityTable, TextOfCasesIsQuoted) {
   EXPECT_EQ(page.find("a < b"), std::string::npos);
 }
 
-// At omega h = pi Verlet and RK4 are unstable, but methods that choose their own step are not.
-TEST(StabilityTable, OtherMethodsAreListedEachWithItsOwnError) {
+// At omega h = pi, velocity Verlet and RK4 are unstable, but methods that choose their own step are not.
+TEST(StabilityTable, EachOtherMethodHasAnErrorOrAReasonForNone) {
   const auto cases = stability_cases();
   const auto found = std::find_if(cases.begin(), cases.end(),
                                   [](const StabilityCase& what) { return what.name == "omega h pi"; });

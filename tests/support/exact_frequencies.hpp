@@ -1,5 +1,5 @@
-// Computes frequencies of scenes of springs in sixty-digit arithmetic from the exact doubles of the scene.
-// Header only.
+// Computes the squared frequencies of scenes of springs in sixty-digit arithmetic, from the exact values of
+// the doubles in the scene. Header only.
 #pragma once
 
 #include <algorithm>
@@ -45,8 +45,8 @@ inline ExactMatrix exact_dynamic_matrix(const Scene& scene) {
   return K;
 }
 
-/// Returns the eigenvalues, ascending, by cyclic Jacobi. The eigenvalues have sixty digits relative to the
-/// largest, so the smallest has 30 digits if the ratio is 1e30.
+/// Returns the eigenvalues, ascending, by cyclic Jacobi rotations. They have sixty digits relative to the
+/// largest eigenvalue, so the smallest eigenvalue has 30 digits if it is 1e30 times smaller.
 inline std::vector<Exact> exact_eigenvalues(ExactMatrix K) {
   const std::size_t n = K.size;
   for (int sweep = 0; sweep < 60; ++sweep) {

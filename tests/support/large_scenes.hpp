@@ -1,5 +1,5 @@
-// This file makes a large structure of springs, which is a two-layer plate, as a Scene or as files of a
-// scene. It is header only.
+// Makes a large structure of springs, a plate of two layers of points, as a Scene or as the files of a scene.
+// Header only.
 #pragma once
 
 #include <fstream>
@@ -44,7 +44,7 @@ inline Scene two_layer_plate(int side) {
   return scene;
 }
 
-/// Writes the same plate as scene.yaml, points.csv and links.csv into a folder.
+/// Writes two_layer_plate(side) with `count` modes as scene.yaml, points.csv and links.csv into a folder.
 inline void write_two_layer_plate(const std::string& folder, int side, int count) {
   const Scene scene = two_layer_plate(side);
   std::ofstream points(folder + "/points.csv"), links(folder + "/links.csv");

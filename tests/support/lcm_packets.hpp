@@ -1,8 +1,8 @@
-// This file sends UDP packets to an LCM group that no LCM library would send. It is header only.
+// Sends UDP packets to an LCM group in forms that no LCM library sends. Header only.
 //
-// The wire format of LCM 1.3.1, with all numbers big-endian: a short message is "LC02", sequence u32, channel
-// with its NUL, payload. A fragment is "LC03", sequence u32, message size u32, offset of this fragment u32,
-// number of this fragment u16, count of fragments u16, then in fragment 0 the channel with its NUL, then
+// The wire format of LCM 1.3.1 has big-endian numbers. A short message is "LC02", sequence u32, channel with
+// its NUL, payload. A fragment is "LC03", sequence u32, message size u32, offset of this fragment u32, number
+// of this fragment u16, count of fragments u16, then, in fragment 0 only, the channel with its NUL, then
 // bytes of the payload.
 #pragma once
 
@@ -48,8 +48,8 @@ class PacketSender {
     return send(packet.bytes);
   }
 
-  /// Kills the reader thread of liblcm, because offset + size wraps around 32 bits to less than the message
-  /// size, so 32 bytes are copied to 4 GiB past the buffer.
+  /// Kills the reader thread of liblcm. The sum of offset and size wraps around 32 bits to less than the
+  /// message size, so liblcm accepts the fragment and copies its 32 bytes to 4 GiB past the buffer.
   bool send_wrapping_fragment(const std::string& channel) {
     constexpr std::uint32_t kSize = 32;
     Packet packet;
@@ -58,9 +58,9 @@ class PacketSender {
     return send(packet.bytes);
   }
 
-  /// Kills the reader thread of liblcm, because 16 bytes are 4 short of a fragment header, so the size of the
-  /// fragment is 2^32 - 4, which the offset 4 wraps to 0. A valid first fragment precedes the truncated
-  /// fragment, so that the truncated fragment belongs to a message.
+  /// Kills the reader thread of liblcm. The second packet has 16 bytes, 4 fewer than a fragment header, so
+  /// liblcm computes a fragment size of 2^32 - 4, which wraps to 0 when the offset 4 is added. A valid first
+  /// fragment is sent before, so that the truncated fragment belongs to a message.
   bool send_fragment_runt(const std::string& channel) {
     Packet first;
     first.u32(kFragment).u32(sequence_).u32(1000).u32(0).u16(0).u16(2).text(channel);

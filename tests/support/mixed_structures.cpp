@@ -40,7 +40,7 @@ class Builder {
   Scene take() { return std::move(scene_); }
 
  private:
-  // the standard defines the bits of the engine but not those of the library's distributions
+  // the C++ standard defines the numbers of the engine, but not those of the library's distributions
   double uniform(double low, double high) {
     return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
   }
@@ -75,7 +75,7 @@ class Builder {
     return all;
   }
 
-  // Returns points such that no three successive points are nearly collinear.
+  // Returns random points of which no three successive points are nearly collinear.
   std::vector<int> pick_spread(int count) {
     for (;;) {
       const std::vector<int> points = pick(count);
@@ -97,8 +97,8 @@ class Builder {
     return beam;
   }
 
-  // Adds a matrix link. The matrix is the linear stiffness of springs between all pairs of four points, or
-  // their flexibility under balanced loads.
+  // Adds a matrix link between four points. The matrix is the linear stiffness of springs between all pairs
+  // of the points, or the flexibility of these springs under balanced loads.
   void add_matrix(bool is_flexibility) {
     const std::vector<int> points = pick_spread(4);
     MatrixXd K = MatrixXd::Zero(12, 12);

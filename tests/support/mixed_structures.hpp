@@ -12,8 +12,8 @@ struct Mixture {
   bool plates = true, angles = true, matrices = true, rigid = true, releases = true;
 };
 
-/// Returns random points of 0.3 to 3 kg in a box of some 3 m, no two closer than 0.5 m, with a tree of beams
-/// through all points and links of every kind that the mixture allows. The highest frequency is some 100
+/// Returns random points of 0.3 to 3 kg in a box of some 3 m, no two closer than 0.5 m. A tree of beams joins
+/// all points, and there are links of every kind that the mixture allows. The highest frequency is some 100
 /// times the lowest. The same seed gives the same scene.  \pre 6 <= num_points <= 20
 Scene random_mixture(std::uint64_t seed, int num_points, const Mixture& mixture = {});
 

@@ -1,5 +1,4 @@
-// This file defines the main function of tests that need a bus. The function runs these tests in a private
-// network.
+// Defines the main function of tests that need a bus. It runs the tests in a private network.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// This file compares two plans of one scene. One plan omits a feature, and the other plan is forced to keep
-// the feature.
+// Compares two plans of one scene: one plan omits a feature, and the other plan is forced to keep it.
 #pragma once
 
 #include <vector>
@@ -8,11 +7,11 @@
 
 namespace freeflex::testing {
 
-/// Returns the plan of a scene without all the features that may be omitted. Aborts with the faults of the
-/// scene if it has no plan.
+/// Returns the plan that omits every feature that the scene does not need. Aborts with the faults of the
+/// scene if there is no plan.
 Plan reduced_plan_of(const Scene& scene);
 
-/// Returns the plan's record of a feature.  \pre the plan was judged
+/// Returns what the plan records about a feature.  \pre the plan was judged
 const PlanFeature& feature_of(const Plan& plan, Feature feature);
 
 /// A command and the tick at which it is sent.

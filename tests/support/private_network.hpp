@@ -1,5 +1,5 @@
-// This file gives the process a private network. UDP multicast works over the loopback interface of this
-// network, and no packet leaves the network. The file is header only.
+// Gives the process a private network. UDP multicast works over the loopback interface of this network, and
+// no packet leaves it. Header only.
 #pragma once
 
 #include <arpa/inet.h>
@@ -78,9 +78,9 @@ class RuntimeFolder {
 };
 
 /// Moves this process, and every process and thread that it starts later, into a private network namespace
-/// (and a user namespace if it is not root), and sets XDG_RUNTIME_DIR. Must be called in main before any
-/// thread starts. Returns an empty string, or the reason why the kernel refuses. In that case the process
-/// stays in its network, and tests that need a private network are skipped with that text.
+/// (and, if the process is not root, into a user namespace), and sets XDG_RUNTIME_DIR. Must be called in main
+/// before any thread starts. Returns an empty string on success. If the kernel refuses, returns the reason;
+/// the process then stays in its network, and tests that need a private network are skipped with this reason.
 inline std::string enter_private_network() {
   const uid_t user = getuid();
   const gid_t group = getgid();
@@ -88,8 +88,8 @@ inline std::string enter_private_network() {
   if (unshare(flags) != 0)
     return std::string("no private network namespace: unshare: ") + std::strerror(errno);
   if ((flags & CLONE_NEWUSER) != 0) {
-    // A process whose user is not mapped in its user namespace loses its rights at the next exec. Failure is
-    // harmless.
+    // A process whose user is not mapped in its user namespace loses its rights at the next exec. A failure
+    // to write these files is harmless.
     write_file("/proc/self/setgroups", "deny");
     write_file("/proc/self/uid_map", "0 " + std::to_string(user) + " 1");
     write_file("/proc/self/gid_map", "0 " + std::to_string(group) + " 1");

@@ -21,7 +21,7 @@ namespace {
 template <typename Read>
 Eigen::Matrix3Xd read_points(const Simulation& simulation, Read read) {
   const auto count = static_cast<Eigen::Index>(simulation.plan.points.size());
-  // NaN for a point of which the plan has no data
+  // points for which the plan has no mode-shape row keep NaN
   Eigen::Matrix3Xd values = Eigen::Matrix3Xd::Constant(3, count, std::numeric_limits<double>::quiet_NaN());
   for (Eigen::Index i = 0; i < count; ++i) {
     if (simulation.plan.points[static_cast<std::size_t>(i)].row < 0) continue;

@@ -1,4 +1,4 @@
-// This file defines a compiled scene in motion, with the read-out of the motion as matrices.
+// A compiled scene in motion, with the read-out of the motion as matrices.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,10 +21,10 @@ struct Simulation {
   /// Steps `ticks` times. The commands take effect at the first tick. Aborts if a step fails.
   void run(std::int64_t ticks, std::span<const ForceCommand> commands = {});
 
-  Eigen::Matrix3Xd positions_W() const;      // [m] (3 x N), every point published
+  Eigen::Matrix3Xd positions_W() const;      // [m] (3 x N), NaN for a point without a mode-shape row
   Eigen::Matrix3Xd velocities_W() const;     // [m/s] (3 x N)
   Eigen::Matrix3Xd displacements_B() const;  // [m] (3 x N)
-  Eigen::VectorXd link_forces() const;       // [N], [N m] values of every published link in sequence
+  Eigen::VectorXd link_forces() const;  // [N], [N m] values of all published links, one link after another
 
   Plan plan;
   State state;
@@ -33,7 +33,7 @@ struct Simulation {
 };
 
 /// Returns a command without loads from sender "test" that takes effect at the next tick and never ends.
-/// add_force fills it.
+/// add_force adds forces to it.
 ForceCommand make_command(int slot, std::int64_t sequence, Axes axes = Axes::kWorld,
                           std::int64_t duration_ticks = std::int64_t{1} << 40);
 void add_force(ForceCommand& command, int point, const Eigen::Vector3d& force);

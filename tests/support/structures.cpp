@@ -138,8 +138,8 @@ Scene spring_pair(double m0, double m1, double length, double stiffness) {
 Scene random_structure(std::uint64_t seed, int num_points) {
   constexpr double kCloseness = 0.3;  // [m] keeps every link direction well conditioned
   std::mt19937_64 engine(seed);
-  // the standard defines the bits of the engine but not those of the library's distributions, so the numbers
-  // are scaled here
+  // the C++ standard defines the numbers of the engine, but not those of the library's distributions, so the
+  // numbers are scaled here
   const auto uniform = [&engine](double low, double high) {
     return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53;
   };

@@ -1,5 +1,5 @@
-// This file makes equivalent descriptions of the same physics, in translated and rotated axes, in a rotated
-// world, and with other numbers of points and links.
+// Makes other descriptions of the same motion: in translated and rotated axes, in a rotated world, and with
+// other numbers of points and links.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -16,8 +16,8 @@ Scene in_other_axes(const Scene& scene, const Eigen::Quaterniond& Q, const Eigen
 /// Returns the scene in a world rotated by Q. Every world vector v becomes Q v, but scene axes do not change.
 Scene in_rotated_world(const Scene& scene, const Eigen::Quaterniond& Q);
 
-/// Returns the scene with new numbers. Point i of the result was point `points[i]`, and link i was link
-/// `links[i]`.
+/// Returns the scene with points and links in another order. Point i of the result is point `points[i]` of
+/// the scene, and link i is link `links[i]`.
 Scene renumbered(const Scene& scene, std::span<const int> points, std::span<const int> links);
 
 }  // namespace freeflex::testing

@@ -1,5 +1,5 @@
-// This file computes the free rotation of a body in fifty-digit arithmetic. Taylor series solve Euler's
-// equations and give the attitude. The file is header only.
+// Computes the free rotation of a body in fifty-digit arithmetic, by Taylor series of Euler's equations and
+// of the attitude. Header only.
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ inline Wide convolution(const std::vector<Wide>& a, const std::vector<Wide>& b, 
   return sum;
 }
 
-/// Advances the body by one Taylor step of order 48. The nearest pole of the elliptic functions is about 1.5
-/// / |w| away, so steps of 0.1 / |w| have an error of 1e-56 each.
+/// Advances the body by one Taylor step of order 48. The nearest pole of the elliptic functions is at a
+/// distance of about 1.5 / |w| in time, so a step of 0.1 / |w| has an error of 1e-56.
 inline void taylor_step(WideRotation& body, const Wide& h) {
   constexpr std::size_t kOrder = 48;
   std::array<std::vector<Wide>, 3> w;
@@ -55,7 +55,7 @@ inline void taylor_step(WideRotation& body, const Wide& h) {
   for (std::size_t a = 0; a < 4; ++a) body.q[a] = sum(q[a]);
 }
 
-/// Returns the body `time` [s] after it started at the identity attitude with angular velocity w [rad/s].
+/// Returns the body `time` [s] after it starts from the identity attitude with angular velocity w [rad/s].
 inline WideRotation rotate_freely(const std::array<double, 3>& moment, const std::array<double, 3>& w,
                                   double time) {
   WideRotation body;
