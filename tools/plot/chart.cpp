@@ -22,7 +22,7 @@ constexpr std::size_t kMostSamples = 2000;  // about three samples per unit of t
 struct Colour {
   double r, g, b;
 };
-// the palette of Okabe and Ito, distinguishable for people with colour blindness
+// the palette of Okabe and Ito, whose colours people with colour blindness can distinguish
 constexpr std::array<Colour, 7> kColours{{{0.0, 0.45, 0.70},
                                           {0.84, 0.37, 0.0},
                                           {0.0, 0.62, 0.45},
@@ -194,7 +194,7 @@ void draw_panel(Page& page, const Panel& panel, const Axis& across, double top, 
   std::vector<const std::vector<double>*> all{&panel.levels};
   for (const Series& series : panel.series) all.push_back(&series.y);
   const auto [low, high] = range_of(all);
-  const double margin = 0.04 * (high - low);  // the margin keeps curves off the edge
+  const double margin = 0.04 * (high - low);  // keeps curves off the edge of the panel
   const Axis up = Axis::over(low - margin, high + margin, 6);
   const double width = kWidth - kLeft - kRight;
   const auto x_of = [&](double t) { return kLeft + (t - across.low) / (across.high - across.low) * width; };
@@ -272,7 +272,8 @@ std::string plot_shapes(const std::string& path, const std::string& title,
                         const std::vector<std::array<std::size_t, 2>>& lines,
                         const std::vector<Shape>& shapes) {
   constexpr std::size_t kColumns = 4;
-  constexpr double kCell = 220.0, kLabel = 24.0, kShown = 0.12;  // kShown: largest displacement over the size
+  // kShown: largest drawn displacement, as a fraction of the size
+  constexpr double kCell = 220.0, kLabel = 24.0, kShown = 0.12;
   constexpr Colour kGhost{0.7, 0.7, 0.7}, kBody{0.0, 0.3, 0.55}, kInk{0.1, 0.1, 0.1};
   if (shapes.empty()) return "there are no modes to plot";
   std::array<double, 2> low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};

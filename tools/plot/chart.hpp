@@ -9,7 +9,7 @@
 
 namespace freeflex::tools {
 
-/// Returns true if a path is NAME.svg or NAME.png, in capitals or not.
+/// Returns true if a path ends in .svg or .png, in small letters or capitals.
 bool is_picture(const std::string& path);
 inline constexpr const char* kPictures = "NAME.svg or NAME.png";
 
@@ -32,7 +32,8 @@ std::string plot_panels(const std::string& path, const std::string& title, const
 /// Label and displacements of a body that is drawn as lines, at rest and deformed.
 struct Shape {
   std::string label;
-  std::vector<std::array<float, 3>> displacement;  // [-] displacement of each point, the largest of length 1
+  // [-] displacement of each point, scaled so that the largest has length 1
+  std::vector<std::array<float, 3>> displacement;
 };
 /// Draws one picture of each shape, in rows. Returns an empty text or the error.  \param rest  [m] positions
 /// of the points
@@ -42,7 +43,7 @@ std::string plot_shapes(const std::string& path, const std::string& title,
                         const std::vector<std::array<std::size_t, 2>>& lines,
                         const std::vector<Shape>& shapes);
 
-/// Reduces the values of successive ticks to the number of samples that a picture can show. Keeps the
+/// Reduces the values at successive ticks to the number of samples that a picture can show. Keeps the
 /// smallest and the largest value of each group of ticks, so that no peak is lost and no aliasing occurs.
 class Samples {
  public:
@@ -56,7 +57,7 @@ class Samples {
   std::vector<double> column(std::size_t k) const;
 
  private:
-  std::size_t every_ = 1, num_in_last_ = 1;  // ticks of each sample, and of the last sample
+  std::size_t every_ = 1, num_in_last_ = 1;  // number of ticks in each sample, and in the last sample
   std::vector<double> time_;
   std::vector<std::vector<double>> least_, largest_;
 };

@@ -35,7 +35,8 @@ std::size_t num_wheels(const Plan& plan) { return std::min(kMostWheels, plan.whe
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-// the columns before the points' displacements are rms, position, rotation, rates and pointing error
+// the columns are rms, position, rotation, rates and pointing error, and from kPoints on the displacements of
+// points
 constexpr std::size_t kRms = 0, kPosition = 1, kRotation = 4, kRates = 7, kPointing = 10, kPoints = 11;
 
 }  // namespace
@@ -59,7 +60,7 @@ MotionPlot::MotionPlot(const Plan& plan)
       most_energy_(q_.size()),
       samples_(kPoints + points_.size() + num_wheels(plan) + 2 * q_.size()) {}
 
-/// Reads the modes of the active plan. Modes that the plan omits are zero.
+/// Reads the modes of the active plan. Modes that the active plan omits get zero.
 void MotionPlot::take_modes(const State& state) {
   const Plan& active = active_plan(plan_, state);
   const bool is_reduced = &active != &modal_plan_;

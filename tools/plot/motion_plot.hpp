@@ -9,14 +9,14 @@
 
 namespace freeflex::tools {
 
-/// Plots displacements, coordinates and energies of the modes with the largest peak energy, position of the
-/// centre of mass, attitude and pointing error relative to the initial attitude, angular velocity, and
-/// momenta of wheels.
+/// Plots the displacements of points, the coordinates and energies of the modes with the largest peak energy,
+/// the position of the centre of mass, the attitude and pointing error relative to the initial attitude, the
+/// angular velocity, and the momenta of wheels.
 class MotionPlot {
  public:
   explicit MotionPlot(const Plan& plan);
-  /// Adds a state. Must be called at the start and after every tick. Keeps only the samples that a picture
-  /// can show.
+  /// Adds a state. Must be called at the start and after every tick. Of all states, only the samples that a
+  /// picture can show are kept.
   void take(const State& state);
   /// Returns the curves with their labels.
   std::vector<Panel> panels() const;
@@ -27,7 +27,7 @@ class MotionPlot {
   void take_modes(const State& state);
 
   const Plan& plan_;
-  const Plan& modal_plan_;            // plan whose modes are shown: the fallback plan if there is one
+  const Plan& modal_plan_;  // plan whose modes are shown: the fallback plan if there is one, else plan_
   std::vector<std::int32_t> points_;  // points whose displacements are shown
   std::vector<double> q_, energy_;    // [m], [J] for each mode of modal_plan_
   std::vector<double> most_energy_;   // [J] largest energy of each mode so far

@@ -84,8 +84,8 @@ void make_truss(Scene& scene, Draw& draw, const std::function<double()>& stiffne
   }
 }
 
-/// Makes a mast of tetrahedra. Three springs join each new point to the three points of one face of the last
-/// tetrahedron, because three springs are needed to fix the point.
+/// Makes a mast of tetrahedra. Three springs join each new point to the last three points, because three
+/// springs are needed to fix a point.
 void make_mast(Scene& scene, Draw& draw, const std::function<double()>& stiffness) {
   const int count = draw.whole(5, 14);
   for (int i = 0; i < count; ++i) {
@@ -124,8 +124,8 @@ ErrorSize true_error(const Measure& measure, const Plan& plan, const State& stat
   return error;
 }
 
-/// Returns the largest true elastic error over the samples of a rung. The error is infinite if the rung
-/// diverges.
+/// Returns the largest true elastic error of a rung over the samples. The error is infinite if the rung has
+/// no plan or diverges.
 double rung_error(Scene scene, Fidelity rung, const Structure& structure, const Measure& measure,
                   const std::vector<CartesianState>& truth) {
   scene.fidelity = rung;
@@ -289,7 +289,7 @@ EstimateSummary summarize(const std::vector<EstimateRow>& rows) {
     }
     ++sum.num_scenes;
     const auto tally = [&](int first, double truth, double estimate) {
-      // if there is no estimate, the verdict is `outside`, which is counted as correct
+      // if there is no estimate, the verdict is `outside`, so the row counts as inside and close
       const bool is_inside = row.is_lost || truth <= estimate;
       counts[first] += is_inside ? 1 : 0;
       counts[first + 1] += row.is_lost || (truth <= 3.0 * estimate && estimate <= 3.0 * truth) ? 1 : 0;

@@ -1,5 +1,5 @@
-// Studies the reliability of the error estimate. Compares the estimate with the full system on random scenes
-// (THEORY 12.26, 12.28).
+// Studies how reliable the error estimate is, by comparing it with the true error relative to the full system
+// on random scenes (THEORY 12.26, 12.28).
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,9 @@
 namespace freeflex::tools {
 
 /// Returns scene `number` of a seed: a cloud of points with every pair joined, a square truss or a mast of
-/// tetrahedra. The scene has 4 to 20 points of 0.1 to 10 kg, springs of 1e3 to 1e9 N/m, a spin of 0 to 5
-/// rad/s and a pulse of 0.1 to 1000 N for 0.1 s, all drawn uniformly per decade. The same seed and number
-/// give the same scene.
+/// tetrahedra. The scene has 4 to 20 points of 0.1 to 10 kg, springs of some 1e3 to 1e9 N/m, a spin of 0 or
+/// of 1e-3 to 5 rad/s, and a pulse of 0.1 to 1000 N that lasts 0.1 s. Masses, stiffnesses, spins and forces
+/// are drawn uniformly per decade. The same seed and number give the same scene.
 Scene random_scene(std::uint64_t seed, int number);
 
 /// Result for a scene after 1 s at 1 kHz.
@@ -33,18 +33,18 @@ struct EstimateRow {
   double tolerance = 0.0;
   std::string chosen, cheapest;  // rung, or "none" if no rung meets the tolerance
   double chosen_error = 0.0;     // [-] true elastic error of the chosen rung, largest over the samples
-  std::string error;             // reason why the full system gives no result
+  std::string error;             // reason why the full system gives no result, else empty
 };
 
-/// Studies `count` scenes of a seed.  \param keep_going  called with the finished fraction; returns false to
-/// end the study
+/// Studies `count` scenes of a seed.
+/// \param keep_going  called with the finished fraction of the study; returns false to end the study
 std::vector<EstimateRow> study_estimates(std::uint64_t seed, int count,
                                          const std::function<bool(double)>& keep_going);
 
 /// Summarises the rows.
 struct EstimateSummary {
-  // scenes for which the full system gives a result, and scenes for which it does not fractions of the scenes
-  // for which the full system gives a result
+  // number of scenes for which the full system gives a result, and for which it gives none. All fractions
+  // below are fractions of num_scenes
   int num_scenes = 0, num_failed = 0;
   double inside_position = 0.0, inside_elastic = 0.0;  // the true error is at most the estimate
   double lower_position = 0.0,
@@ -55,8 +55,9 @@ struct EstimateSummary {
 };
 EstimateSummary summarize(const std::vector<EstimateRow>& rows);
 
-/// Number of bins of a histogram of estimate over true error. A bin is a fifth of a decade wide, from 1/10 to
-/// 10. The first and the last bin also contain all smaller and all larger values.
+/// Number of bins of a histogram of the estimate divided by the true error. Ten bins are a fifth of a decade
+/// wide each, from 1/10 to 10. The first bin contains all smaller ratios, and the last bin contains all
+/// larger ratios.
 inline constexpr int kNumBins = 12;
 std::vector<int> histogram(const std::vector<EstimateRow>& rows, double ErrorSize::*which);
 

@@ -1,4 +1,5 @@
-// Describes the machine and build of a timing: processor, compiler, flags, commit, date.
+// Describes the machine and the build with which a time was measured: processor, compiler, flags, commit,
+// date.
 #pragma once
 
 #include <string>

@@ -13,8 +13,8 @@
 namespace freeflex::tools {
 namespace {
 
-/// Fits a cos wt + b sin wt + c by least squares to samples kFramePeriod apart. Returns the relative
-/// residual.
+/// Fits a cos wt + b sin wt + c by least squares to samples that are kFramePeriod apart. Returns the squared
+/// norm of the residual divided by the squared norm of the samples.
 double sine_residual(const std::vector<double>& samples, double omega) {
   const auto n = static_cast<Eigen::Index>(samples.size());
   Eigen::MatrixX3d columns(n, 3);
@@ -134,7 +134,7 @@ std::vector<double> ErrorMeter::coordinate(const Motion& motion, const Eigen::Ma
 
 void ErrorMeter::choose_mode(const Structure& structure) {
   constexpr std::size_t kFewest = 12;  // smallest number of frames
-  constexpr double kFastest = 2.5;     // [rad] phase between two frames
+  constexpr double kFastest = 2.5;     // [rad] largest phase of the mode between two frames
   if (reference_.frames.size() < first_frame_ + kFewest) return;
   std::vector<Eigen::VectorXd> u;
   for (std::size_t k = first_frame_; k < reference_.frames.size(); ++k) {
@@ -163,7 +163,7 @@ std::optional<double> ErrorMeter::frequency_of(const std::vector<double>& sample
   constexpr double
       kWide = 0.2,
       kWrong =
-          0.5;  // [-] relative range about the mode's frequency that is searched; largest residual of the fit
+          0.5;  // [-] kWide: searched range about the mode's frequency; kWrong: largest residual of a fit
   constexpr int kScan = 400;
   if (!std::all_of(samples.begin(), samples.end(), [](double y) { return std::isfinite(y); }))
     return std::nullopt;

@@ -25,7 +25,7 @@ Timing time_work(const std::function<void()>& work, int repeats);
 /// The motion of one run, with the state at the end and positions every 10 ms.
 struct Motion {
   CartesianState end;
-  std::vector<Eigen::Matrix3Xd> frames;  // [m] positions at k * 10 ms, k from 1
+  std::vector<Eigen::Matrix3Xd> frames;  // [m] positions at the times k * 10 ms, k from 1
   // [J] energy at the time when the loads end, and at the end of the run
   std::optional<double> energy_start, energy_end;
 };
@@ -52,11 +52,11 @@ class ErrorMeter {
   Eigen::Matrix3Xd u_;           // [m] displacements of the reference at the end
   Eigen::Matrix3d rotation_;     // rotation of the reference at the end
   std::size_t first_frame_ = 0;  // first frame after the loads end
-  // weights of the coordinate of the mode that moves most, empty if there is no such mode
+  // weights of the points in the coordinate of the mode that moves most; empty if there is no such mode
   Eigen::Matrix3Xd weights_;
-  double omega_ = 0.0;  // [rad/s] frequency of that mode
+  double omega_ = 0.0;  // [rad/s] frequency of the mode that moves most
   std::optional<double> reference_frequency_;
-  double elastic_energy_ = 0.0;  // [J] elastic energy of the reference at the time when the loads end
+  double elastic_energy_ = 0.0;  // [J] elastic energy of the reference at the end of the run
 };
 
 inline constexpr double kFramePeriod = 0.01;  // [s]

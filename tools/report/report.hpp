@@ -1,5 +1,5 @@
-// A report on several scenes, the error estimate and long ticks. Writes the report as text, JSON, CSV, one
-// page and one picture.
+// A report on several scenes, on the error estimate and on long ticks. Writes the report as text, JSON, CSV,
+// one page or one picture.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +27,8 @@ struct Report {
 /// Returns the CPU time of a step with the first read-out [ns], or NaN if the run failed.
 double ns_per_step(const Study& study, const Run& run);
 
-/// Returns the conclusions, one sentence each. They say which other method comes nearest to freeflex, and on
-/// which scenes freeflex is slower.
+/// Returns the conclusions, one sentence each: which other method is the cheapest relative to freeflex, and
+/// on which scenes freeflex is slower than another method.
 std::vector<std::string> findings(const Report& report);
 
 void print_text(const Report& report);

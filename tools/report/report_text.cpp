@@ -13,7 +13,8 @@ std::string number(const std::optional<double>& value, const char* format = "%.1
   return format_text(format, *value);
 }
 
-/// Returns method and setting of a run, which are the first kRunWidth columns of the run's line.
+/// Returns the method and the setting of a run, which fill the first kRunWidth columns of the line of the
+/// run.
 std::string name_of(const Run& run) {
   return format_text("  %-17s %-19s ", run.method.c_str(), setting_of(run).c_str());
 }
@@ -70,7 +71,7 @@ void print_comparisons(const Study& study) {
     }
 }
 
-/// The comparison in which the cost of another method relative to ours is smallest.
+/// The comparison with the smallest ratio of the cost of another method to our cost.
 struct Nearest {
   const Study* study = nullptr;
   Comparison found;
@@ -88,8 +89,8 @@ Nearest nearest(const Report& report, ReadOut read_out) {
   return nearest;
 }
 
-/// Returns, for each level, the cost of the best other method relative to ours, on the scene on which this
-/// ratio is smallest.
+/// Returns, for each read-out and each level, the smallest ratio of the cost of the best other method to our
+/// cost, over all scenes.
 std::string least_ratios(const Report& report) {
   std::string text;
   for (std::size_t load = 0; load < kReadOuts; ++load) {
@@ -108,8 +109,8 @@ std::string least_ratios(const Report& report) {
   return text;
 }
 
-/// Returns true if Krylov's method is the cheapest other method with the first read-out, on at least one
-/// scene at one level.
+/// Returns true if, on at least one scene at one level, Krylov's method is the cheapest other method with the
+/// first read-out.
 bool is_krylov_nearest(const Report& report) {
   for (const Study& study : report.studies)
     for (const double level : kLevels)

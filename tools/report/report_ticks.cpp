@@ -1,5 +1,5 @@
-// Writes the section of a report about long ticks. The section gives verdicts as a function of the rotation
-// per tick.
+// Writes the section of a report on long ticks, which shows the verdicts as a function of the rotation per
+// tick.
 #include <algorithm>
 #include <array>
 #include <cmath>

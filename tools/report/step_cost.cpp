@@ -13,7 +13,8 @@
 namespace freeflex::tools {
 namespace {
 
-// returns the smallest time of a call over short batches [ns], which is the time without disturbances
+// returns the smallest time of a call [ns] among several short batches, because disturbances only lengthen a
+// batch
 template <typename Work>
 double ns_per_call(const Work& work) {
   using Clock = std::chrono::steady_clock;
@@ -31,7 +32,7 @@ double ns_per_call(const Work& work) {
   return least;
 }
 
-// returns the same plan without elastic coordinates
+// returns the plan without its elastic coordinates
 Plan rigid_part(const Plan& plan) {
   Plan rigid = plan;
   rigid.fallback.clear();
@@ -78,7 +79,7 @@ Constants measure(const Plan& plan) {
   constants.table = ns_per_call([&] { combine_table(rows.data(), weights, false, n, Q.data()); });
   constants.row = ns_per_call([&] { combine_one(rows.data(), 0.5, false, n, Q.data()); });
   constants.dot = ns_per_call([&] { sum += dot_lanes(rows.data(), Q.data(), n); });
-  // uses the results, so that the compiler does not remove their computation
+  // uses the results, so that the compiler does not remove the calls
   if (!is_finite && sum == 0.0) constants.modes = 0.0;
   return constants;
 }
@@ -126,7 +127,7 @@ double reading_cost(const Plan& plan) {
   double sum = 0.0;
   const int point = static_cast<int>(with_rows - plan.points.begin());
   const double cost = ns_per_call([&] { sum += read_point(plan, initial, point).p_W[0]; });
-  // uses the results, so that the compiler does not remove their computation
+  // uses the results, so that the compiler does not remove the calls
   return sum == sum ? cost : 0.0;
 }
 
@@ -154,8 +155,9 @@ StepCost predict_step(const Plan& plan) {
   for (const PlanHistory& history : plan.histories) cost.loads += pattern_cost(history.pattern, constants);
   if (plan.histories.empty()) cost.loads = constants.row;  // the loads are cleared at each tick
   if (plan.has_spin_load || plan.attractor_mu > 0.0) cost.fields = 6.0 * constants.row;
-  // loads are evaluated at both ends of the step, unless the values of the step before are reused. If loads
-  // depend on the result of the step, the step is executed twice
+  // normally the loads at the start of a step are reused from the end of the step before. Modal coupling
+  // evaluates the loads at both ends of the step. If loads depend on the result of the step, the step is also
+  // executed twice, and the loads are evaluated three times
   if (has_dependent || plan.modal_coupling.path != PlanModalCoupling::Path::kNone) {
     cost.loads *= has_dependent ? 3.0 : 2.0;
     cost.fields *= has_dependent ? 3.0 : 2.0;

@@ -13,7 +13,7 @@ struct StepCost {
   double loads = 0.0;     // projection of built-in loads
   double fields = 0.0;    // spin load, attractor
   double coupling = 0.0;  // dashpots, feedback, followers
-  double stages = 0.0;    // all work of a coupled rung, which cannot be divided
+  double stages = 0.0;    // all work of a step on a coupled rung, which is not divided into parts
   double push = 0.0;      // additional time for a command on one point in world axes
   double point = 0.0;     // reading one point once, which the step does not include
   double budget = 0.0;    // the shadows of the error budget, which the step does not include
@@ -21,8 +21,8 @@ struct StepCost {
   double step() const { return rigid + modes + loads + fields + coupling + stages; }
 };
 
-/// Measures the constants at the sizes of the plan, which takes some tens of milliseconds, and adds up the
-/// parts. For coupled rungs and shadows, measures the time of whole steps.
+/// Measures the costs of one pass at the sizes of the plan, which takes some tens of milliseconds, and adds
+/// up the parts. For coupled rungs and shadows, measures the time of whole steps instead.
 StepCost predict_step(const Plan& plan);
 
 }  // namespace freeflex::tools

@@ -25,7 +25,7 @@ double end_of_loads(const CartesianSystem& system, double end) {
   return std::min(last, end);
 }
 
-/// Returns true if any displacement exceeds the rounding error of positions.
+/// Returns true if any displacement is larger than the rounding error of positions.
 bool deforms(const CartesianSystem& system, const ReferenceRun& run) {
   constexpr double kRounding = 1e-13;  // [-] relative to positions and size
   const double size = system.r.colwise().norm().maxCoeff();
@@ -35,12 +35,12 @@ bool deforms(const CartesianSystem& system, const ReferenceRun& run) {
   });
 }
 
-/// Motion of the full system, computed far more accurately than any rung, and its difference from a coarser
-/// run.
+/// Motion of the full system, which is computed far more accurately than any rung, with its estimated
+/// accuracy.
 struct Reference {
   ReferenceRun run;
   std::string method;
-  double accuracy = 0.0;  // [-] accuracy of the elastic error
+  double accuracy = 0.0;  // [-] elastic error of a coarser run, relative to this run
 };
 
 Reference find_reference(const CartesianSystem& system, const StudyOptions& options, double top_frequency,
@@ -63,8 +63,8 @@ Reference find_reference(const CartesianSystem& system, const StudyOptions& opti
     reference.accuracy = reference.run.accuracy;
     return reference;
   }
-  // for a stiff system stability limits the step, so the step is fixed and a coarser run estimates the
-  // accuracy
+  // in a stiff system stability limits the step, so the step is fixed, and a run with a longer step estimates
+  // the accuracy
   settings.fixed_step = kPhase / top_frequency;
   reference.method = format_text("Fehlberg 7(8), fixed step of %.3g s", settings.fixed_step);
   reference.run = integrate(system, times, settings);
@@ -78,7 +78,7 @@ Reference find_reference(const CartesianSystem& system, const StudyOptions& opti
   }
   const auto u = elastic_displacements(system.mass, system.r, reference.run.states.back().p_W);
   reference.accuracy = elastic_error(elastic_displacements(system.mass, system.r, check.states[0].p_W), u);
-  // the scale of relative tolerances
+  // the scale of which the tolerances of other methods are fractions
   for (std::size_t k = 0; k < reference.run.states.size(); ++k) {
     const double norm = elastic_displacements(system.mass, system.r, reference.run.states[k].p_W).norm();
     ElasticScale& scale = reference.run.scale;
@@ -207,9 +207,9 @@ std::string setting_of(const Run& run) {
 
 namespace {
 
-/// Returns the cost of a method at an elastic error. This is the cost of the method's cheapest run with at
-/// most that error, or the cost interpolated linearly in logarithms between two neighbouring settings, one
-/// with a smaller and one with a larger error.
+/// Returns the cost of a method at an elastic error. This is the smaller of two costs: the cost of the
+/// method's cheapest run with at most that error, and the cost that is interpolated linearly in logarithms
+/// between two neighbouring settings, one with a smaller and one with a larger error.
 double cost_at(const std::vector<const Run*>& runs, double error, std::size_t load) {
   double cost = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < runs.size(); ++k) {
@@ -245,8 +245,8 @@ std::optional<Comparison> compare_at(const Study& study, double level, ReadOut r
     if (run.elastic_error <= level && *run.cpu[load] < found.cpu) found.cpu = *run.cpu[load], found.ours = k;
   }
   if (!std::isfinite(found.cpu)) return std::nullopt;
-  // methods with the same model error differ slightly in their integration errors, so other methods may have
-  // a 5 % larger error
+  // methods with the same model error differ slightly in their integration errors, so the error of another
+  // method may be 5 % larger than ours
   constexpr double kSame = 1.05;
   const Run& ours = study.runs[found.ours];
   const double error = found.error = kSame * std::max({ours.elastic_error, ours.model_error, kFinest});

@@ -1,5 +1,5 @@
-// Measures error against run time on one scene, for every rung at several steps and every other method at
-// several settings (THEORY section 13).
+// Measures the error and the run time on one scene, for every rung at several steps and for every other
+// method at several settings (THEORY section 13).
 #pragma once
 
 #include <array>
@@ -25,12 +25,13 @@ struct Run {
   Family family = Family::kRung;
   std::string method;      // "separated", "velocity Verlet"
   double step = 0.0;       // [s] 0: adaptive
-  double free_step = 0.0;  // [s] step of a rung after the end of the loads, 0 for the same step
+  double free_step = 0.0;  // [s] step of a rung after the end of the loads; 0: `step`
   double tolerance = 0.0;  // [-] 0 if the step is fixed
-  std::string failure;     // reason of a failure, empty if the run reached its end
+  std::string failure;     // reason why the run failed; empty if it reached its end
   long steps = 0;
-  double set_up = 0.0;     // [s] CPU time before the first step
-  std::size_t memory = 0;  // [bytes] memory of plan and state, or of the arrays of method and system
+  double set_up = 0.0;  // [s] CPU time before the first step
+  // [bytes] memory of plan and state of a rung, or of the arrays of method and system
+  std::size_t memory = 0;
   // [s] CPU time per simulated second, median of the repeats
   std::array<std::optional<double>, kReadOuts> cpu;
   int repeats = 0;  // number of timings with the first read-out
@@ -38,13 +39,13 @@ struct Run {
   double elastic_error = 0.0;   // [-]   (THEORY 10.11)
   double position_error = 0.0;  // [m] root mean square over points
   double attitude_error = 0.0;  // [rad] angle between the best fitting rotations
-  // [-] of the mode that moves most after the loads end (THEORY 13.16)
+  // [-] error of the frequency of the mode that moves most after the loads end (THEORY 13.16)
   std::optional<double> frequency_error;
-  // [-] relative to the elastic energy at the end of the loads (THEORY 13.17) the two parts of the elastic
-  // error are the difference of the run from an exact solution of the run's own equations, and the difference
-  // of that solution from the full system
+  // [-] relative to the elastic energy of the reference (THEORY 13.17)
   std::optional<double> energy_drift;
-  double integration_error = 0.0, model_error = 0.0;  // [-] integration_error is NaN for a rigid body
+  // [-] two parts of the elastic error: the difference of the run from the exact solution of its own
+  // equations, and the difference of that solution from the full system
+  double integration_error = 0.0, model_error = 0.0;  // integration_error is NaN for a rigid body
 };
 
 /// A method or setting that did not run, and the reason.
@@ -64,14 +65,14 @@ struct Study {
   double reference_cpu = 0.0;       // [s]
   std::vector<Run> runs;
   std::vector<LeftOut> left_out;
-  std::string error;  // reason why there is no study
+  std::string error;  // reason why there is no study, else empty
   bool is_interrupted = false;
 };
 
 struct StudyOptions {
   double end = 2.0;      // [s] simulated
   double budget = 30.0;  // [s] CPU time that one run may take
-  int repeats = 3;       // smallest number of timings
+  int repeats = 3;       // smallest number of timings of a run
   bool has_rivals = true;
 };
 
@@ -80,7 +81,7 @@ struct StudyOptions {
 Study study_scene(const std::string& file, const Scene& scene, const StudyOptions& options,
                   const std::function<bool(double)>& report_progress);
 
-/// Costs at one elastic error. The costs are those of the cheapest rung with at most that error, and of other
+/// Costs at one elastic error: the cost of the cheapest rung with at most that error, and the costs of other
 /// methods at the error of that rung.
 struct Comparison {
   double level = 0.0;    // [-]
@@ -90,7 +91,7 @@ struct Comparison {
   struct Other {
     std::string method;  // empty: no method reaches the error
     double cpu = 0.0;    // [s] CPU time per simulated second, interpolated between settings
-    double ratio = 0.0;  // relative to our cost
+    double ratio = 0.0;  // cost of this method divided by our cost
   };
   Other best, hand_written, packaged, linearised;
 };

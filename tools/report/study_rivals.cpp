@@ -52,7 +52,7 @@ std::optional<FixedStep> fixed_step_of(Rival rival) {
       return FixedStep{4, 2.0 * std::sqrt(2.0)};
     case Rival::kStoermer8:
       return FixedStep{8, 4.1};
-    // these methods are unstable above 3.7 and 3.6, but in a short run the growth is negligible
+    // above phases of 3.7 and 3.6 these two methods are unstable, but in a short run the growth is negligible
     case Rival::kStoermer12:
       return FixedStep{12, 4.25};
     case Rival::kStoermer16:
@@ -76,7 +76,8 @@ std::vector<Setting> settings_of(Rival rival, double top_frequency, double end) 
   }
   if (const auto fixed = fixed_step_of(rival)) {
     const double coarsest = std::min(kInside * fixed->limit / top_frequency, end);
-    // each setting reduces the error by a factor of four, and costs between settings are interpolated
+    // from one setting to the next the error falls by a factor of four; costs between settings are
+    // interpolated
     const double factor = std::exp2(-2.0 / fixed->order);
     for (int k = 0; k < (fixed->order == 2 ? 12 : 18); ++k)
       settings.push_back({coarsest * std::pow(factor, k), 0.0});
@@ -102,7 +103,7 @@ RivalRun follow(const Bench& bench, RivalMethod& method, const RivalOptions& opt
   bool is_free = false;
   return method.run(times, options, [&](std::size_t k, const CartesianState& state) {
     if ((k + 1) % per_frame == 0) motion.frames.push_back(state.p_W);
-    // the first reading after the loads end, unless it is the last reading
+    // the first reading after the loads end; if it were the last reading, no time would remain for a drift
     if (!is_free && state.time >= bench.free_from && k + 1 < times.size()) {
       is_free = true;
       motion.energy_start = total_energy(bench.system, state);
@@ -118,7 +119,7 @@ class Sweep {
   Sweep(const Bench& bench, const Eigen::Matrix3Xd* linear, Study& study)
       : bench_(bench), linear_(linear), study_(study) {}
 
-  /// Runs one method at all its settings. Returns false if the user stopped it.
+  /// Runs one method at all its settings. Returns false if the user stopped the study.
   bool run(const Entry& entry, const std::function<bool(double)>& report_progress) {
     std::string error;
     const double start = thread_cpu();
@@ -172,7 +173,7 @@ class Sweep {
     return is_finest(run, taken) ? Next::kFinest : Next::kGoOn;
   }
 
-  /// Returns true if finer settings would take more time without a smaller error.
+  /// Returns true if finer settings would take more time without giving a smaller error.
   bool is_finest(const Run& run, double taken) {
     // [-] below this, an error that no longer decreases consists of rounding errors
     constexpr double kSmall = 1e-4;
@@ -188,8 +189,8 @@ class Sweep {
     return before > 0.0 && before < kSmall && run.integration_error > 0.7 * before;
   }
 
-  /// Measures the times of the read-outs. For a long run, the first two read-outs get the time of the run
-  /// itself. For a very long run, all three get this time.
+  /// Measures the times of the read-outs. If the run took more than kLong, the first two read-outs get the
+  /// time of the run itself. If it took more than kVeryLong, all three get this time.
   void time_read_outs(RivalMethod& method, const RivalOptions& options, double& deadline, double taken,
                       Run& run) {
     constexpr double kLong = 0.3;                                                // [s]
@@ -205,7 +206,7 @@ class Sweep {
             method.run(times, options, [](std::size_t, const CartesianState&) {});
           },
           load == 0 ? bench_.options.repeats : 1);
-      // if the user stopped the run, there is no time
+      // if the user stopped the study, the run did not finish, so it has no time
       if (bench_.is_stopped())
         run.cpu[load].reset();
       else

@@ -18,14 +18,15 @@ namespace freeflex::tools {
 namespace {
 
 constexpr std::array kSteps{0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.004, 0.0025, 0.002, 0.001, 0.0005};  // [s]
-constexpr std::array kFineSteps{0.00025, 0.0001, 0.00005};  // [s] small steps for the exact motion
-// [s] limit of the CPU time of a run on the rung `full`; because this rung divides its steps, the cost hardly
-// depends on the step
+// [s] small steps, at which the motion of a rung counts as exact
+constexpr std::array kFineSteps{0.00025, 0.0001, 0.00005};
+// [s] limit of the CPU time of a run on the rung `full`. This rung divides its steps into substeps, so the
+// cost hardly depends on the step
 constexpr double kMostFullCost = 4.0;
 constexpr std::array kFullSteps{0.01, 0.001};  // [s]
 
-/// Simulates a plan. If the free motion has a step of its own, the simulation continues with the same plan at
-/// that rate.
+/// Simulates a plan. If the free motion after the loads has a step of its own, the same plan continues with
+/// that step.
 struct Rung {
   Plan plan;
   std::optional<Plan> free_plan;
@@ -45,7 +46,7 @@ struct Rung {
   /// Advances by ticks. Returns false if the state is not finite.
   bool advance(std::int64_t ticks) { return advance(plan, ticks); }
 
-  /// Sets the step [s] for the motion after the first `ticks`, at which every pulse has ended.
+  /// Sets a step [s] of its own for the motion after the first `ticks`, by which every pulse has ended.
   void take_freely(std::int64_t ticks, double free_step) {
     set_rate(free_plan.emplace(plan), 1.0 / free_step);
     for (PlanHistory& history : free_plan->histories) history.start_tick = 0, history.end_tick = ticks;
@@ -62,8 +63,8 @@ struct Rung {
     return true;
   }
 
-  /// Reads positions and velocities of all points, in the same form as from other methods.  \pre mode-shape
-  /// row i belongs to point i
+  /// Reads positions and velocities of all points into the form that other methods use.
+  /// \pre mode-shape row i belongs to point i
   void read(CartesianState& to) {
     contract_points(plan, state.q.data(), state.q_dot.data(), V, V_dot);
     const Mat3 R = rotation_matrix(state.q_WB);
@@ -102,13 +103,14 @@ std::string find_misfit(const Bench& bench, double step) {
   return {};
 }
 
-/// Returns the number of ticks before the free motion begins.
+/// Returns the number of ticks at the first step: up to the free motion if it has a step of its own, else to
+/// the end.
 std::int64_t loaded_ticks(const Bench& bench, const Rung& rung) {
   return std::llround((rung.free_plan ? bench.free_from : bench.options.end) / rung.plan.period);
 }
 
-/// Runs to the end. Stores a frame every 10 ms if 10 ms is a whole number of ticks. Returns false if a state
-/// is not finite.
+/// Runs to the end. Stores a frame every 10 ms if 10 ms is a whole number of ticks. Returns false if the
+/// state is not finite.
 bool follow(const Bench& bench, Rung& rung, Motion& motion) {
   const double period = rung.plan.period;
   reset_state(rung.plan, rung.state);
@@ -176,7 +178,7 @@ std::string first_error(const Faults& faults) {
 Scene with_all_points(const Bench& bench, Fidelity fidelity) {
   Scene scene = bench.scene;
   scene.fidelity = fidelity;
-  // at every rate, the edges of pulses are at the scene's own ticks
+  // at every rate, the edges of pulses stay at the ticks of the scene's own rate
   const auto at_tick = [&scene](double time) { return std::round(time * scene.rate) / scene.rate; };
   for (Load& load : scene.loads)
     if (auto* pulse = std::get_if<PulseHistory>(&load.history)) {
@@ -202,7 +204,7 @@ std::optional<Rung> make_rung(const Bench& bench, Scene& scene, double step, std
   return std::nullopt;
 }
 
-/// Returns the reason to omit a run if it would take more than `most` [s] of CPU time. Otherwise returns an
+/// Returns the reason to omit a run if the run would take more than `most` [s] of CPU time, otherwise an
 /// empty text.
 std::string find_excess(const Bench& bench, Rung& rung, double most) {
   const auto cost_of = [&](std::int64_t ticks) {
@@ -216,7 +218,7 @@ std::string find_excess(const Bench& bench, Rung& rung, double most) {
   return cost <= most ? std::string() : format_text("a run would take %.0f s of CPU time", cost);
 }
 
-/// Adds one run of a rung at a step, and at another step after the end of the loads (0 means the same step).
+/// Adds one run of a rung at a step, and at `free_step` after the end of the loads (0: the same step).
 void add_run(const Bench& bench, Scene& scene, double step, double free_step, const ExactRung& exact,
              Study& study) {
   const std::string name = name_of(exact.fidelity);
@@ -259,8 +261,9 @@ std::vector<double> steps_of(const Bench& bench, Fidelity fidelity) {
   return steps;
 }
 
-/// Adds a run that takes the whole free motion in one step, after the longest step that fits the motion
-/// before it. On a rung without stages, only the rotation of the body limits the step.
+/// Adds a run that takes the whole motion after the loads in one step. Before, the run uses the longest step
+/// that fits the loads. On rungs up to `spin-loaded` there are no stages, so only the rotation of the body
+/// limits the step.
 void add_longest(const Bench& bench, Scene& scene, const ExactRung& exact, Study& study) {
   const double free_step = bench.options.end - bench.free_from;
   if (exact.fidelity > Fidelity::kSpinLoaded || free_step <= 0.0) return;
@@ -276,8 +279,8 @@ void add_longest(const Bench& bench, Scene& scene, const ExactRung& exact, Study
       return add_run(bench, scene, step, free_step, exact, study);
 }
 
-/// Returns the largest step [s] that is small enough and fits the scene. If there is no such step, sets `why`
-/// to the reason and returns 0.
+/// Returns the first of several small steps [s] that fits the scene: the steps of kFineSteps, then a fraction
+/// of the scene's period. If none fits, sets `why` to the reason and returns 0.
 double fine_step(const Bench& bench, std::string& why) {
   std::vector<double> steps(kFineSteps.begin(), kFineSteps.end());
   const double period = 1.0 / bench.scene.rate;
@@ -289,8 +292,8 @@ double fine_step(const Bench& bench, std::string& why) {
   return 0.0;
 }
 
-/// Solves the rung's own equations at a small step. If that is refused, sets `why` to the reason and returns
-/// nullopt. `below` are the rungs below this one.
+/// Solves the rung's own equations at a small step. If this is refused, sets `why` to the reason and returns
+/// nullopt. `below` holds the results of the lower rungs.
 std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
                                        const std::vector<ExactRung>& below, Scene& scene, std::string& why) {
   if (fidelity == Fidelity::kFull) {
@@ -302,7 +305,7 @@ std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
   }
   const double step = fine_step(bench, why);
   if (step == 0.0) return std::nullopt;
-  // if bars are stiff, the equations of `exact-bars` need substeps, which the rung `full` makes
+  // if bars are stiff, the equations of `exact-bars` need substeps, which only the rung `full` makes
   scene.fidelity = fidelity == Fidelity::kExactBars ? Fidelity::kFull : fidelity;
   std::optional<Rung> fine = make_rung(bench, scene, step, why);
   scene.fidelity = fidelity;
@@ -348,8 +351,8 @@ std::vector<ExactRung> run_rungs(const Bench& bench, Study& study,
   return exact;
 }
 
-// The integration error is the difference from the exact motion of the rung. The model error is the error of
-// that exact motion (THEORY 13.15).
+// Sets the errors of a run. The integration error is the difference of the run from the exact motion of its
+// rung. The model error is the error of that exact motion (THEORY 13.15).
 void set_errors(const Bench& bench, const Motion& motion, const Eigen::Matrix3Xd* exact, Run& run) {
   const Eigen::Matrix3Xd& p_W = motion.end.p_W;
   run.elastic_error = bench.meter.elastic(p_W);

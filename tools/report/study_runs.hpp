@@ -25,8 +25,8 @@ struct Bench {
   std::function<bool()> is_stopped;  // returns true if the user stopped the study
 };
 
-/// Positions at the end of a run of a rung at a small step. These positions divide the error into integration
-/// error and model error. Empty if the rung does not run.
+/// Positions at the end of a run of a rung at a small step, which divide the error of other runs into
+/// integration error and model error. Empty if the rung does not run.
 struct ExactRung {
   Fidelity fidelity;
   Eigen::Matrix3Xd p_W;

@@ -26,7 +26,7 @@ struct RandomBody {
 
 RandomBody random_body(std::uint64_t seed, int number) {
   std::mt19937_64 engine(1000003 * seed + static_cast<std::uint64_t>(number));
-  // uses the raw random numbers, because the C++ standard defines their sequence
+  // uses the raw numbers of the engine, because the C++ standard defines only their sequence
   const auto between = [&](double low, double high) {
     return low + (high - low) * (static_cast<double>(engine() >> 11) * 0x1p-53);
   };
@@ -71,8 +71,8 @@ Scene scene_of(const RandomBody& body, bool couples) {
   return scene;
 }
 
-/// Computes the attitude of the body after a time [s] by Euler's equations in its own axes. Returns an empty
-/// text or the error.
+/// Computes the attitude of the body after a time [s] by Euler's equations in body axes, with SUNDIALS.
+/// Returns an empty text or the error.
 std::string rotate_by_sundials(const RandomBody& body, double time, Quaterniond& attitude) {
   const double unit = body.spin.norm();
   const Matrix3d inverse = body.inertia.inverse();
@@ -135,7 +135,7 @@ void move(const RandomBody& body, const Plan& plan, TickRow& row) {
   row.ns_per_tick = ns_per_tick(plan, std::min<std::int64_t>(row.ticks, 300));
   row.level = judgement.worst().tick < 0 ? Verdict::Level::kGood : judgement.worst().level;
   row.energy_error = std::abs(energy_of(plan, state) / start - 1.0);
-  // if the verdict is not `good`, the rotation may be larger than a reference run can follow
+  // unless the verdict is `good`, the rotation may be larger than the reference can follow
   if (row.level != Verdict::Level::kGood) return;
   Quaterniond right;
   row.error = rotate_by_sundials(body, static_cast<double>(row.ticks) / body.rate, right);
@@ -171,7 +171,7 @@ std::vector<TickRow> study_ticks(std::uint64_t seed, int count,
 }
 
 std::vector<TickBin> bin_ticks(const std::vector<TickRow>& rows) {
-  constexpr int kBins = 7;  // halves of decades from 1 mrad
+  constexpr int kBins = 7;  // each bin is half a decade wide, and the first begins at 1 mrad
   std::vector<TickBin> bins;
   for (int k = 0; k < kBins; ++k) {
     TickBin bin;

@@ -1,4 +1,5 @@
-// Draws work-precision curves as SVG. The curves show elastic error over CPU time, both in decades.
+// Draws work-precision curves as SVG. The curves show the elastic error over the CPU time on
+// logarithmic axes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -101,16 +102,15 @@ struct Range {
 const double kLeastError = std::pow(10.0, kLeastDecade);
 
 bool is_shown(const Run& run, std::size_t load) {
-  constexpr double kWrong = 3.0;  // [-] error beyond which a motion is unrelated to the reference
+  constexpr double kWrong = 3.0;  // [-] with a larger error, a motion is unrelated to the reference
   return run.failure.empty() && run.cpu[load] && run.elastic_error < kWrong &&
          (run.family == Family::kRung || run.elastic_error > kLeastError);
 }
 
-/// Returns the error at which a run is drawn. If the error is below the range of the panel, the run is drawn
-/// on the edge.
+/// Returns the error at which a run is drawn. An error below the range of the panel is drawn on the edge.
 double drawn_error(const Run& run) { return std::max(run.elastic_error, kLeastError); }
 
-/// The decades of all runs of a scene, because its three panels have the same scales.
+/// The decades that contain all runs of a scene. The three panels of a scene have the same scales.
 struct Scales {
   Range cpu, error;
 };
@@ -142,7 +142,7 @@ struct Panel {
   }
 };
 
-/// Draws the grid of a panel. The last decade has a label only in the last panel of a row.
+/// Draws the grid of a panel. The last decade of CPU time has a label only in the last panel of a row.
 std::string grid(const Panel& panel, bool is_first, bool is_last) {
   std::string text =
       format_text("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" class=\"frame\"/>", panel.x0,
@@ -163,8 +163,8 @@ std::string grid(const Panel& panel, bool is_first, bool is_last) {
          label(panel.x0 + 0.5 * kPanelWidth, below + 36.0, "middle", "CPU time per simulated time [s/s]");
 }
 
-/// Returns the runs of one method in the order of its settings. Krylov's method has two settings. For this
-/// method, returns only the runs that no other run beats in both error and time.
+/// Returns the runs of one method in the order of its settings. Krylov's method has a step and a tolerance,
+/// so only those of its runs are returned that no other run beats in both error and time.
 std::vector<const Run*> curve(const Study& study, const std::string& method, std::size_t load) {
   std::vector<const Run*> runs;
   bool is_swept_twice = false;
@@ -197,7 +197,7 @@ std::vector<std::string> methods_of(const Report& report) {
 std::string curves(const Panel& panel, const Study& study, const std::vector<std::string>& methods,
                    std::size_t load) {
   std::string text;
-  // rungs are drawn last, on top of the others
+  // rungs are drawn last, on top of the other methods
   for (auto method = methods.rbegin(); method != methods.rend(); ++method) {
     const std::vector<const Run*> runs = curve(study, *method, load);
     if (runs.empty()) continue;
@@ -219,7 +219,7 @@ std::string curves(const Panel& panel, const Study& study, const std::vector<std
   return text;
 }
 
-/// Returns which terms a rung keeps, or an empty text for any other method.
+/// Returns the terms that a rung keeps, as a text, or an empty text for any other method.
 std::string explain(const std::string& method) {
   static const std::map<std::string, const char*> kKept{
       {"rigid", "the body alone, no deformation: its elastic error is 1"},
@@ -236,8 +236,8 @@ constexpr std::size_t kLegendColumns = 5;
 
 bool is_rung(const std::string& method) { return !explain(method).empty(); }
 
-/// Returns the number of rows of the legend. It has one row for each rung, then rows with several other
-/// methods each.
+/// Returns the number of rows of the legend: one row for each rung, then rows with several other methods
+/// each.
 std::size_t legend_rows(const std::vector<std::string>& methods) {
   const auto num_rungs = static_cast<std::size_t>(std::count_if(methods.begin(), methods.end(), is_rung));
   return num_rungs + (methods.size() - num_rungs + kLegendColumns - 1) / kLegendColumns;
@@ -273,7 +273,7 @@ std::string legend(const std::vector<std::string>& methods, double width, double
   return text;
 }
 
-/// Returns a text about the rungs that a scene's panels do not show, or show only on the edge.
+/// Returns a text that names the rungs of a scene that its panels do not show, or show only on the edge.
 std::string not_drawn(const Study& study) {
   std::string missing, on_edge;
   for (const RungTraits& rung : kRungs) {

@@ -22,9 +22,9 @@ struct FrequencyAnswer {
 std::span<const FrequencyAnswer> frequency_answers();
 
 /// Returns the attitude w x y z, after 20 / spin [s], of a body with moments 2, 3 and 4 kg m^2 that starts to
-/// rotate 0.01 rad from its intermediate axis. The attitude was computed by Taylor series of order 48 of
-/// Euler's equations in fifty digits (tests/support/wide_rotation.hpp). The attitude is the same at every
-/// spin, except for the rounding errors of the components (0.01, 1, 0.005) times the spin.
+/// rotate about an axis 0.01 rad from its intermediate axis. The attitude was computed by Taylor series of
+/// order 48 of Euler's equations in fifty digits (tests/support/wide_rotation.hpp). It is the same at every
+/// spin, except for the rounding errors of the initial angular velocity (0.01, 1, 0.005) times the spin.
 const std::array<const char*, 4>& intermediate_axis_attitude();
 
 }  // namespace freeflex::tools

@@ -19,8 +19,8 @@ constexpr const char* kThin = "thin shapes";
 Scene collinear(double width, double is_tilted) { return nearly_collinear(width, is_tilted != 0.0); }
 Scene planar(double height, double is_tilted) { return nearly_planar(height, is_tilted != 0.0); }
 
-/// Returns the limit for thin shapes. The limit is a few rounding errors of coordinates of some metres,
-/// divided by the width, because only the width stiffens the soft modes.
+/// Returns the limit of the relative error for thin shapes: a few rounding errors of coordinates of some
+/// metres, divided by the width, because only the width stiffens the soft modes.
 constexpr double thin_limit(double width) { return 1e-9 + 3e-15 / width; }
 
 const FrequencyAnswer kAnswers[] = {
@@ -115,7 +115,7 @@ Outcome measure_lowest(const FrequencyAnswer& answer, const StabilityOptions& op
   outcome.measured = error(structure->omega[0]);
   outcome.message =
       format_text("%.6g rad/s; stated accuracy %.0e", structure->omega[0], structure->frequency_accuracy);
-  // the stated accuracy must be at least the true error
+  // the stated accuracy must not be smaller than the true error
   if (outcome.measured > structure->frequency_accuracy) {
     outcome.message += ", which is less than the true error";
     outcome.measured = NAN;

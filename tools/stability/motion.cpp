@@ -1,4 +1,4 @@
-// Tests rotation near the intermediate axis, and forces and structures from very small to very large.
+// Tests rotation near the intermediate axis, and forces and structures from very small to very large sizes.
 #include <algorithm>
 #include <array>
 #include <boost/multiprecision/cpp_bin_float.hpp>
@@ -68,10 +68,10 @@ Outcome energy_near_intermediate_axis(double spin, const StabilityOptions& optio
   return {worst, format_text("%d ticks; angular momentum the same to the bit", 1000 * blocks), {}};
 }
 
-constexpr double kMaxForce = 1e6;  // [N] of the scene
+constexpr double kMaxForce = 1e6;  // [N] force limit of the scene
 
-/// Returns the elastic displacements of a truss that starts at rest, after 200 ticks of a command with a
-/// force in body axes on its corner.
+/// Returns the elastic displacements of a truss that starts at rest, after 200 ticks with a command. The
+/// command is a force in body axes on a corner.
 std::optional<Eigen::Matrix3Xd> pushed(double force, Fidelity rung, std::string& why) {
   Scene scene = square_truss(3, 1e5);
   scene.fidelity = rung;
@@ -93,19 +93,19 @@ std::optional<Eigen::Matrix3Xd> pushed(double force, Fidelity rung, std::string&
 
 constexpr double kSmallForce = 1e-12;  // [N] terms of second order in this force are negligible
 
-/// Compares the displacement per force with the value for a small force, because the separated equations are
-/// linear in forces in body axes.
+/// Compares the displacement per force with the displacement per force of a small force. They must be equal,
+/// because the separated equations are linear in forces in body axes.
 Outcome small_force(double force, Fidelity rung) {
   std::string why;
   const auto V = pushed(force, rung, why), unit = pushed(kSmallForce, rung, why);
   if (!V || !unit) return no_answer(why);
-  // divides by the force first, because squares of such small numbers underflow
+  // divides by the force first, because the squares in the norm of such small numbers would underflow
   const Eigen::Matrix3Xd per_force = *V / force, expected = *unit / kSmallForce;
   return {(per_force - expected).norm() / expected.norm(), {}, {}};
 }
 
-/// Checks that a displacement below the smallest normal number loses only the digits that a denormal number
-/// lacks.
+/// Checks that a displacement below the smallest normal number loses only those digits that a denormal number
+/// cannot hold.
 Outcome denormal_force(Fidelity rung) {
   constexpr double kForce = 1e-310;
   std::string why;
@@ -117,8 +117,8 @@ Outcome denormal_force(Fidelity rung) {
           {}};
 }
 
-/// Compares the motion with the motion at another size, for which lengths, forces and initial displacements
-/// are multiplied by the size.
+/// Compares the motion of a truss of `size` with the motion of the truss of size 1. Lengths and forces are
+/// multiplied by the size.
 Outcome at_size(double size, Fidelity rung, const StabilityOptions& options) {
   const auto scene_of = [rung = rung](double times) {
     Scene scene = square_truss(3, 1e5, times);

@@ -1,5 +1,5 @@
-// Compares one mode with its closed form in 150 digits, computed from the exact doubles of the plan. The step
-// and the damping are arbitrary, and the ticks are many.
+// Compares one mode with its closed form in 150 digits, computed from the exact doubles of the plan, at any
+// step, at any damping and over many ticks.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kRate = 1000.0;  // [Hz]
 
-/// Returns |(omega dq, dq_dot)| of the state over the largest |(omega q, q_dot)| of the motion, which occurs
-/// at the start.
+/// Returns the norm |(omega dq, dq_dot)| of the error of the state, divided by the largest |(omega q, q_dot)|
+/// of the motion, which occurs at the start.
 double error_of(const Ride& ride, std::int64_t ticks) {
   const Plan& plan = ride.plan;
   const Real w(plan.omega[0]), t = Real(ticks) * Real(plan.period);
@@ -26,7 +26,7 @@ double error_of(const Ride& ride, std::int64_t ticks) {
   return sqrt(dq * dq + dv * dv).convert_to<double>() / size;
 }
 
-/// Returns the largest error at 1, 10, 100, 1000 ticks, or NaN if a state was not finite.
+/// Returns the largest error at the ticks 1, 10, 100 and 1000, or NaN if a state is not finite.
 double worst_error(const Scene& scene, std::string& why) {
   Ride ride(scene);
   if (!ride.has_plan()) {
@@ -46,7 +46,8 @@ double worst_error(const Scene& scene, std::string& why) {
   return worst;
 }
 
-/// Compares the elongation of the pair at the end, computed by other methods, with the same closed form.
+/// Compares the elongation of the pair at the end, as other methods compute it, with the closed form of the
+/// mode.
 std::vector<PeerFigure> pair_peers(double omega, double ratio, double end, const StabilityOptions& options) {
   Scene scene = oscillating_pair(omega, kRate);
   scene.damping.beta = 2.0 * ratio / omega;
@@ -103,7 +104,7 @@ Outcome many_ticks(std::int64_t count, const StabilityOptions& options) {
   }
   Outcome outcome;
   outcome.measured = error_of(ride, ticks);
-  // the rotation is about a principal axis, and the quaternion contains half the angle
+  // the body rotates about a principal axis, and the quaternion contains half the angle
   const Real half = Real(ride.plan.initial.w_B[2]) * Real(ticks) * Real(ride.plan.period) / 2;
   const Real difference = Real(ride.state.q_WB[0]) * sin(half) - Real(ride.state.q_WB[3]) * cos(half);
   const double angle = 2.0 * std::abs(difference.convert_to<double>());

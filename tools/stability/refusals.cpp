@@ -1,4 +1,4 @@
-// Scenes that must be refused or reported, in messages with the expected words. No such scene may run without
+// Scenes that must be refused or reported in a message with the expected words. No such scene may run without
 // a message.
 #include <array>
 #include <initializer_list>
@@ -15,7 +15,7 @@
 namespace freeflex::tools {
 namespace {
 
-/// Measures how many of the expected words a message lacks.
+/// Counts the expected words that a message lacks.
 Outcome named(const std::string& message, std::initializer_list<const char*> words) {
   Outcome outcome{0.0, message.empty() ? "no message" : message, {}};
   for (const char* word : words) outcome.measured += message.find(word) == std::string::npos ? 1.0 : 0.0;
@@ -32,7 +32,7 @@ Outcome coincident_points(bool is_joined) {
   return named(ride.faults_text(), {"in one place", "'p3'", "'p8'"});
 }
 
-/// Checks that the verdict on a motion after 0.1 s is `outside`, with a cause.
+/// Checks that the verdict on a motion after 0.1 s is `outside` with the expected cause.
 Outcome verdict_of(const Scene& scene, const char* cause) {
   Ride ride(scene);
   if (!ride.has_plan()) return no_answer(ride.faults_text());
@@ -57,7 +57,7 @@ Outcome too_much_deformation(Fidelity rung, double force) {
   return verdict_of(scene, "model");
 }
 
-/// Checks that the step reports a state that is not finite and keeps the state before it.
+/// Checks that the step reports a state that is not finite and leaves the state as it was before the step.
 Outcome beyond_numbers() {
   Scene scene = square_truss(3, 1e5);
   scene.fidelity = Fidelity::kCoupled;
@@ -116,8 +116,8 @@ Outcome bars_at_a_long_period() {
   return named(ride.faults_text(), {"exact-bars", "the stiffest mode"});
 }
 
-/// Checks a fast dashpot. Rungs on which dashpots act stage by stage refuse the dashpot, and the rung `full`
-/// divides the tick.
+/// Checks a dashpot that is too fast for the tick. Rungs on which dashpots act at stage times must refuse the
+/// dashpot, but the rung `full` must divide the tick and run.
 Outcome dashpot_too_fast(Fidelity rung) {
   Scene scene = square_truss(3, 1e5);
   Link dashpot;
@@ -136,7 +136,8 @@ Outcome dashpot_too_fast(Fidelity rung) {
                {"accepted"});
 }
 
-/// Runs the daemon's pacer, on the clock of this machine, with a step that takes longer than its period.
+/// Runs the daemon's pacer on the clock of this machine, with a step that takes longer than its period. The
+/// pacer must report this.
 Outcome unheld_period(const StabilityOptions& options) {
   constexpr double kRateOfScene = 1e6;  // [Hz] the highest rate that a scene may set
   constexpr std::int64_t kMostTicks = 20'000'000;

@@ -24,7 +24,7 @@ constexpr std::array kEntries{
     Entry{Rival::kAdams, "CVODE Adams"},      Entry{Rival::kBdf, "CVODE BDF"},
     Entry{Rival::kErk8, "ARKODE explicit 8"}, Entry{Rival::kDirk5, "ARKODE implicit 5"}};
 
-/// Returns the largest deformation and the largest strain energy of our own motion at 64 times.
+/// Returns the elastic scale of our own motion: its largest deformation and strain energy at 65 times.
 ElasticScale elastic_scale(const Scene& scene, double end) {
   constexpr int kSamples = 64;
   ElasticScale scale;

@@ -24,8 +24,8 @@ class Ride {
   /// Returns the faults and warnings of the set-up, one per line, or an empty text if there are none.
   const std::string& faults_text() const { return faults_text_; }
   bool has_plan() const { return has_plan_; }
-  /// Advances by ticks. If a state is not finite, keeps the state before it and returns false.  \pre
-  /// has_plan()
+  /// Advances by ticks. If the state after a tick is not finite, keeps the state before the tick and returns
+  /// false. \pre has_plan()
   bool run(std::int64_t ticks, std::span<const ForceCommand> commands = {});
 
   Eigen::Matrix3Xd positions_W() const;      // [m] (3 x N), for which every point must be published
@@ -42,19 +42,19 @@ class Ride {
 
   std::string faults_text_;
   std::optional<Judgement> judgement_;
-  Budget budget_;  // empty if the scenes set no error budget
+  Budget budget_;  // empty if the scene sets no error budget
   bool has_plan_ = false;
 };
 
-/// Returns an outcome that has no value, only the reason.
+/// Returns an outcome without a value, with the reason why there is none.
 Outcome no_answer(const std::string& why);
 
-/// Function that measures a quantity in the last state of the full system.
+/// Measures a quantity in the last state of the full system.
 using Measure = std::function<double(const CartesianState&)>;
 
-/// Runs the other methods on the scene up to `end` [s]: hand-written methods at `step` [s], packaged methods
-/// at a local error of 1e-8 of the elastic scale of our own motion. Returns an empty list if has_peers is
-/// false.
+/// Runs the other methods on the scene up to `end` [s]: hand-written methods with steps of `step` [s],
+/// packaged methods with local errors of 1e-8 of the elastic scale of our own motion. Returns an empty list
+/// if has_peers is false.
 std::vector<PeerFigure> run_peers(const Scene& scene, double step, double end,
                                   const StabilityOptions& options, const Measure& measure);
 

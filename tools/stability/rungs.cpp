@@ -1,5 +1,5 @@
-// Every rung of the fidelity ladder at steps around omega h = k pi of its stiffest mode, at which schemes
-// with impulses resonate.
+// Tests every rung of the fidelity ladder at steps around omega h = k pi of its stiffest mode. At these
+// steps, schemes that apply impulses resonate.
 #include "core/plan/rungs.hpp"
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace freeflex::tools {
 namespace {
 
-/// Returns a truss that rotates under a steady force, with some links 1e8 times as stiff as others.
+/// Returns a truss that rotates under a steady force. Some of its links are 1e8 times as stiff as the others.
 Scene rotating_truss(Fidelity rung) {
   Scene scene = stiff_truss(1e8, 1.0);
   for (Link& link : scene.links) std::get<Spring>(link.kind).stiffness *= 10.0;
@@ -24,8 +24,8 @@ Scene rotating_truss(Fidelity rung) {
   return scene;
 }
 
-/// Returns the positions after `ticks` at a step [s]. If there is no result, sets `why` to the reason and
-/// returns nullopt.
+/// Returns the positions after `ticks` steps of `step` [s]. If there is no result, sets `why` to the reason
+/// and returns nullopt.
 std::optional<Eigen::Matrix3Xd> run_at(Fidelity rung, double step, std::int64_t ticks, std::string& why) {
   Scene scene = rotating_truss(rung);
   scene.rate = 1.0 / step;
@@ -58,7 +58,7 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
   const Ride probe(rotating_truss(Fidelity::kSeparated));
   if (!probe.has_plan()) return no_answer(probe.faults_text());
   const double top = probe.plan.omega[static_cast<std::size_t>(probe.plan.num_elastic) - 1];
-  // the rung `exact-bars` refuses omega h above 1000, so k pi is near a step of 0.4 ms for all rungs
+  // the rung `exact-bars` refuses omega h above 1000, so all rungs take k pi at steps near 0.4 ms
   const double k0 = std::floor(0.4e-3 * top / std::numbers::pi);
   const std::int64_t ticks = options.is_quick ? 100 : 500;
   const Shape shape(rotating_truss(rung));
@@ -81,7 +81,7 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
     }
   outcome.message = format_text("36 steps, omega h of %.3g to %.4g; worst at %.6g pi", std::numbers::pi,
                                 (k0 + 1.0) * std::numbers::pi, at);
-  // other methods at one of the steps, compared with our rung `exact-bars` at an eighth of that step
+  // compares other methods, at one of these steps, with our rung `exact-bars` at an eighth of that step
   if (rung != Fidelity::kExactBars || !options.has_peers) return outcome;
   const double step = k0 * std::numbers::pi / top;
   std::string why;
@@ -92,8 +92,9 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
   return outcome;
 }
 
-/// Compares the rung `full` with the rung `exact-bars` at half a substep. The substeps of the rung `full`
-/// have the same size at every step.
+/// Compares the rung `full` with the rung `exact-bars` whose step is half a substep of `full`. The rung
+/// `full` halves its substeps until they are short enough, so at different steps their lengths differ by less
+/// than a factor of two.
 Outcome full_across_pi(const StabilityOptions& options) {
   const Ride probe(rotating_truss(Fidelity::kSeparated));
   if (!probe.has_plan()) return no_answer(probe.faults_text());

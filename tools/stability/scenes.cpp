@@ -8,7 +8,7 @@ namespace freeflex::tools {
 namespace {
 
 // rotates by an orthonormal triad of decimal numbers. The rotation need not be exact, because the rounded
-// positions define the rest shape
+// positions themselves are the rest shape
 Eigen::Vector3d tilted(const Eigen::Vector3d& p) {
   return p[0] * Eigen::Vector3d(0.36, 0.48, 0.8) + p[1] * Eigen::Vector3d(-0.8, 0.6, 0.0) +
          p[2] * Eigen::Vector3d(-0.48, -0.64, 0.6);
@@ -113,7 +113,7 @@ Scene oscillating_pair(double omega, double rate) {
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
   add_point(scene, 3.0, {1.0, 0.0, 0.0});
   add_link(scene, {0, 1}, Spring{kReducedMass * omega * omega});
-  // rotation about the centre of mass
+  // the two displacements keep the centre of mass in place
   scene.initial.points.push_back({0, {-0.75 * kStretch, 0.0, 0.0}, {0.0, 0.0, 0.0}});
   scene.initial.points.push_back({1, {0.25 * kStretch, 0.0, 0.0}, {0.0, 0.0, 0.0}});
   return scene;

@@ -1,4 +1,4 @@
-// Tests textbook motions of one, two and three points, of mechanisms and of rigid links.
+// Compares motions of one, two and three points, of mechanisms and of rigid links with textbook solutions.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,8 +10,8 @@
 namespace freeflex::tools {
 namespace {
 
-/// Returns the largest relative difference between the frequencies of the plan and exact ones, both
-/// ascending, or NaN if their numbers differ.
+/// Returns the largest relative difference between the frequencies of the plan and the exact frequencies, or
+/// NaN if the plan has another number of frequencies.
 double worst_frequency(const Plan& plan, std::vector<double> exact) {
   std::sort(exact.begin(), exact.end());
   if (static_cast<std::size_t>(plan.num_elastic) != exact.size()) return NAN;
@@ -21,7 +21,7 @@ double worst_frequency(const Plan& plan, std::vector<double> exact) {
   return worst;
 }
 
-/// Compares with p = p0 + v t + (F / m + g) t^2 / 2.
+/// Compares the motion of one point with p = p0 + v t + (F / m + g) t^2 / 2.
 Outcome one_point(const StabilityOptions& options) {
   Scene scene;
   scene.name = "point";
@@ -41,7 +41,8 @@ Outcome one_point(const StabilityOptions& options) {
       run_peers(scene, 1e-3, 10.0, options, [&](const CartesianState& state) { return error(state.p_W); })};
 }
 
-/// Compares with w = sqrt(k (1/m1 + 1/m2)), and with a steady rotation about an axis normal to the line.
+/// Compares the frequency with w = sqrt(k (1/m1 + 1/m2)), and the attitude with a steady rotation about an
+/// axis normal to the line.
 Outcome two_points(const StabilityOptions&) {
   Scene scene = oscillating_pair(200.0, 1000.0);
   scene.initial.angular_velocity = {0.0, 0.0, 0.7};
@@ -56,7 +57,7 @@ Outcome two_points(const StabilityOptions&) {
   return {std::max(frequency, angle), "5 rigid freedoms, 1 mode; larger of frequency and attitude [rad]", {}};
 }
 
-/// Equal masses at the corners have the frequencies sqrt(3 k / m) and, twice, sqrt(3 k / 2 m).
+/// An equilateral triangle of equal masses has the frequencies sqrt(3 k / m) and, twice, sqrt(3 k / 2 m).
 Outcome three_in_a_triangle(const StabilityOptions&) {
   constexpr double kStiffness = 1e4;
   Scene scene;
@@ -137,7 +138,7 @@ Outcome redundant_links(const StabilityOptions&) {
   if (ride.plan.num_elastic != kElastic)
     return no_answer(format_text("%d elastic freedoms; there are %d", ride.plan.num_elastic, kElastic));
   if (!ride.run(5'000)) return no_answer("a state is not finite");
-  // largest stretch of the rigid links, to first order, over the largest displacement
+  // largest stretch of the rigid links to first order, divided by the largest displacement
   const Eigen::Matrix3Xd V = ride.displacements_B();
   double stretch = 0.0;
   for (const Link& link : scene.links) {

@@ -20,7 +20,7 @@ std::string csv_text(const std::string& text) {
 
 std::string csv_number(double value) { return std::isfinite(value) ? format_text("%.6g", value) : ""; }
 
-/// Prints a text after the columns of a line, or on lines of its own if it does not fit.
+/// Prints a text after the columns of a line, or on new lines if the text does not fit.
 void print_remark(const std::string& text, std::size_t column) {
   constexpr std::size_t kIndent = 13;
   if (column + text.size() <= kLineWidth)

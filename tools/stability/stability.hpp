@@ -1,4 +1,4 @@
-// freeflex stability: stiff and extreme cases, each with the limit that it must meet.
+// The table of freeflex stability: stiff and extreme cases, each with the limit that its error must meet.
 #pragma once
 
 #include <cmath>
@@ -25,7 +25,7 @@ struct PeerFigure {
   std::string failure;  // reason why there is no value, else empty
 };
 
-/// The result of a case, or NaN if there is none.
+/// The result of a case. `measured` is NaN if there is no result.
 struct Outcome {
   double measured = NAN;
   std::string message;  // the message of a refusal, else a remark or the reason why there is no result
@@ -47,7 +47,7 @@ struct StabilityRow {
   Outcome outcome;
   double cpu = 0.0;  // [s] CPU time of the case, including other methods
   bool holds() const { return outcome.measured <= what.limit; }
-  /// Returns "holds", "reported" (the case was refused or flagged with the expected words) or "FAILS".
+  /// Returns "holds", "reported" (the case was refused or reported with the expected words) or "FAILS".
   const char* verdict() const;
 };
 
@@ -55,7 +55,7 @@ struct StabilityReport {
   Machine machine;
   std::vector<StabilityRow> rows;
   bool is_interrupted = false;
-  std::size_t num_cases = 0;  // number of cases in the table, while `rows` contains the cases that ran
+  std::size_t num_cases = 0;  // number of cases in the table; `rows` contains only those that ran
   bool holds() const;
 };
 

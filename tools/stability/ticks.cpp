@@ -1,4 +1,4 @@
-// Ticks with large rotations of bodies, wheels and orbits.
+// Tests ticks in which bodies, wheels and orbits rotate by large angles.
 #include <Eigen/Geometry>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
@@ -25,9 +25,9 @@ Scene one_body(const Vector3d& moments, const Vector3d& spin, double rate) {
 
 std::int64_t ticks_of(const StabilityOptions& options) { return options.is_quick ? 200 : 2000; }
 
-/// Compares the attitude with the closed form for a body with moments (I, I, I_3) and a wheel on its axis of
-/// symmetry. The body rotates about H at |H| / I, and about its axis at w_3 - (I_3 w_3 + h) / I (Hughes 1986,
-/// 7.1).
+/// Compares the attitude with the closed form for a body with the moments (I, I, I_3) and a wheel of momentum
+/// h on its axis of symmetry. The body precesses about H at |H| / I, and it rotates about its own axis at
+/// w_3 - (I_3 w_3 + h) / I (Hughes 1986, 7.1).
 Outcome symmetric(double I, double I_3, const Vector3d& spin, double wheel, double rate,
                   const StabilityOptions& options) {
   Scene scene = one_body({I, I, I_3}, spin, rate);
@@ -65,8 +65,8 @@ Outcome energy(const Vector3d& moments, double wheel, double rate, const Stabili
   return {worst, ride.verdict().level == Verdict::Level::kGood ? "good" : "not good", {}};
 }
 
-/// Measures the position error after ten revolutions, relative to the semi-major axis. Kepler's equation in
-/// fifty digits gives the exact position.
+/// Measures the position error after ten revolutions, divided by the semi-major axis. The exact position
+/// comes from Kepler's equation in fifty digits.
 Outcome orbit(double e, int ticks, const StabilityOptions&) {
   const double perigee = 1.0 - e;
   Scene scene;
@@ -99,7 +99,7 @@ void add_tick_cases(std::vector<StabilityCase>& cases) {
   };
   constexpr const char* kAttitude = "attitude [rad] against closed form";
   constexpr const char* kEnergy = "largest relative change of the energy";
-  // the angle of a tick has the same rounding error each time, so the total error is eps times the total
+  // the rounding error of the angle is the same at each tick, so the total error is eps times the total
   // rotation
   for (const double rotation : {0.1, 2.0, 100.0})
     add("slow ticks", format_text("%g rad per tick about an axis", rotation), kAttitude,
@@ -116,8 +116,8 @@ void add_tick_cases(std::vector<StabilityCase>& cases) {
         [wheel](const StabilityOptions& options) {
           return energy({1.0, 2.0, 2.5}, wheel, 1.0, options);
         });
-  // the limit allows for the rounding error of the energy, of which the spin about the thin axis is only a
-  // small part
+  // the limit allows for the rounding error of the energy, because the spin about the thin axis is only a
+  // small part of the energy
   for (const double ratio : {1e3, 1e6}) {
     add("needles and discs", format_text("a needle of ratio %g, 1 rad per tick", ratio), kAttitude,
         1e-9 + 2e-13 * ratio, [ratio](const StabilityOptions& options) {

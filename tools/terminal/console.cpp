@@ -23,7 +23,7 @@ namespace {
 
 // the signal handler uses these variables, so they are lock-free and never destroyed
 std::atomic<bool> interrupted{false};
-// the exit code of a signal that ends the program. If it is < 0, a signal only sets the flag.
+// exit code with which a signal ends the program. If it is < 0, a signal only sets the flag `interrupted`.
 std::atomic<int> code_at_once{-1};
 std::atomic<bool> draws{false};  // true if a line of Progress may be on the terminal
 static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
@@ -113,7 +113,7 @@ std::string wrapped(const std::string& text, std::size_t indent) {
   std::string lines;
   std::size_t begin = 0;
   while (text.size() - begin > width) {
-    // a word longer than a line gets a line of its own
+    // a word that is longer than a line gets a line of its own
     std::size_t blank = text.rfind(' ', begin + width);
     if (blank == std::string::npos || blank <= begin) blank = text.find(' ', begin + width);
     if (blank == std::string::npos) break;
@@ -158,7 +158,7 @@ Progress::Progress(std::string what, std::chrono::milliseconds patience)
   try {
     drawer_ = std::jthread([this, patience](const std::stop_token& stop) { draw_until(stop, patience); });
   } catch (const std::system_error&) {
-    // if there is no memory for a thread, the work continues without the line
+    // if a thread cannot be created, the work continues without the line
   }
 }
 

@@ -1,4 +1,4 @@
-// The terminal output of the subcommands, with faults, JSON, progress and interrupts.
+// The terminal output of the subcommands: faults, JSON, progress, and what happens on interrupts.
 #pragma once
 
 #include <atomic>
@@ -20,7 +20,8 @@ namespace freeflex::tools {
 using Json = nlohmann::ordered_json;
 
 /// Returns JSON as text, with keys in the order of insertion. A number that is not finite becomes null. Bytes
-/// that are not UTF-8, which any program on the bus may send, become U+FFFD.  \param indent  -1: one line
+/// that are not UTF-8 become U+FFFD, because any program on the bus may send such bytes.
+/// \param indent  -1: one line
 std::string json_text(const Json& value, int indent = -1);
 /// Prints JSON on stdout, followed by an end of line.
 void print_json(const Json& value, int indent = 2);
@@ -33,9 +34,9 @@ void print_warning(const std::string& text);
 /// Prints faults in full on stderr, in the order in which they were found.
 void print_faults(const Faults& faults, const std::vector<std::string>& sources);
 
-/// Loads a plan from a scene or plan file, with values set in the scene, and at the given rate if rate > 0
-/// [Hz]. Prints the faults. Returns nullopt on an error, or if one of `outputs`, the files to be written, is
-/// also read for the scene.
+/// Loads a plan from a scene or plan file. `settings` replace values of the scene, and a rate > 0 [Hz]
+/// replaces its rate. Prints the faults. Returns nullopt on an error, or if one of the `outputs`, the files
+/// to be written, is also read for the scene.
 std::optional<Plan> load_or_explain(const std::string& path, double rate,
                                     const std::vector<std::string>& outputs = {},
                                     const io::Settings& settings = {});
@@ -48,30 +49,31 @@ __attribute__((format(printf, 1, 2))) std::string format_text(const char* format
 
 /// Largest number of columns in a line of a table.
 inline constexpr std::size_t kLineWidth = 120;
-/// Breaks a text at blanks so that its lines are within kLineWidth. The first line begins in column `indent`,
-/// and further lines are indented to the same column.
+/// Breaks a text at blanks so that its lines end within kLineWidth. The first line is assumed to begin in
+/// column `indent`, and further lines are indented to this column.
 std::string wrapped(const std::string& text, std::size_t indent);
 
 /// Returns a fingerprint or hash as 16 hexadecimal digits, the form in all output.
 std::string fingerprint_text(std::uint64_t fingerprint);
 
-/// Returns "1 fault", "3 faults".
+/// Returns a count with its noun, such as "1 fault" or "3 faults".
 std::string counted(std::int64_t count, const std::string& noun);
 
-/// Returns "a, b, c and 97 more".
+/// Returns names as a list, such as "a, b, c and 97 more", of at most limit + 1 names.
 std::string listed(std::span<const std::string> names, std::size_t limit);
 
-/// Until the first call of is_interrupted(), SIGINT and SIGTERM end the program at once with exit_code and
-/// kInterrupted on stderr, even if they were ignored at the start. Up to then nothing can be lost, and the
-/// set-up does not poll.
+/// After this call and until the first call of is_interrupted(), SIGINT and SIGTERM end the program at once
+/// with exit_code and kInterrupted on stderr, even if the program was started with these signals ignored.
+/// During this time the program has no result that could be lost, and the set-up does not poll.
 void end_when_interrupted(int exit_code);
 /// Returns true if SIGINT or SIGTERM came. From the first call on, these signals only set a flag.
 bool is_interrupted();
 inline constexpr const char* kInterrupted = "freeflex: interrupted before there was a result\n";
 
-/// Shows a line on stderr during long work: the name of the work, the time so far, and a bar after the first
-/// call of update(). The line appears only on a terminal and after `patience`. A thread draws it. The line
-/// disappears when the object is destroyed. Nothing else may be printed before that.
+/// Shows a line on stderr during long work: the name of the work, then the time so far or, after update() has
+/// set a fraction above 0, a bar and the time left. A thread draws the line, only on a terminal and only
+/// after `patience`. The line disappears when the object is destroyed, and nothing else may be printed
+/// before.
 class Progress {
  public:
   explicit Progress(std::string what, std::chrono::milliseconds patience = std::chrono::milliseconds(500));

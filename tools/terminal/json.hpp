@@ -1,5 +1,5 @@
-// JSON of the tools, with keys in the order of insertion. The templates are instantiated only once, because
-// instantiating them takes seconds in every file that builds a value.
+// JSON of the tools, with keys in the order of insertion. The templates are instantiated in one file only,
+// because every file that instantiates them takes seconds longer to compile.
 #pragma once
 
 #include <nlohmann/json.hpp>

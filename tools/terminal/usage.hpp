@@ -1,4 +1,4 @@
-// Allowed values of options of freeflex, and the errors for other values.
+// Checks of the values of freeflex's options, and the errors for values that are not allowed.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -15,19 +15,19 @@
 
 namespace freeflex::tools {
 
-/// Parses a decimal number with the rules of scenes. The number must be finite, not hexadecimal, and without
-/// blanks or leading zeros. Returns nullopt for any other text.
+/// Parses a decimal number by the rules for numbers in scenes. The number must be finite, not hexadecimal,
+/// and without blanks or leading zeros. Returns nullopt for any other text.
 std::optional<double> read_number(std::string_view text);
 
-/// The parts of NAME=1,2,3. Without =, `numbers` is empty.
+/// The parts of NAME=1,2,3. If there is no =, `numbers` is empty.
 struct NamedNumbers {
   std::string name;
   std::vector<double> numbers;
 };
-/// Splits NAME=1,2,3. Returns nullopt if the text after = is not `count` numbers.
+/// Splits NAME=1,2,3. Returns nullopt if there is a = and the text after it is not `count` numbers.
 std::optional<NamedNumbers> parse_named_numbers(const std::string& text, std::size_t count);
 
-// validators that several options use, some of them also in freeflexd
+// validators that several options use; some of them are also used in freeflexd
 using service::add_settings;
 using service::channel_prefix;
 using service::found;
@@ -37,9 +37,9 @@ using service::rate_in_hertz;
 CLI::Validator not_negative();   // a number >= 0
 CLI::Validator positive_time();  // [s] > 0
 CLI::Validator
-study_time();  // [s] > 0, at most 1000: the reference of a report stores the motion every 10 ms
+study_time();  // [s] > 0, at most 1000, because the reference of a report stores the motion every 10 ms
 CLI::Validator whole_number(std::int64_t least, std::int64_t most);
-/// Checks that a file name is not empty and has the required ending, so that a typing error does not
+/// Checks that a file name is not empty and has the ending `ending`, so that a typing error does not
 /// overwrite a file of another kind.
 CLI::Validator file_name(std::string ending = {});
 
