@@ -1,4 +1,5 @@
-// The publishing end of LCM. The bus never subscribes, because only the ingress process parses the network.
+// Publishes messages over LCM. A Bus never subscribes, because only the ingress process parses packets from
+// the network.
 #pragma once
 
 #include <lcm/lcm.h>
@@ -17,8 +18,8 @@ class Bus {
   /// Throws std::runtime_error if liblcm refuses the url.
   Bus(const std::string& url, std::string prefix);
 
-  /// Sends to the channel prefix + suffix. Counts a failed send and continues, because the network may
-  /// recover.
+  /// Sends the bytes on the channel whose name is prefix + suffix. Counts a failed send and does not throw,
+  /// because the network may recover.
   void send(const char* suffix, std::span<const std::byte> bytes);
   std::int64_t num_failed() const { return num_failed_; }
 

@@ -25,16 +25,16 @@ namespace freeflex::service {
 
 namespace {
 
-constexpr int kReceiveBuffer = 4 * 1024 * 1024;  // [B] 430 commands of the largest size
-constexpr int kProbeMillis = 100;                // [ms] between test packets
+constexpr int kReceiveBuffer = 4 * 1024 * 1024;  // [B] room for 430 commands of the largest size
+constexpr int kProbeMillis = 100;                // [ms] time between test packets
 // liblcm tests itself with this packet, and every program on the bus ignores the packet
 constexpr std::string_view kProbe{"LC02\0\0\0\0LCM_SELF_TEST\0", 22};
 
 constexpr const char* kCannotReceive = "cannot receive from the bus";
 
-/// Classic BPF program that passes a packet if it is a short message, or the first fragment of a longer
-/// message, on one of the channels. Offsets count from the UDP header. If the program loads a byte beyond the
-/// end of a packet, the kernel drops the packet.
+/// Classic BPF program that passes a packet if it is a short message on FORCE, STATUS or CONTROL of the
+/// prefix, or the first fragment of a longer message on FORCE or CONTROL. Offsets count from the start of the
+/// UDP header. If the program loads a byte beyond the end of a packet, the kernel drops the packet.
 class ChannelFilter {
  public:
   explicit ChannelFilter(const std::string& prefix) {
@@ -55,8 +55,8 @@ class ChannelFilter {
 
   void put(sock_filter instruction) { code_.push_back(instruction); }
 
-  /// Adds instructions that continue if the bytes at the offset equal the text. If they differ, the program
-  /// jumps. The targets of these jumps are not known yet, so `open` lists the jumps.
+  /// Adds instructions that compare the bytes at the offset with the text and jump at the first difference.
+  /// The target of these jumps is not known yet, so their places are appended to `open`.
   void match(std::string_view text, std::size_t offset, std::vector<std::size_t>& open) {
     for (std::size_t i = 0; i < text.size(); ++i) {
       put(BPF_STMT(BPF_LD | BPF_B | BPF_ABS, kUdpHeader + static_cast<std::uint32_t>(offset + i)));
@@ -64,7 +64,7 @@ class ChannelFilter {
       put(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, static_cast<std::uint8_t>(text[i]), 0, 0));
     }
   }
-  /// Sets the next instruction as the target of the open jumps.
+  /// Makes the instruction that is added next the target of the jumps in `open`.
   void close(std::vector<std::size_t>& open) {
     for (const std::size_t at : open) code_[at].jf = static_cast<std::uint8_t>(code_.size() - at - 1);
     open.clear();
@@ -75,7 +75,7 @@ class ChannelFilter {
     match(mark, 0, other_kind);
     match(prefix, header, other_kind);
     for (const char* suffix : suffixes) {
-      // including its NUL
+      // the NUL is compared too, so that a channel with a longer name does not match
       match({suffix, std::strlen(suffix) + 1}, header + prefix.size(), other_suffix);
       put(BPF_STMT(BPF_RET | BPF_K, kAll));
       close(other_suffix);
@@ -86,13 +86,14 @@ class ChannelFilter {
   std::vector<sock_filter> code_;
 };
 
-/// Sends to the group until a packet arrives at the socket. The packet stays in the queue.
+/// Sends test packets to the group until any packet arrives at the socket. The packet that arrived stays in
+/// the queue. Returns an empty string, or the error.
 std::string test_reception(int fd, const LcmAddress& address, std::chrono::milliseconds timeout) {
   sockaddr_in group{};
   group.sin_family = AF_INET;
   group.sin_port = htons(address.port);
   group.sin_addr.s_addr = address.group;
-  // keeps the packets on this machine
+  // a TTL of 0 keeps the test packets on this machine
   const unsigned char ttl = 0;
   setsockopt(fd, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
   const auto deadline = std::chrono::steady_clock::now() + timeout;
@@ -127,7 +128,7 @@ std::string BusSocket::open(const std::string& url, const std::string& prefix,
   setsockopt(fd_, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
   const timeval wait{0, std::chrono::microseconds(kReceiveWait).count()};
   setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
-  // this option exceeds the system's limit if the process has the right to do so
+  // SO_RCVBUFFORCE can exceed the system's limit, but only a process with CAP_NET_ADMIN may use it
   const int size = address.receive_buffer > 0 ? address.receive_buffer : kReceiveBuffer;
   if (setsockopt(fd_, SOL_SOCKET, SO_RCVBUFFORCE, &size, sizeof size) != 0)
     setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &size, sizeof size);
@@ -142,7 +143,7 @@ std::string BusSocket::open(const std::string& url, const std::string& prefix,
   if (setsockopt(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0)
     return call_fault(kCannotReceive, "IP_ADD_MEMBERSHIP");
   if (std::string fault = test_reception(fd_, address, timeout); !fault.empty()) return fault;
-  // without the filter, only performance is lost
+  // if the kernel refuses the filter, only performance is lost
   if (!prefix.empty()) ChannelFilter(prefix).attach(fd_);
   return {};
 }
@@ -175,7 +176,8 @@ ReceivedPacket receive_packet(int fd, std::span<std::byte> buffer, int flags) no
   const cmsghdr* const stamp = CMSG_FIRSTHDR(&message);
   if (stamp == nullptr || stamp->cmsg_level != SOL_SOCKET || stamp->cmsg_type != SCM_TIMESTAMPNS)
     return packet;
-  // the stamp is wall-clock time, and that clock may be set at any time, so only the packet's age is used
+  // the stamp is wall-clock time, and that clock may be set at any time, so received_ns uses only the age of
+  // the packet
   timespec came{};
   timespec now{};
   std::memcpy(&came, CMSG_DATA(stamp), sizeof came);

@@ -1,4 +1,5 @@
-// Clock of the loop: deadlines, overruns, slips. Tests inject another clock.
+// The clock of the loop, and a pacer that computes deadlines and counts overruns and slips. Tests use a
+// simulated clock instead.
 #pragma once
 
 #include <time.h>
@@ -18,7 +19,7 @@ inline std::int64_t boot_ns() noexcept {
   return now.tv_sec * kSecond + now.tv_nsec;
 }
 
-/// Monotonic clock. Used by the simulation thread only.
+/// A monotonic clock and its sleep. Each thread has its own object.
 class Clock {
  public:
   virtual ~Clock() = default;
@@ -39,8 +40,8 @@ class MonotonicClock final : public Clock {
 
 /// Deadlines of a paced loop. Tick n after a base is due at base + n * period. A tick is in time if it ends
 /// before the next tick is due. Every tick is executed, so a late loop runs ticks without sleeping until the
-/// loop has caught up. If the loop is late by more than kCatchUp, the loop gives up the lost time, re-bases
-/// and counts a slip.
+/// loop has caught up. If the loop is late by more than kCatchUp, the loop gives up the lost time, takes the
+/// present time as the new base and counts a slip.
 class Pacer {
  public:
   static constexpr std::int64_t kCatchUp = 200'000'000;  // [ns] largest delay that is caught up
@@ -48,7 +49,7 @@ class Pacer {
   /// \param period_ns [ns] wall time of a tick, > 0; need not be a whole number
   explicit Pacer(double period_ns) : period_ns_(period_ns) {}
 
-  /// Makes the next tick due now, at the start and after a hold. Counts no slip.
+  /// Makes the next tick due now. The loop calls this function at the start and after a hold. Counts no slip.
   void rebase(std::int64_t now_ns) noexcept;
   /// Returns the time at which the next tick is due [ns].
   std::int64_t deadline_ns() const noexcept;
@@ -60,7 +61,7 @@ class Pacer {
   std::int64_t num_overruns() const noexcept { return num_overruns_; }
   std::int64_t num_slips() const noexcept { return num_slips_; }
   /// Returns the longest delay of a single sleep or tick that contributed to the latest slip [ns]. The value
-  /// is small if every tick took a little too long.
+  /// is small if the slip came from many ticks that each took a little too long.
   std::int64_t slip_gap_ns() const noexcept { return slip_gap_ns_; }
 
  private:

@@ -35,7 +35,7 @@ CommandQueue::Share CommandQueue::pending_share(const std::array<char, kSenderSi
 template <class Item>
 std::optional<int> CommandQueue::find_exceeded(const Item* items, int count,
                                                const std::array<char, kSenderSize>& sender, Share share) {
-  // the total is below both limits
+  // if the total is below both limits, no item needs to be counted
   if (count < std::min(share.own, share.side)) return {};
   int num_own = 0;
   int num_side = 0;
@@ -57,7 +57,8 @@ CommandQueue::Decision CommandQueue::submit(const ForceCommand& command, std::in
   const std::int64_t most_ahead = is_operator(command.sender) ? io::kMaxAheadTicks : max_bus_ahead_;
   if (command.start_tick > tick + most_ahead)
     return {Reason::kTooFarAhead, tick, command.start_tick, most_ahead};
-  // APPLIED entries for the command and for its end, and one reserved for a reset
+  // three entries of APPLIED are needed: for the command, for its end, and one that stays reserved for a
+  // reset
   if (applied_free < num_owed() + 3) return {Reason::kQueueFull, tick, 0};
   if (const auto most =
           find_exceeded(order_.data(), num_pending_, command.sender, pending_share(command.sender)))
@@ -116,7 +117,7 @@ std::span<const ForceCommand> CommandQueue::take_due(std::int64_t tick) {
 }
 
 void CommandQueue::settle(const StepReport& report) {
-  // the entries are in the order in which the step processes them, with ends before commands
+  // this code follows the order of the step, which processes ends before commands
   for (int i = 0; i < report.num_expiries; ++i) {
     const Expiry& expiry = report.expiries[static_cast<std::size_t>(i)];
     if (Claim* claim = find_claim(expiry.sender, expiry.slot); claim != nullptr && claim->is_in_force) {

@@ -16,9 +16,10 @@
 namespace freeflex::service {
 
 /// Divides the slots, and the places for waiting commands, among senders. A quarter of each is reserved for
-/// the operator's socket. The other three quarters are for the bus, where one sender gets at most
-/// sender_share of all. Names on the bus are not verified, so a program that uses many names can still fill
-/// all places of the bus. Simulation thread only. Allocates in the constructor only.
+/// the operator's socket. The other three quarters are for the bus, where one sender gets at most the
+/// fraction sender_share of all slots and of all places. Names on the bus are not verified, so a program that
+/// uses many names can still fill all places of the bus. Simulation thread only. Allocates in the constructor
+/// only.
 class CommandQueue {
  public:
   static constexpr int kMaxPending = 256;
@@ -34,9 +35,9 @@ class CommandQueue {
 
   struct Decision {
     io::Reason reason = io::Reason::kAccepted;
-    std::int64_t tick = 0;   // accepted: tick at which it takes effect
-    std::int64_t found = 0;  // rejected: start_tick, or the number of items that the sender may have
-    std::int64_t most = 0;   // kTooFarAhead: [ticks] largest distance for this sender
+    std::int64_t tick = 0;   // accepted: tick at which the command takes effect
+    std::int64_t found = 0;  // rejected: start_tick, or the limit of slots or places that is reached
+    std::int64_t most = 0;   // kTooFarAhead: [ticks] largest start_tick - tick for this sender
   };
   /// Accepts a command, or rejects it with kLate, kTooFarAhead, kNoSlotFree or kQueueFull.
   /// Reserves the slot and the APPLIED entries of an accepted command.
@@ -52,27 +53,28 @@ class CommandQueue {
   int num_due_clearances() const { return num_due_clearances_; }
   /// Removes the commands of the last take_due() after the step has applied them.
   void settle(const StepReport& report);
-  /// Returns the reception times [ns] of the commands of the last take_due() that did not ask for a later
-  /// tick.
+  /// Returns the reception times [ns] of those commands of the last take_due() that were due as soon as they
+  /// were accepted.
   std::span<const std::int64_t> due_received_ns() const {
     return {due_received_ns_.data(), static_cast<std::size_t>(num_due_received_)};
   }
 
   int num_pending() const { return num_pending_; }
   /// Returns the largest number of APPLIED entries that accepted commands may still need: two for each
-  /// command (itself and its end), and two for a slot that is being cleared (the clearance, and the end if it
-  /// is due at the same tick).
+  /// waiting command (the command and its end), one for each slot in force (its end), and two for each slot
+  /// that is being cleared (the clearance, and the end if it is due at the same tick).
   int num_owed() const { return 2 * num_pending_ + num_in_force_ + 2 * num_clearances_; }
   /// Returns true if APPLIED has room for clear_senders().
   bool can_clear(int applied_free) const { return applied_free >= num_owed() + num_in_force_ + 1; }
-  /// Returns a waiting command by its position in the order of execution. A reset uses this function to
-  /// answer the commands that it removes.
+  /// Returns a waiting command by its position in the order of execution. A RESET and a CLEAR use this
+  /// function to answer the commands that they remove.
   const ForceCommand& pending(int index) const {
     return pool_[order_[static_cast<std::size_t>(index)].place];
   }
   /// Removes the waiting commands of the senders that match the target, and ends the loads in these senders'
-  /// slots with the next step. The places and slots are free at once.  \pre can_clear()  \param target  as in
-  /// CLEAR
+  /// slots with the next step. Other commands may use the places and slots at once.
+  /// \pre can_clear()
+  /// \param target  as in CLEAR
   void clear_senders(const std::array<char, kSenderSize>& target);
   /// Removes every command and slot, for a reset.
   void clear();
@@ -95,7 +97,7 @@ class CommandQueue {
   struct Pending {
     std::array<char, kSenderSize> sender;
     std::int64_t tick;
-    std::int64_t received_ns;  // 0: the command asked for a later tick
+    std::int64_t received_ns;  // 0: the command waits for its start tick
     std::size_t place;         // in pool_
   };
   /// Largest number of slots, or of waiting commands, of one sender and of all senders on that sender's side
@@ -118,8 +120,8 @@ class CommandQueue {
   const double sender_share_;
   const std::int64_t max_bus_ahead_;
   std::vector<ForceCommand> pool_;          // (kMaxPending)
-  std::vector<std::size_t> free_places_;    // stack, num_free = kMaxPending - num_pending_
-  std::array<Pending, kMaxPending> order_;  // first num_pending_, by (tick, arrival)
+  std::vector<std::size_t> free_places_;    // stack of kMaxPending - num_pending_ places
+  std::array<Pending, kMaxPending> order_;  // first num_pending_ are valid, by (tick, arrival)
   int num_pending_ = 0;
   std::array<Clearance, kMaxSlots> clearances_;  // clearances of slots that are still in the state
   int num_clearances_ = 0;

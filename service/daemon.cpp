@@ -41,8 +41,8 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kSupervision{2};  // time between checks of the ingress
-// [-] filled fraction of the queue that causes a warning, because in normal operation the queue is nearly
-// empty
+// [-] the daemon warns if the socket's queue is filled beyond this fraction; in normal operation the queue is
+// nearly empty
 constexpr double kFull = 0.9;
 // a daemon publishes its status at least every 100 ms, so the status of a running daemon arrives within this
 // time
@@ -95,8 +95,8 @@ Plan read_plan(const DaemonOptions& options) {
   return plan;
 }
 
-/// Returns the keys of --keys, or an empty list without --keys. Throws if the file or folder contains no key,
-/// because the daemon could then accept no command from the bus.
+/// Returns the keys of --keys, or an empty list without --keys. Throws StartFault if a key file has a fault
+/// or there is no key. (Without a key the daemon could accept no command from the bus.)
 std::vector<Key> read_keys(const DaemonOptions& options, const Plan& plan) {
   if (!options.keys) return {};
   // no other process of this user may read the keys from the daemon's memory or from a core file
@@ -130,7 +130,8 @@ void check_pace(const Timing& timing, double period) {
         kUsage, fmt::format("a tick would last {:g} s, at most {:g}: see --rate and --time", tick, kLongest));
 }
 
-/// Starts a thread with this body. If the system refuses, throws StartFault with the limit that is the cause.
+/// Starts a thread with this body. If the system refuses, throws StartFault with the limits that may be the
+/// cause.
 template <class Body>
 std::thread start_thread(const char* what, Body body) {
   try {
@@ -172,7 +173,7 @@ class Daemon {
   IngressProcess ingress_;
   IngressCounts ingress_counts_;
   MonotonicClock clock_;
-  std::unique_ptr<Verifier> verifier_;  // empty if no keys are required
+  std::unique_ptr<Verifier> verifier_;  // null if no keys are required
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<Publisher> publisher_;
   std::unique_ptr<OperatorSocket> operator_;
@@ -256,8 +257,8 @@ void Daemon::start_verifier(const io::NameTable& names) {
   verifying_ = start_thread("keys", [this] { verifier_->run(); });
 }
 
-/// Opens the operator's socket. If another daemon of this user owns the default path, this daemon does not
-/// start, because `push --socket` would reach the other one.
+/// Opens the operator's socket. If another program listens on the path, this daemon does not start, because
+/// `push --socket` would reach that program.
 void Daemon::open_socket() {
   operator_ = std::make_unique<OperatorSocket>(plan_, identity_, output_, ingress_.block().senders);
   if (options_.socket == "none") return;
@@ -336,7 +337,8 @@ void Daemon::start_simulation() {
   spdlog::info("session {}: {}", identity_.session, options_.starts_holding ? "holding" : "running");
 }
 
-/// Keeps the ingress running until the simulation has ended or a signal has stopped it.
+/// Supervises the ingress and serves the operator's socket until the simulation has ended. If a signal
+/// arrives, tells the simulation to stop.
 void Daemon::supervise() {
   LimitedLog log;
   bool is_full = false;
@@ -365,7 +367,7 @@ void Daemon::supervise() {
     is_full = fill > (is_full ? kFull / 2 : kFull);
     log.write_due(now_ns);
   }
-  operator_->serve(milliseconds{0});  // the answer to a STOP
+  operator_->serve(milliseconds{0});  // delivers the answer to a STOP
   log.end();
 }
 

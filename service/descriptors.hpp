@@ -12,8 +12,8 @@
 
 namespace freeflex::service {
 
-/// Replaces a descriptor by one with a number above those that the ingress uses, with close-on-exec. Returns
-/// -1 and sets errno on failure.
+/// Moves a descriptor to a number above those that the ingress uses, with close-on-exec. Closes the old
+/// number. Returns -1 and sets errno on failure.
 inline int move_up(int fd) {
   constexpr int kFirst = 16;
   if (fd < 0) return -1;

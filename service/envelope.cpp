@@ -31,7 +31,7 @@ static_assert(is_as_read(*wire::layout_of<envelope_t>));
 
 std::optional<Envelope> read_envelope(std::span<const std::byte> bytes) noexcept {
   if (io::integer_at<std::int64_t>(bytes, 0) != envelope_t::getHash()) return std::nullopt;
-  // it is now certain that every field lies within the bytes and that the tag is at their end
+  // after this check every field lies within the bytes, and the tag is at their end
   if (!io::fits_layout(bytes, *wire::layout_of<envelope_t>)) return std::nullopt;
   Envelope envelope;
   envelope.key_id = *io::string_at(bytes, wire::kFingerprintBytes);

@@ -22,10 +22,11 @@ struct Envelope {
   std::span<const std::byte> tag;  // (32)
 };
 
-/// Returns the envelope, or nullopt unless the bytes are exactly one envelope_t whose key id is a valid name.
+/// Returns the envelope, or nullopt if the bytes are not exactly one envelope_t or its key id is not a valid
+/// name.
 std::optional<Envelope> read_envelope(std::span<const std::byte> bytes) noexcept;
 
-/// Returns true if these bytes were sealed for this channel with this key. Compares in constant time.
+/// Returns true if the envelope was sealed for this channel with this key. Compares in constant time.
 bool has_right_tag(const Envelope& envelope, std::string_view channel, const SealingKey& key) noexcept;
 
 }  // namespace freeflex::service

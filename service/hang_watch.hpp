@@ -8,20 +8,20 @@
 
 namespace freeflex::service {
 
-/// State of a process that the system reports.
+/// State and processor time of a process, as the system reports them.
 struct ProcessReading {
   char state = '?';  // as in /proc/PID/stat: R running or ready, S asleep, D waiting for a disk, T stopped
-  std::int64_t cpu_ns = 0;  // [ns] processor time it has used
+  std::int64_t cpu_ns = 0;  // [ns] processor time that the process has used
 };
 ProcessReading read_process(int pid);
 
-/// Detects a hanging process. A process increments its beat at least 50 times a second. Silence alone does
-/// not prove that it hangs, because a busy machine may give the process no processor time. A process hangs if
-/// its beat does not change and the process
+/// Detects a hanging process. A process increments its beat at least 50 times a second. A longer silence
+/// alone does not prove that the process hangs, because a busy machine may give the process no processor
+/// time. A process hangs if its beat does not change and the process
 /// - is stopped (by a signal or a debugger), or
-/// - has used kLoopTime of processor time since the last beat: it is in an endless loop, because its work
+/// - has used kLoopTime of processor time during the silence: it is in an endless loop, because the work
 ///   between two beats takes only microseconds, or
-/// - has slept since the last beat and used no processor time, although a timer of kReceiveWait should have
+/// - has slept during the silence and used no processor time, although a timer of kReceiveWait should have
 ///   woken it.
 /// A process that is ready to run but gets no processor, or that waits for a disk, is never reported as
 /// hanging. Each call of look() adds at most kLongestLook to the silence, because the process that looks may

@@ -33,10 +33,10 @@ Percentiles SlidingPercentiles::read() const noexcept {
   histogram_.read(counts);
   Percentiles result;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    counts[i] -= starts_[static_cast<std::size_t>(oldest_)][i];  // modulo 2^32, so wrapping is harmless
+    counts[i] -= starts_[static_cast<std::size_t>(oldest_)][i];  // right even if a count has wrapped
     result.count += counts[i];
   }
-  // finds the smallest bucket edge above the quantile
+  // finds the upper edge of the bucket that contains the quantile
   std::size_t quantile = 0;
   std::int64_t below = 0;
   for (int i = 0; i < Histogram::kNumBuckets && quantile < kQuantiles.size(); ++i) {

@@ -7,8 +7,9 @@
 
 namespace freeflex::service {
 
-/// Buckets of 1/32 of an octave from 64 ns to 137 s. Therefore a reported value is at most 3 % above the true
-/// value and never below the true value.
+/// Divides each octave from 64 ns to 137 s into 32 buckets of equal width. A reported value is the upper edge
+/// of a bucket, so between these limits it is at most 1/32 (3.1 %) above the true value and never below the
+/// true value.
 class Histogram {
  public:
   static constexpr int kPerOctave = 32;
@@ -41,14 +42,14 @@ struct Percentiles {
   std::array<double, 4> us{};  // [us] p50, p99, p99.9, max, or zeros if count is 0
 };
 
-/// Percentiles of the durations that were recorded since the last kSpan to kSpan + 1 calls of advance().
-/// Publisher thread only.
+/// Percentiles of the durations that were recorded since the kSpan-th last call of advance(), or since the
+/// start if advance() was called less often. Publisher thread only.
 class SlidingPercentiles {
  public:
   static constexpr int kSpan = 10;
 
   explicit SlidingPercentiles(const Histogram& histogram) : histogram_(histogram) {}
-  /// Drops the oldest slice and starts a new one.
+  /// Drops the oldest slice (the durations between two calls) and starts a new slice.
   void advance() noexcept;
   Percentiles read() const noexcept;
 

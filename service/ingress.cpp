@@ -82,7 +82,8 @@ std::optional<int> run_if_ingress(int argc, char** argv, IngressBody body) {
   const int seat = std::atoi(argv[2]) == 0 ? 0 : 1;
   leave_group_and_log();
   void* const memory = attach_memory(argv[3], sizeof(SharedBlock), true);
-  // the settings are read-only, so that hostile bytes cannot overwrite the limits for their own check
+  // the settings are mapped read-only, so that a hostile packet cannot change the limits against which
+  // packets are checked
   void* const settings = attach_memory(argv[4], sizeof(IngressSettings), false);
   if (memory == nullptr || settings == nullptr) return static_cast<int>(IngressEnd::kBadBlock);
   auto& block = *static_cast<SharedBlock*>(memory);

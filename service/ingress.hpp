@@ -24,7 +24,7 @@ namespace freeflex::service {
 inline constexpr const char* kIngressOption = "--ingress";
 inline constexpr int kBlockFd = 3, kSettingsFd = 4;
 inline constexpr int kSocketFd = 5;  // socket of the bus
-inline constexpr int kOrderFd = 6;   // when this becomes readable, the process begins to receive
+inline constexpr int kOrderFd = 6;   // the process begins to receive when this descriptor becomes readable
 
 /// Exit status of an ingress that no signal ended.
 enum class IngressEnd : int {
@@ -49,7 +49,7 @@ std::string check_prefix(const std::string& prefix);
 /// Owns the shared block, the socket and two processes. One process receives, and the other stands by. If the
 /// receiving process ends or hangs, the standby continues with the same socket and block, and a new standby
 /// is started. The system kills a process when the thread that started it ends, so the threads that call
-/// start and poll must live until stop. Only one thread may call at a time.
+/// start and poll must live until stop. Only one thread at a time may call a function of this object.
 class IngressProcess {
  public:
   IngressProcess() = default;
@@ -62,17 +62,19 @@ class IngressProcess {
     std::string lcm_url;             // empty: LCM's default
     std::string channel_prefix;      // 1 to 32 of A-Z a-z 0-9 _ -
     std::string user;                // user that the processes run as; empty: see find_ingress_user
-    bool are_keys_required = false;  // true: commands are passed on as bytes, for the verifier
+    bool are_keys_required = false;  // true: the ingress passes commands undecoded to the verifier
     std::chrono::milliseconds timeout{
-        15000};  // time for the test packet of the bus to return, and for the processes to be ready
+        15000};  // longest wait for a packet on the bus, and then for the receiving process to be ready
   };
-  /// Opens the socket, starts both processes and waits until one receives. Returns an empty string, or the
-  /// error for the user. After an error no process runs. Allocates about 10 MB of shared memory.
+  /// Opens the socket, starts both processes and waits until the receiving process is ready. Returns an empty
+  /// string, or the error for the user. After an error no process runs. Allocates about 10 MB of shared
+  /// memory.
   std::string start(const Options& options, const io::NameTable& names);
 
-  /// Supervises the processes, and must be called every few milliseconds. A process that has ended is
-  /// replaced at once. But if the process ended before it was ready, it is replaced after a pause. This pause
-  /// doubles from 5 ms up to 100 ms. Returns a log text about these events, usually empty.
+  /// Supervises the processes, and must be called every few milliseconds. A process that was ready and has
+  /// ended is replaced at once. A process that ended before it was ready is replaced after a pause, which
+  /// doubles at each successive failure, from 5 ms up to 100 ms. Returns a log text about these events,
+  /// usually empty.
   std::string poll();
 
   /// Ends the processes and closes the socket, but keeps the block.
@@ -101,7 +103,7 @@ class IngressProcess {
   /// One of the two processes.
   struct Worker {
     pid_t pid = -1;
-    int order_fd = -1;  // written to as the order to receive
+    int order_fd = -1;  // a write to this descriptor is the order to receive
     HangWatch watch;
     bool was_ready = false;
     std::string hang;  // how the process hung, empty if it was not killed for a hang

@@ -19,7 +19,8 @@ namespace {
 
 constexpr rlim_t kMostMemory = rlim_t{64} << 20;  // [B] largest private memory; one command takes about 30 kB
 
-// a sanitizer needs more memory and other system calls
+// a program with a sanitizer needs more memory and other system calls, so confine() then omits the limit of
+// memory and the filter
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kIsInstrumented = true;
 #elif defined(__has_feature)
@@ -104,7 +105,7 @@ std::uint32_t confine(const IngressUser& user) {
   prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   for (const __rlimit_resource none : {RLIMIT_CORE, RLIMIT_FSIZE, RLIMIT_NPROC, RLIMIT_MEMLOCK})
     set_limit(none, 0);
-  set_limit(RLIMIT_NOFILE, 1);  // poll fails if it waits for more descriptors than this
+  set_limit(RLIMIT_NOFILE, 1);  // poll() fails if it is given more descriptors than this limit
   if constexpr (!kIsInstrumented) {
     set_limit(RLIMIT_DATA, kMostMemory);
     if (!filter_calls()) lacks |= kLacksFilter;

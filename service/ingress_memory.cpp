@@ -17,7 +17,7 @@ namespace freeflex::service {
 namespace {
 
 constexpr int kOwnerOnly = 0600;
-constexpr char kSegmentMark = '#';  // precedes the id of a segment
+constexpr char kSegmentMark = '#';  // precedes the id of a segment in argument()
 
 void* const kNotAttached = reinterpret_cast<void*>(-1);  // result of shmat after an error
 

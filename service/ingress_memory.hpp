@@ -20,17 +20,17 @@ class SharedMemory {
   /// Makes memory that is filled with zeros, mapped in this process and writable by both sides. Returns an
   /// empty string, or the error.
   std::string make(std::size_t size);
-  /// Makes a read-only copy of the bytes. This process cannot write to the copy either. Returns an empty
-  /// string, or the error.
+  /// Makes a read-only copy of the bytes. If the copy is a file, this process cannot write to it either.
+  /// Returns an empty string, or the error.
   std::string make_sealed(std::span<const std::byte> bytes);
 
-  /// \pre make
+  /// \pre make() succeeded
   void* address() const { return address_; }
   /// The descriptor of the file, or -1 for a segment.
   int fd() const { return fd_; }
   bool is_private() const { return fd_ >= 0; }
-  /// Returns the command-line argument that tells a started process where this memory is. The process
-  /// inherits the memory as descriptor `number`.
+  /// Returns the command-line argument that tells a started process where this memory is. A file is inherited
+  /// as descriptor `number`.
   std::string argument(int number) const;
 
  private:

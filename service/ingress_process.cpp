@@ -157,8 +157,8 @@ std::string IngressProcess::spawn(std::size_t seat) {
   Worker& worker = workers_[seat];
   worker.order_fd = move_up(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   if (worker.order_fd < 0) return call_fault(kCannotStart, "eventfd");
-  // the new process inherits only these descriptors, so spawning is safe while other threads run and hold
-  // locks
+  // posix_spawn runs no code of this program in the new process, so locks that other threads hold do no harm,
+  // and the new process inherits only these descriptors
   SpawnPlan plan;
   plan.give(block_memory_->fd(), kBlockFd);
   plan.give(settings_memory_->fd(), kSettingsFd);
@@ -234,7 +234,7 @@ std::string IngressProcess::poll() {
   return events;
 }
 
-/// Kills the process at the seat if it hangs. reap() replaces it after it has ended.
+/// Kills the process at the seat if it hangs. reap() then notes its end, and spawn_missing() replaces it.
 void IngressProcess::look_for_hang(std::size_t seat) {
   Worker& worker = workers_[seat];
   worker.was_ready = worker.was_ready || is_ready(seat);

@@ -73,7 +73,8 @@ std::string find_exposure(const struct stat& status, const std::string& path) {
   return {};
 }
 
-/// Returns the text after replacing every run of hexadecimal digits that may be part of a secret.
+/// Returns the text with "..." in place of every run of hexadecimal digits that is long enough to be part of
+/// a secret.
 std::string without_secret(const std::string& text) {
   constexpr std::size_t kSuspect = 12;  // digits
   std::string cleared;
@@ -88,7 +89,7 @@ std::string without_secret(const std::string& text) {
   return cleared;
 }
 
-/// Keys of the mapping in a key file.
+/// The YAML keys that a key file may contain.
 const reader::Section kKeySection = [] {
   using reader::Bound;
   using reader::Form;
@@ -118,8 +119,7 @@ const reader::Section kKeySection = [] {
 /// Reads one key from the YAML tree of its file.
 class KeyReader {
  public:
-  /// \param plan  contains the points and groups in the allow-lists; nullptr: the allow-lists are not
-  ///   read
+  /// \param plan  contains the points and groups that allow-lists may name; nullptr: allow-lists are not read
   KeyReader(reader::Report& report, const Plan* plan) : report_(report), plan_(plan) {}
 
   Key read(const reader::Node& root) {
@@ -143,7 +143,7 @@ class KeyReader {
       report_.error(node->origin, "key: id " + reader::quote(id) + ", must be " + kKeyIdAllowed);
   }
 
-  /// Reads the secret. The messages of this function never show the text.
+  /// Reads the secret. The error messages of this function never show the text of the secret.
   void read_secret(const reader::Fields& fields, std::array<unsigned char, crypto_auth_KEYBYTES>& secret) {
     const reader::Node* node = fields.require("secret", "must be 64 hexadecimal digits");
     if (node == nullptr) return;
@@ -159,8 +159,8 @@ class KeyReader {
                     "key: secret must be 64 hexadecimal digits, as freeflex keygen writes them");
   }
 
-  /// Returns a list of words as bits: bit i is set if the list contains word i. Returns nullopt if the key is
-  /// missing or wrong.
+  /// Returns a list of words as bits: bit i is set if the list contains word i. Returns nullopt if the YAML
+  /// key is missing or its value is not a list.
   std::optional<std::uint32_t> read_words(const reader::Fields& fields, const char* name) {
     const std::vector<std::string_view>& words = fields.key(name).words;
     const reader::Node* node = fields.find(name);
@@ -321,7 +321,7 @@ bool is_key_id(const std::string& id) { return io::is_valid_sender(id) && !id.st
 
 KeysResult load_keys(const std::string& named, const Plan& plan) {
   KeysResult result;
-  // a trailing slash would follow a symbolic link
+  // a trailing slash would make open() follow a symbolic link, so trailing slashes are removed
   const std::string path = named.substr(0, std::max<std::size_t>(1, named.find_last_not_of('/') + 1));
   Descriptor file(open_private(AT_FDCWD, path.c_str()));
   struct stat status {};

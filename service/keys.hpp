@@ -13,18 +13,18 @@
 
 namespace freeflex::service {
 
-/// All controls except CLEAR. A key may send CLEAR only if its list contains CLEAR, because CLEAR acts on the
-/// pushes of other senders.
+/// All controls except CLEAR. A key may send CLEAR only if the key's list of controls contains CLEAR, because
+/// CLEAR acts on the pushes of other senders.
 inline constexpr std::uint32_t kMostControls = ~(1U << freeflex_msgs::control_t::CLEAR);
 
 /// What a key may do, within the limits of the scene.
 struct Grants {
   bool has_force = true;                   // may send on FORCE
   bool has_control = true;                 // may send on CONTROL
-  std::uint32_t controls = kMostControls;  // bit c: control_t command c
-  std::vector<bool> points;                // by index, empty for all
-  std::vector<bool> groups;                // by index, empty for all
-  std::vector<bool> wheels;                // the wheels in the allowed points, by index, empty for all
+  std::uint32_t controls = kMostControls;  // bit c: may send control_t command c
+  std::vector<bool> points;                // by index; empty: all are allowed
+  std::vector<bool> groups;                // by index; empty: all are allowed
+  std::vector<bool> wheels;                // wheels in the allowed points, by index; empty: all
   double largest_force = 0.0;          // [N] largest force of each entry of a command; 0: only the scene's
                                        // limit applies
   double largest_torque = 0.0;         // [N m] likewise

@@ -16,7 +16,7 @@ class LatestValue {
   LatestValue(const LatestValue&) = delete;
   LatestValue& operator=(const LatestValue&) = delete;
 
-  /// Writer only. Returns the copy to fill before offer(). Until offer(), the copy contains an old value.
+  /// Writer only. Returns the copy to fill before offer(). The copy contains an old value.
   Value& draft() noexcept { return copies_[writing_]; }
   /// Only the writer calls this function. Makes the draft the latest value. An older value that was not taken
   /// is lost.

@@ -46,8 +46,8 @@ void LimitedLog::write(LineKind kind, std::int64_t now_ns, const std::string& te
 
 void LimitedLog::write_due(std::int64_t now_ns) {
   for (std::size_t i = 0; i < kNumLineKinds; ++i)
-    // all written lines are older than the first suppressed line, so the line with the count is always within
-    // the limit
+    // all written lines are older than the first suppressed line, so a second after that line the line with
+    // the count is within the limit
     if (records_[i].num_held > 0 && now_ns - records_[i].held_since_ns >= kSecond)
       put_count(static_cast<LineKind>(i), now_ns);
 }

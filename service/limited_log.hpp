@@ -13,13 +13,13 @@ namespace freeflex::service {
 enum class LineKind : std::size_t {
   kIngressEnded,  // an ingress process ended and is replaced
   kNotHeard,      // packets are lost because the socket's queue is full
-  kOtherDaemon,   // another daemon publishes on our prefix
+  kOtherDaemon,   // another daemon publishes on this daemon's prefix
   kFault,
   kRecovery,  // a RESET ended a fault
   kReplan,    // a switch to the fallback plan
   kNotSent,   // messages could not be sent
   kSlip,
-  kRefused,  // a command that no valid key sealed
+  kRefused,  // the verifier refused a command and did not answer it
 };
 inline constexpr std::size_t kNumLineKinds = static_cast<std::size_t>(LineKind::kRefused) + 1;
 
@@ -29,7 +29,7 @@ void write_line(LineKind kind, const std::string& text);
 /// Limits each kind separately to kMost lines in any second. A line that exceeds the limit starts a window of
 /// one second in which lines of this kind are suppressed. After the window, one line gives the number of
 /// suppressed lines and the text of the last one. This line counts as one of the kMost lines. Each thread
-/// that logs has its own object. The simulation thread must not use one.
+/// that logs has its own object. The simulation thread must not use a LimitedLog.
 class LimitedLog {
  public:
   static constexpr int kMost = 10;  // lines in any second

@@ -14,7 +14,7 @@ namespace {
 
 std::string megabytes(double bytes) { return std::to_string(std::llround(1e-6 * bytes)) + " MB"; }
 
-/// Returns the limit, in bytes or as a number, or nullopt if the resource has no limit.
+/// Returns the limit ([B], or a number of files or threads), or nullopt if the resource has no limit.
 std::optional<double> limit_of(__rlimit_resource resource) {
   rlimit limit{};
   if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return std::nullopt;
@@ -84,7 +84,7 @@ std::string explain_limits(int error) {
   if (error == EAGAIN) {
     if (const auto stack = limit_of(RLIMIT_STACK))
       explanation.add("A thread takes " + megabytes(*stack) + " of address space (ulimit -s)");
-    // this limit does not apply to root
+    // RLIMIT_NPROC does not apply to root
     if (geteuid() != 0)
       explanation.add_count(RLIMIT_NPROC, "Threads and processes of this user, all together,", "-u");
   }

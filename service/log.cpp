@@ -53,7 +53,7 @@ void end_log(int status) {
       is_written->set_value();
     }).detach();
   } catch (const std::system_error&) {
-    // no new thread could be started, so the existing thread writes the queued lines
+    // no new thread could be started, so the thread of the log writes the queued lines
     const auto pool = spdlog::thread_pool();
     const auto end = std::chrono::steady_clock::now() + kLongest;
     while (pool && pool->queue_size() > 0 && std::chrono::steady_clock::now() < end)

@@ -11,10 +11,11 @@ namespace freeflex::service {
 void start_log(const std::string& level);
 
 /// Prints a text for the user without a prefix and at any log level. Any thread may call this function.
-/// \pre start_log
+/// \pre start_log() was called
 void print_plainly(const std::string& text);
 
-/// Writes the queued lines. If the terminal or pipe accepts nothing, ends the process with the status.
+/// Writes the queued lines. If the terminal or pipe does not accept the lines within a second, ends the
+/// process with the status.
 void end_log(int status);
 
 }  // namespace freeflex::service

@@ -13,10 +13,10 @@ namespace {
 
 constexpr std::int64_t kIdleLockstep = 100'000;          // [ns] time between checks of the ring in lockstep
 constexpr std::int64_t kIdleHolding = 1'000'000;         // [ns] time between checks of the ring while holding
-constexpr std::int64_t kLongestSleep = 50'000'000;       // [ns] time between checks of the ring while running
+constexpr std::int64_t kLongestSleep = 50'000'000;       // [ns] longest sleep between checks of the ring
 constexpr std::int64_t kReaderWait = 20'000;             // [ns] time between checks of a full queue
-constexpr std::int64_t kReaderPatience = 1'000'000'000;  // [ns] longest wait for a full queue
-constexpr std::int64_t kReofferEvery = 1'000'000'000;    // [ns] time between states while holding
+constexpr std::int64_t kReaderPatience = 1'000'000'000;  // [ns] longest wait for room in a full queue
+constexpr std::int64_t kReofferEvery = 1'000'000'000;    // [ns] time between repeated states while holding
 
 }  // namespace
 
@@ -112,7 +112,8 @@ std::optional<std::int64_t> Simulation::wait_for_tick() noexcept {
   return woken_ns;
 }
 
-/// Sleeps for a moment while the simulation holds. Returns nullopt, because no tick is due.
+/// Sleeps for a moment while the simulation holds, and offers its state again every kReofferEvery. Returns
+/// nullopt, because no tick is due.
 std::optional<std::int64_t> Simulation::wait_idle() noexcept {
   const bool is_lockstep = settings_.timing.kind == Timing::Kind::kLockstep;
   const std::int64_t now_ns = clock_.now_ns();
@@ -121,8 +122,8 @@ std::optional<std::int64_t> Simulation::wait_idle() noexcept {
   return {};
 }
 
-/// Sets the number of ticks to execute. If the loop starts to advance, sets a new base for its deadlines, so
-/// that none lies in the past.
+/// Sets the number of ticks to execute. If the loop was holding and now advances, makes the next tick due
+/// now, so that no deadline lies in the past.
 void Simulation::set_steps(std::int64_t steps) noexcept {
   if (!is_advancing() && steps != 0) pacer_.rebase(clock_.now_ns());
   steps_left_ = steps;
@@ -136,7 +137,7 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
   const auto num_clearances = static_cast<std::size_t>(command_queue_.num_due_clearances());
   if (report_.status != StepStatus::kOk) return enter_fault(due.subspan(num_clearances));
   judgement_.take(state_, budget_);
-  // first the ends, then the commands, in the order of the step
+  // the entries follow the order of the step: ends, then clearances, then commands
   for (int i = 0; i < report_.num_expiries; ++i) {
     const Expiry& expiry = report_.expiries[static_cast<std::size_t>(i)];
     std::int32_t kind = freeflex_msgs::applied_t::EXPIRED;
@@ -182,8 +183,8 @@ void Simulation::push_applied(std::int32_t kind, const ForceCommand* command, co
   output_.applied.try_push(*applied_entry_);
 }
 
-/// Stops the loop in a fault. The loop keeps the state before the failed step, and the commands of the tick
-/// keep waiting, so that a reset answers them.
+/// Puts the loop into Mode::kFault, in which it executes no tick. The loop keeps the state before the failed
+/// step, and the commands of the tick keep waiting, so that a reset answers them.
 void Simulation::enter_fault(std::span<const ForceCommand> due) noexcept {
   has_faulted_ = true;
   ran_before_fault_ = steps_left_ == kForever;

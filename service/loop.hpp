@@ -1,5 +1,5 @@
 // The simulation thread: takes commands, executes ticks, and passes the results to the publisher. All time
-// modes use one step function and differ only in pace.
+// modes use the same step function and differ only in pace.
 #pragma once
 
 #include <atomic>
@@ -32,16 +32,18 @@ struct LoopSettings {
   Timing timing{};
   bool starts_holding = false;
   std::int64_t until_tick = 0;  // the loop ends at this tick, 0 if never
-  bool may_bus_clear = false;   // true: accepts CLEAR from the bus, because a key has authorized it
+  bool may_bus_clear = false;   // true: accepts CLEAR from the bus, because the verifier checks keys
   CommandLimits limits{};
 };
 
 using InboundRing = decltype(SharedBlock::inbound);
 
-/// The simulation loop. run() makes no allocation, lock, log, file access or system call except the sleep.
+/// The simulation loop. run() allocates no memory, takes no lock, writes no log and opens no file. Its only
+/// system calls sleep or read the clock.
 class Simulation {
  public:
-  /// The largest number of commands taken at one tick. Other commands wait in the ring for the next tick.
+  /// The largest number of commands from the bus that are taken at one tick. Further commands wait in the
+  /// ring for the next tick.
   static constexpr int kMaxDrained = 64;
 
   Simulation(const Plan& plan, const LoopSettings& settings, Clock& clock, InboundRing& inbound,
@@ -95,7 +97,7 @@ class Simulation {
   InboundRing& inbound_;
   Output& output_;
   std::unique_ptr<io::NameTable> names_;  // own copy, because the copy in shared memory is not trusted
-  std::array<std::int64_t, io::kNumMotionChannels> every_{};  // [ticks] distance between two publications; 0:
+  std::array<std::int64_t, io::kNumMotionChannels> every_{};  // [ticks] interval between two publications; 0:
                                                               // off
 
   State state_;

@@ -9,9 +9,9 @@ namespace freeflex::service {
 using freeflex_msgs::control_t;
 using io::Reason;
 
-/// Takes commands in order of arrival. A command is taken only if the ring of answers has room for its answer
-/// and for the answers that a reset would owe to the waiting commands. Otherwise the command stays in the
-/// ring.
+/// Takes the commands of the operator and then those from the bus, each in order of arrival. A command is
+/// taken only if the ring of answers has room for its answer and for the answers that a reset would owe to
+/// the waiting commands. Otherwise the command stays in the ring.
 void Simulation::drain() noexcept {
   InboundEntry& entry = *inbound_entry_;
   // the operator's commands come first, so that no traffic on the bus delays them. The loop below always
@@ -26,8 +26,9 @@ void Simulation::drain() noexcept {
   for (int i = 0; i < kMaxDrained; ++i) {
     if (output_.acks.num_free() < command_queue_.num_pending() + 2) return;
     if (!inbound_.try_pop(entry)) return;
-    // the ingress writes this memory, so no value in this memory is trusted. A reception time in the future
-    // is replaced by the present time, and an entry of an unknown kind is dropped
+    // the ingress writes this memory, so no value in this memory is trusted. A reception time that is
+    // negative or in the future is replaced by the present time, and an entry of any other kind than the
+    // first two is dropped
     const std::int64_t now_ns = clock_.boot_ns();
     if (entry.received_ns < 0 || entry.received_ns > now_ns) entry.received_ns = now_ns;
     switch (entry.kind) {
@@ -46,8 +47,8 @@ void Simulation::drain() noexcept {
   }
 }
 
-/// Rejects a command if it waited too long for its decision, because its sender may no longer want it.
-/// Returns true if the command was rejected.
+/// Rejects a command that waited longer than max_age for its decision, because the sender may no longer want
+/// the command. Returns true if the command was rejected.
 template <class Command>
 bool Simulation::refuse_old(const Command& command, std::int64_t received_ns) noexcept {
   const std::int64_t age_ns = clock_.boot_ns() - received_ns;
@@ -135,8 +136,8 @@ Reason Simulation::obey(const io::ControlCommand& control) noexcept {
   }
 }
 
-/// Ends the loads in these senders' slots with the next step. Removes and answers the senders' waiting
-/// commands.
+/// Ends the loads in the slots of the senders that match the target with the next step. Removes and answers
+/// the waiting commands of these senders.
 Reason Simulation::clear_senders(const std::array<char, kSenderSize>& target) noexcept {
   if (!command_queue_.can_clear(output_.applied.num_free())) return Reason::kQueueFull;
   for (int i = 0; i < command_queue_.num_pending(); ++i) {

@@ -1,4 +1,4 @@
-// freeflexd simulates one free flexible structure at a fixed rate and publishes it on the bus.
+// freeflexd simulates one free flexible structure at a fixed rate and publishes its motion on the bus.
 #include <fcntl.h>
 #include <unistd.h>
 

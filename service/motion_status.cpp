@@ -21,7 +21,8 @@ std::int32_t count_modes(const Plan& plan) {
   return num_modes;
 }
 
-/// Returns kinetic, elastic and gravitational energy [J]. Gravity acts on the centre of mass only.
+/// Returns kinetic, elastic and gravitational energy [J]. The gravitational energy is that of the total mass
+/// at the centre of mass.
 double total_energy(const Plan& plan, const MotionState& motion, const Invariants& invariants) noexcept {
   double energy = invariants.kinetic_rigid + invariants.kinetic_elastic + invariants.potential -
                   plan.mass * dot(plan.gravity_W, motion.p_WB);

@@ -8,18 +8,18 @@
 
 namespace freeflex::service {
 
-/// The energy and the angular momentum at the end of the last external load. The drifts are computed from
-/// these values.
+/// The energy and the angular momentum at the time since which no load has acted: the end of the last load,
+/// or the start of the epoch. The drifts in STATUS are the relative changes since then.
 struct FreeMotion {
   std::int64_t epoch = -1;
   bool is_free = false;
   double energy = 0.0;  // [J] kinetic, elastic and gravitational
   Vec3 H_W{};           // [kg m^2/s]
-  /// Updates the reference. Must be called at the start of an epoch and after every tick. Allocates nothing.
+  /// Updates these values. Must be called at the start of an epoch and after every tick. Allocates nothing.
   void take(const Plan& plan, const State& state) noexcept;
 };
 
-/// A motion with its verdicts, its error budget and the reference of its drifts.
+/// A motion with its verdicts, its error budget and the values from which its drifts are measured.
 struct JudgedMotion {
   const MotionState& motion;
   const Verdict &now, &worst;

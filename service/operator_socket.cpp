@@ -75,7 +75,7 @@ OperatorSocket::~OperatorSocket() {
   for (const Connection& connection : connections_) ::close(connection.fd);
   if (fd_ < 0) return;
   ::close(fd_);
-  // another daemon may have bound the path in the meantime
+  // removes only the file that this daemon bound, because another daemon may have bound the path since
   struct stat found {};
   if (lstat(path_.c_str(), &found) == 0 && std::pair(found.st_dev, found.st_ino) == place_)
     unlink(path_.c_str());
@@ -147,7 +147,8 @@ bool OperatorSocket::read_one(Connection& connection) {
   const ReceivedPacket packet = receive_packet(connection.fd, buffer_, MSG_DONTWAIT | MSG_TRUNC);
   if (packet.size < 0) return errno == EAGAIN || errno == EINTR;
   if (packet.size == 0) return false;
-  // a message that is too long is malformed, whatever its first bytes
+  // a message that does not fit the buffer is longer than every command, so decoding its first bytes rejects
+  // it
   const std::size_t size = std::min(static_cast<std::size_t>(packet.size), buffer_.size());
   take(connection, std::span(buffer_).first(size), packet.received_ns);
   return connection.outbox.size() < kMostWaiting;

@@ -31,7 +31,8 @@ class OperatorSocket {
   /// Listens on the path. Replaces a socket file that an ended daemon left behind. Returns an empty string,
   /// or the error for the user.
   std::string open(const std::string& path);
-  /// Handles the messages that arrive within this time, or sleeps for the time if the socket is not open.
+  /// Waits for messages, at most for this time, and handles those that have arrived. If the socket is not
+  /// open, sleeps for this time.
   void serve(std::chrono::milliseconds time);
 
  private:
@@ -50,7 +51,7 @@ class OperatorSocket {
     std::deque<std::vector<std::byte>> outbox;
   };
   void accept_one();
-  bool read_one(Connection& connection);  // false if the client has gone
+  bool read_one(Connection& connection);  // false if the client has gone or does not read
   void take(Connection& connection, std::span<const std::byte> bytes, std::int64_t received_ns);
   bool flush(Connection& connection);  // false if the client has gone
   void deliver_answers();

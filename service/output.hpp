@@ -1,8 +1,7 @@
-// The class holds the data that the simulation thread passes to the publisher. It has rings and queues for
-// data of which no item may be lost, a latest-value buffer for the status, histograms and counters. The class
-// also contains the ring of the operator's commands, because this process receives them. All memory is
-// allocated on the heap in the constructor (about 20 MB, and at most kMotionBytes for each motion channel
-// that is published).
+// Output contains the data that the simulation thread passes to the publisher: rings and queues, whose items
+// are passed in order, a latest-value buffer for the status, histograms and counters. It also contains the
+// ring of the operator's commands, which this process receives itself. All memory is allocated on the heap in
+// the constructor (about 20 MB, and at most kMotionBytes for each motion channel that is published).
 #pragma once
 
 #include <array>
@@ -20,7 +19,7 @@
 
 namespace freeflex::service {
 
-/// status_t.mode.
+/// Values of status_t.mode.
 enum class Mode : std::int32_t { kStarting = 0, kRunning = 1, kHolding = 2, kFault = 3, kStopped = 4 };
 
 /// The answer to a command, before its text is made.
@@ -29,15 +28,15 @@ struct AckEntry {
   std::int64_t sequence = 0;
   io::Reason reason = io::Reason::kAccepted;
   Mode mode = Mode::kRunning;  // mode at the time of the answer
-  std::int64_t tick = 0;       // accepted: tick at which it takes effect; rejected: tick of the rejection
+  std::int64_t tick = 0;       // accepted: tick at which the command takes effect; rejected: present tick
   std::int32_t command = 0;    // control_t constant, 0 for a force
-  // start_tick of a force, count of a control command, or the number that belongs to the reason: the time
-  // that the command waited [ms], or the number of slots or waiting commands that its sender may have
+  // kTooOld: [ms] time that the command waited. kNoSlotFree and kQueueFull: number of slots or waiting
+  // commands that the sender may have. Other reasons: start_tick of a force, or count of a control
   std::int64_t found = 0;
-  std::int64_t most = 0;  // largest count of SHAPES or SCENE; or [ticks] largest distance of start_tick
+  std::int64_t most = 0;  // largest count of SHAPES or SCENE; force: [ticks] largest start_tick - tick
 };
 
-/// A change of the motion (applied_t).
+/// A change of the loads in force, or a reset (applied_t).
 struct AppliedEntry {
   std::int64_t sequence = 0;  // 0, 1, 2, ... without gaps
   std::int64_t tick = 0;
@@ -49,7 +48,7 @@ struct AppliedEntry {
 /// Circumstances of Mode::kFault.
 struct FaultNote {
   std::int64_t tick = 0;                   // tick of the last finite state, which is kept
-  std::int32_t num_commands = 0;           // commands applied at that tick
+  std::int32_t num_commands = 0;           // commands due at that tick
   std::array<char, kSenderSize> sender{};  // sender of the last of these commands
   std::int64_t sequence = 0;
 };
@@ -57,7 +56,7 @@ struct FaultNote {
 /// A request of SHAPES or SCENE for pages of the reduced or the fallback plan.
 struct PageRequest {
   std::int32_t command = 0;  // control_t constant
-  std::int32_t number = 0;   // elastic mode from 1; page from 1, 0: all
+  std::int32_t number = 0;   // SHAPES: elastic mode, from 1; SCENE: page, from 1, 0: all pages
   bool uses_fallback = false;
 };
 
@@ -72,8 +71,8 @@ struct Snapshot {
   BudgetReading budget;    // status only
   Verdict verdict, worst;  // present verdict, and the worst since the epoch began
 };
-/// Returns a snapshot with memory for the motion in either plan. Copies of the snapshot have this memory too,
-/// so assigning a motion to them allocates nothing.
+/// Returns a snapshot with memory for a motion in the reduced plan and in the fallback plan. Copies of the
+/// snapshot have this memory too, so assigning a motion to them allocates nothing.
 Snapshot make_snapshot(const Plan& plan);
 
 /// Ring of the operator's commands to the simulation. The answers to these commands are sent over the socket,
@@ -85,13 +84,13 @@ struct Output {
   static constexpr int kNumOperatorAcks = 512;
   static constexpr int kNumApplied = 1024;
   static constexpr int kNumRequests = 64;
-  /// Largest and smallest number of snapshots of one channel that can wait for a late publisher. The largest
-  /// number covers a quarter of a second at 1 kHz. If kMotionBytes are not enough for this number, the number
-  /// is smaller.
+  /// Limits of the number of snapshots of one channel that can wait for a late publisher. kMostWaiting covers
+  /// a quarter of a second at 1 kHz. If so many snapshots need more than kMotionBytes, as many as fit can
+  /// wait, but at least kLeastWaiting.
   static constexpr std::size_t kMostWaiting = 256, kLeastWaiting = 4;
   static constexpr std::size_t kMotionBytes = 16'000'000;
 
-  /// \param most_waiting  > 0, number of snapshots of one channel that can wait
+  /// \param most_waiting  > 0, largest number of snapshots of one channel that can wait
   explicit Output(const Plan& plan, std::size_t most_waiting = kMostWaiting);
 
   // no entry is lost
@@ -102,11 +101,11 @@ struct Output {
   // no snapshot is lost while there is room. There is one queue for each of io::kMotionChannels, filled at
   // the channel's rate.
   std::array<Queue<Snapshot>, io::kNumMotionChannels> motion;
-  // snapshots lost because the queue was full pages of SCENE for the reduced and the fallback plan; set
-  // before the simulation runs
+  // number of snapshots of each channel that were lost because its queue was full
   std::array<std::atomic<std::int64_t>, io::kNumMotionChannels> num_dropped{};
+  // number of pages of SCENE for the reduced and for the fallback plan; set before the simulation runs
   std::array<std::int32_t, 2> num_scene_pages{1, 1};
-  // filled on request
+  // filled after the publisher has set is_status_wanted
   std::atomic<bool> is_status_wanted{false};
   LatestValue<Snapshot> status;
   // written by the simulation thread only

@@ -127,7 +127,7 @@ void PacketHandler::finish(io::Admission& admission) noexcept {
   if (!block_.rejected.try_push({admission})) block_.dropped_answers.fetch_add(1, std::memory_order_relaxed);
 }
 
-/// Returns the sender's record, or a record that the sender may take over, or nullptr if there is none.
+/// Returns the sender's record, or a record that the sender may take over, or nullptr if there is neither.
 SenderTable::Record* PacketHandler::find_record(const std::array<char, kSenderSize>& sender) noexcept {
   auto& records = block_.senders.records;
   const auto known = std::find_if(records.begin(), records.end(),

@@ -15,14 +15,14 @@ class PacketHandler {
  public:
   PacketHandler(SharedBlock& block, const IngressSettings& settings);
 
-  /// Takes a packet from the bus. If the packet is on one of the daemon's channels, passes it to one of the
-  /// next three functions.
+  /// Takes a packet from the bus. If the packet is on one of the daemon's channels, passes its message to one
+  /// of the functions below.
   /// \param received_ns  [ns] CLOCK_BOOTTIME
   void on_packet(std::span<const std::byte> packet, std::int64_t received_ns) noexcept;
 
-  /// Each function takes a message on FORCE or CONTROL. A function puts a valid command into the inbound
-  /// ring. Counts an invalid command and queues the answer to it. If keys are required, puts every message
-  /// into the ring without decoding it.
+  /// These two functions take a message on FORCE or CONTROL. If keys are required, they put the message into
+  /// the inbound ring without decoding it. Otherwise they put a valid command into the ring, and count an
+  /// invalid command and queue the answer to it.
   void on_force(std::span<const std::byte> bytes, std::int64_t received_ns) noexcept;
   void on_control(std::span<const std::byte> bytes, std::int64_t received_ns) noexcept;
   /// Takes a message on STATUS and stores its session if another daemon sent it.

@@ -20,8 +20,8 @@ namespace {
 // [ns] longest time from a standstill to the slip that it causes
 constexpr std::int64_t kStandstillCounts = 3 * kSecond;
 constexpr std::int64_t kStatusPatience = 30'000'000;  // [ns] longest wait for a fresh snapshot
-// number of messages sent from one ring at one check, 32,000 a second. The number is limited because LCM's
-// subscribers queue 30 messages and drop newer ones.
+// largest number of messages sent from one ring at one check, which allows 32,000 a second. The number is
+// small because LCM's subscribers queue 30 messages and drop newer ones.
 constexpr int kBurst = 8;
 constexpr std::int64_t kIdle = 250'000;  // [ns] time between checks of the rings
 constexpr std::chrono::microseconds kIdleUnpaced{50};
@@ -249,7 +249,7 @@ void Publisher::send_scene(bool uses_fallback, std::int64_t number) {
 }
 
 /// When the status is due, asks the loop for a snapshot and sends the snapshot when it comes. If no snapshot
-/// comes in time, sends the old one.
+/// comes within kStatusPatience, sends the previous snapshot.
 void Publisher::send_status(std::int64_t now_ns) {
   if (now_ns < status_due_ns_) return;
   if (!has_asked_) {
@@ -283,7 +283,7 @@ void Publisher::send_each_second(std::int64_t now_ns) {
   }
   const std::int64_t slips = output_.num_slips.load(std::memory_order_acquire);
   if (slips > noted_slips_) {
-    // both the loop and this thread stood still
+    // true if both the loop and this thread stood still, so the whole process did
     const bool stood = now_ns - stood_at_ns_ < kStandstillCounts &&
                        output_.slip_gap_ns.load(std::memory_order_relaxed) > Pacer::kCatchUp;
     log_.write(LineKind::kSlip, now_ns, slip_text(plan_.period, slips, stood ? stood_ns_ : 0));
@@ -291,8 +291,8 @@ void Publisher::send_each_second(std::int64_t now_ns) {
   }
 }
 
-/// Detects and logs a time during which this thread did not run. If the machine was suspended, the clock of
-/// the ticks stopped too, so no tick is late afterwards.
+/// Records a time during which this thread did not run, and logs it if the machine was suspended. During a
+/// suspension the clock of the ticks stops too, so no tick is late afterwards.
 void Publisher::note_standstill(std::int64_t now_ns) {
   const std::int64_t now_boot_ns = boot_ns();
   const std::int64_t stood_ns = now_boot_ns - looked_boot_ns_;
@@ -309,7 +309,7 @@ void Publisher::note_standstill(std::int64_t now_ns) {
   looked_ns_ = now_ns;
 }
 
-/// Logs changes of mode, because the simulation thread must not log.
+/// Logs the begin and the end of a fault, because the simulation thread must not log.
 void Publisher::note_mode(std::int64_t now_ns) {
   if (status_->mode == noted_mode_) return;
   if (status_->mode == Mode::kFault) log_.write(LineKind::kFault, now_ns, "fault: " + fault_text(*status_));

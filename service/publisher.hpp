@@ -18,13 +18,14 @@
 
 namespace freeflex::service {
 
-/// Each function makes the ack_t of an answer with the present time: for a decision of the loop, or for a
-/// rejection before the loop.
+/// Both functions return the ack_t of an answer, with the present time as utime. The first is for decisions
+/// of the loop, the second for rejections before the loop.
 freeflex_msgs::ack_t make_ack(const AckEntry& entry, const Identity& identity);
 freeflex_msgs::ack_t make_ack(const io::Admission& admission, std::int64_t tick, std::int64_t session);
 
-/// Schedules the publisher's checks of its rings. While messages wait, the checks begin one idle time apart,
-/// whatever the duration of a check. The throughput therefore does not depend on the cost of sending.
+/// Schedules the publisher's checks of its rings. While messages wait, a check begins one idle time after the
+/// begin of the previous check, if that check took less time. The throughput therefore does not depend on the
+/// cost of sending.
 class LookPace {
  public:
   explicit LookPace(std::int64_t idle_ns) : idle_ns_(idle_ns) {}
@@ -38,13 +39,13 @@ class LookPace {
 
  private:
   std::int64_t idle_ns_;
-  std::int64_t begin_ns_ = 0;  // planned begin of the latest check
+  std::int64_t begin_ns_ = 0;  // begin of the check that next() planned last
 };
 
-/// Sends the motion channels when the simulation offers snapshots. Sends ACK and APPLIED in order, before any
-/// state that includes them. Sends STATUS by the wall clock at the scene's rate and at least at
-/// kMinStatusRate, even while the loop starts or holds, so that a second daemon detects this one. Sends SCENE
-/// once a second and on request.
+/// Sends the motion channels when the simulation offers snapshots. Sends ACK in order. Sends APPLIED in order
+/// and before any state that includes its entries. Sends STATUS by the wall clock at the scene's rate and at
+/// least at kMinStatusRate, even while the loop starts or holds, so that a second daemon detects this one.
+/// Sends SCENE once a second and on request.
 class Publisher {
  public:
   static constexpr double kMinStatusRate = 10.0;  // [Hz]
@@ -92,13 +93,13 @@ class Publisher {
   std::int64_t status_due_ns_ = 0;
   std::int64_t second_due_ns_ = 0;
   bool has_asked_ = false;  // true: has asked the loop for the snapshot of the status that is due
-  bool has_fresh_ = false;  // true if the loop has answered
+  bool has_fresh_ = false;  // true: the loop has offered this snapshot
   Mode noted_mode_ = Mode::kStarting;
   std::int64_t noted_replan_tick_ = -1;
   std::int64_t noted_failures_ = 0;
   std::int64_t noted_slips_ = 0;
   std::int64_t looked_ns_ = 0, looked_boot_ns_ = 0;            // last reading of the clocks; 0: none
-  std::int64_t stood_ns_ = 0, stood_at_ns_ = -10'000'000'000;  // [ns] the latest standstill, and its end
+  std::int64_t stood_ns_ = 0, stood_at_ns_ = -10'000'000'000;  // [ns] latest standstill: duration, end
   std::atomic<bool> is_stopping_{false};
   AppliedEntry applied_;
   RejectionEntry rejection_{};

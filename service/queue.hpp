@@ -10,7 +10,7 @@
 namespace freeflex::service {
 
 /// A queue whose values are filled in place, for values that are too large to copy. (A Ring copies its
-/// values.) It is not for shared memory.
+/// values.) A Queue must not be placed in shared memory.
 template <class Value>
 class Queue {
  public:

@@ -14,7 +14,7 @@
 namespace freeflex::service {
 
 namespace {
-constexpr int kPriority = 80;  // above threaded interrupts (50), below the kernel's own (99)
+constexpr int kPriority = 80;  // above threaded interrupts (50), below the kernel's own threads (99)
 }
 
 std::string lock_memory() {
@@ -26,7 +26,7 @@ std::string lock_memory() {
 }
 
 std::string raise_priority() {
-  // by default the kernel may wake ordinary threads 50 us late
+  // by default the kernel may wake ordinary threads 50 us late, so the slack is set to 1 ns
   prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL);
   const sched_param parameters{.sched_priority = kPriority};
   const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);

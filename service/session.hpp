@@ -1,4 +1,5 @@
-// Identifies this daemon on the bus. The session also decides which of two daemons on one prefix continues.
+// The session number identifies this daemon on the bus. It also decides which of two daemons on one prefix
+// continues.
 #pragma once
 
 #include <cstdint>

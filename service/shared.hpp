@@ -72,7 +72,8 @@ inline constexpr int kMaxRawBytes = static_cast<int>(kMaxCommandBytes) + 104;
 /// States which member of an InboundEntry is valid: a command or, if keys are required, the bytes of a
 /// message on FORCE or CONTROL. In shared memory the value may be any other number.
 enum class InboundKind : std::int32_t { kForce = 1, kControl = 2, kRawForce = 3, kRawControl = 4 };
-/// Entry from ingress to simulation, or from ingress to verifier to simulation.
+/// An entry of the ring from the ingress to the simulation. If keys are required, the ring from the ingress
+/// ends at the verifier, and a second ring leads from the verifier to the simulation.
 struct InboundEntry {
   std::int64_t received_ns;  // [ns] CLOCK_BOOTTIME of reception
   InboundKind kind;
@@ -89,7 +90,8 @@ struct RejectionEntry {
   io::Admission admission;
 };
 
-/// Settings for the ingress. The ingress maps these settings read-only, and no process can change them.
+/// Settings for the ingress. The ingress maps these settings read-only. If they are in a file (SharedMemory),
+/// no process can change them.
 struct IngressSettings {
   std::int64_t session = 0;
   std::int32_t daemon_pid = 0;  // the ingress ends when this process is no longer its parent
@@ -100,9 +102,9 @@ struct IngressSettings {
 
 /// Keeps the last sequence of each sender in this session, for the ingress. The table is in shared memory, so
 /// it survives a restart of the ingress. If all places are taken, a new sender replaces a sender that was
-/// silent for kForget. A sender of a control always gets a place. If necessary, the sender of a control
-/// replaces another sender in the kMaxControls extra places. This is the sender that was silent for longest.
-/// Therefore nobody can prevent a STOP by using many names.
+/// silent for kForget. A sender of a control always gets a place: if no other place is free, it replaces the
+/// sender in the kMaxControls extra places that was silent for longest. Therefore nobody can prevent a STOP
+/// by using many names.
 struct SenderTable {
   static constexpr int kMaxSenders = 64;                   // places for senders of any command
   static constexpr int kMaxControls = 16;                  // extra places for controls
@@ -116,7 +118,8 @@ struct SenderTable {
 };
 /// Makes the places of cleared senders available to new senders. The target of the CLEAR selects the cleared
 /// senders. Until a new sender takes a place, the sequence in it stays, so a copy of an old command is still
-/// refused. The daemon may call this function, because the function changes only times.
+/// refused. The table belongs to the ingress, but the daemon may call this function, because it changes only
+/// times, which are atomic.
 void release_places(SenderTable& senders, const std::array<char, kSenderSize>& target) noexcept;
 
 /// State of one ingress process, the receiving one or the standby, in the block.
@@ -141,7 +144,7 @@ struct SharedBlock {
   Ring<InboundEntry, 1024> inbound;
   Ring<RejectionEntry, 1024> rejected;
 
-  /// Returns the number of places of inbound for this kind.
+  /// Returns the number of places of inbound that entries of this kind may fill.
   static constexpr int num_places(InboundKind kind) noexcept {
     const bool is_control = kind == InboundKind::kControl || kind == InboundKind::kRawControl;
     return decltype(inbound)::kCapacity - (is_control ? 0 : kControlPlaces);

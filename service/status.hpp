@@ -27,7 +27,7 @@ struct Identity {
 /// and grows no faster than a machine can receive messages.
 class ReportedCount {
  public:
-  // increase between two reports, which are at most 100 ms apart
+  // largest increase between two reports, which are at most 100 ms apart
   static constexpr std::int64_t kMostAtOnce = 1'000'000;
   std::int64_t take(std::int64_t reported) {
     if (reported > last_) last_ += std::min(reported - last_, kMostAtOnce);

@@ -108,7 +108,8 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   if (!commands.empty() && left.empty()) {
     text = "no command given; the commands are " + joined(commands);
   } else if (!left.empty() && is_about_words) {
-    // if an option is misspelt, a required option is also missing, so the message contains the misspelt word
+    // if a required argument is misspelt, the parser calls the argument missing, but the misspelt word tells
+    // the user more
     const std::string& word = left.front();
     if (word.starts_with("-")) {
       text = "no option '" + word + "'" + did_you_mean(word.substr(0, word.find('=')), option_names(active));

@@ -25,7 +25,7 @@ using io::Reason;
 namespace {
 
 constexpr std::chrono::microseconds kPause{100};  // time between checks of an empty ring
-constexpr int kMostALook = 64;                    // messages between readings of the clock
+constexpr int kMostALook = 64;                    // messages between two readings of the clock
 constexpr double kPlainAnswers = 10.0;            // [1/s] answers to commands without a key
 constexpr std::int64_t kMostLost = 1024;  // largest number of lost messages that is counted at one check
 
@@ -210,7 +210,8 @@ void Verifier::verify(std::span<const std::byte> bytes, bool is_force, const Tim
   }
 }
 
-/// \pre the holder of the key sealed the envelope, now or earlier
+/// Handles an envelope with a valid tag. The envelope may be a copy of an earlier one.
+/// \pre has_right_tag()
 void Verifier::verify_claim(const Envelope& envelope, Holder& holder, bool is_force, const Time& time) {
   // a copy of an earlier command is not answered, because the sender would take the answer for the answer to
   // the original

@@ -18,7 +18,7 @@
 
 namespace freeflex::service {
 
-/// Limits a rate. A burst may use the tokens of one second, or one token if that is more.
+/// Limits a rate by tokens. A burst may use the tokens of one second, but always at least one token.
 class TokenBucket {
  public:
   explicit TokenBucket(double per_second);  // [1/s]
@@ -32,8 +32,8 @@ class TokenBucket {
 };
 
 /// Takes messages as bytes from the ingress's ring, checks which key sealed them, then checks their contents,
-/// and passes valid commands to the simulation. Of a message without a valid tag, only the tag is checked. No
-/// generated decoder is called for it, and nothing is allocated except for a log line.
+/// and passes valid commands to the simulation. A message without a valid tag reaches no generated decoder,
+/// and nothing is allocated for it except a log line.
 class Verifier {
  public:
   struct Options {
@@ -55,7 +55,7 @@ class Verifier {
   /// Makes run() return. Any thread may call this function.
   void request_stop() noexcept { is_stopping_.store(true, std::memory_order_relaxed); }
 
-  /// Takes one message, or returns false if there is none.
+  /// Takes and handles one message, or returns false if there is none.
   bool take(const Time& time);
 
   /// Returns the block that simulation and publisher read instead of the ingress's block. The block contains
@@ -90,8 +90,8 @@ class Verifier {
   std::atomic<bool> is_stopping_{false};
 };
 
-/// Each function returns kAccepted, kNotGranted or kOverKeyLimit, and writes to `text` what was found and
-/// what the key allows.
+/// Both functions return kAccepted, kNotGranted or kOverKeyLimit. Unless they return kAccepted, they write to
+/// `text` what was found and what the key allows.
 io::Reason check_grants(const ForceCommand& command, const Key& key, std::span<char> text) noexcept;
 io::Reason check_grants(const io::ControlCommand& command, const Key& key, std::span<char> text) noexcept;
 

@@ -44,7 +44,7 @@ int fail(int code, const std::string& text) noexcept {
   return code;
 }
 
-/// Runs a call and returns its code, or the code of its exception.
+/// Runs a call and returns its code. If the call throws, returns the code for the exception.
 template <typename Call>
 int guarded(const Call& call) noexcept {
   try {
@@ -72,8 +72,8 @@ bool is_index(std::int64_t index, std::size_t count) {
   return index >= 0 && index < static_cast<std::int64_t>(count);
 }
 
-/// Returns true if the fault reports too little memory, which is not an error of the scene. Only these faults
-/// contain the limit that can be raised.
+/// Returns true if the fault reports too little memory, which is not an error of the scene. Only such a fault
+/// contains the text "(ulimit -v)", which names the limit that can be raised.
 bool is_of_memory(const Fault& fault) { return fault.message.find("(ulimit -v)") != std::string::npos; }
 
 /// Returns the plan that has all modes that a motion can have. This is the fallback plan if there is one,
@@ -194,7 +194,7 @@ struct freeflex_motion {
   // commands for the next step, at most service::CommandQueue::kMaxPending
   std::vector<ForceCommand> pending;
   std::int64_t sequence = 0;
-  mutable std::atomic_flag is_entered;  // a call is active in this motion
+  mutable std::atomic_flag is_entered;  // set while a call uses this motion
 };
 
 namespace {
@@ -214,7 +214,8 @@ class Entry {
   Entry& operator=(const Entry&) = delete;
 
   bool has() const { return has_; }
-  /// Waits until a call of another thread ends. For functions that return no code.
+  /// Waits until no other call uses the motion. For functions that return no code and therefore cannot return
+  /// FREEFLEX_BUSY.
   Entry& wait() {
     for (; !has_; has_ = !motion_.is_entered.test_and_set(std::memory_order_acquire))
       motion_.is_entered.wait(true, std::memory_order_relaxed);
@@ -251,7 +252,8 @@ double time_of(const freeflex_motion& motion) {
   return static_cast<double>(motion.state.tick - motion.state.epoch_start_tick) * motion.plan().period;
 }
 
-/// Writes the elastic coordinates, or their rates, of all modes that the motion can have.
+/// Writes the elastic coordinates, or their rates, of all modes that the motion can have. A mode that the
+/// present plan omits gets 0.
 void write_elastic(const freeflex_motion& motion, std::span<const double> from, double* to) {
   if (to == nullptr) return;
   const Plan &plan = motion.plan(), &active = active_plan(plan, motion.state);

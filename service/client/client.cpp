@@ -60,7 +60,7 @@ std::string rejection(const ack_t& ack) {
          ": " + ack.text;
 }
 
-/// Returns "no point 'nose'; there are: a, b and 3 more".
+/// Throws UnknownName with a text such as "no point 'nose'; there are: a, b and 3 more".
 template <class Names>
 [[noreturn]] void refuse_name(const char* kind, std::string_view name, const Names& names) {
   constexpr std::size_t kShown = 20;
@@ -128,7 +128,8 @@ class Daemon::Line {
 
   const Options& options() const { return options_; }
 
-  /// Receives messages until `holds` returns true. Throws NoAnswer after Options::timeout.
+  /// Receives messages until `holds` returns true. Throws NoAnswer if it still returns false after
+  /// Options::timeout.
   void wait(const std::function<bool()>& holds, const Awaited& awaited) {
     const Clock::time_point end = Clock::now() + options_.timeout;
     while (!holds()) {
@@ -142,13 +143,15 @@ class Daemon::Line {
     }
   }
 
-  /// Sends a command to the daemon of this session and returns its answer.
+  /// Sends a command to the daemon of this session and returns the daemon's answer. Throws Rejected if the
+  /// answer is a rejection.
   template <class Command>
   ack_t ask(Command command, const char* suffix) {
     command.utime = wall_clock_us();
     command.session = heard_.session;
     command.sender = options_.sender;
-    // sequence numbers start from the clock, so that this program can be restarted within one session
+    // a sequence number is at least the wall clock [us], so the numbers of a controller that is restarted
+    // within one session continue to grow
     command.sequence = heard_.sequence = std::max(heard_.sequence + 1, command.utime);
     heard_.answer.reset();
     const std::string channel = options_.prefix + suffix;
@@ -249,7 +252,7 @@ std::int64_t Daemon::push(const Push& push) {
   force.late_policy = push.late_ok ? 1 : 0;
   force.duration_ticks = ticks(push.duration);
   force.lease_ticks = ticks(push.lease);
-  // a push lasts a whole number of ticks, so its force is scaled to give the requested impulse
+  // a push lasts a whole number of ticks, so its loads are scaled to give the requested impulse
   const double wanted = push.duration * heard_->status.rate,
                given = static_cast<double>(force.duration_ticks);
   const double share = push.duration > 0.0 && std::abs(wanted - given) > 1e-6 ? wanted / given : 1.0;
@@ -278,7 +281,7 @@ std::int64_t Daemon::push(const Push& push) {
 }
 
 std::int64_t Daemon::ticks(double time) const {
-  // the daemon rejects values that are out of range
+  // a time out of range gives a number of ticks that the daemon rejects
   if (!(time > 0.0)) return time == 0.0 ? 0 : -1;
   const double whole = std::min(std::round(time * heard_->status.rate), 1e18);
   return std::max<std::int64_t>(1, static_cast<std::int64_t>(whole));

@@ -9,7 +9,7 @@
 namespace freeflex::client {
 namespace {
 
-/// Returns true if the index of every item is below the count.
+/// Returns true if the index of every item is at least 0 and below the count.
 template <class Item>
 bool are_within(const std::vector<Item>& items, std::int32_t Item::*index, std::size_t count) {
   return std::all_of(items.begin(), items.end(), [&](const Item& item) {
@@ -132,8 +132,8 @@ void Daemon::Heard::take_loads(const service::BusMessage& message) {
 
 void Daemon::Heard::take_answer(const service::BusMessage& message) {
   freeflex_msgs::ack_t found;
-  // accepts an answer from any session, because a restarted daemon also rejects commands meant for its
-  // predecessor
+  // accepts an answer of any session, because a restarted daemon rejects a command meant for its predecessor,
+  // and that rejection has the new session
   if (io::decode_message(message.bytes, found) && found.sender == sender && found.sequence == sequence)
     answer = std::move(found);
 }

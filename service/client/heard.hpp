@@ -11,18 +11,18 @@
 
 namespace freeflex::client {
 
-/// The latest message of each type in one session. A flag for each type is true while no call has returned
-/// the message.
+/// The latest message of each type in one session. Each has_new flag is true while no call has returned the
+/// latest message of its type.
 struct Daemon::Heard {
   /// Reads and keeps a message.  \param suffix  part of the channel name after the prefix
   void take(std::string_view suffix, const service::BusMessage& message);
   /// Returns the latest epoch received in this session.
   std::int64_t epoch() const;
-  /// Forgets the motion of earlier epochs and ignores later messages of earlier epochs.
+  /// Forgets the motion of earlier epochs, and from now on ignores messages of earlier epochs.
   void begin_epoch(std::int64_t epoch);
 
   std::int64_t session = 0;  // 0: no STATUS yet
-  // messages of earlier epochs are ignored, because they precede a reset by this client
+  // messages of epochs below this one are ignored, because they precede a reset by this client
   std::int64_t least_epoch = 0;
   std::string unread;  // why the latest STATUS could not be read
   SceneCatalogue scene;
@@ -32,7 +32,7 @@ struct Daemon::Heard {
   std::optional<LoadsTick> loads;
   bool has_new_status = false, has_new_state = false, has_new_points = false, has_new_loads = false;
 
-  // the expected answer
+  // the command whose answer is expected, and the answer after it has arrived
   std::string sender;
   std::int64_t sequence = 0;
   std::optional<freeflex_msgs::ack_t> answer;

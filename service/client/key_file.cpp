@@ -12,8 +12,8 @@
 namespace freeflex::client {
 namespace {
 
-/// Returns the value after "NAME:" in a line, without surrounding blanks, or an empty text for any other
-/// line.
+/// Returns the value after "NAME:" in a line, without surrounding blanks and quotes, or an empty text for any
+/// other line.
 std::string_view value_of(std::string_view line, std::string_view name) {
   constexpr std::string_view kBlanks = " \t\r\"'";
   if (!line.starts_with(name) || line.size() <= name.size() || line[name.size()] != ':') return {};

@@ -7,7 +7,7 @@
 namespace freeflex::client {
 namespace {
 
-constexpr std::int32_t kMaxLinks = 1'048'576;  // largest number that a scene file may contain
+constexpr std::int32_t kMaxLinks = 1'048'576;  // largest number of links in a scene file
 
 bool is_between(std::int32_t value, std::int32_t least, std::int32_t most) {
   return value >= least && value <= most;
@@ -84,7 +84,7 @@ void SceneCatalogue::finish() {
   for (std::size_t i = 0; i < points_.size(); ++i)
     point_index_.emplace(points_[i].name, static_cast<std::int32_t>(i));
   const auto is_published = [](const auto& item) { return item.is_published != 0; };
-  // a point with inertia also has a body state
+  // a published point counts twice, because a point with inertia also has a body state
   max_point_pages_ = 2 * std::count_if(points_.begin(), points_.end(), is_published) + std::ssize(groups_);
   max_load_pages_ = std::count_if(links_.begin(), links_.end(),
                                   [&](const auto& link) { return is_published(link.second); });

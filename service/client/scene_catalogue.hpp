@@ -1,4 +1,5 @@
-// Collects the items that indices in messages refer to, from the pages of FREEFLEX_SCENE.
+// Collects from the pages of FREEFLEX_SCENE the points, links, groups and modes to which indices in messages
+// refer.
 #pragma once
 
 #include <cstddef>
@@ -15,8 +16,8 @@
 
 namespace freeflex::client {
 
-/// The part of a daemon's scene that the daemon lists on the bus. The size of the catalogue is bounded,
-/// whatever pages arrive: at most 200,000 points and PageSet::kMaxBytes.
+/// The part of a daemon's scene that the daemon lists on the bus. Whatever pages arrive, the catalogue stores
+/// at most 200,000 points and pages of at most PageSet::kMaxBytes in total.
 class SceneCatalogue {
  public:
   /// Adds a page. A page of another session or plan starts a new catalogue. Ignores pages with impossible
@@ -30,7 +31,7 @@ class SceneCatalogue {
   /// Returns the latest page. All pages agree in the fields before the lists, but the lists contain only the
   /// items of one page.
   const freeflex_msgs::scene_t& head() const { return head_; }
-  /// All points by index. Points that are not listed have no name.
+  /// All points by index. A point that no page lists has an empty name.
   const std::vector<freeflex_msgs::scene_point_t>& points() const { return points_; }
   /// The listed links by index.
   const std::map<std::int32_t, freeflex_msgs::scene_link_t>& links() const { return links_; }
