@@ -1,4 +1,5 @@
-// The C interface gives the motion of the core. A fault gives a code and a text and changes nothing.
+// Through the C interface a motion has the same bits as in the core. A refused call returns a code, sets the
+// error text and changes nothing.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -52,9 +53,11 @@ std::vector<double> elastic_of(const freeflex_motion* motion) {
   return q;
 }
 
-TEST(CInterface, HasTheVersionOfTheProject) { EXPECT_STREQ(freeflex_version(), FREEFLEX_PROJECT_VERSION); }
+TEST(CInterface, ReturnsTheVersionOfTheProject) {
+  EXPECT_STREQ(freeflex_version(), FREEFLEX_PROJECT_VERSION);
+}
 
-TEST(CInterface, StepsLikeTheCoreToTheBit) {
+TEST(CInterface, StepsToTheSameBitsAsTheCore) {
   for (const std::string name : {"boom.yaml", "satellite.yaml", "rotor.yaml"}) {
     Handles c(kScenes + name, FREEFLEX_WITH_VERDICT);
     const io::PlanResult loaded = io::load_plan(kScenes + name);
@@ -116,7 +119,7 @@ TEST(CInterface, ReadsTheSameValuesAsTheCore) {
   std::vector<double> frequencies(static_cast<std::size_t>(freeflex_plan_count(c.plan, FREEFLEX_MODE)));
   ASSERT_EQ(freeflex_plan_frequencies(c.plan, frequencies.data(), frequencies.size()), FREEFLEX_OK);
   EXPECT_NEAR(frequencies[0], 0.3195, 1e-4);  // service/scenes/README.md
-  // a mode shape is the displacement for the value 1 of its coordinate
+  // the sum of mode shapes times coordinates is the displacement of the point
   std::vector<double> shape(3 * frequencies.size());
   ASSERT_EQ(freeflex_plan_shape(c.plan, hub, shape.data(), shape.size()), FREEFLEX_OK);
   double displacement = 0.0;
@@ -124,7 +127,7 @@ TEST(CInterface, ReadsTheSameValuesAsTheCore) {
   EXPECT_NEAR(displacement, point.displacement[0], 1e-15);
 }
 
-TEST(CInterface, PushesAddUpUntilEachEnds) {
+TEST(CInterface, PushesInTwoSlotsAddUpUntilEachEnds) {
   Handles c(kScenes + "boom.yaml");
   const std::int32_t tip = freeflex_plan_find(c.plan, FREEFLEX_POINT, "tip");
   const double mass = freeflex_plan_mass(c.plan), period = 1.0 / freeflex_plan_rate(c.plan);
@@ -137,7 +140,7 @@ TEST(CInterface, PushesAddUpUntilEachEnds) {
   freeflex_frame frame;
   freeflex_motion_frame(c.motion, &frame);
   EXPECT_NEAR(frame.velocity[2], 10.0 * (20 + 50) * period / mass, 1e-15);
-  // a copy moves independently
+  // a push on the copy does not move the original
   freeflex_motion* copy = nullptr;
   ASSERT_EQ(freeflex_motion_copy(c.motion, &copy), FREEFLEX_OK);
   ASSERT_EQ(freeflex_motion_push(copy, 0, FREEFLEX_WORLD, &load, 1, 0), FREEFLEX_OK);
@@ -274,7 +277,8 @@ TEST(CInterface, SetsValuesByPathInAFileAndInText) {
       bad{{"points.hub.mass", "-1"}};
   EXPECT_EQ(std::get<double>(from_file(none)), 44.0);
   EXPECT_EQ(std::get<double>(from_text(none, nullptr)), 44.0);
-  // 10 kg more in the hub, because the last of two settings of a path applies, and 10 kg more in the tip
+  // the hub has 50 kg instead of 40 kg, because the last of two settings of a path applies, and the tip has
+  // 12 kg instead of 2 kg
   EXPECT_EQ(std::get<double>(from_file(all)), 64.0);
   EXPECT_EQ(std::get<double>(from_text(all, nullptr)), 64.0);
   for (const auto& [code, mass, error] : {from_file(bad), from_text(bad, nullptr)}) {
@@ -315,8 +319,8 @@ TEST(CInterface, OneCallReadsTheWholeState) {
             FREEFLEX_BAD_ARGUMENT);
 }
 
-// A second caller is refused if the function returns a code, and waits otherwise. Two callers are never
-// inside at the same time.
+// While a call uses a motion, a second call of a function that returns a code is refused, and a second call
+// of any other function waits.
 TEST(CInterface, AMotionAcceptsOnlyOneCallAtATime) {
   Handles c(kScenes + "boom.yaml");
   const freeflex_load load{FREEFLEX_POINT, 3, {0.0, 0.0, 1e-9}, {}};
@@ -391,8 +395,8 @@ TEST(CInterface, TooManyPushesWithoutAStepAreRefused) {
   EXPECT_EQ(push(), FREEFLEX_OK);
 }
 
-/// Returns the code of a scene's set-up in a process that may use `megabytes` more address space than it has
-/// now.
+/// Sets up a scene in a child process that may use `megabytes` more address space than at its start, and
+/// returns the code.
 int code_within(std::size_t megabytes, const std::string& scene) {
   const pid_t child = fork();
   if (child == 0) {
@@ -436,7 +440,7 @@ TEST(CInterface, ASetUpThatRunsOutOfMemoryHasItsOwnErrorCode) {
   EXPECT_EQ(code_within(10, folder + "/none.yaml"), FREEFLEX_BAD_SCENE);
 }
 
-TEST(CInterface, CompilesAsC) {
+TEST(CInterface, AProgramInCReadsTheSameMotion) {
   const std::string command = std::string(FREEFLEX_PLAIN_C) + " " + kScenes + "boom.yaml tip 200";
   std::FILE* pipe = popen(command.c_str(), "r");
   ASSERT_NE(pipe, nullptr);

@@ -1,5 +1,5 @@
-// The simulation thread allocates no memory after it has started. These tests are a separate program because
-// they replace operator new.
+// These tests check that the simulation thread allocates no memory after it has started. They are a separate
+// program because they replace operator new.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -38,7 +38,7 @@ void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std
 namespace freeflex::testing {
 namespace {
 
-TEST(Loop, AllocatesNothing) {
+TEST(Loop, AllocatesNothingUnderCommandsAndAReset) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.until_tick = 2000, .limits = {.sender_share = 1.0}});
   for (int i = 0; i < 300; ++i) {
@@ -60,7 +60,7 @@ TEST(Loop, AllocatesNothing) {
       << "every command is answered, and commands that wait at the reset are answered again";
 }
 
-TEST(Loop, AllocatesNothingOnTheFullRungWithItsBudget) {
+TEST(Loop, AllocatesNothingOnTheFullRungWithAnErrorBudget) {
   Scene scene = octahedron();
   publish_everything(scene);
   scene.fidelity = Fidelity::kFull;
@@ -108,7 +108,8 @@ TEST(Loop, AllocatesNothingOnTheCoupledRungWithRigidLinksOrBodies) {
   }
 }
 
-// returns bodies on beams with mass. A load and commands drive the wheels and apply torques on the bodies
+// Returns the octahedron with two bodies with wheels and three beams with mass. A load of the scene drives
+// one wheel and applies a torque to one body.
 Scene with_wheels(Fidelity fidelity) {
   Scene scene = octahedron();
   for (int i = 0; i < 2; ++i) {

@@ -1,7 +1,8 @@
 // The tests run the real freeflexd while its receiving processes are killed repeatedly, while packets that
 // kill liblcm arrive at 1 to 1000 a second, and under floods of hostile packets. The tests measure the time
 // until commands are answered again and how many commands arrive, and check that no bit of the motion
-// changes. FREEFLEX_ATTACK_KILLS and FREEFLEX_ATTACK_SECONDS set the number of kills and the duration.
+// changes. FREEFLEX_ATTACK_KILLS and FREEFLEX_ATTACK_SECONDS set the number of kills and the duration [s] of
+// a run under attack.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -51,7 +52,8 @@ ForceCommand make_idle(std::int64_t sequence) {
   return command;
 }
 
-/// Sends a command each millisecond until one of them is answered. Returns the time [us] since the kill.
+/// Sends a command each millisecond until one of them is answered. Returns the time [us] from the kill to the
+/// answer.
 milliseconds::rep wait_for_input(BusClient& client, steady_clock::time_point killed) {
   const std::int64_t first = client.next_sequence;
   const std::size_t num_acks = client.acks.size();
@@ -75,7 +77,7 @@ void print_us(const char* what, std::vector<milliseconds::rep> us) {
               at(0.99), at(1.0));
 }
 
-TEST_F(FREEFLEX_ATTACK_NAME, AfterEachKillCommandsAreAnsweredAgainAndNoTickIsSkipped) {
+TEST_F(FREEFLEX_ATTACK_NAME, CommandsAreAnsweredAgainAfterEachKill) {
   BusClient client("AK");
   Process daemon(command_line("AK"));
   ASSERT_TRUE(client.meet()) << daemon.output();
@@ -117,7 +119,7 @@ TEST_F(FREEFLEX_ATTACK_NAME, AfterEachKillCommandsAreAnsweredAgainAndNoTickIsSki
   EXPECT_EQ(daemon.wait(), 0) << daemon.output();
 }
 
-// A process that hangs is detected by its missing beats. A stopped process is detected after 100 ms.
+// The test stops the receiving process, which is then killed after 100 ms without a beat.
 TEST_F(FREEFLEX_ATTACK_NAME, CommandsAreAnsweredAgainAfterEachHang) {
   BusClient client("AH");
   Process daemon(command_line("AH"));
@@ -222,7 +224,7 @@ class Flooder {
   std::thread thread_;
 };
 
-/// Holds the results of a run of kSeconds.
+/// The results of a run of kSeconds.
 struct Attacked {
   std::map<std::int64_t, state_t> states;
   std::int64_t num_sent = 0, num_heard = 0, num_flooded = 0;
@@ -264,7 +266,7 @@ Attacked run_attacked(int packets_a_second, Flood flood = Flood::kNone) {
     return passed >= kSeconds + milliseconds(500);
   }));
   run.num_flooded = flooder.num_sent();
-  // under a flood answers are lost too, so the daemon's own count is used
+  // under a flood answers are lost too, so num_heard is then the daemon's own count
   std::set<std::int64_t> heard;
   for (std::size_t i = num_acks; i < client.acks.size(); ++i)
     if (client.acks[i].sequence >= first_sequence && client.acks[i].reason == 0)
@@ -280,7 +282,7 @@ Attacked run_attacked(int packets_a_second, Flood flood = Flood::kNone) {
   return run;
 }
 
-/// Expects that the states of each tick have the same bits in both runs.
+/// Expects that each state that arrived in both runs has the same bits in both.
 void expect_same_motion(const Attacked& run, const Attacked& peaceful) {
   int num_compared = 0;
   for (const auto& [tick, state] : run.states) {
@@ -292,10 +294,11 @@ void expect_same_motion(const Attacked& run, const Attacked& peaceful) {
   EXPECT_GE(num_compared, 10);
 }
 
-TEST_F(FREEFLEX_ATTACK_NAME, AFloodCausesNoSkippedTickEndedProcessOrChangedBit) {
+TEST_F(FREEFLEX_ATTACK_NAME, AFloodEndsNoProcessAndChangesNoBit) {
   const Attacked peaceful = run_attacked(0);
   for (int kind = 0; kind <= static_cast<int>(Flood::kNegativeLengths); ++kind) {
-    // the quick run has only one flood that kills liblcm, one for the packet filter and one for the codec
+    // the quick run has only three floods: one that kills liblcm, one that loads the packet filter and one
+    // that loads the codec
     if (kIsQuick && kind != static_cast<int>(Flood::kWrappingFragment) &&
         kind != static_cast<int>(Flood::kChannels) && kind != static_cast<int>(Flood::kNegativeLengths))
       continue;
@@ -314,7 +317,7 @@ TEST_F(FREEFLEX_ATTACK_NAME, AFloodCausesNoSkippedTickEndedProcessOrChangedBit) 
   }
 }
 
-TEST_F(FREEFLEX_ATTACK_NAME, CraftedPacketsCauseNoLostCommandEndedProcessOrChangedBit) {
+TEST_F(FREEFLEX_ATTACK_NAME, CraftedPacketsLoseFewCommandsEndNoProcessAndChangeNoBit) {
   const Attacked peaceful = run_attacked(0);
   for (const int rate : {0, 1, 20, 100, 1000}) {
     if (kIsQuick && (rate == 1 || rate == 100)) continue;

@@ -24,8 +24,8 @@ namespace freeflex::testing {
 
 namespace {
 
-constexpr std::size_t kHeader = 8;               // [bytes] "LC02" and the sequence
-constexpr int kReceiveBuffer = 8 * 1024 * 1024;  // [bytes] requested
+constexpr std::size_t kHeader = 8;               // [bytes] "LC02" and the sequence number
+constexpr int kReceiveBuffer = 8 * 1024 * 1024;  // [bytes] requested size
 constexpr int kRecorderPriority = 1;             // above ordinary programs, below the daemon
 
 std::int64_t wall_us() {
@@ -50,7 +50,7 @@ BusClient::BusClient(std::string prefix, const char* group_address)
   const int on = 1;
   setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   setsockopt(fd_, SOL_SOCKET, SO_REUSEPORT, &on, sizeof on);
-  // with privileges the buffer may exceed the system's limit
+  // a process with CAP_NET_ADMIN may exceed the system's limit
   if (setsockopt(fd_, SOL_SOCKET, SO_RCVBUFFORCE, &kReceiveBuffer, sizeof kReceiveBuffer) != 0) {
     setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &kReceiveBuffer, sizeof kReceiveBuffer);
   }
@@ -215,7 +215,7 @@ std::string Process::output() const {
 /// Returns the URL of LCM's default bus with a socket buffer of 4 MB, or the kernel's limit if that is less.
 static std::string recording_url() {
   std::int64_t size = 4 * 1024 * 1024;
-  std::int64_t most = 0;  // 0 if the file is missing, as in some network namespaces
+  std::int64_t most = 0;  // [bytes] stays 0 if the file is missing, as in some network namespaces
   if (std::ifstream("/proc/sys/net/core/rmem_max") >> most) size = std::min(size, most);
   return "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=" + std::to_string(size);
 }

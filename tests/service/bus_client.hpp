@@ -1,6 +1,6 @@
-// This file defines a bus client that does not use liblcm's receiver, and programs that run as child
-// processes. The client reads unfragmented LCM messages from a plain socket, so packets that kill liblcm do
-// not harm it.
+// This file defines a bus client that does not use liblcm's receiver, and classes for programs that run as
+// child processes. The client reads unfragmented LCM messages from a plain socket, so packets that kill
+// liblcm do not harm it.
 #pragma once
 
 #include <sys/types.h>
@@ -24,7 +24,7 @@
 
 namespace freeflex::testing {
 
-/// Holds a time far longer than any machine needs, so that a test fails only if a program hangs.
+/// A time far longer than any test needs, so that a wait ends without result only if a program hangs.
 inline constexpr std::chrono::seconds kPatience{60};
 
 /// Sends commands to one prefix and stores all messages of the daemon.
@@ -44,10 +44,10 @@ class BusClient {
   std::int64_t send_control(std::int32_t command, std::int64_t count = 0, const std::string& target = "");
   /// Waits for the answer to this sequence number and returns it. The reason is -1 if no answer came.
   freeflex_msgs::ack_t answer(std::int64_t sequence);
-  /// Waits for a STATUS and stores its session. Returns false if no STATUS came.
+  /// Waits for a STATUS with a mode other than STARTING and stores its session. Returns false if none came.
   bool meet();
 
-  std::optional<SealingKey> key;  // seals the commands of sender "test", if given
+  std::optional<SealingKey> key;  // if given, seals the commands that this client sends
   std::int64_t session = 0;
   std::int64_t next_sequence = 1;
   std::vector<freeflex_msgs::ack_t> acks;
@@ -72,8 +72,7 @@ class BusClient {
 /// Runs a program and writes its output into a temporary file. The destructor kills the program.
 class Process {
  public:
-  /// Starts the program. With a priority above 0 the program runs under SCHED_FIFO, if the system allows
-  /// SCHED_FIFO.
+  /// Starts the program. With a priority above 0 the program runs under SCHED_FIFO, if the system allows it.
   explicit Process(const std::vector<std::string>& arguments, int priority = 0);
   ~Process();
   Process(const Process&) = delete;
@@ -84,7 +83,7 @@ class Process {
   /// Returns the exit status, 1000 + signal if a signal ended the program, or -1 if it does not end within
   /// kPatience.
   int wait();
-  /// Returns its standard output and error so far.
+  /// Returns what the program has written to standard output and standard error so far.
   std::string output() const;
 
  private:

@@ -34,10 +34,11 @@ constexpr const char* kPrefix = "LOAD";
 
 std::string no_network;  // reason why there is no private network; empty if there is one
 
-/// Holds the expected answer to each sequence number.
+/// The expected answer to each sequence number.
 using Expected = std::map<std::int64_t, Reason>;
 
-/// Sends commands for kSeconds. The ingress or the command queue must reject some of them.
+/// Sends commands for kSeconds and returns the expected answers. The ingress must reject some commands
+/// (unknown point), and the command queue others (late).
 Expected send_load(BusClient& client) {
   Expected expected;
   auto next = steady_clock::now();
@@ -57,7 +58,7 @@ Expected send_load(BusClient& client) {
   return expected;
 }
 
-/// Counts the answers and APPLIED entries in one record of the bus.
+/// Counts the answers and APPLIED entries that one listener received from the bus.
 struct Account {
   std::map<std::int64_t, int> answers;  // by sequence
   std::map<std::int64_t, int> applied;  // by sequence
@@ -94,7 +95,8 @@ void expect_complete(const Expected& expected, const Account& account, const std
   EXPECT_EQ(num_wrong, 0) << who << ": commands not accounted for, of " << expected.size();
 }
 
-/// Holds the recording of lcm-logger, with the number of messages on each channel, and the account.
+/// What a recording of lcm-logger contains: the number of messages on each channel, the account, and the
+/// commands.
 struct Recording {
   std::map<std::string, std::int64_t> counts;
   Account account;
@@ -149,8 +151,8 @@ void report_ticks(const BusClient& client, const status_t& first, const status_t
     for (std::size_t i = 0; i < 4; ++i) worst[i] = std::max(worst[i], status.lateness_us[i]);
   }
   print_row("lateness, worst windows", worst);
-  // a status is stamped up to a few periods of the publisher after its tick, but a lost tick would stay
-  // missing
+  // a status is stamped up to a few periods of the publisher after its tick, so the numbers may differ by
+  // some ticks
   if (last.slips == 0 && kSeconds >= 30) {
     EXPECT_NEAR(executed, elapsed, 50.0);
   }
@@ -179,8 +181,8 @@ void expect_replayable(const std::string& log, std::size_t num_applied) {
   EXPECT_EQ(player.wait(), 0);
 }
 
-/// Plays the recording into another daemon. The commands belong to another session, so each is answered and
-/// none is applied. (`freeflex run --log` and `replay` do apply recorded commands.)
+/// Plays the recording into another daemon. The commands belong to another session, so each is rejected with
+/// an answer. (`freeflex run --log` and `replay` do apply recorded commands.)
 void expect_foreign_in_a_fresh_daemon(const std::string& log, std::size_t num_commands) {
   BusClient client(kPrefix);
   Process daemon({program("freeflexd"), scene_path("rotor.yaml"), "--prefix", kPrefix, "--time", "lockstep"});
@@ -226,7 +228,7 @@ void run_load(BusClient& client, const std::string& log, Expected& expected) {
   expected = send_load(client);
   ASSERT_TRUE(client.until([&] { return client.acks.size() >= expected.size(); }))
       << client.acks.size() << " answers to " << expected.size();
-  // the loop waits until the last slots have ended and a status includes their ends
+  // waits until the last slots have ended and a status includes their ends
   const std::int64_t end = client.states.rbegin()->first + 100;
   ASSERT_TRUE(client.until([&] { return client.statuses.back().tick > end; }));
   const status_t last = client.statuses.back();

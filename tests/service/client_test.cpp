@@ -1,4 +1,4 @@
-// The C++ client with the real freeflexd.
+// These tests use the C++ client with the real freeflexd.
 #include "service/client/client.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@
 namespace freeflex::testing {
 namespace {
 
-/// Returns a page with one point of a scene of three points and three pages.
+/// Returns one of the three pages of a scene of three points, one point on each page.
 freeflex_msgs::scene_t page_of_three(std::int32_t page) {
   freeflex_msgs::scene_t scene{};
   scene.session = 1;
@@ -28,7 +28,7 @@ freeflex_msgs::scene_t page_of_three(std::int32_t page) {
   return scene;
 }
 
-TEST(SceneCatalogue, IsCompleteWhenItsLastPageHasArrived) {
+TEST(SceneCatalogue, IsCompleteWhenAllItsPagesHaveArrived) {
   client::SceneCatalogue scene;
   for (const std::int32_t page : {2, 0, 0}) scene.take(page_of_three(page), 100);
   EXPECT_FALSE(scene.is_complete());
@@ -59,7 +59,7 @@ TEST(SceneCatalogue, RefusesImpossibleCounts) {
   EXPECT_TRUE(scene.is_complete()) << "earlier pages are kept";
 }
 
-/// Writes a scene of two masses on a spring, 4 kg together.
+/// Writes a scene of two points, 1 kg and 3 kg, that a spring joins.
 class ClientOfADaemon : public Daemon {
  protected:
   void SetUp() override {
@@ -73,7 +73,7 @@ class ClientOfADaemon : public Daemon {
   }
   ~ClientOfADaemon() override { std::remove(scene_.c_str()); }
 
-  /// Returns the daemon's command line. The default is lockstep.
+  /// Returns the daemon's command line. The default time mode is lockstep.
   std::vector<std::string> line(std::vector<std::string> more = {"--time", "lockstep"}) const {
     std::vector<std::string> words{program("freeflexd"), scene_, "--prefix", kPrefix, "--log-level", "error"};
     words.insert(words.end(), more.begin(), more.end());
@@ -87,7 +87,7 @@ class ClientOfADaemon : public Daemon {
   std::string scene_ = temporary_path("client.yaml");
 };
 
-TEST_F(ClientOfADaemon, StepReturnsTheStateOfTheTickThatItExecutes) {
+TEST_F(ClientOfADaemon, StepReturnsTheStateAfterItsLastTick) {
   const Process daemon(line());
   client::Daemon pair(options());
   EXPECT_EQ(pair.scene().head().name, "pair");
@@ -136,7 +136,7 @@ TEST_F(ClientOfADaemon, PointsAndLoadsAreFoundByName) {
   EXPECT_THROW(points.at(2), client::UnknownName);
 }
 
-TEST_F(ClientOfADaemon, ARejectionHasItsReasonAndText) {
+TEST_F(ClientOfADaemon, ARejectedCommandThrowsTheReasonAndTheText) {
   const Process daemon(line());
   client::Daemon pair(options());
   try {

@@ -38,7 +38,7 @@ TEST(Pacer, CountsATickThatEndsAfterTheNextDeadlineAsAnOverrun) {
       << "the deadline is not moved, so the next tick catches up";
 }
 
-TEST(Pacer, SkipsLostTimeOnlyBeyondTheBound) {
+TEST(Pacer, SkipsLostTimeOnlyIfTheDelayExceedsTheBound) {
   static_assert(Pacer::kCatchUp >= 100 * kMillisecond);
   Pacer pacer(1e6);
   pacer.rebase(0);
@@ -83,7 +83,7 @@ TEST(Pacer, ReportsTheCauseOfASlip) {
   EXPECT_EQ(stood.find("period"), std::string::npos) << stood;
 }
 
-/// Runs 1000 ticks of 1 ms. The machine stalls once, at tick 100.
+/// Runs 1000 ticks of 1 ms. The machine stalls once for stall_ns, at tick 100.
 void run_with_stall(Rig& rig, std::int64_t stall_ns) {
   bool has_stalled = false;
   rig.clock.on_sleep = [&] {
@@ -115,8 +115,8 @@ TEST(Loop, SlipsOnceAfterALongStallAndStillExecutesEveryTick) {
   EXPECT_EQ(rig.simulation.state().tick, 1000);
   EXPECT_EQ(rig.output->num_slips.load(), 1);
   EXPECT_EQ(rig.output->num_overruns.load(), 1);
-  // tick 100 ended at 600 ms, which is the new base of the deadlines, and 899 ticks follow, the first without
-  // delay
+  // tick 100 ends at 600 ms, which becomes the new base of the deadlines. 899 ticks follow, the first of them
+  // at the base
   EXPECT_EQ(rig.clock.now_ns() - start, 600 * kMillisecond + 898 * kMillisecond);
 }
 
@@ -152,7 +152,7 @@ TEST(Loop, AHoldIsNotCountedAsAnOverrun) {
   EXPECT_EQ(rig.output->num_slips.load(), 0);
 }
 
-TEST(Histogram, RoundsDurationsUpByAtMostThreePercent) {
+TEST(Histogram, RoundsDurationsUpByAtMostOnePartIn32) {
   std::mt19937_64 engine(7);
   std::uniform_real_distribution<double> exponent(std::log(64.0), std::log(1.3e11));
   for (int i = 0; i < 100'000; ++i) {

@@ -1,4 +1,4 @@
-// Decisions of the command queue that depend on the tick.
+// These tests check the decisions of the command queue that depend on the tick.
 #include "service/command_queue.hpp"
 
 #include <gtest/gtest.h>
@@ -85,14 +85,14 @@ TEST(CommandQueue, TheWaitForARequestedTickIsNotCountedAsLatency) {
   EXPECT_TRUE(queue.due_received_ns().empty());
 }
 
-/// Returns the command with another sender.
+/// Returns the command with this sender.
 ForceCommand of(const std::string& sender, ForceCommand command) {
   command.sender.fill('\0');
   std::ranges::copy(sender, command.sender.begin());
   return command;
 }
 
-TEST(CommandQueue, GivesASenderAtMostAQuarterAndReservesAQuarterForTheOperator) {
+TEST(CommandQueue, GivesASenderAtMostAQuarterOfItsPlacesAndReservesAQuarterForTheOperator) {
   CommandQueue queue;
   const auto submit = [&queue](const std::string& sender, int i) {
     return queue.submit(of(sender, make_push(i, i % 10, 100 + i)), 5, 0, kPlenty);
@@ -116,7 +116,7 @@ TEST(CommandQueue, GivesASenderAtMostAQuarterAndReservesAQuarterForTheOperator) 
     EXPECT_EQ(submit(sender, 1).reason, Reason::kAccepted) << sender;
 }
 
-TEST(CommandQueue, TheShareOfASenderIsSetByTheSceneAndIsAtLeastOneSlot) {
+TEST(CommandQueue, TheShareOfASenderIsAParameterAndIsAtLeastOneSlot) {
   CommandQueue shared_by_one(1.0);
   int num_accepted = 0;
   for (int slot = 0; slot < kMaxSlots; ++slot)
@@ -229,8 +229,8 @@ TEST(CommandQueue, SlotsOfAClearedSenderAreFreeAtOnce) {
   EXPECT_EQ(due.back().sequence, 2) << "the slots are cleared before the new command is applied";
 }
 
-/// Checks the queue against the step for random commands of two senders with short durations, clears and
-/// future starts.
+/// Compares the queue with the step for random commands of two senders. The commands have short durations,
+/// empty slots, or start later.
 TEST(CommandQueue, TheStepHasASlotForEveryAcceptedCommand) {
   const Plan plan = octahedron_plan();
   State state = make_state(plan);
@@ -254,7 +254,7 @@ TEST(CommandQueue, TheStepHasASlotForEveryAcceptedCommand) {
     const bool is_cleared = draw(0, 99) == 0 && queue.can_clear(kPlenty);
     if (is_cleared) {
       queue.clear_senders({'b'});
-      // a command after the clear is accepted
+      // a command after the clear must be accepted
       ForceCommand command = make_push(sequence++, draw(0, 63));
       command.sender = {'b'};
       ASSERT_EQ(queue.submit(command, 5, tick, kPlenty).reason, Reason::kAccepted);
@@ -268,7 +268,7 @@ TEST(CommandQueue, TheStepHasASlotForEveryAcceptedCommand) {
           << "tick " << tick;
       ++num_cleared;
     }
-    // the last command for each slot is in force
+    // after the step, the last command for each slot must be in force
     for (const ForceCommand& command : due) {
       const auto later = due.subspan(static_cast<std::size_t>(&command - due.data()) + 1);
       const bool is_last = std::ranges::none_of(later, [&](const ForceCommand& other) {

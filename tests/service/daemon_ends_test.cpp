@@ -22,7 +22,7 @@ using freeflex_msgs::status_t;
 
 struct End {
   std::string set_up;        // shell commands before the daemon starts
-  std::vector<int> signals;  // signals sent at once
+  std::vector<int> signals;  // signals sent one after another without a pause
 };
 
 TEST_F(Daemon, EndsCleanlyOnASignalHoweverItWasStarted) {
@@ -56,7 +56,7 @@ constexpr bool kIsInstrumented = true;
 constexpr bool kIsInstrumented = false;
 #endif
 
-/// The limits range from too little memory for the loader to enough for the whole program.
+/// The limits of address space range from too little for the loader to enough for the whole program.
 TEST_F(Daemon, WithLittleAddressSpaceItRunsOrReportsTheLimit) {
   if (kIsInstrumented) GTEST_SKIP() << "a sanitizer takes terabytes of address space";
   int num_refused = 0;
@@ -150,7 +150,7 @@ TEST_F(Daemon, AcceptsCommandsAfterRepeatedKillsOfItsIngress) {
   EXPECT_EQ(client.answer(client.next_sequence).reason, 0);
 }
 
-TEST_F(Daemon, KeepsRunningAfterAStopAndPublishesASlip) {
+TEST_F(Daemon, RunsOnAfterSigstopAndSigcontAndPublishesASlip) {
   BusClient client("L");
   Process daemon(command_line("L"));
   ASSERT_TRUE(client.meet()) << daemon.output();
@@ -170,7 +170,7 @@ TEST_F(Daemon, KeepsRunningAfterAStopAndPublishesASlip) {
   EXPECT_EQ(daemon.output().find("does not hold the period"), std::string::npos) << daemon.output();
 }
 
-/// Returns whether every thread of the process has stopped. After SIGSTOP the stop takes some time.
+/// Returns true if every thread of the process has stopped, which takes some time after SIGSTOP.
 bool has_stopped(const Process& process) {
   const std::filesystem::directory_iterator tasks("/proc/" + std::to_string(process.pid()) + "/task");
   return std::all_of(begin(tasks), end(tasks), [](const auto& task) {
@@ -182,7 +182,7 @@ bool has_stopped(const Process& process) {
   });
 }
 
-TEST_F(Daemon, CommandsThatWaitedWhileItWasStoppedAreRefusedAsTooOld) {
+TEST_F(Daemon, CommandsThatWaitedForAStoppedDaemonAreRefusedAsTooOld) {
   for (const char* mode : {"--log-level", "--hold"}) {
     const bool holds = std::string(mode) == "--hold";
     BusClient client("Y");
@@ -234,7 +234,7 @@ TEST_F(Daemon, TheSceneSetsTheLargestAgeOfCommandsAndTheShareOfASender) {
   std::filesystem::remove(scene);
 }
 
-TEST_F(Daemon, EndsAfterOneTickIfItsDurationIsShorterThanATick) {
+TEST_F(Daemon, EndsAfterOneTickIfUntilIsShorterThanATick) {
   Process daemon(command_line("M", {"--until", "1e-9"}));
   EXPECT_EQ(daemon.wait(), 0);
   EXPECT_NE(daemon.output().find("ended as requested: 1 ticks"), std::string::npos) << daemon.output();

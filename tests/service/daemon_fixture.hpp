@@ -23,7 +23,7 @@ std::vector<std::string> command_line(const std::string& prefix, std::vector<std
 std::vector<std::string> by_shell(const std::string& set_up, const std::vector<std::string>& arguments,
                                   const std::string& streams = "");
 
-/// Returns every number of a published motion.
+/// Returns every number of the motion in a STATE message.
 std::vector<double> motion(const freeflex_msgs::state_t& state);
 
 /// Returns the process id of the ingress of a daemon, the first child process of the daemon, or -1 while

@@ -38,7 +38,7 @@ void send_programme(BusClient& client) {
   }
 }
 
-/// Returns copies of the push that are cut at every byte, that have bytes after the end, and that have wrong
+/// Returns copies of the push: cut after each number of bytes, with more bytes at the end, or with wrong
 /// counts.
 std::vector<Bytes> misshapen(const Bytes& push) {
   std::vector<Bytes> all;
@@ -48,7 +48,7 @@ std::vector<Bytes> misshapen(const Bytes& push) {
     all.push_back(push);
     all.back().resize(push.size() + extra);
   }
-  // this is the offset of the two counts, and after the counts comes one force of an int32 and three doubles
+  // the offset of the last two of the four counts, which one force (an int32 and three doubles) follows
   const std::size_t counts = push.size() - 28 - 8;
   for (const std::uint32_t count : {0xFFFFFFFFu, 1u << 30, 1u << 29, 0x80000000u}) {
     for (const std::size_t at : {counts, counts + 4}) {
@@ -59,7 +59,7 @@ std::vector<Bytes> misshapen(const Bytes& push) {
   return all;
 }
 
-/// Changes one to four bytes. These changes cannot turn a push of another session into a command of this
+/// Changes one to four bytes, which is too few to turn a push of session ~session into a command of this
 /// session.
 Bytes mutate(Bytes bytes, std::mt19937_64& engine) {
   for (std::uint64_t n = 1 + engine() % 4; n > 0; --n)
@@ -129,7 +129,7 @@ TEST_F(Daemon, HostilePacketsAndKillsOfTheIngressChangeNoBit) {
   EXPECT_GE(num_compared, 10);  // 200 states are published, but this client may lose some in the flood
 }
 
-/// Holds a scene in which every rule can be broken.
+/// A scene in which a command can break every rule.
 constexpr const char* kScene = R"(name: reasons
 rate: 1000
 points:
@@ -231,7 +231,8 @@ std::map<Reason, std::int64_t> rejections(const BusClient& client) {
   return counts;
 }
 
-/// Runs 400 ticks in lockstep with three pushes, and with commands that break every rule if `breaks`.
+/// Runs 400 ticks in lockstep with three pushes and, if `breaks` is true, with commands that break every
+/// rule.
 void run_with_rules_broken(const std::string& scene, bool breaks, std::map<std::int64_t, state_t>& states) {
   BusClient client("R");
   Process daemon({program("freeflexd"), scene, "--prefix", "R", "--time", "lockstep"});
@@ -256,9 +257,9 @@ void run_with_rules_broken(const std::string& scene, bool breaks, std::map<std::
   ASSERT_TRUE(advance_to(400));
   states = client.states;
   if (!breaks) return;
-  // some reasons are tested elsewhere, because left_out needs a reduced plan (replan_test), too_old needs a
-  // daemon that was stopped (daemon_ends_test), and verifier_test covers keys. The reason epoch_ended needs
-  // the reset below
+  // of the reasons before kFirstOfKeys, two are tested elsewhere: left_out needs a reduced plan, and too_old
+  // needs a daemon that was stopped (daemon_ends_test). The reason epoch_ended needs the reset below.
+  // verifier_test covers the reasons from kFirstOfKeys on
   constexpr int kFirstOfKeys = static_cast<int>(Reason::kKeyRequired);
   EXPECT_TRUE(client.until([&] { return rejections(client).size() >= kFirstOfKeys - 4; }));
   client.send_control(control_t::RESET);

@@ -109,7 +109,7 @@ std::map<std::int64_t, state_t> run_programme(const std::vector<std::string>& mo
   return client.states;
 }
 
-TEST_F(Daemon, WithKeysTheMotionHasTheSameBits) {
+TEST_F(Daemon, TheMotionHasTheSameBitsWithAndWithoutKeys) {
   const KeyFolder keys;
   const auto open = run_programme({}, std::nullopt);
   const auto sealed = run_programme({"--keys", keys.file()}, keys.key());

@@ -1,5 +1,5 @@
-// These tests check the log of the real freeflexd. If writing the log fails, no tick is lost, and nobody on
-// the bus can flood the log.
+// These tests check the log of the real freeflexd: no tick is lost if the log cannot be written, and nobody
+// on the bus can flood the log.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -34,7 +34,8 @@ class Provoker {
   Provoker(BusClient& client, const Process& daemon, const std::string& prefix)
       : client_(client), daemon_(daemon), channel_(prefix + channels::kStatus) {}
 
-  /// Continues until the condition is true. Returns false if the condition stays false for kPatience.
+  /// Provokes log lines until the condition is true. Returns false if the condition stays false for
+  /// kPatience.
   bool until(const std::function<bool()>& condition) {
     return client_.until([&] {
       const auto now = steady_clock::now();
@@ -97,15 +98,15 @@ std::map<std::int64_t, state_t> run_with_log(const LogTarget& target, bool is_pr
   return client.states;
 }
 
-TEST_F(Daemon, RunsToItsEndWithTheSameBitsIfItsLogFails) {
+TEST_F(Daemon, RunsToItsEndWithUnchangedBitsIfItsLogFails) {
   std::string log;
   const auto peaceful = run_with_log({"", ""}, false, log);
   std::array<int, 2> broken{};
   ASSERT_EQ(pipe(broken.data()), 0);
   close(broken[0]);
-  // the first logs are a file limited to 512 or 1024 bytes and /dev/full, which refuses every byte like a
-  // full disk. The other logs are closed streams, whose numbers 0, 1 and 2 the first sockets could get, and a
-  // pipe without a reader
+  // the logs are, in this order: a file limited to 512 or 1024 bytes, /dev/full, which refuses every byte
+  // like a full disk, closed streams, whose numbers 0, 1 and 2 the first sockets could get, and a pipe
+  // without a reader
   const std::vector<LogTarget> targets{{"ulimit -f 1;", ""},
                                        {"", "2>/dev/full"},
                                        {"", "<&- >&- 2>&-"},
@@ -168,11 +169,11 @@ TEST_F(Daemon, RedirectsTheOutputOfItsIngressToDevNull) {
     EXPECT_EQ(std::filesystem::read_symlink(descriptors + number), "/dev/null") << number;
 }
 
-/// Holds the times [ms of the day] of the lines with certain words, and the reported numbers of suppressed
-/// lines.
+/// The lines of a log that contain certain words: their times [ms since midnight], and the numbers of
+/// suppressed lines that they report.
 struct Repeated {
   std::vector<int> written_ms;
-  std::vector<std::int64_t> counts;  // counts from the lines that report suppressed lines
+  std::vector<std::int64_t> counts;  // numbers of suppressed lines
 };
 Repeated find_lines(const std::string& log, const std::string& words) {
   Repeated found;

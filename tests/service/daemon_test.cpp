@@ -51,7 +51,7 @@ TEST_F(Daemon, AnswersAndPublishesACommandAndMovesTheBody) {
     EXPECT_NEAR(104.0 * state.velocity[axis], impulse, 1e-12 * impulse)
         << axis;  // the tolerance allows for 100 additions, each with a rounding error of 1e-16
   }
-  // in lockstep every multiple of the publication interval is published
+  // in lockstep the state of every multiple of the publication interval (20 ticks) is published
   for (std::int64_t tick = 0; tick <= 100; tick += 20) EXPECT_TRUE(client.states.contains(tick)) << tick;
   EXPECT_EQ(client.answer(client.send_control(control_t::RUN)).reason, static_cast<int>(Reason::kWrongMode));
   EXPECT_EQ(client.answer(client.send_control(control_t::STOP)).reason, 0);
@@ -78,7 +78,7 @@ TEST_F(Daemon, PublishesEveryChannelAndEndsCleanlyOnSigint) {
   }));
   EXPECT_EQ(client.applied[1].kind, applied_t::LEASE_LOST) << "nobody renewed the lease";
   EXPECT_EQ(client.applied[1].tick, client.applied[0].tick + 20);
-  // the counters include both commands
+  // the counters include the request and the push
   ASSERT_TRUE(client.until([&] { return client.statuses.back().commands_accepted == 2; }));
   EXPECT_EQ(client.statuses.back().commands_received, 2);
   EXPECT_EQ(client.statuses.back().mode, status_t::RUNNING);
@@ -92,7 +92,7 @@ TEST_F(Daemon, SendsTheSceneOnRequest) {
   BusClient client("SC");
   Process daemon(command_line("SC", {"--hold"}));
   ASSERT_TRUE(client.meet()) << daemon.output();
-  // without a request the daemon sends one a second, which gives fewer than kAsked within kPatience
+  // without a request the daemon sends one SCENE a second, which gives fewer than kAsked within kPatience
   constexpr std::int64_t kAsked = 2 * std::chrono::seconds(kPatience).count();
   const std::int64_t before = client.num_messages[channels::kScene];
   for (std::int64_t i = 0; i < kAsked; ++i)
@@ -147,10 +147,9 @@ TEST_F(Daemon, OfTwoDaemonsStartedTogetherExactlyOneKeepsRunning) {
   EXPECT_EQ(ends, (std::multiset<int>{0, 1})) << one.output() << other.output();
 }
 
-constexpr int kIncomplete = 3;  // exit status of freeflex replay
+constexpr int kIncomplete = 3;  // exit status of freeflex replay for an incomplete recording
 
-/// Holds the exit status and the output of `freeflex replay` for an lcm-logger recording of 2 s with six
-/// commands.
+/// The exit status and the output of `freeflex replay` for an lcm-logger recording of 2 s with six commands.
 struct Verdict {
   int status = -1;
   std::string text;
@@ -192,8 +191,8 @@ TEST_F(Daemon, RecordingsInEveryTimingHaveTheSameMotionAndReplayToTheBit) {
   for (const char* timing : {"realtime", "scaled=10", "asap", "lockstep"}) {
     std::map<std::int64_t, state_t> states;
     Verdict verdict = record_and_replay(timing, states);
-    // While lcm-logger does not run, 30 messages wait for lcm-logger and further messages are dropped,
-    // because a daemon without a pace sends so many within milliseconds. `replay` reports the loss, unless
+    // While the machine keeps lcm-logger from running, 30 messages wait for it and further messages are
+    // dropped. A daemon without a pace sends so many within milliseconds. `replay` reports the loss, unless
     // the whole end of the recording is lost, and asks for a plan if the scene is lost. Only such recordings
     // are repeated.
     const auto lacks_something = [&] {
@@ -214,7 +213,7 @@ TEST_F(Daemon, RecordingsInEveryTimingHaveTheSameMotionAndReplayToTheBit) {
   }
 }
 
-TEST_F(Daemon, AfterAFaultItHoldsAndAResetMakesItRunAgain) {
+TEST_F(Daemon, AfterAFaultItHoldsUntilAReset) {
   BusClient client("J");
   Process daemon({program("freeflexd"), scene_path("boom.yaml"), "--prefix", "J", "--time", "lockstep"});
   ASSERT_TRUE(client.meet()) << daemon.output();

@@ -1,4 +1,4 @@
-// Numbers in the documents agree with the code.
+// These tests check that numbers in the documents equal those in the code.
 #include <gtest/gtest.h>
 
 #include <cctype>

@@ -1,4 +1,5 @@
-// The tag of an envelope agrees with the HMAC of Python, and an envelope with any changed bit is refused.
+// The tag of an envelope equals the HMAC that Python computes, and an envelope with any changed bit is
+// refused.
 #include "service/envelope.hpp"
 
 #include <gtest/gtest.h>
@@ -87,7 +88,7 @@ TEST(Envelope, IsValidForOneChannelAndOneKey) {
 TEST(Envelope, IsRefusedIfItsLengthIsChanged) {
   Bytes sealed = sealed_force();
   for (std::size_t size = 0; size < sealed.size(); ++size) {
-    // the copy has no spare capacity, so that a sanitizer reports any read beyond it
+    // the copy has no spare capacity, so that a sanitizer reports any read beyond its end
     const Bytes cut(sealed.begin(), sealed.begin() + static_cast<std::ptrdiff_t>(size));
     EXPECT_FALSE(read_envelope(cut)) << size;
   }

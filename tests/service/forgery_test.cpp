@@ -1,5 +1,5 @@
-// FREEFLEX_FORGERIES forged, copied, redirected and expired commands are sent between honest commands. None
-// is accepted, each is counted once, and every honest command arrives.
+// FREEFLEX_FORGERIES forged, copied, redirected and expired commands are sent between honest commands. No
+// forgery is accepted, each is counted once, and every honest command arrives.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ class Forger {
  public:
   explicit Forger(VerifierRig& rig) : rig_(rig) {}
 
-  /// Returns a packet from alice, which the forger overhears.
+  /// Returns a new packet from alice, which the forger stores for later.
   Bytes honest(bool is_force) {
     ++sequence_;
     heard_ = is_force ? seal(force(sequence_), kForceChannel, alice_.sealing, rig_.valid_until())
@@ -53,7 +53,7 @@ class Forger {
         bytes[below(bytes.size())] ^= static_cast<std::byte>(1u << below(8));
         return rig_.deliver(bytes, heard_is_force_);
       }
-      case 5: {  // alice's command with another sequence: eight bytes after fingerprint, id and session
+      case 5: {  // alice's command with another sequence (8 bytes after fingerprint, id and session)
         Bytes bytes = heard_;
         for (std::size_t i = 0; i < 8; ++i)
           bytes[26 + i] = static_cast<std::byte>(static_cast<std::uint64_t>(next) >> (56 - 8 * i));
@@ -129,7 +129,7 @@ TEST(FREEFLEX_FORGERY_NAME, NoForgeryIsAcceptedAndEachIsCounted) {
     ASSERT_FALSE(rig.next_command()) << "forgery " << i << " of kind " << i % kKinds;
     rig.time.wall_us += 10;
     rig.time.now_ns += 10'000;
-    // only alice, for new commands that alice sealed, and senders without a key get answers
+    // answers go only to alice, for new commands that she sealed, and to senders without a key
     for (io::Admission answer = rig.next_answer(); answer.reason != Reason::kAccepted;
          answer = rig.next_answer()) {
       ASSERT_TRUE(answer.reason == Reason::kExpired || answer.reason == Reason::kValidTooLong ||

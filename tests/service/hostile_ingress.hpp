@@ -18,7 +18,7 @@ class HostileIngress {
  public:
   HostileIngress(service::SharedBlock& block, std::uint64_t seed) : block_(block), engine_(seed) {}
 
-  /// Stores the bytes of a genuine message, which it may later send again with changes.
+  /// Stores the bytes of a genuine message. push_bytes() may later send them again with changes.
   void overhear(std::span<const std::byte> bytes) { heard_.assign(bytes.begin(), bytes.end()); }
 
   /// Performs one hostile action, random or crafted.
@@ -39,14 +39,14 @@ class HostileIngress {
       case 6:
         return push_answer();
       default:
-        // one of 256 such actions fills a whole ring of 10 MB
+        // only one of 256 such actions fills the whole ring, because the ring has 10 MB
         if (engine_() % 256 != 0) return scribble(64);
         return fill(&block_.inbound, sizeof(block_.inbound), static_cast<int>(engine_() & 0xFFU));
     }
   }
 
  private:
-  /// Returns all memory that is mapped writable in its process.
+  /// Returns the shared block, which is all memory of the daemon that the ingress can write.
   std::span<std::byte> reach() const { return {reinterpret_cast<std::byte*>(&block_), sizeof(block_)}; }
   void scribble(std::size_t size) {
     const std::span<std::byte> all = reach();
@@ -55,7 +55,7 @@ class HostileIngress {
   }
   static void fill(void* to, std::size_t size, int value) { std::memset(to, value, size); }
 
-  /// Overwrites head_ or tail_, the first words of two cache lines.
+  /// Overwrites head_ or tail_ of a ring, which are the first words of its first two cache lines.
   void write_indices() {
     constexpr std::size_t kLine = 64;
     auto* ring = reinterpret_cast<std::byte*>(engine_() % 2 == 0 ? static_cast<void*>(&block_.inbound)
@@ -73,7 +73,7 @@ class HostileIngress {
     block_.seats[engine_() % 2].lacks.store(static_cast<std::uint32_t>(any));
     block_.other_session.store(any);
   }
-  /// Pushes a command under the name of a key, which a daemon without keys would obey.
+  /// Pushes a decoded command with the id of a key as its sender. A daemon without keys would obey it.
   void push_command() {
     service::InboundEntry entry{};
     const char name[] = "test";

@@ -35,7 +35,8 @@ class KeyFiles : public ::testing::Test {
     chmod(path.c_str(), mode);
     return path;
   }
-  /// Returns the fault of a key file that contains `front` and then the lines `more`, without its path.
+  /// Returns the fault of a key file that contains `front` and then the lines `more`, without the path at its
+  /// start.
   std::string fault_of(const std::string& more, const std::string& front = "id: a\nsecret: " + kSecret) {
     const std::string path = write("a.key", front + "\n" + more);
     const KeysResult result = load_keys(path, plan_);

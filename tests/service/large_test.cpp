@@ -1,8 +1,8 @@
-// The test takes a mast of 10,000 points from its files to a daemon at 1 kHz. The test prints time and memory
-// of set-up and daemon, and the duration of ticks while 20 points are pushed and read. FREEFLEX_LARGE_BAYS
-// and FREEFLEX_LARGE_MODES change the size; 25000 and 300 give 100,000 points and a set-up of some minutes.
-// If FREEFLEX_LARGE_PLAN is the absolute path of a plan from an earlier run, that plan is used without a
-// set-up.
+// The test compiles a mast of 10,000 points from its files, and runs it in a daemon at 1 kHz. The test prints
+// time and memory of set-up and daemon, and the duration of ticks while 20 points are pushed and read.
+// FREEFLEX_LARGE_BAYS and FREEFLEX_LARGE_MODES change the size: 25000 bays and 300 modes give 100,000 points
+// and a set-up of some minutes. If FREEFLEX_LARGE_PLAN is the absolute path of a plan from an earlier run,
+// that plan is used without a set-up.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
@@ -39,8 +39,8 @@ int from_environment(const char* name, int otherwise) {
   return value == nullptr ? otherwise : std::atoi(value);
 }
 
-/// Writes the mast of service/scenes/truss104.yaml with more bays. 20 points along the mast are pushed and
-/// read.
+/// Writes the mast of service/scenes/truss104.yaml with more bays. The scene lets commands push 20 points
+/// along the mast, and publishes them.
 struct Mast {
   int bays = from_environment("FREEFLEX_LARGE_BAYS", 2500);
   int modes = from_environment("FREEFLEX_LARGE_MODES", 100);
@@ -79,7 +79,7 @@ struct Mast {
   }
 };
 
-/// Returns the value of a line of /proc/PID/status in MB.
+/// Returns the value [MB] of the line with this name in /proc/PID/status.
 double status_MB(pid_t pid, const std::string& name) {
   std::ifstream status("/proc/" + std::to_string(pid) + "/status");
   for (std::string line; std::getline(status, line);)
@@ -107,8 +107,8 @@ std::string run(const std::vector<std::string>& arguments) {
   return process.output();
 }
 
-/// Sends 500 pushes a second on the points that the scene lets commands push, so that the slots change at
-/// every second tick.
+/// Sends 500 pushes a second for kSeconds, on the points that the scene lets commands push, so that the slots
+/// change at every second tick.
 void push_for_a_while(BusClient& client, const Mast& mast) {
   auto next = steady_clock::now();
   for (int i = 0; i < std::chrono::seconds(kSeconds) / kCommandPeriod; ++i) {

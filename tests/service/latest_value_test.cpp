@@ -1,4 +1,4 @@
-// The latest-value buffer between two threads.
+// These tests check the latest-value buffer between two threads.
 #include "service/latest_value.hpp"
 
 #include <gtest/gtest.h>

@@ -97,7 +97,7 @@ TEST_F(LimitedLogTest, WritesAtMostTenLinesInAnySecondAndCountsEveryLineOnce) {
   std::mt19937_64 engine(12);
   std::int64_t num_written = 0;
   for (int i = 0; i < 100'000; ++i) {
-    // intervals between 0 and a second
+    // random intervals from 0 to 1.07 s, of all orders of magnitude
     const std::uint64_t exponent = engine() % 31;
     pass(static_cast<std::int64_t>(engine() % (std::uint64_t{1} << exponent)));
     write(LineKind::kFault, "fault");
@@ -109,7 +109,7 @@ TEST_F(LimitedLogTest, WritesAtMostTenLinesInAnySecondAndCountsEveryLineOnce) {
     long long held = 0;
     const bool is_count = std::sscanf(lines_[i].text.c_str(), "... and %lld more", &held) == 1;
     num_counted += is_count ? held : 1;
-    // end() writes the last line without waiting for the interval
+    // the last line is excluded, because end() writes it without waiting
     if (i >= LimitedLog::kMost && i + 1 < lines_.size()) {
       EXPECT_GE(lines_[i].time_ns - lines_[i - LimitedLog::kMost].time_ns, kSecond) << i;
     }

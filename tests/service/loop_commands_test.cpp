@@ -1,5 +1,5 @@
-// These tests check how many commands the simulation loop takes in a tick, from which senders, up to what
-// age, and what the loop checks.
+// These tests check which commands the simulation loop takes (how many in a tick, from which senders, up to
+// what age), and that it drops invalid entries.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -87,7 +87,7 @@ TEST(Loop, ObeysTheOperatorDespiteManyCommandsFromTheBus) {
     ASSERT_EQ(ack.sender[0], 't') << "answers to the operator are not sent to the bus";
 }
 
-TEST(Loop, ACommandFromTheBusClearsASenderOnlyIfItsKeyWasChecked) {
+TEST(Loop, AClearFromTheBusIsObeyedOnlyIfKeysAreChecked) {
   const Plan plan = octahedron_plan();
   for (const bool may_bus_clear : {false, true}) {
     Rig rig(plan, {.timing = kAsap, .until_tick = 200, .may_bus_clear = may_bus_clear});
@@ -131,7 +131,7 @@ TEST(Loop, IgnoresCommandsFromTheBusUnderANameOfTheOperator) {
   EXPECT_FALSE(rig.output->operator_acks.try_pop(answer));
 }
 
-TEST(Loop, ChecksEveryEntryOfTheRing) {
+TEST(Loop, DropsEveryInvalidEntryOfTheRing) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 10});
   ForceCommand bad = make_push(1);
@@ -168,7 +168,7 @@ TEST(Loop, RefusesCommandsThatWaitedTooLongInEveryMode) {
     constexpr std::int64_t kMilli = 1'000'000;
     rig.push(make_push(1));
     rig.control(control_t::RESET);
-    rig.clock.suspend(20 * kMilli);  // the ages are then 520 ms and 500 ms
+    rig.clock.suspend(20 * kMilli);  // at the end two commands are 520 ms old, and two 500 ms
     rig.push(make_push(2));
     rig.control(control_t::SHAPES, 1);
     rig.clock.suspend(500 * kMilli);
@@ -188,7 +188,7 @@ TEST(Loop, RefusesCommandsThatWaitedTooLongInEveryMode) {
   }
 }
 
-TEST(Loop, AcceptsCommandsUpToTheAgeLimitAndCorrectsReceptionTimes) {
+TEST(Loop, AcceptsCommandsUpToTheAgeLimitAndCorrectsImpossibleReceptionTimes) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 2});
   rig.push(make_push(1));

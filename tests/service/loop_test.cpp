@@ -35,8 +35,7 @@ TEST(Timing, EachNameIsReadBackAsItsTiming) {
   }
 }
 
-/// Holds the results of a run, which are the last state, the published states by tick, and the APPLIED
-/// entries.
+/// The results of a run: the last state, the published states by tick, and the APPLIED entries.
 struct Course {
   std::vector<std::uint64_t> last;
   std::map<std::int64_t, std::vector<std::uint64_t>> published;
@@ -163,7 +162,7 @@ TEST(Loop, InRealTimeItHoldsThenStepsAndThenRunsAgain) {
 
 TEST(Loop, ResetReturnsToTheStartInANewEpochAndAnswersWaitingCommands) {
   const Plan plan = octahedron_plan();
-  // nobody reads the states, so the loop waits a second for each
+  // nobody reads the states, so the loop waits a second for room for each
   Rig rig(plan, {.timing = kAsap, .until_tick = 300, .limits = {.max_age = 1e3}});
   rig.push(make_push(1, 0, -1));
   rig.push(make_push(2, 1, 290));
@@ -186,7 +185,7 @@ TEST(Loop, ResetReturnsToTheStartInANewEpochAndAnswersWaitingCommands) {
   EXPECT_EQ(rig.applied[2].kind, applied_t::FORCE);
   EXPECT_EQ(rig.applied[2].tick, tick) << "the first command of the new epoch";
   EXPECT_EQ(rig.applied[2].sequence, 2);
-  // the motion in the new epoch is that of a new run
+  // the motion in the new epoch has the same bits as that of a new run
   Rig fresh(plan, {.timing = kAsap, .until_tick = 300 - tick});
   fresh.push(make_push(1, 0, -1));
   fresh.run();
@@ -241,7 +240,7 @@ TEST(Loop, HoldsTheLastFiniteStateAfterAFaultUntilAReset) {
   EXPECT_EQ(rig.applied[0].kind, applied_t::RESET);
 }
 
-TEST(Loop, AppliedMessagesAreNumberedWithoutGapsIfNobodyReadsThem) {
+TEST(Loop, AppliedMessagesAreNumberedWithoutGapsEvenIfNobodyReadsThem) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 3000});
   std::int64_t sequence = 1;

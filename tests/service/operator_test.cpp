@@ -1,6 +1,6 @@
-// These tests check the operator of the real freeflexd while strangers use the bus. Strangers can take all
-// slots of the bus, but they cannot block controls or the operator, and they cannot keep a daemon from
-// starting.
+// These tests check that the operator can control the real freeflexd while strangers use the bus. Strangers
+// can take all slots of the bus, but they cannot block controls or the operator, and they cannot keep a
+// daemon from starting.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/socket.h>
@@ -22,7 +22,7 @@ using freeflex_msgs::control_t;
 using freeflex_msgs::status_t;
 using io::Reason;
 
-/// Runs freeflex push over the socket. Returns its exit code, and its output in `output`.
+/// Runs freeflex push over the socket. Returns the exit code, and stores what push printed in `output`.
 int push(const std::string& socket, std::vector<std::string> arguments, std::string* output = nullptr) {
   arguments.insert(arguments.begin(), {program("freeflex"), "push", "--timeout", "60", "--socket", socket});
   Process process(arguments);
@@ -52,8 +52,8 @@ void take_everything(BusClient& client) {
         return !client.acks.empty() && client.acks.back().sequence == push.sequence &&
                client.acks.back().sender == push.sender.data();
       })) << i;
-      // 48 x 4 commands fill the queue, so later senders find no room. An earlier sender may also find the
-      // queue full until the next tick or while answers are pending.
+      // 48 x 4 commands fill the queue, so later senders find no room. One of the first 48 may also find the
+      // queue full for a moment, and sends again.
       const bool is_full = client.acks.back().reason == static_cast<int>(Reason::kQueueFull);
       if (i >= 48) {
         ASSERT_TRUE(is_full) << i;
@@ -228,7 +228,7 @@ TEST_F(Daemon, TheOperatorsSocketIsPrivateAndAStaleOneIsReplaced) {
   EXPECT_EQ(next.wait(), 0);
 }
 
-TEST_F(Daemon, WithoutAPathDaemonAndOperatorUseAPrivateFolder) {
+TEST_F(Daemon, WithoutASocketPathDaemonAndOperatorUseAPrivateFolder) {
   const std::string theirs = temporary_path("theirs");
   const std::string mine = temporary_path("mine");
   for (const std::string& folder : {theirs, mine}) {
@@ -260,7 +260,7 @@ TEST_F(Daemon, WithoutAPathDaemonAndOperatorUseAPrivateFolder) {
   }
 }
 
-TEST_F(Daemon, AForeignStatusCannotKeepADaemonFromStarting) {
+TEST_F(Daemon, WithTakeOverADaemonStartsDespiteAForeignStatus) {
   BusClient client("OQ");
   status_t invented{};
   invented.session = 1;  // older than any daemon's

@@ -1,4 +1,4 @@
-// A queue between two threads whose entries are filled in place.
+// These tests check the queue between two threads, whose entries are filled in place.
 #include "service/queue.hpp"
 
 #include <gtest/gtest.h>

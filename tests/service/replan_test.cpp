@@ -1,5 +1,5 @@
-// If a command needs an omitted feature, the plan is replaced at the tick of the command, and the motion
-// equals the motion of a plan that always had the feature.
+// If a command needs an omitted feature, the fallback plan replaces the plan at the tick of the command, and
+// the motion equals that of a plan that had the feature from the start.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -14,7 +14,7 @@ namespace freeflex::testing {
 namespace {
 
 /// Returns a ladder of 8 points and beams in the xy plane of the body. If `has_kick`, a pulse of force acts
-/// in this plane. If `is_turned`, the ladder is rotated against the world.
+/// in this plane. If `is_turned`, the initial attitude rotates the ladder against the world axes.
 Scene ladder(OnNeed on_need, bool has_kick = true, bool is_turned = false) {
   Scene scene;
   scene.name = "ladder";
@@ -80,8 +80,8 @@ TEST(Replan, AReplannedRunHasTheMotionOfTheFullPlan) {
   EXPECT_EQ(static_cast<Need>(reduced.state.fallback_need), Need::kOutOfPlane);
   EXPECT_EQ(reduced.plan.fallback.front().num_elastic, full.plan.num_elastic);
   std::printf("change %.1e of the largest displacement\n", change / largest);
-  // the bound allows for rounding errors of phases of 1e4 rad/s over 1.7 s, and of positions of 3 m relative
-  // to displacements of 1e-2 m
+  // the bound allows for rounding errors of the phase of a mode of 1e4 rad/s after 1.7 s, and of positions of
+  // 3 m relative to displacements of 1e-2 m
   EXPECT_LE(change, 5e-11 * largest);
 }
 
@@ -107,7 +107,7 @@ TEST(Replan, AResetRestoresTheInitialPlan) {
   EXPECT_EQ(reduced.state.q, fresh.state.q);
   EXPECT_EQ(reduced.state.q_dot, fresh.state.q_dot);
   EXPECT_EQ(reduced.state.q_WB, fresh.state.q_WB);
-  // the command makes the loop replan again
+  // after the reset, the command again switches to the fallback plan
   reduced.run(50, {&command, 1});
   EXPECT_TRUE(reduced.state.uses_fallback);
 }
@@ -133,7 +133,7 @@ TEST(Replan, AFailedStepLeavesTheStateUnchanged) {
   EXPECT_EQ(reduced.state.q, other.state.q) << "the motion continues as if the command had not been sent";
 }
 
-TEST(Replan, TheLoopReplansAtTheTickOfTheCommandToTheBit) {
+TEST(Replan, TheLoopReplansAtTheTickOfTheCommandWithTheBitsOfTheStep) {
   const Plan plan = reduced_plan_of(ladder(OnNeed::kReplan));
   Rig rig(plan, {.timing = {service::Timing::Kind::kAsap, 1.0}, .until_tick = 600});
   ForceCommand command = push_across();

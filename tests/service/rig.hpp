@@ -1,5 +1,5 @@
-// This file runs a simulation loop in one thread without a bus. Commands go into the ring of the loop, and
-// the outputs of the loop are collected.
+// The rig runs a simulation loop in one thread without a bus. Commands go into the ring of the loop, and the
+// outputs of the loop are collected.
 #pragma once
 
 #include <functional>
@@ -47,19 +47,19 @@ ForceCommand make_push(std::int64_t sequence, int slot = 0, std::int64_t start_t
                        double size = 1.0);
 
 struct Rig {
-  /// \param most_waiting  snapshots that a channel can store. If the number is 1, a loop without a pace waits
-  /// for the reader
+  /// \param most_waiting  number of snapshots of one channel that can wait. If it is 1, a loop without a pace
+  ///   waits for the reader
   Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock_of_loop,
       std::size_t most_waiting = 1);
   Rig(const Plan& plan, const service::LoopSettings& settings, std::size_t most_waiting = 1)
       : Rig(plan, settings, clock, most_waiting) {}
 
-  /// Returns false if the ring is full.
+  /// These functions put a command into the ring, or return false if the ring is full.
   bool push(const ForceCommand& command);
   bool control(std::int32_t command, std::int64_t count = 0, const std::string& target = "");
   /// Moves all entries of the rings to acks and applied.
   void collect();
-  /// Returns the oldest STATE that has not been taken, or null. Takes the oldest message of each other
+  /// Returns the oldest STATE that has not been taken, or null. Takes the oldest snapshot of each other
   /// channel too.
   const service::Snapshot* take_motion();
   /// Runs to the end and collects the outputs.

@@ -1,5 +1,5 @@
-// Signals that arrive at inconvenient moments end the process cleanly or are ignored. Each test runs in its
-// own process.
+// Signals that arrive at inconvenient moments end the process cleanly or are ignored. Each case runs in a
+// process of its own.
 #include "service/signals.hpp"
 
 #include <fcntl.h>
@@ -46,7 +46,7 @@ TEST(SignalsDeathTest, AreReceivedEvenIfTheParentIgnoredOrBlockedThem) {
   }
 }
 
-TEST(SignalsDeathTest, AHangUpStaysIgnoredUnderNohup) {
+TEST(SignalsDeathTest, SighupStaysIgnoredUnderNohup) {
   EXPECT_EXIT(
       {
         signal(SIGHUP, SIG_IGN);
@@ -58,7 +58,7 @@ TEST(SignalsDeathTest, AHangUpStaysIgnoredUnderNohup) {
       ExitedWithCode(0), "");
 }
 
-TEST(SignalsDeathTest, TheFirstSignalEndsTheProcessAndSimultaneousOnesAreIgnored) {
+TEST(SignalsDeathTest, TheFirstSignalIsReportedAndSimultaneousOnesAreIgnored) {
   EXPECT_EXIT(
       {
         SignalWatch signals;

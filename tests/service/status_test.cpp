@@ -1,4 +1,4 @@
-// The figures that FREEFLEX_STATUS gives on a motion, compared with closed forms.
+// These tests compare the figures that FREEFLEX_STATUS gives on a motion with closed forms.
 #include "service/status.hpp"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,8 @@ struct Report {
   Snapshot snapshot;
 };
 
-/// Returns two points of 1 kg, 1 m apart, on 100 N/m, at rest and displaced by 2 mm each: omega^2 = 2 k / m.
+/// Returns two points of 1 kg, 1 m apart, joined by a spring of k = 100 N/m, at rest and each displaced by 2
+/// mm outwards. The mode has omega^2 = 2 k / m.
 Scene stretched_pair() {
   Scene scene = spring_pair(1.0, 1.0, 1.0, 100.0);
   publish_everything(scene);
@@ -68,7 +69,7 @@ TEST(Status, SpinRatioHasItsClosedFormForAStretchedPair) {
   Report report(scene);
   const double expected = 0.3 * 0.3 / 200.0 * 0.5 / 2e-3;
   EXPECT_NEAR(report.now().spin_ratio, expected,
-              1e-13 * expected);  // rounding error of omega_1 in the set-up
+              1e-13 * expected);  // for the rounding error of omega_1 in the set-up
 }
 
 TEST(Status, SpinWithoutDisplacementIsPublishedAsAFiniteNumber) {
@@ -102,7 +103,7 @@ TEST(Status, PublishesTheCurrentAndTheWorstVerdictWithTheirFigures) {
   EXPECT_EQ(status.error_scale, 2e-3);
 }
 
-TEST(Status, TheTruncationBoundOfOmittedModesIsUnknownAtFirst) {
+TEST(Status, TheTruncationBoundIsMinusOneIfThePlanOmitsModes) {
   EXPECT_EQ(Report(stretched_pair()).now().truncation_bound, 0.0);
   Report report(stretched_pair());
   PlanFeature left_out;
@@ -169,8 +170,8 @@ TEST(Status, FreeFallKeepsItsEnergy) {
   scene.gravity = Eigen::Vector3d(0.0, 0.0, -9.81);
   Report report(scene);
   report.run(1001);
-  // 96 J of kinetic energy cancel the potential energy with 8 rounding errors, and the energy of the
-  // oscillation is 0.8 mJ
+  // the drift is relative to the 0.8 mJ of the oscillation. 96 J of kinetic energy and of potential energy
+  // cancel, with 8 rounding errors
   EXPECT_LT(report.now().energy_drift, 8 * 2.2e-16 * 96.0 / 0.8e-3);
 }
 

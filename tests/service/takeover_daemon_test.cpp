@@ -28,12 +28,12 @@ namespace {
 
 std::string no_network;  // reason why there is no private network; empty if there is one
 
-/// Runs the hostile ingress. The hostile ingress does nothing until a FORCE arrives, because a report of
-/// another daemon on the prefix would keep this daemon from starting. The hostile ingress is confined like
-/// the genuine ingress and makes only the same system calls.
+/// Runs the hostile ingress. The hostile ingress does nothing until a FORCE arrives, because some of its
+/// actions report another daemon on the prefix, which would keep this daemon from starting. The hostile
+/// ingress is confined like the genuine ingress and makes only the same system calls.
 service::IngressEnd be_hostile(service::SharedBlock& block, const service::IngressSettings& settings,
                                int seat) {
-  static std::array<std::byte, 65536> buffer;  // UDP has no larger packet
+  static std::array<std::byte, 65536> buffer;  // no UDP packet is larger
   HostileIngress hostile(block, 7);
   std::atomic<std::uint64_t>& beat = block.seats[static_cast<std::size_t>(seat)].beat;
   bool is_active = false;
@@ -97,7 +97,7 @@ TEST(DaemonWithAHostileIngress, AppliesNoCommandAndKeepsRunning) {
       if (rejection.reason != static_cast<std::int32_t>(io::Reason::kQueueFull)) count += rejection.count;
     return count;
   };
-  // at least 10,000 entries of the ingress are refused, over more than 1000 ticks
+  // waits until more than 10,000 entries of the ingress are refused and more than 1000 ticks have passed
   const std::int64_t from = client.statuses.back().tick;
   EXPECT_TRUE(client.until([&] {
     provoke();

@@ -18,7 +18,7 @@ using service::Key;
 
 constexpr int kTicks = 3000;
 
-/// Holds the results of a run.
+/// The results of a run.
 struct Course {
   std::vector<std::uint64_t> last;
   std::vector<service::AppliedEntry> applied;
@@ -27,7 +27,8 @@ struct Course {
 };
 
 /// Runs the octahedron with a verifier. At each tick the ingress performs `acts_a_tick` hostile actions
-/// twice. At every hundredth tick it receives a genuine push in between, which it may lose.
+/// twice. Between the two times, at every hundredth tick, the ingress receives a genuine push, which its
+/// actions may destroy.
 Course run_course(std::uint64_t seed, int acts_a_tick, bool has_pushes) {
   const Key key = make_key("test");
   const Plan plan = octahedron_plan();
@@ -68,7 +69,7 @@ Course run_course(std::uint64_t seed, int acts_a_tick, bool has_pushes) {
   return course;
 }
 
-TEST(HostileIngressBesideAVerifier, AppliesNoCommand) {
+TEST(HostileIngressBesideAVerifier, GetsNoCommandApplied) {
   const Course peaceful = run_course(0, 0, false);
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     const Course attacked = run_course(seed, 20, false);

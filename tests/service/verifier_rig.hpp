@@ -23,7 +23,7 @@ freeflex_msgs::force_t force_of(std::int64_t sequence);
 freeflex_msgs::control_t control_of(std::int64_t sequence);
 
 struct VerifierRig {
-  /// Uses the scene of make_names(), kSession and the prefix TEST.
+  /// The verifier uses the names of make_names(), kSession and the prefix TEST.
   explicit VerifierRig(std::vector<service::Key> keys);
 
   /// Passes a message on FORCE or CONTROL to the packet handler and then to the verifier.

@@ -1,4 +1,4 @@
-// The rules for commands under a key, and the answers to commands that break them.
+// These tests check the rules for sealed commands, and the answers to commands that break a rule.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -34,7 +34,7 @@ class VerifierTest : public ::testing::Test {
     EXPECT_TRUE(io::is_sane(answer));
     return answer.text.data();
   }
-  /// Expects refusals that are counted but not answered.
+  /// Expects `count` refusals so far for this reason, without an answer.
   void dropped(Reason reason, std::int64_t count = 1) {
     EXPECT_FALSE(rig_.next_command());
     EXPECT_EQ(rig_.next_answer().reason, Reason::kAccepted);
@@ -183,7 +183,8 @@ TEST_F(VerifierTest, EnvelopesThatExpiredOrExpireTooLateAreRefused) {
 }
 
 TEST_F(VerifierTest, ACommandMustHaveTheSenderAndSequenceNumberOfItsEnvelope) {
-  // no honest holder of a key makes a command of another sender or sequence with a correct tag
+  // builds the envelope by hand, because seal() never makes an envelope whose sender or sequence differs from
+  // that of its command
   const auto send = [this](const std::string& sender, std::int64_t inner, std::int64_t outer) {
     freeflex_msgs::envelope_t envelope{};
     force_t force = force_of(inner);
@@ -253,7 +254,7 @@ TEST_F(VerifierTest, RingEntriesThatOnlyAHostileIngressMakesAreCounted) {
 
 class GrantsTest : public VerifierTest {
  protected:
-  /// Gives the rig one key with limits.
+  /// Replaces the rig's verifier by a verifier that knows only alice's key, with these limits.
   void grant(const std::function<void(service::Grants&)>& limit) {
     Key key = kAlice;
     limit(key.grants);
@@ -306,7 +307,7 @@ TEST_F(GrantsTest, GrantsLimitPointsGroupsAndSlots) {
 }
 
 TEST_F(GrantsTest, GrantsLimitTheForceAndTorqueOfAnEntry) {
-  // the largest values of make_force() are |forces[2]| = 60 and |wrenches[1].torque| = sqrt(113)
+  // the largest values of make_force() are |forces[2]| = 60.0009 N and |wrenches[1].torque| = sqrt(113) N m
   grant([](service::Grants& grants) { grants.largest_force = 59.0; });
   rig_.seal_and_deliver(force_of(1), kAlice);
   EXPECT_EQ(refused(Reason::kOverKeyLimit, 1),
@@ -355,7 +356,7 @@ TEST_F(VerifierTest, ANestedEnvelopeIsRefused) {
   EXPECT_EQ(rig_.next_answer().reason, Reason::kWrongType);
 }
 
-TEST_F(VerifierTest, FragmentedMessagesAreMalformed) {
+TEST_F(VerifierTest, AMessageInFragmentsIsCountedAsMalformed) {
   // the first of two fragments, which contains the name of the channel
   std::vector<std::byte> packet(20 + kForceChannel.size() + 1 + 8);
   const std::uint32_t words[] = {0x4c433033, 1, 70'000, 0};  // magic, number, size, offset
@@ -371,7 +372,7 @@ TEST_F(VerifierTest, FragmentedMessagesAreMalformed) {
   dropped(Reason::kMalformed);
 }
 
-TEST_F(VerifierTest, ForcesLeaveRoomForControls) {
+TEST_F(VerifierTest, ForcesLeaveRoomInTheRingForControls) {
   const auto force = seal(force_of(7), kForceChannel, kAlice.sealing, rig_.valid_until());
   for (int i = 0; i < 1030; ++i) rig_.packet_handler.on_force(force, rig_.time.now_ns);
   rig_.packet_handler.on_control(seal(control_of(8), kControlChannel, kAlice.sealing, rig_.valid_until()),
