@@ -8,7 +8,8 @@ namespace freeflex::service {
 
 Bus::Bus(const std::string& url, std::string prefix)
     : lcm_(lcm_create(url.c_str())), prefix_(std::move(prefix)) {
-  if (!lcm_) throw std::runtime_error(fmt::format("LCM does not start on '{}'", url));
+  if (!lcm_)
+    throw std::runtime_error(fmt::format("LCM does not start on '{}'; check the URL and the network", url));
 }
 
 void Bus::send(const char* suffix, std::span<const std::byte> bytes) {

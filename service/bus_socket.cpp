@@ -30,7 +30,7 @@ constexpr int kProbeMillis = 100;                // [ms] time between test packe
 // liblcm tests itself with this packet, and every program on the bus ignores the packet
 constexpr std::string_view kProbe{"LC02\0\0\0\0LCM_SELF_TEST\0", 22};
 
-constexpr const char* kCannotReceive = "cannot receive from the bus";
+constexpr const char* kCannotReceive = "the process cannot receive from the bus";
 
 /// Classic BPF program that passes a packet if it is a short message on FORCE, STATUS or CONTROL of the
 /// prefix, or the first fragment of a longer message on FORCE or CONTROL. Offsets count from the start of the
@@ -103,8 +103,9 @@ std::string test_reception(int fd, const LcmAddress& address, std::chrono::milli
     if (poll(&readable, 1, kProbeMillis) == 1) return {};
   }
   return "a packet to the bus did not come back in " + std::to_string(timeout.count()) +
-         " ms: something between this process and the group's address, a packet filter perhaps, drops "
-         "packets";
+         " ms, because something between this process and the group's address (a packet filter perhaps) "
+         "drops "
+         "packets; check the packet filter";
 }
 
 }  // namespace

@@ -60,13 +60,13 @@ std::string slip_text(double period, std::int64_t num_slips, std::int64_t stood_
   if (stood_ns > 0) {
     std::snprintf(text, sizeof text,
                   "the process did not run for %.1f s (it was suspended by a signal, a debugger or the "
-                  "machine): the loop skips the lost time (slips so far: %lld)",
+                  "machine), so the loop skips the lost time (slips so far: %lld)",
                   1e-9 * static_cast<double>(stood_ns), static_cast<long long>(num_slips));
     return text;
   }
   std::snprintf(
       text, sizeof text,
-      "this machine does not hold the period of %.6g us: the loop fell behind by more than %lld ms and "
+      "this machine does not hold the period of %.6g us, so the loop fell behind by more than %lld ms and "
       "skips the lost time (slips so far: %lld); use a lower --rate, a cheaper rung, fewer modes or "
       "points, or --time scaled=K",
       1e6 * period, static_cast<long long>(Pacer::kCatchUp / 1'000'000), static_cast<long long>(num_slips));

@@ -82,15 +82,14 @@ Plan read_plan(const DaemonOptions& options) {
                                           [](const PlanPoint& point) { return point.pushable; });
   if (num_pushable > kMaxTablePoints)
     throw StartFault(kUsage,
-                     fmt::format("{} points take commands, but the daemon has room for {}: list fewer under "
+                     fmt::format("{} points take commands, but the daemon has room for {}; list fewer under "
                                  "'commands: points' in the scene, or push them as groups",
                                  num_pushable, kMaxTablePoints));
   if (plan.points.size() > std::size_t{kMaxNamedPoints} || plan.groups.size() > std::size_t{kMaxGroups}) {
-    throw StartFault(
-        kUsage,
-        fmt::format(
-            "the scene has {} points and {} groups, but the daemon accepts at most {} points and {} groups",
-            plan.points.size(), plan.groups.size(), kMaxNamedPoints, kMaxGroups));
+    throw StartFault(kUsage,
+                     fmt::format("the scene has {} points and {} groups, but the daemon accepts at most {} "
+                                 "points and {} groups; remove some",
+                                 plan.points.size(), plan.groups.size(), kMaxNamedPoints, kMaxGroups));
   }
   return plan;
 }
@@ -102,7 +101,7 @@ std::vector<Key> read_keys(const DaemonOptions& options, const Plan& plan) {
   // no other process of this user may read the keys from the daemon's memory or from a core file
   if (sodium_init() < 0 || prctl(PR_SET_DUMPABLE, 0) != 0)
     throw StartFault(kRuntimeFailure,
-                     "the keys cannot be kept secret: libsodium or prctl does not work here");
+                     "the keys cannot be kept secret, because libsodium or prctl does not work here");
   KeysResult result = load_keys(*options.keys, plan);
   if (result.faults.empty()) return std::move(result.keys);
   print_plainly(result.faults);
@@ -116,7 +115,8 @@ std::int64_t count_ticks(double time, double period) {
   if (time <= 0.0) return 0;
   const double ticks = std::round(time / period);
   if (ticks > kMost)
-    throw StartFault(kUsage, fmt::format("--until {:g} is {:g} ticks, at most 1e15", time, ticks));
+    throw StartFault(kUsage,
+                     fmt::format("--until {:g} is {:g} ticks, but may be at most 1e15 ticks", time, ticks));
   return std::max<std::int64_t>(1, static_cast<std::int64_t>(ticks));
 }
 
@@ -127,7 +127,8 @@ void check_pace(const Timing& timing, double period) {
   const double tick = period / timing.scale;
   if (timing.is_paced() && tick > kLongest)
     throw StartFault(
-        kUsage, fmt::format("a tick would last {:g} s, at most {:g}: see --rate and --time", tick, kLongest));
+        kUsage, fmt::format("a tick would last {:g} s, but may last at most {:g} s; change --rate or --time",
+                            tick, kLongest));
 }
 
 /// Starts a thread with this body. If the system refuses, throws StartFault with the limits that may be the
@@ -138,7 +139,7 @@ std::thread start_thread(const char* what, Body body) {
     return std::thread(std::move(body));
   } catch (const std::system_error& error) {
     throw StartFault(kRuntimeFailure,
-                     fmt::format("cannot start a thread for {}: {}{}", what, error.code().message(),
+                     fmt::format("the thread for {} cannot be started: {}{}", what, error.code().message(),
                                  explain_limits(error.code().value())));
   }
 }
@@ -234,16 +235,16 @@ void Daemon::start_ingress() {
     throw StartFault(kUsage, fault);
   if (std::string fault = ingress_.start(ingress, *names); !fault.empty())
     throw StartFault(kRuntimeFailure, fault);
-  spdlog::info("commands are received by process {}, socket buffer {} kB", ingress_.pid(),
+  spdlog::info("commands are received by process {}, whose socket buffer has {} kB", ingress_.pid(),
                ingress_.socket().receive_buffer() / 1024);
   if (ingress_.user().uid == IngressUser::kSame)
     spdlog::info(
         "the process that receives commands runs with the rights of this user; --ingress-user needs root");
   if (const std::string lacks = describe_lacks(ingress_.lacks()); !lacks.empty())
-    spdlog::warn("the process that receives commands {}: it is less confined than intended", lacks);
+    spdlog::warn("the process that receives commands {}, so it is less confined than intended", lacks);
   if (!ingress_.has_private_memory())
     spdlog::warn(
-        "because of a file size limit (ulimit -f) the memory of commands is not private: other processes "
+        "because of a file size limit (ulimit -f) the memory of commands is not private, so other processes "
         "of this user can attach it");
   if (!keys_.empty()) start_verifier(*names);
 }
@@ -282,10 +283,10 @@ void Daemon::claim_prefix() {
     const std::string found =
         fmt::format("another freeflexd (session {}) is on prefix '{}' at {}", other, options_.prefix, url_);
     if (options_.takes_over)
-      return spdlog::warn("{}: this daemon starts anyway, because of --take-over", found);
+      return spdlog::warn("{}; this daemon starts anyway, because of --take-over", found);
     throw StartFault(kRuntimeFailure, found +
-                                          ": stop it, or start this one with another --prefix or "
-                                          "--lcm-url. Any program on the bus can claim this: if there is "
+                                          "; stop it, or start this one with another --prefix or "
+                                          "--lcm-url. Any program on the bus can claim this, so if there is "
                                           "no other daemon, start with --take-over");
   };
   if (const std::int64_t other = listen(kListening); other != 0) refuse(other);
@@ -315,9 +316,10 @@ void Daemon::start_simulation() {
                               .limits = plan_.command_limits};
   simulation_ = std::make_unique<Simulation>(plan_, settings, clock_, inbound().inbound, output_);
   if (!has_default_arithmetic()) {
-    throw StartFault(kRuntimeFailure,
-                     "the processor flushes denormals or does not round to nearest (a library built "
-                     "with -ffast-math?): results would not be reproducible");
+    throw StartFault(
+        kRuntimeFailure,
+        "the processor flushes denormals or does not round to nearest (because of a library built "
+        "with -ffast-math?), so results would not be reproducible; remove that library");
   }
   const bool is_paced = options_.timing.is_paced();
   if (is_paced) {
@@ -355,15 +357,15 @@ void Daemon::supervise() {
     if (other != noted_other) {
       log.write(
           LineKind::kOtherDaemon, now_ns,
-          fmt::format("another freeflexd (session {}) publishes on prefix '{}' as well: stop one of the two",
+          fmt::format("another freeflexd (session {}) publishes on prefix '{}' as well; stop one of the two",
                       other, options_.prefix));
       noted_other = other;
     }
     const double fill = ingress_.socket().fill();
     if (fill > kFull && !is_full)
-      log.write(
-          LineKind::kNotHeard, now_ns,
-          "commands arrive faster than they are processed: the socket's queue is full and commands are lost");
+      log.write(LineKind::kNotHeard, now_ns,
+                "commands arrive faster than they are processed, so the socket's queue is full and commands "
+                "are lost; send fewer a second");
     is_full = fill > (is_full ? kFull / 2 : kFull);
     log.write_due(now_ns);
   }

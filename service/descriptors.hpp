@@ -28,7 +28,7 @@ inline int move_up(int fd) {
 /// Returns "what: call: text of errno", followed by the limit of this process that may have caused the error.
 inline std::string call_fault(const char* what, const char* call) {
   const int error = errno;
-  return std::string(what) + ": " + call + ": " + std::strerror(error) + explain_limits(error);
+  return std::string(what) + ", because " + call + " failed: " + std::strerror(error) + explain_limits(error);
 }
 
 }  // namespace freeflex::service

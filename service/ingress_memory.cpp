@@ -21,7 +21,7 @@ constexpr char kSegmentMark = '#';  // precedes the id of a segment in argument(
 
 void* const kNotAttached = reinterpret_cast<void*>(-1);  // result of shmat after an error
 
-constexpr const char* kNoMemory = "no memory to share with the ingress process";
+constexpr const char* kNoMemory = "there is no memory to share with the ingress process";
 
 /// Makes a file of this size in memory, filled with zeros. Returns -1 and sets errno on failure.
 int make_file(std::size_t size) {

@@ -30,7 +30,7 @@ constexpr milliseconds kReadyPeriod{2};  // time between checks of processes tha
 
 constexpr int kNotLoaded = 127;  // exit status if the program or one of its libraries cannot be loaded
 
-constexpr const char* kCannotStart = "cannot start the ingress process";
+constexpr const char* kCannotStart = "the ingress process cannot be started";
 
 /// Returns true if the filter of system calls ended the process.
 bool is_of_filter(int status) { return WIFSIGNALED(status) && WTERMSIG(status) == SIGSYS; }
@@ -57,7 +57,8 @@ std::string explain_filter() {
   const char* const preloaded = std::getenv("LD_PRELOAD");
   if (preloaded != nullptr && *preloaded != '\0')
     return std::string(". LD_PRELOAD is set to '") + preloaded +
-           "': a library that is loaded that way (libfaketime, for one) makes such calls; start freeflexd "
+           "', and a library that is loaded that way (libfaketime, for one) makes such calls; start "
+           "freeflexd "
            "without it";
   return ". A library that is loaded into every program (/etc/ld.so.preload) makes such calls. "
          "If there is none, a packet may have taken control of the process, and the filter stopped it";
@@ -115,7 +116,7 @@ std::int64_t to_ns(std::chrono::steady_clock::time_point time) {
 
 std::string check_prefix(const std::string& prefix) {
   if (is_channel_prefix(prefix)) return {};
-  return "channel prefix '" + prefix + "': must be " + kPrefixAllowed;
+  return "channel prefix '" + prefix + "' must be " + kPrefixAllowed;
 }
 
 IngressProcess::~IngressProcess() { stop(); }
@@ -206,11 +207,11 @@ std::string IngressProcess::wait_until_ready(milliseconds timeout) {
   std::string event;
   while (!is_ready(active_)) {
     if (num_failed_starts_ >= kMostFailedStarts)
-      return std::string(kCannotStart) + ": " + std::to_string(num_failed_starts_) +
-             " successive starts failed at once: " + event;
+      return std::string(kCannotStart) + ", because " + std::to_string(num_failed_starts_) +
+             " successive starts failed at once. The last event was: " + event;
     if (Clock::now() > deadline)
       return "the ingress process is not ready after " + std::to_string(timeout.count()) + " ms" +
-             (event.empty() ? "" : ": " + event);
+             (event.empty() ? "" : ", because " + event);
     if (std::string found = poll(); !found.empty()) event = found;
     std::this_thread::sleep_for(kReadyPeriod);
   }
@@ -270,7 +271,7 @@ std::string IngressProcess::reap(std::size_t seat) {
   }
   forget(worker);
   if (num_failed_starts_ >= kMostFailedStarts) return event;
-  return event + (seat == active_ ? "; its standby takes over" : "; starting another");
+  return event + (seat == active_ ? "; its standby takes over" : "; another is started");
 }
 
 /// Lets the process at the seat receive.  \pre the other process has ended, so that two never receive

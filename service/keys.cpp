@@ -52,8 +52,8 @@ int open_private(int folder, const char* name) {
 }
 
 std::string explain_open(const std::string& path) {
-  if (errno == ELOOP) return path + ": error: is a symbolic link; give the file itself";
-  return path + ": error: cannot be read: " + std::strerror(errno);
+  if (errno == ELOOP) return path + ": error: this is a symbolic link; give the file itself";
+  return path + ": error: the file cannot be read: " + std::strerror(errno);
 }
 
 /// Returns the reason why an open file or folder is not private, or an empty string. A folder is private if
@@ -62,14 +62,17 @@ std::string find_exposure(const struct stat& status, const std::string& path) {
   const bool is_folder = S_ISDIR(status.st_mode);
   const bool has_owner = status.st_uid == geteuid() || (is_folder && status.st_uid == 0);
   if (!has_owner)
-    return fmt::format("{}: error: belongs to user {}, must belong to {}, who runs this: chown {} '{}'", path,
-                       status.st_uid, geteuid(), geteuid(), path);
+    return fmt::format(
+        "{}: error: the owner is user {}, but must be user {}, who runs this program; run chown {} '{}'",
+        path, status.st_uid, geteuid(), geteuid(), path);
   const unsigned mode = status.st_mode & 07777U;
   if (is_folder && (mode & 022U) != 0)
-    return fmt::format("{}: error: mode {:04o}: others may put keys into it: chmod go-w '{}'", path, mode,
-                       path);
+    return fmt::format(
+        "{}: error: the folder has mode {:04o}, so others may put keys into it; run chmod go-w '{}'", path,
+        mode, path);
   if (!is_folder && (mode & 077U) != 0)
-    return fmt::format("{}: error: mode {:04o}: other users have access: chmod 600 '{}'", path, mode, path);
+    return fmt::format("{}: error: the file has mode {:04o}, so other users have access; run chmod 600 '{}'",
+                       path, mode, path);
   return {};
 }
 
@@ -140,7 +143,7 @@ class KeyReader {
     if (!text) return;
     id = *text;
     if (!is_key_id(id))
-      report_.error(node->origin, "key: id " + reader::quote(id) + ", must be " + kKeyIdAllowed);
+      report_.error(node->origin, "key: id is " + reader::quote(id) + ", but must be " + kKeyIdAllowed);
   }
 
   /// Reads the secret. The error messages of this function never show the text of the secret.
@@ -153,7 +156,7 @@ class KeyReader {
                                         nullptr, &size, nullptr) == 0;
     if (is_read && sodium_is_zero(secret.data(), secret.size()) != 0)
       report_.error(node->origin,
-                    "key: secret is zero, which is easy to guess: make one with freeflex keygen");
+                    "key: secret is zero, which is easy to guess; make one with freeflex keygen");
     if (!is_read || size != secret.size())
       report_.error(node->origin,
                     "key: secret must be 64 hexadecimal digits, as freeflex keygen writes them");
@@ -167,7 +170,7 @@ class KeyReader {
     if (node == nullptr) return std::nullopt;
     const std::string label = std::string("key: ") + name;
     if (node->kind != reader::Node::Kind::kList) {
-      report_.error(node->origin, label + " is " + reader::describe(*node) + ", must be a list of " +
+      report_.error(node->origin, label + " is " + reader::describe(*node) + ", but must be a list of " +
                                       reader::join(words) + "; [] for none");
       return std::nullopt;
     }
@@ -215,8 +218,8 @@ class KeyReader {
       const auto number = reader::parse_integer(slots->text, 1, kMaxSlotNumber + 1);
       grants.num_slots = static_cast<int>(number.value_or(1));
       if (!number)
-        report_.error(slots->origin,
-                      "key: slots is " + reader::describe(*slots) + ", must be a whole number from 1 to 64");
+        report_.error(slots->origin, "key: slots is " + reader::describe(*slots) +
+                                         ", but must be a whole number from 1 to 64");
     }
     for (const char* name : {"points", "groups", "largest_force", "largest_torque", "slots"})
       refuse_idle(fields, name, "FORCE", grants.has_force);
@@ -236,7 +239,7 @@ class KeyReader {
   void refuse_idle(const reader::Fields& fields, const char* name, const char* channel, bool has_channel) {
     const reader::Node* node = fields.find(name);
     if (node != nullptr && !has_channel)
-      report_.error(node->origin, std::string("key: ") + name + " has no effect: " + channel +
+      report_.error(node->origin, std::string("key: ") + name + " has no effect, because " + channel +
                                       " is not among its channels; remove one of the two");
   }
 
@@ -249,10 +252,10 @@ void read_key(int fd, const std::string& path, const Plan* plan, KeysResult& res
   struct stat status {};
   std::string fault;
   if (fstat(fd, &status) != 0) fault = explain_open(path);
-  if (fault.empty() && !S_ISREG(status.st_mode)) fault = path + ": error: is not a regular file";
+  if (fault.empty() && !S_ISREG(status.st_mode)) fault = path + ": error: this is not a regular file";
   if (fault.empty()) fault = find_exposure(status, path);
   if (fault.empty() && status.st_size == 0)
-    fault = path + ": error: is empty; 'freeflex keygen ID --out FILE' writes a key";
+    fault = path + ": error: the file is empty; write a key with 'freeflex keygen ID --out FILE'";
   if (fault.empty()) {
     reader::Report report;
     reader::YamlTree tree;
@@ -294,15 +297,16 @@ void read_folder(int fd, const std::string& path, const Plan& plan, KeysResult& 
     else
       read_key(key.get(), file, &plan, result);
   }
-  if (names.empty()) result.faults = path + ": error: holds no file *.key: make one with freeflex keygen";
+  if (names.empty())
+    result.faults = path + ": error: the folder holds no file *.key; make one with freeflex keygen";
 }
 
 /// Reports keys that share an id or a secret.
 void check_distinct(KeysResult& result) {
   std::vector<Key>& keys = result.keys;
   const auto add = [&result](const Key& a, const Key& b, const std::string& what) {
-    result.faults += (result.faults.empty() ? "" : "\n") + b.file + ": error: has the " + what + " of " +
-                     a.file + ": make another key with freeflex keygen";
+    result.faults += (result.faults.empty() ? "" : "\n") + b.file + ": error: this key has the " + what +
+                     " of " + a.file + "; make another key with freeflex keygen";
   };
   std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) { return a.sealing.id < b.sealing.id; });
   for (std::size_t i = 0; i < keys.size(); ++i) {
@@ -350,8 +354,8 @@ KeysResult load_key(const std::string& path) {
 }
 
 std::string make_key(const std::string& path, const std::string& id) {
-  if (!is_key_id(id)) return "name '" + id + "': must be " + kKeyIdAllowed;
-  if (sodium_init() < 0) return "libsodium does not start: no source of random numbers";
+  if (!is_key_id(id)) return "name '" + id + "' must be " + kKeyIdAllowed;
+  if (sodium_init() < 0) return "libsodium does not start, because there is no source of random numbers";
   std::array<unsigned char, crypto_auth_KEYBYTES> secret{};
   std::array<char, kDigits + 1> digits{};
   crypto_auth_keygen(secret.data());
@@ -375,12 +379,12 @@ secret: {}
   const Descriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
   if (file.get() < 0)
     return path + ": " +
-           (errno == EEXIST ? "exists already, and a key is never overwritten"
-                            : std::string("cannot be written: ") + std::strerror(errno));
+           (errno == EEXIST ? "the file exists already, and a key is never overwritten; name another file"
+                            : std::string("the file cannot be written: ") + std::strerror(errno));
   const bool is_whole = write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
                         fsync(file.get()) == 0;
   if (is_whole) return {};
-  std::string fault = path + ": cannot be written: " + std::strerror(errno);
+  std::string fault = path + ": the file cannot be written: " + std::strerror(errno);
   unlink(path.c_str());
   return fault;
 }

@@ -35,7 +35,7 @@ struct Grants {
 /// Returns true if a key may have this id: a valid name of a sender on the bus, not reserved for the
 /// operator's socket.
 bool is_key_id(const std::string& id);
-inline constexpr const char* kKeyIdAllowed = "1 to 31 of A-Z a-z 0-9 _ . -, not beginning with local.";
+inline constexpr const char* kKeyIdAllowed = "1 to 31 of A-Z a-z 0-9 _ . - and not begin with local.";
 
 struct Key {
   SealingKey sealing;

@@ -51,14 +51,14 @@ class Explanation {
     // privileged processes may exceed some limits, so a limit below the present use cannot be the cause
     const auto limit = limit_of(resource);
     if (limit && used <= *limit)
-      add(std::string(what) + " is limited to " + megabytes(*limit) + ", " + megabytes(used) +
-          " are used: allow more, as with ulimit " + option + " " +
+      add(std::string(what) + " is limited to " + megabytes(*limit) + ", and " + megabytes(used) +
+          " are used; allow more, as with ulimit " + option + " " +
           std::to_string(std::llround(2.0 * *limit / 1024.0)));
   }
   void add_count(__rlimit_resource resource, const char* what, const char* option) {
     if (const auto limit = limit_of(resource))
       add(std::string(what) + " are limited to " + std::to_string(std::llround(*limit)) +
-          ": allow more with ulimit " + option);
+          "; allow more with ulimit " + option);
   }
   void add(const std::string& sentence) { text_ += ". " + sentence; }
   bool is_empty() const { return text_.empty(); }
@@ -89,7 +89,8 @@ std::string explain_limits(int error) {
       explanation.add_count(RLIMIT_NPROC, "Threads and processes of this user, all together,", "-u");
   }
   if (explanation.is_empty())
-    explanation.add("No limit of this process is set: the machine or its control group has none left");
+    explanation.add(
+        "No limit of this process is set, so the machine or its control group has reached its own limit");
   return explanation.text();
 }
 

@@ -79,7 +79,7 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
                  "user of the process that reads the network; default if started by root: nobody")
       ->type_name("NAME");
   app.add_flag("--take-over", options.takes_over,
-               "start even if another freeflexd seems to use the prefix; its messages may be forged");
+               "start even if another freeflexd seems to use the prefix, whose messages may be forged");
   std::string keys;
   CLI::Option* const has_keys = app.add_option(
       "--keys", keys, "accept only commands sealed with these keys: a key file, or a folder of *.key");
@@ -93,7 +93,8 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
     const auto parsed = freeflex::service::parse_timing(timing);
     if (!parsed)
       throw CLI::ValidationError(
-          "--time", "found '" + timing + "', must be realtime, scaled=K with K > 0, lockstep or asap");
+          "--time",
+          "the value is '" + timing + "', but must be realtime, scaled=K with K > 0, lockstep or asap");
     options.timing = *parsed;
     // `--keys ""`, as from an unset variable, is an error and does not mean "no keys"
     if (has_keys->count() > 0) options.keys = keys;

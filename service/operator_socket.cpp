@@ -24,7 +24,7 @@ using io::Reason;
 
 namespace {
 
-constexpr const char* kNoSocket = "no socket for the operator";
+constexpr const char* kNoSocket = "the operator's socket cannot be made";
 constexpr int kBacklog = 8;
 constexpr std::size_t kMostWaiting = 4096;  // a connection with this many unread messages is closed
 
@@ -34,15 +34,16 @@ std::string clear_place(const std::string& path, const sockaddr_un& address) {
   struct stat found {};
   if (lstat(path.c_str(), &found) != 0) return {};
   if (!S_ISSOCK(found.st_mode))
-    return fmt::format("{}: {} exists and is not a socket: give --socket PATH with a free path", kNoSocket,
-                       path);
+    return fmt::format("{}, because {} exists and is not a socket; give --socket PATH with a free path",
+                       kNoSocket, path);
   const int probe = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
   const bool is_live = connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 ||
                        errno != ECONNREFUSED;
   close(probe);
   if (is_live)
     return fmt::format(
-        "{}: another program listens on {}, and push --socket would reach that one: stop it, start this one "
+        "{}, because another program listens on {} and push --socket would reach that one; stop it, start "
+        "this one "
         "with another --prefix or --socket PATH, or give --socket none",
         kNoSocket, path);
   unlink(path.c_str());
@@ -83,7 +84,10 @@ OperatorSocket::~OperatorSocket() {
 
 std::string OperatorSocket::open(const std::string& path) {
   const std::optional<sockaddr_un> address = unix_address(path);
-  if (!address) return fmt::format("{}: the path '{}' is longer than 107 characters", kNoSocket, path);
+  if (!address)
+    return fmt::format(
+        "{}, because the path '{}' is longer than 107 characters; give a shorter --socket PATH", kNoSocket,
+        path);
   if (std::string fault = clear_place(path, *address); !fault.empty()) return fault;
   const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return call_fault(kNoSocket, "socket");
@@ -97,7 +101,7 @@ std::string OperatorSocket::open(const std::string& path) {
     failed = "listen";
   if (failed != nullptr) {
     std::string fault =
-        call_fault(kNoSocket, failed) + " (" + path + "): give --socket PATH, or --socket none";
+        call_fault(kNoSocket, failed) + " (" + path + "); give --socket PATH, or --socket none";
     ::close(fd);
     return fault;
   }
@@ -169,18 +173,18 @@ void OperatorSocket::take(Connection& connection, std::span<const std::byte> byt
     std::snprintf(admission.text.data(), admission.text.size(), "%s", text.c_str());
   };
   if (admission.reason == Reason::kNoKeys)
-    refuse(Reason::kNoKeys, "this socket uses no keys: send the command without an envelope");
+    refuse(Reason::kNoKeys, "this socket uses no keys; send the command without an envelope");
   if (admission.reason == Reason::kAccepted) {
     if (!is_operator(admission.sender))
-      refuse(Reason::kBadSender, fmt::format("sender {}: on this socket the name must begin with {}",
+      refuse(Reason::kBadSender, fmt::format("sender {} must have a name on this socket that begins with {}",
                                              admission.sender.data(), kOperatorSender));
     else if (admission.sequence <= connection.last_sequence)
       refuse(Reason::kStaleSequence,
-             fmt::format("sequence number {} of sender {}, must be greater than {}", admission.sequence,
-                         admission.sender.data(), connection.last_sequence));
+             fmt::format("sequence number {} of sender {} must be greater than {}, its last one",
+                         admission.sequence, admission.sender.data(), connection.last_sequence));
     else if (find_asker({admission.sender, admission.sequence}) != nullptr)
       refuse(Reason::kStaleSequence, fmt::format("sequence number {} of {} also came over another "
-                                                 "connection: use another sender name, or numbers from a "
+                                                 "connection; use another sender name, or numbers from a "
                                                  "clock",
                                                  admission.sequence, admission.sender.data()));
   }
@@ -195,7 +199,7 @@ void OperatorSocket::take(Connection& connection, std::span<const std::byte> byt
       return;
     }
     connection.asked.pop_back();
-    refuse(Reason::kQueueFull, "earlier commands still wait for the loop: send again later");
+    refuse(Reason::kQueueFull, "earlier commands still wait for the loop; send again later");
   }
   output_.operator_rejected[static_cast<std::size_t>(admission.reason)].fetch_add(1,
                                                                                   std::memory_order_relaxed);

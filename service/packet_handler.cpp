@@ -108,9 +108,10 @@ void PacketHandler::finish(io::Admission& admission) noexcept {
   block_.received.fetch_add(1, std::memory_order_relaxed);
   if (uses_a_sequence(admission.reason) && is_operator(admission.sender)) {
     admission.reason = Reason::kBadSender;
-    std::snprintf(admission.text.data(), admission.text.size(),
-                  "sender %s: names that begin with local. are reserved for the operator's socket",
-                  admission.sender.data());
+    std::snprintf(
+        admission.text.data(), admission.text.size(),
+        "sender %s is refused, because names that begin with local. are reserved for the operator's socket",
+        admission.sender.data());
   }
   // the sequence is used up before the command is passed on. If the process is killed in between, the command
   // is lost, but no command is ever taken twice
@@ -119,7 +120,7 @@ void PacketHandler::finish(io::Admission& admission) noexcept {
     if (block_.try_push(entry_)) return;
     admission.reason = Reason::kQueueFull;
     std::snprintf(admission.text.data(), admission.text.size(),
-                  "commands arrive faster than the daemon processes them: all %d places of its queue are "
+                  "commands arrive faster than the daemon processes them, so all %d places of its queue are "
                   "in use; send fewer a second",
                   SharedBlock::num_places(entry_.kind));
   }
@@ -153,7 +154,7 @@ void PacketHandler::take_sequence(io::Admission& admission) noexcept {
     admission.reason = Reason::kTooManySenders;
     std::snprintf(admission.text.data(), admission.text.size(),
                   "sender %s is new, but the daemon knows %d senders already, and all of them sent within "
-                  "the last %lld s",
+                  "the last %lld s; send later",
                   admission.sender.data(), SenderTable::kMaxSenders,
                   static_cast<long long>(SenderTable::kForget / 1'000'000'000));
     return;
@@ -166,7 +167,7 @@ void PacketHandler::take_sequence(io::Admission& admission) noexcept {
   }
   admission.reason = Reason::kStaleSequence;
   std::snprintf(admission.text.data(), admission.text.size(),
-                "sequence number %lld of sender %s, must be greater than %lld",
+                "sequence number %lld of sender %s must be greater than %lld, its last one",
                 static_cast<long long>(admission.sequence), admission.sender.data(),
                 static_cast<long long>(last));
 }

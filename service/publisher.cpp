@@ -36,47 +36,50 @@ std::string reason_text(const AckEntry& entry, const CommandLimits& limits) {
   switch (entry.reason) {
     case Reason::kLate:
       return fmt::format(
-          "start_tick {} has passed, the next tick is {}: give a later tick, -1, or "
+          "start_tick {} has passed, because the next tick is {}; give a later tick, -1, or "
           "late_policy 1",
           entry.found, entry.tick);
     case Reason::kTooFarAhead:
       return fmt::format(
-          "start_tick {} is more than {} ticks ahead of {}: send it later{}", entry.found, entry.most,
+          "start_tick {} is more than {} ticks ahead of {}; send it later{}", entry.found, entry.most,
           entry.tick,
-          entry.most < io::kMaxAheadTicks ? "; 'commands: max_hold' of the scene is the limit" : "");
+          entry.most < io::kMaxAheadTicks ? " ('commands: max_hold' of the scene is the limit)" : "");
     case Reason::kNoSlotFree:
       return fmt::format(
-          "all {} slots that are open to this sender, by itself or with others, are in use or reserved: "
+          "all {} slots that are open to this sender, by itself or with others, are in use or reserved; "
           "end one first",
           entry.found);
     case Reason::kQueueFull:
       if (entry.command == 0 && entry.found > 0)
         return fmt::format(
-            "this sender, by itself or with others, already has {} waiting commands, which is the limit: "
+            "this sender, by itself or with others, already has {} waiting commands, which is the limit; "
             "send again later",
             entry.found);
-      return "the publisher is behind: send again later";
+      return "the publisher is behind; send again later";
     case Reason::kEpochEnded:
-      return fmt::format("a reset came before start_tick {}: send again in the new epoch", entry.found);
+      return fmt::format("a reset came before start_tick {}; send again in the new epoch", entry.found);
     case Reason::kCleared:
-      return fmt::format("its sender was cleared before start_tick {}: send it again if it is still valid",
-                         entry.found);
+      return fmt::format(
+          "the sender was cleared before start_tick {}; send the command again if it is still valid",
+          entry.found);
     case Reason::kNotGranted:
       return "CLEAR is accepted only over the operator's socket, or with a key whose controls include clear";
     case Reason::kTooOld:
       return fmt::format(
-          "waited {:.3g} s for its decision, at most {:g} s: send it again if it is still "
+          "the command waited {:.3g} s for its decision, but may wait at most {:g} s; send it again if it is "
+          "still "
           "valid",
           1e-3 * static_cast<double>(entry.found), limits.max_age);
     case Reason::kBadControl:
       if (entry.command == freeflex_msgs::control_t::SCENE)
-        return fmt::format("found {}: SCENE takes a page from 1 to {}, or 0 for all", entry.found,
+        return fmt::format("there is no page {}; SCENE takes a page from 1 to {}, or 0 for all", entry.found,
                            entry.most);
-      return fmt::format("found {}: SHAPES takes an elastic mode from 1 to {}", entry.found, entry.most);
+      return fmt::format("there is no mode {}; SHAPES takes an elastic mode from 1 to {}", entry.found,
+                         entry.most);
     case Reason::kWrongMode:
-      if (entry.mode == Mode::kFault) return "the simulation is faulted: only RESET and STOP are accepted";
-      return entry.command == freeflex_msgs::control_t::RUN ? "RUN does not apply in lockstep: send STEP"
-                                                            : "STEP applies only while holding: send HOLD "
+      if (entry.mode == Mode::kFault) return "the simulation is faulted, so only RESET and STOP are accepted";
+      return entry.command == freeflex_msgs::control_t::RUN ? "RUN does not apply in lockstep; send STEP"
+                                                            : "STEP applies only while holding; send HOLD "
                                                               "first";
     default:
       return {};
@@ -277,7 +280,7 @@ void Publisher::send_each_second(std::int64_t now_ns) {
   send_scene(status_->motion.uses_fallback, 0);
   if (bus_.num_failed() > noted_failures_) {
     log_.write(LineKind::kNotSent, now_ns,
-               fmt::format("{} messages could not be sent: is the network up?",
+               fmt::format("{} messages could not be sent; check that the network is up",
                            bus_.num_failed() - noted_failures_));
     noted_failures_ = bus_.num_failed();
   }
@@ -314,7 +317,7 @@ void Publisher::note_mode(std::int64_t now_ns) {
   if (status_->mode == noted_mode_) return;
   if (status_->mode == Mode::kFault) log_.write(LineKind::kFault, now_ns, "fault: " + fault_text(*status_));
   if (noted_mode_ == Mode::kFault && status_->mode != Mode::kStopped)
-    log_.write(LineKind::kRecovery, now_ns, "recovered by reset");
+    log_.write(LineKind::kRecovery, now_ns, "the simulation recovered by a reset");
   noted_mode_ = status_->mode;
 }
 
@@ -323,10 +326,11 @@ void Publisher::note_replan(std::int64_t now_ns) {
   if (motion.uses_fallback && motion.fallback_tick != noted_replan_tick_)
     log_.write(
         LineKind::kReplan, now_ns,
-        fmt::format("tick {}: the plan includes {} again because a command needs it: {} modes instead of "
-                    "{} from this tick on",
-                    motion.fallback_tick, replan_name(motion), plan_.fallback.front().num_elastic,
-                    plan_.num_elastic));
+        fmt::format(
+            "tick {}: the plan includes {} again because a command needs it, and has {} modes instead of "
+            "{} from this tick on",
+            motion.fallback_tick, replan_name(motion), plan_.fallback.front().num_elastic,
+            plan_.num_elastic));
   noted_replan_tick_ = motion.fallback_tick;
 }
 

@@ -20,7 +20,7 @@ constexpr int kPriority = 80;  // above threaded interrupts (50), below the kern
 std::string lock_memory() {
   if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {};
   return fmt::format(
-      "memory not locked ({}): a page fault may delay a tick; allow it with 'ulimit -l unlimited' or "
+      "memory is not locked ({}), so a page fault may delay a tick; allow it with 'ulimit -l unlimited' or "
       "'setcap cap_ipc_lock,cap_sys_nice+ep freeflexd'",
       std::strerror(errno));
 }
@@ -32,7 +32,7 @@ std::string raise_priority() {
   const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
   if (error == 0) return {};
   return fmt::format(
-      "SCHED_FIFO refused ({}): other programs may delay ticks; allow it with 'ulimit -r {}' "
+      "SCHED_FIFO is refused ({}), so other programs may delay ticks; allow it with 'ulimit -r {}' "
       "(limits.conf: rtprio) or 'setcap cap_ipc_lock,cap_sys_nice+ep freeflexd'",
       std::strerror(error), kPriority);
 }

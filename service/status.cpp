@@ -85,7 +85,7 @@ void StatusReporter::fill_timing(freeflex_msgs::status_t& status) const {
 std::string fault_text(const Snapshot& snapshot) {
   if (snapshot.mode != Mode::kFault) return {};
   const FaultNote& fault = snapshot.fault;
-  std::string text = fmt::format("the state after tick {} is not finite; the simulation holds at tick {}",
+  std::string text = fmt::format("the state after tick {} is not finite, so the simulation holds at tick {}",
                                  fault.tick, fault.tick);
   if (fault.num_commands > 0) {
     text += fmt::format("; {} command(s) began there, the last from {} with sequence number {}",

@@ -50,7 +50,7 @@ std::string reworded(const CLI::ParseError& error) {
 }  // namespace
 
 std::string found(const std::string& text, const std::string& allowed) {
-  return "found '" + text + "', must be " + allowed;
+  return "the value is '" + text + "', but must be " + allowed;
 }
 
 CLI::Validator must_be(const char* allowed, bool (*is_right)(double)) {
@@ -106,18 +106,19 @@ std::string explain(const CLI::App& app, const CLI::ParseError& error) {
                               error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
   std::string text = reworded(error);
   if (!commands.empty() && left.empty()) {
-    text = "no command given; the commands are " + joined(commands);
+    text = "no command is given; the commands are " + joined(commands);
   } else if (!left.empty() && is_about_words) {
     // if a required argument is misspelt, the parser calls the argument missing, but the misspelt word tells
     // the user more
     const std::string& word = left.front();
     if (word.starts_with("-")) {
-      text = "no option '" + word + "'" + did_you_mean(word.substr(0, word.find('=')), option_names(active));
+      text = "there is no option '" + word + "'" +
+             did_you_mean(word.substr(0, word.find('=')), option_names(active));
     } else if (!commands.empty()) {
-      text = "no command '" + word + "'" + did_you_mean(word, commands) + "; the commands are " +
+      text = "there is no command '" + word + "'" + did_you_mean(word, commands) + "; the commands are " +
              joined(commands);
     } else {
-      text = "'" + word + "' is one argument too many";
+      text = "'" + word + "' is one argument too many; omit it";
     }
   }
   return text + "\nTry '" + app.get_name() + " " + (parsed.empty() ? "" : active.get_name() + " ") +

@@ -49,8 +49,8 @@ bool may_use(const std::vector<bool>& allowed, std::int32_t index) {
 
 Reason refuse_force(std::span<char> text, const char* list, int i, const char* kind, int number,
                     const char* name, const Vec3& v, double limit, const char* unit, const Key& key) {
-  io::print(text, "%s[%d]: %s %d: |%s| %.10g %s, key %s may use at most %.10g %s", list, i, kind, number,
-            name, std::hypot(v[0], v[1], v[2]), unit, key.sealing.id.c_str(), limit, unit);
+  io::print(text, "%s[%d]: %s %d has |%s| %.10g %s, but key %s may use at most %.10g %s", list, i, kind,
+            number, name, std::hypot(v[0], v[1], v[2]), unit, key.sealing.id.c_str(), limit, unit);
   return Reason::kOverKeyLimit;
 }
 
@@ -60,13 +60,15 @@ Reason check_grants(const ForceCommand& command, const Key& key, std::span<char>
   const Grants& grants = key.grants;
   const char* const id = key.sealing.id.c_str();
   if (command.slot >= grants.num_slots) {
-    io::print(text, "slot %d, key %s may use 0 to %d", command.slot, id, grants.num_slots - 1);
+    io::print(text, "slot is %d, but key %s may use only 0 to %d", command.slot, id, grants.num_slots - 1);
     return Reason::kNotGranted;
   }
   for (int i = 0; i < command.num_points; ++i) {
     const PointForce& entry = command.points[static_cast<std::size_t>(i)];
     if (!may_use(grants.points, entry.point)) {
-      io::print(text, "forces[%d]: point %d is not among the points of key %s", i, entry.point, id);
+      io::print(text,
+                "forces[%d]: point %d is not among the points of key %s; add it there, or use another key", i,
+                entry.point, id);
       return Reason::kNotGranted;
     }
     if (is_over(entry.force, grants.largest_force))
@@ -76,7 +78,9 @@ Reason check_grants(const ForceCommand& command, const Key& key, std::span<char>
   for (int i = 0; i < command.num_wheels; ++i) {
     const WheelTorque& entry = command.wheels[static_cast<std::size_t>(i)];
     if (!may_use(grants.wheels, entry.wheel)) {
-      io::print(text, "wheels[%d]: wheel %d is not in a point of key %s", i, entry.wheel, id);
+      io::print(text,
+                "wheels[%d]: wheel %d is not in a point of key %s; add the point there, or use another key",
+                i, entry.wheel, id);
       return Reason::kNotGranted;
     }
     const Vec3 torque{entry.torque, 0.0, 0.0};
@@ -87,7 +91,9 @@ Reason check_grants(const ForceCommand& command, const Key& key, std::span<char>
   for (int i = 0; i < command.num_torques; ++i) {
     const PointTorque& entry = command.torques[static_cast<std::size_t>(i)];
     if (!may_use(grants.points, entry.point)) {
-      io::print(text, "torques[%d]: point %d is not among the points of key %s", i, entry.point, id);
+      io::print(text,
+                "torques[%d]: point %d is not among the points of key %s; add it there, or use another key",
+                i, entry.point, id);
       return Reason::kNotGranted;
     }
     if (is_over(entry.torque, grants.largest_torque))
@@ -97,7 +103,9 @@ Reason check_grants(const ForceCommand& command, const Key& key, std::span<char>
   for (int i = 0; i < command.num_wrenches; ++i) {
     const Wrench& entry = command.wrenches[static_cast<std::size_t>(i)];
     if (!may_use(grants.groups, entry.group)) {
-      io::print(text, "wrenches[%d]: group %d is not among the groups of key %s", i, entry.group, id);
+      io::print(text,
+                "wrenches[%d]: group %d is not among the groups of key %s; add it there, or use another key",
+                i, entry.group, id);
       return Reason::kNotGranted;
     }
     if (is_over(entry.force, grants.largest_force))
@@ -112,8 +120,8 @@ Reason check_grants(const ForceCommand& command, const Key& key, std::span<char>
 
 Reason check_grants(const io::ControlCommand& command, const Key& key, std::span<char> text) noexcept {
   if ((key.grants.controls >> command.command & 1U) != 0) return Reason::kAccepted;
-  io::print(text, "control command %d is not among the controls of key %s", command.command,
-            key.sealing.id.c_str());
+  io::print(text, "control command %d is not among the controls of key %s; add it there, or use another key",
+            command.command, key.sealing.id.c_str());
   return Reason::kNotGranted;
 }
 
@@ -171,7 +179,7 @@ bool Verifier::take(const Time& time) {
     log_.write(
         LineKind::kRefused, time.now_ns,
         fmt::format(
-            "a message on FORCE or CONTROL is longer than any sealed command, {} bytes, or invalid: its "
+            "a message on FORCE or CONTROL is invalid or longer than any sealed command ({} bytes), so its "
             "tag was not checked",
             kMaxRawBytes));
   } else {
@@ -202,8 +210,8 @@ void Verifier::verify(std::span<const std::byte> bytes, bool is_force, const Tim
   } else if (!has_right_tag(*envelope, channel, holder->key.sealing)) {
     count(Reason::kBadTag);
     log_.write(LineKind::kRefused, time.now_ns,
-               fmt::format("a command on {} that names key '{}' was not sealed with it for this channel: "
-                           "forged, damaged, or the sender has another secret",
+               fmt::format("a command on {} that names key '{}' was not sealed with it for this channel; "
+                           "it is forged or damaged, or the sender has another secret",
                            channel, envelope->key_id));
   } else {
     verify_claim(*envelope, *holder, is_force, time);
@@ -218,10 +226,11 @@ void Verifier::verify_claim(const Envelope& envelope, Holder& holder, bool is_fo
   if (envelope.session != session_) return count(Reason::kWrongSession);
   if (envelope.sequence <= holder.last_sequence) {
     count(Reason::kStaleSequence);
-    return log_.write(LineKind::kRefused, time.now_ns,
-                      fmt::format("key '{}': sequence number {}, must be greater than {}: somebody "
-                                  "repeated a command, or its sender restarted its count",
-                                  envelope.key_id, envelope.sequence, holder.last_sequence));
+    return log_.write(
+        LineKind::kRefused, time.now_ns,
+        fmt::format("a command with key '{}' has sequence number {}, which must be greater than {}; somebody "
+                    "repeated a command, or its sender restarted its count",
+                    envelope.key_id, envelope.sequence, holder.last_sequence));
   }
   // the sequence is used up before further checks, so that no command is accepted or answered twice
   holder.last_sequence = envelope.sequence;
@@ -231,7 +240,7 @@ void Verifier::verify_claim(const Envelope& envelope, Holder& holder, bool is_fo
     if (block_->try_push(*verified_)) return;
     admission.reason = Reason::kQueueFull;
     io::print(admission.text,
-              "commands arrive faster than the daemon processes them: all %d places of its "
+              "commands arrive faster than the daemon processes them, so all %d places of its "
               "queue are in use; send fewer a second",
               SharedBlock::num_places(verified_->kind));
   }
@@ -255,28 +264,31 @@ Admission Verifier::admit(const Envelope& envelope, Holder& holder, bool is_forc
   };
   if (envelope.valid_until < time.wall_us)
     return refuse(Reason::kExpired,
-                  "valid_until {}, the daemon's clock is at {} us: sent too late, or the clocks differ",
+                  "valid_until is {}, but the daemon's clock is at {} us; the command is too late, or the "
+                  "clocks differ",
                   envelope.valid_until, time.wall_us);
   if (envelope.valid_until > time.wall_us + io::kMaxValidity)
     return refuse(Reason::kValidTooLong,
-                  "valid_until {} is more than {} s after the daemon's clock, {} us: sent with too late a "
+                  "valid_until {} is more than {} s after the daemon's clock, {} us; it is too late a "
                   "time, or the clocks differ",
                   envelope.valid_until, io::kMaxValidity / 1'000'000, time.wall_us);
   if (key.grants.commands_per_second > 0.0 && !holder.bucket.take(time.now_ns))
-    return refuse(Reason::kTooFast, "key {} may send {} commands a second", key.sealing.id,
-                  key.grants.commands_per_second);
+    return refuse(Reason::kTooFast, "commands come too fast, because key {} may send only {} a second",
+                  key.sealing.id, key.grants.commands_per_second);
   if (is_force ? !key.grants.has_force : !key.grants.has_control)
-    return refuse(Reason::kNotGranted, "{} is not among the channels of key {}",
+    return refuse(Reason::kNotGranted,
+                  "{} is not among the channels of key {}; add it there, or use another key",
                   is_force ? "FORCE" : "CONTROL", key.sealing.id);
   Admission admission = is_force ? io::decode_force(envelope.body, session_, names_, verified_->force)
                                  : io::decode_control(envelope.body, session_, verified_->control);
   if (admission.reason == Reason::kNoKeys)
-    return refuse(Reason::kWrongType, "the body is an envelope, must be the command itself");
+    return refuse(Reason::kWrongType, "the body is an envelope, but must be the command itself");
   if (admission.reason != Reason::kAccepted) return admission;
   if (admission.sender.data() != envelope.key_id || admission.sequence != envelope.sequence)
-    return refuse(Reason::kKeyMismatch,
-                  "sender {} and sequence number {} of the command, must be {} and {} as on its envelope",
-                  admission.sender.data(), admission.sequence, envelope.key_id, envelope.sequence);
+    return refuse(
+        Reason::kKeyMismatch,
+        "the command has sender {} and sequence number {}, but must have {} and {} as on its envelope",
+        admission.sender.data(), admission.sequence, envelope.key_id, envelope.sequence);
   admission.reason = is_force ? check_grants(verified_->force, key, admission.text)
                               : check_grants(verified_->control, key, admission.text);
   return admission;
@@ -293,7 +305,7 @@ void Verifier::refuse_plain(std::span<const std::byte> bytes, const Time& time) 
   admission.reason = Reason::kKeyRequired;
   std::copy(head->sender.begin(), head->sender.end(), admission.sender.begin());
   admission.sequence = head->sequence;
-  io::print(admission.text, "this daemon accepts only commands with a key: seal it in an envelope_t");
+  io::print(admission.text, "this daemon accepts only commands with a key; seal it in an envelope_t");
   answer(admission);
 }
 

@@ -139,8 +139,8 @@ Maxwell find_maxwell(const Scene& scene, const Structure& structure, const LinkF
                   point_names(scene, structure.mechanisms.front().moved_points, kNamesInReason),
                   structure.mechanisms.size() == 1
                       ? ""
-                      : join_text(" and ", structure.mechanisms.size() - 1, " more mechanisms"),
-                  ": forces that do work on it cannot be balanced");
+                      : join_text(" and ", structure.mechanisms.size() - 1, " other mechanisms"),
+                  ", so forces that do work on it cannot be balanced");
   } else {
     LinkStates states =
         link_states(factor, structure.mass_properties.rigid_freedoms, unit_forces(scene.points, shapes));
@@ -155,7 +155,7 @@ Maxwell find_maxwell(const Scene& scene, const Structure& structure, const LinkF
     maxwell.c = deformations.transpose() * deformations;
   } else {
     maxwell.c_absence =
-        join_text("no force stretches rigid ", stretched, ": its influence coefficients are infinite");
+        join_text("no force stretches rigid ", stretched, ", so its influence coefficients are infinite");
   }
   return maxwell;
 }

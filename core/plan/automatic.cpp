@@ -91,11 +91,11 @@ std::string describe(const std::vector<Tried>& all) {
   std::string text;
   for (const Tried& tried : all) {
     const PlanRung& each = tried.rung;
-    text += (text.empty() ? "" : ", ") + std::string(name_of(each.rung));
+    text += (text.empty() ? "" : "; ") + std::string(name_of(each.rung));
     text += each.is_finite
                 ? join_text(" ", each.position, " m, ", each.attitude, " rad, elastic ", each.elastic)
                 : std::string(" diverges");
-    if (tried.level == Verdict::Level::kOutside) text += " (outside: " + tried.why + ")";
+    if (tried.level == Verdict::Level::kOutside) text += " (verdict outside, " + tried.why + ")";
   }
   return text;
 }
@@ -105,7 +105,7 @@ std::string describe(const std::vector<Tried>& all) {
 std::string find_untried_rate(const Plan& plan, double rate) {
   if (plan.tried_rungs.empty() || std::abs(rate * plan.period - 1.0) < 1e-9) return {};
   return join_text("fidelity: auto chose ", name_of(plan.fidelity), " at ", 1.0 / plan.period, " Hz, but at ",
-                   rate, " Hz the tolerance was not checked: set this rate in the scene");
+                   rate, " Hz the tolerance was not checked; set this rate in the scene");
 }
 
 std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure,
@@ -113,11 +113,11 @@ std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structu
   const std::int32_t substeps = resolving_substeps(frequencies_of(structure), 1.0 / scene.rate);
   const double rate = scene.rate * substeps, most = static_cast<double>(kMostTicksTried);
   if (scene.automatic->horizon * rate > most) {
-    const std::string in_parts = substeps > 1 ? join_text(" in ", substeps, " substeps each, ",
-                                                          scene.automatic->horizon * rate, " in all")
+    const std::string in_parts = substeps > 1 ? join_text(" of ", substeps, " substeps each, ",
+                                                          scene.automatic->horizon * rate, " substeps in all")
                                               : "";
     add_error(faults, scene.automatic->origin,
-              join_text("tolerance: horizon of ", scene.automatic->horizon, " s is ",
+              join_text("tolerance: the horizon of ", scene.automatic->horizon, " s has ",
                         scene.automatic->horizon * scene.rate, " ticks", in_parts, ", but at most ",
                         kMostTicksTried, " are simulated to choose a rung; set a horizon of ", most / rate,
                         " s or less, or a rung instead of auto"));
@@ -132,17 +132,17 @@ std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structu
     if (has_error(faults)) return std::nullopt;
     if (!tried.back().meets) continue;
     if (all.back().level == Verdict::Level::kWatch)
-      add_warning(
-          faults, scene.automatic->origin,
-          join_text("fidelity: auto chose ", name_of(each.rung),
-                    ": its estimated error meets the tolerance, but its verdict is watch: ", all.back().why));
+      add_warning(faults, scene.automatic->origin,
+                  join_text("fidelity: auto chose ", name_of(each.rung),
+                            ", whose estimated error meets the tolerance but whose verdict is watch (",
+                            all.back().why, ")"));
     return each.rung;
   }
   add_error(
       faults, scene.automatic->origin,
       join_text("fidelity: no rung meets the tolerance over ", scene.automatic->horizon,
-                " s: ", describe(all),
-                "; raise the tolerance or the rate, reduce the horizon or the loads, or set fidelity: full"));
+                " s. The errors are: ", describe(all),
+                ". Raise the tolerance or the rate, reduce the horizon or the loads, or set fidelity: full"));
   return std::nullopt;
 }
 

@@ -26,18 +26,18 @@ void warn_of_best_rung(const Scene& scene, const Structure& structure, const cha
                        const Origin& origin, Faults& faults) {
   if (carries(Fidelity::kExactBars, scene, structure)) return;
   add_warning(faults, origin,
-              join_text(judge, ": the best rung for ",
+              join_text(judge, ": the best rung that supports ",
                         !carries(Fidelity::kCoupled, scene, structure) ? "mass matrices"
                         : structure.num_constraints > 0                ? "rigid links"
                         : !are_point_masses(scene)                     ? "bodies and massless points"
                                                                        : "the lowest modes alone",
                         " is ", name_of(best_rung_beside(Fidelity::kRigid, scene, structure)),
-                        ", and errors are relative to it; ",
+                        ", and errors are relative to it. ",
                         carries(Fidelity::kCoupled, scene, structure)
-                            ? "they do not include the second-order terms of the links' geometry"
-                            : "they include neither the effect of deformation on the body nor the "
+                            ? "They do not include the second-order terms of the links' geometry"
+                            : "They include neither the effect of deformation on the body nor the "
                               "second-order terms of the links' geometry",
-                        ": see the verdict"));
+                        "; see the verdict"));
 }
 
 std::span<const double> frequencies_of(const Structure& structure) {
@@ -58,8 +58,8 @@ bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind
   for (const Fault& fault : own)
     add_error(faults, scene.automatic ? scene.automatic->origin : fault.origin,
               join_text(scene.automatic ? "fidelity: auto" : "error_budget",
-                        ": the reference equations, fidelity ", name_of(rung), " at ", scene.rate * substeps,
-                        " Hz, do not support the scene: ", fault.message, "; or ",
+                        ": the reference equations (fidelity ", name_of(rung), " at ", scene.rate * substeps,
+                        " Hz) do not support the scene, because ", fault.message, "; or ",
                         scene.automatic ? "set a rung instead of auto" : "remove error_budget"));
   if (!compiled) return false;
   plan.budget.shadows.push_back({kind, substeps, std::move(*compiled)});

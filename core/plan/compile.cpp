@@ -272,8 +272,8 @@ void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
   if (!traits_of(rung).has_true_geometry) return;
   if (!scene.wheels.empty())
     add_error(faults, scene.wheels.front().origin,
-              join_text("wheel ", quoted(scene.wheels.front().name, 0), ": fidelity ", name_of(rung),
-                        " does not support wheels; set fidelity: coupled or a lower rung"));
+              join_text("wheel ", quoted(scene.wheels.front().name, 0), " is not possible, because fidelity ",
+                        name_of(rung), " does not support wheels; set fidelity: coupled or a lower rung"));
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
     if (point.mass > 0.0 && !has_attitude(point)) continue;
@@ -344,7 +344,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   if (is_coupled(plan)) check_stages(scene, plan, faults);
   if (has_error(faults)) return std::nullopt;
   if (const std::string error = find_inconsistency(plan); !error.empty()) {
-    add_overflow(scene, "the compiled plan is not usable: " + error, faults);
+    add_overflow(scene, "the compiled plan is not usable, because " + error, faults);
     return std::nullopt;
   }
   return plan;

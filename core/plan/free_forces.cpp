@@ -182,16 +182,18 @@ std::string unknown_coupling(const Plan& plan) {
   const bool has_wheels = has_gyroscopic_forces(plan);
   if (has_wheels && has_acceleration_gain(plan)) return "wheels and acceleration feedback couple the modes";
   if (loads.empty()) return {};
-  const std::string follows = join_text("load '", plan.histories[loads.front()].name, "' follows");
-  if (has_acceleration_gain(plan)) return follows + " and acceleration feedback responds to it";
+  const std::string follows =
+      join_text("load '", plan.histories[loads.front()].name, "' follows the structure");
+  if (has_acceleration_gain(plan)) return follows + ", and acceleration feedback responds to it";
   if (!is_coupled(plan)) return {};
-  if (has_wheels) return follows + " and wheels couple the modes";
+  if (has_wheels) return follows + ", and wheels couple the modes";
   if (!plan.coupled.bars.empty()) return follows + ", and it strains bars at their true geometry";
   if (!plan.coupled.kinetics.offsets.empty())
-    return follows + " and the centres of mass of bodies are not at their points";
+    return follows + ", and the centres of mass of bodies are not at their points";
   for (const std::size_t load : loads)
     if (has_wrench(plan.histories[load]))
-      return join_text("load '", plan.histories[load].name, "' follows and has a force or torque on a group");
+      return join_text("load '", plan.histories[load].name,
+                       "' follows the structure and has a force or torque on a group");
   return {};
 }
 

@@ -89,13 +89,14 @@ Stiffest find_stiffest(const Scene& scene, double period) {
       Eigen::Index row = 0, column = 0;
       const double size = gain.cwiseAbs().maxCoeff(&row, &column) * time / mass;
       if (stiffest.feedback != nullptr && !(size > stiffest.size)) return;
-      stiffest = {&feedback,
-                  join_text("feedback ", quoted(feedback.name, static_cast<int>(k)), ": ", name, " gain of ",
-                            gain(row, column), " on a point of ", mass, " kg: ", share, " is ", size),
-                  size};
+      stiffest = {
+          &feedback,
+          join_text("feedback ", quoted(feedback.name, static_cast<int>(k)), " has a ", name, " gain of ",
+                    gain(row, column), " on a point of ", mass, " kg, so ", share, " is ", size),
+          size};
     };
-    take(feedback.displacement_gain, "displacement", "gain h^2 / m", period * period);
-    take(feedback.velocity_gain, "velocity", "gain h / m", period);
+    take(feedback.displacement_gain, "displacement", "gain tick^2 / mass", period * period);
+    take(feedback.velocity_gain, "velocity", "gain tick / mass", period);
   }
   return stiffest;
 }
@@ -145,8 +146,8 @@ void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
       add_warning(
           faults, origin,
           join_text(
-              stiffest.what, "; more than ", kMaxExactModes,
-              " coupled modes are advanced by splitting, whose error grows with the square of this value: "
+              stiffest.what, ". More than ", kMaxExactModes,
+              " coupled modes are advanced by splitting, whose error grows with the square of this value; "
               "raise the rate, or compare with a run at another rate"));
     return;
   }
@@ -156,8 +157,8 @@ void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
     return;
   }
   const std::string what = join_text(
-      stiffest.what, "; more than ", kMaxExactModes, " coupled modes are advanced by splitting, and at ",
-      rate, " Hz this makes a motion grow by a factor of ", growth, " a tick: ",
+      stiffest.what, ". More than ", kMaxExactModes, " coupled modes are advanced by splitting, and at ",
+      rate, " Hz this makes a motion grow by a factor of ", growth, " a tick; ",
       enough > 0.0 ? join_text("raise the rate to ", enough, " Hz, or use smaller gains")
                    : "use smaller gains");
   // A growth of at most kHarmless is only a warning.

@@ -94,7 +94,7 @@ std::string refused_torque(const PlanGroup& group, const Vec3& torque_B) {
   if (group.torque_rank == 2) idle = line * line.dot(torque);
   if (idle.stableNorm() <= kIdleTorque * torque.stableNorm()) return "";
   return join_text("group '", group.name, "' cannot support ", idle.stableNorm(),
-                   " N m of the torque: its points lie ",
+                   " N m of the torque, because its points lie ",
                    group.torque_rank == 0 ? "at one position"
                                           : "on a line, and this component acts about "
                                             "that line",
@@ -155,21 +155,19 @@ void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults) {
     // the step takes loads as linear within a tick, and straight lines are too far from a faster sine
     const double slowest = 1.0 / (kTicksPerCycle * plan.period);
     if (history.kind == PlanHistory::Kind::kSine && history.frequency > slowest)
-      add_warning(
-          faults, scene.loads[k].origin,
-          join_text(who, ": the sine of ", history.frequency, " Hz has less than ", kTicksPerCycle,
-                    " ticks a cycle at ", 1.0 / plan.period,
-                    " Hz. The load is sampled at ticks and is linear between them: raise the rate to ",
-                    kTicksPerCycle * history.frequency, " Hz or more"));
+      add_warning(faults, scene.loads[k].origin,
+                  join_text(who, ": the sine of ", history.frequency, " Hz has fewer than ", kTicksPerCycle,
+                            " ticks a cycle at ", 1.0 / plan.period,
+                            " Hz, but the load is linear between ticks; raise the rate to ",
+                            kTicksPerCycle * history.frequency, " Hz or more"));
     for (std::size_t row = 1; row < history.times.size(); ++row) {
       if (history.times[row] - history.times[row - 1] >= plan.period * (1.0 - kOnTick)) continue;
-      add_warning(
-          faults, scene.loads[k].origin,
-          join_text(
-              who, ": rows ", row, " and ", row + 1, " of the table are ",
-              history.times[row] - history.times[row - 1], " s apart, less than a tick of ", plan.period,
-              " s. The load is sampled at ticks and is linear between them, so rows between ticks are lost: "
-              "raise the rate or give fewer rows"));
+      add_warning(faults, scene.loads[k].origin,
+                  join_text(who, ": rows ", row, " and ", row + 1, " of the table are ",
+                            history.times[row] - history.times[row - 1], " s apart, less than a tick of ",
+                            plan.period,
+                            " s. The load is sampled at ticks, so rows between ticks are lost; "
+                            "raise the rate or give fewer rows"));
       break;
     }
     if (history.kind != PlanHistory::Kind::kPulse) continue;

@@ -35,8 +35,8 @@ void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, F
     if (const double begin = begin_of(scene.loads[k].history); begin >= horizon)
       add_warning(faults, scene.loads[k].origin,
                   join_text("load ", quoted(scene.loads[k].name, static_cast<int>(k)), " begins at ", begin,
-                            " s, after the horizon of ", horizon, " s; ", judge,
-                            " therefore ignores this load; set a longer horizon"));
+                            " s, after the horizon of ", horizon, " s, so ", judge,
+                            " ignores this load; set a longer horizon"));
 }
 
 // Returns the massless points among the given points, each once. Points of rigid links and of links with mass
@@ -67,7 +67,7 @@ void warn_of_massless_start(const Scene& scene, Faults& faults) {
         faults, scene.initial.origin,
         join_text("the initial displacement and velocity of ", points.size() == 1 ? "point " : "points ",
                   point_names(scene, points, kNamed), points.size() == 1 ? ", which has" : ", which have",
-                  " no mass, are ignored: massless points follow the points with mass; displace "
+                  " no mass, are ignored, because massless points follow the points with mass; displace "
                   "those, or give a mass to the massless points"));
 }
 
@@ -84,7 +84,7 @@ void warn_of_massless_loads(const Scene& scene, Faults& faults) {
       join_text(
           points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamed),
           points.size() == 1 ? " has" : " have",
-          " no mass: if a load acts there, the deformation that it causes in the adjacent links is missing "
+          " no mass. If a load acts there, the deformation that it causes in the adjacent links is missing "
           "from the position and from the forces of these links; the rest of the structure receives the "
           "full load. Give a mass to the point, or mass to its links"));
 }
@@ -94,21 +94,21 @@ void warn_of_massless_loads(const Scene& scene, Faults& faults) {
 void check_kept(const Scene& scene, const Structure& structure, Faults& faults) {
   if (scene.modes.below > 0.0 && structure.omega.size() == 0)
     add_warning(faults, scene.modes.origin,
-                join_text("modes: no elastic mode is below ", scene.modes.below, " Hz, nor below ",
-                          structure.kept.verified_below,
-                          " Hz: this structure moves as a rigid body; raise 'below:', or give 'count:'"));
+                join_text("modes: no elastic mode is below ", scene.modes.below,
+                          " Hz (the search went up to ", structure.kept.verified_below,
+                          " Hz), so this structure moves as a rigid body; raise 'below:', or give 'count:'"));
   if (!scene.modes.is_asked() && structure.kept.is_subset && structure.omega.size() == 0)
     add_warning(faults, scene.points.front().origin,
                 join_text("no elastic mode is below half the rate, ", 0.5 * scene.rate,
-                          " Hz (the default limit for a structure of so many points), nor below ",
+                          " Hz (the default limit for a structure of so many points; the search went up to ",
                           structure.kept.verified_below,
-                          " Hz: this structure moves as a rigid body; request more modes with modes: "
+                          " Hz), so this structure moves as a rigid body; request more modes with modes: "
                           "{count: N}"));
   if (!structure.kept.is_subset || scene.automatic || !traits_of(scene.fidelity).has_true_geometry) return;
   add_error(faults, scene.modes.origin,
             join_text("fidelity: ", name_of(scene.fidelity), " needs all elastic modes, but only the lowest ",
-                      structure.omega.size(), " are kept (modes:, or more than ", kMaxDensePoints,
-                      " points); set fidelity: separated, spin-loaded or coupled"));
+                      structure.omega.size(), " are kept (because of modes:, or of more than ",
+                      kMaxDensePoints, " points); set fidelity: separated, spin-loaded or coupled"));
 }
 
 // Returns, for each mode of a plan, the index of this mode in the fallback plan.
@@ -183,9 +183,9 @@ std::optional<Plan> within_memory(const Scene& scene, const Structure& structure
   } catch (const std::bad_alloc&) {
     const double rows = 8e-6 * static_cast<double>(structure.shapes.size());
     add_error(faults, scene.points.empty() ? Origin{} : scene.points.front().origin,
-              join_text("memory ran out while the plan was compiled: ", scene.points.size(), " points with ",
+              join_text("memory ran out while the plan of ", scene.points.size(), " points with ",
                         structure.omega.size(),
-                        " modes; if all points are published, their mode-shape "
+                        " modes was compiled; if all points are published, their mode-shape "
                         "rows take some ",
                         std::ceil(rows), " MB", kMoreMemory));
     return std::nullopt;

@@ -95,7 +95,8 @@ void compile_feedbacks(const Scene& scene, const Structure& structure, Plan& pla
   const Eigen::FullPivLU<Eigen::MatrixXd> lu(loop);
   if (!lu.isInvertible()) {
     add_error(faults, scene.feedbacks.front().origin,
-              "the acceleration feedback has no solution: its force causes exactly the acceleration that it "
+              "the acceleration feedback has no solution, because its force causes exactly the acceleration "
+              "that it "
               "responds to; change an acceleration gain");
     return;
   }

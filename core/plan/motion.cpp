@@ -17,14 +17,15 @@ namespace {
 // neither.
 void warn_of_rigid(const Scene& scene, Faults& faults) {
   if (!scene.initial.points.empty() || !scene.initial.modes.empty())
-    add_warning(faults, scene.initial.origin,
-                "the initial elastic state is ignored: fidelity is rigid; set fidelity: separated or a "
-                "higher rung");
-  if (!scene.publication.links.empty())
     add_warning(
-        faults, {},
-        "no forces of links are published: fidelity is rigid, and link forces follow from deformation; set "
-        "fidelity: separated or a higher rung");
+        faults, scene.initial.origin,
+        "the initial elastic state is ignored, because fidelity is rigid; set fidelity: separated or a "
+        "higher rung");
+  if (!scene.publication.links.empty())
+    add_warning(faults, {},
+                "no forces of links are published, because fidelity is rigid and link forces follow from "
+                "deformation; set "
+                "fidelity: separated or a higher rung");
 }
 
 // Warns if feedback makes a motion grow. The coupled rungs do not advance coupled modes together, so the
@@ -50,7 +51,8 @@ void warn_of_driving_followers(const Scene& scene, const Plan& plan, Faults& fau
               join_text(loads.size() == 1 ? "load " : "constant loads in local axes, among them load ",
                         quoted(first.name, static_cast<int>(loads.front())),
                         loads.size() == 1 ? ", which rotates with the structure, makes" : ", make",
-                        " a mode grow by a factor of ", std::isfinite(per_second) ? per_second : rate,
+                        " a mode grow by ", std::isfinite(per_second) ? "a factor of " : "",
+                        std::isfinite(per_second) ? per_second : rate,
                         std::isfinite(per_second) ? " a second" : " e-folds a second",
                         "; use a smaller load, more stiffness or more damping"));
 }

@@ -499,33 +499,38 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
   Reader header(bytes.first(std::min(bytes.size(), kHeaderSize)));
   header(magic);
   if (!header.is_good() || magic != kMagic)
-    return refuse("not a plan: its first bytes are not those of a plan");
+    return refuse(
+        "the file is not a plan, because its first bytes are not those of a plan; name a file that freeflex "
+        "compile wrote");
   header(version);
   header(length);
   header(checksum);
-  if (!header.is_good()) return refuse("truncated plan: the header is not complete");
+  if (!header.is_good()) return refuse("the plan is cut off in its header; compile the scene again");
   if (version < kVersionWithoutUnmodelled || version > kVersion)
-    return refuse("plan of version " + std::to_string(version) + ", this program reads versions " +
+    return refuse("the plan has version " + std::to_string(version) + ", but this program reads versions " +
                   std::to_string(kVersionWithoutUnmodelled) + " to " + std::to_string(kVersion) +
                   "; compile the scene again");
   const std::span<const std::byte> content = bytes.subspan(kHeaderSize);
   if (content.size() < length)
-    return refuse("truncated plan: " + std::to_string(content.size()) + " bytes of " +
-                  std::to_string(length));
+    return refuse("the plan is cut off after " + std::to_string(content.size()) + " of " +
+                  std::to_string(length) + " bytes; compile the scene again");
   if (content.size() > length)
-    return refuse("trailing bytes after the plan: " + std::to_string(content.size() - length));
+    return refuse(std::to_string(content.size() - length) +
+                  " bytes follow the end of the plan; compile the scene again");
   if (XXH3_64bits(content.data(), content.size()) != checksum)
-    return refuse("damaged plan: the checksum does not match");
+    return refuse("the plan is damaged, because its checksum does not match; compile the scene again");
 
   std::optional<Plan> plan(std::in_place);
   Reader reader(content, version);
   reader(*plan);
-  if (!reader.is_good()) return refuse("inconsistent plan: " + reader.error());
+  if (!reader.is_good())
+    return refuse("the plan is inconsistent, because " + reader.error() + "; compile the scene again");
   if (reader.num_left() > 0)
-    return refuse("inconsistent plan: " + std::to_string(reader.num_left()) + " bytes belong to no field");
+    return refuse("the plan is inconsistent, because " + std::to_string(reader.num_left()) +
+                  " bytes belong to no field; compile the scene again");
   set_principal(*plan);
   if (const std::string why = find_inconsistency(*plan); !why.empty())
-    return refuse("inconsistent plan: " + why);
+    return refuse("the plan is inconsistent, because " + why + "; compile the scene again");
   return plan;
 }
 

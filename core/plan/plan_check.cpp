@@ -188,7 +188,7 @@ void PlanCheck::check_points() {
                 std::isfinite(wheel.momentum) && wheel.gyroscopic.size() == plan_.unmodelled.pairs.size() &&
                 are_finite(wheel.gyroscopic),
             "a wheel is on a point without an attitude, or has a value that is not finite");
-  require(plan_.wheels.all.size() <= std::size_t{kMaxWheels}, "too many wheels");
+  require(plan_.wheels.all.size() <= std::size_t{kMaxWheels}, "the plan has too many wheels");
   for (const auto& mechanism : plan_.mechanisms)
     require(are_indices(mechanism, plan_.points.size()), "a mechanism moves a point that does not exist");
   // Mechanisms are the modes of frequency zero. These modes come first.
@@ -201,7 +201,7 @@ void PlanCheck::check_points() {
 }
 
 void PlanCheck::check_links() {
-  require(plan_.links.size() <= kMaxItems, "too many links");
+  require(plan_.links.size() <= kMaxItems, "the plan has too many links");
   for (const PlanLink& link : plan_.links)
     for (const std::int32_t point : link.points)
       require(point == -1 || is_index(point, plan_.points.size()),
@@ -225,7 +225,7 @@ void PlanCheck::check_links() {
 }
 
 void PlanCheck::check_groups() {
-  require(plan_.groups.size() <= kMaxItems, "too many groups");
+  require(plan_.groups.size() <= kMaxItems, "the plan has too many groups");
   for (const PlanGroup& group : plan_.groups) {
     require(!group.points.empty() && are_indices(group.points, plan_.points.size()),
             "a group is empty or refers to a point that does not exist");
@@ -256,26 +256,26 @@ void PlanCheck::check_groups() {
 void PlanCheck::check_pattern(const LoadPattern& pattern, const std::string& who) {
   require(are_finite(pattern.force_W) && are_finite(pattern.moment_W) && are_finite(pattern.force_B) &&
               are_finite(pattern.torque_B),
-          who + ": a force is not finite");
+          who + " has a force that is not finite");
   require(pattern.num_direct >= 0 && pattern.num_direct <= LoadPattern::kMaxDirect,
-          who + ": the number of direct points is out of range");
+          who + " has a number of direct points that is out of range");
   for (std::int32_t k = 0; k < pattern.num_direct && error_.empty(); ++k) {
     const auto index = static_cast<std::size_t>(k);
-    require(is_index(pattern.direct_row[index], num_blocks_), who + ": a direct point has no rows");
-    require(are_finite(pattern.direct_force_W[index]), who + ": a direct force is not finite");
+    require(is_index(pattern.direct_row[index], num_blocks_), who + " has a direct point without rows");
+    require(are_finite(pattern.direct_force_W[index]), who + " has a direct force that is not finite");
   }
   require((pattern.wheels.torque.empty() || pattern.wheels.torque.size() == plan_.wheels.all.size()) &&
               are_finite(pattern.wheels.torque),
-          who + ": there is not one torque for each wheel of the plan");
-  require_rows(pattern.table, pattern.uses_table ? 9 : 0, who + ": the table");
+          who + " does not have one finite torque for each wheel of the plan");
+  require_rows(pattern.table, pattern.uses_table ? 9 : 0, "the rows of the table of " + who);
   if (pattern.has_body && !is_coupled(plan_))
-    require_rows(pattern.Q_B, 1, who + ": Q_B");
+    require_rows(pattern.Q_B, 1, "the rows of Q_B of " + who);
   else
     require(pattern.Q_B.empty(), who + " has Q_B, but no load in body axes");
 }
 
 void PlanCheck::check_histories() {
-  require(plan_.histories.size() <= kMaxItems, "too many histories");
+  require(plan_.histories.size() <= kMaxItems, "the plan has too many histories");
   for (const PlanHistory& history : plan_.histories) {
     const std::string who = "history '" + history.name + "'";
     require(history.kind >= PlanHistory::Kind::kConstant && history.kind <= PlanHistory::Kind::kTable,
@@ -300,7 +300,7 @@ void PlanCheck::check_histories() {
       require(
           is_index(each.attitude_index, plan_.particles.attitude_points.size()) && are_finite(each.torque_B),
           who +
-              ": a follower torque acts on a point without an attitude, or has a component that is not "
+              " has a follower torque on a point without an attitude, or one with a component that is not "
               "finite");
     const PlanStiffening& stiffening = history.stiffening;
     require(are_ascending(stiffening.modes) &&
@@ -308,28 +308,27 @@ void PlanCheck::check_histories() {
                 stiffening.rows.size() == stiffening.modes.size() * stiffening.modes.size() &&
                 are_finite(stiffening.rows),
             who +
-                ": the matrix of its followers' stiffness does not have one row and column for each of "
+                " has a matrix of its followers' stiffness without one row and column for each of "
                 "its modes");
     for (const PlanFollower& follower : history.followers) {
-      require(is_index(follower.row, num_blocks_),
-              who + ": a follower force acts on a point that has no rows");
+      require(is_index(follower.row, num_blocks_), who + " has a follower force on a point without rows");
       require(are_finite(follower.r) && are_finite(follower.force_B),
-              who + ": a follower force is not finite");
-      require_rows(follower.rotation_rows, 3, who + ": the rotation of a follower force");
+              who + " has a follower force that is not finite");
+      require_rows(follower.rotation_rows, 3, "the rows of rotation of a follower force of " + who);
     }
     if (!error_.empty()) return;
   }
 }
 
 void PlanCheck::check_feedbacks() {
-  require(plan_.feedbacks.size() <= kMaxItems, "too many feedbacks");
+  require(plan_.feedbacks.size() <= kMaxItems, "the plan has too many feedbacks");
   for (const PlanFeedback& feedback : plan_.feedbacks) {
     const std::string who = "feedback '" + feedback.name + "'";
     require(is_index(feedback.row, num_blocks_), who + " acts on a point that has no rows");
     require(are_finite(feedback.r), who + " acts at a position that is not finite");
-    require_rows(feedback.q_rows, 3, who + ": its rows of q");
-    require_rows(feedback.q_dot_rows, 3, who + ": its rows of q_dot");
-    require_rows(feedback.Q_rows, feedback.Q_rows.empty() ? 0 : 3, who + ": its rows of Q");
+    require_rows(feedback.q_rows, 3, "the rows of q of " + who);
+    require_rows(feedback.q_dot_rows, 3, "the rows of q_dot of " + who);
+    require_rows(feedback.Q_rows, feedback.Q_rows.empty() ? 0 : 3, "the rows of Q of " + who);
   }
 }
 
@@ -426,7 +425,7 @@ void PlanCheck::check_fallback() {
   if (plan_.fallback.empty() || !error_.empty()) return;
   const Plan& fallback = plan_.fallback.front();
   if (const std::string why = find_own_inconsistency(fallback); !why.empty())
-    return require(false, "fallback plan: " + why);
+    return require(false, "in its fallback plan " + why);
   const auto fits = [&](bool holds) { require(holds, "the fallback plan belongs to another structure"); };
   fits(fallback.fallback.empty() && fallback.budget.shadows.empty() && !fallback.scope.lacks_rotation &&
        !fallback.scope.lacks_out_of_plane);

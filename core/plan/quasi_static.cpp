@@ -27,7 +27,7 @@ std::string explain_mechanism(const Plan& plan, std::size_t mode) {
     names += (k > 0 ? ", " : "") + plan.points[static_cast<std::size_t>(points[k])].name;
   if (points.size() > kNames) names += ", ...";
   return join_text("the load drives an unresisted motion, mechanism ", mode + 1, ", which moves ", names,
-                   ": there is no steady state; add links, or use a load that does not drive this motion");
+                   ", so there is no steady state; add links, or use a load that does not drive this motion");
 }
 
 // Returns true if all values that can be read out of a steady state are finite.
@@ -52,7 +52,7 @@ std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std:
   if (is_coupled(plan)) {
     error = join_text(
         "the plan has fidelity ", name_of(plan.fidelity),
-        ", with loads that depend on the deformation, but a quasi-static response is linear: name the "
+        ", with loads that depend on the deformation, but a quasi-static response is linear; name the "
         "scene, or a plan with fidelity spin-loaded or a lower rung");
     return std::nullopt;
   }
@@ -96,7 +96,7 @@ std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std:
     }
   }
   if (!is_finite(plan, state)) {
-    error = "the result is not finite: the load is too large for this structure; check its units";
+    error = "the result is not finite, because the load is too large for this structure; check its units";
     return std::nullopt;
   }
   return state;

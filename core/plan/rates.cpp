@@ -92,7 +92,7 @@ std::string find_fast_modes(const Plan& plan) {
   if (highest * plan.period <= kMostOfRate) return {};
   return join_text("the highest frequency, ", highest, " Hz, is ", highest * plan.period,
                    " times the rate of ", 1.0 / plan.period,
-                   " Hz; masses are in kg, lengths in m, stiffnesses in N/m, N or N m^2");
+                   " Hz; check that masses are in kg, lengths in m, and stiffnesses in N/m, N or N m^2");
 }
 
 }  // namespace freeflex

@@ -95,19 +95,19 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
         return;
       }
   if (!keeps_rotation_about_line(structure)) {
-    add_error(
-        faults, {},
-        join_text("fidelity ", name_of(spec.rung),
-                  ": the points are on a line, and the kept modes do not let them rotate about it; keep "
-                  "both modes of each transverse pair, or set fidelity: spin-loaded or a lower rung"));
+    add_error(faults, {},
+              join_text("fidelity ", name_of(spec.rung),
+                        " is not possible, because the points are on a line and the kept modes do not let "
+                        "them rotate about it; keep "
+                        "both modes of each transverse pair, or set fidelity: spin-loaded or a lower rung"));
     return;
   }
   if (!are_point_masses(scene) && plan.num_elastic > kMaxBodyModes) {
     add_error(faults, {},
               join_text("fidelity ", name_of(spec.rung),
                         " supports bodies and massless points with tables over pairs of modes, for at most ",
-                        kMaxBodyModes, " modes; the scene has ", plan.num_elastic,
-                        ": join fewer points, or set fidelity: spin-loaded or a lower rung"));
+                        kMaxBodyModes, " modes, but the scene has ", plan.num_elastic,
+                        "; join fewer points, or set fidelity: spin-loaded or a lower rung"));
     return;
   }
   for (const Feedback& feedback : scene.feedbacks)
@@ -165,7 +165,8 @@ void set_coupled_period(Plan& plan) {
 void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
   const double omega = top_frequency(plan), rate = stage_rate(plan), hertz = 1.0 / plan.period;
   const double substep = plan.period / plan.coupled.num_substeps;
-  const std::string at = join_text("fidelity ", name_of(plan.fidelity), " at ", hertz, " Hz: ");
+  const std::string at =
+      join_text("fidelity ", name_of(plan.fidelity), " at ", hertz, " Hz is not possible, because ");
   const double decay = damper_rate(plan);
   if (plan.coupled.substep_phase > 0.0) {
     if (std::max(omega, rate) * substep > plan.coupled.substep_phase || decay * substep > kMaxBarPhase)
@@ -178,19 +179,20 @@ void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
   }
   if (rate * substep > kMaxStagePhase) {
     const Origin& origin = scene.feedbacks.empty() ? Origin{} : scene.feedbacks.front().origin;
-    add_error(faults, origin,
-              join_text(at, "dashpots and feedback change the motion at ", rate, " 1/s, ", rate * substep,
-                        " a tick, and this rung applies them at stage times, which is accurate up to ",
-                        kMaxStagePhase, " a tick; raise the rate to ", rate / kMaxStagePhase,
-                        " Hz or more, use smaller gains, or set fidelity: full, spin-loaded or a rung "
-                        "below spin-loaded"));
+    add_error(
+        faults, origin,
+        join_text(at, "dashpots and feedback change the motion at ", rate, " 1/s, which is ", rate * substep,
+                  " in a tick, but this rung applies them at stage times, which is accurate up to ",
+                  kMaxStagePhase, " in a tick. Raise the rate to ", rate / kMaxStagePhase,
+                  " Hz or more, use smaller gains, or set fidelity: full, spin-loaded or a rung "
+                  "below spin-loaded"));
   }
   if (traits_of(plan.fidelity).has_true_geometry && decay * substep > kMaxBarPhase)
     add_error(
         faults, {},
         join_text(
             at, "dampers let the fastest mode decay at ", decay, " 1/s, which is ", decay * substep,
-            " in a tick; with the exact forces of dampers, at most ", kMaxBarPhase,
+            " in a tick, but with the exact forces of dampers at most ", kMaxBarPhase,
             " in a tick is allowed. Raise the rate to ", decay / kMaxBarPhase,
             " Hz or more, reduce the damping, or set 'fidelity: coupled' or 'fidelity: full' (full divides "
             "the tick)"));
@@ -199,7 +201,7 @@ void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
         faults, {},
         join_text(
             at, "the stiffest mode, ", omega, " rad/s, advances by ", omega * substep,
-            " rad in a tick; with the exact forces of bars, at most ", kMaxBarPhase,
+            " rad in a tick, but with the exact forces of bars at most ", kMaxBarPhase,
             " rad in a tick is allowed. Raise the rate to ", omega / kMaxBarPhase,
             " Hz or more, soften the stiffest bars, or set 'fidelity: coupled' or 'fidelity: full' (full "
             "divides the tick)"));

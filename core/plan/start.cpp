@@ -117,36 +117,38 @@ void check_attractor(const Scene& scene, const MassProperties& body, Faults& fau
   else if (!std::isfinite(scene.attractor.mu / (distance * distance)) || !std::isfinite(distance * distance))
     add_error(
         faults, origin,
-        join_text("the attractor of mu ", scene.attractor.mu, " m^3/s^2 is ", distance,
-                  " m from the centre of mass at the start: its pull is not a finite number; use SI units"));
+        join_text(
+            "the attractor of mu ", scene.attractor.mu, " m^3/s^2 is ", distance,
+            " m from the centre of mass at the start, so its pull is not a finite number; use SI units"));
   else if (distance < kNear * size)
     add_warning(
         faults, origin,
         join_text("the attractor is ", distance, " m from the centre of mass at the start, ", distance / size,
-                  " times the size of the body: its pull and gradient are valid only far from the body "
+                  " times the size of the body. Its pull and gradient are valid only far from the body "
                   "(THEORY 8.19), ",
-                  distance < size ? "and have no meaning here"
-                                  : join_text("and are wrong by some ", 100.0 * size / distance, " % here")));
+                  distance < size ? "and have no meaning here; move one of the two"
+                                  : join_text("and are wrong by some ", 100.0 * size / distance,
+                                              " % here; move one of the two")));
 }
 
 // Refuses wheels and torques about an axis if the body has no moment of inertia about this axis, because they
 // would have no effect.
 void check_idle_torques(const Scene& scene, const MassProperties& body, Faults& faults) {
   constexpr const char* kRemedy =
-      ", about which the structure has no moment of inertia: it cannot rotate the body; give a body inertia "
+      ", about which the structure has no moment of inertia and cannot rotate; give a body inertia "
       "about that axis";
   for (std::size_t k = 0; k < scene.wheels.size(); ++k)
     if (idle_spin(scene.wheels[k].axis, body).norm() > kRigidPart)
       add_error(faults, scene.wheels[k].origin,
                 join_text("wheel ", quoted(scene.wheels[k].name, static_cast<int>(k)),
-                          ": its axis has a component along the line of the points", kRemedy));
+                          " has an axis with a component along the line of the points", kRemedy));
   for (std::size_t k = 0; k < scene.loads.size(); ++k)
     for (const TorqueLoad& each : scene.loads[k].torques)
       if (scene.loads[k].axes != Axes::kWorld &&
           idle_spin(each.torque, body).norm() > kRigidPart * each.torque.norm())
         add_error(faults, scene.loads[k].origin,
                   join_text("load ", quoted(scene.loads[k].name, static_cast<int>(k)),
-                            ": a torque has a component along the line of the points", kRemedy));
+                            " has a torque with a component along the line of the points", kRemedy));
 }
 
 }  // namespace
@@ -187,10 +189,10 @@ void warn_of_fast_spin(const Scene& scene, const Structure& structure, Fidelity 
           faults, origin,
           join_text("the initial spin of ", spin.norm(),
                     " rad/s is not slow compared with the lowest frequency, ", omega,
-                    " rad/s: (spin / omega_1)^2 is ", ratio,
-                    ", and the equations are valid only far below 1; ",
-                    ratio > 1.0 ? "the method does not cover this motion: do not use the result"
-                                : "the deformation will be wrong, and the pose will be affected less"));
+                    " rad/s. (spin / omega_1)^2 is ", ratio,
+                    ", but the equations are valid only far below 1, so ",
+                    ratio > 1.0 ? "they do not cover this motion; do not use the result"
+                                : "the deformation will be wrong, and the pose less so; reduce the spin"));
     return;
   }
 }

@@ -28,14 +28,14 @@ void warn_of_tick_rotations(const Scene& scene, const Plan& plan, Faults& faults
   if (!std::isfinite(rotation.substep_angle) || !std::isfinite(rotation.orbit)) {
     add_warning(faults, scene.initial.origin,
                 "the body falls through the attractor in the first tick, and the pull of the attractor has "
-                "no bound there");
+                "no bound there; change the initial position or velocity");
     return;
   }
   if (rotation.substep_angle > most)
     add_warning(faults, scene.initial.origin,
                 join_text("the body rotates or nutates by ", rotation.substep_angle, " rad a tick at ", rate,
-                          " Hz, and ", kMaxRotationSubsteps, " substeps per tick resolve at most ",
-                          2.0 * most, ": the verdict will not be good; raise the rate to ",
+                          " Hz, but ", kMaxRotationSubsteps, " substeps per tick resolve at most ",
+                          2.0 * most, " rad, so the verdict will not be good; raise the rate to ",
                           rate * rotation.substep_angle / most, " Hz or more"));
   // [rad] rotation theta at which the error theta^2 / 4 of the displacement by loads fixed in the world is
   // 2 % (THEORY X144)
@@ -44,10 +44,11 @@ void warn_of_tick_rotations(const Scene& scene, const Plan& plan, Faults& faults
   if (plan.num_elastic > 0 && angle > kStraight && has_loads_in_world(plan))
     add_warning(
         faults, scene.initial.origin,
-        join_text("the body rotates by ", angle, " rad a tick at ", rate,
-                  " Hz under loads fixed in the world or an attractor; the step treats the modal loads as "
-                  "linear over a tick: raise the rate to ",
-                  rate * angle / kStraight, " Hz or more"));
+        join_text(
+            "the body rotates by ", angle, " rad a tick at ", rate,
+            " Hz under loads fixed in the world or an attractor, but the step treats the modal loads as "
+            "linear over a tick; raise the rate to ",
+            rate * angle / kStraight, " Hz or more"));
 }
 
 }  // namespace freeflex

@@ -44,23 +44,26 @@ std::string find_refusal(const Scene& scene) {
     const Link& link = scene.links[k];
     const std::string who = "link " + called(link, static_cast<int>(k));
     if (!traits_of(link).is_axial) {
-      return who + ": the Cartesian reference supports springs, bars and dashpots only; a beam or a matrix " +
+      return who +
+             " is not a spring, bar or dashpot, and the Cartesian reference supports no other links, because "
+             "a beam or a matrix " +
              "is linear in the displacements and has no true length";
     }
     if (link.loss_factor != 0.0)
-      return who + ": a loss factor acts on modes, which the Cartesian reference does not have";
+      return who + " has a loss factor, which acts on modes, but the Cartesian reference has no modes";
   }
   if (!scene.feedbacks.empty())
     return "feedback acts on elastic displacements, which the Cartesian reference does not have";
   for (const Load& load : scene.loads)
     if (load.axes == Axes::kLocal)
-      return "load '" + load.name + "': local axes follow an elastic rotation, which points do not have";
+      return "load '" + load.name +
+             "' has local axes, which follow an elastic rotation, but points have no rotation";
   if (scene.damping.modal_ratio != 0.0 || !scene.damping.mode_ratios.empty() || scene.damping.alpha != 0.0) {
     return "the Cartesian reference supports stiffness-proportional damping (beta) only; modal ratios and "
            "alpha act on elastic coordinates, which it does not have";
   }
   if (!scene.initial.modes.empty()) {
-    return "the Cartesian reference has no modes: give the initial elastic state by points";
+    return "the Cartesian reference has no modes; give the initial elastic state by points";
   }
   return {};
 }

@@ -36,7 +36,8 @@ Blends quintic(double s, double h) {
 }
 
 constexpr double kSlack = 1e-9;  // [-] slack for rounding errors, as a fraction of a step
-constexpr const char* kUnstable = "not finite: the step exceeds the method's stability limit";
+constexpr const char* kUnstable =
+    "the state is not finite, because the step exceeds the method's stability limit";
 
 bool is_finite(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });

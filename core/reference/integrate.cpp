@@ -117,7 +117,7 @@ ReferenceRun integrate(const CartesianSystem& system, std::span<const double> ti
   const ReferenceRun pilot = find_scale(system, times.back(), options);
   if (!pilot.error.empty()) {
     ReferenceRun failed;
-    failed.error = "pilot run: " + pilot.error;
+    failed.error = "the pilot run failed, because " + pilot.error;
     return failed;
   }
   return integrate_at_scale(system, times, options, pilot.scale);
@@ -134,7 +134,7 @@ ReferenceRun integrate_with_estimate(const CartesianSystem& system, std::span<co
   coarse.scale = run.scale;
   const ReferenceRun check = integrate(system, times, coarse);
   if (!check.error.empty()) {
-    run.error = "run for the estimate: " + check.error;
+    run.error = "the run for the error estimate failed, because " + check.error;
     return run;
   }
   for (std::size_t k = 0; k < run.states.size(); ++k) {

@@ -306,7 +306,8 @@ std::string Linearised::step(const Frame& frame, double t, double span, const Ri
   } else {
     leapfrog(span, options.step, reads, read);
   }
-  return y_.allFinite() ? "" : "not finite: the step exceeds the method's stability limit";
+  return y_.allFinite() ? ""
+                        : "the state is not finite, because the step exceeds the method's stability limit";
 }
 
 RivalRun Linearised::run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) {

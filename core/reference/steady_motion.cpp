@@ -173,7 +173,7 @@ SteadyMotion steady_motion(const CartesianSystem& system, const VectorXd& start)
   double last = std::numeric_limits<double>::infinity();
   for (int k = 0;; ++k) {
     if (k == kMost) {
-      motion.error = "no steady motion: Newton's method does not converge";
+      motion.error = "no steady motion was found, because Newton's method does not converge";
       return motion;
     }
     VectorXd a = acceleration(uncorrected, e, zero);
@@ -190,7 +190,7 @@ SteadyMotion steady_motion(const CartesianSystem& system, const VectorXd& start)
     const double size = step.cwiseQuotient(root).cwiseAbs().maxCoeff() / uncorrected.r.cwiseAbs().maxCoeff();
     motion.stiffness = -J;
     if (!std::isfinite(size)) {
-      motion.error = "no steady motion: the accelerations are not finite";
+      motion.error = "no steady motion was found, because the accelerations are not finite";
       return motion;
     }
     if (size < kFound || (size < 1e-8 && size > 0.5 * last)) break;

@@ -286,8 +286,8 @@ bool SundialsSolver::Members::evolve(double target) {
   if (!ok) return false;
   time = target;
   if (std::abs(reached - target) <= 1e-12 * std::max(1.0, std::abs(target))) return true;
-  error =
-      "stopped at t = " + std::to_string(reached) + " s; it had to reach " + std::to_string(target) + " s";
+  error = "the solver stopped at t = " + std::to_string(reached) + " s, but had to reach " +
+          std::to_string(target) + " s";
   return false;
 }
 

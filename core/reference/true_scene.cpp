@@ -247,7 +247,7 @@ std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::strin
   else if (!scene.feedbacks.empty())
     error = "feedback acts on elastic displacements, which the Cartesian reference does not have";
   if (!scene.initial.modes.empty())
-    error = "the Cartesian reference has no modes: give the initial elastic state by points";
+    error = "the Cartesian reference has no modes; give the initial elastic state by points";
   if (!error.empty()) return std::nullopt;
   CartesianSystem system = make_axial_system(scene);
   system.true_geometry.emplace(scene, system.mass, system.r);

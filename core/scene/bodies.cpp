@@ -146,7 +146,8 @@ PointMass rigid_body_of(const Scene& scene, const Link& link) {
 std::string mass_matrix_problem(const Scene& scene, const Link& link) {
   constexpr double kRounding = 1e-5;  // [-] uncertainty of printed tables
   const auto& matrix = std::get<MatrixLink>(link.kind);
-  if (!Eigen::MatrixXd(matrix.mass).allFinite()) return "the mass matrix has an entry that is not finite";
+  if (!Eigen::MatrixXd(matrix.mass).allFinite())
+    return "the mass matrix has an entry that is not finite; give finite entries";
   const Eigen::MatrixXd M = matrix.mass;
   if ((M - M.transpose()).cwiseAbs().maxCoeff() > 1e-6 * M.cwiseAbs().maxCoeff())
     return "the mass matrix is not symmetric; give a symmetric one";
@@ -156,25 +157,25 @@ std::string mass_matrix_problem(const Scene& scene, const Link& link) {
   for (Eigen::Index k = 0; k < M.rows(); ++k)
     if (M(k, k) < 0.0 || (M(k, k) == 0.0 && !M.row(k).isZero(0.0)))
       return join_text("row ", k + 1, " of the mass matrix has ", M(k, k),
-                       " on the diagonal; this must be positive, or the whole row zero");
+                       " on the diagonal, which must be positive unless the whole row is zero");
   const Eigen::MatrixXd scaled = inverse.asDiagonal() * M * inverse.asDiagonal();
   const double least =
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
   if (least < -kRounding)
-    return join_text("the mass matrix is not positive semidefinite: eigenvalue ", least,
-                     " after scaling to a diagonal of ones");
+    return join_text("the mass matrix is not positive semidefinite, because it has the eigenvalue ", least,
+                     " after scaling to a diagonal of ones; no eigenvalue may be negative");
   const Eigen::Matrix<double, 6, 6> all = rigid_mass_of(scene, link);
   const PointMass body = rigid_body_of(scene, link);
   const Eigen::Matrix3d excess = all.topLeftCorner<3, 3>() - body.mass * Eigen::Matrix3d::Identity();
   if (!(body.mass > 0.0) || excess.cwiseAbs().maxCoeff() > kRounding * body.mass)
     return join_text(
         "the mass matrix has the masses ", all.diagonal().head<3>().transpose(),
-        " kg in translation along x, y, z, which must be equal: check the order of rows, the axes of "
+        " kg in translation along x, y, z, which must be equal; check the order of rows, the axes of "
         "its points and units");
   const Eigen::Matrix3d S = all.topRightCorner<3, 3>();
   const double size = std::sqrt(std::max(0.0, all.diagonal().tail<3>().maxCoeff() * body.mass));
   if ((S + S.transpose()).cwiseAbs().maxCoeff() > 2.0 * kRounding * size)
-    return "translation and rotation of the mass matrix are not those of one body: check the order of rows "
+    return "translation and rotation of the mass matrix are not those of one body; check the order of rows "
            "and "
            "the axes of its points";
   return inertia_problem(body.inertia);
@@ -243,18 +244,20 @@ Eigen::Matrix3d second_moment(const PointMass& point) {
 std::string inertia_problem(const Eigen::Matrix3d& inertia) {
   // [-] uncertainty of printed tables with seven digits, as a fraction of the largest moment
   constexpr double kRounding = 1e-6;
-  if (!inertia.allFinite()) return "inertia is not finite";
+  if (!inertia.allFinite()) return "inertia is not finite; give finite entries";
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(inertia, Eigen::EigenvaluesOnly);
   const Eigen::Vector3d& moments = eigen.eigenvalues();  // ascending
   const double least = -kRounding * moments[2];
   if (moments[0] < least)
-    return join_text("inertia has the principal moment ", moments[0],
-                     " kg m^2, must be >= 0; give the entries of the inertia matrix, off the diagonal "
-                     "-sum m x y");
+    return join_text(
+        "inertia has the principal moment ", moments[0],
+        " kg m^2, but it must be >= 0; give the entries of the inertia matrix, which off the diagonal are "
+        "-sum m x y");
   if (moments[0] + moments[1] - moments[2] < least)
-    return join_text("inertia has the principal moments ", moments.transpose(),
-                     " kg m^2: no moment may exceed the sum of the two others; check the order and that "
-                     "they are about the centre of mass");
+    return join_text(
+        "inertia has the principal moments ", moments.transpose(),
+        " kg m^2, but no moment may exceed the sum of the two others; check their order and that "
+        "they are about the centre of mass");
   return {};
 }
 

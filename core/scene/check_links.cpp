@@ -28,7 +28,7 @@ constexpr double kDegenerate = 1e-9;
 void Checker::check_link_points(const Link& link, const std::string& who) {
   const LinkTraits kind = traits_of(link);
   if (link.points.size() < kind.least || link.points.size() > kind.most)
-    error(link.origin, join_text(who, " names ", link.points.size(), " points; a ", kind.noun, " joins ",
+    error(link.origin, join_text(who, " names ", link.points.size(), " points, but a ", kind.noun, " joins ",
                                  kind.most == kind.least ? "" : "at least ", kind.least));
   bool known = true;
   std::set<int> seen;
@@ -54,7 +54,7 @@ void Checker::check_link_points(const Link& link, const std::string& who) {
                     [&](int index) { return (point(index).position - first).isZero(0.0); }))
       error(link.origin,
             who +
-                ": all its points are in one place; a rigid body needs a size > 0: move a point or "
+                " has all its points in one place, but a rigid body needs a size > 0; move a point or "
                 "remove the link");
     return;
   }
@@ -63,7 +63,7 @@ void Checker::check_link_points(const Link& link, const std::string& who) {
     if (a.allFinite() && b.allFinite() && (b - a).isZero(0.0))
       error(link.origin,
             who + " joins " + point_names(scene, {link.points[k - 1], link.points[k]}, 2) +
-                ", which are in one place; a link needs a length > 0: move a point or remove the link");
+                ", which are in one place, but a link needs a length > 0; move a point or remove the link");
   }
 }
 
@@ -83,14 +83,14 @@ void Checker::check_beam(const Link& link, const Beam& beam, const std::string& 
 
 void Checker::check_plate(const Link& link, const Plate& plate, const std::string& who) {
   if (!(plate.nu > -1.0 && plate.nu < 0.5))
-    error(link.origin, join_text(who, ": nu is ", plate.nu, ", must be > -1 and < 0.5"));
+    error(link.origin, join_text(who, ": nu is ", plate.nu, ", but must be > -1 and < 0.5"));
   if (link.points.size() != 3 || !is_point(link.points[0]) || !is_point(link.points[1]) ||
       !is_point(link.points[2]))
     return;
   const Eigen::Vector3d a = point(link.points[1]).position - point(link.points[0]).position,
                         b = point(link.points[2]).position - point(link.points[0]).position;
   if (a.stableNormalized().cross(b.stableNormalized()).norm() < kDegenerate)
-    error(link.origin, who + ": its three points lie on a line; a plate needs a triangle");
+    error(link.origin, who + " has three points on a line, but a plate needs a triangle; move a point");
 }
 
 void Checker::check_torsion(const Link& link, const std::string& who) {
@@ -113,17 +113,19 @@ void Checker::check_matrix_link(const Link& link, const MatrixLink& matrix, cons
   const auto check_size = [&](const char* what, const Eigen::SparseMatrix<double>& given) {
     if (given.rows() == size && given.cols() == size) return;
     is_sized = false;
-    error(link.origin, join_text(who, ": the ", what, " is ", given.rows(), " x ", given.cols(), ", must be ",
-                                 size, " x ", size, " for ", link.points.size(), " points"));
+    error(link.origin,
+          join_text(who, ": the ", what, " is ", given.rows(), " x ", given.cols(), ", but must be ", size,
+                    " x ", size, " for ", link.points.size(), " points"));
   };
   check_size(matrix.mass.size() > 0 ? "stiffness matrix" : "matrix", matrix.matrix);
   if (matrix.is_flexibility && is_superelement(matrix))
-    error(link.origin, who + ": a flexibility has neither rotations nor mass; give the stiffness matrix");
+    error(link.origin,
+          who + " is a flexibility, which can have neither rotations nor mass; give the stiffness matrix");
   if (matrix.num_inner > 0 && matrix.mass.size() == 0)
     error(link.origin,
           who + " has inner coordinates but no mass matrix, which determines their motion; give one");
   if (is_superelement(matrix) && !Eigen::MatrixXd(matrix.matrix).allFinite())
-    error(link.origin, who + ": the stiffness matrix has an entry that is not finite");
+    error(link.origin, who + ": the stiffness matrix has an entry that is not finite; give finite entries");
   if (matrix.mass.size() > 0) check_size("mass matrix", matrix.mass);
   const bool has_points = std::all_of(link.points.begin(), link.points.end(), [&](int each) {
     return is_point(each) && point(each).position.allFinite();
@@ -139,13 +141,14 @@ void Checker::check_dissipation(const Link& link, const std::string& who) {
   const LinkTraits kind = traits_of(link);
   if ((link.viscous != 0.0 || link.loss_factor != 0.0) && kind.effect != LinkEffect::kStrains)
     error(link.origin, who + (kind.effect == LinkEffect::kForbids ? " is rigid" : " is a dashpot") +
-                           ": it cannot have the keys viscous or loss_factor; remove them");
+                           ", so it cannot have the keys viscous or loss_factor; remove them");
   if (link.viscous != 0.0 && kind.has_joint_rotations)
-    error(link.origin, who +
-                           ": viscous is only for links without rotations: rotations of beams and plates "
-                           "carry no mass, and a moment that "
-                           "depends on their rates would add states; use rayleigh damping "
-                           "or a loss_factor");
+    error(link.origin,
+          who +
+              ": viscous is only for links without rotations, because rotations of beams and plates "
+              "carry no mass, and a moment that "
+              "depends on their rates would add states; use rayleigh damping "
+              "or a loss_factor");
 }
 
 void Checker::check_link(const Link& link, int index) {

@@ -27,7 +27,7 @@ void Checker::check_points() {
     if (const std::string problem = inertia_problem(each.inertia); !problem.empty())
       error(each.origin, join_text(who, ": ", problem));
     if (each.mass == 0.0 && has_attitude(each))
-      error(each.origin, who + " has inertia or an offset, but no mass: give its mass");
+      error(each.origin, who + " has inertia or an offset, but no mass; give its mass");
   }
   if (!scene.points.empty() &&
       std::all_of(scene.points.begin(), scene.points.end(),
@@ -51,10 +51,10 @@ void Checker::check_group(const Group& group, int index) {
         return has_mass(link) && !std::holds_alternative<MatrixLink>(link.kind) &&
                std::all_of(link.points.begin(), link.points.end(), is_in);
       }))
-    error(group.origin,
-          who +
-              " has no mass; a wrench is distributed over its points by mass: add a point with mass, or all "
-              "points of a beam, bar or plate with mass");
+    error(group.origin, who +
+                            " has no mass, but a wrench is distributed over its points by mass; add a point "
+                            "with mass, or all "
+                            "points of a beam, bar or plate with mass");
 }
 
 void Checker::check_damping() {
@@ -73,7 +73,8 @@ void Checker::check_damping() {
 void Checker::check_wheels() {
   if (scene.wheels.size() > std::size_t{kMaxWheels})
     error(scene.wheels[std::size_t{kMaxWheels}].origin,
-          join_text("the scene has ", scene.wheels.size(), " wheels; at most ", kMaxWheels, " are allowed"));
+          join_text("the scene has ", scene.wheels.size(), " wheels, but at most ", kMaxWheels,
+                    " are allowed; remove some"));
   for (std::size_t k = 0; k < scene.wheels.size(); ++k) {
     const Wheel& wheel = scene.wheels[k];
     const std::string who = "wheel " + quoted(wheel.name, static_cast<int>(k));
@@ -81,8 +82,10 @@ void Checker::check_wheels() {
       error(wheel.origin, who + " is in point " + quoted(point(wheel.point).name, wheel.point) +
                               ", which has no inertia; give it the inertia of the body that holds the wheel");
     if (!(std::abs(wheel.axis.norm() - 1.0) < 1e-9))
-      error(wheel.origin, join_text(who, ": axis (", wheel.axis.transpose(), ") is not a unit vector"));
-    if (!std::isfinite(wheel.momentum)) error(wheel.origin, who + ": momentum is not finite");
+      error(wheel.origin, join_text(who, ": axis (", wheel.axis.transpose(),
+                                    ") is not a unit vector; give one of length 1"));
+    if (!std::isfinite(wheel.momentum))
+      error(wheel.origin, who + ": momentum is not finite; give a finite number");
   }
 }
 
@@ -92,21 +95,23 @@ void Checker::check_history(const Load& load, const std::string& who) {
     positive(load.origin, who + ": pulse duration", pulse->duration, "s");
   } else if (const auto* sine = std::get_if<SineHistory>(&load.history)) {
     positive(load.origin, who + ": sine frequency", sine->frequency, "Hz");
-    if (!std::isfinite(sine->phase)) error(load.origin, who + ": sine phase is not finite");
+    if (!std::isfinite(sine->phase))
+      error(load.origin, who + ": sine phase is not finite; give a finite number");
   } else if (const auto* table = std::get_if<TableHistory>(&load.history)) {
     if (table->times.empty() || table->times.size() != table->values.size()) {
       error(load.origin,
             join_text(who, ": the table has ", table->times.size(), " times and ", table->values.size(),
-                      " values; it needs as many times as values, "
+                      " values, but needs as many times as values, "
                       "at least one of each"));
       return;
     }
     for (std::size_t row = 0; row < table->times.size(); ++row) {
       if (!std::isfinite(table->times[row]) || !std::isfinite(table->values[row]))
-        error(load.origin, join_text(who, ": row ", row + 1, " of the table is not finite"));
+        error(load.origin,
+              join_text(who, ": row ", row + 1, " of the table is not finite; give finite numbers"));
       if (row > 0 && !(table->times[row] > table->times[row - 1]))
-        error(load.origin, join_text(who, ": times of the table must increase; row ", row + 1, " has ",
-                                     table->times[row], " s after ", table->times[row - 1], " s"));
+        error(load.origin, join_text(who, ": the times of the table must increase, but row ", row + 1,
+                                     " has ", table->times[row], " s after ", table->times[row - 1], " s"));
     }
   }
 }
@@ -117,9 +122,10 @@ void Checker::check_load(const Load& load, int index) {
     error(load.origin, who + " has no force, wrench, torque or wheel; give at least one");
   for (const WheelLoad& each : load.wheels) {
     if (each.wheel < 0 || each.wheel >= static_cast<int>(scene.wheels.size()))
-      error(load.origin, join_text(who, " names wheel index ", each.wheel, ", there are ",
-                                   scene.wheels.size(), " wheels"));
-    if (!std::isfinite(each.torque)) error(load.origin, who + ": torque of a wheel is not finite");
+      error(load.origin, join_text(who, " names wheel index ", each.wheel, ", but there are ",
+                                   scene.wheels.size(), " wheels, numbered from 0"));
+    if (!std::isfinite(each.torque))
+      error(load.origin, who + ": torque of a wheel is not finite; give a finite number");
   }
   for (const PointLoad& each : load.forces) {
     known_point(load.origin, who, each.point);
@@ -139,10 +145,10 @@ void Checker::check_load(const Load& load, int index) {
                 "wrench to a group of several points");
   }
   if (load.axes == Axes::kLocal && !load.wrenches.empty())
-    error(load.origin,
-          who +
-              " is a wrench in local axes: a group has no single local rotation; give forces on points, or "
-              "body axes");
+    error(load.origin, who +
+                           " has a wrench in local axes, but a group has no single local rotation; give "
+                           "forces on points, or "
+                           "body axes");
   check_history(load, who);
 }
 
@@ -151,7 +157,8 @@ void Checker::check_feedback(const Feedback& feedback, int index) {
   known_point(feedback.origin, who, feedback.point);
   known_point(feedback.origin, who + ": sensor", feedback.sensor);
   const auto gain = [&](const char* what, const Eigen::Matrix3d& matrix) {
-    if (!matrix.allFinite()) error(feedback.origin, join_text(who, ": ", what, " gain is not finite"));
+    if (!matrix.allFinite())
+      error(feedback.origin, join_text(who, ": ", what, " gain is not finite; give finite numbers"));
     return !matrix.isZero(0.0);
   };
   const bool by_displacement = gain("displacement", feedback.displacement_gain),
@@ -191,7 +198,8 @@ void Checker::check_initial() {
           "initial: points do not determine the motion inside a mass matrix; give initial: modes");
   for (const auto& each : initial.modes)
     if (!std::isfinite(each.q) || !std::isfinite(each.q_dot))
-      error(initial.origin, join_text("initial state of mode ", each.mode, " is not finite"));
+      error(initial.origin,
+            join_text("initial state of mode ", each.mode, " is not finite; give finite numbers"));
 }
 
 void Checker::check_publication() {
@@ -204,8 +212,8 @@ void Checker::check_publication() {
   for (const int index : publication.groups) known_group({}, "publication", index);
   for (const int index : publication.links) {
     if (index < 0 || index >= static_cast<int>(scene.links.size())) {
-      error({},
-            join_text("publication names link index ", index, ", there are ", scene.links.size(), " links"));
+      error({}, join_text("publication names link index ", index, ", but there are ", scene.links.size(),
+                          " links, numbered from 0"));
       continue;
     }
     const Link& link = scene.links[static_cast<std::size_t>(index)];
@@ -216,11 +224,11 @@ void Checker::check_publication() {
                           ? " is a superelement, whose forces are not published"
                           : " is rigid, and forces of rigid links are not published in scenes with bodies or "
                             "massless points",
-                      ": remove it from publish: loads"));
+                      "; remove it from publish: loads"));
     if (has_point_forces(link) && link.points.size() > kMaxForcePoints)
       error(link.origin,
-            join_text("link ", called(link, index), " has ", link.points.size(), " points; at most ",
-                      kMaxForcePoints, " forces of one link fit a message: do not publish its forces"));
+            join_text("link ", called(link, index), " has ", link.points.size(), " points, but at most ",
+                      kMaxForcePoints, " forces of one link fit a message; do not publish its forces"));
   }
   for (const int index : scene.pushable) known_point({}, "the list of pushable points", index);
 }
@@ -253,15 +261,15 @@ void check_num_points(const Scene& scene, bool is_whole, Faults& faults) {
   add_error(
       faults, scene.points[kMaxPoints].origin,
       join_text("this is point ", kMaxPoints + 1, " of ", scene.points.size(), is_whole ? "" : " or more",
-                "; at most ", kMaxPoints, " are allowed; merge points, or remove some"));
+                ", but at most ", kMaxPoints, " are allowed; merge points, or remove some"));
 }
 
 void check_modes(const Scene& scene, int num_elastic, Faults& faults) {
   const auto check = [&](const Origin& origin, const char* what, int mode) {
     if (mode < 1 || mode > num_elastic)
-      add_error(
-          faults, origin,
-          join_text(what, " names elastic mode ", mode, ", there are ", num_elastic, ", numbered from 1"));
+      add_error(faults, origin,
+                join_text(what, " names elastic mode ", mode, ", but there are only ", num_elastic,
+                          ", numbered from 1"));
   };
   for (const auto& [mode, ratio] : scene.damping.mode_ratios) check(scene.damping.origin, "damping", mode);
   for (const auto& each : scene.initial.modes) check(scene.initial.origin, "initial state", each.mode);

@@ -7,7 +7,8 @@ namespace freeflex {
 
 /// Message for a scene without mass. If the scene has other faults, they may be the reason why the mass is
 /// missing.
-inline constexpr const char* kNoMass = "nothing has mass; a free structure needs a point or a link with mass";
+inline constexpr const char* kNoMass =
+    "nothing has mass, but a free structure needs a point or a link with mass; give one a mass";
 
 /// Appends every fault of points, links, groups, wheels, damping, loads, feedback, attractor, initial state
 /// and publication. Faults are values out of range, invalid indices, and links of zero length.

@@ -21,26 +21,27 @@ struct Checker {
 
   void positive(const Origin& origin, const std::string& what, double value, const char* unit) {
     if (!(std::isfinite(value) && value > 0.0))
-      error(origin, join_text(what, " is ", value, " ", unit, ", must be finite and > 0"));
+      error(origin, join_text(what, " is ", value, " ", unit, ", but must be finite and > 0"));
   }
   void not_negative(const Origin& origin, const std::string& what, double value, const char* unit) {
     if (!(std::isfinite(value) && value >= 0.0))
-      error(origin, join_text(what, " is ", value, " ", unit, ", must be finite and >= 0"));
+      error(origin, join_text(what, " is ", value, " ", unit, ", but must be finite and >= 0"));
   }
   void finite(const Origin& origin, const std::string& what,
               const Eigen::Ref<const Eigen::VectorXd>& values) {
-    if (!values.allFinite()) error(origin, join_text(what, " is not finite: (", values.transpose(), ")"));
+    if (!values.allFinite())
+      error(origin, join_text(what, " is (", values.transpose(), "), but must be finite"));
   }
   bool known_point(const Origin& origin, const std::string& what, int index) {
     if (is_point(index)) return true;
-    error(origin,
-          join_text(what, " names point index ", index, ", there are ", scene.points.size(), " points"));
+    error(origin, join_text(what, " names point index ", index, ", but there are ", scene.points.size(),
+                            " points, numbered from 0"));
     return false;
   }
   bool known_group(const Origin& origin, const std::string& what, int index) {
     if (is_group(index)) return true;
-    error(origin,
-          join_text(what, " names group index ", index, ", there are ", scene.groups.size(), " groups"));
+    error(origin, join_text(what, " names group index ", index, ", but there are ", scene.groups.size(),
+                            " groups, numbered from 0"));
     return false;
   }
 

@@ -133,8 +133,8 @@ void Search::take_rest() {
 void add_overflow(const Scene& scene, const std::string& problem, Faults& faults) {
   const Extreme extreme = Search(scene).find();
   add_error(faults, extreme.origin,
-            join_text(extreme.what, ": ", problem,
-                      "; this is the most extreme value of the scene: values of one "
+            join_text(extreme.what, " is the most extreme value of the scene, and ", problem,
+                      "; check its unit, because values of one "
                       "scene must have compatible sizes in SI units"));
 }
 

@@ -45,10 +45,10 @@ std::string advise_unit(double value, std::span<const OtherUnit> units, double l
     if (in_si < least || in_si > most) continue;
     const std::string text = join_text(value);
     const bool has_exponent = text.find('e') != std::string::npos;
-    return join_text("; in ", unit.name, " write ", has_exponent ? join_text(in_si) : text + "e",
+    return join_text("; if it is in ", unit.name, ", write ", has_exponent ? join_text(in_si) : text + "e",
                      has_exponent ? "" : std::to_string(unit.exponent));
   }
-  return {};
+  return "; check its unit";
 }
 
 // One cause of a warning, with the first link that has this cause and the number of other links that have it
@@ -65,8 +65,8 @@ class Causes {
     for (const auto& [name, cause] : causes_) {
       const std::string others = cause.num_others == 0 ? ""
                                  : cause.num_others == 1
-                                     ? "; so is 1 other link"
-                                     : join_text("; so are ", cause.num_others, " others");
+                                     ? "; the same holds for 1 other link"
+                                     : join_text("; the same holds for ", cause.num_others, " other links");
       add_warning(faults_, cause.origin, cause.message + others);
     }
   }
@@ -120,7 +120,7 @@ void check_section(const Scene& scene, std::size_t index, const Beam& beam, Caus
   causes.add(kDeep, link, [&] {
     return join_text(link_at(scene, index), ": EI of ", std::max(beam.EI_y, beam.EI_z), " N m^2 and EA of ",
                      beam.EA, " N are those of a section with a radius of gyration of ", gyration,
-                     " m on a beam of ", length, " m; check the units of both");
+                     " m on a beam of ", length, " m, which is too large; check the units of both");
   });
 }
 
@@ -134,12 +134,13 @@ void check_bodies(const Scene& scene, Faults& faults) {
     const double gyration = point.mass > 0.0 ? std::sqrt(point.inertia.trace() / 2.0 / point.mass) : 0.0;
     if (offset > kMostBodySize * extent)
       add_warning(faults, point.origin,
-                  join_text("point '", point.name, "': offset of ", offset, " m in a structure that spans ",
-                            extent, " m; an offset is in m"));
+                  join_text("point '", point.name, "': the offset is ", offset,
+                            " m in a structure that spans ", extent, " m; check that it is in m"));
     if (gyration > kMostBodySize * extent)
-      add_warning(faults, point.origin,
-                  join_text("point '", point.name, "': inertia and mass give a radius of gyration of ",
-                            gyration, " m in a structure that spans ", extent, " m; inertia is in kg m^2"));
+      add_warning(
+          faults, point.origin,
+          join_text("point '", point.name, "': inertia and mass give a radius of gyration of ", gyration,
+                    " m in a structure that spans ", extent, " m; check that inertia is in kg m^2"));
   }
 }
 
@@ -148,8 +149,8 @@ void check_ratios(const Scene& scene, Faults& faults) {
   for (const auto& [mode, ratio] : scene.damping.mode_ratios) most = std::max(most, ratio);
   if (most <= 1.0) return;
   add_warning(faults, scene.damping.origin,
-              join_text("damping: a ratio of ", most, " is above 1, critical damping; in per cent write ",
-                        0.01 * most));
+              join_text("damping: a ratio of ", most,
+                        " is above 1, which is critical damping; if it is in per cent, write ", 0.01 * most));
 }
 
 // groups of plates that share points (union-find over points)
@@ -201,9 +202,9 @@ void check_thickness(const Scene& scene, Causes& causes) {
     const double width = widths[groups.root(scene.links[k].points[0])];
     if (plate->thickness <= width || width == 0.0) continue;  // 0: points on a line; check_scene reports it
     causes.add(kThick, scene.links[k], [&] {
-      return join_text(link_at(scene, k), ": thickness of ", plate->thickness,
+      return join_text(link_at(scene, k), ": the thickness of ", plate->thickness,
                        " m is more than the width of the plate, ", width, " m",
-                       plate->thickness < kLeastThickness ? "" : "; in mm write ",
+                       plate->thickness < kLeastThickness ? "; check both" : "; if it is in mm, write ",
                        plate->thickness < kLeastThickness ? "" : join_text(1e-3 * plate->thickness));
     });
   }
@@ -229,7 +230,7 @@ void check_lengths(const Scene& scene, Faults& faults) {
   add_warning(
       faults, scene.links[short_link].origin,
       join_text("lengths of links range from ", shortest, " m (", link_at(scene, short_link), ") to ",
-                longest, " m (", link_at(scene, long_link), "): check that all coordinates are in m"));
+                longest, " m (", link_at(scene, long_link), "); check that all coordinates are in m"));
 }
 
 }  // namespace

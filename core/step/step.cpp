@@ -1,7 +1,7 @@
 #include "core/step/step.hpp"
 
 #ifdef __FAST_MATH__
-#error "-ffast-math changes the bits: recordings would not replay"
+#error "-ffast-math changes the bits, so recordings would not replay"
 #endif
 
 #include <algorithm>

@@ -152,7 +152,7 @@ class Coordinates {
         faults, scene.points[static_cast<std::size_t>(points.front())].origin,
         join_text(points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamesInError),
                   points.size() == 1 ? " has" : " have", " no mass, and links do not hold ",
-                  points.size() == 1 ? "it" : "them", " in every direction: give a mass, or add links"));
+                  points.size() == 1 ? "it" : "them", " in every direction; give a mass, or add links"));
   }
 
   NullSpace held_, massless_;

@@ -157,11 +157,11 @@ void warn_of_redundant_links(const Scene& scene, const Eigen::ColPivHouseholderQ
     for (const int other : found.second) others += (others.empty() ? "" : ", ") + name(other);
     add_warning(
         faults, scene.links[static_cast<std::size_t>(link)].origin,
-        join_text("rigid link ", name(link), " is redundant: ",
+        join_text("rigid link ", name(link), " is redundant, because ",
                   found.first == 1 ? "a freedom that it removes"
                                    : join_text(found.first, " freedoms that it removes"),
                   found.first == 1 ? " is" : " are", " removed by ", others,
-                  " already; the motion is the same without it, but the distribution of forces among these "
+                  " already. The motion is the same without it, but the distribution of forces among these "
                   "links is undetermined"));
   }
 }

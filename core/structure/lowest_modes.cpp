@@ -66,7 +66,7 @@ LowestModes::LowestModes(const Scene& scene, const SparseSystem& system, const S
 }
 
 bool LowestModes::find(const ModesWanted& wanted) {
-  if (system_.rows.nonZeros() == 0) return fail("the scene has no elastic link; nothing deforms; add one");
+  if (system_.rows.nonZeros() == 0) return fail("the scene has no elastic link, so nothing deforms; add one");
   if (!choose_shift() || !choose_count(wanted)) return false;
   if (!find_slices()) return false;
   for (int round = 0; round < kMostRestarts; ++round) {
@@ -114,7 +114,7 @@ bool LowestModes::fits(Eigen::Index columns) {
   return fail(join_text("the set-up of ", scene_.points.size(), " points with ", count_, " modes takes some ",
                         std::ceil(all), " MB (", std::ceil(factor_MB_), " for the factorization, ",
                         std::ceil(particles),
-                        " for mass distributed over links); the machine or a limit "
+                        " for mass distributed over links), but the machine or a limit "
                         "(ulimit -v) provides ",
                         std::floor(progress_.memory_MB),
                         " MB, of which a fifth is kept free; ask for fewer modes with modes: {count: N}"));
@@ -155,7 +155,7 @@ bool LowestModes::factor_at(double sigma) {
     if (rounding_ > kGoodEnough * size) return factor_at(sigma);
   }
   refinements_ = is_assembled && rounding_ <= kExact * size ? 0 : kMostRefinements;
-  return is_factored || fail("the structure cannot be factored: " + inverse_->problem());
+  return is_factored || fail("the structure cannot be factored, because " + inverse_->problem());
 }
 
 // Chooses the lowest shift from the frequencies of a few Lanczos blocks. Reduces the shift until omega_6^2 >=
@@ -170,7 +170,8 @@ bool LowestModes::choose_shift() {
   double shift = 0.0;
   for (Eigen::Index i = 0; i < mass.size(); ++i)
     if (mass[i] > 0.0) shift = std::max(shift, stiffness[i] / mass[i]);
-  if (!(shift > 0.0) || !std::isfinite(shift)) return fail("the frequencies are not finite");
+  if (!(shift > 0.0) || !std::isfinite(shift))
+    return fail("the frequencies are not finite; check the units of masses and stiffnesses");
   stiffest_ = shift;
   shift *= 1e-4;
   for (int k = 0; k < kMostTries; ++k) {
@@ -178,7 +179,7 @@ bool LowestModes::choose_shift() {
     const int refinements = std::exchange(refinements_, 0);
     BlockLanczos trial(op_, system_.num_all(), kBlock, 17);
     for (int step = 0; step < 3 && trial.step(); ++step) continue;
-    if (trial.has_failed()) return fail("the structure cannot be solved: " + inverse_->problem());
+    if (trial.has_failed()) return fail("the structure cannot be solved, because " + inverse_->problem());
     const RitzPairs few = trial.pairs(kConverged);
     if (few.theta.size() == 0) return fail("the structure cannot be solved");
     // uses the sixth lowest frequency, which is not zero if there are at most five mechanisms
@@ -197,7 +198,8 @@ bool LowestModes::choose_shift() {
 
 bool LowestModes::fail_with_mechanisms() {
   return fail(
-      join_text("more than five mechanisms: links do not hold the parts of the structure together, and "
+      join_text("there are more than five mechanisms, because links do not hold the parts of the structure "
+                "together, and "
                 "with ",
                 scene_.points.size(), " points the mechanisms are not searched for; add links"));
 }
@@ -215,7 +217,9 @@ bool LowestModes::choose_count(const ModesWanted& wanted) {
     const std::optional<int> inside = count_below(2.0 * std::numbers::pi * wanted.below * (1.0 + kTogether));
     if (!inside) return false;
     if (*inside < 0)
-      return fail("the Sturm count of the modes failed: it gives fewer modes than there are rigid motions");
+      return fail(
+          "the Sturm count of the modes failed, because it gives fewer modes than there are rigid motions; "
+          "request another number or limit under modes");
     if (wanted.count == 0 && *inside > kMaxElastic)
       return fail(join_text("below ", wanted.below, " Hz the structure has ", *inside, " modes, but at most ",
                             kMaxElastic, " are allowed; request a lower frequency limit"));
@@ -263,15 +267,17 @@ std::optional<int> LowestModes::move_up(double spacing) {
     const Eigen::Index inside = *below - found;
     if (static_cast<double>(inside) <= 2.5 * wanted) {
       if (inside >= 0) return static_cast<int>(inside);
-      fail(join_text("below ", (last + step) / (2.0 * std::numbers::pi), " Hz the Sturm count gives ", *below,
-                     " modes and ", found,
-                     " were found: the range of stiffnesses is too wide for the count; request another "
-                     "number or limit under modes"));
+      fail(join_text(
+          "below ", (last + step) / (2.0 * std::numbers::pi), " Hz the Sturm count gives ", *below,
+          " modes, but ", found,
+          " were found, because the range of stiffnesses is too wide for the count; request another "
+          "number or limit under modes"));
       return std::nullopt;
     }
     step *= wanted / static_cast<double>(inside);
   }
-  fail(join_text("the modes above ", last / (2.0 * std::numbers::pi), " Hz are too close to be separated"));
+  fail(join_text("the modes above ", last / (2.0 * std::numbers::pi),
+                 " Hz are too close to be separated; request another number or limit under modes"));
   return std::nullopt;
 }
 
@@ -311,7 +317,7 @@ std::optional<Eigen::MatrixXd> LowestModes::find_vectors(Eigen::Index below, Eig
       return std::nullopt;
   }
   if (lanczos.has_failed()) {
-    fail("the structure cannot be solved: " + inverse_->problem());
+    fail("the structure cannot be solved, because " + inverse_->problem());
     return std::nullopt;
   }
   if (!is_latest) ritz = lanczos.pairs(kConverged);
@@ -347,7 +353,7 @@ bool LowestModes::smooth(Eigen::MatrixXd& vectors, const std::vector<Eigen::Inde
     const std::vector<Eigen::Index> some(rough.begin() + begin,
                                          rough.begin() + std::min<Eigen::Index>(begin + kSmoothed, count));
     const Eigen::MatrixXd image = inverse_->apply(op_.weigh(vectors(Eigen::all, some)));
-    if (image.cols() == 0) return fail("the structure cannot be solved: " + inverse_->problem());
+    if (image.cols() == 0) return fail("the structure cannot be solved, because " + inverse_->problem());
     const Eigen::MatrixXd weighed = op_.weigh(image);
     const Eigen::VectorXd lengths = image.cwiseProduct(weighed).colwise().sum().cwiseSqrt();
     vectors(Eigen::all, some) = image * lengths.cwiseInverse().asDiagonal();
@@ -405,8 +411,8 @@ int LowestModes::count_missing() {
   const int missing = *counted - static_cast<int>(at);
   if (missing < 0) {
     fail(join_text("below ", counted_below_ / (2.0 * std::numbers::pi), " Hz the Sturm count gives ",
-                   *counted, " modes and ", at,
-                   " were found: the range of stiffnesses is too wide for the count; request another "
+                   *counted, " modes, but ", at,
+                   " were found, because the range of stiffnesses is too wide for the count; request another "
                    "number or limit under modes"));
     return -1;
   }

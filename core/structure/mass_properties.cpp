@@ -134,8 +134,8 @@ MassProperties find_mass_properties(const Scene& scene, Faults& faults) {
   if (length <= 4.0 * kEpsilon * largest_coordinate) {
     add_error(faults, points.front().origin,
               join_text("all ", points.size(),
-                        " points are in one place; a structure of more than one point needs "
-                        "at least two places: move a point or keep only one"));
+                        " points are in one place, but a structure of more than one point needs "
+                        "at least two places; move a point or keep only one"));
     return properties;
   }
   // The shape is collinear if max |r - e (e . r)| <= 64 eps max |coordinate|   (THEORY 2.9). Positions are
@@ -155,9 +155,10 @@ MassProperties find_mass_properties(const Scene& scene, Faults& faults) {
   } else if (width < kNearlyCollinear * length) {
     add_warning(
         faults, points.front().origin,
-        join_text("the points lie within ", width, " m of a line ", length,
-                  " m long: the spin about the line is poorly determined; put the points exactly on the line "
-                  "if that is what is meant"));
+        join_text(
+            "the points lie within ", width, " m of a line ", length,
+            " m long, so the spin about the line is poorly determined; put the points exactly on the line "
+            "if that is what is meant"));
   }
   return properties;
 }

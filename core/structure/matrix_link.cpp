@@ -43,14 +43,15 @@ bool check_matrix(const Scene& scene, const Link& link, const std::string& who, 
   Eigen::Index row = 0, column = 0;
   const double asymmetry = (K - K.transpose()).cwiseAbs().maxCoeff(&row, &column) / largest;
   if (asymmetry > kSymmetryTolerance) {
-    add_error(faults, link.origin,
-              join_text("link ", who, ": the ", what,
-                        " matrix is not symmetric: entries across the diagonal differ by ", asymmetry,
-                        " of the largest entry, allowed ", kSymmetryTolerance, "; worst are ",
-                        freedom_name(scene, link, row), " by ", freedom_name(scene, link, column), ", ",
-                        K(row, column), " and ", K(column, row),
-                        "; give a symmetric matrix, or average it with its transpose if the difference is "
-                        "measurement error"));
+    add_error(
+        faults, link.origin,
+        join_text("link ", who, ": the ", what,
+                  " matrix is not symmetric. Entries across the diagonal differ by up to ", asymmetry,
+                  " of the largest entry, but may differ by at most ", kSymmetryTolerance,
+                  ". The worst are the entries of ", freedom_name(scene, link, row), " by ",
+                  freedom_name(scene, link, column), ", which are ", K(row, column), " and ", K(column, row),
+                  "; give a symmetric matrix, or average it with its transpose if the difference is "
+                  "measurement error"));
     return false;
   }
   return true;
@@ -72,13 +73,14 @@ DeformationRows flexibility_rows(const Scene& scene, const Link& link, const std
   if (value[0] <= 8.0 * static_cast<double>(F.rows()) * kEpsilon * F.cwiseAbs().maxCoeff()) {
     Eigen::Index worst = 0;
     loads.col(0).cwiseAbs().maxCoeff(&worst);
-    add_error(faults, link.origin,
-              join_text("link ", who,
-                        ": the flexibility matrix is not positive definite: for the balanced load that is "
-                        "largest at ",
-                        freedom_name(scene, link, worst), " the flexibility is ", value[0],
-                        " m/N, and the largest is ", value[value.size() - 1],
-                        " m/N; every balanced load must strain the link; if none does, use a rigid link"));
+    add_error(
+        faults, link.origin,
+        join_text("link ", who,
+                  ": the flexibility matrix is not positive definite. For the balanced load that is "
+                  "largest at ",
+                  freedom_name(scene, link, worst), " the flexibility is ", value[0], " m/N (the largest is ",
+                  value[value.size() - 1],
+                  " m/N), but every balanced load must strain the link; if none does, use a rigid link"));
     return {};
   }
   DeformationRows rows;
@@ -139,20 +141,22 @@ DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index
   const double largest = std::max(value.cwiseAbs().maxCoeff(), K_rigid.colwise().norm().maxCoeff());
   const double residual = K_rigid.colwise().norm().maxCoeff() / largest;
   if (residual > kRigidTolerance) {
-    add_error(
-        faults, link.origin,
-        join_text("link ", who,
-                  ": the stiffness matrix resists rigid motion of its points: |K u| / (|K| |u|) is ",
-                  residual, " for one motion u; allowed ", kRigidTolerance,
-                  "; a free structure has no link to ground: check supports, units and the order of points"));
+    add_error(faults, link.origin,
+              join_text("link ", who,
+                        ": the stiffness matrix resists rigid motion of its points. |K u| / (|K| |u|) is ",
+                        residual, " for one motion u, but may be at most ", kRigidTolerance,
+                        ", because a free structure has no link to ground; check supports, units and the "
+                        "order of points"));
     return {};
   }
   if (value[0] < -kNegativeTolerance * largest) {
     add_error(faults, link.origin,
               join_text("link ", who,
-                        ": the stiffness matrix is not positive semidefinite: its least eigenvalue is ",
-                        value[0], " N/m, its largest ", largest, " N/m; allowed is -", kNegativeTolerance,
-                        " times the largest; such a link would release an unlimited amount of energy"));
+                        ": the stiffness matrix is not positive semidefinite. Its least eigenvalue is ",
+                        value[0], " N/m and its largest ", largest, " N/m, but the least must be at least -",
+                        kNegativeTolerance,
+                        " times the largest, because such a link would release an unlimited amount of "
+                        "energy; check the signs of its entries"));
     return {};
   }
   // The rows are e = W^T V with D = Lambda (THEORY 3.13); eigenvalues below a few rounding errors of the

@@ -71,7 +71,7 @@ bool Mumps::call(int job) {
 // magnitude is in millions (users' guide, section 8).
 void Mumps::report_lack_of_memory(const char* what) {
   const double asked = instance_->info(2), entries = asked < 0.0 ? -1e6 * asked : asked;
-  problem_ = join_text("memory ran out: ", what, " asked for ", std::ceil(8e-6 * entries), " MB");
+  problem_ = join_text("memory ran out when ", what, " asked for ", std::ceil(8e-6 * entries), " MB");
   if (expected_MB() > 0.0) problem_ += join_text(" of some ", expected_MB(), " MB in all");
   problem_ += kMoreMemory;
 }
@@ -84,7 +84,8 @@ Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
   id.sym = 2;  // symmetric, indefinite
   id.comm_fortran = kUseWorld;
   if (!has_blas_its_buffer()) {
-    problem_ = join_text("memory ran out: the BLAS asks for ", kBlasBuffer / 1000000, " MB", kMoreMemory);
+    problem_ =
+        join_text("memory ran out, because the BLAS asks for ", kBlasBuffer / 1000000, " MB", kMoreMemory);
     return;
   }
   if (!call(kStart)) return;
@@ -106,7 +107,8 @@ Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
   if (has_room(ordering))
     call(kAnalyse);
   else
-    problem_ = join_text("memory ran out: the ordering asks for ", ordering / 1000000, " MB", kMoreMemory);
+    problem_ =
+        join_text("memory ran out, because the ordering asks for ", ordering / 1000000, " MB", kMoreMemory);
 }
 
 std::vector<int> Mumps::order() const {

@@ -244,9 +244,9 @@ void account_for_rigid_residuals(const Scene& scene, const std::vector<RigidResi
             from == Origins::kSupport  ? ", as supports do"
             : from == Origins::kDigits ? " by the rounding of its digits"
                                        : "",
-            ": it alone would make the whole structure vibrate at ", list_of(hertz), " Hz",
-            lowest > 0.0 ? "; the lowest elastic frequency is " + size_text(lowest) + " Hz" : "",
-            "; a free structure has no link to ground: this resistance is removed, which shifts "
+            ". It alone would make the whole structure vibrate at ", list_of(hertz), " Hz",
+            lowest > 0.0 ? ", and the lowest elastic frequency is " + size_text(lowest) + " Hz" : "",
+            ". A free structure has no link to ground, so this resistance is removed, which shifts "
             "elastic frequencies by ",
             shift < 1.0 ? "up to " + size_text(shift) + " of their value" : "up to their whole value", "; ",
             from == Origins::kSupport  ? "give the matrix without supports, or, to keep them, add a heavy "

@@ -31,9 +31,10 @@ SolverLibrary load() {
   if (handle == nullptr) {
     const std::string why = dlerror();
     const std::string what = join_text("the solver of large structures cannot be loaded (", why, ")");
-    library.problem = is_of_memory(why)
-                          ? join_text("memory ran out: ", what, kMoreMemory)
-                          : join_text(what, ": install MUMPS, on Debian 12 the package libmumps-seq-5.5");
+    library.problem =
+        is_of_memory(why)
+            ? join_text("memory ran out, so ", what, kMoreMemory)
+            : join_text(what, "; install MUMPS, which is the package libmumps-seq-5.5 on Debian 12");
     return library;
   }
   library.mumps = reinterpret_cast<decltype(library.mumps)>(dlsym(handle, "dmumps_c"));
@@ -42,7 +43,7 @@ SolverLibrary load() {
   library.reset_random =
       reinterpret_cast<decltype(library.reset_random)>(dlsym(handle, "SCOTCH_randomReset"));
   if (library.mumps == nullptr || library.dgemm == nullptr || library.dtrsm == nullptr)
-    library.problem = FREEFLEX_MUMPS_FILE " has no dmumps_c or no BLAS: install MUMPS again";
+    library.problem = FREEFLEX_MUMPS_FILE " has no dmumps_c or no BLAS; install MUMPS again";
   return library;
 }
 

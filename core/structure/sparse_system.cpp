@@ -167,7 +167,7 @@ void pin_zero_frequency(const Scene& scene, const SparseRows& unit_mass, SparseS
         faults, scene.points[static_cast<std::size_t>(points.front())].origin,
         join_text(points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamesInError),
                   points.size() == 1 ? " has" : " have", " no mass, and links do not hold ",
-                  points.size() == 1 ? "it" : "them", " in every direction: give a mass, or add links"));
+                  points.size() == 1 ? "it" : "them", " in every direction; give a mass, or add links"));
   // pivoting chooses, for each null vector, the freedom with the largest component
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(null.transpose());
   const std::vector<Eigen::Index> pins(qr.colsPermutation().indices().data(),

@@ -97,12 +97,11 @@ void check_matrices(const Scene& scene, Faults& faults) {
 void warn_of_mechanisms(const Scene& scene, const std::vector<Mechanism>& mechanisms, Faults& faults) {
   for (std::size_t k = 0; k < mechanisms.size(); ++k) {
     const std::vector<int>& moved = mechanisms[k].moved_points;
-    add_warning(
-        faults, scene.points[static_cast<std::size_t>(moved.front())].origin,
-        join_text(
-            "mechanism ", k + 1, " of ", mechanisms.size(), ": ", point_names(scene, moved, kNamesInWarning),
-            moved.size() == 1 ? " moves" : " move",
-            " without straining any link; it is kept with frequency zero; add links if that is not meant"));
+    add_warning(faults, scene.points[static_cast<std::size_t>(moved.front())].origin,
+                join_text("mechanism ", k + 1, " of ", mechanisms.size(), ": ",
+                          point_names(scene, moved, kNamesInWarning), moved.size() == 1 ? " moves" : " move",
+                          " without straining any link, so the mechanism is kept with frequency zero; add "
+                          "links if that is not meant"));
   }
 }
 
@@ -123,7 +122,7 @@ void warn_of_coincident_points(const Scene& scene, Faults& faults) {
         faults, point.origin,
         join_text("point ", quoted(point.name, static_cast<int>(order[k])), " and point ",
                   quoted(scene.points[order[k - 1]].name, static_cast<int>(order[k - 1])),
-                  " are in one place, but are not joined to each other: merge them, or move one of them"));
+                  " are in one place, but are not joined to each other; merge them, or move one of them"));
   }
 }
 
@@ -156,7 +155,7 @@ void refuse_rigid_forces(const Scene& scene, Faults& faults) {
     return add_error(faults, link.origin,
                      join_text("rigid link ", called(link, index),
                                " is published, but forces of rigid "
-                               "links are unknown if only some modes are kept: publish forces of elastic "
+                               "links are unknown if only some modes are kept; publish forces of elastic "
                                "links next to it, or replace it by a stiff bar or beam"));
   }
 }

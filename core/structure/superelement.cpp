@@ -108,19 +108,20 @@ DeformationRows superelement_rows(const Scene& scene, int index, const Freedoms&
   if (resisted > kRigidTolerance * largest) {
     add_error(
         faults, link.origin,
-        join_text(who, ": the stiffness matrix resists rigid motion of its points: |K u| / (|K| |u|) is ",
-                  resisted / largest, " for one motion u; allowed ", kRigidTolerance,
-                  "; check supports, units, the order of rows (three displacements, three rotations a "
-                  "point, inner coordinates last) and that rotations and displacements are along the "
-                  "axes of the scene; inner coordinates must be at rest in rigid motion, as those of "
-                  "Craig and Bampton"));
+        join_text(
+            who, ": the stiffness matrix resists rigid motion of its points. |K u| / (|K| |u|) is ",
+            resisted / largest, " for one motion u, but may be at most ", kRigidTolerance,
+            ". Check supports, units, the order of rows (three displacements and three rotations of each "
+            "point, inner coordinates last) and that rotations and displacements are along the "
+            "axes of the scene; inner coordinates must be at rest in rigid motion, like those of "
+            "Craig and Bampton"));
     return {};
   }
   if (value[0] < -kNegativeTolerance * largest) {
     add_error(faults, link.origin,
-              join_text(who, ": the stiffness matrix is not positive semidefinite: its least eigenvalue is ",
-                        value[0], ", its largest ", largest, "; allowed is -", kNegativeTolerance,
-                        " times the largest"));
+              join_text(who, ": the stiffness matrix is not positive semidefinite. Its least eigenvalue is ",
+                        value[0], " and its largest ", largest, ", but the least must be at least -",
+                        kNegativeTolerance, " times the largest; check the signs of its entries"));
     return {};
   }
   const double null_below = 8.0 * static_cast<double>(K.rows()) * kEpsilon * largest;

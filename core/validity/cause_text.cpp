@@ -84,18 +84,18 @@ std::string scale_text(const Plan& plan, const Verdict& verdict) {
 std::string unquantified_text(const Plan& plan, const Responsible& named) {
   const std::string refine = "; compare with a finer model";
   if (named.agent == Agent::kWheel)
-    return "not modelled: the effect of the deformation on the axis of " +
+    return "model: this rung omits the effect of the deformation on the axis of " +
            called("wheel", plan.wheels.all, named.item) +
            (is_coupled(plan) ? refine : "; set fidelity: coupled");
   if (named.agent == Agent::kRate)
     return "integration: the stiffness of " + mode_text(plan, named) +
            " changes faster than the ticks resolve; raise the rate";
   if (named.agent == Agent::kModes)
-    return "not modelled: internal forces carried by omitted modes; keep more modes";
+    return "model: the internal forces that omitted modes carry are missing; keep more modes";
   if (named.item < 0 || static_cast<std::size_t>(named.item) >= plan.links.size())
-    return "not modelled: internal forces of a link with hidden or distributed mass" + refine;
+    return "model: this rung omits internal forces of a link with hidden or distributed mass" + refine;
   const PlanLink& link = plan.links[static_cast<std::size_t>(named.item)];
-  return std::string("not modelled: ") +
+  return std::string("model: this rung omits ") +
          (hides_forces(link) ? "the forces inside " : "the effect of spin and loads on the mass within ") +
          called(noun_of(link.kind), plan.links, named.item) + refine;
 }
@@ -166,7 +166,7 @@ std::string stiffness_text(const Plan& plan, const Responsible& named) {
 
 std::string buckling_text(const Plan& plan, const Responsible& named) {
   return "model: " + agent_text(plan, named) + " reduces the stiffness of " + mode_text(plan, named) +
-         " by half or more: the structure is near buckling; reduce the loads, or stiffen it";
+         " by half or more, so the structure is near buckling; reduce the loads, or stiffen it";
 }
 
 }  // namespace
@@ -196,7 +196,7 @@ std::string error_text(const Plan& plan, const Verdict& verdict) {
 
 std::string describe(const Plan& plan, const Verdict& verdict) {
   const std::string cause = text_of(plan, verdict);
-  return name_of(verdict.level) + (cause.empty() ? "" : ": " + cause);
+  return name_of(verdict.level) + (cause.empty() ? "" : " (" + cause + ")");
 }
 
 std::string text_of(const Plan& plan, const Verdict& verdict) {
@@ -251,7 +251,7 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
       return "integration: " + agent_text(plan, named) +
              " changes faster than the ticks resolve; raise the rate";
     case Cause::kAttractor:
-      return "model: only the gravity gradient is modelled, and the attractor is near: the position error "
+      return "model: only the gravity gradient is modelled, and the attractor is near, so the position error "
              "may "
              "exceed the estimate; check the position with another program";
     case Cause::kRigid:

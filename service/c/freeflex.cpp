@@ -50,22 +50,22 @@ int guarded(const Call& call) noexcept {
   try {
     return call();
   } catch (const std::bad_alloc&) {
-    return fail(FREEFLEX_NO_MEMORY, "no memory");
+    return fail(FREEFLEX_NO_MEMORY, "memory ran out");
   } catch (const std::exception& error) {
-    return fail(FREEFLEX_INTERNAL, std::string("an error in the library: ") + error.what());
+    return fail(FREEFLEX_INTERNAL, std::string("the library has an internal error: ") + error.what());
   }
 }
 
 std::string quantity(std::size_t found, std::size_t least) {
-  return "the array has room for " + std::to_string(found) + " numbers, must have room for " +
+  return "the array has room for " + std::to_string(found) + " numbers, but must have room for " +
          std::to_string(least);
 }
 
 int out_of_range(const char* kind, std::int64_t index, std::size_t count) {
   const std::string found = std::string(kind) + " " + std::to_string(index);
-  if (count == 0) return fail(FREEFLEX_BAD_ARGUMENT, found + ": the plan has none");
-  return fail(FREEFLEX_BAD_ARGUMENT,
-              found + ", must be 0 to " + std::to_string(static_cast<std::int64_t>(count) - 1));
+  if (count == 0) return fail(FREEFLEX_BAD_ARGUMENT, found + " does not exist, because the plan has none");
+  return fail(FREEFLEX_BAD_ARGUMENT, found + " does not exist; the number must be 0 to " +
+                                         std::to_string(static_cast<std::int64_t>(count) - 1));
 }
 
 bool is_index(std::int64_t index, std::size_t count) {
@@ -121,7 +121,7 @@ int check_rows(const Plan& plan, std::int32_t point) {
   return fail(FREEFLEX_BAD_ARGUMENT,
               "the plan stores no mode shapes at point '" +
                   plan.points[static_cast<std::size_t>(point)].name +
-                  "': name it in the scene, in 'publish: points: of' or 'commands: points'");
+                  "'; name it in the scene, in 'publish: points: of' or 'commands: points'");
 }
 
 template <std::size_t N>
@@ -136,7 +136,9 @@ bool is_zero(const double (&v)[3]) { return v[0] == 0.0 && v[1] == 0.0 && v[2] =
 /// Adds one load to a command. Returns an empty string, or the error.
 std::string add_load(const freeflex_load& load, ForceCommand& command) {
   const auto full = [](std::int32_t count, int most, const char* what) {
-    return count < most ? std::string() : "more than " + std::to_string(most) + " " + what + " in one slot";
+    return count < most
+               ? std::string()
+               : "one slot has room for at most " + std::to_string(most) + " " + what + "; use several slots";
   };
   std::string error;
   if (load.kind == FREEFLEX_POINT) {
@@ -160,9 +162,10 @@ std::string add_load(const freeflex_load& load, ForceCommand& command) {
     return error;
   }
   if (load.kind != FREEFLEX_WHEEL)
-    return "kind " + std::to_string(load.kind) + " of a load, must be FREEFLEX_POINT, _GROUP or _WHEEL";
+    return "the kind of a load is " + std::to_string(load.kind) +
+           ", but must be FREEFLEX_POINT, _GROUP or _WHEEL";
   if (!is_zero(load.force) || load.torque[1] != 0.0 || load.torque[2] != 0.0)
-    return "a wheel takes only torque[0]: all other numbers must be zero";
+    return "a wheel takes only torque[0], so all other numbers must be zero";
   error = full(command.num_wheels, kMaxWheels, "torques of motors");
   if (error.empty())
     command.wheels[static_cast<std::size_t>(command.num_wheels++)] = {load.index, 0, load.torque[0]};
@@ -234,7 +237,7 @@ int entered(const freeflex_motion& motion, const Call& call) noexcept {
   if (entry.has()) return guarded(call);
   return guarded([] {
     return fail(FREEFLEX_BUSY,
-                "another thread uses this motion: give each thread its own motion "
+                "another thread uses this motion; give each thread its own motion "
                 "(freeflex_motion_copy), or let only one call at a time");
   });
 }
@@ -266,7 +269,7 @@ void write_elastic(const freeflex_motion& motion, std::span<const double> from, 
 
 int write_verdict(const freeflex_motion& motion, bool is_worst, freeflex_verdict& into) {
   if (!motion.judgement)
-    return fail(FREEFLEX_BAD_ARGUMENT, "this motion has no verdict: make it with FREEFLEX_WITH_VERDICT");
+    return fail(FREEFLEX_BAD_ARGUMENT, "this motion has no verdict; make it with FREEFLEX_WITH_VERDICT");
   const Verdict& verdict = is_worst ? motion.judgement->worst() : motion.judgement->now();
   const std::string cause =
       verdict.level == Verdict::Level::kGood ? std::string() : text_of(motion.plan(), verdict);
@@ -331,7 +334,8 @@ int freeflex_plan_open(const char* path, freeflex_progress progress, void* user,
 int freeflex_plan_open_with(const char* path, const freeflex_setting* settings, std::size_t count,
                             freeflex_progress progress, void* user, freeflex_plan** plan) noexcept {
   return guarded([&] {
-    if (path == nullptr || plan == nullptr) return fail(FREEFLEX_BAD_ARGUMENT, "path or plan is NULL");
+    if (path == nullptr || plan == nullptr)
+      return fail(FREEFLEX_BAD_ARGUMENT, "path or plan is NULL, but both must be given");
     return set_up(progress, user, *plan, [&](const SetupProgress& asked) {
       return io::load_plan(path, 0.0, asked, settings_of(settings, count));
     });
@@ -342,7 +346,8 @@ int freeflex_plan_open_text(const char* text, const char* name, const char* fold
                             const freeflex_setting* settings, std::size_t count, freeflex_progress progress,
                             void* user, freeflex_plan** plan) noexcept {
   return guarded([&] {
-    if (text == nullptr || plan == nullptr) return fail(FREEFLEX_BAD_ARGUMENT, "text or plan is NULL");
+    if (text == nullptr || plan == nullptr)
+      return fail(FREEFLEX_BAD_ARGUMENT, "text or plan is NULL, but both must be given");
     io::SceneText scene{.text = text};
     if (folder != nullptr) scene.folder = folder;
     if (name != nullptr) scene.name = name;
@@ -419,7 +424,7 @@ int freeflex_motion_new(const freeflex_plan* plan, unsigned flags, freeflex_moti
   return guarded([&] {
     if ((flags & ~FREEFLEX_WITH_VERDICT) != 0)
       return fail(FREEFLEX_BAD_ARGUMENT,
-                  "flags " + std::to_string(flags) + ", must be 0 or FREEFLEX_WITH_VERDICT");
+                  "flags is " + std::to_string(flags) + ", but must be 0 or FREEFLEX_WITH_VERDICT");
     auto made = std::make_unique<freeflex_motion>(plan->data);
     if ((flags & FREEFLEX_WITH_VERDICT) != 0) {
       made->judgement.emplace(made->plan());
@@ -457,14 +462,17 @@ void freeflex_motion_reset(freeflex_motion* motion) noexcept {
 
 int freeflex_motion_step(freeflex_motion* motion, std::int64_t ticks) noexcept {
   return entered(*motion, [&] {
-    if (ticks < 0) return fail(FREEFLEX_BAD_ARGUMENT, std::to_string(ticks) + " ticks, must be 0 or more");
+    if (ticks < 0)
+      return fail(FREEFLEX_BAD_ARGUMENT,
+                  "the number of ticks is " + std::to_string(ticks) + ", but must be 0 or more");
     const Plan& plan = motion->plan();
     for (std::int64_t k = 0; k < ticks; ++k) {
       step(plan, motion->state, Inputs{motion->pending}, motion->workspace, motion->budget, motion->report);
       if (motion->report.status != StepStatus::kOk)
-        return fail(FREEFLEX_NOT_FINITE, "the state after tick " + std::to_string(motion->state.tick) +
-                                             " would not be finite: loads or spin are far too large for "
-                                             "this structure; use smaller ones, or check their units");
+        return fail(FREEFLEX_NOT_FINITE,
+                    "the state after tick " + std::to_string(motion->state.tick) +
+                        " would not be finite, because loads or spin are far too large for "
+                        "this structure; use smaller ones, or check their units");
       motion->pending.clear();
       if (motion->judgement) motion->judgement->take(motion->state, motion->budget);
     }
@@ -475,15 +483,18 @@ int freeflex_motion_step(freeflex_motion* motion, std::int64_t ticks) noexcept {
 int freeflex_motion_push(freeflex_motion* motion, int slot, int axes, const freeflex_load* loads,
                          std::size_t count, std::int64_t ticks) noexcept {
   return entered(*motion, [&] {
-    if (ticks < 0) return fail(FREEFLEX_BAD_ARGUMENT, std::to_string(ticks) + " ticks, must be 0 or more");
+    if (ticks < 0)
+      return fail(FREEFLEX_BAD_ARGUMENT,
+                  "the number of ticks is " + std::to_string(ticks) + ", but must be 0 or more");
     if (motion->pending.size() >= service::CommandQueue::kMaxPending)
       return fail(FREEFLEX_BAD_ARGUMENT,
                   std::to_string(service::CommandQueue::kMaxPending) +
-                      " pushes wait for the next step, the largest number allowed: step first");
+                      " pushes wait for the next step, which is the largest number allowed; step first");
     if (const std::int64_t most = io::max_hold_ticks(motion->data->plan); count > 0 && ticks > most)
       return fail(FREEFLEX_BAD_ARGUMENT,
-                  std::to_string(ticks) + " ticks, must be at most " + std::to_string(most) +
-                      " ('commands: max_hold' of the scene): push again before they end");
+                  "the push lasts " + std::to_string(ticks) + " ticks, but may last at most " +
+                      std::to_string(most) +
+                      " ('commands: max_hold' of the scene); push again before it ends");
     auto command = std::make_unique<ForceCommand>();
     *command = {};
     std::copy_n("c", 1, command->sender.begin());
@@ -604,7 +615,7 @@ int freeflex_motion_link(const freeflex_motion* motion, std::int32_t link, doubl
     if (output == plan.link_outputs.end())
       return fail(FREEFLEX_BAD_ARGUMENT, "the forces of link '" +
                                              plan.links[static_cast<std::size_t>(link)].name +
-                                             "' are not published: list it under publish: loads: of");
+                                             "' are not published; list it under publish: loads: of");
     const auto n = static_cast<std::size_t>(output->num_rows);
     if (count != nullptr) *count = n;
     if (size < n) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, n));

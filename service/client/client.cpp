@@ -28,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 struct Awaited {
   std::string what, question;
 };
-const Awaited kStatus{"STATUS", "is freeflexd running?"};
+const Awaited kStatus{"STATUS", "Is freeflexd running?"};
 // [us] time within which a sealed command must reach the daemon
 constexpr std::int64_t kValidity = 10'000'000;
 
@@ -71,8 +71,8 @@ template <class Names>
     if (count++ < kShown) listed += (listed.empty() ? "" : ", ") + each;
   }
   if (count > kShown) listed += " and " + std::to_string(count - kShown) + " more";
-  throw UnknownName("no " + std::string(kind) + " '" + std::string(name) +
-                    "'; there are: " + (listed.empty() ? "none" : listed));
+  throw UnknownName("there is no " + std::string(kind) + " '" + std::string(name) + "'; the scene has " +
+                    (listed.empty() ? "none" : listed));
 }
 
 template <class Items>
@@ -90,7 +90,7 @@ const auto& find_item(const Items& items, Index index, std::int32_t wanted, cons
                                       [&](const auto& item, std::int32_t at) { return item.*index < at; });
   if (found == items.end() || (*found).*index != wanted)
     throw UnknownName(std::string(kind) + " " + std::to_string(wanted) + " is not on " + channel +
-                      ": publish it in the scene");
+                      "; publish it in the scene");
   return *found;
 }
 
@@ -117,7 +117,7 @@ class Daemon::Line {
     }
     if (options_.sender.empty()) options_.sender = own_name();
     if (!io::is_valid_sender(options_.sender))
-      throw NoBus("sender '" + options_.sender + "': must be 1 to 31 of A-Z a-z 0-9 _ . -");
+      throw NoBus("sender '" + options_.sender + "' must be 1 to 31 of A-Z a-z 0-9 _ . -");
     heard_.sender = options_.sender;
     options_.url = service::choose_url(options_.url);
     std::string fault = service::check_lcm_url(options_.url);
@@ -135,8 +135,8 @@ class Daemon::Line {
     while (!holds()) {
       const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
       if (left.count() <= 0)
-        throw NoAnswer("no " + awaited.what + " within " + seconds(options_.timeout) + " on " + options_.url +
-                       ", channels " + options_.prefix + "_*: " + question(awaited));
+        throw NoAnswer("no " + awaited.what + " came within " + seconds(options_.timeout) + " on " +
+                       options_.url + ", channels " + options_.prefix + "_*. " + question(awaited));
       const std::optional<service::BusMessage> message = connection_.receive(left);
       if (message && message->channel.starts_with(options_.prefix))
         heard_.take(message->channel.substr(options_.prefix.size()), *message);
@@ -158,14 +158,14 @@ class Daemon::Line {
     const std::vector<std::byte> bytes =
         key_ ? seal(command, channel, *key_, command.utime + kValidity) : io::encode(command);
     if (!connection_.publish(channel, bytes))
-      throw NoAnswer("the network does not accept the command: " + options_.url);
+      throw NoAnswer("the network does not accept the command on " + options_.url);
     wait([&] { return heard_.answer || heard_.session != command.session; },
-         {"answer", "the command is lost, the daemon has ended, or it does not have this key"});
+         {"answer", "The command is lost, the daemon has ended, or it does not have this key"});
     if (!heard_.answer || heard_.answer->session != command.session) {
       // the new daemon's rejection may arrive before its STATUS. The next command needs that STATUS, so wait
       // for it
       wait([&] { return heard_.session != command.session; }, kStatus);
-      throw Restarted("the daemon was started again: the command is lost");
+      throw Restarted("the daemon was started again, so the command is lost; send it again");
     }
     if (heard_.answer->reason != 0) throw Rejected(*heard_.answer);
     return *heard_.answer;
@@ -174,7 +174,7 @@ class Daemon::Line {
  private:
   std::string question(const Awaited& awaited) const {
     const bool is_unread = heard_.session == 0 && !heard_.unread.empty();
-    return is_unread ? "a daemon is running, but its STATUS is " + heard_.unread : awaited.question;
+    return is_unread ? "A daemon is running, but its STATUS is " + heard_.unread : awaited.question;
   }
 
   Options options_;
@@ -192,7 +192,7 @@ Daemon::~Daemon() = default;
 
 void Daemon::await_scene() {
   line_->wait([this] { return heard_->scene.is_complete(); },
-              {"complete SCENE", "does the daemon still run?"});
+              {"complete SCENE", "Does the daemon still run?"});
 }
 
 std::int64_t Daemon::session() const { return heard_->session; }
@@ -209,17 +209,17 @@ const freeflex_msgs::status_t& Daemon::next_status() {
   return heard_->status;
 }
 const state_t& Daemon::next_state() {
-  line_->wait([this] { return heard_->has_new_state; }, {"STATE", "does the scene publish it?"});
+  line_->wait([this] { return heard_->has_new_state; }, {"STATE", "Does the scene publish it?"});
   heard_->has_new_state = false;
   return *heard_->state;
 }
 const PointsTick& Daemon::next_points() {
-  line_->wait([this] { return heard_->has_new_points; }, {"POINTS", "does the scene publish them?"});
+  line_->wait([this] { return heard_->has_new_points; }, {"POINTS", "Does the scene publish them?"});
   heard_->has_new_points = false;
   return *heard_->points;
 }
 const LoadsTick& Daemon::next_loads() {
-  line_->wait([this] { return heard_->has_new_loads; }, {"LOADS", "does the scene publish them?"});
+  line_->wait([this] { return heard_->has_new_loads; }, {"LOADS", "Does the scene publish them?"});
   heard_->has_new_loads = false;
   return *heard_->loads;
 }
@@ -307,7 +307,7 @@ const state_t& Daemon::step(std::int64_t ticks) {
   const std::int64_t session = heard_->session;
   const std::int64_t end = control(control_t::STEP, ticks) + ticks;
   line_->wait([&] { return heard_->session != session || (heard_->state && heard_->state->tick >= end); },
-              {"STATE of tick " + std::to_string(end), "does the scene publish it?"});
+              {"STATE of tick " + std::to_string(end), "Does the scene publish it?"});
   if (heard_->session != session) throw Restarted("the daemon was started again");
   heard_->has_new_state = false;
   return *heard_->state;

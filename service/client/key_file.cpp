@@ -29,7 +29,7 @@ std::string read_key_file(const std::string& path, SealingKey& key) {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) return "key file '" + path + "': " + std::strerror(errno);
   if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0)
-    return "key file '" + path + "': other users have access: chmod 600 '" + path + "'";
+    return "key file '" + path + "' is open to other users; run chmod 600 '" + path + "'";
   std::size_t size = 0;
   std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {
@@ -44,7 +44,8 @@ std::string read_key_file(const std::string& path, SealingKey& key) {
   }
   if (!io::is_valid_sender(key.id) || size != key.secret.size())
     return "key file '" + path +
-           "': no key; it needs the lines 'id: NAME' and 'secret: 64 hexadecimal digits', as freeflex keygen "
+           "' contains no key; it needs the lines 'id: NAME' and 'secret: 64 hexadecimal digits', as "
+           "freeflex keygen "
            "writes them";
   return {};
 }

@@ -17,7 +17,7 @@ constexpr std::chrono::milliseconds kLongestWait{100};
 }  // namespace
 
 void add_bus_options(CLI::App& command, BusOptions& options) {
-  command.add_option("--lcm-url", options.lcm_url, "LCM network, default LCM_DEFAULT_URL, else LCM's own")
+  command.add_option("--lcm-url", options.lcm_url, "LCM bus, default LCM_DEFAULT_URL, else LCM's own")
       ->type_name("URL");
   command.add_option("--prefix", options.prefix, "first part of the channel names")
       ->check(channel_prefix())

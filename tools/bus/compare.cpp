@@ -252,7 +252,7 @@ CompareOutcome compare_motions(const CompareRequest& request) {
   const auto b = open_motion(request.b, request.prefix, request.session_b, error);
   if (!b) return fail(error);
   if (!a->is_recording() && !b->is_recording() && request.prefix != channels::kDefaultPrefix)
-    return fail("--prefix needs a recording: a table has no channels");
+    return fail("--prefix needs a recording, because a table has no channels");
   std::vector<Pair> pairs = pairs_of(*a, *b, outcome);
   for (Pair& pair : pairs)
     if (!pair.find_scales()) return outcome;
@@ -263,14 +263,15 @@ CompareOutcome compare_motions(const CompareRequest& request) {
   report_unmatched_columns(*b, *a, "the second", outcome);
   if (outcome.num_rows == 0) {
     outcome.result = Result::kNothing;
-    add_damage("the files have no tick or no column in common: nothing was compared", outcome);
+    add_damage("the files have no tick or no column in common, so nothing was compared", outcome);
   } else if (outcome.first) {
     outcome.result = Result::kDiffers;
   } else if (!outcome.error.empty()) {
     outcome.result = Result::kIncomplete;
   } else if (!outcome.not_compared.empty() && !request.is_common_enough) {
     outcome.result = Result::kIncomplete;
-    outcome.error = "the common part is the same, but the rest was not compared; --common accepts this";
+    outcome.error =
+        "the common part is the same, but the rest was not compared; give --common to accept this";
   }
   return outcome;
 }

@@ -189,7 +189,7 @@ std::string LiveView::header_text() const {
   if (!status_->fault.empty()) out += std::string(kAlarm) + "fault      " + status_->fault + kPlain + "\n";
   if (sees_two_)
     out += std::string(kAlarm) +
-           format_text("two        daemons publish on this prefix, sessions %lld and %lld: stop one",
+           format_text("two        daemons publish on this prefix, with sessions %lld and %lld; stop one",
                        static_cast<long long>(status_->session), static_cast<long long>(other_session_)) +
            kPlain + "\n";
   if (silence > kSilent)
@@ -243,8 +243,9 @@ std::string LiveView::elastic_text(std::size_t num_modes) const {
   out += format_text("drift      energy %.1e, angular momentum %.1e, Eckart residual %.1e\n",
                      status_->energy_drift, status_->momentum_drift, status_->eckart_residual);
   if (!status_->replan.empty())
-    out += format_text("replan     %s is simulated again since tick %" PRId64 ": a command needs it\n",
-                       status_->replan.c_str(), status_->replan_tick);
+    out +=
+        format_text("replan     %s is simulated again since tick %" PRId64 ", because a command needs it\n",
+                    status_->replan.c_str(), status_->replan_tick);
   return out + validity_text() + "\n";
 }
 

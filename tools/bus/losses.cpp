@@ -92,15 +92,16 @@ std::string describe(const Loss& loss, const UnsentCounts& counts) {
   if (loss.num_ticks == 0) return {};
   std::string text = loss.channel + " of " + counted(loss.num_ticks, "tick") +
                      " that the daemon publishes at the scene's rate is not in the log, first at tick " +
-                     std::to_string(loss.first_tick) + ":";
-  if (loss.num_before > 0) text += " " + std::to_string(loss.num_before) + " from before the log begins;";
+                     std::to_string(loss.first_tick) + ". Of these,";
+  if (loss.num_before > 0) text += " " + std::to_string(loss.num_before) + " are from before the log begins;";
   if (loss.num_unsent > 0)
     text += " " + std::to_string(loss.num_unsent) +
-            " not sent, by the counts of "
+            " were not sent, by the counts of "
             "the status;";
   if (loss.num_lost_in_transit() > 0)
     text += " " + std::to_string(loss.num_lost_in_transit()) +
-            (counts.has_any ? " lost in transit;" : " not sent or lost in transit (no status in the log);");
+            (counts.has_any ? " were lost in transit;"
+                            : " were not sent or lost in transit (no status in the log);");
   text.pop_back();
   return text;
 }

@@ -378,7 +378,7 @@ DecodedMessage decode_command(std::span<const std::byte> bytes) {
   out.fields = {
       {"key_id", envelope.key_id},           {"session", envelope.session}, {"sequence", envelope.sequence},
       {"valid_until", envelope.valid_until}, {"body", out.fields},          {"tag", tag}};
-  out.summary = "signed with key " + printable(envelope.key_id) + ": " + out.summary;
+  out.summary = "sealed with key " + printable(envelope.key_id) + ": " + out.summary;
   return out;
 }
 

@@ -243,7 +243,7 @@ class RecordedMotion : public MotionFile {
       if (contents.try_emplace({page.epoch, page.tick}, page.content).first->second != page.content)
         return path_ + ": the STATE at byte " + std::to_string(page.offset) +
                " differs from an earlier STATE of tick " + std::to_string(page.tick) +
-               ": it is damaged, or two motions were put into one file";
+               "; it is damaged, or two motions were put into one file";
     return {};
   }
 
@@ -377,7 +377,7 @@ std::unique_ptr<MotionFile> open_motion(const std::string& path, const std::stri
                                         std::optional<std::int64_t> session, std::string& error) {
   if (begins_as_log(path)) return open_recording(path, prefix, session, error);
   if (!session) return open_table(path, error);
-  error = path + ": a session was chosen, but the file is not a recording";
+  error = path + ": a session was chosen, but the file is not a recording; omit the session";
   return nullptr;
 }
 

@@ -27,19 +27,20 @@ class TableReader : public RowReader {
     }
     ++number_;
     // if the last line has no end of line, it was cut
-    if (file_.eof()) return damage("the last line has no end: the table was cut off");
+    if (file_.eof()) return damage("the last line has no end, so the table was cut off");
     row.values.resize(num_columns_);
     const char *at = line_.data(), *end = at + line_.size();
     if (end != at && end[-1] == '\r') --end;
-    if (!read(at, end, row.tick)) return damage("there is no tick");
+    if (!read(at, end, row.tick)) return damage("the line has no tick");
     if (row.tick <= last_)
-      return damage("tick " + std::to_string(row.tick) + " after tick " + std::to_string(last_));
+      return damage("tick " + std::to_string(row.tick) + " follows tick " + std::to_string(last_) +
+                    ", but ticks must increase");
     last_ = row.tick;
     for (double& value : row.values) {
-      if (at == end) return damage("fewer columns than the first line names");
-      if (!read(++at, end, value)) return damage("there is no number");
+      if (at == end) return damage("the line has fewer columns than the first line names");
+      if (!read(++at, end, value)) return damage("a column has no number");
     }
-    return at == end || damage("more columns than the first line names");
+    return at == end || damage("the line has more columns than the first line names");
   }
 
  private:
@@ -82,19 +83,20 @@ std::unique_ptr<MotionFile> open_table(const std::string& path, std::string& err
   // the file is read several times, so it must not be a pipe
   std::error_code fault;
   if (std::filesystem::exists(path, fault) && !std::filesystem::is_regular_file(path, fault)) {
-    error = path + ": not a regular file";
+    error = path + " is not a regular file";
     return nullptr;
   }
   std::ifstream file(path);
   std::string line;
   if (!std::getline(file, line)) {
-    error = path + ": " + (file.is_open() ? "an empty file" : std::strerror(errno));
+    error = path + ": " + (file.is_open() ? "the file is empty" : std::strerror(errno));
     return nullptr;
   }
   if (!line.empty() && line.back() == '\r') line.pop_back();
   if (!line.starts_with("tick,")) {
-    error =
-        path + ": neither a recording nor a table: its first line must name the columns, beginning with tick";
+    error = path +
+            " is neither a recording nor a table; the first line of a table must name the columns, beginning "
+            "with tick";
     return nullptr;
   }
   Columns columns;

@@ -24,12 +24,12 @@ OperatorLink::OperatorLink(const service::OperatorPlaces& places) : buffer_(chan
       path_ = path;
       return;
     }
-    faults += (faults.empty() ? "no daemon at " : ", nor at ") + path + ": " +
+    faults += (faults.empty() ? "there is no daemon at " : ", nor at ") + path + ": " +
               (address ? std::strerror(errno) : "the path is longer than 107 characters");
     if (fd_ >= 0) close(fd_);
     fd_ = -1;
   }
-  error_ = (faults.empty() ? "no folder in which a daemon of this user could listen" : faults) +
+  error_ = (faults.empty() ? "there is no folder in which a daemon of this user could listen" : faults) +
            (places.faults.empty() ? "" : "\nUnsuitable folders: " + places.faults) +
            "\nIs freeflexd running as this user, with the same --prefix or --socket?";
 }

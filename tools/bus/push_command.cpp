@@ -85,16 +85,18 @@ void copy_vector(const std::vector<double>& from, double (&to)[3]) {
 /// Prints an error for an unknown name, with the names in the scene.
 void explain_unknown(const std::string& kind, const std::string& name, const SceneCatalogue& scene,
                      const std::vector<std::string>& known) {
-  std::string text = "no " + kind + " '" + name + "' in scene '" + scene.head().name + "'" +
+  std::string text = "there is no " + kind + " '" + name + "' in scene '" + scene.head().name + "'" +
                      io::reader::did_you_mean(name, {known.begin(), known.end()}) + "; ";
-  text += kind == "point" ? "points that can be pushed: " : kind + "s: ";
+  text += kind == "point" ? "points that can be pushed are " : kind + "s are ";
   text += known.empty() ? "none" : listed(known, 12);
   if (const std::size_t rest = scene.num_unlisted(); kind == "point" && rest > 0)
     text += "; " + std::to_string(rest) + " of " + std::to_string(scene.points().size()) +
-            " points are not listed, because the scene does not name them: add those that you push to "
+            " points are not listed, because the scene does not name them; add those that you push to "
             "'commands: points' of the scene";
-  if (kind == "point" && scene.find_group(name)) text += "; there is a group of that name: --group " + name;
-  if (kind == "group" && scene.find_point(name)) text += "; there is a point of that name: --point " + name;
+  if (kind == "point" && scene.find_group(name))
+    text += "; there is a group of that name, so use --group " + name;
+  if (kind == "group" && scene.find_point(name))
+    text += "; there is a point of that name, so use --point " + name;
   print_error(text);
 }
 
@@ -198,17 +200,17 @@ std::string find_conflict(const CLI::App& command) {
     if (!other.empty()) return "--clear cannot be used with " + other;
   }
   if (command.count("--axes") > 0 && first_given(command, {"--point", "--group"}).empty())
-    return "--axes needs --point or --group: the torque of a wheel's motor is about its own axis";
+    return "--axes needs --point or --group, because the torque of a wheel's motor is about its own axis";
   if (command.count("--lease") > 0 && command.count("--duration") > 0)
     return "give --duration or --lease, not both";
   if (command.count("--key") > 0 && command.count("--sender") > 0)
-    return "--key cannot be used with --sender: the sender is the key's id";
+    return "--key cannot be used with --sender, because the sender is the key's id";
   if (command.count("--key") > 0 && command.count("--socket") > 0)
-    return "--key cannot be used with --socket: the operator's socket needs no key";
+    return "--key cannot be used with --socket, because the operator's socket needs no key";
   if (command.count("--socket") > 0 && command.count("--lcm-url") > 0)
-    return "--socket cannot be used with --lcm-url: the command is not sent over the bus";
+    return "--socket cannot be used with --lcm-url, because the command is not sent over the bus";
   if (command.count("--late-ok") > 0 && command.count("--at-tick") == 0)
-    return "--late-ok needs --at-tick: without --at-tick a command takes effect at once";
+    return "--late-ok needs --at-tick, because without --at-tick a command takes effect at once";
   return {};
 }
 
@@ -217,22 +219,22 @@ std::string find_force_fault(const PushOptions& options) {
   for (const std::string& text : options.wheels) {
     const auto named = parse_named_numbers(text, 1);
     if (!named || named->numbers.empty())
-      return "--wheel '" + text + "': must be NAME=TORQUE with a number [N m]";
+      return "--wheel '" + text + "' must be NAME=TORQUE with a number [N m]";
   }
   if (options.points.empty() && options.groups.empty() && !options.torque.empty())
-    return "--torque has no effect: a --wheel has its own =TORQUE";
+    return "--torque has no effect, because a --wheel has its own =TORQUE; omit --torque";
   bool takes_force = !options.groups.empty();
   bool needs_force = !options.groups.empty() && options.torque.empty();
   for (const std::string& text : options.points) {
     const std::optional<PointArgument> point = parse_point(text);
-    if (!point) return "--point '" + text + "': must be NAME or NAME=X,Y,Z with three numbers [N]";
+    if (!point) return "--point '" + text + "' must be NAME or NAME=X,Y,Z with three numbers [N]";
     takes_force = takes_force || !point->force;
     needs_force = needs_force || (!point->force && options.torque.empty());
   }
   if (needs_force && options.force.empty())
     return "give --force X,Y,Z [N] or, for groups and bodies, --torque X,Y,Z [N m]";
   if (!takes_force && !options.force.empty())
-    return "--force has no effect: every --point has its own =X,Y,Z; omit one of the two";
+    return "--force has no effect, because every --point has its own =X,Y,Z; omit one of the two";
   return {};
 }
 
@@ -240,7 +242,7 @@ std::string find_force_fault(const PushOptions& options) {
 
 std::string find_push_fault(const CLI::App& command, const PushOptions& options) {
   if (command.count("--prefix") > 0 && options.socket && !options.socket->empty())
-    return "--socket PATH cannot be used with --prefix: the socket already identifies the daemon";
+    return "--socket PATH cannot be used with --prefix, because the socket already identifies the daemon";
   std::string conflict = find_conflict(command);
   if (!conflict.empty()) return conflict;
   const bool is_force =
@@ -248,14 +250,15 @@ std::string find_push_fault(const CLI::App& command, const PushOptions& options)
   if (!options.clear_sender.empty()) {
     if (options.clear_sender == "*" || io::is_valid_sender(options.clear_sender)) return {};
     return "--clear-sender '" + options.clear_sender +
-           "': must be a sender, 1 to 31 of A-Z a-z 0-9 _ . -, or '*' for every sender of the bus";
+           "' must be a sender (1 to 31 of A-Z a-z 0-9 _ . -), or '*' for every sender of the bus";
   }
   if (!is_force && options.control.empty())
     return "give --point, --group, --wheel or --clear, or else --control or --clear-sender";
   if (!options.control.empty()) {
     if (parse_control(options.control)) return {};
     return "--control '" + options.control +
-           "': must be run, hold, reset, stop, scene, step=N, shapes=MODE or scene=PAGE, N, MODE and PAGE "
+           "' must be run, hold, reset, stop, scene, step=N, shapes=MODE or scene=PAGE, where N, MODE and "
+           "PAGE are "
            "whole "
            "numbers from 1 to " +
            std::to_string(kMaxCount);
@@ -263,7 +266,7 @@ std::string find_push_fault(const CLI::App& command, const PushOptions& options)
   if (options.points.size() > std::size_t{kMaxCommandPoints} ||
       options.groups.size() > std::size_t{kMaxCommandWrenches})
     return std::to_string(options.points.size()) + " points and " + std::to_string(options.groups.size()) +
-           " groups: one command takes at most " + std::to_string(kMaxCommandPoints) + " and " +
+           " groups are given, but one command takes at most " + std::to_string(kMaxCommandPoints) + " and " +
            std::to_string(kMaxCommandWrenches) + "; send the others in another --slot";
   return options.clear ? std::string() : find_force_fault(options);
 }
@@ -322,7 +325,7 @@ std::string rounded_duration(const PushOptions& options, double rate) {
   if (std::abs(lasts - asked) <= kMuch * asked) return {};
   std::ostringstream text;
   text << (options.lease ? "--lease " : "--duration ") << asked << " s is " << asked * rate
-       << " ticks: it lasts " << ticks << (ticks == 1 ? " tick, " : " ticks, ") << lasts << " s; "
+       << " ticks, so it lasts " << ticks << (ticks == 1 ? " tick, " : " ticks, ") << lasts << " s; "
        << (options.lease ? "without a renewal it ends then" : "the force is scaled to keep the impulse");
   return text.str();
 }

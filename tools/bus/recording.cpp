@@ -82,7 +82,7 @@ void expect_one(const io::LogEvent& event, const std::string& what, const std::s
                           " names the " + what + " " + printable(found) +
                           ", but the messages before it "
                           "name " +
-                          printable(before) + "; a session has one " + what;
+                          printable(before) + "; a session must have one " + what;
 }
 
 void take_fingerprint(const io::LogEvent& event, std::int64_t fingerprint, RecordedSession& session) {
@@ -118,7 +118,7 @@ bool Indexer::take(const io::LogEvent& event) {
   if (read(event)) return true;
   of_motion_.take(event);
   if (io::find_earlier(event.bytes) == nullptr) return true;
-  recording_.error = of_motion_.first + ": replay it with the release that recorded it";
+  recording_.error = of_motion_.first + "; replay it with the release that recorded it";
   return false;
 }
 
@@ -182,7 +182,7 @@ void Indexer::finish(const std::string& damage_of_file) {
     recording_.damage = joined(recording_.damage, strays.front().text);
     if (strays.size() > 1)
       recording_.damage += ", and " + counted(static_cast<std::int64_t>(strays.size()) - 1, "message") +
-                           " more damaged in the same way";
+                           " more are damaged in the same way";
   }
   std::erase_if(recording_.sessions, [&](const RecordedSession& session) {
     const auto is_stray = [&](const StrayFinder::Stray& stray) { return stray.session == session.session; };
@@ -227,7 +227,7 @@ RecordedSession* choose_session(Recording& recording, std::optional<std::int64_t
                                 std::string& error) {
   auto& sessions = recording.sessions;
   if (sessions.empty()) {
-    error = "the log contains no message of a session: is --prefix right?";
+    error = "the log contains no message of a session; check --prefix";
     return nullptr;
   }
   if (!session && sessions.size() == 1) return &sessions.front();
@@ -239,7 +239,7 @@ RecordedSession* choose_session(Recording& recording, std::optional<std::int64_t
   known.reserve(sessions.size());
   for (const RecordedSession& candidate : sessions) known.push_back(std::to_string(candidate.session));
   error = session ? "the log holds no session " + std::to_string(*session) + "; it holds "
-                  : "the log contains several sessions, choose one with --session: ";
+                  : "the log contains several sessions; choose one with --session: ";
   error += listed(known, kMostNamed);
   return nullptr;
 }

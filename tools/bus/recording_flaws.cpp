@@ -50,15 +50,16 @@ std::string find_applied_flaw(const RecordedSession& session) {
   std::int64_t expected = 0;
   const AppliedRecord* before = nullptr;
   for (const AppliedRecord& record : session.applied) {
-    if (record.tick < 0) return name_of(record) + " is for tick " + std::to_string(record.tick) + ": damaged";
-    if (record.sequence < 0) return name_of(record) + " is damaged: sequences count from 0";
+    if (record.tick < 0)
+      return name_of(record) + " is for tick " + std::to_string(record.tick) + ", so it is damaged";
+    if (record.sequence < 0) return name_of(record) + " is damaged, because sequences count from 0";
     if (record.sequence < expected)
       return "applied sequence " + std::to_string(record.sequence) + " occurs twice with different content";
     if (record.kind < applied_t::FORCE || record.kind > applied_t::CLEARED)
       return name_of(record) + " is of unknown kind " + std::to_string(record.kind);
     if (before != nullptr && record.tick < before->tick)
       return name_of(record) + " is for tick " + std::to_string(record.tick) + ", and " + name_of(*before) +
-             " for tick " + std::to_string(before->tick) + ": one of the two ticks is damaged";
+             " for tick " + std::to_string(before->tick) + ", so one of the two ticks is damaged";
     before = &record;
     ++expected;
   }
@@ -71,7 +72,7 @@ std::string find_order_flaw(const RecordedSession& session, const StateRecord& s
   const auto count = static_cast<std::size_t>(state.applied_count);
   const auto explain = [&](const AppliedRecord& record, const char* verb) {
     return name_of(state) + ", " + verb + " " + name_of(record) + ", for tick " +
-           std::to_string(record.tick) + ": one of the two ticks or the state's applied_count is damaged";
+           std::to_string(record.tick) + ", so one of the two ticks or the state's applied_count is damaged";
   };
   if (count > 0) {
     const AppliedRecord& last = session.applied[count - 1];
@@ -89,7 +90,7 @@ std::string find_gap(const std::string& name, std::int64_t tick, std::int64_t be
   if (tick - before <= kMostUnrecordedTicks) return {};
   return name + ", is " + std::to_string(tick - before) + " ticks after the record before it, but at most " +
          std::to_string(kMostUnrecordedTicks) +
-         " ticks without records are replayed: its tick is damaged, or the recording did not begin at the "
+         " ticks without records are replayed; its tick is damaged, or the recording did not begin at the "
          "start";
 }
 
@@ -114,7 +115,7 @@ std::string cut_at_gap(RecordedSession& session) {
     return true;
   });
   if (!has_gap && num_states == 0) return {};
-  std::string text = "applied sequence " + std::to_string(expected) + " missing: ";
+  std::string text = "applied sequence " + std::to_string(expected) + " is missing, so ";
   if (has_gap) text += counted(num_applied - expected, "applied record") + " after it";
   if (has_gap && num_states > 0) text += " and ";
   if (num_states > 0)
@@ -137,10 +138,10 @@ std::string find_flaw(const RecordedSession& session) {
   for (const StateRecord& state : session.states) {
     if (state.tick < 0 || state.applied_count < 0)
       return name_of(state) + " and with " + std::to_string(state.applied_count) +
-             " applied records, is damaged: both count from 0";
+             " applied records, is damaged, because both count from 0";
     if (state.epoch != epochs.epoch(state))
       return name_of(state) + ", has epoch " + std::to_string(state.epoch) + " and contains " +
-             counted(epochs.epoch(state), "reset") + ": epoch or applied_count is damaged";
+             counted(epochs.epoch(state), "reset") + ", so epoch or applied_count is damaged";
     if (std::string order = find_order_flaw(session, state); !order.empty()) return order;
   }
   return {};
@@ -157,7 +158,7 @@ std::string find_time_flaw(const RecordedSession& session, double period) {
     if (period > 0.0 && !(std::abs(state.time - time) < 0.5 * period))
       return name_of(state) + ", has time " + format_text("%.17g s", state.time) + ", and its tick is " +
              format_text("%.17g s", time) + " after tick " + std::to_string(first) +
-             ", where its epoch begins: one of them is damaged";
+             ", where its epoch begins, so one of them is damaged";
     std::string gap = find_gap(name_of(state), state.tick, before);
     if (!gap.empty()) return gap;
     before = state.tick;

@@ -127,14 +127,14 @@ class Replay {
   }
   void fail(const std::string& error) {
     outcome_.result = Result::kIncomplete;
-    outcome_.error = "log incomplete: " + error;
+    outcome_.error = "the log is incomplete: " + error;
   }
 
   /// Executes one reset or one tick on the way to a recorded state.
   void advance(const StateRecord& target) {
     if (is_interrupted()) {
       outcome_.result = Result::kStopped;
-      outcome_.error = "interrupted at tick " + std::to_string(state_.tick);
+      outcome_.error = "the replay was interrupted at tick " + std::to_string(state_.tick);
       return;
     }
     if (feed_.next_kind(state_.tick) == applied_t::RESET) {
@@ -152,7 +152,7 @@ class Replay {
     outcome_.num_commands += static_cast<std::int64_t>(commands_.size());
     if (report_.status != StepStatus::kOk) {
       if (feed_.next_kind(tick) == applied_t::RESET) return;
-      return differ({tick + 1, "state", "finite", "not finite: the step gives up"});
+      return differ({tick + 1, "state", "finite", "not finite, so the step gives up"});
     }
     if (std::optional<Difference> found = compare_ends(tick, ended_, report_)) differ(std::move(*found));
   }
@@ -211,7 +211,7 @@ ReplayOutcome no_answer(Result result, const std::string& error) {
 }
 ReplayOutcome refuse(const std::string& error) { return no_answer(Result::kError, error); }
 ReplayOutcome incomplete(const std::string& error) {
-  return no_answer(Result::kIncomplete, "log incomplete: " + error);
+  return no_answer(Result::kIncomplete, "the log is incomplete: " + error);
 }
 
 /// Returns the plan of the recording at its rate. If there is no plan, sets `outcome` to the reason and
@@ -221,16 +221,16 @@ std::optional<Plan> find_plan(const ReplayRequest& request, const RecordedSessio
   const std::string path = request.plan.empty() ? session.plan_file : request.plan;
   if (path.empty()) {
     outcome = refuse("the log holds no " + request.prefix + channels::kScene +
-                     " that names the plan: give it with --plan");
+                     " that names the plan; give the plan with --plan");
     return std::nullopt;
   }
   std::optional<Plan> plan = load_or_explain(path, 0.0);
   if (!plan) {
-    outcome = refuse(path + ": no plan; give the one that was recorded with --plan");
+    outcome = refuse(path + " is not a plan; give the recorded one with --plan");
     return std::nullopt;
   }
   if (!session.plan_fingerprint) {
-    outcome.warn("the log does not name its plan, so it is not checked: " + path);
+    outcome.warn("the log does not name its plan, which therefore is not compared with " + path);
     return plan;
   }
   // a damaged log may give a rate that no scene can have
@@ -238,8 +238,8 @@ std::optional<Plan> find_plan(const ReplayRequest& request, const RecordedSessio
   if (plan_fingerprint(*plan) != *session.plan_fingerprint && has_rate) set_rate(*plan, session.rate);
   if (plan_fingerprint(*plan) != *session.plan_fingerprint) {
     outcome = refuse(path + ": its plan has fingerprint " + fingerprint_text(plan_fingerprint(*plan)) +
-                     ", the recorded one " + fingerprint_text(*session.plan_fingerprint) +
-                     "; the scene was changed, or its set-up was done on another machine: record from a plan "
+                     ", but the recorded one has " + fingerprint_text(*session.plan_fingerprint) +
+                     "; the scene was changed or set up on another machine, so record from a plan "
                      "('freeflex compile') and replay with that");
     return std::nullopt;
   }
@@ -284,7 +284,7 @@ ReplayOutcome replay(const ReplayRequest& request) {
   }
   outcome.result = Result::kIncomplete;
   outcome.error =
-      "log incomplete: " + loss + "; the motion is known up to tick " + std::to_string(outcome.ticks);
+      "the log is incomplete: " + loss + "; the motion is known up to tick " + std::to_string(outcome.ticks);
   return outcome;
 }
 

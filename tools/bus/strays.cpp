@@ -96,7 +96,7 @@ void StrayFinder::find_renamed(std::vector<Stray>& strays) const {
       strays.push_back({"the message at byte " + std::to_string(group.offset) + " is of session " +
                             std::to_string(group.session) + " and of the type of " + meant +
                             ", but on the channel " + printable(group.channel) +
-                            ": the channel name is damaged at byte " + std::to_string(byte) + ", where " +
+                            ", so the channel name is damaged at byte " + std::to_string(byte) + ", where " +
                             format_text("%02x", static_cast<unsigned char>(meant[*at])) + " is meant",
                         std::nullopt});
       break;
@@ -124,7 +124,7 @@ void StrayFinder::find_renumbered(std::vector<Stray>& strays) const {
                               static_cast<std::int64_t>(group.channel.size()) + kSessionAt + 7 - byte;
       strays.push_back({"the message on " + group.channel + " at byte " + std::to_string(group.offset) +
                             " is the only one of session " + std::to_string(session) +
-                            ": that number is damaged at byte " + std::to_string(at) + ", session " +
+                            ", so that number is damaged at byte " + std::to_string(at) + ", where session " +
                             std::to_string(meant->second) + " is meant",
                         session});
     }

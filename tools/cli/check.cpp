@@ -110,7 +110,7 @@ int check(const CheckOptions& options) {
   const io::SceneListing listing = io::scene_listing(*plan);
   if (const auto num_points = static_cast<std::int32_t>(plan->points.size()); listing.points < num_points)
     std::printf(
-        "  %s published, %d take commands, %d of %d listed on the bus: if there are more than %d points, "
+        "  %s published, %d take commands, %d of %d listed on the bus; if there are more than %d points, "
         "only named points are listed\n",
         counted(static_cast<std::int64_t>(plan->published_points.size()), "point").c_str(),
         static_cast<int>(std::count_if(plan->points.begin(), plan->points.end(),

@@ -161,14 +161,15 @@ int report(const CompareOptions& options, const CompareOutcome& outcome) {
   for (const QuantityDifference& each : outcome.quantities)
     if (each.name.starts_with("time") && each.is_beyond)
       std::printf(
-          "note: equal ticks have different times: the rates (--rate) or the starts of the runs differ\n");
+          "note: equal ticks have different times, because the rates (--rate) or the starts of the runs "
+          "differ\n");
   const std::string rows = counted(outcome.num_rows, "row");
   if (outcome.result == Result::kSame)
     std::printf("the same within %g of each quantity's largest value, %s compared%s\n",
                 options.request.tolerance, rows.c_str(),
                 outcome.not_compared.empty() ? "" : "; the rest was not compared (--common)");
   else
-    std::printf("differs from tick %" PRId64 " on: %s: %.17g, %.17g\n", outcome.first->tick,
+    std::printf("differs from tick %" PRId64 " on, where %s is %.17g and %.17g\n", outcome.first->tick,
                 printable(outcome.first->column).c_str(), outcome.first->a, outcome.first->b);
   return exit_code;
 }
@@ -212,7 +213,7 @@ void add_compare(CLI::App& app, int& exit_code) {
   command
       ->add_option("--plot", options->plot, std::string("both and their difference over time: ") + kPictures)
       ->check([](const std::string& path) {
-        return is_picture(path) ? std::string() : "found '" + path + "', must be " + kPictures;
+        return is_picture(path) ? std::string() : "the value is '" + path + "', but must be " + kPictures;
       })
       ->type_name("FILE");
   command->add_flag("--common", request.is_common_enough,

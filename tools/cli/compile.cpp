@@ -41,7 +41,7 @@ int compile(const CompileOptions& options) {
   if (std::filesystem::is_regular_file(options.plan, ignored) &&
       std::filesystem::file_size(options.plan, ignored) > 0 && !io::is_plan_file(options.plan))
     return print_error("'" + options.plan +
-                       "' exists and is not a plan file: remove it, or name another file"),
+                       "' exists and is not a plan file; remove it, or name another file"),
            kExitUsage;
   // from now on an interrupt must remove the file
   if (is_interrupted()) return std::fputs(kInterrupted, stderr), kExitInterrupted;

@@ -17,7 +17,7 @@ bool write_file(const std::filesystem::path& path, const std::string& text) {
   stream.write(text.data(), static_cast<std::streamsize>(text.size()));
   stream.close();
   if (stream) return true;
-  print_error(path.string() + ": cannot be written");
+  print_error(path.string() + " cannot be written; name a folder that can be written");
   return false;
 }
 

@@ -64,7 +64,7 @@ std::optional<Recipe> recipe_named(const std::string& name) {
 
 int inspect(const InspectOptions& options) {
   if (io::is_plan_file(options.scene)) {
-    print_error(options.scene + " is a plan, which contains no links: name the scene that it was made from");
+    print_error(options.scene + " is a plan, which contains no links; name the scene that it was made from");
     return kExitUsage;
   }
   io::SceneResult read = io::read_scene(options.scene);

@@ -98,7 +98,7 @@ std::optional<Inspection> inspect_scene(Scene scene, Structure structure, std::o
                                         std::string& why_not) {
   if (!are_point_masses(scene)) {
     why_not =
-        "the paper's bases are for point masses; this scene has bodies or massless points: use freeflex "
+        "the paper's bases are for point masses, but this scene has bodies or massless points; use freeflex "
         "modes";
     return std::nullopt;
   }
@@ -219,12 +219,13 @@ void print_shortage(const Inspection& inspection) {
   const Basis& basis = inspection.basis;
   if (basis.is_complete()) return;
   const auto short_by = basis.num_expected - static_cast<int>(basis.rank());
-  std::printf("  short by %d; no numbering of the points was found that gives a complete basis", short_by);
+  std::printf("  the rank is short by %d; no numbering of the points was found that gives a complete basis",
+              short_by);
   const char* where = basis.flat_window.size() == 2   ? "in one place"
                       : basis.flat_window.size() == 3 ? "on one line"
                                                       : "in one plane";
   if (!basis.flat_window.empty())
-    std::printf(": %s are consecutive and lie %s",
+    std::printf(", because %s are consecutive and lie %s",
                 listed(names_of(inspection.scene, basis.flat_window), 8).c_str(), where);
   std::printf("\n");
 }
@@ -236,7 +237,7 @@ void print_basis(const Inspection& inspection) {
   print_shortage(inspection);
   if (!basis.numbering.empty()) {
     if (basis.rank_as_numbered < basis.rank())
-      std::printf("  numbering        the order of the scene gives rank %d; used instead: %s\n",
+      std::printf("  numbering        the order of the scene gives rank %d; the order used instead is %s\n",
                   basis.rank_as_numbered, listed(names_of(inspection.scene, basis.numbering), 24).c_str());
     std::vector<std::string> skipped;
     for (const int group : basis.choice.skipped) skipped.push_back(group_name(inspection, group));

@@ -195,7 +195,7 @@ std::optional<Plan> load_full_plan_or_explain(const std::string& path) {
     };
     if (!plan || std::none_of(plan->features.begin(), plan->features.end(), lacks)) return plan;
     print_error(path +
-                " omits modes or rotation, which this load may need: name the scene that it was made from");
+                " omits modes or rotation, which this load may need; name the scene that it was made from");
     return std::nullopt;
   }
   io::SceneResult read = io::read_scene(path);

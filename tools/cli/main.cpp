@@ -54,8 +54,9 @@ int become_study(const char* command, char** argv) {
   const std::string study =
       (std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / "freeflex-study").string();
   execv(study.c_str(), argv);
-  print_error(std::string(command) + ": " + study + ": " + std::strerror(errno) +
-              "; freeflex-study is a separate program: build it with tools/build, or install it with cmake "
+  print_error(std::string(command) + " needs " + study + ", which cannot be started (" +
+              std::strerror(errno) +
+              "); it is a separate program, so build it with tools/build, or install it with cmake "
               "--install");
   return kExitDiffers;
 }

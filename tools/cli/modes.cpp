@@ -138,7 +138,7 @@ std::string damping_coupling_text(const Plan& plan) {
            std::to_string(plan.num_elastic) + "; the step advances them together, without error";
   if (modal_coupling.path == PlanModalCoupling::Path::kSplit)
     return coupled +
-           "too many modes for the exact step; their damping is advanced by splitting, with an error of "
+           "too many modes for the exact step, so their damping is advanced by splitting, with an error of "
            "second order in the step";
   return coupled + "the modes; the step applies them as forces";
 }
@@ -336,7 +336,7 @@ int modes(const ModesOptions& options) {
   const StepError error = largest_step_error(all);
   if (error.size > kMostStepError)
     print_warning(step_error_text(*plan, error) + ", more than " + format_text("%g", 100.0 * kMostStepError) +
-                  " %: raise the rate");
+                  " %; raise the rate");
   if (options.json) {
     print_modes_json(*plan, principal, motion, all);
     return kExitOk;
@@ -363,11 +363,11 @@ int modes(const ModesOptions& options) {
     std::printf("coupled            %s\n", text.c_str());
   if (error.size > 0.0) std::printf("step               %s\n", step_error_text(*plan, error).c_str());
   if (const auto names = dependent_loads(*plan); !names.empty())
-    std::printf("not separated      %s: the body's motion depends on the elastic motion\n",
+    std::printf("not separated      the body's motion under %s depends on the elastic motion\n",
                 listed(names, 8).c_str());
   const auto mechanisms = mechanism_names(*plan);
   if (!mechanisms.empty()) {
-    std::printf("mechanisms         %zu: motions that strain no link, frequency 0\n", mechanisms.size());
+    std::printf("mechanisms         %zu motions that strain no link, with frequency 0\n", mechanisms.size());
     for (std::size_t i = 0; i < mechanisms.size(); ++i) {
       std::printf("  mode %zu moves %s\n", i + 1, listed(mechanisms[i], 8).c_str());
     }
@@ -400,7 +400,7 @@ void add_modes(CLI::App& app, int& exit_code) {
       ->type_name("N");
   command->add_option("--plot", options->plot, std::string("shapes of the lowest 12 modes: ") + kPictures)
       ->check([](const std::string& path) {
-        return is_picture(path) ? std::string() : "found '" + path + "', must be " + kPictures;
+        return is_picture(path) ? std::string() : "the value is '" + path + "', but must be " + kPictures;
       })
       ->type_name("FILE");
   command->add_flag("--json", options->json, "one JSON object on standard output, all frequencies");

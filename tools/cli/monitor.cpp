@@ -126,7 +126,7 @@ class Overview {
       channel.recent_count = channel.recent_bytes = 0;
     }
     if (num_unlisted_ > 0)
-      out += counted(num_unlisted_, "message") + " on more channels than the " +
+      out += counted(num_unlisted_, "message") + " came on channels beyond the " +
              std::to_string(kMostChannels) + " that are shown\n";
     return out;
   }
@@ -247,7 +247,7 @@ std::int64_t monitor_all(Bus& bus, const MonitorOptions& options) {
   });
   Screen screen(isatty(STDOUT_FILENO) == 1 && !options.json);
   SilenceNote note("no message has come so far (" + bus.describe() +
-                   "): is a freeflexd running, and does it use this bus?");
+                   "); check that a freeflexd is running and uses this bus");
   watch(bus, options, num_messages, [&](std::optional<double> seconds) {
     const bool is_silent = note.take(num_messages);
     if (options.json) {
@@ -287,10 +287,10 @@ int monitor(const MonitorOptions& options) {
   if (options.live && (options.json || !options.channel.empty()))
     return print_error("--live cannot be used with --json or --channel"), kExitUsage;
   if (options.live && options.count)
-    return print_error("--live cannot be used with --count, which counts messages: end it with --duration S"),
+    return print_error("--live cannot be used with --count, which counts messages; end it with --duration S"),
            kExitUsage;
   if (!options.live && !options.note.empty())
-    return print_error("--note needs --live: it is a line above the live view"), kExitUsage;
+    return print_error("--note needs --live, because it is a line above the live view"), kExitUsage;
   if (is_interrupted()) return kExitOk;  // from now on Ctrl-C is the normal end
   Bus bus(options.bus);
   if (!bus.error().empty()) return print_error(bus.error()), bus.is_usage_error() ? kExitUsage : kExitDiffers;

@@ -73,7 +73,7 @@ Plans load(const PlanOptions& options) {
     if (!options.keep.empty()) {
       print_error(
           options.input +
-          " is a plan, whose features are fixed: to use --keep, name the scene that it was made from");
+          " is a plan, whose features are fixed; to use --keep, name the scene that it was made from");
       return plans;
     }
     plans.plan = load_or_explain(options.input, 0.0);
@@ -281,7 +281,8 @@ int show(const PlanOptions& options) {
   const Plan& plan = *plans.plan;
   std::string head = plan.name + ": " + counted(plan.num_elastic, "mode");
   if (plans.full && plans.full->num_elastic != plan.num_elastic)
-    head += format_text(" of %d, kept are numbers %s", plans.full->num_elastic, mode_list(plan).c_str());
+    head += format_text(" of %d; the numbers of those kept are %s", plans.full->num_elastic,
+                        mode_list(plan).c_str());
   std::printf("%s\n", wrapped(head, 0).c_str());
   if (plan.features.empty())
     std::printf("everything is kept\n");

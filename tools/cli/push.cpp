@@ -134,7 +134,7 @@ int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack, co
                                 : "";
     std::printf("accepted%s: takes effect at tick %" PRId64 "\n", who.c_str(), ack.tick);
   } else {
-    std::printf("rejected at tick %" PRId64 ": %s: %s\n", ack.tick, reason.c_str(), text.c_str());
+    std::printf("rejected at tick %" PRId64 " (%s): %s\n", ack.tick, reason.c_str(), text.c_str());
   }
   return is_accepted ? kExitOk : kExitDiffers;
 }
@@ -179,7 +179,9 @@ int push_over(const Line& line, const PushOptions& options, Exchange& known) {
     known.sequence = control.sequence;
     is_sent = line.publish(channels::kControl, bytes);
   }
-  if (!is_sent) return print_error("the command could not be sent (" + line.description + ")"), kExitDiffers;
+  if (!is_sent)
+    return print_error("the command could not be sent (" + line.description + "); check the network"),
+           kExitDiffers;
   // the command is sent only once, because if the answer is lost, the daemon may have accepted it, and a
   // second command would act again
   if (!line.wait(timeout, [&] { return known.answer.has_value(); }) && known.answer_of_other)
@@ -273,12 +275,14 @@ void add_force_options(CLI::App& command, PushOptions& options) {
       ->type_name("S");
   command
       .add_option("--lease", options.lease,
-                  "instead of --duration: the loads end after this time [s] unless the same sender renews "
+                  "instead of --duration; the loads end after this time [s] unless the same sender renews "
                   "them in the same slot")
       ->check(positive_time())
       ->type_name("S");
-  command.add_flag("--clear", options.clear, "clear the slot: its loads end");
-  command.add_option("--slot", options.slot, "0 to 63: the loads replace those of this sender in this slot")
+  command.add_flag("--clear", options.clear, "clear the slot, which ends its loads");
+  command
+      .add_option("--slot", options.slot,
+                  "slot from 0 to 63, in which the loads replace those of this sender")
       ->check(whole_number(0, kMaxSlotNumber))
       ->type_name("N")
       ->capture_default_str();
@@ -286,7 +290,7 @@ void add_force_options(CLI::App& command, PushOptions& options) {
       ->check(whole_number(0, kMost<std::int64_t>))
       ->type_name("TICK");
   command.add_flag("--late-ok", options.late_ok,
-                   "if --at-tick has passed: take effect at once instead of being rejected");
+                   "if --at-tick has passed, take effect at once instead of being rejected");
 }
 
 /// Adds the options of sender, key, bus and waiting time.
@@ -295,8 +299,9 @@ void add_exchange_options(CLI::App& command, PushOptions& options) {
       .add_option("--sender", options.sender,
                   "who pushes: 1 to 31 of A-Z a-z 0-9 _ . -; default push, over --socket local.push")
       ->check([](const std::string& name) {
-        return io::is_valid_sender(name) ? std::string()
-                                         : "found '" + name + "', must be 1 to 31 of A-Z a-z 0-9 _ . -";
+        return io::is_valid_sender(name)
+                   ? std::string()
+                   : "the value is '" + name + "', but must be 1 to 31 of A-Z a-z 0-9 _ . -";
       })
       ->type_name("NAME");
   command.add_option("--key", options.key, "key file to seal the command with; its id is the sender")
@@ -331,9 +336,10 @@ void add_push(CLI::App& app, int& exit_code) {
                    "instead of a force: run, hold, reset, stop, step=N, shapes=MODE, scene or scene=PAGE")
       ->type_name("COMMAND");
   command
-      ->add_option("--clear-sender", options->clear_sender,
-                   "instead of a force: end all pushes of this sender, and drop its waiting commands; '*': "
-                   "of every sender of the bus. Needs --socket, or a key that permits it")
+      ->add_option(
+          "--clear-sender", options->clear_sender,
+          "instead of a force: end all pushes of this sender, and drop its waiting commands; '*' means those "
+          "of every sender of the bus. Needs --socket, or a key that permits it")
       ->type_name("NAME");
   add_exchange_options(*command, *options);
   command->footer(kPushFooter);

@@ -86,15 +86,15 @@ int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
     for (const std::string& what : outcome.not_compared)
       std::printf("not compared: %s, which follow from the state\n", what.c_str());
   } else if (outcome.difference) {
-    std::printf("differs at tick %" PRId64 ": %s: recorded %s, replayed %s\n", outcome.difference->tick,
-                outcome.difference->what.c_str(), outcome.difference->recorded.c_str(),
-                outcome.difference->replayed.c_str());
+    std::printf("differs at tick %" PRId64 ": %s is recorded as %s, but replayed as %s\n",
+                outcome.difference->tick, outcome.difference->what.c_str(),
+                outcome.difference->recorded.c_str(), outcome.difference->replayed.c_str());
   } else {
     print_error(outcome.error);
     // the states before the gap were identical
     if (outcome.num_states > 0)
-      std::printf("up to tick %" PRId64 " as recorded, to the bit (%s compared, %s applied)\n", outcome.ticks,
-                  counted(outcome.num_states, "state").c_str(),
+      std::printf("the states up to tick %" PRId64 " are as recorded, to the bit (%s compared, %s applied)\n",
+                  outcome.ticks, counted(outcome.num_states, "state").c_str(),
                   counted(outcome.num_commands, "command").c_str());
   }
   return result.exit_code;
@@ -109,7 +109,9 @@ void add_replay(CLI::App& app, int& exit_code) {
       "replay", "apply recorded commands and compare the states with the recorded ones bit for bit");
   command->add_option("LOG", request.log, "LCM event log, as lcm-logger or freeflex run writes it")
       ->required();
-  command->add_option("--plan", request.plan, "plan or scene that was recorded; else the file the log names")
+  command
+      ->add_option("--plan", request.plan,
+                   "plan or scene that was recorded; default: the file that the log names")
       ->type_name("FILE");
   command->add_option("--session", request.session, "session to replay, if the log contains several")
       ->check(whole_number(0, kMost<std::int64_t>))

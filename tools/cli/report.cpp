@@ -66,7 +66,7 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
   std::vector<Scene> scenes;
   for (const std::string& file : files) {
     if (io::is_plan_file(file)) {
-      print_error(file + " is a plan, which contains no links: name the scene that it was made from");
+      print_error(file + " is a plan, which contains no links; name the scene that it was made from");
       return {};
     }
     io::SceneResult read = io::read_scene(file);
@@ -74,8 +74,8 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
     if (!read.scene || has_error(read.faults)) return {};
     std::string why_not;
     if (!make_cartesian_system(*read.scene, why_not)) {
-      print_error(
-          format_text("%s: there is no full system to compare with: %s", file.c_str(), why_not.c_str()));
+      print_error(format_text("%s: there is no full system to compare with, because %s", file.c_str(),
+                              why_not.c_str()));
       return {};
     }
     scenes.push_back(std::move(*read.scene));
@@ -88,7 +88,7 @@ std::string find_fault(const ReportOptions& options) {
   if (options.scenes.empty() && options.num_estimates == 0 && options.num_ticks == 0)
     return "SCENE is needed, unless --estimates N or --ticks N is given, which use random scenes";
   if (options.ends.size() > 1 && options.ends.size() != options.scenes.size())
-    return format_text("--until has %zu times for %zu scenes: give one for all, or one a scene",
+    return format_text("--until has %zu times for %zu scenes; give one for all, or one for each scene",
                        options.ends.size(), options.scenes.size());
   return {};
 }

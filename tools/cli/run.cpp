@@ -112,18 +112,18 @@ constexpr std::int64_t kLookEvery = 16;
 void warn_beyond_limits(const Plan& plan, const Verdict& worst) {
   if (worst.level != Verdict::Level::kOutside) return;
   print_warning(text_of(plan, worst) +
-                ": outside the validity of this rung (README, 'When not to trust it')");
+                "; the run left the validity of this rung (README, 'When not to trust it')");
 }
 
 /// Returns an error if an option has no effect, or if two options write to one file. Otherwise returns an
 /// empty text.
 std::string find_idle_option(const CLI::App& command, const RunOptions& options) {
   if (options.json && is_standard_output(options.out))
-    return "--json needs a file for --out: with --out - the table is written to standard output";
+    return "--json needs a file for --out, because with --out - the table is written to standard output";
   if (!options.log.empty()) return {};
-  if (options.session) return "--session needs --log: it chooses a session of that log";
+  if (options.session) return "--session needs --log, because it chooses a session of that log";
   if (command.count("--prefix") > 0 && (options.out.empty() || is_table(options.out)))
-    return "--prefix needs --log, or an --out that is a log: a table and a picture have no channels";
+    return "--prefix needs --log, or an --out that is a log, because a table and a picture have no channels";
   return {};
 }
 
@@ -133,8 +133,8 @@ bool has_states(const Plan& plan, const std::string& out) {
   if (plan.state_rate > 0.0) return true;
   const std::string what = "the scene publishes no state ('publish: {state: 0}')";
   const std::string remedy = "set 'publish: state' to a rate [Hz]";
-  if (is_table(out)) return print_error(what + ", so the table would have no row: " + remedy), false;
-  print_warning(what + ", so the log contains no STATE and cannot be replayed: " + remedy);
+  if (is_table(out)) return print_error(what + ", so the table would have no row; " + remedy), false;
+  print_warning(what + ", so the log contains no STATE and cannot be replayed; " + remedy);
   return true;
 }
 
@@ -157,13 +157,14 @@ int open_commands(const RunOptions& options, const Plan& plan, Commands& command
   }
   commands.loss = joined(damage, cut_at_gap(*commands.session));
   const std::string flaw = find_flaw(*commands.session);
-  if (!flaw.empty()) return print_error("log incomplete: " + joined(commands.loss, flaw)), kExitIncomplete;
+  if (!flaw.empty())
+    return print_error("the log is incomplete: " + joined(commands.loss, flaw)), kExitIncomplete;
   const std::uint64_t recorded = commands.session->plan_fingerprint.value_or(plan_fingerprint(plan));
   commands.is_foreign = recorded != plan_fingerprint(plan);
   if (commands.is_foreign) {
     print_warning("the commands were recorded with another plan (fingerprint " + fingerprint_text(recorded) +
-                  ", this one " + fingerprint_text(plan_fingerprint(plan)) +
-                  "): they act on the points and groups that have the same numbers in this plan");
+                  " instead of " + fingerprint_text(plan_fingerprint(plan)) +
+                  "), so they act on the points and groups that have the same numbers in this plan");
   }
   // if the log was recorded with another plan, only the log gives the period
   const double rate = commands.session->rate;
@@ -171,7 +172,7 @@ int open_commands(const RunOptions& options, const Plan& plan, Commands& command
   const std::string time_flaw =
       find_time_flaw(*commands.session, commands.is_foreign ? foreign_period : plan.period);
   if (!time_flaw.empty())
-    return print_error("log incomplete: " + joined(commands.loss, time_flaw)), kExitIncomplete;
+    return print_error("the log is incomplete: " + joined(commands.loss, time_flaw)), kExitIncomplete;
   commands.feed = std::make_unique<CommandFeed>(*commands.log, *commands.session, plan);
   return kExitOk;
 }
@@ -182,7 +183,8 @@ std::optional<std::int64_t> last_tick(const RunOptions& options, const Plan& pla
   std::optional<std::int64_t> last;
   if (options.until) {
     const double ticks = std::round(*options.until / plan.period);
-    if (ticks > 9e15) return print_error("--until is too far ahead"), std::nullopt;
+    if (ticks > 9e15)
+      return print_error("--until is too far ahead; at most 9e15 ticks can be run"), std::nullopt;
     last = static_cast<std::int64_t>(ticks);
   }
   if (commands.session == nullptr) {
@@ -203,10 +205,11 @@ struct Result {
 
 /// Returns the result if a record of the log does not fit the plan.
 Result refuse_record(const std::string& error, bool is_foreign, std::int64_t tick) {
-  if (!is_foreign) return {kExitIncomplete, "log incomplete: " + error, tick};
-  return {kExitUsage,
-          "the log belongs to another plan: " + error + "; name the scene or plan it was recorded with",
-          tick};
+  if (!is_foreign) return {kExitIncomplete, "the log is incomplete: " + error, tick};
+  return {
+      kExitUsage,
+      "the log belongs to another plan, because " + error + "; name the scene or plan it was recorded with",
+      tick};
 }
 
 /// Steps to the last tick, applies the commands of the log and passes every state to the output.
@@ -247,9 +250,9 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
       if (feed != nullptr && feed->next_kind(tick) == applied_t::RESET) continue;
       extremes.take(state);
       return {kExitDiffers,
-              "the state after tick " + std::to_string(tick) + " is not finite (before it: " +
+              "the state after tick " + std::to_string(tick) + " is not finite (the verdict before it was " +
                   describe(plan, judgement.worst().tick < 0 ? judgement.now() : judgement.worst()) +
-                  "): " + (plan.feedbacks.empty() ? "" : "the feedback is unstable, or ") +
+                  "), because " + (plan.feedbacks.empty() ? "" : "the feedback is unstable, or ") +
                   (plan.attractor_mu > 0.0 ? "the body came too close to the attractor, or " : "") +
                   "loads or spin are far too large for this structure; check the units of loads, masses and "
                   "stiffnesses" +
@@ -370,7 +373,7 @@ int finish(const RunOptions& options, const Plan& plan, const Commands& commands
     if (!is_piped && !kept) print_error(error);
     if (!kept) return kExitDiffers;
     print_error(error + "; the file is kept and contains the run up to tick " + std::to_string(*kept) +
-                " of " + std::to_string(last) + ": make room and run again, or use it as it is");
+                " of " + std::to_string(last) + "; make room and run again, or use it as it is");
     result.exit_code = kExitDiffers;
     result.ticks = *kept;
   }
@@ -379,7 +382,7 @@ int finish(const RunOptions& options, const Plan& plan, const Commands& commands
   if (!plot_error.empty() && options.out.empty()) return print_error(plot_error), kExitDiffers;
   const std::string name = name_of(options, plan, output, result.exit_code != kExitOk);
   if (result.exit_code == kExitOk && !commands.loss.empty()) {
-    print_error("log incomplete: " + commands.loss + "; the run ends at tick " +
+    print_error("the log is incomplete: " + commands.loss + "; the run ends at tick " +
                 std::to_string(result.ticks) + ", the last tick whose commands are all known");
     result.exit_code = kExitIncomplete;
   }
@@ -437,12 +440,12 @@ void add_run(CLI::App& app, int& exit_code) {
       ->type_name("HZ");
   command->add_option("--out", options->out, std::string("what to write: ") + kOutputs)
       ->check([](const std::string& path) {
-        return is_output(path) ? std::string() : "found '" + path + "', must be " + kOutputs;
+        return is_output(path) ? std::string() : "the value is '" + path + "', but must be " + kOutputs;
       })
       ->type_name("FILE");
   command->add_option("--plot", options->plot, std::string("curves over time: ") + kPictures)
       ->check([](const std::string& path) {
-        return is_picture(path) ? std::string() : "found '" + path + "', must be " + kPictures;
+        return is_picture(path) ? std::string() : "the value is '" + path + "', but must be " + kPictures;
       })
       ->type_name("FILE");
   command->add_option("--prefix", options->prefix, "first part of the channel names")

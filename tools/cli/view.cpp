@@ -36,7 +36,7 @@ constexpr const char* kViewFooter = R"(Examples:
   freeflex view flight.log --html flight.html  (one file that needs nothing else)
 The page is at the printed address, on this machine only; whoever has the address may look and push. From another
 machine: ssh -L PORT:127.0.0.1:PORT, with --port PORT.
-Drag: rotate; shift and drag: move; wheel: zoom; drag a point that takes commands: push it.
+Drag to rotate, shift and drag to move, turn the wheel to zoom, drag a point that takes commands to push it.
 If a recording is damaged, its intact part is shown, and the error describes the damage.
 Exit codes: 0 ended by Ctrl-C, or the file is written, 1 no server, no bus, no daemon or not written, 2 wrong arguments,
 scene or plan, 3 LOG damaged or incomplete.)";
@@ -53,7 +53,7 @@ std::string file_of_daemon(const BusOptions& options) {
   });
   if (!bus.wait(kPatience, [&file] { return !file.empty() || is_interrupted(); }) && !is_interrupted())
     print_error("no message of a daemon has come (" + bus.describe() +
-                "): start freeflexd, or name a scene, a plan or a recording");
+                "); start freeflexd, or name a scene, a plan or a recording");
   return file;
 }
 
@@ -122,7 +122,7 @@ int view_recording(const ViewOptions& options) {
 
 int view(const CLI::App& command, const ViewOptions& options) {
   if (command.count("--html") > 0 && command.count("--port") > 0)
-    return print_error("--html cannot be used with --port: nothing is served"), kExitUsage;
+    return print_error("--html cannot be used with --port, because nothing is served"), kExitUsage;
   std::optional<SealingKey> key;
   if (!options.key.empty()) {
     const service::KeysResult result = service::load_key(options.key);
@@ -154,7 +154,8 @@ void add_view(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("view", "the structure in a browser: live, or a recording");
   command->add_option("FILE", options->file,
                       "scene, plan or recording; default: the scene that the daemon names");
-  command->add_option("--plan", options->plan, "scene or plan of a recording; else the file that it names")
+  command
+      ->add_option("--plan", options->plan, "scene or plan of a recording; default: the file that it names")
       ->type_name("FILE");
   command->add_option("--session", options->session, "session of a recording, if it contains several")
       ->check(whole_number(0, kMost<std::int64_t>))

@@ -58,9 +58,9 @@ def parse(file):
                         fail(file, number, f"the size {size} of {name} is not an earlier field")
                 result.fields.append((name, kind, sizes, comment or ""))
             else:
-                fail(file, number, f"not in the supported part of the language: {line.strip()}")
+                fail(file, number, f"this line is not in the supported part of the language: {line.strip()}")
     if result is None:
-        fail(file, 1, "no struct")
+        fail(file, 1, "the file has no struct")
     return result
 
 

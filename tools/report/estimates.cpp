@@ -176,7 +176,7 @@ void judge_estimate(const Scene& scene, const Structure& structure, const Measur
   Faults faults;
   auto plan = make_plan(scene, structure, faults);
   if (!plan) {
-    row.error = faults.empty() ? "no plan" : faults.back().message;
+    row.error = faults.empty() ? "no plan was made" : faults.back().message;
     return;
   }
   State state = make_state(*plan);
@@ -215,7 +215,7 @@ EstimateRow study_one(std::uint64_t seed, int number) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
   if (!system || !structure) {
-    row.error = "no structure: " + error;
+    row.error = "the structure cannot be set up: " + error;
     return row;
   }
   std::vector<double> times;

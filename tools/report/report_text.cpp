@@ -142,7 +142,7 @@ std::vector<std::string> findings(const Report& report) {
     if (ratio < 1.0) {
       loses = true;
       sentences.push_back(format_text(
-          "We lose: with %s, on %s at an elastic error of %.1e, %s is %.3g times cheaper than our cheapest "
+          "We lose. With %s, on %s at an elastic error of %.1e, %s is %.3g times cheaper than our cheapest "
           "rung (%s).",
           kReadOutNames[load], scene, now.found.error, method, 1.0 / ratio, ours.method.c_str()));
     } else {
@@ -155,12 +155,13 @@ std::vector<std::string> findings(const Report& report) {
   if (is_compared)
     sentences.push_back(
         "Cost of the best other method relative to ours, by level, for the scene where it is smallest "
-        "(below 1: we lose): " +
+        "(below 1, we lose): " +
         least_ratios(report) + ".");
   sentences.push_back(
-      std::string("If all points of a large structure are read often, a rung with modes is the wrong tool: "
-                  "one reading of N points costs about 9 N^2 products, and a step of a sparse method costs "
-                  "about 100 N. ") +
+      std::string(
+          "If all points of a large structure are read often, a rung with modes is the wrong tool, because "
+          "one reading of N points costs about 9 N^2 products, and a step of a sparse method costs "
+          "about 100 N. ") +
       (loses ? "The figures above show it."
        : is_compared
            ? "On the scenes of this report this does not yet change the order of the methods; with a "
@@ -173,7 +174,7 @@ std::vector<std::string> findings(const Report& report) {
         "mode, so it is a modal method that computes its modes anew in each run. It is worth its cost for "
         "structures with few frequencies. It has no counterpart of the rungs above spin-loaded.");
   sentences.push_back(
-      "Set-up is not in the CPU columns: a rung needs the modes first, which cost N^3 and are shown "
+      "Set-up is not in the CPU columns. A rung needs the modes first, which cost N^3 and are shown "
       "separately. "
       "For one short run of a small structure, a method without set-up can finish sooner.");
   return sentences;

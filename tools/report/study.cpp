@@ -129,7 +129,7 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
   }
   study.elastic_freedoms = static_cast<std::size_t>(structure->omega.size());
   if (study.elastic_freedoms == 0) {
-    study.error = "the scene has no elastic freedoms: there is no elastic error to compare";
+    study.error = "the scene has no elastic freedoms, so there is no elastic error to compare";
     return study;
   }
   study.top_frequency = structure->omega.maxCoeff();

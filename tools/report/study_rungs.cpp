@@ -243,7 +243,7 @@ void add_run(const Bench& bench, Scene& scene, double step, double free_step, co
   run.steps = loaded_ticks(bench, *rung) + (free_step > 0.0 ? 1 : 0);
   Motion motion;
   if (!follow(bench, *rung, motion)) {
-    run.failure = "not finite: the step exceeds the method's stability limit";
+    run.failure = "the state is not finite, because the step exceeds the method's stability limit";
     return;
   }
   set_errors(bench, motion, exact.p_W.cols() > 0 ? &exact.p_W : nullptr, run);
@@ -287,7 +287,7 @@ double fine_step(const Bench& bench, std::string& why) {
   steps.push_back(period / std::ceil(period / kFineSteps[0] * (1.0 - 1e-9)));
   for (const double step : steps)
     if (why = find_misfit(bench, step); why.empty()) return step;
-  why = "neither a step from 0.25 to 0.05 ms nor a fraction of the scene's period fits: " + why +
+  why = "neither a step from 0.25 to 0.05 ms nor a fraction of the scene's period fits, because " + why +
         "; set --until to a whole number of periods of the scene's rate";
   return 0.0;
 }
@@ -311,7 +311,7 @@ std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
   scene.fidelity = fidelity;
   if (!fine) return std::nullopt;
   if (const std::string excess = find_excess(bench, *fine, 4.0 * bench.options.budget); !excess.empty()) {
-    why = format_text("its own equations solved exactly, at %g ms: ", 1e3 * step) + excess;
+    why = format_text("its own equations cannot be solved exactly, at %g ms, because ", 1e3 * step) + excess;
     return std::nullopt;
   }
   ExactRung exact{fidelity, {}};

@@ -222,7 +222,7 @@ std::string curves(const Panel& panel, const Study& study, const std::vector<std
 /// Returns the terms that a rung keeps, as a text, or an empty text for any other method.
 std::string explain(const std::string& method) {
   static const std::map<std::string, const char*> kKept{
-      {"rigid", "the body alone, no deformation: its elastic error is 1"},
+      {"rigid", "the body alone without deformation, so its elastic error is 1"},
       {"separated", "rigid and elastic motion separated, the default"},
       {"spin-loaded", "separated, and the centrifugal load of the spin"},
       {"coupled", "every term in the elastic displacements, both ways"},

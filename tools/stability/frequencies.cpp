@@ -104,7 +104,7 @@ Outcome measure_lowest(const FrequencyAnswer& answer, const StabilityOptions& op
   if (!structure) return no_answer(faults.empty() ? "" : faults.front().message);
   const auto expected = static_cast<Eigen::Index>(3 * scene.points.size() - 6);
   if (structure->omega.size() != expected || !structure->mechanisms.empty())
-    return no_answer(format_text("%d elastic modes and %zu mechanisms; expected %d and 0",
+    return no_answer(format_text("there are %d elastic modes and %zu mechanisms, but %d and 0 are expected",
                                  static_cast<int>(structure->omega.size()), structure->mechanisms.size(),
                                  static_cast<int>(expected)));
   const Wide exact(answer.lowest);
@@ -113,8 +113,8 @@ Outcome measure_lowest(const FrequencyAnswer& answer, const StabilityOptions& op
   };
   Outcome outcome;
   outcome.measured = error(structure->omega[0]);
-  outcome.message =
-      format_text("%.6g rad/s; stated accuracy %.0e", structure->omega[0], structure->frequency_accuracy);
+  outcome.message = format_text("%.6g rad/s; the stated accuracy is %.0e", structure->omega[0],
+                                structure->frequency_accuracy);
   // the stated accuracy must not be smaller than the true error
   if (outcome.measured > structure->frequency_accuracy) {
     outcome.message += ", which is less than the true error";

@@ -46,7 +46,8 @@ Outcome attitude_near_intermediate_axis(double spin, const StabilityOptions& opt
   Eigen::VectorXd mass = Eigen::VectorXd::Ones(6);
   Eigen::Matrix3Xd rest(3, 6);
   for (int i = 0; i < 6; ++i) rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
-  return {angle_to_answer(q), "of the rigid body; the others also deform",
+  return {angle_to_answer(q),
+          "this is the attitude of the rigid body; in the other methods the body also deforms",
           run_peers(scene, 1e-3, end, options, [&](const CartesianState& state) {
             const Eigen::Quaterniond fit(fit_rotation(mass, rest, state.p_W));
             return angle_to_answer({fit.w(), fit.x(), fit.y(), fit.z()});
@@ -65,7 +66,7 @@ Outcome energy_near_intermediate_axis(double spin, const StabilityOptions& optio
     worst = std::max(worst, std::abs(read_invariants(ride.plan, ride.state).kinetic_rigid / start - 1.0));
   }
   if (H != ride.state.H_W) return no_answer("the angular momentum changed");
-  return {worst, format_text("%d ticks; angular momentum the same to the bit", 1000 * blocks), {}};
+  return {worst, format_text("%d ticks; the angular momentum is the same to the bit", 1000 * blocks), {}};
 }
 
 constexpr double kMaxForce = 1e6;  // [N] force limit of the scene

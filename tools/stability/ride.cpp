@@ -61,7 +61,7 @@ PeerFigure run_peer(const Entry& entry, const CartesianSystem& system, RivalOpti
   const RivalRun run = method->run(
       times, rival_options, [&](std::size_t, const CartesianState& state) { peer.figure = measure(state); });
   if (is_over) {
-    peer.failure = format_text("stopped after %g s of CPU", options.peer_budget);
+    peer.failure = format_text("the method was stopped after %g s of CPU", options.peer_budget);
     peer.figure = NAN;
   } else if (!run.error.empty()) {
     peer.failure = run.error;

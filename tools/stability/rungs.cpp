@@ -118,7 +118,7 @@ Outcome full_across_pi(const StabilityOptions& options) {
       outcome.measured = std::max(outcome.measured, shape.difference(*divided, *fine));
     }
   outcome.message = format_text(
-      "9 steps, omega h of 31.4 to %.3g; 0: smaller than the rounding error of "
+      "9 steps, omega h of 31.4 to %.3g; 0 means smaller than the rounding error of "
       "positions",
       most * std::numbers::pi);
   return outcome;

@@ -48,7 +48,7 @@ Outcome two_points(const StabilityOptions&) {
   scene.initial.angular_velocity = {0.0, 0.0, 0.7};
   Ride ride(scene);
   if (!ride.has_plan()) return no_answer(ride.faults_text());
-  if (ride.plan.rigid_freedoms != 5) return no_answer("not recognized as collinear");
+  if (ride.plan.rigid_freedoms != 5) return no_answer("the shape is not recognized as collinear");
   if (!ride.run(10'000)) return no_answer("a state is not finite");
   const double frequency = worst_frequency(ride.plan, {200.0});
   const double half = 0.5 * 0.7 * 10'000 * ride.plan.period;
@@ -87,7 +87,7 @@ Outcome three_on_a_line(const StabilityOptions&) {
   add_link(scene, {0, 1, 2}, BendingSpring{kBending});
   const Ride ride(scene);
   if (!ride.has_plan()) return no_answer(ride.faults_text());
-  if (ride.plan.rigid_freedoms != 5) return no_answer("not recognized as collinear");
+  if (ride.plan.rigid_freedoms != 5) return no_answer("the shape is not recognized as collinear");
   const double both = 1.0 / kEnd + 2.0 / kMiddle, bending = std::sqrt(2.0 * kBending * both / 0.25);
   return {worst_frequency(ride.plan,
                           {std::sqrt(kStretching / kEnd), std::sqrt(kStretching * both), bending, bending}),
@@ -108,7 +108,8 @@ Outcome mechanism(double stiffness_ratio, const StabilityOptions&) {
   const auto zeros =
       std::count(ride.plan.omega.begin(), ride.plan.omega.begin() + ride.plan.num_elastic, 0.0);
   if (zeros != 2 || ride.plan.mechanisms.size() != 2)
-    return no_answer(format_text("%d modes of frequency 0; there are 2", static_cast<int>(zeros)));
+    return no_answer(
+        format_text("%d modes of frequency 0 were found, but there are 2", static_cast<int>(zeros)));
   const bool is_named = ride.faults_text().find("p12") != std::string::npos;
   if (!is_named) return no_answer("the warning does not name the point: " + ride.faults_text());
   const Array v = ride.state.q_dot;
@@ -133,10 +134,11 @@ Outcome redundant_links(const StabilityOptions&) {
   Ride ride(scene);
   if (!ride.has_plan()) return no_answer(ride.faults_text());
   if (ride.faults_text().find("redundant") == std::string::npos)
-    return no_answer("no message about a redundant link: " + ride.faults_text());
+    return no_answer("there is no message about a redundant link: " + ride.faults_text());
   constexpr int kElastic = 3 * 6 - 6 - 9;
   if (ride.plan.num_elastic != kElastic)
-    return no_answer(format_text("%d elastic freedoms; there are %d", ride.plan.num_elastic, kElastic));
+    return no_answer(
+        format_text("%d elastic freedoms were found, but there are %d", ride.plan.num_elastic, kElastic));
   if (!ride.run(5'000)) return no_answer("a state is not finite");
   // largest stretch of the rigid links to first order, divided by the largest displacement
   const Eigen::Matrix3Xd V = ride.displacements_B();

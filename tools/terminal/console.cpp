@@ -89,7 +89,8 @@ bool would_overwrite(const std::string& input, const std::string& output) {
   if (!std::filesystem::is_regular_file(input, ignored)) return false;
   for (const std::string& written : {output, output + ".partial"}) {
     if (!std::filesystem::equivalent(input, written, ignored)) continue;
-    print_error(format_text("%s is read, as %s: name another file to write", written.c_str(), input.c_str()));
+    print_error(format_text("writing %s would overwrite %s, which is read; name another file to write",
+                            written.c_str(), input.c_str()));
     return true;
   }
   return false;

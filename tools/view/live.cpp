@@ -136,9 +136,9 @@ void Live::take_status(const BusMessage& message) {
     server_->send_latest(
         "notice",
         json_text(Json{{"notice", is_other ? "the daemon runs another plan (fingerprint " +
-                                                 fingerprint_text(fingerprint) + ", this page has " +
+                                                 fingerprint_text(fingerprint) + ", but this page has " +
                                                  fingerprint_text(body_.fingerprint) +
-                                                 "): start freeflex view without a file to see the "
+                                                 "); start freeflex view without a file to see the "
                                                  "daemon's plan"
                                            : ""}}));
   is_other_ = is_other;
@@ -225,7 +225,7 @@ void Live::push() {
   const std::vector<std::byte> bytes =
       key_ ? seal(*force, channel, *key_, force->utime + kValidity) : io::encode(*force);
   if (!bus_.publish(channel, bytes)) {
-    answer.update({{"reason", -1}, {"tick", 0}, {"text", "the network refused the push"}});
+    answer.update({{"reason", -1}, {"tick", 0}, {"text", "the network refused the push; try again"}});
     server_->send_once(json_text(Json{{"ack", std::move(answer)}}));
   }
 }

@@ -80,7 +80,7 @@ const RecordedSession* session_of(io::LogReader& log, const std::string& prefix,
   error = recording.error;
   const RecordedSession* chosen = error.empty() ? choose_session(recording, session, error) : nullptr;
   if (chosen != nullptr && !chosen->contradiction.empty()) {
-    error = "the log contradicts itself: " + chosen->contradiction;
+    error = "the log contradicts itself, because " + chosen->contradiction;
     chosen = nullptr;
   }
   if (chosen == nullptr) error = joined(recording.damage, error);
@@ -145,7 +145,8 @@ std::string recorded_plan(const std::string& path, const std::string& prefix,
   const RecordedSession* const chosen = session_of(log, prefix, session, recording, error);
   if (chosen == nullptr) return {};
   if (chosen->plan_file.empty())
-    error = path + ": no " + prefix + channels::kScene + " that names the scene: give it with --plan";
+    error = path + " contains no " + prefix + channels::kScene +
+            " that names the scene; give the scene with --plan";
   return chosen->plan_file;
 }
 
@@ -158,13 +159,13 @@ std::vector<std::byte> recorded_motion(Body& body, const std::string& path, cons
   if (chosen == nullptr) return {};
   damage = recording.damage;
   if (chosen->plan_fingerprint && !take_rate(body, *chosen->plan_fingerprint, chosen->rate)) {
-    error = path + ": recorded with a plan of fingerprint " + fingerprint_text(*chosen->plan_fingerprint) +
-            ", " + body.plan_file + " has " + fingerprint_text(body.fingerprint) +
-            "; name the scene or plan that was recorded with --plan";
+    error = path + " was recorded with a plan of fingerprint " + fingerprint_text(*chosen->plan_fingerprint) +
+            ", but " + body.plan_file + " has " + fingerprint_text(body.fingerprint) +
+            "; give the recorded scene or plan with --plan";
     return {};
   }
   if (chosen->states.empty()) {
-    error = path + ": it holds no " + prefix + channels::kState;
+    error = path + " contains no " + prefix + channels::kState;
     return {};
   }
   if (!chosen->plan_fingerprint)
@@ -182,16 +183,17 @@ std::vector<std::byte> recorded_motion(Body& body, const std::string& path, cons
     }
     if (state.num_elastic != body.plan.num_elastic &&
         (body.plan.fallback.empty() || state.num_elastic != body.plan.fallback[0].num_elastic)) {
-      error = path + ": a state of " + counted(state.num_elastic, "elastic coordinate") + ", " +
+      error = path + " has a state of " + counted(state.num_elastic, "elastic coordinate") + ", but " +
               body.plan_file + " has " + std::to_string(body.plan.num_elastic) +
-              ": name what was recorded with --plan";
+              "; give the recorded scene or plan with --plan";
       return {};
     }
     if (before != nullptr && before->epoch == record.epoch) {
       const double ticks = static_cast<double>(record.tick - before->tick) * body.plan.period;
       if (std::abs(state.time - time_before - ticks) > 1e-6 * ticks + 1e-9 * std::abs(state.time)) {
-        error = path + ": recorded at another rate than that of " + body.plan_file + ", " +
-                format_text("%g Hz", 1.0 / body.plan.period) + ": name what was recorded with --plan";
+        error = path + " was recorded at another rate than that of " + body.plan_file + ", which is " +
+                format_text("%g Hz", 1.0 / body.plan.period) +
+                "; give the recorded scene or plan with --plan";
         return {};
       }
     }

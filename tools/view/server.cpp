@@ -158,7 +158,7 @@ class PageServer::Loop::Visitor : public std::enable_shared_from_this<Visitor> {
     const bool is_malformed = error.category() == make_error_code(http::error::end_of_stream).category() &&
                               error != http::error::end_of_stream && error != http::error::partial_message;
     if (error && !is_malformed) return;  // timeout, or the client closed
-    if (error) return refuse(http::status::bad_request, "not an HTTP/1.1 request");
+    if (error) return refuse(http::status::bad_request, "this is not an HTTP/1.1 request");
     const PageRequest& request = parser_.get();
     const bool is_socket = boost::beast::websocket::is_upgrade(request);
     const bool is_entitled = loop_.may_enter(request, is_socket);
@@ -233,7 +233,7 @@ std::string PageServer::Loop::start(int port) {
   if (!error) acceptor_.bind(address, error);
   if (!error) acceptor_.listen(tcp::acceptor::max_listen_connections, error);
   if (error)
-    return "no server at 127.0.0.1:" + std::to_string(port) + ": " + error.message() +
+    return "the server cannot start at 127.0.0.1:" + std::to_string(port) + ": " + error.message() +
            "; give another --port, or 0 for any free one";
   port_ = acceptor_.local_endpoint().port();
   accept();
@@ -313,7 +313,7 @@ Answer PageServer::Loop::answer(const PageRequest& request, bool is_entitled) co
 void PageServer::Loop::join(boost::beast::tcp_stream stream, const PageRequest& request) {
   const auto viewer = std::make_shared<Viewer>(std::move(stream));
   if (viewers_.size() >= static_cast<std::size_t>(kMostViewers))
-    return viewer->refuse(request, R"({"notice":"too many browsers show this page: close one"})");
+    return viewer->refuse(request, R"({"notice":"too many browsers show this page; close one"})");
   viewers_.insert(viewer);
   num_viewers_ = viewers_.size();
   Mail first;

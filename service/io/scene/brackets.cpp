@@ -116,9 +116,9 @@ std::optional<UnclosedBrackets> find_unclosed(std::string_view text) { return Br
 
 std::string describe(const UnclosedBrackets& unclosed) {
   const UnclosedBrackets::Bracket& innermost = unclosed.brackets.front();
-  std::string text = innermost.opening == '{' ? "flow mapping without a closing brace"
-                                              : "flow sequence without a closing bracket";
-  text += "; it was opened " + describe(innermost.place) + ": close it with " +
+  std::string text = innermost.opening == '{' ? "a flow mapping has no closing brace"
+                                              : "a flow sequence has no closing bracket";
+  text += "; it was opened " + describe(innermost.place) + "; close it with " +
           quoted(closing_of(innermost.opening));
   if (unclosed.wrong_closing != 0)
     text += " before this " + quoted(unclosed.wrong_closing) + ", or remove this one";

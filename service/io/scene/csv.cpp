@@ -45,9 +45,9 @@ std::vector<Field> split(std::string_view line) {
 double CsvRow::number(std::size_t column, const std::string& label, const Quantity& quantity) const {
   const NumberResult number = parse_number(fields_[column], quantity);
   if (number.value) return *number.value;
-  report_.error(places_[column],
-                label + ": " + std::string(columns_[column]) + " " +
-                    (fields_[column].empty() ? "is empty, must be " + describe(quantity) : number.problem));
+  report_.error(places_[column], label + ": " + std::string(columns_[column]) + " " +
+                                     (fields_[column].empty() ? "is empty, but must be " + describe(quantity)
+                                                              : number.problem));
   return 0.0;
 }
 
@@ -84,13 +84,14 @@ CsvTable::CsvTable(Report& report, int source, std::vector<std::string_view> kno
   if (const std::size_t bad = find_bad_byte(rest_); bad != std::string_view::npos) {
     const TextPlace place = locate(rest_, bad);
     report_.error({source_, place.line, place.column},
-                  "not text: a CSV table is UTF-8 without control characters");
+                  "this is not text, but a CSV table must be UTF-8 without control characters");
     is_good_ = false;
     return;
   }
   std::string_view line;
   if (!next_line(line)) {
-    report_.error({source_, 1, 1}, "the table is empty; its first line names the columns: " + join(known_));
+    report_.error({source_, 1, 1},
+                  "the table is empty; its first line must name the columns " + join(known_));
     is_good_ = false;
     return;
   }
@@ -103,10 +104,10 @@ CsvTable::CsvTable(Report& report, int source, std::vector<std::string_view> kno
     const bool is_repeated = std::find(found.begin(), found.end(), field.text) != found.end();
     if (column == known_.end()) meant.push_back(nearest_word(field.text, known_));
     if (column == known_.end())
-      report_.error(place, "unknown column " + quote(field.text) + did_you_mean(field.text, known_) +
-                               "; allowed: " + join(known_));
+      report_.error(place, "the column " + quote(field.text) + " is unknown" +
+                               did_you_mean(field.text, known_) + "; allowed are " + join(known_));
     else if (is_repeated)
-      report_.error(place, "column " + quote(field.text) + " appears twice");
+      report_.error(place, "column " + quote(field.text) + " appears twice; remove one");
     if (column == known_.end() || is_repeated) is_good_ = false;
     found.push_back(field.text);
     known_of_field_.push_back(column == known_.end() ? -1 : static_cast<int>(column - known_.begin()));
@@ -147,9 +148,9 @@ void CsvTable::report_length(std::size_t num_fields) {
   report_.error(
       {source_, line_, 1},
       "row " + std::to_string(num_rows_) + " has " + std::to_string(num_fields) +
-          (num_fields == 1 ? " field" : " fields") + ", the header has " + std::to_string(header.size()) +
-          ": " + join(header) +
-          (num_fields > header.size() ? "; a comma separates fields; write decimals with a point" : ""));
+          (num_fields == 1 ? " field" : " fields") + ", but the header has " + std::to_string(header.size()) +
+          " (" + join(header) + ")" +
+          (num_fields > header.size() ? "; a comma separates fields, so write decimals with a point" : ""));
 }
 
 bool CsvTable::each_row(const std::function<bool(const CsvRow&)>& take) {

@@ -23,7 +23,7 @@ std::optional<Eigen::Matrix3d> read_gain(Report& report, const Node& node, const
                                   ? " has " + std::to_string(node.items.size()) + " items"
                                   : " mixes numbers and lists";
     report.error(node.origin, label + found +
-                                  ", must be a number, a list of 3 (one for each body axis) or 3 "
+                                  ", but must be a number, a list of 3 (one for each body axis) or 3 "
                                   "lists of 3 (rows of a matrix) [" +
                                   std::string(unit) + "]" + (num_rows == 0 ? comma_hint(node, 3) : ""));
     return std::nullopt;
@@ -52,8 +52,8 @@ std::optional<Eigen::Matrix3d> read_gain(Report& report, const Node& node, const
 void SceneReader::read_feedbacks(const Node& node) {
   for (const Node* item : read_list(node, "feedback", "feedbacks {name, at, from and gains}")) {
     if (scene_.feedbacks.size() == kMaxFeedbacks)
-      return report_.error(item->origin,
-                           "more than " + std::to_string(kMaxFeedbacks) + " feedbacks; the rest is not read");
+      return report_.error(item->origin, "there are more than " + std::to_string(kMaxFeedbacks) +
+                                             " feedbacks, so the rest is not read; remove some");
     read_feedback(*item);
   }
 }

@@ -8,14 +8,14 @@ namespace freeflex::io::reader {
 std::optional<double> read_number(Report& report, const Node& node, const std::string& label,
                                   const Quantity& quantity) {
   if (node.kind != Node::Kind::kText) {
-    report.error(node.origin, label + " is " + describe(node) + ", must be " + describe(quantity));
+    report.error(node.origin, label + " is " + describe(node) + ", but must be " + describe(quantity));
     return std::nullopt;
   }
   NumberResult number = parse_number(node.text, quantity);
   if (number.value && node.is_quoted) {
     number.value.reset();
     number.problem =
-        quote(node.text) + " is text in quotes, must be " + describe(quantity) + ": remove the quotes";
+        quote(node.text) + " is text in quotes, but must be " + describe(quantity) + "; remove the quotes";
   }
   if (!number.value) report.error(node.origin, label + " " + number.problem);
   return number.value;
@@ -26,12 +26,13 @@ std::optional<std::vector<double>> read_numbers(Report& report, const Node& node
   const std::string length = count ? std::to_string(*count) + " numbers" : "numbers";
   const std::string unit = quantity.unit == "-" ? "" : " [" + std::string(quantity.unit) + "]";
   if (node.kind != Node::Kind::kList) {
-    report.error(node.origin, label + " is " + describe(node) + ", must be a list of " + length + unit);
+    report.error(node.origin, label + " is " + describe(node) + ", but must be a list of " + length + unit);
     return std::nullopt;
   }
   if (count && node.items.size() != *count) {
     report.error(node.origin, label + " has " + std::to_string(node.items.size()) +
-                                  " items, must be a list of " + length + unit + comma_hint(node, *count));
+                                  " items, but must be a list of " + length + unit +
+                                  comma_hint(node, *count));
     return std::nullopt;
   }
   if (!report.count_mentions(node.items.size(), node.origin)) return std::nullopt;
@@ -54,8 +55,8 @@ std::string comma_hint(const Node& list, std::size_t wanted) {
   }
   if (num_pairs == 0 || list.items.size() <= wanted) return {};
   if (list.items.size() != wanted + num_pairs)
-    return ": a comma separates items; write decimals with a point";
-  return ": a comma separates items; write " + joined;
+    return "; a comma separates items, so write decimals with a point";
+  return "; a comma separates items, so write " + joined;
 }
 
 std::optional<Eigen::Vector3d> read_vector(Report& report, const Node& node, const std::string& label,
@@ -74,7 +75,7 @@ std::optional<Eigen::Quaterniond> read_unit_quaternion(Report& report, const Nod
   constexpr double kTolerance = 1e-6;  // [-] allows components that were written by hand with six digits
   if (std::abs(norm - 1.0) > kTolerance) {
     report.error(node.origin,
-                 label + " has norm " + format_number(norm) + ", must be a unit quaternion [w, x, y, z]");
+                 label + " has norm " + format_number(norm) + ", but must be a unit quaternion [w, x, y, z]");
     return std::nullopt;
   }
   const Eigen::Vector4d unit = quaternion / norm;
@@ -83,7 +84,7 @@ std::optional<Eigen::Quaterniond> read_unit_quaternion(Report& report, const Nod
 
 std::optional<std::string> read_text(Report& report, const Node& node, const std::string& label) {
   if (node.kind == Node::Kind::kText) return node.text;
-  report.error(node.origin, label + " is " + describe(node) + ", must be text");
+  report.error(node.origin, label + " is " + describe(node) + ", but must be text");
   return std::nullopt;
 }
 
@@ -93,7 +94,7 @@ std::optional<std::size_t> read_word(Report& report, const Node& node, const std
   if (node.kind == Node::Kind::kText && word != allowed.end())
     return static_cast<std::size_t>(word - allowed.begin());
   const std::vector<std::string_view> all_but_last(allowed.begin(), allowed.end() - 1);
-  report.error(node.origin, label + " is " + describe(node) + ", must be " + join(all_but_last) + " or " +
+  report.error(node.origin, label + " is " + describe(node) + ", but must be " + join(all_but_last) + " or " +
                                 std::string(allowed.back()) + did_you_mean(node.text, allowed));
   return std::nullopt;
 }
@@ -154,7 +155,7 @@ Fields::Fields(Report& report, const Node& node, std::string label, const Sectio
       section_(section),
       is_mapping_(node.kind == Node::Kind::kMapping) {
   if (!is_mapping_) {
-    report.error(node.origin, label_ + " is " + describe(node) + ", must be a mapping of " +
+    report.error(node.origin, label_ + " is " + describe(node) + ", but must be a mapping of " +
                                   join(section.names()) + advise_mapping(node, label_, section.number_key));
     return;
   }
@@ -172,8 +173,8 @@ Fields::Fields(Report& report, const Node& node, std::string label, const Sectio
       if (!find(known.name)) absent.push_back(known.name);
     const MeantKey meant = find_meant(key.text, absent);
     if (!meant.word.empty()) misspelt_.push_back(meant.word);
-    report.error(key.origin, label_ + ": unknown key " + quote(key.text) + meant.advice +
-                                 "; allowed: " + join(section.names()));
+    report.error(key.origin, label_ + ": the key " + quote(key.text) + " is unknown" + meant.advice +
+                                 "; allowed are " + join(section.names()));
   }
 }
 
@@ -187,7 +188,7 @@ const Node* Fields::find(std::string_view key) const {
 const Node* Fields::require(std::string_view key, const std::string& allowed) const {
   const Node* node = find(key);
   if (!node && is_mapping_ && !is_misspelt({key}))
-    report_.missing(node_, key, label_of(key) + " is missing, " + allowed);
+    report_.missing(node_, key, label_of(key) + " is missing; it " + allowed);
   return node;
 }
 
@@ -266,7 +267,7 @@ std::optional<int> Names::resolve(Report& report, std::string_view name, const O
 
 std::optional<int> Names::resolve(Report& report, const Node& node, const std::string& label) const {
   if (node.kind == Node::Kind::kText) return resolve(report, node.text, node.origin, label);
-  report.error(node.origin, label + " is " + describe(node) + ", must be the name of a " + noun_);
+  report.error(node.origin, label + " is " + describe(node) + ", but must be the name of a " + noun_);
   return std::nullopt;
 }
 
@@ -278,7 +279,7 @@ bool append_selected(Report& report, const Node& node, const std::string& label,
   if (node.kind != Node::Kind::kText) {
     report.error(node.origin, label + " holds " +
                                   (node.kind == Node::Kind::kEmpty ? "nothing" : describe(node)) +
-                                  ", must be the name of a " + names.noun());
+                                  ", but must be the name of a " + names.noun());
     return false;
   }
   const std::string_view text = node.text;
@@ -316,7 +317,7 @@ std::optional<std::vector<int>> read_selection(Report& report, const Node& node,
   }
   if (node.kind != Node::Kind::kText && node.kind != Node::Kind::kList) {
     report.error(node.origin, label + " is " + describe(node) +
-                                  ", must be all, or a list of names and ranges a..b; [] for none");
+                                  ", but must be all, or a list of names and ranges a..b; [] for none");
     return std::nullopt;
   }
   const std::vector<const Node*> single{&node};

@@ -87,14 +87,15 @@ struct LossRefusal {
 };
 inline constexpr LossRefusal kElasticLosses{};
 inline constexpr LossRefusal kRotationLosses{
-    "is not for beams and plates: rotations carry no mass, and a moment that depends on their rate would "
+    "is not for beams and plates, because rotations carry no mass, and a moment that depends on their rate "
+    "would "
     "make them states of their own; use loss_factor, or damping: rayleigh",
     {}};
-inline constexpr LossRefusal kRigidLosses{"is not for rigid links: they do not deform; remove it",
-                                          "is not for rigid links: they do not deform; remove it"};
+inline constexpr LossRefusal kRigidLosses{"is not for rigid links, because they do not deform; remove it",
+                                          "is not for rigid links, because they do not deform; remove it"};
 inline constexpr LossRefusal kDashpotLosses{
-    "is not for dashpots: they have no stiffness; use damping, or add a spring",
-    "is not for dashpots: they have no stiffness; use damping, or add a spring"};
+    "is not for dashpots, because they have no stiffness; use damping, or add a spring",
+    "is not for dashpots, because they have no stiffness; use damping, or add a spring"};
 
 /// The sections of a scene. The root is kScene.
 namespace sections {

@@ -11,7 +11,7 @@ void SceneReader::read_leave_out(const Node& node) {
   if (!fields.key("tolerance").range.holds(leave_out.tolerance))
     report_.error(
         fields.find("tolerance")->origin,
-        "leave_out: tolerance is " + format_number(leave_out.tolerance) + ", must be a fraction below 1");
+        "leave_out: tolerance is " + format_number(leave_out.tolerance) + ", but must be a fraction below 1");
   fields.read("horizon", leave_out.horizon);
   if (const auto word = fields.read_word("on_need")) leave_out.on_need = static_cast<OnNeed>(*word);
   const Node* keep = fields.find("keep");
@@ -27,7 +27,8 @@ void SceneReader::read_leave_out(const Node& node) {
       leave_out.keeps.fill(true);
     } else {
       if (leave_out.keeps[*word])
-        report_.error(item->origin, "leave_out: keep names " + std::string(parts[*word]) + " twice");
+        report_.error(item->origin,
+                      "leave_out: keep names " + std::string(parts[*word]) + " twice; name it once");
       leave_out.keeps[*word] = true;
     }
   }

@@ -110,10 +110,11 @@ void SceneReader::read_ends(const CsvRow& row, const std::string& label, bool ha
     const bool is_repeated =
         point && std::find(link.points.begin(), link.points.end(), *point) != link.points.end();
     if (is_repeated && !has_third)
-      report_.error(row.origin(column), label + " joins the point " + quote(row.text(column)) + " to itself");
+      report_.error(row.origin(column), label + " joins the point " + quote(row.text(column)) +
+                                            " to itself; give two different points");
     else if (is_repeated)
       report_.error(row.origin(column), label + " names the point " + quote(row.text(column)) +
-                                            " twice; a plate needs three different points");
+                                            " twice, but a plate needs three different points");
     link.points.push_back(point.value_or(-1));
   }
 }

@@ -38,9 +38,9 @@ std::string count_points(std::size_t count) {
 }
 
 std::string describe_repeated(const std::string& label, const std::string& point, std::size_t size) {
-  if (size == 2) return label + " joins the point " + quote(point) + " to itself";
+  if (size == 2) return label + " joins the point " + quote(point) + " to itself; give two different points";
   return label + " names the point " + quote(point) + " twice among " + std::to_string(size) +
-         " successive points, must be different points";
+         " successive points, which must be different points";
 }
 
 LinkKind read_spring(Report&, const Fields& fields) {
@@ -87,13 +87,13 @@ void read_released(Report& report, const Node& node, const std::string& label,
     return report.error(
         node.origin,
         label + (is_list ? " has " + std::to_string(node.items.size()) + " items" : " is " + describe(node)) +
-            ", must be a list of x, y, z: the local axes about which the end rotates freely");
+            ", but must be a list of x, y, z, the local axes about which the end rotates freely");
   for (const Node* item : is_list ? node.items : single) {
     const std::size_t axis = item->text.size() == 1 ? kLetters.find(item->text) : std::string_view::npos;
     if (axis == std::string_view::npos) {
       report.error(item->origin, label + " holds " +
                                      (item->kind == Node::Kind::kEmpty ? "nothing" : describe(*item)) +
-                                     ", must be x, y or z: the local axes about which the end rotates "
+                                     ", but must be x, y or z, a local axis about which the end rotates "
                                      "freely");
       continue;
     }
@@ -116,7 +116,7 @@ LinkKind read_beam(Report& report, const Fields& fields) {
   if (const Node* axis = fields.find("y_axis")) {
     const auto direction = read_vector(report, *axis, fields.label() + ": y_axis", "-");
     if (direction && direction->isZero(0.0))
-      report.error(axis->origin, fields.label() + ": y_axis is zero, must be a direction");
+      report.error(axis->origin, fields.label() + ": y_axis is zero, but must be a direction");
     if (direction) beam.y_axis = *direction;
   }
   if (const Node* release = fields.find("release")) {
@@ -159,7 +159,7 @@ LinkKind read_stiffness_matrix(Report& report, const Fields& fields) {
   const Range& range = fields.key("inner").range;
   if (num_inner != std::floor(num_inner) || !range.holds(num_inner))
     report.error(fields.find("inner")->origin, fields.label() + ": inner is " + format_number(num_inner) +
-                                                   ", must be a whole number from 0 to " +
+                                                   ", but must be a whole number from 0 to " +
                                                    format_number(range.most));
   else
     matrix.num_inner = static_cast<int>(num_inner);
@@ -236,13 +236,14 @@ void SceneReader::leave_link_unread(const Origin& origin) {
 bool SceneReader::add_link(Link link) {
   links_.add(report_, link.name, link.origin);
   if (scene_.links.size() == kMaxLinks)
-    report_.error(link.origin, "more than " + std::to_string(kMaxLinks) + " links; the rest is not read");
+    report_.error(link.origin, "there are more than " + std::to_string(kMaxLinks) +
+                                   " links, so the rest is not read; remove some");
   scene_.links.push_back(std::move(link));
   return scene_.links.size() <= kMaxLinks;
 }
 
 const LinkForm* SceneReader::find_form(const Node& node, const std::string& label) {
-  const auto allowed = [] { return "; must have one of " + join(kinds_of_link()); };
+  const auto allowed = [] { return "; it must have one of " + join(kinds_of_link()); };
   const auto has = [&](std::string_view key) {
     return std::any_of(node.entries.begin(), node.entries.end(),
                        [&](const auto& entry) { return entry.first->text == key; });
@@ -269,7 +270,7 @@ void SceneReader::read_link(const Node& node, const std::string& place) {
   const ItemOfReport item(report_);
   const std::string label = item_label("link", node, place);
   if (node.kind != Node::Kind::kMapping) {
-    report_.error(node.origin, label + " is " + describe(node) + ", must be a mapping with one of " +
+    report_.error(node.origin, label + " is " + describe(node) + ", but must be a mapping with one of " +
                                    join(kinds_of_link()));
     return leave_link_unread(node.origin);
   }
@@ -302,7 +303,7 @@ void SceneReader::read_chain(const Fields& fields, const LinkForm& form, Link li
   if (!points) return leave_link_unread(link.origin);
   const std::size_t count = points->size();
   if (count < form.num_points || (form.extent == Extent::kOne && count > form.num_points)) {
-    report_.error(ends.origin, label + " has " + count_points(count) + ", must be a list of " +
+    report_.error(ends.origin, label + " has " + count_points(count) + ", but must be a list of " +
                                    std::to_string(form.num_points) +
                                    (form.extent == Extent::kOne ? "" : " or more"));
     return leave_link_unread(link.origin);
@@ -310,7 +311,7 @@ void SceneReader::read_chain(const Fields& fields, const LinkForm& form, Link li
   const std::size_t size = is_chain ? form.num_points : count;
   const std::size_t num_links = count - size + 1;
   if (const Node* release = fields.find("release"); release && num_links > 1)
-    report_.error(release->origin, fields.label() + ": release belongs to one beam, this chain has " +
+    report_.error(release->origin, fields.label() + ": release belongs to one beam, but this chain has " +
                                        std::to_string(num_links) +
                                        "; write the beam with released ends as a link of its own");
   const std::string name = link.name, place = link.label;
@@ -342,7 +343,7 @@ void SceneReader::read_matrix(const Fields& fields, const LinkForm& form, Link l
   const std::size_t least = is_whole ? 1 : form.num_points;
   if (points && points->size() < least)
     report_.error(chosen->origin, fields.label() + ": points has " + count_points(points->size()) +
-                                      ", must be a list of " + std::to_string(least) + " or more");
+                                      ", but must be a list of " + std::to_string(least) + " or more");
   // the link is added even if its matrix is missing, so that references to its name are not reported
   else if (points && source) {
     const std::string rows =

@@ -8,7 +8,8 @@ namespace freeflex::io::reader {
 void SceneReader::read_loads(const Node& node) {
   for (const Node* item : read_list(node, "loads", "loads")) {
     if (scene_.loads.size() == kMaxLoads) {
-      report_.error(item->origin, "more than " + std::to_string(kMaxLoads) + " loads; the rest is not read");
+      report_.error(item->origin, "there are more than " + std::to_string(kMaxLoads) +
+                                      " loads, so the rest is not read; remove some");
       return;
     }
     read_load(*item);
@@ -34,9 +35,10 @@ void SceneReader::read_load(const Node& node) {
   if (forces) read_forces(fields, *forces, load);
   if (wrenches) read_wrenches(fields, *wrenches, load);
   if (wrenches && load.axes == Axes::kLocal)
-    report_.error(wrenches->origin, fields.label() +
-                                        ": wrenches with axes local: a group has no single local rotation; "
-                                        "use axes body, or forces on its points");
+    report_.error(wrenches->origin,
+                  fields.label() +
+                      ": wrenches cannot have axes local, because a group has no single local rotation; "
+                      "use axes body, or forces on its points");
   if (const Node* const axes = fields.find("axes"); axes && wheels && !forces && !wrenches && !torques)
     report_.error(axes->origin,
                   fields.label() + ": axes has no effect on wheels, which have axes of their own; remove it");
@@ -53,7 +55,7 @@ void SceneReader::read_forces(const Fields& fields, const Node& node, Load& load
   const Quantity& quantity = fields.key("forces").quantity;
   if (node.kind != Node::Kind::kMapping)
     return report_.error(node.origin, label + " is " + describe(node) +
-                                          ", must be a mapping of point names to [x, y, z] in " +
+                                          ", but must be a mapping of point names to [x, y, z] in " +
                                           std::string(quantity.unit));
   if (!report_.count_mentions(node.entries.size(), node.origin)) return;
   for (const auto& [name, value] : node.entries) {
@@ -71,7 +73,7 @@ void SceneReader::read_torques(const Fields& fields, const Node& node, Load& loa
   const Quantity& quantity = fields.key("torques").quantity;
   if (node.kind != Node::Kind::kMapping)
     return report_.error(node.origin, label + " is " + describe(node) +
-                                          ", must be a mapping of names of bodies to [x, y, z] in " +
+                                          ", but must be a mapping of names of bodies to [x, y, z] in " +
                                           std::string(quantity.unit));
   if (!report_.count_mentions(node.entries.size(), node.origin)) return;
   for (const auto& [name, value] : node.entries) {
@@ -89,7 +91,7 @@ void SceneReader::read_wheel_torques(const Fields& fields, const Node& node, Loa
   const Quantity& quantity = fields.key("wheels").quantity;
   if (node.kind != Node::Kind::kMapping)
     return report_.error(node.origin, label + " is " + describe(node) +
-                                          ", must be a mapping of names of wheels to torques in " +
+                                          ", but must be a mapping of names of wheels to torques in " +
                                           std::string(quantity.unit));
   if (!report_.count_mentions(node.entries.size(), node.origin)) return;
   for (const auto& [name, value] : node.entries) {
@@ -114,10 +116,10 @@ void SceneReader::read_wheel(const Node& node) {
     if (const auto text = read_name(report_, *name, fields.label() + ": name")) wheel.name = *text;
   if (const Node* at = fields.require("at", "must be the name of a point with inertia"))
     wheel.point = points_.resolve(report_, *at, fields.label() + ": at").value_or(-1);
-  if (const Node* axis = fields.require("axis", "must be a direction [x, y, z], axes of the scene")) {
+  if (const Node* axis = fields.require("axis", "must be a direction [x, y, z] in the axes of the scene")) {
     const auto direction = read_vector(report_, *axis, fields.label() + ": axis", "-");
     if (direction && !(direction->stableNorm() > 0.0))
-      report_.error(axis->origin, fields.label() + ": axis is zero, must be a direction");
+      report_.error(axis->origin, fields.label() + ": axis is zero, but must be a direction");
     else if (direction)
       wheel.axis = direction->stableNormalized();
   }
@@ -130,7 +132,7 @@ void SceneReader::read_wrenches(const Fields& fields, const Node& node, Load& lo
   const std::string label = fields.label_of("wrenches");
   if (node.kind != Node::Kind::kMapping)
     return report_.error(node.origin, label + " is " + describe(node) +
-                                          ", must be a mapping of group names to {force, torque}");
+                                          ", but must be a mapping of group names to {force, torque}");
   if (!report_.count_mentions(node.entries.size(), node.origin)) return;
   for (const auto& [name, value] : node.entries) {
     const ItemOfReport item(report_);
@@ -151,10 +153,9 @@ History SceneReader::read_history(const Fields& fields) {
   for (const std::string_view kind : {"pulse", "sine", "table"}) {
     const Node* node = fields.find(kind);
     if (node && given)
-      report_.error(
-          node->origin,
-          fields.label() +
-              " has a second history; must have one of pulse, sine, table, or none for a constant load");
+      report_.error(node->origin, fields.label() +
+                                      " has a second history, but may have only one of pulse, sine and "
+                                      "table, or none for a constant load");
     if (node) given = node;
   }
   if (const Node* node = fields.find("pulse")) {
@@ -184,18 +185,18 @@ History SceneReader::read_history(const Fields& fields) {
                                    table_fields.key("values").quantity, std::nullopt);
   if (!times || !values) return ConstantHistory{};
   if (times->empty())
-    report_.error(times_node->origin, label + ": times is empty; a table has at least one row");
+    report_.error(times_node->origin, label + ": times is empty, but a table must have at least one row");
   if (times->size() != values->size())
     report_.error(values_node->origin,
                   label + " has " + std::to_string(times->size()) + " times and " +
-                      std::to_string(values->size()) + " values; must be as many of each" +
+                      std::to_string(values->size()) + " values, but must have as many of each" +
                       (times->size() > values->size() ? comma_hint(*times_node, values->size())
                                                       : comma_hint(*values_node, times->size())));
   for (std::size_t i = 1; i < times->size(); ++i)
     if ((*times)[i] <= (*times)[i - 1])
-      report_.error(times_node->items[i]->origin, label + ": times " + format_number((*times)[i]) +
-                                                      " s after " + format_number((*times)[i - 1]) +
-                                                      " s, must increase");
+      report_.error(times_node->items[i]->origin, label + ": the time " + format_number((*times)[i]) +
+                                                      " s comes after " + format_number((*times)[i - 1]) +
+                                                      " s, but times must increase");
   return TableHistory{*times, *values};
 }
 

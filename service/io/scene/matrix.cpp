@@ -71,13 +71,14 @@ class MatrixReader {
         "%%MatrixMarket matrix coordinate|array real|integer symmetric|general";
     if (!next_words(5, false) || line_ != 1 || lower(words_[0].text) != "%%matrixmarket")
       return fail({source_, 1, 1},
-                  "not a Matrix Market file; the first line must be " + std::string(kHeader));
+                  "this is not a Matrix Market file; the first line must be " + std::string(kHeader));
     if (words_.size() != 5)
       return fail({source_, 1, 1}, "the header must have 5 words: " + std::string(kHeader));
     const auto must_be = [&](std::size_t i, std::array<std::string_view, 2> allowed) {
       const std::string word = lower(words_[i].text);
       if (word == allowed[0] || word == allowed[1]) return;
-      fail(words_[i].origin, quote(words_[i].text) + " is not supported, must be " + std::string(allowed[0]) +
+      fail(words_[i].origin, quote(words_[i].text) + " is not supported; it must be " +
+                                 std::string(allowed[0]) +
                                  (allowed[1] == allowed[0] ? "" : " or " + std::string(allowed[1])));
     };
     must_be(1, {"matrix", "matrix"});
@@ -93,14 +94,16 @@ class MatrixReader {
   std::optional<std::size_t> read_index(const Word& word, const char* what, std::int64_t least,
                                         std::int64_t most) {
     if (const auto value = parse_integer(word.text, least, most)) return static_cast<std::size_t>(*value);
-    fail(word.origin, std::string(what) + " " + quote(word.text) + " must be a whole number from " +
-                          std::to_string(least) + " to " + std::to_string(most));
+    fail(word.origin, "the " + std::string(what) + " is " + quote(word.text) +
+                          ", but must be a whole number from " + std::to_string(least) + " to " +
+                          std::to_string(most));
     return std::nullopt;
   }
 
   bool read_sizes() {
     const std::size_t expected = is_coordinate_ ? 3 : 2;
-    if (!next_words(expected)) return fail({source_, line_, 1}, "the size line is missing");
+    if (!next_words(expected))
+      return fail({source_, line_, 1}, "the size line is missing; it must follow the header");
     if (words_.size() != expected)
       return fail(words_[0].origin, std::string("the size line must hold rows, columns") +
                                         (is_coordinate_ ? " and entries" : "") + " only");
@@ -111,12 +114,13 @@ class MatrixReader {
     if (!rows || !columns || !entries) return false;
     if (*rows != size_ || *columns != size_)
       return fail(words_[0].origin, "the " + noun() + " matrix is " + std::to_string(*rows) + " x " +
-                                        std::to_string(*columns) + ", must be " + std::to_string(size_) +
-                                        " x " + std::to_string(size_) + ": " + content_.size_reason);
+                                        std::to_string(*columns) + ", but must be " + std::to_string(size_) +
+                                        " x " + std::to_string(size_) + " (" + content_.size_reason + ")");
     num_declared_ = is_coordinate_ ? *entries : is_symmetric_ ? size_ * (size_ + 1) / 2 : size_ * size_;
     if (num_declared_ > kMaxMatrixEntries)
-      return fail(words_[0].origin, std::to_string(num_declared_) + " entries, at most " +
-                                        std::to_string(kMaxMatrixEntries) + " are read");
+      return fail(words_[0].origin, "the matrix has " + std::to_string(num_declared_) +
+                                        " entries, but at most " + std::to_string(kMaxMatrixEntries) +
+                                        " are read");
     return true;
   }
 
@@ -142,7 +146,7 @@ class MatrixReader {
         if (is_symmetric_ && row < column) {
           fail(words_[0].origin,
                "row " + std::to_string(*r) + ", column " + std::to_string(*c) +
-                   " is above the diagonal; a symmetric file holds the lower triangle only");
+                   " is above the diagonal, but a symmetric file holds the lower triangle only");
           continue;
         }
       }
@@ -162,7 +166,7 @@ class MatrixReader {
     if (num_read_ == num_declared_) return;
     const Origin place{source_, line_, 1};
     if (num_read_ < num_declared_)
-      fail(place, "the file ends after " + std::to_string(num_read_) + " entries, the size line gives " +
+      fail(place, "the file ends after " + std::to_string(num_read_) + " entries, but the size line gives " +
                       std::to_string(num_declared_));
     else
       fail(place,
@@ -178,7 +182,7 @@ class MatrixReader {
         fail({source_, entries_[i].line, 1}, "row " + std::to_string(entries_[i].row + 1) + ", column " +
                                                  std::to_string(entries_[i].column + 1) +
                                                  " is given twice, first on line " +
-                                                 std::to_string(entries_[i - 1].line));
+                                                 std::to_string(entries_[i - 1].line) + "; remove one");
   }
 
   const Entry* find(std::size_t row, std::size_t column) const {
@@ -203,12 +207,12 @@ class MatrixReader {
     }
     if (worst <= kSymmetryTolerance * largest) return;
     const Entry* mirror = find(at->column, at->row);
-    fail({source_, at->line, 1}, "the " + noun() + " matrix is not symmetric: row " +
+    fail({source_, at->line, 1}, "the " + noun() + " matrix is not symmetric. Row " +
                                      std::to_string(at->row + 1) + ", column " +
                                      std::to_string(at->column + 1) + " is " + format_number(at->value) +
-                                     ", its mirror " + format_number(mirror ? mirror->value : 0.0) +
-                                     "; they may differ by " + format_number(kSymmetryTolerance) +
-                                     " of the largest entry: correct one, or write their mean in both");
+                                     " and its mirror is " + format_number(mirror ? mirror->value : 0.0) +
+                                     ", but they may differ by at most " + format_number(kSymmetryTolerance) +
+                                     " of the largest entry; correct one, or write their mean in both");
   }
 
   void assemble(Eigen::SparseMatrix<double>& matrix) const {

@@ -36,8 +36,8 @@ PlanResult load_plan_file(const std::string& path) {
     if (problem.empty()) result.plan = plan_from_bytes(std::as_bytes(std::span(text)), problem);
   } catch (const std::bad_alloc&) {
     std::error_code ignored;
-    problem = "memory ran out while the plan file was read; it has " +
-              std::to_string(std::filesystem::file_size(path, ignored)) + " bytes" + kMoreMemory;
+    problem = "memory ran out while the plan file of " +
+              std::to_string(std::filesystem::file_size(path, ignored)) + " bytes was read" + kMoreMemory;
   }
   if (!result.plan) result.faults.push_back({Fault::Severity::kError, {0, 0, 0}, problem});
   return result;
@@ -52,7 +52,7 @@ void change_rate(double rate, PlanResult& result) {
   result.faults.push_back({Fault::Severity::kError,
                            {0, 0, 0},
                            "--rate " + reader::format_number(rate) +
-                               " is not possible for the scene: " + fault + "; use a higher rate"});
+                               " is not possible for the scene, because " + fault + "; use a higher rate"});
   result.plan.reset();
 }
 
@@ -76,7 +76,7 @@ PlanResult refuse_settings(const std::string& path, const Settings& settings) {
   result.faults.push_back({Fault::Severity::kError,
                            {0, 0, 0},
                            "'" + path +
-                               "' is a plan: values can be set only in a scene, before its set-up; name "
+                               "' is a plan, but values can be set only in a scene, before its set-up; name "
                                "the scene that the plan was made from"});
   return result;
 }
@@ -177,7 +177,7 @@ std::string save_plan(const Plan& plan, const std::string& path, const std::func
     return fail(std::string("memory ran out") + kMoreMemory);
   }
   if (bytes.size() > kMaxPlanBytes)
-    return fail("the plan has " + std::to_string(bytes.size()) + " bytes, at most " +
+    return fail("the plan has " + std::to_string(bytes.size()) + " bytes, but at most " +
                 std::to_string(kMaxPlanBytes) + " are read back; publish fewer points and links");
   TemporaryFile file(path + ".XXXXXX");
   if (!file.is_open() || !file.open_to_others() || !file.write(bytes, is_ended) || !file.sync() ||

@@ -15,7 +15,7 @@ void SceneReader::read_points(const Node& node) {
   }
   settings_->report_unmatched("points", points_.is_complete());
   if (scene_.points.empty() && !report_.has_error())
-    report_.error(node.origin, "points is empty; a scene has at least one point");
+    report_.error(node.origin, "points is empty, but a scene must have at least one point");
 }
 
 bool SceneReader::add_point(PointMass point) {
@@ -61,7 +61,7 @@ void SceneReader::read_body(const Fields& fields, PointMass& point) {
                            fields.label() + ": inertia " +
                                (inertia->kind == Node::Kind::kList ? "has " + std::to_string(size) + " items"
                                                                    : "is not a list of numbers") +
-                               ", must be 3 moments or 6 entries xx, yy, zz, xy, xz, yz [kg m^2]");
+                               ", but must be 3 moments or 6 entries xx, yy, zz, xy, xz, yz [kg m^2]");
     const auto J = read_numbers(report_, *inertia, fields.label() + ": inertia",
                                 fields.key("inertia").quantity, is_matrix ? std::size_t{6} : std::size_t{3});
     if (J) point.inertia.diagonal() << (*J)[0], (*J)[1], (*J)[2];
@@ -73,8 +73,9 @@ void SceneReader::read_body(const Fields& fields, PointMass& point) {
   }
   if (axes == nullptr) return;
   if (inertia == nullptr && fields.find("offset") == nullptr)
-    report_.error(axes->origin,
-                  fields.label() + ": axes are those of inertia and offset, and neither is given");
+    report_.error(
+        axes->origin,
+        fields.label() + ": axes are those of inertia and offset, but neither is given; remove axes");
   if (const auto q = read_unit_quaternion(report_, *axes, fields.label() + ": axes")) {
     const Eigen::Matrix3d rotation = q->toRotationMatrix();
     point.inertia = (rotation * point.inertia * rotation.transpose()).eval();

@@ -74,8 +74,9 @@ SceneResult read_scene_text(const SceneText& scene, const Settings& settings) {
     const int source = report.add_text(scene.name, scene.text);
     const bool is_small = scene.text.size() <= reader::kMaxFileBytes;
     if (!is_small)
-      report.error({source, 0, 0}, "the text has " + std::to_string(scene.text.size()) + " bytes, at most " +
-                                       std::to_string(reader::kMaxFileBytes) + " are read");
+      report.error({source, 0, 0}, "the text has " + std::to_string(scene.text.size()) +
+                                       " bytes, but at most " + std::to_string(reader::kMaxFileBytes) +
+                                       " are read");
     return read_source(report, is_small ? std::optional<int>(source) : std::nullopt, scene.folder, "scene",
                        settings);
   } catch (const std::bad_alloc&) {
@@ -148,7 +149,7 @@ std::vector<const Node*> SceneReader::read_list(const Node& node, const std::str
   if (node.kind == Node::Kind::kList && report_.count_mentions(node.items.size(), node.origin))
     return node.items;
   if (node.kind != Node::Kind::kList)
-    report_.error(node.origin, label + " is " + describe(node) + ", must be a list of " + of);
+    report_.error(node.origin, label + " is " + describe(node) + ", but must be a list of " + of);
   if (label == "points") points_.mark_incomplete();
   if (label == "links") links_.mark_incomplete();
   return {};
@@ -163,15 +164,15 @@ std::optional<int> SceneReader::open_beside(const Node& node, const std::string&
 void SceneReader::read_groups(const Node& node) {
   if (node.kind != Node::Kind::kMapping) {
     groups_.mark_incomplete();
-    return report_.error(node.origin,
-                         "groups is " + describe(node) + ", must be a mapping of names to lists of points");
+    return report_.error(
+        node.origin, "groups is " + describe(node) + ", but must be a mapping of names to lists of points");
   }
   for (const auto& [key, value] : node.entries) {
     const ItemOfReport item(report_);
     if (scene_.groups.size() == std::size_t{kMaxGroups}) {
       groups_.mark_incomplete();
-      return report_.error(key->origin,
-                           "more than " + std::to_string(kMaxGroups) + " groups; the rest is not read");
+      return report_.error(key->origin, "there are more than " + std::to_string(kMaxGroups) +
+                                            " groups, so the rest is not read; remove some");
     }
     Group group;
     group.origin = key->origin;
@@ -181,7 +182,7 @@ void SceneReader::read_groups(const Node& node) {
     if (auto points = read_selection(report_, *value, "group " + quote(group.name), points_)) {
       if (points->empty())
         report_.error(value->origin,
-                      "group " + quote(group.name) + " is empty, must have at least one point");
+                      "group " + quote(group.name) + " is empty, but must have at least one point");
       group.points = std::move(*points);
     }
     groups_.add(report_, group.name, group.origin);
@@ -202,13 +203,13 @@ void SceneReader::read_damping(const Node& node) {
   if (!modes) return;
   if (modes->kind != Node::Kind::kMapping)
     return report_.error(modes->origin, "damping: modes is " + describe(*modes) +
-                                            ", must be a mapping of mode numbers to ratios");
+                                            ", but must be a mapping of mode numbers to ratios");
   for (const auto& [key, value] : modes->entries) {
     const ItemOfReport item(report_);
     const auto mode = parse_integer(key->text, 1, 3 * std::int64_t{kMaxNamedPoints});
     if (!mode)
-      report_.error(key->origin,
-                    "damping: modes: " + quote(key->text) + " is not a mode, must be a whole number from 1");
+      report_.error(key->origin, "damping: modes: " + quote(key->text) +
+                                     " is not the number of a mode; it must be a whole number from 1");
     const auto ratio =
         read_number(report_, *value, "damping: mode " + key->text, fields.key("modes").quantity);
     if (mode && ratio) scene_.damping.mode_ratios.emplace_back(static_cast<int>(*mode), *ratio);
@@ -225,14 +226,14 @@ void SceneReader::read_modes(const Node& node) {
   const Range& range = fields.key("count").range;
   if (count != std::floor(count) || !range.holds(count))
     report_.error(fields.find("count")->origin,
-                  "modes: count is " + format_number(count) + ", must be a whole number from 1 to " +
+                  "modes: count is " + format_number(count) + ", but must be a whole number from 1 to " +
                       format_number(range.most) + ", the most that one state message can hold");
   else if (fields.find("count"))
     modes.count = static_cast<int>(count);
   if (fields.find("below") && fields.find("count"))
-    report_.error(node.origin, "modes has below and count; give one of them");
+    report_.error(node.origin, "modes has both below and count; give one of them");
   if (fields.lacks_all({"below", "count"}))
-    report_.error(node.origin, "modes is empty, must be {below: HZ} or {count: N}");
+    report_.error(node.origin, "modes is empty, but must be {below: HZ} or {count: N}");
 }
 
 void SceneReader::read_attractor(const Node& node) {
@@ -259,8 +260,9 @@ void SceneReader::read_initial(const Node& node) {
 
 void SceneReader::read_initial_points(const Node& node) {
   if (node.kind != Node::Kind::kMapping)
-    return report_.error(node.origin, "initial: points is " + describe(node) +
-                                          ", must be a mapping of point names to {displacement, velocity}");
+    return report_.error(node.origin,
+                         "initial: points is " + describe(node) +
+                             ", but must be a mapping of point names to {displacement, velocity}");
   for (const auto& [key, value] : node.entries) {
     const ItemOfReport item(report_);
     Initial::PointElastic point;
@@ -275,14 +277,14 @@ void SceneReader::read_initial_points(const Node& node) {
 void SceneReader::read_initial_modes(const Node& node) {
   if (node.kind != Node::Kind::kMapping)
     return report_.error(node.origin, "initial: modes is " + describe(node) +
-                                          ", must be a mapping of mode numbers to {q, q_dot}");
+                                          ", but must be a mapping of mode numbers to {q, q_dot}");
   for (const auto& [key, value] : node.entries) {
     const ItemOfReport item(report_);
     Initial::ModeElastic mode;
     const auto number = parse_integer(key->text, 1, 3 * std::int64_t{kMaxNamedPoints});
     if (!number)
-      report_.error(key->origin,
-                    "initial: modes: " + quote(key->text) + " is not a mode, must be a whole number from 1");
+      report_.error(key->origin, "initial: modes: " + quote(key->text) +
+                                     " is not the number of a mode; it must be a whole number from 1");
     mode.mode = static_cast<int>(number.value_or(0));
     const Fields fields(report_, *value, "initial: mode " + key->text, sections::kInitialMode);
     fields.read("q", mode.q);
@@ -346,7 +348,7 @@ void SceneReader::warn_of_defaults() {
   report_.warning(
       scene_.points.front().origin,
       "none of the " + std::to_string(scene_.points.size()) +
-          " points is published: in a scene of more than " + std::to_string(kMostByDefault) +
+          " points is published, because in a scene of more than " + std::to_string(kMostByDefault) +
           " points, only points and links that the scene names are published, can be pushed and are listed "
           "on "
           "the bus; name them in 'publish: points: of', 'publish: loads: of' and 'commands: points', or in "
@@ -371,11 +373,12 @@ void SceneReader::read_commands(const Node* node) {
   const Range& ages = fields.key("max_age").range;
   if (const double age = scene_.command_limits.max_age; !ages.holds(age))
     report_.error(fields.find("max_age")->origin,
-                  "commands: max_age is " + format_number(age) + " s, must be at least " +
-                      format_number(ages.least) + " s: between slow ticks, commands are read every 50 ms");
+                  "commands: max_age is " + format_number(age) + " s, but must be at least " +
+                      format_number(ages.least) +
+                      " s, because between slow ticks commands are read every 50 ms");
   if (const double share = scene_.command_limits.sender_share; !fields.key("sender_share").range.holds(share))
-    report_.error(fields.find("sender_share")->origin,
-                  "commands: sender_share is " + format_number(share) + ", must be a fraction, at most 1");
+    report_.error(fields.find("sender_share")->origin, "commands: sender_share is " + format_number(share) +
+                                                           ", but must be a fraction, at most 1");
 }
 
 }  // namespace reader

@@ -29,7 +29,8 @@ std::string read_whole_file(const std::string& path, std::size_t max_bytes, std:
   if (S_ISDIR(status.st_mode)) return "it is a directory";
   if (!S_ISREG(status.st_mode)) return "it is not a regular file";
   const auto too_large = [&](std::size_t bytes) {
-    return "it has " + std::to_string(bytes) + " bytes, at most " + std::to_string(max_bytes) + " are read";
+    return "it has " + std::to_string(bytes) + " bytes, but at most " + std::to_string(max_bytes) +
+           " are read";
   };
   const auto size = static_cast<std::size_t>(status.st_size);
   if (size > max_bytes) return too_large(size);
@@ -112,7 +113,7 @@ std::optional<int> Report::open(const std::string& path, Origin asked) {
     return std::nullopt;  // the fault was reported where the file was first named
   }
   if (opened_.size() >= kMaxFiles) {
-    error(asked, "more than " + std::to_string(kMaxFiles) + " files; merge some of them");
+    error(asked, "the scene names more than " + std::to_string(kMaxFiles) + " files; merge some of them");
     return std::nullopt;
   }
   auto text = std::make_unique<std::string>();
@@ -142,7 +143,7 @@ bool Report::count_mentions(std::size_t count, Origin origin) {
   if (mentions_ <= kMaxMentions) return true;
   if (was_within)
     error(origin, "the scene's lists name more than " + std::to_string(kMaxMentions) +
-                      " items; it is not read further");
+                      " items, so it is not read further; shorten the lists");
   return false;
 }
 
@@ -154,9 +155,10 @@ Faults Report::take_faults() {
   std::stable_sort(faults_.begin(), faults_.end(),
                    [&](const Fault& a, const Fault& b) { return key(a) < key(b); });
   if (is_full)
-    faults_.push_back({Fault::Severity::kError,
-                       {0, 0, 0},
-                       "more than " + std::to_string(kMaxFaults) + " faults; the rest is not listed"});
+    faults_.push_back(
+        {Fault::Severity::kError,
+         {0, 0, 0},
+         "there are more than " + std::to_string(kMaxFaults) + " faults; the rest is not listed"});
   return std::move(faults_);
 }
 

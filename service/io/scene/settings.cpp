@@ -90,7 +90,9 @@ bool PathStep::is_place() const {
 }
 
 std::string parse_path(const std::string& path, std::vector<PathStep>& steps) {
-  const auto at = [](std::size_t byte) { return ", character " + std::to_string(byte + 1) + " of the path"; };
+  const auto at = [](std::size_t byte) {
+    return " at character " + std::to_string(byte + 1) + " of the path";
+  };
   std::size_t i = 0;
   while (true) {
     PathStep step;
@@ -120,7 +122,7 @@ std::string parse_path(const std::string& path, std::vector<PathStep>& steps) {
 SceneSettings::SceneSettings(Report& report, YamlTree& tree, const Settings& settings)
     : report_(report), tree_(tree) {
   if (settings.size() > kMaxSettings) {
-    report_.error({}, std::to_string(settings.size()) + " values are set, at most " +
+    report_.error({}, std::to_string(settings.size()) + " values are set, but at most " +
                           std::to_string(kMaxSettings) +
                           " are allowed; write them into the scene or its "
                           "tables");
@@ -172,10 +174,10 @@ void SceneSettings::refuse_key(const Section& section, std::size_t step) {
   if (refused != section.refused.end())
     return refuse(before(step) + ": " + key + " " + std::string(refused->reason));
   if (current_->steps[step].is_all())
-    return refuse(before(step) +
-                  ": * stands for items and names, but a key must follow here: " + join(section.names()));
-  refuse(before(step) + ": unknown key " + quote(key) + did_you_mean(key, section.names()) +
-         "; allowed: " + join(section.names()));
+    return refuse(before(step) + ": * stands for items and names, but a key must follow here; the keys are " +
+                  join(section.names()));
+  refuse(before(step) + ": the key " + quote(key) + " is unknown" + did_you_mean(key, section.names()) +
+         "; allowed are " + join(section.names()));
 }
 
 void SceneSettings::put(Node& mapping, const std::string& key) {
@@ -233,7 +235,7 @@ void SceneSettings::set_in_mapping(Node& mapping, const Section& section, std::s
   } else if (key->form == Form::kSection) {
     if (Node* inner = find_mapping(mapping, at.text)) set_in_mapping(*inner, *key->sections[0], step + 1);
   } else {
-    refuse(before(step + 1) + " is " + describe_whole(*key) + " and is set as a whole: end the path there");
+    refuse(before(step + 1) + " is " + describe_whole(*key) + " and is set as a whole; end the path there");
   }
 }
 
@@ -249,7 +251,7 @@ void SceneSettings::set_in_names(Node& mapping, const Key& key, std::size_t step
   const bool is_last = step + 1 == current_->steps.size();
   if (!is_last && key.form != Form::kSection)
     return refuse(before(step + 1) + " is " + describe_whole(key) +
-                  " and is set as a whole: end the path there");
+                  " and is set as a whole; end the path there");
   for (const std::string& name : names) {
     if (is_last)
       put(mapping, name);
@@ -266,7 +268,7 @@ void SceneSettings::set_in_items(Node& mapping, const Key& key, std::size_t step
     return refuse("the scene has no " + list + "; a path can change items but cannot add them");
   if (step + 1 == current_->steps.size()) {
     const std::string item = before(step + 1);
-    return refuse(item + " is an item, and its keys are set one by one: write " + item + ".KEY");
+    return refuse(item + " is an item, and its keys are set one by one; write " + item + ".KEY");
   }
   const bool is_list = entry->second->kind == Node::Kind::kList;
   if (!is_list && entry->second->kind != Node::Kind::kMapping) {
@@ -310,14 +312,14 @@ std::vector<std::size_t> SceneSettings::choose_place(std::size_t num_items,
   const auto found = parse_integer(place, 1, static_cast<std::int64_t>(num_items));
   if (!named.empty() && (!found || named.front() != static_cast<std::size_t>(*found - 1))) {
     refuse(list + "." + place +
-           " is a position in the list, but another item has this number as its name: write " + name +
+           " is a position in the list, but another item has this number as its name; write " + name +
            " for the name");
     return {};
   }
   if (!found) {
     refuse(list + ": there is no position " + place + "; the items are numbered from 1 to " +
            std::to_string(num_items) +
-           (has_table ? ", and a row of a table is set by its name: write " + name : ""));
+           (has_table ? ", and a row of a table is set by its name; write " + name : ""));
     return {};
   }
   return {static_cast<std::size_t>(*found - 1)};
@@ -350,8 +352,8 @@ void SceneSettings::refuse_untaken(const Key& key, std::size_t step) {
       if (std::find(known.begin(), known.end(), each.name) == known.end()) known.push_back(each.name);
   }
   if (takers.empty())
-    return refuse(before(step + 1) + ": unknown key " + quote(wanted) + did_you_mean(wanted, known) +
-                  "; allowed: " + join(known));
+    return refuse(before(step + 1) + ": the key " + quote(wanted) + " is unknown" +
+                  did_you_mean(wanted, known) + "; allowed are " + join(known));
   refuse(before(step + 1) + ": no item here can have the key " + wanted + "; it is a key of " + join(takers));
 }
 
@@ -362,13 +364,13 @@ void SceneSettings::refuse_name(std::size_t step) {
   for (std::size_t next = step + 1; next < current_->steps.size(); ++next) {
     joined += "." + current_->steps[next].text;
     if (std::find(names.begin(), names.end(), joined) != names.end())
-      return refuse(before(step) + ": none is named " + quote(current_->steps[step].text) +
-                    "; write a name with dots in quotes: " + before(step) + ".\"" + joined + "\"");
+      return refuse(before(step) + ": no item is named " + quote(current_->steps[step].text) +
+                    "; write a name with dots in quotes, as in " + before(step) + ".\"" + joined + "\"");
   }
   const std::string& wanted = current_->steps[step].text;
   const std::vector<std::string_view> views(names.begin(), names.end());
   const std::string meant = did_you_mean(wanted, views);
-  refuse(before(step) + ": none is named " + quote(wanted) +
+  refuse(before(step) + ": no item is named " + quote(wanted) +
          (meant.empty() ? "; " + list_names(names) : meant));
 }
 

@@ -155,8 +155,8 @@ std::string without_commas(std::string_view text) {
 
 std::string explain_comma(std::string_view text) {
   const std::string better = without_commas(text);
-  return quote(text) + " has a comma, must be a number with a decimal point" +
-         (better.empty() ? "" : ": write " + better);
+  return quote(text) + " has a comma, but must be a number with a decimal point" +
+         (better.empty() ? "" : "; write " + better);
 }
 
 // returns the fault of a number that is followed by more text
@@ -164,26 +164,27 @@ std::string explain_tail(std::string_view number, std::string_view tail, std::st
                          const Quantity& quantity) {
   const std::string found = quote(text);
   if ((number == "0" || number == "-0" || number == "+0") && lower(tail.front()) == 'x')
-    return found + " is hexadecimal, must be a decimal number";
+    return found + " is hexadecimal, but must be a decimal number";
   if (tail.front() == ',') return explain_comma(text);
-  if (tail.front() == '_') return found + " has an underscore, must be digits only";
+  if (tail.front() == '_') return found + " has an underscore, but must be digits only";
   std::string unit;
   for (const char c : tail)
     if (c != ' ' && c != '\t' && c != '*' && c != '^') unit += c;
   const bool is_known =
       std::any_of(kUnits.begin(), kUnits.end(), [&](const UnitName& u) { return u.name == unit; });
-  if (!is_known) return found + " is not a number, must be " + describe(quantity) + ", in SI without a unit";
+  if (!is_known)
+    return found + " is not a number, but must be " + describe(quantity) + ", in SI without a unit";
   for (const UnitName& candidate : kUnits)
     if (candidate.name == unit && candidate.si == quantity.unit) {
       const auto value = to_double(number);
       if (!value) break;
       std::array<char, 32> converted{};
       std::snprintf(converted.data(), converted.size(), "%.12g", *value * candidate.factor);
-      return found + " has a unit, must be SI without a unit" +
-             (quantity.unit == "-" ? "" : " [" + std::string(quantity.unit) + "]") + ": write " +
+      return found + " has a unit, but must be a plain number in SI units" +
+             (quantity.unit == "-" ? "" : " [" + std::string(quantity.unit) + "]") + "; write " +
              converted.data();
     }
-  return found + " has a unit of another kind, must be " + describe(quantity) + ", in SI without a unit";
+  return found + " has a unit of another kind, but must be " + describe(quantity) + ", in SI without a unit";
 }
 
 bool has_leading_zero(std::string_view number) {
@@ -276,25 +277,25 @@ NumberResult parse_number(std::string_view text, const Quantity& quantity) {
     if (!word.empty() && (word[0] == '+' || word[0] == '-')) word.erase(0, 1);
     if (!word.empty() && word[0] == '.') word.erase(0, 1);
     if (word == "nan" || word == "inf" || word == "infinity")
-      return {{}, quote(text) + " is not finite, must be " + describe(quantity)};
+      return {{}, quote(text) + " is not finite, but must be " + describe(quantity)};
     if (text.find(',') != std::string_view::npos && !without_commas(text).empty())
       return {{}, explain_comma(text)};
-    return {{}, quote(text) + " is not a number, must be " + describe(quantity)};
+    return {{}, quote(text) + " is not a number, but must be " + describe(quantity)};
   }
   if (length < text.size())
     return {{}, explain_tail(text.substr(0, length), text.substr(length), text, quantity)};
   if (has_leading_zero(text))
     return {{},
-            quote(text) + " has a leading zero, which some programs read as octal: write " +
+            quote(text) + " has a leading zero, which some programs read as octal; write " +
                 without_leading_zeros(text)};
   const auto value = to_double(text);
   if (!value)
-    return {{}, quote(text) + " is too large or too small for a double, must be " + describe(quantity)};
+    return {{}, quote(text) + " is too large or too small for a double, but must be " + describe(quantity)};
   if (!range_of(quantity.bound).holds(*value)) {
     const std::string range = describe({"-", quantity.bound}).substr(std::string_view("a number ").size());
     return {{},
-            std::string(text) + (quantity.unit == "-" ? "" : " " + std::string(quantity.unit)) +
-                ", must be " + range};
+            "is " + std::string(text) + (quantity.unit == "-" ? "" : " " + std::string(quantity.unit)) +
+                ", but must be " + range};
   }
   return {value, {}};
 }

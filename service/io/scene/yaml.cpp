@@ -26,14 +26,14 @@ std::string_view hint(std::string_view message) {
       {"multiline plain key", "check the indentation, and that the line before is complete"},
       {"cannot start with", "put the text in quotes"},
       {"invalid escape", "double the backslash, or use single quotes"},
-      {"expected key", "items of one mapping or list start in the same column"},
-      {"invalid indentation", "items of one mapping or list start in the same column"},
+      {"expected key", "items of one mapping or list must start in the same column"},
+      {"invalid indentation", "items of one mapping or list must start in the same column"},
       {"missing comma", "separate items by commas"},
       {"nested block mapping",
        "give each key a line of its own, or open a brace before the first: {name: hub, mass: 40}"},
       {"wrongly indented sequence end", "indent the closing bracket deeper than the line that opens it"},
       {"wrongly indented mapping end", "indent the closing brace deeper than the line that opens it"},
-      {"expected node content", "a value is missing here, or begins with a comma: write 0.5, not ,5"},
+      {"expected node content", "a value is missing here, or begins with a comma; write 0.5, not ,5"},
       {"double-quoted", "close the quote"},
       {"single-quoted", "close the quote"},
   };
@@ -77,7 +77,8 @@ class TreeBuilder {
     switch (event.type) {
       case FYET_DOCUMENT_START:
         if (++num_documents_ == 2)
-          report_.error(place_, "a second document starts here; a scene is one document");
+          report_.error(place_,
+                        "a second document starts here, but a scene is one document; remove the others");
         return num_documents_ == 1;
       case FYET_SCALAR:
         return add(scalar(event), event);
@@ -107,9 +108,9 @@ class TreeBuilder {
 
   Node* create(Node::Kind kind) {
     if (++num_nodes_ > kMaxYamlNodes) {
-      report_.error(place_,
-                    "more than " + std::to_string(kMaxYamlNodes) +
-                        " values; put points and links in CSV files, matrices in Matrix Market files");
+      report_.error(
+          place_, "the scene has more than " + std::to_string(kMaxYamlNodes) +
+                      " values; put points and links into CSV files, and matrices into Matrix Market files");
       return nullptr;
     }
     Node& node = tree_.nodes_.emplace_back();
@@ -152,8 +153,8 @@ class TreeBuilder {
 
   bool open(Node::Kind kind, fy_event& event) {
     if (stack_.size() >= kMaxYamlDepth) {
-      report_.error(
-          place_, "nested deeper than " + std::to_string(kMaxYamlDepth) + " levels; a scene needs at most 6");
+      report_.error(place_, "the text is nested deeper than " + std::to_string(kMaxYamlDepth) +
+                                " levels, but a scene needs at most 6");
       return false;
     }
     Node* node = create(kind);
@@ -184,7 +185,8 @@ class TreeBuilder {
       parent.node->items.push_back(node);
     } else if (!parent.key) {
       if (node->kind != Node::Kind::kText)
-        report_.error(node->origin, "a key is " + describe(*node) + ", must be a word followed by a colon");
+        report_.error(node->origin,
+                      "a key is " + describe(*node) + ", but must be a word followed by a colon");
       parent.key = node;
     } else {
       parent.node->entries.emplace_back(parent.key, node);
@@ -241,7 +243,7 @@ class TreeBuilder {
     for (const Node* other : merged) {
       if (other->kind != Node::Kind::kMapping) {
         report_.error(other->origin,
-                      "'<<' merges " + describe(*other) + ", must be a mapping or a list of mappings");
+                      "'<<' merges " + describe(*other) + ", but must be a mapping or a list of mappings");
         continue;
       }
       mapping.merged.push_back(other);
@@ -305,7 +307,7 @@ void report_syntax(Report& report, int source, std::string_view text, const fy_d
     report.error({source, unclosed->noticed.line, unclosed->noticed.column},
                  "YAML syntax: " + describe(*unclosed));
   if (is_open && (line <= 0 || line >= unclosed->noticed.line)) return;
-  const std::string message = fault && fault->msg ? fault->msg : "cannot be parsed further";
+  const std::string message = fault && fault->msg ? fault->msg : "the text cannot be parsed further";
   const std::string advice(hint(message));
   report.error({source, line, column}, "YAML syntax: " + message + (advice.empty() ? "" : "; ") + advice);
 }
@@ -320,8 +322,9 @@ const Node* YamlTree::parse(Report& report, int source) {
     const TextPlace place = locate(text, bad);
     char byte[8];
     std::snprintf(byte, sizeof byte, "0x%02x", static_cast<unsigned char>(text[bad]));
-    report.error({source, place.line, place.column},
-                 std::string("byte ") + byte + " is not text; a scene is UTF-8 without control characters");
+    report.error(
+        {source, place.line, place.column},
+        std::string("byte ") + byte + " is not text, but a scene must be UTF-8 without control characters");
     return nullptr;
   }
 
@@ -359,7 +362,8 @@ const Node* YamlTree::parse(Report& report, int source) {
     empty.origin = {source, 0, 1};
     return &create(std::move(empty));
   }
-  if (builder.is_empty()) report.error({source, 1, 1}, "the file is empty; a scene has at least points");
+  if (builder.is_empty())
+    report.error({source, 1, 1}, "the file is empty, but a scene needs at least points");
   return builder.root();
 }
 

@@ -45,11 +45,11 @@ void check_head(std::span<const std::byte> bytes, std::int64_t session, Admissio
   if (admission.reason == Reason::kMalformed || admission.reason == Reason::kWrongType) return;
   if (head->session != session) {
     admission.reason = Reason::kWrongSession;
-    print(admission.text, "session %lld, must be %lld as in status_t.session of this daemon",
+    print(admission.text, "session is %lld, but must be %lld as in status_t.session of this daemon",
           static_cast<long long>(head->session), static_cast<long long>(session));
   } else if (!is_sender_valid) {
     admission.reason = Reason::kBadSender;
-    print(admission.text, "sender \"%s\" of %zu characters, must be 1 to %d of A-Z a-z 0-9 _ . -",
+    print(admission.text, "sender \"%s\" has %zu characters, but must be 1 to %d of A-Z a-z 0-9 _ . -",
           printable(head->sender).data(), head->sender.size(), kSenderSize - 1);
   }
 }
@@ -60,11 +60,11 @@ Admission refuse_envelope(std::span<const std::byte> bytes) {
   const std::optional<std::span<const std::byte>> body = find_body(bytes);
   if (!body) {
     admission.reason = Reason::kMalformed;
-    print(admission.text, "%zu bytes are not exactly one envelope_t", bytes.size());
+    print(admission.text, "the %zu bytes are not exactly one envelope_t; encode it anew", bytes.size());
     return admission;
   }
   admission.reason = Reason::kNoKeys;
-  print(admission.text, "this daemon uses no keys: send the command without an envelope");
+  print(admission.text, "this daemon uses no keys; send the command without an envelope");
   const std::optional<Head> head = read_head(*body);
   if (!head || !is_valid_sender(head->sender)) return admission;
   copy_sender(head->sender, admission.sender);
@@ -76,7 +76,7 @@ Admission refuse_envelope(std::span<const std::byte> bytes) {
 /// checked before.
 Admission out_of_memory(Admission admission) {
   admission.reason = Reason::kQueueFull;
-  print(admission.text, "no memory to decode the command");
+  print(admission.text, "there is no memory to decode the command; send it again");
   return admission;
 }
 
@@ -137,7 +137,7 @@ Admission decode_force(std::span<const std::byte> bytes, std::int64_t session, c
     return out_of_memory(admission);
   }
   admission.reason = Reason::kMalformed;
-  print(admission.text, "%zu bytes do not decode as force_t", bytes.size());
+  print(admission.text, "the %zu bytes do not decode as force_t; encode it anew", bytes.size());
   return admission;
 }
 
@@ -152,13 +152,13 @@ Admission decode_control(std::span<const std::byte> bytes, std::int64_t session,
     freeflex_msgs::control_t message;
     if (!decode_walked(bytes, message)) {
       admission.reason = Reason::kMalformed;
-      print(admission.text, "%zu bytes do not decode as control_t", bytes.size());
+      print(admission.text, "the %zu bytes do not decode as control_t; encode it anew", bytes.size());
       return admission;
     }
     command = {admission.sender, message.sequence, message.command, message.count, {}};
     if (message.target.size() >= kSenderSize) {
       admission.reason = Reason::kBadControl;
-      print(admission.text, "target of %zu characters, must be at most %d", message.target.size(),
+      print(admission.text, "target has %zu characters, but may have at most %d", message.target.size(),
             kSenderSize - 1);
       return admission;
     }
@@ -216,7 +216,7 @@ Admission from_message(const freeflex_msgs::force_t& message, const NameTable& t
   admission.sequence = message.sequence;
   if (!is_valid_sender(message.sender)) {
     admission.reason = Reason::kBadSender;
-    print(admission.text, "sender \"%s\" of %zu characters, must be 1 to %d of A-Z a-z 0-9 _ . -",
+    print(admission.text, "sender \"%s\" has %zu characters, but must be 1 to %d of A-Z a-z 0-9 _ . -",
           printable(message.sender).data(), message.sender.size(), kSenderSize - 1);
     return admission;
   }

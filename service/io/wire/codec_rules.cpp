@@ -43,8 +43,8 @@ void print_over_limit(Text text, const char* list, int i, const char* kind, int 
   constexpr int kUsual = 10, kAll = 17;
   const double length = std::hypot(v[0], v[1], v[2]);
   const int digits = length < limit * (1.0 + 1e-9) ? kAll : kUsual;
-  print(text, "%s[%d]: %s %d: |%s| %.*g %s, the scene allows at most %.*g %s", list, i, kind, number, name,
-        digits, length, unit, digits, limit, unit);
+  print(text, "%s[%d]: %s %d has |%s| %.*g %s, but the scene allows at most %.*g %s", list, i, kind, number,
+        name, digits, length, unit, digits, limit, unit);
 }
 
 /// Returns true if forces on the group's points cannot produce the torque: a torque about the line of a
@@ -63,34 +63,37 @@ bool is_unreachable(const NameTable::GroupTraits& traits, const Vec3& torque, st
 
 Reason check_header(const ForceCommand& command, const NameTable& table, Text text) {
   if (command.slot < 0 || command.slot > kMaxSlotNumber) {
-    print(text, "slot %d, must be 0 to %d", command.slot, kMaxSlotNumber);
+    print(text, "slot is %d, but must be 0 to %d", command.slot, kMaxSlotNumber);
     return Reason::kBadSlot;
   }
   if (command.axes != 0 && command.axes != 1) {
-    print(text, "axes %d, must be 0 (world) or 1 (body)", command.axes);
+    print(text, "axes is %d, but must be 0 (world) or 1 (body)", command.axes);
     return Reason::kBadAxes;
   }
   if (command.start_tick < -1) {
-    print(text, "start_tick %lld, must be -1 (at once) or a tick",
+    print(text, "start_tick is %lld, but must be -1 (at once) or a tick",
           static_cast<long long>(command.start_tick));
     return Reason::kBadTiming;
   }
   if (command.late_policy != 0 && command.late_policy != 1) {
-    print(text, "late_policy %d, must be 0 (reject) or 1 (apply at the next tick)", command.late_policy);
+    print(text, "late_policy is %d, but must be 0 (reject) or 1 (apply at the next tick)",
+          command.late_policy);
     return Reason::kBadTiming;
   }
   const auto in_range = [](std::int64_t ticks) { return ticks >= 0 && ticks <= kMaxDurationTicks; };
   const int num_ends = (command.duration_ticks != 0) + (command.lease_ticks != 0);
   if (!in_range(command.duration_ticks) || !in_range(command.lease_ticks) || num_ends > 1 ||
       (num_ends == 0 && !is_clearing(command))) {
-    print(text, "duration_ticks %lld and lease_ticks %lld: one must be 0 and the other 1 to %lld",
+    print(text, "duration_ticks is %lld and lease_ticks is %lld, but one must be 0 and the other 1 to %lld",
           static_cast<long long>(command.duration_ticks), static_cast<long long>(command.lease_ticks),
           static_cast<long long>(kMaxDurationTicks));
     return Reason::kBadTiming;
   }
   const std::int64_t held = std::max(command.duration_ticks, command.lease_ticks);
   if (table.max_hold_ticks > 0 && held > table.max_hold_ticks) {
-    print(text, "%s_ticks %lld, from the bus at most %lld (%g s, 'commands: max_hold' of the scene): %s",
+    print(text,
+          "%s_ticks is %lld, but may be at most %lld from the bus (%g s, 'commands: max_hold' of the scene); "
+          "%s",
           command.lease_ticks > 0 ? "lease" : "duration", static_cast<long long>(held),
           static_cast<long long>(table.max_hold_ticks), table.max_hold,
           command.lease_ticks > 0 ? "renew it more often" : "send it again before it ends");
@@ -98,7 +101,7 @@ Reason check_header(const ForceCommand& command, const NameTable& table, Text te
   }
   const auto exceeds = [text](std::int32_t count, const char* name, std::int32_t most) {
     if (count >= 0 && count <= most) return false;
-    print(text, "%d %s, must be at most %d", count, name, most);
+    print(text, "there are %d %s, but at most %d are allowed", count, name, most);
     return true;
   };
   if (exceeds(command.num_points, "forces", kMaxCommandPoints) ||
@@ -123,7 +126,8 @@ Reason check_points(const ForceCommand& command, const NameTable& table, Text te
   for (int i = 0; i < command.num_points; ++i) {
     const PointForce& entry = command.points[static_cast<std::size_t>(i)];
     if (entry.point < 0 || entry.point >= table.num_points) {
-      print(text, "forces[%d]: point %d, the scene has points 0 to %d", i, entry.point, table.num_points - 1);
+      print(text, "forces[%d]: point %d does not exist; the scene has points 0 to %d", i, entry.point,
+            table.num_points - 1);
       return Reason::kUnknownPoint;
     }
     const std::optional<std::size_t> place = find_pushable(table, entry.point);
@@ -133,12 +137,12 @@ Reason check_points(const ForceCommand& command, const NameTable& table, Text te
       return Reason::kNotPushable;
     }
     if (seen.test(*place)) {
-      print(text, "forces[%d]: point %d is listed twice, must be listed once", i, entry.point);
+      print(text, "forces[%d]: point %d is listed twice, but must be listed once", i, entry.point);
       return Reason::kDuplicatePoint;
     }
     seen.set(*place);
     if (!is_finite(entry.force)) {
-      print(text, "forces[%d]: point %d: force (%g, %g, %g) N, must be finite", i, entry.point,
+      print(text, "forces[%d]: point %d has the force (%g, %g, %g) N, which must be finite", i, entry.point,
             entry.force[0], entry.force[1], entry.force[2]);
       return Reason::kNotFinite;
     }
@@ -155,13 +159,13 @@ Reason check_torques(const ForceCommand& command, const NameTable& table, Text t
   for (int i = 0; i < command.num_torques; ++i) {
     const PointTorque& entry = command.torques[static_cast<std::size_t>(i)];
     if (entry.point < 0 || entry.point >= table.num_points) {
-      print(text, "torques[%d]: point %d, the scene has points 0 to %d", i, entry.point,
+      print(text, "torques[%d]: point %d does not exist; the scene has points 0 to %d", i, entry.point,
             table.num_points - 1);
       return Reason::kUnknownPoint;
     }
     const std::optional<std::size_t> place = find_pushable(table, entry.point);
     if (place && table.takes_torque[*place] == 0) {
-      print(text, "torques[%d]: point %d has no inertia and takes no torque: use a wrench on a group", i,
+      print(text, "torques[%d]: point %d has no inertia and takes no torque; use a wrench on a group", i,
             entry.point);
       return Reason::kPointTorque;
     }
@@ -171,13 +175,13 @@ Reason check_torques(const ForceCommand& command, const NameTable& table, Text t
       return Reason::kNotPushable;
     }
     if (seen.test(*place)) {
-      print(text, "torques[%d]: point %d is listed twice, must be listed once", i, entry.point);
+      print(text, "torques[%d]: point %d is listed twice, but must be listed once", i, entry.point);
       return Reason::kDuplicatePoint;
     }
     seen.set(*place);
     if (!is_finite(entry.torque)) {
-      print(text, "torques[%d]: point %d: torque (%g, %g, %g) N m, must be finite", i, entry.point,
-            entry.torque[0], entry.torque[1], entry.torque[2]);
+      print(text, "torques[%d]: point %d has the torque (%g, %g, %g) N m, which must be finite", i,
+            entry.point, entry.torque[0], entry.torque[1], entry.torque[2]);
       return Reason::kNotFinite;
     }
     if (is_over(entry.torque, table.torque_limit)) {
@@ -195,7 +199,8 @@ Reason check_wheels(const ForceCommand& command, const NameTable& table, Text te
   for (int i = 0; i < command.num_wheels; ++i) {
     const WheelTorque& entry = command.wheels[static_cast<std::size_t>(i)];
     if (entry.wheel < 0 || entry.wheel >= known) {
-      print(text, "wheels[%d]: wheel %d, the scene has %d wheels, numbered from 0", i, entry.wheel, known);
+      print(text, "wheels[%d]: wheel %d does not exist; the scene has %d wheels, numbered from 0", i,
+            entry.wheel, known);
       return Reason::kUnknownPoint;
     }
     const auto wheel = static_cast<std::size_t>(entry.wheel);
@@ -206,17 +211,18 @@ Reason check_wheels(const ForceCommand& command, const NameTable& table, Text te
       return Reason::kNotPushable;
     }
     if (seen.test(wheel)) {
-      print(text, "wheels[%d]: wheel %d is listed twice, must be listed once", i, entry.wheel);
+      print(text, "wheels[%d]: wheel %d is listed twice, but must be listed once", i, entry.wheel);
       return Reason::kDuplicatePoint;
     }
     seen.set(wheel);
     if (!std::isfinite(entry.torque)) {
-      print(text, "wheels[%d]: wheel %d: torque %g N m, must be finite", i, entry.wheel, entry.torque);
+      print(text, "wheels[%d]: wheel %d has the torque %g N m, which must be finite", i, entry.wheel,
+            entry.torque);
       return Reason::kNotFinite;
     }
     if (table.torque_limit > 0.0 && std::abs(entry.torque) > table.torque_limit) {
-      print(text, "wheels[%d]: wheel %d: torque %g N m, must be at most %g N m", i, entry.wheel, entry.torque,
-            table.torque_limit);
+      print(text, "wheels[%d]: wheel %d has the torque %g N m, but the scene allows at most %g N m", i,
+            entry.wheel, entry.torque, table.torque_limit);
       return Reason::kOverLimit;
     }
   }
@@ -225,8 +231,10 @@ Reason check_wheels(const ForceCommand& command, const NameTable& table, Text te
 
 Reason check_wrench_values(const Wrench& entry, int i, const NameTable& table, Text text) {
   if (!is_finite(entry.force) || !is_finite(entry.torque)) {
-    print(text, "wrenches[%d]: group %d: force (%g, %g, %g) N, torque (%g, %g, %g) N m, must be finite", i,
-          entry.group, entry.force[0], entry.force[1], entry.force[2], entry.torque[0], entry.torque[1],
+    print(text,
+          "wrenches[%d]: group %d has the force (%g, %g, %g) N and torque (%g, %g, %g) N m, which must be "
+          "finite",
+          i, entry.group, entry.force[0], entry.force[1], entry.force[2], entry.torque[0], entry.torque[1],
           entry.torque[2]);
     return Reason::kNotFinite;
   }
@@ -249,26 +257,28 @@ Reason check_wrenches(const ForceCommand& command, const NameTable& table, Text 
     const Wrench& entry = command.wrenches[static_cast<std::size_t>(i)];
     const auto group = static_cast<std::size_t>(entry.group);
     if (entry.group < 0 || entry.group >= known) {
-      print(text, "wrenches[%d]: group %d, the scene has %d groups, numbered from 0", i, entry.group, known);
+      print(text, "wrenches[%d]: group %d does not exist; the scene has %d groups, numbered from 0", i,
+            entry.group, known);
       return Reason::kUnknownGroup;
     }
     const NameTable::GroupTraits& traits = table.groups[group];
     if (traits.is_pushable == 0) {
       print(text,
-            "wrenches[%d]: group %d may not be pushed: the plan lacks the mode shapes at some of its points",
+            "wrenches[%d]: group %d may not be pushed, because the plan lacks the mode shapes at some of its "
+            "points",
             i, entry.group);
       return Reason::kNotPushable;
     }
     if (seen.test(group)) {
-      print(text, "wrenches[%d]: group %d is listed twice, must be listed once", i, entry.group);
+      print(text, "wrenches[%d]: group %d is listed twice, but must be listed once", i, entry.group);
       return Reason::kDuplicatePoint;
     }
     seen.set(group);
     const Reason values = check_wrench_values(entry, i, table, text);
     if (values != Reason::kAccepted) return values;
     if (is_unreachable(traits, entry.torque, command.axes)) {
-      print(text, "wrenches[%d]: group %d cannot take the torque (%g, %g, %g) N m: %s", i, entry.group,
-            entry.torque[0], entry.torque[1], entry.torque[2],
+      print(text, "wrenches[%d]: group %d cannot take the torque (%g, %g, %g) N m, because %s", i,
+            entry.group, entry.torque[0], entry.torque[1], entry.torque[2],
             traits.torque_rank == 0 ? "it is a single point"
                                     : "its points lie on a line, about which the torque must be 0");
       return Reason::kUnreachableTorque;
@@ -290,13 +300,13 @@ Reason check_scope(const ForceCommand& command, const NameTable& table, Text tex
       return Reason::kAccepted;
     case Need::kRotation:
       print(text,
-            "the forces have a moment about the centre of mass, but the plan omits rotation: keep rotation "
+            "the forces have a moment about the centre of mass, but the plan omits rotation; keep rotation "
             "or set on_need: replan in leave_out of the scene");
       break;
     case Need::kOutOfPlane:
       print(text,
-            "a load is not in the plane (normal %g, %g, %g in body axes), but the plan omits out_of_plane: "
-            "leave_out can keep it or set on_need: replan",
+            "a load leaves the plane (normal %g, %g, %g in body axes), but the plan omits out_of_plane; "
+            "keep it or set on_need: replan in leave_out",
             table.scope.normal_B[0], table.scope.normal_B[1], table.scope.normal_B[2]);
       break;
   }
@@ -343,22 +353,23 @@ Reason check_control(const ControlCommand& command, std::span<char> text) noexce
   } else if (command.command == Control::SCENE) {
     most = kMaxControlCount;
   } else if (command.command < Control::RUN || command.command > Control::CLEAR) {
-    print(text, "command %d, must be 1 run, 2 hold, 3 step, 4 reset, 5 stop, 6 shapes, 7 scene or 8 clear",
+    print(text,
+          "command is %d, but must be 1 run, 2 hold, 3 step, 4 reset, 5 stop, 6 shapes, 7 scene or 8 clear",
           command.command);
     return Reason::kBadControl;
   }
   if (command.command == Control::CLEAR) {
     if (command.target != service::kEverySender && !is_valid_sender(command.target)) {
       print(text,
-            "command 8 (clear) needs a target: the name of a sender, or \"*\" for every sender of the bus");
+            "command 8 (clear) needs a target, the name of a sender or \"*\" for every sender of the bus");
       return Reason::kBadControl;
     }
   } else if (command.target != std::array<char, kSenderSize>{}) {
-    print(text, "command %d with a target: only command 8 (clear) may have one", command.command);
+    print(text, "command %d has a target, but only command 8 (clear) may have one", command.command);
     return Reason::kBadControl;
   }
   if (command.count < least || command.count > most) {
-    print(text, "command %d with count %lld, must be %lld to %lld", command.command,
+    print(text, "command %d has count %lld, but must have %lld to %lld", command.command,
           static_cast<long long>(command.count), static_cast<long long>(least), static_cast<long long>(most));
     return Reason::kBadControl;
   }

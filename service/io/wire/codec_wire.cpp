@@ -59,22 +59,23 @@ Reason check_front(std::span<const std::byte> bytes, std::int64_t fingerprint, s
   // the size is checked first, because no byte of an oversized message may be read and its length may be
   // wrong
   if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) {
-    print(text, "more than %d bytes", channels::kMaxMessageBytes);
+    print(text, "the message has more than %d bytes, the most allowed", channels::kMaxMessageBytes);
     return Reason::kMalformed;
   }
   const std::optional<std::int64_t> found = integer_at<std::int64_t>(bytes, 0);
   if (!found) {
-    print(text, "%zu bytes: too short for the fingerprint of a message", bytes.size());
+    print(text, "the message of %zu bytes is too short for a fingerprint", bytes.size());
     return Reason::kMalformed;
   }
   if (*found == fingerprint) return Reason::kAccepted;
   if (const EarlierType* const earlier = find_earlier(bytes)) {
     print(text,
-          "sent by version %s of the messages, must be of %s: generate your code from the daemon's "
+          "the message is of version %s of the messages, but must be of %s; generate your code from the "
+          "daemon's "
           ".lcm files",
           earlier->version, kMessagesVersion);
   } else {
-    print(text, "fingerprint %016llx: another type or version of the protocol, must be %016llx",
+    print(text, "fingerprint %016llx is of another type or version of the protocol, but must be %016llx",
           static_cast<unsigned long long>(*found), static_cast<unsigned long long>(fingerprint));
   }
   return Reason::kWrongType;
@@ -111,23 +112,24 @@ Reason check_walk(std::span<const std::byte> bytes, const wire::Layout& layout, 
   const auto size = static_cast<long long>(walk.size);
   switch (walk.stop) {
     case WireWalk::Stop::kBadString:
-      print(text, "%zu bytes: a string is not terminated within them", bytes.size());
+      print(text, "the message of %zu bytes has a string that is not terminated", bytes.size());
       return Reason::kMalformed;
     case WireWalk::Stop::kMissingCount:
       print(text, "the message ends at byte %zu, before its counts, which end at byte %lld", bytes.size(),
             size);
       return Reason::kMalformed;
     case WireWalk::Stop::kNegativeCount:
-      print(text, "%s: a count is negative", describe(layout, walk.counts).data());
+      print(text, "the message has %s, but no count may be negative", describe(layout, walk.counts).data());
       return Reason::kMalformed;
     case WireWalk::Stop::kEnd:
       break;
   }
   if (walk.size == static_cast<std::int64_t>(bytes.size())) return Reason::kAccepted;
   if (layout.num_counts == 0) {
-    print(text, "%zu bytes, must be %lld", bytes.size(), size);
+    print(text, "the message has %zu bytes, but must have %lld", bytes.size(), size);
   } else {
-    print(text, "%zu bytes, but %s need %lld", bytes.size(), describe(layout, walk.counts).data(), size);
+    print(text, "the message has %zu bytes, but %s need %lld", bytes.size(),
+          describe(layout, walk.counts).data(), size);
   }
   return Reason::kMalformed;
 }
@@ -140,7 +142,7 @@ Reason check_limits(const wire::Layout& layout, std::span<const std::int32_t> co
     if (counts[at] <= limits[at]) continue;
     Phrase found{};
     append(found, counts[at], counted_name(layout, i));
-    print(text, "%s, must be at most %d", found.data(), limits[at]);
+    print(text, "the message has %s, but at most %d are allowed", found.data(), limits[at]);
     return Reason::kTooManyPoints;
   }
   return Reason::kAccepted;

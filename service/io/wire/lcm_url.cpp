@@ -108,21 +108,23 @@ std::string effective_url(const std::string& url) { return url.empty() ? kDefaul
 
 std::string check_lcm_url(const std::string& url) {
   if (url.empty()) return {};
-  const std::string found = "LCM URL '" + url + "': ";
+  const std::string found = "LCM URL '" + url + "' ";
   if (url.starts_with("memq://") || url.starts_with("file://"))
     return found + "stays inside one process, but the daemon receives in another process; use udpm://";
   if (!url.starts_with(kScheme))
     return found + "must be udpm://ADDRESS:PORT?ttl=N with a multicast address, 224.0.0.0 to 239.255.255.255";
   if (url.size() > kMaxUrlSize)
-    return found + "too long, at most " + std::to_string(kMaxUrlSize) + " characters";
+    return found + "is too long; it may have at most " + std::to_string(kMaxUrlSize) + " characters";
   const Parts parts = split(url);
   if (!read_address(parts.address)) {
-    return found + "'" + std::string(parts.address) +
-           "' must be ADDRESS:PORT with a multicast address, 224.0.0.0 to 239.255.255.255, and a port, 1 to "
+    return found + "has the address '" + std::string(parts.address) +
+           "', which must be ADDRESS:PORT with a multicast address, 224.0.0.0 to 239.255.255.255, and a "
+           "port, 1 to "
            "65535";
   }
   if (const std::string_view bad = find_bad_option(parts.options); !bad.empty()) {
-    return found + "option '" + std::string(bad) + "' must be ttl=0 to 255 or recv_buf_size=BYTES";
+    return found + "has the option '" + std::string(bad) +
+           "', which must be ttl=0 to 255 or recv_buf_size=BYTES";
   }
   return {};
 }
@@ -149,7 +151,7 @@ std::string find_network_fault(const std::string& url) {
   const sockaddr_in group = *read_address(split(checked).address);
   // connecting a datagram socket sends no packet, because the call only queries the routing table
   if (const int error = try_on_socket(connect, group); error != 0) {
-    return "no route for multicast to " + describe(group) + ": " + std::strerror(error) +
+    return "there is no route for multicast to " + describe(group) + ": " + std::strerror(error) +
            ". To use LCM on this machine alone, run\n"
            "  sudo ip link set lo up multicast on\n"
            "  sudo ip route add 239.0.0.0/8 dev lo";
@@ -160,7 +162,7 @@ std::string find_network_fault(const std::string& url) {
     const std::string port = std::to_string(ntohs(group.sin_port));
     return "LCM cannot receive on UDP port " + port + ": " + std::strerror(error) +
            (error == EADDRINUSE ? ". A program that does not share the port uses it ('ss -ulpn sport = :" +
-                                      port + "' names it): end it, or give another --lcm-url"
+                                      port + "' names it); end it, or give another --lcm-url"
                                 : "");
   }
   return {};

@@ -70,7 +70,7 @@ LogReader::LogReader(const std::string& path) : path_(path) {
     return;
   }
   if (!S_ISREG(status.st_mode)) {
-    error_ = path + ": not a regular file";
+    error_ = path + " is not a regular file";
     return;
   }
   size_ = status.st_size;
@@ -91,17 +91,17 @@ bool LogReader::seek(std::int64_t offset) {
 
 bool LogReader::read_head(std::int64_t offset) {
   std::array<char, kLogHeaderBytes> bytes{};
-  if (!seek(offset)) return fail(offset, "cannot be read");
+  if (!seek(offset)) return fail(offset, "the file cannot be read there");
   const std::size_t found = std::fread(bytes.data(), 1, bytes.size(), file_.get());
   // a short file of another kind is not to be reported as the damaged start of a log
   const std::string_view start(bytes.data(), std::min(found, kSync.size()));
-  if (found == 0) return fail(offset, "cannot be read");
+  if (found == 0) return fail(offset, "the file cannot be read there");
   if (start != kSync.substr(0, start.size())) return fail(offset, kNoRecord);
   if (found != bytes.size())
     return fail(offset, "the file ends inside a record, after " + std::to_string(found) + " of " +
                             std::to_string(kLogHeaderBytes) + " bytes of its header");
   head_ = parse_head({bytes.data(), bytes.size()});
-  return head_.is_possible() || fail(offset, "record with impossible lengths");
+  return head_.is_possible() || fail(offset, "the record has impossible lengths");
 }
 
 /// Returns true if, at the end of a record, the file ends or another record begins, which may be cut.
@@ -110,7 +110,7 @@ bool LogReader::is_followed(std::int64_t end) {
   std::array<char, kSync.size()> bytes{};
   const auto wanted = static_cast<std::size_t>(std::min<std::int64_t>(kSync.size(), size_ - end));
   if (!seek(end) || std::fread(bytes.data(), 1, wanted, file_.get()) != wanted)
-    return fail(end, "cannot be read");
+    return fail(end, "the file cannot be read there");
   return std::string_view(bytes.data(), wanted) == kSync.substr(0, wanted) || fail(end, kNoRecord);
 }
 
@@ -124,7 +124,7 @@ bool LogReader::read_record(std::int64_t offset) {
                             std::to_string(all) + " bytes");
   body_.resize(static_cast<std::size_t>(head_.body_bytes()));
   if (std::fread(body_.data(), 1, body_.size(), file_.get()) != body_.size())
-    return fail(offset, "record cannot be read");
+    return fail(offset, "the record cannot be read");
   if (!is_followed(offset + all)) return false;
   if (const auto inner = find_next_record(body_, head_.number))
     return fail(offset, "the lengths of this record include the next record, at byte " +
@@ -177,7 +177,7 @@ bool LogReader::next(LogEvent& event) {
       return true;
     }
     if (at_ == 0 && flaw_.at == 0 && flaw_.what == kNoRecord) {
-      error_ = path_ + ": not an LCM event log";
+      error_ = path_ + " is not an LCM event log";
       return false;
     }
     LogDamage damage = flaw_;
@@ -192,14 +192,14 @@ bool LogReader::next(LogEvent& event) {
 std::string LogReader::damage() const {
   if (num_damages_ == 0) return {};
   const LogDamage& first = first_damage_;
-  std::string text = path_ + ": damaged at byte " + std::to_string(first.at) + ": " + first.what;
+  std::string text = path_ + " is damaged at byte " + std::to_string(first.at) + ": " + first.what;
   // if a record is cut at the end of the file, the message gives only its position
   if (first.begin != first.at || first.end != size_)
     text += "; nothing is read from byte " + std::to_string(first.begin) +
             (first.end == size_ ? " on" : " to byte " + std::to_string(first.end));
   if (num_damages_ > 1)
-    text += ", and at " + std::to_string(num_damages_ - 1) + (num_damages_ == 2 ? " place" : " places") +
-            " more; " + std::to_string(lost_bytes_) + " of " + std::to_string(size_) + " bytes in all";
+    text += ", nor at " + std::to_string(num_damages_ - 1) + (num_damages_ == 2 ? " place" : " places") +
+            " more, in all " + std::to_string(lost_bytes_) + " of " + std::to_string(size_) + " bytes";
   return text;
 }
 

@@ -55,7 +55,8 @@ const EarlierType* find_earlier(std::span<const std::byte> bytes) noexcept {
 std::string explain_unread(std::span<const std::byte> bytes) {
   const EarlierType* const earlier = find_earlier(bytes);
   if (earlier == nullptr) return "damaged, or of a version that is not known here";
-  return std::string("sent by version ") + earlier->version + " of the messages, this is " + kMessagesVersion;
+  return std::string("sent by version ") + earlier->version +
+         " of the messages, but this program has version " + kMessagesVersion;
 }
 
 }  // namespace freeflex::io

@@ -44,7 +44,7 @@ def log(arguments):
     except freeflex.LogError as error:
         damage = error
     if not seen and not damage:
-        raise LookupError(f"{arguments.file} holds no message of {arguments.prefix}: is --prefix right?")
+        raise LookupError(f"{arguments.file} holds no message of {arguments.prefix}; check --prefix")
     for channel, count in sorted(seen.items()):
         print(f"{channel:24} {count:9} messages" + (" of ticks {} to {}".format(*ticks[channel])
                                                     if channel in ticks else ""))
@@ -55,7 +55,7 @@ def log(arguments):
 def step(arguments):
     motion = freeflex.Plan(arguments.file).motion(with_verdict=True)
     if not 0.0 <= arguments.seconds < 1e9:
-        raise ValueError(f"{arguments.seconds} s, must be a time from 0 to 1e9 s")
+        raise ValueError(f"SECONDS is {arguments.seconds} s, but must be a time from 0 to 1e9 s")
     state = motion.step(round(arguments.seconds * motion.rate))
     verdict, worst = motion.verdict, motion.worst_verdict
     print(f"{motion.plan.name}: tick {state.tick}, {state.time:g} s")

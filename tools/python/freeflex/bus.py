@@ -21,9 +21,9 @@ def pack(channel, data, sequence=0):
     """Returns the datagram of one message. ValueError: LCM does not allow the channel name or the size."""
     name = channel.encode("ascii")
     if not 0 < len(name) <= _LONGEST_CHANNEL or b"\0" in name:
-        raise ValueError(f"channel {channel!r}: must be 1 to {_LONGEST_CHANNEL} characters")
+        raise ValueError(f"channel {channel!r} must have 1 to {_LONGEST_CHANNEL} characters")
     if len(name) + 1 + len(data) > _LARGEST:
-        raise ValueError(f"{len(data)} bytes on {channel}, one datagram holds at most {_LARGEST - len(name) - 1}")
+        raise ValueError(f"the message has {len(data)} bytes on {channel}, but one datagram holds at most {_LARGEST - len(name) - 1}")
     return _HEAD.pack(_SHORT, sequence & 0xFFFFFFFF) + name + b"\0" + data
 
 
@@ -49,7 +49,7 @@ def _parse(url):
             return parts.hostname, port, ttl
     except (OSError, ValueError):
         pass
-    raise ValueError(f"{url!r} is not a bus: udpm://GROUP:PORT?ttl=N, a multicast group, as {DEFAULT_URL}")
+    raise ValueError(f"{url!r} is not a bus; give udpm://GROUP:PORT?ttl=N with a multicast group, as {DEFAULT_URL}")
 
 
 class Bus:
@@ -104,7 +104,7 @@ class Bus:
 
     def _check_open(self):
         if self._in.fileno() < 0:
-            raise ValueError("the connection to the bus is closed: connect() again")
+            raise ValueError("the connection to the bus is closed; connect() again")
 
     def fileno(self):
         """Returns the descriptor of the receiving socket, for select."""

@@ -27,7 +27,7 @@ REASONS = (
 _TERMS = [(re.compile(wire), here) for wire, here in (
     ("give a later tick, -1, or late_policy 1", "give a later tick, None, or late=\"take\""),
     (r"\bstart_tick\b", "at_tick"),
-    (r"^(lease|duration)_ticks (\d+), from", r"\1 of \2 ticks, from"),
+    (r"^(lease|duration)_ticks is (\d+), but", r"\1 is \2 ticks, but"),
     (r"\b(lease|duration)_ticks\b", r"\1"),
     ("send HOLD first$", "call daemon.hold() first, or start freeflexd with --time lockstep"),
     ("send STEP$", "call daemon.step()"))]
@@ -62,7 +62,7 @@ def _alone(method):
     @functools.wraps(method)
     def alone(self, *arguments, **options):
         if not self._user.acquire(blocking=False):
-            raise Busy("another thread uses this Daemon: connect() in each thread, or have them take turns")
+            raise Busy("another thread uses this Daemon; connect() in each thread, or have them take turns")
         try:
             return method(self, *arguments, **options)
         finally:
@@ -153,7 +153,7 @@ class Daemon:
         if none comes for `timeout` [s]. LookupError: there is no such channel."""
         for suffix in suffixes:
             if suffix not in CHANNELS:
-                raise LookupError(f"no channel {suffix!r}, must be one of {', '.join(CHANNELS)}")
+                raise LookupError(f"there is no channel {suffix!r}; it must be one of {', '.join(CHANNELS)}")
         while (received := self._next(lambda suffix, _: not suffixes or suffix in suffixes, timeout)) is not None:
             yield received
 
@@ -163,7 +163,7 @@ class Daemon:
         status = self._next(lambda suffix, m: suffix == "STATUS" and m.tick >= self.tick and m.epoch >= self._least_epoch,
                             self.timeout)
         if status is None:
-            raise TimeoutError(f"no STATUS on {self.prefix}_STATUS: is freeflexd running, with --prefix {self.prefix}, on "
+            raise TimeoutError(f"no STATUS came on {self.prefix}_STATUS; is freeflexd running, with --prefix {self.prefix}, on "
                                f"{self.bus.url}?")
         return status
 
@@ -179,7 +179,7 @@ class Daemon:
         end = time.monotonic() + self.timeout
         while self._state is None:
             if self.receive(max(0.0, end - time.monotonic())) is None:
-                raise TimeoutError(f"no STATE on {self.prefix}_STATE within {self.timeout:g} s: {_NO_STATE}")
+                raise TimeoutError(f"no STATE came on {self.prefix}_STATE within {self.timeout:g} s; {_NO_STATE}")
         return self._state
 
     @property
@@ -197,7 +197,7 @@ class Daemon:
             while self._scene is None and self._next(lambda *_: True, end - time.monotonic()) is not None:
                 pass
         if self._scene is None:
-            raise TimeoutError(f"no complete scene on {self.prefix}_SCENE within {self.timeout:g} s")
+            raise TimeoutError(f"no complete scene came on {self.prefix}_SCENE within {self.timeout:g} s; is the daemon still running?")
         return self._scene
 
     @_alone
@@ -291,7 +291,7 @@ class Daemon:
         while self._state is None or self._state.tick < target:
             heard = self.receive(self.timeout)
             if heard is None:
-                raise TimeoutError(f"nothing is heard on {self.prefix}_* for {self.timeout:g} s: tick {target} is not reached")
+                raise TimeoutError(f"nothing is heard on {self.prefix}_* for {self.timeout:g} s, so tick {target} is not reached")
             suffix, status = heard
             if suffix != "STATUS" or status.mode == status.RUNNING:
                 continue
@@ -300,11 +300,11 @@ class Daemon:
             if status.tick >= target:  # the state at this tick is on its way, or will be repeated
                 give_up = give_up or time.monotonic() + _REPEATED
                 if time.monotonic() > give_up:
-                    raise StepError(f"the daemon holds at tick {status.tick}, but publishes no state: {_NO_STATE}")
+                    raise StepError(f"the daemon holds at tick {status.tick}, but publishes no state; {_NO_STATE}")
                 continue
             num_holding += 1  # one STATUS may have been sent before the step was accepted, so two are needed
             if num_holding > 2:
-                raise StepError(f"the daemon holds at tick {status.tick}, before tick {target}: "
+                raise StepError(f"the daemon holds at tick {status.tick}, before tick {target}, because "
                                 + (status.fault or "it was held or reset by another"))
         return self._state
 
@@ -357,13 +357,13 @@ class Daemon:
             links = self._complete_of(state, "loads", "LOADS").links
             if index in links:
                 return vector(links[index])
-            raise LookupError(f"the forces of link {name!r} are not published: list it under publish: loads: of in the scene")
+            raise LookupError(f"the forces of link {name!r} are not published; list it under publish: loads: of in the scene")
         points = self._complete_of(state, "points", "POINTS")
         table, of = {"point": (points.points, PointState), "body": (points.bodies, BodyState),
                      "group": (points.groups, GroupPose)}[kind]
         if index not in table:
             raise LookupError(f"{kind} {name!r} is not published" + (" or has no attitude" if kind == "body" else "")
-                              + ": list it under publish: points: of in the scene")
+                              + "; list it under publish: points: of in the scene")
         return of(*(vector(getattr(table[index], field)) for field in of._fields))
 
     @_alone
@@ -376,11 +376,11 @@ class Daemon:
             if self.receive(max(0.0, end - time.monotonic())) is None or time.monotonic() > end:
                 if not is_heard or self.last_status.mode == self.last_status.STOPPED:
                     raise Gone("the daemon of this state has ended, or is not heard", state.session)
-                raise TimeoutError(f"no complete {suffix} of tick {state.tick} within {self.timeout:g} s: set the rate of "
+                raise TimeoutError(f"no complete {suffix} of tick {state.tick} came within {self.timeout:g} s; set the rate of "
                                    f"publish: {name} in the scene to the rate of the state")
             is_heard = True
         if (whole.epoch, whole.tick) != when:
-            raise RuntimeError(f"the state is of tick {state.tick}, but the newest {suffix} are of tick {whole.tick}: read "
+            raise RuntimeError(f"the state is of tick {state.tick}, but the newest {suffix} are of tick {whole.tick}; read "
                                f"them before the next state arrives, and set the rate of publish: {name} in the scene "
                                "to the rate of the state")
         return whole
@@ -405,7 +405,7 @@ class Daemon:
         if self.session != session:
             raise Gone("another daemon has replaced the one that the command was for", session)
         if ack is None:
-            raise TimeoutError(f"no answer within {self.timeout:g} s: the command was lost, the daemon has ended, or it does "
+            raise TimeoutError(f"no answer came within {self.timeout:g} s; the command was lost, the daemon has ended, or it does "
                                "not know the tag of the command")
         if ack.reason != 0:
             raise Rejected(ack)

@@ -44,13 +44,13 @@ class Message:
     def decode(cls, data):
         """Decodes all the bytes as one message. DecodeError: they are not a message of this type."""
         if data[:8] != cls._head:
-            raise DecodeError(f"not a {cls.__name__} of this version of the messages")
+            raise DecodeError(f"the bytes are not a {cls.__name__} of this version of the messages")
         try:
             message, end = cls._read(data, 8)
         except struct.error as error:
-            raise DecodeError(f"{cls.__name__} of {len(data)} bytes: {error}") from None
+            raise DecodeError(f"a {cls.__name__} of {len(data)} bytes cannot be decoded: {error}") from None
         if end != len(data):
-            raise DecodeError(f"{cls.__name__} of {len(data)} bytes ends after {end}")
+            raise DecodeError(f"a {cls.__name__} of {len(data)} bytes ends after {end}")
         return message
 
     def _write(self, out):
@@ -115,7 +115,7 @@ class _Numbers:
             if rows is not None:
                 value = [x for row in value for x in row]
             if len(value) != size:
-                raise ValueError(f"{self.owner}.{name}: {len(value)} values, must be {size}")
+                raise ValueError(f"{self.owner}.{name} has {len(value)} values, but must have {size}")
             values.extend(value)
         try:
             out.append(self.struct.pack(*values))
@@ -127,7 +127,7 @@ class _Numbers:
         count = len(getattr(message, first))
         for other in others:
             if len(getattr(message, other)) != count:
-                raise ValueError(f"{self.owner}.{other} has {len(getattr(message, other))} entries, {first} has {count}")
+                raise ValueError(f"{self.owner}.{other} has {len(getattr(message, other))} entries, but {first} has {count}")
         return count
 
     def _why(self, values):
@@ -137,9 +137,9 @@ class _Numbers:
                 try:
                     struct.pack(">" + LETTERS[kind], value)
                 except struct.error as error:
-                    return ValueError(f"{self.owner}.{name} is {value!r}, not a value of type {kind}: {error}")
+                    return ValueError(f"{self.owner}.{name} is {value!r}, which is not a value of type {kind} ({error})")
             at += size or 1
-        return ValueError(f"{self.owner}: values do not fit")
+        return ValueError(f"{self.owner}: the values do not fit")
 
     def read(self, message, counts, data, at):
         values = self.struct.unpack_from(data, at)
@@ -148,7 +148,7 @@ class _Numbers:
             if name in self.arrays_of:
                 counts[name] = values[index]
                 if values[index] < 0:
-                    raise DecodeError(f"{self.owner}.{name} is {values[index]}")
+                    raise DecodeError(f"{self.owner}.{name} is {values[index]}, but must not be negative")
             elif size is None:
                 setattr(message, name, values[index])
             else:
@@ -174,7 +174,7 @@ class _Text:
     def write(self, message, out):
         text = getattr(message, self.name)
         if not isinstance(text, str) or "\0" in text:
-            raise ValueError(f"{self.owner}.{self.name} is {text!r}, must be text without NUL")
+            raise ValueError(f"{self.owner}.{self.name} is {text!r}, but must be text without NUL")
         data = text.encode()
         out.append(_INT.pack(len(data) + 1) + data + b"\0")
 
@@ -183,7 +183,7 @@ class _Text:
         at += 4
         text = data[at:at + size] if size > 0 else b""
         if len(text) != size or text.find(b"\0") != size - 1:
-            raise DecodeError(f"{self.owner}.{self.name}: no text of {size} bytes with one NUL, at its end")
+            raise DecodeError(f"{self.owner}.{self.name} is not a text of {size} bytes with one NUL, at its end")
         setattr(message, self.name, bytes(text[:-1]).decode("utf-8", "replace"))
         return at + size
 
@@ -200,14 +200,14 @@ class _Bytes:
     def write(self, message, out):
         data = bytes(getattr(message, self.name))
         if isinstance(self.size, int) and len(data) != self.size:
-            raise ValueError(f"{self.owner}.{self.name}: {len(data)} bytes, must be {self.size}")
+            raise ValueError(f"{self.owner}.{self.name} has {len(data)} bytes, but must have {self.size}")
         out.append(data)
 
     def read(self, message, counts, data, at):
         size = self.size if isinstance(self.size, int) else counts[self.size]
         value = bytes(data[at:at + size])
         if len(value) != size:
-            raise DecodeError(f"{self.owner}.{self.name}: {size} bytes, there are {len(value)}")
+            raise DecodeError(f"{self.owner}.{self.name} needs {size} bytes, but there are {len(value)}")
         setattr(message, self.name, value)
         return at + size
 
@@ -229,17 +229,17 @@ class _Rows:
         if self.width is not None:
             for row in values:
                 if len(row) != self.width:
-                    raise ValueError(f"{self.owner}.{self.name}: {len(row)} values in a row, must be {self.width}")
+                    raise ValueError(f"{self.owner}.{self.name} has {len(row)} values in a row, but must have {self.width}")
             values = [x for row in values for x in row]
         try:
             out.append(struct.pack(f">{len(values)}{self.letter}", *values))
         except struct.error as error:
-            raise ValueError(f"{self.owner}.{self.name}: a value is not of type {self.kind}: {error}") from None
+            raise ValueError(f"{self.owner}.{self.name} has a value that is not of type {self.kind} ({error})") from None
 
     def read(self, message, counts, data, at):
         number = counts[self.count] * (self.width or 1)
         if number * self.size > len(data) - at:
-            raise DecodeError(f"{self.owner}.{self.name}: {number} numbers do not fit")
+            raise DecodeError(f"{self.owner}.{self.name} needs {number} numbers, more than the bytes hold")
         values = list(struct.unpack_from(f">{number}{self.letter}", data, at))
         if self.width is not None:
             values = [values[k:k + self.width] for k in range(0, number, self.width)]
@@ -270,7 +270,7 @@ class _Structs:
         else:
             value = []
             if counts[self.count] > len(data) - at:
-                raise DecodeError(f"{self.owner}.{self.name}: {counts[self.count]} entries do not fit")
+                raise DecodeError(f"{self.owner}.{self.name} needs {counts[self.count]} entries, more than the bytes hold")
             for _ in range(counts[self.count]):
                 one, at = self.kind._read(data, at)
                 value.append(one)

@@ -34,8 +34,8 @@ def _period(every, rate):
     %."""
     ticks = ticks_of("every", every, rate)
     if abs(ticks - every * rate) > 0.01 * every * rate:
-        raise ValueError(f"every {every!r} s is {every * rate:.6g} ticks at {rate:g} Hz, must be within 1 % of a whole "
-                         f"number of ticks: every={ticks / rate:.9g} is the nearest")
+        raise ValueError(f"every {every!r} s is {every * rate:.6g} ticks at {rate:g} Hz, but must be within 1 % of a whole "
+                         f"number of ticks; every={ticks / rate:.9g} is the nearest")
     return ticks
 
 
@@ -93,14 +93,14 @@ def _listen_through(daemon, controller, every, until):
                 raise
     status = daemon.status()
     if status.session == session and status.mode not in (status.STARTING, status.STOPPED):
-        raise StepError(f"no STATE within {daemon.timeout:g} s of a running daemon: set publish: {{state: RATE}} in the "
+        raise StepError(f"no STATE of a running daemon came within {daemon.timeout:g} s; set publish: {{state: RATE}} in the "
                         "scene, or give connect() a longer timeout")
     raise Gone("another daemon has replaced this one", session)
 
 
 def _warn_of_rate(every, rate, gap):
     warnings.warn(f"every={every!r} s asks for {1 / every:.6g} states per simulated second, but the daemon publishes "
-                  f"{rate / gap:.6g}: the controller is called at that rate. Set publish: "
+                  f"{rate / gap:.6g}, so the controller is called at that rate. Set publish: "
                   f"{{state: {min(1 / every, rate):.6g}}} in the scene, or start freeflexd with --time lockstep",
                   RuntimeWarning, stacklevel=5)
 

@@ -14,7 +14,7 @@ def damp(daemon, first, second, gain, seconds=20.0, window=1.0):
             continue
         for name, point in ((first, a), (second, b)):
             if point not in daemon.points.points:
-                raise LookupError(f"the scene does not publish point {name!r}: list it under publish: points: of")
+                raise LookupError(f"the scene does not publish point {name!r}; list it under publish: points: of")
         tick, one, other = daemon.points.tick, daemon.points.points[a], daemon.points.points[b]
         start = tick if start is None else start
         line = [y - x for x, y in zip(one.position, other.position)]
@@ -33,6 +33,6 @@ def damp(daemon, first, second, gain, seconds=20.0, window=1.0):
             if rejected.ack.reason != 3:  # 3 is wrong_session: the STATUS of the new session raises Gone
                 raise
     if not speeds:
-        raise TimeoutError(f"no complete POINTS on {daemon.prefix}_POINTS: does the scene publish {first} and {second}?")
+        raise TimeoutError(f"no complete POINTS came on {daemon.prefix}_POINTS; does the scene publish {first} and {second}?")
     end = speeds[-1][0]
     return max(s for t, s in speeds if t <= window), max(s for t, s in speeds if t >= end - window)

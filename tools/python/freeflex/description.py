@@ -18,14 +18,14 @@ class Scene:
 
     def __init__(self, source=None, *, text=None, folder=None):
         if (source is None) == (text is None):
-            raise ValueError("give a scene as a file, a dict or text=, exactly one of them")
+            raise ValueError("give a scene as exactly one of a file, a dict and text=")
         self.path, self.text, self.name, self.settings = None, text, "<text>", {}
         if isinstance(source, dict):
             self.text, self.name = as_json(source, "the scene", indent=1), "<dict>"
         elif source is not None:
             self.path = os.fsencode(source)
             if folder is not None:
-                raise ValueError("folder= needs a dict or a text: the files that a scene file names are relative to its folder")
+                raise ValueError("folder= needs a dict or a text, because the files that a scene file names are relative to its folder")
         for what, value in (("path", self.path), ("text", self.text)):
             if value is not None and (b"\0" if isinstance(value, bytes) else "\0") in value:
                 raise ValueError(f"the {what} of a scene contains a zero byte")

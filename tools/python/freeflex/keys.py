@@ -15,9 +15,9 @@ class Key:
 
     def __init__(self, id, secret):
         if not re.fullmatch(r"[A-Za-z0-9_.-]{1,31}", id):
-            raise ValueError(f"id {id!r} of a key: must be 1 to 31 of A-Z a-z 0-9 _ . -")
+            raise ValueError(f"id {id!r} of a key must be 1 to 31 of A-Z a-z 0-9 _ . -")
         if len(secret) != 32:
-            raise ValueError(f"a secret of {len(secret)} bytes, must be 32")
+            raise ValueError(f"the secret has {len(secret)} bytes, but must have 32")
         self.id, self.secret = id, bytes(secret)
 
     @classmethod
@@ -29,7 +29,7 @@ class Key:
                 if match := re.match(r"(id|secret):\s*(\S+)\s*$", line):
                     found[match.group(1)] = match.group(2)
         if "id" not in found or not re.fullmatch(r"[0-9a-fA-F]{64}", found.get("secret", "")):
-            raise ValueError(f"{path}: no key; it needs lines 'id: NAME' and 'secret: 64 hexadecimal digits', "
+            raise ValueError(f"{path} contains no key; it needs the lines 'id: NAME' and 'secret: 64 hexadecimal digits', "
                              "as freeflex keygen writes them")
         return cls(found["id"], bytes.fromhex(found["secret"]))
 

@@ -68,7 +68,7 @@ class _Reader:
             raise _Flaw(f"the file ends within an event, after {len(head)} of {_HEAD.size} bytes of its header")
         _, number, utime, name_size, size = _HEAD.unpack(head)
         if not 0 < name_size <= _MOST_NAME or size < 0:
-            raise _Flaw("an event with impossible lengths")
+            raise _Flaw("an event has impossible lengths")
         end = at + _HEAD.size + name_size + size
         if end > self.size:
             raise _Flaw(f"the file ends within an event, after {self.size - at} of {end - at} bytes")
@@ -134,7 +134,7 @@ def events(path):
         if first.begin == 0 and first.reason == _NO_EVENT and reader.number is None:
             raise LogError(f"{path} is not a recording of lcm-logger", damage)
         until = "on" if first.end == reader.size else f"to byte {first.end}"
-        more = f", and at {rest} more place{'s' if rest > 1 else ''}" if rest else ""
+        more = f", nor at {rest} more place{'s' if rest > 1 else ''}" if rest else ""
         raise LogError(f"{path} is damaged at byte {first.begin}: {first.reason}; nothing is read from there "
                        f"{until}{more}", damage)
 
@@ -166,7 +166,7 @@ def messages(path, prefix="FREEFLEX"):
     except LogError as error:
         damaged = error
     if count:
-        text = (f"{damaged}; " if damaged else f"{path}: ") + first + (f", and {count - 1} more" if count > 1 else "")
+        text = (f"{damaged}; " if damaged else f"{path}: ") + first + (f", and {count - 1} more messages are damaged" if count > 1 else "")
         raise LogError(text, damaged.damage if damaged else ())
     if damaged:
         raise damaged

@@ -27,7 +27,7 @@ Verdict = collections.namedtuple("Verdict", "level cause error scale tick")
 Energy = collections.namedtuple("Energy", "kinetic_rigid kinetic_elastic potential")
 
 
-_IN_USE = "another thread steps this motion: give each thread a copy() of its own, or have them take turns"
+_IN_USE = "another thread steps this motion; give each thread a copy() of its own, or have them take turns"
 
 
 class _Setting(ctypes.Structure):
@@ -100,11 +100,11 @@ def library():
         try:
             loaded = ctypes.CDLL(name)
         except OSError as error:
-            raise StepError(f"{error}: install freeflex, or name the library in FREEFLEX_LIBRARY") from None
+            raise StepError(f"the library of freeflex cannot be loaded ({error}); install freeflex, or name the library in FREEFLEX_LIBRARY") from None
         for function, (result, arguments) in _signatures(ctypes).items():
             bound = getattr(loaded, "freeflex_" + function, None)
             if bound is None:
-                raise StepError(f"{name} has no freeflex_{function}: it is not the C library of this freeflex")
+                raise StepError(f"{name} has no freeflex_{function}, so it is not the C library of this freeflex; name another in FREEFLEX_LIBRARY")
             bound.restype, bound.argtypes = result, arguments
             setattr(loaded, function, bound)
         _library = loaded
@@ -310,7 +310,7 @@ class Motion:
 
     def _read_of(self, state, kind, name):
         if state._version != self._version:
-            raise RuntimeError(f"the motion is at tick {self.tick}: read from the state of tick {state.tick} before the "
+            raise RuntimeError(f"the motion is at tick {self.tick}; read from the state of tick {state.tick} before the "
                                "next step")
         c, index = library(), self.index("point" if kind == "body" else kind, name)
         if kind == "point":

@@ -92,7 +92,7 @@ def indices_of(numbered):
 def check_kind(kind):
     """Checks a kind. LookupError: it is not one of KINDS."""
     if kind not in KINDS:
-        raise LookupError(f"no kind {kind!r}, must be one of {', '.join(KINDS)}")
+        raise LookupError(f"there is no kind {kind!r}; it must be one of {', '.join(KINDS)}")
 
 
 def index_in(indices, kind, name):
@@ -100,7 +100,7 @@ def index_in(indices, kind, name):
     if name in indices:
         return indices[name]
     close = difflib.get_close_matches(str(name), list(indices)[:10000], 5, 0.5) or list(indices)[:5]
-    raise LookupError(f"no {kind} {name!r}; there " + (f"are {', '.join(close)}"
+    raise LookupError(f"there is no {kind} {name!r}; there " + (f"are {', '.join(close)}"
                       + (f" and {len(indices) - len(close)} more" if len(indices) > len(close) else "")
                       if indices else "is none"))
 

@@ -92,7 +92,7 @@ class Push:
         self.wrenches = [(index("group", k), _three(k, f), _three(k, t)) for k, (f, t) in (wrenches or {}).items()]
         self.wheels = [(index("wheel", k), _number(k, t)) for k, t in (wheels or {}).items()]
         if axes not in AXES:
-            raise ValueError(f"axes {axes!r}, must be one of {', '.join(AXES)}")
+            raise ValueError(f"axes is {axes!r}, but must be one of {', '.join(AXES)}")
         self.axes, self.slot = AXES.index(axes), whole("slot", slot, 0, 63)
         has_loads = bool(self.forces or self.torques or self.wrenches or self.wheels)
         if has_loads and (duration is None) == (lease is None):
@@ -112,20 +112,20 @@ class Push:
 
 def _three(name, values):
     if len(values) != 3:
-        raise ValueError(f"{name!r}: a force and a torque have three components")
+        raise ValueError(f"{name!r} does not have three components; give x, y and z of the force or torque")
     return [_number(name, x) for x in values]
 
 
 def _number(name, value):
     if isinstance(value, (str, bytes)):
-        raise TypeError(f"{name!r}: {value!r} is text, must be a number")
+        raise TypeError(f"{name!r}: {value!r} is text, but must be a number")
     return float(value)
 
 
 def ticks_of(what, seconds, rate):
     """Returns the nearest number of ticks, at least one. ValueError: the time is not positive."""
     if not 0.0 < seconds < 1e9:
-        raise ValueError(f"{what} {seconds!r} s, must be a time above 0 and below 1e9 s")
+        raise ValueError(f"{what} is {seconds!r} s, but must be a time above 0 and below 1e9 s")
     return max(1, round(seconds * rate))
 
 
@@ -136,4 +136,4 @@ def whole(what, value, least, most):
             return number
     except TypeError:
         pass
-    raise ValueError(f"{what} {value!r}, must be a whole number from {least} to {most}")
+    raise ValueError(f"{what} is {value!r}, but must be a whole number from {least} to {most}")

@@ -71,7 +71,7 @@ class Page {
         },
         loads: (values) => { this.loads = values; this.picture.setLoads(values); },
         text: (message) => this.hear(message),
-        closed: () => notice("freeflex view does not answer: it has ended or is busy"),
+        closed: () => notice("freeflex view does not answer, because it has ended or is busy"),
       });
     }
     const step = Math.max(1, Math.ceil(body.points / MOST_FITTED)), R = rotation(body.attitude);
@@ -106,7 +106,7 @@ class Page {
     if (body.modes < body.allModes)
       $("modes").prepend(element("p", { textContent: `the lowest ${body.modes} of ${body.allModes} modes are drawn` }));
     if (body.unknownPoints > 0)
-      $("modes").prepend(element("p", { textContent: `${body.unknownPoints} points are drawn at rest: the plan file has no mode shapes for them; open the scene instead` }));
+      $("modes").prepend(element("p", { textContent: `${body.unknownPoints} points are drawn at rest, because the plan file has no mode shapes for them; open the scene instead` }));
     $("signals").append(...signalOptions(body));
     const hasStatus = !this.player || this.player.recording.motion.statuses?.length > 0;
     for (const key of firstSignals(body, hasStatus)) this.strips.toggle(key);
@@ -332,7 +332,7 @@ class Page {
     const rate = motion ? (motion.time.length - 1) / (motion.clock.at(-1) - motion.clock[0]) : this.strips.rate();
     if (!Number.isFinite(rate) || rate <= 0) return [];
     const some = motion && motion.allStates > motion.shownStates ? `, ${motion.shownStates} of ${motion.allStates}` : "";
-    return [["states", `${digits(rate)} a second${some}: motion above ${digits(0.5 * rate, "Hz")} is aliased`]];
+    return [["states", `${digits(rate)} a second${some}; motion above ${digits(0.5 * rate, "Hz")} is aliased`]];
   }
 
   showTrouble() {

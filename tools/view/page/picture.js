@@ -89,8 +89,8 @@ export class Picture {
   /** Throws if the browser has no WebGL 2, or if WebGL cannot write floats. */
   constructor(canvas, body) {
     const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
-    if (!gl) throw new Error("this browser has no WebGL 2");
-    if (!gl.getExtension("EXT_color_buffer_float")) throw new Error("this browser's WebGL cannot write floats");
+    if (!gl) throw new Error("this browser has no WebGL 2; use another browser");
+    if (!gl.getExtension("EXT_color_buffer_float")) throw new Error("this browser's WebGL cannot write floats; use another browser");
     this.gl = gl;
     this.canvas = canvas;
     this.body = body;
