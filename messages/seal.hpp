@@ -18,7 +18,7 @@ namespace freeflex {
 
 /// The contents of a key file: the name of a sender and the secret that proves the sender.
 struct SealingKey {
-  std::string id;                                            // sender of its commands
+  std::string id;                                            // sender of the commands sealed with the key
   std::array<unsigned char, crypto_auth_KEYBYTES> secret{};  // 32 bytes
 };
 using SealTag = std::array<unsigned char, crypto_auth_BYTES>;

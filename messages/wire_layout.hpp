@@ -1,7 +1,8 @@
 // Layout of a message's fields on the wire: the types of the tables that wire_layouts.cmake generates from
 // the .lcm files (freeflex_msgs/wire_layouts.hpp in the build tree). An LCM message begins with eight bytes
-// of fingerprint. The fields follow without gaps, big-endian. A string is its length including the terminator
-// (int32), its characters and NUL. An array is its elements, and a struct is its fields.
+// of fingerprint. The fields follow without gaps, big-endian. A string is an int32, which counts its
+// characters and the NUL, then the characters and the NUL. An array is the sequence of its elements, and a
+// struct the sequence of its fields.
 #pragma once
 
 #include <array>
@@ -18,7 +19,7 @@ inline constexpr std::int64_t kFingerprintBytes = 8;  // [bytes]
 inline constexpr int kMaxCounts = 8;                  // counts in one struct
 inline constexpr int kMaxDimensions = 2;              // of one array
 /// [bytes] Largest size by which a count may be multiplied. With this limit no sum of sizes overflows 64
-/// bits. No message is longer than this.
+/// bits. No message is longer than kMaxStride.
 inline constexpr std::int64_t kMaxStride = 1 << 16;
 
 enum class Kind : std::uint8_t {
@@ -36,8 +37,8 @@ enum class Kind : std::uint8_t {
 
 /// One dimension of an array: a constant, or the value of a count in the same struct.
 struct Dimension {
-  std::int32_t size = 1;    // the constant; not used for a count
-  std::int32_t count = -1;  // index of the struct's count, from 0; -1: constant
+  std::int32_t size = 1;    // the constant; not used if the dimension is a count
+  std::int32_t count = -1;  // index of the count among the counts of the struct, from 0; -1: constant
 };
 constexpr Dimension constant(std::int32_t size) { return {size, -1}; }
 constexpr Dimension counted_by(std::int32_t count) { return {1, count}; }
@@ -57,10 +58,10 @@ struct Layout {
   std::string_view name;
   std::span<const Field> fields;  // in wire order
   int num_counts = 0;
-  std::int64_t fixed_size = -1;  // [bytes] without fingerprint; -1: depends on the contents
+  std::int64_t fixed_size = -1;  // [bytes] without fingerprint; -1: the size depends on the contents
 };
 
-/// Returns the size of one value [bytes]; -1: depends on the contents.
+/// Returns the size of one value [bytes], or -1 if the size depends on the contents.
 constexpr std::int64_t size_of(const Field& field) {
   switch (field.kind) {
     case Kind::kBoolean:
@@ -83,8 +84,9 @@ constexpr std::int64_t size_of(const Field& field) {
   return -1;
 }
 
-/// Returns the layout of the fields. Fails to compile if the size of the table's messages has no bound that
-/// the walk can check.
+/// Returns the layout of the fields. Fails to compile if a walk could not check such a message: a count is
+/// declared after its array, an array has two counts, a size is 0 or above kMaxStride, or there are more than
+/// kMaxCounts counts.
 constexpr Layout make_layout(std::string_view name, std::span<const Field> fields) {
   Layout layout{name, fields, 0, 0};
   for (const Field& field : fields) {
@@ -111,7 +113,8 @@ constexpr Layout make_layout(std::string_view name, std::span<const Field> field
   return layout;
 }
 
-/// The layout of a generated message class. The generated tables define a `const Layout*` for each class.
+/// The layout of a message class, or nullptr for any other type. The generated tables define this variable as
+/// a `const Layout*` for each generated class.
 template <class Message>
 inline constexpr std::nullptr_t layout_of = nullptr;
 

@@ -58,8 +58,8 @@ class BracketScanner {
   struct Open {
     char opening;
     std::size_t offset;
-    std::size_t indent;  // indent of the bracket's line
-    bool is_line_start;  // the bracket is first in its line: inner lines may have the same indent
+    std::size_t indent;  // indent of the line that contains the bracket [bytes]
+    bool is_line_start;  // true: the bracket begins its line, so lines inside it may have the same indent
   };
 
   void pass() {
@@ -70,13 +70,15 @@ class BracketScanner {
     ++at_;
   }
 
-  // returns true if an item of the block that contains the outermost bracket begins at this start of a line
+  // returns true if an item of the block that contains the outermost bracket begins at the first character of
+  // this line
   bool begins_outside() const {
     if (open_.empty() || open_.front().is_line_start || indent_ > open_.front().indent) return false;
     return starts_item(text_.substr(at_, std::min(text_.find('\n', at_), text_.size()) - at_));
   }
 
-  // skips the text up to its closing quote. A quote that is never closed is a different fault.
+  // skips a quoted text. If its quote is never closed, forgets the open brackets, because the parser reports
+  // that fault.
   void skip_quoted(char quote) {
     for (pass(); at_ < text_.size() && text_[at_] != quote; pass())
       if (quote == '"' && text_[at_] == '\\' && at_ + 1 < text_.size()) pass();

@@ -96,7 +96,7 @@ CsvTable::CsvTable(Report& report, int source, std::vector<std::string_view> kno
     return;
   }
   header_ = {source_, line_, 1};
-  // `meant` lists the known columns that unknown columns may be misspellings of
+  // `meant` lists, for each unknown column, the known column that it may misspell
   std::vector<std::string_view> found, meant;
   for (const Field& field : split(line)) {
     const Origin place{source_, line_, field.column};

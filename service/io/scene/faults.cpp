@@ -81,7 +81,7 @@ std::string faults_to_json(const Faults& faults, const std::vector<std::string>&
                     {"column", fault.origin.column},
                     {"severity", severity_of(fault)},
                     {"message", fault.message}});
-  // a file name need not be UTF-8
+  // a file name need not be UTF-8, so invalid bytes are replaced
   return list.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 

@@ -118,8 +118,8 @@ std::string item_label(const std::string& noun, const Node& node, const std::str
 
 namespace {
 
-// returns "damping: {ratio: 0.02}" if the node is a number where a mapping is required, or an empty text for
-// any other node
+// returns ": write damping: {ratio: 0.02}" if a number stands in place of a mapping, or an empty text for any
+// other node and for sections without a number_key
 std::string advise_mapping(const Node& node, const std::string& label, std::string_view number_key) {
   constexpr std::string_view kStart = "+-.,0123456789";
   if (number_key.empty() || node.kind != Node::Kind::kText || node.text.empty() ||
@@ -131,8 +131,8 @@ std::string advise_mapping(const Node& node, const std::string& label, std::stri
          std::string(number_key) + ": " + (is_good ? node.text : "NUMBER") + "}";
 }
 
-/// The key that an unknown key may be a misspelling of: a key that is absent, or a key that lacks the blank
-/// after its colon. The advice is empty if `word` is empty.
+/// The absent key that an unknown key probably stands for: the key that resembles it, or the key before a
+/// colon without a blank ("mass:40"). Word and advice are empty if there is no such key.
 struct MeantKey {
   std::string_view word;
   std::string advice;
@@ -168,7 +168,7 @@ Fields::Fields(Report& report, const Node& node, std::string label, const Sectio
       report.error(key.origin, label_of(key.text) + " " + std::string(reason->reason));
       continue;
     }
-    std::vector<std::string_view> absent;  // keys that the unknown key may be a misspelling of
+    std::vector<std::string_view> absent;  // known keys that the mapping lacks
     for (const Key& known : section.keys)
       if (!find(known.name)) absent.push_back(known.name);
     const MeantKey meant = find_meant(key.text, absent);

@@ -15,8 +15,8 @@
 
 namespace freeflex::io::reader {
 
-/// Each function reads a number or a vector. Returns nullopt after reporting a fault, whose text begins with
-/// the label, for example "point 'hub': mass".
+/// Each function reads a number, a list of numbers or a vector. After reporting a fault, whose text begins
+/// with the label, for example "point 'hub': mass", it returns nullopt.
 std::optional<double> read_number(Report& report, const Node& node, const std::string& label,
                                   const Quantity& quantity);
 std::optional<std::vector<double>> read_numbers(Report& report, const Node& node, const std::string& label,
@@ -34,7 +34,7 @@ std::string comma_hint(const Node& list, std::size_t wanted);
 
 /// Reads a text, such as a file name or word. A mapping, a list or an empty node is a fault.
 std::optional<std::string> read_text(Report& report, const Node& node, const std::string& label);
-/// Returns the index of one of the allowed words.
+/// Returns the index of the text in the list of allowed words, or nullopt after reporting a fault.
 std::optional<std::size_t> read_word(Report& report, const Node& node, const std::string& label,
                                      const std::vector<std::string_view>& allowed);
 /// Reads a name. A name that name_problem rejects is a fault.
@@ -44,7 +44,8 @@ std::optional<std::string> read_name(Report& report, const Node& node, const std
 /// the list, counted from 1.
 std::string item_label(const std::string& noun, const Node& node, const std::string& place);
 
-/// A mapping with the keys of a section. The constructor reports keys that are unknown or refused.
+/// A mapping with the keys of a section. The constructor reports a node that is not a mapping, and keys that
+/// are unknown or refused.
 class Fields {
  public:
   /// \param section  must outlive this object
@@ -57,7 +58,7 @@ class Fields {
   /// Returns the value of a key, or nullptr if the key is absent or unknown.
   const Node* find(std::string_view key) const;
   /// Returns the value as find() does. Reports a missing key as "<label>: <key> is missing, <allowed>",
-  /// unless an unknown key resembles it.
+  /// unless an unknown key may be a misspelling of the missing key.
   const Node* require(std::string_view key, const std::string& allowed) const;
 
   /// Returns true if a reported unknown key may be a misspelling of one of these keys.
@@ -69,14 +70,14 @@ class Fields {
   const Key& key(std::string_view key) const { return section_.at(key); }
   std::string label_of(std::string_view key) const { return label_ + ": " + std::string(key); }
 
-  /// Each function reads the key into `value` if the key is known, present and valid. Reports a missing key
-  /// if it is required.
+  /// Each function reads the key into `value` if the key is known, present and valid. Reports an invalid
+  /// value, and a missing key that the section requires.
   void read(std::string_view key, double& value) const;
   void read(std::string_view key, Eigen::Vector3d& value) const;
   /// Reads a number and treats it as required, even if the section says that it is optional.
   void require(std::string_view key, double& value) const;
-  /// Returns the index of the key's word in the list of allowed words, or nullopt if the key is absent or
-  /// after reporting a fault.
+  /// Returns the index of the key's word in the list of allowed words, or nullopt if the key is absent or its
+  /// value was reported as a fault.
   std::optional<std::size_t> read_word(std::string_view key) const;
 
  private:
@@ -85,7 +86,7 @@ class Fields {
   std::string label_;
   const Section& section_;
   bool is_mapping_;
-  std::vector<std::string_view> misspelt_;  // keys that unknown keys may be misspellings of
+  std::vector<std::string_view> misspelt_;  // absent keys that unknown keys may misspell
 };
 
 /// The names of one kind of item, in the order of the scene.
@@ -94,15 +95,15 @@ class Names {
   explicit Names(std::string noun) : noun_(std::move(noun)) {}
   const std::string& noun() const { return noun_; }
   std::size_t size() const { return names_.size(); }
-  /// Adds a name. A name that is already used is a fault.
+  /// Adds a name. A name that another item has already is a fault.
   void add(Report& report, std::string name, const Origin& origin);
   std::optional<int> find(std::string_view name) const;
   /// Returns the index of the name, or nullopt after reporting "<label> names the point 'hbu', ...".
   std::optional<int> resolve(Report& report, std::string_view name, const Origin& origin,
                              const std::string& label) const;
-  /// Resolves a node, which must be text.
+  /// Returns the index of the name that is the text of the node, or nullopt after reporting a fault.
   std::optional<int> resolve(Report& report, const Node& node, const std::string& label) const;
-  /// Marks the list of names as not completely read. After this call, unknown names are not reported.
+  /// Records that some names could not be read. After this call, unknown names are not reported.
   void mark_incomplete() { is_complete_ = false; }
   bool is_complete() const { return is_complete_; }
 
@@ -115,7 +116,7 @@ class Names {
 };
 
 /// Reads `all`, a name, a range `a..b` in the order of the scene, or a list of names and ranges. Returns
-/// nullopt after reporting a fault. A repeated name is a fault unless may_repeat is true.
+/// nullopt after reporting a fault. An item that is selected twice is a fault unless may_repeat is true.
 std::optional<std::vector<int>> read_selection(Report& report, const Node& node, const std::string& label,
                                                const Names& names, bool may_repeat = false);
 

@@ -33,8 +33,9 @@ using Settings = std::vector<Setting>;
 std::optional<Setting> parse_setting(const std::string& argument, const std::string& option = "--set");
 
 /// Reads a YAML file into a scene, with its CSV and Matrix Market files. The names of these files are
-/// relative to the YAML file. Reports all faults of syntax, keys, types, ranges, references and duplicates at
-/// once. A fault of a setting is reported at the setting's source.
+/// relative to the folder of the YAML file. Reports all faults of keys, types, ranges, references and
+/// duplicates at once, but only the first fault of the YAML syntax. A fault of a setting is reported at the
+/// setting's source.
 SceneResult read_scene(const std::string& path, const Settings& settings = {});
 
 /// A scene in memory, YAML or JSON.
@@ -63,8 +64,8 @@ struct PlanResult {
   std::vector<std::string> sources;
 };
 /// Makes a plan from a scene file or a plan file. A plan file is recognised by its magic bytes.
-/// \param rate      [Hz] ticks per second that replace the file's rate; 0: keeps the file's rate. An
-///   unsuitable rate is a fault.
+/// \param rate  [Hz] ticks per second that replace the file's rate; 0: keeps the file's rate. A rate that the
+///   scene does not allow is a fault.
 /// \param settings  values set in the scene; for a plan file, any setting is a fault
 PlanResult load_plan(const std::string& path, double rate = 0.0, const SetupProgress& progress = {},
                      const Settings& settings = {});
@@ -79,7 +80,7 @@ PlanResult load_plan_text(const SceneText& scene, double rate = 0.0, const Setup
 
 /// Writes a plan file either completely or not at all (temporary file, fsync, rename). Returns an empty
 /// string, or the error.
-/// \param is_ended  called for each megabyte; true cancels the writing
+/// \param is_ended  called before each megabyte and at the end; if it returns true, nothing is written
 std::string save_plan(const Plan& plan, const std::string& path, const std::function<bool()>& is_ended = {});
 
 }  // namespace freeflex::io

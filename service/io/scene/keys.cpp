@@ -33,10 +33,10 @@ constexpr Quantity kForce{"N"};
 constexpr Quantity kTorque{"N m"};
 constexpr Quantity kVelocity{"m/s"};
 constexpr double kMaxInner = 2000.0;  // largest number of inner coordinates of one superelement
-// [s] longer than the 50 ms after which a loop with slow ticks takes commands
+// [s] least max_age; longer than the 50 ms between two readings of commands in a loop with slow ticks
 constexpr double kShortestAge = 0.1;
 
-// make keys of each form
+// these functions make keys of each form
 Key key(std::string_view name, Form form, std::string_view about, Quantity quantity = kNumber) {
   return {.name = name, .form = form, .about = about, .quantity = quantity};
 }
@@ -77,7 +77,7 @@ Key items(std::string_view name, std::vector<const Section*> of, std::string_vie
   return made;
 }
 
-// add properties to a key
+// these functions add properties to a key
 Key required(Key made) {
   made.is_required = true;
   return made;
@@ -106,7 +106,7 @@ std::vector<std::string_view> rungs() {
   return names;
 }
 
-// names of all features by number, then "all"
+// returns the names of all features in the order of their numbers, then "all"
 std::vector<std::string_view> parts() {
   std::vector<std::string_view> names;
   names.reserve(kNumFeatures + 1);

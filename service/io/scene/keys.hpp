@@ -26,7 +26,8 @@ enum class Form {
   kItems,      // a list of mappings, each with the keys of one of `sections`; or a single such mapping
 };
 
-/// The kind of the keys of a mapping, for a key that has one value of the form for each name or mode.
+/// How many values a key has: one (kNothing), or a mapping with one value for each existing name (kName),
+/// each new name (kNewName) or each mode number (kMode).
 enum class Per { kNothing, kName, kNewName, kMode };
 
 struct Section;
@@ -36,7 +37,7 @@ struct Key {
   Form form;
   std::string_view about;  // description for authors of scenes, without unit and range
   Quantity quantity{"-"};
-  Range range{};                      // additional range, which the reader checks with a message of its own
+  Range range{};  // narrower range, for which the reader has a check and message of its own
   std::vector<std::size_t> counts{};  // allowed lengths of kNumbers, empty for any length
   std::vector<std::string_view> words{};
   std::vector<const Section*> sections{};
@@ -45,7 +46,8 @@ struct Key {
   std::string_view example{};  // JSON
 };
 
-/// A key that is valid only in other sections, and the reason: "is not for beams: ...".
+/// A key that this section refuses because the key is valid only in other sections, and the reason for the
+/// message: "is not for beams: ...".
 struct RefusedKey {
   std::string_view key, reason;
 };
@@ -54,7 +56,7 @@ struct RefusedKey {
 struct Section {
   std::string_view name;
   std::vector<Key> keys;
-  std::string_view number_key{};  // the key that an author means who writes a number instead of the mapping
+  std::string_view number_key{};  // key whose value the author means by a number in place of the mapping
   std::vector<std::string_view> any_of{};  // keys of which at least one is required
   std::vector<RefusedKey> refused{};
 

@@ -33,8 +33,8 @@ const std::vector<std::string_view> kColumns{
     "EIz",     "GAy",     "GAz",        "damping", "E",         "nu", "thickness", "mass_per_length",
     "density", "viscous", "loss_factor"};
 
-/// A kind of link that a table may contain, with its columns. The columns name, viscous and loss_factor are
-/// allowed for every kind.
+/// A kind of link that a table may contain, with its columns. A table may also have the column name, and
+/// viscous and loss_factor if `losses` does not refuse them.
 struct TableForm {
   std::string_view kind;
   std::vector<Column> required, optional;  // columns in addition to from and to
@@ -78,8 +78,8 @@ LinkKind read_plate(const CsvTable& table, const CsvRow& row, const std::string&
   return plate;
 }
 
-// returns the kind whose required columns are all present and that allows every column, or nullptr if there
-// is none
+// returns the kind whose required columns the table has and which allows all other columns of the table, or
+// nullptr if there is none
 const TableForm* form_of(const CsvTable& table) {
   static const std::vector<TableForm> kForms{
       {"spring", {kStiffnessColumn}, {}, kElasticLosses, read_spring},

@@ -9,10 +9,10 @@
 
 namespace freeflex::io::reader {
 
-/// Form in which a scene contains a kind of link.
+/// The form in which a scene writes a kind of link.
 struct LinkForm {
   enum class Extent {
-    kChain,  // num_points or more points; one link for each num_points consecutive points
+    kChain,  // num_points or more points; one link for each run of num_points successive points
     kOne,    // exactly num_points points
     kBody,   // num_points or more points in one link
     kFile,   // a file; the key `points` lists the points
@@ -316,8 +316,8 @@ void SceneReader::read_chain(const Fields& fields, const LinkForm& form, Link li
                                        "; write the beam with released ends as a link of its own");
   const std::string name = link.name, place = link.label;
   for (std::size_t i = 0; i < num_links; ++i) {
-    // the links of a chain are called name.1, name.2, ..., but if the chain has no name, its links get the
-    // next numbers
+    // the links of a chain are called name.1, name.2, ...; the links of a chain without a name are named by
+    // the next numbers
     const std::string part = "." + std::to_string(i + 1);
     if (num_links > 1) link.name = place.empty() ? name + part : next_link_name();
     if (num_links > 1 && !place.empty()) link.label = place + part;

@@ -11,12 +11,13 @@
 namespace freeflex::io {
 namespace {
 
-// returns the memory that a limit leaves in addition to the memory in use [MB]
+// returns the memory [MB] that a limit leaves besides the memory in use, or `otherwise` if that is less or
+// there is no limit
 double left_of(__rlimit_resource resource, double taken_MB, double otherwise) {
   rlimit limit{};
   if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return otherwise;
   constexpr double kBuffer = 1e-6 * static_cast<double>(kBlasBuffer);
-  // at least 1, because 0 means unknown
+  // at least 1e-3 MB, because 0 would mean that the memory is unknown
   return std::clamp(1e-6 * static_cast<double>(limit.rlim_cur) - taken_MB - kBuffer, 1e-3, otherwise);
 }
 
@@ -25,7 +26,7 @@ double left_of(__rlimit_resource resource, double taken_MB, double otherwise) {
 double machine_memory_MB() {
   const double page_MB = 1e-6 * static_cast<double>(sysconf(_SC_PAGE_SIZE));
   double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * page_MB;
-  // the numbers are in pages: total, resident, shared, text, libraries, data and stack (proc(5))
+  // six numbers of pages: total, resident, shared, text, libraries, data with stack (proc(5))
   double pages[6] = {};
   std::ifstream taken("/proc/self/statm");
   for (double& each : pages) taken >> each;

@@ -3,8 +3,9 @@
 
 namespace freeflex::io {
 
-/// Returns the memory for SetupProgress [MB]: the machine's memory, or less if limits of this process
-/// (`ulimit -v`, `ulimit -d`) leave less in addition to the memory that the process and the BLAS use already.
+/// Returns the memory [MB] that a set-up may use (SetupProgress): the memory of the machine, or, if that is
+/// less, the memory that the limits of this process (`ulimit -v`, `ulimit -d`) leave besides the memory in
+/// use and a buffer of the BLAS.
 double machine_memory_MB();
 
 }  // namespace freeflex::io

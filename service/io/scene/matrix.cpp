@@ -192,7 +192,7 @@ class MatrixReader {
     return found != entries_.end() && found->row == row && found->column == column ? &*found : nullptr;
   }
 
-  // reports the pair of mirrored entries that differs most.  \pre entries are sorted
+  // if mirrored entries differ too much, reports the pair that differs most.  \pre entries are sorted
   void check_symmetry() {
     double largest = 0.0, worst = 0.0;
     const Entry* at = nullptr;
@@ -224,7 +224,8 @@ class MatrixReader {
         triplets.emplace_back(row, column, entry.value);
         continue;
       }
-      // an entry of a general matrix and its mirror are averaged, so each adds half of its value to both
+      // in a general matrix, an entry and its mirror are averaged: each adds half of its value at both
+      // positions
       const double value = is_symmetric_ ? entry.value : 0.5 * entry.value;
       triplets.emplace_back(row, column, value);
       triplets.emplace_back(column, row, value);

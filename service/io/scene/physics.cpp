@@ -52,7 +52,7 @@ void report_physics(const Scene& scene, const std::vector<Origin>& other_places,
     if (fault.severity == Fault::Severity::kError)
       for (const Origin& place : report.targets(fault.origin)) broken.insert(owner(place));
   for (const Origin& place : report.unresolved()) broken.insert(owner(place));
-  // items that depend on an unreadable point are not checked either
+  // if a point could not be read, only the number of points is checked, because other items depend on points
   const bool has_broken_point =
       std::any_of(scene.points.begin(), scene.points.end(),
                   [&](const PointMass& point) { return broken.contains(place_of(point.origin)); });

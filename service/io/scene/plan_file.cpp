@@ -24,7 +24,7 @@ namespace freeflex::io {
 namespace {
 
 constexpr std::size_t kMaxPlanBytes = std::size_t{2}
-                                      << 30;  // 20 times the rows of 1000 points and 3000 modes
+                                      << 30;  // 30 times the 72 MB of rows of 1000 points with 3000 modes
 
 PlanResult load_plan_file(const std::string& path) {
   PlanResult result;
@@ -107,7 +107,7 @@ class TemporaryFile {
     }
     return true;
   }
-  // mkostemp makes a file that only its owner can read, so this call adds the rights that the umask allows
+  // gives others the rights that the umask allows, because mkostemp makes a file that only its owner can read
   bool open_to_others() {
     const mode_t mask = ::umask(0);
     ::umask(mask);
@@ -127,8 +127,8 @@ class TemporaryFile {
   bool exists_ = false;
 };
 
-// syncs the folder, because a power cut may otherwise lose the new name; but some file systems cannot sync
-// folders
+// syncs the folder, because a power cut may otherwise lose the new name. Ignores a failure, because some file
+// systems cannot sync folders.
 void sync_folder(const std::filesystem::path& file) {
   const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

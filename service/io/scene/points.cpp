@@ -22,7 +22,8 @@ bool SceneReader::add_point(PointMass point) {
   points_.add(report_, point.name, point.origin);
   scene_.points.push_back(std::move(point));
   if (scene_.points.size() <= std::size_t{kMaxNamedPoints}) return true;
-  // reports too many points for a plan, because this limit is below the limit for reading
+  // the limit of a plan is below the limit of reading, so this call reports the first point beyond the limit
+  // of a plan
   report_num_points(scene_, false, report_);
   points_.mark_incomplete();
   return false;
@@ -48,8 +49,8 @@ bool SceneReader::read_point(const Node& node, const std::string& place) {
   return add_point(std::move(point));
 }
 
-// reads the inertia (three moments, or six entries of the matrix) and the centre of mass, both in the axes of
-// the body
+// reads the inertia (three moments, or six entries of the matrix) and the offset of the centre of mass, both
+// given in the axes of the body, and converts them to the axes of the scene
 void SceneReader::read_body(const Fields& fields, PointMass& point) {
   const Node *inertia = fields.find("inertia"), *axes = fields.find("axes");
   fields.read("offset", point.offset);

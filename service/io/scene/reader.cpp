@@ -27,7 +27,8 @@ void report_implausible(const Scene& scene, reader::Report& report) {
   for (const Fault& fault : found) report.warning(fault.origin, fault.message);
 }
 
-/// Reads a source of the report.  \param source  nullopt: the file could not be opened, which was reported
+/// Reads a source of the report.
+/// \param source  nullopt: the file or text was refused, which was reported
 SceneResult read_source(reader::Report& report, std::optional<int> source, const std::string& folder,
                         const std::string& name, const Settings& settings) {
   reader::SceneReader scene_reader(report, folder, settings);
@@ -38,7 +39,8 @@ SceneResult read_source(reader::Report& report, std::optional<int> source, const
   SceneResult result;
   result.sources = report.sources();
   const bool is_read = !report.has_error();
-  // adds faults of physics in items that were read without a fault
+  // if there are faults of reading, also reports faults of physics in the items that were read without a
+  // fault
   if (!is_read && scene_reader.is_judged())
     reader::report_physics(scene, scene_reader.other_places(), report);
   if (is_read) report_implausible(scene, report);
@@ -118,7 +120,7 @@ void SceneReader::read_sections(const Node& root) {
   fields.read("rate", scene_.rate);
   read_fidelity(fields);
   if (const Node* budget = fields.find("error_budget")) read_error_budget(*budget);
-  // points first, then links, then the items that refer to points and links
+  // points are read first, then links, then the items that refer to points and links
   const Node* points = fields.require("points", "must be a list of {name, mass, at} or {csv: FILE}");
   if (points)
     read_points(*points);

@@ -1,4 +1,5 @@
-// Reads the sections of a scene file, one function each. service/scenes/README.md describes them.
+// Reads the sections of a scene file, each by a function of its own. service/scenes/README.md describes the
+// sections.
 #pragma once
 
 #include <optional>
@@ -26,11 +27,11 @@ class SceneReader {
   /// error.
   /// \param name  name of a scene that has none
   Scene read(int source, const std::string& name);
-  /// Returns false if physics cannot be checked, because a point could not be read or there are too many
-  /// links.
+  /// Returns false if physics cannot be checked, because there is no point, a point could not be read, or
+  /// there are too many links.
   bool is_judged() const { return points_.size() > 0 && points_.is_complete() && links_.size() <= kMaxLinks; }
 
-  /// Positions where sections begin, and positions of links that could not be read.
+  /// Returns the positions at which sections begin, and those of links that could not be read.
   const std::vector<Origin>& other_places() const { return other_places_; }
 
  private:
@@ -46,7 +47,8 @@ class SceneReader {
   void read_initial_modes(const Node& node);
   void read_publish(const Node* node);
   void read_commands(const Node* node);
-  /// \param chosen  the default selection; replaced by the selection of the key `of`
+  /// \param chosen  holds the default selection; if the key `of` is present, its selection replaces the
+  ///   default
   void read_rate_and_selection(const Node& node, const std::string& label, const Section& section,
                                const Names& names, const std::vector<int>& all, double& rate,
                                std::vector<int>& chosen);
@@ -60,7 +62,7 @@ class SceneReader {
   // points.cpp
   void read_points(const Node& node);
   /// Reads a point. Returns false if there are too many points.
-  /// \param place  of the item: "3" in the list, "in row 3" of a table
+  /// \param place  where the point is: "3" in the list, "in row 3" of a table
   bool read_point(const Node& node, const std::string& place);
   void read_body(const Fields& fields, PointMass& point);
   void read_points_table(const Node& node);
@@ -68,16 +70,16 @@ class SceneReader {
 
   // links.cpp
   void read_links(const Node& node);
-  /// \param place  of the item: "3" in the list, "in row 3" of a table; names a link without a name in
-  /// messages
+  /// \param place  where the link is: "3" in the list, "in row 3" of a table; messages call a link without a
+  ///   name by its place
   void read_link(const Node& node, const std::string& place);
-  /// Returns the name of a link without a name, which is the number of the link. Links that could not be read
-  /// are counted too.
+  /// Returns the name for the next link if the scene gives it none: its number among all links, including
+  /// links that could not be read.
   std::string next_link_name() const;
   void leave_link_unread(const Origin& origin);
   /// Returns the form of the link's kind, or nullptr after reporting that the mapping has no kind or has two.
   const LinkForm* find_form(const Node& node, const std::string& label);
-  /// Adds the link, or one copy of it for each segment of a chain.
+  /// Adds the link, or one copy of the link for each segment of a chain.
   void read_chain(const Fields& fields, const LinkForm& form, Link link);
   void read_matrix(const Fields& fields, const LinkForm& form, Link link);
   bool add_link(Link link);
@@ -127,12 +129,12 @@ class SceneReader {
 };
 
 /// Reports the first point that exceeds the largest number of points, if there is one.
-/// \param is_whole  false: the file has more points than the scene can contain
+/// \param is_whole  false: reading stopped, so the file may have more points than the scene
 void report_num_points(const Scene& scene, bool is_whole, Report& report);
 
 /// Reports faults of physics, except in items of the scene that have a fault of reading.
-/// \param other_places  positions at which text that belongs to no item begins. Without these positions,
-///   faults of such text would be assigned to the item before
+/// \param other_places  positions where text begins that belongs to no item of the scene; without these
+///   positions, a fault of such text would be assigned to the item before the text
 void report_physics(const Scene& scene, const std::vector<Origin>& other_places, Report& report);
 
 }  // namespace freeflex::io::reader

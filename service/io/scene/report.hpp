@@ -1,4 +1,4 @@
-// Limits, the list of faults and the files that were read, for all files of the scene reader.
+// Limits of a scene, and the report of a reading: its faults, and the files that were read.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +22,7 @@ namespace freeflex::io::reader {
 
 struct Node;
 
-/// Largest sizes of a scene. The limits on points and groups follow from the sizes of the tables that
-/// commands use as indices.
+/// Largest sizes of a scene. core/limits.hpp has the limits on points and groups.
 inline constexpr std::size_t kMaxFileBytes = std::size_t{256} << 20;
 inline constexpr std::size_t kMaxFiles = 64;
 inline constexpr std::size_t kMaxSettings = 10'000;
@@ -33,8 +32,8 @@ inline constexpr std::size_t kMaxLinks = 1'048'576;
 inline constexpr std::size_t kMaxLoads = 256;
 inline constexpr std::size_t kMaxFeedbacks = 256;
 inline constexpr std::size_t kMaxMatrixEntries = std::size_t{16} << 20;  // before entries are mirrored
-inline constexpr std::size_t kMaxMentions = std::size_t{8} << 20;  // largest number of points, links and
-                                                                   // groups in lists
+inline constexpr std::size_t kMaxMentions = std::size_t{8} << 20;        // largest total number of items in
+                                                                         // the lists of a scene
 inline constexpr std::size_t kMaxFaults = 1000;
 
 /// Reads a regular file of at most max_bytes into `text`. Returns an empty string, or the reason why the file
@@ -50,18 +49,19 @@ class Report {
   Report(const Report&) = delete;
   Report& operator=(const Report&) = delete;
 
-  /// Adds an error. Ignores an error if an earlier item has an error at the same position, because this is
+  /// Adds an error. Ignores an error if another item has an error at the same position, because it is then
   /// the same fault, reached again through an alias or through a setting of several items. Also ignores a
-  /// message that was already reported at the same position.
+  /// repetition of the first message at a position.
   void error(Origin origin, std::string message);
-  /// Reports a missing key of a mapping, unless it was reported for another mapping that this mapping merges.
+  /// Reports a missing key of a mapping, unless the key was reported as missing in a mapping that this
+  /// mapping merges.
   void missing(const Node& mapping, std::string_view key, std::string message);
   void warning(Origin origin, std::string message);
   bool has_error() const { return has_error_; }
-  /// Returns true if the report has kMaxFaults faults. Later errors then only set has_error().
+  /// Returns true if the report has kMaxFaults faults. Once it has, errors only set has_error().
   bool is_full() const { return faults_.size() >= kMaxFaults; }
 
-  /// Reads a file as a source, whose bytes text() then returns. Returns the index of the source. If the file
+  /// Reads a file as a source and returns the index of the source; text() then returns its bytes. If the file
   /// cannot be read, reports the reason at the position `asked` and returns nullopt. A file that is named
   /// twice is one source.
   std::optional<int> open(const std::string& path, Origin asked);
@@ -73,8 +73,8 @@ class Report {
   bool is_setting(int source) const { return settings_.contains(source); }
   /// Records a position in the scene at which a setting put its value.
   void note_target(int setting, const Origin& place) { settings_[setting].push_back(place); }
-  /// Returns the positions in the scene at which the setting that has the fault put its value. If the fault
-  /// is not in a setting, returns the position of the fault.
+  /// If the fault is in a setting, returns the positions in the scene at which that setting put its value;
+  /// else returns the position of the fault.
   std::vector<Origin> targets(const Origin& fault) const;
 
   std::string_view text(int source) const { return *texts_[static_cast<std::size_t>(source)]; }
@@ -85,11 +85,12 @@ class Report {
   void note_unresolved(const Origin& place) { unresolved_.push_back(place); }
   const std::vector<Origin>& unresolved() const { return unresolved_; }
 
-  /// Counts names in lists. If the total exceeds kMaxMentions, returns false and reports that once.
+  /// Adds to the total number of items in lists. Returns false if the total exceeds kMaxMentions, and reports
+  /// that only once.
   bool count_mentions(std::size_t count, Origin origin);
 
   const Faults& faults() const { return faults_; }
-  /// Returns the faults, ordered by file, then by line.
+  /// Returns the faults in the order of file, line and column.
   Faults take_faults();
 
  private:
@@ -131,8 +132,8 @@ class ItemOfReport {
   int before_;
 };
 
-/// Returns "at boom.yaml:3:5"; "on line 3" if the position is in the file of `near`; or "by --set
-/// points.hub.name=tip".
+/// Returns "at boom.yaml:3:5", "on line 3" if the position is in the same file as `near`, or "by --set
+/// points.hub.name=tip" if the position is in a setting.
 std::string describe_place(const Report& report, const Origin& place, const Origin& near);
 
 }  // namespace freeflex::io::reader

@@ -16,8 +16,8 @@ using Json = nlohmann::ordered_json;
 
 Json schema_of(const Section& section);
 
-// a name may be written 3, 1e5 or true, and YAML reads these as a number or a truth value, so the pattern
-// applies only to text
+// a name may be written 3, 1e5 or true, which YAML reads as a number or a truth value, so the schema allows
+// these types; a pattern restricts only text
 Json text_schema() { return {{"type", {"string", "number", "boolean"}}}; }
 Json matching(const char* pattern) {
   Json schema = text_schema();
@@ -150,7 +150,7 @@ Json schema_of(const Key& key) {
   } else {
     schema["type"] = "object";
     if (key.per == Per::kMode) schema["propertyNames"] = {{"pattern", "^[1-9][0-9]*$"}};
-    // a reader of YAML may convert the key 1e22 to 1e+22
+    // a reader of YAML may convert the key 1e22 to 1e+22, so the pattern allows +
     if (key.per == Per::kNewName) schema["propertyNames"] = {{"pattern", "^[A-Za-z0-9_.+-]+$"}};
     schema["additionalProperties"] = value;
   }
@@ -169,7 +169,8 @@ Json schema_of(const Section& section) {
   return schema;
 }
 
-// adds the sections of items. Items may be in a list, or a single item may stand alone.
+// adds a definition of each kind of item. The schema of a key refers to this definition twice: as a single
+// item, and as an item of a list.
 void add_definitions(const Section& section, Json& definitions) {
   for (const Key& key : section.keys)
     for (const Section* of : key.sections) {
@@ -181,7 +182,7 @@ void add_definitions(const Section& section, Json& definitions) {
     }
 }
 
-// adds every path by which a value can be set, with * for each name and item
+// adds every path by which a value can be set; * stands for each name and each item
 void add_paths(const Section& section, const std::string& before, bool is_item, Json& paths) {
   for (const Key& key : section.keys) {
     if (is_item && key.form == Form::kName) continue;

@@ -160,7 +160,7 @@ std::string SceneSettings::before(std::size_t step) const {
 }
 
 Node& SceneSettings::own(const Node*& node) {
-  if (owned_.contains(node)) return const_cast<Node&>(*node);  // a copy that create made
+  if (owned_.contains(node)) return const_cast<Node&>(*node);  // the node is a copy already
   Node& copy = tree_.create(*node);
   owned_.insert(&copy);
   node = &copy;
@@ -197,8 +197,8 @@ void SceneSettings::put(Node& mapping, const std::string& key) {
   mapping.entries.emplace_back(&tree_.create(std::move(name)), current_->value);
 }
 
-// returns the mapping at a key, or a new mapping if the key is absent. For any other kind of value, returns
-// nullptr, because such a value is reported when it is read.
+// returns the mapping at a key, or a new mapping if the key is absent. If the value is not a mapping, returns
+// nullptr, because the reader will report the value.
 Node* SceneSettings::find_mapping(Node& mapping, const std::string& key) {
   const auto entry = std::find_if(mapping.entries.begin(), mapping.entries.end(),
                                   [&](const auto& each) { return each.first->text == key; });
@@ -239,7 +239,7 @@ void SceneSettings::set_in_mapping(Node& mapping, const Section& section, std::s
   }
 }
 
-// sets a value in a mapping from names, for example of groups, of forces on points or of modes
+// sets a value in a mapping whose keys are names or mode numbers, for example the names of groups
 void SceneSettings::set_in_names(Node& mapping, const Key& key, std::size_t step) {
   std::vector<std::string> names;
   if (current_->steps[step].is_all()) {
@@ -272,7 +272,7 @@ void SceneSettings::set_in_items(Node& mapping, const Key& key, std::size_t step
   }
   const bool is_list = entry->second->kind == Node::Kind::kList;
   if (!is_list && entry->second->kind != Node::Kind::kMapping) {
-    current_->is_matched = true;  // neither a list nor a mapping: reported when it is read
+    current_->is_matched = true;  // neither a list nor a mapping, which the reader will report
     return;
   }
   std::vector<const Node*> single{entry->second};
@@ -328,7 +328,7 @@ std::vector<std::size_t> SceneSettings::choose_place(std::size_t num_items,
 void SceneSettings::set_in_item(const Node*& item, const Key& key, std::size_t step) {
   const Section* section = item->kind == Node::Kind::kMapping ? section_of(key, *item) : nullptr;
   if (!section) {
-    current_->is_matched = true;  // not a mapping, or a link without a kind: reported when it is read
+    current_->is_matched = true;  // not a mapping, or a link without a kind, which the reader will report
     return;
   }
   const bool is_one_of_all = current_->steps[step].is_all();
@@ -359,7 +359,7 @@ void SceneSettings::refuse_untaken(const Key& key, std::size_t step) {
 
 void SceneSettings::refuse_name(std::size_t step) {
   const std::vector<std::string>& names = current_->names;
-  // a name with dots that is not in quotes was split into steps
+  // a name with dots that is not in quotes was split into steps, so the steps are joined again to find it
   std::string joined = current_->steps[step].text;
   for (std::size_t next = step + 1; next < current_->steps.size(); ++next) {
     joined += "." + current_->steps[next].text;

@@ -15,7 +15,7 @@ namespace freeflex::io::reader {
 /// One step of a path, which is the text between two dots.
 struct PathStep {
   std::string text;
-  bool is_quoted = false;  // true if the text is a name, even if it is a number or *
+  bool is_quoted = false;  // true: the text was in quotes, so that even a number or * is a name
   std::size_t begin = 0;   // offset in the path [bytes]
   std::size_t end = 0;
 
@@ -38,8 +38,9 @@ class SceneSettings {
   /// later.
   const Node* apply(const Node* root);
 
-  /// Returns true if a setting applies to a row of the tables under the key `list`.
-  /// \param name  name of the row in the scene
+  /// Returns true if a setting applies to this row of the tables under the key `list`. Stores the name for
+  /// the message of report_unmatched().
+  /// \param name  name of the row's item in the scene
   bool wants_row(std::string_view list, const std::string& name);
   /// Sets values in a row that was converted to an item.
   void apply_to_row(std::string_view list, const std::string& name, Node& row);
@@ -56,9 +57,9 @@ class SceneSettings {
     const Node* value;
     bool is_refused = false;  // true if a fault was reported
     bool is_matched = false;
-    const Key* rows = nullptr;         // the list whose tables may have the row
+    const Key* rows = nullptr;         // the list whose tables may have a row that matches
     std::size_t row_step = 0;          // the step that selects the row
-    std::vector<std::string> names{};  // names of the items and rows that did not match
+    std::vector<std::string> names{};  // names of the items and rows that the step did not match
   };
 
   // these functions act on the setting `current_`
@@ -71,8 +72,9 @@ class SceneSettings {
   /// Returns the indices of the items that a step names, or an empty list after reporting a fault. If a table
   /// may contain the item, the list is also empty.
   std::vector<std::size_t> choose(const std::vector<const Node*>& items, const Key& key, std::size_t step);
-  /// Returns the index of the item at a position in the list.  \param named  items whose name is the same
-  /// number
+  /// Returns the index of the item at the position that a step gives, or an empty list after reporting a
+  /// fault.
+  /// \param named  indices of the items whose name is the same number
   std::vector<std::size_t> choose_place(std::size_t num_items, const std::vector<std::size_t>& named,
                                         bool has_table, std::size_t step);
   void refuse(const std::string& message);
@@ -82,7 +84,7 @@ class SceneSettings {
 
   /// Returns the path up to a step, as the user wrote it, or "scene" if that part is empty.
   std::string before(std::size_t step) const;
-  /// Replaces the node by a copy, unless it is a copy already, and returns it.
+  /// Replaces the node by a copy, unless the node is a copy already, and returns the copy.
   Node& own(const Node*& node);
   bool is_row_of(const PathSetting& setting, std::string_view list, const std::string& name) const;
 

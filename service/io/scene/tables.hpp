@@ -32,9 +32,9 @@ class CsvRow {
   std::string place() const { return "in row " + std::to_string(number_); }
   /// Returns "point 'hub'" if the row has a valid name, else "point in row 3".
   std::string label(const std::string& noun, std::size_t name_column) const;
-  /// Returns the row converted to an item of a scene, with the columns as keys.
+  /// Returns the row converted to an item of a scene, with the given columns as keys.
   Node& as_item(YamlTree& tree, const std::vector<std::size_t>& columns) const;
-  /// Adds a key to the item, whose value is a list of columns.
+  /// Adds to the item a key whose value is the list of the fields in these columns.
   void add_list(YamlTree& tree, Node& item, std::string_view key,
                 const std::vector<std::size_t>& columns) const;
   /// Returns the number in a column, or 0 after reporting "<label>: <column> ...".
@@ -63,7 +63,7 @@ class CsvTable {
   /// Returns the position of the header line.
   const Origin& header() const { return header_; }
   /// Calls `take` for each row that has as many fields as the header, and reports all other rows. Stops if
-  /// `take` returns false. Returns true if every line was a valid row.
+  /// `take` returns false. Returns true if no row was reported and `take` did not return false.
   bool each_row(const std::function<bool(const CsvRow&)>& take);
 
  private:
@@ -85,12 +85,12 @@ class CsvTable {
 struct MatrixContent {
   std::string_view noun, unit;  // "stiffness", "N/m"
   std::size_t size;             // rows and columns
-  std::string size_reason;      // reason for the size: "3 rows for each of 115 points"
+  std::string size_reason;      // why the matrix has this size: "3 rows for each of 115 points"
 };
 
 /// Reads a symmetric matrix from Matrix Market text: coordinate or array, real or integer, symmetric or
-/// general. A general matrix must be symmetric within 1e-9 of its largest entry. Each entry and its mirror
-/// are averaged. If there is a fault, reports it and does not change the matrix.
+/// general. A general matrix must be symmetric within 1e-6 of its largest entry. The matrix gets the mean of
+/// each entry and its mirror. If there is a fault, reports it and does not change the matrix.
 void read_matrix_market(Report& report, int source, const MatrixContent& content,
                         Eigen::SparseMatrix<double>& matrix);
 

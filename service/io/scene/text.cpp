@@ -135,8 +135,8 @@ constexpr auto kUnits = std::to_array<UnitName>({
     {"%", "-", 1e-2},
 });
 
-// returns the correct way to write a number that has commas, or an empty text if there is none. A single
-// comma may be a decimal point, and several commas may separate thousands.
+// returns a number that has commas in its correct form, or in both possible forms, or an empty text if there
+// is none. A single comma may be a decimal point, and one or more commas may separate thousands.
 std::string without_commas(std::string_view text) {
   const auto num_commas = std::count(text.begin(), text.end(), ',');
   std::string point(text), whole;
@@ -218,7 +218,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return last[b.size()];
 }
 
-// returns the length of the UTF-8 character at the start of text, or 0 if it is invalid
+// returns the length [bytes] of the UTF-8 character at the start of text, or 0 if the character is invalid
 std::size_t utf8_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char first = byte(0);

@@ -35,11 +35,11 @@ std::string describe(const Quantity& quantity);
 
 struct NumberResult {
   std::optional<double> value;
-  std::string problem;  // text that continues "stiffness ", empty if there is a value
+  std::string problem;  // fault of the number, to follow "stiffness "; empty if there is a value
 };
-/// Parses a decimal number in the C locale, which must be finite and in range. Refuses, with a reason: nan,
-/// inf, hexadecimal numbers, leading zeros (some readers take them as octal), decimal commas, underscores and
-/// units. The reason for refusing a unit gives the value in SI.
+/// Parses a decimal number, which must be finite and in range. Ignores the locale. Refuses, with a reason:
+/// nan, inf, hexadecimal numbers, leading zeros (some readers take them as octal), decimal commas,
+/// underscores and units. For a known unit of the right kind, the reason gives the value in SI.
 NumberResult parse_number(std::string_view text, const Quantity& quantity);
 
 /// Parses a decimal integer from `least` to `most`. Returns nullopt for any other text.
@@ -66,8 +66,8 @@ std::string lower(std::string_view text);
 /// Returns "a, b, c".
 std::string join(const std::vector<std::string_view>& words);
 
-/// Returns the error of a name. Returns an empty string if the name has 1 to 63 of A-Z a-z 0-9 _ . - , does
-/// not contain ".." and is not "all".
+/// Returns an empty string if the name has 1 to 63 characters of A-Z a-z 0-9 _ . - , does not contain ".."
+/// and is not "all", else the error.
 std::string name_problem(std::string_view name);
 
 /// Returns the offset of the first byte that is invalid UTF-8 or a control character other than tab, LF and

@@ -13,8 +13,8 @@
 namespace freeflex::io::reader {
 namespace {
 
-// returns the advice for the most frequent faults, or an empty text for other faults, whose message is
-// libfyaml's text alone
+// returns the advice for one of the most frequent faults, or an empty text for any other fault, which is then
+// reported in libfyaml's words alone
 std::string_view hint(std::string_view message) {
   struct Advice {
     std::string_view fragment, text;
@@ -65,7 +65,7 @@ bool is_null_word(std::string_view text) {
 
 }  // namespace
 
-/// Builds the tree from parser events. Lists and mappings that are not finished are on an explicit stack.
+/// Builds the tree from parser events. Unfinished lists and mappings are on an explicit stack.
 class TreeBuilder {
  public:
   TreeBuilder(Report& report, int source, YamlTree& tree) : report_(report), source_(source), tree_(tree) {}
@@ -199,8 +199,8 @@ class TreeBuilder {
       report_.error(place_, "tag " + quote(token_text(tag)) + " has no meaning in a scene; remove it");
   }
 
-  // `mass: 1,5` in braces is parsed as the value 1 and a key 5 without value, so this code restores the value
-  // 1,5
+  // libfyaml parses `mass: 1,5` in braces as the value 1 and a key 5 without a value. Restores the value 1,5,
+  // so that the fault shows what the author wrote.
   bool join_split_numbers(Node& mapping) {
     std::vector<std::pair<const Node*, const Node*>> entries;
     for (const auto& [key, value] : mapping.entries) {
@@ -219,7 +219,7 @@ class TreeBuilder {
     return true;
   }
 
-  // removes repeated keys, and adds entries of merged mappings for keys that the mapping lacks
+  // reports and removes repeated keys, and adds the entries of merged mappings whose keys the mapping lacks
   bool finish_mapping(Node& mapping) {
     if (!join_split_numbers(mapping)) return false;
     std::unordered_map<std::string_view, const Node*> seen;
@@ -297,8 +297,9 @@ bool is_split_number(const Node& whole, const Node& fraction) {
 
 namespace {
 
-// reports the parser's first fault. If a bracket is not closed, reports that instead, because the parser
-// would report a later, misleading fault
+// reports the parser's first fault. If a bracket before this fault is not closed, reports the bracket, and
+// the parser's fault only if it is on an earlier line than the place that shows the fault of the bracket: a
+// later fault of the parser is misleading.
 void report_syntax(Report& report, int source, std::string_view text, const fy_diag_error* fault) {
   const int line = fault ? fault->line : 0, column = fault ? fault->column : 0;
   const auto unclosed = find_unclosed(text);

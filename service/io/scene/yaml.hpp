@@ -33,8 +33,8 @@ class YamlTree {
  public:
   /// Returns the root of the source's document, or nullptr after reporting faults: bytes that are not UTF-8,
   /// wrong syntax, duplicate keys, tags, unknown aliases, more than one document, an empty document, too deep
-  /// nesting or too many nodes. The parser stops at the first fault of syntax, but faults of all other kinds
-  /// are all reported.
+  /// nesting or too many nodes. The parser stops at the first fault of syntax, at a second document and at a
+  /// limit; all other faults are reported at once.
   const Node* parse(Report& report, int source);
   /// Adds a node, which exists as long as the tree.
   Node& create(Node node) { return nodes_.emplace_back(std::move(node)); }

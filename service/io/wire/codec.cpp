@@ -30,11 +30,11 @@ std::array<char, 41> printable(std::string_view sender) {
   return shown;
 }
 
-/// Fills in sender and sequence, then applies the rules of session and sender.
-/// \pre admission has reason and text of the layout check
+/// Copies sender and sequence into the admission, then checks session and sender.
+/// \pre the admission has the reason and the text of the layout check
 void check_head(std::span<const std::byte> bytes, std::int64_t session, Admission& admission) {
-  // a message of another type cannot be read, but earlier versions of the same type have the same first
-  // fields
+  // the first fields of a message of another type are unknown, but a command of an earlier version begins
+  // with the same fields as a command of this version
   if (admission.reason == Reason::kWrongType && find_earlier(bytes) == nullptr) return;
   if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) return;
   const std::optional<Head> head = read_head(bytes);
@@ -54,7 +54,7 @@ void check_head(std::span<const std::byte> bytes, std::int64_t session, Admissio
   }
 }
 
-/// Refuses an envelope. Reads the body of such a message only to find the sender for the answer.
+/// Refuses an envelope. Reads the body of the envelope only to find sender and sequence for the answer.
 Admission refuse_envelope(std::span<const std::byte> bytes) {
   Admission admission;
   const std::optional<std::span<const std::byte>> body = find_body(bytes);
@@ -72,7 +72,7 @@ Admission refuse_envelope(std::span<const std::byte> bytes) {
   return admission;
 }
 
-/// Rejects a command for lack of memory. An exception can have no other cause, because the lengths were
+/// Rejects a command for lack of memory. The decoder throws for no other cause, because the lengths were
 /// checked before.
 Admission out_of_memory(Admission admission) {
   admission.reason = Reason::kQueueFull;
@@ -232,7 +232,7 @@ Admission from_message(const freeflex_msgs::force_t& message, const NameTable& t
   command.lease_ticks = message.lease_ticks;
   command.num_points = message.num_forces;
   command.num_wrenches = message.num_wrenches;
-  // entries that exceed the size of the array are not copied, because check_command then rejects the count
+  // entries beyond the size of an array are not copied; check_command rejects a command with so many
   const std::size_t num_points = std::min(message.forces.size(), command.points.size());
   const std::size_t num_wrenches = std::min(message.wrenches.size(), command.wrenches.size());
   for (std::size_t i = 0; i < num_points; ++i) {

@@ -17,7 +17,7 @@ namespace {
 using Text = std::span<char>;
 
 constexpr std::int64_t kMaxControlCount =
-    1'000'000'000;  // control_t.STEP; far above any number of modes, pages
+    1'000'000'000;  // limit for STEP; far above any number of modes or pages
 
 bool is_finite(const Vec3& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
 bool is_zero(const Vec3& v) { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; }
@@ -50,7 +50,8 @@ void print_over_limit(Text text, const char* list, int i, const char* kind, int 
 /// Returns true if forces on the group's points cannot produce the torque: a torque about the line of a
 /// collinear group in body axes, or any torque on a single point.
 bool is_unreachable(const NameTable::GroupTraits& traits, const Vec3& torque, std::int32_t axes) {
-  // a torque that is meant to be normal to the line may have the rounding error of the sender's computation
+  // by rounding in the sender's computation, a torque that is meant to be normal to the line may have a small
+  // component along the line
   constexpr double kAlong = 1e-9;
   if (traits.torque_rank == 0) return !is_zero(torque);
   if (traits.torque_rank == 3 || axes != 1) return false;
@@ -287,6 +288,7 @@ Reason check_wrenches(const ForceCommand& command, const NameTable& table, Text 
   return Reason::kAccepted;
 }
 
+/// Checks that the command needs no feature that the plan omits.
 /// \pre every index of the command is in the table
 Reason check_scope(const ForceCommand& command, const NameTable& table, Text text) {
   const auto arm_of_point = [&](std::int32_t point) {

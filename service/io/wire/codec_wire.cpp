@@ -56,8 +56,8 @@ static_assert(starts_with(*layout_of<envelope_t>, kEnvelope) && layout_of<envelo
 
 /// Checks fingerprint and total size.
 Reason check_front(std::span<const std::byte> bytes, std::int64_t fingerprint, std::span<char> text) {
-  // the size is checked first, because no byte of an oversized message may be read and its length may be
-  // wrong
+  // the size is checked first: liblcm can report more bytes than there are, so no byte of an oversized
+  // message may be read
   if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) {
     print(text, "the message has more than %d bytes, the most allowed", channels::kMaxMessageBytes);
     return Reason::kMalformed;
@@ -89,7 +89,7 @@ void append(Phrase& phrase, std::int32_t number, std::string_view name) {
         name.empty() ? "" : " ", static_cast<int>(name.size()), name.data());
 }
 
-/// Returns the name of the first array whose size is this count.
+/// Returns the name of the first array of which this count gives a dimension.
 std::string_view counted_name(const wire::Layout& layout, int count) {
   const auto is_counted = [count](const wire::Field& field) {
     return std::any_of(field.dimensions.begin(), field.dimensions.end(),
@@ -106,7 +106,7 @@ Phrase describe(const wire::Layout& layout, std::span<const std::int32_t> counts
   return phrase;
 }
 
-/// Checks that counts and length agree with the bytes.
+/// Rejects a message in which the walk stopped early, or whose fields need more or fewer bytes than it has.
 Reason check_walk(std::span<const std::byte> bytes, const wire::Layout& layout, const WireWalk& walk,
                   std::span<char> text) {
   const auto size = static_cast<long long>(walk.size);
@@ -134,7 +134,7 @@ Reason check_walk(std::span<const std::byte> bytes, const wire::Layout& layout, 
   return Reason::kMalformed;
 }
 
-/// Checks the counts.  \param limits  one for each count
+/// Checks the counts.  \param limits  the largest value of each count
 Reason check_limits(const wire::Layout& layout, std::span<const std::int32_t> counts,
                     std::span<const std::int32_t> limits, std::span<char> text) {
   for (int i = 0; i < layout.num_counts; ++i) {

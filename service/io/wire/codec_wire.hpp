@@ -1,5 +1,5 @@
-// Reads the first fields of a command before a generated decoder is called. Used by the codec and the
-// verifier.
+// Reads the first fields of a command before a generated decoder is called. The codec and the verifier use
+// these functions.
 #pragma once
 
 #include <cstddef>
@@ -20,9 +20,11 @@ struct Head {
 /// string.
 std::optional<Head> read_head(std::span<const std::byte> bytes) noexcept;
 
-/// Returns true if the bytes are an envelope_t instead of a command. Does not read an oversized message.
+/// Returns true if the bytes begin with the fingerprint of envelope_t and are not more than
+/// channels::kMaxMessageBytes.
 bool is_envelope(std::span<const std::byte> bytes) noexcept;
-/// Returns the command inside an envelope, unchecked, or nullopt if the bytes are not exactly one envelope.
+/// Returns the bytes of the command inside an envelope, which are not checked, or nullopt if the bytes are
+/// not exactly one envelope.
 std::optional<std::span<const std::byte>> find_body(std::span<const std::byte> bytes) noexcept;
 
 /// Formats into text as snprintf does, but does nothing if text is an empty span.

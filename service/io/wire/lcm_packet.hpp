@@ -14,7 +14,7 @@ namespace freeflex::service {
 struct LcmPacket {
   std::string_view channel;            // 1 to 63 characters
   std::span<const std::byte> payload;  // empty for a fragment
-  bool is_fragment = false;            // true: first fragment of a message of more than 65,499 bytes
+  bool is_fragment = false;            // true: first fragment of a message that does not fit one packet
 };
 
 /// Reads a packet. All numbers are big-endian on the wire. A short message is "LC02", sequence u32, channel
@@ -25,12 +25,12 @@ struct LcmPacket {
 /// nothing.
 std::optional<LcmPacket> read_lcm_packet(std::span<const std::byte> packet) noexcept;
 
-/// Returns the packet of a short message, or an empty list if the message does not fit one datagram, or the
-/// channel name does not have 1 to 63 characters.
+/// Returns the packet of a short message, or an empty list if channel, NUL and payload have more than 65,499
+/// bytes together, or if the channel name does not have 1 to 63 characters other than NUL.
 std::vector<std::byte> make_lcm_packet(std::string_view channel, std::span<const std::byte> payload,
                                        std::uint32_t sequence);
 
-/// Offsets of the channel in a short message and in a first fragment.
+/// Offset at which the channel begins in a short message, and in a first fragment.
 inline constexpr std::size_t kShortHeader = 8, kFragmentHeader = 20;  // [B]
 inline constexpr std::string_view kShortMark = "LC02", kFragmentMark = "LC03";
 

@@ -41,7 +41,8 @@ Parts split(std::string_view url) {
   return parts;
 }
 
-/// Returns group and port of an address, or nullopt if it is not a valid address.
+/// Returns the group and the port of "GROUP:PORT", or nullopt if the text is not a multicast address and a
+/// port.
 std::optional<sockaddr_in> read_address(std::string_view address) {
   const std::size_t colon = address.rfind(':');
   if (colon == address.npos) return {};
@@ -149,7 +150,7 @@ LcmAddress read_lcm_url(const std::string& url) {
 std::string find_network_fault(const std::string& url) {
   const std::string checked = effective_url(url);
   const sockaddr_in group = *read_address(split(checked).address);
-  // connecting a datagram socket sends no packet, because the call only queries the routing table
+  // the call of connect sends no packet: for a datagram socket it only queries the routing table
   if (const int error = try_on_socket(connect, group); error != 0) {
     return "there is no route for multicast to " + describe(group) + ": " + std::strerror(error) +
            ". To use LCM on this machine alone, run\n"

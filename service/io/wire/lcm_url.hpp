@@ -1,4 +1,4 @@
-// The address of the bus: checks its URL, and whether this machine can receive on it.
+// Checks the URL of the bus, and whether this machine can receive on that address.
 #pragma once
 
 #include <cstdint>

@@ -50,9 +50,9 @@ LogReader::Head LogReader::parse_head(std::string_view bytes) {
           static_cast<std::int32_t>(big_endian(bytes.substr(24, 4)))};
 }
 
-/// Returns the offset of the record with the next number inside a record's body, if it is there. In that case
-/// a length of the outer record is wrong. If a message contains a piece of another log, the records of that
-/// piece have other numbers.
+/// Returns the offset at which the record with the number `number` + 1 begins inside the body of a record, or
+/// nullopt. If this record is there, a length of the outer record is wrong. A message may also contain a
+/// piece of another log, but records of that piece with this number are not expected.
 std::optional<std::size_t> LogReader::find_next_record(std::string_view body, std::uint64_t number) {
   for (std::size_t at = body.find(kSync); at != body.npos; at = body.find(kSync, at + 1)) {
     const std::int64_t room = static_cast<std::int64_t>(body.size() - at) - kLogHeaderBytes;
@@ -93,7 +93,7 @@ bool LogReader::read_head(std::int64_t offset) {
   std::array<char, kLogHeaderBytes> bytes{};
   if (!seek(offset)) return fail(offset, "the file cannot be read there");
   const std::size_t found = std::fread(bytes.data(), 1, bytes.size(), file_.get());
-  // a short file of another kind is not to be reported as the damaged start of a log
+  // a short file of another kind must not be reported as the damaged start of a log
   const std::string_view start(bytes.data(), std::min(found, kSync.size()));
   if (found == 0) return fail(offset, "the file cannot be read there");
   if (start != kSync.substr(0, start.size())) return fail(offset, kNoRecord);
@@ -104,7 +104,8 @@ bool LogReader::read_head(std::int64_t offset) {
   return head_.is_possible() || fail(offset, "the record has impossible lengths");
 }
 
-/// Returns true if, at the end of a record, the file ends or another record begins, which may be cut.
+/// Returns true if the file ends at `end`, where a record ends, or if another record, perhaps a cut one,
+/// begins there.
 bool LogReader::is_followed(std::int64_t end) {
   if (end == size_) return true;
   std::array<char, kSync.size()> bytes{};
@@ -141,17 +142,17 @@ void LogReader::give(std::int64_t offset, LogEvent& event) const {
   event.bytes.assign(data + channel_bytes, data + body_.size());
 }
 
-/// Returns true if a complete record at the offset can follow the last record. This is so if the number of
-/// the record is larger, or if the number is 0 because a second log was appended. This rule excludes records
-/// of a log inside a message, which have numbers of their own.
+/// Returns true if a complete record begins at the offset and can follow the last complete record. It can if
+/// its number is larger than the number of that record, or 0 because a second log was appended. The rule
+/// excludes records of a log inside a message if their numbers are not larger.
 bool LogReader::is_continuation(std::int64_t offset) {
   if (!read_head(offset) || kLogHeaderBytes + head_.body_bytes() > size_ - offset) return false;
   if (number_ && head_.number != 0 && head_.number <= *number_) return false;
   return read_record(offset);
 }
 
-/// Returns the offset of the first complete record at or after an offset [bytes], or the end of the file if
-/// there is none.
+/// Returns the offset [bytes] of the first complete record that begins at or after `from` and can follow the
+/// last complete record, or the end of the file if there is none.
 std::int64_t LogReader::find_record(std::int64_t from) {
   constexpr std::int64_t kBlock = std::int64_t{1} << 16;
   constexpr auto kOverlap = static_cast<std::int64_t>(kSync.size()) - 1;
@@ -193,7 +194,7 @@ std::string LogReader::damage() const {
   if (num_damages_ == 0) return {};
   const LogDamage& first = first_damage_;
   std::string text = path_ + " is damaged at byte " + std::to_string(first.at) + ": " + first.what;
-  // if a record is cut at the end of the file, the message gives only its position
+  // if the only damage is a record cut at the end of the file, the message gives no range
   if (first.begin != first.at || first.end != size_)
     text += "; nothing is read from byte " + std::to_string(first.begin) +
             (first.end == size_ ? " on" : " to byte " + std::to_string(first.end));
@@ -264,8 +265,8 @@ LogWriter::LogWriter(const std::string& path) : file_(path), buffer_(RecordEnds:
   std::setvbuf(log_->f, buffer_.data(), _IOFBF, buffer_.size());
 }
 
-/// Stores the error and the size of the complete part of the file. After an error nothing more is written, so
-/// the file has no gap.
+/// Stores the error and the end of the last complete record. After an error nothing more is written, so the
+/// file has no gap.
 void LogWriter::fail() {
   error_ = file_.working_path() + ": " + error_text(errno);
   whole_ = ends_.last_within(size_of(log_->f));

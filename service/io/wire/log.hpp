@@ -36,10 +36,11 @@ struct LogDamage {
   std::int64_t begin = 0, end = 0;  // [bytes] of the range
 };
 
-/// Reads an LCM event log record by record. liblcm's own reader skips to the next bytes that look like a
-/// record, and treats damage as the end of the file. This reader requires that every record begins where the
-/// previous record ends, that no record contains the next one, and that the file ends where the last record
-/// ends. The reader skips ranges without a complete record, and damage() reports these ranges.
+/// Reads an LCM event log record by record. liblcm's own reader skips bytes up to the next sync word without
+/// a report, and returns the end of the file at a record that it cannot read. This reader requires that every
+/// record begins where the previous record ends, that no record contains the next one, and that the file ends
+/// where the last record ends. The reader skips ranges without a complete record, and damage() reports these
+/// ranges.
 class LogReader {
  public:
   /// Opens a log. If the file cannot be read, error() is not empty.
@@ -47,16 +48,17 @@ class LogReader {
 
   /// Reads the next complete record. Returns false at the end of the file, or if there is an error().
   bool next(LogEvent& event);
-  /// Reads again the record at an offset that an earlier next() gave. Returns false if the record is no
-  /// longer there. Does not change which record next() reads.
+  /// Reads the record at an offset that an earlier next() gave. Returns false if the record is no longer
+  /// there. Does not change which record next() reads.
   bool read_at(std::int64_t offset, LogEvent& event);
 
-  /// Empty, or the reason why the file cannot be read: it does not exist, or it does not begin like a log.
+  /// Returns the reason why the file cannot be read, for example that it does not exist or does not begin
+  /// like a log, or an empty text.
   const std::string& error() const { return error_; }
-  /// True if next() has skipped a damaged range.
+  /// Returns true if next() has skipped a damaged range.
   bool is_damaged() const { return num_damages_ > 0; }
-  /// Returns a description of the damage that next() has found and of the ranges that it skipped, or an empty
-  /// text if there is no damage.
+  /// Returns a description of the first damage that next() has found, with the number of other damages and of
+  /// skipped bytes, or an empty text if next() has found no damage.
   std::string damage() const;
 
  private:
@@ -87,9 +89,9 @@ class LogReader {
   std::unique_ptr<std::FILE, Close> file_;
   std::string path_;
   std::string error_;
-  Head head_;                            // header of the present record
-  std::string body_;                     // channel, then data, of the present record
-  LogDamage flaw_;                       // reason why the present record is not complete
+  Head head_;                            // header of the record read last
+  std::string body_;                     // channel, then data, of the record read last
+  LogDamage flaw_;                       // reason why the record read last is not complete
   std::int64_t size_ = 0;                // [bytes]
   std::int64_t at_ = 0;                  // [bytes] where the next record begins
   std::optional<std::uint64_t> number_;  // number of the last complete record
@@ -122,8 +124,9 @@ class PartialFile {
   bool is_open_ = true;
 };
 
-/// Finds the last complete record of a file after a write failed. The stream buffers at most kBufferBytes, so
-/// only the ends of the latest records are stored.
+/// Finds the last complete record of a file after a write failed. Because the stream buffers at most
+/// kBufferBytes, all older records are in the file already, and only the ends of the latest records are
+/// stored.
 class RecordEnds {
  public:
   static constexpr std::size_t kBufferBytes = std::size_t{1} << 16;
@@ -142,8 +145,8 @@ class RecordEnds {
   std::deque<End> latest_;
 };
 
-/// Writes an LCM event log. close() returns the first error. After an error, NAME.partial keeps the complete
-/// records (see kept_utime()).
+/// Writes an LCM event log. close() returns the first error. If a write fails, NAME.partial keeps the
+/// complete records (see kept_utime()).
 class LogWriter {
  public:
   explicit LogWriter(const std::string& path);
@@ -151,13 +154,13 @@ class LogWriter {
   void write(const std::string& channel, std::int64_t utime, std::span<const std::byte> bytes);
   /// Flushes the file and gives it its final name. Returns an empty string, or the first error.
   std::string close();
-  /// Flushes the file and keeps it as NAME.partial, for an interrupted run. Returns an empty string, or the
-  /// first error.
+  /// Flushes the file and keeps it as NAME.partial, because the run was interrupted. Returns an empty string,
+  /// or the first error.
   std::string close_partial();
   const std::string& working_path() const { return file_.working_path(); }
   bool has_error() const { return !error_.empty(); }
-  /// Time stamp of the last record in the file that was kept after an error [us]; nullopt if nothing was
-  /// kept, there was no error, or the writer is not closed.
+  /// Returns the time stamp [us] of the last record that NAME.partial keeps after a failed write, or nullopt
+  /// if no write failed, nothing was kept, or the writer is not closed.
   std::optional<std::int64_t> kept_utime() const { return kept_utime_; }
 
  private:
@@ -168,7 +171,7 @@ class LogWriter {
     void operator()(lcm_eventlog_t* log) const { lcm_eventlog_destroy(log); }
   };
   PartialFile file_;
-  std::vector<char> buffer_;  // buffer of the stream, which is closed before the buffer is destroyed
+  std::vector<char> buffer_;  // buffer of the stream; must outlive log_
   std::unique_ptr<lcm_eventlog_t, Close> log_;
   RecordEnds ends_;
   RecordEnds::End whole_;  // end of the last complete record in the file when a write failed
@@ -176,8 +179,8 @@ class LogWriter {
   std::string error_;
 };
 
-/// Writes rows of numbers with a header line. Every double is printed so that the same bits are read back.
-/// After an error, NAME.partial keeps the complete rows, as with LogWriter.
+/// Writes rows of numbers with a header line. Every double is printed so that the same bits are read back. If
+/// a write fails, NAME.partial keeps the complete rows, as with LogWriter.
 class CsvWriter {
  public:
   explicit CsvWriter(const std::string& path);
@@ -189,7 +192,8 @@ class CsvWriter {
   std::string close_partial();
   const std::string& working_path() const { return name_; }
   bool has_error() const { return !error_.empty(); }
-  /// Tick of the last row in the file that was kept after an error; nullopt as in LogWriter::kept_utime.
+  /// Returns the tick of the last row that NAME.partial keeps after a failed write, or nullopt in the cases
+  /// of LogWriter::kept_utime.
   std::optional<std::int64_t> kept_tick() const { return kept_tick_; }
 
  private:
@@ -204,7 +208,7 @@ class CsvWriter {
   };
   std::string name_;                 // name of the file while it is written, or of the stream
   std::optional<PartialFile> file_;  // empty: an external stream
-  std::vector<char> buffer_;         // buffer of the file's stream, which is closed first
+  std::vector<char> buffer_;         // buffer of own_stream_; must outlive own_stream_
   std::unique_ptr<std::FILE, Close> own_stream_;
   std::FILE* stream_ = nullptr;
   RecordEnds ends_;

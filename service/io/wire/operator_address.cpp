@@ -31,12 +31,13 @@ std::string socket_path(const Folder& folder, const std::string& prefix) {
 }
 
 /// Returns an empty string if only this user can create a socket in the folder, else the fault.
-/// \param takes_service  true, for root: the system's folder may have any owner
+/// \param takes_service  true: if this user is root, the system's folder may have any owner
 std::string find_fault(const Folder& folder, bool takes_service) {
   if (folder.path.empty()) return "XDG_RUNTIME_DIR is not set";
   if (folder.path[0] != '/') return "XDG_RUNTIME_DIR '" + folder.path + "' does not begin with /";
   struct stat found {};
-  // a symbolic link is refused, because its owner could redirect the link
+  // in a folder where anybody may create files, a symbolic link is refused, because the owner of the link
+  // could redirect it
   const int result =
       folder.is_anybodys ? lstat(folder.path.c_str(), &found) : stat(folder.path.c_str(), &found);
   if (result != 0) return folder.path + ": " + std::strerror(errno);
@@ -60,7 +61,7 @@ OperatorRoots operator_roots() {
 OperatorPlace choose_operator_place(const std::string& prefix, const OperatorRoots& roots) {
   std::string faults;
   for (const Folder& folder : folders(roots)) {
-    // if this fails, find_fault() reports why
+    // if mkdir fails, find_fault() reports why
     if (folder.is_anybodys) mkdir(folder.path.c_str(), 0700);
     std::string fault = find_fault(folder, false);
     const std::string path = socket_path(folder, prefix);

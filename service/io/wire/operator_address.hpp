@@ -1,4 +1,4 @@
-// The path of the operator's socket, and the names of senders on it.
+// The path of the operator's socket, and the names of the senders that use the socket.
 #pragma once
 
 #include <sys/un.h>
@@ -37,15 +37,15 @@ struct OperatorRoots {
 };
 OperatorRoots operator_roots();
 
-/// Path of the socket, or the error for the user.
+/// Holds the path of the socket, or the fault in words for the user.
 struct OperatorPlace {
   std::string path;
   std::string fault;
 };
 /// Returns the path of the socket of a daemon of this user. The folder of the socket is the first of
-/// $XDG_RUNTIME_DIR, /run/user/UID and /run/freeflex that belongs to this user and that nobody else may write
-/// to. If no folder passes this check, the folder is freeflexd-UID in /tmp, which is created if it is missing
-/// and must pass the same check.
+/// $XDG_RUNTIME_DIR, /run/user/UID and /run/freeflex that belongs to this user, that nobody else may write
+/// to, and in which the path has at most 107 characters. If none of these folders passes, the folder is
+/// /tmp/freeflexd-UID, which is created if it is missing and must pass the same check.
 OperatorPlace choose_operator_place(const std::string& prefix, const OperatorRoots& roots = operator_roots());
 /// Paths on which a daemon of this user may listen, the likeliest first, and a text for the user that says
 /// why other folders are unsuitable.
@@ -56,7 +56,7 @@ struct OperatorPlaces {
 /// Returns the places for a prefix. For root, the places include the socket of a service in /run/freeflex.
 OperatorPlaces operator_places(const std::string& prefix, const OperatorRoots& roots = operator_roots());
 
-/// Returns the address, or nullopt if the path is too long for a socket (more than 107 characters).
+/// Returns the address, or nullopt if the path is empty or too long for a socket (more than 107 characters).
 std::optional<sockaddr_un> unix_address(const std::string& path);
 
 }  // namespace freeflex::service

@@ -19,8 +19,8 @@ void copy_to(const std::array<double, N>& from, double* to) {
   std::copy_n(from.begin(), N, to);
 }
 
-constexpr int kFingerprintSize = 8;  // [B] size of the fingerprint, which precedes a message; an item inside
-                                     // a message has none
+constexpr int kFingerprintSize = 8;  // [B] getEncodedSize counts the fingerprint, which an item inside a
+                                     // message does not have
 
 /// Sets the page number and the number of pages on every page.
 template <class Page>
@@ -62,7 +62,7 @@ freeflex_msgs::group_pose_t make_group(const Plan& plan, const MotionState& stat
   return message;
 }
 
-/// Returns a page with only session, epoch and tick.
+/// Returns a page with utime, session, epoch and tick but without items.
 template <class Page>
 Page make_page(const MotionState& state, const Stamp& stamp) {
   Page page{};
@@ -74,7 +74,7 @@ Page make_page(const MotionState& state, const Stamp& stamp) {
 }
 
 /// Adds an item to the last page, or to a new page if the last page would exceed the limit.
-/// \param room [B] free on the last page
+/// \param room  [B] free on the last page
 template <class Page, class Item>
 void add_item(std::vector<Page>& pages, const Page& empty, std::vector<Item> Page::*items, Item item,
               int& room) {

@@ -1,4 +1,4 @@
-// Converts core values into messages. Used by the daemon's publisher and by `freeflex run`.
+// Converts core values into messages. The daemon's publisher and `freeflex run` use these functions.
 #pragma once
 
 #include <array>
@@ -28,18 +28,19 @@ struct Stamp {
 
 /// Makes a state message. The limit of a state message, channels::kMaxMessageBytes, determines kMaxElastic.
 freeflex_msgs::state_t make_state_message(const Plan& plan, const MotionState& state, const Stamp& stamp);
-/// Each function makes pages of at most channels::kMaxMessageBytes, or no page if the scene publishes no such
-/// items.
+/// Make pages of at most channels::kMaxMessageBytes with the published points, groups and bodies, or with the
+/// loads of the published links. If none of these is published, there is no page.
 std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, const MotionState& state,
                                                           const Stamp& stamp);
 std::vector<freeflex_msgs::loads_t> make_loads_messages(const Plan& plan, const MotionState& state,
                                                         const Stamp& stamp);
-/// A channel that publishes the motion at a rate in simulated time that the plan gives.
+/// A channel that publishes the motion. The plan gives the rate of the channel in messages per simulated
+/// second.
 struct MotionChannel {
   const char* suffix;  // last part of the channel name
   double Plan::*rate;  // [Hz] 0: off
   std::vector<std::vector<std::byte>> (*encode)(const Plan& plan, const MotionState& state,
-                                                const Stamp& stamp);  // makes the channel's messages
+                                                const Stamp& stamp);  // returns the channel's messages
 };
 inline constexpr std::size_t kNumMotionChannels = 3;
 /// STATE, POINTS, LOADS, in the order in which messages of one tick are sent. The daemon and `freeflex run`
@@ -50,17 +51,18 @@ inline constexpr std::size_t kStateChannel = 0, kPointsChannel = 1, kLoadsChanne
 /// Returns the number of ticks between two publications at a rate [Hz], or 0 if the channel is off.
 std::int64_t ticks_between(double rate, double period);
 
-/// Number of points and links that the scene messages list.
+/// Holds the number of points and links that the scene messages list.
 struct SceneListing {
   std::int32_t points = 0, links = 0;
 };
 /// Counts all points and links. If there are more than kMostByDefault points, counts only the published
-/// links, and the points that are published, pushable, loaded or in a group.
+/// links, and the points with inertia or stored mode shapes: these points are published, pushable, loaded or
+/// in a group.
 SceneListing scene_listing(const Plan& plan);
 
 /// Makes the pages of a scene, at least one page. Every page has the first fields (name, rate, mass
-/// properties, totals). Items that scene_listing() does not count are on no page, except items in short gaps
-/// between listed items.
+/// properties, totals). The pages list only the items that scene_listing() counts, and items in short gaps
+/// between these.
 /// \pre each name, and the points of each group, need much less than channels::kMaxMessageBytes
 std::vector<freeflex_msgs::scene_t> make_scene_messages(const Plan& plan, const std::string& plan_file,
                                                         const Stamp& stamp);

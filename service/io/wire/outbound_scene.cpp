@@ -31,7 +31,7 @@ Listed list_all(std::size_t count) {
 }
 
 /// Lists all points. If there are more than kMostByDefault points, lists only points with inertia or with
-/// stored mode shapes, because these points are published, pushed or loaded.
+/// stored mode shapes, because only these points can be published, pushed or loaded.
 Listed list_points(const Plan& plan) {
   Listed listed = list_all(plan.points.size());
   if (!lists_part(plan)) return listed;
@@ -50,8 +50,8 @@ Listed list_links(const Plan& plan) {
   return listed;
 }
 
-/// Adds the indices in short gaps between listed indices, because these items need less space than a new
-/// page.
+/// Adds the indices in short gaps between listed indices. A gap begins a new page, which needs more space
+/// than the items in a short gap.
 void fill_gaps(Listed& listed) {
   constexpr std::int32_t kShort = 4;
   Listed filled;
@@ -129,8 +129,8 @@ Scene make_front(const Plan& plan, const std::string& plan_file, const Stamp& st
   return front;
 }
 
-/// Pages of a scene, filled in order. A page contains a range of each list without gaps, and the index at
-/// which the range begins.
+/// Pages of a scene, filled in order. Of each list, a page contains a range of items without gaps, and the
+/// index of the first of them.
 class ScenePages {
  public:
   explicit ScenePages(Scene front) : front_(std::move(front)) { open(); }

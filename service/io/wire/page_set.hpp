@@ -1,4 +1,5 @@
-// Tracks which pages of a set have arrived. A set is one tick of POINTS or LOADS, the scene, or a mode shape.
+// Tracks which pages of a set have arrived. A set is all pages of one tick of POINTS or LOADS, of the scene,
+// or of a mode shape.
 #pragma once
 
 #include <array>
@@ -14,17 +15,18 @@ class PageSet {
  public:
   /// Identifies a set of pages: session, epoch and tick, or similar.
   using Key = std::array<std::int64_t, 3>;
-  /// [bytes] Largest size of one set of pages. For comparison, a tick of 200,000 points has 22 MB.
+  /// [bytes] Largest size of one set of pages. For comparison: 200,000 points give 20 MB of POINTS at each
+  /// tick.
   static constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
 
   struct Taken {
-    bool is_kept = false;   // true if the page belongs to the set and is new, else the page is ignored
-    bool is_first = false;  // true if the page begins a new set, so the earlier pages are forgotten
-    bool is_whole = false;  // true if the set is complete, so the next page begins a new set
+    bool is_kept = false;   // true: the page belongs to the set and is new; false: ignore the page
+    bool is_first = false;  // true: the page begins a new set; forget the earlier pages
+    bool is_whole = false;  // true: the set is complete; the next page begins a new set
   };
   /// Adds a page. Refuses the page and changes nothing if num_pages is not 1 to max_pages, if the page number
   /// is not 0 to num_pages - 1, or if the set would exceed kMaxBytes.
-  /// \param max_pages  number of items that the scene publishes, since each page has at least one item
+  /// \param max_pages  number of items that the scene publishes, because each page has at least one item
   /// \param size  [bytes] of the page's message
   Taken take(const Key& key, std::int32_t page, std::int32_t num_pages, std::int64_t max_pages,
              std::size_t size) {

@@ -15,20 +15,20 @@ enum class Reason : std::int32_t {
   kStaleSequence = 5,  // not greater than the last sequence of this sender
   kBadSlot = 6,
   kBadAxes = 7,
-  kBadTiming = 8,      // start, late policy, duration and lease are not consistent
+  kBadTiming = 8,      // invalid start, late policy, duration or lease, or not exactly one of the last two
   kTooManyPoints = 9,  // too many points, wrenches, torques or wheels
-  kUnknownPoint = 10,  // index outside the scene
-  kNotPushable = 11,   // the scene does not let commands push this point
+  kUnknownPoint = 10,  // the scene has no point, or no wheel, of this index
+  kNotPushable = 11,   // commands may not push the point, the group, or the body that contains the wheel
   kUnknownGroup = 12,
-  kDuplicatePoint = 13,  // the command lists a point or group twice
+  kDuplicatePoint = 13,  // the command lists a point, group or wheel twice
   kNotFinite = 14,
   kOverLimit = 15,          // |force| or |torque| above the scene's limit
-  kUnreachableTorque = 16,  // torque about the line of a collinear group, or on a single point
+  kUnreachableTorque = 16,  // torque about the line of a collinear group, or on a group of one point
   kLate = 17,               // start_tick has passed and late_policy is 0
   kTooFarAhead = 18,        // start_tick is more than kMaxAheadTicks ahead; from the bus: more than max_hold
   kNoSlotFree = 19,         // all slots of the daemon are in use
-  kQueueFull = 20,          // the rings, or the places for waiting commands, are full
-  kBadControl = 21,         // unknown control command, or count out of range
+  kQueueFull = 20,          // the rings or the places for waiting commands are full, or memory ran out
+  kBadControl = 21,         // unknown control command, count out of range, or wrong target
   kWrongMode = 22,       // the control command does not apply now (RUN in lockstep; in a fault, every command
                          // except RESET and STOP)
   kTooManySenders = 23,  // the daemon's table of senders and their sequences is full
@@ -37,7 +37,7 @@ enum class Reason : std::int32_t {
   kPointTorque = 26,     // a torque on a point that has no inertia
   kNoKeys = 27,          // a sealed command, but this daemon uses no keys
   kTooOld = 28,          // the command waited longer for its decision than the scene allows
-  // only if keys are required
+  // 29 to 37 occur only if keys are required
   kKeyRequired = 29,   // a command without an envelope
   kUnknownKey = 30,    // none of the daemon's keys has this id
   kBadTag = 31,        // the envelope was not sealed with this key for this channel
@@ -47,18 +47,18 @@ enum class Reason : std::int32_t {
   kNotGranted = 35,    // the key may not use this channel, control, point, group or slot
   kOverKeyLimit = 36,  // |force| or |torque| above the key's limit
   kTooFast = 37,       // more commands a second than the key may send
-  // only on the bus, whether or not keys are required
+  // 38 and 39 occur only on the bus, whether or not keys are required
   kHeldTooLong = 38,  // duration or lease is longer than `commands: max_hold` of the scene
   kCleared = 39,      // the operator cleared the sender while the accepted command waited
 };
 inline constexpr int kNumReasons = static_cast<int>(Reason::kCleared) + 1;
 
-/// [us] Largest distance of valid_until ahead of the daemon's wall clock. A sealed command that is held back
-/// on its way can take effect only within this time.
+/// [us] Longest time by which valid_until may be ahead of the daemon's wall clock. An attacker who holds back
+/// a sealed command can let it take effect only within this time.
 inline constexpr std::int64_t kMaxValidity = 60'000'000;
 
 inline constexpr std::int64_t kMaxAheadTicks = 100'000'000;
-/// Longest duration or lease: 31,000 years at 1 kHz. With this limit no sum of ticks overflows.
+/// [ticks] Longest duration or lease: 31,000 years at 1 kHz. With this limit no sum of ticks overflows.
 inline constexpr std::int64_t kMaxDurationTicks = 1'000'000'000'000'000;
 
 /// Returns the snake-case name for screens and JSON, such as "unknown_point".

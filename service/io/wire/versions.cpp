@@ -33,7 +33,8 @@ constexpr std::array<EarlierType, 17> kEarlier{{{"scene_t", signed_of(0xccd8d906
 
 template <class... Messages>
 struct Fingerprints {
-  /// Returns true if a message of this version has the fingerprint, even if earlier versions have the same.
+  /// Returns true if a message type of this version has the fingerprint, even if a type of an earlier version
+  /// has it too.
   static bool contain(std::int64_t fingerprint) noexcept {
     return ((fingerprint == Messages::getHash()) || ...);
   }

@@ -12,20 +12,20 @@ namespace freeflex::io {
 /// Version of the .lcm files of this source tree: the project's major and minor number.
 extern const char* const kMessagesVersion;
 
-/// A message type of an earlier version. The first fields of a message are the same in all versions, up to
-/// and including `sequence`, or `session` if the message has no `sequence`.
+/// A message type of an earlier version. In all versions a message of this type begins with the same fields,
+/// up to and including `sequence`, or up to `session` if the message has no `sequence`.
 struct EarlierType {
   std::string_view name;  // "state_t"
   std::int64_t fingerprint = 0;
   const char* version = "";  // "0.3"
 };
 /// Finds the earlier type by the fingerprint at the start of the bytes. Returns nullptr if no earlier version
-/// has the fingerprint. Also returns nullptr if this version has the same fingerprint, because the type is
-/// then unchanged and can be read. Allocates nothing.
+/// has the fingerprint. Also returns nullptr if a type of this version has the fingerprint, because the type
+/// is then unchanged and can be read. Allocates nothing.
 const EarlierType* find_earlier(std::span<const std::byte> bytes) noexcept;
 
 /// Returns the reason why bytes from a file or the bus are not a message of this version: "sent by version
-/// 0.3 of the messages, this is 0.5", or that the bytes are damaged.
+/// 0.3 of the messages, this is 0.5", or "damaged, or of a version that is not known here".
 std::string explain_unread(std::span<const std::byte> bytes);
 
 }  // namespace freeflex::io

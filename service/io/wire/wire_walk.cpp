@@ -21,8 +21,8 @@ class Walker {
  public:
   explicit Walker(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
-  /// Walks over the fields of one struct. The walk terminates, because each nested struct precedes its owner
-  /// in the tables.
+  /// Walks over the fields of one struct. The recursion ends, because each nested struct precedes its owner
+  /// in the tables, so no struct contains itself.
   Stop take_struct(const wire::Layout& layout, Counts& counts) {
     for (const wire::Field& field : layout.fields) {
       if (field.is_count) {
@@ -58,13 +58,14 @@ class Walker {
       if (counts.is_negative) return Stop::kNegativeCount;
       num *= counts.values[static_cast<std::size_t>(dimension.count)];
     }
-    // the product fits 64 bits, because it is a 32-bit count times at most kMaxStride bytes
+    // the product fits 64 bits, because at most one dimension is a 32-bit count, and all other factors
+    // multiply to at most kMaxStride bytes
     if (const std::int64_t size = wire::size_of(field); size >= 0) {
       at_ += num * size;
       return Stop::kEnd;
     }
-    // every element contains a string or a count, so an impossible number of elements stops at the end of the
-    // bytes
+    // every element contains a string or a count, so the walk over an impossible number of elements stops at
+    // the end of the bytes
     for (std::int64_t i = 0; i < num; ++i) {
       const Stop stop = take_element(field);
       if (stop != Stop::kEnd) return stop;
