@@ -19,7 +19,7 @@ namespace {
 
 using io::Reason;
 
-TEST(Codec, AForceIsTransmittedToTheBit) {
+TEST(Codec, AForceIsDecodedAndEncodedWithoutChangingABit) {
   const io::NameTable names = make_names();
   std::mt19937_64 engine(20260101);
   ForceCommand command;
@@ -35,7 +35,7 @@ TEST(Codec, AForceIsTransmittedToTheBit) {
   }
 }
 
-TEST(Codec, EachFieldArrivesUnderItsName) {
+TEST(Codec, EachFieldOfAForceIsDecodedIntoTheMemberOfItsName) {
   ForceCommand command;
   ASSERT_EQ(decode(make_force(), make_names(), command).reason, Reason::kAccepted);
   EXPECT_STREQ(command.sender.data(), "pusher-1.a_B");
@@ -54,7 +54,7 @@ TEST(Codec, EachFieldArrivesUnderItsName) {
   EXPECT_EQ(command.wrenches[1].torque, (Vec3{0.0, 7.0, -8.0}));
 }
 
-TEST(Codec, AControlIsTransmittedWithItsNumberOfSteps) {
+TEST(Codec, AStepControlIsDecodedWithItsNumberOfTicks) {
   freeflex_msgs::control_t message = make_control();
   message.command = freeflex_msgs::control_t::STEP;
   message.count = 123'456'789;
@@ -67,7 +67,7 @@ TEST(Codec, AControlIsTransmittedWithItsNumberOfSteps) {
   EXPECT_EQ(command.count, 123'456'789);
 }
 
-TEST(Codec, OnlyAStatusMessageGivesASessionNumber) {
+TEST(Codec, TheSessionNumberIsReadOnlyFromAStatusMessage) {
   freeflex_msgs::status_t status{};
   status.session = kSession;
   const std::vector<std::byte> bytes = io::encode(status);
@@ -90,7 +90,7 @@ freeflex_msgs::envelope_t seal(const std::vector<std::byte>& command) {
   return envelope;
 }
 
-TEST(Envelope, ADaemonWithoutKeysRejectsAnEnvelopeAndAnswersItsSender) {
+TEST(Envelope, WithoutKeysAnEnvelopeIsRejectedButItsSenderIsRead) {
   const std::vector<std::byte> force = io::encode(seal(io::encode(make_force())));
   const std::vector<std::byte> control = io::encode(seal(io::encode(make_control())));
   ForceCommand command;
@@ -137,7 +137,7 @@ TEST(Versions, TheRejectionOfACommandOfVersion03StatesItsVersion) {
   EXPECT_EQ(io::explain_unread(bytes), "damaged, or of a version that is not known here");
 }
 
-TEST(Versions, AMessageTypeThatIsNoLongerInUseIsReportedWithItsVersion) {
+TEST(Versions, AFingerprintOfVersion04IsReportedAsOfVersion04) {
   const auto bytes_of = [](std::uint64_t fingerprint) {
     std::vector<std::byte> bytes(100);
     for (std::size_t k = 0; k < 8; ++k)
@@ -160,7 +160,8 @@ TEST(Versions, AMessageTypeThatIsNoLongerInUseIsReportedWithItsVersion) {
 }
 
 TEST(Versions, TheRejectionOfAControlOfVersion04StatesItsVersion) {
-  // the present fields except the last, `target`, whose empty string takes five bytes
+  // a control of version 0.4 has the present fields except the last, `target`, whose empty string takes five
+  // bytes
   std::vector<std::byte> bytes = io::encode(make_control());
   bytes.resize(bytes.size() - 5);
   constexpr std::uint64_t kFingerprint = 0x51aca0044b8a4ed6;

@@ -1,5 +1,5 @@
-// A confined process can read the clock, use bounded memory and exit. The filter ends the process at any
-// other system call.
+// A confined process can read the clock, use a limited amount of memory and exit. The filter of system calls
+// ends the process at any other system call.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>

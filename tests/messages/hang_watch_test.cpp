@@ -45,11 +45,11 @@ TEST(HangWatch, AProcessWithAHeartbeatIsNeverExamined) {
   }
 }
 
-TEST(HangWatch, AProcessWithoutProcessorTimeIsNotHung) {
+TEST(HangWatch, AProcessWithoutProcessorTimeIsNotReportedAsHung) {
   Watched process;
   std::int64_t cpu_ns = 0;
-  // the process is ready to run for 10 s without processor time, and then gets 15 ms of processor time every
-  // 400 ms, less than an endless loop would use
+  // the process is ready to run but gets no processor time for 10 s, and then 15 ms of processor time every
+  // 400 ms, which is less than an endless loop would use
   EXPECT_EQ(process.silent(10'000, [] { return ProcessReading{'R', 0}; }), "");
   for (int i = 0; i < 50; ++i) {
     cpu_ns += 15 * kMilli;
@@ -58,7 +58,7 @@ TEST(HangWatch, AProcessWithoutProcessorTimeIsNotHung) {
   }
 }
 
-TEST(HangWatch, AProcessThatWaitsForADiskIsNotHung) {
+TEST(HangWatch, AProcessThatWaitsForADiskIsNotReportedAsHung) {
   Watched process;
   EXPECT_EQ(process.silent(10'000, [] { return ProcessReading{'D', 0}; }), "");
 }
@@ -72,7 +72,7 @@ TEST(HangWatch, TimeInWhichTheWatchDidNotRunIsNotCounted) {
   }
 }
 
-TEST(HangWatch, AStartingProcessHasLongerForItsFirstHeartbeat) {
+TEST(HangWatch, TheFirstHeartbeatMayTakeLongerThanLaterOnes) {
   Watched process;
   process.beat = 0;
   std::int64_t cpu_ns = 0;

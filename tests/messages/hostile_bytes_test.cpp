@@ -1,6 +1,6 @@
 // Whatever bytes arrive, the codec does not read outside them, does not allocate according to a count in
-// them, and does not accept anything but a command. AddressSanitizer checks the first claim, because every
-// buffer is on the heap and exactly as long as its message.
+// them, and does not accept anything but a command. AddressSanitizer checks that nothing outside is read,
+// because every buffer is on the heap and exactly as long as its message.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -69,7 +69,8 @@ TEST(HostileBytes, AMessageWithTrailingBytesIsRejected) {
 
 TEST(HostileBytes, AMessageWithAnImpossibleCountIsMalformed) {
   const freeflex_msgs::force_t message = make_force();
-  // in 32 bits 2^29 * 8 and 2^30 * 28 wrap to 0, and 153391690 * 28 = 2^32 + 24 wraps to 24
+  // sizes computed in 32 bits would wrap: 2^29 * 8 and 2^30 * 28 to 0, and 153391690 * 28 = 2^32 + 24 to 24;
+  // a force has 28 bytes
   for (const std::uint32_t count :
        {0xFFFFFFFFu, 1u << 29, 1u << 30, 0x7FFFFFFFu, 0x80000000u, 153'391'690u, 100'000'000u}) {
     for (const std::size_t offset : {0u, 4u, 8u}) {
@@ -99,8 +100,8 @@ TEST(HostileBytes, AMessageWithANulInItsSenderIsMalformed) {
 }
 
 TEST(HostileBytes, AMessageAboveTheSizeLimitIsNotRead) {
-  // liblcm can report more bytes than there are, so the codec must not read any before it has compared the
-  // size
+  // liblcm can report more bytes than there are, so the codec must not read a byte before it has compared the
+  // size with the limit
   const std::byte nothing{};
   const std::span<const std::byte> claim(&nothing, channels::kMaxMessageBytes + 1);
   ForceCommand command;
@@ -184,8 +185,8 @@ TEST(HostileBytes, MutatedMessagesAreRejectedOrValidCommands) {
 }
 
 TEST(HostileMemory, ACommandInSharedMemoryIsNeverReadOutsideItsArrays) {
-  // valid commands with random 32-bit words in the first fields or anywhere are tried, because is_sane must
-  // not read outside arrays
+  // one to three 32-bit words of a valid command get random values, in the first 40 words or anywhere;
+  // is_sane must then not read outside arrays
   std::mt19937_64 engine(99);
   const io::NameTable names = make_names();
   ForceCommand good;

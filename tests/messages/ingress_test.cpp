@@ -1,6 +1,6 @@
 // The ingress processes pass on commands from UDP, are not harmed by packets that kill liblcm, and lose no
-// command when one of them ends. This program is the daemon, but if it is spawned with --ingress, it is the
-// ingress.
+// command when one of them ends. The test program takes the part of the daemon, and of the ingress if it is
+// started with --ingress.
 #include "service/ingress.hpp"
 
 #include <gtest/gtest.h>
@@ -75,7 +75,7 @@ class Ingress : public ::testing::Test {
       return ingress_.block().rejected.try_pop(rejection_) && rejection_.admission.reason == reason;
     });
   }
-  /// Waits until a process has been replaced and both are ready.
+  /// Waits until an ingress process has been replaced and both ingress processes are ready.
   bool restarts() {
     const std::int64_t before = ingress_.num_restarts();
     return eventually([&] {
@@ -95,10 +95,10 @@ class Ingress : public ::testing::Test {
 };
 
 TEST_F(Ingress, AForbiddenSystemCallEndsOneProcessAndIsExplainedOnce) {
-  constexpr int kTimes = 8;  // more ends of a process than start() tolerates
+  constexpr int kTimes = 8;  // more than the failed starts after which start() gives up
   for (int i = 1; i <= kTimes; ++i) {
     ASSERT_TRUE(is_complete());
-    // the filter ends the process by this signal
+    // the filter of system calls ends a process by this signal
     ASSERT_EQ(kill(ingress_.pid(), SIGSYS), 0);
     ASSERT_TRUE(restarts());
     send(i);
@@ -192,12 +192,12 @@ TEST_F(Ingress, AStandbyThatTakesOverStillRefusesOldSequenceNumbers) {
   EXPECT_TRUE(receives(2));
 }
 
-TEST_F(Ingress, PacketsSentWithoutAReceiverReachTheNextOneOnceAndInOrder) {
+TEST_F(Ingress, PacketsSentWhileNoProcessReceivesReachTheNextProcessOnceAndInOrder) {
   ASSERT_TRUE(is_complete());
   std::int64_t sequence = 0;
   for (int round = 0; round < 5; ++round) {
     const std::int64_t first = sequence + 1;
-    // poll() is not called until all packets are sent
+    // poll() is not called, so no process is replaced, until all packets are sent
     ASSERT_TRUE(send_signal(ingress_.pid(), SIGKILL));
     if (round % 2 == 1) {
       ASSERT_TRUE(send_signal(ingress_.standby_pid(), SIGKILL));
@@ -216,11 +216,11 @@ TEST_F(Ingress, PacketsSentWithoutAReceiverReachTheNextOneOnceAndInOrder) {
   EXPECT_FALSE(ingress_.block().rejected.try_pop(none)) << "no command arrived twice";
 }
 
-TEST_F(Ingress, AStoppedProcessIsReplacedWithoutLossOfCommands) {
+TEST_F(Ingress, AProcessStoppedBySigstopIsReplacedWithoutLossOfCommands) {
   ASSERT_TRUE(is_complete());
   const pid_t stopped = ingress_.pid();
   ASSERT_TRUE(send_signal(stopped, SIGSTOP));
-  // before it has stopped, the process may still read a packet, which would be lost with it
+  // until it has stopped, the process may still read a packet, which would be lost when the process is killed
   ASSERT_TRUE(eventually([stopped] { return service::read_process(stopped).state == 'T'; }));
   for (std::int64_t i = 1; i <= 20; ++i) send(i);
   ASSERT_TRUE(restarts());
@@ -242,8 +242,8 @@ TEST_F(Ingress, MessagesOnOtherChannelsTakeNoRoomInTheQueue) {
   const std::vector<std::byte> large(60'000);
   for (int i = 0; i < 1000; ++i) ASSERT_TRUE(packets_.publish("TEST_STATE", large));
   EXPECT_LT(ingress_.socket().fill(), 0.01);
-  // the loopback interface queues 1000 packets for the whole machine and drops any more, so a packet may be
-  // lost before it reaches the socket
+  // the loopback interface queues at most 1000 packets for the whole machine and drops the others, so a
+  // packet may be lost before it reaches the socket
   std::int64_t sequence = 0;
   EXPECT_TRUE(eventually([&] {
     send(++sequence);
@@ -265,7 +265,7 @@ TEST_F(Ingress, IsReplacedAfterEveryKill) {
 }
 
 TEST_F(Ingress, MapsItsSettingsReadOnly) {
-  // the kernel maps the settings read-only in the ingress, so that a hostile ingress cannot write them either
+  // the kernel maps the settings read-only in the ingress, so that even a hostile ingress cannot write them
   const std::string path = "/proc/" + std::to_string(ingress_.pid()) + "/maps";
   std::FILE* maps = std::fopen(path.c_str(), "r");
   ASSERT_NE(maps, nullptr);
@@ -308,7 +308,7 @@ TEST_F(Ingress, HasNoRightsThatItDoesNotNeed) {
   EXPECT_EQ(open, (std::vector<std::string>{"0", "1", "2", "5", "6"}));
 }
 
-TEST_F(Ingress, IgnoresSignalsToTheProcessGroupButEndsWhenItsDaemonStopsIt) {
+TEST_F(Ingress, IgnoresSigintSigtermAndSighupButEndsWhenItsDaemonStopsIt) {
   const pid_t pid = ingress_.pid();
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) ASSERT_TRUE(send_signal(pid, number));
   send(1);
@@ -380,8 +380,8 @@ TEST(IngressStart, ReportsAPortThatAnotherProgramUses) {
   close(holder);
 }
 
-/// The child process is a daemon. The child starts an ingress, writes the ingress's pid to a pipe and is then
-/// killed.
+/// The child process takes the part of a daemon: it starts an ingress, writes the pid of the ingress to a
+/// pipe and then kills itself.
 TEST(IngressStart, EndsWithItsDaemon) {
   if (!no_network.empty()) GTEST_SKIP() << no_network;
   int channel[2];
@@ -404,7 +404,7 @@ TEST(IngressStart, EndsWithItsDaemon) {
   waitpid(daemon, nullptr, 0);
   ASSERT_GT(pid, 0);
   EXPECT_TRUE(eventually([pid] {
-    // a zombie that has not been reaped has ended too, and the command line of the zombie is empty
+    // a process that has ended but was not reaped (a zombie) still has a cmdline file, which is empty
     std::FILE* file = std::fopen(("/proc/" + std::to_string(pid) + "/cmdline").c_str(), "r");
     if (file == nullptr) return true;
     const bool is_empty = std::fgetc(file) == EOF;

@@ -11,7 +11,7 @@ namespace {
 
 using service::check_lcm_url;
 
-TEST(LcmUrl, EveryUrlThatLcmDocumentsIsAccepted) {
+TEST(LcmUrl, ValidUdpmUrlsAndTheEmptyUrlAreAccepted) {
   for (const char* url :
        {"", service::kDefaultUrl, "udpm://", "udpm://?ttl=1", "udpm://239.255.76.67:7667",
         "udpm://224.0.0.1:1", "udpm://239.255.255.255:65535?ttl=255&recv_buf_size=4194304"}) {
@@ -37,7 +37,7 @@ TEST(LcmUrl, TheMessageOnAnInvalidUrlSaysWhatWasFoundAndWhatIsAllowed) {
       {"udpm://240.0.0.0:7667", "224.0.0.0 to 239.255.255.255"},
       {"udpm://localhost:7667", "224.0.0.0 to 239.255.255.255"},
       {"udpm://[ff02::1]:7667", "224.0.0.0 to 239.255.255.255"},
-      // liblcm would use its own default for these URLs
+      // liblcm would use the default of an option that it cannot read
       {"udpm://239.255.76.67:7667?ttl=abc", "'ttl=abc' must be ttl=0 to 255"},
       {"udpm://239.255.76.67:7667?ttl=256", "'ttl=256'"},
       {"udpm://239.255.76.67:7667?ttl=0&ttl", "'ttl' must be"},

@@ -1,5 +1,5 @@
 // These tests check the path of the operator's socket. Daemon and operator find the same path, and never a
-// path of another user.
+// path in a folder of another user, except that root also finds the socket of a service.
 #include "service/io/wire/operator_address.hpp"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ using service::choose_operator_place;
 using service::operator_places;
 using service::OperatorRoots;
 
-/// Provides the system's folders for sockets under a temporary folder.
+/// Provides a temporary folder in which the tests create the system's folders for sockets.
 class OperatorAddress : public ::testing::Test {
  protected:
   void SetUp() override {

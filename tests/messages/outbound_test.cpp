@@ -1,4 +1,4 @@
-// Outgoing messages are complete and correct, and their pages are below the size limit.
+// Outgoing messages are complete and correct, and no page is above the size limit.
 #include "service/io/wire/outbound.hpp"
 
 #include <gtest/gtest.h>
@@ -88,7 +88,7 @@ State make_test_state(const Plan& plan) {
 
 const io::Stamp kStamp{1'000'001, kSession, 0xF00DF00DF00DF00Du, 17};
 
-/// Checks that the pages are numbered, stay below the size limit and decode to the encoded values.
+/// Checks that the pages are numbered, are not above the size limit and decode to the encoded values.
 template <class Message>
 void expect_pages(const std::vector<Message>& pages) {
   for (std::size_t i = 0; i < pages.size(); ++i) {
@@ -190,7 +190,7 @@ TEST(Outbound, TwoThousandPointsAreSentCompleteInPages) {
 
 TEST(Outbound, LoadsOfAllLinksAreSentWithAllTheirRows) {
   Plan plan = make_plan();
-  // the last output becomes a beam with 12 output rows
+  // the last link output gets 12 rows, as a beam has
   plan.link_outputs.back().num_rows = 12;
   plan.link_rows.resize(plan.link_rows.size() + 11 * 8, 2.0);
   const State state = make_test_state(plan);

@@ -162,7 +162,7 @@ TEST_F(PacketHandlerTest, SixtyFourInventedSendersDoNotBlockControls) {
   for (int i = 0; i < 64; ++i) send("invented-" + std::to_string(i), 1);
   freeflex_msgs::control_t stop = make_control();
   stop.command = freeflex_msgs::control_t::STOP;
-  // more invented senders of controls do not block controls either
+  // 100 more invented senders, which send controls, do not block controls either
   for (int i = 0; i < 100; ++i) {
     stop.sender = "controls-" + std::to_string(i);
     on_control(stop);

@@ -1,5 +1,5 @@
-// Pages are gathered into complete messages, packets are written and read, and messages from strangers on the
-// bus take no memory.
+// Pages are gathered into complete sets, whose memory is limited whatever strangers on the bus send. Packets
+// of LCM are written and read.
 #include "service/io/wire/page_set.hpp"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Each fault of a command gives its reason for rejection, and the text says what was found and what is
-// allowed. The reasons here do not depend on the tick.
+// Each faulty command is rejected for the right reason, and the text says what was found and what is allowed.
+// The reasons in this file do not depend on the tick.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -140,7 +140,7 @@ const std::vector<BadForce> kBadForces = {
 
 class ForceIsRejected : public ::testing::TestWithParam<BadForce> {};
 
-TEST_P(ForceIsRejected, AnInvalidForceIsRejectedWithItsReasonInWords) {
+TEST_P(ForceIsRejected, AnInvalidForceIsRejectedWithAReasonAndItsText) {
   ASSERT_EQ(decode(make_force()).reason, Reason::kAccepted)
       << "the command is accepted before the fault is put in";
   force_t message = make_force();
@@ -155,20 +155,20 @@ TEST_P(ForceIsRejected, AnInvalidForceIsRejectedWithItsReasonInWords) {
   EXPECT_TRUE(io::is_sane(admission)) << "the answer itself is valid";
 }
 
-TEST_P(ForceIsRejected, AnInvalidForceIsRejectedEvenIfItIsReadFromALog) {
-  if (GetParam().reason == Reason::kWrongSession) return;  // a log is read in its own session
+TEST_P(ForceIsRejected, AnInvalidForceFromALogIsRejectedForTheSameReason) {
+  if (GetParam().reason == Reason::kWrongSession) return;  // from_message does not check the session
   force_t message = make_force();
   GetParam().spoil(message);
   ForceCommand command;
   EXPECT_EQ(io::from_message(message, make_names(), command).reason, GetParam().reason);
-  if (!message.torques.empty()) return;  // the command without its torques is valid
+  if (!message.torques.empty()) return;  // for torques only the reason is checked
   EXPECT_FALSE(io::is_sane(command, make_names()) && GetParam().reason != Reason::kBadSender);
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, ForceIsRejected, ::testing::ValuesIn(kBadForces),
                          [](const auto& tested) { return tested.param.name; });
 
-TEST(Force, AForceOfAnotherTypeIsRejectedByItsFingerprint) {
+TEST(Force, AControlMessageInPlaceOfAForceIsRejectedByItsFingerprint) {
   ForceCommand command;
   const io::Admission admission =
       io::decode_force(io::encode(make_control()), kSession, make_names(), command);
@@ -184,7 +184,7 @@ TEST(Force, BoundaryValuesAreAccepted) {
   message.slot = 63;
   message.start_tick = -1;
   message.duration_ticks = io::kMaxDurationTicks;
-  // |(60, 80, 0)| = |(48, 60, 64)| = 100, exactly the limit, by a sum of two squares and by a sum of three
+  // |(60, 80, 0)| = |(48, 60, 64)| = 100 is exactly the limit, as a sum of two squares and as a sum of three
   set_forces(message, {{0, {60.0, 80.0, 0.0}}, {1, {48.0, -60.0, 64.0}}, {2, {0.0, -100.0, 0.0}}});
   set_wrench(message, {1, {0.0, 0.0, 0.0}, {0.0, 30.0, 40.0}});
   const io::Admission admission = decode(message);
@@ -200,7 +200,7 @@ TEST(Force, AnEmptyForceCommandNeedsNoDuration) {
   EXPECT_EQ(decode(message).reason, Reason::kAccepted);
 }
 
-TEST(Force, AForceWithFullListsIsAccepted) {
+TEST(Force, AForceMessageWithTheMostForcesIsAccepted) {
   std::mt19937_64 engine(5);
   force_t message = random_force(engine);
   while (message.num_forces != 256) message = random_force(engine);
@@ -269,7 +269,7 @@ TEST(Control, ClearNeedsATargetAndOtherControlsMustNotHaveOne) {
   EXPECT_FALSE(io::is_sane(command)) << "a name without a terminator";
 }
 
-TEST(Control, AControlOutOfRangeIsRejectedWithTheAllowedRange) {
+TEST(Control, AnUnknownControlOrACountOutOfRangeIsRejectedWithTheAllowedValues) {
   const std::vector<std::pair<std::int32_t, std::int64_t>> bad = {{0, 0},
                                                                   {9, 0},
                                                                   {-1, 0},
@@ -294,7 +294,7 @@ TEST(Control, AControlOutOfRangeIsRejectedWithTheAllowedRange) {
   }
 }
 
-TEST(Control, EachKindOfControlIsAccepted) {
+TEST(Control, EachControlWithoutATargetIsAccepted) {
   for (const std::int32_t command : {1, 2, 3, 4, 5, 6, 7}) {
     control_t message = make_control();
     message.command = command;
@@ -337,7 +337,7 @@ TEST(Reason, TheInterfaceDocumentListsEachReasonUnderItsNumber) {
   EXPECT_EQ(next, io::kNumReasons) << "the first reason that the document lacks";
 }
 
-/// The plan omits first only rotation, then also motion out of the xy plane.
+/// The table is that of a plan that omits rotation, and at the end also motion out of the xy plane.
 TEST(Reasons, ARejectionStatesTheOmittedFeatureThatTheCommandNeeds) {
   io::NameTable names = make_names();
   names.scope.lacks_rotation = true;

@@ -1,4 +1,4 @@
-// The ring buffers between threads and between processes.
+// The ring buffer that passes entries between threads and between processes.
 #include <gtest/gtest.h>
 
 #include <cstring>

@@ -1,5 +1,5 @@
-// The script that generates the layouts refuses every construct that it does not know. If the script ignored
-// a construct, some bytes of messages would stay unchecked.
+// The script that generates the layouts refuses every construct of a .lcm file that the script does not know.
+// If it ignored a construct, some bytes of messages would stay unchecked.
 #include <gtest/gtest.h>
 
 #include <ostream>

@@ -67,7 +67,7 @@ class Fingerprint {
   std::int64_t value_ = 0x12345678;
 };
 
-/// Writes a message with random contents, from the layout of the message alone.
+/// Writes a message with random contents. Only the layout determines the form of the message.
 class RandomMessage {
  public:
   RandomMessage(const wire::Layout& layout, std::int64_t fingerprint, std::mt19937_64& engine)
@@ -185,7 +185,7 @@ TYPED_TEST(WireWalkOf, AnotherFingerprintIsRefused) {
   }
 }
 
-/// Hold a layout whose fields cover every cause that stops a walk.
+/// Hold the fields of a layout in which a walk can stop for every cause.
 constexpr wire::Field kInnerFields[] = {
     {"n", wire::Kind::kInt32, nullptr, true, 0, {}},
     {"texts", wire::Kind::kString, nullptr, false, 1, {{wire::counted_by(0)}}}};
@@ -227,7 +227,8 @@ TEST(WireWalk, ReportsWhyItStopsAndWhichSizeTheMessageNeeds) {
 }
 
 TEST(WireWalk, StopsAtTheEndOfTheBytesDespiteImpossibleCounts) {
-  // with 2^31 - 1 structs of 2^31 - 1 strings each, a walk that trusted either count would not end
+  // the counts say 2^31 - 1 structs of 2^31 - 1 strings each, so a walk that trusted either count would take
+  // years
   EXPECT_EQ(walk(words({0x7FFFFFFFu, 0, 0x7FFFFFFFu})).stop, WireWalk::Stop::kBadString);
   Bytes bytes = words({0x7FFFFFFFu, 0});
   bytes.resize(60'000);  // filled with empty structs

@@ -23,7 +23,7 @@ BadScene bad_body(const std::string& name, const std::string& text, std::vector<
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Bodies,
     ::testing::Values(
-        // there is one fault, which contains the name of the point and no index
+        // the only message gives the point by its name, not by an index
         bad_body("WheelOfAnUnknownPoint", "wheels: [{name: w, at: hubb, axis: [0, 0, 1]}]",
                  {"scene.yaml:6:24: error: wheel 'w': at names the point 'hubb', which the scene does not "
                   "have (did you mean 'hub'?)"}),

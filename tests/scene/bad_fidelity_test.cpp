@@ -7,7 +7,7 @@ namespace {
 // the text under test is on line 5
 class FidelityKey : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(FidelityKey, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(FidelityKey, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 const std::string kNone =
     "tolerance: no error is given; give position [m], attitude [rad] or elastic (fraction)";

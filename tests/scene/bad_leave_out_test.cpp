@@ -7,7 +7,7 @@ namespace {
 // the text under test is on line 5
 class LeaveOutKey : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(LeaveOutKey, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(LeaveOutKey, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 const std::string kParts =
     "damping, gravity, rotation, out_of_plane, unreached_modes, small_modes, point_rows or all";

@@ -43,8 +43,8 @@ INSTANTIATE_TEST_SUITE_P(
                  "{spring: [hub..tip, hub], stiffness: 1}\n"
                  "  - {spring: [hub, tip], stiffness: -5}",
                  {"scene.yaml:7:37: error: link 2: stiffness -5 N/m, must be > 0"}),
-        // messages give the positions 2.2 and 3 in the list, but among all links these links have the numbers
-        // 5 and 6
+        // the messages give the positions of the two links in the list, 2.2 and 3; their numbers among all
+        // links are 5 and 6
         bad_link("PhysicsAfterAChain",
                  "{spring: [hub..tip, hub], stiffness: 1}\n"
                  "  - {beam: [hub, mid, tip], EA: 1, GJ: 1, EIy: 1, EIz: 1, y_axis: [0, 1, 0]}\n"
@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(
                   "direction across it, or omit y_axis to have one chosen",
                   "scene.yaml:8:5: error: link 3: y_axis (1 0 0) is parallel to the beam; give a direction "
                   "across it, or omit y_axis to have one chosen"}),
-        // links that could not be read have numbers too
+        // links that could not be read are counted too
         BadScene{
             "PhysicsAndReading",
             {{"scene.yaml",
@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class BeamKeys : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(BeamKeys, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(BeamKeys, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, BeamKeys,
@@ -121,7 +121,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class AngleSpring : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(AngleSpring, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(AngleSpring, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, AngleSpring,
@@ -152,7 +152,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class PlateLink : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(PlateLink, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(PlateLink, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, PlateLink,
@@ -191,7 +191,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class RigidLink : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(RigidLink, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(RigidLink, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, RigidLink,
@@ -213,7 +213,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class DashpotLink : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(DashpotLink, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(DashpotLink, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, DashpotLink,
@@ -236,7 +236,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Losses : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Losses, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(Losses, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Losses,
@@ -253,7 +253,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Flexibility : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Flexibility, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(Flexibility, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 const std::string kFlexibilityScene =
     "points:\n"

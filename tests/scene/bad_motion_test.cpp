@@ -7,7 +7,7 @@ namespace {
 // the text under test is on line 5
 class Surroundings : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Surroundings, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(Surroundings, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Surroundings,
@@ -44,7 +44,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class FeedbackItem : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(FeedbackItem, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(FeedbackItem, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, FeedbackItem,

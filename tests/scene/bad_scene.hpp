@@ -1,4 +1,4 @@
-// This file describes scenes that must be refused, with their files and the exact text of every message.
+// Describes scenes that must be refused: their files and the exact text of every message.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@ namespace {
 
 class Matrix : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Matrix, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(Matrix, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Matrix,
@@ -131,7 +131,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Csv : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Csv, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(Csv, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Csv,
@@ -289,9 +289,9 @@ INSTANTIATE_TEST_SUITE_P(
 
 class LinkTable : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(LinkTable, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(LinkTable, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
-// returns a scene of the points a, b, c with this table of links
+// returns a scene of the points a, b, c whose links are in this table
 BadScene bad_links(const std::string& name, const std::string& table, std::vector<std::string> messages) {
   return {name,
           {{"scene.yaml", "points: {csv: points.csv}\nlinks: {csv: links.csv}\n"},
@@ -367,7 +367,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Resource : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Resource, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(Resource, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Resource,

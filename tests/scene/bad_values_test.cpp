@@ -7,7 +7,7 @@ namespace {
 
 class Range : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Range, EachValueOutOfRangeGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(Range, EachValueOutOfRangeIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Range,
@@ -99,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Reference : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Reference, EachUnknownNameGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(Reference, EachUnknownNameIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Reference,
@@ -141,7 +141,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Duplicate : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Duplicate, EachDuplicateGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(Duplicate, EachDuplicateIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Duplicate,
@@ -179,7 +179,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Geometry : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Geometry, EachFaultGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(Geometry, EachFaultIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Geometry,
@@ -211,7 +211,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Units : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Units, EachWrongUnitGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(Units, EachWrongUnitIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Units,

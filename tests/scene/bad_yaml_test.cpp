@@ -1,4 +1,4 @@
-// Scenes refused for their syntax and the types of their values.
+// The scenes in these tests are refused for their syntax or the types of their values.
 #include "tests/scene/bad_scene.hpp"
 
 namespace freeflex::testing {
@@ -6,7 +6,7 @@ namespace {
 
 class Syntax : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Syntax, EachSyntaxErrorGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(Syntax, EachSyntaxErrorIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Syntax,
@@ -166,7 +166,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 class Type : public ::testing::TestWithParam<BadScene> {};
 
-TEST_P(Type, EachWrongTypeGivesItsMessages) { expect_refused(GetParam()); }
+TEST_P(Type, EachWrongTypeIsReportedInTheExpectedWords) { expect_refused(GetParam()); }
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Type,

@@ -1,4 +1,4 @@
-// Faults as text for the screen and as JSON for programs.
+// Faults are written as text for the screen and as JSON for programs.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -11,7 +11,7 @@ namespace {
 
 TEST(FaultText, TheCaretStandsBelowTheColumnOfTheFault) {
   const TemporaryFolder folder;
-  // in the column number, a tab and a character of two bytes each count as one
+  // a tab and a character of two bytes each count as one column
   folder.write("scene.yaml", "points:\n  - {name: a,\tmass: -1, at: [0, 0, 0]}  # \xc3\xa9\n");
   const io::SceneResult result = io::read_scene("scene.yaml");
   ASSERT_EQ(result.faults.size(), 1u);
@@ -63,7 +63,7 @@ TEST(FaultText, JsonContainsEveryFieldOfEveryFault) {
   EXPECT_EQ(nlohmann::json::parse(io::faults_to_json({}, {})), nlohmann::json::array());
 }
 
-// one run reports all faults, here in a value, in a key, in positions and in a mode number
+// one reading reports all faults: here of a value, of a key, of positions and of a mode number
 TEST(FaultText, PhysicalFaultsAreReportedTogetherWithFaultsOfTheReader) {
   const TemporaryFolder folder;
   folder.write("scene.yaml", R"(rate: -5
@@ -91,7 +91,7 @@ initial: {modes: {99: {q: 1}}}
             "scene.yaml:9:10: error: initial state names elastic mode 99, there are 4, numbered from 1");
 }
 
-// the rigid links are numbers 4 and 5 among all links, and the second and third item of the list
+// the rigid links have the numbers 4 and 5 among all links, but are the second and the third item of the list
 TEST(FaultText, AWarningStatesTheListPositionOfALinkAfterAChain) {
   const TemporaryFolder folder;
   folder.write("scene.yaml", R"(points:

@@ -1,4 +1,4 @@
-// Scenes that must be read without any fault.
+// Reads scenes that must have no fault.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 
 namespace freeflex::testing {
 
-/// Reads the text as scene.yaml of the folder. The test fails if there is any fault.
+/// Writes the text into scene.yaml of the folder and reads this scene. The test fails if there is any fault.
 inline Scene read_good(const TemporaryFolder& folder, const std::string& text) {
   folder.write("scene.yaml", text);
   const io::SceneResult result = io::read_scene("scene.yaml");

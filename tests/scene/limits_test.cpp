@@ -57,7 +57,7 @@ TEST_F(Limits, TooManyPointsAreRefused) {
                      "are allowed; merge points, or remove some"});
 }
 
-// both faults are reported in one run, so that no second fault appears after the first is corrected
+// one reading reports both faults, so that no second fault appears after the first is corrected
 TEST_F(Limits, TooManyPointsAreReportedTogetherWithOtherFaults) {
   std::string csv = "mass,x,y,z\n-1,0,0,0\n";
   for (int i = 1; i < 200100; ++i) csv += "1," + std::to_string(i) + ",0,0\n";
@@ -98,7 +98,7 @@ TEST_F(Limits, NestedAliasesAreNotExpanded) {
             "offset, axes");
 }
 
-TEST_F(Limits, MergedMappingsCountTowardsTheLimit) {
+TEST_F(Limits, MergedMappingsCountTowardsTheLimitOfValues) {
   std::string text = "base: &base {";
   for (int i = 0; i < 2000; ++i) text += (i ? ", k" : "k") + std::to_string(i) + ": 1";
   text += "}\nmany:\n";
@@ -128,7 +128,7 @@ TEST_F(Limits, ListsOfTooManyItemsAreRefused) {
 }
 
 // up to 1000 points, everything is published and pushable by default. Above 1000 points, only the points that
-// the scene lists are published and pushable, where `all` stands for every point
+// the scene lists are published or pushable; `all` lists every point
 TEST_F(Limits, AboveAThousandPointsOnlyListedPointsArePublishedOrPushable) {
   constexpr int kPoints = 1100;
   std::string csv = "mass,x,y,z\n", springs = "from,to,stiffness\n";
@@ -173,7 +173,7 @@ TEST_F(Limits, RigidBodiesOfTooManyPointsAreRefused) {
   folder_.write("scene.yaml", "points: {csv: points.csv}\nlinks: {rigid: all}\n");
   const io::PlanResult result = io::load_plan("scene.yaml");
   EXPECT_FALSE(result.plan);
-  // the first fault is the warning on points that are not listed
+  // the first fault is the warning that no point is published
   ASSERT_EQ(result.faults.size(), 2u);
   EXPECT_NE(io::format_fault(result.faults[1], result.sources, false)
                 .find("impose 3702 constraints together, but at most 1500 can be handled"),
@@ -191,7 +191,7 @@ TEST_F(Limits, AtMostAThousandFaultsAreListed) {
   EXPECT_EQ(messages[1000], "scene.yaml: error: more than 1000 faults; the rest is not listed");
 }
 
-TEST_F(Limits, AMatrixThatDeclaresTooManyEntriesAllocatesNoMemory) {
+TEST_F(Limits, AMatrixThatDeclaresTooManyEntriesIsRefusedAtItsSizeLine) {
   folder_.write("points.csv", [] {
     std::string csv = "mass,x,y,z\n";
     for (int i = 0; i < 8192; ++i) csv += "1,0,0,0\n";

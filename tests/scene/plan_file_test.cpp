@@ -50,7 +50,7 @@ class PlanFile : public ::testing::Test {
   Plan plan_;
 };
 
-// The pulse of 0.1 s fits ticks of 1 ms, not of 0.4 s.
+// The pulse of 0.1 s is a whole number of ticks of 1 ms, but not of ticks of 0.4 s (2.5 Hz).
 TEST_F(PlanFile, WarningsAboutTicksApplyToTheRequestedRate) {
   const auto moved = [](double rate) {
     std::string messages;
@@ -86,7 +86,7 @@ TEST_F(PlanFile, ASaveOverwritesThePlanAndObeysTheUmask) {
   EXPECT_TRUE(bytes_of("boom.plan").starts_with(kPlanMark));
 }
 
-TEST_F(PlanFile, EveryTruncationIsRefused) {
+TEST_F(PlanFile, ATruncatedPlanIsRefused) {
   ASSERT_EQ(io::save_plan(plan_, "boom.plan"), "");
   const std::string bytes = bytes_of("boom.plan");
   for (std::size_t length = kPlanMark.size(); length < bytes.size(); length += length < 64 ? 1 : 97) {
@@ -101,7 +101,7 @@ TEST_F(PlanFile, EveryTruncationIsRefused) {
   EXPECT_EQ(refusal(bytes + "x"), "bad.plan: error: trailing bytes after the plan: 1");
 }
 
-TEST_F(PlanFile, EveryFlippedByteIsRefused) {
+TEST_F(PlanFile, APlanWithAFlippedBitIsRefused) {
   ASSERT_EQ(io::save_plan(plan_, "boom.plan"), "");
   const std::string bytes = bytes_of("boom.plan");
   for (std::size_t at = 0; at < bytes.size(); at += at < 64 ? 1 : 61) {
@@ -137,7 +137,7 @@ TEST_F(PlanFile, AMessageContainsThePathThatCannotBeWritten) {
 
 TEST_F(PlanFile, AnInterruptedSaveKeepsTheOldPlanAndLeavesNoOtherFile) {
   folder_.write("boom.plan", "old");
-  for (const int most : {0, 1}) {  // the save ends before the first byte, or after the last
+  for (const int most : {0, 1}) {  // the save is interrupted before the first byte, or after the last
     int asked = 0;
     const auto is_ended = [&] { return asked++ >= most; };
     EXPECT_EQ(io::save_plan(plan_, "boom.plan", is_ended),
@@ -149,7 +149,7 @@ TEST_F(PlanFile, AnInterruptedSaveKeepsTheOldPlanAndLeavesNoOtherFile) {
 
 TEST_F(PlanFile, OnAFullDiskTheOldPlanIsKeptAndNoOtherFileIsLeft) {
   folder_.write("boom.plan", "old");
-  // because of the size limit of 100 bytes the kernel refuses more bytes, as on a full disk
+  // because of a limit of 100 bytes on the size of files, the kernel refuses more bytes, as on a full disk
   const auto before = std::signal(SIGXFSZ, SIG_IGN);
   rlimit limit{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &limit), 0);

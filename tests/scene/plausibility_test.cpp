@@ -1,5 +1,5 @@
-// Valid values that are probably given in a wrong unit cause one warning for each kind. Coordinates too
-// coarsely rounded to resolve the structure cause an error.
+// Valid values that are probably given in a wrong unit cause one warning for each kind of value. Coordinates
+// that are rounded too coarsely to resolve the structure cause an error.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -26,7 +26,7 @@ std::vector<std::string> warnings_of(const std::string& text) {
   return texts_of(result.faults, result.sources);
 }
 
-// returns the warnings on a plate with these values between the three points
+// returns the warnings on a plate between the three points, with `values` as further keys
 std::vector<std::string> warnings_of_plate(const std::string& values) {
   return warnings_of(kThreePoints + "links:\n  - {name: skin, plate: [hub..tip], nu: 0.3, " + values + "}\n");
 }
@@ -67,7 +67,7 @@ TEST(Plausibility, ThicknessIsComparedWithTheWidthOfThePlate) {
 }
 
 // a plate 2 mm wide and 3 mm thick is implausible, and no other unit would make it plausible
-TEST(Plausibility, AWarningAboutASmallThicknessStatesNoUnit) {
+TEST(Plausibility, AThicknessThatIsImplausibleInEveryUnitGivesAWarningWithoutAUnit) {
   const std::string points =
       "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [0.002, 0, 0]}\n"
       "  - {name: c, mass: 1, at: [0, 0.002, 0]}\n";
@@ -77,7 +77,8 @@ TEST(Plausibility, AWarningAboutASmallThicknessStatesNoUnit) {
   EXPECT_TRUE(texts[0].ends_with(" m")) << texts[0];
 }
 
-// for an aluminium tube of 1 m, sqrt(EI / EA) is 0.35 m, but if EI is given in N mm^2, this length is 350 m
+// the radius of gyration sqrt(EI / EA) of an aluminium tube of 1 m diameter is 0.35 m; with EI in N mm^2 it
+// would come out as 350 m
 TEST(Plausibility, BeamStiffnessIsJudgedByItsRadiusOfGyration) {
   const auto beam = [](const std::string& stiffness) {
     return warnings_of(kThreePoints + "links:\n  - {name: tube, beam: [hub, mid], GJ: 1e6, " + stiffness +
@@ -114,8 +115,8 @@ TEST(Plausibility, ADampingRatioAboveOneGivesAWarning) {
       Texts{"s:7:10: warning: damping: a ratio of 2 is above 1, critical damping; in per cent write 0.02"});
 }
 
-// the plate has 4 x 4 cells of 5 mm and is 10 mm thick. Each triangle is narrower than its thickness, but the
-// plate of 20 mm is wider
+// the plate has 4 x 4 cells of 5 mm and is 10 mm thick. Each triangle is narrower than 10 mm, but the whole
+// plate is 20 mm wide
 TEST(Plausibility, ThicknessIsComparedWithTheWholePlateInAFineMesh) {
   std::string text = "points:\n";
   for (int i = 0; i < 5; ++i)
@@ -188,8 +189,8 @@ TEST(Plausibility, FrequenciesAboveAThousandTimesTheRateGiveAWarning) {
   EXPECT_EQ(warnings("1e10"), Texts{}) << "the frequency is 711 times the rate";
 }
 
-// returns a scene of beams some metres long at `offset` [m] from the origin along each axis, and every
-// coordinate is an exact double
+// returns a scene of beams some metres long at `offset` [m] from the origin along each axis; all its
+// coordinates are exact doubles
 std::string far_scene(double offset) {
   std::string text = "points:\n";
   const double positions[4][3] = {{0, 0, 0}, {1.5, 0, 0}, {3, 0, 0.5}, {3, 1, 0}};

@@ -21,8 +21,8 @@ std::vector<Link> read_links(const std::string& links) {
 
 using Released = std::array<std::array<bool, 3>, 2>;
 
-// these overloads return the text of a link of each kind, and if a new kind has no overload here, this file
-// does not compile
+// these overloads return the text of a link of each kind; if a new kind has no overload, this file does not
+// compile
 std::string written(const Spring&) { return "{spring: [a, b], stiffness: 1}"; }
 std::string written(const Bar&) { return "{bar: [a, b], EA: 1}"; }
 std::string written(const Beam&) { return "{beam: [a, b], EA: 1, GJ: 1, EIy: 1, EIz: 1}"; }
@@ -165,8 +165,8 @@ TEST(ReadLinks, EveryLinkOfAChainHasTheLossesOfTheChain) {
   }
 }
 
-// returns which of the links 0 to 5 are published: spring, rigid link, rigid body, matrix, flexibility,
-// dashpot
+// returns which of six links are published; they are spring, rigid link, rigid body, matrix, flexibility and
+// dashpot, with the indices 0 to 5
 std::vector<int> published_links(const std::string& publish) {
   const TemporaryFolder folder;
   folder.write("K.mtx", "%%MatrixMarket matrix coordinate real symmetric\n6 6 1\n1 1 1\n");

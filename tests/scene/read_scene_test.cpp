@@ -1,4 +1,5 @@
-// Every key of a scene is read as written.
+// The keys of a scene are read as written. Tests in other files cover bodies, the kinds of links, motion and
+// leave_out.
 #include <gtest/gtest.h>
 
 #include "tests/scene/good_scene.hpp"
@@ -6,7 +7,7 @@
 namespace freeflex::testing {
 namespace {
 
-// every key of every section, each with a distinct value
+// a scene whose values are distinct, so that the tests below can compare them
 const std::string kEveryKey = R"(
 name: everything
 rate: 500
@@ -186,7 +187,7 @@ TEST(ReadScene, NumbersAreReadToTheLastBit) {
   EXPECT_EQ(scene.points[0].position[2], 9007199254740992.0) << "2^53 + 1 rounds to even";
 }
 
-TEST(ReadScene, AttitudeIsNormalisedToTheLastBit) {
+TEST(ReadScene, AttitudeIsNormalisedToWithinRounding) {
   const Scene scene =
       read_good("points: {mass: 1, at: [0, 0, 0]}\ninitial: {attitude: [0.7071068, 0, 0.7071068, 0]}\n");
   EXPECT_NEAR(scene.initial.attitude.norm(), 1.0,

@@ -1,4 +1,5 @@
-// The schema for editors accepts and refuses the same scenes as the reader, as far as a schema can.
+// The schema for editors accepts every scene that the reader accepts, and refuses the same scenes as far as a
+// schema can.
 #include "service/io/scene/schema.hpp"
 
 #include <gtest/gtest.h>
@@ -78,8 +79,8 @@ class Schema : public ::testing::Test {
     folder_.write("scene.yaml", text);
     return io::read_scene("scene.yaml").scene.has_value();
   }
-  /// Returns a copy of the scene with another value for the key at the path, without the sections that the
-  /// test does not need.
+  /// Returns a copy of the scene with another value for the key of the mapping at the path, and without the
+  /// sections that this change does not need.
   Json with(const Pointer& path, const std::string& key, const Json& value) const {
     static const std::set<std::string> kNeeded{"points", "links",    "groups",
                                                "wheels", "fidelity", "tolerance"};
@@ -124,7 +125,7 @@ class Schema : public ::testing::Test {
         find_locations(below, section_of(below, key), path / name);
     }
   }
-  /// Returns the section of the schema whose required keys the item has.
+  /// Returns the section whose required keys the item has.
   static const Section& section_of(const Json& item, const Key& key) {
     const auto fits = [&](const Section* section) {
       return std::all_of(section->keys.begin(), section->keys.end(), [&](const Key& each) {
@@ -262,8 +263,8 @@ TEST_F(Schema, RefusesNumbersOutOfRangeAsTheReaderDoes) {
   EXPECT_GT(changes.size(), 60u);
 }
 
-// tries every value at every key
-TEST_F(Schema, AcceptsWhatTheReaderAccepts) {
+// tries every value of a list at every key
+TEST_F(Schema, AcceptsEveryValueThatTheReaderAccepts) {
   const std::vector<std::string> values{"0",
                                         "1",
                                         "+3",
@@ -368,8 +369,9 @@ TEST_F(Schema, AcceptsEveryShippedOrRecordedScene) {
   EXPECT_GT(names.size(), 20u);
 }
 
-/// Returns whether a schema can find this fault, which must concern a key, a type or a range. A schema cannot
-/// find faults that depend on another key, nor numbers that are valid in YAML but not in scenes.
+/// Returns true if a schema can find this fault, which is so if the fault concerns only a key, a type or a
+/// range. A schema cannot find faults that depend on another key, nor numbers that are valid in YAML but not
+/// in scenes.
 bool is_of_schema(const std::string& message) {
   static const std::regex kSeen(
       "unknown key|is missing, must|has no kind|is both|must be a (number|mapping|whole number|share)|"

@@ -1,4 +1,4 @@
-// Values that are set in a scene by path before the scene is read.
+// Values are set in a scene, by their paths, before the scene is read.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 namespace freeflex::testing {
 namespace {
 
-// the scene has every kind of target that a path can reach, namely items, an alias, names that contain dots,
+// the scene has every kind of target that a path can reach: items, an alias, a name that contains a dot, and
 // tables
 const std::string kScene =
     "points:\n"
@@ -228,7 +228,7 @@ TEST(SceneText, ReportsFaultsAtItsOwnLines) {
       std::vector<std::string>{"Plan(text):1:1: error: the file is empty; a scene has at least points"});
 }
 
-// the value 1 may be wrong for a path, but no path may be refused
+// the value 1 may be wrong for a key, but the path to the key must not be refused
 TEST(Settings, AcceptEveryPathInTheSchema) {
   const auto schema = nlohmann::json::parse(io::scene_schema());
   const auto paths = schema["x-paths"]["paths"].get<std::vector<std::string>>();
@@ -254,7 +254,7 @@ std::string bad_settings_name(const ::testing::TestParamInfo<BadSettings>& info)
 
 class BadSetting : public ::testing::TestWithParam<BadSettings> {};
 
-TEST_P(BadSetting, EachFaultGivesItsMessage) {
+TEST_P(BadSetting, EachFaultIsReportedInTheExpectedWords) {
   const io::SceneResult result = read_with(GetParam().arguments);
   EXPECT_FALSE(result.scene.has_value());
   EXPECT_EQ(texts_of(result), GetParam().messages);

@@ -52,7 +52,7 @@ TEST(ShippedScenes, RotorHasThePublishedMassAndNoForceUnderTranslation) {
   const MatrixLink& link = std::get<MatrixLink>(scene.links[0].kind);
   ASSERT_EQ(link.matrix.rows(), 345);
   EXPECT_EQ(Eigen::SparseMatrix<double>(link.matrix.transpose()).toDense(), link.matrix.toDense());
-  // a common translation of all points strains no link, up to the digits of the published model
+  // a common translation of all points strains no link, to within the digits of the published matrix
   Eigen::VectorXd shift = Eigen::VectorXd::Zero(345);
   for (int i = 0; i < 115; ++i) shift[3 * i + 2] = 1.0;
   EXPECT_LT((link.matrix * shift).norm(), 1e-8 * link.matrix.norm());
@@ -88,19 +88,19 @@ TEST(ShippedScenes, NetworkJoinsExactlyThePairsWithin15Angstrom) {
   EXPECT_EQ(scene.links.size(), 1428u);
 }
 
-TEST(ShippedScenes, BeamBendsAtTheContinuousFrequencies) {
+TEST(ShippedScenes, BeamBendsAtTheFrequenciesOfTheContinuousBeam) {
   const io::PlanResult result =
       io::load_plan(std::string(FREEFLEX_SOURCE_DIR) + "/service/scenes/beam101.yaml");
   ASSERT_TRUE(result.plan.has_value());
   const Plan& plan = *result.plan;
   EXPECT_EQ(plan.rigid_freedoms, 5);
-  EXPECT_NEAR(plan.mass, 24.6835, 1e-9);                       // density 2700 kg/m^3, 9.142e-4 m^2, 10 m
+  EXPECT_NEAR(plan.mass, 24.6835, 1e-9);                       // 2700 kg/m^3 * 9.142e-4 m^2 * 10 m
   const double scale = std::sqrt(7.5337e4 / 2.46835) / 100.0;  // [rad/s] sqrt(EI / rho A) / L^2
   const std::array<double, 3> beta{4.7300407, 7.8532046, 10.9956078};
   for (std::size_t mode = 0; mode < 3; ++mode) {
     const double exact = beta[mode] * beta[mode] * scale;
-    // the relative error of lumping the mass on 101 points is about (n pi)^2 / 12 / 100^2, less than 2e-3 for
-    // these modes
+    // the mass is lumped on 101 points, so the relative error of the frequency of mode n is about
+    // (n pi)^2 / 12 / 100^2, less than 2e-3 for the first three modes
     EXPECT_NEAR(plan.omega[2 * mode] / exact, 1.0, 2e-3);
     EXPECT_NEAR(plan.omega[2 * mode + 1] / plan.omega[2 * mode], 1.0, 1e-9)
         << "each frequency occurs twice, bending along y and z";
