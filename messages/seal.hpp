@@ -16,7 +16,8 @@
 
 namespace freeflex {
 
-/// The contents of a key file: the name of a sender and the secret that proves the sender.
+/// The contents of a key file: the name of a sender, and the secret that proves that a command is from this
+/// sender.
 struct SealingKey {
   std::string id;                                            // sender of the commands sealed with the key
   std::array<unsigned char, crypto_auth_KEYBYTES> secret{};  // 32 bytes
@@ -43,8 +44,8 @@ inline SealTag make_tag(std::span<const std::byte> before_tag, std::string_view 
 }
 
 /// Returns an encoded envelope that contains the force_t or control_t and is to be published on the channel.
-/// Sets the sender of the command to the key's id.  \param valid_until  [us] wall clock; the daemon accepts
-/// at most 60 s ahead
+/// Sets the sender of the command to the key's id.  \param valid_until  [us] wall clock after which the
+/// daemon refuses the command; at most 60 s later than its own wall clock
 template <class Command>
 std::vector<std::byte> seal(Command command, const std::string& channel, const SealingKey& key,
                             std::int64_t valid_until) {

@@ -1,8 +1,8 @@
-// Layout of a message's fields on the wire: the types of the tables that wire_layouts.cmake generates from
-// the .lcm files (freeflex_msgs/wire_layouts.hpp in the build tree). An LCM message begins with eight bytes
-// of fingerprint. The fields follow without gaps, big-endian. A string is an int32, which counts its
-// characters and the NUL, then the characters and the NUL. An array is the sequence of its elements, and a
-// struct the sequence of its fields.
+// Describes how the fields of a message follow each other on the wire. wire_layouts.cmake generates tables of
+// these types from the .lcm files (freeflex_msgs/wire_layouts.hpp in the build tree). An LCM message begins
+// with eight bytes of fingerprint. The fields follow without gaps, big-endian. A string is an int32, which
+// counts its characters and the NUL, then the characters and the NUL. An array is the sequence of its
+// elements, and a struct the sequence of its fields.
 #pragma once
 
 #include <array>

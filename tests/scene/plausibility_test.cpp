@@ -181,7 +181,7 @@ TEST(Plausibility, FrequenciesAboveAThousandTimesTheRateGiveAWarning) {
     EXPECT_TRUE(result.plan.has_value());
     return texts_of(result.faults, result.sources);
   };
-  // the frequency is sqrt(2 k / m) / (2 pi) [Hz]
+  // the frequency [Hz] of two points of mass m, joined by a spring of stiffness k, is sqrt(2 k / m) / (2 pi)
   EXPECT_EQ(
       warnings("1e12"),
       Texts{"s: warning: the highest frequency, 7117625.43 Hz, is 7117.62543 times the rate of 1000 Hz; "

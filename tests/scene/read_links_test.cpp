@@ -77,7 +77,7 @@ TEST(ReadLinks, EachShearKeySetsTheStiffnessAlongItsAxis) {
   EXPECT_EQ(std::get<Beam>(links[2].kind).GA_z, 7.0);
 }
 
-TEST(ReadLinks, EachReleaseActsAtTheEndAndAboutTheAxisInItsName) {
+TEST(ReadLinks, ReleasesActAtTheEndsAndAboutTheAxesThatAreListed) {
   const std::string beam = "  - {beam: [a, b], EA: 1, GJ: 2, EIy: 3, EIz: 4, release: ";
   const auto released = [&](const std::string& release) {
     const auto links = read_links(beam + release + "}\n");

@@ -101,7 +101,7 @@ class BracketScanner {
   std::string_view text_;
   std::size_t at_ = 0;
   std::size_t line_start_ = 0;
-  std::size_t indent_ = 0;  // indent of the line [bytes]
+  std::size_t indent_ = 0;  // indent of the present line [bytes]
   bool is_line_start_ = true;
   std::vector<Open> open_;
 };

@@ -74,7 +74,7 @@ class Fields {
   /// value, and a missing key that the section requires.
   void read(std::string_view key, double& value) const;
   void read(std::string_view key, Eigen::Vector3d& value) const;
-  /// Reads a number and treats it as required, even if the section says that it is optional.
+  /// Reads a number and treats its key as required, even if the key is optional in the section.
   void require(std::string_view key, double& value) const;
   /// Returns the index of the key's word in the list of allowed words, or nullopt if the key is absent or its
   /// value was reported as a fault.

@@ -17,7 +17,7 @@ struct LinkForm {
     kBody,   // num_points or more points in one link
     kFile,   // a file; the key `points` lists the points
   };
-  std::string_view key;  // determines kind and section; its value is the points, or the file of the matrix
+  std::string_view key;  // key that gives the kind; its value is the points, or the file of a matrix
   Extent extent;
   std::size_t num_points;
   LinkKind (*read)(Report& report, const Fields& fields);

@@ -57,7 +57,7 @@ class CsvTable {
   /// Reads the header and reports unknown, repeated and missing columns.
   CsvTable(Report& report, int source, std::vector<std::string_view> known,
            const std::vector<std::string_view>& required);
-  /// Returns false if the header has a fault. No row is read in this case.
+  /// Returns false if the header has a fault; each_row() then reads no row.
   bool is_good() const { return is_good_; }
   bool has(std::string_view column) const;
   /// Returns the position of the header line.
@@ -81,7 +81,7 @@ class CsvTable {
   bool is_good_ = true;
 };
 
-/// Description of a matrix, for messages.
+/// Describes the matrix that a file must contain.
 struct MatrixContent {
   std::string_view noun, unit;  // "stiffness", "N/m"
   std::size_t size;             // rows and columns

@@ -17,7 +17,7 @@ struct Node {
   std::string text;
   Origin origin;
   std::vector<const Node*> items;                            // kList
-  std::vector<std::pair<const Node*, const Node*>> entries;  // kMapping, merges (<<) applied, keys distinct
+  std::vector<std::pair<const Node*, const Node*>> entries;  // kMapping; distinct keys, after merges (<<)
   std::vector<const Node*> merged;                           // mappings whose entries were merged
 };
 

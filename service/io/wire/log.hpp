@@ -31,7 +31,7 @@ struct LogEvent {
 
 /// A range of a log that cannot be read.
 struct LogDamage {
-  std::int64_t at = 0;              // [bytes] where the damage was found
+  std::int64_t at = 0;              // [bytes] offset at which the damage was found
   std::string what;                 // description
   std::int64_t begin = 0, end = 0;  // [bytes] of the range
 };

@@ -26,7 +26,8 @@ struct Stamp {
   std::int64_t applied_count = 0;
 };
 
-/// Makes a state message. The limit of a state message, channels::kMaxMessageBytes, determines kMaxElastic.
+/// Makes a state message. kMaxElastic follows from the largest size of a state message,
+/// channels::kMaxMessageBytes.
 freeflex_msgs::state_t make_state_message(const Plan& plan, const MotionState& state, const Stamp& stamp);
 /// Make pages of at most channels::kMaxMessageBytes with the published points, groups and bodies, or with the
 /// loads of the published links. If none of these is published, there is no page.

@@ -13,7 +13,7 @@ namespace freeflex::io {
 /// page that claims to be one of two billion.
 class PageSet {
  public:
-  /// Identifies a set of pages: session, epoch and tick, or similar.
+  /// Identifies a set of pages, in POINTS and LOADS by session, epoch and tick.
   using Key = std::array<std::int64_t, 3>;
   /// [bytes] Largest size of one set of pages. For comparison: 200,000 points give 20 MB of POINTS at each
   /// tick.

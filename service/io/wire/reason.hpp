@@ -36,7 +36,7 @@ enum class Reason : std::int32_t {
   kLeftOut = 25,         // the command needs a feature that the plan omits
   kPointTorque = 26,     // a torque on a point that has no inertia
   kNoKeys = 27,          // a sealed command, but this daemon uses no keys
-  kTooOld = 28,          // the command waited longer for its decision than the scene allows
+  kTooOld = 28,          // the command waited longer than `commands: max_age` of the scene for its decision
   // 29 to 37 occur only if keys are required
   kKeyRequired = 29,   // a command without an envelope
   kUnknownKey = 30,    // none of the daemon's keys has this id
@@ -49,7 +49,7 @@ enum class Reason : std::int32_t {
   kTooFast = 37,       // more commands a second than the key may send
   // 38 and 39 occur only on the bus, whether or not keys are required
   kHeldTooLong = 38,  // duration or lease is longer than `commands: max_hold` of the scene
-  kCleared = 39,      // the operator cleared the sender while the accepted command waited
+  kCleared = 39,      // the operator cleared the sender before the accepted command took effect
 };
 inline constexpr int kNumReasons = static_cast<int>(Reason::kCleared) + 1;
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t signed_of(std::uint64_t fingerprint) { return static_cast<std::int64_t>(fingerprint); }
 
-/// Every message type that had a different fingerprint in an earlier version, and all messages of 0.4.
+/// All message types of version 0.4, and those of version 0.3 whose fingerprints differ from version 0.4.
 constexpr std::array<EarlierType, 17> kEarlier{{{"scene_t", signed_of(0xccd8d906fd8c6806), "0.3"},
                                                 {"force_t", signed_of(0x5eb2bea23d54be04), "0.3"},
                                                 {"applied_t", signed_of(0x5956be7a5b12adf3), "0.3"},

@@ -7,7 +7,7 @@ namespace {
 
 using Stop = WireWalk::Stop;
 
-constexpr std::int64_t kLengthBytes = 4;  // [bytes] size of a string's length, and of a count
+constexpr std::int64_t kLengthBytes = 4;  // [bytes] of the integer before a string, and of a count
 
 /// The counts of one struct, in the order of its fields.
 struct Counts {
