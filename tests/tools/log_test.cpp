@@ -279,6 +279,26 @@ TEST(LogFile, AnUnfinishedFileIsRemoved) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
+TEST(LogFile, AFileThatCannotBeRenamedIsKeptAsPartial) {
+  const TemporaryFolder folder;
+  LogWriter log(folder / "a.log");
+  log.write("ONE", 7, {});
+  CsvWriter table(folder / "a.csv");
+  table.header({"tick", "x"});
+  table.row(3, std::array{1.0});
+  // a folder that is not empty cannot be replaced by a file
+  std::filesystem::create_directories(std::filesystem::path(folder / "a.log") / "full");
+  std::filesystem::create_directories(std::filesystem::path(folder / "a.csv") / "full");
+  EXPECT_TRUE(contains(log.close(), "a.log.partial cannot be renamed to "));
+  EXPECT_TRUE(contains(table.close(), "a.csv.partial cannot be renamed to "));
+  EXPECT_EQ(log.kept_utime(), 7);
+  EXPECT_EQ(table.kept_tick(), 3);
+  std::string error;
+  bool is_damaged = false;
+  EXPECT_EQ(count_records(folder / "a.log.partial", error, is_damaged), 1);
+  EXPECT_EQ(read_text(folder / "a.csv.partial"), "tick,x\n3,1\n");
+}
+
 TEST(LogFile, AnInterruptedFileStaysMarkedAsPartial) {
   const TemporaryFolder folder;
   LogWriter writer(folder / "a.log");

@@ -227,7 +227,7 @@ std::string PartialFile::commit() {
   if (working_path_ == path_) return {};
   std::error_code error;
   std::filesystem::rename(working_path_, path_, error);
-  if (error) return path_ + ": " + error.message();
+  if (error) return working_path_ + " cannot be renamed to " + path_ + ": " + error.message();
   is_open_ = false;
   return {};
 }
@@ -295,7 +295,10 @@ void LogWriter::finish() {
 
 std::string LogWriter::close() {
   finish();
-  if (error_.empty()) error_ = file_.commit();
+  if (error_.empty()) {
+    error_ = file_.commit();
+    if (!error_.empty()) whole_ = ends_.last();
+  }
   if (file_.keep_first(whole_.offset)) kept_utime_ = whole_.mark;
   return error_;
 }
@@ -366,7 +369,10 @@ void CsvWriter::keep_whole_rows() {
 
 std::string CsvWriter::close() {
   finish();
-  if (error_.empty() && file_) error_ = file_->commit();
+  if (error_.empty() && file_) {
+    error_ = file_->commit();
+    if (!error_.empty()) whole_ = ends_.last();
+  }
   keep_whole_rows();
   return error_;
 }

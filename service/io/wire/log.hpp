@@ -110,7 +110,8 @@ class PartialFile {
   PartialFile& operator=(const PartialFile&) = delete;
 
   const std::string& working_path() const { return working_path_; }
-  /// Gives the file its final name. Returns an empty string, or the error.
+  /// Gives the file its final name. Returns an empty string, or the error. After an error the file still has
+  /// the name NAME.partial.
   std::string commit();
   /// Keeps the partial file.
   void keep() { is_open_ = false; }
@@ -140,6 +141,8 @@ class RecordEnds {
   /// Returns the end of the last record that lies within the first file_size bytes. The offset is 0 if there
   /// is no such record.
   End last_within(std::int64_t file_size) const;
+  /// Returns the end of the last record. The offset is 0 if there is no record.
+  End last() const { return latest_.empty() ? End{} : latest_.back(); }
 
  private:
   std::deque<End> latest_;
