@@ -1,5 +1,6 @@
-// hash_steps PLAN TICKS [--flip] steps a plan under commands of every kind and prints one hash over all bits
-// of every state and of every read-out. The option --flip changes the last bit of one force in one command.
+// hash_steps PLAN TICKS [--flip] steps a plan under random commands and prints one hash over all bits of
+// every state, and of the read-outs at every 64th tick. The option --flip changes the last bit of one force
+// in one command.
 #include <xxhash.h>
 
 #include <cstdio>
@@ -35,7 +36,8 @@ class Hash {
   XXH3_state_t* state_;
 };
 
-/// Makes a seeded sequence of commands from the raw numbers of the engine, which the C++ standard defines.
+/// Makes a seeded sequence of commands from the raw numbers of the engine. The C++ standard defines these
+/// numbers, so the sequence is the same on every machine.
 class Commands {
  public:
   explicit Commands(const Plan& plan) : plan_(plan) {}
@@ -49,7 +51,7 @@ class Commands {
     const bool is_lease = below(2) == 1;
     (is_lease ? command.lease_ticks : command.duration_ticks) = static_cast<std::int64_t>(1 + below(200));
     command.num_points =
-        static_cast<std::int32_t>(below(6));  // 0: the command clears the slot or has only wrenches
+        static_cast<std::int32_t>(below(6));  // 0: no force on a point; without any load, clears the slot
     for (std::int32_t k = 0; k < command.num_points; ++k) {
       auto& each = command.points[static_cast<std::size_t>(k)];
       each.point = static_cast<std::int32_t>((below(2) + 2 * static_cast<unsigned>(k)) % plan_.points.size());

@@ -1,4 +1,5 @@
-// `freeflex push`, `freeflex monitor` and LCM's logger and player with a running daemon in a private network.
+// These tests run `freeflex push`, `freeflex monitor` and LCM's logger and player with a daemon in a private
+// network.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,8 +20,8 @@ class OnTheBus : public ::testing::Test {
   void SetUp() override {
     if (!refusal.empty()) GTEST_SKIP() << refusal;
   }
-  /// Runs a script while a daemon runs the scene, and then stops the daemon. In the script $F and $D are the
-  /// programs, $P is a push with a timeout of 60 s and $T is a folder.
+  /// Runs a script while a daemon runs the scene, and then stops the daemon. In the script, $F is freeflex,
+  /// $D is freeflexd, $P is freeflex push with a timeout of 60 s, and $T is a folder.
   Outcome with_daemon(const std::string& script, const std::string& scene = kGolden + "frame.plan") {
     return run("F=" + kFreeflex + "; P=\"$F push --timeout 60\"; D=" + kFreeflexd + "; T=" + folder_.path() +
                "; export XDG_RUNTIME_DIR=$T; $D " + scene + " --log-level error & daemon=$!; (" + script +
@@ -38,7 +39,7 @@ TEST_F(OnTheBus, APushIsAcceptedAndItsTickIsPrinted) {
 }
 
 TEST_F(OnTheBus, OnePushAppliesAForceToEachOfItsPoints) {
-  // the tick is so far ahead that the monitor already listens
+  // tick 4000 comes only after the monitor has begun to listen
   const Outcome outcome = with_daemon(
       "$P --point tip=0,0.5,3 --point hub=0,-5e-1,-3 --point mid --force 1,2,3 --at-tick 4000 >&2 && "
       "$F monitor --channel APPLIED --json --count 1 --duration 20");
@@ -102,7 +103,7 @@ TEST_F(OnTheBus, PushToAnUnknownNameListsTheKnownNames) {
   EXPECT_EQ(with_daemon("$P --group nose --torque 0,0,1").exit_code, 2);
 }
 
-TEST_F(OnTheBus, PushWithoutADaemonReportsTheBus) {
+TEST_F(OnTheBus, PushWithoutADaemonReportsUrlAndPrefix) {
   const Outcome outcome = run(kFreeflex + " push --point tip --force 0,0,1 --timeout 0.3");
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_TRUE(contains(outcome.err, "no message of a daemon has come")) << outcome.err;
@@ -143,7 +144,7 @@ TEST_F(OnTheBus, PushSealsItsCommandWithAKey) {
       contains(outcome.out, "key_required: this daemon accepts only commands with a key: add --key FILE"))
       << outcome.out << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "Do the daemon's --keys contain this key")) << outcome.err;
-  // sealed commands can still be read
+  // a sealed command is signed but not encrypted, so `freeflex monitor` can read it
   EXPECT_TRUE(contains(outcome.out, R"("key_id":"pilot")")) << outcome.out;
   EXPECT_TRUE(contains(outcome.out, R"("command":"hold")")) << outcome.out;
 }
@@ -181,14 +182,14 @@ TEST_F(OnTheBus, MonitorPrintsEachMessageOfAChannelAsOneLineOfJson) {
   EXPECT_EQ(count, 3);
 }
 
-TEST_F(OnTheBus, JsonFieldsAreInTheHelp) {
+TEST_F(OnTheBus, HelpListsTheJsonFieldsOfPushAndMonitor) {
   const Json answer = Json::parse(with_daemon("$P --json --point tip --force 0,0,1").out);
   EXPECT_EQ(undocumented(answer, run(kFreeflex + " push --help").out), "") << answer;
   const std::string help = run(kFreeflex + " monitor --help").out;
   Json table = Json::parse(with_daemon("$F monitor --json --count 3 --duration 30 --interval 20").out);
   Json& channels = table["channels"];
   ASSERT_FALSE(channels.empty());
-  // channel names and message fields are not fields of the JSON of monitor itself
+  // the help of monitor does not list channel names and message fields, so they are removed
   for (auto& [name, channel] : channels.items()) {
     channel["last"] = nullptr;
     EXPECT_EQ(undocumented(channel, help), "") << name;
@@ -201,7 +202,7 @@ TEST_F(OnTheBus, JsonFieldsAreInTheHelp) {
   EXPECT_EQ(undocumented(message, help), "");
 }
 
-TEST_F(OnTheBus, MonitorGivesExitOneIfItHearsTooFewMessages) {
+TEST_F(OnTheBus, MonitorGivesExitOneIfItHearsFewerMessagesThanCount) {
   const Outcome outcome = with_daemon("$F monitor --channel 'ST.TE' --count 1 --duration 0.5");
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_TRUE(contains(outcome.err, "no message has come on FREEFLEX_ST.TE")) << outcome.err;
@@ -216,7 +217,7 @@ TEST_F(OnTheBus, MonitorGivesExitOneIfItHearsNothing) {
 }
 
 TEST_F(OnTheBus, MonitorReportsOnceThatNothingIsHeard) {
-  // only one line is printed in several intervals
+  // the monitor runs for ten intervals but prints only one line
   for (const char* what : {"--count 1", "--channel STATE --count 1", "--live"}) {
     const Outcome outcome = run(kFreeflex + " monitor " + what + " --interval 0.1 --duration 1");
     EXPECT_EQ(outcome.exit_code, 1) << what;
@@ -255,16 +256,16 @@ TEST_F(OnTheBus, ClearEndsTheForceInTheSlot) {
 TEST_F(OnTheBus, LiveMonitorPrintsLinesIfThereIsNoTerminal) {
   const Outcome outcome = with_daemon("$F monitor --live --duration 1.5 --interval 0.5");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  // the frame spins, so its verdict is not `good`
+  // the frame spins, and its rung has no centrifugal load, so the verdict is not `good`
   EXPECT_FALSE(contains(outcome.out, ", running, good, rate ")) << outcome.out;
   EXPECT_TRUE(contains(outcome.out, "largest displacement")) << outcome.out;
   EXPECT_FALSE(contains(outcome.out, "\033")) << outcome.out;
 }
 
-TEST_F(OnTheBus, ARecordedSessionAndItsPlaybackBothReplay) {
-  // lcm-logger queues only 31 messages while it does not run. So lcm-logger gets a priority above ordinary
-  // programs, if the system allows that, and a recording that replay reports as incomplete (exit code 3) is
-  // repeated
+TEST_F(OnTheBus, ARecordingAndTheRecordingOfItsPlaybackReplayToTheBit) {
+  // While lcm-logger waits for a processor, only 31 messages are queued, and further messages are lost. So
+  // lcm-logger gets a priority above ordinary programs, if the system allows that, and a recording that
+  // replay reports as incomplete (exit code 3) is made again
   const std::string record = R"(
 rt="chrt -f 1"; $rt true 2>/dev/null || rt=
 record() { rm -f "$1"; $rt lcm-logger -q -c '^FREEFLEX_.*' "$1" >&2 & logger=$!; sleep 0.3; }
@@ -290,7 +291,7 @@ whole fly $T/one.log && whole play $T/two.log
   const Outcome outcome = run("F=" + kFreeflex + "; P=\"$F push --timeout 60\"; D=" + kFreeflexd +
                               "; PLAN=" + kGolden + "frame.plan; T=" + folder_.path() + record);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
-  // the text appears once for each recording
+  // the text appears once for the recording and once for the recording of its playback
   const std::size_t first = outcome.out.find("identical to the bit over ");
   ASSERT_NE(first, std::string::npos) << outcome.out << outcome.err;
   EXPECT_NE(outcome.out.find("identical to the bit over ", first + 1), std::string::npos)

@@ -1,4 +1,4 @@
-// These tests check the command line for users and scripts, with exit codes, texts and JSON.
+// These tests check the exit codes, the texts and the JSON of the command line.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -87,7 +87,7 @@ TEST(CommandLine, OutputThatCannotBeWrittenGivesExitOne) {
   }
 }
 
-// the limit is one block, and the shell's own files for the output stay below this limit
+// `ulimit -f 1` limits files to one block, and the files to which the shell redirects the output stay smaller
 TEST(CommandLine, AFileAtItsSizeLimitGivesExitOneAndKillsNoProcess) {
   const TemporaryFolder folder;
   const std::string limited = "ulimit -f 1; cd " + folder.path() + "; " + kFreeflex + " ";
@@ -126,8 +126,8 @@ TEST(CommandLine, InputFilesAreNeverOverwritten) {
   }
 }
 
-// two points cannot take a torque about their line, one point cannot take any torque, and for 1e308 N the
-// response is not finite
+// two points cannot take a torque about their line, one point cannot take any torque, and the response to
+// 1e308 N is not finite
 TEST(Loads, LoadsWithoutAStaticResponseGiveExitTwoAndTheCause) {
   const TemporaryFolder folder;
   write_text(folder / "a.yaml",
@@ -160,7 +160,7 @@ TEST(Loads, AreReportedWithTheNameOfTheScene) {
   EXPECT_EQ(Json::parse(run(line + " --json").out)["name"], "boom");
 }
 
-TEST(Check, APlanFileIsCheckedToo) {
+TEST(Check, AGoodPlanFileGivesExitZeroAndATruncatedOneExitTwo) {
   const TemporaryFolder folder;
   ASSERT_EQ(run(kFreeflex + " compile " + kScenes + "boom.yaml -o " + folder / "boom.plan").exit_code, 0);
   const Outcome good = run(kFreeflex + " check " + folder / "boom.plan");
@@ -195,7 +195,7 @@ TEST(Check, ReportsEveryFaultWithItsLine) {
   EXPECT_TRUE(outcome.out.empty()) << outcome.out;
 }
 
-TEST(Check, JsonContainsTheSameFaults) {
+TEST(Check, JsonContainsTheFaultWithItsLine) {
   const TemporaryFolder folder;
   write_text(folder / "bad.yaml", "points:\n  - {name: a, mass: -1, at: [0, 0, 0]}\n");
   const Outcome outcome = run(kFreeflex + " check --json " + folder / "bad.yaml");
@@ -213,8 +213,9 @@ TEST(Check, AMissingFileGivesExitTwo) {
   EXPECT_TRUE(contains(outcome.err, "/nonexistent/scene.yaml")) << outcome.err;
 }
 
-TEST(Modes, JsonAndTextAgreeOnTwoMassesAndASpring) {
-  // two masses m on a spring k have one frequency, sqrt(2 k / m) / (2 pi), and five rigid freedoms
+TEST(Modes, JsonAndTextGiveTheClosedFormOfTwoMassesAndASpring) {
+  // two masses m on a spring of stiffness k have one elastic frequency, sqrt(2 k / m) / (2 pi), and five
+  // rigid freedoms
   const TemporaryFolder folder;
   write_text(folder / "two.yaml",
              "points:\n  - {name: a, mass: 2, at: [0, 0, 0]}\n  - {name: b, mass: 2, at: [3, 0, "
@@ -235,7 +236,7 @@ TEST(Modes, JsonAndTextAgreeOnTwoMassesAndASpring) {
   EXPECT_TRUE(contains(text.out, "1.125395395")) << text.out;
 }
 
-// for two masses m on a spring k, omega^2 = 2 k / m
+// for two masses m on a spring of stiffness k, omega^2 = 2 k / m
 TEST(Modes, ModesDependOnTheValuesSetOnTheCommandLine) {
   const TemporaryFolder folder;
   write_text(folder / "pair.yaml",
@@ -251,9 +252,10 @@ TEST(Modes, ModesDependOnTheValuesSetOnTheCommandLine) {
   EXPECT_NEAR(frequency("--set 'points.*.mass=4' --set links.1.stiffness=50 "), 5.0 / (2.0 * pi), 1e-12);
 }
 
-// Three masses in a row with two springs, and a dashpot in parallel with one spring: u'' = -2 (c u' + k u) +
-// k w, w'' = c u' + k u - 2 k w. With c = 2 N s/m and k = 100 N/m the eigenvalues are the roots of s^4 + 4
-// s^3 + 400 s^2 + 600 s + 30000.
+// Three masses of 1 kg in a row are joined by two springs of stiffness k, and a dashpot c acts in parallel
+// with the first spring. The elongations u and w of the springs obey u'' = -2 (c u' + k u) + k w, w'' = c u'
+// + k u - 2 k w. With c = 2 N s/m and k = 100 N/m the eigenvalues s are the roots of s^4 + 4 s^3 + 400 s^2 +
+// 600 s + 30000.
 TEST(Modes, IncludeTheCouplingByDashpots) {
   const TemporaryFolder folder;
   write_text(folder / "row.yaml",
@@ -289,8 +291,8 @@ TEST(Modes, TheRepeatedFrequencyOfTheRotorIsMarked) {
   EXPECT_NE(modes[1]["cluster"], modes[2]["cluster"]);
 }
 
-// Feedback acts on the angle between two springs, which is a mechanism. The angle oscillates, or it grows if
-// the feedback pushes the angle away.
+// The angle between the two springs is a mechanism, on which feedback acts. The angle oscillates if the
+// feedback pulls it back, and grows if the feedback pushes it away.
 TEST(Modes, AMechanismUnderFeedbackIsListed) {
   const TemporaryFolder folder;
   const auto text_of = [&](const std::string& gains) {
@@ -312,7 +314,8 @@ TEST(Modes, AMechanismUnderFeedbackIsListed) {
 }
 
 TEST(Modes, ThePointsOfAMechanismAreReported) {
-  // springs along a line do not resist bending, which gives one mechanism in each of two planes
+  // springs along a line do not resist bending, so the three points have one mechanism in each of two
+  // perpendicular planes
   const Outcome outcome = run(kFreeflex + " modes --json " + kGolden + "chain.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json json = Json::parse(outcome.out);

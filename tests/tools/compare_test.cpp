@@ -1,5 +1,5 @@
 // `freeflex compare` reports what differs and by how much, and what was not compared. The tests also check
-// the columns of tables.
+// that recordings and tables have the same columns.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -81,7 +81,7 @@ TEST_F(Compare, ReportsWhereFilesDifferAndByHowMuch) {
       json["not_compared"].dump(),
       R"(["1 tick of the table that only the first contains","1 tick of the table that only the second contains",)"
       R"("1 column that only the second contains: extra"])");
-  // the relative differences are 1/8 and 1/6 of the largest values
+  // the largest differences are 1/8 and 1/6 of the largest values of their quantities
   EXPECT_EQ(compare("a.csv", "b.csv", "--common --tolerance 0.2").exit_code, 0);
   const Outcome part = compare("a.csv", "b.csv", "--tolerance 0.2");
   EXPECT_EQ(part.exit_code, 3);
@@ -92,7 +92,7 @@ TEST_F(Compare, ReportsWhereFilesDifferAndByHowMuch) {
   EXPECT_TRUE(contains(text.out, "differs from tick 1 on: x: 2, 2.5")) << text.out;
 }
 
-TEST_F(Compare, BothQuaternionsOfAnAttitudeAreEqual) {
+TEST_F(Compare, AQuaternionAndItsNegativeAreTheSameAttitude) {
   write_text(folder_ / "a.csv", "tick,qw,qx,qy,qz\n0,0.6,0,0,0.8\n");
   write_text(folder_ / "b.csv", "tick,qw,qx,qy,qz\n0,-0.6,0,0,-0.8\n");
   EXPECT_EQ(compare("a.csv", "b.csv").exit_code, 0);
@@ -114,8 +114,8 @@ TEST_F(Compare, AnInfinityDoesNotHideOtherDifferences) {
   EXPECT_EQ(compare("b.csv", "b.csv").exit_code, 0);
 }
 
-// a different rung gives a different set-up and a different motion
-TEST_F(Compare, AnotherRungDiffersByItsError) {
+// the rungs `separated` and `coupled` have different equations, so the motions differ
+TEST_F(Compare, MotionsOfTwoRungsDiffer) {
   make(kScenes + "truss-s5.yaml", "a.log");
   write_text(folder_ / "coupled.yaml", std::regex_replace(read_text(kScenes + "truss-s5.yaml"),
                                                           std::regex("csv: "), "csv: " + kScenes) +
@@ -129,7 +129,7 @@ TEST_F(Compare, AnotherRungDiffersByItsError) {
   EXPECT_EQ(compare("a.log", "b.log", "--tolerance 10").exit_code, 0);
 }
 
-TEST_F(Compare, NotANumberAlwaysDiffers) {
+TEST_F(Compare, ANaNEqualsANaNAndDiffersFromANumber) {
   write_text(folder_ / "a.csv", "tick,x\n0,nan\n1,1\n");
   write_text(folder_ / "b.csv", "tick,x\n0,nan\n1,nan\n");
   const Json json = compare_json("a.csv", "b.csv", "--tolerance 100");
@@ -138,7 +138,7 @@ TEST_F(Compare, NotANumberAlwaysDiffers) {
   EXPECT_EQ(json["first"]["tick"], 1);
 }
 
-TEST_F(Compare, ReportsWhatItCannotRead) {
+TEST_F(Compare, ReportsWhyAFileCannotBeCompared) {
   const auto refuses = [&](const std::string& text, int exit_code, const std::string& why) {
     write_text(folder_ / "a.csv", "tick,x\n0,1\n1,2\n");
     write_text(folder_ / "b.csv", text);
@@ -168,7 +168,8 @@ TEST_F(Compare, ReportsWhatItCannotRead) {
 }
 
 TEST_F(Compare, EachQuantityHasItsOwnScale) {
-  // the values are a force of 1e4 N and a moment of 1 N m, and a temperature and a strain
+  // both links have a force of 1e4 N and a moment of 1 N m, and the other columns are a strain and a
+  // temperature
   write_text(folder_ / "a.csv",
              "tick,link.a.1,link.a.2,link.b.1,link.b.2,strain,heat\n0,1e4,1,1e4,1,1e-6,300\n");
   write_text(folder_ / "b.csv",
@@ -202,7 +203,7 @@ TEST_F(Compare, AFileWithTwoMotionsIsReported) {
   EXPECT_TRUE(contains(both.err, "two motions were put into one file")) << both.err;
 }
 
-TEST_F(Compare, DamageOutsideTheMotionIsReported) {
+TEST_F(Compare, ADamagedLoadsMessageIsReported) {
   write_text(folder_ / "scene.yaml", read_text(kScenes + "boom.yaml") +
                                          "\npublish: {points: {rate: 100, of: all}, loads: {rate: 100}}\n");
   make(folder_ / "scene.yaml", "a.log");
@@ -230,7 +231,7 @@ TEST_F(Compare, AnOptionWithoutEffectIsRefused) {
   EXPECT_TRUE(contains(pipe.err, "not a regular file")) << pipe.err;
 }
 
-TEST_F(Compare, ReplayReportsWhatItDidNotCompare) {
+TEST_F(Compare, ReplayReportsThatPointsWereNotCompared) {
   write_text(folder_ / "scene.yaml", read_text(kScenes + "boom.yaml") +
                                          "\npublish: {points: {rate: 100, of: all}, loads: {rate: 100}}\n");
   make(folder_ / "scene.yaml", "a.log");

@@ -1,5 +1,5 @@
-// These tests check the terminal output of all subcommands, which has wrapped lines, and a progress line that
-// appears only on terminals.
+// These tests check two parts of the terminal output of all subcommands, which are wrapped lines, and a
+// progress line that appears only on terminals.
 #include "tools/terminal/console.hpp"
 
 #include <fcntl.h>
@@ -26,7 +26,7 @@ TEST(Wrapped, ALineBreaksAtBlanksAndFollowingLinesAreIndented) {
   EXPECT_EQ(tools::wrapped(text, 0), word + " " + word + " " + word + "\n" + word + " " + word);
   EXPECT_EQ(tools::wrapped(text, 40), word + " " + word + "\n" + std::string(40, ' ') + word + " " + word +
                                           "\n" + std::string(40, ' ') + word);
-  // one word is as wide as the line, and another is wider than any line
+  // `full` is exactly as wide as a line, and `longer` is five characters wider
   const std::string full(tools::kLineWidth, 'b'), longer(tools::kLineWidth + 5, 'c');
   EXPECT_EQ(tools::wrapped(full, 0), full);
   EXPECT_EQ(tools::wrapped(full + " a", 0), full + "\na");
@@ -50,7 +50,7 @@ class Terminal {
   Terminal& operator=(const Terminal&) = delete;
   bool is_open() const { return is_open_; }
   int slave() const { return slave_; }
-  /// Reads until the text appears. Returns false if nothing arrives for a minute.
+  /// Reads until `part` has appeared. Returns false if no text arrives for a minute.
   bool shows(const std::string& part) {
     pollfd ready{master_, POLLIN, 0};
     while (!contains(seen_, part)) {
@@ -110,7 +110,8 @@ TEST(Progress, IsOnlyShownOnTerminals) {
   EXPECT_EQ(read_text(folder / "err"), "");
 }
 
-/// Runs freeflex with a terminal as standard error and interrupts it when the text appears there.
+/// Runs freeflex with a terminal as standard error, and interrupts freeflex when the text appears on the
+/// terminal. Returns false if the text does not appear.
 bool shows_on_terminal(const std::string& arguments, const std::string& part) {
   Terminal terminal;
   const TemporaryFolder folder;
@@ -129,7 +130,7 @@ bool shows_on_terminal(const std::string& arguments, const std::string& part) {
   return is_seen;
 }
 
-// each command takes much longer than half a second, after which the progress line appears
+// the progress line appears after half a second, and each command takes much longer
 TEST(Progress, IsShownByEveryLongCommand) {
   const std::string large = kScenes + "truss-s3.yaml";
   shows_on_terminal("check " + large, "check: ");

@@ -1,5 +1,5 @@
-// These tests use a recording that ends early because the disk was full. Every command uses the complete
-// records, reports the position of the cut, and exits with 3.
+// These tests use a recording that is cut off, as it is when the disk becomes full. Every command uses the
+// complete records, reports the position of the cut, and exits with code 3.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -29,7 +29,7 @@ class Cut : public ::testing::Test {
                 contains(outcome.err, ": the file ends inside a record, after "))
         << outcome.err;
   }
-  /// Returns the ticks of the states before the cut.
+  /// Returns the last tick that a replay of the cut recording reaches.
   std::int64_t known_tick() { return Json::parse(freeflex("replay --json cut.log").out)["ticks"]; }
   TemporaryFolder folder_;
 };

@@ -1,4 +1,4 @@
-// Replays, within this process, of a recording with one changed byte.
+// Replays a recording with one changed byte within this process, and counts the outcomes.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -26,8 +26,9 @@ using tools::ReplayOutcome;
 using ReplayResult = ReplayOutcome::Result;
 
 /// Holds the golden recording of the frame with SCENE messages as the daemon sends them. The golden recording
-/// lacks SCENE, because SCENE contains the path of a file. Only every eighth STATUS is kept, because they are
-/// most of the bytes and a replay does not need them.
+/// itself lacks SCENE, because SCENE contains the path of the plan file, which differs between machines. Only
+/// every eighth STATUS is kept, because the STATUS messages are most of the bytes and a replay does not need
+/// them.
 class RealRecording {
  public:
   RealRecording() {
@@ -56,7 +57,7 @@ class RealRecording {
     EXPECT_EQ(whole.result, ReplayResult::kIdentical) << whole.error;
   }
 
-  /// Replays the bytes in `changed`.
+  /// Replays a recording that has the bytes `changed`.
   ReplayOutcome replay(const std::string& changed) const {
     const std::string other = folder / "changed.log";
     write_text(other, changed);
@@ -84,8 +85,8 @@ struct Tally {
   int refused = 0, differs = 0, warned = 0, unchanged = 0;
 };
 
-/// Expects that a changed byte is refused or reported, or that the complete recording was compared and is
-/// identical.
+/// Expects that the replay refused the changed recording, reported a difference or a warning, or compared the
+/// complete recording and found it identical. Counts the outcome in `tally`.
 inline void expect_accounted(const ReplayOutcome& outcome, Tally& tally, const std::string& which) {
   const ReplayOutcome& whole = real().whole;
   if (outcome.result == ReplayResult::kIncomplete || outcome.result == ReplayResult::kError) {

@@ -14,10 +14,10 @@ namespace {
 
 using freeflex_msgs::state_t;
 
-// offsets [bytes] in a message from its fingerprint on
+// [bytes] offsets of fields in a message, counted from the beginning of its fingerprint
 constexpr std::size_t kSession = 16, kEpoch = 24, kTick = 32;
 
-/// Returns the event with this index on a channel. Indices start at 0.
+/// Returns event number `which` of a channel. Indices start at 0.
 const io::LogEvent& event_on(const std::string& channel, std::size_t which) {
   for (const io::LogEvent& event : real().events)
     if (event.channel == channel && which-- == 0) return event;
@@ -47,7 +47,7 @@ void edit_state(io::LogEvent& event, const std::function<void(state_t&)>& change
   event.bytes = io::encode(state);
 }
 
-TEST(Damage, EveryFlippedByteIsReportedOrHarmless) {
+TEST(Damage, EachOf2000FlippedBytesIsReportedOrHarmless) {
   const Tally tally = flip_bytes(2'000, 11);
   EXPECT_GT(tally.refused, 300);
   EXPECT_GT(tally.differs, 600);
@@ -96,7 +96,8 @@ TEST(Damage, ACutRecordingIsReplayedUpToTheLastCompleteRecord) {
   }
 }
 
-// the record before the damaged record is lost too, because its lengths may be damaged
+// the record before the damaged sync word is not read either, because its lengths may be damaged instead of
+// the sync word
 TEST(Damage, ADamagedSyncWordLosesTwoRecordsAndTheStatesThatDependOnThem) {
   int num_with_command = 0;
   const std::vector<io::LogEvent>& events = real().events;
@@ -130,7 +131,7 @@ TEST(Damage, ADamagedSyncWordLosesTwoRecordsAndTheStatesThatDependOnThem) {
   EXPECT_GT(num_with_command, 1);
 }
 
-TEST(Damage, EveryChangedCounterOfAStateIsDetected) {
+TEST(Damage, AChangedEpochOrTickOfAStateIsDetected) {
   const io::LogEvent& state = event_on("FREEFLEX_STATE", 20);
   for (const std::size_t field : {kEpoch, kTick}) {
     for (std::size_t at = message_at(state) + field; at < message_at(state) + field + 8; ++at) {
@@ -185,7 +186,8 @@ TEST(Damage, ADamagedSessionNumberIsReportedAtItsByte) {
 }
 
 TEST(Damage, ADamagedLengthThatCoversTheNextRecordsIsDetected) {
-  // the test tries every value of one byte of a length for which the record ends at the end of a later record
+  // the test sets one byte of a length to every value with which the record would end where a later record
+  // ends
   std::map<std::int64_t, bool> is_end{{static_cast<std::int64_t>(real().bytes.size()), true}};
   for (const io::LogEvent& event : real().events) is_end[event.offset] = true;
   int num_tried = 0;
@@ -213,7 +215,7 @@ TEST(Damage, AForgedTickBeyondTheLongestGapIsRefused) {
   const ReplayOutcome outcome = replay_edited([](auto& events) {
     for (std::size_t i = events.size(); i-- > 0;) {
       if (events[i].channel != "FREEFLEX_STATE") continue;
-      // the last state, which includes every command, gets the forged tick and its time
+      // the last state, which includes every command, gets a forged tick and the time of this tick
       return edit_state(events[i], [](state_t& state) {
         const std::int64_t first = state.tick - std::llround(state.time * 1000.0);
         state.tick = std::int64_t{1} << 40;
@@ -256,8 +258,8 @@ TEST(Damage, MessagesOfOtherProgramsAreIgnored) {
   const ReplayOutcome outcome = replay_edited([](auto& events) {
     for (std::size_t i = events.size(); i-- > 0;) {
       if (events[i].channel != "FREEFLEX_STATE") continue;
-      // the other messages have another prefix, are from an observed daemon, are on an unrelated channel, or
-      // forward a state
+      // the test adds a state of another session on GREEFLEX_STATE, a copy of the state on OBSERVER_STATE,
+      // and three bytes on the unrelated channel FREEFLEX_STATF
       io::LogEvent other = events[i];
       edit_state(other, [](state_t& state) { state.session ^= 0x5a5a5a5a5a; });
       other.channel = "GREEFLEX_STATE";
@@ -274,7 +276,7 @@ TEST(Damage, MessagesOfOtherProgramsAreIgnored) {
 }
 
 TEST(Damage, RunsWithOneSessionNumberAreSeparatedByTheirPrefixes) {
-  // every session of `freeflex run` has the number 1, so two runs in one log differ only in their prefixes
+  // every session of `freeflex run` has the number 1, so only their prefixes distinguish two runs in one log
   const auto both = [](auto& events) {
     const std::vector<io::LogEvent> one = events;
     for (io::LogEvent event : one) {

@@ -27,16 +27,17 @@ inline tools::EstimateSummary print(const std::vector<tools::EstimateRow>& rows)
   return sum;
 }
 
-/// Counts verdicts that agree or disagree with the true elastic error, and with the true elastic error
-/// relative to the scale of the verdict. This scale is at least the displacement.
+/// Counts the verdicts `good`, and those of them that are false because the true elastic error exceeds 5 % of
+/// the verdict's scale, which is at least the displacement. Also counts the scenes with a true elastic error
+/// below 1 %, and the verdicts `good` and `outside` on these scenes.
 struct VerdictTally {
-  int good = 0, false_good = 0;                      // false_good: the error exceeds 5 % of the scale
-  int small = 0, small_good = 0, small_outside = 0;  // scenes with an elastic error below 1 %
+  int good = 0, false_good = 0;                      // false_good: the true error exceeds 5 % of the scale
+  int small = 0, small_good = 0, small_outside = 0;  // scenes with a true elastic error below 1 %
 };
 inline VerdictTally tally_verdicts(const std::vector<tools::EstimateRow>& rows) {
   VerdictTally sum;
   for (const auto& row : rows) {
-    // if the error is in the position, the verdict is right whatever the elastic error is
+    // a verdict that is caused by the error of the position says nothing about the elastic error
     if (!row.error.empty() || row.verdict.cause == Verdict::Cause::kPosition) continue;
     const double share = row.truth.elastic * row.verdict.displacement_now / row.verdict.scale;
     const bool is_good = row.verdict.level == Verdict::Level::kGood,

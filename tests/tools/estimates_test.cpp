@@ -1,5 +1,5 @@
-// The error estimate covers the error on random scenes, and `fidelity: auto` chooses the cheapest sufficient
-// rung.
+// The error estimate covers the error on random scenes, and the rung that `fidelity: auto` chooses meets the
+// tolerance.
 #include "tests/tools/estimates_cases.hpp"
 
 namespace freeflex::testing {

@@ -13,8 +13,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Holds a scene of four points and six springs with a pulse of force. The JSON of the plan and the run of
-/// this scene has every field.
+/// Holds a scene of four points and six springs with a pulse of force. With this scene, the JSON of `freeflex
+/// plan` and of `freeflex run` has every field.
 const std::string kScene =
     "name: tetrahedron\nfidelity: auto\ntolerance: {elastic: 0.5, horizon: 0.05}\n"
     "error_budget: {horizon: 0.05}\npoints:\n"
@@ -24,7 +24,7 @@ const std::string kScene =
     "loads:\n  - {name: kick, forces: {d: [0.3, 0.5, 0.2]}, pulse: {start: 0, duration: 0.02}}\n"
     "leave_out: {on_need: refuse}\n";
 
-/// Returns the notes on a command that the documentation shows below the output of its --help.
+/// Returns the text of the documentation on a command that stands below the output of --help.
 std::string section_of(const std::string& command) {
   return read_text(std::string(FREEFLEX_SOURCE_DIR) + "/tools/docs/commands/" + command + ".md");
 }
@@ -33,7 +33,7 @@ class Help : public ::testing::Test {
  protected:
   Help() { write_text(folder_ / "scene.yaml", kScene); }
   /// Runs a command line, whose first word is the command, in the folder of the scene. Returns the JSON of
-  /// the command, and expects every field in the help.
+  /// the command, and expects every field of the JSON in the help.
   Json expect_documented(const std::string& arguments, int exit_code = 0) {
     const Outcome outcome = run("cd " + folder_.path() + " && " + kFreeflex + " " + arguments);
     EXPECT_EQ(outcome.exit_code, exit_code) << arguments << outcome.err;
@@ -82,7 +82,7 @@ TEST_F(Help, ListsTheJsonFieldsOfStudies) {
       expect_documented("report --json --repeats 1 --until 0.05 --budget 0.2 --estimates 1 scene.yaml");
   EXPECT_FALSE(report["scenes"][0]["comparisons"].empty());
   EXPECT_FALSE(report["estimates"]["scenes"].empty());
-  // the first cases already have all fields
+  // the interrupt after 1 s leaves only the first cases, which already have all fields
   const Outcome cut = run("timeout -s INT 1 " + kFreeflex + " stability --quick --json; true");
   const Json table = Json::parse(cut.out, nullptr, false);
   ASSERT_TRUE(table.is_object()) << cut.out << cut.err;
@@ -90,7 +90,7 @@ TEST_F(Help, ListsTheJsonFieldsOfStudies) {
   EXPECT_EQ(undocumented(table, run(kFreeflex + " stability --help").out), "");
 }
 
-// the scene has one link of each kind with its own columns
+// the scene has one link of each kind that has columns of its own
 TEST_F(Help, ListsTheColumnsOfATable) {
   write_text(folder_ / "links.yaml",
              "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
@@ -149,7 +149,7 @@ TEST_F(Help, FitsTheScreen) {
     std::istringstream lines(help);
     for (std::string line; std::getline(lines, line);)
       EXPECT_LE(line.size(), 120u) << program << ": " << line;
-    // --help before the command gives the same text
+    // --help before the command gives the same text as --help after the command
     if (const std::size_t blank = program.rfind(' '); blank != std::string::npos) {
       EXPECT_EQ(run(kFreeflex + " --help" + program.substr(blank)).out, help) << program;
     }

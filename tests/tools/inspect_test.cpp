@@ -43,7 +43,8 @@ const std::string kPair =
     "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 3, at: [2, 0, 0]}\n"
     "links:\n  - {spring: [a, b], stiffness: 500}\n";
 
-// for one spring between two masses, I = m1 m2 L^2 / M, c = k M^2 / (m1 m2), omega^2 = c / M
+// for masses m1 and m2 at the distance L on a spring of stiffness k, with M = m1 + m2: I = m1 m2 L^2 / M, c =
+// k M^2 / (m1 m2), omega^2 = c / M
 TEST(Inspect, ShowsTheClosedFormsOfTwoMassesAndASpringInEveryBasis) {
   for (const char* basis : {"auto", "collinear", "formal", "householder", "modes"}) {
     const Json json = inspect_json(kPair, std::string("--basis ") + basis);
@@ -63,8 +64,8 @@ TEST(Inspect, ShowsTheClosedFormsOfTwoMassesAndASpringInEveryBasis) {
   }
 }
 
-// beta = (M / m) f with f = -+1 N along the line, and in the metric of sum m b.b = M the norm of beta is M /
-// sqrt(m1 m2)
+// beta_i = (M / m_i) f_i of point i (THEORY 4.2), with f_1 = -1 N and f_2 = 1 N along the line; sum_i m_i
+// b_i.b_i = M, so beta = C b with C = M / sqrt(m1 m2)
 TEST(Inspect, ShowsTheCoefficientOfTheOnlyGroup) {
   const Json json = inspect_json(kPair, "--basis collinear");
   EXPECT_NEAR(json["basis"]["C"][0][0], 4.0 / std::sqrt(3.0), 1e-14);
@@ -135,7 +136,8 @@ TEST(Inspect, AMechanismIsReportedWithItsPointsAndHasNoDelta) {
 }
 
 TEST(Inspect, CountsRigidLinksAndTheirRedundancies) {
-  // a triangle of rigid links lies within a rigid body, so three of six freedoms are removed twice
+  // three rigid links and a rigid body fix the same three distances, so three of the six constraints are
+  // redundant
   const std::string yaml =
       "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
       "  - {name: c, mass: 1, at: [0, 1, 0]}\n  - {name: d, mass: 1, at: [0.2, 0.3, 1]}\nlinks:\n"
@@ -186,7 +188,8 @@ TEST(Inspect, HelpShowsAnExampleAndExitCodes) {
   EXPECT_TRUE(contains(outcome.out, "Exit codes: 0 ")) << outcome.out;
 }
 
-// the response is that of the highest linear rung, whatever the rung of the scene
+// a scene with a coupled rung or `fidelity: auto` gives the response of `spin-loaded`, the highest linear
+// rung
 TEST(Loads, StaticLoadsAreComputedByTheLinearEquationsOnEveryRung) {
   const TemporaryFolder folder;
   const auto answer = [&](const std::string& fidelity) {

@@ -1,4 +1,4 @@
-// Other programs can be built against the installed tree and run.
+// These tests build other programs against the installed tree and run them.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -18,12 +18,13 @@ namespace {
 const std::string kFlags =
     std::string(FREEFLEX_CXX_FLAGS).empty() ? "" : " -DCMAKE_CXX_FLAGS='" FREEFLEX_CXX_FLAGS "'";
 
-/// Installs the tree and builds the example controller against it without Eigen and Boost.
+/// Installs the tree and builds the example controller against the installed tree. CMake finds neither Eigen
+/// nor Boost.
 struct Example {
   explicit Example(std::string in) : folder(std::move(in)) {}
   void make() {
     install = run("cmake --install " FREEFLEX_BUILD_DIR " --prefix " + folder + "/prefix");
-    // this file records the packages for which pkg-config is called
+    // this script records the packages for which CMake calls pkg-config
     write_text(folder + "/pkg-config",
                "#!/bin/sh\necho \"$@\" >>" + folder + "/asked\nexec pkg-config \"$@\"\n");
     std::filesystem::permissions(folder + "/pkg-config", std::filesystem::perms::owner_all);
@@ -43,8 +44,8 @@ struct Example {
   Outcome install, build;  // outcomes of make()
 };
 
-/// Returns the folder in which, under ctest, the first test leaves the example for the other tests. Returns
-/// null if each program makes its own example.
+/// Under ctest, returns the folder in which the first test leaves the example for the other tests. Otherwise
+/// returns null, and each process makes its own example.
 const char* shared_folder() { return std::getenv("FREEFLEX_EXAMPLE"); }
 
 const Example& example() {
@@ -154,8 +155,8 @@ TEST(Install, EachInstalledComponentNeedsOnlyItsOwnLibraries) {
   EXPECT_TRUE(contains(other.err, "freeflex has no component 'engine'")) << other.err;
 }
 
-// the C program is built with pkg-config, and Python gets the path of the library or finds the library, and
-// both programs use the installed library
+// The C program finds the installed library with pkg-config. Python finds the installed package through
+// PYTHONPATH, or because the prefix is a virtual environment
 TEST(Install, TheInstalledTreeWorksFromCAndPython) {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "a library with the address sanitizer needs a program with the address sanitizer";
@@ -183,7 +184,8 @@ TEST(Install, TheInstalledTreeWorksFromCAndPython) {
   EXPECT_EQ(from_environment.out, from_python.out);
 }
 
-/// Returns an #include of every installed header, so that a missing header fails to compile.
+/// Returns an #include of every installed header, so that a header that includes a missing header fails to
+/// compile.
 std::string every_header() {
   const std::filesystem::path top = example().folder + "/prefix/include/freeflex";
   std::set<std::string> lines;

@@ -8,7 +8,7 @@
 
 namespace freeflex::testing {
 
-/// Adds every key of a JSON value, at all levels.
+/// Adds every key of a JSON value, at all levels, to `keys`.
 inline void add_keys(const nlohmann::json& value, std::set<std::string>& keys) {
   if (value.is_object())
     for (const auto& [key, item] : value.items()) keys.insert(key);

@@ -1,5 +1,5 @@
-// These tests run the set-up of a large scene under signals, and under memory limits that are reached
-// anywhere from the start of the program to the last byte of its plan.
+// These tests run the set-up of a large scene under signals, and under memory limits. Each limit is reached
+// at another point between the start of the program and the last byte of the plan.
 #include <gtest/gtest.h>
 
 #include "tests/support/large_scenes.hpp"
@@ -51,7 +51,7 @@ TEST(LargeSetupLong, ReportsThatMemoryRanOutAtAnyPointAndLeavesNoFile) {
                                 "; timeout 60 " + kFreeflex + " compile scene.yaml -o a.plan");
     is_done = outcome.exit_code == 0;
     if (is_done) break;
-    // if the loader or OpenBLAS fails while loading, no code of freeflex has run
+    // if the loader or OpenBLAS fails while it is loaded, no code of freeflex has run that could report this
     const bool is_loaded =
         !contains(outcome.err, "shared librar") && !contains(outcome.err, "pthread_create");
     if (!is_loaded) continue;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr const char* kFiles = "links.csv\npoints.csv\nscene.yaml\n";
 
-// a program with a sanitizer takes far more address space
+// a program with a sanitizer needs far more address space than these limits allow
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kIsLimitable = false;
 #else
@@ -29,8 +29,8 @@ class LargeSetup : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-// OpenBLAS tries for ever to allocate its buffer, because in 180 MB there is room for the program but not for
-// this buffer
+// 180 MB is enough for the program but not for the buffer of OpenBLAS, and OpenBLAS alone would try for ever
+// to allocate this buffer
 TEST_F(LargeSetup, ReportsThatMemoryRanOutAndStatesTheRemedy) {
   if (!kIsLimitable) GTEST_SKIP() << "a sanitizer";
   make(25);

@@ -42,8 +42,7 @@ std::string three_records(const TemporaryFolder& folder) {
   return read_text(folder / "three.log");
 }
 
-/// Returns the number of records in a file. The parameter `error` gets the reader's report on the rest of the
-/// file.
+/// Returns the number of records in a file. Sets `error` to the reader's report on the rest of the file.
 int count_records(const std::string& path, std::string& error, bool& is_damaged) {
   LogReader reader(path);
   LogEvent event;
@@ -227,7 +226,7 @@ TEST(LogFile, DamageAtTwoPlacesIsCountedWithItsBytes) {
       << error;
 }
 
-// lcm-logger starts numbering again when it appends
+// lcm-logger numbers the records that it appends from 0 again
 TEST(LogFile, ALogAppendedToACutLogIsRead) {
   const TemporaryFolder folder;
   const std::string whole = three_records(folder);
@@ -237,7 +236,7 @@ TEST(LogFile, ALogAppendedToACutLogIsRead) {
 
 TEST(LogFile, RecordsInsideADamagedMessageAreNotRead) {
   const TemporaryFolder folder;
-  const std::string inner = three_records(folder).substr(36);  // numbers 1 and 2
+  const std::string inner = three_records(folder).substr(36);  // the records numbered 1 and 2, from 0
   {
     LogWriter writer(folder / "a.log");
     for (int i = 0; i < 8; ++i) writer.write("FILE", i, bytes_of(i < 3 ? "" : inner));
@@ -331,7 +330,8 @@ class FileSizeLimit {
   void (*handler_)(int);
 };
 
-// records are smaller and larger than the buffer of the stream, and the limits lie in every part of a record
+// some records are smaller than the buffer of the stream and some are larger, and the limits lie in every
+// part of a record
 TEST(LogFile, AtASizeLimitEveryRecordThatFitsIsKept) {
   const TemporaryFolder folder;
   std::mt19937_64 random(3);

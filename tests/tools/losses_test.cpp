@@ -1,5 +1,5 @@
-// Missing messages of a recording are counted. The daemon's status shows how many of the missing messages
-// were never sent.
+// These tests check the number of messages that a recording lacks. The daemon's STATUS shows how many of
+// these messages were never sent.
 #include "tools/bus/losses.hpp"
 
 #include <gtest/gtest.h>
@@ -58,7 +58,7 @@ TEST(Losses, UnsentMessagesAreDistinguishedFromMessagesLostInTransit) {
   RecordedSession session;
   add_states(session,
              {40, 60, 160, 180, 220});  // ticks 0 and 20 are before the recording; 80 to 140 and 200 are lost
-  session.unsent.take(dropped(7, 0));   // dropped before the log begins
+  session.unsent.take(dropped(7, 0));   // the 7 messages were dropped before the log began
   session.unsent.take(dropped(10, 0));
   const Loss loss = loss_of(session);
   EXPECT_EQ(loss.num_ticks, 7);
@@ -107,7 +107,7 @@ TEST(Losses, ATickIsCompleteOnlyIfAllItsPagesAreThere) {
   EXPECT_EQ(loss.num_unsent, 0) << "all unsent messages are on the channel STATE";
 }
 
-TEST(Losses, DamagedNumbersDoNotBreakTheCount) {
+TEST(Losses, DamagedNumbersGiveNoNegativeCount) {
   constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max();
   constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
   RecordedSession session;

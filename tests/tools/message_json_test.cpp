@@ -1,4 +1,4 @@
-// The JSON of messages that monitor prints.
+// These tests check the JSON of the messages that `freeflex monitor` prints.
 #include "tools/bus/message_json.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ tools::Json fields_of(const char* suffix, const Message& message) {
   return tools::decode_by_suffix(suffix, io::encode(message)).fields;
 }
 
-// these values are signed integers on the wire and sixteen hexadecimal digits everywhere else
+// fingerprints and hashes are signed integers on the wire, but sixteen hexadecimal digits everywhere else
 TEST(MessageJson, FingerprintsAndHashesAreHexadecimal) {
   freeflex_msgs::scene_t scene{};
   scene.plan_fingerprint = -2;

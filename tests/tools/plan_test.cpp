@@ -1,4 +1,4 @@
-// `freeflex plan`, and runs and replays of reduced plans.
+// These tests check `freeflex plan`, and runs and replays of reduced plans.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -106,7 +106,7 @@ TEST(Plan, APlanFileGivesTheReportOfItsSceneAndRefusesKeep) {
   EXPECT_TRUE(contains(refused.err, "is a plan, whose features are fixed")) << refused.err;
 }
 
-/// Writes a log of one command at tick 40 with a force out of the plane.
+/// Writes a log of one command at tick 40, whose force has a component out of the plane of the square.
 void write_commands(const std::string& path) {
   ForceCommand command{};
   command.sender = {'t', 'e', 's', 't'};
@@ -156,7 +156,7 @@ TEST(Plan, ATableHasTheColumnsOfTheFullPlan) {
   }
 }
 
-TEST(Plan, ARecordedCommandThatThePlanCannotFollowIsRefused) {
+TEST(Plan, ARecordedCommandThatNeedsAnOmittedFeatureIsRefused) {
   const TemporaryFolder folder;
   write_text(folder / "scene.yaml", square("leave_out: {on_need: refuse}\n"));
   write_commands(folder / "commands.log");

@@ -1,4 +1,5 @@
-// These tests check plots in files, namely the reduction of a long motion to samples, and the panels.
+// These tests check how a long motion is reduced to samples, which panels a plot has, and that plots are
+// written to files.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +20,8 @@ namespace {
 
 using tools::Samples;
 
-// 15.625 Hz is one period in 64 ticks of 1 ms, so every 64th tick would have the same value
+// a wave of 15.625 Hz has a period of 64 ticks of 1 ms, so samples at every 64th tick would all have the same
+// value
 TEST(Plot, SamplesKeepThePeaksAndDoNotAlias) {
   Samples samples(2);
   const auto value = [](int tick) { return std::sin(2.0 * std::numbers::pi * 15.625e-3 * tick); };
@@ -84,7 +86,8 @@ constexpr const char* kTriangle =
     "  - {spring: [b, c], stiffness: 400}\n  - {spring: [c, a], stiffness: 900}\n";
 
 TEST(Plot, ModesAreRankedByTheirPeakEnergy) {
-  // the amplitude of mode 3 is half that of mode 1, but its frequency is much more than twice as high
+  // the amplitude of mode 3 is half that of mode 1, but the frequency of mode 3 is more than twice that of
+  // mode 1
   const std::vector<Panel> panels =
       panels_of(std::string(kTriangle) + "initial: {modes: {1: {q: 1e-4}, 3: {q: 5e-5}}}\n", 2000);
   const Panel& q = panel(panels, "elastic coordinates [m] of the modes");
@@ -93,8 +96,8 @@ TEST(Plot, ModesAreRankedByTheirPeakEnergy) {
   EXPECT_TRUE(q.series[0].name.starts_with("mode 3, ")) << q.series[0].name;
   EXPECT_TRUE(q.series[1].name.starts_with("mode 1, ")) << q.series[1].name;
   for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(q.series[k].name, energy.series[k].name);
-  // without damping the energy stays M/2 omega^2 q^2, and the name of a series gives four digits of the
-  // frequency
+  // without damping the energy of a mode stays M/2 omega^2 q^2, where q is the amplitude. The name of a
+  // series gives only four digits of the frequency
   for (const auto& [k, amplitude] : {std::pair{0, 5e-5}, {1, 1e-4}}) {
     const auto& series = energy.series[static_cast<std::size_t>(k)];
     const double hertz = std::stod(series.name.substr(series.name.find(", ") + 2));
@@ -127,11 +130,11 @@ TEST(Plot, WheelsArePlottedUnderTheirNames) {
   ASSERT_EQ(wheels.series.size(), 2u);
   EXPECT_EQ(wheels.series[0].name, "spin_z");
   EXPECT_EQ(wheels.series[1].name, "spin_x");
-  // a torque drives the wheel after 1 s
+  // a torque drives the wheel from 1 s on
   EXPECT_NE(wheels.series[0].y.back(), 0.0);
 }
 
-TEST(Plot, TheRotationVectorOfEitherQuaternionHasTheSmallerAngle) {
+TEST(Plot, TheRotationVectorIsAtMost180DegreesForEitherSignOfTheQuaternion) {
   const auto about_z = [](double degrees) {
     const double half = degrees * std::numbers::pi / 360.0;
     return Quat{std::cos(half), 0.0, 0.0, std::sin(half)};

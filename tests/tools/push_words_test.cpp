@@ -1,4 +1,5 @@
-// Messages on rejections use the names and options of the push command, whatever the reason.
+// Messages about rejections use the names in the scene and the options of `freeflex push`, whatever the
+// reason for the rejection.
 #include "tools/bus/push_words.hpp"
 
 #include <gtest/gtest.h>

@@ -40,7 +40,7 @@ const SoundRecording& sound() {
   return recording;
 }
 
-/// Replays the undamaged recording after a change.
+/// Replays the undamaged recording after a change of its events.
 Outcome replay_changed(const std::function<void(std::vector<io::LogEvent>&)>& change) {
   const TemporaryFolder folder;
   std::vector<io::LogEvent> events = sound().events;
@@ -105,7 +105,7 @@ TEST(Replay, AStateThatDiffersInOneBitIsReported) {
       << outcome.out;
 }
 
-TEST(Replay, EveryCoordinateIsCompared) {
+TEST(Replay, EachFieldOfAStateIsComparedToTheBit) {
   const std::vector<std::pair<std::string, std::function<double*(state_t&)>>> coordinates{
       {"time", [](state_t& s) { return &s.time; }},
       {"position[1]", [](state_t& s) { return &s.position[1]; }},
@@ -155,7 +155,7 @@ TEST(Replay, ARecordingThatLacksACommandIsIncomplete) {
     EXPECT_TRUE(
         contains(outcome.err, "log incomplete: applied sequence " + std::to_string(dropped) + " missing"))
         << outcome.err;
-    // no state before the missing command depends on it
+    // no state before the missing command depends on the command
     EXPECT_TRUE(contains(outcome.out, "up to tick ") && contains(outcome.out, " as recorded, to the bit ("))
         << outcome.out;
     EXPECT_FALSE(contains(outcome.out, "identical")) << outcome.out;
@@ -236,7 +236,7 @@ TEST(Replay, ACommandOfAnotherPlanContradictsTheLog) {
   EXPECT_EQ(one.exit_code, 3) << one.out;
   EXPECT_TRUE(contains(one.err, "log incomplete: the message on FREEFLEX_APPLIED at byte ")) << one.err;
   EXPECT_TRUE(contains(one.err, "names the plan ")) << one.err;
-  // the commands agree with each other but contradict SCENE
+  // all commands name one plan, but SCENE names another
   const TemporaryFolder folder;
   std::vector<io::LogEvent> events = read_events(sound().folder / "sound.log");
   for (const std::size_t i : find_all(events, "FREEFLEX_APPLIED"))
@@ -256,8 +256,8 @@ TEST(Replay, ARecordingWithADamagedMessageIsIncomplete) {
   EXPECT_TRUE(contains(outcome.err, "FREEFLEX_STATE at byte ")) << outcome.err;
 }
 
-// the test changes the last bit of every number in a state, one at a time
-TEST(Replay, EveryNumberOfAStateIsCompared) {
+// the test changes the last bit of one number in each field of a state, one field at a time
+TEST(Replay, EachFieldOfAStateWithWheelsIsComparedToTheBit) {
   const TemporaryFolder folder;
   const Outcome made =
       run(kFreeflex + " run " + kScenes + "satellite.yaml --until 0.1 --out " + folder / "a.log");

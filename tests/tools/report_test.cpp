@@ -1,5 +1,5 @@
-// These tests check `freeflex report`, with the error measures, the comparisons and the complete program. The
-// tests make no claim on times.
+// These tests check the error measures of `freeflex report`, and runs of the complete program. No test
+// depends on the measured times.
 #include "tools/report/report.hpp"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ const std::string kTetrahedron =
     "links:\n  - {spring: [a, b, c, a, d, b], stiffness: 1e4}\n  - {spring: [c, d], stiffness: 1e4}\n"
     "loads:\n  - {name: kick, forces: {d: [0.3, 0.5, 0.2]}, pulse: {start: 0, duration: 0.02}}\n";
 
-/// Provides a cube of springs and its motion for the error measures.
+/// Holds a cube of springs and makes vibrations of the cube for the error measures.
 class Measures : public ::testing::Test {
  protected:
   Measures() {
@@ -84,7 +84,7 @@ TEST_F(Measures, PositionAttitudeAndElasticErrorsAreSeparated) {
   EXPECT_LT(meter.elastic(p_W), 1e-8) << "a rigid motion is not an elastic error";
 }
 
-/// Runs one report with all its parts, which the tests below share.
+/// Runs one report with all its parts. The tests below share its output.
 class ReportProgram : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -122,7 +122,7 @@ TEST_F(ReportProgram, MeasuresEveryRungAndEveryOtherMethod) {
   EXPECT_FALSE(json["findings"].empty());
 }
 
-// the propagator is exact for any step, so one step of free motion gives the same result as many
+// the propagator is exact for any step, so one step over a free motion gives the same result as many steps
 TEST_F(ReportProgram, FreeMotionIsComputedInOneStepOnRungsWithoutStages) {
   const auto json = nlohmann::json::parse(outcome.out);
   std::map<std::string, nlohmann::json> many, one;  // by rung
@@ -140,8 +140,8 @@ TEST_F(ReportProgram, FreeMotionIsComputedInOneStepOnRungsWithoutStages) {
   }
 }
 
-// each rung is closer to the full system than the rung below, and the error of converged linear methods is
-// their model error
+// each rung is closer to the full system than the next lower rung, and the elastic error of a converged
+// linear method is its model error
 TEST_F(ReportProgram, ModelErrorFallsFromRungToRungAndIsTheSameForAllLinearMethods) {
   const auto json = nlohmann::json::parse(outcome.out);
   std::map<std::string, double> model, least;
@@ -230,8 +230,8 @@ TEST(ReportArguments, RungsThatWouldTakeTooLongAreSkippedAndReported) {
       << scene["left_out"][0];
 }
 
-// the reference moves the edges of a pulse to the ticks of the scene, so runs of rungs with other steps must
-// also move them, and a wrench acts on its group in every run
+// The reference moves the edges of a pulse to ticks of the scene, so runs with other steps must move the
+// edges to the same times. A wrench acts on its group in every run
 TEST(ReportArguments, PulseEdgesAndWrenchesActAlikeInEveryMethod) {
   const TemporaryFolder folder;
   std::string scene = kTetrahedron;
@@ -254,7 +254,7 @@ TEST(ReportArguments, PulseEdgesAndWrenchesActAlikeInEveryMethod) {
   EXPECT_EQ(fine, 2);
 }
 
-TEST(ReportArguments, ASceneWithoutDeformationDoesNotStopTheReportOnOthers) {
+TEST(ReportArguments, ASceneWithoutDeformationDoesNotStopTheReportOnOtherScenes) {
   const TemporaryFolder folder;
   write_text(folder / "scene.yaml", kTetrahedron);
   write_text(folder / "still.yaml", kTetrahedron.substr(0, kTetrahedron.find("loads:")));

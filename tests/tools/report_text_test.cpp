@@ -40,8 +40,8 @@ Study made_study() {
   return study;
 }
 
-// the error is proportional to h^4 and the cost to 1 / h, so on the line from error 1e-1 at 1e-3 s/s to 1e-5
-// at 1e-2 s/s, the error is 2e-4 at 10^-(3 - 2.7 / 4) s/s
+// The error of Runge-Kutta 4 is proportional to h^4 and its cost to 1 / h. Its runs have the error 1e-1 at
+// 1e-3 s of CPU time per simulated second and 1e-5 at 1e-2 s, so the error 2e-4 costs 10^-(3 - 2.7 / 4) s
 TEST(ReportComparison, ChoosesTheCheapestRungAndInterpolatesOtherMethods) {
   const auto found = tools::compare_at(made_study(), 1e-3, ReadOut::kOnce);
   ASSERT_TRUE(found.has_value());
@@ -56,9 +56,9 @@ TEST(ReportComparison, ChoosesTheCheapestRungAndInterpolatesOtherMethods) {
   EXPECT_EQ(found->best.method, "Krylov, linear");
 }
 
-// two methods have the same model error, but the errors of their runs differ from this model error in the
-// last digits in both directions
-TEST(ReportComparison, EqualModelErrorsAreTreatedAsTheSameError) {
+// runs of two methods with the same model error have slightly different errors, so an error up to 5 % above
+// the model error counts as equal
+TEST(ReportComparison, AnErrorUpTo5PercentAboveTheModelErrorCountsAsEqual) {
   Study study = made_study();
   study.runs[0].model_error = 2.1e-4;
   study.runs[6].elastic_error = 2.2e-4;

@@ -19,7 +19,8 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Returns a scene of two points of 1 kg, 1 m apart, on 100 N/m: omega_1^2 = 200 rad^2/s^2, size 0.5 m.
+/// Returns a scene of two points of 1 kg, 1 m apart, on a spring of 100 N/m: omega_1^2 = 200 rad^2/s^2, size
+/// 0.5 m.
 std::string pair(const std::string& more) {
   return "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
          "links: [{spring: [a, b], stiffness: 100}]\n" +
@@ -84,7 +85,7 @@ TEST_F(Run, ALogContainsTheVerdict) {
   EXPECT_EQ(status.worst_validity_cause, printed["worst"]["cause"]);
 }
 
-// a run reports the same figures as the daemon
+// the STATUS in the log of a run has the same figures as the STATUS of the daemon
 TEST_F(Run, ALogContainsTheErrorBudgetAndTheDrifts) {
   const Outcome outcome =
       run_scene("rate: 50\nfidelity: coupled\nerror_budget: {horizon: 5}\n" + stretched_and_spun(0.01, 1.0),
@@ -95,7 +96,7 @@ TEST_F(Run, ALogContainsTheErrorBudgetAndTheDrifts) {
   EXPECT_EQ(status.budget_age, 2.0);
   EXPECT_GT(status.error_elastic[0], 0.0);
   EXPECT_EQ(status.error_elastic[0], Json::parse(outcome.out)["errors"]["estimate"]["elastic"]);
-  // no load acts, and 50 Hz is a coarse rate for a vibration of 2.25 Hz
+  // no load acts, so the drift of the energy is an error of the step, and 50 Hz is a coarse rate for 2.25 Hz
   EXPECT_GT(status.energy_drift, 1e-12);
   EXPECT_LT(status.energy_drift, 1e-2);
 }
@@ -115,7 +116,7 @@ TEST_F(Run, ATableHasTheNamedColumnsInEveryRow) {
     EXPECT_EQ(std::count(line.begin(), line.end(), ','), columns);
     ++rows;
   }
-  // at 50 Hz over 0.1 s the ticks are 0, 20, 40, 60, 80, 100
+  // rows at 50 Hz over 0.1 s have the ticks 0, 20, 40, 60, 80, 100
   EXPECT_EQ(rows, 6);
 }
 
@@ -166,7 +167,7 @@ TEST_F(Run, AtASizeLimitTheRunSoFarIsKeptAndTheJsonReportsIt) {
   EXPECT_LT(json["ticks"], 1'000'000);
   const Outcome replayed = run(kFreeflex + " replay --json " + folder_ / "a.log.partial");
   EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
-  // the last record is a STATE, or less than a period of 20 ticks after a STATE
+  // the last record is at most 20 ticks, the period of STATE, after the last STATE
   EXPECT_LE(json["ticks"].get<int>() - Json::parse(replayed.out)["ticks"].get<int>(), 20);
 }
 
@@ -184,7 +185,7 @@ TEST_F(Run, WithoutAFilePrintsOnlyTheSummary) {
 }
 
 TEST_F(Run, AnInterruptedFileIsMarkedAndCanBeReplayed) {
-  // the run has far more ticks than a second allows, so SIGINT arrives during the run
+  // the run takes far longer than 1 s, after which SIGINT is sent, so SIGINT arrives during the run
   const Outcome outcome = run("timeout --preserve-status -s INT 1 " + kFreeflex + " run " + kGolden +
                               "frame.plan --until 1e8 --out " + folder_ / "a.log");
   EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
@@ -194,7 +195,7 @@ TEST_F(Run, AnInterruptedFileIsMarkedAndCanBeReplayed) {
   EXPECT_EQ(replayed.exit_code, 0) << replayed.err << replayed.out;
 }
 
-TEST_F(Run, FilesOfTheSceneAreNeverOverwritten) {
+TEST_F(Run, InputFilesAreNeverOverwritten) {
   const std::string list = "rotor.yaml rotor_points.csv rotor_stiffness.mtx";
   ASSERT_EQ(run("cd " + kScenes + " && cp " + list + " " + folder_.path()).exit_code, 0);
   const std::string in_folder = "cd " + folder_.path() + " && " + kFreeflex + " ";
@@ -267,7 +268,7 @@ std::string slow_scene() {
   return points + links;
 }
 
-// a shell without job control makes its background commands ignore SIGINT
+// a shell without job control starts its background commands with SIGINT ignored, but SIGINT must end them
 TEST_F(Run, AnInterruptDuringTheSetUpEndsEachCommandWithoutOutput) {
   write_text(folder_ / "slow.yaml", slow_scene());
   for (const char* signal : {"INT", "TERM"}) {
@@ -275,7 +276,7 @@ TEST_F(Run, AnInterruptDuringTheSetUpEndsEachCommandWithoutOutput) {
         "for c in 'run slow.yaml --until 1 --out a.log' 'run slow.yaml --until 1 --out -' "
         "'compile slow.yaml -o a.plan' 'modes --json slow.yaml'; do " +
         kFreeflex + " $c & pids=\"$pids $!\"; done; ";
-    // the script waits until the command catches SIGINT, the second bit of the mask
+    // the script waits until each command catches SIGINT, which is the second bit of SigCgt
     const std::string wait =
         "for p in $pids; do until grep -q '^SigCgt:.*[2367abef]$' /proc/$p/status; do sleep 0.1; done; "
         "done; ";
@@ -290,12 +291,13 @@ TEST_F(Run, AnInterruptDuringTheSetUpEndsEachCommandWithoutOutput) {
 }
 
 TEST_F(Run, ReportsTheRatiosOfAStretchedAndSpunPair) {
-  // the displacement is largest at the start, and a spin across a collinear body stays constant
+  // the displacement is largest at the start, and the spin about an axis across the line of the pair stays
+  // constant
   const Outcome outcome = run_scene(stretched_and_spun(2e-4, 0.1), "--until 2 --json --out a.csv");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json json = Json::parse(outcome.out);
   const double spin_ratio = 0.1 * 0.1 / 200.0 * 0.5 / 2e-4;
-  EXPECT_NEAR(json["displacement_ratio"], 2e-4 / 0.5, 1e-16);  // a few rounding errors of 4e-4
+  EXPECT_NEAR(json["displacement_ratio"], 2e-4 / 0.5, 1e-16);  // rounding error of a position over the size
   EXPECT_NEAR(json["spin_ratio"], spin_ratio, 1e-13 * spin_ratio);
   EXPECT_TRUE(contains(outcome.err, "outside the validity of this rung")) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "README, 'When not to trust it'")) << outcome.err;
@@ -327,8 +329,8 @@ TEST_F(Run, WarnsOfDisplacementsThatAreNotSmall) {
 }
 
 TEST_F(Run, AVibrationThroughZeroDoesNotRaiseTheSpinRatio) {
-  // from the undeformed start the pair reaches 0.2 mm a quarter period later, and a sample is within 8 of 444
-  // ticks of a peak
+  // the pair starts undeformed and reaches 0.2 mm after a quarter of its period of 444 ticks, and every peak
+  // is within 8 ticks of a sample
   const double velocity = 2e-4 * std::sqrt(200.0);
   std::ostringstream text;
   text << std::setprecision(17) << velocity;
@@ -351,7 +353,7 @@ TEST_F(Run, WithoutPublishedPointsTheRatiosAreUnknown) {
   EXPECT_TRUE(Json::parse(json.out)["spin_ratio"].is_null()) << json.out;
 }
 
-TEST_F(Run, TheMessageAboutAStateThatIsNotFiniteStatesCauseAndRemedy) {
+TEST_F(Run, TheErrorOnANonFiniteStateGivesCauseAndRemedy) {
   const Outcome outcome = run_scene(pair("loads: [{forces: {b: [1e308, 0, 0]}}]\n"), "--until 9 --out a.log");
   EXPECT_EQ(outcome.exit_code, 1);
   for (const char* part :
@@ -361,7 +363,7 @@ TEST_F(Run, TheMessageAboutAStateThatIsNotFiniteStatesCauseAndRemedy) {
 }
 
 // the scene is the pair with unstable feedback of 1e4 N s/m and no load
-TEST_F(Run, TheMessageAboutAStateThatIsNotFiniteMentionsAFeedback) {
+TEST_F(Run, TheErrorOnANonFiniteStateMentionsFeedback) {
   const Outcome outcome = run_scene(
       pair("initial: {modes: {1: {q: 1e-3}}}\nfeedback: {at: a, velocity: 1e4}\n"), "--until 1 --out a.log");
   EXPECT_EQ(outcome.exit_code, 1);

@@ -1,4 +1,4 @@
-// Messages on wrong command lines. freeflex and freeflexd give the same messages.
+// These tests check the messages on wrong command lines, which freeflex and freeflexd give in the same words.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -40,7 +40,7 @@ TEST(CommandLine, VectorsMustBeThreeNumbers) {
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
     EXPECT_TRUE(contains(outcome.err, "error: " + text)) << outcome.err;
   }
-  // the numbers may also be separate words before a scene, and they may be negative
+  // The three numbers may be negative, and may be separate words. Only the rung of the scene is then refused
   for (const char* taken : {"--spin 0,0,-1 ", "--spin 0 0 -1 "})
     EXPECT_TRUE(contains(run(kFreeflex + " loads " + taken + kScenes + "boom.yaml").err, "spin-loaded"))
         << taken;
@@ -59,7 +59,7 @@ TEST(CommandLine, OptionsWithoutEffectOverASocketAreRefused) {
   EXPECT_TRUE(contains(run(push + "--prefix NOBODYS_ --socket").err, "no daemon at"));
 }
 
-TEST(CommandLine, OptionsWithoutEffectAreRefused) {
+TEST(CommandLine, OptionsWithoutEffectAndWrongFileNamesAreRefused) {
   const std::string log = kGolden + "frame.log";
   for (const auto& [arguments, words] : std::vector<std::pair<std::string, std::string>>{
            {"push --wheel a=1 --axes body", "--axes needs --point or --group"},
@@ -82,7 +82,7 @@ TEST(CommandLine, TheFormerOptionStabilityIsAnsweredWithTheNewCommand) {
   EXPECT_FALSE(contains(run(kFreeflex + " report --help").out, "--stability"));
 }
 
-TEST(CommandLine, TheDaemonReadsNumbersLikeTheSceneReader) {
+TEST(CommandLine, TheDaemonRefusesNumbersThatTheSceneReaderRefuses) {
   for (const char* number : {"0x10", "' 5'", "010", "inf"}) {
     const Outcome outcome =
         run("timeout 20 " + kFreeflexd + " " + kScenes + "boom.yaml --until 0.1 --rate " + number);
@@ -128,7 +128,7 @@ TEST(CommandLine, BothProgramsReportAFaultInTheSameWords) {
        "error: --prefix: found 'no/slash', must be 1 to 32 of A-Z a-z 0-9 _ -"}};
   for (const auto& [arguments, words] : faults) {
     const std::string line = "cd " + folder.path() + " && timeout 20 ";
-    // if these options were missing, freeflex would first report --until and --out
+    // freeflex gets --until and --out, because it would report their absence before the fault
     const Outcome daemon = run(line + kFreeflexd + " " + (arguments.empty() ? "--hold" : arguments));
     const Outcome tool = run(line + kFreeflex + " run --until 1 --out a.log " + arguments);
     EXPECT_EQ(daemon.exit_code, 2) << arguments << daemon.err;
@@ -139,7 +139,7 @@ TEST(CommandLine, BothProgramsReportAFaultInTheSameWords) {
   }
 }
 
-// with a growth rate of 1e20 per second, the motion under feedback overflows a double within a tick of 1000 s
+// under feedback the motion grows as exp(t / 22 ms), which overflows a double within a tick of 1000 s
 TEST(CommandLine, BothProgramsRefuseARateThatDoesNotSuitTheScene) {
   const TemporaryFolder folder;
   write_text(folder / "a.yaml",

@@ -49,7 +49,7 @@ TEST(Version, TheVersionOfTheMessagesIsTheSameInTheirDocumentAndTheExample) {
                        "find_package(freeflex " + messages + " "));
 }
 
-// the names are composed here, so that this file does not contain them
+// the domain names are composed at run time, so that this file does not contain them
 TEST(Addresses, NoAddressIsInAnExampleDomain) {
   const std::string packages = read_text(FREEFLEX_BUILD_DIR "/CPackConfig.cmake");
   for (const char* end : {"org", "com", "net"}) {

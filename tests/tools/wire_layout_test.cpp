@@ -1,4 +1,5 @@
-// The layout check that messages must pass before the generated decoders.
+// These tests are about the layout check, which every message must pass before it reaches a generated
+// decoder.
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -143,7 +144,7 @@ TYPED_TEST(WireLayout, AcceptsEveryMessageThatTheGeneratedCodeEncodes) {
   EXPECT_EQ(io::encode(decoded), bytes);
 }
 
-TYPED_TEST(WireLayout, RefusesEveryShorterAndLongerMessage) {
+TYPED_TEST(WireLayout, RefusesEveryTruncatedMessageAndAnExtraByte) {
   std::vector<std::byte> bytes = io::encode(some<TypeParam>());
   TypeParam decoded{};
   for (std::size_t length = 0; length < bytes.size(); ++length) {
@@ -153,9 +154,10 @@ TYPED_TEST(WireLayout, RefusesEveryShorterAndLongerMessage) {
   EXPECT_FALSE(io::decode_message(bytes, decoded));
 }
 
-TYPED_TEST(WireLayout, RefusesWrongCountsBeforeTheyReachTheDecoder) {
+TYPED_TEST(WireLayout, DoesNotThrowOnAnyWrongCount) {
   const std::vector<std::byte> whole = io::encode(some<TypeParam>());
-  // if any four bytes are changed to a count of -1 or 2^30, nothing throws, allocates or reads out of bounds
+  // the test sets every four successive bytes to -1 and to 2^30, as wrong counts, and nothing may throw, not
+  // even std::bad_alloc
   for (const int top : {0xff, 0x40}) {
     for (std::size_t at = 8; at + 4 <= whole.size(); ++at) {
       std::vector<std::byte> bytes = whole;

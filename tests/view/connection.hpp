@@ -1,4 +1,4 @@
-// The browser's side of a connection to the page's server. Header only.
+// Implements the browser's side of a connection to the page's server. Header only.
 #pragma once
 
 #include <arpa/inet.h>
@@ -33,7 +33,7 @@ class Connection {
   void send(const std::string& text) {
     EXPECT_EQ(::send(socket_, text.data(), text.size(), 0), std::ssize(text));
   }
-  /// Returns false if the server has closed the connection.
+  /// Sends a text. Returns false if the server has closed the connection.
   bool try_send(const std::string& text) {
     return ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL) == std::ssize(text);
   }
@@ -70,8 +70,8 @@ class Connection {
     }
     return {head[0] & 0xf, read(size)};
   }
-  /// Returns whether the server closes the connection within 5 s. Data that the server sends before are
-  /// ignored.
+  /// Returns whether the server closes the connection within 5 s. Data that the server sends before it closes
+  /// the connection are ignored.
   bool is_closed_by_server() {
     char rest[1024];
     while (true) {

@@ -1,5 +1,5 @@
-// view_fixture FOLDER writes the data that the page gets for some scenes, and the positions of their points
-// by the program's read-out.
+// view_fixture FOLDER writes, for some scenes, the data that the page gets, and the positions of the points
+// from read_point, with which page_test.mjs compares the positions in the page.
 #include <cstdio>
 #include <fstream>
 #include <string>

@@ -1,5 +1,5 @@
-// These tests send hostile messages on the bus of a daemon. The programs view and monitor keep running, their
-// memory does not grow, and they still show the daemon.
+// These tests send hostile messages on the bus of a daemon. `freeflex view` and `freeflex monitor` must keep
+// running, must grow by less than 8 MB, and must still show the daemon.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -25,7 +25,7 @@ namespace {
 constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
 constexpr const char* kNotUtf8 = "tip\xC3\x28\xFF";
 
-// [kB] by which the memory of a program may grow under attack
+// [kB] the growth of a program's peak memory under attack must be below this limit
 constexpr long kMostGrowth = 8'000;
 
 /// Returns the peak memory [kB] of a process.
@@ -52,12 +52,12 @@ class BesideStrangers : public ::testing::Test {
   void SetUp() override {
     if (!refusal.empty()) GTEST_SKIP() << refusal;
 #if defined(__SANITIZE_ADDRESS__)
-    // the sanitizer would keep freed memory, and the programs would grow by that
+    // without this option the sanitizer would keep freed memory, and the programs would grow
     const char* const options = std::getenv("ASAN_OPTIONS");
     setenv("ASAN_OPTIONS", (std::string(options != nullptr ? options : "") + ":quarantine_size_mb=0").c_str(),
            1);
 #endif
-    // this scene publishes loads, so pages of LOADS are gathered
+    // this scene publishes loads, so `freeflex view` collects pages of LOADS
     daemon_.emplace(
         std::vector<std::string>{program("freeflexd"), scene_path("satellite.yaml"), "--log-level", "error"});
     bus_.emplace(channels::kDefaultPrefix);
@@ -145,8 +145,8 @@ TEST_F(BesideStrangers, MonitorKeepsRunningAndShowsTheDaemon) {
     Process monitor(line);
     const bool is_ack = words[1] == "ACK";
     const std::string mark = words[0] == "--live" ? "tick " : is_ack ? "_ACK" : "FREEFLEX_STATUS";
-    // three more outputs show messages that arrived after the hostile messages, and the last monitor shows
-    // ACK, so commands are sent for the daemon to answer
+    // waits for three more outputs, so that the last of them shows a message that arrived after the hostile
+    // messages. For the monitor of ACK, sends commands, which the daemon answers
     const auto goes_on = [&] {
       for (int k = 0; k < 3; ++k) {
         const std::size_t shown = monitor.output().size();
@@ -169,7 +169,8 @@ TEST_F(BesideStrangers, MonitorKeepsRunningAndShowsTheDaemon) {
     send_new_channels(2000);
     EXPECT_TRUE(goes_on()) << words.back();
     expect_alive(monitor);
-    // 300 pages of 56 kB are 17 MB, but 2000 channels with one table line each per interval take some 2 MB
+    // if the 300 pages of 56 kB were kept, they would take 17 MB; the monitor lists at most 256 of the 2000
+    // channels
     EXPECT_LT(peak_memory(monitor.pid()), before + kMostGrowth) << words.back();
   }
 }
@@ -201,7 +202,7 @@ TEST_F(BesideStrangers, ViewKeepsRunningAndShowsTheDaemon) {
   const std::string replaced = next_text("tip\xEF\xBF\xBD(");
   EXPECT_NE(replaced, "") << "bytes that are not UTF-8 are shown as U+FFFD";
   const long before = peak_memory(view.pid());
-  // 1000 pages of 56 kB
+  // 1000 pages of 56 kB, which would take 56 MB if they were kept
   for (int round = 0; round < 10; ++round) {
     send_endless_pages(100);
     ASSERT_NE(next_text("\"status\""), "");
@@ -209,7 +210,8 @@ TEST_F(BesideStrangers, ViewKeepsRunningAndShowsTheDaemon) {
   expect_alive(view);
   EXPECT_LT(peak_memory(view.pid()), before + kMostGrowth);
 
-  // the name of the page is cut to 31 bytes, here before a character of two bytes
+  // a name is cut to at most 32 bytes at the end of a character, here to 31 bytes before a character of two
+  // bytes
   browser.send_text(R"({"push":null,"by":")" + std::string(31, 'a') + "\xC3\xA9\"}");
   const std::string answer = next_text("\"ack\"");
   EXPECT_NE(answer.find("\"by\":\"" + std::string(31, 'a') + "\""), std::string::npos) << answer;

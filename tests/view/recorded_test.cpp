@@ -54,8 +54,8 @@ TEST(ViewRecording, ARecordingOfTwoScenesIsRefused) {
   }
 }
 
-// by the energy M/2 (qdot^2 + omega^2 q^2), a mode of high frequency can rank above a mode of low frequency
-// with a larger amplitude
+// the energy M/2 (qdot^2 + omega^2 q^2) ranks the modes, so a mode of high frequency can rank above a mode of
+// low frequency that has a larger amplitude
 TEST(ModesThatMove, AreRankedByPeakEnergyUntilTheEpochEnds) {
   const Body body = body_of("boom.yaml");
   ASSERT_GT(body.num_modes, 3);

@@ -70,7 +70,7 @@ class ViewServer : public ::testing::Test {
   std::string token_;
 };
 
-TEST_F(ViewServer, GivesThePageToEveryoneWhoHasItsAddress) {
+TEST_F(ViewServer, GivesThePageToEveryRequestWithTheToken) {
   ASSERT_TRUE(server_.error().empty()) << server_.error();
   const std::string page = get("/?token=" + token_, own());
   EXPECT_TRUE(page.starts_with("HTTP/1.1 200")) << page;
@@ -85,7 +85,7 @@ TEST_F(ViewServer, RefusesRequestsWithoutTheTokenOrFromAForeignOrigin) {
   EXPECT_TRUE(get("/", own()).starts_with("HTTP/1.1 403"));
   EXPECT_TRUE(get("/?token=" + std::string(32, '0'), own()).starts_with("HTTP/1.1 403"));
   EXPECT_TRUE(get("/?token=" + token_.substr(1), own()).starts_with("HTTP/1.1 403"));
-  // the host name is foreign, but it resolves to this machine
+  // a foreign host name may resolve to this machine
   EXPECT_TRUE(get("/?token=" + token_, "evil.example:" + std::to_string(port_)).starts_with("HTTP/1.1 403"));
   EXPECT_TRUE(get("/body?token=" + token_, "evil.example").starts_with("HTTP/1.1 403"));
   for (const auto& [origin, token] : {std::pair<std::string, std::string>{"http://evil.example", token_},
@@ -112,8 +112,7 @@ TEST_F(ViewServer, SendsTheLatestMessagesToABrowserThatJoinsLate) {
   EXPECT_EQ(taken(), "hello");
 }
 
-// one browser does not read, but the server does not wait for this browser, and another browser gets its
-// frames
+// the server does not wait for the browser that does not read, so the other browser gets frames and texts
 TEST_F(ViewServer, ABrowserThatStopsReadingDelaysNoOtherBrowser) {
   Connection stalled(port_), other(port_);
   ASSERT_TRUE(open_socket(stalled, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
@@ -126,8 +125,8 @@ TEST_F(ViewServer, ABrowserThatStopsReadingDelaysNoOtherBrowser) {
     server_.send_once("text " + std::to_string(k));
     longest = std::max(longest, Clock::now() - before);
   }
-  // waiting for a socket would take some milliseconds per megabyte, and would never end for the stalled
-  // browser
+  // if send() waited for a socket, it would take some milliseconds per megabyte, and would never return for
+  // the stalled browser
   EXPECT_LT(longest, std::chrono::seconds(1));
   bool has_frame = false, has_text = false;
   for (int k = 0; k < 300 && !(has_frame && has_text); ++k) {
@@ -153,8 +152,9 @@ TEST_F(ViewServer, AcceptsEightBrowsersAndRefusesTheNextWithTheCause) {
   EXPECT_NE(late.read_frame().second.find("too many browsers"), std::string::npos);
 }
 
-// for each kind of incomplete header the test opens as many connections as the server keeps without a token.
-// All are older than the request for the page, which must be answered within the 5 s timeout of a read
+// For each kind of incomplete header the test opens as many connections as the server keeps without a token.
+// These connections are older than the request for the page, but the request must be answered within 5 s, the
+// timeout of a read
 TEST_F(ViewServer, ConnectionsWithIncompleteHeadersBlockNobody) {
   constexpr int kOfAKind = 64;
   std::vector<std::unique_ptr<Connection>> silent, slow;
@@ -202,7 +202,7 @@ TEST_F(ViewServer, InvalidRequestsAreRefused) {
   EXPECT_TRUE(post.read_head().starts_with("HTTP/1.1 405"));
 }
 
-// the announced length of a frame closes the connection before any of its bytes are stored
+// the server closes the connection because of the announced length, before it stores any byte of the frame
 TEST_F(ViewServer, AFrameAboveTheLimitClosesItsConnectionBeforeItIsStored) {
   const std::string announced("\x81\xff\x00\x00\x01\x00\x00\x00\x00\x00\x00\x00\x00\x00", 14);  // 2^40 bytes
   Connection connection(port_);

@@ -1,8 +1,9 @@
-// The command of this example controller is controller POINT POINT GAIN [KEYFILE]. The controller acts as an
-// active strut between two points. The force on the second point is -GAIN [N s/m] times the speed at which
-// their distance grows, and the force on the first point is opposite. The pair of forces damps elastic motion
-// and does not change the rigid motion. Exit codes: 0 if the speed stays below 1 % of its first value; 1 if
-// it does not within 60 s, or if no daemon publishes the points; 2 for wrong arguments or names.
+// The command line of this example is controller POINT POINT GAIN [KEYFILE]. The controller acts as an active
+// strut between two points. The force on the second point is -GAIN [N s/m] times the speed at which the
+// distance of the points grows, and the force on the first point is opposite. The pair of forces damps
+// elastic motion and does not change the rigid motion. Exit codes: 0 as soon as the largest speed within 1 s
+// is at most 1 % of the largest speed within the first second; 1 if this does not happen within 60 s, or if
+// no daemon publishes the points; 2 for wrong arguments or names.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -19,12 +20,12 @@ int main(int argc, char** argv) try {
                          .key_file = argc == 5 ? argv[4] : "",
                          .timeout = std::chrono::seconds(10)});
   std::int64_t session = 0;
-  double start = 0.0, window = 0.0;   // [s] start of the motion, and of the current window of 1 s
+  double start = 0.0, window = 0.0;   // [s] time of the first points, and start of the current window of 1 s
   double largest = 0.0, first = 0.0;  // [m/s] largest speed in the current window, and in the first window
   while (true) {
     const client::PointsTick& tick = daemon.next_points();
     const double time = static_cast<double>(tick.tick) / daemon.status().rate;
-    if (tick.session != session) {  // the first daemon, or a restarted one
+    if (tick.session != session) {  // the first session, or a new one after a restart of the daemon
       session = tick.session;
       start = window = time;
       largest = first = 0.0;
@@ -37,7 +38,7 @@ int main(int argc, char** argv) try {
     double speed = 0.0;  // [m/s] d(length)/dt
     for (int k = 0; k < 3; ++k) speed += line[k] / length * (b.velocity[k] - a.velocity[k]);
     for (int k = 0; k < 3; ++k) pull[k] = -(push[k] = -gain * speed * line[k] / length);
-    try {  // the lease ends the force if this program dies
+    try {  // the lease ends the force within 0.2 s if this program dies
       daemon.push({.forces = {{argv[1], pull}, {argv[2], push}}, .lease = 0.2});
     } catch (const client::Restarted&) {
     }
