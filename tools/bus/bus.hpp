@@ -1,4 +1,4 @@
-// Connection of the tools to the message bus.
+// Connects the tools to the message bus.
 #pragma once
 
 #include <chrono>

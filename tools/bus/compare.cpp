@@ -20,7 +20,7 @@ using Result = CompareOutcome::Result;
 /// Indices of a column that both files have.
 struct Common {
   std::size_t a, b;      // index of the column in the rows of the first and the second file
-  std::size_t quantity;  // index of its quantity in the outcome
+  std::size_t quantity;  // index of the column's quantity in the outcome
 };
 
 double difference(double a, double b) {
@@ -38,15 +38,15 @@ std::string names_text(const std::vector<std::string>& names) {
   return names.size() > kShown ? text + " and " + std::to_string(names.size() - kShown) + " more" : text;
 }
 
-/// Adds a damage to the outcome, unless the outcome has this damage already, because every part and every
-/// pass reports the damage again.
+/// Adds a text about damage to the outcome, unless the outcome already has this text. Every part and every
+/// pass reports the same damage again.
 void add_damage(const std::string& text, CompareOutcome& outcome) {
   if (!text.empty() && outcome.error.find(text) == std::string::npos)
     outcome.error = joined(outcome.error, text);
 }
 
-/// Compares two parts with common columns in two passes. The first pass finds the scale of each quantity, and
-/// the second pass compares the rows.
+/// Compares two parts that have columns in common, in two passes. The first pass finds the scale of each
+/// quantity, and the second pass compares the rows.
 class Pair {
  public:
   Pair(MotionFile& a, std::size_t part_a, MotionFile& b, std::size_t part_b, CompareOutcome& outcome)
@@ -64,8 +64,8 @@ class Pair {
   const std::vector<Common>& columns() const { return columns_; }
   const std::string& name_of(const Common& column) const { return a_.parts()[part_a_].columns[column.a]; }
 
-  /// Finds the scale of each quantity. Returns false after Ctrl-C. The outcome reports Ctrl-C, and any damage
-  /// that ends the rows of a file.
+  /// Finds the scale of each quantity. Returns false after Ctrl-C. Records Ctrl-C, and any damage that ends
+  /// the rows of a file, in the outcome.
   bool find_scales() {
     return walk([this] {
       for (const Common& column : columns_) {
@@ -95,7 +95,7 @@ class Pair {
                take(row_a_.tick, k, row_a_.values[column->a], row_b_.values[column->b]);
            });
   }
-  /// Adds texts about rows that the other file does not have.
+  /// Adds texts about rows that only one of the files has, and about rows that were skipped.
   void report_unmatched() {
     const auto report = [this](std::int64_t count, const MotionFile& file, std::size_t part,
                                const char* which) {
@@ -112,7 +112,7 @@ class Pair {
   }
 
  private:
-  // quaternions whose four components both files have, in any order
+  // finds the quaternions whose four components are columns of both files, in any order
   void find_quaternions(const Columns& in_a) {
     std::unordered_map<std::string, const Common*> by_name;
     for (const Common& column : columns_) by_name.emplace(in_a[column.a], &column);
@@ -170,7 +170,8 @@ class Pair {
     return true;
   }
 
-  // q and -q are the same attitude
+  // changes the sign of the second quaternion if this makes it closer to the first, because q and -q are the
+  // same attitude
   void align_quaternions() {
     for (const std::array<Common, 4>& quaternion : quaternions_) {
       double product = 0.0;
@@ -240,7 +241,7 @@ void report_unmatched_columns(const MotionFile& one, const MotionFile& other, co
 CompareOutcome compare_motions(const CompareRequest& request) {
   CompareOutcome outcome;
   const auto fail = [&outcome](const std::string& error) {
-    // damage is not an error of the arguments
+    // if a file is damaged, the result is kNothing, because damage is not an error of the arguments
     const bool is_damaged = error.find("damaged") != std::string::npos;
     outcome.result = is_damaged ? Result::kNothing : Result::kError;
     outcome.error = error;

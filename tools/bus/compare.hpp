@@ -17,10 +17,10 @@ struct CompareRequest {
   std::string prefix = channels::kDefaultPrefix;
   std::optional<std::int64_t> session_a = {}, session_b = {};  // sessions, for recordings that contain
                                                                // several
-  bool is_common_enough = false;  // true: contents that only one file has are not a fault
+  bool is_common_enough = false;  // true: contents of only one file do not make the result kIncomplete
 };
 
-/// One value, as both files give it.
+/// The values of one column at one tick in the two files.
 struct ValuePair {
   std::int64_t tick = 0;
   std::string column;
@@ -31,9 +31,9 @@ struct ValuePair {
 struct QuantityDifference {
   std::string name;  // name with unit
   std::int64_t num_values = 0;
-  double scale = 0.0;               // largest |value| in either file
+  double scale = 0.0;               // largest finite |value| in the two files
   std::string largest_column = {};  // column of that value
-  double largest = 0.0;             // largest difference, infinite if a value is not a number
+  double largest = 0.0;             // largest difference, infinite if only one of two values is NaN
   ValuePair at;                     // the values that have the largest difference
   bool is_beyond = false;           // true if a difference exceeds the tolerance
 };
@@ -54,8 +54,8 @@ struct CompareOutcome {
 /// attitude.
 CompareOutcome compare_motions(const CompareRequest& request);
 
-/// For every tick in both files and every chosen column, calls `take` with the tick, the index of the column,
-/// and its two values.
+/// For every tick in both files and every chosen column, calls `take` with the tick, the index of the column
+/// in `columns`, and the values of the column in the two files.
 /// \pre compare_motions compared rows
 using TakeValues = std::function<void(std::int64_t tick, std::size_t column, double a, double b)>;
 void trace_columns(const CompareRequest& request, const std::vector<std::string>& columns,

@@ -26,7 +26,8 @@ namespace {
 
 // [us] two daemons publish if a STATUS of each arrives within this time
 constexpr std::int64_t kTwoDaemons = 2'000'000;
-// [s] without a message after which the daemon is shown as silent, because a daemon sends ten STATUS a second
+// [s] time without a message after which the daemon is shown as silent; by default a daemon sends ten STATUS
+// a second
 constexpr double kSilent = 2.0;
 
 constexpr std::size_t kMaxNotes = 6;
@@ -37,7 +38,8 @@ constexpr const char* kPlain = "\033[0m";
 
 double norm(const double (&v)[3]) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-/// Returns a bar "##########" whose length shows a value between zero and largest.
+/// Returns a bar "##########" of at most 32 characters, whose length is proportional to the ratio of value to
+/// largest.
 std::string bar(double value, double largest) {
   constexpr double kWidth = 32.0;
   const double ratio = largest > 0.0 ? std::clamp(value / largest, 0.0, 1.0) : 0.0;
@@ -86,8 +88,8 @@ void Screen::show(const std::string& text) {
   if (!is_terminal_) {
     std::fputs(text.c_str(), stdout);
   } else {
-    // the page is drawn over the old page, and the rest of each line is cleared, so that nothing flickers. An
-    // end of line on the last row would scroll, so there is none
+    // the page is drawn over the old page, and the rest of each line is cleared, so that nothing flickers.
+    // The last row has no end of line, because an end of line there would scroll the page
     std::string drawn = "\033[H";
     const int rows = num_rows();
     std::istringstream lines(text);
@@ -132,7 +134,8 @@ bool LiveView::is_of_daemon(std::int64_t session) const { return !status_ || sta
 void LiveView::take_status(const freeflex_msgs::status_t& status) {
   const std::int64_t now_us = wall_clock_us();
   if (status_ && status_->session != status.session) {
-    // after a restart, the old session of the daemon sends no more messages
+    // two daemons send if a session sends again shortly after another session, because after a restart the
+    // old session sends no more messages
     if (now_us - other_heard_us_ < kTwoDaemons && other_session_ == status.session) sees_two_ = true;
     other_session_ = status_->session;
     other_heard_us_ = now_us;
@@ -143,8 +146,8 @@ void LiveView::take_status(const freeflex_msgs::status_t& status) {
       status.utime > status_->utime) {
     const double seconds = static_cast<double>(status.utime - status_->utime) * 1e-6;
     const double rate = static_cast<double>(status.tick - status_->tick) / seconds;
-    // the average over about a second, because the rate from one pair of messages would include the lateness
-    // of the publisher
+    // averages the rate over about ten STATUS, because the rate from one pair of messages would include the
+    // lateness of the publisher
     measured_rate_ = measured_rate_ ? *measured_rate_ + 0.1 * (rate - *measured_rate_) : rate;
   } else {
     measured_rate_.reset();

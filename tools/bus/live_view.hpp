@@ -15,8 +15,8 @@
 
 namespace freeflex::tools {
 
-/// On a terminal, draws each page over the page before, cut to the size of the terminal. Otherwise prints the
-/// pages one after another.
+/// On a terminal, draws each page over the previous page, and cuts the page to the size of the terminal.
+/// Otherwise prints the pages one after another.
 class Screen {
  public:
   explicit Screen(bool is_terminal);
@@ -36,7 +36,7 @@ class LiveView {
  public:
   void take(const std::string& suffix, const BusMessage& message);
   /// Returns the full view.  \param bus  description of the bus  \param num_rows  number of lines to use;
-  /// with 24 or more, everything is shown
+  /// below 28, three modes are shown instead of six
   std::string page(const std::string& bus, int num_rows) const;
   /// Returns the most important values in one line.
   std::string line() const;
@@ -44,7 +44,7 @@ class LiveView {
  private:
   void take_status(const freeflex_msgs::status_t& status);
   void take_points(const freeflex_msgs::points_t& points);
-  // returns true for the session whose STATUS came last, or true for every session before the first STATUS
+  // returns true for the session of the latest STATUS, and before the first STATUS for every session
   bool is_of_daemon(std::int64_t session) const;
   void note(const std::string& text);
   std::string rate_text() const;
@@ -59,7 +59,7 @@ class LiveView {
   SceneCatalogue scene_;
   std::optional<freeflex_msgs::status_t> status_;
   std::optional<freeflex_msgs::state_t> state_;
-  // [Hz] ticks per second of wall clock; empty until two STATUS have arrived
+  // [Hz] ticks per second of wall clock; empty until two STATUS of one session have arrived
   std::optional<double> measured_rate_;
   std::int64_t points_tick_ = -1;
   double largest_displacement_ = 0.0;  // [m] largest displacement of the published points at points_tick_
@@ -68,8 +68,8 @@ class LiveView {
   std::deque<std::string> notes_;   // latest commands and answers
   std::int64_t other_session_ = 0;  // session of the last STATUS from another daemon
   std::int64_t other_heard_us_ = 0;
-  bool sees_two_ = false;  // true if both daemons send messages
-  std::string unread_;     // the reason why the last STATUS could not be read; empty once one could
+  bool sees_two_ = false;  // true if two daemons send messages on the prefix
+  std::string unread_;     // the reason why a STATUS could not be read; shown until one is read
 };
 
 }  // namespace freeflex::tools

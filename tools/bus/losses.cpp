@@ -13,7 +13,8 @@ namespace {
 
 using freeflex_msgs::status_t;
 
-// limit of ticks, because a damaged tick may be any number
+// larger ticks are treated as this tick, because a damaged tick may be any number, and ticks are increased by
+// 1
 constexpr std::int64_t kLastTick = std::numeric_limits<std::int64_t>::max() - 1;
 
 /// Returns the ticks of which all pages have arrived, ascending. A tick that occurs in two epochs is returned
@@ -37,10 +38,11 @@ std::int64_t multiples_below(std::int64_t tick, std::int64_t every) {
   return tick > 0 ? (tick - 1) / every + 1 : 0;
 }
 
-/// Returns which ticks are missing from a list.  \param ticks  ascending, not empty
+/// Returns which multiples of `every` are missing from a list of ticks, from 0 to end_tick or, if that is
+/// later, to the last tick of the list.  \param ticks  ascending, not empty
 Loss find_loss(const std::vector<std::int64_t>& ticks, std::int64_t every, std::int64_t end_tick) {
   Loss loss;
-  std::int64_t next = 0;  // first tick after the ticks that were examined
+  std::int64_t next = 0;  // all ticks below this tick were examined
   const auto miss = [&](std::int64_t until) {
     const std::int64_t count = multiples_below(until, every) - multiples_below(next, every);
     if (count <= 0) return;
@@ -61,7 +63,8 @@ Loss find_loss(const std::vector<std::int64_t>& ticks, std::int64_t every, std::
 void UnsentCounts::take(const status_t& status) {
   const std::array<std::int64_t, io::kNumMotionChannels> counts{status.states_dropped, status.points_dropped,
                                                                 status.loads_dropped};
-  // counts never decrease, so the order of the messages in the log does not matter
+  // counts never decrease, so the smallest count is the first and the largest is the last, whatever the order
+  // of the messages in the log is
   const auto widen = [this](Range& range, std::int64_t published) {
     const std::int64_t count = std::max<std::int64_t>(published, 0);
     range.first = has_any ? std::min(range.first, count) : count;

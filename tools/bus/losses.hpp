@@ -15,7 +15,7 @@ namespace freeflex::tools {
 
 struct RecordedSession;
 
-/// Tick and number of one page of POINTS or LOADS.
+/// Tick, epoch and number of one page of POINTS or LOADS, or of a STATE, which is one page.
 struct PageRecord {
   std::int64_t tick = 0;
   std::int64_t epoch = 0;
@@ -33,7 +33,7 @@ struct UnsentCounts {
   };
   bool has_any = false;
   std::array<Range, io::kNumMotionChannels> dropped;  // in the order of io::kMotionChannels
-  Range failed;                                       // messages of any channel that the network refused
+  Range failed;                                       // messages on all channels that the network refused
   std::int64_t end_tick = -1;  // tick at which the daemon ended, if a STATUS reports it, else -1
 };
 
@@ -42,11 +42,11 @@ struct Loss {
   std::string channel;          // "STATE"
   std::int64_t num_ticks = 0;   // ticks that the daemon published and that are not complete in the log
   std::int64_t first_tick = 0;  // the first of these ticks
-  // number of missing ticks before the first tick in the log: either these are lost, or the log began later
+  // number of missing ticks before the first tick in the log, which were lost or are older than the log
   std::int64_t num_before = 0;
   std::int64_t num_unsent = 0;  // number of the other missing ticks that were not sent, from the daemon's
                                 // counts in the first and the last STATUS of the log
-  // number of ticks that were sent and lost
+  // number of ticks that were sent but lost in transit
   std::int64_t num_lost_in_transit() const { return num_ticks - num_before - num_unsent; }
 };
 

@@ -14,12 +14,12 @@ namespace freeflex::tools {
 /// A message that was decoded according to its channel.
 // NOLINTNEXTLINE(bugprone-exception-escape): moving a Json never throws
 struct DecodedMessage {
-  Json fields;          // null if the message is not one of freeflex or is damaged
+  Json fields;          // null if the message is not a message of freeflex, or is damaged
   std::string summary;  // one line, may be empty
   // Messages of one stream have numbers in equal steps. If the stream is empty, the message is not numbered.
   std::string stream;
   std::int64_t number = 0;
-  std::int64_t step = 0;  // difference of successive numbers, 0 for the smallest difference that occurs
+  std::int64_t step = 0;  // difference of successive numbers; 0: take the smallest one that occurs
 };
 
 /// Decodes a message by the suffix of its channel name, without the prefix ("_STATE"). Never throws.

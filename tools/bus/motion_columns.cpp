@@ -56,8 +56,7 @@ Columns state_columns(int num_elastic, const std::vector<std::string>& wheels) {
   return columns;
 }
 
-// names may contain dots, but the first and the last part of a column name are fixed, so column names are
-// unique
+// dots in NAME do not make two column names equal, because the parts before and after NAME contain no dots
 
 void append_point_columns(const std::string& name, bool is_body, Columns& columns) {
   const std::string front = "point." + without_commas(name) + ".";

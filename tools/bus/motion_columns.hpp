@@ -11,8 +11,8 @@ namespace freeflex::tools {
 
 using Columns = std::vector<std::string>;
 
-/// Returns the names of the columns of time, frame, q and q_dot of the modes, and momenta of the wheels, in
-/// the order of state_t.
+/// Returns the names of the columns of a state, in the order of state_t: time; pose, velocities and angular
+/// momentum of the body; q and q_dot of the modes; momenta of the wheels.
 Columns state_columns(int num_elastic, const std::vector<std::string>& wheels);
 /// Appends the columns of point.NAME: position, velocity and acceleration. For a body, also appends attitude
 /// and angular velocity.
@@ -22,9 +22,9 @@ void append_group_columns(const std::string& name, Columns& columns);
 /// Appends the columns of link.NAME, which depend on the kind of the link.
 void append_link_columns(const std::string& name, std::string_view kind, int num_values, Columns& columns);
 
-/// Returns the quantity of each column, with its unit: "points: velocity [m/s]". If the values of links are
-/// numbered, the kind of the links is unknown. Value k of all links that have the same number of values is
-/// then one quantity. A column with any other name is a quantity of its own.
+/// Returns the quantity of each column, with its unit: "points: velocity [m/s]". The names of numbered values
+/// of a link do not tell the kind of the link, so value k of all links with the same number of values is one
+/// quantity. A column whose name `freeflex run` does not use is a quantity of its own.
 std::vector<std::string> quantities_of(const Columns& columns);
 
 }  // namespace freeflex::tools

@@ -29,7 +29,7 @@ using freeflex_msgs::points_t;
 using freeflex_msgs::scene_t;
 using freeflex_msgs::state_t;
 
-/// First columns of the values of points, bodies, groups or links, by index of the item.
+/// Holds the first column of each point, body, group or link, by the index of the item.
 class FirstColumns {
  public:
   void set(std::int32_t index, std::size_t column) { columns_[index] = column; }
@@ -61,7 +61,7 @@ struct PageAt {
   std::int32_t page = 0, num_pages = 1;
   std::int64_t offset = 0;  // [bytes]
   std::int64_t epoch = 0;
-  std::size_t content = 0;  // hash of the motion, for a state
+  std::size_t content = 0;  // hash of a STATE; 0 for POINTS and LOADS
 };
 
 /// The pages of one part ordered by tick, and the columns of their values.
@@ -75,7 +75,8 @@ struct Index {
 
 void take(const double* from, std::size_t size, double*& to) { to = std::copy_n(from, size, to); }
 
-/// Copies the values of a message into a row. Returns false if the message does not have these columns.
+/// Copies the values of a message into a row. Returns false if the message does not have the columns of the
+/// index.
 bool fill(const Index& index, const state_t& message, std::vector<double>& values) {
   if (message.num_elastic != index.num_elastic) return false;
   double* to = values.data();

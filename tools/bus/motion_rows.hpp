@@ -25,7 +25,8 @@ class RowReader {
   /// which ends the rows (see error()).
   virtual bool next(MotionRow& row) = 0;
   const std::string& error() const { return error_; }
-  /// Returns the number of ticks that were skipped because they have other columns than the part.
+  /// Returns the number of ticks that were skipped because they lack pages or have other columns than the
+  /// part.
   std::int64_t num_odd() const { return num_odd_; }
 
  protected:
@@ -57,7 +58,8 @@ class MotionFile {
 };
 
 /// Opens a recording, or a table with the columns of `freeflex run`. Returns nullptr and sets `error` to the
-/// reason if the file cannot be read or is damaged, or if it contains several sessions and none is chosen.
+/// reason if nothing of the file can be read, if its states contradict each other, or if it contains several
+/// sessions and none is chosen. If a part of the file is damaged, opens the file (see damage()).
 /// \param prefix  first part of the channel names in a recording
 std::unique_ptr<MotionFile> open_motion(const std::string& path, const std::string& prefix,
                                         std::optional<std::int64_t> session, std::string& error);

@@ -9,8 +9,8 @@
 
 namespace freeflex::tools {
 
-/// Each function opens a file of one kind. Returns nullptr and sets `error` to the reason, as open_motion
-/// does.
+/// Each function opens a file of one kind. If the file cannot be opened, returns nullptr and sets `error` to
+/// the reason, as open_motion does.
 std::unique_ptr<MotionFile> open_table(const std::string& path, std::string& error);
 std::unique_ptr<MotionFile> open_recording(const std::string& path, const std::string& prefix,
                                            std::optional<std::int64_t> session, std::string& error);

@@ -1,4 +1,4 @@
-// Connection of the tools to the operator's socket of a daemon.
+// Connects the tools to the operator's socket of a daemon.
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,7 @@
 
 namespace freeflex::tools {
 
-/// One connection, over which the daemon sends scene_t and ack_t, one packet per message. The connection
+/// One connection, over which the daemon sends scene_t and ack_t, each message in one packet. The connection
 /// cannot be copied, and only one thread may use it.
 class OperatorLink {
  public:
@@ -28,8 +28,8 @@ class OperatorLink {
   /// Returns the path of the connected socket.
   const std::string& path() const { return path_; }
   bool send(std::span<const std::byte> bytes);
-  /// Passes messages to the handler until done() is true. Returns false if the time runs out, or the daemon
-  /// closes the connection, before that.
+  /// Passes messages to the handler until done() is true. Returns false if, before that, the time runs out or
+  /// the daemon closes the connection.
   bool wait(std::chrono::milliseconds time, const std::function<bool()>& done, const Handler& handler);
 
  private:

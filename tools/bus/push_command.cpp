@@ -283,7 +283,8 @@ control_t make_control(const PushOptions& options) {
   return control;
 }
 
-/// Scales the loads of a push that lasts a whole number of ticks, so that its impulse is as requested.
+/// Multiplies all loads of a push by the result of impulse_factor, so that the impulse over whole ticks is as
+/// requested.
 void keep_impulse(double factor, force_t& force) {
   const auto scale = [factor](auto& vector) {
     for (double& each : vector) each *= factor;
@@ -317,7 +318,7 @@ std::optional<force_t> make_force(const PushOptions& options, const SceneCatalog
 }
 
 std::string rounded_duration(const PushOptions& options, double rate) {
-  constexpr double kMuch = 0.01;  // [-] relative to the time asked for
+  constexpr double kMuch = 0.01;  // [-] largest change, relative to the requested time, without a warning
   if (!options.duration && !options.lease) return {};
   const double asked = options.lease.value_or(options.duration.value_or(0.0));
   const std::int64_t ticks = to_ticks(asked, rate);

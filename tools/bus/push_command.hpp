@@ -1,4 +1,4 @@
-// The options of freeflex push, their rules, and the message that is made from them.
+// Checks the options of freeflex push, and makes the message that the options describe.
 #pragma once
 
 #include <cstdint>
@@ -36,9 +36,9 @@ struct PushOptions {
       socket;  // path of the operator's socket, which replaces the bus; an empty path means the default
 };
 
-/// Returns a text about the first option that contradicts another, has no effect or is missing, as far as
-/// that is known without a daemon, or an empty text if there is none.  \param command  command that parsed
-/// the options
+/// Returns a text about the first option that contradicts another option, has no effect or is missing, or an
+/// empty text if there is none. Does not find faults that only a daemon can detect.  \param command  command
+/// that parsed the options
 std::string find_push_fault(const CLI::App& command, const PushOptions& options);
 
 /// Returns true if the command is a control_t, which needs no scene.
@@ -51,8 +51,8 @@ freeflex_msgs::control_t make_control(const PushOptions& options);
 /// If a name is unknown, prints an error and returns nullopt.  \pre find_push_fault returned an empty text
 std::optional<freeflex_msgs::force_t> make_force(const PushOptions& options, const SceneCatalogue& scene);
 
-/// Returns a warning if the duration or lease is not a whole number of ticks. Otherwise returns an empty
-/// text.
+/// Returns a warning if rounding to whole ticks changes the duration or lease by more than 1 %. Otherwise
+/// returns an empty text.
 /// \param rate  [Hz] of the daemon's ticks
 std::string rounded_duration(const PushOptions& options, double rate);
 

@@ -8,7 +8,7 @@
 namespace freeflex::tools {
 namespace {
 
-/// Replaces "forces[2]: point 19" by "point 'tip'", and "in point 3" by "in point 'hub'".
+/// Replaces indices by names: "forces[2]: point 19" by "point 'tip'", and "in point 3" by "in point 'hub'".
 std::string with_names(const std::string& text, const NameOf& name_of) {
   static const std::regex entry(
       R"((?:(?:forces|torques|wrenches|wheels)\[\d+\]: |\b(in ))(point|group|wheel) (\d+))");

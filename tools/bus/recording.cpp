@@ -38,7 +38,8 @@ class Indexer {
   /// Adds a message to the index, but skips a message that does not decode. If the message is of another
   /// version, sets the error and returns false.
   bool take(const io::LogEvent& event);
-  /// Removes sessions that have nothing to replay, and sets damage and warning.
+  /// Removes sessions that have nothing to replay or exist only because a number is damaged, and sets damage
+  /// and warning.
   void finish(const std::string& damage_of_file);
 
  private:
@@ -58,7 +59,7 @@ class Indexer {
 
   Recording& recording_;
   std::string applied_, state_, scene_, points_, loads_, status_;  // channel names
-  Unread of_motion_, of_others_;  // unread messages on the first three channels, and on the others
+  Unread of_motion_, of_others_;  // unread messages on APPLIED, STATE, SCENE, and on POINTS, LOADS, STATUS
   StrayFinder strays_;
   std::unordered_map<std::int64_t, std::size_t> indices_;  // index of each session in the recording
 };
@@ -205,7 +206,7 @@ Recording read_recording(io::LogReader& log, const std::string& prefix) {
   for (RecordedSession& session : recording.sessions) {
     std::stable_sort(session.applied.begin(), session.applied.end(),
                      [](const AppliedRecord& a, const AppliedRecord& b) { return a.sequence < b.sequence; });
-    // the network may deliver a packet twice
+    // removes repeated records, because the network may deliver a packet twice
     const auto repeats = std::unique(
         session.applied.begin(), session.applied.end(), [](const AppliedRecord& a, const AppliedRecord& b) {
           return std::tie(a.sequence, a.tick, a.kind) == std::tie(b.sequence, b.tick, b.kind);

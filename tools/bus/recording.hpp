@@ -43,8 +43,8 @@ struct RecordedSession {
   std::string plan_file;   // from FREEFLEX_SCENE
   double rate = 0.0;       // [Hz] from FREEFLEX_SCENE
   std::optional<std::uint64_t> plan_fingerprint;
-  std::string contradiction;  // text about a message whose plan, file or rate differs from earlier messages;
-                              // empty if there is none
+  std::string contradiction;  // text about a message whose plan, file or rate differs from that of earlier
+                              // messages; empty if there is none
 };
 struct Recording {
   std::vector<RecordedSession> sessions;  // sessions in the order in which they appear
@@ -56,12 +56,13 @@ struct Recording {
   std::string warning;
 };
 
-/// Reads the index of the intact part of a log. The time is linear in the number of records and sessions.
+/// Reads the index of the intact part of a log. The time is O(n log n) in the number n of records and
+/// sessions.
 /// \param prefix  first part of the channel names
 Recording read_recording(io::LogReader& log, const std::string& prefix);
 
-/// Returns the requested session, or the only one. If there is no such session, or there are several, sets
-/// `error` to the reason and returns nullptr.
+/// Returns the requested session or, if none is requested, the only session. If there is no such session, or
+/// if none is requested and there are several, sets `error` to the reason and returns nullptr.
 RecordedSession* choose_session(Recording& recording, std::optional<std::int64_t> session,
                                 std::string& error);
 
@@ -76,18 +77,18 @@ std::int64_t last_known_tick(const RecordedSession& session);
 std::string joined(const std::string& a, const std::string& b);
 
 /// Returns the first contradiction and its byte. Returns an empty text if all messages refer to one plan, no
-/// applied sequence has two contents, and epochs, ticks and counts of applied records agree.  \pre cut_at_gap
-/// was called
+/// applied sequence has two contents, and epochs, ticks and counts of applied records agree with each
+/// other.  \pre cut_at_gap was called
 std::string find_flaw(const RecordedSession& session);
 
-/// [ticks] Largest gap between two states, or before the first state. The largest gap is 115 days at 1 kHz.
-/// With this limit a replay ends even if somebody forged a tick and all numbers that the tick is checked
-/// against.
+/// [ticks] Largest gap between two records, or before the first record, that a replay steps through: 115 days
+/// at 1 kHz. With this limit a replay ends even if somebody forged a tick and all numbers that the tick is
+/// checked against.
 inline constexpr std::int64_t kMostUnrecordedTicks = 10'000'000'000;
 /// Returns a text about the first state whose time disagrees with its tick, or about a gap above
-/// kMostUnrecordedTicks, or an empty text if there is none. A second number thus confirms every tick that the
-/// replay steps to.  \pre find_flaw returned an empty text  \param period  [s] period of a tick; 0: not
-/// known, only gaps are checked
+/// kMostUnrecordedTicks, or an empty text if there is none. So every tick to which the replay steps agrees
+/// with a second number of the recording.  \pre find_flaw returned an empty text  \param period  [s] period
+/// of a tick; 0: not known, only gaps are checked
 std::string find_time_flaw(const RecordedSession& session, double period);
 
 /// Returns the records of a session one after another, in the order in which they took effect.

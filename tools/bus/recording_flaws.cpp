@@ -1,5 +1,5 @@
 // Finds contradictions in a recording before it is replayed. Most numbers of a recording follow from other
-// numbers in it, which allows the checks.
+// numbers of the recording, with which they are compared.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -44,8 +44,8 @@ class Epochs {
   std::vector<Begin> begins_;
 };
 
-/// Checks that each sequence occurs once, that ticks do not decrease, and that kinds exist. Returns the first
-/// error.
+/// Checks that each sequence occurs once, that ticks do not decrease, and that every kind is known. Returns
+/// the first error.
 std::string find_applied_flaw(const RecordedSession& session) {
   std::int64_t expected = 0;
   const AppliedRecord* before = nullptr;
@@ -66,8 +66,8 @@ std::string find_applied_flaw(const RecordedSession& session) {
   return {};
 }
 
-/// Checks that the applied records that a state includes took effect before its tick, and that all others
-/// took effect later.
+/// Checks that the applied records that a state includes are for ticks before the tick of the state (a reset:
+/// up to the tick of the state), and that all others are for the tick of the state or later ticks.
 std::string find_order_flaw(const RecordedSession& session, const StateRecord& state) {
   const auto count = static_cast<std::size_t>(state.applied_count);
   const auto explain = [&](const AppliedRecord& record, const char* verb) {
@@ -153,8 +153,8 @@ std::string find_time_flaw(const RecordedSession& session, double period) {
   for (const StateRecord& state : session.states) {
     const std::int64_t first = epochs.first_tick(state);
     const double time = static_cast<double>(state.tick - first) * period;
-    // if a time is wrong by less than half a tick, the comparison of states reports this error. NaN is not a
-    // time.
+    // if a time is wrong by less than half a tick, the comparison of states reports this error. The condition
+    // is negated so that it also refuses a time that is NaN.
     if (period > 0.0 && !(std::abs(state.time - time) < 0.5 * period))
       return name_of(state) + ", has time " + format_text("%.17g s", state.time) + ", and its tick is " +
              format_text("%.17g s", time) + " after tick " + std::to_string(first) +

@@ -172,7 +172,8 @@ class Replay {
     ++outcome_.num_states;
   }
 
-  /// Adds warnings about messages that are missing in the log, and about records after the last state.
+  /// Adds the numbers of messages that are not compared, and warnings about messages that are missing in the
+  /// log and about records after the last state.
   void count_rest() {
     static constexpr std::array kBeside{io::kPointsChannel, io::kLoadsChannel};
     for (const std::size_t channel : kBeside)
@@ -214,8 +215,8 @@ ReplayOutcome incomplete(const std::string& error) {
   return no_answer(Result::kIncomplete, "the log is incomplete: " + error);
 }
 
-/// Returns the plan of the recording at its rate. If there is no plan, sets `outcome` to the reason and
-/// returns nullopt.
+/// Returns the plan of the recording, at the recorded rate. If there is no plan, sets `outcome` to the reason
+/// and returns nullopt.
 std::optional<Plan> find_plan(const ReplayRequest& request, const RecordedSession& session,
                               ReplayOutcome& outcome) {
   const std::string path = request.plan.empty() ? session.plan_file : request.plan;

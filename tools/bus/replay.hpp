@@ -14,7 +14,7 @@ namespace freeflex::tools {
 
 struct ReplayRequest {
   std::string log = {};   // LCM event log
-  std::string plan = {};  // plan or scene file, empty for the file that the log names
+  std::string plan = {};  // plan or scene file; empty: the file that the log names
   std::string prefix = channels::kDefaultPrefix;
   std::optional<std::int64_t> session = {};  // needed if the log contains several sessions
 };
@@ -22,7 +22,7 @@ struct ReplayRequest {
 /// The first difference from the recording.
 struct Difference {
   std::int64_t tick = 0;
-  std::string what;  // "q[3]", "expired slots"
+  std::string what;  // "q[3]", "slots that ended"
   std::string recorded, replayed;
 };
 
@@ -35,14 +35,14 @@ struct ReplayOutcome {
     kError        // no log, no session or no plan to replay
   };
   Result result = Result::kIdentical;
-  std::string error;  // reason why there is no result
+  std::string error;  // the reason why the result is kIncomplete, kStopped or kError
   std::string warning;
   std::optional<Difference> difference;
   std::int64_t ticks = 0;
   std::int64_t num_states = 0;            // states compared
   std::int64_t num_commands = 0;          // commands applied
   std::vector<Loss> losses;               // losses on each channel of the motion that is in the log
-  std::vector<std::string> not_compared;  // texts about other contents of the log
+  std::vector<std::string> not_compared;  // numbers of POINTS and LOADS messages, as texts
 
   void warn(const std::string& text) { warning += (warning.empty() ? "" : "; ") + text; }
 };

@@ -18,7 +18,7 @@
 namespace freeflex::tools {
 namespace {
 
-// a message begins with its fingerprint, and in these types utime and session come next
+// messages on STATE, APPLIED and SCENE begin with fingerprint, utime and session, eight bytes each
 constexpr std::int64_t kSessionAt = 16;  // [bytes]
 constexpr bool has_session(const wire::Layout& layout) {
   return layout.fields[0].name == "utime" && layout.fields[1].name == "session";
@@ -110,7 +110,7 @@ void StrayFinder::find_renumbered(std::vector<Stray>& strays) const {
   if (!has_lone) return;
   std::unordered_set<std::int64_t> found;
   for (int byte = 0; byte < 8; ++byte) {
-    // sessions that differ only in this byte have the same number without it
+    // sessions that differ only in this byte become equal if this byte is set to 0
     const auto rest = [byte](std::int64_t session) {
       return static_cast<std::uint64_t>(session) & ~(std::uint64_t{0xff} << 8 * byte);
     };

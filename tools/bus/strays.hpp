@@ -27,8 +27,8 @@ class StrayFinder {
   /// Adds a message on any other channel.
   void take_foreign(const io::LogEvent& event);
   struct Stray {
-    std::string text;                     // text that says which message it is, and which byte is damaged
-    std::optional<std::int64_t> session;  // session number that no other message has
+    std::string text;                     // text that names the message and the damaged byte
+    std::optional<std::int64_t> session;  // damaged session number; nullopt if the channel name is damaged
   };
   /// Returns the strays. The time is linear in the number of sessions.
   std::vector<Stray> find() const;
@@ -47,7 +47,8 @@ class StrayFinder {
 
   std::string prefix_;
   std::unordered_map<std::int64_t, Group> own_;  // by session
-  // messages by session and prefix, or by channel name if it has no prefix
+  // by session and prefix, or by session and channel name if the name does not end with the suffix of the
+  // type
   std::unordered_map<std::string, Group> foreign_;
 };
 

@@ -133,7 +133,7 @@ std::string group_name(const Inspection& inspection, int group) {
   const auto num_points = basis.numbering.size();
   auto index = static_cast<std::size_t>(group);
   if (basis.recipe == Recipe::kFormal) return name(index / 3) + " " + "xyz"[index % 3];
-  // tries first the pairs of points whose numbers differ by 1, 2, ..., then groups of three or four
+  // the pairs of points whose numbers differ by 1, 2, ... come first, and then the groups of three or four
   // neighbours
   const std::size_t last_apart = static_cast<std::size_t>(window_size(basis.recipe)) - 1;
   for (std::size_t apart = 1; apart <= last_apart && apart < num_points; ++apart) {

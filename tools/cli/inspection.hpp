@@ -15,7 +15,7 @@ namespace freeflex::tools {
 struct MatrixSummary {
   double least_diagonal = 0.0, largest_diagonal = 0.0;
   double largest_off_diagonal = 0.0;  // largest |entry| off the diagonal
-  double symmetry_error = 0.0;        // [-] largest |a_lu - a_ul| over the largest |entry|
+  double symmetry_error = 0.0;        // [-] largest |a_lu - a_ul| divided by the largest |entry|
 };
 MatrixSummary summary_of(const Eigen::MatrixXd& matrix);
 

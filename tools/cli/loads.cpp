@@ -57,7 +57,7 @@ std::string names_of(const Items& items) {
   return names.empty() ? "none" : listed(names, 12);
 }
 
-/// Reads the forces of the command line. If one is wrong, prints an error and returns false.
+/// Reads the forces of --force. If a force is wrong, prints an error and returns false.
 bool read_forces(const LoadsOptions& options, const Plan& plan, std::vector<PointForce>& forces) {
   for (const std::string& text : options.forces) {
     const auto named = parse_named_numbers(text, 3);
@@ -183,8 +183,8 @@ void print_loads(const Plan& plan, const State& state) {
   std::printf("estimated error: %s\n", error_text(plan, verdict).c_str());
 }
 
-/// Loads the full plan, with every feature, because the load may need features that the scene's loads do not
-/// need. Prints the faults.
+/// Loads the full plan of a scene, because the load may need features that the scene's loads do not need.
+/// Refuses a plan file that omits modes or rotation. Prints the faults.
 std::optional<Plan> load_full_plan_or_explain(const std::string& path) {
   if (io::is_plan_file(path)) {
     std::optional<Plan> plan = load_or_explain(path, 0.0);
@@ -204,7 +204,7 @@ std::optional<Plan> load_full_plan_or_explain(const std::string& path) {
   {
     Progress progress("set-up");
     if (read.scene) structure = build_structure(*read.scene, read.faults, progress.of_setup());
-    // the steady response is linear, so the highest linear rung is used
+    // the steady response is linear, so the highest linear rung replaces a coupled rung and `fidelity: auto`
     const bool is_linear = read.scene && !read.scene->automatic && !traits_of(read.scene->fidelity).couples;
     const Fidelity rung = is_linear ? read.scene->fidelity : Fidelity::kSpinLoaded;
     if (structure) plan = make_full_plan(*read.scene, *structure, rung, read.faults);

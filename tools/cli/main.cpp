@@ -15,8 +15,8 @@
 namespace freeflex::tools {
 namespace {
 
-/// Subcommands of freeflex-study. Only these subcommands need the paper's bases, the reference and the rival
-/// methods, so freeflex is built without those libraries.
+/// Subcommands of freeflex-study. Only these subcommands need the libraries of the paper's bases, the
+/// reference and the rival methods, so freeflex itself is built without these libraries.
 constexpr std::array kStudies{kInspect, kReport, kStability};
 
 void add_commands(CLI::App& app, int& exit_code) {
@@ -39,8 +39,8 @@ void add_commands(CLI::App& app, int& exit_code) {
   add_compare(app, exit_code);
 }
 
-/// Returns the first argument that is not an option, so that `freeflex --help inspect` also reaches inspect,
-/// or an empty text if there is none.
+/// Returns the first argument that is not an option, or an empty text if there is none. Thus `freeflex --help
+/// inspect` also reaches inspect.
 const char* find_command(int argc, char** argv) {
   const auto is_word = [](const char* argument) { return argument[0] != '-'; };
   const auto found = std::find_if(argv + 1, argv + argc, is_word);

@@ -54,12 +54,12 @@ Exit codes: 0 done, 1 the picture was not written, 2 the scene or plan has error
 
 struct Frequency {
   double hertz = 0.0;  // [Hz] frequency of the structure alone
-  DampedMode damped;   // mode including everything that couples the modes
+  DampedMode damped;   // the same mode with everything that couples the modes
   int cluster = 0;     // frequencies that are equal within the accuracy have the same number
 };
 
-/// Returns the relative distance below which frequencies form one cluster, because they are then equal by
-/// symmetry and differ only by rounding errors.
+/// Returns the relative difference up to which two frequencies are in one cluster, because symmetry makes
+/// them equal and they differ only by rounding errors.
 double cluster_width(const Plan& plan) { return std::max(1e-9, 10.0 * plan.frequency_accuracy); }
 
 std::vector<Frequency> frequencies(const Plan& plan, const FreeMotion& motion) {
@@ -98,7 +98,7 @@ Principal principal_axes(const Plan& plan) {
     if (principal.axes(largest, k) < 0.0) principal.axes.col(k) *= -1.0;
   }
   principal.axes.col(2) = principal.axes.col(0).cross(principal.axes.col(1));
-  // converts -0 to 0, so that the screen shows no signed zeros
+  // replaces -0 and rounding errors by 0, so that the screen shows no signed zeros
   principal.axes =
       principal.axes.unaryExpr([](double value) { return std::abs(value) < 1e-15 ? 0.0 : value; });
   return principal;
@@ -143,7 +143,7 @@ std::string damping_coupling_text(const Plan& plan) {
   return coupled + "the modes; the step applies them as forces";
 }
 
-/// Returns the names of the loads, with "load" or "loads".
+/// Returns the names of the loads, after the word "load" or "loads".
 std::string load_names(const Plan& plan, const std::vector<std::size_t>& loads) {
   std::vector<std::string> names;
   names.reserve(loads.size());
@@ -169,7 +169,7 @@ std::string coupling_text(const Plan& plan) {
   return all;
 }
 
-/// [-] Largest error of the step, relative to the damping in a tick, that causes no warning.
+/// [-] Largest splitting error of a tick, relative to the damping in the tick, that causes no warning.
 constexpr double kMostStepError = 0.01;
 
 /// The largest splitting error of a tick, and its mode.

@@ -157,16 +157,17 @@ class Overview {
 
   std::string prefix_;
   std::map<std::string, Channel> channels_;
-  std::int64_t num_unlisted_ = 0;  // messages on channels that exceed kMostChannels
+  std::int64_t num_unlisted_ = 0;  // messages on channels after the first kMostChannels
 };
 
 Clock::duration seconds(double value) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
 }
 
-/// Calls show() after every interval and at the end, with the time since the last call [s]. The time is
-/// nullopt if it is below half an interval and thus too short for a rate. Ends after the duration, after
-/// `count` messages or at Ctrl-C.
+/// Calls show() after every interval, and at the end if half an interval has passed since the last call, or
+/// if there was no call. The argument is the time since the last call [s], or nullopt if half an interval has
+/// not passed, because this time is too short for a rate. Ends after the duration, after `count` messages or
+/// at Ctrl-C.
 void watch(Bus& bus, const MonitorOptions& options, const std::int64_t& num_messages,
            const std::function<void(std::optional<double>)>& show) {
   constexpr double kForever = 1e9;  // [s]

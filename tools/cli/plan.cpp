@@ -97,7 +97,8 @@ Plans load(const PlanOptions& options) {
   return plans;
 }
 
-/// Returns the names of features that cost time only if a scene uses them, and whether this scene uses them.
+/// Returns the names of the features that cost time only in scenes that use them and, for each, whether this
+/// scene uses it.
 std::vector<std::pair<const char*, bool>> scene_uses(const Plan& plan) {
   const auto has_followers = [](const PlanHistory& history) { return !history.followers.empty(); };
   return {{"loads", !plan.histories.empty()},

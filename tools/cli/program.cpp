@@ -18,7 +18,7 @@
 namespace freeflex::tools {
 namespace {
 
-/// Returns the exit code, or 1 if not all of the output was written.
+/// Returns the exit code. If not all of the output was written, prints an error, and returns 1 instead of 0.
 int end_output(int exit_code) {
   errno = 0;
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
@@ -28,7 +28,7 @@ int end_output(int exit_code) {
 
 int run_command_line(int argc, char** argv, AddCommands add_commands) {
   end_when_interrupted(kExitInterrupted);
-  // at the size limit of files, a write then fails instead of ending the process
+  // a write beyond the size limit of files then fails instead of ending the process
   std::signal(SIGXFSZ, SIG_IGN);
   CLI::App app{"freeflex: scenes, plans, runs and recordings of free flexible structures", "freeflex"};
   app.formatter(make_help_formatter());

@@ -80,16 +80,17 @@ std::vector<std::byte> address(Message& message, const PushOptions& options,
                                const std::optional<SealingKey>& key, const std::string& channel,
                                std::int64_t session) {
   constexpr std::int64_t kValidity =
-      10'000'000;  // [us] allows for the transfer to the daemon and a small clock error
+      10'000'000;  // [us] time for the transfer to the daemon, and for a small clock error
   message.utime = wall_clock_us();
   message.session = session;
   message.sender = options.sender;
-  // increases from one call of this program to the next
+  // the sequence must increase from one call of this program to the next, as the time of the clock does
   message.sequence = message.utime;
   return key ? seal(message, channel, *key, message.utime + kValidity) : io::encode(message);
 }
 
-/// Reads the key of --key, whose id becomes the sender. If that fails, prints the errors and returns false.
+/// Reads the key of --key, whose id becomes the sender. If the key cannot be read, prints the errors and
+/// returns false.
 bool read_key(PushOptions& options, std::optional<SealingKey>& key) {
   if (options.key.empty()) return true;
   const service::KeysResult result = service::load_key(options.key);
@@ -128,7 +129,8 @@ int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack, co
                 {"sequence", ack.sequence},
                 {"session", ack.session}});
   } else if (is_accepted) {
-    // a prefix on the bus identifies one daemon, but a socket may belong to any daemon of the user
+    // The scene is named only for a socket, which may belong to any daemon of the user. On the bus, the
+    // prefix identifies one daemon
     const std::string who = options.socket && scene.is_complete()
                                 ? " by the daemon of scene '" + printable(scene.head().name) + "'"
                                 : "";
@@ -182,8 +184,8 @@ int push_over(const Line& line, const PushOptions& options, Exchange& known) {
   if (!is_sent)
     return print_error("the command could not be sent (" + line.description + "); check the network"),
            kExitDiffers;
-  // the command is sent only once, because if the answer is lost, the daemon may have accepted it, and a
-  // second command would act again
+  // the command is sent only once, because the daemon may have accepted the command even if no answer comes,
+  // and a second command would act again
   if (!line.wait(timeout, [&] { return known.answer.has_value(); }) && known.answer_of_other)
     return print_answer(options, *known.answer_of_other, known.scene);
   if (!known.answer)

@@ -91,7 +91,7 @@ int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
                 outcome.difference->recorded.c_str(), outcome.difference->replayed.c_str());
   } else {
     print_error(outcome.error);
-    // the states before the gap were identical
+    // the states that were compared are identical
     if (outcome.num_states > 0)
       std::printf("the states up to tick %" PRId64 " are as recorded, to the bit (%s compared, %s applied)\n",
                   outcome.ticks, counted(outcome.num_states, "state").c_str(),

@@ -122,8 +122,7 @@ int report(const ReportOptions& options) {
   report.machine = this_machine();
   StudyOptions study = options.study;
   study.has_rivals = !options.only_rungs;
-  // is_interrupted() is not called before the first set-up is done, so until then an interrupt ends the
-  // program
+  // an interrupt ends the program until the first call of is_interrupted(), which is after the first set-up
   bool is_interrupted_now = false, failed = false;
   for (std::size_t k = 0; k < scenes.size() && !is_interrupted_now; ++k) {
     study.end = options.ends[options.ends.size() == 1 ? 0 : k];

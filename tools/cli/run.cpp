@@ -104,8 +104,8 @@ class Extremes {
   double spin_ = 0.0;          // [rad/s]
 };
 
-/// [ticks] between two updates of the extremes, because reading every point takes many times as long as a
-/// tick.
+/// [ticks] between two updates of the extremes. An update reads every point, which takes many times as long
+/// as a tick.
 constexpr std::int64_t kLookEvery = 16;
 
 /// Prints a warning if a run was outside the validity of its rung at any tick.
@@ -177,8 +177,8 @@ int open_commands(const RunOptions& options, const Plan& plan, Commands& command
   return kExitOk;
 }
 
-/// Returns the tick at which the run ends. On an error, prints the error and returns nullopt. The run ends
-/// before a tick if the log does not contain all commands of the tick.
+/// Returns the tick at which the run ends. On an error, prints the error and returns nullopt. If a part of
+/// the log cannot be used, the run ends no later than the last tick for which all commands are known.
 std::optional<std::int64_t> last_tick(const RunOptions& options, const Plan& plan, const Commands& commands) {
   std::optional<std::int64_t> last;
   if (options.until) {
@@ -286,7 +286,7 @@ std::string error_line(const Plan& plan, const Verdict& verdict) {
          format_text(" (good up to %g %%, outside above %g %%)", 100.0 * kGoodElastic, 100.0 * kMostElastic);
 }
 
-/// Prints the verdict at the end of a run and its estimated error, and the worst verdict if it differs.
+/// Prints the verdict at the end of a run and its estimated error, and the worst verdict if it is worse.
 void print_verdict(std::FILE* to, const Plan& plan, const Verdict& verdict, const Verdict& worst) {
   std::fprintf(to, "verdict at the end: %s\n", describe(plan, verdict).c_str());
   std::fprintf(to, "estimated error at the end: %s\n", error_line(plan, verdict).c_str());
@@ -368,7 +368,8 @@ int finish(const RunOptions& options, const Plan& plan, const Commands& commands
     return print_error(result.error + (is_piped ? "; the table ends there" : "; nothing was written")),
            result.exit_code;
   if (const std::string error = output.close(is_interrupt); !error.empty()) {
-    // an error of standard output is not printed here, because every command prints it at its end
+    // an error of standard output is not printed here, because every command prints such an error when it
+    // ends
     const std::optional<std::int64_t> kept = output.kept_tick();
     if (!is_piped && !kept) print_error(error);
     if (!kept) return kExitDiffers;

@@ -192,7 +192,8 @@ class CsvOutput : public RunOutput {
   const std::string& working_path() const override { return writer_.working_path(); }
 
  private:
-  // if there is a fallback plan, the columns are those of the fallback plan, and omitted modes are zero
+  // if the plan has a fallback plan, a table has the columns of the fallback plan, and omitted modes are zero
+  // until a command needs them
   static const Plan& widest(const Plan& plan) { return plan.fallback.empty() ? plan : plan.fallback.front(); }
   void append(const double* first, std::size_t size) { values_.insert(values_.end(), first, first + size); }
   void append_point(const State& state, std::int32_t point) {

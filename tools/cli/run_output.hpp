@@ -15,10 +15,10 @@ namespace freeflex::tools {
 class RunOutput {
  public:
   virtual ~RunOutput() = default;
-  /// Writes the messages, or the row, that are due at the state's tick. Writes all of them if is_edge is true
-  /// (at start, end and reset).
+  /// Writes the messages, or the row, that are due at the state's tick. If is_edge is true (at start, end and
+  /// reset), STATE, POINTS and LOADS, or the row, are due at any tick.
   virtual void publish(const State& state, bool is_edge) = 0;
-  /// Writes the verdict on a state if it is due or is_edge is true.
+  /// Writes a STATUS with the verdict on a state to a log, if a STATUS is due or is_edge is true.
   virtual void judge(const State& state, const Judgement& judgement, Budget& budget, bool is_edge) = 0;
   /// Records that a reset took effect at a tick.
   virtual void applied_reset(std::int64_t tick) = 0;
@@ -38,8 +38,8 @@ class RunOutput {
 inline constexpr const char* kOutputs =
     "NAME.csv (a table), NAME.log (an LCM log) or - (a table on standard output)";
 
-/// Returns true if a path is one of kOutputs, with the ending in capitals or not, or is a device or pipe, to
-/// which a log is written.
+/// Returns true if a path is of a kind in kOutputs, with the ending in capitals or not, or is a device or
+/// pipe, to which a log is written.
 bool is_output(const std::string& path);
 /// Returns true if make_run_output writes a table to the path.
 bool is_table(const std::string& path);

@@ -41,8 +41,8 @@ If a recording is damaged, its intact part is shown, and the error describes the
 Exit codes: 0 ended by Ctrl-C, or the file is written, 1 no server, no bus, no daemon or not written, 2 wrong arguments,
 scene or plan, 3 LOG damaged or incomplete.)";
 
-/// Returns the scene or plan file that the daemon publishes. If there is no daemon, prints an error and
-/// returns an empty text.
+/// Returns the path of the scene or plan file that a daemon names on the bus. If no daemon does, prints an
+/// error and returns an empty text.
 std::string file_of_daemon(const BusOptions& options) {
   constexpr std::chrono::milliseconds kPatience{3000};
   std::string file;

@@ -22,8 +22,8 @@ namespace {
 constexpr std::size_t kAlignment = 8;
 constexpr std::size_t kMostNamed = 200'000;  // points
 
-/// Draws the convex hull of a link's points as triangles. If the points lie on a line or are too many, draws
-/// nothing and returns false.
+/// Draws the convex hull of a link's points as triangles. If the points are fewer than four, too many, or on
+/// a line, draws nothing and returns false.
 bool draw_hull(std::uint32_t link, std::span<const int> points, Body& body) {
   constexpr std::size_t kMostOfHull = 24;  // largest number of points, because every triple is tried
   constexpr double kFlat = 1e-9;           // [-] relative to the size
@@ -62,7 +62,7 @@ void draw(std::uint32_t link, const std::string& kind, std::span<const int> poin
     body.triangle_links.push_back(link);
     return;
   }
-  // one line for two points, but for more points lines from the first point to all others
+  // draws lines from the first point to all other points
   for (std::size_t k = 1; k < points.size(); ++k) {
     body.lines.insert(body.lines.end(),
                       {static_cast<std::uint32_t>(points[0]), static_cast<std::uint32_t>(points[k])});
@@ -75,7 +75,8 @@ void draw(std::uint32_t link, const std::string& kind, std::span<const int> poin
 void draw(std::uint32_t link, const MatrixLink& matrix, std::span<const int> points, Body& body) {
   constexpr std::size_t kMostOfOne = 6;
   const Eigen::Index stride = matrix.has_rotations ? 6 : 3, end = stride * std::ssize(points);
-  std::vector<std::map<Eigen::Index, double>> coupling(points.size());  // sums of squares of entries
+  // of each point: sums of the squares of the entries that couple it with another point
+  std::vector<std::map<Eigen::Index, double>> coupling(points.size());
   for (Eigen::Index column = 0; column < std::min(end, matrix.matrix.outerSize()); ++column)
     for (Eigen::SparseMatrix<double>::InnerIterator entry(matrix.matrix, column); entry; ++entry)
       if (entry.row() < end && entry.row() / stride != column / stride)

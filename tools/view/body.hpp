@@ -45,7 +45,7 @@ class Blob {
 struct Body {
   std::uint64_t fingerprint = 0;  // fingerprint of the plan whose motion is shown
   std::string plan_file;
-  Plan plan;          // if it comes from a plan file, only points with stored mode shapes move
+  Plan plan;          // if read from a plan file, only points with stored mode shapes move
   int num_modes = 0;  // number of lowest modes whose shapes are sent
   std::vector<std::uint32_t> lines, line_links;          // pairs of points; the link of each line
   std::vector<std::uint32_t> triangles, triangle_links;  // triangles and their links
@@ -65,8 +65,8 @@ inline constexpr std::size_t kMostShapeBytes = std::size_t{128} << 20;
 /// \param output  file that will be written afterwards; it must not be one of the files that are read
 std::optional<Body> make_body(const std::string& path, const std::string& output = {});
 
-/// Returns true if a daemon has the plan of the body at the daemon's rate [Hz]. If so, sets that rate in the
-/// body.
+/// Returns true if a fingerprint is that of the body's plan, at the body's rate or at `rate` [Hz]. In the
+/// second case, sets `rate` in the body.
 bool take_rate(Body& body, std::uint64_t fingerprint, double rate);
 
 /// Returns the value that determines the colour of a link: the tension [N] or the moment [N m]; for a plate,

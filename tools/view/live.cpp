@@ -46,7 +46,7 @@ Bytes shared(std::vector<std::byte> bytes) {
 }  // namespace
 
 std::size_t coordinate_of_mode(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode) {
-  // if a reduced plan has restored modes, it runs its fallback plan
+  // after a command that needs omitted modes, the state has the coordinates of the fallback plan
   const bool is_wide = !body.plan.fallback.empty() && state.num_elastic == body.plan.fallback[0].num_elastic;
   return is_wide ? static_cast<std::size_t>(body.plan.fallback_modes[mode]) : mode;
 }
@@ -63,7 +63,7 @@ std::vector<std::byte> state_frame(const Body& body, const freeflex_msgs::state_
   append(state.position, 3, bytes);
   append(state.attitude, 4, bytes);
   append(state.angular_velocity, 3, bytes);
-  // uses the number in the plan, not the number that the message claims
+  // uses the number of wheels in the plan, not the number that the message claims
   std::vector<double> wheels = state.wheel_momentum;
   wheels.resize(body.plan.wheels.all.size());
   const auto num_wheels = static_cast<double>(wheels.size());
@@ -210,7 +210,7 @@ void Live::push() {
   force->utime = wall_clock_us();
   force->session = session_;
   force->sender = sender_;
-  // sequences start from the clock, so that they ascend from one program of the sender to the next
+  // sequences start from the clock, so that they also ascend when the sender's next program starts
   sequence_ = std::max(sequence_ + 1, force->utime);
   force->sequence = sequence_;
   Json answer{{"by", pending->by}};

@@ -1,4 +1,4 @@
-// Relays a daemon's messages to browsers, and their pushes to the daemon.
+// Relays a daemon's messages to browsers, and the browsers' pushes to the daemon.
 #pragma once
 
 #include <cstdint>
@@ -24,20 +24,22 @@
 
 namespace freeflex::tools {
 
-/// Returns STATE in the format of the page (page/blob.js): doubles 1, tick, time, position, attitude, angular
-/// velocity, number of wheels, momenta of the wheels; then the lowest elastic coordinates as floats.
+/// Returns STATE in the format of the page (page/blob.js): as doubles 1 (the kind of frame), tick, time,
+/// position, attitude, angular velocity, number of wheels, momenta of the wheels; then, as floats, the
+/// elastic coordinates of the body's modes.
 std::vector<std::byte> state_frame(const Body& body, const freeflex_msgs::state_t& state);
 /// Returns the index, in the coordinates of the state, of a mode of the body. `mode` is counted from 0.
 std::size_t coordinate_of_mode(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode);
-/// Returns the elastic coordinate [m] of a mode of the body, counted from 0.
+/// Returns the elastic coordinate [m] of a mode of the body, or 0 if the state lacks the mode. `mode` is
+/// counted from 0.
 float shown_coordinate(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode);
-/// Collects one tick of LOADS for the page: link_figure of each published link, NaN if no page of the message
+/// Collects one tick of LOADS for the page: link_figure of each published link, NaN if no page of LOADS
 /// contains the link. Stores only these values, whatever number of pages a message claims.
 class LoadFigures {
  public:
   /// \pre the body outlives this object
   explicit LoadFigures(const Body& body);
-  /// Adds a page of `size` bytes. Returns true if all pages of its tick have come.
+  /// Adds a page of LOADS of `size` bytes. Returns true if all pages of its tick have come.
   bool take(const freeflex_msgs::loads_t& page, std::size_t size);
   /// Returns the values in the order of Body::published_links.
   std::span<const float> figures() const { return figures_; }
@@ -50,13 +52,14 @@ class LoadFigures {
   std::vector<float> figures_;
 };
 
-/// Returns one tick of LOADS in the format of the page: doubles 2, tick; then the values as floats.
+/// Returns one tick of LOADS in the format of the page: as doubles 2 (the kind of frame) and tick; then, as
+/// floats, the values.
 std::vector<std::byte> loads_frame(std::int64_t tick, std::span<const float> figures);
 /// Returns STATUS in the format of the page: the fields of the message, and the modes that move
 /// (ModePeaks::largest).
 std::string status_text(const freeflex_msgs::status_t& status, const Json& modes);
 
-/// Relays the messages of one daemon. For one thread, except take_text.
+/// Relays the messages of one daemon. Only one thread may use an object, except for take_text.
 class Live {
  public:
   /// \param key  key for pushes; empty: pushes are not sealed
@@ -65,8 +68,8 @@ class Live {
   void serve(PageServer& server) { server_ = &server; }
 
   /// Takes a text from a page: {"push": {"point": index, "force": [x, y, z]}} [N, world axes], or {"push":
-  /// null}. In addition "by" is the page's name of at most 32 characters, which the answer repeats. Any
-  /// thread may call this function.
+  /// null}. In addition "by" is the name of the page, which is cut to 32 bytes and which the answer repeats.
+  /// Any thread may call this function.
   void take_text(std::string_view text);
   /// Sends the push that came since the last call, if there is one.
   void push();
@@ -86,7 +89,7 @@ class Live {
     std::int64_t sequence;
     Json answer;  // answer for the page that asked: by, point, force
   };
-  std::string sender_;                 // name that only this process uses
+  std::string sender_;                 // id of the key, or without a key a name that only this process uses
   std::deque<Unanswered> unanswered_;  // the latest pushes without an answer
   std::int64_t session_ = 0, sequence_ = 0;
   double rate_ = 0.0;                         // [Hz]
@@ -110,8 +113,8 @@ class Live {
 std::vector<std::byte> recorded_motion(Body& body, const std::string& log, const std::string& prefix,
                                        std::optional<std::int64_t> session, std::string& error,
                                        std::string& damage);
-/// Returns the path of the plan or scene that a recording contains. If there is none, sets `error` to the
-/// reason and returns an empty text.
+/// Returns the path of the plan or scene that a recording names. If there is none, sets `error` to the reason
+/// and returns an empty text.
 std::string recorded_plan(const std::string& log, const std::string& prefix,
                           std::optional<std::int64_t> session, std::string& error);
 

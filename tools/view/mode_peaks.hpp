@@ -10,7 +10,8 @@
 
 namespace freeflex::tools {
 
-/// Keeps the peak energy [J] of each mode of a body: M/2 (qdot^2 + omega^2 q^2).
+/// Keeps the peak of the energy M/2 (qdot^2 + omega^2 q^2) [J] of each mode of a body, where M is the mass of
+/// the body.
 class ModePeaks {
  public:
   /// \pre the body outlives this object

@@ -87,8 +87,8 @@ const RecordedSession* session_of(io::LogReader& log, const std::string& prefix,
   return chosen;
 }
 
-/// Returns the states that are shown. They are at most as many per second as the screen shows, and at most as
-/// many as the page can store.
+/// Returns the states that are shown: at most kMostFrames per second of simulated time, and at most as many
+/// as fit in kMostMotionBytes.
 std::vector<StateRecord> shown_states(const RecordedSession& session, double period, int num_modes) {
   const std::size_t of_one = sizeof(float) * static_cast<std::size_t>(std::max(1, num_modes));
   const double most = static_cast<double>(kMostMotionBytes) / static_cast<double>(of_one);
@@ -106,7 +106,7 @@ std::vector<StateRecord> shown_states(const RecordedSession& session, double per
   return shown;
 }
 
-/// Adds LOADS and STATUS of the session.
+/// Adds LOADS and STATUS of the session to the motion.
 void take_loads_and_status(const Body& body, const std::string& path, const std::string& prefix,
                            std::int64_t session, Motion& motion) {
   io::LogReader log(path);

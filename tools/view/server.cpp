@@ -37,7 +37,7 @@ constexpr std::size_t kMostHeader = 16384;        // [bytes]
 constexpr std::size_t kMostUnauthenticated = 64;  // connections whose header is incomplete or was refused
 constexpr std::size_t kMostDownloads = 32;        // connections that receive the page or its data
 constexpr std::chrono::seconds kWriteTime{10};    // time in which a client must accept a part of an answer
-constexpr std::chrono::seconds kCloseTime{1};     // time in which a client must close after its answer
+constexpr std::chrono::seconds kCloseTime{1};     // time after the answer in which a client must close
 constexpr std::chrono::milliseconds kAcceptPause{
     100};  // pause after a failed accept, for example if there are no free file descriptors
 
@@ -129,7 +129,7 @@ class PageServer::Loop {
   asio::steady_timer pause_{io_};
   ConnectionList unauthenticated_{kMostUnauthenticated}, downloads_{kMostDownloads};
   std::set<std::shared_ptr<Viewer>> viewers_;
-  std::map<std::string, std::string> latest_;  // sent to browsers that connect later
+  std::map<std::string, std::string> latest_;  // newest text of each name, for browsers that connect later
   std::atomic<std::size_t> num_viewers_ = 0;
   std::mutex mutex_;  // guards mail_ and is_posted_
   Mail mail_;         // from other threads
@@ -157,7 +157,7 @@ class PageServer::Loop::Visitor : public std::enable_shared_from_this<Visitor> {
       return refuse(http::status::request_header_fields_too_large, "the header is above 16 KB");
     const bool is_malformed = error.category() == make_error_code(http::error::end_of_stream).category() &&
                               error != http::error::end_of_stream && error != http::error::partial_message;
-    if (error && !is_malformed) return;  // timeout, or the client closed
+    if (error && !is_malformed) return;  // the time ran out, or the client closed the connection
     if (error) return refuse(http::status::bad_request, "this is not an HTTP/1.1 request");
     const PageRequest& request = parser_.get();
     const bool is_socket = boost::beast::websocket::is_upgrade(request);
@@ -193,8 +193,8 @@ class PageServer::Loop::Visitor : public std::enable_shared_from_this<Visitor> {
       self->drain();
     });
   }
-  /// Reads until the client closes. If the server closed first, with unread bytes, the answer would be
-  /// discarded.
+  /// Reads until the client closes the connection. If the server closed the connection while bytes are
+  /// unread, the system would reset the connection, and the client could lose the answer.
   void drain() {
     stream_.async_read_some(asio::buffer(rest_), [self = shared_from_this()](error_code error, std::size_t) {
       if (!error) self->drain();
@@ -325,7 +325,7 @@ void PageServer::Loop::join(boost::beast::tcp_stream stream, const PageRequest& 
   });
 }
 
-/// Adds mail for the server's thread, and wakes it once for all waiting mail.
+/// Adds mail for the server's thread, and wakes the thread once for all waiting mail.
 template <typename Change>
 void PageServer::Loop::post(const Change& change) {
   const std::lock_guard lock(mutex_);

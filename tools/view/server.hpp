@@ -43,8 +43,8 @@ class PageServer {
   /// Kinds of frames. A new frame replaces a frame of the same kind that was not yet sent to a browser.
   enum class Kind : std::uint8_t { kState, kLoads };
   void send(Kind kind, const Bytes& frame);
-  /// Sends a text, which replaces an earlier text of the same name. A browser that connects gets these texts
-  /// first.
+  /// Sends a text, which replaces an earlier text of the same name. A browser that connects first gets the
+  /// latest text of each name.
   void send_latest(const std::string& name, const std::string& text);
   /// Sends a text to every connected browser. For each browser, the last 64 texts that were not yet sent are
   /// kept.

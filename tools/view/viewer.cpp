@@ -11,11 +11,10 @@ namespace websocket = boost::beast::websocket;
 
 constexpr std::size_t kMostWaiting = 64;  // texts that wait for one browser
 constexpr double kTraffic = 150e3;        // [bytes/s] limit of the states sent to one browser
-constexpr std::chrono::microseconds kLeastInterval{16'000};  // pause between states: at most 60 states a
-                                                             // second
-constexpr std::size_t kMostFromPage = 4096;                  // [bytes] limit of a text
+constexpr std::chrono::microseconds kLeastInterval{16'000};  // pause between states: at most 62.5 a second
+constexpr std::size_t kMostFromPage = 4096;                  // [bytes] limit of a text from the page
 constexpr std::chrono::seconds kHandshakeTime{2};            // time limit for opening and for closing
-// silence until a ping is sent, and again until the connection is closed
+// silence until the connection is closed; after half of this time, a ping is sent
 constexpr std::chrono::seconds kIdleTime{10};
 
 }  // namespace
@@ -104,7 +103,7 @@ void Viewer::send() {
                       });
 }
 
-/// Moves the mail that is due to the list of frames.
+/// Appends the mail that may be sent now to the list of frames.
 void Viewer::collect() {
   for (std::string& text : std::exchange(mail_.texts, {})) frames_.push_back({std::move(text), nullptr});
   for (auto& [name, text] : std::exchange(mail_.latest, {})) frames_.push_back({std::move(text), nullptr});
@@ -127,8 +126,8 @@ void Viewer::collect() {
     size += (*waiting)->size();
     frames_.push_back({{}, std::exchange(*waiting, nullptr)});
   }
-  // the pause begins at the time when the frame was due, so the average rate is right at any rate of the
-  // states
+  // the pause begins when the frame was due and not when it was sent, so that delays do not lower the average
+  // rate
   const auto paced =
       std::chrono::microseconds(static_cast<std::int64_t>(1e6 * static_cast<double>(size) / kTraffic));
   next_ = std::max(next_ + std::max(kLeastInterval, paced), now);

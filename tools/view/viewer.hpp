@@ -30,7 +30,7 @@ struct Mail {
   std::deque<std::string> texts;
 
   void add_text(const std::string& text);
-  /// Adds newer mail, which replaces older mail.
+  /// Adds newer mail. A newer frame of a kind, or text of a name, replaces the older one.
   void add(const Mail& newer);
 };
 
@@ -42,8 +42,8 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
 
   explicit Viewer(boost::beast::tcp_stream stream);
 
-  /// Answers the browser's request and begins to send.  \param leave  called once, when the browser has
-  /// closed the connection
+  /// Answers the browser's request and begins to send.  \param leave  called once, when the connection has
+  /// ended
   void start(const PageRequest& request, const Take* take, Leave leave);
   /// Answers the browser's request, sends one text and closes the connection.
   void refuse(const PageRequest& request, std::string text);
@@ -67,7 +67,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   const Take* take_ = nullptr;
   Leave leave_;
   Mail mail_;
-  std::deque<Frame> frames_;  // the first frame is being written
+  std::deque<Frame> frames_;  // the first frame is being written if is_writing_
   Clock::time_point next_;    // earliest time of the next frames
   bool is_ready_ = false, is_writing_ = false, is_paused_ = false;
 };
