@@ -10,7 +10,7 @@
 
 namespace freeflex::service {
 
-/// Returns "found 'TEXT', must be ALLOWED".
+/// Returns "the value is 'TEXT', but must be ALLOWED".
 std::string found(const std::string& text, const std::string& allowed);
 
 /// Returns a validator that accepts a number, written as in scenes, if is_right returns true for it.

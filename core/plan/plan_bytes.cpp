@@ -516,7 +516,8 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
                   std::to_string(length) + " bytes; compile the scene again");
   if (content.size() > length)
     return refuse(std::to_string(content.size() - length) +
-                  " bytes follow the end of the plan; compile the scene again");
+                  (content.size() - length == 1 ? " byte follows" : " bytes follow") +
+                  " the end of the plan; compile the scene again");
   if (XXH3_64bits(content.data(), content.size()) != checksum)
     return refuse("the plan is damaged, because its checksum does not match; compile the scene again");
 
@@ -527,7 +528,8 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
     return refuse("the plan is inconsistent, because " + reader.error() + "; compile the scene again");
   if (reader.num_left() > 0)
     return refuse("the plan is inconsistent, because " + std::to_string(reader.num_left()) +
-                  " bytes belong to no field; compile the scene again");
+                  (reader.num_left() == 1 ? " byte belongs" : " bytes belong") +
+                  " to no field; compile the scene again");
   set_principal(*plan);
   if (const std::string why = find_inconsistency(*plan); !why.empty())
     return refuse("the plan is inconsistent, because " + why + "; compile the scene again");

@@ -37,8 +37,8 @@ struct OtherUnit {
 constexpr OtherUnit kOfModulus[] = {{"GPa", 9}, {"MPa", 6}};
 constexpr OtherUnit kOfDensity[] = {{"g/cm^3", 3}, {"g/mm^3", 6}, {"kg/mm^3", 9}, {"t/mm^3", 12}};
 
-// returns advice like "; in GPa write 70e9" with the first unit in which the value would be plausible for a
-// common material, or an empty string if there is no such unit
+// returns advice like "; if it is in GPa, write 70e9" with the first unit in which the value would be
+// plausible for a common material, or "; check its unit" if there is no such unit
 std::string advise_unit(double value, std::span<const OtherUnit> units, double least, double most) {
   for (const OtherUnit& unit : units) {
     const double in_si = value * std::pow(10.0, unit.exponent);

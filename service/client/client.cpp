@@ -60,7 +60,7 @@ std::string rejection(const ack_t& ack) {
          ": " + ack.text;
 }
 
-/// Throws UnknownName with a text such as "no point 'nose'; there are: a, b and 3 more".
+/// Throws UnknownName with a text such as "there is no point 'nose'; the scene has a, b and 3 more".
 template <class Names>
 [[noreturn]] void refuse_name(const char* kind, std::string_view name, const Names& names) {
   constexpr std::size_t kShown = 20;

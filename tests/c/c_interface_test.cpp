@@ -167,37 +167,39 @@ TEST(CInterface, ARefusedCallIsReportedAndChangesNothing) {
     EXPECT_NE(std::string(freeflex_last_error()).find(text), std::string::npos) << freeflex_last_error();
   };
   freeflex_motion* motion = nullptr;
-  refuses(freeflex_motion_new(c.plan, 64U, &motion), "flags 64");
+  refuses(freeflex_motion_new(c.plan, 64U, &motion), "flags is 64");
   double value = 0.0;
-  refuses(freeflex_plan_frequencies(c.plan, &value, 1), "the array has room for 1 numbers");
-  refuses(freeflex_motion_elastic(c.motion, &value, nullptr, 1, nullptr), "the array has room for 1 numbers");
+  refuses(freeflex_plan_frequencies(c.plan, &value, 1),
+          "the array has room for 1 numbers, but must have room for ");
+  refuses(freeflex_motion_elastic(c.motion, &value, nullptr, 1, nullptr),
+          "the array has room for 1 numbers, but must have room for ");
   freeflex_point point;
-  refuses(freeflex_motion_point(c.motion, 4, &point), "point 4, must be 0 to 3");
-  refuses(freeflex_motion_point(c.motion, -1, &point), "point -1");
+  refuses(freeflex_motion_point(c.motion, 4, &point), "point 4 does not exist; the number must be 0 to 3");
+  refuses(freeflex_motion_point(c.motion, -1, &point), "point -1 does not exist");
   freeflex_pose group;
-  refuses(freeflex_motion_group(c.motion, 0, &group), "group 0: the plan has none");
+  refuses(freeflex_motion_group(c.motion, 0, &group), "group 0 does not exist, because the plan has none");
   freeflex_body body;
   refuses(freeflex_motion_body(c.motion, 0, &body), "has no attitude");
   freeflex_verdict verdict;
   refuses(freeflex_motion_verdict(c.motion, &verdict), "FREEFLEX_WITH_VERDICT");
-  refuses(freeflex_motion_step(c.motion, -1), "-1 ticks");
+  refuses(freeflex_motion_step(c.motion, -1), "the number of ticks is -1");
 
   freeflex_load load{FREEFLEX_POINT, 9, {0.0, 0.0, 1.0}, {}};
   const auto push = [&](int slot, std::size_t count = 1) {
     return freeflex_motion_push(c.motion, slot, FREEFLEX_WORLD, &load, count, 1);
   };
-  refuses(push(0), "point 9, the scene has points 0 to 3");
+  refuses(push(0), "point 9 does not exist; the scene has points 0 to 3");
   load.index = 3;
-  refuses(push(64), "slot 64, must be 0 to 63");
+  refuses(push(64), "slot is 64, but must be 0 to 63");
   load.force[0] = std::nan("");
-  refuses(push(0), "must be finite");
+  refuses(push(0), "which must be finite");
   load = {FREEFLEX_WHEEL, 0, {1.0, 0.0, 0.0}, {}};
   refuses(push(0), "only torque[0]");
   load = {FREEFLEX_LINK, 0, {1.0, 0.0, 0.0}, {}};
-  refuses(push(0), "kind 1 of a load");
+  refuses(push(0), "the kind of a load is 1");
   const std::vector<freeflex_load> many(257, freeflex_load{FREEFLEX_POINT, 3, {0.0, 0.0, 1.0}, {}});
   refuses(freeflex_motion_push(c.motion, 0, FREEFLEX_WORLD, many.data(), many.size(), 1),
-          "more than 256 forces");
+          "one slot has room for at most 256 forces");
   freeflex_motion_step(c.motion, 10);
   freeflex_frame frame;
   freeflex_motion_frame(c.motion, &frame);
@@ -283,7 +285,8 @@ TEST(CInterface, SetsValuesByPathInAFileAndInText) {
   EXPECT_EQ(std::get<double>(from_text(all, nullptr)), 64.0);
   for (const auto& [code, mass, error] : {from_file(bad), from_text(bad, nullptr)}) {
     EXPECT_EQ(code, FREEFLEX_BAD_SCENE);
-    EXPECT_NE(error.find("points.hub.mass = -1: error: point 'hub': mass -1 kg"), std::string::npos) << error;
+    EXPECT_NE(error.find("points.hub.mass = -1: error: point 'hub': mass is -1 kg"), std::string::npos)
+        << error;
   }
   const auto [code, mass, error] = opened([](freeflex_plan** plan) {
     return freeflex_plan_open_text("points: 3", "mine", nullptr, nullptr, 0, nullptr, nullptr, plan);
@@ -377,9 +380,9 @@ TEST(CInterface, APushLongerThanMaxHoldIsRefused) {
   };
   EXPECT_EQ(push(60'000), FREEFLEX_OK) << freeflex_last_error();
   EXPECT_EQ(push(60'001), FREEFLEX_BAD_ARGUMENT);
-  EXPECT_STREQ(
-      freeflex_last_error(),
-      "60001 ticks, must be at most 60000 ('commands: max_hold' of the scene): push again before they end");
+  EXPECT_STREQ(freeflex_last_error(),
+               "the push lasts 60001 ticks, but may last at most 60000 ('commands: max_hold' of the scene); "
+               "push again before it ends");
   EXPECT_EQ(push(0), FREEFLEX_OK) << "0 ticks: the push lasts until another push in the slot replaces it";
 }
 
@@ -390,7 +393,7 @@ TEST(CInterface, TooManyPushesWithoutAStepAreRefused) {
   for (int k = 0; k < 256; ++k) ASSERT_EQ(push(), FREEFLEX_OK) << freeflex_last_error();
   EXPECT_EQ(push(), FREEFLEX_BAD_ARGUMENT);
   EXPECT_STREQ(freeflex_last_error(),
-               "256 pushes wait for the next step, the largest number allowed: step first");
+               "256 pushes wait for the next step, which is the largest number allowed; step first");
   freeflex_motion_step(c.motion, 1);
   EXPECT_EQ(push(), FREEFLEX_OK);
 }

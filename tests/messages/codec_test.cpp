@@ -97,7 +97,7 @@ TEST(Envelope, WithoutKeysAnEnvelopeIsRejectedButItsSenderIsRead) {
   io::ControlCommand other;
   const io::Admission of_force = io::decode_force(force, kSession, make_names(), command);
   EXPECT_EQ(of_force.reason, Reason::kNoKeys);
-  EXPECT_STREQ(of_force.text.data(), "this daemon uses no keys: send the command without an envelope");
+  EXPECT_STREQ(of_force.text.data(), "this daemon uses no keys; send the command without an envelope");
   EXPECT_STREQ(of_force.sender.data(), "pusher-1.a_B");
   EXPECT_EQ(of_force.sequence, 42);
   const io::Admission of_control = io::decode_control(control, kSession, other);
@@ -126,13 +126,14 @@ TEST(Versions, TheRejectionOfACommandOfVersion03StatesItsVersion) {
   ForceCommand command;
   const io::Admission admission = io::decode_force(bytes, kSession, make_names(), command);
   EXPECT_EQ(admission.reason, Reason::kWrongType);
-  EXPECT_STREQ(
-      admission.text.data(),
-      "sent by version 0.3 of the messages, must be of 0.5: generate your code from the daemon's .lcm files");
+  EXPECT_STREQ(admission.text.data(),
+               "the message is of version 0.3 of the messages, but must be of 0.5; generate your code from "
+               "the daemon's .lcm files");
   EXPECT_STREQ(admission.sender.data(), "push");
   EXPECT_EQ(admission.sequence, 0x000660d06f52a970);
   EXPECT_TRUE(io::is_sane(admission));
-  EXPECT_EQ(io::explain_unread(bytes), "sent by version 0.3 of the messages, this is 0.5");
+  EXPECT_EQ(io::explain_unread(bytes),
+            "sent by version 0.3 of the messages, but this program has version 0.5");
   bytes[0] ^= std::byte{1};
   EXPECT_EQ(io::explain_unread(bytes), "damaged, or of a version that is not known here");
 }
@@ -154,7 +155,7 @@ TEST(Versions, AFingerprintOfVersion04IsReportedAsOfVersion04) {
         std::find(current.begin(), current.end(), static_cast<std::int64_t>(fingerprint)) != current.end();
     EXPECT_EQ(io::explain_unread(bytes_of(fingerprint)),
               is_current ? "damaged, or of a version that is not known here"
-                         : "sent by version 0.4 of the messages, this is 0.5")
+                         : "sent by version 0.4 of the messages, but this program has version 0.5")
         << std::hex << fingerprint;
   }
 }
@@ -169,9 +170,9 @@ TEST(Versions, TheRejectionOfAControlOfVersion04StatesItsVersion) {
   io::ControlCommand command;
   const io::Admission admission = io::decode_control(bytes, kSession, command);
   EXPECT_EQ(admission.reason, Reason::kWrongType);
-  EXPECT_STREQ(
-      admission.text.data(),
-      "sent by version 0.4 of the messages, must be of 0.5: generate your code from the daemon's .lcm files");
+  EXPECT_STREQ(admission.text.data(),
+               "the message is of version 0.4 of the messages, but must be of 0.5; generate your code from "
+               "the daemon's .lcm files");
   EXPECT_STREQ(admission.sender.data(), "desk");
   EXPECT_EQ(admission.sequence, 3);
 }

@@ -27,7 +27,7 @@ TEST(LcmUrl, TheMessageOnAnInvalidUrlSaysWhatWasFoundAndWhatIsAllowed) {
       {"udpm:/239.255.76.67:7667", "must be udpm://"},
       {"239.255.76.67:7667", "must be udpm://"},
       // with port 0 liblcm would wait ten seconds for an answer
-      {"udpm://239.255.76.67", "'239.255.76.67' must be ADDRESS:PORT"},
+      {"udpm://239.255.76.67", "has the address '239.255.76.67', which must be ADDRESS:PORT"},
       {"udpm://239.255.76.67:", "1 to 65535"},
       {"udpm://239.255.76.67:0", "1 to 65535"},
       {"udpm://239.255.76.67:65536", "1 to 65535"},
@@ -38,13 +38,13 @@ TEST(LcmUrl, TheMessageOnAnInvalidUrlSaysWhatWasFoundAndWhatIsAllowed) {
       {"udpm://localhost:7667", "224.0.0.0 to 239.255.255.255"},
       {"udpm://[ff02::1]:7667", "224.0.0.0 to 239.255.255.255"},
       // liblcm would use the default of an option that it cannot read
-      {"udpm://239.255.76.67:7667?ttl=abc", "'ttl=abc' must be ttl=0 to 255"},
+      {"udpm://239.255.76.67:7667?ttl=abc", "'ttl=abc', which must be ttl=0 to 255"},
       {"udpm://239.255.76.67:7667?ttl=256", "'ttl=256'"},
-      {"udpm://239.255.76.67:7667?ttl=0&ttl", "'ttl' must be"},
-      {"udpm://239.255.76.67:7667?ttl=0&&ttl=0", "'&' must be"},
+      {"udpm://239.255.76.67:7667?ttl=0&ttl", "'ttl', which must be"},
+      {"udpm://239.255.76.67:7667?ttl=0&&ttl=0", "'&', which must be"},
       {"udpm://239.255.76.67:7667?recv_buf_size=-1", "recv_buf_size=BYTES"},
-      {"udpm://239.255.76.67:7667?tll=0", "'tll=0' must be ttl"},
-      {"udpm://239.255.76.67:7667?ttl=0&" + std::string(300, 'x'), "too long"}};
+      {"udpm://239.255.76.67:7667?tll=0", "'tll=0', which must be ttl"},
+      {"udpm://239.255.76.67:7667?ttl=0&" + std::string(300, 'x'), "is too long"}};
   for (const auto& [url, text] : bad) {
     const std::string fault = check_lcm_url(url);
     EXPECT_NE(fault.find(text), std::string::npos) << url << ": " << fault;

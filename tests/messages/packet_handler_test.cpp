@@ -95,7 +95,7 @@ TEST_F(PacketHandlerTest, ASequenceNumberThatDoesNotIncreaseIsStale) {
   send("a", 10);
   send("a", 10);
   EXPECT_EQ(next_rejection(), Reason::kStaleSequence);
-  EXPECT_EQ(text(), "sequence number 10 of sender a, must be greater than 10");
+  EXPECT_EQ(text(), "sequence number 10 of sender a must be greater than 10, its last one");
   send("a", 9);
   EXPECT_EQ(next_rejection(), Reason::kStaleSequence);
   send("b", 9);
@@ -153,7 +153,7 @@ TEST_F(PacketHandlerTest, TheSixtyFifthSenderIsRefused) {
   EXPECT_EQ(next_rejection(), Reason::kTooManySenders);
   EXPECT_EQ(text(),
             "sender one-more is new, but the daemon knows 64 senders already, and all of them sent within "
-            "the last 60 s");
+            "the last 60 s; send later");
   send("sender-63", 2);
   EXPECT_EQ(next_rejection(), Reason::kAccepted);
 }
@@ -210,7 +210,9 @@ TEST_F(PacketHandlerTest, ClearedSendersKeepTheirSequenceNumbersUntilReplaced) {
 TEST_F(PacketHandlerTest, SendersOnTheBusMayNotUseNamesOfTheOperatorsSocket) {
   send("local.me", 1);
   EXPECT_EQ(next_rejection(), Reason::kBadSender);
-  EXPECT_EQ(text(), "sender local.me: names that begin with local. are reserved for the operator's socket");
+  EXPECT_EQ(text(),
+            "sender local.me is refused, because names that begin with local. are reserved for the "
+            "operator's socket");
   send("locals", 1);
   EXPECT_EQ(next_rejection(), Reason::kAccepted);
 }

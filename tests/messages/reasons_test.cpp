@@ -41,98 +41,104 @@ void set_wrench(force_t& m, const freeflex_msgs::wrench_t& wrench) {
 
 const std::vector<BadForce> kBadForces = {
     {"OtherSession", Reason::kWrongSession,
-     "session 8, must be 7000000001 as in status_t.session of this daemon",
+     "session is 8, but must be 7000000001 as in status_t.session of this daemon",
      [](force_t& m) { m.session = 8; }},
-    {"NoSender", Reason::kBadSender, "sender \"\" of 0 characters, must be 1 to 31 of A-Z a-z 0-9 _ . -",
+    {"NoSender", Reason::kBadSender, "sender \"\" has 0 characters, but must be 1 to 31 of A-Z a-z 0-9 _ . -",
      [](force_t& m) { m.sender.clear(); }},
-    {"SenderOf32", Reason::kBadSender, "of 32 characters, must be 1 to 31",
+    {"SenderOf32", Reason::kBadSender, "has 32 characters, but must be 1 to 31",
      [](force_t& m) { m.sender.assign(32, 'a'); }},
-    {"SenderWithEscape", Reason::kBadSender, "sender \"a?[31mb\" of 7 characters",
+    {"SenderWithEscape", Reason::kBadSender, "sender \"a?[31mb\" has 7 characters",
      [](force_t& m) { m.sender = "a\033[31mb"; }},
-    {"SlotBelow", Reason::kBadSlot, "slot -1, must be 0 to 63", [](force_t& m) { m.slot = -1; }},
-    {"SlotAbove", Reason::kBadSlot, "slot 64, must be 0 to 63", [](force_t& m) { m.slot = 64; }},
-    {"Axes", Reason::kBadAxes, "axes 2, must be 0 (world) or 1 (body)", [](force_t& m) { m.axes = 2; }},
-    {"StartBelow", Reason::kBadTiming, "start_tick -2, must be -1 (at once) or a tick",
+    {"SlotBelow", Reason::kBadSlot, "slot is -1, but must be 0 to 63", [](force_t& m) { m.slot = -1; }},
+    {"SlotAbove", Reason::kBadSlot, "slot is 64, but must be 0 to 63", [](force_t& m) { m.slot = 64; }},
+    {"Axes", Reason::kBadAxes, "axes is 2, but must be 0 (world) or 1 (body)",
+     [](force_t& m) { m.axes = 2; }},
+    {"StartBelow", Reason::kBadTiming, "start_tick is -2, but must be -1 (at once) or a tick",
      [](force_t& m) { m.start_tick = -2; }},
-    {"LatePolicy", Reason::kBadTiming, "late_policy 2, must be 0 (reject) or 1 (apply at the next tick)",
+    {"LatePolicy", Reason::kBadTiming,
+     "late_policy is 2, but must be 0 (reject) or 1 (apply at the next tick)",
      [](force_t& m) { m.late_policy = 2; }},
-    {"NoEnd", Reason::kBadTiming, "duration_ticks 0 and lease_ticks 0: one must be 0 and the other 1 to",
+    {"NoEnd", Reason::kBadTiming,
+     "duration_ticks is 0 and lease_ticks is 0, but one must be 0 and the other 1 to",
      [](force_t& m) { m.duration_ticks = 0; }},
-    {"TwoEnds", Reason::kBadTiming,
-     "duration_ticks 77 and lease_ticks 1:", [](force_t& m) { m.lease_ticks = 1; }},
-    {"NegativeDuration", Reason::kBadTiming, "duration_ticks -1 and",
+    {"TwoEnds", Reason::kBadTiming, "duration_ticks is 77 and lease_ticks is 1,",
+     [](force_t& m) { m.lease_ticks = 1; }},
+    {"NegativeDuration", Reason::kBadTiming, "duration_ticks is -1 and",
      [](force_t& m) { m.duration_ticks = -1; }},
     {"EndlessDuration", Reason::kBadTiming, "the other 1 to 1000000000000000",
      [](force_t& m) { m.duration_ticks = std::numeric_limits<std::int64_t>::max(); }},
-    {"TooManyForces", Reason::kTooManyPoints, "257 forces, must be at most 256",
+    {"TooManyForces", Reason::kTooManyPoints, "the message has 257 forces, but at most 256 are allowed",
      [](force_t& m) { set_forces(m, std::vector<freeflex_msgs::point_force_t>(257)); }},
-    {"TooManyWrenches", Reason::kTooManyPoints, "17 wrenches, must be at most 16",
+    {"TooManyWrenches", Reason::kTooManyPoints, "the message has 17 wrenches, but at most 16 are allowed",
      [](force_t& m) { m.wrenches.resize(17), m.num_wrenches = 17; }},
-    {"TooManyTorques", Reason::kTooManyPoints, "17 torques, must be at most 16",
+    {"TooManyTorques", Reason::kTooManyPoints, "the message has 17 torques, but at most 16 are allowed",
      [](force_t& m) { m.torques.resize(17), m.num_torques = 17; }},
-    {"TooManyWheels", Reason::kTooManyPoints, "17 wheels, must be at most 16",
+    {"TooManyWheels", Reason::kTooManyPoints, "the message has 17 wheels, but at most 16 are allowed",
      [](force_t& m) { m.wheels.resize(17), m.num_wheels = 17; }},
     {"PointTorque", Reason::kPointTorque,
-     "torques[0]: point 17 has no inertia and takes no torque: use a wrench on a group",
+     "torques[0]: point 17 has no inertia and takes no torque; use a wrench on a group",
      [](force_t& m) {
        m.torques = {{17, {0.0, 0.0, 1.0}}, {0, {}}};
        m.num_torques = 2;
      }},
-    {"PointBelow", Reason::kUnknownPoint, "forces[1]: point -1, the scene has points 0 to 299",
+    {"PointBelow", Reason::kUnknownPoint, "forces[1]: point -1 does not exist; the scene has points 0 to 299",
      [](force_t& m) { m.forces[1].point = -1; }},
-    {"PointAbove", Reason::kUnknownPoint, "forces[2]: point 300, the scene has points 0 to 299",
+    {"PointAbove", Reason::kUnknownPoint,
+     "forces[2]: point 300 does not exist; the scene has points 0 to 299",
      [](force_t& m) { m.forces[2].point = 300; }},
     {"NotPushable", Reason::kNotPushable, "forces[0]: point 299 may not be pushed",
      [](force_t& m) { m.forces[0].point = 299; }},
     {"GroupWithoutRows", Reason::kNotPushable, "wrenches[0]: group 3 may not be pushed",
      [](force_t& m) { m.wrenches[0].group = 3; }},
-    {"GroupBelow", Reason::kUnknownGroup, "wrenches[0]: group -1, the scene has 4 groups, numbered from 0",
+    {"GroupBelow", Reason::kUnknownGroup,
+     "wrenches[0]: group -1 does not exist; the scene has 4 groups, numbered from 0",
      [](force_t& m) { m.wrenches[0].group = -1; }},
-    {"GroupAbove", Reason::kUnknownGroup, "wrenches[1]: group 4, the scene has 4",
+    {"GroupAbove", Reason::kUnknownGroup, "wrenches[1]: group 4 does not exist; the scene has 4",
      [](force_t& m) { m.wrenches[1].group = 4; }},
-    {"PointTwice", Reason::kDuplicatePoint, "forces[2]: point 0 is listed twice",
+    {"PointTwice", Reason::kDuplicatePoint, "forces[2]: point 0 is listed twice, but must be listed once",
      [](force_t& m) { m.forces[2].point = 0; }},
-    {"GroupTwice", Reason::kDuplicatePoint, "wrenches[1]: group 0 is listed twice",
+    {"GroupTwice", Reason::kDuplicatePoint, "wrenches[1]: group 0 is listed twice, but must be listed once",
      [](force_t& m) { m.wrenches[1].group = 0; }},
-    {"ForceNaN", Reason::kNotFinite, "forces[1]: point 298: force (0, nan, 4.94066e-324) N, must be finite",
+    {"ForceNaN", Reason::kNotFinite,
+     "forces[1]: point 298 has the force (0, nan, 4.94066e-324) N, which must be finite",
      [](force_t& m) { m.forces[1].force[1] = kNaN; }},
-    {"ForceInfinite", Reason::kNotFinite, "must be finite",
+    {"ForceInfinite", Reason::kNotFinite, "which must be finite",
      [](force_t& m) { m.forces[0].force[2] = -kInfinity; }},
-    {"WrenchForceNaN", Reason::kNotFinite, "wrenches[0]: group 0: force (nan, 2, 3) N, torque",
+    {"WrenchForceNaN", Reason::kNotFinite, "wrenches[0]: group 0: force (nan, 2, 3) N and torque",
      [](force_t& m) { m.wrenches[0].force[0] = kNaN; }},
     {"TorqueInfinite", Reason::kNotFinite, "wrenches[1]: group 1: force",
      [](force_t& m) { m.wrenches[1].torque[2] = kInfinity; }},
     {"ForceOverLimit", Reason::kOverLimit,
-     "forces[0]: point 0: |force| 100.0006 N, the scene allows at most 100 N",
+     "forces[0]: point 0 has |force| 100.0006 N, but the scene allows at most 100 N",
      [](force_t& m) {
        set_forces(m, {{0, {60.001, 80.0, 0.0}}});
      }},
     {"ForceOverLimitByLittle", Reason::kOverLimit,
-     "forces[0]: point 0: |force| 100.00000000093132 N, the scene allows at most 100 N",
+     "forces[0]: point 0 has |force| 100.00000000093132 N, but the scene allows at most 100 N",
      [](force_t& m) {
        set_forces(m, {{0, {100.0 + 0x1p-30, 0.0, 0.0}}});
      }},
-    {"ForceThatWouldOverflow", Reason::kOverLimit, "the scene allows at most 100 N",
+    {"ForceThatWouldOverflow", Reason::kOverLimit, "but the scene allows at most 100 N",
      [](force_t& m) {
        set_forces(m, {{0, {1e300, 1e300, 0.0}}});
      }},
-    {"WrenchForceOverLimit", Reason::kOverLimit, "wrenches[0]: group 0: |force| 101 N",
+    {"WrenchForceOverLimit", Reason::kOverLimit, "wrenches[0]: group 0 has |force| 101 N",
      [](force_t& m) {
        m.wrenches[0].force[2] = 101.0;
        m.wrenches[0].force[0] = m.wrenches[0].force[1] = 0.0;
      }},
     {"TorqueOverLimit", Reason::kOverLimit,
-     "wrenches[0]: group 0: |torque| 50.1 N m, the scene allows at most 50 N m",
+     "wrenches[0]: group 0 has |torque| 50.1 N m, but the scene allows at most 50 N m",
      [](force_t& m) {
        set_wrench(m, {0, {0.0, 0.0, 0.0}, {0.0, 50.1, 0.0}});
      }},
     {"TorqueAboutTheLine", Reason::kUnreachableTorque,
-     "wrenches[0]: group 1 cannot take the torque (1e-06, 1, 0) N m: its points lie on a line",
+     "wrenches[0]: group 1 cannot take the torque (1e-06, 1, 0) N m; its points lie on a line",
      [](force_t& m) {
        set_wrench(m, {1, {0.0, 0.0, 0.0}, {1e-6, 1.0, 0.0}});
      }},
     {"TorqueOnOnePoint", Reason::kUnreachableTorque,
-     "wrenches[0]: group 2 cannot take the torque (0, 0, 0.1) N m: it is a single point",
+     "wrenches[0]: group 2 cannot take the torque (0, 0, 0.1) N m; it is a single point",
      [](force_t& m) {
        set_wrench(m, {2, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.1}}), m.axes = 0;
      }},
@@ -238,15 +244,14 @@ TEST(Force, AForceFromTheBusMayNotLastLongerThanMaxHold) {
   EXPECT_EQ(admission(0, 30'000).reason, Reason::kAccepted);
   const io::Admission lease = admission(0, 30'001);
   EXPECT_EQ(lease.reason, Reason::kHeldTooLong);
-  EXPECT_STREQ(
-      lease.text.data(),
-      "lease_ticks 30001, from the bus at most 30000 (60 s, 'commands: max_hold' of the scene): renew it "
-      "more often");
+  EXPECT_STREQ(lease.text.data(),
+               "lease_ticks is 30001, but may be at most 30000 from the bus (60 s, 'commands: max_hold' of "
+               "the scene); renew it more often");
   const io::Admission duration = admission(io::kMaxDurationTicks, 0);
   EXPECT_EQ(duration.reason, Reason::kHeldTooLong);
   EXPECT_STREQ(duration.text.data(),
-               "duration_ticks 1000000000000000, from the bus at most 30000 (60 s, 'commands: max_hold' of "
-               "the scene): send it again before it ends");
+               "duration_ticks is 1000000000000000, but may be at most 30000 from the bus (60 s, 'commands: "
+               "max_hold' of the scene); send it again before it ends");
   names.max_hold_ticks = 0;
   EXPECT_EQ(admission(io::kMaxDurationTicks, 0).reason, Reason::kAccepted)
       << "the limit does not apply to the operator";
@@ -366,7 +371,7 @@ TEST(Reasons, ARejectionStatesTheOmittedFeatureThatTheCommandNeeds) {
   names.scope.lacks_out_of_plane = true;
   const io::Admission leaving = admission({{0, {3.0, 0.0, 1.0}}, {1, {0.0, 0.0, 1.0}}});
   EXPECT_EQ(leaving.reason, Reason::kLeftOut);
-  EXPECT_NE(std::string(leaving.text.data()).find("not in the plane (normal 0, 0, 1 in body axes)"),
+  EXPECT_NE(std::string(leaving.text.data()).find("a load leaves the plane (normal 0, 0, 1 in body axes)"),
             std::string::npos)
       << leaving.text.data();
   EXPECT_STREQ(io::reason_name(Reason::kLeftOut), "left_out");

@@ -224,7 +224,7 @@ TEST(Budget, AutoRefusesTooManyTicksAndScenesWithoutAReferenceSolution) {
   scene.links[3].kind = Spring{1e15};
   faults = faults_of(scene);
   ASSERT_FALSE(faults.empty());
-  EXPECT_EQ(faults.back().message.find("fidelity: auto: the reference equations, fidelity exact-bars"), 0U)
+  EXPECT_EQ(faults.back().message.find("fidelity: auto: the reference equations (fidelity exact-bars"), 0U)
       << faults.back().message;
 }
 
@@ -267,8 +267,8 @@ TEST(Budget, LoadsThatBeginAfterTheHorizonAreReported) {
   std::vector<Fault> faults = faults_of(scene);
   ASSERT_FALSE(faults.empty());
   EXPECT_EQ(faults[0].message,
-            "load 'push' begins at 1 s, after the horizon of 1 s; leave_out: tolerance "
-            "therefore ignores this load; set a longer horizon");
+            "load 'push' begins at 1 s, after the horizon of 1 s, so leave_out: tolerance ignores this load; "
+            "set a longer horizon");
   scene.leave_out = {};
   scene.loads[0].history = TableHistory{{0.0, 0.7, 0.8}, {0.0, 0.0, 1.0}};
   scene.automatic = AutomaticRung{1.0, {}, {}, 0.6, {}};
@@ -286,7 +286,7 @@ TEST(Budget, AutoReportsARateThatItDidNotTry) {
   const Plan plan = reduced_plan_of(scene);
   EXPECT_EQ(find_untried_rate(plan, 1000.0), "");
   EXPECT_EQ(find_untried_rate(plan, 50.0),
-            "fidelity: auto chose rigid at 1000 Hz, but at 50 Hz the tolerance was not checked: set this "
+            "fidelity: auto chose rigid at 1000 Hz, but at 50 Hz the tolerance was not checked; set this "
             "rate in the scene");
   scene.automatic.reset();
   EXPECT_EQ(find_untried_rate(reduced_plan_of(scene), 50.0), "");

@@ -219,7 +219,7 @@ TEST(CoupledBodies, TheBudgetRestartsFromTheRotationsOfTheBodies) {
   Faults faults;
   const auto plan = make_plan(scene, build(scene), faults);
   ASSERT_TRUE(plan.has_value());
-  EXPECT_NE(faults.back().message.find("the best rung for bodies and massless points is coupled"),
+  EXPECT_NE(faults.back().message.find("the best rung that supports bodies and massless points is coupled"),
             std::string::npos);
   State state = make_state(*plan);
   state.q[0] = state.q_dot[1] = 0.05;

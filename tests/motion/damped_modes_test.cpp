@@ -459,7 +459,8 @@ TEST(DampedModes, ModesAreUnknownIfFollowerForcesStrainExactBars) {
   publish_everything(scene);
   const FreeMotion motion = free_motion(plan_of(scene));
   for (const DampedMode& mode : motion.modes) EXPECT_FALSE(mode.is_known);
-  EXPECT_EQ(motion.unknown, "load 'thrust' follows, and it strains bars at their true geometry");
+  EXPECT_EQ(motion.unknown,
+            "load 'thrust' follows the structure, and it strains bars at their true geometry");
 }
 
 // The scene has masses in a row on springs, and some springs are viscous. Two real eigenvalues may have most

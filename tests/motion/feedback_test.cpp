@@ -272,8 +272,8 @@ TEST(Feedback, FeedbackUnstableUnderSplittingIsRefusedWithASufficientRate) {
   const double stiff = 10.0 * scene.points[2].mass * scene.rate * scene.rate;
   add_feedback(scene, 2, 2, -stiff * Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero());
   const Faults faults = faults_on_its_rung(scene);
-  ASSERT_TRUE(has_words(faults, Fault::Severity::kError, "feedback 'f0': displacement gain of "));
-  ASSERT_TRUE(has_words(faults, Fault::Severity::kError, "gain h^2 / m is 10;"));
+  ASSERT_TRUE(has_words(faults, Fault::Severity::kError, "feedback 'f0' has a displacement gain of "));
+  ASSERT_TRUE(has_words(faults, Fault::Severity::kError, "gain tick^2 / mass is 10."));
   const std::string& message = faults.back().message;
   const std::size_t position = message.find("raise the rate to ");
   ASSERT_NE(position, std::string::npos) << message;

@@ -299,7 +299,7 @@ TEST(Push, ALoadOnAMasslessPointGivesAWarning) {
     Faults faults;
     EXPECT_TRUE(make_plan(scene, build(scene), faults).has_value());
     return std::any_of(faults.begin(), faults.end(), [](const Fault& fault) {
-      return fault.message.find("has no mass: if a load acts there, the deformation that it causes") !=
+      return fault.message.find("has no mass. If a load acts there, the deformation that it causes") !=
              std::string::npos;
     });
   };

@@ -335,7 +335,7 @@ TEST(Automatic, AutoChoosesNoRungWhoseVerdictIsOutside) {
   const auto structure = build_structure(scene, faults);
   EXPECT_FALSE(make_plan(scene, *structure, faults));
   ASSERT_TRUE(has_error(faults));
-  EXPECT_NE(faults.back().message.find("outside: model"), std::string::npos) << faults.back().message;
+  EXPECT_NE(faults.back().message.find("verdict outside, model"), std::string::npos) << faults.back().message;
 }
 
 // How a matrix carries its forces is unknown, so the verdict is not better than `watch`. The cheapest rung
@@ -348,8 +348,9 @@ TEST(Automatic, AutoWarnsIfItChoosesARungWhoseVerdictIsWatch) {
   const auto structure = build_structure(scene, faults);
   EXPECT_TRUE(make_plan(scene, *structure, faults));
   ASSERT_FALSE(faults.empty());
-  EXPECT_NE(faults.back().message.find("its verdict is watch: not modelled: the forces inside matrix"),
-            std::string::npos)
+  EXPECT_NE(
+      faults.back().message.find("whose verdict is watch (model: this rung omits the forces inside matrix"),
+      std::string::npos)
       << faults.back().message;
 }
 

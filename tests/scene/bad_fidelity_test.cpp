@@ -16,13 +16,11 @@ INSTANTIATE_TEST_SUITE_P(
     BadScene, FidelityKey,
     ::testing::Values(
         bad_line("UnknownRung", "fidelity: best",
-                 {"scene.yaml:5:11: error: scene: fidelity is the text 'best', must be rigid, separated, "
-                  "spin-loaded, "
-                  "coupled, exact-bars, full or auto"}),
-        bad_line(
-            "NearlyARung", "fidelity: exact_bars",
-            {"scene.yaml:5:11: error: scene: fidelity is the text 'exact_bars', must be rigid, separated, "
-             "spin-loaded, coupled, exact-bars, full or auto (did you mean 'exact-bars'?)"}),
+                 {"scene.yaml:5:11: error: scene: fidelity is the text 'best', but must be rigid, separated, "
+                  "spin-loaded, coupled, exact-bars, full or auto"}),
+        bad_line("NearlyARung", "fidelity: exact_bars",
+                 {"scene.yaml:5:11: error: scene: fidelity is the text 'exact_bars', but must be rigid, "
+                  "separated, spin-loaded, coupled, exact-bars, full or auto (did you mean 'exact-bars'?)"}),
         bad_line(
             "AutoWithoutTolerance", "fidelity: auto",
             {"scene.yaml:5:11: error: scene: fidelity is auto without a tolerance; add tolerance: "
@@ -34,25 +32,24 @@ INSTANTIATE_TEST_SUITE_P(
                   "scene.yaml:5:35: error: tolerance: horizon has no effect without fidelity: auto; set "
                   "that, or remove this key"}),
         bad_line("ToleranceOfDisplacementOutOfRange", "tolerance: {displacement: 0}",
-                 {"scene.yaml:5:27: error: tolerance: displacement 0 m, must be > 0"}),
+                 {"scene.yaml:5:27: error: tolerance: displacement is 0 m, but must be > 0"}),
         bad_line("ToleranceOutOfRange", "fidelity: auto\ntolerance: {position: -1, horizon: 0}",
-                 {"scene.yaml:6:23: error: tolerance: position -1 m, must be > 0",
-                  "scene.yaml:6:36: error: tolerance: horizon 0 s, must be > 0"}),
+                 {"scene.yaml:6:23: error: tolerance: position is -1 m, but must be > 0",
+                  "scene.yaml:6:36: error: tolerance: horizon is 0 s, but must be > 0"}),
         bad_line("ToleranceWithoutQuantity", "fidelity: auto\ntolerance: {horizon: 2}",
                  {"scene.yaml:6:12: error: " + kNone}),
         bad_line("ToleranceWithoutHorizon", "fidelity: auto\ntolerance: {elastic: 0.01}",
-                 {"scene.yaml:6:12: error: tolerance: horizon is missing, must be a number > 0 [s]"}),
-        bad_line(
-            "ToleranceOfAnUnknownQuantity", "fidelity: auto\ntolerance: {positon: 1, horizon: 2}",
-            {"scene.yaml:6:13: error: tolerance: unknown key 'positon' (did you mean 'position'?); allowed: "
-             "displacement, position, attitude, elastic, horizon"}),
+                 {"scene.yaml:6:12: error: tolerance: horizon is missing; it must be a number > 0 [s]"}),
+        bad_line("ToleranceOfAnUnknownQuantity", "fidelity: auto\ntolerance: {positon: 1, horizon: 2}",
+                 {"scene.yaml:6:13: error: tolerance: the key 'positon' is unknown (did you mean "
+                  "'position'?); allowed are displacement, position, attitude, elastic, horizon"}),
         bad_line("BudgetIsANumber", "error_budget: 3",
-                 {"scene.yaml:5:15: error: error_budget is the text '3', must be a mapping of horizon: write "
-                  "error_budget: {horizon: 3}"}),
+                 {"scene.yaml:5:15: error: error_budget is the text '3', but must be a mapping of horizon: "
+                  "write error_budget: {horizon: 3}"}),
         bad_line("BudgetWithoutHorizon", "error_budget: {}",
-                 {"scene.yaml:5:15: error: error_budget: horizon is missing, must be a number > 0 [s]"}),
+                 {"scene.yaml:5:15: error: error_budget: horizon is missing; it must be a number > 0 [s]"}),
         bad_line("BudgetWithNegativeHorizon", "error_budget: {horizon: -3}",
-                 {"scene.yaml:5:25: error: error_budget: horizon -3 s, must be > 0"})),
+                 {"scene.yaml:5:25: error: error_budget: horizon is -3 s, but must be > 0"})),
     bad_scene_name);
 
 }  // namespace

@@ -15,30 +15,27 @@ const std::string kParts =
 INSTANTIATE_TEST_SUITE_P(
     BadScene, LeaveOutKey,
     ::testing::Values(
-        bad_line(
-            "IsANumber", "leave_out: 1e-3",
-            {"scene.yaml:5:12: error: leave_out is the text '1e-3', must be a mapping of tolerance, horizon, "
-             "on_need, keep: write leave_out: {tolerance: 1e-3}"}),
+        bad_line("IsANumber", "leave_out: 1e-3",
+                 {"scene.yaml:5:12: error: leave_out is the text '1e-3', but must be a mapping of tolerance, "
+                  "horizon, on_need, keep: write leave_out: {tolerance: 1e-3}"}),
         bad_line("Unknown", "leave_out: {tolerence: 1e-3}",
-                 {"scene.yaml:5:13: error: leave_out: unknown key 'tolerence' (did you mean 'tolerance'?); "
-                  "allowed: "
-                  "tolerance, horizon, on_need, keep"}),
+                 {"scene.yaml:5:13: error: leave_out: the key 'tolerence' is unknown (did you mean "
+                  "'tolerance'?); allowed are tolerance, horizon, on_need, keep"}),
         bad_line("OutOfRange", "leave_out: {tolerance: -1, horizon: 0}",
-                 {"scene.yaml:5:24: error: leave_out: tolerance -1, must be >= 0",
-                  "scene.yaml:5:37: error: leave_out: horizon 0 s, must be > 0"}),
+                 {"scene.yaml:5:24: error: leave_out: tolerance is -1, but must be >= 0",
+                  "scene.yaml:5:37: error: leave_out: horizon is 0 s, but must be > 0"}),
         bad_line("ToleranceOfOne", "leave_out: {tolerance: 1}",
-                 {"scene.yaml:5:24: error: leave_out: tolerance is 1, must be a fraction below 1"}),
+                 {"scene.yaml:5:24: error: leave_out: tolerance is 1, but must be a fraction below 1"}),
         bad_line("UnknownWord", "leave_out: {on_need: replann}",
-                 {"scene.yaml:5:22: error: leave_out: on_need is the text 'replann', must be keep, refuse or "
-                  "replan "
-                  "(did you mean 'replan'?)"}),
+                 {"scene.yaml:5:22: error: leave_out: on_need is the text 'replann', but must be keep, "
+                  "refuse or replan (did you mean 'replan'?)"}),
         bad_line("UnknownFeature", "leave_out: {keep: [rotation, plane]}",
-                 {"scene.yaml:5:30: error: leave_out: keep is the text 'plane', must be " + kParts}),
+                 {"scene.yaml:5:30: error: leave_out: keep is the text 'plane', but must be " + kParts}),
         bad_line("MisspeltAll", "leave_out: {keep: alll}",
-                 {"scene.yaml:5:19: error: leave_out: keep is the text 'alll', must be " + kParts +
+                 {"scene.yaml:5:19: error: leave_out: keep is the text 'alll', but must be " + kParts +
                   " (did you mean 'all'?)"}),
         bad_line("FeatureTwice", "leave_out: {keep: [rotation, rotation]}",
-                 {"scene.yaml:5:30: error: leave_out: keep names rotation twice"})),
+                 {"scene.yaml:5:30: error: leave_out: keep names rotation twice; name it once"})),
     bad_scene_name);
 
 }  // namespace

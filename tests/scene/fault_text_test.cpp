@@ -16,9 +16,8 @@ TEST(FaultText, TheCaretStandsBelowTheColumnOfTheFault) {
   const io::SceneResult result = io::read_scene("scene.yaml");
   ASSERT_EQ(result.faults.size(), 1u);
   EXPECT_EQ(io::format_fault(result.faults[0], result.sources),
-            "scene.yaml:2:21: error: point 'a': mass -1 kg, must be >= 0\n"
-            "      - {name: a, mass: -1, at: [0, 0, 0]}  # \xc3\xa9\n"
-            "                        ^");
+            "scene.yaml:2:21: error: point 'a': mass is -1 kg, but must be >= 0\n      - {name: a, mass: -1, "
+            "at: [0, 0, 0]}  # \xc3\xa9\n                        ^");
 }
 
 TEST(FaultText, TheColumnOfTheCaretCountsCharactersNotBytes) {
@@ -27,9 +26,8 @@ TEST(FaultText, TheColumnOfTheCaretCountsCharactersNotBytes) {
   const io::SceneResult result = io::read_scene("scene.yaml");
   ASSERT_EQ(result.faults.size(), 2u);
   EXPECT_EQ(io::format_fault(result.faults[1], result.sources),
-            "scene.yaml:1:26: error: point 1: mass -1 kg, must be >= 0\n"
-            "    {\"\xc3\xa9\xc3\xa9\": 1, points: {mass: -1, at: [0, 0, 0]}}\n"
-            "                             ^");
+            "scene.yaml:1:26: error: point 1: mass is -1 kg, but must be >= 0\n    {\"\xc3\xa9\xc3\xa9\": 1, "
+            "points: {mass: -1, at: [0, 0, 0]}}\n                             ^");
 }
 
 TEST(FaultText, LongLinesAreCutAroundTheCaret) {
@@ -82,13 +80,13 @@ initial: {modes: {99: {q: 1}}}
   EXPECT_FALSE(result.scene);
   ASSERT_EQ(found.size(), 4u);
   EXPECT_EQ(found[0].rfind("scene.yaml:1:7: error: scene: rate", 0), 0u) << found[0];
+  EXPECT_EQ(found[1],
+            "scene.yaml:7:5: error: link 1 joins 'a', 'b', which are in one place, but a link needs a length "
+            "> 0; move a point or remove the link");
+  EXPECT_NE(found[2].find("the key 'stifness' is unknown"), std::string::npos) << found[2];
   EXPECT_EQ(
-      found[1],
-      "scene.yaml:7:5: error: link 1 joins 'a', 'b', which are in one place; a link needs a length > 0: "
-      "move a point or remove the link");
-  EXPECT_NE(found[2].find("unknown key 'stifness'"), std::string::npos) << found[2];
-  EXPECT_EQ(found[3],
-            "scene.yaml:9:10: error: initial state names elastic mode 99, there are 4, numbered from 1");
+      found[3],
+      "scene.yaml:9:10: error: initial state names elastic mode 99, but there are only 4, numbered from 1");
 }
 
 // the rigid links have the numbers 4 and 5 among all links, but are the second and the third item of the list
@@ -108,10 +106,10 @@ links:
   std::string found;
   for (const Fault& fault : result.faults) found += io::format_fault(fault, result.sources, false) + "\n";
   const bool is_second = found.find(
-                             "scene.yaml:7:5: warning: rigid link 2 is redundant: a freedom that it "
+                             "scene.yaml:7:5: warning: rigid link 2 is redundant, because a freedom that it "
                              "removes is removed by 3 already") != std::string::npos;
   const bool is_third = found.find(
-                            "scene.yaml:8:5: warning: rigid link 3 is redundant: a freedom that it "
+                            "scene.yaml:8:5: warning: rigid link 3 is redundant, because a freedom that it "
                             "removes is removed by 2 already") != std::string::npos;
   EXPECT_TRUE(is_second != is_third) << found;
   EXPECT_EQ(result.plan->links[4].name, "5") << "the name of a link is its number among all links";

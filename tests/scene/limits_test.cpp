@@ -42,10 +42,8 @@ TEST_F(Limits, FoldersAndPipesAreRefusedWithoutWaiting) {
 TEST_F(Limits, AFileThatIsTooLargeIsNotRead) {
   folder_.write("scene.yaml", "");
   std::filesystem::resize_file("scene.yaml", 268435457);  // sparse
-  EXPECT_EQ(
-      read("scene.yaml"),
-      Messages{
-          "scene.yaml: error: cannot read 'scene.yaml': it has 268435457 bytes, at most 268435456 are read"});
+  EXPECT_EQ(read("scene.yaml"), Messages{"scene.yaml: error: cannot read 'scene.yaml': it has 268435457 "
+                                         "bytes, but at most 268435456 are read"});
 }
 
 TEST_F(Limits, TooManyPointsAreRefused) {
@@ -53,7 +51,7 @@ TEST_F(Limits, TooManyPointsAreRefused) {
   for (int i = 0; i < 263000; ++i) csv += "1," + std::to_string(i) + ",0,0\n";
   folder_.write("points.csv", csv);
   EXPECT_EQ(read_text("points: {csv: points.csv}\n"),
-            Messages{"points.csv:200002:1: error: this is point 200001 of 262145 or more; at most 200000 "
+            Messages{"points.csv:200002:1: error: this is point 200001 of 262145 or more, but at most 200000 "
                      "are allowed; merge points, or remove some"});
 }
 
@@ -62,25 +60,26 @@ TEST_F(Limits, TooManyPointsAreReportedTogetherWithOtherFaults) {
   std::string csv = "mass,x,y,z\n-1,0,0,0\n";
   for (int i = 1; i < 200100; ++i) csv += "1," + std::to_string(i) + ",0,0\n";
   folder_.write("points.csv", csv);
-  EXPECT_EQ(
-      read_text("points: {csv: points.csv}\n"),
-      (Messages{"points.csv:2:1: error: point in row 1: mass -1 kg, must be >= 0",
-                "points.csv:200002:1: error: this is point 200001 of 200100; at most 200000 are allowed; "
-                "merge points, or remove some"}));
+  EXPECT_EQ(read_text("points: {csv: points.csv}\n"),
+            (Messages{"points.csv:2:1: error: point in row 1: mass is -1 kg, but must be >= 0",
+                      "points.csv:200002:1: error: this is point 200001 of 200100, but at most 200000 are "
+                      "allowed; merge points, or remove some"}));
 }
 
 TEST_F(Limits, TooManyGroupsAreRefused) {
   std::string text = "points: {name: a, mass: 1, at: [0, 0, 0]}\ngroups:\n";
   for (int i = 0; i < 1100; ++i) text += "  g" + std::to_string(i) + ": a\n";
-  EXPECT_EQ(read_text(text),
-            Messages{"scene.yaml:1027:3: error: more than 1024 groups; the rest is not read"});
+  EXPECT_EQ(
+      read_text(text),
+      Messages{
+          "scene.yaml:1027:3: error: there are more than 1024 groups, so the rest is not read; remove some"});
 }
 
 TEST_F(Limits, TooManyFeedbacksAreRefused) {
   std::string text = "points: {name: a, mass: 1, at: [0, 0, 0]}\nfeedback:\n";
   for (int i = 0; i < 300; ++i) text += "  - {at: a, velocity: 1}\n";
-  EXPECT_EQ(read_text(text),
-            Messages{"scene.yaml:259:5: error: more than 256 feedbacks; the rest is not read"});
+  EXPECT_EQ(read_text(text), Messages{"scene.yaml:259:5: error: there are more than 256 feedbacks, so the "
+                                      "rest is not read; remove some"});
 }
 
 TEST_F(Limits, NestedAliasesAreNotExpanded) {
@@ -94,7 +93,7 @@ TEST_F(Limits, NestedAliasesAreNotExpanded) {
   const Messages messages = read_text(text + "points: *a29\n");  // 1e30 words
   ASSERT_EQ(messages.size(), 31u);  // the faults are 30 unknown keys and one point that is a list
   EXPECT_EQ(messages[29],
-            "scene.yaml:29:11: error: point 1 is a list, must be a mapping of name, mass, at, inertia, "
+            "scene.yaml:29:11: error: point 1 is a list, but must be a mapping of name, mass, at, inertia, "
             "offset, axes");
 }
 
@@ -104,8 +103,8 @@ TEST_F(Limits, MergedMappingsCountTowardsTheLimitOfValues) {
   text += "}\nmany:\n";
   for (int i = 0; i < 1000; ++i) text += "  - {<<: *base}\n";
   EXPECT_EQ(read_text(text),
-            Messages{"scene.yaml:500:15: error: more than 1000000 values; put points and links in CSV files, "
-                     "matrices in Matrix Market files"});
+            Messages{"scene.yaml:500:15: error: the scene has more than 1000000 values; put points and links "
+                     "into CSV files, and matrices into Matrix Market files"});
 }
 
 TEST_F(Limits, ListsOfTooManyItemsAreRefused) {
@@ -114,14 +113,12 @@ TEST_F(Limits, ListsOfTooManyItemsAreRefused) {
   folder_.write("points.csv", csv);
   std::string text = "points: {csv: points.csv}\nlinks:\n";
   for (int i = 0; i < 140; ++i) text += "  - {spring: [1..8192], stiffness: 1}\n";
-  EXPECT_EQ(read_text(text),
-            Messages{"scene.yaml:131:5: error: more than 1048576 links; the rest is not read"});
+  EXPECT_EQ(read_text(text), Messages{"scene.yaml:131:5: error: there are more than 1048576 links, so the "
+                                      "rest is not read; remove some"});
   text = "points: {csv: points.csv}\nlinks:\n";
   for (int i = 0; i < 1100; ++i) text += "  - {rigid: all}\n";
-  EXPECT_EQ(
-      read_text(text),
-      Messages{"scene.yaml:1026:13: error: the scene's lists name more than 8388608 items; it is not read "
-               "further"});
+  EXPECT_EQ(read_text(text), Messages{"scene.yaml:1026:13: error: the scene's lists name more than 8388608 "
+                                      "items, so it is not read further; shorten the lists"});
   text = "points: {csv: points.csv}\ngroups:\n";
   for (int i = 0; i < 1024; ++i) text += "  g" + std::to_string(i) + ": all\n";
   EXPECT_EQ(read_text(text + "loads: [{forces: {'1': [0, 0, 1]}}]\n").size(), 1u);
@@ -148,11 +145,11 @@ TEST_F(Limits, AboveAThousandPointsOnlyListedPointsArePublishedOrPushable) {
   EXPECT_TRUE(none.scene->publication.links.empty());
   EXPECT_TRUE(none.scene->pushable.empty());
   ASSERT_EQ(none.faults.size(), 1u);
-  EXPECT_EQ(io::format_fault(none.faults[0], none.sources, false),
-            "points.csv:2:1: warning: none of the 1100 points is published: in a scene of more than 1000 "
-            "points, only points and links that the scene names are published, can be pushed and are listed "
-            "on the bus; name them in 'publish: points: of', 'publish: loads: of' and 'commands: points', or "
-            "in groups");
+  EXPECT_EQ(
+      io::format_fault(none.faults[0], none.sources, false),
+      "points.csv:2:1: warning: none of the 1100 points is published, because in a scene of more than 1000 "
+      "points, only points and links that the scene names are published, can be pushed and are listed on the "
+      "bus; name them in 'publish: points: of', 'publish: loads: of' and 'commands: points', or in groups");
   const io::SceneResult all = read_with("publish: {points: {of: all}, loads: {of: all}}\n");
   ASSERT_TRUE(all.scene);
   EXPECT_EQ(all.scene->publication.points.size(), 1100u);
@@ -187,8 +184,8 @@ TEST_F(Limits, AtMostAThousandFaultsAreListed) {
   folder_.write("points.csv", csv);
   const Messages messages = read_text("points: {csv: points.csv}\n");
   ASSERT_EQ(messages.size(), 1001u);
-  EXPECT_EQ(messages[999], "points.csv:1001:1: error: point in row 1000: mass -1 kg, must be >= 0");
-  EXPECT_EQ(messages[1000], "scene.yaml: error: more than 1000 faults; the rest is not listed");
+  EXPECT_EQ(messages[999], "points.csv:1001:1: error: point in row 1000: mass is -1 kg, but must be >= 0");
+  EXPECT_EQ(messages[1000], "scene.yaml: error: there are more than 1000 faults; the rest is not listed");
 }
 
 TEST_F(Limits, AMatrixThatDeclaresTooManyEntriesIsRefusedAtItsSizeLine) {
@@ -199,7 +196,7 @@ TEST_F(Limits, AMatrixThatDeclaresTooManyEntriesIsRefusedAtItsSizeLine) {
   }());
   folder_.write("K.mtx", "%%MatrixMarket matrix array real general\n24576 24576\n");
   EXPECT_EQ(read_text("points: {csv: points.csv}\nlinks: {matrix: K.mtx, points: all}\n"),
-            Messages{"K.mtx:2:1: error: 603979776 entries, at most 16777216 are read"});
+            Messages{"K.mtx:2:1: error: the matrix has 603979776 entries, but at most 16777216 are read"});
 }
 
 }  // namespace

@@ -96,9 +96,10 @@ TEST_F(PlanFile, ATruncatedPlanIsRefused) {
     ASSERT_EQ(result.faults.size(), 1u);
   }
   EXPECT_EQ(refusal(bytes.substr(0, bytes.size() - 1)),
-            "bad.plan: error: truncated plan: " + std::to_string(bytes.size() - 29) + " bytes of " +
-                std::to_string(bytes.size() - 28));
-  EXPECT_EQ(refusal(bytes + "x"), "bad.plan: error: trailing bytes after the plan: 1");
+            "bad.plan: error: the plan is cut off after " + std::to_string(bytes.size() - 29) + " of " +
+                std::to_string(bytes.size() - 28) + " bytes; compile the scene again");
+  EXPECT_EQ(refusal(bytes + "x"),
+            "bad.plan: error: 1 byte follows the end of the plan; compile the scene again");
 }
 
 TEST_F(PlanFile, APlanWithAFlippedBitIsRefused) {
@@ -112,16 +113,16 @@ TEST_F(PlanFile, APlanWithAFlippedBitIsRefused) {
   }
   std::string damaged = bytes;
   damaged.back() = static_cast<char>(damaged.back() ^ 1);
-  EXPECT_EQ(refusal(damaged), "bad.plan: error: damaged plan: the checksum does not match");
+  EXPECT_EQ(
+      refusal(damaged),
+      "bad.plan: error: the plan is damaged, because its checksum does not match; compile the scene again");
 }
 
 TEST_F(PlanFile, AFileWithoutTheMagicNumberOfAPlanIsReadAsAScene) {
-  EXPECT_EQ(
-      refusal("FFPLA"),
-      "bad.plan:1:1: error: scene is the text 'FFPLA', must be a mapping of name, rate, fidelity, "
-      "tolerance, error_budget, points, links, groups, damping, gravity, attractor, initial, wheels, loads, "
-      "feedback, "
-      "leave_out, modes, publish, commands\n    FFPLA\n    ^");
+  EXPECT_EQ(refusal("FFPLA"),
+            "bad.plan:1:1: error: scene is the text 'FFPLA', but must be a mapping of name, rate, fidelity, "
+            "tolerance, error_budget, points, links, groups, damping, gravity, attractor, initial, wheels, "
+            "loads, feedback, leave_out, modes, publish, commands\n    FFPLA\n    ^");
 }
 
 TEST_F(PlanFile, AMessageContainsThePathThatCannotBeWritten) {

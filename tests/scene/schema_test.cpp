@@ -374,11 +374,12 @@ TEST_F(Schema, AcceptsEveryShippedOrRecordedScene) {
 /// in scenes.
 bool is_of_schema(const std::string& message) {
   static const std::regex kSeen(
-      "unknown key|is missing, must|has no kind|is both|must be a (number|mapping|whole number|share)|"
+      "the key '.*' is unknown|is missing; it must|has no kind|is both|"
+      "must be a (number|mapping|whole number|share)|"
       "must be (>|>=|from) ?[-0-9]|must be a list of ([0-9]+ )?numbers|must be text|has a unit|is not for |"
-      " is (the text '.*'|a list|a mapping|empty), must be|has neither|has no gain|modes is empty|"
-      "must be 1 to 63|must not contain|stands for every name|must be 3 moments|appears twice|names .* "
-      "twice$");
+      " is (the text '.*'|a list|a mapping|empty), but must be|has neither|has no gain|modes is empty|"
+      "must be 1 to 63|must not contain|stands for every name|must be 3 moments|appears twice|"
+      "names .* twice; name it once$");
   static const std::regex kUnseen(
       "tolerance: horizon is missing|leading zero|hexadecimal|not finite|too large or too small|YAML syntax");
   return std::regex_search(message, kSeen) && !std::regex_search(message, kUnseen);

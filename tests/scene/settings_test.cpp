@@ -185,7 +185,7 @@ TEST(Settings, AreRefusedForAPlanFile) {
   EXPECT_FALSE(result.plan.has_value());
   ASSERT_EQ(result.faults.size(), 1u);
   EXPECT_EQ(io::format_fault(result.faults[0], result.sources),
-            "--set points.hub.mass=41: error: 'boom.plan' is a plan: values can be set only in a scene, "
+            "--set points.hub.mass=41: error: 'boom.plan' is a plan, but values can be set only in a scene, "
             "before its set-up; name the scene that the plan was made from");
 }
 
@@ -222,10 +222,10 @@ TEST(SceneText, ReportsFaultsAtItsOwnLines) {
   const io::SceneResult result = io::read_scene_text({"points:\n  - {name: a, mass: -1, at: [0, 0, 0]}\n"});
   EXPECT_FALSE(result.scene.has_value());
   EXPECT_EQ(texts_of(result),
-            std::vector<std::string>{"<text>:2:21: error: point 'a': mass -1 kg, must be >= 0"});
-  EXPECT_EQ(
-      texts_of(io::read_scene_text({.text = "", .name = "Plan(text)"})),
-      std::vector<std::string>{"Plan(text):1:1: error: the file is empty; a scene has at least points"});
+            std::vector<std::string>{"<text>:2:21: error: point 'a': mass is -1 kg, but must be >= 0"});
+  EXPECT_EQ(texts_of(io::read_scene_text({.text = "", .name = "Plan(text)"})),
+            std::vector<std::string>{
+                "Plan(text):1:1: error: the file is empty, but a scene needs at least points"});
 }
 
 // the value 1 may be wrong for a key, but the path to the key must not be refused
@@ -235,7 +235,7 @@ TEST(Settings, AcceptEveryPathInTheSchema) {
   for (const std::string& path : paths)
     for (const std::string& text : texts_of(read_with({path + "=1"})))
       for (const char* fault :
-           {"unknown key", "a key must follow here", "is an item", "as a whole", "a name cannot be set"})
+           {"' is unknown", "a key must follow here", "is an item", "as a whole", "a name cannot be set"})
         EXPECT_EQ(text.find(fault), std::string::npos) << text;
   for (const char* path : {"rate", "points.*.mass", "links.*.E", "loads.*.forces.*", "loads.*.pulse.start",
                            "initial.modes.*.q", "groups.*", "points.*.csv"})
@@ -268,92 +268,95 @@ INSTANTIATE_TEST_SUITE_P(
     Path, BadSetting,
     ::testing::Values(
         bad("UnknownSection", "pionts.hub.mass=1",
-            "scene: unknown key 'pionts' (did you mean 'points'?); allowed: name, rate, fidelity, tolerance, "
-            "error_budget, points, links, groups, damping, gravity, attractor, initial, wheels, loads, "
-            "feedback, leave_out, modes, publish, commands"),
-        bad("UnknownNameInAList", "points.hbu.mass=1", "points: none is named 'hbu' (did you mean 'hub'?)"),
+            "scene: the key 'pionts' is unknown (did you mean 'points'?); allowed are name, rate, fidelity, "
+            "tolerance, error_budget, points, links, groups, damping, gravity, attractor, initial, wheels, "
+            "loads, feedback, leave_out, modes, publish, commands"),
+        bad("UnknownNameInAList", "points.hbu.mass=1",
+            "points: no item is named 'hbu' (did you mean 'hub'?)"),
         bad("UnknownNameWithoutASimilarOne", "loads.xyz.axes=body",
-            "loads: none is named 'xyz'; there are kick"),
-        bad("UnknownNameInTables", "points.r3.mass=1", "points: none is named 'r3' (did you mean 'r1'?)"),
+            "loads: no item is named 'xyz'; there are kick"),
+        bad("UnknownNameInTables", "points.r3.mass=1", "points: no item is named 'r3' (did you mean 'r1'?)"),
         bad("NameWithDots", "points.a.b.mass=1",
-            "points: none is named 'a'; write a name with dots in quotes: points.\"a.b\""),
+            "points: no item is named 'a'; write a name with dots in quotes, as in points.\"a.b\""),
         bad("NoSuchPosition", "loads.0.axes=body",
             "loads: there is no position 0; the items are numbered from 1 to 1"),
         bad("NoSuchPositionBesideATable", "points.6.mass=1",
             "points: there is no position 6; the items are numbered from 1 to 5, and a row of a table is set "
-            "by its name: write points.\"6\""),
+            "by its name; write points.\"6\""),
         bad("TableByPosition", "points.5.mass=1",
             "points.5 is a table; name a row of it, as in points.NAME.mass, or write points.*.mass for all "
             "rows"),
         bad("UnknownKeyOfAnItem", "points.hub.mas=1",
-            "points.hub: unknown key 'mas' (did you mean 'mass'?); allowed: name, mass, at, inertia, offset, "
-            "axes"),
+            "points.hub: the key 'mas' is unknown (did you mean 'mass'?); allowed are name, mass, at, "
+            "inertia, offset, axes"),
         bad("UnknownKeyOfARow", "points.r1.mas=1",
-            "points.r1: unknown key 'mas' (did you mean 'mass'?); allowed: name, mass, at, inertia, offset, "
-            "axes"),
+            "points.r1: the key 'mas' is unknown (did you mean 'mass'?); allowed are name, mass, at, "
+            "inertia, offset, axes"),
         bad("RefusedKey", "links.skin.viscous=1",
-            "links.skin: viscous is not for beams and plates: rotations carry no mass, and a moment that "
-            "depends on their rate would make them states of their own; use loss_factor, or damping: "
+            "links.skin: viscous is not for beams and plates, because rotations carry no mass, and a moment "
+            "that depends on their rate would make them states of their own; use loss_factor, or damping: "
             "rayleigh"),
         bad("KeyOfNoKind", "links.*.stifness=1",
-            "links.*: unknown key 'stifness' (did you mean 'stiffness'?); allowed: name, spring, stiffness, "
-            "viscous, loss_factor, bar, EA, mass_per_length, lumped, mean_axial, beam, GJ, EIy, EIz, GAy, "
-            "GAz, y_axis, release, bending, torsion, plate, E, nu, thickness, density, matrix, points, mass, "
-            "rotations, inner, flexibility, rigid, dashpot, damping"),
+            "links.*: the key 'stifness' is unknown (did you mean 'stiffness'?); allowed are name, spring, "
+            "stiffness, viscous, loss_factor, bar, EA, mass_per_length, lumped, mean_axial, beam, GJ, EIy, "
+            "EIz, GAy, GAz, y_axis, release, bending, torsion, plate, E, nu, thickness, density, matrix, "
+            "points, mass, rotations, inner, flexibility, rigid, dashpot, damping"),
         bad("KeyOfAnotherKind", "links.*.GJ=1",
             "links.*: no item here can have the key GJ; it is a key of "
             "beam"),
         bad("NoItems", "wheels.*.momentum=1",
             "the scene has no wheels; a path can change items but cannot add them"),
         bad("EndsAtAnItem", "points.hub=1",
-            "points.hub is an item, and its keys are set one by one: write points.hub.KEY"),
+            "points.hub is an item, and its keys are set one by one; write points.hub.KEY"),
         bad("NameOfAnItem", "points.mid.name=hub",
             "points.mid.name: a name cannot be set, because paths and the scene refer to it; change it in "
             "the scene"),
         bad("GoesOnBeyondAValue", "points.hub.mass.x=1",
-            "points.hub.mass is one value and is set as a whole: end the path there"),
+            "points.hub.mass is one value and is set as a whole; end the path there"),
         bad("GoesOnBeyondAList", "points.hub.at.2=1",
-            "points.hub.at is a list of numbers and is set as a whole: end the path there"),
+            "points.hub.at is a list of numbers and is set as a whole; end the path there"),
         bad("GoesOnBeyondANamedList", "loads.kick.forces.mid.x=1",
-            "loads.kick.forces.mid is a list of numbers and is set as a whole: end the path there"),
+            "loads.kick.forces.mid is a list of numbers and is set as a whole; end the path there"),
         bad("AllKeys", "damping.*=1",
-            "damping: * stands for items and names, but a key must follow here: ratio, modes, rayleigh"),
+            "damping: * stands for items and names, but a key must follow here; the keys are ratio, modes, "
+            "rayleigh"),
         bad("AllOfAnEmptyList", "damping.modes.*=1", "damping.modes is empty, so * matches nothing"),
-        bad("EmptyStep", "points..mass=1", "a key or a name is missing, character 8 of the path"),
-        bad("DotAtTheEnd", "points.hub.=1", "a key or a name is missing, character 12 of the path"),
+        bad("EmptyStep", "points..mass=1", "a key or a name is missing at character 8 of the path"),
+        bad("DotAtTheEnd", "points.hub.=1", "a key or a name is missing at character 12 of the path"),
         bad("OpenQuote", "points.hub'=1'.mass=1",
-            "'hub'=1'' must be a key, a name, a number or *, character 8 of the path; separate keys and "
+            "'hub'=1'' must be a key, a name, a number or * at character 8 of the path; separate keys and "
             "names by dots, as in points.hub.mass"),
         bad("Brackets", "points[0].mass=1",
-            "'points[0]' must be a key, a name, a number or *, character 1 of the path; separate keys and "
+            "'points[0]' must be a key, a name, a number or * at character 1 of the path; separate keys and "
             "names by dots, as in points.hub.mass")),
     bad_settings_name);
 
 INSTANTIATE_TEST_SUITE_P(
     Value, BadSetting,
     ::testing::Values(
-        bad("OutOfRange", "points.hub.mass=-1", "point 'hub': mass -1 kg, must be >= 0"),
-        bad("OutOfRangeInARow", "points.r1.mass=-1", "point 'r1': mass -1 kg, must be >= 0"),
-        bad("OutOfRangeInAllOnce", "points.*.mass=-1", "point 'hub': mass -1 kg, must be >= 0"),
+        bad("OutOfRange", "points.hub.mass=-1", "point 'hub': mass is -1 kg, but must be >= 0"),
+        bad("OutOfRangeInARow", "points.r1.mass=-1", "point 'r1': mass is -1 kg, but must be >= 0"),
+        bad("OutOfRangeInAllOnce", "points.*.mass=-1", "point 'hub': mass is -1 kg, but must be >= 0"),
         bad("Unit", "points.hub.mass=5 g",
-            "point 'hub': mass '5 g' has a unit, must be SI without a unit [kg]: write 0.005"),
+            "point 'hub': mass '5 g' has a unit, but must be a plain number in SI units [kg]; write 0.005"),
         bad("DecimalComma", "points.hub.at=[0,5, 1, 0]",
-            "point 'hub': at has 4 items, must be a list of 3 numbers [m]: a comma separates items; write "
-            "0.5"),
-        bad("Empty", "points.hub.mass=", "point 'hub': mass is empty, must be a number >= 0 [kg]"),
-        bad("List", "points.hub.mass=[1]", "point 'hub': mass is a list, must be a number >= 0 [kg]"),
+            "point 'hub': at has 4 items, but must be a list of 3 numbers [m]; a comma separates items, so "
+            "write 0.5"),
+        bad("Empty", "points.hub.mass=", "point 'hub': mass is empty, but must be a number >= 0 [kg]"),
+        bad("List", "points.hub.mass=[1]", "point 'hub': mass is a list, but must be a number >= 0 [kg]"),
         bad("Syntax", "points.hub.at=[1, 2",
-            "YAML syntax: flow sequence without a closing bracket; it was opened on line 1, column 1: close "
+            "YAML syntax: a flow sequence has no closing bracket; it was opened on line 1, column 1; close "
             "it with ']'"),
         bad("UnknownName", "loads.kick.forces.mdi=[0, 0, 1]",
             "load 'kick': forces names the point 'mdi', which the scene does not have (did you mean 'mid'?)"),
         bad("NumberForASection", "damping=0.1",
-            "damping is the text '0.1', must be a mapping of ratio, modes, rayleigh: write damping: {ratio: "
-            "0.1}"),
-        BadSettings{"BesideAFaultOfThePath",
-                    {"points.hub.mass=-1", "points.hbu.mass=1"},
-                    {"--set points.hub.mass=-1: error: point 'hub': mass -1 kg, must be >= 0",
-                     "--set points.hbu.mass=1: error: points: none is named 'hbu' (did you mean 'hub'?)"}}),
+            "damping is the text '0.1', but must be a mapping of ratio, modes, rayleigh: write damping: "
+            "{ratio: 0.1}"),
+        BadSettings{
+            "BesideAFaultOfThePath",
+            {"points.hub.mass=-1", "points.hbu.mass=1"},
+            {"--set points.hub.mass=-1: error: point 'hub': mass is -1 kg, but must be >= 0",
+             "--set points.hbu.mass=1: error: points: no item is named 'hbu' (did you mean 'hub'?)"}}),
     bad_settings_name);
 
 }  // namespace

@@ -154,7 +154,7 @@ TEST_F(ClientOfADaemon, ARejectedCommandThrowsTheReasonAndTheText) {
     pair.push({.forces = {{"nose", {1.0, 0.0, 0.0}}}, .duration = 1.0});
     FAIL() << "the scene has no point nose";
   } catch (const client::UnknownName& unknown) {
-    EXPECT_STREQ(unknown.what(), "no point 'nose'; there are: a, b");
+    EXPECT_STREQ(unknown.what(), "there is no point 'nose'; the scene has a, b");
   }
 }
 
@@ -200,7 +200,7 @@ TEST_F(ClientOfADaemon, WithoutADaemonTheErrorStatesTheBus) {
     FAIL() << "no daemon runs";
   } catch (const client::NoAnswer& silence) {
     EXPECT_STREQ(silence.what(),
-                 "no STATUS within 0.05 s on udpm://239.255.76.67:7667?ttl=0, channels CLIENT_*: is "
+                 "no STATUS came within 0.05 s on udpm://239.255.76.67:7667?ttl=0, channels CLIENT_*. Is "
                  "freeflexd running?");
   }
   hasty.url = "memq://";

@@ -100,7 +100,7 @@ TEST_F(Daemon, SendsTheSceneOnRequest) {
   EXPECT_TRUE(client.until([&] { return client.num_messages[channels::kScene] >= before + kAsked; }));
   const auto answer = client.answer(client.send_control(control_t::SCENE, 2));
   EXPECT_EQ(answer.reason, static_cast<int>(Reason::kBadControl));
-  EXPECT_EQ(answer.text, "found 2: SCENE takes a page from 1 to 1, or 0 for all");
+  EXPECT_EQ(answer.text, "there is no page 2; SCENE takes a page from 1 to 1, or 0 for all");
 }
 
 TEST_F(Daemon, AnswersCommandsThatTheIngressRejects) {

@@ -94,7 +94,7 @@ TEST_F(Daemon, StrangersCannotBlockControlsOrTheOperator) {
         << output;
   }
   EXPECT_EQ(push(socket, {"--point", "s24c0", "--force", "0,0,1", "--slot", "16"}, &output), 1);
-  EXPECT_NE(output.find("no_slot_free: all 16 slots that are open to this sender"), std::string::npos)
+  EXPECT_NE(output.find("(no_slot_free): all 16 slots that are open to this sender"), std::string::npos)
       << output;
   // the operator clears all senders on the bus, and their slots are free again
   ASSERT_EQ(push(socket, {"--clear-sender", "*"}, &output), 0) << output;
@@ -179,7 +179,7 @@ TEST_F(Daemon, NamesOfTheOperatorAreRefusedOnTheBusAndOtherNamesOnTheSocket) {
   ASSERT_TRUE(client.meet()) << daemon.output();
   std::string output;
   EXPECT_EQ(push(socket, {"--control", "run", "--sender", "test"}, &output), 1);
-  EXPECT_NE(output.find("bad_sender: sender test: on this socket the name must begin with local."),
+  EXPECT_NE(output.find("(bad_sender): sender test must have a name on this socket that begins with local."),
             std::string::npos)
       << output;
   client.send(of("local.push", make_push(1)));
@@ -255,7 +255,7 @@ TEST_F(Daemon, WithoutASocketPathDaemonAndOperatorUseAPrivateFolder) {
     EXPECT_EQ(daemon.wait(), 0);
     EXPECT_FALSE(std::filesystem::exists(socket));
     EXPECT_EQ(push_hold(folder, output), 1) << output;
-    EXPECT_NE(output.find("no daemon at "), std::string::npos) << output;
+    EXPECT_NE(output.find("there is no daemon at "), std::string::npos) << output;
     std::filesystem::remove_all(folder);
   }
 }

@@ -74,7 +74,7 @@ TEST_F(VerifierTest, TheAnswerToAPlainCommandSaysThatAKeyIsRequired) {
   EXPECT_EQ(answer.reason, Reason::kKeyRequired);
   EXPECT_STREQ(answer.sender.data(), "pusher-1.a_B");
   EXPECT_EQ(answer.sequence, 7);
-  EXPECT_STREQ(answer.text.data(), "this daemon accepts only commands with a key: seal it in an envelope_t");
+  EXPECT_STREQ(answer.text.data(), "this daemon accepts only commands with a key; seal it in an envelope_t");
   rig_.deliver(io::encode(control_of(8)), false);
   EXPECT_EQ(rig_.next_answer().reason, Reason::kKeyRequired);
   EXPECT_FALSE(rig_.next_command());
@@ -164,12 +164,12 @@ TEST_F(VerifierTest, EnvelopesThatExpiredOrExpireTooLateAreRefused) {
   };
   send(1, now - 1);
   EXPECT_EQ(refused(Reason::kExpired, 1),
-            "valid_until 1699999999999999, the daemon's clock is at 1700000000000000 us: sent too late, or "
-            "the clocks differ");
+            "valid_until is 1699999999999999, but the daemon's clock is at 1700000000000000 us; the command "
+            "is too late, or the clocks differ");
   send(2, now + io::kMaxValidity + 1);
   EXPECT_EQ(refused(Reason::kValidTooLong, 2),
-            "valid_until 1700000060000001 is more than 60 s after the daemon's clock, 1700000000000000 us: "
-            "sent with too late a time, or the clocks differ");
+            "valid_until 1700000060000001 is more than 60 s after the daemon's clock, 1700000000000000 us; "
+            "it is too late a time, or the clocks differ");
   send(3, INT64_MIN);
   refused(Reason::kExpired, 3);
   send(4, INT64_MAX);
@@ -203,7 +203,7 @@ TEST_F(VerifierTest, ACommandMustHaveTheSenderAndSequenceNumberOfItsEnvelope) {
   };
   send("bob", 1, 1);
   EXPECT_EQ(refused(Reason::kKeyMismatch, 1),
-            "sender bob and sequence number 1 of the command, must be alice and 1 as on its envelope");
+            "the command has sender bob and sequence number 1, but must have alice and 1 as on its envelope");
   send("alice", 9, 2);
   refused(Reason::kKeyMismatch, 2);
   send("alice", 3, 3);
@@ -214,7 +214,8 @@ TEST_F(VerifierTest, ASealedCommandIsCheckedLikeAPlainOne) {
   force_t far = force_of(1);
   far.forces[1].point = 300;
   rig_.seal_and_deliver(far, kAlice);
-  EXPECT_EQ(refused(Reason::kUnknownPoint, 1), "forces[1]: point 300, the scene has points 0 to 299");
+  EXPECT_EQ(refused(Reason::kUnknownPoint, 1),
+            "forces[1]: point 300 does not exist; the scene has points 0 to 299");
   control_t odd = control_of(2);
   odd.command = 99;
   rig_.seal_and_deliver(odd, kAlice);
@@ -267,16 +268,19 @@ class GrantsTest : public VerifierTest {
 TEST_F(GrantsTest, GrantsLimitChannelsAndControls) {
   grant([](service::Grants& grants) { grants.has_force = false, grants.controls = 1U << control_t::STOP; });
   rig_.seal_and_deliver(force_of(1), kAlice);
-  EXPECT_EQ(refused(Reason::kNotGranted, 1), "FORCE is not among the channels of key alice");
+  EXPECT_EQ(refused(Reason::kNotGranted, 1),
+            "FORCE is not among the channels of key alice; add it there, or use another key");
   rig_.seal_and_deliver(control_of(2), kAlice);
-  EXPECT_EQ(refused(Reason::kNotGranted, 2), "control command 1 is not among the controls of key alice");
+  EXPECT_EQ(refused(Reason::kNotGranted, 2),
+            "control command 1 is not among the controls of key alice; add it there, or use another key");
   control_t stop = control_of(3);
   stop.command = control_t::STOP;
   rig_.seal_and_deliver(stop, kAlice);
   EXPECT_TRUE(rig_.next_command());
   grant([](service::Grants& grants) { grants.has_control = false; });
   rig_.seal_and_deliver(control_of(4), kAlice);
-  EXPECT_EQ(refused(Reason::kNotGranted, 4), "CONTROL is not among the channels of key alice");
+  EXPECT_EQ(refused(Reason::kNotGranted, 4),
+            "CONTROL is not among the channels of key alice; add it there, or use another key");
 }
 
 TEST_F(GrantsTest, OnlyAKeyThatListsClearMayClear) {
@@ -284,7 +288,8 @@ TEST_F(GrantsTest, OnlyAKeyThatListsClearMayClear) {
   clear.command = control_t::CLEAR;
   clear.target = "bob";
   rig_.seal_and_deliver(clear, kAlice);
-  EXPECT_EQ(refused(Reason::kNotGranted, 1), "control command 8 is not among the controls of key alice");
+  EXPECT_EQ(refused(Reason::kNotGranted, 1),
+            "control command 8 is not among the controls of key alice; add it there, or use another key");
   grant([](service::Grants& grants) { grants.controls = 1U << control_t::CLEAR; });
   clear.sequence = 2;
   rig_.seal_and_deliver(clear, kAlice);
@@ -297,13 +302,15 @@ TEST_F(GrantsTest, GrantsLimitPointsGroupsAndSlots) {
     grants.points[0] = grants.points[298] = true;
   });
   rig_.seal_and_deliver(force_of(1), kAlice);
-  EXPECT_EQ(refused(Reason::kNotGranted, 1), "forces[2]: point 17 is not among the points of key alice");
+  EXPECT_EQ(refused(Reason::kNotGranted, 1),
+            "forces[2]: point 17 is not among the points of key alice; add it there, or use another key");
   grant([](service::Grants& grants) { grants.groups = {true, false, false, false}; });
   rig_.seal_and_deliver(force_of(2), kAlice);
-  EXPECT_EQ(refused(Reason::kNotGranted, 2), "wrenches[1]: group 1 is not among the groups of key alice");
+  EXPECT_EQ(refused(Reason::kNotGranted, 2),
+            "wrenches[1]: group 1 is not among the groups of key alice; add it there, or use another key");
   grant([](service::Grants& grants) { grants.num_slots = 5; });
   rig_.seal_and_deliver(force_of(3), kAlice);
-  EXPECT_EQ(refused(Reason::kNotGranted, 3), "slot 5, key alice may use 0 to 4");
+  EXPECT_EQ(refused(Reason::kNotGranted, 3), "slot is 5, but key alice may use only 0 to 4");
 }
 
 TEST_F(GrantsTest, GrantsLimitTheForceAndTorqueOfAnEntry) {
@@ -311,11 +318,11 @@ TEST_F(GrantsTest, GrantsLimitTheForceAndTorqueOfAnEntry) {
   grant([](service::Grants& grants) { grants.largest_force = 59.0; });
   rig_.seal_and_deliver(force_of(1), kAlice);
   EXPECT_EQ(refused(Reason::kOverKeyLimit, 1),
-            "forces[2]: point 17: |force| 60.00092592 N, key alice may use at most 59 N");
+            "forces[2]: point 17 has |force| 60.00092592 N, but key alice may use at most 59 N");
   grant([](service::Grants& grants) { grants.largest_torque = 10.0; });
   rig_.seal_and_deliver(force_of(2), kAlice);
   EXPECT_EQ(refused(Reason::kOverKeyLimit, 2),
-            "wrenches[1]: group 1: |torque| 10.63014581 N m, key alice may use at most 10 N m");
+            "wrenches[1]: group 1 has |torque| 10.63014581 N m, but key alice may use at most 10 N m");
   grant([](service::Grants& grants) { grants.largest_force = std::hypot(1.0 / 3.0, 0.0, 60.0); });
   EXPECT_TRUE(accepts(3)) << "a command exactly at the limit is accepted";
 }
@@ -331,7 +338,7 @@ TEST_F(GrantsTest, GrantsLimitTheRateAndAllowABurstOfOneSecond) {
   EXPECT_EQ(burst(), 5);
   const io::Admission answer = rig_.next_answer();
   EXPECT_EQ(answer.reason, Reason::kTooFast);
-  EXPECT_STREQ(answer.text.data(), "key alice may send 5 commands a second");
+  EXPECT_STREQ(answer.text.data(), "commands come too fast, because key alice may send only 5 a second");
   rig_.time.now_ns += 400'000'000;
   EXPECT_EQ(burst(), 2);
   rig_.time.now_ns += 60'000'000'000;

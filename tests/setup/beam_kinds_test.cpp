@@ -175,7 +175,8 @@ TEST(Flexibility, TheMostAsymmetricEntryOfAMatrixIsReported) {
   EXPECT_NE(faults[0].message.find("the flexibility matrix is not symmetric"), std::string::npos)
       << faults[0].message;
   // row 10 is point 3 along y, and column 20 is point 6 along z
-  EXPECT_NE(faults[0].message.find("worst are point 'p6' z by point 'p3' y"), std::string::npos)
+  EXPECT_NE(faults[0].message.find("The worst are the entries of point 'p6' z by point 'p3' y"),
+            std::string::npos)
       << faults[0].message;
 }
 

@@ -237,13 +237,13 @@ TEST(MasslessPoints, MasslessPointsNotHeldInEveryDirectionAreReported) {
   EXPECT_FALSE(build_structure(scene, faults));
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_EQ(faults[0].message,
-            "point 'p4' has no mass, and links do not hold it in every direction: give a mass, or add links");
+            "point 'p4' has no mass, and links do not hold it in every direction; give a mass, or add links");
 }
 
 TEST(Bodies, ABodyWithAnImpossibleInertiaIsRefused) {
   for (const auto& [inertia, words] :
-       {std::pair{diagonal(1.0, 1.0, 2.1), "no moment may exceed the sum of the two others"},
-        std::pair{diagonal(-1.0, 1.0, 1.0), "must be >= 0"}}) {
+       {std::pair{diagonal(1.0, 1.0, 2.1), "but no moment may exceed the sum of the two others"},
+        std::pair{diagonal(-1.0, 1.0, 1.0), "but it must be >= 0"}}) {
     Scene scene = frame_with_body();
     scene.points[0].inertia = inertia;
     Faults faults;

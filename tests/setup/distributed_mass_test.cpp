@@ -194,7 +194,7 @@ TEST(DistributedMass, ALinkWithNegativeMassIsAnError) {
   Faults faults;
   EXPECT_FALSE(build_structure(scene, faults));
   EXPECT_TRUE(std::any_of(faults.begin(), faults.end(), [](const Fault& fault) {
-    return fault.message.find("mass_per_length is -1 kg/m, must be finite and >= 0") != std::string::npos;
+    return fault.message.find("mass_per_length is -1 kg/m, but must be finite and >= 0") != std::string::npos;
   }));
 }
 

@@ -89,7 +89,7 @@ TEST(FallbackPlan, AFallbackPlanThatDoesNotFitTheReducedPlanIsRefused) {
   expect_named(error_of([](Plan& p) { p.fallback.front().period *= 2.0; }), "another structure");
   expect_named(error_of([](Plan& p) { p.fallback.front().points[1].r[0] += 1.0; }), "another structure");
   expect_named(error_of([](Plan& p) { p.fallback.front().omega[0] = -1.0; }),
-               "fallback plan: a frequency is negative");
+               "in its fallback plan a frequency is negative");
   expect_named(error_of([](Plan& p) { p.fallback.clear(); }), "no fallback plan");
   expect_named(error_of([](Plan& p) { p.propagator.undamped.pop_back(); }), "one value for each mode");
 }

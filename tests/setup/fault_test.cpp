@@ -87,23 +87,24 @@ const std::vector<BadScene>& bad_scenes() {
        [](Scene& s) { s.points[0].mass = 0.0, s.points[0].offset[0] = 0.1; }},
       {"point 'p0': mass is -2 kg", [](Scene& s) { s.points[0].mass = -2.0; }},
       {"mass is nan kg", [](Scene& s) { s.points[0].mass = kNaN; }},
-      {"point 'p3': position is not finite", [](Scene& s) { s.points[3].position.y() = kNaN; }},
+      {"point 'p3': position is (-0.5  nan  0.5), but must be finite",
+       [](Scene& s) { s.points[3].position.y() = kNaN; }},
       {"all 8 points are in one place",
        [](Scene& s) {
          for (auto& p : s.points) p.position.setOnes();
        }},
-      {"which are in one place; a link needs a length > 0",
+      {"which are in one place, but a link needs a length > 0",
        [](Scene& s) { s.points[1].position = s.points[0].position; }},
       {"joins point 'p1' to itself",
        [](Scene& s) {
          s.links[0].points = {1, 1};
        }},
-      {"names point index 99, there are 8 points",
+      {"names point index 99, but there are 8 points",
        [](Scene& s) {
          s.links[0].points = {1, 99};
        }},
-      {"stiffness is -5 N/m, must be finite and > 0", [](Scene& s) { s.links[0].kind = Spring{-5.0}; }},
-      {"EA is 0 N, must be finite and > 0", [](Scene& s) { s.links[0].kind = Bar{0.0}; }},
+      {"stiffness is -5 N/m, but must be finite and > 0", [](Scene& s) { s.links[0].kind = Spring{-5.0}; }},
+      {"EA is 0 N, but must be finite and > 0", [](Scene& s) { s.links[0].kind = Bar{0.0}; }},
       {"GJ is nan N m^2", [](Scene& s) { beam(s).GJ = kNaN; }},
       {"EI_y is 0 N m^2", [](Scene& s) { beam(s).EI_y = 0.0; }},
       {"EI_z is -1 N m^2", [](Scene& s) { beam(s).EI_z = -1.0; }},
@@ -111,7 +112,7 @@ const std::vector<BadScene>& bad_scenes() {
        [](Scene& s) {
          beam(s).y_axis = {0.0, 2.0, 0.0};
        }},
-      {"the matrix is 6 x 6, must be 9 x 9 for 3 points",
+      {"the matrix is 6 x 6, but must be 9 x 9 for 3 points",
        [](Scene& s) {
          s.links.back().points = {0, 4, 5};
        }},
@@ -119,7 +120,7 @@ const std::vector<BadScene>& bad_scenes() {
        [](Scene& s) {
          s.links.back().points = {0, 0};
        }},
-      {"is not symmetric: entries across the diagonal differ by 0.5",
+      {"is not symmetric. Entries across the diagonal differ by up to 0.5",
        [](Scene& s) { box(s).matrix.coeffRef(0, 3) *= 0.5; }},
       {"resists rigid motion of its points", [](Scene& s) { box(s).matrix.coeffRef(1, 1) = 1.0; }},
       {"is not positive semidefinite", [](Scene& s) { box(s).matrix = spring_matrix(-1e4); }},
@@ -133,23 +134,23 @@ const std::vector<BadScene>& bad_scenes() {
       {"group 'pair' names point index -1", [](Scene& s) { s.groups[0].points = {-1}; }},
       {"damping: modal_ratio is -0.1", [](Scene& s) { s.damping.modal_ratio = -0.1; }},
       {"damping: alpha is nan 1/s", [](Scene& s) { s.damping.alpha = kNaN; }},
-      {"damping names elastic mode 19, there are 18",
+      {"damping names elastic mode 19, but there are only 18",
        [](Scene& s) {
          s.damping.mode_ratios = {{19, 0.1}};
        }},
       // a rigid pair removes one of the 18 modes
-      {"damping names elastic mode 18, there are 17",
+      {"damping names elastic mode 18, but there are only 17",
        [](Scene& s) {
          s.links[0].kind = Rigid{};
          s.damping.mode_ratios = {{17, 0.1}, {18, 0.1}};
        }},
-      {"initial state names elastic mode 18, there are 17",
+      {"initial state names elastic mode 18, but there are only 17",
        [](Scene& s) {
          s.links[0].kind = Rigid{};
          s.initial.modes.push_back({17, 1.0, 0.0});
          s.initial.modes.push_back({18, 1.0, 0.0});
        }},
-      {"initial state names elastic mode 1, there are 0",
+      {"initial state names elastic mode 1, but there are only 0",
        [](Scene& s) {
          s = Scene{};
          add_point(s, 1.0, {0.0, 0.0, 0.0});
@@ -166,12 +167,13 @@ const std::vector<BadScene>& bad_scenes() {
          s.initial.modes.push_back({0, 1.0, 0.0});
        }},
       {"initial attitude (0 0 0 0) is not a rotation", [](Scene& s) { s.initial.attitude.setZero(); }},
-      {"initial velocity is not finite", [](Scene& s) { s.initial.velocity.x() = kNaN; }},
+      {"initial velocity is (nan   0   0), but must be finite",
+       [](Scene& s) { s.initial.velocity.x() = kNaN; }},
       {"initial displacement names point index 8",
        [](Scene& s) {
          s.initial.points.push_back({8, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
        }},
-      {"gravity is not finite", [](Scene& s) { s.gravity.z() = kNaN; }},
+      {"gravity is (  0   0 nan), but must be finite", [](Scene& s) { s.gravity.z() = kNaN; }},
       {"the attractor is on the centre of mass at the start",
        [](Scene& s) {
          s.attractor.mu = 100.0;
@@ -194,11 +196,11 @@ const std::vector<BadScene>& bad_scenes() {
          s.loads[0].wrenches.clear();
        }},
       {"load 'push' names group index 2", [](Scene& s) { s.loads[0].wrenches[0].group = 2; }},
-      {"cannot support 1 N m of the torque: its points lie on a line",
+      {"cannot support 1 N m of the torque, because its points lie on a line",
        [](Scene& s) {
          s.loads[0].wrenches[0].torque = {1.0, 0.0, 0.0};
        }},
-      {"cannot support 1 N m of the torque: its points lie at one position",
+      {"cannot support 1 N m of the torque, because its points lie at one position",
        [](Scene& s) { s.groups[0].points = {3}; }},
       {"pulse duration is 0 s",
        [](Scene& s) {
@@ -212,14 +214,14 @@ const std::vector<BadScene>& bad_scenes() {
        [](Scene& s) {
          s.loads[0].history = TableHistory{{0.0, 1.0}, {1.0}};
        }},
-      {"times of the table must increase; row 2 has 0 s after 1 s",
+      {"the times of the table must increase, but row 2 has 0 s after 1 s",
        [](Scene& s) {
          s.loads[0].history = TableHistory{{1.0, 0.0}, {1.0, 2.0}};
        }},
       {"publication names link index 99", [](Scene& s) { s.publication.links = {99}; }},
       {"publication: state rate is -1 Hz", [](Scene& s) { s.publication.state_rate = -1.0; }},
       {"the list of pushable points names point index 8", [](Scene& s) { s.pushable = {8}; }},
-      {"this is point 200001 of 200010; at most 200000 are allowed",
+      {"this is point 200001 of 200010, but at most 200000 are allowed",
        [](Scene& s) {
          while (s.points.size() < 200010)
            add_point(s, 1.0, {1.0 * static_cast<double>(s.points.size()), 0.0, 0.0});
@@ -265,14 +267,19 @@ struct Overflow {
 // propagators.
 TEST(Faults, AnOverflowIsReportedAtTheMostExtremeValue) {
   const std::vector<Overflow> overflows{
-      {"link 's3': stiffness of 1e+308 N/m: ", [](Scene& s) { s.links[3].kind = Spring{1e308}; }, 40},
-      {"EA of 1e+308 N: the frequencies are not finite", [](Scene& s) { beam(s).EA = 1e308; }, 41},
-      {"damping of 1e+300 N s/m: the compiled plan is not usable",
+      {"link 's3': stiffness of 1e+308 N/m is the most extreme value of the scene, and ",
+       [](Scene& s) { s.links[3].kind = Spring{1e308}; }, 40},
+      {"EA of 1e+308 N is the most extreme value of the scene, and the frequencies are not finite",
+       [](Scene& s) { beam(s).EA = 1e308; }, 41},
+      {"damping of 1e+300 N s/m is the most extreme value of the scene, and the compiled plan is not usable",
        [](Scene& s) { s.links[3].kind = Dashpot{1e300}; }, 40},
-      {"link 's3': viscous of 1e+308 s: ", [](Scene& s) { s.links[3].viscous = 1e308; }, 40},
-      {"link 's3': loss_factor of 1e+308: ", [](Scene& s) { s.links[3].loss_factor = 1e308; }, 40},
-      {"damping: beta of 1e+308 s: ", [](Scene& s) { s.damping.beta = 1e308; }, 42},
-      {"feedback 'f': velocity gain of 1e+300 N s/m: ",
+      {"link 's3': viscous of 1e+308 s is the most extreme value of the scene, and ",
+       [](Scene& s) { s.links[3].viscous = 1e308; }, 40},
+      {"link 's3': loss_factor of 1e+308 is the most extreme value of the scene, and ",
+       [](Scene& s) { s.links[3].loss_factor = 1e308; }, 40},
+      {"damping: beta of 1e+308 s is the most extreme value of the scene, and ",
+       [](Scene& s) { s.damping.beta = 1e308; }, 42},
+      {"feedback 'f': velocity gain of 1e+300 N s/m is the most extreme value of the scene, and ",
        [](Scene& s) {
          s.feedbacks.push_back({"f", 0, 0, {}, {}, {}, {0, 43, 1}});
          s.feedbacks[0].displacement_gain.setZero();

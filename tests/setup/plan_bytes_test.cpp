@@ -137,15 +137,16 @@ TEST(PlanBytes, AWrongMagicNumberVersionLengthOrChecksumIsReported) {
   };
   std::vector<std::byte> damaged = bytes;
   damaged[0] = std::byte{'X'};
-  EXPECT_NE(error_of(damaged).find("not a plan"), std::string::npos);
+  EXPECT_NE(error_of(damaged).find("the file is not a plan"), std::string::npos);
   damaged = bytes;
   damaged[8] = std::byte{77};
   EXPECT_NE(error_of(damaged).find("version 77"), std::string::npos);
   damaged = bytes;
   damaged.push_back(std::byte{0});
-  EXPECT_NE(error_of(damaged).find("trailing bytes"), std::string::npos);
+  EXPECT_NE(error_of(damaged).find("1 byte follows the end of the plan"), std::string::npos);
   seal(damaged);
-  EXPECT_NE(error_of(damaged).find("belong to no field"), std::string::npos);
+  EXPECT_NE(error_of(damaged).find("the plan is inconsistent, because 1 byte belongs to no field"),
+            std::string::npos);
   damaged = bytes;
   damaged.back() ^= std::byte{1};
   EXPECT_NE(error_of(damaged).find("checksum"), std::string::npos);

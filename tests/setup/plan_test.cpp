@@ -137,14 +137,14 @@ TEST(Plans, WheelsAndTorquesAboutALineOfPointsAreRefused) {
   wheel.name = "spin";
   wheel.point = 0;
   scene.wheels = {wheel};
-  EXPECT_TRUE(refused("wheel 'spin': its axis has a component along the line of the points"));
+  EXPECT_TRUE(refused("wheel 'spin' has an axis with a component along the line of the points"));
   scene.wheels.clear();
   Load load;
   load.name = "roll";
   load.axes = Axes::kBody;
   load.torques = {{0, {0.5, 0.0, 0.1}}};
   scene.loads = {load};
-  EXPECT_TRUE(refused("load 'roll': a torque has a component along the line of the points"));
+  EXPECT_TRUE(refused("load 'roll' has a torque with a component along the line of the points"));
   scene.loads[0].torques = {{0, {0.5, 0.0, 0.0}}};
   EXPECT_FALSE(refused("load"));
 }
@@ -225,10 +225,9 @@ TEST(Plans, WarnOfLoadsThatVaryFasterThanTheTicks) {
   Faults warnings;
   compile(scene, &warnings);
   EXPECT_EQ(warnings.size(), 2u);
-  EXPECT_TRUE(
-      mentions(warnings,
-               "load 'aliased': the sine of 999 Hz has less than 13 ticks a cycle at 1000 Hz. The "
-               "load is sampled at ticks and is linear between them: raise the rate to 12987 Hz or more"));
+  EXPECT_TRUE(mentions(warnings,
+                       "load 'aliased': the sine of 999 Hz has fewer than 13 ticks a cycle at 1000 Hz, but "
+                       "the load is linear between ticks; raise the rate to 12987 Hz or more"));
   EXPECT_TRUE(mentions(
       warnings, "load 'fine': rows 1 and 2 of the table are 0.0003 s apart, less than a tick of 0.001 s"));
 }

@@ -107,7 +107,7 @@ TEST(RigidBodies, ARigidBodyMayHaveCoincidentPointsInAnyOrder) {
   }
   Faults faults;
   EXPECT_FALSE(build_structure(with({1.0, 2.0, 4.0}, {4, 5, 6}), faults));
-  EXPECT_NE(faults[0].message.find("link 'body': all its points are in one place"), std::string::npos)
+  EXPECT_NE(faults[0].message.find("link 'body' has all its points in one place"), std::string::npos)
       << faults[0].message;
 }
 
@@ -127,10 +127,10 @@ TEST(RigidLinks, RedundantRigidLinksAreFoundAndReported) {
   ASSERT_EQ(warnings.size(), 1u);
   // either of two equal links may be reported as redundant
   EXPECT_TRUE(warnings[0].message.find(
-                  "rigid link 'again' is redundant: a freedom that it removes is removed by 'ab'") !=
+                  "rigid link 'again' is redundant, because a freedom that it removes is removed by 'ab'") !=
                   std::string::npos ||
               warnings[0].message.find(
-                  "rigid link 'ab' is redundant: a freedom that it removes is removed by 'again'") !=
+                  "rigid link 'ab' is redundant, because a freedom that it removes is removed by 'again'") !=
                   std::string::npos)
       << warnings[0].message;
 }

@@ -47,8 +47,8 @@ struct SceneText {
 /// Reads a scene from text as read_scene reads a file. A scene without a name is called "scene".
 SceneResult read_scene_text(const SceneText& scene, const Settings& settings = {});
 
-/// Returns "boom.yaml:14:7: error: link 'l3': stiffness -5 N/m, must be > 0", with the source line and a
-/// caret if the position is known.
+/// Returns "boom.yaml:14:7: error: link 'l3': stiffness is -5 N/m, but must be > 0", with the source line and
+/// a caret if the position is known.
 std::string format_fault(const Fault& fault, const std::vector<std::string>& sources,
                          bool with_source_line = true);
 /// Returns all faults as a JSON array of {"file","line","column","severity","message"}.
@@ -74,7 +74,7 @@ PlanResult load_plan(const std::string& path, double rate = 0.0, const SetupProg
 ///   const Settings settings{{"points.hub.mass", "41", "points.hub.mass = 41"}};
 ///   PlanResult result = load_plan_text({text, folder}, 0.0, {}, settings);
 ///   for (const Fault& fault : result.faults) puts(format_fault(fault, result.sources, false).c_str());
-/// For a bad value this prints "points.hub.mass = -1: error: point 'hub': mass -1 kg, must be >= 0".
+/// For a bad value this prints "points.hub.mass = -1: error: point 'hub': mass is -1 kg, but must be >= 0".
 PlanResult load_plan_text(const SceneText& scene, double rate = 0.0, const SetupProgress& progress = {},
                           const Settings& settings = {});
 

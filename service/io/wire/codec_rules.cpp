@@ -232,10 +232,8 @@ Reason check_wheels(const ForceCommand& command, const NameTable& table, Text te
 
 Reason check_wrench_values(const Wrench& entry, int i, const NameTable& table, Text text) {
   if (!is_finite(entry.force) || !is_finite(entry.torque)) {
-    print(text,
-          "wrenches[%d]: group %d has the force (%g, %g, %g) N and torque (%g, %g, %g) N m, which must be "
-          "finite",
-          i, entry.group, entry.force[0], entry.force[1], entry.force[2], entry.torque[0], entry.torque[1],
+    print(text, "wrenches[%d]: group %d: force (%g, %g, %g) N and torque (%g, %g, %g) N m must be finite", i,
+          entry.group, entry.force[0], entry.force[1], entry.force[2], entry.torque[0], entry.torque[1],
           entry.torque[2]);
     return Reason::kNotFinite;
   }
@@ -278,8 +276,8 @@ Reason check_wrenches(const ForceCommand& command, const NameTable& table, Text 
     const Reason values = check_wrench_values(entry, i, table, text);
     if (values != Reason::kAccepted) return values;
     if (is_unreachable(traits, entry.torque, command.axes)) {
-      print(text, "wrenches[%d]: group %d cannot take the torque (%g, %g, %g) N m, because %s", i,
-            entry.group, entry.torque[0], entry.torque[1], entry.torque[2],
+      print(text, "wrenches[%d]: group %d cannot take the torque (%g, %g, %g) N m; %s", i, entry.group,
+            entry.torque[0], entry.torque[1], entry.torque[2],
             traits.torque_rank == 0 ? "it is a single point"
                                     : "its points lie on a line, about which the torque must be 0");
       return Reason::kUnreachableTorque;
@@ -371,7 +369,7 @@ Reason check_control(const ControlCommand& command, std::span<char> text) noexce
     return Reason::kBadControl;
   }
   if (command.count < least || command.count > most) {
-    print(text, "command %d has count %lld, but must have %lld to %lld", command.command,
+    print(text, "command %d has count %lld, which must be %lld to %lld", command.command,
           static_cast<long long>(command.count), static_cast<long long>(least), static_cast<long long>(most));
     return Reason::kBadControl;
   }

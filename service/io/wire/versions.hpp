@@ -25,7 +25,8 @@ struct EarlierType {
 const EarlierType* find_earlier(std::span<const std::byte> bytes) noexcept;
 
 /// Returns the reason why bytes from a file or the bus are not a message of this version: "sent by version
-/// 0.3 of the messages, this is 0.5", or "damaged, or of a version that is not known here".
+/// 0.3 of the messages, but this program has version 0.5", or that the bytes are damaged or of an unknown
+/// version.
 std::string explain_unread(std::span<const std::byte> bytes);
 
 }  // namespace freeflex::io
