@@ -134,13 +134,14 @@ Maxwell find_maxwell(const Scene& scene, const Structure& structure, const LinkF
                      const Eigen::MatrixXd& shapes) {
   Maxwell maxwell;
   if (!structure.mechanisms.empty()) {
-    maxwell.delta_absence =
-        join_text("no link resists the motion of ",
-                  point_names(scene, structure.mechanisms.front().moved_points, kNamesInReason),
-                  structure.mechanisms.size() == 1
-                      ? ""
-                      : join_text(" and ", structure.mechanisms.size() - 1, " other mechanisms"),
-                  ", so forces that do work on it cannot be balanced");
+    maxwell.delta_absence = join_text(
+        "no link resists the motion of ",
+        point_names(scene, structure.mechanisms.front().moved_points, kNamesInReason),
+        structure.mechanisms.size() == 1
+            ? ""
+            : join_text(" and ", structure.mechanisms.size() - 1,
+                        structure.mechanisms.size() == 2 ? " other mechanism" : " other mechanisms"),
+        ", so forces that do work on it cannot be balanced");
   } else {
     LinkStates states =
         link_states(factor, structure.mass_properties.rigid_freedoms, unit_forces(scene.points, shapes));

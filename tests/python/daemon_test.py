@@ -140,7 +140,7 @@ class Daemon(unittest.TestCase):
                     here, there = daemon.step(ticks), twin.step(ticks)
                     self.assertEqual((here.tick, list(here.q)), (there.tick, list(there.q)))
                     self.assertEqual(list(here.point("tip").velocity), list(there.point("tip").velocity))
-                with self.assertRaisesRegex(LookupError, "'hub' is not published: list it under publish"):
+                with self.assertRaisesRegex(LookupError, "'hub' is not published; list it under publish"):
                     here.point("hub")
                 daemon.step()
                 with self.assertRaisesRegex(RuntimeError, "the state is of tick 2001012"):
@@ -150,7 +150,7 @@ class Daemon(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 0}\n")
             with Started(path, "--time", "lockstep"), freeflex.connect() as daemon:
-                with self.assertRaisesRegex(freeflex.StepError, "holds at tick 5, but publishes no state: set "
+                with self.assertRaisesRegex(freeflex.StepError, "holds at tick 5, but publishes no state; set "
                                             "publish: {state: RATE} in the scene"):
                     daemon.step(5)
 
@@ -163,7 +163,7 @@ class Daemon(unittest.TestCase):
 
             worker = threading.Thread(target=hold)
             worker.start()
-            with self.assertRaisesRegex(freeflex.StepError, "before tick 1000000000: it was held or reset by another"):
+            with self.assertRaisesRegex(freeflex.StepError, "before tick 1000000000, because it was held or reset by another"):
                 daemon.step(1_000_000_000)
             worker.join()
         with Started(BOOM, "--time", "lockstep", "--until", "0.05"), freeflex.connect() as daemon:
@@ -304,7 +304,7 @@ class Daemon(unittest.TestCase):
 
         with Started(BOOM), freeflex.connect() as daemon:
             with self.assertWarnsRegex(RuntimeWarning, r"every=0.001 s asks for 1000 states per simulated second, but the daemon "
-                                       r"publishes [0-9.]+: .*publish: {state: 1000} in the scene, or start freeflexd with --time "
+                                       r"publishes [0-9.]+, so .*publish: {state: 1000} in the scene, or start freeflexd with --time "
                                        "lockstep") as caught:
                 with self.assertRaises(StopIteration):
                     freeflex.control(daemon, controller, every=0.001)
@@ -330,7 +330,7 @@ class Daemon(unittest.TestCase):
             worker.start()
             is_in.wait(60)
             for call in calls:
-                with self.assertRaisesRegex(freeflex.Busy, r"another thread uses this Daemon: connect\(\) in each thread"):
+                with self.assertRaisesRegex(freeflex.Busy, r"another thread uses this Daemon; connect\(\) in each thread"):
                     call()
             is_over.set()
             worker.join()
@@ -344,20 +344,20 @@ class Daemon(unittest.TestCase):
         with Started(BOOM), freeflex.connect() as daemon:
             while daemon.tick == 0:
                 daemon.status()
-            for times, text in (({"lease": 70.0}, "held_too_long: lease of 70000 ticks, from the bus at most 60000 "),
-                                ({"duration": 70.0}, "held_too_long: duration of 70000 ticks, "),
+            for times, text in (({"lease": 70.0}, "held_too_long: lease is 70000 ticks, but may be at most 60000 from the bus "),
+                                ({"duration": 70.0}, "held_too_long: duration is 70000 ticks, "),
                                 ({"duration": 1.0, "at_tick": 0}, "late: at_tick 0 has passed, .*None, or late=\"take\"")):
                 with self.assertRaisesRegex(freeflex.Rejected, text):
                     daemon.push({"tip": (0, 0, 1)}, **times)
             with self.assertRaisesRegex(freeflex.Rejected, r"wrong_mode: .*call daemon.hold\(\) first, or start freeflexd with "
                                         "--time lockstep"):
                 daemon.step()
-            with self.assertRaisesRegex(LookupError, "no kind 'points', must be one of point, link, group, wheel"):
+            with self.assertRaisesRegex(LookupError, "there is no kind 'points'; it must be one of point, link, group, wheel"):
                 daemon.index("points", "tip")
-            with self.assertRaisesRegex(TypeError, "'tip': '0.1' is text, must be a number"):
+            with self.assertRaisesRegex(TypeError, "'tip': '0.1' is text, but must be a number"):
                 daemon.push({"tip": ("0.1", 0, 0)}, duration=1.0)
         for call in daemon.step, daemon.status, lambda: daemon.push(slot=1), lambda: next(daemon.listen()):
-            with self.assertRaisesRegex(ValueError, r"the connection to the bus is closed: connect\(\) again"):
+            with self.assertRaisesRegex(ValueError, r"the connection to the bus is closed; connect\(\) again"):
                 call()
 
     def test_a_step_accepts_the_same_ticks_as_a_motion(self):
@@ -378,7 +378,7 @@ class Daemon(unittest.TestCase):
             path = self.scene(folder, "publish: {state: 0}\n")
             with Started(path), freeflex.connect() as daemon:
                 daemon.timeout = 0.5
-                with self.assertRaisesRegex(freeflex.StepError, "no STATE within 0.5 s of a running daemon"):
+                with self.assertRaisesRegex(freeflex.StepError, "no STATE of a running daemon came within 0.5 s"):
                     freeflex.control(daemon, lambda state: None, every=0.1)
 
     def test_commands_need_the_key_that_the_daemon_requires(self):
@@ -448,11 +448,11 @@ class Daemon(unittest.TestCase):
             self.assertEqual(fault, "tip\ufffd(")
 
     def test_a_missing_daemon_is_reported(self):
-        with self.assertRaisesRegex(TimeoutError, "no STATUS on NOBODY_STATUS: is freeflexd running"):
+        with self.assertRaisesRegex(TimeoutError, "no STATUS came on NOBODY_STATUS; is freeflexd running"):
             freeflex.connect("NOBODY", timeout=0.2)
         with freeflex.Daemon(freeflex.Bus(), "NOBODY") as daemon, freeflex.Daemon(freeflex.Bus(), "NOBODY") as other:
             self.assertNotEqual(daemon.sender, other.sender)
-            with self.assertRaisesRegex(LookupError, "no channel 'STAT'"):
+            with self.assertRaisesRegex(LookupError, "there is no channel 'STAT'"):
                 list(daemon.listen("STAT", timeout=0.1))
         with self.assertRaisesRegex(ValueError, "not a bus"):
             freeflex.connect(url="udpm://127.0.0.1:7667")

@@ -95,7 +95,7 @@ class Recordings(unittest.TestCase):
         self.write(event(0, 7, "FREEFLEX_STATE", b"not a state"), event(1, 8, "FREEFLEX_STATE", state.encode()))
         found, error = self.hear(log.messages)
         self.assertEqual([message for _, message in found], [state])
-        self.assertRegex(str(error), "FREEFLEX_STATE at 7 us: not a state_t")
+        self.assertRegex(str(error), "FREEFLEX_STATE at 7 us: the bytes are not a state_t")
 
     def test_another_kind_of_file_is_refused(self):
         self.write(b"tick,time\n0,0\n")

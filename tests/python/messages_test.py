@@ -113,7 +113,7 @@ class Messages(unittest.TestCase):
     def test_values_that_do_not_fit_are_reported(self):
         with self.assertRaisesRegex(ValueError, "slot"):
             messages.force_t(slot=2 ** 40).encode()
-        with self.assertRaisesRegex(ValueError, "force: 2 values, must be 3"):
+        with self.assertRaisesRegex(ValueError, "force has 2 values, but must have 3"):
             messages.point_force_t(force=(1.0, 2.0)).encode()
         with self.assertRaisesRegex(ValueError, "q_dot has 1 entries"):
             messages.state_t(q=[1.0, 2.0], q_dot=[1.0]).encode()

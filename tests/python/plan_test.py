@@ -78,7 +78,7 @@ class Plans(unittest.TestCase):
         motion = freeflex.Plan(BOOM).motion()
         with self.assertRaisesRegex(LookupError, "tip"):
             motion.push({"tipp": (0, 0, 1)}, duration=1)
-        with self.assertRaisesRegex(freeflex.StepError, "point 44, the scene has points 0 to 3"):
+        with self.assertRaisesRegex(freeflex.StepError, "point 44 does not exist; the scene has points 0 to 3"):
             motion.push({44: (0, 0, 1)}, duration=1)
         with self.assertRaisesRegex(ValueError, "three components"):
             motion.push({"tip": (0, 1)}, duration=1)
@@ -88,15 +88,15 @@ class Plans(unittest.TestCase):
         with self.assertRaisesRegex(freeflex.StepError, "has no inertia and takes no torque"):
             motion.push({"tip": (0, 0, 1)}, torques={"hub": (0, 0, 1)}, duration=1)
         for times in ({"duration": 60.001}, {"lease": 70}):
-            with self.assertRaisesRegex(freeflex.StepError, r"ticks, must be at most 60000 \('commands: max_hold' of the scene"):
+            with self.assertRaisesRegex(freeflex.StepError, r"ticks, but may last at most 60000 \('commands: max_hold' of the scene"):
                 motion.push({"tip": (0, 0, 1)}, **times)
         motion.push({"tip": (0, 0, 1)}, lease=60)
         for loads in ({"forces": {"tip": ("0.1", 0, 0)}}, {"forces": {"tip": "123"}}, {"wrenches": {0: ("123", (0, 0, 0))}},
                       {"wheels": {0: "1"}}):
-            with self.assertRaisesRegex(TypeError, "is text, must be a number"):
+            with self.assertRaisesRegex(TypeError, "is text, but must be a number"):
                 motion.push(**loads, duration=1)
         for name in ("tip", 3):
-            with self.assertRaisesRegex(LookupError, "no kind 'points', must be one of point, link, group, wheel"):
+            with self.assertRaisesRegex(LookupError, "there is no kind 'points'; it must be one of point, link, group, wheel"):
                 motion.index("points", name)
         for every, text in ((0.00037, "0.37 ticks at 1000 Hz, .* every=0.001 is"), (0.0025, "2.5 ticks")):
             with self.assertRaisesRegex(ValueError, text):
@@ -142,7 +142,7 @@ class States(unittest.TestCase):
         state = motion.step(10)
         state.point("tip")
         motion.step(1)
-        with self.assertRaisesRegex(RuntimeError, "is at tick 11: read from the state of tick 10"):
+        with self.assertRaisesRegex(RuntimeError, "is at tick 11; read from the state of tick 10"):
             state.point("tip")
         state = motion.state
         motion.reset()  # the tick does not change, so it cannot identify the state
@@ -230,7 +230,7 @@ class Memory(unittest.TestCase):
         motion = freeflex.Plan(BOOM).motion()
         for _ in range(256):
             motion.push({"tip": (0, 0, 1)}, duration=1.0)
-        with self.assertRaisesRegex(freeflex.StepError, "256 pushes wait for the next step, the largest number allowed"):
+        with self.assertRaisesRegex(freeflex.StepError, "256 pushes wait for the next step, which is the largest number allowed"):
             motion.push({"tip": (0, 0, 2)}, duration=1.0)
         motion.step()
         motion.push({"tip": (0, 0, 2)}, duration=1.0)

@@ -71,13 +71,13 @@ class Scenes(unittest.TestCase):
     def test_a_refused_value_is_reported(self):
         scene = freeflex.Scene(BOOM)
         scene["points.hub.mass"] = -1
-        with self.assertRaisesRegex(freeflex.StepError, "points.hub.mass = -1.*mass -1 kg, must be"):
+        with self.assertRaisesRegex(freeflex.StepError, "points.hub.mass = -1.*mass is -1 kg, but must be"):
             freeflex.Plan(scene)
         scene["points.hub.mass"] = 40
         scene["points.hubb.mass"] = 41
         with self.assertRaisesRegex(freeflex.StepError, "points.hubb.mass = 41.*hub"):
             freeflex.Plan(scene)
-        with self.assertRaisesRegex(freeflex.StepError, "<dict>.*mass -2 kg, must be"):
+        with self.assertRaisesRegex(freeflex.StepError, "<dict>.*mass is -2 kg, but must be"):
             freeflex.Plan(PAIR | {"points": [{"name": "a", "mass": -2, "at": [0, 0, 0]}]})
         with self.assertRaisesRegex(freeflex.StepError, "<text>:1:"):
             freeflex.Plan(text="points: 3")

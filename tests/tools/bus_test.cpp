@@ -55,8 +55,8 @@ TEST_F(OnTheBus, OnePushAppliesAForceToEachOfItsPoints) {
 TEST_F(OnTheBus, PushWarnsIfADurationIsRoundedToTicks) {
   const std::string push = "$P --point tip --force 0,0,1 ";
   for (const auto& [asked, words] : std::vector<std::pair<std::string, std::string>>{
-           {"--duration 1e-5", "--duration 1e-05 s is 0.01 ticks: it lasts 1 tick, 0.001 s"},
-           {"--lease 0.0024", "--lease 0.0024 s is 2.4 ticks: it lasts 2 ticks, 0.002 s"}}) {
+           {"--duration 1e-5", "--duration 1e-05 s is 0.01 ticks, so it lasts 1 tick, 0.001 s"},
+           {"--lease 0.0024", "--lease 0.0024 s is 2.4 ticks, so it lasts 2 ticks, 0.002 s"}}) {
     const Outcome outcome = with_daemon(push + asked);
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     EXPECT_TRUE(contains(outcome.err, "warning: " + words)) << outcome.err;
@@ -68,7 +68,7 @@ TEST_F(OnTheBus, ARejectedPushPrintsTheReason) {
   const Outcome outcome = with_daemon("$P --point tip --force 0,0,1 --at-tick 0");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
   EXPECT_TRUE(contains(outcome.out, "rejected at tick ")) << outcome.out;
-  EXPECT_TRUE(contains(outcome.out, ": late: ")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, " (late): ")) << outcome.out;
 }
 
 TEST_F(OnTheBus, RejectionsContainTheNamesOfPointsAndOptions) {
@@ -85,18 +85,18 @@ TEST_F(OnTheBus, RejectionsContainTheNamesOfPointsAndOptions) {
       folder_ / "four.yaml");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
   for (const char* part :
-       {"over_limit: point '3': |force| 20 N", "not_pushable: point '4' may not be pushed",
-        "over_limit: group 'base': |force| 11 N", "late: --at-tick 0 has passed", "or add --late-ok",
-        "bad_control: --control shapes=99: must be a mode from 1 to 6",
-        "wrong_mode: --control step=N applies only while holding: send --control hold first",
-        "\"text\": \"point '3': "})
+       {"(over_limit): point '3' has |force| 20 N", "(not_pushable): point '4' may not be pushed",
+        "(over_limit): group 'base' has |force| 11 N", "(late): --at-tick 0 has passed", "or add --late-ok",
+        "(bad_control): --control shapes=99 must be a mode from 1 to 6",
+        "(wrong_mode): --control step=N applies only while holding; send --control hold first",
+        "\"text\": \"point '3' has "})
     EXPECT_TRUE(contains(outcome.out, part)) << part << " not in " << outcome.out << outcome.err;
 }
 
 TEST_F(OnTheBus, PushToAnUnknownNameListsTheKnownNames) {
   const Outcome outcome = with_daemon("$P --point nose --force 0,0,1");
   EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_TRUE(contains(outcome.err, "no point 'nose' in scene 'frame'")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "there is no point 'nose' in scene 'frame'")) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "tip")) << outcome.err;
   const Outcome near = with_daemon("$P --point tpi --force 0,0,1");
   EXPECT_TRUE(contains(near.err, "did you mean 'tip'?")) << near.err;
@@ -119,7 +119,7 @@ TEST_F(OnTheBus, PushOverTheSocketFindsItsDefaultPath) {
   EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
   EXPECT_TRUE(contains(outcome.out, "accepted by the daemon of scene 'frame': takes effect at tick "))
       << outcome.out << outcome.err;
-  EXPECT_TRUE(contains(outcome.err, "no point 'nose' in scene 'frame'")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "there is no point 'nose' in scene 'frame'")) << outcome.err;
 }
 
 TEST_F(OnTheBus, ControlStopsTheDaemon) {
@@ -141,7 +141,7 @@ TEST_F(OnTheBus, PushSealsItsCommandWithAKey) {
       kGolden + "frame.plan --keys " + key);
   EXPECT_TRUE(contains(outcome.out, "accepted: takes effect at tick ")) << outcome.out << outcome.err;
   EXPECT_TRUE(
-      contains(outcome.out, "key_required: this daemon accepts only commands with a key: add --key FILE"))
+      contains(outcome.out, "(key_required): this daemon accepts only commands with a key; add --key FILE"))
       << outcome.out << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "Do the daemon's --keys contain this key")) << outcome.err;
   // a sealed command is signed but not encrypted, so `freeflex monitor` can read it

@@ -89,7 +89,7 @@ TEST_F(Compare, ReportsWhereFilesDifferAndByHowMuch) {
   EXPECT_EQ(compare_json("a.csv", "b.csv", "--tolerance 0.2")["result"], "incomplete");
   EXPECT_EQ(compare("a.csv", "b.csv", "--tolerance 0.15").exit_code, 1);
   const Outcome text = compare("a.csv", "b.csv", "--tolerance 0.15");
-  EXPECT_TRUE(contains(text.out, "differs from tick 1 on: x: 2, 2.5")) << text.out;
+  EXPECT_TRUE(contains(text.out, "differs from tick 1 on, where x is 2 and 2.5")) << text.out;
 }
 
 TEST_F(Compare, AQuaternionAndItsNegativeAreTheSameAttitude) {
@@ -146,12 +146,12 @@ TEST_F(Compare, ReportsWhyAFileCannotBeCompared) {
     EXPECT_EQ(outcome.exit_code, exit_code) << text;
     EXPECT_TRUE(contains(outcome.err, why)) << outcome.err;
   };
-  refuses("", 2, "an empty file");
+  refuses("", 2, "the file is empty");
   refuses("a line\n", 2, "neither a recording nor a table");
-  refuses("tick,x\n0,1\n1\n", 3, "line 3: fewer columns");
-  refuses("tick,x\n0,1\n1,2,3\n", 3, "line 3: more columns");
-  refuses("tick,x\n0,1\n1,two\n", 3, "line 3: there is no number");
-  refuses("tick,x\n0,1\n0,2\n", 3, "line 3: tick 0 after tick 0");
+  refuses("tick,x\n0,1\n1\n", 3, "line 3: the line has fewer columns");
+  refuses("tick,x\n0,1\n1,2,3\n", 3, "line 3: the line has more columns");
+  refuses("tick,x\n0,1\n1,two\n", 3, "line 3: a column has no number");
+  refuses("tick,x\n0,1\n0,2\n", 3, "line 3: tick 0 follows tick 0");
   refuses("tick,x\n0,1\n1,2", 3, "line 3: the last line has no end");
   refuses("tick,y\n0,1\n", 3, "nothing was compared");
   refuses("tick,x\n7,1\n", 3, "nothing was compared");

@@ -25,7 +25,7 @@ class Cut : public ::testing::Test {
   /// Expects exit code 3 and a message with the position of the cut.
   static void expect_named(const Outcome& outcome) {
     EXPECT_EQ(outcome.exit_code, 3) << outcome.out << outcome.err;
-    EXPECT_TRUE(contains(outcome.err, "cut.log: damaged at byte ") &&
+    EXPECT_TRUE(contains(outcome.err, "cut.log is damaged at byte ") &&
                 contains(outcome.err, ": the file ends inside a record, after "))
         << outcome.err;
   }
@@ -37,8 +37,8 @@ class Cut : public ::testing::Test {
 TEST_F(Cut, ReplayComparesTheCompleteRecordsOfACutRecording) {
   const Outcome outcome = freeflex("replay cut.log");
   expect_named(outcome);
-  EXPECT_TRUE(
-      outcome.out.starts_with("up to tick " + std::to_string(known_tick()) + " as recorded, to the bit ("))
+  EXPECT_TRUE(outcome.out.starts_with("the states up to tick " + std::to_string(known_tick()) +
+                                      " are as recorded, to the bit ("))
       << outcome.out;
   EXPECT_GT(known_tick(), 500);
   EXPECT_LT(known_tick(), 1500);

@@ -125,7 +125,7 @@ TEST(Damage, ADamagedSyncWordLosesTwoRecordsAndTheStatesThatDependOnThem) {
     EXPECT_EQ(outcome.num_states, num_states) << i << outcome.error;
     if (known > std::int64_t{1} << 60) continue;
     ++num_with_command;
-    EXPECT_TRUE(contains(outcome.error, "applied sequence " + std::to_string(known) + " missing: "))
+    EXPECT_TRUE(contains(outcome.error, "applied sequence " + std::to_string(known) + " is missing, so "))
         << outcome.error;
   }
   EXPECT_GT(num_with_command, 1);
@@ -165,7 +165,7 @@ TEST(Damage, ADamagedChannelNameIsReportedAtItsByte) {
         const ReplayOutcome outcome = real().replay_flipped(at, 1 << bit);
         EXPECT_EQ(outcome.result, ReplayResult::kIncomplete) << channel << at;
         EXPECT_GT(outcome.num_states, 0) << channel << at;
-        EXPECT_TRUE(contains(outcome.error, "the channel name is damaged at byte " + std::to_string(at)))
+        EXPECT_TRUE(contains(outcome.error, ", so the channel name is damaged at byte " + std::to_string(at)))
             << outcome.error;
       }
     }
@@ -179,7 +179,7 @@ TEST(Damage, ADamagedSessionNumberIsReportedAtItsByte) {
       const ReplayOutcome outcome = real().replay_flipped(at, 0x21);
       EXPECT_EQ(outcome.result, ReplayResult::kIncomplete) << channel << at;
       EXPECT_GT(outcome.num_states, 0) << channel << at;
-      EXPECT_TRUE(contains(outcome.error, "that number is damaged at byte " + std::to_string(at)))
+      EXPECT_TRUE(contains(outcome.error, ", so that number is damaged at byte " + std::to_string(at)))
           << outcome.error;
     }
   }

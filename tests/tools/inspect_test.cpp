@@ -83,7 +83,8 @@ TEST(Inspect, ReportsThatACubeIsRenumbered) {
   EXPECT_LT(double{json["inverse_error"]}, 1e-12);
   const Outcome text = inspect(cube(), "");
   EXPECT_TRUE(contains(text.out, "basis              spatial, rank 18 of 18")) << text.out;
-  EXPECT_TRUE(contains(text.out, "the order of the scene gives rank 15; used instead: c")) << text.out;
+  EXPECT_TRUE(contains(text.out, "the order of the scene gives rank 15; the order used instead is c"))
+      << text.out;
   EXPECT_TRUE(contains(text.out, "statically indeterminate to degree 10")) << text.out;
 }
 
@@ -116,7 +117,7 @@ TEST(Inspect, AnIncompleteRecipeIsExplainedAndAutoChoosesTheFormalRecipe) {
   ASSERT_EQ(json["basis"]["flat_points"].size(), 4u);
   const Outcome text = inspect(yaml, "--basis spatial");
   EXPECT_EQ(text.exit_code, 1);
-  EXPECT_TRUE(contains(text.out, "short by 4")) << text.out;
+  EXPECT_TRUE(contains(text.out, "the rank is short by 4")) << text.out;
   EXPECT_TRUE(contains(text.out, "lie in one plane")) << text.out;
   EXPECT_EQ(inspect_json(yaml, "")["basis"]["recipe"], "formal");
 }

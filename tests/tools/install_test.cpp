@@ -132,7 +132,8 @@ TEST(Install, TheControllerReportsAnUnknownPoint) {
   if (!refusal.empty()) GTEST_SKIP() << refusal;
   const Outcome unknown = example().fly("$D & daemon=$!; $C a nose 4");
   EXPECT_EQ(unknown.exit_code, 2) << unknown.out;
-  EXPECT_TRUE(contains(unknown.err, "controller: no point 'nose'; there are: a, b")) << unknown.err;
+  EXPECT_TRUE(contains(unknown.err, "controller: there is no point 'nose'; the scene has a, b"))
+      << unknown.err;
 }
 
 TEST(Install, EachInstalledComponentNeedsOnlyItsOwnLibraries) {

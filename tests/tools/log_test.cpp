@@ -221,8 +221,8 @@ TEST(LogFile, DamageAtTwoPlacesIsCountedWithItsBytes) {
   bool is_damaged = false;
   count_records(folder / "a.log", error, is_damaged);
   EXPECT_TRUE(error.ends_with(
-      "a.log: damaged at byte 58: no record starts here; nothing is read from byte 29 to byte "
-      "87, and at 1 place more; 116 of 261 bytes in all"))
+      "a.log is damaged at byte 58: no record starts here; nothing is read from byte 29 to byte "
+      "87, nor at 1 place more, in all 116 of 261 bytes"))
       << error;
 }
 

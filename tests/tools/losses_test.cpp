@@ -68,7 +68,8 @@ TEST(Losses, UnsentMessagesAreDistinguishedFromMessagesLostInTransit) {
   EXPECT_EQ(loss.num_lost_in_transit(), 2);
   EXPECT_EQ(describe(loss, session.unsent),
             "STATE of 7 ticks that the daemon publishes at the scene's rate is not in the log, first at "
-            "tick 0: 2 from before the log begins; 3 not sent, by the counts of the status; 2 lost in "
+            "tick 0. Of these, 2 are from before the log begins; 3 were not sent, by the counts of the "
+            "status; 2 were lost in "
             "transit");
 }
 
@@ -77,8 +78,7 @@ TEST(Losses, HaveNoKnownCauseIfTheRecordingHasNoStatus) {
   add_states(session, {0, 40});
   EXPECT_EQ(describe(loss_of(session), session.unsent),
             "STATE of 1 tick that the daemon publishes at the scene's rate is not in the log, first at tick "
-            "20: "
-            "1 not sent or lost in transit (no status in the log)");
+            "20. Of these, 1 was not sent or lost in transit (no status in the log)");
 }
 
 TEST(Losses, AreCountedUpToTheLastTickOfTheDaemon) {

@@ -52,7 +52,7 @@ TEST(MessageJson, AnEnvelopeIsShownWithItsContents) {
   envelope.num_bytes = static_cast<std::int32_t>(envelope.body.size());
   envelope.tag[31] = 0xab;
   const tools::DecodedMessage shown = tools::decode_by_suffix(channels::kControl, io::encode(envelope));
-  EXPECT_EQ(shown.summary, "signed with key pilot-1: desk: scene");
+  EXPECT_EQ(shown.summary, "sealed with key pilot-1: desk: scene");
   EXPECT_EQ(shown.fields["body"]["command"], "scene");
   EXPECT_EQ(shown.fields["tag"], std::string(62, '0') + "ab");
 }
@@ -66,7 +66,7 @@ TEST(MessageJson, AMessageOfAnOlderVersionIsReportedWithItsVersion) {
     return state;
   }();
   EXPECT_EQ(tools::decode_by_suffix(channels::kState, bytes).summary,
-            "sent by version 0.3 of the messages, this is 0.5");
+            "sent by version 0.3 of the messages, but this program has version 0.5");
 }
 
 }  // namespace

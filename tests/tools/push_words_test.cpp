@@ -55,10 +55,10 @@ std::string command_text(Reason reason, const std::function<void(ForceCommand&, 
 
 TEST(PushWords, IndicesAreReplacedByNames) {
   EXPECT_EQ(command_text(Reason::kOverLimit, [](auto& command, auto&) { command.points[1].force[2] = 20.0; }),
-            "point 'RUN.20': |force| 20 N, the scene allows at most 10 N");
+            "point 'RUN.20' has |force| 20 N, but the scene allows at most 10 N");
   EXPECT_EQ(
       command_text(Reason::kOverLimit, [](auto& command, auto&) { command.wrenches[0].torque[2] = 2.0; }),
-      "group 'start_tick': |torque| 2 N m, the scene allows at most 1 N m");
+      "group 'start_tick' has |torque| 2 N m, but the scene allows at most 1 N m");
   EXPECT_TRUE(command_text(Reason::kNotPushable, [](auto&, auto& table) {
                 table.num_pushable = 19;
               }).starts_with("point 'RUN.20' may not be pushed"));
@@ -74,7 +74,7 @@ TEST(PushWords, IndicesAreReplacedByNames) {
                            command.num_torques = 1;
                            command.torques[0].point = 4;
                          }),
-            "point 'in point 19' has no inertia and takes no torque: use a wrench on a group");
+            "point 'in point 19' has no inertia and takes no torque; use a wrench on a group");
   EXPECT_EQ(command_text(Reason::kNotPushable,
                          [](auto& command, auto& table) {
                            table.num_pushable = 19;
@@ -86,46 +86,47 @@ TEST(PushWords, IndicesAreReplacedByNames) {
                          }),
             "wheel 'spin' is in point 'RUN.20', which may not be pushed; add it to 'commands: points'");
   EXPECT_EQ(command_text(Reason::kTooManyPoints, [](auto& command, auto&) { command.num_points = 257; }),
-            "257 points, must be at most 256");
+            "there are 257 points, but at most 256 are allowed");
 }
 
 TEST(PushWords, MessageFieldsAreReplacedByOptions) {
-  EXPECT_EQ(loop_text({.reason = Reason::kLate, .tick = 3001, .found = 1}),
-            "--at-tick 1 has passed, the next tick is 3001: give a later tick or none, or add --late-ok");
+  EXPECT_EQ(
+      loop_text({.reason = Reason::kLate, .tick = 3001, .found = 1}),
+      "--at-tick 1 has passed, because the next tick is 3001; give a later tick or none, or add --late-ok");
   EXPECT_EQ(loop_text({.reason = Reason::kTooFarAhead, .tick = 5, .found = 200'000'000, .most = 100'000'000}),
-            "--at-tick 200000000 is more than 100000000 ticks ahead of 5: send it later");
+            "--at-tick 200000000 is more than 100000000 ticks ahead of 5; send it later");
   EXPECT_EQ(
       loop_text({.reason = Reason::kTooFarAhead, .tick = 5, .found = 70'000, .most = 60'000}),
-      "--at-tick 70000 is more than 60000 ticks ahead of 5: send it later; 'commands: max_hold' of the scene "
-      "is the limit");
-  EXPECT_EQ(
-      command_text(Reason::kHeldTooLong,
-                   [](auto& command, auto& table) {
-                     table.max_hold = 60.0;
-                     table.max_hold_ticks = 60'000;
-                     command.duration_ticks = 70'000;
-                   }),
-      "--duration of 70000 ticks, from the bus at most 60000 (60 s, 'commands: max_hold' of the scene): send "
-      "it again before it ends");
+      "--at-tick 70000 is more than 60000 ticks ahead of 5; send it later ('commands: max_hold' of the scene "
+      "is the limit)");
+  EXPECT_EQ(command_text(Reason::kHeldTooLong,
+                         [](auto& command, auto& table) {
+                           table.max_hold = 60.0;
+                           table.max_hold_ticks = 60'000;
+                           command.duration_ticks = 70'000;
+                         }),
+            "--duration is 70000 ticks, but may be at most 60000 from the bus (60 s, 'commands: max_hold' of "
+            "the scene); send "
+            "it again before it ends");
   EXPECT_EQ(loop_text({.reason = Reason::kNotGranted, .command = freeflex_msgs::control_t::CLEAR}),
             "--clear-sender is accepted only over the operator's socket, or with a key whose controls "
             "include clear");
   using freeflex_msgs::control_t;
   EXPECT_EQ(loop_text({.reason = Reason::kBadControl, .command = control_t::SHAPES, .found = 7, .most = 6}),
-            "--control shapes=7: must be a mode from 1 to 6");
+            "--control shapes=7 must be a mode from 1 to 6");
   EXPECT_EQ(loop_text({.reason = Reason::kBadControl, .command = control_t::SCENE, .found = 4, .most = 3}),
-            "--control scene=4: must be a page from 1 to 3, or scene without a number for all");
+            "--control scene=4 must be a page from 1 to 3, or scene without a number for all");
   EXPECT_EQ(loop_text({.reason = Reason::kQueueFull, .command = control_t::SHAPES, .found = 3}),
-            "the publisher is behind: send again later");
+            "the publisher is behind; send again later");
   EXPECT_EQ(loop_text({.reason = Reason::kQueueFull, .found = 64}),
-            "this sender, by itself or with others, already has 64 waiting commands, which is the limit: "
+            "this sender, by itself or with others, already has 64 waiting commands, which is the limit; "
             "send again later");
   EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .command = control_t::RUN}),
-            "--control run does not apply in lockstep: send --control step=N");
+            "--control run does not apply in lockstep; send --control step=N");
   EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .command = control_t::STEP}),
-            "--control step=N applies only while holding: send --control hold first");
+            "--control step=N applies only while holding; send --control hold first");
   EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .mode = service::Mode::kFault}),
-            "the simulation is faulted: only --control reset and --control stop are accepted");
+            "the simulation is faulted, so only --control reset and --control stop are accepted");
 }
 
 TEST(PushWords, NoRejectionOfTheLoopShowsNamesOfMessageFields) {

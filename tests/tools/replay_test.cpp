@@ -101,7 +101,7 @@ TEST(Replay, AStateThatDiffersInOneBitIsReported) {
     });
   });
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
-  EXPECT_TRUE(contains(outcome.out, "differs at tick " + std::to_string(tick) + ": q[3]: recorded "))
+  EXPECT_TRUE(contains(outcome.out, "differs at tick " + std::to_string(tick) + ": q[3] is recorded as "))
       << outcome.out;
 }
 
@@ -120,7 +120,7 @@ TEST(Replay, EachFieldOfAStateIsComparedToTheBit) {
                     [&](state_t& state) { *coordinate(state) = next_up(*coordinate(state)); });
     });
     EXPECT_EQ(outcome.exit_code, 1) << name << outcome.err;
-    EXPECT_TRUE(contains(outcome.out, ": " + name + ": recorded ")) << outcome.out;
+    EXPECT_TRUE(contains(outcome.out, ": " + name + " is recorded as ")) << outcome.out;
   }
 }
 
@@ -152,11 +152,12 @@ TEST(Replay, ARecordingThatLacksACommandIsIncomplete) {
       events.erase(events.begin() + static_cast<std::ptrdiff_t>(applied[dropped]));
     });
     EXPECT_EQ(outcome.exit_code, 3) << dropped << outcome.out;
-    EXPECT_TRUE(
-        contains(outcome.err, "log incomplete: applied sequence " + std::to_string(dropped) + " missing"))
+    EXPECT_TRUE(contains(
+        outcome.err, "the log is incomplete: applied sequence " + std::to_string(dropped) + " is missing"))
         << outcome.err;
     // no state before the missing command depends on the command
-    EXPECT_TRUE(contains(outcome.out, "up to tick ") && contains(outcome.out, " as recorded, to the bit ("))
+    EXPECT_TRUE(contains(outcome.out, "the states up to tick ") &&
+                contains(outcome.out, " are as recorded, to the bit ("))
         << outcome.out;
     EXPECT_FALSE(contains(outcome.out, "identical")) << outcome.out;
   }
@@ -168,7 +169,7 @@ TEST(Replay, ARecordingThatStartsAfterACommandIsIncomplete) {
     events.erase(events.begin(), events.begin() + static_cast<std::ptrdiff_t>(applied[1]) + 1);
   });
   EXPECT_EQ(outcome.exit_code, 3) << outcome.out;
-  EXPECT_TRUE(contains(outcome.err, "applied sequence 0 missing")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "applied sequence 0 is missing")) << outcome.err;
 }
 
 TEST(Replay, ARecordingThatStartsLateButBeforeTheFirstCommandIsComplete) {
@@ -224,7 +225,7 @@ TEST(Replay, AShortTextIsNotALog) {
     const Outcome outcome =
         run(kFreeflex + " replay " + folder / "text.log --plan " + kGolden + "frame.plan");
     EXPECT_EQ(outcome.exit_code, 2) << text;
-    EXPECT_TRUE(contains(outcome.err, "not an LCM event log")) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, " is not an LCM event log")) << outcome.err;
   }
 }
 
@@ -234,7 +235,8 @@ TEST(Replay, ACommandOfAnotherPlanContradictsTheLog) {
                     [](applied_t& applied) { applied.plan_fingerprint ^= 1; });
   });
   EXPECT_EQ(one.exit_code, 3) << one.out;
-  EXPECT_TRUE(contains(one.err, "log incomplete: the message on FREEFLEX_APPLIED at byte ")) << one.err;
+  EXPECT_TRUE(contains(one.err, "the log is incomplete: the message on FREEFLEX_APPLIED at byte "))
+      << one.err;
   EXPECT_TRUE(contains(one.err, "names the plan ")) << one.err;
   // all commands name one plan, but SCENE names another
   const TemporaryFolder folder;
@@ -244,7 +246,7 @@ TEST(Replay, ACommandOfAnotherPlanContradictsTheLog) {
   write_events(folder / "changed.log", events);
   const Outcome all = run(kFreeflex + " replay " + folder / "changed.log");
   EXPECT_EQ(all.exit_code, 3) << all.out;
-  EXPECT_TRUE(contains(all.err, "a session has one plan")) << all.err;
+  EXPECT_TRUE(contains(all.err, "a session must have one plan")) << all.err;
 }
 
 TEST(Replay, ARecordingWithADamagedMessageIsIncomplete) {
@@ -300,10 +302,10 @@ TEST(Replay, ARecordingOfVersion03IsRefusedWithItsVersion) {
   });
   EXPECT_EQ(outcome.exit_code, 2) << outcome.out;
   EXPECT_TRUE(contains(outcome.err, "the message on FREEFLEX_STATE at byte ")) << outcome.err;
-  EXPECT_TRUE(
-      contains(outcome.err,
-               " is sent by version 0.3 of the messages, this is 0.5: replay it with the release that "
-               "recorded it"))
+  EXPECT_TRUE(contains(outcome.err,
+                       " is sent by version 0.3 of the messages, but this program has version 0.5; replay it "
+                       "with the release that "
+                       "recorded it"))
       << outcome.err;
 }
 
@@ -321,7 +323,8 @@ TEST(Replay, DistinguishesUnsentMessagesFromLostMessages) {
   const std::string replay = kFreeflex + " replay " + folder / "gaps.log --plan " + kGolden + "frame.plan";
   const Outcome text = run(replay);
   EXPECT_EQ(text.exit_code, 0) << text.err;
-  EXPECT_TRUE(contains(text.err, "3 not sent, by the counts of the status; 2 lost in transit")) << text.err;
+  EXPECT_TRUE(contains(text.err, "3 were not sent, by the counts of the status; 2 were lost in transit"))
+      << text.err;
   const Json missing = Json::parse(run(replay + " --json").out)["missing"];
   EXPECT_EQ(missing["STATE"]["ticks"], 5) << missing;
   EXPECT_EQ(missing["STATE"]["unsent"], 3) << missing;
@@ -356,7 +359,7 @@ TEST(Replay, MissingFilesAndWrongPlansAreUsageErrors) {
   EXPECT_EQ(run(replay + "--session 7 --plan " + sound().plan).exit_code, 2);
   const Outcome no_log = run(kFreeflex + " replay " + sound().plan + " --plan " + sound().plan);
   EXPECT_EQ(no_log.exit_code, 2);
-  EXPECT_TRUE(contains(no_log.err, "not an LCM event log")) << no_log.err;
+  EXPECT_TRUE(contains(no_log.err, " is not an LCM event log")) << no_log.err;
 }
 
 TEST(Replay, OneOfSeveralSessionsMustBeChosen) {

@@ -226,7 +226,8 @@ TEST(ReportArguments, RungsThatWouldTakeTooLongAreSkippedAndReported) {
   const auto scene = nlohmann::json::parse(outcome.out)["scenes"][0];
   EXPECT_TRUE(scene["runs"].empty()) << scene["runs"];
   ASSERT_FALSE(scene["left_out"].empty());
-  EXPECT_TRUE(contains(scene["left_out"][0].dump(), "solved exactly, at 0.25 ms: a run would take"))
+  EXPECT_TRUE(
+      contains(scene["left_out"][0].dump(), "cannot be solved exactly, at 0.25 ms, because a run would take"))
       << scene["left_out"][0];
 }
 
@@ -276,7 +277,7 @@ TEST(ReportArguments, InputFilesAreNotOverwritten) {
   const Outcome outcome =
       run(kFreeflex + " report --rungs --until 0.1 --out " + folder.path() + " " + folder / "scene.yaml");
   EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_TRUE(contains(outcome.err, "report.csv is read")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "report.csv, which is read")) << outcome.err;
   EXPECT_EQ(read_text(folder / "report.csv"), points);
 }
 
@@ -293,7 +294,8 @@ TEST(ReportArguments, ScenesAndOptionsThatCannotBeReportedAreRefused) {
   EXPECT_EQ(run(kFreeflex + " report --until -1 " + folder / "beam.yaml").exit_code, 2);
   const Outcome times = run(kFreeflex + " report --until 1,2 " + folder / "beam.yaml");
   EXPECT_EQ(times.exit_code, 2);
-  EXPECT_TRUE(contains(times.err, "2 times for 1 scenes: give one for all, or one a scene")) << times.err;
+  EXPECT_TRUE(contains(times.err, "2 times for 1 scenes; give one for all, or one for each scene"))
+      << times.err;
   write_text(folder / "tetrahedron.yaml", kTetrahedron);
   write_text(folder / "file", "");
   const Outcome blocked = run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --out " + folder / "file" +

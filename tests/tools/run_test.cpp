@@ -299,7 +299,7 @@ TEST_F(Run, ReportsTheRatiosOfAStretchedAndSpunPair) {
   const double spin_ratio = 0.1 * 0.1 / 200.0 * 0.5 / 2e-4;
   EXPECT_NEAR(json["displacement_ratio"], 2e-4 / 0.5, 1e-16);  // rounding error of a position over the size
   EXPECT_NEAR(json["spin_ratio"], spin_ratio, 1e-13 * spin_ratio);
-  EXPECT_TRUE(contains(outcome.err, "outside the validity of this rung")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "the run left the validity of this rung")) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "README, 'When not to trust it'")) << outcome.err;
   EXPECT_FALSE(contains(outcome.err, "displacement ratio")) << outcome.err;
 }
@@ -426,7 +426,7 @@ TEST_F(Run, ARunWithASettingIsReplayedByThePlanCompiledWithThatSetting) {
 TEST_F(Run, AWrongSettingIsRefusedByEveryProgramInTheSameWords) {
   write_text(folder_ / "scene.yaml", pair(""));
   const std::string in_folder = "cd " + folder_.path() + " && ";
-  const std::string message = "--set points.b.mass=-3: error: point 'b': mass -3 kg, must be >= 0\n";
+  const std::string message = "--set points.b.mass=-3: error: point 'b': mass is -3 kg, but must be >= 0\n";
   for (const std::string& command :
        {kFreeflex + " check scene.yaml", kFreeflex + " modes scene.yaml",
         kFreeflex + " run scene.yaml --until 1 "
@@ -438,7 +438,7 @@ TEST_F(Run, AWrongSettingIsRefusedByEveryProgramInTheSameWords) {
     const Outcome bare = run(in_folder + command + " --set points.b.mass");
     EXPECT_EQ(bare.exit_code, 2) << command;
     EXPECT_TRUE(contains(bare.err,
-                         "found 'points.b.mass', must be PATH=VALUE, as in points.hub.mass=41 or "
+                         "the value is 'points.b.mass', but must be PATH=VALUE, as in points.hub.mass=41 or "
                          "'links.*.E=6.9e10'"))
         << command << ": " << bare.err;
   }

@@ -12,15 +12,17 @@ namespace {
 
 TEST(CommandLine, AMisspeltWordIsAnsweredWithASimilarWord) {
   const std::vector<std::pair<std::string, std::string>> misspelt{
-      {"chek a.yaml", "no command 'chek' (did you mean 'check'?); the commands are check, schema, modes, "},
-      {"check --jsno a.yaml", "no option '--jsno' (did you mean '--json'?)"},
-      {"run a.yaml --untl=3", "no option '--untl=3' (did you mean '--until'?)"},
-      {"--versoin", "no option '--versoin' (did you mean '--version'?)"},
-      {"check a.yaml b.yaml", "'b.yaml' is one argument too many"},
-      {"modes --count=-1 a.yaml", "--count: found '-1', must be a whole number from 0 to 2147483647"},
+      {"chek a.yaml",
+       "there is no command 'chek' (did you mean 'check'?); the commands are check, schema, modes, "},
+      {"check --jsno a.yaml", "there is no option '--jsno' (did you mean '--json'?)"},
+      {"run a.yaml --untl=3", "there is no option '--untl=3' (did you mean '--until'?)"},
+      {"--versoin", "there is no option '--versoin' (did you mean '--version'?)"},
+      {"check a.yaml b.yaml", "'b.yaml' is one argument too many; omit it"},
+      {"modes --count=-1 a.yaml",
+       "--count: the value is '-1', but must be a whole number from 0 to 2147483647"},
       {"modes --count=99999999999999999999 a.yaml", "must be a whole number from 0 to 2147483647"},
       {"compile a.yaml -o a.plan --rate 0",
-       "--rate: found '0', must be a number from 0.001 to 1000000 [Hz]"}};
+       "--rate: the value is '0', but must be a number from 0.001 to 1000000 [Hz]"}};
   for (const auto& [arguments, text] : misspelt) {
     const Outcome outcome = run(kFreeflex + " " + arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
@@ -87,7 +89,7 @@ TEST(CommandLine, TheDaemonRefusesNumbersThatTheSceneReaderRefuses) {
     const Outcome outcome =
         run("timeout 20 " + kFreeflexd + " " + kScenes + "boom.yaml --until 0.1 --rate " + number);
     EXPECT_EQ(outcome.exit_code, 2) << number << outcome.err;
-    EXPECT_TRUE(contains(outcome.err, "--rate: found '")) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "--rate: the value is '")) << outcome.err;
   }
 }
 
@@ -116,16 +118,17 @@ TEST(CommandLine, BothProgramsReportAFaultInTheSameWords) {
   write_text(folder / "cut.plan", "freeflex");
   const std::vector<std::pair<std::string, std::string>> faults{
       {"none.yaml", "none.yaml: error: cannot read 'none.yaml': No such file or directory"},
-      {"bad.yaml", "bad.yaml:2:21: error: point 'a': mass -1 kg, must be >= 0"},
+      {"bad.yaml", "bad.yaml:2:21: error: point 'a': mass is -1 kg, but must be >= 0"},
       {"cut.plan", "cut.plan"},
       {"", "error: SCENE is missing"},
-      {"good.yaml --rat 5", "error: no option '--rat' (did you mean '--rate'?)"},
-      {"good.yaml more.yaml", "error: 'more.yaml' is one argument too many"},
-      {"good.yaml --rate 0", "error: --rate: found '0', must be a number from 0.001 to 1000000 [Hz]"},
+      {"good.yaml --rat 5", "error: there is no option '--rat' (did you mean '--rate'?)"},
+      {"good.yaml more.yaml", "error: 'more.yaml' is one argument too many; omit it"},
+      {"good.yaml --rate 0",
+       "error: --rate: the value is '0', but must be a number from 0.001 to 1000000 [Hz]"},
       {"good.yaml --rate", "error: --rate: its value is missing"},
       {"good.yaml --rate 5 --rate 6", "error: --rate is given more than once; give it once"},
       {"good.yaml --prefix no/slash",
-       "error: --prefix: found 'no/slash', must be 1 to 32 of A-Z a-z 0-9 _ -"}};
+       "error: --prefix: the value is 'no/slash', but must be 1 to 32 of A-Z a-z 0-9 _ -"}};
   for (const auto& [arguments, words] : faults) {
     const std::string line = "cd " + folder.path() + " && timeout 20 ";
     // freeflex gets --until and --out, because it would report their absence before the fault
@@ -151,7 +154,8 @@ TEST(CommandLine, BothProgramsRefuseARateThatDoesNotSuitTheScene) {
   EXPECT_EQ(daemon.exit_code, 2) << daemon.err;
   EXPECT_EQ(tool.exit_code, 2) << tool.err;
   EXPECT_EQ(daemon.err, tool.err);
-  EXPECT_TRUE(contains(tool.err, "a.yaml: error: --rate 0.001 is not possible for the scene: ")) << tool.err;
+  EXPECT_TRUE(contains(tool.err, "a.yaml: error: --rate 0.001 is not possible for the scene, because "))
+      << tool.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "a.plan"));
 }
 
@@ -164,7 +168,7 @@ TEST(CommandLine, AnInvalidChoiceIsAnsweredWithTheChoices) {
       {kFreeflexd + " a.yaml --log-level loud",
        "--log-level: found 'loud'; allowed: debug, info, warning, error, off"},
       {kFreeflexd + " a.yaml --time fast",
-       "--time: found 'fast', must be realtime, scaled=K with K > 0, lockstep or asap"}};
+       "--time: the value is 'fast', but must be realtime, scaled=K with K > 0, lockstep or asap"}};
   for (const auto& [line, words] : refused) {
     const Outcome outcome = run(line);
     EXPECT_EQ(outcome.exit_code, 2) << line;

@@ -96,15 +96,15 @@ std::string describe(const Loss& loss, const UnsentCounts& counts) {
   std::string text = loss.channel + " of " + counted(loss.num_ticks, "tick") +
                      " that the daemon publishes at the scene's rate is not in the log, first at tick " +
                      std::to_string(loss.first_tick) + ". Of these,";
-  if (loss.num_before > 0) text += " " + std::to_string(loss.num_before) + " are from before the log begins;";
+  const auto some = [](std::int64_t count, const char* one, const char* more) {
+    return " " + std::to_string(count) + (count == 1 ? one : more);
+  };
+  if (loss.num_before > 0) text += some(loss.num_before, " is", " are") + " from before the log begins;";
   if (loss.num_unsent > 0)
-    text += " " + std::to_string(loss.num_unsent) +
-            " were not sent, by the counts of "
-            "the status;";
+    text += some(loss.num_unsent, " was", " were") + " not sent, by the counts of the status;";
   if (loss.num_lost_in_transit() > 0)
-    text += " " + std::to_string(loss.num_lost_in_transit()) +
-            (counts.has_any ? " were lost in transit;"
-                            : " were not sent or lost in transit (no status in the log);");
+    text += some(loss.num_lost_in_transit(), " was", " were") +
+            (counts.has_any ? " lost in transit;" : " not sent or lost in transit (no status in the log);");
   text.pop_back();
   return text;
 }

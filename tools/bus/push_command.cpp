@@ -87,8 +87,10 @@ void explain_unknown(const std::string& kind, const std::string& name, const Sce
                      const std::vector<std::string>& known) {
   std::string text = "there is no " + kind + " '" + name + "' in scene '" + scene.head().name + "'" +
                      io::reader::did_you_mean(name, {known.begin(), known.end()}) + "; ";
-  text += kind == "point" ? "points that can be pushed are " : kind + "s are ";
-  text += known.empty() ? "none" : listed(known, 12);
+  if (known.empty())
+    text += kind == "point" ? "no point can be pushed" : "the scene has no " + kind;
+  else
+    text += (kind == "point" ? "points that can be pushed are " : kind + "s are ") + listed(known, 12);
   if (const std::size_t rest = scene.num_unlisted(); kind == "point" && rest > 0)
     text += "; " + std::to_string(rest) + " of " + std::to_string(scene.points().size()) +
             " points are not listed, because the scene does not name them; add those that you push to "

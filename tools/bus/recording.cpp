@@ -183,7 +183,7 @@ void Indexer::finish(const std::string& damage_of_file) {
     recording_.damage = joined(recording_.damage, strays.front().text);
     if (strays.size() > 1)
       recording_.damage += ", and " + counted(static_cast<std::int64_t>(strays.size()) - 1, "message") +
-                           " more are damaged in the same way";
+                           (strays.size() == 2 ? " more is" : " more are") + " damaged in the same way";
   }
   std::erase_if(recording_.sessions, [&](const RecordedSession& session) {
     const auto is_stray = [&](const StrayFinder::Stray& stray) { return stray.session == session.session; };

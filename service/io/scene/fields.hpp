@@ -57,7 +57,7 @@ class Fields {
 
   /// Returns the value of a key, or nullptr if the key is absent or unknown.
   const Node* find(std::string_view key) const;
-  /// Returns the value as find() does. Reports a missing key as "<label>: <key> is missing, <allowed>",
+  /// Returns the value as find() does. Reports a missing key as "<label>: <key> is missing; it <allowed>",
   /// unless an unknown key may be a misspelling of the missing key.
   const Node* require(std::string_view key, const std::string& allowed) const;
 

@@ -166,7 +166,8 @@ def messages(path, prefix="FREEFLEX"):
     except LogError as error:
         damaged = error
     if count:
-        text = (f"{damaged}; " if damaged else f"{path}: ") + first + (f", and {count - 1} more messages are damaged" if count > 1 else "")
+        others = "1 more message is" if count == 2 else f"{count - 1} more messages are"
+        text = (f"{damaged}; " if damaged else f"{path}: ") + first + (f", and {others} damaged" if count > 1 else "")
         raise LogError(text, damaged.damage if damaged else ())
     if damaged:
         raise damaged
