@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <stdexcept>
 
@@ -190,6 +193,14 @@ TEST(Plot, FilesAreWrittenOrTheCauseIsReported) {
   const Outcome modes = run(kFreeflex + " modes " + kScenes + "boom.yaml --plot " + folder / "m.svg");
   EXPECT_EQ(modes.exit_code, 0) << modes.err;
   EXPECT_TRUE(contains(read_text(folder / "m.svg"), "<svg"));
+  // the picture shows the scene with the values that the command line sets, as the table does
+  const std::string heavy = " modes " + kScenes + "boom.yaml --set points.tip.mass=30 ";
+  EXPECT_EQ(run(kFreeflex + heavy + "--plot " + folder / "heavy.svg").exit_code, 0);
+  const auto json = nlohmann::json::parse(run(kFreeflex + heavy + "--json").out);
+  std::array<char, 32> title{};
+  std::snprintf(title.data(), title.size(), "mode 1, %.5g Hz", json["modes"][0]["frequency"].get<double>());
+  EXPECT_TRUE(contains(read_text(folder / "heavy.svg"), title.data())) << title.data();
+  EXPECT_FALSE(contains(read_text(folder / "m.svg"), title.data()));
   const Outcome nowhere = run(boom + "--plot " + folder / "no/c.svg");
   EXPECT_EQ(nowhere.exit_code, 1);
   EXPECT_TRUE(contains(nowhere.err, "no/c.svg")) << nowhere.err;

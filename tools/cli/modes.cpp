@@ -288,7 +288,7 @@ void print_frequencies(const Plan& plan, const std::vector<Frequency>& all, int 
 /// Draws the lowest modes. Returns the exit code, and prints the error if the code is not kExitOk.
 int plot_modes(const ModesOptions& options) {
   constexpr int kMostPlotted = 12;
-  const std::optional<Body> body = make_body(options.input, options.plot);
+  const std::optional<Body> body = make_body(options.input, options.plot, options.settings);
   if (!body) return kExitUsage;
   const Plan& plan = body->plan;
   std::vector<std::array<float, 3>> rest;

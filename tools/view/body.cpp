@@ -189,8 +189,9 @@ void note_links(Body& body) {
   for (const PlanLinkOutput& output : body.plan.link_outputs) body.published_links.push_back(output.link);
 }
 
-std::optional<Body> body_of_plan(const std::string& path, const std::string& output) {
-  std::optional<Plan> plan = load_or_explain(path, 0.0, {output});
+std::optional<Body> body_of_plan(const std::string& path, const std::string& output,
+                                 const io::Settings& settings) {
+  std::optional<Plan> plan = load_or_explain(path, 0.0, {output}, settings);
   if (!plan) return std::nullopt;
   Body body;
   body.fingerprint = plan_fingerprint(*plan);
@@ -207,8 +208,9 @@ std::optional<Body> body_of_plan(const std::string& path, const std::string& out
   return body;
 }
 
-std::optional<Body> body_of_scene(const std::string& path, const std::string& output) {
-  io::SceneResult read = io::read_scene(path);
+std::optional<Body> body_of_scene(const std::string& path, const std::string& output,
+                                  const io::Settings& settings) {
+  io::SceneResult read = io::read_scene(path, settings);
   for (const std::string& source : read.sources)
     if (would_overwrite(source, output)) return std::nullopt;
   std::optional<Structure> structure;
@@ -280,8 +282,10 @@ std::vector<std::byte> bytes_of(const Body& body) {
   return blob.finish();
 }
 
-std::optional<Body> make_body(const std::string& path, const std::string& output) {
-  return io::is_plan_file(path) ? body_of_plan(path, output) : body_of_scene(path, output);
+std::optional<Body> make_body(const std::string& path, const std::string& output,
+                              const io::Settings& settings) {
+  return io::is_plan_file(path) ? body_of_plan(path, output, settings)
+                                : body_of_scene(path, output, settings);
 }
 
 bool take_rate(Body& body, std::uint64_t fingerprint, double rate) {

@@ -62,8 +62,10 @@ inline constexpr std::size_t kMostShapeBytes = std::size_t{128} << 20;
 
 /// Makes the body from a scene, with the mode shapes at all points, or from a plan file, with the mode shapes
 /// that it contains. On failure, prints an error on stderr and returns nullopt.
-/// \param output  file that will be written afterwards; it must not be one of the files that are read
-std::optional<Body> make_body(const std::string& path, const std::string& output = {});
+/// \param output    file that will be written afterwards; it must not be one of the files that are read
+/// \param settings  replace values of the scene
+std::optional<Body> make_body(const std::string& path, const std::string& output = {},
+                              const io::Settings& settings = {});
 
 /// Returns true if a fingerprint is that of the body's plan, at the body's rate or at `rate` [Hz]. In the
 /// second case, sets `rate` in the body.
