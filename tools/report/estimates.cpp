@@ -318,7 +318,7 @@ std::vector<int> histogram(const std::vector<EstimateRow>& rows, double ErrorSiz
     if (!row.error.empty() || row.is_lost) continue;
     const double ratio = row.estimate.*which / row.truth.*which;
     const double bin = 5.0 * (std::log10(ratio) + 1.0) + 1.0;
-    bins[static_cast<std::size_t>(std::clamp(std::isfinite(bin) ? bin : 0.0, 0.0, kNumBins - 1.0))] += 1;
+    bins[static_cast<std::size_t>(std::isnan(bin) ? 0.0 : std::clamp(bin, 0.0, kNumBins - 1.0))] += 1;
   }
   return bins;
 }
