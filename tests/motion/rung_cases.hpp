@@ -121,6 +121,7 @@ inline void expect_energy_kept(Scene scene, std::int64_t ticks, int rounds) {
       energy, (start.kinetic_elastic + start.potential) / energy, static_cast<long long>(ticks), worst,
       static_cast<long long>(ticks * rounds), std::abs(last - energy) / energy);
   EXPECT_LT(worst, 1e-8);
+  EXPECT_LT(std::abs(last - energy), 1e-8 * energy) << "over all rounds";
 }
 
 }  // namespace freeflex::testing
