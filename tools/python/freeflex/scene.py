@@ -6,7 +6,7 @@ from freeflex.state import vector
 
 
 KINDS = ("point", "link", "group", "wheel")
-#: [bytes] limit of the pages of one set, such as a tick of POINTS; a tick of 200,000 points has 22 MB
+#: [bytes] limit of the pages of one set, such as a tick of POINTS; a tick of 200,000 points has 20 MB
 MOST_BYTES = 64 << 20
 #: limit of the number of pages of one set while the scene, and therefore the number of its items, is unknown
 MOST_PAGES = 2048
