@@ -75,7 +75,7 @@ TEST(CoupledBodies, DiscsOnAShaftWhirlAsInClosedForm) {
 
 // The rung `separated` omits the gyroscopic terms of rotating bodies. The verdict of the rung estimates the
 // error of the tilt, and the rung `coupled` gives the true tilt.
-TEST(Verdict, EstimateIncludesTheGyroscopicErrorOfRotatingBodies) {
+TEST(Verdict, EstimatesTheGyroscopicErrorOfRotatingBodies) {
   for (const double spin : {0.02, 0.1, 0.5}) {
     std::array<Plan, 2> plans;
     Eigen::Index mode = 0;

@@ -54,8 +54,7 @@ Scene stiff_truss(double stiffness, double spin, double force) {
 }
 
 // Coriolis forces rotate the plane of vibration, but a step that does not resolve the vibration misses this
-// rotation. A reference rung without substeps estimated a fifth of the true error or less at the lowest
-// rates.
+// rotation. A best rung without substeps estimated a fifth of the true error or less at the lowest rates.
 TEST(Budget, EstimateCoversTheErrorIfTheTickDoesNotResolveTheSlowestMode) {
   expect_honest(stiff_truss(1e6, 3.0, 100.0), {25.0, 50.0, 100.0, 200.0, 400.0},
                 {Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars});
@@ -134,7 +133,7 @@ TEST(Budget, ARotatingBodyIsNotRatedGoodIfNoSubstepResolvesVibration) {
 
 // If a plan cannot represent all of the initial state, the error budget compares its motion with the motion
 // from the complete initial state.
-TEST(Budget, EstimateIncludesTheInitialStateOfOmittedModes) {
+TEST(Budget, EstimatesTheErrorDueToTheInitialStateOfOmittedModes) {
   Scene scene = watched_truss(Fidelity::kRigid, 10.0, 0.0);
   scene.loads.clear();
   scene.initial.points.push_back({18, {0.0, 0.0, 1e-6}, {0.0, 0.0, 0.0}});

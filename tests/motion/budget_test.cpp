@@ -103,8 +103,8 @@ TEST(Budget, TheReadingIsEmptyForAPlanWithoutABudget) {
   EXPECT_EQ(watched.state.tick, 10);
 }
 
-// The shadow makes the same motion as a simulation on the reference rung.
-TEST(Budget, IsTheDifferenceFromTheMotionOnTheBestRung) {
+// The shadow makes the same motion as a simulation on the best rung.
+TEST(Budget, PositionAndAttitudeAreProportionalToTheDistanceFromTheBestRung) {
   Watched watched(watched_truss(Fidelity::kSeparated, 10.0));
   const BudgetReading reading = watched.run(400);
   Scene scene = watched_truss(Fidelity::kExactBars, 0.0);

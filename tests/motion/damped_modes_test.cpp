@@ -431,7 +431,7 @@ TEST(DampedModes, ModesUnderAFollowerTorqueMatchAFreeDecay) {
   }
 }
 
-TEST(DampedModes, TheSetUpWarnsOfAModeThatAFollowerForceMakesGrow) {
+TEST(DampedModes, AFollowerForceThatMakesAModeGrowGivesAWarning) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled})
     for (const double thrust : {60.0, 1000.0}) {
       const Scene scene = rocket_of_beams(thrust, rung);

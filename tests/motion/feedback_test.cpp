@@ -206,7 +206,7 @@ TEST(Feedback, GivesTheBodyTheMomentaOfTheLinearSystem) {
 
 // There are too many modes for the exact exponential, so they are advanced by splitting. The velocity of the
 // centre of mass has an error of second order, and it stays bounded for a gain of 1e6 N s/m.
-TEST(Feedback, TheMomentumFromFeedbackOnManyModesHasSecondOrderAccuracy) {
+TEST(Feedback, TheVelocityOfTheCentreOfMassHasSecondOrderErrorIfFeedbackIsSplit) {
   const auto error_of = [](double gain, double rate) {
     Scene scene = two_boxes();
     publish_everything(scene);

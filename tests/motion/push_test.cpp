@@ -83,7 +83,7 @@ TEST(Push, ABodyAheadOfItsJointIsAnInvertedPendulum) {
 }
 
 // The rung `separated` omits this effect, and its verdict estimates the resulting error.
-TEST(Push, EstimateIncludesThrustOnBodiesAheadOfTheirJoints) {
+TEST(Push, VerdictEstimatesTheErrorDueToThrustOnBodiesAheadOfTheirJoints) {
   for (const double share : {0.001, 0.02, 0.25, 1.2}) {
     const double thrust = share * kSpring / (kMass * kArm) * (kHub + kMass);
     std::array<Plan, 2> plans{compile(pendulum(thrust, Fidelity::kCoupled)),
@@ -137,7 +137,7 @@ Scene hub_with_panels(double momentum, Fidelity fidelity) {
   return scene;
 }
 
-TEST(Push, EstimateIncludesTheWheelOfAHub) {
+TEST(Push, VerdictEstimatesTheErrorDueToTheWheelOfAHub) {
   for (const double momentum : {0.5, 20.0, 50.0}) {
     Simulation truth(hub_with_panels(momentum, Fidelity::kCoupled)),
         separated(hub_with_panels(momentum, Fidelity::kSeparated));
@@ -163,7 +163,7 @@ TEST(Push, EstimateIncludesTheWheelOfAHub) {
 
 // The scene has a wheel on a stiff mount. The modes of the mount have higher frequencies than the modes of
 // many soft arms, and higher frequencies than the modes whose error is integrated.
-TEST(Push, EstimateIncludesAWheelAmongManyModes) {
+TEST(Push, VerdictIsWatchIfAWheelActsOnModesAboveTheIntegratedOnes) {
   Scene scene;
   add_point(scene, 2000.0, {0.0, 0.0, 0.0});
   scene.points[0].inertia = Vector3d(5000.0, 5000.0, 5000.0).asDiagonal();
@@ -213,7 +213,7 @@ TEST(Push, EstimateIncludesAWheelAmongManyModes) {
 
 // An inner coordinate of the superelement stands for a particle of 5 kg at a distance of 8 m. The matrices do
 // not contain the position of the particle.
-TEST(Push, EstimateIncludesSpinLoadsOnInnerMassesOfASuperelement) {
+TEST(Push, VerdictBoundsTheErrorDueToSpinLoadsOnInnerMassesOfASuperelement) {
   for (const double spin : {1e-5, 0.03}) {
     Scene scene;
     add_point(scene, 500.0, {0.0, 0.0, 0.0});

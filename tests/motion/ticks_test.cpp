@@ -304,7 +304,7 @@ TEST(Ticks, AFlyByWithinATickIsResolvedOrNotRatedGood) {
   EXPECT_EQ(is_good, is_fine_good);
 }
 
-TEST(Ticks, AMotionUnderATableWithAJumpIsNotRatedGood) {
+TEST(Ticks, AMotionWhoseLoadHistoryJumpsIsNotRatedGood) {
   Scene scene = single_body(1.0, {1.0, 1.0, 1.0}, 10.0);
   Load load;
   load.name = "step";

@@ -12,7 +12,7 @@ namespace {
 
 // Near the intermediate axis small attitude errors grow, and the error of the centrifugal load grows with
 // them.
-TEST(VerdictAttitude, EstimateIncludesTheAttitudeErrorAboutTheIntermediateAxis) {
+TEST(VerdictAttitude, VerdictEstimatesTheErrorDueToAttitudeErrorsAboutTheIntermediateAxis) {
   Scene scene = hinged_tetrahedra(100.0);
   Faults faults;
   const auto structure = build_structure(scene, faults);
@@ -69,7 +69,7 @@ void expect_not_underestimated(const JudgedError& judged) {
 
 // The loads act on displaced points, so they have a torque that rotates the body. The loads then act in other
 // directions in body axes. A command has the same effect as a load of the scene.
-TEST(VerdictAttitude, EstimateIncludesWorldLoadsThatBothBendAndRotateTheBody) {
+TEST(VerdictAttitude, VerdictEstimatesTheErrorDueToWorldLoadsThatBothBendAndRotateTheBody) {
   const Cross cross(0.1);
   Scene scene = cross.scene;
   scene.loads = {cross.load(1.0)};
@@ -89,7 +89,7 @@ TEST(VerdictAttitude, EstimateIncludesWorldLoadsThatBothBendAndRotateTheBody) {
 
 // The first pulse rotates the body, so later pulses excite the body in another direction. The vibration that
 // the last pulse excites continues after the loads have ended.
-TEST(VerdictAttitude, EstimateIncludesTheVibrationAfterMisdirectedLoadsEnd) {
+TEST(VerdictAttitude, VerdictEstimatesTheErrorOfTheVibrationAfterMisdirectedLoadsEnd) {
   const Cross cross(0.005);
   const double period = 2.0 * M_PI / cross.lowest;
   Scene scene = cross.scene;
@@ -107,7 +107,7 @@ TEST(VerdictAttitude, EstimateIncludesTheVibrationAfterMisdirectedLoadsEnd) {
 
 // A prism whose middle moves in a circle has angular momentum. As this vibration decays, the body begins to
 // rotate.
-TEST(VerdictAttitude, EstimateIncludesTheSpinThatADecayingCircularVibrationCauses) {
+TEST(VerdictAttitude, VerdictEstimatesTheErrorDueToTheSpinThatADecayingCircularVibrationCauses) {
   Scene scene;
   for (int bay = 0; bay < 3; ++bay)
     for (int corner = 0; corner < 3; ++corner) {

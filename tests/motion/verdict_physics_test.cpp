@@ -9,7 +9,7 @@
 namespace freeflex::testing {
 namespace {
 
-TEST(VerdictPhysics, EstimateIncludesASoftHingeDrivenByVibration) {
+TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToASoftHingeDrivenByVibration) {
   Scene scene = hinged_tetrahedra(10.0);
   displace_modes(scene, {{2, 3e-4}, {3, 3e-4}});
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled})
@@ -22,7 +22,7 @@ TEST(VerdictPhysics, EstimateIncludesASoftHingeDrivenByVibration) {
 
 // A bent chain has a beam that is released about one axis. A vibration of 1e-5 of the length drives this
 // mechanism.
-TEST(VerdictPhysics, EstimateIncludesAFreeHingeDrivenByVibration) {
+TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToAFreeHingeDrivenByVibration) {
   Scene scene;
   for (int k = 0; k <= 2; ++k) add_point(scene, 1.0, {1.0 * k, 0.0, 0.0});
   add_point(scene, 1.0, {2.6, 0.5, 0.3});
@@ -52,7 +52,7 @@ Scene straight_chain() {
 
 // The load pulsates at the sum of two frequencies or at twice a frequency, and the modes grow (parametric
 // resonance).
-TEST(VerdictPhysics, EstimateIncludesParametricResonanceUnderAxialLoads) {
+TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToParametricResonanceUnderAxialLoads) {
   Scene scene = straight_chain();
   Faults faults;
   const auto structure = build_structure(scene, faults);
@@ -109,7 +109,7 @@ void expect_growth_estimated(const Scene& scene, double seed, const std::vector<
 
 // The true motion grows from a micrometre to beyond the tolerance, but the motion that the rung computes does
 // not grow.
-TEST(VerdictPhysics, EstimateIncludesParametricGrowthThatTheRungDoesNotShow) {
+TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToParametricGrowthThatTheRungDoesNotShow) {
   Scene scene = long_chain(5, 3e5);
   Faults faults;
   const auto structure = build_structure(scene, faults);
@@ -123,7 +123,7 @@ TEST(VerdictPhysics, EstimateIncludesParametricGrowthThatTheRungDoesNotShow) {
 }
 
 // The verdict integrates the errors of the lowest modes only, and this mode is not one of them.
-TEST(VerdictPhysics, EstimateIncludesParametricGrowthOfTheSeventeenthMode) {
+TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToParametricGrowthOfTheSeventeenthMode) {
   Scene scene = long_chain(12, 3e5);
   Faults faults;
   const auto structure = build_structure(scene, faults);
@@ -137,7 +137,7 @@ TEST(VerdictPhysics, EstimateIncludesParametricGrowthOfTheSeventeenthMode) {
 }
 
 // A mode excites another mode of half its frequency.
-TEST(VerdictPhysics, EstimateIncludesBendingExcitedByAModeOfTwiceItsFrequency) {
+TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToBendingExcitedByAModeOfTwiceItsFrequency) {
   Scene scene = long_chain(5, 1e4);
   Faults faults;
   auto structure = build_structure(scene, faults);
@@ -164,7 +164,7 @@ TEST(VerdictPhysics, OnTheSpinLoadedRungTheFirstTicksOfASpinAreRatedGood) {
 
 // A mode with more than critical damping creeps to its static position. The spin changes the stiffness that
 // acts in this creep.
-TEST(VerdictPhysics, EstimateIncludesTheCreepOfAnOverdampedSpinningBody) {
+TEST(VerdictPhysics, VerdictEstimatesTheErrorOfTheCreepOfAnOverdampedSpinningBody) {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
   add_point(scene, 1.0, {1.0, 0.0, 0.0});
@@ -199,7 +199,7 @@ Scene bent_line(double stiffness) {
 
 // Feedback cancels 97 % of the stiffness that keeps a line straight, so a thrust has a large effect on the
 // remaining 3 %. The reference has the remaining stiffness and no feedback.
-TEST(VerdictPhysics, EstimateIncludesThrustIfFeedbackCancelsMostOfTheStiffness) {
+TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToThrustIfFeedbackCancelsMostOfTheStiffness) {
   constexpr double kHeld = 100.0, kLeft = 3.0;
   constexpr std::array kAngle{1.0, -2.0, 1.0};
   Scene soft = bent_line(kLeft), scene = bent_line(kHeld);
@@ -232,7 +232,7 @@ TEST(VerdictPhysics, EstimateIncludesThrustIfFeedbackCancelsMostOfTheStiffness) 
 
 // A dashpot is so strong that it locks two points. The vibration then does not decay, and its error does not
 // decay either.
-TEST(VerdictPhysics, EstimateIncludesErrorsThatDoNotDecayIfADashpotLocks) {
+TEST(VerdictPhysics, VerdictEstimatesErrorsThatDoNotDecayBecauseADashpotLocks) {
   Scene scene = hinged_tetrahedra(100.0), locked = scene;
   add_link(locked, {2, 4}, Spring{1e7});
   add_link(scene, {2, 4}, Dashpot{3e4});
@@ -268,7 +268,7 @@ TEST(VerdictPhysics, OnTheFullRungAStrongDashpotIsRatedGood) {
 
 // Dashpots between the points of a line carry forces while the line creeps. The tension of these dashpots
 // stiffens bending as the tension of springs does.
-TEST(VerdictPhysics, EstimateIncludesTheTensionOfDashpots) {
+TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToTheTensionOfDashpots) {
   Scene scene = bent_line(100.0);
   for (int k = 0; k < 2; ++k) add_link(scene, {k, k + 1}, Dashpot{3e3});
   displace_modes(scene, {{1, 1e-3}});

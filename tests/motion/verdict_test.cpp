@@ -83,7 +83,7 @@ TEST(Verdict, ASlowlySpinningBeamIsRatedGoodOnRungsWithSmallErrors) {
   }
 }
 
-TEST(Verdict, ABeamUnderThrustIsRatedGoodOnNoRung) {
+TEST(Verdict, NoRungRatesABeamUnderThrustGood) {
   for (const Fidelity rung : kBending)
     for (const Axes axes : {Axes::kBody, Axes::kLocal}) {
       Scene scene = free_beam(rung);

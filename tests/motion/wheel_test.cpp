@@ -151,7 +151,7 @@ TEST(Wheel, AccelerationsOfPointsIncludeTheMotor) {
 // A heavy rotor couples bending in two planes. The rung `separated` omits this coupling, so the verdict is
 // never `good` while the structure vibrates. For the pair of bending modes, the phase shift h / (2 M w) is
 // 0.05 rad per radian of vibration.
-TEST(Wheel, EstimateIncludesGyroscopicCoupling) {
+TEST(Wheel, VerdictIsNotGoodIfTheRungOmitsGyroscopicCoupling) {
   for (const double momentum : {0.0, 40.0}) {
     Scene scene = two_on_a_beam(Vector3d::UnitX(), momentum);
     scene.initial.modes = {{1, 1e-4, 0.0}, {2, 1e-4, 0.0}, {3, 1e-4, 0.0}, {4, 1e-4, 0.0}};

@@ -1,5 +1,5 @@
-// The free rotation of a body with three distinct principal moments near the intermediate axis is compared
-// with an integration of Euler's equations and the attitude in 50 decimal digits.
+// A body with three distinct principal moments rotates freely about an axis near its intermediate axis. Its
+// rotation is compared with an integration of Euler's equations and of the attitude in 50 decimal digits.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -69,7 +69,7 @@ TEST(Plausibility, ThicknessIsComparedWithTheWidthOfThePlate) {
 }
 
 // a plate 2 mm wide and 3 mm thick is implausible, and no other unit would make it plausible
-TEST(Plausibility, AThicknessThatIsImplausibleInEveryUnitGivesAWarningWithoutAUnit) {
+TEST(Plausibility, AThicknessThatNoUnitMakesPlausibleGivesAWarning) {
   const std::string points =
       "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [0.002, 0, 0]}\n"
       "  - {name: c, mass: 1, at: [0, 0.002, 0]}\n";

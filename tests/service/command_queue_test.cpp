@@ -143,7 +143,7 @@ TEST(CommandQueue, RejectsCommandsIfTheAppliedRingMayLackRoomForTheirEntries) {
   EXPECT_EQ(queue.num_owed(), 2) << "one entry is owed for the end of each command";
 }
 
-TEST(CommandQueue, PromisesNoMoreSlotsThanExistAndAtMostAQuarterToOneSender) {
+TEST(CommandQueue, LimitsTheSlotsOfAllSendersAndOfEachSender) {
   CommandQueue queue;
   constexpr int kShare = kMaxSlots / 4;
   for (const char* sender : {"test", "b", "c", "local.d"}) {

@@ -227,8 +227,9 @@ TEST(Basis, AGridNumberedByRowsIsIncompleteAndAnotherNumberingIsComplete) {
   EXPECT_TRUE(basis.flat_window.empty());
 }
 
-// The points are ten points in a plane and an apex. In any numbering of the eleven points, the apex lies in
-// at most four of the eight windows, so at least four windows are flat.
+// The points are ten points in a plane and an apex. A window of the spatial recipe has four successive
+// points, so eleven points have eight windows. In any numbering the apex lies in at most four of them. The
+// other windows, at least four, contain only points of the plane and are flat.
 TEST(Basis, IfNoNumberingIsCompleteFourPointsInOnePlaneAreReported) {
   Scene scene = grid(2, 5);
   add_point(scene, 1.0, {1.0, 0.3, 1.7});

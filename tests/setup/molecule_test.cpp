@@ -64,7 +64,7 @@ TEST(Molecules, WaterHasTheFrequenciesOfItsGFMatrix) {
   expect_frequencies(molecule, {high, product / high, kStretch * (y + x * (1.0 - c))}, 1e-13);
 }
 
-// X3, equilateral: lambda_1 = 3 k / m, lambda_2 = 3 k / (2 m), a double frequency.
+// X3, equilateral: lambda_1 = 3 k / m, lambda_2 = 3 k / (2 m), a frequency of multiplicity two.
 TEST(Molecules, EquilateralTriangleHasTheFrequenciesOfItsGFMatrix) {
   constexpr double kMass = 15.99491, kStretch = 570.0;
   Scene scene;

@@ -338,7 +338,8 @@ TEST(Flows, FlowsOfOneSubstepConvergeAtOrderEightUnderLoads) {
   }
 }
 
-// At the tick length at which the flows replace the step of order 6, both give the same attitude.
+// If the body rotates by more than kShortRotation in a tick, the flows replace the step of order 6. Just
+// below this rotation, both methods give the same attitude.
 TEST(Flows, FlowsAgreeWithTheStepOfOrderSixIfTicksAreShort) {
   Random random(31);
   for (int k = 0; k < 200; ++k) {

@@ -27,9 +27,11 @@ inline tools::EstimateSummary print(const std::vector<tools::EstimateRow>& rows)
   return sum;
 }
 
-/// Counts the verdicts `good`, and those of them that are false because the true elastic error exceeds 5 % of
-/// the verdict's scale, which is at least the displacement. Also counts the scenes with a true elastic error
-/// below 1 %, and the verdicts `good` and `outside` on these scenes.
+/// Counts the verdicts `good`. Such a verdict is false if the true elastic error exceeds 5 % of
+/// `Verdict::scale`; the false ones are also counted. The scale is never smaller than the present
+/// displacement. Also counts the scenes with a true elastic error below 1 %, and the verdicts `good` and
+/// `outside` on these scenes. Rows with an error are skipped, and so are verdicts whose cause is the error of
+/// the position.
 struct VerdictTally {
   int good = 0, false_good = 0;                      // false_good: the true error exceeds 5 % of the scale
   int small = 0, small_good = 0, small_outside = 0;  // scenes with a true elastic error below 1 %

@@ -152,7 +152,7 @@ TEST_F(ViewServer, AcceptsEightBrowsersAndRefusesTheNextWithTheCause) {
   EXPECT_NE(late.read_frame().second.find("too many browsers"), std::string::npos);
 }
 
-// For each kind of incomplete header the test opens as many connections as the server keeps without a token.
+// For each kind of incomplete header the test opens as many connections without a token as the server keeps.
 // These connections are older than the request for the page, but the request must be answered within 5 s, the
 // timeout of a read
 TEST_F(ViewServer, ConnectionsWithIncompleteHeadersBlockNobody) {
