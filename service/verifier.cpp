@@ -264,13 +264,13 @@ Admission Verifier::admit(const Envelope& envelope, Holder& holder, bool is_forc
   };
   if (envelope.valid_until < time.wall_us)
     return refuse(Reason::kExpired,
-                  "valid_until is {}, but the daemon's clock is at {} us; the command is too late, or the "
-                  "clocks differ",
+                  "valid_until is {} us, but the daemon's clock is at {} us; send the command sooner after "
+                  "sealing it, or correct the clocks",
                   envelope.valid_until, time.wall_us);
   if (envelope.valid_until > time.wall_us + io::kMaxValidity)
     return refuse(Reason::kValidTooLong,
-                  "valid_until {} is more than {} s after the daemon's clock, {} us; it is too late a "
-                  "time, or the clocks differ",
+                  "valid_until is {} us, more than {} s ahead of the daemon's clock ({} us); use a shorter "
+                  "validity, or correct the clocks",
                   envelope.valid_until, io::kMaxValidity / 1'000'000, time.wall_us);
   if (key.grants.commands_per_second > 0.0 && !holder.bucket.take(time.now_ns))
     return refuse(Reason::kTooFast, "commands come too fast, because key {} may send only {} a second",

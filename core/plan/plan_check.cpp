@@ -256,7 +256,7 @@ void PlanCheck::check_groups() {
 void PlanCheck::check_pattern(const LoadPattern& pattern, const std::string& who) {
   require(are_finite(pattern.force_W) && are_finite(pattern.moment_W) && are_finite(pattern.force_B) &&
               are_finite(pattern.torque_B),
-          who + " has a force that is not finite");
+          who + " has a force or torque that is not finite");
   require(pattern.num_direct >= 0 && pattern.num_direct <= LoadPattern::kMaxDirect,
           who + " has a number of direct points that is out of range");
   for (std::int32_t k = 0; k < pattern.num_direct && error_.empty(); ++k) {

@@ -49,9 +49,9 @@ double stage_rate(const Plan& plan) {
   return rate;
 }
 
-// Returns 2 max decay_l [1/s] if dampers act in their true direction, otherwise 0. The difference between
-// true and linear forces of dampers acts stage by stage, like that between true and linear forces of bars
-// (THEORY 12.19, 12.32).
+// Returns 2 max decay_l [1/s] if dashpots, or springs or bars with damping, act in their true direction,
+// otherwise 0. The difference between their true and linear damping forces acts stage by stage, like that
+// between true and linear forces of bars (THEORY 12.19, 12.32).
 double damper_rate(const Plan& plan) {
   const auto damps = [](const PlanBar& bar) { return bar.damping > 0.0; };
   if (std::ranges::none_of(plan.coupled.bars, damps)) return 0.0;
@@ -191,9 +191,10 @@ void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
     add_error(
         faults, {},
         join_text(
-            at, "dampers let the fastest mode decay at ", decay, " 1/s, which is ", decay * substep,
-            " in a tick, but with the exact forces of dampers at most ", kMaxBarPhase,
-            " in a tick is allowed. Raise the rate to ", decay / kMaxBarPhase,
+            at, "the fastest decay of a mode, ", decay, " 1/s, is ", decay * substep,
+            " in a tick, but with the exact forces of dashpots, and of springs and bars with damping, at "
+            "most ",
+            kMaxBarPhase, " in a tick is allowed. Raise the rate to ", decay / kMaxBarPhase,
             " Hz or more, reduce the damping, or set 'fidelity: coupled' or 'fidelity: full' (full divides "
             "the tick)"));
   if (traits_of(plan.fidelity).has_true_geometry && omega * substep > kMaxBarPhase)

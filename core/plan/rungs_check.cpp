@@ -58,7 +58,8 @@ std::string find_in_kinetics(const Plan& plan) {
   const bool is_complete =
       plan.num_elastic == 3 * num_points - plan.rigid_freedoms && plan.num_padded == plan.num_moving;
   if (kinetics.form == Form::kComplete && !is_complete)
-    return "a coupled rung has neither a complete set of modes nor sums for its modes";
+    return "the kinetic energy has the form for a complete set of modes, but the set is not complete, or the "
+           "plan has constraint shapes";
   if (kinetics.form != Form::kComplete && traits_of(plan.fidelity).has_true_geometry)
     return "the plan has true bars, but its modes are not a complete set";
   if (kinetics.form != Form::kTables && !plan.particles.all.empty())

@@ -106,7 +106,9 @@ std::string bound_text(const Plan& plan, const Verdict& verdict) {
   const double most = verdict.error + verdict.unquantified;
   if (most <= kGoodElastic * verdict.scale)
     return "; this may matter at the displacement of " + number(verdict.displacement_now) + " m";
-  return "; the error may be up to " + share_text(most, verdict.scale) + " the " + scale_text(plan, verdict);
+  const std::string share = share_text(most, verdict.scale);
+  return std::string("; the error may be ") + (share.starts_with("more") ? "" : "as large as ") + share +
+         " the " + scale_text(plan, verdict);
 }
 
 // Returns the remedy for terms of second order. The remedy is a rung that has these terms or, if there is no
@@ -147,9 +149,9 @@ std::string step_text(const Plan& plan, const Verdict& verdict) {
       return "integration: the loads rotate too far relative to the body within a tick to be treated as "
              "linear; raise the rate";
     default:
-      return "integration: " + mode_text(plan, named) +
-             " vibrates too fast for the tick of a body that rotates" +
-             (plan.wheels.all.empty() ? "" : " or has wheels") + "; raise the rate";
+      return "integration: the tick is too long to resolve " + mode_text(plan, named) +
+             ", which matters because the body rotates" + (plan.wheels.all.empty() ? "" : " or has wheels") +
+             "; raise the rate";
   }
 }
 

@@ -132,8 +132,7 @@ TEST(Versions, TheRejectionOfACommandOfVersion03StatesItsVersion) {
   EXPECT_STREQ(admission.sender.data(), "push");
   EXPECT_EQ(admission.sequence, 0x000660d06f52a970);
   EXPECT_TRUE(io::is_sane(admission));
-  EXPECT_EQ(io::explain_unread(bytes),
-            "sent by version 0.3 of the messages, but this program has version 0.5");
+  EXPECT_EQ(io::explain_unread(bytes), "of version 0.3 of the messages, but this program reads version 0.5");
   bytes[0] ^= std::byte{1};
   EXPECT_EQ(io::explain_unread(bytes), "damaged, or of a version that is not known here");
 }
@@ -155,7 +154,7 @@ TEST(Versions, AFingerprintOfVersion04IsReportedAsOfVersion04) {
         std::find(current.begin(), current.end(), static_cast<std::int64_t>(fingerprint)) != current.end();
     EXPECT_EQ(io::explain_unread(bytes_of(fingerprint)),
               is_current ? "damaged, or of a version that is not known here"
-                         : "sent by version 0.4 of the messages, but this program has version 0.5")
+                         : "of version 0.4 of the messages, but this program reads version 0.5")
         << std::hex << fingerprint;
   }
 }

@@ -33,9 +33,9 @@ Scene damped_truss(const std::string& how) {
   return scene;
 }
 
-// The reference is a method of order 8 on Cartesian points whose dampers act along the line between their
-// ends.
-TEST(DamperRung, ExactBarsWithDampersConvergeToTheFullSystemWithOrderFour) {
+// The reference is a method of order 8 on Cartesian points. Its dashpots and damped springs act along the
+// line between their ends.
+TEST(DamperRung, ExactBarsWithDampingConvergeToTheFullSystemWithOrderFour) {
   for (const char* how : {"dashpots", "viscous", "beta"}) {
     const Scene scene = damped_truss(how);
     const Truth truth = truth_of(scene, kEndTime);
@@ -54,13 +54,13 @@ TEST(DamperRung, ExactBarsWithDampersConvergeToTheFullSystemWithOrderFour) {
     EXPECT_LT(errors[3], 1e-6) << how;
     EXPECT_LT(divided, 1e-5) << how << ": substeps of half a radian";
     EXPECT_GT(undivided, 1e3 * errors[3])
-        << how << ": the difference would be too small to detect linear dampers and bars";
+        << how << ": the difference would be too small to detect linear damping and bars";
   }
 }
 
-// If true bars are combined with dampers that are linear about the frame, the motion differs from the full
+// If true bars are combined with dashpots that are linear about the frame, the motion differs from the full
 // system. The test above relies on this difference.
-TEST(DamperRung, LinearDampersNextToExactBarsCauseADetectableError) {
+TEST(DamperRung, LinearDashpotsNextToExactBarsCauseADetectableError) {
   const Scene scene = damped_truss("dashpots");
   const Truth truth = truth_of(scene, kEndTime);
   Scene at_rate = scene;
@@ -98,11 +98,11 @@ TEST(DamperRung, ThePublishedForceActsAlongTheCurrentLine) {
     // the bound allows for rounding errors, because lengths are differences of positions of some metres
     EXPECT_NEAR(forces[k], expected, 1e-9 * (k_spring + c)) << link.name;
     EXPECT_GT(std::abs(c * rate), 1e-3 * std::abs(expected))
-        << link.name << ": the damper force is too small to test anything";
+        << link.name << ": the damping force is too small to test anything";
   }
 }
 
-// The force of a damper acts along the line of its ends, so it has no resultant and no moment.
+// The force of a dashpot acts along the line of its ends, so it has no resultant and no moment.
 TEST(DamperRung, KeepsMomentaAndOnlyDissipatesEnergy) {
   Scene scene = damped_truss("dashpots");
   scene.fidelity = Fidelity::kExactBars;
@@ -130,7 +130,7 @@ TEST(DamperRung, KeepsMomentaAndOnlyDissipatesEnergy) {
   EXPECT_LT(off, 1e-12 * size);
 }
 
-TEST(DamperRung, DampersTooFastForTheStagesAreRefusedOnExactBars) {
+TEST(DamperRung, DampingTooFastForTheStagesIsRefusedOnExactBars) {
   Scene scene = damped_truss("beta");
   scene.damping.beta = 10.0;  // critical damping at 0.2 rad/s
   scene.rate = 1000.0;
@@ -144,7 +144,7 @@ TEST(DamperRung, DampersTooFastForTheStagesAreRefusedOnExactBars) {
       EXPECT_GT(plan->coupled.num_substeps, 1);
     }
     if (rung == Fidelity::kExactBars) {
-      EXPECT_NE(faults.back().message.find("dampers let the fastest mode decay at"), std::string::npos)
+      EXPECT_NE(faults.back().message.find("the fastest decay of a mode, "), std::string::npos)
           << faults.back().message;
     }
   }
@@ -175,9 +175,9 @@ TEST(DamperRung, TheMotionStaysBoundedUpToTheStabilityLimitOfTheStages) {
   }
 }
 
-// The estimate is the difference between two rungs, so it must include the difference between linear and true
-// dampers.
-TEST(DamperRung, TheEstimateCoversTheErrorWithDampers) {
+// The estimate is the difference between two rungs, so it must include the difference between linear and
+// true forces of dashpots and damped springs.
+TEST(DamperRung, TheErrorBudgetCoversTheErrorWithDashpotsAndDampedSprings) {
   for (const char* how : {"dashpots", "viscous", "beta"}) {
     Scene scene = damped_truss(how);
     const Truth truth = truth_of(scene, kEndTime);

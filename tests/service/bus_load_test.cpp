@@ -165,7 +165,7 @@ void expect_loss_named(const std::string& log, const Recording& recording) {
   Process replay({program("freeflex"), "replay", log, "--prefix", kPrefix});
   EXPECT_EQ(replay.wait(), 3) << replay.output();
   const std::string named =
-      "applied sequence " + std::to_string(recording.account.first_missing) + " is missing";
+      "the APPLIED event with sequence " + std::to_string(recording.account.first_missing) + " is missing";
   EXPECT_NE(replay.output().find(named), std::string::npos) << named << ", not:\n" << replay.output();
 }
 

@@ -164,12 +164,13 @@ TEST_F(VerifierTest, EnvelopesThatExpiredOrExpireTooLateAreRefused) {
   };
   send(1, now - 1);
   EXPECT_EQ(refused(Reason::kExpired, 1),
-            "valid_until is 1699999999999999, but the daemon's clock is at 1700000000000000 us; the command "
-            "is too late, or the clocks differ");
+            "valid_until is 1699999999999999 us, but the daemon's clock is at 1700000000000000 us; send the "
+            "command sooner after sealing it, or correct the clocks");
   send(2, now + io::kMaxValidity + 1);
-  EXPECT_EQ(refused(Reason::kValidTooLong, 2),
-            "valid_until 1700000060000001 is more than 60 s after the daemon's clock, 1700000000000000 us; "
-            "it is too late a time, or the clocks differ");
+  EXPECT_EQ(
+      refused(Reason::kValidTooLong, 2),
+      "valid_until is 1700000060000001 us, more than 60 s ahead of the daemon's clock (1700000000000000 "
+      "us); use a shorter validity, or correct the clocks");
   send(3, INT64_MIN);
   refused(Reason::kExpired, 3);
   send(4, INT64_MAX);

@@ -125,7 +125,8 @@ TEST(Damage, ADamagedSyncWordLosesTwoRecordsAndTheStatesThatDependOnThem) {
     EXPECT_EQ(outcome.num_states, num_states) << i << outcome.error;
     if (known > std::int64_t{1} << 60) continue;
     ++num_with_command;
-    EXPECT_TRUE(contains(outcome.error, "applied sequence " + std::to_string(known) + " is missing, so "))
+    EXPECT_TRUE(contains(outcome.error,
+                         "the APPLIED event with sequence " + std::to_string(known) + " is missing, so "))
         << outcome.error;
   }
   EXPECT_GT(num_with_command, 1);

@@ -66,7 +66,7 @@ TEST(MessageJson, AMessageOfAnOlderVersionIsReportedWithItsVersion) {
     return state;
   }();
   EXPECT_EQ(tools::decode_by_suffix(channels::kState, bytes).summary,
-            "sent by version 0.3 of the messages, but this program has version 0.5");
+            "of version 0.3 of the messages, but this program reads version 0.5");
 }
 
 }  // namespace

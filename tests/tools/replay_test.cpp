@@ -152,8 +152,8 @@ TEST(Replay, ARecordingThatLacksACommandIsIncomplete) {
       events.erase(events.begin() + static_cast<std::ptrdiff_t>(applied[dropped]));
     });
     EXPECT_EQ(outcome.exit_code, 3) << dropped << outcome.out;
-    EXPECT_TRUE(contains(
-        outcome.err, "the log is incomplete: applied sequence " + std::to_string(dropped) + " is missing"))
+    EXPECT_TRUE(contains(outcome.err, "the log is incomplete: the APPLIED event with sequence " +
+                                          std::to_string(dropped) + " is missing"))
         << outcome.err;
     // no state before the missing command depends on the command
     EXPECT_TRUE(contains(outcome.out, "the states up to tick ") &&
@@ -169,7 +169,7 @@ TEST(Replay, ARecordingThatStartsAfterACommandIsIncomplete) {
     events.erase(events.begin(), events.begin() + static_cast<std::ptrdiff_t>(applied[1]) + 1);
   });
   EXPECT_EQ(outcome.exit_code, 3) << outcome.out;
-  EXPECT_TRUE(contains(outcome.err, "applied sequence 0 is missing")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "the APPLIED event with sequence 0 is missing")) << outcome.err;
 }
 
 TEST(Replay, ARecordingThatStartsLateButBeforeTheFirstCommandIsComplete) {
@@ -302,10 +302,10 @@ TEST(Replay, ARecordingOfVersion03IsRefusedWithItsVersion) {
   });
   EXPECT_EQ(outcome.exit_code, 2) << outcome.out;
   EXPECT_TRUE(contains(outcome.err, "the message on FREEFLEX_STATE at byte ")) << outcome.err;
-  EXPECT_TRUE(contains(outcome.err,
-                       " is sent by version 0.3 of the messages, but this program has version 0.5; replay it "
-                       "with the release that "
-                       "recorded it"))
+  EXPECT_TRUE(
+      contains(outcome.err,
+               " is of version 0.3 of the messages, but this program reads version 0.5; replay it with the "
+               "release that recorded it"))
       << outcome.err;
 }
 

@@ -244,7 +244,7 @@ class RecordedMotion : public MotionFile {
       if (contents.try_emplace({page.epoch, page.tick}, page.content).first->second != page.content)
         return path_ + ": the STATE at byte " + std::to_string(page.offset) +
                " differs from an earlier STATE of tick " + std::to_string(page.tick) +
-               "; it is damaged, or two motions were put into one file";
+               "; the file is damaged, or two motions were put into one file";
     return {};
   }
 

@@ -269,12 +269,12 @@ std::string CommandFeed::take_commands(std::int64_t tick, std::vector<ForceComma
     const AppliedRecord& record = session_.applied[next_++];
     if (!log_.read_at(record.offset, event)) return log_.error();
     if (!io::decode_message(event.bytes, message))
-      return "the APPLIED message with sequence " + std::to_string(record.sequence) + " is damaged";
+      return "the APPLIED event with sequence " + std::to_string(record.sequence) + " is damaged";
     // a cleared slot is recorded as a command without loads
     if (kind == applied_t::FORCE || kind == applied_t::CLEARED) {
       const io::Admission admission = io::from_message(message.command, names_, commands.emplace_back());
       if (admission.reason != io::Reason::kAccepted) {
-        return "the APPLIED message with sequence " + std::to_string(record.sequence) +
+        return "the APPLIED event with sequence " + std::to_string(record.sequence) +
                " does not fit the plan: " + admission.text.data();
       }
     } else {
@@ -282,8 +282,8 @@ std::string CommandFeed::take_commands(std::int64_t tick, std::vector<ForceComma
     }
   }
   if (next_tick() && *next_tick() < tick) {
-    return "applied sequence " + std::to_string(session_.applied[next_].sequence) + " is for tick " +
-           std::to_string(*next_tick()) + ", which is over";
+    return "the APPLIED event with sequence " + std::to_string(session_.applied[next_].sequence) +
+           " is for tick " + std::to_string(*next_tick()) + ", which is over";
   }
   return {};
 }

@@ -66,8 +66,9 @@ Recording read_recording(io::LogReader& log, const std::string& prefix);
 RecordedSession* choose_session(Recording& recording, std::optional<std::int64_t> session,
                                 std::string& error);
 
-/// Cuts a session at the first applied sequence that is missing. Removes the later applied records and the
-/// states that include them. Returns what was removed and why, or an empty text if nothing was removed.
+/// Cuts a session at the first APPLIED event that is missing. Removes the later APPLIED events and the states
+/// that include an event that is missing or removed. Returns what was removed and why, or an empty text if
+/// nothing was removed.
 std::string cut_at_gap(RecordedSession& session);
 
 /// Returns the tick up to which the session contains all commands that took effect.
@@ -77,8 +78,8 @@ std::int64_t last_known_tick(const RecordedSession& session);
 std::string joined(const std::string& a, const std::string& b);
 
 /// Returns the first contradiction and its byte. Returns an empty text if all messages refer to one plan, no
-/// applied sequence has two contents, and epochs, ticks and counts of applied records agree with each
-/// other.  \pre cut_at_gap was called
+/// two APPLIED events with one sequence differ in content, and epochs, ticks and counts of APPLIED events
+/// agree with each other.  \pre cut_at_gap was called
 std::string find_flaw(const RecordedSession& session);
 
 /// [ticks] Largest gap between two records, or before the first record, that a replay steps through: 115 days

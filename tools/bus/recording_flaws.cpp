@@ -13,13 +13,14 @@ namespace {
 using freeflex_msgs::applied_t;
 
 std::string name_of(const AppliedRecord& record) {
-  return "applied sequence " + std::to_string(record.sequence) + " at byte " + std::to_string(record.offset);
+  return "the APPLIED event with sequence " + std::to_string(record.sequence) + " at byte " +
+         std::to_string(record.offset);
 }
 std::string name_of(const StateRecord& state) {
   return "the state at byte " + std::to_string(state.offset) + ", of tick " + std::to_string(state.tick);
 }
 
-/// The beginnings of the epochs of a session. The number of applied records that a state includes gives the
+/// The beginnings of the epochs of a session. The number of APPLIED events that a state includes gives the
 /// state's epoch.
 class Epochs {
  public:
@@ -54,7 +55,8 @@ std::string find_applied_flaw(const RecordedSession& session) {
       return name_of(record) + " is for tick " + std::to_string(record.tick) + ", so it is damaged";
     if (record.sequence < 0) return name_of(record) + " is damaged, because sequences count from 0";
     if (record.sequence < expected)
-      return "applied sequence " + std::to_string(record.sequence) + " occurs twice with different content";
+      return "the APPLIED event with sequence " + std::to_string(record.sequence) +
+             " occurs twice with different content";
     if (record.kind < applied_t::FORCE || record.kind > applied_t::CLEARED)
       return name_of(record) + " is of unknown kind " + std::to_string(record.kind);
     if (before != nullptr && record.tick < before->tick)
@@ -66,7 +68,7 @@ std::string find_applied_flaw(const RecordedSession& session) {
   return {};
 }
 
-/// Checks that the applied records that a state includes are for ticks before the tick of the state (a reset:
+/// Checks that the APPLIED events that a state includes are for ticks before the tick of the state (a reset:
 /// up to the tick of the state), and that all others are for the tick of the state or later ticks.
 std::string find_order_flaw(const RecordedSession& session, const StateRecord& state) {
   const auto count = static_cast<std::size_t>(state.applied_count);
@@ -78,10 +80,10 @@ std::string find_order_flaw(const RecordedSession& session, const StateRecord& s
     const AppliedRecord& last = session.applied[count - 1];
     // a reset takes effect at its tick, but the step that applies a command ends one tick later
     if (last.kind == applied_t::RESET ? last.tick > state.tick : last.tick >= state.tick)
-      return explain(last, "contains");
+      return explain(last, "includes");
   }
   if (count < session.applied.size() && session.applied[count].tick < state.tick)
-    return explain(session.applied[count], "does not contain");
+    return explain(session.applied[count], "does not include");
   return {};
 }
 
@@ -115,12 +117,13 @@ std::string cut_at_gap(RecordedSession& session) {
     return true;
   });
   if (!has_gap && num_states == 0) return {};
-  std::string text = "applied sequence " + std::to_string(expected) + " is missing, so ";
-  if (has_gap) text += counted(num_applied - expected, "applied record") + " after it";
+  std::string text = "the APPLIED event with sequence " + std::to_string(expected) + " is missing, so ";
+  if (has_gap) text += "the " + counted(num_applied - expected, "later APPLIED event");
   if (has_gap && num_states > 0) text += " and ";
   if (num_states > 0)
-    text += counted(num_states, "state") + " that contain" + (num_states == 1 ? "s" : "") +
-            " it, the first at tick " + std::to_string(first_tick) + ",";
+    text += "the " + counted(num_states, "state") + " that include" +
+            (num_states == 1 ? "s its effect (at tick " : " its effect (the first at tick ") +
+            std::to_string(first_tick) + ")";
   return text + " cannot be used";
 }
 
@@ -138,9 +141,9 @@ std::string find_flaw(const RecordedSession& session) {
   for (const StateRecord& state : session.states) {
     if (state.tick < 0 || state.applied_count < 0)
       return name_of(state) + " and with " + std::to_string(state.applied_count) +
-             " applied records, is damaged, because both count from 0";
+             " APPLIED events, is damaged, because both count from 0";
     if (state.epoch != epochs.epoch(state))
-      return name_of(state) + ", has epoch " + std::to_string(state.epoch) + " and contains " +
+      return name_of(state) + ", has epoch " + std::to_string(state.epoch) + " and includes " +
              counted(epochs.epoch(state), "reset") + ", so epoch or applied_count is damaged";
     if (std::string order = find_order_flaw(session, state); !order.empty()) return order;
   }

@@ -188,7 +188,7 @@ class Replay {
                     " of any channel could not be sent by the daemon (sends_failed)");
     const std::int64_t num_left = static_cast<std::int64_t>(session_.applied.size()) - feed_.num_taken();
     if (num_left > 0)
-      outcome_.warn(counted(num_left, "applied record") + " after the last state, of tick " +
+      outcome_.warn(counted(num_left, "APPLIED event") + " after the last state, of tick " +
                     std::to_string(outcome_.ticks) + ", changed nothing that could be compared");
   }
 

@@ -78,7 +78,7 @@ void add_compile(CLI::App& app, int& exit_code) {
       ->check(file_name())
       ->type_name("PLAN");
   add_settings(*command, options->settings);
-  command->add_option("--rate", options->rate, "ticks per second [Hz], instead of the scene's rate")
+  command->add_option("--rate", options->rate, "ticks per simulated second [Hz], instead of the scene's rate")
       ->check(rate_in_hertz())
       ->type_name("HZ");
   command->add_flag("--json", options->json, "one JSON object on standard output");

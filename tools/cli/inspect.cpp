@@ -40,7 +40,7 @@ JSON fields:
                max |c delta - 1| (null where c or delta is missing); condition number of c
   mechanisms   for each: names of the points that it moves
   frequencies  [Hz];  frequency_accuracy [-] of the lowest
-  b, C and matrix are included up to 200 elastic freedoms.
+  b, C and matrix are included if the structure has at most 200 elastic freedoms.
 Exit codes: 0 done, 1 the basis is not complete, 2 the scene has errors or another shape than the recipe
 needs.)";
 
@@ -106,8 +106,9 @@ void add_inspect(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(one_of(basis_names()))
       ->type_name("RECIPE");
-  command->add_flag("--json", options->json,
-                    "one JSON object on standard output, with full matrices up to 200 elastic freedoms");
+  command->add_flag(
+      "--json", options->json,
+      "one JSON object on standard output; its matrices are written for at most 200 elastic freedoms");
   command->footer(kInspectFooter);
   command->callback([options, &exit_code] { exit_code = inspect(*options); });
 }

@@ -35,7 +35,7 @@ Example:
   freeflex loads service/scenes/boom.yaml --force tip=0,5,0
 JSON fields:
   name         of the scene;  force [N] and torque [N m]: the resultant about the centre of mass, body axes
-  points       for each: name, displacement [m], body axes, in the frame of mean axes
+  points       for each: name, elastic displacement [m] in body axes, which are the mean axes
   links        for each: name, kind, values [N, N m] by kind (messages/README.md, section 7)
   validity     0 good, 1 watch, 2 outside;  cause: why not good;  error, scale [m]: the estimated
                error and what the verdict compares it with
@@ -165,7 +165,7 @@ void print_loads(const Plan& plan, const State& state) {
   std::printf("resultant          %.10g %.10g %.10g N, %.10g %.10g %.10g N m about the centre of mass\n",
               state.force_W[0], state.force_W[1], state.force_W[2], state.moment_B[0], state.moment_B[1],
               state.moment_B[2]);
-  std::printf("elastic displacements [m], body axes, in the frame of mean axes\n");
+  std::printf("elastic displacements [m] in body axes, which are the mean axes\n");
   for (const std::int32_t i : plan.published_points) {
     const Vec3 V = read_point(plan, state, i).V_B;
     std::printf("  %-16s % .9e % .9e % .9e\n", plan.points[static_cast<std::size_t>(i)].name.c_str(), V[0],

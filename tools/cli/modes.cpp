@@ -140,7 +140,7 @@ std::string damping_coupling_text(const Plan& plan) {
     return coupled +
            "too many modes for the exact step, so their damping is advanced by splitting, with an error of "
            "second order in the step";
-  return coupled + "the modes; the step applies them as forces";
+  return coupled + "the modes; the step applies the coupling as forces";
 }
 
 /// Returns the names of the loads, after the word "load" or "loads".

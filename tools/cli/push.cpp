@@ -160,7 +160,7 @@ int push_over(const Line& line, const PushOptions& options, Exchange& known) {
   if (!line.wait(timeout, is_found)) {
     const std::string unread = known.unread.empty()
                                    ? "no message of a daemon has come"
-                                   : "a daemon is running, but its status is " + known.unread;
+                                   : "a daemon is running, but its STATUS is " + known.unread;
     return explain_silence(line, known.session ? "a daemon is there, but its scene did not arrive" : unread);
   }
   bool is_sent = false;

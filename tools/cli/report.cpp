@@ -88,8 +88,9 @@ std::string find_fault(const ReportOptions& options) {
   if (options.scenes.empty() && options.num_estimates == 0 && options.num_ticks == 0)
     return "SCENE is needed, unless --estimates N or --ticks N is given, which use random scenes";
   if (options.ends.size() > 1 && options.ends.size() != options.scenes.size())
-    return format_text("--until has %zu times for %zu scenes; give one for all, or one for each scene",
-                       options.ends.size(), options.scenes.size());
+    return format_text(
+        "--until has %zu times for %zu scenes; give one time for all scenes, or one for each scene",
+        options.ends.size(), options.scenes.size());
   return {};
 }
 
@@ -198,7 +199,8 @@ void add_report(CLI::App& app, int& exit_code) {
                    "estimates.csv, with --ticks ticks.csv")
       ->check(file_name())
       ->type_name("DIR");
-  command->add_option("--until", options->ends, "simulated time [s], one for all or one a scene")
+  command
+      ->add_option("--until", options->ends, "simulated time [s]: one for all scenes, or one for each scene")
       ->default_str("2")
       ->delimiter(',')
       ->allow_extra_args(false)

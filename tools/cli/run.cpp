@@ -436,7 +436,7 @@ void add_run(CLI::App& app, int& exit_code) {
   command->add_option("--until", options->until, "simulated time to stop at [s], to the nearest tick")
       ->check(must_be("a number >= 0 [s]", [](double time) { return time >= 0.0 && std::isfinite(time); }))
       ->type_name("S");
-  command->add_option("--rate", options->rate, "ticks per second [Hz], instead of the scene's rate")
+  command->add_option("--rate", options->rate, "ticks per simulated second [Hz], instead of the scene's rate")
       ->check(rate_in_hertz())
       ->type_name("HZ");
   command->add_option("--out", options->out, std::string("what to write: ") + kOutputs)

@@ -215,7 +215,8 @@ std::string find_excess(const Bench& bench, Rung& rung, double most) {
   };
   double cost = cost_of(1);
   if (cost > most) cost = cost_of(3);  // measured again, because the first tick ran with cold caches
-  return cost <= most ? std::string() : format_text("a run would take %.0f s of CPU time", cost);
+  return cost <= most ? std::string()
+                      : format_text("a run would take %.0f s of CPU time, more than is allowed", cost);
 }
 
 /// Adds one run of a rung at a step, and at `free_step` after the end of the loads (0: the same step).
@@ -311,7 +312,11 @@ std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
   scene.fidelity = fidelity;
   if (!fine) return std::nullopt;
   if (const std::string excess = find_excess(bench, *fine, 4.0 * bench.options.budget); !excess.empty()) {
-    why = format_text("its own equations cannot be solved exactly, at %g ms, because ", 1e3 * step) + excess;
+    why =
+        format_text(
+            "the reference solution of this rung's equations, with steps of %g ms, is not computed, because ",
+            1e3 * step) +
+        excess;
     return std::nullopt;
   }
   ExactRung exact{fidelity, {}};

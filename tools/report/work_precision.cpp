@@ -223,11 +223,11 @@ std::string curves(const Panel& panel, const Study& study, const std::vector<std
 std::string explain(const std::string& method) {
   static const std::map<std::string, const char*> kKept{
       {"rigid", "the body alone without deformation, so its elastic error is 1"},
-      {"separated", "rigid and elastic motion separated, the default"},
-      {"spin-loaded", "separated, and the centrifugal load of the spin"},
-      {"coupled", "every term in the elastic displacements, both ways"},
-      {"exact-bars", "coupled, with springs and bars at their true length and direction"},
-      {"full", "exact-bars, with as many substeps per tick as its fastest motion needs"}};
+      {"separated", "rigid and elastic motion are computed separately; the default rung"},
+      {"spin-loaded", "the equations of separated and the centrifugal load of the spin"},
+      {"coupled", "every term in the elastic displacements, between body and deformation in both directions"},
+      {"exact-bars", "the equations of coupled, with springs and bars at their true length and direction"},
+      {"full", "the equations of exact-bars, with as many substeps per tick as the fastest motion needs"}};
   const auto found = kKept.find(method);
   return found == kKept.end() ? std::string() : found->second;
 }
@@ -283,9 +283,11 @@ std::string not_drawn(const Study& study) {
       for (std::size_t load = 0; load < kReadOuts; ++load) is_drawn = is_drawn || is_shown(run, load);
       is_fine = is_fine || (run.failure.empty() && run.elastic_error <= kLeastError);
     }
-    if (!is_drawn) missing += (missing.empty() ? "; not drawn: " : ", ") + std::string(rung.name);
+    if (!is_drawn)
+      missing += (missing.empty() ? "; rungs that are not drawn: " : ", ") + std::string(rung.name);
     if (is_fine)
-      on_edge += (on_edge.empty() ? "; finer than the lowest line: " : ", ") + std::string(rung.name);
+      on_edge += (on_edge.empty() ? "; rungs with errors below the lowest grid line: " : ", ") +
+                 std::string(rung.name);
   }
   return missing + on_edge;
 }

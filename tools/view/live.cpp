@@ -126,7 +126,7 @@ void Live::take_status(const BusMessage& message) {
   freeflex_msgs::status_t status;
   if (!io::decode_message(message.bytes, status))
     return server_->send_latest("notice",
-                                json_text(Json{{"notice", "a daemon is running, but its status is " +
+                                json_text(Json{{"notice", "a daemon is running, but its STATUS is " +
                                                               io::explain_unread(message.bytes)}}));
   const auto fingerprint = static_cast<std::uint64_t>(status.plan_fingerprint);
   const bool is_known = fingerprint_ == fingerprint && rate_ == status.rate;

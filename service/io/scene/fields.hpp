@@ -44,8 +44,8 @@ std::optional<std::string> read_name(Report& report, const Node& node, const std
 /// the list, counted from 1.
 std::string item_label(const std::string& noun, const Node& node, const std::string& place);
 
-/// A mapping with the keys of a section. The constructor reports a node that is not a mapping, and keys that
-/// are unknown or refused.
+/// Gives access to a YAML mapping whose allowed keys are listed in a `Section`. The constructor reports a
+/// node that is not a mapping, and keys that are unknown or refused.
 class Fields {
  public:
   /// \param section  must outlive this object

@@ -115,8 +115,8 @@ std::vector<std::string_view> parts() {
   return names;
 }
 
-// makes the section of a kind of link: the kind's own keys, and viscous and loss_factor if the kind allows
-// them
+// Returns the section with the keys of one kind of link. It has the kind's own keys, and `viscous` and
+// `loss_factor` if the kind allows them.
 Section link(Key kind, std::vector<Key> own, const LossRefusal& losses) {
   Section section{kind.name, {name_or_number(), required(std::move(kind))}};
   section.keys.insert(section.keys.end(), own.begin(), own.end());

@@ -56,8 +56,8 @@ const EarlierType* find_earlier(std::span<const std::byte> bytes) noexcept {
 std::string explain_unread(std::span<const std::byte> bytes) {
   const EarlierType* const earlier = find_earlier(bytes);
   if (earlier == nullptr) return "damaged, or of a version that is not known here";
-  return std::string("sent by version ") + earlier->version +
-         " of the messages, but this program has version " + kMessagesVersion;
+  return std::string("of version ") + earlier->version + " of the messages, but this program reads version " +
+         kMessagesVersion;
 }
 
 }  // namespace freeflex::io

@@ -24,9 +24,8 @@ struct EarlierType {
 /// is then unchanged and can be read. Allocates nothing.
 const EarlierType* find_earlier(std::span<const std::byte> bytes) noexcept;
 
-/// Returns the reason why bytes from a file or the bus are not a message of this version: "sent by version
-/// 0.3 of the messages, but this program has version 0.5", or that the bytes are damaged or of an unknown
-/// version.
+/// Returns the reason why bytes from a file or the bus are not a message of this version: "of version 0.3 of
+/// the messages, but this program reads version 0.5", or that the bytes are damaged or of an unknown version.
 std::string explain_unread(std::span<const std::byte> bytes);
 
 }  // namespace freeflex::io
