@@ -30,8 +30,8 @@ double bend(const TrueAngle& angle, const Matrix3Xd& x, TrueGeometry::Forces for
   // `moment` is minus the derivative of the energy by the cosine of the angle
   double energy = 0.0, moment = 0.0;
   if (angle.is_straight) {
-    // the angle from one arm to the other arm if the arms are folded, otherwise to the extension of the other
-    // arm
+    // If the arms are folded, the angle is measured from one arm to the other arm. Otherwise it is measured
+    // from one arm to the extension of the other arm.
     const double side = angle.is_folded ? 1.0 : -1.0;
     const double ratio = angle_over_sine(sine, side * cosine);
     energy = 0.5 * angle.stiffness * ratio * ratio * sine * sine;

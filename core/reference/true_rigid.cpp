@@ -19,7 +19,8 @@ constexpr double kRedundant = 1e-9;
 
 VectorXd stacked(const Matrix3Xd& columns) { return Map<const VectorXd>(columns.data(), columns.size()); }
 
-// [1/sqrt(kg)] rows G m^-1/2 of one body, G = T_o^T R^T   (THEORY 10.23)
+// Returns the constraint rows G m^-1/2 [1/sqrt(kg)] of one rigid body, (constraints x 3N), where
+// G = T_o^T R^T and T_o is body.forbidden   (THEORY 10.23)
 MatrixXd body_rows(const TrueBody& body, const FittedFrame::Fit& fit, const VectorXd& mass) {
   MatrixXd rows = MatrixXd::Zero(body.forbidden.cols(), 3 * mass.size());
   const auto& points = body.frame.points();

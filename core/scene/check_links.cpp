@@ -123,7 +123,7 @@ void Checker::check_matrix_link(const Link& link, const MatrixLink& matrix, cons
           who + " is a flexibility, which can have neither rotations nor mass; give the stiffness matrix");
   if (matrix.num_inner > 0 && matrix.mass.size() == 0)
     error(link.origin,
-          who + " has inner coordinates but no mass matrix, which determines their motion; give one");
+          who + ": inner coordinates need a mass matrix, which determines their motion; give a mass matrix");
   if (is_superelement(matrix) && !Eigen::MatrixXd(matrix.matrix).allFinite())
     error(link.origin, who + ": the stiffness matrix has an entry that is not finite; give finite entries");
   if (matrix.mass.size() > 0) check_size("mass matrix", matrix.mass);
@@ -145,10 +145,9 @@ void Checker::check_dissipation(const Link& link, const std::string& who) {
   if (link.viscous != 0.0 && kind.has_joint_rotations)
     error(link.origin,
           who +
-              ": viscous is only for links without rotations, because rotations of beams and plates "
-              "carry no mass, and a moment that "
-              "depends on their rates would add states; use rayleigh damping "
-              "or a loss_factor");
+              ": viscous is only for links without rotations, because rotations carry no mass, and a moment "
+              "that depends on their rate would make them states of their own; use loss_factor, or damping: "
+              "rayleigh");
 }
 
 void Checker::check_link(const Link& link, int index) {

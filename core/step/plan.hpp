@@ -442,9 +442,10 @@ struct PlanUnmodelled {
   // [s^2] (judged x 6) square of the fraction of a mode's amplitude that Coriolis forces transfer to other
   // modes, per product of the spin; empty on rungs with Coriolis forces
   Array coriolis_transfer;
-  // relative stiffness change [-] of the lowest omitted modes
-  Array left_out_rows;  // [1/m] (left out x num_elastic) per quasi-static coordinate
-  Array left_out_spin;  // [s^2] (left out x 6) per product of the spin
+  // [1/m] (omitted modes x num_elastic) relative stiffness change of each omitted mode per metre of
+  // quasi-static response of each kept mode. Only the lowest omitted modes have a row.
+  Array left_out_rows;
+  Array left_out_spin;  // [s^2] (omitted modes x 6) the same, per product of the spin
   // effect of the centrifugal load; both arrays are empty on rungs that include this load
   Array spin_loads;     // [kg m] (num_elastic x 6)
   Array spin_left_out;  // [m^2 s^4] (6 x 6) square of the quasi-static response of omitted modes

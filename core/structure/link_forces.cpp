@@ -105,7 +105,8 @@ Eigen::MatrixXd rigid_forces(const LinkFactor& factor, const Link& link, const s
 // (THEORY 3.46)
 void set_link_forces(const Scene& scene, const LinkFactor& factor, Structure& structure) {
   const Eigen::MatrixXd& b = structure.shapes;
-  std::vector<int> columns;  // constraints whose multipliers published rigid links need
+  // constraints whose multipliers are the forces of published rigid links
+  std::vector<int> columns;
   for (const int index : scene.publication.links)
     for (std::size_t row = 0; row < factor.constraint_link.size(); ++row)
       if (factor.constraint_link[row] == index) columns.push_back(static_cast<int>(row));

@@ -56,9 +56,9 @@ bool moves_as_one(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
 }
 
 // Returns the core. The core is a large set of points that moves as one body in every motion. The motion of
-// all other points is described relative to the core. The search is greedy and begins with the points that
-// keep their distances from the most other points. Mechanisms are correct with any core, but a larger core
-// makes their names more specific (THEORY 4.4).
+// all other points is described relative to the core. The search is greedy. It tries the points in descending
+// order of the number of other points to which their distance stays the same. Mechanisms are correct with any
+// core, but a larger core makes their names more specific (THEORY 4.4).
 std::vector<int> find_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
                            const Eigen::Matrix3Xd& r) {
   const auto num_points = static_cast<int>(r.cols());

@@ -16,7 +16,8 @@ struct CarriedMass {
   int point = -1;                                 // the point that carries the part; -1: a link carries it
   int link = -1;                                  // the link that carries the part; -1: a point carries it
   Eigen::Vector3d arm = Eigen::Vector3d::Zero();  // [m] from the point, scene axes
-  std::vector<std::pair<int, double>> shares;  // (point, weight [-]) whose mean is the position without arm
+  // pairs (point, weight [-]). The weighted mean of the points is the position of the part without its arm
+  std::vector<std::pair<int, double>> shares;
   // coefficients of displacements [-] and rotations [m], for the displacement along each scene axis
   // (THEORY 16.4, 16.10)
   std::array<std::vector<std::pair<int, double>>, 3> displacement;

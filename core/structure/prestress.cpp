@@ -288,8 +288,9 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
 //   beta_l = (sum D h_ll^2 - sum_v gamma_v^2 / (M omega_v^2) (2/3 + 1/3 / (1 - 4 omega_l^2 / omega_v^2))) / 2
 Eigen::VectorXd root_quartic(const Structure& structure, const Prestress& prestress,
                              const Eigen::VectorXd& held, const Eigen::MatrixXd& rows) {
-  // [-] least |1 - 4 omega_l^2 / omega_v^2|. Nearer to resonance, the integrated error includes the response
-  // (THEORY X147)
+  // [-] smallest magnitude of 1 - 4 omega_l^2 / omega_v^2 with which the response of a mode v is computed. If
+  // the magnitude is smaller, twice the frequency of mode l is near the resonance of mode v, and the
+  // integrated error includes the response (THEORY X147).
   constexpr double kLeastOff = 0.2;
   const double M = structure.mass_properties.mass;
   Eigen::VectorXd gamma_of(structure.omega.size());
