@@ -385,7 +385,7 @@ void Daemon::log_start() const {
   std::string left_out;
   for (const PlanFeature& part : plan_.features)
     if (part.is_left_out) left_out += (left_out.empty() ? "" : ", ") + std::string(name_of(part.feature));
-  if (!left_out.empty()) spdlog::info("left out: {}", left_out);
+  if (!left_out.empty()) spdlog::info("omitted: {}", left_out);
   for (const auto& [is_lacking, part] : {std::pair{plan_.scope.lacks_rotation, Feature::kRotation},
                                          std::pair{plan_.scope.lacks_out_of_plane, Feature::kOutOfPlane}})
     if (is_lacking)

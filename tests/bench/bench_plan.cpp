@@ -35,7 +35,7 @@ double ns_per_step(testing::Simulation& simulation) {
 void compare(benchmark::State& state, Scene scene, Feature feature) {
   testing::Simulation without(testing::reduced_plan_of(scene));
   if (!testing::feature_of(without.plan, feature).is_left_out)
-    return state.SkipWithError("the feature is not left out");
+    return state.SkipWithError("the feature is not omitted");
   scene.leave_out.keeps[static_cast<std::size_t>(feature)] = true;
   testing::Simulation with(testing::reduced_plan_of(scene));
   std::vector<double> with_ns, without_ns, ratios;

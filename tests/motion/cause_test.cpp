@@ -62,7 +62,7 @@ void expect_only_what_is_there(const Plan& plan, const std::string& text) {
       {"orbit", plan.attractor_mu > 0.0},
       {"load 1", !plan.histories.empty()},
       {"error budget", !plan.budget.shadows.empty()},
-      {"left out", !plan.features.empty() || plan.unmodelled.lacks_modes != LacksModes::kNone},
+      {"omitted", !plan.features.empty() || plan.unmodelled.lacks_modes != LacksModes::kNone},
       {"leave_out", plan.tolerance > 0.0},
       {"tolerance", plan.tolerance > 0.0 || plan.unmodelled.tolerance > 0.0},
       {"rung is rigid", plan.fidelity == Fidelity::kRigid},
@@ -351,7 +351,7 @@ TEST(Cause, ErrorAfterACommandIsAttributedToTheCommandAndOmittedModes) {
   Watched watched(scene);
   ForceCommand command = make_command(1, 1, Axes::kBody, 50);
   add_force(command, 10, {0.0, 0.1, 0.0});
-  expect_cause("pushed modes left out", causes_of(watched, 500, {std::span(&command, 1)}), Cause::kTruncation,
+  expect_cause("pushed omitted modes", causes_of(watched, 500, {std::span(&command, 1)}), Cause::kTruncation,
                {"omitted modes", "small_modes", "commanded load", "leave_out: tolerance"});
   Scene pushed = free_beam(Fidelity::kSpinLoaded);
   pushed.pushable = {0};

@@ -144,7 +144,7 @@ TEST(SparseModes, AgreeWithTheDenseSetUpOnBodiesAndMasslessPoints) {
   expect_equal(scene, 16, "bodies, one with an arm");
 }
 
-TEST(SparseModes, LeaveOutTheFreeTorsionOfAStraightChainOfBeams) {
+TEST(SparseModes, OmitTheFreeTorsionOfAStraightChainOfBeams) {
   Scene scene;
   for (int i = 0; i < 12; ++i) add_point(scene, 1.0, {0.48 * i, 0.6 * i, 0.64 * i});
   add_point(scene, 1.0, {1.0, -1.0, 0.5});

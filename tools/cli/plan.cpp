@@ -228,7 +228,7 @@ void print_features(const Plan& plan) {
   std::printf("  %-16s %-9s %6s  why\n", "feature", "", "count");
   for (const PlanFeature& feature : plan.features) {
     const std::string count = feature.count > 0 ? std::to_string(feature.count) : "";
-    std::printf("  %-16s %-9s %6s  %s\n", name_of(feature.feature), feature.is_left_out ? "left out" : "kept",
+    std::printf("  %-16s %-9s %6s  %s\n", name_of(feature.feature), feature.is_left_out ? "omitted" : "kept",
                 count.c_str(), wrapped(feature.why, 37).c_str());
     if (feature.is_left_out) print_errors(plan, feature);
   }
@@ -298,8 +298,8 @@ int show(const PlanOptions& options) {
 
 void add_plan(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<PlanOptions>();
-  CLI::App* command =
-      app.add_subcommand("plan", "features kept and left out of a scene, why, error bounds, ns per step");
+  CLI::App* command = app.add_subcommand(
+      "plan", "features of a scene that are kept or omitted, why, error bounds, ns per step");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
   command
       ->add_option("--keep", options->keep,
