@@ -14,7 +14,7 @@ namespace {
 constexpr int kNamesInReason = 8;
 
 // [-] the stretch of a rigid link is treated as a rounding error if it is at most this fraction of the
-// largest stretch by any displacements with sum m b.b = M
+// largest stretch due to any displacements with sum m b.b = M
 constexpr double kRigidRounding = 1e-9;
 
 // Returns the matrix sqrt(D) B, whose columns are displacements and rotations of joints. Its transpose maps

@@ -110,7 +110,7 @@ void warn_of_drive(const Origin& origin, double growth, double period, Faults& f
                         "; check the signs and sizes of its gains"));
 }
 
-// Returns the lowest rate [Hz] at which splitting adds no growth to the growth by the feedback itself.
+// Returns the lowest rate [Hz] at which splitting adds no growth to the growth due to the feedback itself.
 // Doubles the rate up to six times. Returns the present rate if splitting adds no growth at this rate, and 0
 // if no such rate is found.
 double sufficient_rate(const Plan& plan, double growth) {
@@ -131,7 +131,7 @@ double sufficient_rate(const Plan& plan, double growth) {
       return std::ldexp(rate, k);
   }
   if (factor > 2.0) return 0.0;  // a force held over half a tick is too large even at the highest rate
-  // the growth that remains at the highest rate is the growth by the feedback itself
+  // the growth that remains at the highest rate is the growth due to the feedback itself
   int enough = 0;
   while (!(per_second[static_cast<std::size_t>(enough)] <= 2.0 * per_second.back())) ++enough;
   return std::ldexp(rate, enough);

@@ -19,10 +19,10 @@ struct ReducedSpec {
   // structure of the scene, or a copy if modes of equal frequency were rotated so that few are excited
   // (THEORY 14.3)
   std::shared_ptr<const Structure> structure;
-  MotionScope motion;                 // possible motions, those by commands only if on_need is keep
+  MotionScope motion;                 // possible motions, those due to commands only if on_need is keep
   std::vector<PlanFeature> features;  // by Feature
   double horizon = 0.0;               // [s] horizon of the estimated errors of omitting small modes
-  double small_size = 0.0;            // [m] rms displacement by the omitted small modes
+  double small_size = 0.0;            // [m] rms displacement of the omitted small modes
 };
 
 /// Returns true for a scene of point masses on the rung `separated` or `spin-loaded`. Plans of such scenes

@@ -71,8 +71,8 @@ void warn_of_massless_start(const Scene& scene, Faults& faults) {
                   "those, or give a mass to the massless points"));
 }
 
-// Warns of loads on massless points. No mode includes the deformation by such a load, because the freedoms of
-// massless points are condensed   (THEORY 16.7).
+// Warns of loads on massless points. No mode includes the deformation due to such a load, because the
+// freedoms of massless points are condensed   (THEORY 16.7).
 void warn_of_massless_loads(const Scene& scene, Faults& faults) {
   std::vector<int> loaded(scene.pushable);
   for (const Load& load : scene.loads)

@@ -1,4 +1,4 @@
-// Modal coupling by dashpots and linear feedback   (THEORY 8.26 to 8.41).
+// Modal coupling due to dashpots and linear feedback   (THEORY 8.26 to 8.41).
 #pragma once
 
 #include "core/step/plan.hpp"
@@ -6,8 +6,8 @@
 
 namespace freeflex {
 
-/// [-] Largest off-diagonal coefficient of damping by dashpots, over the largest diagonal one, that is taken
-/// as a rounding error. If no coefficient is larger, the dashpots do not couple the modes.
+/// [-] Largest off-diagonal coefficient of damping due to dashpots, over the largest diagonal one, that is
+/// taken as a rounding error. If no coefficient is larger, the dashpots do not couple the modes.
 inline constexpr double kUncoupled = 1e-13;
 
 /// Largest number of coupled modes that are advanced by their matrix exponential (THEORY 8.34). The

@@ -39,8 +39,8 @@ void warn_of_driving_feedback(const Scene& scene, const Plan& plan, Faults& faul
   check_growth(scene, linear, faults);
 }
 
-// Warns of flutter by a constant load in local axes, because such a load is not conservative   (THEORY 8.42,
-// 8.46)
+// Warns of flutter due to a constant load in local axes, because such a load is not conservative
+// (THEORY 8.42, 8.46)
 void warn_of_driving_followers(const Scene& scene, const Plan& plan, Faults& faults) {
   const double rate = growth_by_followers(plan);
   if (rate == 0.0) return;

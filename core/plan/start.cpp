@@ -180,7 +180,8 @@ void warn_of_fast_spin(const Scene& scene, const Structure& structure, Fidelity 
   const Origin& origin = scene.initial.origin;
   const Eigen::Vector3d& given = scene.initial.angular_velocity;
   const Eigen::Vector3d spin = given - idle_spin(given, structure.mass_properties);
-  constexpr double kSlow = 0.01;  // [-] largest (|w| / omega_1)^2 without a warning: 1 % softening by spin
+  // [-] largest (|w| / omega_1)^2 without a warning: 1 % softening due to spin
+  constexpr double kSlow = 0.01;
   for (const double omega : structure.omega) {
     if (omega == 0.0) continue;
     const double ratio = spin.squaredNorm() / (omega * omega);

@@ -43,8 +43,8 @@ Eigen::Matrix3d field_of(const Structure& structure, Eigen::Index mode) {
   return Y;
 }
 
-// Returns the symmetric part of sum m b_l b_u^T / M, including the second-order displacement by the rotation
-// of bodies, sum m r g_lu / M (THEORY 12.46).
+// Returns the symmetric part of sum m b_l b_u^T / M, including the second-order displacement due to the
+// rotation of bodies, sum m r g_lu / M (THEORY 12.46).
 Eigen::Matrix3d outer_of(const Structure& structure, const std::vector<RotatingBody>& bodies, int l, int u) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   const Particles& particles = structure.particles;
@@ -76,9 +76,9 @@ Eigen::Matrix3Xd crosses_of(const Structure& structure, int l) {
   return rows * shapes;
 }
 
-// Computes the stiffness of each pair of modes by the spin, per product of the components of w. It is the
-// geometric stiffness by the quasi-static response to the centrifugal load. Below the coupled rungs, w^T (sum
-// m (b.b 1 - b b^T)) w is subtracted (THEORY X141).
+// Computes the stiffness of each pair of modes due to the spin, per product of the components of w. It is the
+// geometric stiffness due to the quasi-static response to the centrifugal load. Below the coupled rungs,
+// w^T (sum m (b.b 1 - b b^T)) w is subtracted (THEORY X141).
 class SpinRows {
  public:
   SpinRows(const Scene& scene, const Structure& whole, const RungTraits& rung, const Eigen::MatrixXd& rows)
@@ -151,10 +151,10 @@ Products push_row(const std::vector<RotatingBody>& bodies, int l, int u) {
   return row;
 }
 
-// Returns a bound of the displacement by the spin, over w^2 [m s^2], for masses on the inner coordinates of
-// matrix links, which belong to no point. By Cauchy's inequality this bound is the root of the sum over modes
-// of (M - sum m b.b) S / (M omega_l^2)^2. The inner sum is over particles, and S is the second moment of mass
-// of the rigid body about its first point   (THEORY X143).
+// Returns a bound of the displacement due to the spin, over w^2 [m s^2], for masses on the inner coordinates
+// of matrix links, which belong to no point. By Cauchy's inequality this bound is the root of the sum over
+// modes of (M - sum m b.b) S / (M omega_l^2)^2. The inner sum is over particles, and S is the second moment
+// of mass of the rigid body about its first point   (THEORY X143).
 double inner_load(const Scene& scene, const Structure& whole, const std::vector<int>& modes) {
   double moment = 0.0;
   for (const Link& link : scene.links)

@@ -13,8 +13,8 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-/// Adds the forces of springs, bars and dashpots along their true directions. A link from point i to point j
-/// has the length L [m] and the direction u at rest   (THEORY 10.2, 10.3, 10.5):
+/// Adds the forces of springs, bars and dashpots along their true directions. An undeformed link from point i
+/// to point j has the length L [m] and the direction u   (THEORY 10.2, 10.3, 10.5):
 ///   d = e_j - e_i,   l = |L u + d|,   elongation = (2 L u.d + |d|^2) / (l + L)
 ///   s = D elongation + c l',   l' = (L u + d).d' / l;   a tension s pulls i along (L u + d) / l towards j
 void add_link_forces(const CartesianSystem& system, std::span<const double> e, std::span<const double> e_dot,

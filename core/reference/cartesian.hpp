@@ -78,7 +78,7 @@ std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::st
 
 /// Makes the system of a scene with links of every kind at true geometry and damping of every kind
 /// (THEORY 10.12 to 10.25). Returns nullopt and sets `error` for bodies with inertia, feedback and initial
-/// modes. If the shape is collinear, the smallest rotation from the shape at rest gives the body axes.
+/// modes. If the shape is collinear, the smallest rotation from the rest shape gives the body axes.
 std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error);
 
 /// Makes a system from the masses, springs, bars, dashpots, loads and initial state of a scene. The other

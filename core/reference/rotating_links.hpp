@@ -24,7 +24,7 @@ struct LinkGradient {
 /// (THEORY 10.16, 10.17).
 struct TrueBeam {
   TrueBeam(const Beam& beam, const Eigen::Vector3d& span);
-  Eigen::Matrix3d rest;                            // local axes at rest as columns
+  Eigen::Matrix3d rest;                            // local axes of the undeformed beam as columns
   Eigen::Vector3d span;                            // [m]
   double length;                                   // [m]
   double EA;                                       // [N]
@@ -46,7 +46,7 @@ struct TrueBeam {
 /// (THEORY 10.18, 10.19).
 struct TruePlate {
   TruePlate(const Plate& plate, const std::array<Eigen::Vector3d, 3>& corners);
-  Eigen::Matrix3d rest;                   // local axes at rest as columns
+  Eigen::Matrix3d rest;                   // local axes of the undeformed plate as columns
   Eigen::Matrix<double, 3, 2> edges;      // [m] edges from the first corner to the other two
   Eigen::Matrix<double, 2, 3> gradients;  // [1/m] gradients of barycentric coordinates, local axes
   Eigen::Vector3d membrane;               // [N m] stiffness of exx + eyy, exx - eyy, gxy

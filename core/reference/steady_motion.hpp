@@ -16,7 +16,7 @@ struct RestModes {
 };
 RestModes rest_modes(const CartesianSystem& system);
 
-/// Returns the stiffness [N/m] (3N x 3N) of links at rest, K_rest of (THEORY 10.25).
+/// Returns the stiffness [N/m] (3N x 3N) of undeformed links, K_rest of (THEORY 10.25).
 /// \param system  the masses and rest positions of the points
 Eigen::MatrixXd stiffness_at_rest(const TrueGeometry& links, const CartesianSystem& system);
 
@@ -41,7 +41,7 @@ struct SteadyMotion {
 };
 
 /// Finds the steady motion by Newton's method from displacements `start` [m] (3N). An empty `start` is the
-/// shape at rest. Loads have their values at t = 0, and the spin is the spin of the carrier.
+/// rest shape. Loads have their values at t = 0, and the spin is the spin of the carrier.
 SteadyMotion steady_motion(const CartesianSystem& system, const Eigen::VectorXd& start = {});
 
 }  // namespace freeflex

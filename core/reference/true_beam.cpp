@@ -12,7 +12,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// the local axes at rest as columns   (THEORY 3.4)
+// the local axes of the undeformed beam as columns   (THEORY 3.4)
 Matrix3d local_axes(const Vector3d& span, const Vector3d& given) {
   const Vector3d x = span.normalized();
   Vector3d y = given;

@@ -26,7 +26,7 @@ struct TrueJoint {
 /// An end of a link at a joint, with the rotations about its own axes that are released from the joint.
 struct LinkEnd {
   int joint = -1;
-  Eigen::Matrix3d rest = Eigen::Matrix3d::Identity();  // local axes at rest as columns
+  Eigen::Matrix3d rest = Eigen::Matrix3d::Identity();  // local axes of the undeformed link as columns
   std::vector<int> released;                           // axes about which the rotation is released
   int first = 0;  // index of the unknown rotation about the first released axis
 };
@@ -47,7 +47,7 @@ struct TrueAngle {
   std::vector<int> points;
   double stiffness = 0.0;    // [N m]
   double rest = 0.0;         // [rad]
-  bool is_straight = false;  // true: the three points are on a line at rest
+  bool is_straight = false;  // true: the three points are on a line in the rest shape
   bool is_folded = false;    // true: both arms of the straight angle point to the same side
 };
 
@@ -163,7 +163,7 @@ class TrueGeometry {
   std::vector<double> stiffnesses_;
   int num_links_ = 0;
   int num_rotations_ = 0;
-  Eigen::VectorXd scale_;  // (num_rotations) square roots of the diagonal of the stiffness at rest
+  Eigen::VectorXd scale_;  // (num_rotations) square roots of the diagonal of the stiffness in the rest shape
   Eigen::MatrixXd idle_;   // (num_rotations x k) orthonormal, scaled rotations that strain no link
   Eigen::MatrixXd damping_;
   double correction_ = 0.0;

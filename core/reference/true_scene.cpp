@@ -203,7 +203,8 @@ Scene damped_links(const Scene& scene) {
 
 /// Returns the damping matrix over V', from modal damping and from links that are not axial   (THEORY 10.25):
 ///   C_d = sum_links (beta_R + tau) K_rest + m (sum_l (2 zeta_l omega_l + alpha_R) psi_l psi_l^T) m
-/// with K_rest [N/m] the stiffness of a link at rest and psi_l [1/sqrt(kg)] the modes at rest.
+/// with K_rest [N/m] the stiffness of an undeformed link and psi_l [1/sqrt(kg)] the modes of the undeformed
+/// structure.
 MatrixXd damping_matrix(const Scene& scene, const CartesianSystem& system) {
   const Eigen::Index n = system.mass.size();
   MatrixXd C = MatrixXd::Zero(3 * n, 3 * n);

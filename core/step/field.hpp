@@ -17,7 +17,7 @@ Vec3 gravity_at(const Plan& plan, const Vec3& p_W) noexcept;
 ///   g(rho + x) - g(rho) = -mu / |rho|^3 (y^(-3/2) x + (y^(-3/2) - 1) rho)   (THEORY 8.22)
 Vec3 tidal_acceleration(double mu, const Vec3& rho, const Vec3& x) noexcept;
 
-/// Returns the torque about the centre of mass by the gravity gradient of an attractor [N m], body axes:
+/// Returns the torque about the centre of mass due to the gravity gradient of an attractor [N m], body axes:
 ///   L_B = 3 mu / |rho|^5 rho x I rho   (THEORY 8.20)
 /// \param rho  [m] position of the centre of mass from the attractor, body axes
 Vec3 gradient_torque(const Plan& plan, const Vec3& rho) noexcept;

@@ -209,7 +209,7 @@ class Flows {
     return add(load.force_W, multiply(R_WB_, multiply_transposed(R_PB_, force_P)));
   }
 
-  /// Returns the moment by the gravity gradient of an attractor   (THEORY 8.20), principal axes.
+  /// Returns the moment due to the gravity gradient of an attractor   (THEORY 8.20), principal axes.
   Vec3 field_moment(const Mat3& G) const noexcept {
     const Vec3 start = multiply(R_PB_, multiply_transposed(R_WB_, add(rho_, gain_.p)));
     const Vec3 rho_B = multiply_transposed(R_PB_, multiply_transposed(G, start));

@@ -226,7 +226,7 @@ void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& w
   }
   Vec3 mean_gravity = plan.gravity_W, weighted_gravity = plan.gravity_W;
   if (may_orbit_far(plan, frame)) {
-    // the exact fall plus the gains by forces   (THEORY 7.26, 7.29)
+    // the exact fall plus the gains due to forces   (THEORY 7.26, 7.29)
     const Fall free = fall(plan.attractor_mu, sub(frame.p_WB, plan.attractor_W), frame.v_WB, h);
     for (std::size_t i = 0; i < 3; ++i) {
       const double p_gain = free.p[i] + h * frame.v_WB_low[i] + 0.5 * h * h * (weighted_force[i] / plan.mass);

@@ -49,7 +49,7 @@ void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept;
 /// Holds the resultant of loads in body axes.
 struct BodyResultant {
   Vec3 force{};   // [N]
-  Vec3 torque{};  // [N m] about the centre of mass, arms of the body at rest
+  Vec3 torque{};  // [N m] about the centre of mass, arms of the undeformed structure
 };
 /// Returns the resultant of those loads of a pattern that are given in body axes. On coupled rungs a pattern
 /// holds its loads without this resultant, but the step of a body without modes needs it (THEORY 8.7).

@@ -12,8 +12,8 @@ namespace freeflex {
 Mat3 rotation_matrix(const Quat& q_WB) noexcept;
 
 /// Returns the sum of h_w a_w over the wheels [N m s], body axes. The sum is zero without wheels. Below the
-/// coupled rungs, a_w are the axes at rest. On coupled rungs, a_w are the axes rotated with their bodies
-/// (THEORY 16.22, 16.29).
+/// coupled rungs, a_w are the axes of the wheels in the undeformed structure. On coupled rungs, a_w are the
+/// axes rotated with their bodies (THEORY 16.22, 16.29).
 Vec3 wheel_momentum_B(const Plan& plan, const MotionState& state) noexcept;
 
 /// Returns the angular velocity of the floating frame, body axes [rad/s]. Below the coupled rungs it is
@@ -38,8 +38,9 @@ struct BodyState {
   Quat q_WP{1.0, 0.0, 0.0, 0.0};  // attitude of the body at the point
   Vec3 w_P{};                     // [rad/s] its angular velocity, in the axes of the body at the point
 };
-/// Returns the attitude and the angular velocity of the body at a point. At rest, the axes of this body are
-/// the axes of the scene. theta is the elastic rotation of the body, and g = theta / 2 the Gibbs vector:
+/// Returns the attitude and the angular velocity of the body at a point. In the undeformed structure, the
+/// axes of this body are the axes of the scene. theta is the elastic rotation of the body, and g = theta / 2
+/// the Gibbs vector:
 ///   q_WP = q_WB o (1, g) / sqrt(1 + g.g)   (THEORY 16.15)
 ///   w_P = G(g)^T w + 2 (g' - g x g') / (1 + g.g)   (THEORY 16.16)
 /// \pre attitude_index_of(plan, point) >= 0

@@ -58,7 +58,7 @@ struct MotionState : Frame {
   // The loads just before this tick, including the loads of fields, dashpots and feedback. Accelerations and
   // link forces are computed from them.
   Vec3 force_W{};   // [N] resultant without gravity
-  Vec3 moment_B{};  // [N m] about the centre of mass, rest arms
+  Vec3 moment_B{};  // [N m] about the centre of mass, arms of the undeformed structure
   Array Q;          // [N] (num_padded)
   // [N m s] (num_wheels) momentum about the axis of each wheel
   std::vector<double> wheel_momentum, wheel_momentum_low;

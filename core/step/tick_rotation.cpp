@@ -150,7 +150,7 @@ TickRotation rotation_in_tick(const Plan& plan, const Frame& from, const Mat3& R
 }
 
 bool may_rotate_far(const Plan& plan, const Vec3& w, const Vec3& H, const WheelMomentum& wheels) noexcept {
-  // The bound includes the spin, its change by motors, and the nutation due to the momentum of body and
+  // The bound includes the spin, its change due to motors, and the nutation due to the momentum of body and
   // wheels. The rate of nutation is at most |H| divided by the root of the product of two principal moments
   // of inertia.
   constexpr double kMost = kShortRotation / 3.0;

@@ -65,7 +65,8 @@ class LowestModes {
   MassSymmetric op_;  // op_.known contains rigid motions, then the modes found so far
   std::unique_ptr<ShiftedInverse> inverse_;
   std::vector<int> assembled_order_, augmented_order_;  // orderings of the factors, found once
-  double rounding_ = 0.0;      // [rad^2/s^2] change of omega^2 by rounding of the entries of an assembled K
+  // [rad^2/s^2] change of omega^2 due to rounding of the entries of an assembled K
+  double rounding_ = 0.0;
   double lowest_sigma_ = 0.0;  // [rad^2/s^2]
   double factor_MB_ = 0.0, wanted_MB_ = 0.0;
   double stiffest_ = 0.0;             // [rad^2/s^2] estimate of the highest omega^2

@@ -158,7 +158,7 @@ Eigen::Matrix3d second_order_of_pair(const RotatingBody& body, Eigen::Index k, E
   return body.arms * arm_operator(body, k, l);
 }
 
-// returns sum m g_kl, which the stiffness by acceleration contains: a_B . sum m g_lu + w' . G_lu
+// returns sum m g_kl, which the stiffness due to acceleration contains: a_B . sum m g_lu + w' . G_lu
 // (THEORY 12.56)
 Eigen::Vector3d moved_centre(const RotatingBody& body, Eigen::Index k, Eigen::Index l) {
   return arm_operator(body, k, l) * body.arm;

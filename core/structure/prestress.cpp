@@ -26,7 +26,7 @@ constexpr int kMostPartners = 2;
 // Number of modes whose error is integrated at every tick. The cost grows with the cube of this number.
 constexpr int kMostShadowed = 16;
 
-// The number of modes with geometric stiffness by follower loads. For a free beam under end thrust, the
+// The number of modes with geometric stiffness due to follower loads. For a free beam under end thrust, the
 // frequencies from eight modes have a relative error below 1e-4.
 constexpr int kMostFollowed = 24;
 
@@ -340,7 +340,7 @@ Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Str
   return prestress;
 }
 
-// returns the stiffness E_lu by the quasi-static internal forces under each follower load at amplitude 1
+// returns the stiffness E_lu due to the quasi-static internal forces under each follower load at amplitude 1
 // (THEORY X145)
 std::vector<FollowerStiffness> find_follower_stiffness(const Scene& scene, const LinkFactor& factor,
                                                        const Structure& structure) {

@@ -18,8 +18,8 @@ struct Prestress {
   std::vector<Pair> pairs;
   int num_modes = 0;          // number of pairs (l, l)
   int num_shadowed = 0;       // number of modes whose error is integrated
-  Eigen::MatrixXd rows;       // [N/m^2] (pairs x n) by all links except matrices and rigid links
-  Eigen::MatrixXd bent_rows;  // [N/m^2] (pairs x n) by the same links except springs, bars and dashpots
+  Eigen::MatrixXd rows;       // [N/m^2] (pairs x n) due to all links except matrices and rigid links
+  Eigen::MatrixXd bent_rows;  // [N/m^2] (pairs x n) due to the same links except springs, bars and dashpots
   // [N s/m^2] (pairs x n) per rate of an elastic coordinate, from dashpots and viscous links; bent_rate_rows
   // omits axial links
   Eigen::MatrixXd rate_rows, bent_rate_rows;
@@ -38,8 +38,8 @@ struct Prestress {
 struct FollowerStiffness {
   int load = -1;              // index into Scene::loads
   std::vector<int> modes;     // ascending
-  Eigen::MatrixXd rows;       // [N/m] (modes x modes) by all links except matrices and rigid links
-  Eigen::MatrixXd bent_rows;  // [N/m] (modes x modes) by the same links except springs, bars and dashpots
+  Eigen::MatrixXd rows;       // [N/m] (modes x modes) due to all links except matrices and rigid links
+  Eigen::MatrixXd bent_rows;  // [N/m] (modes x modes) due to the same links except springs, bars and dashpots
 };
 
 struct LinkFactor;

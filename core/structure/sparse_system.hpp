@@ -64,8 +64,8 @@ class ShiftedInverse {
   /// Returns the solutions, one in each column, after at most `most_refinements` refinements. On failure the
   /// result has no columns (THEORY 16.35).
   Eigen::MatrixXd apply(const Eigen::MatrixXd& mass_times_x, int most_refinements = 3);
-  /// Returns the relative size [-] of the first correction by refinement, for random columns; 1 on failure
-  /// (THEORY 16.36).
+  /// Returns the relative size [-] of the first correction in the refinement, for random columns; 1 on
+  /// failure (THEORY 16.36).
   double first_change();
   double shift() const { return shift_; }
   const std::string& problem() const { return factor_.problem(); }

@@ -165,8 +165,8 @@ bool needs_recovery(const Scene& scene) {
                      [](const Link& link) { return traits_of(link).has_joint_rotations; });
 }
 
-// returns the damping ratios by loss factors, sum_k eta_k E_kl / (2 E_l), where E_kl is the strain energy of
-// link k in mode l, and E_l is the strain energy of all links (THEORY 4.24)
+// returns the damping ratios due to loss factors, sum_k eta_k E_kl / (2 E_l), where E_kl is the strain energy
+// of link k in mode l, and E_l is the strain energy of all links (THEORY 4.24)
 Eigen::VectorXd structural_ratio(const Scene& scene, const LinkFactor& factor, const Structure& structure) {
   Eigen::VectorXd ratio = Eigen::VectorXd::Zero(structure.omega.size());
   for (std::size_t i = 0; i < scene.links.size(); ++i) {

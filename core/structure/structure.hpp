@@ -81,9 +81,9 @@ struct Structure {
   double frequency_accuracy = 0.0;  // [-] stated relative accuracy of the lowest nonzero frequency
   double conditioning = 0.0;        // [-] omega_max / omega_min over nonzero modes
   KeptModes kept;
-  int num_constraints = 0;                 // number of freedoms that rigid links remove
-  Eigen::MatrixXd damping_rows;            // [sqrt(N s/m)] (num x n) R = A_d b   (THEORY 3.49)
-  Eigen::VectorXd structural_ratio;        // [-] (n) damping ratio by loss factors of links   (THEORY 4.24)
+  int num_constraints = 0;           // number of freedoms that rigid links remove
+  Eigen::MatrixXd damping_rows;      // [sqrt(N s/m)] (num x n) R = A_d b   (THEORY 3.49)
+  Eigen::VectorXd structural_ratio;  // [-] (n) damping ratio due to loss factors of links   (THEORY 4.24)
   std::vector<LinkForceRows> link_forces;  // rows for the links in Scene::publication.links, in that order
   // displacements whose generalized forces give the forces of published rigid links (THEORY 5.7) and the
   // quasi-static forces of omitted modes (THEORY 14.12)

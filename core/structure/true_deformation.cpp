@@ -107,8 +107,8 @@ Eigen::VectorXd TrueLink::deformations(const Eigen::Matrix3Xd& V, const Eigen::M
   return Eigen::VectorXd::Constant(1, elongation(V.col(1) - V.col(0)));
 }
 
-// returns |l| - |L| = (2 L . d + d . d) / (|l| + |L|), without subtracting lengths, where L is the span at
-// rest and l = L + d is the displaced span
+// returns |l| - |L| = (2 L . d + d . d) / (|l| + |L|), without subtracting lengths, where L is the
+// undeformed span and l = L + d is the displaced span
 double TrueLink::elongation(const Eigen::Vector3d& d) const {
   const Eigen::Vector3d span = rest_.col(1);
   return (2.0 * span.dot(d) + d.dot(d)) / ((span + d).norm() + span.norm());

@@ -15,7 +15,8 @@ class TrueLink {
   TrueLink(const Scene& scene, int link, const Freedoms& freedoms);
 
   int num_deformations() const { return num_deformations_; }
-  /// Returns the natural deformations in the order of the rows of the link, zero at rest [m], [rad], [-].
+  /// Returns the natural deformations in the order of the rows of the link, zero if the link is undeformed
+  /// [m], [rad], [-].
   /// \param V      [m] (3 x points) displacements
   /// \param theta  [rad] (3 x points) rotation vectors of the joints, for beams and plates
   /// \param own    [rad] (3 x points) rotation vectors of the ends of a beam relative to their joints, about
@@ -37,7 +38,7 @@ class TrueLink {
   Eigen::Matrix3d axes_;        // local axes of a beam or plate; plate: z the normal
   Eigen::Vector3d first_;       // straight bending spring: direction normal to it
   double side_ = 0.0;           // bending spring: 1 straight, -1 folded, 0 neither
-  double rest_angle_ = 0.0;     // [rad] angle at rest of bending and torsion springs
+  double rest_angle_ = 0.0;     // [rad] angle of undeformed bending and torsion springs
   Eigen::MatrixXd plate_rows_;  // (15 x 18) natural deformations per (V, theta) of the three corners
   Eigen::Matrix2d rest_edges_;  // [1/m] plate: inverse of the edges [m] from the first corner, local x, y
 };

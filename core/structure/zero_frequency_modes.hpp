@@ -5,8 +5,8 @@
 
 namespace freeflex {
 
-/// Separates the mechanisms from the other lowest modes. The strain of a mechanism by unit rows is a rounding
-/// error (THEORY 16.39). The mechanisms become the first modes with omega exactly 0, and
+/// Separates the mechanisms from the other lowest modes. The strain that unit rows give for a mechanism is a
+/// rounding error (THEORY 16.39). The mechanisms become the first modes with omega exactly 0, and
 /// Structure::mechanisms lists them.
 /// \param rounding  [-] relative error of the directions in unit rows
 /// \param x         m-orthonormal motions (num_all x n); the lowest motions are rotated

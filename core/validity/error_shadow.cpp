@@ -134,7 +134,7 @@ void ErrorShadow::move_halfway(const MotionState& state) noexcept {
 
 /// Computes F at x = q + delta   (THEORY X142):
 ///   F_c = -1/2 sum_ab Gamma_abc x_a x_b   third order of the energy of the integrated modes (THEORY X147)
-///         - sum_b E_cb x_b                stiffness by the other modes and the spin
+///         - sum_b E_cb x_b                stiffness due to the other modes and the spin
 ///         - 1/2 sum_r (x^T H_r x) H_r x   fourth order of the energy (THEORY X146)
 ///         + centrifugal and Coriolis forces that the rung neglects + terms of the attitude error
 ///         (THEORY X148)
@@ -154,7 +154,7 @@ void ErrorShadow::compute_forces(const MotionState& state) noexcept {
   if (has_coriolis_) add_coriolis();
 }
 
-/// Adds the force by the fourth order of the energy to F: -1/2 sum_r (x^T H_r x) H_r x   (THEORY X146).
+/// Adds the force due to the fourth order of the energy to F: -1/2 sum_r (x^T H_r x) H_r x   (THEORY X146).
 void ErrorShadow::add_fourth_order() noexcept {
   const std::size_t n = size();
   const Array& forms = plan_.unmodelled.quartic.forms;
@@ -192,7 +192,7 @@ void ErrorShadow::add_coriolis() noexcept {
 }
 
 /// Returns the part of a body's elastic rotation that the rung neglects [rad]. On the coupled rungs this part
-/// is the rotation by the error. Below the coupled rungs, this part is the whole elastic rotation.
+/// is the rotation due to the error. Below the coupled rungs, this part is the whole elastic rotation.
 Vec3 ErrorShadow::neglected_rotation(const double* rows, const MotionState& state,
                                      const Array& delta) const noexcept {
   const std::size_t padded = index(plan_.num_padded);
@@ -202,9 +202,9 @@ Vec3 ErrorShadow::neglected_rotation(const double* rows, const MotionState& stat
   return theta;
 }
 
-/// Adds two torques of a wheel to F: the torque by the error of the spin, -theta_l . (dw x h a)
-/// (THEORY X148), and the torque by the spin on the rotated axis, to first order, h ((theta x a) x w + a x (w
-/// x theta)) / 2 (THEORY 16.27 to 16.31).
+/// Adds two torques of a wheel to F: the torque due to the error of the spin, -theta_l . (dw x h a)
+/// (THEORY X148), and the torque due to the spin on the rotated axis, to first order, h ((theta x a) x w + a
+/// x (w x theta)) / 2 (THEORY 16.27 to 16.31).
 void ErrorShadow::add_wheel_torque(const PlanWheel& wheel, const MotionState& state) noexcept {
   const double* const rows = rotation_rows(plan_, wheel.attitude_index);
   const std::size_t padded = index(plan_.num_padded);
@@ -271,7 +271,7 @@ Vec3 ErrorShadow::vibration_momentum(const MotionState& state) const noexcept {
 
 /// Advances the error of the attitude by a tick: phi' = dw - w x phi, dw = J^-1 (H x phi + dH - dJ w - h)
 /// (THEORY X148). The momentum is fixed in the world, so an attitude error rotates its components in body
-/// axes. dJ is the change of inertia by the deformation, and h is the angular momentum of the vibration.
+/// axes. dJ is the change of inertia due to the deformation, and h is the angular momentum of the vibration.
 void ErrorShadow::advance_attitude(const State& state) noexcept {
   const PlanUnmodelled& unmodelled = plan_.unmodelled;
   if (unmodelled.inertia_rows.empty()) return;

@@ -84,7 +84,7 @@ class ErrorShadow {
   // results and scratch of a step, if modes are coupled
   Array next_delta_, next_rate_, zero_, low_, rate_low_, rate_after_impulse_, scratch_;
   bool has_coriolis_ = false, has_world_loads_ = false;
-  Vec3 H_W_{};      // [N m s] momentum by torques that the rung neglects
+  Vec3 H_W_{};      // [N m s] momentum due to torques that the rung neglects
   Vec3 phi_{};      // [rad] error of the attitude, body axes
   Vec3 w_{};        // [rad/s] angular velocity of the rung, body axes
   Vec3 w_error_{};  // [rad/s] error of the angular velocity, dw, body axes

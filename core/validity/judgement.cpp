@@ -23,8 +23,8 @@ constexpr double kRoomOfTrueBars = 20.0;
 // reaches 1.
 constexpr double kGoodSoftening = 0.5, kMostSoftening = 1.0;
 constexpr std::int64_t kReadsInHorizon = 8;
-// [rad] Error of the attitude by the step of the body. At the first value, displacements had an error of 4 %
-// in a measurement. At the second, the attitude is lost.
+// [rad] Error of the attitude due to the step of the body. At the first value, displacements had an error of
+// 4 % in a measurement. At the second, the attitude is lost.
 constexpr double kGoodAttitudeError = 1e-3, kLostAttitudeError = 0.1;
 // [-] Rotation in a tick, over the rotation that the largest number of substeps resolves. Above a ratio of
 // one half, loads may speed up the body within the tick so that the rotation is no longer resolved.
@@ -179,11 +179,11 @@ void Judgement::estimate_spin_curvature(const Vec3& w) noexcept {
     s.angle = std::max(s.angle, std::sqrt(*std::min_element(s.second.begin(), s.second.end())));
 }
 
-/// Adds the error by loads that rotate within a tick. The step takes the loads on modes as linear over a tick
-/// (THEORY 6.1), and for loads that rotate by theta this has an error of theta^2 / 8 of the load. Free
+/// Adds the error due to loads that rotate within a tick. The step takes the loads on modes as linear over a
+/// tick (THEORY 6.1), and for loads that rotate by theta this has an error of theta^2 / 8 of the load. Free
 /// vibration doubles the error, to theta^2 / 4 of the quasi-static displacement (THEORY X144). Loads fixed in
-/// the world and loads of an attractor rotate by theta in body axes, but loads by spin and wheels change with
-/// the spin.
+/// the world and loads of an attractor rotate by theta in body axes, but loads due to spin and wheels change
+/// with the spin.
 /// \param rotation  [rad] rotation of the body or of the orbit in a tick
 void Judgement::add_rotating_loads(const State& state, double rotation) noexcept {
   constexpr double kNegligibleAngle = 0.01;  // [rad] smaller angles change the load by less than 1e-5
@@ -208,8 +208,8 @@ void Judgement::add_rotating_loads(const State& state, double rotation) noexcept
 }
 
 /// Checks the step of the coupled rungs, which has order 4. Adds the error of the attitude, the sum of (w
-/// h)^5 / 120 over the substeps, and a second such sum for the nutation by wheels. Then finds modes that
-/// vibrate by more than 1 rad per substep while the body rotates (THEORY X144).
+/// h)^5 / 120 over the substeps, and a second such sum for the nutation due to wheels. Then finds modes
+/// that vibrate by more than 1 rad per substep while the body rotates (THEORY X144).
 void Judgement::check_coupled_rotation(const State& state) noexcept {
   const double substeps = plan_.coupled.num_substeps, substep = plan_.period / substeps,
                spin = norm(state.coupled.w_B);
@@ -218,7 +218,7 @@ void Judgement::check_coupled_rotation(const State& state) noexcept {
   const bool has_wheels = std::any_of(state.wheel_momentum.begin(), state.wheel_momentum.end(),
                                       [](double momentum) { return momentum != 0.0; });
   if (has_wheels) {
-    // nutation by wheels, weighted with the component of the spin normal to the momentum of the wheels
+    // nutation due to wheels, weighted with the component of the spin normal to the momentum of the wheels
     const Vec3 h = wheel_momentum_B(plan_, state);
     const Vec3& inverse = plan_.principal.inverse_moment;
     const double rate = norm(h) * std::sqrt(inverse[0] * inverse[1]);

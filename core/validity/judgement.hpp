@@ -21,7 +21,7 @@ struct Verdict {
   /// Specifies the main reason why the verdict is not better.
   enum class Cause : std::int32_t {
     kNone,
-    kStiffness,     // geometric stiffness by internal forces and spin, or Coriolis forces, is neglected
+    kStiffness,     // geometric stiffness due to internal forces and spin, or Coriolis forces, is neglected
     kBuckling,      // geometric stiffness takes away half of a mode's stiffness or more
     kSpinLoad,      // the centrifugal load is neglected
     kDeformation,   // terms of second order in the displacements are neglected
@@ -33,7 +33,7 @@ struct Verdict {
     kTruncation,    // omitted modes move
     kModel,         // the reference solution shows a model error of the rung
     kPosition,      // the reference solution shows a position error of points in space
-    kUnquantified,  // an unquantified error, by forces inside links, by wheels or by omitted small modes
+    kUnquantified,  // an unquantified error, due to forces inside links, wheels or omitted small modes
     kNotKept,       // only the lowest modes were found, so the motion of the others is unknown
     kFastLoad,      // a load changes faster than the ticks resolve
     kAttractor,     // the attractor is so near that the gradient of its field does not suffice
@@ -119,10 +119,10 @@ class Judgement {
                                             // horizon
   ReferenceError past_, current_;           // errors of past horizons and of the present horizon
   BudgetReading reading_;
-  // [m/s], [m] errors of velocity and position by the first neglected term of the attractor's field
+  // [m/s], [m] errors of velocity and position due to the first neglected term of the attractor's field
   double velocity_error_ = 0.0, position_error_ = 0.0;
   double attractor_ratio_ = 0.0;  // [-] size of the body over its distance from the attractor
-  double attitude_error_ = 0.0;   // [rad] error of the attitude by steps that are too long
+  double attitude_error_ = 0.0;   // [rad] error of the attitude due to steps that are too long
   // [-] largest ratio, since the epoch began, of the rotation in a tick to the rotation that the largest
   // number of substeps resolves, and [Hz] the rate that resolves the rotation
   double rotation_ratio_ = 0.0, rate_for_rotation_ = 0.0;
@@ -133,7 +133,7 @@ class Judgement {
     double angle = 0.0;  // [rad] angle by which the curve of the spin bends in a tick, decaying
   };
   SpinCurvature spin_curvature_;
-  // [m] error by loads that rotate within a tick and that the step takes as linear
+  // [m] error due to loads that rotate within a tick and that the step takes as linear
   double rotating_load_error_ = 0.0;
   // [m] The amplitude that steps do not resolve, and [rad] the rotation of the body while there is such an
   // amplitude.

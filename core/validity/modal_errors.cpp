@@ -21,7 +21,7 @@ constexpr double kUnquantifiedSpin = 4.0, kUnquantifiedLoad = 4.0;
 // forces that accelerate the beam need only 3. The ratio of these two is 4.2.
 constexpr double kCancellingForces = 4.2;
 
-// [-] The plan is assumed to include this fraction of the geometric stiffness by followers. The rest is
+// [-] The plan is assumed to include this fraction of the geometric stiffness due to followers. The rest is
 // treated as neglected.
 constexpr double kFollowerFraction = 0.9;
 
@@ -34,8 +34,8 @@ double square(double x) { return x * x; }
 // tick.
 double length(const std::complex<double>& z) { return std::sqrt(std::norm(z)); }
 
-/// Returns the geometric stiffness [N/m] of a pair of modes by followers at amplitude 1, as far as the plan
-/// is assumed to include it: 0.9 E_lu   (THEORY X145).
+/// Returns the geometric stiffness [N/m] of a pair of modes due to followers at amplitude 1, as far as the
+/// plan is assumed to include it: 0.9 E_lu   (THEORY X145).
 double followed(const PlanHistory& history, std::int32_t l, std::int32_t u) noexcept {
   const std::vector<std::int32_t>& modes = history.stiffening.modes;
   const auto at_l = std::lower_bound(modes.begin(), modes.end(), l),
@@ -97,9 +97,9 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan), shadow_(plan) {
   if (!is_coupled(plan)) bound_wheel_phases();
 }
 
-/// Computes the bound of the phase rate by gyroscopic coupling, for the modes whose error is not integrated.
-/// The bound is h |a x theta_l|^2 / (2 M). Two modes of equal frequency and equal rotation reach this bound
-/// (THEORY 16.26).
+/// Computes the bound of the phase rate due to gyroscopic coupling, for the modes whose error is not
+/// integrated. The bound is h |a x theta_l|^2 / (2 M). Two modes of equal frequency and equal rotation reach
+/// this bound (THEORY 16.26).
 void ModalErrors::bound_wheel_phases() {
   const std::size_t num_judged = modes_.size(), padded = static_cast<std::size_t>(plan_.num_padded);
   wheel_phases_.assign((num_judged + 1) * plan_.wheels.all.size(), 0.0);
@@ -239,7 +239,7 @@ double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
   if (const Array& rows = plan_.unmodelled.bodies.push_rows; !rows.empty())
     for (std::size_t k = 0; k < 3; ++k)
       sum += rows[6 * pair + k] * acceleration_[k] + rows[6 * pair + 3 + k] * w_dot_[k];
-  // the plan already includes the stiffness by followers, to first order and for the lowest modes
+  // the plan already includes the stiffness due to followers, to first order and for the lowest modes
   // (THEORY X145)
   const auto [l, u] = plan_.unmodelled.pairs[pair];
   for (const Follower& follower : followers_) sum -= follower.amplitude * followed(*follower.history, l, u);
@@ -348,8 +348,8 @@ void ModalErrors::update_mode(std::size_t l, const MotionState& state) noexcept 
   update_unquantified(l, pulse, state);
 }
 
-/// Updates a mode whose error is integrated. Updates the mode's stiffness by other modes and by the spin, and
-/// the mode's amplitude.
+/// Updates a mode whose error is integrated. Updates the mode's stiffness due to other modes and to the spin,
+/// and the mode's amplitude.
 void ModalErrors::update_integrated(std::size_t l, const MotionState& state) noexcept {
   const PlanUnmodelled& unmodelled = plan_.unmodelled;
   const std::size_t n = flexibility_.size(), num_shadowed = shadow_.size();

@@ -1,4 +1,4 @@
-// Error of the elastic motion by the terms that the rung of a plan neglects, mode by mode.
+// Error of the elastic motion due to the terms that the rung of a plan neglects, mode by mode.
 #pragma once
 
 #include <complex>
@@ -15,9 +15,9 @@ struct ModalErrorSize {
   double envelope = 0.0;      // [m] |V| with the amplitudes of the vibration instead of its present values
   double error = 0.0;         // [m] estimated error
   double unquantified = 0.0;  // [m] order of magnitude of the unquantified error
-  double second_order = 0.0;  // [m] part of `error` by terms of second order in the displacements
+  double second_order = 0.0;  // [m] part of `error` due to terms of second order in the displacements
   double softening = 0.0;     // [-] largest relative stiffness that a mode loses; 1: the mode buckles
-  double spin = 0.0;          // [m] part of `error` by the centrifugal load that the rung neglects
+  double spin = 0.0;          // [m] part of `error` due to the centrifugal load that the rung neglects
 };
 
 /// Holds the modes with the largest values in a round of mode updates, as indices in the plan. The index -1
@@ -39,7 +39,7 @@ struct JudgedMode {
   bool is_left_out = false;
 };
 
-/// Holds the changes of the stiffness of a mode by causes other than loads [N/m]. Effects other than
+/// Holds the changes of the stiffness of a mode due to causes other than loads [N/m]. Effects other than
 /// stiffness are converted to the stiffness change that would affect the motion equally. For an omitted mode
 /// the changes are relative [-].
 struct StiffnessChanges {
@@ -66,14 +66,15 @@ class ModalErrors {
   double round() const noexcept { return round_; }  // [s] duration of a round of mode updates
   const ModalErrorSize& size() const noexcept { return size_; }
   const ModalLeaders& leaders() const noexcept { return leaders_; }
-  /// Returns the changes of the stiffness of a mode by causes other than loads. For a mode that is not
+  /// Returns the changes of the stiffness of a mode due to causes other than loads. For a mode that is not
   /// judged, the changes are zero.
   StiffnessChanges stiffness_changes(const JudgedMode& named, const MotionState& state) const noexcept;
-  /// Returns the geometric stiffness of a mode [N/m] by the quasi-static response to generalized forces. The
-  /// stiffness is relative [-] for an omitted mode, and 0 for a mode that is not judged. \param Q  [N]
+  /// Returns the geometric stiffness of a mode [N/m] due to the quasi-static response to generalized forces.
+  /// The stiffness is relative [-] for an omitted mode, and 0 for a mode that is not judged. \param Q  [N]
   /// (num_elastic)
   double stiffness_by(const JudgedMode& named, const double* Q) const noexcept;
-  /// Returns the part of the geometric stiffness by follower loads that the plan includes   (THEORY X145).
+  /// Returns the part of the geometric stiffness due to follower loads that the plan includes
+  /// (THEORY X145).
   double followed_by(const JudgedMode& named, const PlanHistory& history) const noexcept;
   /// Returns 1 / (M omega^2) of each mode [m/N], 0 for mechanisms.
   const std::vector<double>& flexibility() const noexcept { return flexibility_; }
@@ -90,7 +91,7 @@ class ModalErrors {
     double quasi_static_error = 0.0;  // [m] error of the quasi-static part
     double spread = 0.0;              // [m] bound of the motion that the error excites in other modes
     double unquantified = 0.0;        // [m] bound of the unquantified error of the amplitude
-    double growing = 0.0;    // [m] bound of the error that grows, by unresolved or unquantified stiffness
+    double growing = 0.0;    // [m] bound of the error that grows due to unresolved or unquantified stiffness
     double stiffness = 0.0;  // [N/m] stiffness that the rung neglects, at the last update
     double steady = 0.0;     // [N/m] part of this stiffness that does not depend on displacements
     double fade = 1.0;       // [-] factor of decay over a round of mode updates
@@ -152,12 +153,12 @@ class ModalErrors {
   std::vector<Follower> followers_;
   std::array<double, 6> products_{};  // [1/s^2] products of the components of w_
   Vec3 w_{};                          // [rad/s] angular velocity, body axes
-  Vec3 acceleration_{}, w_dot_{};     // [m/s^2], [rad/s^2] accelerations of the frame by loads, body axes
+  Vec3 acceleration_{}, w_dot_{};     // [m/s^2], [rad/s^2] accelerations of the frame due to loads, body axes
   // [1/s per N m s] bounds of the phase rate per momentum of a wheel. Each wheel has (judged + 1) bounds, one
   // for each judged mode, then the largest bound of the modes that are not judged. The array is empty on
   // coupled rungs.
   std::vector<double> wheel_phases_;
-  double rest_unquantified_ = 0.0;  // [m] unquantified error by wheels of the modes that are not judged
+  double rest_unquantified_ = 0.0;  // [m] unquantified error due to wheels of the modes that are not judged
   // [1/s^2] unquantified stiffness over M, relative to omega_1 omega_l, in the present round and in the
   // previous round
   double unquantified_scale_ = 0.0, unquantified_before_ = 0.0;

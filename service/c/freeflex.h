@@ -197,8 +197,9 @@ typedef struct freeflex_point {
 /* Reads a point. Errors: BAD_ARGUMENT under the condition of freeflex_plan_shape. */
 FREEFLEX_API int freeflex_motion_point(const freeflex_motion *motion, int32_t point,
                                        freeflex_point *state) FREEFLEX_NOEXCEPT;
+/* In the undeformed scene, the axes of the point are the axes of the scene. */
 typedef struct freeflex_body {
-  double attitude[4];         /* axes of the point, which at rest are the axes of the scene, to world axes */
+  double attitude[4];         /* axes of the point to world axes */
   double angular_velocity[3]; /* [rad/s] axes of the point */
 } freeflex_body;
 /* Reads the attitude of a point that has inertia or an offset. Errors: BAD_ARGUMENT for any other point. */

@@ -149,7 +149,7 @@ TEST(Followers, AccelerateTheBodyEquallyOnCoupledAndLowerRungs) {
   const double effect = (below - velocity(Fidelity::kSeparated, false)).norm();
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
     const double difference = (velocity(rung, true) - below).norm();
-    std::printf("velocity by the rotation of the force %.1e m/s, on a coupled rung off by %.1e\n", effect,
+    std::printf("velocity due to the rotation of the force %.1e m/s, on a coupled rung off by %.1e\n", effect,
                 difference);
     EXPECT_LT(difference, 0.01 * effect) << "measured 7e-4";
   }

@@ -1,5 +1,5 @@
 // These tests measure the error of the rung `separated` as a function of spin and force, and compare it with
-// the estimate by the error budget.
+// the estimate of the error budget.
 #include <map>
 
 #include "core/plan/budget.hpp"

@@ -366,9 +366,9 @@ TEST(Ticks, AMotionWithAMovedPulseIsNotRatedGoodIfLoadsRotateTheBody) {
     watched.run(5.0);
     return watched.judgement.worst().cause;
   };
-  EXPECT_EQ(cause_of(0.5, 0.0, 1.0), Verdict::Cause::kFastLoad) << "0.12 rad by its own spin";
+  EXPECT_EQ(cause_of(0.5, 0.0, 1.0), Verdict::Cause::kFastLoad) << "0.12 rad due to its own spin";
   EXPECT_EQ(cause_of(0.05, 0.5, 1.0), Verdict::Cause::kFastLoad)
-      << "0.3 rad by the spin of the load before it";
+      << "0.3 rad due to the spin of the load before it";
   EXPECT_EQ(cause_of(0.05, 0.0, 1.0), Verdict::Cause::kNone) << "0.012 rad";
   EXPECT_EQ(cause_of(0.5, 0.5, 10.0), Verdict::Cause::kNone) << "no end is moved";
 }

@@ -291,7 +291,7 @@ TEST(Verdict, PushesThatCancelInTheKeptModesAreNotRatedGood) {
 
 // A small load acts across the beam and an end thrust along it. The thrust reduces the lowest bending
 // stiffness by 29 % (7.41 instead of 8.79 rad/s).
-TEST(Verdict, TheQuasiStaticVerdictDependsOnTheStiffnessChangeByTheLoad) {
+TEST(Verdict, TheQuasiStaticVerdictDependsOnTheStiffnessChangeDueToTheLoad) {
   Scene scene = free_beam(Fidelity::kSpinLoaded);
   scene.initial.modes.clear();
   publish_everything(scene);

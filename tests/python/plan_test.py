@@ -44,7 +44,7 @@ class Plans(unittest.TestCase):
         motion.push(wheels={wheel: 0.1}, duration=1.0)
         state = motion.step(round(plan.rate))
         self.assertAlmostEqual(state.wheel(wheel), 0.1, delta=1e-12)
-        # the torque of the motor is internal: angular momentum changes only by the loads of the scene, which also act on `twin`
+        # the torque of the motor is internal, so only the loads of the scene change the angular momentum; they also act on `twin`
         twin = plan.motion().step(round(plan.rate))
         for a, b, start in zip(state.angular_momentum, twin.angular_momentum, before):
             self.assertAlmostEqual(a, b, delta=1e-12 + 1e-3 * abs(start))

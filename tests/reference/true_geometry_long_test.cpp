@@ -133,7 +133,7 @@ TEST(TruePlate, SpinningDiscAgreesWithLambAndSouthwell) {
     std::printf("%.5f %.5f %.5f, limit %.5f for %.5f\n", found[0][index], found[1][index], found[2][index],
                 limit, frequency);
     // an error of order h^6 remains. With 4, 5 and 6 rings it would be 4e-4, half of it from the stretch of
-    // the disc by its spin
+    // the disc due to its spin
     EXPECT_NEAR(limit, frequency, 3e-3 * frequency);
   }
 }

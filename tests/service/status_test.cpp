@@ -129,8 +129,8 @@ TEST(Status, DriftIsMeasuredFromTheEndOfThePush) {
   EXPECT_GT(report.now().kinetic_rigid, 0.0);
   report.run(1000);
   const status_t free = report.now();
-  // the drift of energy and momentum by rounding errors is far smaller than this bound, but if the work of
-  // the push were included, the drift would be 1
+  // the drift of energy and momentum due to rounding errors is far smaller than this bound, but if the work
+  // of the push were included, the drift would be 1
   EXPECT_LT(free.energy_drift, 1e-12);
   EXPECT_LT(free.momentum_drift, 1e-12);
   EXPECT_LT(free.eckart_residual, 1e-13);

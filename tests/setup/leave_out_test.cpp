@@ -193,9 +193,9 @@ double exact_change(const char* what, Feature feature, int least, const MakeScen
   return largest;
 }
 
-// [-] ten times the drift of phases by rounding errors of the frequencies, eps omega t = 2e-16 * 1e4 rad/s *
-// 2 s. Frequencies have different rounding errors if modes of equal frequency were combined differently, or
-// if the plan has fewer such modes.
+// [-] ten times the drift of phases due to rounding errors of the frequencies, eps omega t = 2e-16 *
+// 1e4 rad/s * 2 s. Frequencies have different rounding errors if modes of equal frequency were combined
+// differently, or if the plan has fewer such modes.
 constexpr double kRounding = 5e-11;
 
 TEST(LeaveOut, OmittingOutOfPlaneModesChangesOnlyRoundingErrors) {

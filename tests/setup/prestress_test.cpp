@@ -1,5 +1,5 @@
-// These tests check geometric stiffness by the deformations of links at true geometry, and by the effect of
-// spin and thrust on frequencies.
+// These tests check geometric stiffness against the deformations of links at true geometry, and against the
+// effect of spin and thrust on frequencies.
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstdio>
@@ -48,7 +48,7 @@ std::vector<Scene> links_of_every_kind(std::mt19937_64& engine) {
           one_link(Plate{.E = 7e10, .nu = 0.3, .thickness = 0.01}, some(3))};
 }
 
-// A rigid rotation of any angle strains no link. The strain by a small displacement agrees with the
+// A rigid rotation of any angle strains no link. The strain due to a small displacement agrees with the
 // deformation rows up to second order.
 TEST(TrueGeometry, RotationsStrainNoLinkAndSmallStrainsMatchTheLinearRows) {
   std::mt19937_64 engine(20260712);
@@ -91,7 +91,8 @@ TEST(TrueGeometry, RotationsStrainNoLinkAndSmallStrainsMatchTheLinearRows) {
         worst_tangent = std::max(worst_tangent, std::abs(slope[row] - expected) / size);
       }
     }
-  std::printf("largest deformation by a rotation %.1e, tangent off by %.1e\n", worst_rotation, worst_tangent);
+  std::printf("largest deformation due to a rotation %.1e, tangent off by %.1e\n", worst_rotation,
+              worst_tangent);
   EXPECT_LT(worst_rotation, 1e-12);  // rounding errors of positions of some 10 m
   EXPECT_LT(worst_tangent, 1e-7);    // error of third order in the step, over lengths of 0.1 m and more
 }
@@ -141,7 +142,7 @@ std::vector<std::size_t> bending_modes(const Judged& judged, Eigen::Index axis) 
   return modes;
 }
 
-// Returns the diagonal entry, for a mode, of the geometric stiffness E by the spin, divided by M.
+// Returns the diagonal entry, for a mode, of the geometric stiffness E due to the spin, divided by M.
 double by_spin(const Plan& plan, std::size_t mode, const Eigen::Vector3d& w) {
   const double* row = plan.unmodelled.spin_rows.data() + 6 * mode;
   return (row[0] * w[0] * w[0] + row[1] * w[1] * w[1] + row[2] * w[2] * w[2] + row[3] * w[0] * w[1] +
@@ -176,8 +177,8 @@ TEST(Prestress, GeometricStiffnessOfASpinningBeamMatchesAContinuousBeam) {
 }
 
 // Dead loads P and -P at the ends: E is the integral of -P phi'^2. The first elastic frequency of the free
-// column falls to zero at P = pi^2 EI / L^2, where the shape of the mode is a half sine. The mode shape at
-// rest gives an upper bound on this load (Rayleigh), which is about 2.5 % too large.
+// column falls to zero at P = pi^2 EI / L^2, where the shape of the mode is a half sine. The mode shape of
+// the column without load gives an upper bound on this load (Rayleigh), which is about 2.5 % too large.
 TEST(Prestress, GeometricStiffnessOfAColumnGivesEulersLoad) {
   Scene scene = free_beam(40);
   const Judged column = judged(scene, Fidelity::kCoupled);
@@ -194,7 +195,7 @@ TEST(Prestress, GeometricStiffnessOfAColumnGivesEulersLoad) {
   const double E = structure.prestress.rows.row(mode).dot(q);
   const double stiffness = structure.mass_properties.mass * std::pow(structure.omega[mode], 2);
   const double critical = -stiffness / E, euler = M_PI * M_PI * kBeamEI / (kBeamLength * kBeamLength);
-  std::printf("by the mode at rest %.4f of Euler's load\n", critical / euler);
+  std::printf("by the mode without load %.4f of Euler's load\n", critical / euler);
   EXPECT_GT(critical, 0.999 * euler);
   EXPECT_LT(critical, 1.07 * euler);
 }

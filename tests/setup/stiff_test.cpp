@@ -40,7 +40,7 @@ Scene stiff_truss(double stiffness_ratio, double mass_ratio) {
   return scene;
 }
 
-// Returns the lowest frequency by an eigensolver on the assembled stiffness in double precision.
+// Returns the lowest frequency that an eigensolver finds from the assembled stiffness in double precision.
 double naive_lowest(const Scene& scene) {
   ExactMatrix exact = exact_dynamic_matrix(scene);
   const auto size = static_cast<Eigen::Index>(exact.size);
@@ -54,7 +54,7 @@ double naive_lowest(const Scene& scene) {
 struct Errors {
   double lowest = 0.0;  // [-] error of the lowest frequency
   double worst = 0.0;   // [-] largest error of any frequency
-  double naive = 0.0;   // [-] error of the lowest frequency by an eigensolver on K
+  double naive = 0.0;   // [-] error of the lowest frequency that an eigensolver finds from K
 };
 
 Errors errors_of(const Scene& scene, const Structure& structure) {

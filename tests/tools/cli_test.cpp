@@ -258,7 +258,7 @@ TEST(Modes, ModesDependOnTheValuesSetOnTheCommandLine) {
 // with the first spring. The elongations u and w of the springs obey u'' = -2 (c u' + k u) + k w, w'' = c u'
 // + k u - 2 k w. With c = 2 N s/m and k = 100 N/m the eigenvalues s are the roots of s^4 + 4 s^3 + 400 s^2 +
 // 600 s + 30000.
-TEST(Modes, IncludeTheCouplingByDashpots) {
+TEST(Modes, IncludeTheCouplingDueToDashpots) {
   const TemporaryFolder folder;
   write_text(folder / "row.yaml",
              "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"

@@ -29,7 +29,7 @@ struct Panel {
 std::string plot_panels(const std::string& path, const std::string& title, const std::string& x_label,
                         const std::vector<Panel>& panels);
 
-/// Label and displacements of a body that is drawn as lines, at rest and deformed.
+/// Label and displacements of a body that is drawn as lines, undeformed and deformed.
 struct Shape {
   std::string label;
   // [-] displacement of each point, scaled so that the largest has length 1

@@ -190,7 +190,7 @@ class Plan:
         return [vector(values[3 * k:3 * k + 3]) for k in range(self.num_modes)]
 
     def rest(self):
-        """Returns the positions [m] of the points at rest, body axes from the centre of mass: a list of vectors."""
+        """Returns the rest positions [m] of the points, body axes from the centre of mass: a list of vectors."""
         values = (ctypes.c_double * (3 * self.num_points))()
         _check(library().plan_rest(self._handle, values, len(values)))
         return [vector(values[3 * k:3 * k + 3]) for k in range(self.num_points)]

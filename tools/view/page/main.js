@@ -106,7 +106,7 @@ class Page {
     if (body.modes < body.allModes)
       $("modes").prepend(element("p", { textContent: `the lowest ${body.modes} of ${body.allModes} modes are drawn` }));
     if (body.unknownPoints > 0)
-      $("modes").prepend(element("p", { textContent: `${body.unknownPoints} points are drawn at rest, because the plan file has no mode shapes for them; open the scene instead` }));
+      $("modes").prepend(element("p", { textContent: `${body.unknownPoints} points are drawn at their rest positions, because the plan file has no mode shapes for them; open the scene instead` }));
     $("signals").append(...signalOptions(body));
     const hasStatus = !this.player || this.player.recording.motion.statuses?.length > 0;
     for (const key of firstSignals(body, hasStatus)) this.strips.toggle(key);
