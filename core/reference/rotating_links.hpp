@@ -14,9 +14,10 @@ namespace freeflex {
 /// and small rotations of ends, in axes fixed in space.
 struct LinkGradient {
   double energy = 0.0;                    // [J]
-  std::array<Eigen::Vector3d, 3> force;   // [N] derivative by the displacement of each point
-  std::array<Eigen::Vector3d, 3> moment;  // [N m] derivative by the rotation of each end
-  // [N m] second derivative by rotations of ends, without the terms that contain moments; filled on request
+  std::array<Eigen::Vector3d, 3> force;   // [N] derivative with respect to the displacement of each point
+  std::array<Eigen::Vector3d, 3> moment;  // [N m] derivative with respect to the rotation of each end
+  // [N m] second derivative with respect to rotations of ends, without the terms that contain moments; filled
+  // on request
   Eigen::Matrix<double, 9, 9> stiffness;
 };
 

@@ -27,7 +27,7 @@ double bend(const TrueAngle& angle, const Matrix3Xd& x, TrueGeometry::Forces for
   const double l_i = to_i.norm(), l_k = to_k.norm();
   const Vector3d a = to_i / l_i, c = to_k / l_k, across = a.cross(c);
   const double sine = across.norm(), cosine = a.dot(c);
-  // `moment` is minus the derivative of the energy by the cosine of the angle
+  // `moment` is minus the derivative of the energy with respect to the cosine of the angle
   double energy = 0.0, moment = 0.0;
   if (angle.is_straight) {
     // If the arms are folded, the angle is measured from one arm to the other arm. Otherwise it is measured

@@ -75,7 +75,7 @@ void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, 
                                   on_chord[0].axes.col(1).dot(on_chord[1].axes.col(1)));
   const std::array<Vector3d, 2> across{y, z};
 
-  // energy and its derivatives by the end rotations t_1, t_2 about y and about z   (THEORY 10.17)
+  // energy and its derivatives with respect to the end rotations t_1, t_2 about y and about z (THEORY 10.17)
   std::array<std::array<double, 2>, 2> t{}, bow{}, M{};  // [end][plane]
   double bow_length = 0.0;                               // [m] length of the bowed axis minus the chord
   for (std::size_t p = 0; p < 2; ++p) {
@@ -118,7 +118,7 @@ void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, 
   result.force[0] = -result.force[1];
   if (!with_stiffness) return;
 
-  // second derivative of the energy by t_y, t_z and roll of both ends
+  // second derivative of the energy with respect to t_y, t_z and roll of both ends
   Eigen::Matrix<double, 6, 6> natural = Eigen::Matrix<double, 6, 6>::Zero();
   for (Eigen::Index p = 0; p < 2; ++p) {
     const auto plane = static_cast<std::size_t>(p);

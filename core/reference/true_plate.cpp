@@ -85,8 +85,8 @@ void TruePlate::evaluate(const std::array<Vector3d, 3>& d, const std::array<Matr
   const Vector3d twice_area = first.cross(second);
   const Vector3d n = twice_area.normalized();
 
-  // F = sum p_i g_i^T = R U is the gradient of the positions by rest coordinates, split into the rotation R
-  // with `axes` as columns and the stretch U   (THEORY 10.18)
+  // F = sum p_i g_i^T = R U is the gradient of the positions with respect to rest coordinates, split into the
+  // rotation R with `axes` as columns and the stretch U   (THEORY 10.18)
   Eigen::Matrix<double, 3, 2> F =
       first * gradients.col(1).transpose() + second * gradients.col(2).transpose();
   Eigen::Matrix<double, 3, 2> plane;
