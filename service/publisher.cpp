@@ -41,7 +41,7 @@ std::string reason_text(const AckEntry& entry, const CommandLimits& limits) {
           entry.found, entry.tick);
     case Reason::kTooFarAhead:
       return fmt::format(
-          "start_tick {} is more than {} ticks ahead of {}; send it later{}", entry.found, entry.most,
+          "start_tick {} is more than {} ticks ahead of tick {}; send it later{}", entry.found, entry.most,
           entry.tick,
           entry.most < io::kMaxAheadTicks ? " ('commands: max_hold' of the scene is the limit)" : "");
     case Reason::kNoSlotFree:

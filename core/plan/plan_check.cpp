@@ -187,7 +187,8 @@ void PlanCheck::check_points() {
     require(is_index(wheel.attitude_index, attitude_points.size()) && are_finite(wheel.axis) &&
                 std::isfinite(wheel.momentum) && wheel.gyroscopic.size() == plan_.unmodelled.pairs.size() &&
                 are_finite(wheel.gyroscopic),
-            "a wheel is on a point without an attitude, or has a value that is not finite");
+            "a wheel is on a point without an attitude, has a value that is not finite, or has the wrong "
+            "number of gyroscopic entries");
   require(plan_.wheels.all.size() <= std::size_t{kMaxWheels}, "the plan has too many wheels");
   for (const auto& mechanism : plan_.mechanisms)
     require(are_indices(mechanism, plan_.points.size()), "a mechanism moves a point that does not exist");

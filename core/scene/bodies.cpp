@@ -244,7 +244,7 @@ Eigen::Matrix3d second_moment(const PointMass& point) {
 std::string inertia_problem(const Eigen::Matrix3d& inertia) {
   // [-] uncertainty of printed tables with seven digits, as a fraction of the largest moment
   constexpr double kRounding = 1e-6;
-  if (!inertia.allFinite()) return "inertia is not finite; give finite entries";
+  if (!inertia.allFinite()) return "inertia has an entry that is not finite; give finite entries";
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(inertia, Eigen::EigenvaluesOnly);
   const Eigen::Vector3d& moments = eigen.eigenvalues();  // ascending
   const double least = -kRounding * moments[2];

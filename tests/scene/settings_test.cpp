@@ -279,9 +279,9 @@ INSTANTIATE_TEST_SUITE_P(
         bad("NameWithDots", "points.a.b.mass=1",
             "points: no item is named 'a'; write a name with dots in quotes, as in points.\"a.b\""),
         bad("NoSuchPosition", "loads.0.axes=body",
-            "loads: there is no position 0; the items are numbered from 1 to 1"),
+            "loads: there is no item 0; the items are numbered from 1 to 1"),
         bad("NoSuchPositionBesideATable", "points.6.mass=1",
-            "points: there is no position 6; the items are numbered from 1 to 5, and a row of a table is set "
+            "points: there is no item 6; the items are numbered from 1 to 5, and a row of a table is set "
             "by its name; write points.\"6\""),
         bad("TableByPosition", "points.5.mass=1",
             "points.5 is a table; name a row of it, as in points.NAME.mass, or write points.*.mass for all "

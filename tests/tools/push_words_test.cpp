@@ -94,11 +94,11 @@ TEST(PushWords, MessageFieldsAreReplacedByOptions) {
       loop_text({.reason = Reason::kLate, .tick = 3001, .found = 1}),
       "--at-tick 1 has passed, because the next tick is 3001; give a later tick or none, or add --late-ok");
   EXPECT_EQ(loop_text({.reason = Reason::kTooFarAhead, .tick = 5, .found = 200'000'000, .most = 100'000'000}),
-            "--at-tick 200000000 is more than 100000000 ticks ahead of 5; send it later");
+            "--at-tick 200000000 is more than 100000000 ticks ahead of tick 5; send it later");
   EXPECT_EQ(
       loop_text({.reason = Reason::kTooFarAhead, .tick = 5, .found = 70'000, .most = 60'000}),
-      "--at-tick 70000 is more than 60000 ticks ahead of 5; send it later ('commands: max_hold' of the scene "
-      "is the limit)");
+      "--at-tick 70000 is more than 60000 ticks ahead of tick 5; send it later ('commands: max_hold' of the "
+      "scene is the limit)");
   EXPECT_EQ(command_text(Reason::kHeldTooLong,
                          [](auto& command, auto& table) {
                            table.max_hold = 60.0;

@@ -241,10 +241,12 @@ void print_basis(const Inspection& inspection) {
                   basis.rank_as_numbered, listed(names_of(inspection.scene, basis.numbering), 24).c_str());
     std::vector<std::string> skipped;
     for (const int group : basis.choice.skipped) skipped.push_back(group_name(inspection, group));
-    std::printf("  force groups     %d, %zu skipped%s%s\n", static_cast<int>(basis.coefficients.cols()),
-                skipped.size(), skipped.empty() ? "" : ": ", listed(skipped, 12).c_str());
+    std::printf("  force groups     %d, of which %zu skipped%s%s\n",
+                static_cast<int>(basis.coefficients.cols()), skipped.size(), skipped.empty() ? "" : ": ",
+                listed(skipped, 12).c_str());
     std::printf(
-        "  independence     independent part of kept groups at least %.2g, of skipped ones at most %.2g\n",
+        "  independence     each kept group is independent of earlier groups to at least %.2g, each skipped "
+        "group to at most %.2g\n",
         basis.choice.least_kept, basis.choice.most_skipped);
     if (basis.rank() > 0) {
       double least = std::numeric_limits<double>::infinity(), most = 0.0;

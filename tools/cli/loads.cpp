@@ -253,8 +253,11 @@ void add_loads(CLI::App& app, int& exit_code) {
       ->type_name("GROUP=FX,FY,FZ,TX,TY,TZ");
   command->add_option("--torque", options->torques, "torque on a body, body axes [N m]; may be repeated")
       ->type_name("POINT=TX,TY,TZ");
-  add_vector(*command, "--spin", options->spin,
-             "steady spin, body axes [rad/s]; the scene must be spin-loaded, above or auto", "rad/s")
+  add_vector(
+      *command, "--spin", options->spin,
+      "steady spin, body axes [rad/s]; needs a scene whose fidelity is auto, spin-loaded or a higher rung, "
+      "or a plan whose fidelity is spin-loaded",
+      "rad/s")
       ->type_name("WX,WY,WZ");
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(kLoadsFooter);

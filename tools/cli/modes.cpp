@@ -163,7 +163,8 @@ std::string coupling_text(const Plan& plan) {
     texts.push_back(load_names(plan, loads) + (loads.size() == 1 ? " rotates" : " rotate") +
                     " with the structure and " + (loads.size() == 1 ? "varies" : "vary") +
                     "; these modes do not include this variation");
-  if (has_gyroscopic_forces(plan)) texts.push_back("wheels couple the modes with each other and the body");
+  if (has_gyroscopic_forces(plan))
+    texts.push_back("wheels couple the modes with each other and with the body");
   std::string all;
   for (const std::string& text : texts) all += (all.empty() ? "" : "; ") + text;
   return all;

@@ -260,7 +260,7 @@ void add_force_options(CLI::App& command, PushOptions& options) {
                   "point to push, by --force or by its own =X,Y,Z [N]; may be repeated")
       ->type_name("NAME[=X,Y,Z]")
       ->allow_extra_args(false);
-  command.add_option("--group", options.groups, "group to push and rotate; may be repeated")
+  command.add_option("--group", options.groups, "group to which --force and --torque apply; may be repeated")
       ->type_name("NAME")
       ->allow_extra_args(false);
   command.add_option("--wheel", options.wheels, "torque of a wheel's motor [N m]; may be repeated")

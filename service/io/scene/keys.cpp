@@ -374,13 +374,13 @@ const Section kModes{
 const Section kPublishedPoints{
     "published_points",
     {number("rate", kPublicationRate, "Rate; default 50, 0 switches it off."),
-     key("of", Form::kSelection, "Points; default: all; if the scene has more than 1000 points, none.")},
+     key("of", Form::kSelection, "Points; default: all, or none if the scene has more than 1000 points.")},
     "rate"};
 
 const Section kPublishedLoads{
     "published_loads",
     {number("rate", kPublicationRate, "Rate; default 50, 0 switches it off."),
-     key("of", Form::kSelection, "Links; default: all; if the scene has more than 1000 points, none.")},
+     key("of", Form::kSelection, "Links; default: all, or none if the scene has more than 1000 points.")},
     "rate"};
 
 const Section kPublish{
@@ -395,7 +395,7 @@ const Section kPublish{
 const Section kCommands{
     "commands",
     {key("points", Form::kSelection,
-         "Points that commands may push; default: all; if the scene has more than 1000 points, none."),
+         "Points that commands may push; default: all, or none if the scene has more than 1000 points."),
      number("force_limit", {"N", Bound::kPositive}, "Largest force on a point or wrench; default: none."),
      number("torque_limit", {"N m", Bound::kPositive},
             "Largest torque of a wrench, on a body or of a motor; default: none."),

@@ -317,8 +317,9 @@ std::vector<std::size_t> SceneSettings::choose_place(std::size_t num_items,
     return {};
   }
   if (!found) {
-    refuse(list + ": there is no position " + place + "; the items are numbered from 1 to " +
-           std::to_string(num_items) +
+    refuse(list + ": there is no item " + place + "; " +
+           (num_items == 0 ? "the list is empty"
+                           : "the items are numbered from 1 to " + std::to_string(num_items)) +
            (has_table ? ", and a row of a table is set by its name; write " + name : ""));
     return {};
   }

@@ -128,8 +128,11 @@ bool LogReader::read_record(std::int64_t offset) {
     return fail(offset, "the record cannot be read");
   if (!is_followed(offset + all)) return false;
   if (const auto inner = find_next_record(body_, head_.number))
-    return fail(offset, "the lengths of this record include the next record, at byte " +
-                            std::to_string(offset + kLogHeaderBytes + static_cast<std::int64_t>(*inner)));
+    return fail(
+        offset,
+        "a length in the header of this record is wrong, because the next record begins inside this one, "
+        "at byte " +
+            std::to_string(offset + kLogHeaderBytes + static_cast<std::int64_t>(*inner)));
   return true;
 }
 
