@@ -1,5 +1,5 @@
-// Through the C interface a motion has the same bits as in the core. A refused call returns a code, sets the
-// error text and changes nothing.
+// The C interface and the core give the same bits of a motion. A refused call returns a code, sets the error
+// text and changes nothing.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>

@@ -280,7 +280,7 @@ TEST(Budget, LoadsThatBeginAfterTheHorizonAreReported) {
   for (const Fault& fault : faults_of(scene)) EXPECT_EQ(fault.message.find("begins at"), std::string::npos);
 }
 
-TEST(Budget, AutoReportsARateThatItDidNotTry) {
+TEST(Budget, ReportsThatAutoDidNotCheckTheToleranceAtThisRate) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.automatic = AutomaticRung{1.0, {}, {}, 0.1, {}};
   const Plan plan = reduced_plan_of(scene);

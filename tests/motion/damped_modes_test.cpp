@@ -145,7 +145,7 @@ TEST(DampedModes, ModesOfEqualFrequencyMatchAFreeDecay) {
   std::printf("equal modes: printed and measured differ by %.1e of the decay rate\n", now.off);
 }
 
-TEST(DampedModes, ModesOnEveryRungMatchAFreeDecay) {
+TEST(DampedModes, PrintedModesMatchAFreeDecayOnEveryRung) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
                               Fidelity::kExactBars, Fidelity::kFull}) {
     Scene scene = random_structure(7, 8);

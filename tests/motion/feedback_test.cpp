@@ -263,8 +263,9 @@ TEST(Feedback, FeedbackThatMakesAMotionGrowIsReported) {
             std::string::npos);
 }
 
-// The splitting impulse keeps a force constant over half a tick. If gain h^2 / m is above 4, splitting makes
-// a motion grow that is stable without splitting.
+// A split step holds the elastic coordinates q fixed during each splitting impulse, so the force of a
+// displacement gain is constant over half a tick. If gain h^2 / m is above 4, the split step therefore makes
+// a motion grow that would be stable without splitting.
 TEST(Feedback, FeedbackUnstableUnderSplittingIsRefusedWithASufficientRate) {
   Scene scene = two_boxes();
   publish_everything(scene);

@@ -49,7 +49,8 @@ struct AssumedShapes {
   Eigen::MatrixXd damping;  // [N s/m] (n x n) of dashpots; empty without dashpots
 
   Eigen::Index n() const { return omega.size(); }
-  /// Returns the attitude in y = (q, q', w, attitude x y z w).
+  /// Returns the attitude, the last part of y = (q, q', w, attitude). The attitude is a quaternion whose
+  /// vector part comes before its scalar part.
   static Eigen::Quaterniond attitude(const Eigen::VectorXd& y) { return Eigen::Quaterniond(y.tail<4>()); }
   Eigen::Vector3d spin(const Eigen::VectorXd& y) const { return y.segment<3>(2 * n()); }
 

@@ -24,7 +24,7 @@ Scene ring() {
   return result.scene.value_or(Scene{});
 }
 
-TEST(Ring, TheStaticResponseHasThePublishedDisplacementMomentsAndForce) {
+TEST(Ring, TheStaticResponseMatchesThePublishedFigures) {
   const Plan plan = plan_of(ring());
   const PointForce force{12, 0, {-100.0, 0.0, 0.0}};
   std::string error;

@@ -109,7 +109,7 @@ void expect_growth_estimated(const Scene& scene, double seed, const std::vector<
 
 // The true motion grows from a micrometre to beyond the tolerance, but the motion that the rung computes does
 // not grow.
-TEST(VerdictPhysics, VerdictEstimatesTheErrorDueToParametricGrowthThatTheRungDoesNotShow) {
+TEST(VerdictPhysics, VerdictEstimatesParametricGrowthThatTheRungDoesNotShow) {
   Scene scene = long_chain(5, 3e5);
   Faults faults;
   const auto structure = build_structure(scene, faults);

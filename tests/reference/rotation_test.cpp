@@ -67,9 +67,9 @@ TEST(FreeRotation, TheOctahedronHasThreeKnownPrincipalMoments) {
   }
 }
 
-// Over the 20 / |w| seconds of this test the truncation error is below 1e-3 (|w| h)^6. Near the intermediate
-// axis a rounding error grows as exp(|w| t / sqrt 8), and by a factor of a thousand before the body has
-// flipped over.
+// In the 20 / |w| seconds of this test, the truncation error stays below 1e-3 (|w| h)^6. Near the
+// intermediate axis, a rounding error grows as exp(|w| t / sqrt 8) until the body has flipped over. By then
+// it has grown by a factor of a thousand.
 TEST(FreeRotation, AttitudeIsExactNearTheIntermediateAxis) {
   for (const double spin : {1.0, 5.0}) {
     const double time = 20.0 / spin;

@@ -101,7 +101,7 @@ Pair discrete_pair(int elements, double thrust) {
 }
 
 // At the thrust 109.5 the beam of 40 lumped elements already flutters, but the continuous beam does not.
-TEST(TrueBeam, ARocketHasTheDiscreteEigenvaluesBelowAndBeyondFlutter) {
+TEST(TrueBeam, ARocketMatchesLumpedHermiteElementsBelowAndBeyondFlutter) {
   for (const double thrust : {100.0, 109.0, 109.5, 110.0}) {
     const Pair found = rocket_pair(40, thrust, kAxial), expected = discrete_pair(40, thrust);
     std::printf("T %5.1f: sum %.3f for %.3f, product %.1f for %.1f, split %.1f for %.1f\n", thrust, found.sum,

@@ -78,7 +78,7 @@ TEST_F(KeyFiles, ANewKeyFileIsPrivateAndReadableAndNeverOverwritten) {
       << "names that begin with local. are reserved for the operator";
 }
 
-TEST_F(KeyFiles, FilesAndFoldersOpenToOthersAreRefused) {
+TEST_F(KeyFiles, KeysThatOthersCanReadOrReplaceAreRefused) {
   const std::string file = write("a.key", "id: a\nsecret: " + kSecret, 0640);
   EXPECT_EQ(
       load_keys(file, plan_).faults,

@@ -157,7 +157,7 @@ TEST(Loop, DropsEveryInvalidEntryOfTheRing) {
   EXPECT_EQ(rig.acks[0].sequence, 5);
 }
 
-TEST(Loop, RefusesCommandsThatWaitedTooLongInEveryMode) {
+TEST(Loop, EveryModeRefusesCommandsThatWaitedTooLong) {
   const Plan plan = octahedron_plan();
   for (LoopSettings settings :
        {LoopSettings{.timing = kRealtime, .until_tick = 10}, LoopSettings{.timing = kAsap, .until_tick = 10},

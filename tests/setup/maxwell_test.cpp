@@ -158,8 +158,9 @@ TEST(Maxwell, DeltaInTheBasisOfTheModesIsTheInverseOfMOmegaSquared) {
   }
 }
 
-// Castigliano: delta_lu = d2 Pi / ds_l ds_u, where Pi is the energy stored under the loads sum s_l p_l. The
-// displacements come from Cholesky on an assembled K with additional springs on the rigid motions.
+// By Castigliano's theorem, delta_lu = d2 Pi / ds_l ds_u, where Pi is the energy that is stored under the
+// load sum_l s_l p_l. The displacements under this load are found by Cholesky factorization of an assembled
+// K, to which springs on the rigid motions are added.
 TEST(Maxwell, DeltaIsTheSecondDerivativeOfTheEnergy) {
   for (const auto& [name, num_elastic, scene] : every_class(10, {1.0, 1.0})) {
     if (name == "partly rigid") continue;  // rigid links make K infinite

@@ -76,7 +76,7 @@ TEST(PlanBytes, RoundTripIsExactToTheBit) {
   EXPECT_EQ(back->histories[1].pattern.Q_B, plan.histories[1].pattern.Q_B);
 }
 
-TEST(PlanBytes, TheFingerprintChangesWithEachOfSixFields) {
+TEST(PlanBytes, AChangeOfOneFieldChangesTheFingerprint) {
   const Plan plan = rich_plan();
   const std::uint64_t before = plan_fingerprint(plan);
   for (int field = 0; field < 6; ++field) {

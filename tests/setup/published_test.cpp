@@ -1,4 +1,4 @@
-// Frequencies that are published or have a closed form.
+// Compares frequencies with published values and closed forms.
 #include <gtest/gtest.h>
 
 #include <array>

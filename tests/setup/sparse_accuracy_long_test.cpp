@@ -6,7 +6,7 @@ namespace {
 
 // A mast of n bays bends like a beam. Its first frequency is proportional to n^-2, except that shear and
 // rotary inertia reduce it by a fraction of order n^-2 (Timoshenko 1921, Phil. Mag. 41, 744-746).
-TEST(SparseAccuracyLong, MastsOfUpTo25000BaysMatchHighPrecisionAndConvergeToABeam) {
+TEST(SparseAccuracyLong, LongMastsMatchHighPrecisionAndConvergeToABeam) {
   std::array<double, 3> scaled{};
   const std::array<int, 3> bays{250, 2500, 25000};
   for (std::size_t i = 0; i < bays.size(); ++i)

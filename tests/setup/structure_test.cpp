@@ -253,7 +253,7 @@ TEST(Mechanisms, AStructureWithoutLinksHasOnlyMechanisms) {
 
 // Points with a width of 1e-12 of the length are not on a line, but points with a width of the size of
 // rounding errors are.
-TEST(RigidFreedoms, AreFiveOnlyForPointsOnALine) {
+TEST(RigidFreedoms, PointsOnALineHaveFiveAndPointsJustOffALineHaveSix) {
   for (const double width : {1e-3, 1e-12, 0.0}) {
     Scene scene;
     for (int i = 0; i < 5; ++i)
