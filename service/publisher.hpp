@@ -29,8 +29,8 @@ freeflex_msgs::ack_t make_ack(const io::Admission& admission, std::int64_t tick,
 class LookPace {
  public:
   explicit LookPace(std::int64_t idle_ns) : idle_ns_(idle_ns) {}
-  /// Returns the time at which the next check begins [ns]. If time was lost, checks do not follow faster to
-  /// catch up.
+  /// Returns the time at which the next check begins [ns]. Checks that were missed because time
+  /// was lost are not made up for.
   /// \param has_more  true: the last check left messages unsent
   std::int64_t next(std::int64_t now_ns, bool has_more) {
     begin_ns_ = has_more ? std::max(begin_ns_ + idle_ns_, now_ns) : now_ns + idle_ns_;

@@ -144,7 +144,8 @@ struct SharedBlock {
   Ring<InboundEntry, 1024> inbound;
   Ring<RejectionEntry, 1024> rejected;
 
-  /// Returns the number of places of inbound that entries of this kind may fill.
+  /// Returns how many places in `inbound` entries of this kind may fill. The last kControlPlaces are for
+  /// controls only.
   static constexpr int num_places(InboundKind kind) noexcept {
     const bool is_control = kind == InboundKind::kControl || kind == InboundKind::kRawControl;
     return decltype(inbound)::kCapacity - (is_control ? 0 : kControlPlaces);

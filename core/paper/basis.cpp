@@ -83,9 +83,10 @@ GramSchmidt inelastic_vectors(const Eigen::VectorXd& root_mass, const MassProper
   return vectors;
 }
 
-// Removes the rigid motion that rounding errors leave in the shapes of recipes without force groups. Before,
-// these shapes meet the conditions (THEORY 2.15) within a rounding error of the largest displacement. After,
-// they meet each condition within a rounding error of the terms of this condition.
+// Removes the rigid motion that rounding errors leave in the shapes. Only the shapes of recipes without force
+// groups need this. Before the removal, these shapes meet the conditions (THEORY 2.15) within a rounding
+// error of the largest displacement; after it, they meet each condition within a rounding error of its own
+// terms.
 void remove_rigid_motion(const std::vector<PointMass>& points, const MassProperties& properties,
                          Eigen::MatrixXd& shapes) {
   const Eigen::VectorXd root_mass = mass_of_freedoms(points).cwiseSqrt();

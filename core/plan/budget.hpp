@@ -10,8 +10,8 @@ namespace freeflex {
 
 /// Adds one shadow to a plan of a scene. The shadow has all modes and points and publishes nothing. If the
 /// rung does not support the scene, returns false and adds an error at the origin of the budget or of `auto`.
-/// \param structure  of the scene, with all modes  \param resolving  result of resolving_substeps()
-/// for the structure
+/// \param structure  structure of the scene, with all modes
+/// \param resolving  result of resolving_substeps() for this structure
 bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind kind, Fidelity rung,
                 std::int32_t resolving, Plan& plan, Faults& faults);
 

@@ -11,7 +11,7 @@ namespace freeflex {
 /// (THEORY 8.42; out^T is U, by_q is W_q, by_q_dot is W_v).
 struct CoupledModes {
   Eigen::VectorXd omega, decay;         // [rad/s], [1/s] (n)
-  Eigen::MatrixXd out, by_q, by_q_dot;  // (forces x n)
+  Eigen::MatrixXd out, by_q, by_q_dot;  // (forces x n) U^T, W_q, W_v
   // True if there are wheels. The rotation of the body about its momentum then has zero eigenvalues, and only
   // the dense problem finds zero eigenvalues.
   bool is_gyroscopic = false;
@@ -19,10 +19,10 @@ struct CoupledModes {
 
 /// Holds an eigenvalue with its right and left eigenvectors, which may have any scale.
 struct CoupledRoot {
-  std::complex<double> s;               // [1/s]
+  std::complex<double> s;               // [1/s] eigenvalue
   double error = 0.0;                   // [1/s] rounding error of s
-  Eigen::VectorXcd q, q_dot;            // (n)
-  Eigen::VectorXcd left_q, left_q_dot;  // (n)
+  Eigen::VectorXcd q, q_dot;            // (n) right eigenvector
+  Eigen::VectorXcd left_q, left_q_dot;  // (n) left eigenvector
 };
 
 /// Returns true if mode l has no stiffness, neither of its own nor from the coupling forces. The displacement

@@ -53,7 +53,7 @@ struct Cluster {
 // after the modes (THEORY 8.42, 8.43).
 class Coupled {
  public:
-  /// \param most  largest number of modes, from the lowest on
+  /// \param most  number of modes to include at most, beginning with the lowest
   Coupled(const Plan& plan, const FreeForces& forces, std::size_t most) {
     const std::vector<std::int32_t> coupled_modes(
         forces.modes.begin(),

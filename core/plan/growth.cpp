@@ -76,8 +76,9 @@ double exact_growth(const Plan& plan) {
 // Holds the feedback whose force changes most within a tick.
 struct Stiffest {
   const Feedback* feedback = nullptr;
-  std::string what;   // "feedback 'f': velocity gain of -5 N s/m on a point of 2 kg: gain h / m is 0.0025"
-  double size = 0.0;  // [-]
+  // for example "feedback 'f' has a velocity gain of -5 on a point of 2 kg, so gain tick / mass is 0.0025"
+  std::string what;
+  double size = 0.0;  // [-] gain h / m or gain h^2 / m
 };
 
 Stiffest find_stiffest(const Scene& scene, double period) {

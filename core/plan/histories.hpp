@@ -12,7 +12,8 @@ namespace freeflex {
 SumsOnPoints sums_of(const Load& load, const Plan& plan);
 
 /// Appends the loads of the scene to plan.histories   (THEORY 8.10 to 8.13). Adds an error for a torque that
-/// a group cannot support.  \pre the points, groups and rows of the plan are filled
+/// a group cannot support.
+/// \pre the points, groups and rows of the plan are filled
 void compile_histories(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
 /// Returns why a group cannot support a torque in body axes [N m]. If the group can support it, the text is

@@ -11,15 +11,16 @@
 
 namespace freeflex {
 
-/// Holds a spec with a report on every feature. A feature that would change nothing beyond rounding error is
-/// omitted unless scene.leave_out keeps it. Small modes are omitted within the tolerance of scene.leave_out.
-/// The member on_need of leave_out determines whether features that only commands could need are omitted.
+/// Holds the spec of a plan that omits features, and a report on every feature. The spec omits a feature if
+/// the omission changes the motion by no more than rounding errors, unless scene.leave_out keeps the feature.
+/// The spec also omits modes that are small within the tolerance of scene.leave_out. Whether it omits a
+/// feature that only commands could need depends on scene.leave_out.on_need.
 struct ReducedSpec {
   PlanSpec spec;
   // structure of the scene, or a copy if modes of equal frequency were rotated so that few are excited
   // (THEORY 14.3)
   std::shared_ptr<const Structure> structure;
-  MotionScope motion;                 // possible motions, those due to commands only if on_need is keep
+  MotionScope motion;                 // possible motions; includes those due to commands if on_need is keep
   std::vector<PlanFeature> features;  // by Feature
   double horizon = 0.0;               // [s] horizon of the estimated errors of omitting small modes
   double small_size = 0.0;            // [m] rms displacement of the omitted small modes
@@ -43,7 +44,8 @@ ReducedSpec keep_all(const Scene& scene, const Structure& structure, const PlanS
 std::vector<PlanFeature> report_on_full_plan(const Scene& scene, Fidelity rung, Faults& faults);
 
 /// Returns `spec` without the features that the scene does not need   (THEORY 14.2 to 14.5).
-/// \param full  plan compiled from `spec`, with all features  \pre may_leave_out(scene, spec.rung)
+/// \param full  plan compiled from `spec`, with all features
+/// \pre may_leave_out(scene, spec.rung)
 ReducedSpec leave_out_unneeded(const Scene& scene, const Structure& structure, const PlanSpec& spec,
                                const Plan& full);
 

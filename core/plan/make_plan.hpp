@@ -11,8 +11,8 @@ namespace freeflex {
 /// and with its error budget. The plan is on the rung that the scene names or that `fidelity: auto` chooses,
 /// and it omits the features that the scene does not need. Each fault is reported once. Returns nullopt if
 /// there is an error. The cost is up to three times that of compile(), plus the steps over the horizons.
-/// \param rate [Hz] at which the plan will be stepped, for the warnings about ticks. 0 means the rate of the
-/// scene.
+/// \param rate  [Hz] rate at which the plan will be stepped, for the warnings about ticks; 0: the rate of the
+/// scene
 std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Faults& faults,
                               double rate = 0.0);
 

@@ -18,8 +18,8 @@ inline constexpr int kMaxExactModes = 96;
 
 /// Fills plan.feedbacks and plan.modal_coupling except for the values that depend on the period. Dashpots
 /// that do not couple the modes are added to plan.decay   (THEORY 4.23, 3.49, 8.26 to 8.32). Adds an error if
-/// acceleration feedback has no solution or couples more than kMaxExactModes modes.  \pre the modes and
-/// points of the plan are filled
+/// acceleration feedback has no solution or couples more than kMaxExactModes modes.
+/// \pre the modes and points of the plan are filled
 void compile_modal_coupling(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
 /// Returns the modes on which a dashpot or a feedback acts or whose motion it senses, in ascending order.
@@ -45,8 +45,9 @@ void set_modal_coupling_period(Plan& plan);
 /// Warns if feedback makes a motion grow without bound. Adds an error if only the split step makes a motion
 /// grow (THEORY 8.38), because the rate is then too low for a gain. This error becomes a warning if the
 /// growth is at most 1e-5 per tick. With more than 256 modes, growth is found by stepping, and growth by less
-/// than 1e-4 to 2e-2 per tick may be missed. The number is larger for plans of more modes and coupling
-/// forces.  \pre set_modal_coupling_period was called
+/// than 1e-4 to 2e-2 per tick may be missed. The limit is larger for plans of more modes and coupling
+/// forces.
+/// \pre set_modal_coupling_period was called
 void check_growth(const Scene& scene, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex

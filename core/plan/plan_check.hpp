@@ -39,8 +39,8 @@ inline bool are_ascending(const std::vector<std::int32_t>& values) {
 std::string find_own_inconsistency(const Plan& plan);
 
 /// Returns what is wrong with the members that the rung of the plan needs, including histories and functions
-/// of the modes. If these members are consistent, the text is empty. (rungs_check.cpp)  \pre
-/// is_rung(plan.fidelity) is true, and modes and points are consistent
+/// of the modes. If these members are consistent, the text is empty. (rungs_check.cpp)
+/// \pre is_rung(plan.fidelity) is true, and modes and points are consistent
 std::string find_rung_inconsistency(const Plan& plan);
 
 /// Returns what is wrong with the tables for the verdict. If the tables are consistent, the text is empty.

@@ -141,9 +141,10 @@ Real third_difference(const UnitStep& unit, const Real& W, const Real& a) {
   return sum;
 }
 
-/// Writes the entries of scale (mu_k 1 + nu_k h L), L = [0, 1; -omega^2, -2 decay], for PlanCoupled
-/// (THEORY 12.14).
-/// \param alpha  mu_k  \param beta  nu_k
+/// Writes the four entries of the matrix scale * (mu_k I + nu_k h L) in the order of PlanCoupled::Entry,
+/// where I is the 2 x 2 identity and L = [0, 1; -omega^2, -2 decay] (THEORY 12.14).
+/// \param alpha, beta  [-] mu_k and nu_k
+/// \param W, a  [-] omega h and decay h
 void put(const Real& alpha, const Real& beta, const Real& W, const Real& a, const Real& h, const Real& scale,
          double* entries) {
   entries[PlanCoupled::kQq] = Real(scale * alpha).convert_to<double>();

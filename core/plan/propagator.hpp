@@ -10,8 +10,8 @@ namespace freeflex {
 /// h. The given doubles are taken as exact, and the computation uses 120 digits:
 ///   P_qq = 1 - (omega h)^2 S, P_qv = h g, P_vq = -(omega h)^2 g / h, P_vv = P_qq - 2 decay h g (THEORY 6.2)
 ///   w_q0 = h^2 S / M, w_q1 = h^2 R / M, w_v0 = h g / M, w_v1 = h S / M   (THEORY 6.3)
-/// where g, S, R are those of UnitStep, which are nu_0, nu_1, nu_2 of (THEORY 6.4).  \pre omega >= 0, decay
-/// >= 0, period > 0, mass > 0
+/// where g, S, R are those of UnitStep, which are nu_0, nu_1, nu_2 of (THEORY 6.4).
+/// \pre omega >= 0, decay >= 0, period > 0, mass > 0
 void set_mode(Propagator& propagator, int index, double omega, double decay, double period, double mass);
 
 /// Replaces the lanes by lanes without damping. A lane without damping has only five sixths of the

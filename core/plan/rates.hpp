@@ -10,7 +10,8 @@
 namespace freeflex {
 
 /// Sets the rate [Hz] of a plan, its fallback plan and its shadows. This changes propagators, modal coupling,
-/// ticks of histories, and substeps.  \pre rate finite, > 0
+/// ticks of histories, and substeps.
+/// \pre rate finite, > 0
 void set_rate(Plan& plan, double rate);
 
 /// Returns the number of substeps per tick that resolve the vibration. It is n_max or, if smaller, the
@@ -18,7 +19,8 @@ void set_rate(Plan& plan, double rate);
 ///   omega_l h / n <= 1 for all modes with omega_l h <= n_max, omega_max h / n <= 1000,
 ///   n_max = 16384 h / max(1, num_modes / 64)^2, rounded down to a power of two   (THEORY 12.22).
 /// A step that does not resolve the vibration misses the effect of the spin on the vibration.
-/// \param omega  [rad/s] frequencies of all modes  \param period  [s]
+/// \param omega  [rad/s] frequencies of all modes
+/// \param period  [s] length h of a tick
 std::int32_t resolving_substeps(std::span<const double> omega, double period);
 
 /// Returns the number of substeps of a shadow of a plan on `rung`. The argument `resolving` is the result of

@@ -16,7 +16,8 @@ class SplitStep {
  public:
   explicit SplitStep(const Plan& plan);
 
-  /// \param from  (2 num_modes x columns)
+  /// Returns the states after one tick.
+  /// \param from  (2 num_modes x columns) states (q, q') before the tick, one in each column
   Eigen::MatrixXd operator()(const Eigen::MatrixXd& from) const;
 
   Eigen::Index num_modes() const { return size_.size(); }

@@ -1,4 +1,4 @@
-// Consistency checks of the tables for the verdict on the motion of a plan.
+// Checks that the tables with which the verdict judges a motion are consistent with the plan.
 #include "core/plan/plan_check.hpp"
 
 namespace freeflex {

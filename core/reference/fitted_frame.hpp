@@ -12,8 +12,9 @@ namespace freeflex {
 class FittedFrame {
  public:
   FittedFrame() = default;
-  /// \param points  n indices into all points of the system  \param weights [-] or [kg] (n)
-  /// \param rest [m] (3 x all) rest positions
+  /// \param points  (n) indices of the points in the set, among the N points of the system
+  /// \param weights  [-] or [kg] (n) weights of the points in the set
+  /// \param rest  [m] (3 x N) rest positions of all points of the system
   FittedFrame(std::vector<int> points, Eigen::VectorXd weights, const Eigen::Matrix3Xd& rest);
 
   struct Fit {
@@ -24,12 +25,13 @@ class FittedFrame {
     // the line
     Eigen::Matrix3d inverse_inertia;
   };
-  /// Fits the rotation to present positions.  \param p [m] (3 x all)
+  /// Fits the rotation to present positions.
+  /// \param p  [m] (3 x N) present positions of all points of the system
   Fit fit(const Eigen::Ref<const Eigen::Matrix3Xd>& p) const;
 
   /// Returns the angular velocity w_F [rad/s] of the fitted axes, in these axes   (THEORY 10.13):
   ///   w_F = (tr(S) 1 - S)^-1 sum w r x R^T v
-  /// \param v [m/s] (3 x all)
+  /// \param v  [m/s] (3 x N) velocities of all points of the system
   Eigen::Vector3d spin(const Fit& fit, const Eigen::Ref<const Eigen::Matrix3Xd>& v) const;
   /// Returns the rates V' [m/s] (3 x n) of the displacements in the fitted axes:
   ///   V' = R^T (v - mean) - w_F x x
@@ -37,12 +39,13 @@ class FittedFrame {
 
   /// Adds point forces whose power equals the power of a moment L on the fitted axes   (THEORY 10.14):
   ///   F_i += R (w_i ((tr(S) 1 - S)^-1 L) x r_i)
-  /// \param moment [N m] in the fitted axes  \param force [N] (3 x all)
+  /// \param moment  [N m] the moment L, in the fitted axes
+  /// \param force  [N] (3 x N) forces on all points of the system
   void add_moment(const Fit& fit, const Eigen::Vector3d& moment, Eigen::Ref<Eigen::Matrix3Xd> force) const;
   /// Adds point forces whose power is sum s.V' and whose resultant and moment are zero. They are the forces
   /// that add_moment() adds for L = -sum x_i x s_i, and in addition   (THEORY 10.15):
   ///   F_i += R (s_i - w_i sum s / sum w)
-  /// \param s [N] (3 x n) in the fitted axes
+  /// \param s  [N] (3 x n) forces on the points in the set, in the fitted axes
   void add_forces(const Fit& fit, const Eigen::Matrix3Xd& s, Eigen::Ref<Eigen::Matrix3Xd> force) const;
 
   const std::vector<int>& points() const { return points_; }

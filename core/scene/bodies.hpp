@@ -60,9 +60,8 @@ PointMass rigid_body_of(const Scene& scene, const Link& link);
 /// rigid motion. Returns an empty string if rigid_body_of gives such a body.
 std::string mass_matrix_problem(const Scene& scene, const Link& link);
 
-/// Returns the positions of four particles relative to the point of a body. Each particle has a quarter of
-/// the mass of the body. Together the particles have the mass, the centre of mass and the inertia of the body
-/// (THEORY 16.4).
+/// Returns four positions [m] relative to the point of a body. Four particles at these positions, each with a
+/// quarter of the mass of the body, have the centre of mass and the inertia of the body   (THEORY 16.4).
 std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body);
 
 /// Returns an empty string if a symmetric matrix is an inertia, otherwise the reason why it is not. A matrix

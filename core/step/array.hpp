@@ -34,7 +34,8 @@ constexpr Count pad(Count n) noexcept {
 }
 
 /// Returns i as an index of a container. Plans use indices of 32 bits, Eigen uses signed integers, and
-/// containers use std::size_t.  \pre i >= 0
+/// containers use std::size_t.
+/// \pre i >= 0
 template <std::signed_integral Signed>
 constexpr std::size_t index(Signed i) noexcept {
   return static_cast<std::size_t>(i);

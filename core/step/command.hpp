@@ -15,7 +15,7 @@ inline constexpr int kMaxCommandWrenches = 16;
 inline constexpr int kMaxCommandTorques = 16;
 inline constexpr int kMaxSlots = 64;       // active slots over all senders
 inline constexpr int kMaxSlotNumber = 63;  // the slots of a sender are numbered 0..63
-inline constexpr int kSenderSize = 32;     // bytes, NUL-terminated
+inline constexpr int kSenderSize = 32;     // bytes of a sender's name, including at least one NUL
 
 struct PointForce {
   std::int32_t point;           // index into Plan::points
@@ -41,15 +41,15 @@ struct WheelTorque {
   double torque;         // [N m] torque of the motor on the wheel; the opposite torque acts on the body
 };
 
-/// Replaces the contents of one slot (sender, slot). A command without any force, wrench or torque clears the
-/// slot.
+/// Holds a command that replaces the loads in one slot of its sender. A command without any force, wrench or
+/// torque clears the slot.
 struct ForceCommand {
-  std::array<char, kSenderSize> sender;  // [A-Za-z0-9_.-], 1 to 31 characters, rest NUL
-  std::int64_t sequence;                 // per sender, increasing
-  std::int32_t slot;                     // 0..kMaxSlotNumber
-  std::int32_t axes;                     // 0 world, 1 body
-  std::int64_t start_tick;               // -1: at once
-  std::int64_t duration_ticks;           // > 0: ticks from its start to its end; 0: lease_ticks applies
+  std::array<char, kSenderSize> sender;  // name: 1 to 31 characters of A-Z a-z 0-9 _ . -, then NUL bytes
+  std::int64_t sequence;                 // number of the command; increases for each sender
+  std::int32_t slot;                     // number of the slot, 0 to kMaxSlotNumber
+  std::int32_t axes;                     // axes of forces and torques: 0 world, 1 body
+  std::int64_t start_tick;               // tick at which the loads start to act; -1: at once
+  std::int64_t duration_ticks;  // > 0: number of ticks in which the loads act; 0: lease_ticks applies
   // > 0: the slot ends if the sender does not renew it within this number of ticks; 0: duration_ticks
   // applies.
   std::int64_t lease_ticks;

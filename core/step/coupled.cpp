@@ -25,8 +25,8 @@ using Stages = std::array<std::array<const double*, 2>, 4>;  // rates of q and p
 
 /// Computes (q, p) at stage 2 or stage 3, which are both at the middle of the step   (THEORY 12.15):
 ///   Y_3 = exp(h L / 2) y + (h / 2) phi_1(h L / 2) N_1 + h phi_2(h L / 2) (N_2 - N_1)
-/// Y_2 does not have the last term. \param other  index of the stage whose rate is used as N_2; 0 for Y_2, so
-/// that the last term is zero
+/// Y_2 does not have the last term.
+/// \param other  index of the stage whose rate is used as N_2; 0 for Y_2, so that the last term is zero
 void half_stage(const Plan& plan, const MotionState& state, const Stages& N, std::size_t other,
                 CoupledWorkspace& w) noexcept {
   const Function E = function_of(plan, PlanCoupled::kHalfStep), A = function_of(plan, PlanCoupled::kHalf1),
@@ -94,7 +94,7 @@ bool are_finite(const Array& values) noexcept {
 /// Runge-Kutta method, in which the mean rate is (k_1 + 2 k_2 + 2 k_3 + k_4) / 6.
 struct AttitudeRates {
   Mat3 R_start;
-  Vec3 H_start;  // [kg m^2/s]
+  Vec3 H_start;  // [kg m^2/s] angular momentum at the start of the step
   std::array<Vec3, 4> g_rate{}, H_rate{}, force_W{};
 
   void add_stage(std::size_t k, const Vec3& g, const StageRate& rate) noexcept {

@@ -221,7 +221,8 @@ void add_offset_loads(const Plan& plan, const StageState& stage, StageRate& rate
 
 namespace {
 
-/// Returns the product C x.  \param x  (num_padded)
+/// Returns the product C x.
+/// \param x  (num_padded) one value for each elastic coordinate
 Vec3 times_C(const CoupledWorkspace& w, const double* x, std::size_t n) noexcept {
   return contract_rows(w.C.data(), x, n);
 }

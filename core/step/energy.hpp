@@ -12,7 +12,8 @@ namespace freeflex {
 ///   d_theta = -dE / |w x H|^2 w x H   (THEORY 7.31)
 /// dE contains the error of the composition, and the rounding error of the attitude times the angular
 /// momentum, most of which may be that of wheels. A body that spins about a principal axis is not rotated.
-/// \pre no moment acts in the tick  \param h  [N m s] momentum of the wheels, body axes
+/// \param h  [N m s] momentum of the wheels, body axes
+/// \pre no moment acts in the tick
 void restore_energy(const Plan& plan, const Frame& from, const Vec3& h, Frame& to) noexcept;
 
 }  // namespace freeflex

@@ -30,7 +30,8 @@ inline bool has_field(const Plan& plan) noexcept { return plan.has_spin_load || 
 ///   Q_l += sum_ab S_ab Y_l,ab,   S = (w.w) 1 - w w^T + Gamma   (THEORY 8.14, 8.16)
 ///   Gamma = mu / |rho|^3 (3 e e^T - 1),   e = rho / |rho|   (THEORY 8.19)
 /// The terms in the spin w are included only on the rung `spin-loaded`. Gamma is zero without an attractor.
-/// \param H_W  [kg m^2/s] angular momentum  \param p_W  [m] centre of mass
+/// \param H_W  [kg m^2/s] angular momentum about the centre of mass, world axes
+/// \param p_W  [m] position of the centre of mass, world axes
 void add_field(const Plan& plan, const Mat3& R_WB, const Vec3& H_W, const Vec3& p_W, double* Q) noexcept;
 
 }  // namespace freeflex

@@ -200,7 +200,7 @@ class Flows {
     }
   }
 
-  Vec3 mean_force{}, weighted_force{};  // [N] see translate; only without an attractor
+  Vec3 mean_force{}, weighted_force{};  // [N] arguments of translate; used only without an attractor
 
  private:
   Vec3 force_W(const RigidLoad& load, const Mat3& G) const noexcept {
@@ -258,7 +258,7 @@ class Flows {
   Quat rotation_{1.0, 0.0, 0.0, 0.0};
   Vec3 H_start_, H_, H_gain_{};  // [N m s] H now, in the axes at the start; H now, in the present axes;
                                  // change of H, in the axes at the start
-  Vec3 rho_{}, v_{};             // [m], [m/s] at the start
+  Vec3 rho_{}, v_{};  // [m], [m/s] position relative to the attractor, and velocity, at the start of the tick
   Fall gain_{};
 };
 

@@ -116,7 +116,8 @@ struct RotationStages {
 
   /// Returns the rate of the Gibbs vector, g' = (w + g x w + g (g.w)) / 2   (THEORY 7.7). The product G^T H
   /// is computed as H + 2 (g x (g x H) - g x H) / (1 + g.g), which takes less time than a product with the
-  /// matrix G.  \param share [-] time since the start of the step, over the period
+  /// matrix G.
+  /// \param share  [-] time since the start of the step, divided by the period
   Vec3 g_rate(const Vec3& g, const Vec3& H_now, double share) const noexcept {
     const Vec3 u = cross(g, H_now);
     Vec3 H_B = add_scaled(H_now, 2.0 / (1.0 + dot(g, g)), sub(cross(g, u), u));
@@ -322,9 +323,9 @@ Frame slide(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLo
   return to;
 }
 
-/// Returns the frame at the end of a tick whose rotation is known. The rotation is applied to the attitude,
-/// R_WB H_gain is added to H_W, and the frame is translated by the forces at the start, the middle and the
-/// end of the tick (THEORY 7.3, 7.5).
+/// Returns the frame at the end of a tick in which the rotation of the body is known. The attitude is rotated
+/// by rotation.g_end, R_WB H_gain is added to H_W, and the frame is translated by the forces at the start,
+/// the middle and the end of the tick (THEORY 7.3, 7.5).
 Frame apply(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads,
             const StepRotation& rotation) noexcept {
   Frame to = from;

@@ -12,11 +12,11 @@ namespace freeflex {
 /// Holds the resultant and the moment of the loads on the body at one time, without gravity
 /// (THEORY 8.1 to 8.3, 8.7).
 struct RigidLoad {
-  Vec3 force_W{};                     // [N] fixed in world axes
-  std::array<double, 27> moment_W{};  // [N m] see LoadPattern
+  Vec3 force_W{};                     // [N] resultant of the forces fixed in world axes
+  std::array<double, 27> moment_W{};  // [N m] moment of these forces, as in LoadPattern
   bool has_moment_W = false;
-  Vec3 force_B{};   // [N] fixed in body axes
-  Vec3 torque_B{};  // [N m] fixed in body axes
+  Vec3 force_B{};   // [N] resultant of the loads fixed in body axes
+  Vec3 torque_B{};  // [N m] moment of these loads about the centre of mass
 };
 /// Adds amplitude times the pattern to the load.
 void add_pattern(const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept;
@@ -70,7 +70,8 @@ void translate(const Plan& plan, double h, const Vec3& start, const Vec3& middle
 /// Advances position and velocity by a time h [s], exactly for F_W quadratic in time:
 ///   p_WB += h v_WB + h^2 (weighted_force / M + g_W) / 2,   v_WB += h (mean_force / M + g_W)   (THEORY 7.5)
 /// If there is an attractor, its field replaces g_W   (THEORY 7.26, 8.18).
-/// \param mean_force  [N] int F_W dt / h  \param weighted_force  [N] 2 int (1 - t / h) F_W dt / h
+/// \param mean_force  [N] mean of the force over h, int F_W dt / h
+/// \param weighted_force  [N] mean of the force with weights 2 (1 - t / h), 2 int (1 - t / h) F_W dt / h
 void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& weighted_force,
                Frame& frame) noexcept;
 

@@ -71,7 +71,7 @@ inline void project_all_points(const Plan& plan, std::span<const Vec3> f, std::s
 void sum_rows(const double* rows, std::size_t stride, const double* weights, std::size_t count, std::size_t n,
               double* y) noexcept;
 
-/// Holds the elastic coordinates of all modes, values and low parts.
+/// Points to the elastic coordinates of all modes and their rates, as values and low parts.
 struct ModalState {
   const double *q, *q_low, *q_dot, *q_dot_low;
 };

@@ -15,15 +15,16 @@ namespace freeflex {
 SumsOnPoints make_load_sums(const Plan& plan);
 void clear(LoadSums& sums) noexcept;
 
-/// Holds one set of loads. The axes are the same as in ForceCommand.
+/// Holds one set of loads. `axes` has the same values as in ForceCommand.
 struct LoadSet {
   std::int32_t axes = 0;
   std::span<const PointForce> forces;
   std::span<const Wrench> wrenches;
-  std::span<const PointTorque> torques;  // on bodies
+  std::span<const PointTorque> torques;  // torques on points with an attitude
   std::span<const WheelTorque> wheels = {};
 };
-/// Adds loads to sums. \pre every index in `loads` is valid in the plan, and the sums were sized for it
+/// Adds loads to sums.
+/// \pre every index in `loads` is valid in the plan, and the sums were sized for the plan
 void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept;
 
 /// Returns the generalized forces of unit wrenches on each group (6*num_groups x num_padded). For each group
@@ -43,7 +44,7 @@ void set_pattern(const Plan& plan, std::span<const double> group_rows, const Sum
 /// loaded points, b_il x F_i [N m per m] (THEORY X148). If the plan does not need arms, the array becomes
 /// empty. Every loaded point must have rows. Allocates nothing if there is room for kArmSize *
 /// kMostShadowedModes.
-/// \param arms  [N] (num_shadowed x kArmSize)
+/// \param arms  [N] (num_shadowed x kArmSize) torques per elastic coordinate
 void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept;
 
 /// Holds the resultant of loads in body axes.
@@ -66,17 +67,17 @@ LoadPattern build_pattern(const Plan& plan, const SumsOnPoints& sums);
 LoadPattern build_pattern(const Plan& plan, const LoadSet& loads);
 
 /// Sets Q to amplitude times the generalized forces of the pattern at attitude R_WB, or adds them to Q if
-/// `accumulate` is true. If the pattern has no load, returns false and leaves Q unchanged.  \param Q  [N]
-/// (num_padded)
+/// `accumulate` is true. If the pattern has no load, returns false and leaves Q unchanged.
 ///   world forces on few points:  Q_l = sum_i b_il . (R_WB^T F_i)   (THEORY 8.4)
 ///   other world loads:  Q_l = sum_ab R_WB,ba Q_l,ab   (THEORY 8.6)
 ///   loads in body axes:  Q_l = Q_B,l   (THEORY 8.7)
+/// \param Q  [N] (num_padded) generalized forces
 bool project(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
              bool accumulate, double* Q) noexcept;
 
 /// For coupled rungs: adds amplitude times the forces of the pattern to the forces on each point, body axes.
 /// Wrenches are distributed over their groups: F_i = (m_i / m_g) F_g + m_i (J_g^-1 T_g) x d_i   (THEORY 8.8).
-/// \param forces  [N] (num_points, then particles)
+/// \param forces  [N] (num_points + num_particles) forces on the points, then on the particles
 void add_point_forces(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
                       std::span<Vec3> forces) noexcept;
 

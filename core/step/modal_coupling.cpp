@@ -187,7 +187,7 @@ bool advance_linear(const Plan& plan, const ModalState& from, const double* Q0, 
     const bool is_finite = advance_modes(plan.propagator, n, from, Q0, Q1, to);
     return advance_coupled_modes(plan, from, Q0, Q1, scratch, to) && is_finite;
   }
-  // Apply half a splitting impulse, then advance the modes, then apply the other half   (THEORY 8.38)
+  // Apply a splitting impulse, advance the modes, and apply a second splitting impulse   (THEORY 8.38)
   apply_half_impulse(plan, from.q, from.q_dot, scratch, q_dot_after_impulse.data());
   const bool is_finite = advance_modes(
       plan.propagator, n, {from.q, from.q_low, q_dot_after_impulse.data(), from.q_dot_low}, Q0, Q1, to);

@@ -23,7 +23,8 @@ void add(const DependentLoad& dependent, RigidLoad& load) noexcept;
 struct DependentStep {
   DependentLoad start, end;
 };
-/// Adds these resultants to the loads over a step. \pre loads.later is set
+/// Adds these resultants to the loads over a step.
+/// \pre loads.later is set
 void add(const DependentStep& dependent, RigidLoads& loads) noexcept;
 
 /// Adds to Q the forces of the geometric stiffness that is due to the internal forces under the followers of
@@ -55,7 +56,7 @@ DependentStep feed_back_over_step(const Plan& plan, const double* q, const doubl
 void add_modal_coupling_forces(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
                                double* Q) noexcept;
 
-/// Applies half a splitting impulse of dashpots and feedback. q_dot_out may be the same array as q_dot:
+/// Applies one splitting impulse of dashpots and feedback. q_dot_out may be the same array as q_dot:
 ///   q_dot_out = q' + (h / 2) U phi_1((h / 2) W_v U) (W_v q' + W_q q)   (THEORY 8.40)
 /// Returns the load of feedback on the body, (2 / h) J, which is constant and has the impulse J over half a
 /// step   (THEORY 8.41).
@@ -71,8 +72,8 @@ bool advance_coupled_modes(const Plan& plan, const ModalState& from, const doubl
 
 /// Advances every mode by one period under a load linear from Q^0 to Q^1, including dashpots and feedback.
 /// Modes that are not coupled are advanced one by one (THEORY 6.1). Coupled modes are advanced by their
-/// matrix exponential (THEORY 8.34), or one by one between two half impulses (THEORY 8.38). Returns true if
-/// the result is finite.
+/// matrix exponential (THEORY 8.34), or one by one between two splitting impulses (THEORY 8.38). Returns true
+/// if the result is finite.
 /// \param q_dot_after_impulse  [m/s] (num_padded) scratch, used if the path is kSplit
 /// \param last_impulse  if the path is kSplit, set to the load of feedback on the body over the second half
 /// of the step

@@ -193,8 +193,9 @@ struct PlanFeedback {
   std::string name;
   std::int32_t row = -1;  // block of rows of the point on which the feedback acts
   Vec3 r{};               // [m] rest position of that point
-  // [N/m], [N s/m], [-] (3 x num_padded) F_q, F_v, F_Q; Q_rows is empty if no gain is on the acceleration
-  Array q_rows, q_dot_rows, Q_rows;
+  Array q_rows,           // [N/m] (3 x num_padded) F_q
+      q_dot_rows,         // [N s/m] (3 x num_padded) F_v
+      Q_rows;             // [-] (3 x num_padded) F_Q; empty if no gain is on the acceleration
 };
 
 /// Holds the data of modes that dashpots and feedback couple   (THEORY 8.30 to 8.41).
@@ -202,23 +203,24 @@ struct PlanModalCoupling {
   enum class Path : std::int32_t {
     kNone = 0,
     kExact = 1,  // the coupled modes are advanced by their matrix exponential   (THEORY 8.34)
-    kSplit = 2,  // half an impulse is applied, the modes are advanced, the other half is applied; order 2
-                 // (THEORY 8.38)
+    kSplit = 2,  // a splitting impulse is applied, the modes are advanced without coupling, and a second
+                 // splitting impulse is applied; order 2   (THEORY 8.38)
   };
   Path path = Path::kNone;
   Array damping_rows;  // [sqrt(N s/m)] (num_damping x num_padded) R: the generalized forces of the dashpots
                        // are -R^T R q'
-  std::int32_t num_damping = 0;
-  // kExact: (q, q')^1 of the coupled modes = sum of the columns times (q^0, q'^0, Q^0, Q^1 - Q^0)
-  std::vector<std::int32_t> modes;  // coupled modes, ascending
+  std::int32_t num_damping = 0;     // number of rows of damping_rows
+  std::vector<std::int32_t> modes;  // kExact: coupled modes, ascending
+  // kExact: (q, q') of the coupled modes at the end of the step is the sum of these columns times the entries
+  // of (q^0, q'^0, Q^0, Q^1 - Q^0)
   // [-], [s], [1/s], [m/N], [m/(s N)] (4 num_modes columns of pad(2 num_modes)) column-major
   Array columns;
   static constexpr int kLoadRows = 16;  // twelve, padded to kLanes
-  // kExact: give the force and torque of feedback on the body at the start of the step, then at the end of
-  // the step. Between the two times the load is linear in time, and its impulse and the first moment of the
-  // impulse are exact (THEORY 8.37). The array is empty without feedback.
+  // kExact: these columns give the force and torque of feedback on the body at the start of the step, then at
+  // the end of the step. Between the two times the load is linear in time, and its impulse and the first
+  // moment of the impulse are exact (THEORY 8.37). The array is empty without feedback.
   Array load_columns;  // [N], [N m] per (m, m/s, N, N) (4 num_modes columns of kLoadRows) column-major
-  // kSplit: the impulse over half a step, q' += impulse_out^T (impulse_q_rows q + impulse_q_dot_rows q')
+  // kSplit: the splitting impulse is q' += impulse_out^T (impulse_q_rows q + impulse_q_dot_rows q')
   // (THEORY 8.40)
   std::int32_t num_impulses = 0;
   Array impulse_q_rows, impulse_q_dot_rows, impulse_out;  // (num_impulses x num_padded)
@@ -227,8 +229,8 @@ struct PlanModalCoupling {
 /// Holds a spring, bar or dashpot whose force is computed from its true length and direction
 /// (THEORY 12.17 to 12.19).
 struct PlanBar {
-  std::int32_t link = -1;                // index into Plan::links; PlanCoupled::bars are sorted by it
-  std::int32_t first = -1, second = -1;  // indices of its points
+  std::int32_t link = -1;                // index into Plan::links; PlanCoupled::bars are sorted by this index
+  std::int32_t first = -1, second = -1;  // indices of the two points that it joins
   double stiffness = 0.0;                // [N/m] 0 for a dashpot
   double damping = 0.0;                  // [N s/m] force per rate of elongation
   double length = 0.0;                   // [m] rest length
@@ -239,10 +241,9 @@ struct PlanBar {
 /// torque, whose generalized forces include the second-order effect of the rotation of the body
 /// (THEORY 12.53, 12.54).
 struct PlanBodyRotation {
-  std::int32_t first = 0, count = 0;  // its particles, in PlanParticles::all
-  Vec3 centre{}, offset{};            // [m] rest position of its centre of mass; vector from its point to
-                                      // this centre
-  Array rows;                         // [1/m] (3 x num_padded) theta = rows q
+  std::int32_t first = 0, count = 0;  // first particle in PlanParticles::all, and number of particles
+  Vec3 centre{}, offset{};  // [m] rest position of its centre of mass; vector from its point to this centre
+  Array rows;               // [1/m] (3 x num_padded) theta = rows q
 };
 
 /// Holds a body whose centre of mass is not at its point. The rotation of the body moves the centre, also to
@@ -303,12 +304,12 @@ struct PlanLinkOutput {
 };
 
 struct PlanInitial {
-  Vec3 p_WB{};  // [m]
-  Vec3 v_WB{};  // [m/s]
-  Quat q_WB{1.0, 0.0, 0.0, 0.0};
-  Vec3 w_B{};   // [rad/s]
-  Array q;      // [m] (num_padded)
-  Array q_dot;  // [m/s] (num_padded)
+  Vec3 p_WB{};                    // [m] position of the centre of mass
+  Vec3 v_WB{};                    // [m/s] velocity of the centre of mass
+  Quat q_WB{1.0, 0.0, 0.0, 0.0};  // [-] attitude
+  Vec3 w_B{};                     // [rad/s] angular velocity, body axes
+  Array q;                        // [m] (num_padded) elastic coordinates
+  Array q_dot;                    // [m/s] (num_padded) rates of the elastic coordinates
 };
 
 /// Holds the decision on one feature: whether the plan keeps or omits it, why, and by how much the omission
@@ -345,7 +346,7 @@ struct PlanRung {
   Fidelity rung = Fidelity::kRigid;
   double position = 0.0, attitude = 0.0, elastic = 0.0;  // [m] rms, [rad], [-]
   bool is_finite = false;                                // false: the motion became infinite or NaN
-  bool meets = false;                                    // true: the estimates meet every tolerance asked for
+  bool meets = false;  // true: the estimates meet every tolerance of the scene
 };
 
 struct PlanShadow;
@@ -389,7 +390,7 @@ struct PlanUnmodelledBodies {
 /// Holds the fourth-order terms of the strain energy of the first modes: V_4 = 1/8 sum_r (x^T H_r x)^2
 /// (THEORY X146).
 struct PlanQuartic {
-  // [sqrt(N)/m^2] (forms x num_shadowed x num_shadowed) symmetric; empty in old plan files
+  // [sqrt(N)/m^2] (forms x num_shadowed x num_shadowed) symmetric matrices H_r; empty in old plan files
   Array forms;
 };
 
@@ -429,7 +430,7 @@ struct PlanUnmodelled {
   Array spin_rows;      // [N s^2/m] (pairs x 6) stiffness per product of the spin
   Array coriolis_rows;  // [-] (pairs x 3) sum m b_l x b_u / M; zero for (l, l)
   Array root_quartic;   // [sqrt(N/m^3)] (judged) root of (stiffness / displacement^2) of the mode
-  // number of modes whose errors are integrated: the first ones
+  // number of modes whose errors are integrated; these are the first modes of the plan
   std::int32_t num_shadowed = 0;
   // [kg m] (num_shadowed x 6) centrifugal load per product of the spin. Its derivative with respect to the
   // spin is the angular momentum that a mode adds   (THEORY X148)
@@ -445,7 +446,7 @@ struct PlanUnmodelled {
   // [1/m] (omitted modes x num_elastic) relative stiffness change of each omitted mode per metre of
   // quasi-static response of each kept mode. Only the lowest omitted modes have a row.
   Array left_out_rows;
-  Array left_out_spin;  // [s^2] (omitted modes x 6) the same, per product of the spin
+  Array left_out_spin;  // [s^2] (omitted modes x 6) relative stiffness change per product of the spin
   // effect of the centrifugal load; both arrays are empty on rungs that include this load
   Array spin_loads;     // [kg m] (num_elastic x 6)
   Array spin_left_out;  // [m^2 s^4] (6 x 6) square of the quasi-static response of omitted modes

@@ -21,22 +21,22 @@ Vec3 wheel_momentum_B(const Plan& plan, const MotionState& state) noexcept;
 Vec3 angular_velocity(const Plan& plan, const MotionState& state) noexcept;
 
 struct PointState {
-  Vec3 p_W{};  // [m]
-  Vec3 v_W{};  // [m/s]
-  Vec3 a_W{};  // [m/s^2] at the left limit of the tick
+  Vec3 p_W{};  // [m] position
+  Vec3 v_W{};  // [m/s] velocity
+  Vec3 a_W{};  // [m/s^2] acceleration at the left limit of the tick
   Vec3 V_B{};  // [m] elastic displacement, body axes
 };
 /// Returns position, velocity and acceleration of a point, x_i = r_i + V_i:
 ///   p_i = p_WB + R_WB x_i   (THEORY 9.1)
 ///   v_i = v_WB + R_WB (w x x_i + V_i')   (THEORY 9.2)
 ///   a_i = g_W + F_W / M + R_WB (w' x x_i + w x (w x x_i) + 2 w x V_i' + V_i'')   (THEORY 9.3)
-/// On the coupled rungs, the acceleration is given by (THEORY 12.21, 12.43) instead.  \pre
-/// plan.points[point].row >= 0
+/// On the coupled rungs, the acceleration is given by (THEORY 12.21, 12.43) instead.
+/// \pre plan.points[point].row >= 0
 PointState read_point(const Plan& plan, const MotionState& state, int point) noexcept;
 
 struct BodyState {
   Quat q_WP{1.0, 0.0, 0.0, 0.0};  // attitude of the body at the point
-  Vec3 w_P{};                     // [rad/s] its angular velocity, in the axes of the body at the point
+  Vec3 w_P{};  // [rad/s] angular velocity of the body at the point, in the axes of this body
 };
 /// Returns the attitude and the angular velocity of the body at a point. In the undeformed structure, the
 /// axes of this body are the axes of the scene. theta is the elastic rotation of the body, and g = theta / 2
@@ -50,8 +50,8 @@ struct GroupPose {
   Vec3 p_W{};                     // [m] centre of mass of the group
   Quat q_WG{1.0, 0.0, 0.0, 0.0};  // attitude of the floating frame, followed by the mean elastic rotation of
                                   // the group
-  Vec3 v_W{};                     // [m/s]
-  Vec3 w_B{};                     // [rad/s] body axes
+  Vec3 v_W{};                     // [m/s] velocity of the centre of mass of the group
+  Vec3 w_B{};                     // [rad/s] angular velocity of the group, body axes
 };
 /// Returns the pose and the velocities of a group, computed from its points to first order in V:
 ///   p_g = p_WB + R_WB x_g,   x_g = r_g + sum_i m_i V_i / m_g   (THEORY 9.5)
@@ -72,12 +72,12 @@ struct Invariants {
   // [J] M sum q_l'^2 / 2   (THEORY 7.1); on coupled rungs, kinetic_rigid + kinetic_elastic is E_kin + M
   // v_WB^2 / 2 (THEORY 12.1, 12.4)
   double kinetic_elastic = 0.0;
-  double potential = 0.0;              // [J] elastic, M sum omega_l^2 q_l^2 / 2   (THEORY 4.18, 4.19)
+  double potential = 0.0;              // [J] elastic energy, M sum omega_l^2 q_l^2 / 2   (THEORY 4.18, 4.19)
   Vec3 linear_momentum_W{};            // [kg m/s]
   Vec3 angular_momentum_W{};           // [kg m^2/s] about the centre of mass
   Vec3 eckart_translation{};           // [kg m] sum m V   (THEORY 2.12)
   Vec3 eckart_rotation{};              // [kg m^2] sum m r x V   (THEORY 2.12)
-  double quaternion_norm_error = 0.0;  // |q| - 1
+  double quaternion_norm_error = 0.0;  // [-] norm of q_WB minus 1
 };
 Invariants read_invariants(const Plan& plan, const MotionState& state) noexcept;
 

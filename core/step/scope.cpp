@@ -13,7 +13,8 @@ void resize(LoadPattern& pattern, std::size_t n) noexcept {
 }
 
 /// Resizes `values` to n and moves the value of each mode l to the index positions[l], in place. Sets the
-/// other values to zero. \pre positions are ascending, so positions[l] >= l
+/// other values to zero.
+/// \pre positions are ascending, so positions[l] >= l
 void spread_modes(const std::vector<std::int32_t>& positions, std::size_t n, Array& values) noexcept {
   values.resize(n, 0.0);
   for (std::size_t l = n; l-- > positions.size();) values[l] = 0.0;

@@ -23,7 +23,8 @@ inline constexpr double kScopeRounding = 1e-12;
 /// the loads are in the plane, if
 ///   |sum_i r_i x F_i + T| <= 1e-12 (sum_i |r_i| |F_i| + |T|)   (THEORY 14.4)
 ///   |n . F| <= 1e-12 |F|,   |T x n| <= 1e-12 |T|   (THEORY 14.5)
-/// \param point_arm, group_arm  functions from an index to the position [m] of the force, body axes
+/// \param point_arm, group_arm  functions that return the position [m] of a force in body axes, given the
+/// index of its point or group
 template <class PointArm, class GroupArm>
 Need find_need(const CommandScope& scope, const ForceCommand& command, const PointArm& point_arm,
                const GroupArm& group_arm) noexcept {
@@ -80,7 +81,8 @@ Need find_need(const Plan& plan, const ForceCommand& command) noexcept;
 /// computes the loads again. Allocates nothing.
 /// \pre there is a fallback plan, and the state does not use it
 void switch_to_fallback(const Plan& plan, Need need, State& state) noexcept;
-/// Undoes switch_to_fallback after a failed step. \pre the state has not changed since switch_to_fallback
+/// Undoes switch_to_fallback after a failed step.
+/// \pre the state has not changed since switch_to_fallback
 void switch_back(const Plan& plan, State& state) noexcept;
 
 /// Resizes a workspace for the plan on which the state is stepped. Allocates nothing.

@@ -20,7 +20,7 @@ Vec3 solve(const Mat3& A, const Vec3& b) noexcept {
   return scale(1.0 / determinant, add_scaled(add_scaled(scale(b[0], yz), b[1], zx), b[2], xy));
 }
 
-/// Returns x minus its component along the unit vector `line`; x if line is zero.
+/// Returns x minus its component along the unit vector `line`. Returns x if `line` is zero.
 Vec3 across(const Vec3& line, const Vec3& x) noexcept { return add_scaled(x, -dot(line, x), line); }
 
 /// Returns the angular velocity w of the frame, and sets alpha. Both follow from the angular momentum, the

@@ -10,9 +10,9 @@ namespace freeflex {
 /// Holds the state at one stage.
 struct StageState {
   const double *q, *p;  // [m], [m/s] (num_padded) elastic coordinates; elastic momenta over the mass
-  Vec3 H_B;             // [kg m^2/s]
+  Vec3 H_B;             // [kg m^2/s] angular momentum about the centre of mass
   Mat3 R_WB;
-  Vec3 p_WB;  // [m]
+  Vec3 p_WB;  // [m] position of the centre of mass
   StageTime stage_time;
   std::span<const double> wheels;  // [N m s] (num_wheels) momenta of the wheels
 };
@@ -22,12 +22,13 @@ struct StageRate {
   // [m/s], [m/s^2] (num_padded) Rates of q and p minus the linear motion of each mode: N in (THEORY 12.13)
   double *rate_q, *rate_p;
   double* Q = nullptr;       // [N] (num_padded) generalized forces; nullptr: not needed
-  Vec3 w_B{};                // [rad/s]
+  Vec3 w_B{};                // [rad/s] angular velocity of the frame
   Vec3 moment_B{};           // [N m] moment of the loads with deformed arms, r + V
   Vec3 rest_moment_B{};      // [N m] moment of the loads with rest arms, r
-  Vec3 force_W{};            // [N]
-  double* q_ddot = nullptr;  // [m/s^2] (num_padded) set if Q is set and the modes are not a complete set
-  Vec3 w_dot_B{};            // [rad/s^2] set with q_ddot
+  Vec3 force_W{};            // [N] resultant of the loads
+  double* q_ddot = nullptr;  // [m/s^2] (num_padded) accelerations of the coordinates; written if Q is
+                             // set and the modes are not a complete set
+  Vec3 w_dot_B{};            // [rad/s^2] rate of w_B; set whenever q_ddot is written
 };
 
 /// Computes the rate at a stage   (THEORY 12.5 to 12.13, 12.33 to 12.51).
@@ -95,7 +96,7 @@ void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Works
 /// the matrix regular.
 Mat3 spin_matrix(const Plan& plan, const Mat3& J) noexcept;
 /// Returns J^-1 b. For a collinear body, returns the solution normal to the line of the body.
-/// \param matrix  spin_matrix of J
+/// \param matrix  result of spin_matrix for J
 Vec3 solve_for_spin(const Plan& plan, const Mat3& matrix, const Vec3& b) noexcept;
 
 }  // namespace freeflex

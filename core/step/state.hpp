@@ -20,17 +20,17 @@ struct Slot {
 /// Holds the part of the state that only the coupled rungs need. All members except the momenta may jump at a
 /// tick, and hold their values just before the tick (the left limit).
 struct CoupledState {
-  // [m/s] (num_padded) The elastic momenta over the mass (THEORY 12.3, 12.33). q_dot follows from these
+  // [m/s] (num_padded) elastic momenta divided by the mass (THEORY 12.3, 12.33). q_dot follows from these
   // momenta.
   Array momentum;
   // [m/s], [m/s^2] (num_padded) rates of q and of `momentum`, minus the linear motion of each mode
   // (THEORY 12.13)
   Array rate_q, rate_p;
   Vec3 w_B{};       // [rad/s] angular velocity of the frame, body axes
-  Vec3 moment_B{};  // [N m] about the centre of mass, deformed arms
+  Vec3 moment_B{};  // [N m] moment of the loads about the centre of mass, with deformed arms r + V
   // Used only if the modes are not a complete set for point masses. Otherwise the array is empty and the
   // value is zero   (THEORY 12.41, 12.42)
-  Array q_ddot;    // [m/s^2] (num_padded)
+  Array q_ddot;    // [m/s^2] (num_padded) accelerations of the elastic coordinates
   Vec3 w_dot_B{};  // [rad/s^2] rate of w_B, body axes
   bool has_rates = false;
   bool operator==(const CoupledState&) const = default;
@@ -39,9 +39,9 @@ struct CoupledState {
 /// Holds the floating frame. Each member *_low holds the rounding error of the member without _low
 /// (compensated summation), so value + low is more accurate than the value.
 struct Frame {
-  Vec3 p_WB{}, p_WB_low{};  // [m]
-  Vec3 v_WB{}, v_WB_low{};  // [m/s]
-  Quat q_WB{1.0, 0.0, 0.0, 0.0}, q_WB_low{};
+  Vec3 p_WB{}, p_WB_low{};                    // [m] position of the centre of mass
+  Vec3 v_WB{}, v_WB_low{};                    // [m/s] velocity of the centre of mass
+  Quat q_WB{1.0, 0.0, 0.0, 0.0}, q_WB_low{};  // [-] attitude
   Vec3 H_W{}, H_W_low{};  // [kg m^2/s] angular momentum about the centre of mass, world axes
   bool operator==(const Frame&) const = default;
 };
@@ -50,19 +50,19 @@ struct Frame {
 /// no field can be forgotten. MotionState is a base of State, and Frame is a base of MotionState, only so
 /// that expressions like `state.q_WB` stay short.
 struct MotionState : Frame {
-  std::int64_t tick = 0;              // never repeats within a session; a reset keeps it
-  std::int64_t epoch = 0;             // raised by reset
+  std::int64_t tick = 0;              // number of the tick; never repeats within a session; a reset keeps it
+  std::int64_t epoch = 0;             // number of the epoch; each reset raises it
   std::int64_t epoch_start_tick = 0;  // tick from which histories run
-  Array q, q_low;                     // [m] (num_padded)
-  Array q_dot, q_dot_low;             // [m/s] (num_padded)
+  Array q, q_low;                     // [m] (num_padded) elastic coordinates
+  Array q_dot, q_dot_low;             // [m/s] (num_padded) rates of the elastic coordinates
   // The loads just before this tick, including the loads of fields, dashpots and feedback. Accelerations and
   // link forces are computed from them.
-  Vec3 force_W{};   // [N] resultant without gravity
-  Vec3 moment_B{};  // [N m] about the centre of mass, arms of the undeformed structure
-  Array Q;          // [N] (num_padded)
+  Vec3 force_W{};   // [N] resultant force without gravity
+  Vec3 moment_B{};  // [N m] moment about the centre of mass, with the arms of the undeformed structure
+  Array Q;          // [N] (num_padded) generalized forces
   // [N m s] (num_wheels) momentum about the axis of each wheel
   std::vector<double> wheel_momentum, wheel_momentum_low;
-  CoupledState coupled;             // arrays empty below the coupled rungs
+  CoupledState coupled;             // its arrays are empty below the coupled rungs
   bool uses_fallback = false;       // true: a command needed the fallback plan, on which the state is stepped
                                     // until a reset
   std::int64_t fallback_tick = -1;  // tick of the switch to the fallback plan; -1: no switch
@@ -119,8 +119,8 @@ struct Workspace {
   std::vector<double> next_wheel, next_wheel_low;  // [N m s] (num_wheels)
   Array predicted_q;             // [m] (num_padded) q at the end of the first pass; empty unless loads on the
                                  // body depend on the elastic motion
-  Array q_dot_after_impulse;     // [m/s] (num_padded) q' after half a splitting impulse; empty unless the
-                                 // path is kSplit
+  Array q_dot_after_impulse;     // [m/s] (num_padded) q' after the first splitting impulse of the step;
+                                 // empty unless the path is kSplit
   Array scratch;                 // see modal_coupling_scratch_size
   CoupledWorkspace coupled;      // empty below the coupled rungs
   MotionState substep;           // state after a substep; empty unless the plan divides the step

@@ -70,8 +70,8 @@ void flush(Array& value, Array& low) noexcept {
 /// modes are not in this struct, but in the workspace.
 struct Result {
   Frame frame;
-  Vec3 force_W;           // [N] at the end
-  Vec3 moment_B;          // [N m] at the end
+  Vec3 force_W;           // [N] resultant of the loads at the end of the step
+  Vec3 moment_B;          // [N m] moment of the loads at the end of the step
   DependentLoad impulse;  // load of feedback on the body over the second half of the step, if the path is
                           // kSplit
   bool is_finite;

@@ -47,14 +47,14 @@ struct StepLoads {
   /// (THEORY 16.21).
   double wheel_gain(std::size_t wheel) const noexcept;
   /// Returns the momentum of all wheels over the substep.
-  /// \param momentum  [N m s] (num_wheels) at the start of the substep
+  /// \param momentum  [N m s] (num_wheels) momenta of the wheels at the start of the substep
   WheelMomentum wheels(std::span<const double> momentum) const noexcept;
   /// Returns the momentum of one wheel at a stage time [N m s], from h_w' = tau_w   (THEORY 16.21).
   double wheel_momentum(std::size_t wheel, double at_start, StageTime stage_time) const noexcept;
 
   /// Below the coupled rungs, computes the generalized forces Q [N] (num_padded) without the forces of
-  /// followers, dashpots and feedback.  \param momentum  [N m s] (num_wheels) momenta of the wheels at the
-  /// start of the step
+  /// followers, dashpots and feedback.
+  /// \param momentum  [N m s] (num_wheels) momenta of the wheels at the start of the step
   void generalized(StageTime stage_time, const Frame& frame, const Mat3& R_WB,
                    std::span<const double> momentum, Array& Q) const noexcept;
 

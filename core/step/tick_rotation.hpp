@@ -32,7 +32,8 @@ TickRotation rotation_in_tick(const Plan& plan, const Frame& from, const Mat3& R
 /// orbit.
 inline constexpr double kShortRotation = 0.03, kShortOrbit = 1e-4;
 /// Returns true only if a tick is certain to rotate the body by less than kShortRotation. This test costs
-/// less than may_rotate_far.  \param H  [N m s] angular momentum, any axes
+/// less than may_rotate_far.
+/// \param H  [N m s] angular momentum about the centre of mass, in any axes
 inline bool is_surely_short(const Plan& plan, const Vec3& H, const WheelMomentum& wheels) noexcept {
   constexpr double kMost = kShortRotation / 3.0;
   double momentum = dot(H, H);
@@ -42,7 +43,8 @@ inline bool is_surely_short(const Plan& plan, const Vec3& H, const WheelMomentum
   return 10.0 * most * most * momentum <= kMost * kMost;
 }
 /// Returns true if the body may rotate by more than kShortRotation in a tick, by a bound on the rotation.
-/// \param w  [rad/s]  \param H  [N m s] angular momentum, any axes
+/// \param w  [rad/s] angular velocity of the body, body axes
+/// \param H  [N m s] angular momentum about the centre of mass, in any axes
 bool may_rotate_far(const Plan& plan, const Vec3& w, const Vec3& H, const WheelMomentum& wheels) noexcept;
 /// Returns true if the fall in a tick must be computed by the exact orbit. This is so if h (mu /
 /// |rho|^3)^(1/2) is above kShortOrbit, or the body moves by more than 0.1 of its distance from the

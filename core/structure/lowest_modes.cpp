@@ -345,8 +345,9 @@ bool LowestModes::take(Eigen::MatrixXd vectors) {
 // Removes the content of the stiffest motions from rough vectors (THEORY 16.42). The removed content comes
 // from rounding errors or unrefined solutions, and its effect on the frequency grows with the square of the
 // ratio of the highest frequency to the frequency of the vector. Applying the refined inverse once removes
-// this content, and the columns stay orthonormal within the square of their residuals. The inverse does not
-// separate modes far below the shift, so the singular vectors of A y separate these modes.
+// this content, and the columns stay orthonormal within the square of their residuals. Far below the shift,
+// the inverse cannot tell modes apart. The vectors y are therefore rotated by the right singular vectors of
+// A y, which can; A is the link factor.
 bool LowestModes::smooth(Eigen::MatrixXd& vectors, const std::vector<Eigen::Index>& rough) {
   const auto count = static_cast<Eigen::Index>(rough.size());
   for (Eigen::Index begin = 0; begin < count; begin += kSmoothed) {

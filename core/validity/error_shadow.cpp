@@ -320,8 +320,8 @@ void ErrorShadow::advance(const State& state) noexcept {
 }
 
 /// Advances the errors if dashpots or feedback couple the modes, by the propagator of the rung. The coupled
-/// rungs apply these forces stage by stage, so there the errors are advanced by half an impulse, then by the
-/// motion of the modes, then by the other half.
+/// rungs apply these forces stage by stage, so there a splitting impulse changes the errors, then the modes
+/// move, then a second splitting impulse changes the errors.
 void ErrorShadow::advance_coupled() noexcept {
   // The errors do not need low parts, so the low parts that go in are zero and the low parts that come out
   // are discarded.
@@ -336,9 +336,9 @@ void ErrorShadow::advance_coupled() noexcept {
   rate_.swap(next_rate_);
 }
 
-/// Applies half an impulse of feedback and of each dashpot in turn. Feedback is applied explicitly. The
-/// dashpots are applied implicitly, so their coefficients may be of any size. The second half impulse uses
-/// the reverse order of the first.
+/// Applies one splitting impulse: of feedback and of each dashpot in turn. Feedback is applied explicitly.
+/// The dashpots are applied implicitly, so their coefficients may be of any size. The second splitting
+/// impulse of a step applies them in the reverse order of the first.
 void ErrorShadow::add_half_impulse(const Array& delta, bool is_second, Array& rate) noexcept {
   const std::size_t n = rate.size(), num_damping = static_cast<std::size_t>(plan_.modal_coupling.num_damping);
   const double share = 0.5 * plan_.period / plan_.mass;

@@ -50,8 +50,8 @@ struct CompareOutcome {
   std::vector<std::string> other_content;  // texts about contents that do not belong to a motion
 };
 
-/// Compares the columns of equal names in rows of equal ticks. The quaternions q and -q are the same
-/// attitude.
+/// Compares the columns of equal names in rows of equal ticks. Quaternions that differ only in sign count as
+/// equal, because q and -q are the same attitude.
 CompareOutcome compare_motions(const CompareRequest& request);
 
 /// For every tick in both files and every chosen column, calls `take` with the tick, the index of the column

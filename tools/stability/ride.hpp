@@ -62,7 +62,8 @@ std::vector<PeerFigure> run_peers(const Scene& scene, double step, double end,
 void add_frequency_cases(std::vector<StabilityCase>& cases);   // stiffness and mass ratios, thin shapes
 void add_oscillator_cases(std::vector<StabilityCase>& cases);  // omega h, damping, many ticks
 void add_small_cases(std::vector<StabilityCase>& cases);       // one to three points, mechanisms, rigid links
-void add_motion_cases(std::vector<StabilityCase>& cases);   // rotation, magnitudes of forces and structures
+void add_motion_cases(std::vector<StabilityCase>& cases);   // spin near the intermediate axis, very small and
+                                                            // large forces, very small and large structures
 void add_tick_cases(std::vector<StabilityCase>& cases);     // ticks with large rotations of bodies and orbits
 void add_rung_cases(std::vector<StabilityCase>& cases);     // every rung at any step
 void add_refusal_cases(std::vector<StabilityCase>& cases);  // scenes that must be refused or reported

@@ -95,7 +95,8 @@ Outcome three_on_a_line(const StabilityOptions&) {
           {}};
 }
 
-/// A point that is joined to a stiff truss by one spring moves freely normal to that spring, so V = v t.
+/// A point that is joined to a stiff truss by one spring moves freely in the directions normal to that
+/// spring, so V = v t.
 Outcome mechanism(double stiffness_ratio, const StabilityOptions&) {
   Scene scene = stiff_truss(stiffness_ratio, 1.0);
   add_point(scene, 0.5, {2.5, 0.0, 0.0});

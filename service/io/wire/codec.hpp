@@ -21,10 +21,10 @@
 namespace freeflex::io {
 
 /// Returns kAccepted if the bytes are exactly one command: every count is non-negative and within its limit,
-/// every string is terminated, and the length agrees with the counts. Else returns kMalformed, kWrongType or
-/// kTooManyPoints and writes to `text`, which may be an empty span, what was found and what is allowed. Does
-/// not read a message of more than channels::kMaxMessageBytes bytes, reads nothing outside the span and
-/// allocates nothing. Must be called before a generated decode.
+/// every string is terminated, and the length agrees with the counts. Otherwise returns kMalformed,
+/// kWrongType or kTooManyPoints, and writes into `text` what was found and what is allowed. `text` may be
+/// empty. Does not read a message of more than channels::kMaxMessageBytes bytes, reads nothing outside the
+/// span and allocates nothing. Must be called before a generated decode.
 /// \tparam Command  force_t or control_t
 template <class Command>
 Reason check_layout(std::span<const std::byte> bytes, std::span<char> text = {}) noexcept;
