@@ -177,7 +177,7 @@ TEST_F(KeyFiles, EveryFaultGivesItsLocationAndWhatIsAllowed) {
   EXPECT_EQ(fault_of("", "id: a\nsecret: " + std::string(63, 'e')), bad);
   EXPECT_EQ(fault_of("", "id: a\nsecret: " + std::string(63, 'e') + "x"), bad);
   EXPECT_EQ(fault_of("", "id: a\nsecret: [" + kSecret + "]"), bad);
-  EXPECT_NE(fault_of("", "id: " + kSecret + "\nsecret: a").find("error: key: id '..."), std::string::npos);
+  EXPECT_NE(fault_of("", "id: " + kSecret + "\nsecret: a").find("error: key: id is '..."), std::string::npos);
   EXPECT_NE(fault_of("", kSecret).find("but must be a mapping of id, secret"), std::string::npos);
   EXPECT_NE(fault_of("chanels: [FORCE]\n")
                 .find(":3:1: error: key: the key 'chanels' is unknown (did you mean 'channels'?)"),

@@ -136,7 +136,7 @@ TEST(Superelement, ErrorsStateWhatIsWrongWithTheMatrix) {
          [](MatrixLink& m) { m.mass.coeffRef(3, 4) = m.mass.coeffRef(4, 3) = 1.0; });
   expect("resists rigid motion", [](MatrixLink& m) { m.matrix.coeffRef(3, 3) += 10.0; });
   expect("must be 12 x 12", [](MatrixLink& m) { m.matrix.conservativeResize(11, 11); });
-  expect("no mass matrix", [](MatrixLink& m) {
+  expect("inner coordinates need a mass matrix", [](MatrixLink& m) {
     m.mass.resize(0, 0);
     m.num_inner = 2;
     m.matrix.conservativeResize(14, 14);
