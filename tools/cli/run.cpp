@@ -45,7 +45,7 @@ constexpr const char* kRunFooter = R"(Example:
   freeflex run rotor.plan --log flight.log --out flight.csv
   freeflex run boom.yaml --set points.hub.mass=41 --set 'links.*.GJ=6e4' --until 1 --out heavy.log
   freeflex run boom.yaml --until 1 --out - | cut -d, -f 2-5
-A log holds STATE, POINTS, LOADS, APPLIED and SCENE at the scene's rates, time stamps in simulated time.
+A log holds STATE, POINTS, LOADS, STATUS, APPLIED and SCENE at the scene's rates, time stamps in simulated time.
 Columns of a table, one row a STATE: tick; time [s]; x y z [m] and vx vy vz [m/s] of the centre of mass, world axes;
 qw qx qy qz; wx wy wz [rad/s], body axes; hx hy hz [kg m^2/s], world axes; q1.. [m]; q_dot1.. [m/s];
 wheel.NAME.momentum [N m s]; of each published point point.NAME.x y z [m], vx vy vz [m/s], ax ay az [m/s^2], world
