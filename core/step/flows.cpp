@@ -269,7 +269,9 @@ Frame advance_by_flows(const Plan& plan, const Frame& from, const Mat3& R_WB, co
   Frame to = from;
   Flows flows(plan, from, R_WB, loads);
   const double fraction = 1.0 / substeps;
-  double before = 0.0;  // share of the previous symmetric step; half of its impulse is still to be applied
+  // length of the previous symmetric step, as a fraction of the tick; half of its impulse is still to be
+  // applied
+  double before = 0.0;
   for (int n = 0; n < substeps; ++n) {
     double s = n * fraction;
     for (std::size_t k = 0; k < kSteps; ++k) {

@@ -31,7 +31,7 @@ Scene cube(double stiffness) {
               {(i & 1) + jitter(engine), ((i >> 1) & 1) + jitter(engine), (i >> 2) + jitter(engine)});
   for (int i = 0; i < 8; ++i)
     for (int j = 0; j < i; ++j) {
-      const bool is_edge = i == 1 || (i == 7 && j == 3);  // two links that have no common point
+      const bool is_edge = i == 1 || (i == 7 && j == 3);  // the two edges have no common point
       if (is_edge && stiffness == 0.0)
         add_rigid(scene, {i, j}, "r" + std::to_string(i) + std::to_string(j));
       else
