@@ -32,11 +32,12 @@ TEST(CommandLine, AMisspeltWordIsAnsweredWithASimilarWord) {
 
 TEST(CommandLine, VectorsMustBeThreeNumbers) {
   const std::vector<std::pair<std::string, std::string>> refused{
-      {"push --point a --force 5", "--force 5: must be three numbers X,Y,Z in newton, as 0,5,0"},
-      {"push --point a --force 1,2,3,4", "--force 1,2,3,4: must be three numbers X,Y,Z in newton"},
-      {"push --point a --force 1,x,3", "--force 1,x,3: must be three numbers X,Y,Z in newton"},
-      {"push --group a --torque 1,2", "--torque 1,2: must be three numbers X,Y,Z in newton metre"},
-      {"loads a.yaml --spin 1", "--spin 1: must be three numbers X,Y,Z in rad/s"}};
+      {"push --point a --force 5", "--force 5: must be three finite numbers X,Y,Z in newton, as 0,5,0"},
+      {"push --point a --force 1,2,3,4", "--force 1,2,3,4: must be three finite numbers X,Y,Z in newton"},
+      {"push --point a --force 1,x,3", "--force 1,x,3: must be three finite numbers X,Y,Z in newton"},
+      {"push --point a --force nan,0,0", "--force nan,0,0: must be three finite numbers X,Y,Z in newton"},
+      {"push --group a --torque 1,2", "--torque 1,2: must be three finite numbers X,Y,Z in newton metre"},
+      {"loads a.yaml --spin 1", "--spin 1: must be three finite numbers X,Y,Z in rad/s"}};
   for (const auto& [arguments, text] : refused) {
     const Outcome outcome = run(kFreeflex + " " + arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;

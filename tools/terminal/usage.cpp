@@ -89,7 +89,8 @@ CLI::Option* add_vector(CLI::App& command, const std::string& name, std::vector<
     if (texts.size() == 3 && vector.size() == 3) return true;
     std::string text;
     for (const std::string& each : texts) text += (text.empty() ? "" : ",") + each;
-    throw CLI::ValidationError(name + " " + text, "must be three numbers X,Y,Z in " + unit + ", as 0,5,0");
+    throw CLI::ValidationError(name + " " + text,
+                               "must be three finite numbers X,Y,Z in " + unit + ", as 0,5,0");
   };
   return command.add_option(name, CLI::callback_t(take), meaning)
       ->type_name("X,Y,Z")
