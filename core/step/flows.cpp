@@ -269,8 +269,9 @@ Frame advance_by_flows(const Plan& plan, const Frame& from, const Mat3& R_WB, co
   Frame to = from;
   Flows flows(plan, from, R_WB, loads);
   const double fraction = 1.0 / substeps;
-  // length of the previous symmetric step, as a fraction of the tick; half of its impulse is still to be
-  // applied
+  // Each symmetric step begins and ends with half of its impulse. The second half is applied together with
+  // the first half of the next step, so `before` keeps the length of the previous step. Lengths are fractions
+  // of the tick.
   double before = 0.0;
   for (int n = 0; n < substeps; ++n) {
     double s = n * fraction;

@@ -7,8 +7,9 @@
 
 namespace freeflex {
 
-/// Holds bounds on the angles by which the body and its orbit turn in a tick [rad]. The bounds of the
-/// rotation are computed from conserved quantities, so they are the same at every tick of a free motion.
+/// Holds bounds on the angles by which the body rotates and moves along its orbit in a tick [rad]. The bounds
+/// of the rotation are computed from conserved quantities, so they are the same at every tick of a free
+/// motion.
 struct TickRotation {
   double total = 0.0;  // rotation of the body   (THEORY 7.24)
   // angle that is divided into substeps: the rotation relative to the rotation about the angular momentum, or

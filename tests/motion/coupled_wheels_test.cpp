@@ -124,10 +124,10 @@ TEST(CoupledWheels, ADualSpinBodyPrecessesInClosedForm) {
 Eigen::Matrix3d rotation_by(const Vector3d& theta) { return exponential(theta).toRotationMatrix(); }
 
 // A wheel adds the term h a . w to the Lagrangian. Here w is the angular velocity of the wheel's body in the
-// body's own axes. The step uses this term to second order in the rotation theta, without the total
-// derivative of h a . theta, which changes no motion (THEORY 16.32). H and p are derivatives of the term, so
-// the error of the angular momentum H is of third order in theta, and that of the modal momenta p of second
-// order.
+// body's own axes. The step expands this term to second order in the rotation theta. It drops the part that
+// is the time derivative of h a . theta, because such a part changes no motion (THEORY 16.32). H and p are
+// derivatives of the term, so the error of the angular momentum H is of third order in theta, and that of
+// the modal momenta p of second order.
 TEST(CoupledWheels, MomentaMatchWheelsWhoseAxesRotateWithTheirBodies) {
   const Scene scene = bodies_with_wheels();
   Scene bare = scene;

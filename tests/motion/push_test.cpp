@@ -58,9 +58,10 @@ std::vector<double> joint_angles(const Scene& scene) {
   return angles;
 }
 
-// The body is an inverted pendulum in an accelerating frame, so (J + mu d'^2) theta'' + (k - m a d) theta =
-// 0. Here mu is the reduced mass, a = F / M, and d' is the distance to the middle of the beam, which acts as
-// the joint. The inertia of the hub, which the equation omits, changes the frequency by 1e-5 of its value.
+// The body is an inverted pendulum in an accelerating frame:
+//   (J + mu d'^2) theta'' + (k - m a d) theta = 0.
+// Here mu is the reduced mass, a = F / M, and d' is the distance to the middle of the beam, which acts as
+// the joint. The equation omits the inertia of the hub, which changes the frequency by a fraction of 1e-5.
 TEST(Push, ABodyAheadOfItsJointIsAnInvertedPendulum) {
   const double mu = kMass * kHub / (kMass + kHub), arm = kArm + 0.001;
   // the rungs below `coupled` omit this effect
