@@ -1,10 +1,11 @@
-// Enumerations that scenes, plans and messages share: rungs, features, what happens if a command needs an
+// Enumerations that scenes, plans and messages share: rungs, types of link, features, what happens if a command needs an
 // omitted feature, and axes of loads.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 namespace freeflex {
 
@@ -90,6 +91,83 @@ enum class OnNeed : std::int32_t {
   kReplan = 2,  // the plan omits it until a command needs it; from that tick on, the fallback plan is stepped
 };
 
+/// Lists the types of link. Plan files hold the numbers.
+enum class LinkType : std::int32_t {
+  kSpring = 0,
+  kBar = 1,
+  kBeam = 2,
+  kMatrix = 3,
+  kBending = 4,
+  kTorsion = 5,
+  kPlate = 6,
+  kRigid = 7,
+  kDashpot = 8,
+};
+
+/// Specifies how a picture shows a link.
+enum class LinkDrawing {
+  kLines,     // lines from the first point to all other points
+  kTriangle,  // the triangle of its points
+  kHull,      // the convex hull of its points; lines if the points have no hull
+  kNothing,   // springs on angles, because other links lie along the same lines; the inside of matrices is
+              // unknown
+};
+/// Specifies the one number that stands for the published forces of a link.
+enum class LinkFigure {
+  kLargest,   // the largest force on a point, or the only number
+  kTension,   // the tension of a beam
+  kMembrane,  // the von Mises sum of the membrane forces of a plate
+};
+
+/// Holds the properties of a type of link. Code that needs a property reads it here and does not compare
+/// types.
+struct LinkTypeTraits {
+  LinkType type;
+  const char* name;  // in scenes, plans and messages
+  const char* noun;  // in texts
+  // The link exerts one force along the line of its two points. The rungs with true geometry use its true
+  // length   (THEORY 12.17)
+  bool is_axial;
+  // No table gives the forces inside the link, so their effect on the stiffness is unquantified.
+  bool hides_forces;
+  bool is_angular;  // the link resists an angle, so its force is a moment
+  LinkDrawing drawing;
+  LinkFigure figure;
+  const char* figure_unit;
+};
+inline constexpr std::array<LinkTypeTraits, 9> kLinkTypes{{
+    {LinkType::kSpring, "spring", "spring", true, false, false, LinkDrawing::kLines, LinkFigure::kLargest,
+     "N"},
+    {LinkType::kBar, "bar", "bar", true, false, false, LinkDrawing::kLines, LinkFigure::kLargest, "N"},
+    {LinkType::kBeam, "beam", "beam", false, false, false, LinkDrawing::kLines, LinkFigure::kTension, "N"},
+    {LinkType::kMatrix, "matrix", "matrix link", false, true, false, LinkDrawing::kNothing,
+     LinkFigure::kLargest, "N"},
+    {LinkType::kBending, "bending", "bending spring", false, false, true, LinkDrawing::kNothing,
+     LinkFigure::kLargest, "N m"},
+    {LinkType::kTorsion, "torsion", "torsion spring", false, false, true, LinkDrawing::kNothing,
+     LinkFigure::kLargest, "N m"},
+    {LinkType::kPlate, "plate", "plate", false, true, false, LinkDrawing::kTriangle, LinkFigure::kMembrane,
+     "N/m"},
+    {LinkType::kRigid, "rigid", "rigid link", false, true, false, LinkDrawing::kHull, LinkFigure::kLargest,
+     "N"},
+    {LinkType::kDashpot, "dashpot", "dashpot", true, false, false, LinkDrawing::kLines, LinkFigure::kLargest,
+     "N"},
+}};
+constexpr bool is_link_type(LinkType type) noexcept {
+  return static_cast<std::int32_t>(type) >= 0 && static_cast<std::size_t>(type) < kLinkTypes.size();
+}
+/// \pre is_link_type(type)
+constexpr const LinkTypeTraits& traits_of(LinkType type) noexcept {
+  return kLinkTypes[static_cast<std::size_t>(type)];
+}
+
+/// Returns the traits of the type of link with a name, or nullptr if there is no such type.
+constexpr const LinkTypeTraits* find_link_type(std::string_view name) noexcept {
+  for (const LinkTypeTraits& each : kLinkTypes)
+    if (name == each.name) return &each;
+  return nullptr;
+}
+
 /// Lists the axes of a load: world axes, body axes, or body axes rotated by the local elastic rotation
 /// (follower forces, THEORY 8.24).
 enum class Axes : std::int32_t { kWorld = 0, kBody = 1, kLocal = 2 };
@@ -100,10 +178,13 @@ namespace words_check {
 constexpr bool rows_are_in_order() {
   for (std::size_t k = 0; k < kRungs.size(); ++k)
     if (kRungs[k].rung != static_cast<Fidelity>(k)) return false;
+  for (std::size_t k = 0; k < kLinkTypes.size(); ++k)
+    if (kLinkTypes[k].type != static_cast<LinkType>(k)) return false;
   return true;
 }
 static_assert(rows_are_in_order());
 static_assert(static_cast<std::size_t>(Fidelity::kFull) + 1 == kRungs.size());
+static_assert(static_cast<std::size_t>(LinkType::kDashpot) + 1 == kLinkTypes.size());
 static_assert(static_cast<int>(Feature::kPointRows) + 1 == kNumFeatures);
 }  // namespace words_check
 

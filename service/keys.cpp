@@ -205,7 +205,7 @@ class KeyReader {
     read_items(fields, "points", "point", plan_->points, grants.points);
     refuse_unpushable(fields, grants.points);
     if (!grants.points.empty())
-      for (const PlanWheel& wheel : plan_->wheels.all) {
+      for (const PlanWheel& wheel : plan_->wheels) {
         const std::int32_t point =
             plan_->particles.attitude_points[static_cast<std::size_t>(wheel.attitude_index)];
         grants.wheels.push_back(grants.points[static_cast<std::size_t>(point)]);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/step/command.hpp"
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 #include "freeflex_msgs/control_t.hpp"
 #include "messages/seal.hpp"
 

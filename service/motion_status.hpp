@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/step/readout.hpp"
-#include "core/validity/judgement.hpp"
-#include "core/validity/validity.hpp"
+#include "core/error/judgement.hpp"
+#include "core/error/validity.hpp"
 #include "freeflex_msgs/status_t.hpp"
 
 namespace freeflex::service {

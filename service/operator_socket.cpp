@@ -142,7 +142,7 @@ void OperatorSocket::accept_one() {
   connection.fd = fd;
   const io::Stamp stamp{
       .utime = 0, .session = identity_.session, .plan_fingerprint = identity_.plan_fingerprint};
-  for (const auto& page : io::make_scene_messages(plan_, identity_.plan_file, stamp))
+  for (const auto& page : io::make_scene_messages(plan_, false, identity_.plan_file, stamp))
     connection.outbox.push_back(io::encode(page));
   flush(connection);
 }

@@ -8,8 +8,8 @@
 #include <atomic>
 #include <cstdint>
 
-#include "core/step/budget.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/budget.hpp"
+#include "core/error/judgement.hpp"
 #include "service/histogram.hpp"
 #include "service/io/wire/outbound.hpp"
 #include "service/latest_value.hpp"

@@ -124,8 +124,7 @@ Publisher::Publisher(const Plan& plan, const Identity& identity, Bus& bus, Outpu
       starting_(make_snapshot(plan)),
       status_(&starting_) {
   for (std::size_t i = 0; i <= plan.fallback.size(); ++i) {
-    scene_pages_[i] =
-        io::make_scene_messages(i == 0 ? plan : plan.fallback.front(), identity_.plan_file, stamp(*status_));
+    scene_pages_[i] = io::make_scene_messages(plan, i > 0, identity_.plan_file, stamp(*status_));
     output_.num_scene_pages[i] = static_cast<std::int32_t>(scene_pages_[i].size());
   }
 }
@@ -232,9 +231,9 @@ bool Publisher::send_pages() {
   PageRequest request;
   int num_sent = 0;
   for (; num_sent < kBurst && output_.requests.try_pop(request); ++num_sent) {
-    const Plan& plan = request.uses_fallback ? plan_.fallback.front() : plan_;
     if (request.command == freeflex_msgs::control_t::SHAPES) {
-      for (const auto& page : io::make_shapes_messages(plan, request.number, stamp(*status_)))
+      for (const auto& page : io::make_shapes_messages(request.uses_fallback ? plan_.fallback.front() : plan_, request.number,
+                                                        stamp(*status_)))
         send(channels::kShapes, page);
       continue;
     }

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 
 namespace freeflex {
 
@@ -23,7 +23,7 @@ inline Eigen::RowVectorXd row_of(const Eigen::MatrixXd& matrix, Eigen::Index row
 
 /// Returns an array (num_padded) that holds the values of the modes, then the values of the constraint shapes
 /// if there are any. Each of the two parts is padded with zeros.
-inline Array padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
+inline Array padded(const StepPlan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
   Array all(static_cast<std::size_t>(plan.num_padded), 0.0);
   const Eigen::Index num_modes = std::min<Eigen::Index>(values.size(), plan.num_elastic);
   std::copy(values.begin(), values.begin() + num_modes, all.begin());
@@ -32,14 +32,14 @@ inline Array padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& v
 }
 
 /// Appends values over modes and constraint shapes to `rows` as one padded row.
-inline void append_row(const Plan& plan, const Eigen::RowVectorXd& values, Array& rows) {
+inline void append_row(const StepPlan& plan, const Eigen::RowVectorXd& values, Array& rows) {
   const Array row = padded(plan, values.transpose());
   rows.insert(rows.end(), row.begin(), row.end());
 }
 
 /// Returns the number of blocks of three rows that the points and particles of the plan have. This is the
 /// index of the next block that is appended.
-inline std::int32_t num_row_blocks(const Plan& plan) {
+inline std::int32_t num_row_blocks(const StepPlan& plan) {
   const auto count = std::count_if(plan.points.begin(), plan.points.end(),
                                    [](const PlanPoint& point) { return point.row >= 0; });
   return static_cast<std::int32_t>(count + static_cast<std::ptrdiff_t>(plan.particles.all.size()));

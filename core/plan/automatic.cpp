@@ -8,8 +8,8 @@
 #include "core/plan/motion.hpp"
 #include "core/plan/rates.hpp"
 #include "core/scene/faults.hpp"
-#include "core/step/budget.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/budget.hpp"
+#include "core/error/judgement.hpp"
 
 namespace freeflex {
 namespace {

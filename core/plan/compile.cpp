@@ -195,22 +195,22 @@ void compile_attitudes(const Scene& scene, const Structure& structure, Plan& pla
 
 void compile_wheels(const Scene& scene, Plan& plan) {
   for (const Wheel& wheel : scene.wheels)
-    plan.wheels.all.push_back(
-        {wheel.name, attitude_index_of(plan, wheel.point), to_array(wheel.axis), wheel.momentum, {}});
+    plan.wheels.push_back(
+        {wheel.name, attitude_index_of(plan, wheel.point), to_array(wheel.axis), wheel.momentum});
 }
 
 // Computes a . (theta_l x theta_u) for each wheel and each pair l, u of modes that the verdict judges, where
 // a is the axis of the wheel and theta_l the rotation of its body in mode l (THEORY 16.24).
 void compile_gyroscopic(Plan& plan) {
   const auto n = static_cast<std::size_t>(plan.num_padded);
-  for (PlanWheel& wheel : plan.wheels.all) {
+  for (const PlanWheel& wheel : plan.wheels) {
     const double* rows = rotation_rows(plan, wheel.attitude_index);
     const auto theta = [&](std::int32_t mode) {
       const auto l = static_cast<std::size_t>(mode);
       return Vec3{rows[l], rows[n + l], rows[2 * n + l]};
     };
     for (const auto& [l, u] : plan.unmodelled.pairs)
-      wheel.gyroscopic.push_back(dot(wheel.axis, cross(theta(l), theta(u))));
+      plan.unmodelled.gyroscopic.push_back(dot(wheel.axis, cross(theta(l), theta(u))));
   }
 }
 
@@ -219,7 +219,7 @@ void compile_links(const Scene& scene, const Structure& structure, Plan& plan) {
     const LinkTraits kind = traits_of(link);
     PlanLink each;
     each.name = link.name;
-    each.kind = kind.name;
+    each.type = kind.type;
     if (kind.lists_points) each.points.assign(link.points.begin(), link.points.end());
     plan.links.push_back(std::move(each));
   }

@@ -54,7 +54,7 @@ struct Cluster {
 class Coupled {
  public:
   /// \param most  number of modes to include at most, beginning with the lowest
-  Coupled(const Plan& plan, const FreeForces& forces, std::size_t most) {
+  Coupled(const StepPlan& plan, const FreeForces& forces, std::size_t most) {
     const std::vector<std::int32_t> coupled_modes(
         forces.modes.begin(),
         forces.modes.begin() + static_cast<std::ptrdiff_t>(std::min(most, forces.modes.size())));
@@ -297,7 +297,7 @@ class Matching {
 };
 
 // Returns the largest growth rate [1/s], or 0 if no growth rate exceeds its rounding error.
-double growth_under(const Plan& plan, const FreeForces& forces) {
+double growth_under(const StepPlan& plan, const FreeForces& forces) {
   constexpr double kRounding = 1e-6, kRoundedStiffness = 1e-12;
   const Coupled coupled(plan, forces, kMostGrowing);
   const CoupledModes& modes = coupled.modes();
@@ -316,12 +316,12 @@ double growth_under(const Plan& plan, const FreeForces& forces) {
 
 }  // namespace
 
-bool couples_modes(const Plan& plan) {
+bool couples_modes(const StepPlan& plan) {
   return plan.num_elastic > 0 && (plan.modal_coupling.num_damping > 0 || !plan.feedbacks.empty() ||
                                   !follower_loads(plan, true).empty() || has_gyroscopic_forces(plan));
 }
 
-FreeMotion free_motion(const Plan& plan) {
+FreeMotion free_motion(const StepPlan& plan) {
   FreeMotion motion;
   std::vector<DampedMode>& all = motion.modes;
   for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l)
@@ -358,7 +358,7 @@ FreeMotion free_motion(const Plan& plan) {
   return motion;
 }
 
-double growth_by_followers(const Plan& plan) {
+double growth_by_followers(const StepPlan& plan) {
   if (plan.num_elastic == 0 || follower_loads(plan, true).empty() || !unknown_coupling(plan).empty())
     return 0.0;
   const double with = growth_under(plan, free_forces(plan, true));

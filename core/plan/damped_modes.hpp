@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 
 namespace freeflex {
 
@@ -31,16 +31,16 @@ struct FreeMotion {
 };
 
 /// Returns true if dashpots, feedback, constant followers or wheels couple the modes of a plan on its rung.
-bool couples_modes(const Plan& plan);
+bool couples_modes(const StepPlan& plan);
 
 /// Returns the free motion. An eigenvalue belongs to the mode that holds most of the energy of the
 /// eigenvector. The mode then has frequency |Im s|, damping ratio -Re(s) / |s|   (THEORY 8.44). The work
 /// grows with (num_modes * num_forces)^2, where num_forces is the number of forces that couple modes. If the
 /// work is too much, the coupled modes are reported as unknown.
-FreeMotion free_motion(const Plan& plan);
+FreeMotion free_motion(const StepPlan& plan);
 
 /// Returns the largest growth rate that constant followers cause among the 128 lowest modes [1/s]. Returns 0
 /// if no mode grows, if the fastest growth is the same without followers, or if the coupling is not known.
-double growth_by_followers(const Plan& plan);
+double growth_by_followers(const StepPlan& plan);
 
 }  // namespace freeflex

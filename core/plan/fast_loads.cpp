@@ -20,7 +20,7 @@ constexpr double kMostCycles = 1.0 / 13.0;
 // Returns true if an image frequency of a sine excites a mode. A sine of frequency f that is linear from tick
 // to tick also has components at k rate -+ f, whose amplitudes are (f / (k rate -+ f))^2 of that of the sine
 // (THEORY X144).
-bool meets_image(double frequency, const Plan& plan) {
+bool meets_image(double frequency, const StepPlan& plan) {
   // [-] Largest error, as a fraction of the quasi-static response, with which a verdict is `good`. Without
   // damping, a sine at the distance `apart` [Hz] from a mode is amplified by mode / (2 apart).
   constexpr double kGoodError = 0.02;
@@ -53,18 +53,18 @@ bool bends_between_ticks(const PlanHistory& table, double period) {
 
 // Returns the angular acceleration |I^-1 L| [rad/s^2] that a load at amplitude 1 gives the body at the
 // attitude of the start. The motor of a wheel acts on the body with the opposite torque.
-double acceleration_by(const LoadPattern& pattern, const Plan& plan) {
+double acceleration_by(const LoadPattern& pattern, const StepPlan& plan) {
   RigidLoad load;
   add_resultant(plan, pattern, 1.0, load);
   Vec3 moment = moment_B(load, rotation_matrix(plan.initial.q_WB));
-  for (std::size_t k = 0; k < pattern.wheels.torque.size(); ++k)
-    moment = add_scaled(moment, -pattern.wheels.torque[k], plan.wheels.all[k].axis);
+  for (std::size_t k = 0; k < pattern.wheel_torques.size(); ++k)
+    moment = add_scaled(moment, -pattern.wheel_torques[k], plan.wheels[k].axis);
   return length(multiply(plan.inverse_inertia, moment));
 }
 
 // Returns how much spin [rad/s] the loads of the scene give the body up to a time [s], as if they all acted
 // about one axis. World loads are taken at the attitude of the start.
-double spin_by_loads(const Plan& plan, double time) {
+double spin_by_loads(const StepPlan& plan, double time) {
   double spin = 0.0;
   for (const PlanHistory& history : plan.histories) {
     double seconds = time;  // [s] bound of the integral of the amplitude
@@ -86,7 +86,7 @@ double spin_by_loads(const Plan& plan, double time) {
 // Returns true if moving the ends of a pulse to ticks (THEORY 8.10) shifts an end by more than 0.02 rad of
 // the phase of a mode or of the rotation of the body. A shift of 0.02 rad changes the effect of the pulse by
 // 2 %.
-bool is_moved(const PlanHistory& pulse, const Plan& plan) {
+bool is_moved(const PlanHistory& pulse, const StepPlan& plan) {
   constexpr double kGoodError = 0.02;
   const auto shift = [&](std::int64_t tick, double time) {
     return std::abs(static_cast<double>(tick) * plan.period - time);
@@ -102,11 +102,11 @@ bool is_moved(const PlanHistory& pulse, const Plan& plan) {
 
 bool is_empty(const LoadPattern& pattern) {
   return !pattern.has_world && !pattern.has_body &&
-         std::all_of(pattern.wheels.torque.begin(), pattern.wheels.torque.end(),
+         std::all_of(pattern.wheel_torques.begin(), pattern.wheel_torques.end(),
                      [](double torque) { return torque == 0.0; });
 }
 
-bool is_faster_than_ticks(const PlanHistory& history, const Plan& plan) {
+bool is_faster_than_ticks(const PlanHistory& history, const StepPlan& plan) {
   if (history.kind == PlanHistory::Kind::kSine)
     return history.frequency * plan.period > kMostCycles || meets_image(history.frequency, plan);
   if (history.kind == PlanHistory::Kind::kPulse) return is_moved(history, plan);
@@ -115,11 +115,12 @@ bool is_faster_than_ticks(const PlanHistory& history, const Plan& plan) {
 
 }  // namespace
 
-void find_fast_loads(Plan& plan) {
-  plan.unmodelled.fast_loads.clear();
+std::vector<std::int32_t> find_fast_loads(const StepPlan& plan) {
+  std::vector<std::int32_t> fast_loads;
   for (std::size_t k = 0; k < plan.histories.size(); ++k)
     if (!is_empty(plan.histories[k].pattern) && is_faster_than_ticks(plan.histories[k], plan))
-      plan.unmodelled.fast_loads.push_back(static_cast<std::int32_t>(k));
+      fast_loads.push_back(static_cast<std::int32_t>(k));
+  return fast_loads;
 }
 
 }  // namespace freeflex

@@ -24,7 +24,7 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
 }
 
 // Returns the columns of the modes, without the padding, from three rows of a plan.
-Eigen::MatrixXd three_rows(const double* rows, const Plan& plan) {
+Eigen::MatrixXd three_rows(const double* rows, const StepPlan& plan) {
   return Eigen::Map<const RowMatrix>(rows, 3, plan.num_padded).leftCols(plan.num_elastic);
 }
 
@@ -59,7 +59,7 @@ struct Kind {
 // Adds a follower load. The load consists of the force theta x f_B at each point (THEORY 8.24), the torque
 // theta x T_B on each body (THEORY 16.14), and the geometric stiffness -E q (THEORY X145). As rows of by_q
 // these parts are -[f_B]x Theta, -kappa [T_B]x Theta and -E   (THEORY 8.46).
-void add_followers(const Plan& plan, const PlanHistory& history, Kind& forces) {
+void add_followers(const StepPlan& plan, const PlanHistory& history, Kind& forces) {
   const Eigen::Index n = plan.num_elastic;
   const Eigen::MatrixXd none(0, 0);
   const auto add = [&](const Eigen::MatrixXd& out, const Eigen::MatrixXd& by_q) {
@@ -72,7 +72,7 @@ void add_followers(const Plan& plan, const PlanHistory& history, Kind& forces) {
   // kappa is 1/2 on the coupled rungs, because a torque on a rotated body there also has the term T x theta /
   // 2 (THEORY 12.53)
   const double share = is_coupled(plan) ? 0.5 : 1.0;
-  for (const PlanTorque& each : history.torques.all) {
+  for (const PlanTorque& each : history.torques) {
     const Eigen::MatrixXd theta = three_rows(rotation_rows(plan, each.attitude_index), plan);
     add(theta, -share * cross_matrix(vector(each.torque_B)) * theta);
   }
@@ -85,7 +85,7 @@ void add_followers(const Plan& plan, const PlanHistory& history, Kind& forces) {
 }
 
 // Returns unit rotations about the principal axes, u_k sqrt(M / I_k) (3 x axes)   (THEORY 8.48).
-Eigen::MatrixXd body_rotations(const Plan& plan) {
+Eigen::MatrixXd body_rotations(const StepPlan& plan) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(plan.inertia.data()));
   Eigen::MatrixXd rotations(3, 0);
@@ -101,7 +101,7 @@ Eigen::MatrixXd body_rotations(const Plan& plan) {
 // Adds the torque of a wheel to first order, -h (theta' + w) x a (THEORY 8.47). Let n_1 and n_2 = a x n_1 be
 // unit vectors normal to the axis a, and eta_k the rotation about n_k by each mode and body axis. The torque
 // then gives the rows eta_1, eta_2 in out, and the rows -h eta_2 and h eta_1 in by_q_dot (THEORY 8.48).
-void add_wheel(const Plan& plan, const PlanWheel& wheel, const Eigen::MatrixXd& body, Kind& forces) {
+void add_wheel(const StepPlan& plan, const PlanWheel& wheel, const Eigen::MatrixXd& body, Kind& forces) {
   const Eigen::Vector3d a = vector(wheel.axis), one = a.unitOrthogonal(), other = a.cross(one);
   Eigen::MatrixXd rotation(3, plan.num_elastic + body.cols());
   rotation << three_rows(rotation_rows(plan, wheel.attitude_index), plan), body;
@@ -111,7 +111,7 @@ void add_wheel(const Plan& plan, const PlanWheel& wheel, const Eigen::MatrixXd& 
   forces.add(across / plan.mass, Eigen::MatrixXd::Zero(2, rotation.cols()), torque);
 }
 
-bool has_acceleration_gain(const Plan& plan) {
+bool has_acceleration_gain(const StepPlan& plan) {
   return std::any_of(plan.feedbacks.begin(), plan.feedbacks.end(),
                      [](const PlanFeedback& each) { return !each.Q_rows.empty(); });
 }
@@ -126,22 +126,22 @@ bool has_wrench(const PlanHistory& history) {
 
 }  // namespace
 
-bool has_gyroscopic_forces(const Plan& plan) {
-  return is_coupled(plan) && std::any_of(plan.wheels.all.begin(), plan.wheels.all.end(),
+bool has_gyroscopic_forces(const StepPlan& plan) {
+  return is_coupled(plan) && std::any_of(plan.wheels.begin(), plan.wheels.end(),
                                          [](const PlanWheel& wheel) { return wheel.momentum != 0.0; });
 }
 
-std::vector<std::size_t> follower_loads(const Plan& plan, bool is_constant) {
+std::vector<std::size_t> follower_loads(const StepPlan& plan, bool is_constant) {
   std::vector<std::size_t> loads;
   for (std::size_t k = 0; k < plan.histories.size(); ++k) {
     const PlanHistory& history = plan.histories[k];
-    const bool follows = !history.followers.empty() || !history.torques.all.empty();
+    const bool follows = !history.followers.empty() || !history.torques.empty();
     if (follows && (history.kind == PlanHistory::Kind::kConstant) == is_constant) loads.push_back(k);
   }
   return loads;
 }
 
-FreeForces free_forces(const Plan& plan, bool has_followers) {
+FreeForces free_forces(const StepPlan& plan, bool has_followers) {
   const Eigen::Index n = plan.num_elastic;
   const Eigen::MatrixXd body = has_gyroscopic_forces(plan) ? body_rotations(plan) : Eigen::MatrixXd(3, 0);
   const CouplingForces coupling = coupling_forces(plan);
@@ -159,7 +159,7 @@ FreeForces free_forces(const Plan& plan, bool has_followers) {
     for (const std::size_t load : follower_loads(plan, true))
       add_followers(plan, plan.histories[load], followers);
   if (body.cols() > 0)
-    for (const PlanWheel& wheel : plan.wheels.all)
+    for (const PlanWheel& wheel : plan.wheels)
       if (wheel.momentum != 0.0) add_wheel(plan, wheel, body, wheels);
   for (Kind* kind : {&dashpots, &feedback, &followers, &wheels}) kind->drop_rounding();
   FreeForces all;
@@ -177,7 +177,7 @@ FreeForces free_forces(const Plan& plan, bool has_followers) {
   return all;
 }
 
-std::string unknown_coupling(const Plan& plan) {
+std::string unknown_coupling(const StepPlan& plan) {
   const std::vector<std::size_t> loads = follower_loads(plan, true);
   const bool has_wheels = has_gyroscopic_forces(plan);
   if (has_wheels && has_acceleration_gain(plan)) return "wheels and acceleration feedback couple the modes";

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 
 namespace freeflex {
 
@@ -23,18 +23,18 @@ struct FreeForces {
 
 /// Returns true if the step has gyroscopic forces between modes. The step has such forces on the coupled
 /// rungs if a wheel has momentum at the start.
-bool has_gyroscopic_forces(const Plan& plan);
+bool has_gyroscopic_forces(const StepPlan& plan);
 
-/// Returns the built-in loads that follow the elastic motion, as indices into Plan::histories. If is_constant
+/// Returns the built-in loads that follow the elastic motion, as indices into StepPlan::histories. If is_constant
 /// is true, returns the loads of constant amplitude, otherwise the loads of varying amplitude.
-std::vector<std::size_t> follower_loads(const Plan& plan, bool is_constant);
+std::vector<std::size_t> follower_loads(const StepPlan& plan, bool is_constant);
 
 /// Returns the forces of dashpots, feedback and wheels, and those of constant followers if has_followers is
 /// true.
 /// \pre unknown_coupling(plan) returns an empty text
-FreeForces free_forces(const Plan& plan, bool has_followers = true);
+FreeForces free_forces(const StepPlan& plan, bool has_followers = true);
 
 /// Returns why the linear forces of a plan are not known. If the forces are known, the text is empty.
-std::string unknown_coupling(const Plan& plan);
+std::string unknown_coupling(const StepPlan& plan);
 
 }  // namespace freeflex

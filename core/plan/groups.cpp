@@ -20,7 +20,7 @@ namespace {
 // Returns the rotation rows of a body whose particles are the last `count` particles of the plan
 // (THEORY 12.53).
 PlanBodyRotation rotation_of_body(const Scene& scene, const Structure& structure, int point, int count,
-                                  const Plan& plan) {
+                                  const StepPlan& plan) {
   PlanBodyRotation rotation;
   rotation.first = static_cast<std::int32_t>(plan.particles.all.size()) - count;
   rotation.count = count;
@@ -36,7 +36,7 @@ PlanBodyRotation rotation_of_body(const Scene& scene, const Structure& structure
 
 // Returns the rotation rows of a mass of a link, which is the last particle of the plan. Such a mass is a
 // point, so its rotation rows are zero.
-PlanBodyRotation rotation_of_link_mass(const Plan& plan) {
+PlanBodyRotation rotation_of_link_mass(const StepPlan& plan) {
   PlanBodyRotation rotation;
   rotation.first = static_cast<std::int32_t>(plan.particles.all.size()) - 1;
   rotation.count = 1;
@@ -49,7 +49,7 @@ PlanBodyRotation rotation_of_link_mass(const Plan& plan) {
 // particles that belong to a group to the plan (THEORY 16.4).
 class GroupMasses {
  public:
-  GroupMasses(const Scene& scene, const Structure& structure, Plan& plan)
+  GroupMasses(const Scene& scene, const Structure& structure, StepPlan& plan)
       : scene_(scene), structure_(structure), plan_(plan) {
     const std::vector<CarriedMass> carried = carried_masses(scene, Freedoms(scene));
     for (std::size_t p = 0; p < carried.size(); ++p)
@@ -102,12 +102,12 @@ class GroupMasses {
 
   const Scene& scene_;
   const Structure& structure_;
-  Plan& plan_;
+  StepPlan& plan_;
   std::map<int, std::vector<std::size_t>> of_points_, of_links_;  // particles of each point and link
   std::map<std::size_t, std::int32_t> in_plan_;
 };
 
-PlanGroup compile_group(const Group& group, std::span<const std::int32_t> masses, const Plan& of,
+PlanGroup compile_group(const Group& group, std::span<const std::int32_t> masses, const StepPlan& of,
                         double largest_coordinate) {
   const auto num_points = static_cast<Eigen::Index>(masses.size());
   PlanGroup plan;
@@ -150,7 +150,7 @@ PlanGroup compile_group(const Group& group, std::span<const std::int32_t> masses
 
 }  // namespace
 
-void compile_groups(const Scene& scene, const Structure& structure, Plan& plan) {
+void compile_groups(const Scene& scene, const Structure& structure, StepPlan& plan) {
   const double largest = structure.mass_properties.r.cwiseAbs().maxCoeff();
   const bool has_particles = !are_point_masses(scene);
   std::optional<GroupMasses> mass;

@@ -1,7 +1,7 @@
 // Compilation of groups of points on which wrenches act.
 #pragma once
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 #include "core/structure/structure.hpp"
 
 namespace freeflex {
@@ -11,6 +11,6 @@ namespace freeflex {
 /// (THEORY 8.8, 16.4). A collinear group supports no torque about its line, and a group at one position
 /// supports no torque   (THEORY 8.9).
 /// \pre plan.points is filled
-void compile_groups(const Scene& scene, const Structure& structure, Plan& plan);
+void compile_groups(const Scene& scene, const Structure& structure, StepPlan& plan);
 
 }  // namespace freeflex

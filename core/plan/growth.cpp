@@ -55,7 +55,7 @@ double stepped_growth(const SplitStep& step) {
 }
 
 // Returns the largest absolute eigenvalue of the split step S_c(h/2) S_m(h) S_c(h/2)   (THEORY 8.38).
-double split_growth(const Plan& plan) {
+double split_growth(const StepPlan& plan) {
   const SplitStep step(plan);
   const Eigen::Index n = step.num_modes();
   if (n > kMaxEigenModes) return stepped_growth(step);
@@ -64,7 +64,7 @@ double split_growth(const Plan& plan) {
 }
 
 // Returns the largest absolute eigenvalue of phi_0(h A), the step without loads   (THEORY 8.34).
-double exact_growth(const Plan& plan) {
+double exact_growth(const StepPlan& plan) {
   const auto n = static_cast<Eigen::Index>(plan.modal_coupling.modes.size());
   const Eigen::Index stride = static_cast<Eigen::Index>(plan.modal_coupling.columns.size()) / (4 * n);
   const Eigen::MatrixXd once =
@@ -114,7 +114,7 @@ void warn_of_drive(const Origin& origin, double growth, double period, Faults& f
 // Returns the lowest rate [Hz] at which splitting adds no growth to the growth due to the feedback itself.
 // Doubles the rate up to six times. Returns the present rate if splitting adds no growth at this rate, and 0
 // if no such rate is found.
-double sufficient_rate(const Plan& plan, double growth) {
+double sufficient_rate(const StepPlan& plan, double growth) {
   constexpr int kDoublings = 6;
   constexpr double kNegligibleGrowth = 1e-3;  // [-] growth per second, as a fraction of the growth at the
                                               // present rate
@@ -138,7 +138,7 @@ double sufficient_rate(const Plan& plan, double growth) {
   return std::ldexp(rate, enough);
 }
 
-void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
+void check_split_growth(const Scene& scene, const StepPlan& plan, Faults& faults) {
   const double growth = split_growth(plan), rate = 1.0 / plan.period;
   const Stiffest stiffest = find_stiffest(scene, plan.period);
   const Origin& origin = stiffest.feedback->origin;
@@ -168,7 +168,7 @@ void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
 
 }  // namespace
 
-void check_growth(const Scene& scene, const Plan& plan, Faults& faults) {
+void check_growth(const Scene& scene, const StepPlan& plan, Faults& faults) {
   if (plan.feedbacks.empty()) return;
   if (plan.modal_coupling.path == PlanModalCoupling::Path::kSplit) check_split_growth(scene, plan, faults);
   if (plan.modal_coupling.path != PlanModalCoupling::Path::kExact) return;

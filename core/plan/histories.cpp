@@ -21,7 +21,7 @@ constexpr double kTicksPerCycle = 13.0;
 // [-] largest fraction of a torque that a group may be unable to support without an error
 constexpr double kIdleTorque = 1e-9;
 
-void check_torque(const Scene& scene, const Plan& plan, const Load& load, const WrenchLoad& wrench,
+void check_torque(const Scene& scene, const StepPlan& plan, const Load& load, const WrenchLoad& wrench,
                   Faults& faults) {
   const PlanGroup& group = plan.groups[static_cast<std::size_t>(wrench.group)];
   // If the points lie on a line, only a torque in body axes can be checked at the set-up. In other axes, the
@@ -54,7 +54,7 @@ void set_kind(const History& history, PlanHistory& plan) {
 
 // Returns the rows of the local rotation theta at each point of a load in local axes, whose force is f = f_B
 // + theta x f_B (THEORY 8.24).
-std::vector<PlanFollower> followers(const Load& load, const Structure& structure, const Plan& plan) {
+std::vector<PlanFollower> followers(const Load& load, const Structure& structure, const StepPlan& plan) {
   std::vector<PlanFollower> all;
   if (load.axes != Axes::kLocal) return all;
   for (const PointLoad& each : load.forces) {
@@ -74,7 +74,7 @@ std::vector<PlanFollower> followers(const Load& load, const Structure& structure
   return all;
 }
 
-void set_stiffness(const Structure& structure, int load, const Plan& plan, PlanHistory& history) {
+void set_stiffness(const Structure& structure, int load, const StepPlan& plan, PlanHistory& history) {
   for (const FollowerStiffness& each : structure.follower_stiffness) {
     if (each.load != load || plan.num_elastic == 0) continue;
     const Eigen::MatrixXd& rows = traits_of(plan.fidelity).has_true_geometry ? each.bent_rows : each.rows;
@@ -101,7 +101,7 @@ std::string refused_torque(const PlanGroup& group, const Vec3& torque_B) {
                    "; add other points to the group, or omit this component of the torque");
 }
 
-SumsOnPoints sums_of(const Load& load, const Plan& plan) {
+SumsOnPoints sums_of(const Load& load, const StepPlan& plan) {
   std::vector<PointForce> forces;
   for (const PointLoad& each : load.forces) forces.push_back({each.point, 0, to_array(each.force)});
   std::vector<Wrench> wrenches;
@@ -116,7 +116,7 @@ SumsOnPoints sums_of(const Load& load, const Plan& plan) {
   return sums;
 }
 
-void compile_histories(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
+void compile_histories(const Scene& scene, const Structure& structure, StepPlan& plan, Faults& faults) {
   for (const Load& load : scene.loads) {
     for (const WrenchLoad& each : load.wrenches) check_torque(scene, plan, load, each, faults);
     PlanHistory history;
@@ -128,7 +128,7 @@ void compile_histories(const Scene& scene, const Structure& structure, Plan& pla
     history.followers = followers(load, structure, plan);
     if (load.axes == Axes::kLocal)
       for (const TorqueLoad& each : load.torques)
-        history.torques.all.push_back({attitude_index_of(plan, each.point), to_array(each.torque)});
+        history.torques.push_back({attitude_index_of(plan, each.point), to_array(each.torque)});
     set_stiffness(structure, static_cast<int>(plan.histories.size()), plan, history);
     plan.histories.push_back(std::move(history));
   }
@@ -148,7 +148,7 @@ void set_history_ticks(PlanHistory& history, double period) {
   history.end_tick = history.start_tick + 1;
 }
 
-void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults) {
+void warn_of_ticks(const Scene& scene, const StepPlan& plan, Faults& faults) {
   for (std::size_t k = 0; k < plan.histories.size(); ++k) {
     const PlanHistory& history = plan.histories[k];
     const std::string who = "load " + quoted(history.name, static_cast<int>(k));

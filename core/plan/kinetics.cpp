@@ -35,7 +35,7 @@ Eigen::MatrixXd along(const Eigen::MatrixXd& shapes, int axis) {
 //   Z_kl,ab = sum m (b_k,a b_l,b + r_a g_kl,b), symmetric in a and b.
 class Tables {
  public:
-  Tables(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes, Plan& plan)
+  Tables(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes, StepPlan& plan)
       : plan_(plan), num_(plan.num_elastic), num_all_(shapes.cols()) {
     const Eigen::MatrixXd b = shapes_of_mass(structure, shapes);
     const Eigen::VectorXd& mass = structure.particles.mass;
@@ -96,7 +96,7 @@ class Tables {
     }
   }
 
-  Plan& plan_;
+  StepPlan& plan_;
   Eigen::Index num_, num_all_;
   std::array<Eigen::MatrixXd, 3> b_, weighted_;  // (P x num_all), (P x num)
 };
@@ -105,7 +105,7 @@ class Tables {
 
 namespace {
 
-void compile_offsets(const Scene& scene, const Structure& structure, Plan& plan) {
+void compile_offsets(const Scene& scene, const Structure& structure, StepPlan& plan) {
   const Freedoms freedoms(scene);
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
@@ -120,7 +120,7 @@ void compile_offsets(const Scene& scene, const Structure& structure, Plan& plan)
 
 }  // namespace
 
-PlanKinetics::Form kinetic_form(const Scene& scene, const Plan& plan) {
+PlanKinetics::Form kinetic_form(const Scene& scene, const StepPlan& plan) {
   using Form = PlanKinetics::Form;
   if (!are_point_masses(scene)) return Form::kTables;
   const int num_points = static_cast<int>(plan.points.size());
@@ -129,7 +129,7 @@ PlanKinetics::Form kinetic_form(const Scene& scene, const Plan& plan) {
 }
 
 void compile_kinetics(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
-                      PlanKinetics::Form form, Plan& plan) {
+                      PlanKinetics::Form form, StepPlan& plan) {
   plan.coupled.kinetics.form = form;
   if (form != PlanKinetics::Form::kTables) return;
   const Tables tables(scene, structure, shapes, plan);  // the constructor writes the tables into the plan

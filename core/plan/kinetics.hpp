@@ -23,12 +23,12 @@ inline constexpr std::int32_t kMaxBodyModes = 1500;
 /// Returns the form in which a plan computes the kinetic energy. The form is `complete` for a complete set of
 /// modes of point masses, `tables` for bodies, and otherwise the form that costs less   (THEORY 12.52).
 /// \pre the modes and points of the plan are filled, and the plan's rung is coupled or above
-PlanKinetics::Form kinetic_form(const Scene& scene, const Plan& plan);
+PlanKinetics::Form kinetic_form(const Scene& scene, const StepPlan& plan);
 
 /// Fills plan.coupled.kinetics for the given form.
 /// \param shapes  [-] (3N x num) unit elastic displacements of the points, then constraint shapes
 void compile_kinetics(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
-                      PlanKinetics::Form form, Plan& plan);
+                      PlanKinetics::Form form, StepPlan& plan);
 
 /// Returns true if the modes of a collinear shape let the points rotate about the line. Then, for each b_l,
 /// the modes also span e x b_l, where e is the direction of the line. If the modes did not span e x b_l,

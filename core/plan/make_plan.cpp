@@ -121,6 +121,12 @@ std::vector<std::int32_t> modes_in_fallback(const std::vector<int>& few, const s
   return modes_in_fallback;
 }
 
+void set_features(std::vector<PlanFeature> features, Plan& plan) {
+  for (const PlanFeature& feature : features)
+    plan.unmodelled.error_per_force = std::max(plan.unmodelled.error_per_force, feature.error_per_force);
+  plan.features = std::move(features);
+}
+
 // Returns the plan without the features that the scene does not need, together with its fallback plan.
 std::optional<Plan> compile_reduced(const Scene& scene, const Structure& structure, const PlanSpec& spec,
                                     const Plan& full, Faults& faults) {
@@ -131,13 +137,14 @@ std::optional<Plan> compile_reduced(const Scene& scene, const Structure& structu
     plan = compile(scene, *reduced.structure, reduced.spec, faults);
     if (!plan) return std::nullopt;
   }
-  plan->features = reduced.features;
+  set_features(reduced.features, *plan);
   plan->unmodelled.left_out = reduced.small_size;
   plan->tolerance = scene.leave_out.tolerance;
   plan->horizon = reduced.horizon;
   if (const std::optional<PlanSpec> open = fallback_spec(scene, reduced)) {
     std::optional<Plan> fallback = compile(scene, *reduced.structure, *open, faults);
     if (!fallback) return std::nullopt;
+    plan->fallback_unmodelled.push_back(std::move(fallback->unmodelled));
     plan->fallback.push_back(std::move(*fallback));
     plan->fallback_modes = modes_in_fallback(reduced.spec.modes, open->modes);
   }
@@ -151,7 +158,7 @@ std::optional<Plan> compile_without_small_modes(const Scene& scene, const Struct
   leave_out_small_modes(scene, full, reduced);
   std::optional<Plan> plan = compile(scene, *reduced.structure, reduced.spec, faults);
   if (!plan) return std::nullopt;
-  plan->features = reduced.features;
+  set_features(reduced.features, *plan);
   plan->unmodelled.left_out = reduced.small_size;
   plan->tolerance = scene.leave_out.tolerance;
   plan->horizon = reduced.horizon;
@@ -217,7 +224,7 @@ std::optional<Plan> make_checked_plan(const Scene& scene, const Structure& struc
   else if (may_leave_out_modes(scene, structure, *rung))
     plan = compile_without_small_modes(scene, structure, spec, *plan, faults);
   else
-    plan->features = report_on_full_plan(scene, *rung, faults);
+    set_features(report_on_full_plan(scene, *rung, faults), *plan);
   if (!plan) return std::nullopt;
   plan->tried_rungs = std::move(tried);
   compile_budget(scene, structure, *plan, faults);

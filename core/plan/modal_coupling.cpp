@@ -23,16 +23,16 @@ constexpr Eigen::Index kMaxExtendedForces = 96;
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Rows = Eigen::Map<const RowMatrix, Eigen::Aligned64>;
 
-Rows rows_of(const Array& array, Eigen::Index num_rows, const Plan& plan) {
+Rows rows_of(const Array& array, Eigen::Index num_rows, const StepPlan& plan) {
   return {array.data(), num_rows, plan.num_padded};
 }
 
 // Returns the columns of the modes, without the padding, from rows of a plan.
-Eigen::MatrixXd modal(const Array& array, Eigen::Index num_rows, const Plan& plan) {
+Eigen::MatrixXd modal(const Array& array, Eigen::Index num_rows, const StepPlan& plan) {
   return rows_of(array, num_rows, plan).leftCols(plan.num_elastic);
 }
 
-Array to_rows(const Eigen::MatrixXd& modal_rows, const Plan& plan) {
+Array to_rows(const Eigen::MatrixXd& modal_rows, const StepPlan& plan) {
   Array array(static_cast<std::size_t>(modal_rows.rows() * plan.num_padded), 0.0);
   Eigen::Map<RowMatrix>(array.data(), modal_rows.rows(), plan.num_padded).leftCols(plan.num_elastic) =
       modal_rows;
@@ -40,7 +40,7 @@ Array to_rows(const Eigen::MatrixXd& modal_rows, const Plan& plan) {
 }
 
 // Returns B, the unit elastic displacements of the points on which feedback acts (3 f x n).
-Eigen::MatrixXd actuator_rows(const Plan& plan) {
+Eigen::MatrixXd actuator_rows(const StepPlan& plan) {
   Eigen::MatrixXd rows(3 * static_cast<Eigen::Index>(plan.feedbacks.size()), plan.num_elastic);
   for (std::size_t f = 0; f < plan.feedbacks.size(); ++f)
     rows.middleRows<3>(3 * static_cast<Eigen::Index>(f)) =
@@ -51,7 +51,7 @@ Eigen::MatrixXd actuator_rows(const Plan& plan) {
 
 enum class Input { kDisplacement, kVelocity, kLoad };
 
-Eigen::MatrixXd feedback_rows(const Plan& plan, Input input) {
+Eigen::MatrixXd feedback_rows(const StepPlan& plan, Input input) {
   Eigen::MatrixXd rows =
       Eigen::MatrixXd::Zero(3 * static_cast<Eigen::Index>(plan.feedbacks.size()), plan.num_elastic);
   for (std::size_t f = 0; f < plan.feedbacks.size(); ++f) {
@@ -67,7 +67,7 @@ Eigen::MatrixXd feedback_rows(const Plan& plan, Input input) {
 // Converts the feedback f = G_d V_i + G_v V_i' + G_a V_i'' of sensor points i (THEORY 8.26) to the form f =
 // F_q q + F_v q' + F_Q Q (THEORY 8.28). The load of feedback on the modes is B^T f (THEORY 8.29). V_i''
 // follows from the equations of motion, feedback included   (THEORY 8.27).
-void compile_feedbacks(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
+void compile_feedbacks(const Scene& scene, const Structure& structure, StepPlan& plan, Faults& faults) {
   const auto num_forces = 3 * static_cast<Eigen::Index>(scene.feedbacks.size());
   Eigen::MatrixXd by_q(num_forces, plan.num_elastic), by_q_dot = by_q, by_q_ddot = by_q;
   for (std::size_t f = 0; f < scene.feedbacks.size(); ++f) {
@@ -115,7 +115,7 @@ void compile_feedbacks(const Scene& scene, const Structure& structure, Plan& pla
 
 }  // namespace
 
-std::vector<std::int32_t> coupled_modes(const Plan& plan) {
+std::vector<std::int32_t> coupled_modes(const StepPlan& plan) {
   const Eigen::MatrixXd R = modal(plan.modal_coupling.damping_rows, plan.modal_coupling.num_damping, plan);
   Eigen::VectorXd share = Eigen::VectorXd::Zero(plan.num_elastic);
   // Each kind of row is compared with the largest entry of its kind.
@@ -135,7 +135,7 @@ std::vector<std::int32_t> coupled_modes(const Plan& plan) {
   return modes;
 }
 
-CouplingForces coupling_forces(const Plan& plan) {
+CouplingForces coupling_forces(const StepPlan& plan) {
   const Eigen::MatrixXd R = modal(plan.modal_coupling.damping_rows, plan.modal_coupling.num_damping, plan),
                         B = actuator_rows(plan);
   const Eigen::Index num_forces = R.rows() + B.rows();
@@ -159,7 +159,7 @@ struct Generator {
 // A = [0, 1; -omega^2 + B^T F_q / M, -2 decay + (B^T F_v - R^T R) / M]   (THEORY 8.31),
 // E = (1 + B^T F_Q) / M   (THEORY 8.32); q'^T R^T R q' / 2 is the dissipation function of the dashpots
 // (THEORY 3.48)
-Generator generator_of(const Plan& plan) {
+Generator generator_of(const StepPlan& plan) {
   const std::vector<std::int32_t>& modes = plan.modal_coupling.modes;
   const auto n = static_cast<Eigen::Index>(modes.size());
   const auto extended = [&](const Eigen::MatrixXd& rows) -> WideMatrix {
@@ -190,7 +190,7 @@ Generator generator_of(const Plan& plan) {
 
 // Returns P (6 x 3 f). This matrix gives the force and torque on the body from the forces of feedback. Its
 // columns are [1; [r_j]x] for each feedback   (THEORY 8.35).
-Eigen::MatrixXd resultant_of_feedback(const Plan& plan) {
+Eigen::MatrixXd resultant_of_feedback(const StepPlan& plan) {
   Eigen::MatrixXd resultant(6, 3 * static_cast<Eigen::Index>(plan.feedbacks.size()));
   for (std::size_t f = 0; f < plan.feedbacks.size(); ++f) {
     const Vec3& r = plan.feedbacks[f].r;
@@ -202,7 +202,7 @@ Eigen::MatrixXd resultant_of_feedback(const Plan& plan) {
 
 // Appends to y the impulse J of feedback on the body and the integral K of J: J' = P (F_q q + F_v q' + F_Q
 // Q), K' = J (THEORY 8.35, 8.36).
-Generator with_impulses(const Plan& plan, const Generator& modes) {
+Generator with_impulses(const StepPlan& plan, const Generator& modes) {
   const Eigen::Index n = modes.E.cols();
   const auto resultant = [&](Input input) -> WideMatrix {
     return (resultant_of_feedback(plan) * feedback_rows(plan, input))(Eigen::all, plan.modal_coupling.modes)
@@ -239,7 +239,7 @@ Array to_columns(const WideMatrix& rows, Eigen::Index stride) {
 // Sets the columns of the exact step y^1 = phi_0 y^0 + h phi_1 (0, E Q^0) + h phi_2 (0, E (Q^1 - Q^0)), where
 // phi_k is a function of h A (THEORY 8.34). The functions are computed in scaled coordinates, in which q and
 // q' have the same size.
-void set_exact(Plan& plan) {
+void set_exact(StepPlan& plan) {
   Generator system = generator_of(plan);
   const Eigen::Index n = system.E.cols();
   const long double h = plan.period;
@@ -296,7 +296,7 @@ Eigen::MatrixXd weight_of_many(const Eigen::MatrixXd& out, const Eigen::MatrixXd
 
 // Sets the impulse of the coupling terms, q' += (h / 2) U phi_1((h / 2) W_v U) (W_v q' + W_q q)
 // (THEORY 8.40), with U = [R^T B^T] / M, W_v = [-R; F_v], W_q = [0; F_q]   (THEORY 8.39).
-void set_split(Plan& plan) {
+void set_split(StepPlan& plan) {
   PlanModalCoupling& modal_coupling = plan.modal_coupling;
   const auto& [out, by_q, by_q_dot] = coupling_forces(plan);
   const Eigen::Index num_impulses = out.rows();
@@ -311,7 +311,7 @@ void set_split(Plan& plan) {
 
 }  // namespace
 
-void compile_modal_coupling(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
+void compile_modal_coupling(const Scene& scene, const Structure& structure, StepPlan& plan, Faults& faults) {
   Eigen::MatrixXd R = structure.damping_rows;
   if (R.rows() > R.cols()) {
     // a QR factorization gives the same R^T R with no more rows than modes
@@ -344,7 +344,7 @@ void compile_modal_coupling(const Scene& scene, const Structure& structure, Plan
                     " are advanced together; use a smaller model, or displacement and velocity gains"));
 }
 
-std::size_t set_modal_coupling_path(Plan& plan) {
+std::size_t set_modal_coupling_path(StepPlan& plan) {
   std::vector<std::int32_t> modes = coupled_modes(plan);
   const std::size_t num_coupled = modes.size();
   if (num_coupled == 0) return 0;
@@ -354,7 +354,7 @@ std::size_t set_modal_coupling_path(Plan& plan) {
   return num_coupled;
 }
 
-void set_modal_coupling_period(Plan& plan) {
+void set_modal_coupling_period(StepPlan& plan) {
   if (plan.modal_coupling.path == PlanModalCoupling::Path::kExact) set_exact(plan);
   if (plan.modal_coupling.path == PlanModalCoupling::Path::kSplit) set_split(plan);
 }

@@ -1,7 +1,7 @@
 // Modal coupling due to dashpots and linear feedback   (THEORY 8.26 to 8.41).
 #pragma once
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 #include "core/structure/structure.hpp"
 
 namespace freeflex {
@@ -20,10 +20,10 @@ inline constexpr int kMaxExactModes = 96;
 /// that do not couple the modes are added to plan.decay   (THEORY 4.23, 3.49, 8.26 to 8.32). Adds an error if
 /// acceleration feedback has no solution or couples more than kMaxExactModes modes.
 /// \pre the modes and points of the plan are filled
-void compile_modal_coupling(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
+void compile_modal_coupling(const Scene& scene, const Structure& structure, StepPlan& plan, Faults& faults);
 
 /// Returns the modes on which a dashpot or a feedback acts or whose motion it senses, in ascending order.
-std::vector<std::int32_t> coupled_modes(const Plan& plan);
+std::vector<std::int32_t> coupled_modes(const StepPlan& plan);
 
 /// Holds the forces of dashpots and feedback on the modes, for a motion without loads:
 /// q'' + 2 decay q' + omega^2 q = out^T (by_q q + by_q_dot q')
@@ -33,14 +33,14 @@ struct CouplingForces {
   Eigen::MatrixXd by_q;      // [N/m] (forces x n)
   Eigen::MatrixXd by_q_dot;  // [N s/m] (forces x n)
 };
-CouplingForces coupling_forces(const Plan& plan);
+CouplingForces coupling_forces(const StepPlan& plan);
 
 /// Chooses how the coupled modes are advanced: by their exponential if there are at most kMaxExactModes,
 /// otherwise by splitting. Returns the number of coupled modes.
-std::size_t set_modal_coupling_path(Plan& plan);
+std::size_t set_modal_coupling_path(StepPlan& plan);
 
 /// Sets the values of plan.modal_coupling that depend on the period   (THEORY 8.34, 8.37, 8.40).
-void set_modal_coupling_period(Plan& plan);
+void set_modal_coupling_period(StepPlan& plan);
 
 /// Warns if feedback makes a motion grow without bound. Adds an error if only the split step makes a motion
 /// grow (THEORY 8.38), because the rate is then too low for a gain. This error becomes a warning if the
@@ -48,6 +48,6 @@ void set_modal_coupling_period(Plan& plan);
 /// than 1e-4 to 2e-2 per tick may be missed. The limit is larger for plans of more modes and coupling
 /// forces.
 /// \pre set_modal_coupling_period was called
-void check_growth(const Scene& scene, const Plan& plan, Faults& faults);
+void check_growth(const Scene& scene, const StepPlan& plan, Faults& faults);
 
 }  // namespace freeflex

@@ -15,8 +15,7 @@ namespace {
 // "FFPLAN" and two bytes that text-mode transfers change
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 8, kVersionWithoutMaxHold = 7, kVersionWithoutNames = 7,
-                        kVersionWithoutParticles = 6, kVersionWithoutUnmodelled = 5;
+constexpr std::uint32_t kVersion = 9;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -37,6 +36,15 @@ consteval std::size_t num_members() {
     return num_members<T, Values..., Anything>();
   else
     return sizeof...(Values);
+}
+
+// Returns a base of a plan, with the constness of the plan.
+template <typename Base, typename T>
+auto& part(T& plan) {
+  if constexpr (std::is_const_v<T>)
+    return static_cast<const Base&>(plan);
+  else
+    return static_cast<Base&>(plan);
 }
 
 // Writes or reads all members of T, in the order of the file. Does not compile if a member is missing.
@@ -81,7 +89,7 @@ void fields(Archive& archive, T& p) {
 
 template <typename Archive, Is<PlanLink> T>
 void fields(Archive& archive, T& l) {
-  all_of<PlanLink>(archive, l.name, l.kind, l.points);
+  all_of<PlanLink>(archive, l.name, l.type, l.points);
 }
 
 template <typename Archive, Is<PlanGroup> T>
@@ -98,7 +106,7 @@ template <typename Archive, Is<LoadPattern> T>
 void fields(Archive& archive, T& p) {
   all_of<LoadPattern>(archive, p.force_W, p.moment_W, p.has_world, p.num_direct, p.direct_row,
                       p.direct_force_W, p.uses_table, p.table, p.force_B, p.torque_B, p.has_body, p.Q_B,
-                      p.sums, p.wheels);
+                      p.sums, p.wheel_torques);
 }
 
 template <typename Archive, Is<PlanFollower> T>
@@ -146,37 +154,17 @@ void fields(Archive& archive, T& c) {
 template <typename Archive, Is<LoadSums> T>
 void fields(Archive& archive, T& s) {
   all_of<LoadSums>(archive, s.force_W, s.force_B, s.group_force_W, s.group_torque_W, s.group_force_B,
-                   s.group_torque_B, s.torque, s.wheels);
-}
-
-template <typename Archive, Is<TorqueSums> T>
-void fields(Archive& archive, T& s) {
-  all_of<TorqueSums>(archive, s.W, s.B);
+                   s.group_torque_B, s.torque_W, s.torque_B, s.wheel_torques);
 }
 
 template <typename Archive, Is<PlanWheel> T>
 void fields(Archive& archive, T& w) {
-  all_of<PlanWheel>(archive, w.name, w.attitude_index, w.axis, w.momentum, w.gyroscopic);
-}
-
-template <typename Archive, Is<PlanWheels> T>
-void fields(Archive& archive, T& w) {
-  all_of<PlanWheels>(archive, w.all);
-}
-
-template <typename Archive, Is<WheelTorques> T>
-void fields(Archive& archive, T& w) {
-  all_of<WheelTorques>(archive, w.torque);
+  all_of<PlanWheel>(archive, w.name, w.attitude_index, w.axis, w.momentum);
 }
 
 template <typename Archive, Is<PlanTorque> T>
 void fields(Archive& archive, T& t) {
   all_of<PlanTorque>(archive, t.attitude_index, t.torque_B);
-}
-
-template <typename Archive, Is<PlanTorques> T>
-void fields(Archive& archive, T& t) {
-  all_of<PlanTorques>(archive, t.all);
 }
 
 template <typename Archive, Is<PlanStiffening> T>
@@ -226,11 +214,6 @@ void fields(Archive& archive, T& b) {
   all_of<PlanUnmodelledBodies>(archive, b.push_rows, b.inner_load, b.unquantified_factor, b.load_sizes);
 }
 
-template <typename Archive, Is<PlanQuartic> T>
-void fields(Archive& archive, T& q) {
-  all_of<PlanQuartic>(archive, q.forms);
-}
-
 template <typename Archive, Is<PlanNamed> T>
 void fields(Archive& archive, T& u) {
   all_of<PlanNamed>(archive, u.links, u.left_out, u.left_out_frequency);
@@ -242,21 +225,61 @@ void fields(Archive& archive, T& n) {
                          n.fast_loads, n.num_judged, n.pairs, n.load_rows, n.rate_rows, n.spin_rows,
                          n.coriolis_rows, n.coriolis_transfer, n.spin_loads, n.spin_left_out, n.root_quartic,
                          n.num_shadowed, n.left_out, n.inertia_rows, n.load_arms, n.shadow_rows,
-                         n.left_out_rows, n.left_out_spin, n.bodies, n.quartic, n.named);
+                         n.left_out_rows, n.left_out_spin, n.bodies, n.quartic_forms, n.gyroscopic,
+                         n.error_per_force, n.named);
 }
 
+template <typename Archive, Is<PlanFrame> T>
+void fields(Archive& archive, T& f) {
+  all_of<PlanFrame>(archive, f.mass, f.rigid_freedoms, f.p_SB, f.inertia, f.inverse_inertia, f.line,
+                    f.principal, f.gravity_W, f.attractor_mu, f.attractor_W, f.has_gravity, f.has_rotation);
+}
+
+template <typename Archive, Is<PlanModes> T>
+void fields(Archive& archive, T& m) {
+  all_of<PlanModes>(archive, m.num_elastic, m.num_moving, m.num_padded, m.omega, m.decay, m.has_damping,
+                    m.propagator, m.modal_coupling, m.coupled, m.mode_numbers, m.mechanisms);
+}
+
+template <typename Archive, Is<PlanLoads> T>
+void fields(Archive& archive, T& l) {
+  all_of<PlanLoads>(archive, l.has_spin_load, l.field_rows, l.histories, l.feedbacks, l.scope);
+}
+
+template <typename Archive, Is<PlanRows> T>
+void fields(Archive& archive, T& r) {
+  all_of<PlanRows>(archive, r.points, r.links, r.groups, r.particles, r.wheels, r.rows, r.eckart_rows,
+                   r.link_rows, r.link_outputs);
+}
+
+template <typename Archive, Is<StepPlan> T>
+void fields(Archive& archive, T& p) {
+  all_of<StepPlan>(archive, part<PlanFrame>(p), part<PlanModes>(p), part<PlanLoads>(p), part<PlanRows>(p),
+                   p.period, p.fidelity, p.initial, p.fallback, p.fallback_modes);
+}
+
+template <typename Archive, Is<PlanService> T>
+void fields(Archive& archive, T& s) {
+  all_of<PlanService>(archive, s.state_rate, s.points_rate, s.loads_rate, s.status_rate, s.published_points,
+                      s.published_groups, s.force_limit, s.torque_limit);
+}
+
+template <typename Archive, Is<PlanError> T>
+void fields(Archive& archive, T& e) {
+  all_of<PlanError>(archive, e.unmodelled, e.fallback_unmodelled, e.budget);
+}
+
+template <typename Archive, Is<PlanReport> T>
+void fields(Archive& archive, T& r) {
+  all_of<PlanReport>(archive, r.features, r.tolerance, r.horizon, r.tried_rungs, r.frequency_accuracy,
+                     r.conditioning);
+}
+
+// The fingerprint covers the members up to PlanService.
 template <typename Archive, Is<Plan> T>
 void fields(Archive& archive, T& p) {
-  all_of<Plan>(archive, p.name, p.scene_hash, p.period, p.mass, p.rigid_freedoms, p.p_SB, p.inertia,
-               p.inverse_inertia, p.line, p.principal, p.gravity_W, p.attractor_mu, p.attractor_W,
-               p.num_elastic, p.num_moving, p.num_padded, p.omega, p.decay, p.frequency_accuracy,
-               p.conditioning, p.propagator, p.modal_coupling, p.coupled, p.fidelity, p.has_spin_load,
-               p.field_rows, p.points, p.links, p.groups, p.rows, p.eckart_rows, p.link_rows, p.link_outputs,
-               p.mechanisms, p.histories, p.feedbacks, p.force_limit, p.torque_limit, p.command_limits,
-               p.initial, p.state_rate, p.points_rate, p.loads_rate, p.status_rate, p.published_points,
-               p.published_groups, p.has_damping, p.has_gravity, p.has_rotation, p.features, p.tolerance,
-               p.horizon, p.mode_numbers, p.scope, p.fallback_modes, p.fallback, p.tried_rungs, p.budget,
-               p.unmodelled, p.particles, p.wheels);
+  all_of<Plan>(archive, p.name, p.scene_hash, part<StepPlan>(p), part<PlanService>(p),
+               p.command_limits, part<PlanError>(p), part<PlanReport>(p));
 }
 
 template <typename T>
@@ -269,41 +292,6 @@ using BitsOf = std::conditional_t<sizeof(T) == 1, std::uint8_t,
 // Appends values, least significant byte first.
 class Writer {
  public:
-  // For a fingerprint, has_unmodelled is false, so tables and limits that do not change the motion are
-  // omitted.
-  explicit Writer(bool has_unmodelled = true) : has_unmodelled_(has_unmodelled) {}
-
-  void operator()(const PlanUnmodelled& unmodelled) {
-    if (has_unmodelled_) fields(*this, unmodelled);
-  }
-  void operator()(const CommandLimits& limits) {
-    if (has_unmodelled_) fields(*this, limits);
-  }
-  // A member that earlier versions did not have is omitted from a fingerprint if it is empty. Fingerprints of
-  // older plans therefore stay the same.
-  void operator()(const PlanStiffening& stiffening) {
-    if (has_unmodelled_ || !stiffening.modes.empty()) fields(*this, stiffening);
-  }
-  void operator()(const PlanParticles& particles) {
-    if (has_unmodelled_ || !particles.all.empty() || !particles.of_groups.empty() ||
-        !particles.attitude_points.empty())
-      fields(*this, particles);
-  }
-  void operator()(const TorqueSums& torque) {
-    if (has_unmodelled_ || !torque.W.empty()) fields(*this, torque);
-  }
-  void operator()(const PlanWheels& wheels) {
-    if (has_unmodelled_ || !wheels.all.empty()) fields(*this, wheels);
-  }
-  void operator()(const WheelTorques& wheels) {
-    if (has_unmodelled_ || !wheels.torque.empty()) fields(*this, wheels);
-  }
-  void operator()(const PlanTorques& torques) {
-    if (has_unmodelled_ || !torques.all.empty()) fields(*this, torques);
-  }
-  void operator()(const PlanKinetics& kinetics) {
-    if (has_unmodelled_ || kinetics.form != PlanKinetics::Form::kComplete) fields(*this, kinetics);
-  }
   // This member is not written, because it is computed from other members.
   void operator()(const PlanPrincipal&) {}
   template <typename T>
@@ -333,59 +321,14 @@ class Writer {
     (*this)(static_cast<std::uint64_t>(values.size()));
     for (const auto& each : values) (*this)(each);
   }
-  bool has_unmodelled_;
   std::vector<std::byte> bytes_;
 };
 
 // Reads values from the front of the bytes. After the first failure, leaves all values unchanged.
 class Reader {
  public:
-  explicit Reader(std::span<const std::byte> bytes, std::uint32_t version = kVersion)
-      : bytes_(bytes),
-        has_unmodelled_(version > kVersionWithoutUnmodelled),
-        has_particles_(version > kVersionWithoutParticles),
-        has_max_hold_(version > kVersionWithoutMaxHold),
-        has_names_(version > kVersionWithoutNames) {}
+  explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
-  void operator()(PlanUnmodelled& unmodelled) {
-    if (has_unmodelled_) fields(*this, unmodelled);
-  }
-  void operator()(PlanStiffening& stiffening) {
-    if (has_unmodelled_) fields(*this, stiffening);
-  }
-  void operator()(CommandLimits& limits) {
-    if (has_max_hold_) return fields(*this, limits);
-    if (!has_unmodelled_) return;
-    (*this)(limits.max_age);
-    (*this)(limits.sender_share);
-  }
-  void operator()(PlanParticles& particles) {
-    if (has_particles_) fields(*this, particles);
-  }
-  void operator()(PlanUnmodelledBodies& bodies) {
-    if (has_particles_) fields(*this, bodies);
-  }
-  void operator()(PlanQuartic& quartic) {
-    if (has_particles_) fields(*this, quartic);
-  }
-  void operator()(PlanNamed& named) {
-    if (has_names_) fields(*this, named);
-  }
-  void operator()(TorqueSums& torque) {
-    if (has_particles_) fields(*this, torque);
-  }
-  void operator()(PlanWheels& wheels) {
-    if (has_particles_) fields(*this, wheels);
-  }
-  void operator()(WheelTorques& wheels) {
-    if (has_particles_) fields(*this, wheels);
-  }
-  void operator()(PlanTorques& torques) {
-    if (has_particles_) fields(*this, torques);
-  }
-  void operator()(PlanKinetics& kinetics) {
-    if (has_particles_) fields(*this, kinetics);
-  }
   void operator()(PlanPrincipal&) {}
   template <typename T>
   void operator()(T& value) {
@@ -398,7 +341,7 @@ class Reader {
   void operator()(std::string& text) { sequence(text); }
   template <typename T, typename Allocator>
   void operator()(std::vector<T, Allocator>& values) {
-    if constexpr (std::is_same_v<T, Plan> || std::is_same_v<T, PlanShadow>)
+    if constexpr (std::is_same_v<T, StepPlan> || std::is_same_v<T, PlanShadow>)
       nested(values);
     else
       sequence(values);
@@ -463,21 +406,16 @@ class Reader {
   }
 
   std::span<const std::byte> bytes_;
-  bool has_unmodelled_, has_particles_, has_max_hold_, has_names_;
   std::string error_;
   bool is_nested_ = false;
 };
 
-std::vector<std::byte> content_of(const Plan& plan, bool has_unmodelled) {
-  Writer writer(has_unmodelled);
-  writer(plan);
-  return writer.take();
-}
-
 }  // namespace
 
 std::vector<std::byte> plan_to_bytes(const Plan& plan) {
-  const std::vector<std::byte> content = content_of(plan, true);
+  Writer writer;
+  writer(plan);
+  const std::vector<std::byte> content = writer.take();
   Writer header;
   header(kMagic);
   header(kVersion);
@@ -506,10 +444,9 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
   header(length);
   header(checksum);
   if (!header.is_good()) return refuse("the plan is cut off in its header; compile the scene again");
-  if (version < kVersionWithoutUnmodelled || version > kVersion)
-    return refuse("the plan has version " + std::to_string(version) + ", but this program reads versions " +
-                  std::to_string(kVersionWithoutUnmodelled) + " to " + std::to_string(kVersion) +
-                  "; compile the scene again");
+  if (version != kVersion)
+    return refuse("the plan has version " + std::to_string(version) + ", but this program reads version " +
+                  std::to_string(kVersion) + "; compile the scene again");
   const std::span<const std::byte> content = bytes.subspan(kHeaderSize);
   if (content.size() < length)
     return refuse("the plan is cut off after " + std::to_string(content.size()) + " of " +
@@ -522,7 +459,7 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
     return refuse("the plan is damaged, because its checksum does not match; compile the scene again");
 
   std::optional<Plan> plan(std::in_place);
-  Reader reader(content, version);
+  Reader reader(content);
   reader(*plan);
   if (!reader.is_good())
     return refuse("the plan is inconsistent, because " + reader.error() + "; compile the scene again");
@@ -531,13 +468,19 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
                   (reader.num_left() == 1 ? " byte belongs" : " bytes belong") +
                   " to no field; compile the scene again");
   set_principal(*plan);
+  for (PlanShadow& shadow : plan->budget.shadows) set_principal(shadow.plan);
   if (const std::string why = find_inconsistency(*plan); !why.empty())
     return refuse("the plan is inconsistent, because " + why + "; compile the scene again");
   return plan;
 }
 
 std::uint64_t plan_fingerprint(const Plan& plan) {
-  const std::vector<std::byte> content = content_of(plan, false);
+  Writer writer;
+  writer(plan.name);
+  writer(plan.scene_hash);
+  writer(part<StepPlan>(plan));
+  writer(part<PlanService>(plan));
+  const std::vector<std::byte> content = writer.take();
   return XXH3_64bits(content.data(), content.size());
 }
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 
 namespace freeflex {
 

@@ -21,13 +21,11 @@ bool is_positive(double value) { return std::isfinite(value) && value > 0.0; }
 
 class PlanCheck {
  public:
-  explicit PlanCheck(const Plan& plan) : plan_(plan) {}
+  explicit PlanCheck(const StepPlan& plan) : plan_(plan) {}
 
   std::string find_own() {
     // the rung comes first, because it determines the members that a plan must have
     if (!is_rung(plan_.fidelity)) return error_ = "the rung is of an unknown kind";
-    for (const PlanRung& tried : plan_.tried_rungs)
-      require(is_rung(tried.rung), "a rung that was tried is of an unknown kind");
     check_body();
     check_modes();
     // the members checked below are indexed by modes and points, so modes and points must be consistent first
@@ -39,17 +37,12 @@ class PlanCheck {
     if (error_.empty()) check_feedbacks();
     if (error_.empty()) check_modal_coupling();
     if (error_.empty()) check_initial();
-    if (error_.empty()) check_publication();
     if (error_.empty()) error_ = find_rung_inconsistency(plan_);
-    if (error_.empty()) check_left_out();
-    if (error_.empty()) error_ = find_unmodelled_inconsistency(plan_);
+    if (error_.empty()) check_scope();
     return error_;
   }
 
-  // Checks the plan and the plans within it, and checks that the inner plans fit the plan.
-  std::string find() {
-    if (find_own(); !error_.empty()) return error_;
-    if (error_ = find_budget_inconsistency(plan_); !error_.empty()) return error_;
+  std::string find_in_fallback() {
     check_fallback();
     return error_;
   }
@@ -82,7 +75,7 @@ class PlanCheck {
     }
   }
   void check_body();
-  void check_left_out();
+  void check_scope();
   void check_fallback();
   void check_modes();
   void check_propagator();
@@ -94,9 +87,8 @@ class PlanCheck {
   void check_feedbacks();
   void check_modal_coupling();
   void check_initial();
-  void check_publication();
 
-  const Plan& plan_;
+  const StepPlan& plan_;
   std::size_t num_blocks_ = 0;  // number of blocks of three rows
   std::string error_;
 };
@@ -126,8 +118,6 @@ void PlanCheck::check_modes() {
   const auto is_not_negative = [](double value) { return value >= 0.0; };
   require(std::all_of(plan_.omega.begin(), plan_.omega.end(), is_not_negative), "a frequency is negative");
   require(std::all_of(plan_.decay.begin(), plan_.decay.end(), is_not_negative), "a decay is negative");
-  require(is_at_least(plan_.frequency_accuracy, 0.0) && is_at_least(plan_.conditioning, 0.0),
-          "accuracy or conditioning is not >= 0");
 }
 
 void PlanCheck::check_propagator() {
@@ -183,13 +173,11 @@ void PlanCheck::check_points() {
   require_rows(plan_.eckart_rows, 6, "the Eckart rows");
   const bool has_field = plan_.has_spin_load || plan_.attractor_mu > 0.0;
   require_rows(plan_.field_rows, has_field ? 6 : 0, "the rows of fields");
-  for (const PlanWheel& wheel : plan_.wheels.all)
+  for (const PlanWheel& wheel : plan_.wheels)
     require(is_index(wheel.attitude_index, attitude_points.size()) && are_finite(wheel.axis) &&
-                std::isfinite(wheel.momentum) && wheel.gyroscopic.size() == plan_.unmodelled.pairs.size() &&
-                are_finite(wheel.gyroscopic),
-            "a wheel is on a point without an attitude, has a value that is not finite, or has the wrong "
-            "number of gyroscopic entries");
-  require(plan_.wheels.all.size() <= std::size_t{kMaxWheels}, "the plan has too many wheels");
+                std::isfinite(wheel.momentum),
+            "a wheel is on a point without an attitude, or has a value that is not finite");
+  require(plan_.wheels.size() <= std::size_t{kMaxWheels}, "the plan has too many wheels");
   for (const auto& mechanism : plan_.mechanisms)
     require(are_indices(mechanism, plan_.points.size()), "a mechanism moves a point that does not exist");
   // Mechanisms are the modes of frequency zero. These modes come first.
@@ -203,6 +191,8 @@ void PlanCheck::check_points() {
 
 void PlanCheck::check_links() {
   require(plan_.links.size() <= kMaxItems, "the plan has too many links");
+  for (const PlanLink& link : plan_.links)
+    require(is_link_type(link.type), "a link is of an unknown type");
   for (const PlanLink& link : plan_.links)
     for (const std::int32_t point : link.points)
       require(point == -1 || is_index(point, plan_.points.size()),
@@ -265,8 +255,8 @@ void PlanCheck::check_pattern(const LoadPattern& pattern, const std::string& who
     require(is_index(pattern.direct_row[index], num_blocks_), who + " has a direct point without rows");
     require(are_finite(pattern.direct_force_W[index]), who + " has a direct force that is not finite");
   }
-  require((pattern.wheels.torque.empty() || pattern.wheels.torque.size() == plan_.wheels.all.size()) &&
-              are_finite(pattern.wheels.torque),
+  require((pattern.wheel_torques.empty() || pattern.wheel_torques.size() == plan_.wheels.size()) &&
+              are_finite(pattern.wheel_torques),
           who + " does not have one finite torque for each wheel of the plan");
   require_rows(pattern.table, pattern.uses_table ? 9 : 0, "the rows of the table of " + who);
   if (pattern.has_body && !is_coupled(plan_))
@@ -297,7 +287,7 @@ void PlanCheck::check_histories() {
                 history.times.end(),
             who + " has times that do not increase");
     check_pattern(history.pattern, who);
-    for (const PlanTorque& each : history.torques.all)
+    for (const PlanTorque& each : history.torques)
       require(
           is_index(each.attitude_index, plan_.particles.attitude_points.size()) && are_finite(each.torque_B),
           who +
@@ -375,38 +365,7 @@ void PlanCheck::check_initial() {
   require_modal(initial.q_dot, "the initial q_dot");
 }
 
-void PlanCheck::check_publication() {
-  require(is_at_least(plan_.state_rate, 0.0) && is_at_least(plan_.points_rate, 0.0) &&
-              is_at_least(plan_.loads_rate, 0.0) && is_at_least(plan_.status_rate, 0.0),
-          "a publication rate is not >= 0");
-  require(is_at_least(plan_.force_limit, 0.0) && is_at_least(plan_.torque_limit, 0.0),
-          "the force limit or the torque limit is not >= 0");
-  const CommandLimits& limits = plan_.command_limits;
-  require(is_positive(limits.max_age) && is_positive(limits.sender_share) && limits.sender_share <= 1.0 &&
-              is_positive(limits.max_hold),
-          "the limits of commands are out of range");
-  require(are_indices(plan_.published_points, plan_.points.size()), "a published point does not exist");
-  require(are_indices(plan_.published_groups, plan_.groups.size()), "a published group does not exist");
-  if (!error_.empty()) return;
-  require(
-      std::all_of(plan_.published_points.begin(), plan_.published_points.end(),
-                  [&](std::int32_t point) { return plan_.points[static_cast<std::size_t>(point)].row >= 0; }),
-      "a published point has no rows");
-}
-
-void PlanCheck::check_left_out() {
-  require(plan_.features.empty() || plan_.features.size() == kNumFeatures, "the number of features is wrong");
-  for (std::size_t k = 0; k < plan_.features.size(); ++k) {
-    const PlanFeature& feature = plan_.features[k];
-    require(feature.feature == static_cast<Feature>(k) && feature.count >= 0,
-            "the features are not in order");
-    for (const double error :
-         {feature.error, feature.relative_error, feature.link_error, feature.error_per_force,
-          feature.relative_error_per_force, feature.link_error_per_force})
-      require(is_at_least(error, 0.0), "the error of a feature is not >= 0");
-  }
-  require(is_at_least(plan_.tolerance, 0.0) && is_at_least(plan_.horizon, 0.0),
-          "the tolerance or horizon is not >= 0");
+void PlanCheck::check_scope() {
   require(
       plan_.mode_numbers.empty() ||
           (plan_.mode_numbers.size() == static_cast<std::size_t>(plan_.num_elastic) &&
@@ -424,20 +383,16 @@ void PlanCheck::check_fallback() {
   require(plan_.fallback_modes.empty() || !plan_.fallback.empty(),
           "the plan has mode indices, but no fallback plan");
   if (plan_.fallback.empty() || !error_.empty()) return;
-  const Plan& fallback = plan_.fallback.front();
+  const StepPlan& fallback = plan_.fallback.front();
   if (const std::string why = find_own_inconsistency(fallback); !why.empty())
     return require(false, "in its fallback plan " + why);
   const auto fits = [&](bool holds) { require(holds, "the fallback plan belongs to another structure"); };
-  fits(fallback.fallback.empty() && fallback.budget.shadows.empty() && !fallback.scope.lacks_rotation &&
-       !fallback.scope.lacks_out_of_plane);
+  fits(fallback.fallback.empty() && !fallback.scope.lacks_rotation && !fallback.scope.lacks_out_of_plane);
   fits(!is_coupled(plan_) && fallback.fidelity == plan_.fidelity);
-  require(plan_.budget.shadows.empty(), "the plan has both an error budget and a fallback plan");
   fits(fallback.period == plan_.period && fallback.points.size() == plan_.points.size() &&
        fallback.groups.size() == plan_.groups.size() &&
        fallback.link_outputs.size() == plan_.link_outputs.size() &&
-       fallback.histories.size() == plan_.histories.size() &&
-       fallback.published_points == plan_.published_points &&
-       fallback.published_groups == plan_.published_groups);
+       fallback.histories.size() == plan_.histories.size());
   if (!error_.empty()) return;
   for (std::size_t i = 0; i < plan_.points.size(); ++i)
     fits(fallback.points[i].r == plan_.points[i].r &&
@@ -451,10 +406,67 @@ void PlanCheck::check_fallback() {
           "the mode indices in the fallback plan are wrong");
 }
 
+std::string find_in_service(const Plan& plan) {
+  if (!is_at_least(plan.state_rate, 0.0) || !is_at_least(plan.points_rate, 0.0) ||
+      !is_at_least(plan.loads_rate, 0.0) || !is_at_least(plan.status_rate, 0.0))
+    return "a publication rate is not >= 0";
+  if (!is_at_least(plan.force_limit, 0.0) || !is_at_least(plan.torque_limit, 0.0))
+    return "the force limit or the torque limit is not >= 0";
+  const CommandLimits& limits = plan.command_limits;
+  if (!is_positive(limits.max_age) || !is_positive(limits.sender_share) || limits.sender_share > 1.0 ||
+      !is_positive(limits.max_hold))
+    return "the limits of commands are out of range";
+  if (!are_indices(plan.published_points, plan.points.size())) return "a published point does not exist";
+  if (!are_indices(plan.published_groups, plan.groups.size())) return "a published group does not exist";
+  if (std::ranges::any_of(plan.published_points,
+                          [&](std::int32_t point) { return plan.points[index(point)].row < 0; }))
+    return "a published point has no rows";
+  return {};
+}
+
+std::string find_in_report(const PlanReport& report) {
+  for (const PlanRung& tried : report.tried_rungs)
+    if (!is_rung(tried.rung)) return "a rung that was tried is of an unknown kind";
+  if (!report.features.empty() && report.features.size() != kNumFeatures)
+    return "the number of features is wrong";
+  for (std::size_t k = 0; k < report.features.size(); ++k) {
+    const PlanFeature& feature = report.features[k];
+    if (feature.feature != static_cast<Feature>(k) || feature.count < 0)
+      return "the features are not in order";
+    for (const double error :
+         {feature.error, feature.relative_error, feature.link_error, feature.error_per_force,
+          feature.relative_error_per_force, feature.link_error_per_force})
+      if (!is_at_least(error, 0.0)) return "the error of a feature is not >= 0";
+  }
+  if (!is_at_least(report.tolerance, 0.0) || !is_at_least(report.horizon, 0.0))
+    return "the tolerance or horizon is not >= 0";
+  if (!is_at_least(report.frequency_accuracy, 0.0) || !is_at_least(report.conditioning, 0.0))
+    return "accuracy or conditioning is not >= 0";
+  return {};
+}
+
+std::string find_in_fallback(const Plan& plan) {
+  if (std::string why = PlanCheck(plan).find_in_fallback(); !why.empty()) return why;
+  if (plan.fallback_unmodelled.size() != plan.fallback.size())
+    return "the fallback plan does not have one set of tables for the verdict";
+  if (plan.fallback.empty()) return {};
+  if (!plan.budget.shadows.empty()) return "the plan has both an error budget and a fallback plan";
+  const std::string why =
+      find_unmodelled_inconsistency(plan.fallback.front(), plan.fallback_unmodelled.front());
+  return why.empty() ? why : "in its fallback plan " + why;
+}
+
 }  // namespace
 
-std::string find_own_inconsistency(const Plan& plan) { return PlanCheck(plan).find_own(); }
+std::string find_own_inconsistency(const StepPlan& plan) { return PlanCheck(plan).find_own(); }
 
-std::string find_inconsistency(const Plan& plan) { return PlanCheck(plan).find(); }
+std::string find_inconsistency(const Plan& plan) {
+  if (std::string why = find_own_inconsistency(plan); !why.empty()) return why;
+  if (std::string why = find_in_service(plan); !why.empty()) return why;
+  if (std::string why = find_in_report(plan); !why.empty()) return why;
+  if (std::string why = find_unmodelled_inconsistency(plan, plan.unmodelled); !why.empty()) return why;
+  if (std::string why = find_budget_inconsistency(plan); !why.empty()) return why;
+  return find_in_fallback(plan);
+}
 
 }  // namespace freeflex

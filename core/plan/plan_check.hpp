@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 
 namespace freeflex {
 
@@ -34,19 +34,19 @@ inline bool are_ascending(const std::vector<std::int32_t>& values) {
   return std::adjacent_find(values.begin(), values.end(), std::greater_equal<>()) == values.end();
 }
 
-/// Returns what is wrong with a plan, except for its fallback plan and its shadows. If the plan is
-/// consistent, the text is empty. (plan_check.cpp)
-std::string find_own_inconsistency(const Plan& plan);
+/// Returns what is wrong with a plan, except for its fallback plan. If the plan is consistent, the text is
+/// empty. (plan_check.cpp)
+std::string find_own_inconsistency(const StepPlan& plan);
 
 /// Returns what is wrong with the members that the rung of the plan needs, including histories and functions
 /// of the modes. If these members are consistent, the text is empty. (rungs_check.cpp)
 /// \pre is_rung(plan.fidelity) is true, and modes and points are consistent
-std::string find_rung_inconsistency(const Plan& plan);
+std::string find_rung_inconsistency(const StepPlan& plan);
 
-/// Returns what is wrong with the tables for the verdict. If the tables are consistent, the text is empty.
-/// (unmodelled_check.cpp)
+/// Returns what is wrong with the tables for the verdict on the motion of a plan. If the tables are
+/// consistent, the text is empty. (unmodelled_check.cpp)
 /// \pre modes and histories are consistent
-std::string find_unmodelled_inconsistency(const Plan& plan);
+std::string find_unmodelled_inconsistency(const StepPlan& plan, const PlanUnmodelled& unmodelled);
 
 /// Returns what is wrong with the shadows of a consistent plan. If the shadows are consistent, the text is
 /// empty. (rungs_check.cpp)

@@ -2,7 +2,7 @@
 // (THEORY 6.1 to 6.5).
 #pragma once
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 
 namespace freeflex {
 

@@ -53,7 +53,7 @@ std::int64_t horizon_in_ticks(double horizon, double period) {
 namespace {
 
 // Sets the rate of one plan, but not of its fallback plan and its shadows.
-void set_own_rate(Plan& plan, double rate) {
+void set_own_rate(StepPlan& plan, double rate) {
   plan.period = 1.0 / rate;
   plan.propagator.undamped.clear();
   plan.propagator.lanes.assign(static_cast<std::size_t>(plan.num_moving) / kLanes, {});
@@ -65,17 +65,21 @@ void set_own_rate(Plan& plan, double rate) {
   set_coupled_period(plan);
   if (!plan.has_damping) drop_damping(plan.propagator);
   for (PlanHistory& history : plan.histories) set_history_ticks(history, plan.period);
-  if (plan.unmodelled.is_known) find_fast_loads(plan);
 }
 
 }  // namespace
 
 void set_rate(Plan& plan, double rate) {
   set_own_rate(plan, rate);
-  for (Plan& fallback : plan.fallback) set_own_rate(fallback, rate);
+  for (StepPlan& fallback : plan.fallback) set_own_rate(fallback, rate);
+  const auto update = [](const StepPlan& stepped, PlanUnmodelled& unmodelled) {
+    if (unmodelled.is_known) unmodelled.fast_loads = find_fast_loads(stepped);
+  };
+  update(plan, plan.unmodelled);
+  for (std::size_t k = 0; k < plan.fallback.size(); ++k) update(plan.fallback[k], plan.fallback_unmodelled[k]);
   PlanBudget& budget = plan.budget;
   if (budget.shadows.empty()) return;
-  const Plan& best = budget.shadows.front().plan;
+  const StepPlan& best = budget.shadows.front().plan;
   const std::int32_t substeps =
       resolving_substeps({best.omega.data(), static_cast<std::size_t>(best.num_elastic)}, plan.period);
   for (PlanShadow& shadow : budget.shadows) {

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 
 namespace freeflex {
 

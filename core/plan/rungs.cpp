@@ -17,7 +17,7 @@ namespace {
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // Returns the largest singular value of rows (count x num_padded), in the unit of the rows.
-double norm_of_rows(const Array& array, Eigen::Index count, const Plan& plan) {
+double norm_of_rows(const Array& array, Eigen::Index count, const StepPlan& plan) {
   if (count == 0 || array.empty()) return 0.0;
   const Eigen::Map<const RowMatrix> rows(array.data(), count, plan.num_padded);
   const double largest = rows.cwiseAbs().maxCoeff();
@@ -29,13 +29,13 @@ double norm_of_rows(const Array& array, Eigen::Index count, const Plan& plan) {
                                  .maxCoeff());
 }
 
-double top_frequency(const Plan& plan) {
+double top_frequency(const StepPlan& plan) {
   return plan.num_elastic == 0 ? 0.0 : plan.omega[static_cast<std::size_t>(plan.num_elastic) - 1];
 }
 
 // Returns a bound of the rates [1/s] of dashpots and feedback,
 // sigma = |R|^2 / M + sum_f (|F_v| |B_f| / M + (|F_q| |B_f| / M)^(1/2))   (THEORY 12.31).
-double stage_rate(const Plan& plan) {
+double stage_rate(const StepPlan& plan) {
   const double damping =
       norm_of_rows(plan.modal_coupling.damping_rows, plan.modal_coupling.num_damping, plan);
   double rate = damping * (damping / plan.mass);
@@ -52,7 +52,7 @@ double stage_rate(const Plan& plan) {
 // Returns 2 max decay_l [1/s] if dashpots, or springs or bars with damping, act in their true direction,
 // otherwise 0. The difference between their true and linear damping forces acts stage by stage, like that
 // between true and linear forces of bars (THEORY 12.19, 12.32).
-double damper_rate(const Plan& plan) {
+double damper_rate(const StepPlan& plan) {
   const auto damps = [](const PlanBar& bar) { return bar.damping > 0.0; };
   if (std::ranges::none_of(plan.coupled.bars, damps)) return 0.0;
   double rate = 0.0;
@@ -80,7 +80,7 @@ PlanBar true_bar(const Scene& scene, int index) {
 
 }  // namespace
 
-void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, Plan& plan,
+void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, StepPlan& plan,
                      Faults& faults) {
   if (structure.num_constraints > 0 && traits_of(spec.rung).has_true_geometry)
     for (const Link& link : scene.links)
@@ -127,16 +127,16 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
     if (traits_of(scene.links[k]).is_axial) plan.coupled.bars.push_back(true_bar(scene, static_cast<int>(k)));
 }
 
-double rotation_rate(const Plan& plan) {
+double rotation_rate(const StepPlan& plan) {
   const Eigen::Map<const Eigen::Vector3d> w(plan.initial.w_B.data());
   Eigen::Vector3d h = Eigen::Vector3d::Zero();
-  for (const PlanWheel& wheel : plan.wheels.all)
+  for (const PlanWheel& wheel : plan.wheels)
     h += wheel.momentum * Eigen::Map<const Eigen::Vector3d>(wheel.axis.data());
   const Vec3& inverse = plan.principal.inverse_moment;
   return w.norm() + h.norm() * std::sqrt(inverse[0] * inverse[1]);
 }
 
-void set_coupled_period(Plan& plan) {
+void set_coupled_period(StepPlan& plan) {
   if (!is_coupled(plan)) return;
   PlanCoupled& coupled = plan.coupled;
   coupled.num_substeps = 1;
@@ -162,7 +162,7 @@ void set_coupled_period(Plan& plan) {
   }
 }
 
-void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
+void check_stages(const Scene& scene, const StepPlan& plan, Faults& faults) {
   const double omega = top_frequency(plan), rate = stage_rate(plan), hertz = 1.0 / plan.period;
   const double substep = plan.period / plan.coupled.num_substeps;
   const std::string at =

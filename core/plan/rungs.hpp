@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/plan/spec.hpp"
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 
 namespace freeflex {
 
@@ -10,7 +10,7 @@ namespace freeflex {
 /// feedback, for rigid links in combination with true bars, and if the modes of a collinear shape do not let
 /// the points rotate about their line.
 /// \pre the modes, points and modal coupling of the plan are filled, and the plan's rung is coupled or above
-void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, Plan& plan,
+void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, StepPlan& plan,
                      Faults& faults);
 
 /// Largest omega h of a mode on the rung `exact-bars` [-], omega_n h / n_sub <= 1000   (THEORY 12.32). The
@@ -37,14 +37,14 @@ inline constexpr std::int32_t kMaxSubsteps = 65536;
 
 /// Returns the rate of rotation of the body at the start, including the nutation that wheels cause [rad/s]:
 /// |w| + |h_w| / (I_1 I_2)^(1/2)   (THEORY 12.30).
-double rotation_rate(const Plan& plan);
+double rotation_rate(const StepPlan& plan);
 
 /// Sets PlanCoupled::num_substeps and PlanCoupled::functions for the period of the plan
 /// (THEORY 12.14, 12.29, 12.30).
-void set_coupled_period(Plan& plan);
+void set_coupled_period(StepPlan& plan);
 
 /// Adds an error if the period is too long for forces that act stage by stage   (THEORY 12.32).
 /// \pre set_coupled_period was called
-void check_stages(const Scene& scene, const Plan& plan, Faults& faults);
+void check_stages(const Scene& scene, const StepPlan& plan, Faults& faults);
 
 }  // namespace freeflex

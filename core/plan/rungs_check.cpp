@@ -19,10 +19,10 @@ bool is_sized(const LoadSums& sums, std::size_t points, std::size_t groups, std:
   return is_sized(sums.force_W, points) && is_sized(sums.force_B, points) &&
          is_sized(sums.group_force_W, groups) && is_sized(sums.group_torque_W, groups) &&
          is_sized(sums.group_force_B, groups) && is_sized(sums.group_torque_B, groups) &&
-         is_sized(sums.torque.W, num_attitudes) && is_sized(sums.torque.B, num_attitudes);
+         is_sized(sums.torque_W, num_attitudes) && is_sized(sums.torque_B, num_attitudes);
 }
 
-bool is_bar(const Plan& plan, const PlanBar& bar) {
+bool is_bar(const StepPlan& plan, const PlanBar& bar) {
   const auto is_point = [&](std::int32_t point) {
     return point >= 0 && static_cast<std::size_t>(point) < plan.points.size();
   };
@@ -33,7 +33,7 @@ bool is_bar(const Plan& plan, const PlanBar& bar) {
          are_finite(bar.direction);
 }
 
-std::string find_in_histories(const Plan& plan) {
+std::string find_in_histories(const StepPlan& plan) {
   for (const PlanHistory& history : plan.histories) {
     const LoadPattern& pattern = history.pattern;
     if (!is_coupled(plan) && !is_sized(pattern.sums, 0, 0, 0))
@@ -49,7 +49,7 @@ std::string find_in_histories(const Plan& plan) {
   return {};
 }
 
-std::string find_in_kinetics(const Plan& plan) {
+std::string find_in_kinetics(const StepPlan& plan) {
   using Form = PlanKinetics::Form;
   const PlanKinetics& kinetics = plan.coupled.kinetics;
   if (kinetics.form < Form::kComplete || kinetics.form > Form::kTables)
@@ -92,7 +92,7 @@ std::string find_in_kinetics(const Plan& plan) {
 
 }  // namespace
 
-std::string find_rung_inconsistency(const Plan& plan) {
+std::string find_rung_inconsistency(const StepPlan& plan) {
   if (std::string error = find_in_histories(plan); !error.empty()) return error;
   const PlanCoupled& coupled = plan.coupled;
   if (!is_coupled(plan))
@@ -134,7 +134,7 @@ std::string find_budget_inconsistency(const Plan& plan) {
     return "the horizon of the error budget is out of range";
   if (budget.shadows.empty()) return {};
   if (budget.horizon == 0.0 || budget.horizon_ticks < 1) return "an error budget has no horizon";
-  const auto has_every_row = [](const Plan& each) {
+  const auto has_every_row = [](const StepPlan& each) {
     for (std::size_t i = 0; i < each.points.size(); ++i)
       if (each.points[i].row != static_cast<std::int32_t>(i)) return false;
     return true;
@@ -147,7 +147,7 @@ std::string find_budget_inconsistency(const Plan& plan) {
         !std::has_single_bit(static_cast<std::uint32_t>(shadow.substeps)))
       return "a shadow is of an unknown kind";
     if (std::string error = find_own_inconsistency(shadow.plan); !error.empty()) return "shadow: " + error;
-    if (!shadow.plan.fallback.empty() || !shadow.plan.budget.shadows.empty() || !has_every_row(shadow.plan) ||
+    if (!shadow.plan.fallback.empty() || !has_every_row(shadow.plan) ||
         shadow.plan.points.size() != plan.points.size() || shadow.plan.groups.size() != plan.groups.size())
       return "a shadow plan belongs to another structure";
   }

@@ -5,7 +5,7 @@
 #include <Eigen/SparseCore>
 #include <vector>
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 #include "core/structure/structure.hpp"
 
 namespace freeflex {

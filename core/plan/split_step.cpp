@@ -7,7 +7,7 @@ using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 
 }  // namespace
 
-SplitStep::SplitStep(const Plan& plan) {
+SplitStep::SplitStep(const StepPlan& plan) {
   const Eigen::Index n = plan.num_elastic;
   const auto modal = [&](const Array& rows) -> Eigen::MatrixXd {
     return Eigen::Map<const RowMatrix>(rows.data(), plan.modal_coupling.num_impulses, plan.num_padded)

@@ -3,7 +3,7 @@
 
 #include <Eigen/Core>
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 
 namespace freeflex {
 
@@ -14,7 +14,7 @@ namespace freeflex {
 /// \pre the path of the plan is kSplit
 class SplitStep {
  public:
-  explicit SplitStep(const Plan& plan);
+  explicit SplitStep(const StepPlan& plan);
 
   /// Returns the states after one tick.
   /// \param from  (2 num_modes x columns) states (q, q') before the tick, one in each column

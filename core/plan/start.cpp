@@ -198,7 +198,7 @@ void warn_of_fast_spin(const Scene& scene, const Structure& structure, Fidelity 
   }
 }
 
-void compile_start(const Scene& scene, const MassProperties& body, Plan& plan) {
+void compile_start(const Scene& scene, const MassProperties& body, StepPlan& plan) {
   const Initial& initial = scene.initial;
   const Eigen::Quaterniond attitude = attitude_at_start(initial);
   plan.initial.p_WB = to_array(centre_at_start(scene, body));

@@ -18,6 +18,6 @@ void check_start(const Scene& scene, const Structure& structure, Faults& faults)
 void warn_of_fast_spin(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults);
 
 /// Fills plan.initial, except for its elastic coordinates.
-void compile_start(const Scene& scene, const MassProperties& body, Plan& plan);
+void compile_start(const Scene& scene, const MassProperties& body, StepPlan& plan);
 
 }  // namespace freeflex

@@ -10,7 +10,7 @@
 namespace freeflex {
 namespace {
 
-bool has_loads_in_world(const Plan& plan) {
+bool has_loads_in_world(const StepPlan& plan) {
   return plan.attractor_mu > 0.0 || std::ranges::any_of(plan.histories, [](const PlanHistory& history) {
            return history.pattern.has_world;
          });
@@ -18,7 +18,7 @@ bool has_loads_in_world(const Plan& plan) {
 
 }  // namespace
 
-void warn_of_tick_rotations(const Scene& scene, const Plan& plan, Faults& faults) {
+void warn_of_tick_rotations(const Scene& scene, const StepPlan& plan, Faults& faults) {
   if (is_coupled(plan)) return;  // on the coupled rungs, the rotation sets the substeps   (THEORY 12.30)
   const State start = make_state(plan);
   RigidLoads loads;

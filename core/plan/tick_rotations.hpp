@@ -2,13 +2,13 @@
 #pragma once
 
 #include "core/scene/scene.hpp"
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 
 namespace freeflex {
 
 /// Warns if the body rotates further in a tick than its substeps resolve (THEORY 7.20, 7.21), and if loads
 /// fixed in the world rotate far in body axes within a tick (THEORY X144). Each warning gives a rate that is
 /// sufficient.
-void warn_of_tick_rotations(const Scene& scene, const Plan& plan, Faults& faults);
+void warn_of_tick_rotations(const Scene& scene, const StepPlan& plan, Faults& faults);
 
 }  // namespace freeflex

@@ -235,7 +235,7 @@ void fill_high_orders(const Prestress& prestress, const Eigen::MatrixXd& rows, c
   for (Eigen::Index form = 0; form < quartic.rows(); form += quartic.cols())
     for (std::size_t a = 0; a < n; ++a)
       for (std::size_t b = 0; b < n; ++b)
-        unmodelled.quartic.forms.push_back(quartic(form + modes[a], modes[b]));
+        unmodelled.quartic_forms.push_back(quartic(form + modes[a], modes[b]));
   Eigen::MatrixXi row(n, n);
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t b = 0; b < n; ++b)
@@ -328,7 +328,7 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
   for (std::size_t k = 0; k < scene.loads.size(); ++k) {
     Array arms;
     const SumsOnPoints sums = sums_of(scene.loads[k], plan);
-    set_arms(plan, sums, arms);
+    set_arms(plan, num_armed(unmodelled), sums, arms);
     unmodelled.load_arms.insert(unmodelled.load_arms.end(), arms.begin(), arms.end());
     if (prestress.has_unquantified) unmodelled.bodies.load_sizes.push_back(size_of_forces(sums));
   }

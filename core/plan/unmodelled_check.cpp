@@ -3,12 +3,11 @@
 
 namespace freeflex {
 
-std::string find_unmodelled_inconsistency(const Plan& plan) {
+std::string find_unmodelled_inconsistency(const StepPlan& plan, const PlanUnmodelled& unmodelled) {
   std::string error;
   const auto require = [&](bool holds, const std::string& what) {
     if (!holds && error.empty()) error = what;
   };
-  const PlanUnmodelled& unmodelled = plan.unmodelled;
   const auto n = static_cast<std::size_t>(plan.num_elastic), num_pairs = unmodelled.pairs.size();
   require(is_at_least(unmodelled.left_out, 0.0), "the size of the omitted modes is out of range");
   require(unmodelled.lacks_modes <= LacksModes::kNotKept, "the kind of the omitted modes is out of range");
@@ -32,9 +31,9 @@ std::string find_unmodelled_inconsistency(const Plan& plan) {
                   plan.histories.size() * unmodelled.inertia_rows.size() / 6 * kArmSize &&
               are_finite(unmodelled.load_arms) &&
               unmodelled.shadow_rows.size() == num_shadowed * (num_shadowed + 1) / 2 * num_shadowed &&
-              (num_shadowed == 0 ? unmodelled.quartic.forms.empty()
-                                 : unmodelled.quartic.forms.size() % (num_shadowed * num_shadowed) == 0) &&
-              are_finite(unmodelled.quartic.forms),
+              (num_shadowed == 0 ? unmodelled.quartic_forms.empty()
+                                 : unmodelled.quartic_forms.size() % (num_shadowed * num_shadowed) == 0) &&
+              are_finite(unmodelled.quartic_forms),
           "the tables of the integrated errors have the wrong size");
   for (std::size_t l = 0; l < num_shadowed && error.empty(); ++l)
     require(unmodelled.pairs[l][0] == static_cast<std::int32_t>(l),
@@ -75,6 +74,9 @@ std::string find_unmodelled_inconsistency(const Plan& plan) {
   require((unmodelled.named.left_out.empty() || unmodelled.named.left_out.size() == num_left_out) &&
               unmodelled.named.left_out_frequency.size() == unmodelled.named.left_out.size(),
           "the number of names of omitted modes is wrong");
+  require(is_at_least(unmodelled.error_per_force, 0.0), "the error per force is not >= 0");
+  require(unmodelled.gyroscopic.size() == plan.wheels.size() * num_pairs && are_finite(unmodelled.gyroscopic),
+          "a wheel does not have one gyroscopic entry for each pair of judged modes");
   return error;
 }
 

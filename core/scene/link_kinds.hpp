@@ -17,50 +17,36 @@ enum class LinkEffect {
   kDamps,    // resists only the rate of deformation   (THEORY 3.45)
 };
 
-struct LinkTraits {
+/// Holds the properties of a link. The properties that do not depend on its parameters are those of its type.
+struct LinkTraits : LinkTypeTraits {
   static constexpr std::size_t kAnyNumber = std::numeric_limits<std::size_t>::max();
-  const char* name;                 // in plans and messages
-  const char* noun;                 // noun in the text of faults
   std::size_t least = 2, most = 2;  // points
   LinkEffect effect = LinkEffect::kStrains;
-  // The link exerts one force along the line of its two points. The rungs with true geometry use its true
-  // length   (THEORY 12.17)
-  bool is_axial = false;
   bool has_joint_rotations = false;  // acts on the rotations of joints at its points   (THEORY 3.21)
   bool follows_points = true;        // is defined by the positions of its points, in their order
   bool lists_points = true;          // its points are listed in the scene message
 };
-constexpr LinkTraits traits_of(const Spring&) {
-  return {.name = "spring", .noun = "spring", .is_axial = true};
-}
-constexpr LinkTraits traits_of(const Bar&) { return {.name = "bar", .noun = "bar", .is_axial = true}; }
+constexpr LinkTraits traits_of(const Spring&) { return {traits_of(LinkType::kSpring)}; }
+constexpr LinkTraits traits_of(const Bar&) { return {traits_of(LinkType::kBar)}; }
 constexpr LinkTraits traits_of(const Beam&) {
-  return {.name = "beam", .noun = "beam", .has_joint_rotations = true};
+  return {traits_of(LinkType::kBeam), 2, 2, LinkEffect::kStrains, true};
 }
 inline LinkTraits traits_of(const MatrixLink& matrix) {
-  return {.name = "matrix",
-          .noun = "matrix link",
-          .least = is_superelement(matrix) ? 1U : 2U,
-          .most = LinkTraits::kAnyNumber,
-          .has_joint_rotations = matrix.has_rotations,
-          .follows_points = false,
-          .lists_points = false};
+  LinkTraits traits{traits_of(LinkType::kMatrix), is_superelement(matrix) ? 1U : 2U, LinkTraits::kAnyNumber};
+  traits.has_joint_rotations = matrix.has_rotations;
+  traits.follows_points = traits.lists_points = false;
+  return traits;
 }
-constexpr LinkTraits traits_of(const BendingSpring&) {
-  return {.name = "bending", .noun = "bending spring", .least = 3, .most = 3};
-}
-constexpr LinkTraits traits_of(const TorsionSpring&) {
-  return {.name = "torsion", .noun = "torsion spring", .least = 4, .most = 4};
-}
+constexpr LinkTraits traits_of(const BendingSpring&) { return {traits_of(LinkType::kBending), 3, 3}; }
+constexpr LinkTraits traits_of(const TorsionSpring&) { return {traits_of(LinkType::kTorsion), 4, 4}; }
 constexpr LinkTraits traits_of(const Plate&) {
-  return {.name = "plate", .noun = "plate", .least = 3, .most = 3, .has_joint_rotations = true};
+  return {traits_of(LinkType::kPlate), 3, 3, LinkEffect::kStrains, true};
 }
 constexpr LinkTraits traits_of(const Rigid&) {
-  return {
-      .name = "rigid", .noun = "rigid link", .most = LinkTraits::kAnyNumber, .effect = LinkEffect::kForbids};
+  return {traits_of(LinkType::kRigid), 2, LinkTraits::kAnyNumber, LinkEffect::kForbids};
 }
 constexpr LinkTraits traits_of(const Dashpot&) {
-  return {.name = "dashpot", .noun = "dashpot", .effect = LinkEffect::kDamps, .is_axial = true};
+  return {traits_of(LinkType::kDashpot), 2, 2, LinkEffect::kDamps};
 }
 
 inline LinkTraits traits_of(const Link& link) {

@@ -18,25 +18,25 @@ inline constexpr int kMaxSlotNumber = 63;  // the slots of a sender are numbered
 inline constexpr int kSenderSize = 32;     // bytes of a sender's name, including at least one NUL
 
 struct PointForce {
-  std::int32_t point;           // index into Plan::points
+  std::int32_t point;           // index into StepPlan::points
   std::int32_t padding;         // 0
   std::array<double, 3> force;  // [N]
 };
 struct Wrench {
-  std::int32_t group;            // index into Plan::groups
+  std::int32_t group;            // index into StepPlan::groups
   std::int32_t padding;          // 0
   std::array<double, 3> force;   // [N]
   std::array<double, 3> torque;  // [N m]
 };
 
 struct PointTorque {
-  std::int32_t point;            // index into Plan::points; the point has an attitude
+  std::int32_t point;            // index into StepPlan::points; the point has an attitude
   std::int32_t padding;          // 0
   std::array<double, 3> torque;  // [N m]
 };
 
 struct WheelTorque {
-  std::int32_t wheel;    // index into Plan::wheels
+  std::int32_t wheel;    // index into StepPlan::wheels
   std::int32_t padding;  // 0
   double torque;         // [N m] torque of the motor on the wheel; the opposite torque acts on the body
 };

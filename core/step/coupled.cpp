@@ -15,7 +15,7 @@ namespace {
 struct Function {
   const double *qq, *qv, *vq, *vv;
 };
-Function function_of(const Plan& plan, PlanCoupled::Function function) noexcept {
+Function function_of(const StepPlan& plan, PlanCoupled::Function function) noexcept {
   const std::size_t n = index(plan.num_padded);
   const double* first = plan.coupled.functions.data() + PlanCoupled::kNumEntries * std::size_t{function} * n;
   return {first, first + n, first + 2 * n, first + 3 * n};
@@ -27,7 +27,7 @@ using Stages = std::array<std::array<const double*, 2>, 4>;  // rates of q and p
 ///   Y_3 = exp(h L / 2) y + (h / 2) phi_1(h L / 2) N_1 + h phi_2(h L / 2) (N_2 - N_1)
 /// Y_2 does not have the last term.
 /// \param other  index of the stage whose rate is used as N_2; 0 for Y_2, so that the last term is zero
-void half_stage(const Plan& plan, const MotionState& state, const Stages& N, std::size_t other,
+void half_stage(const StepPlan& plan, const MotionState& state, const Stages& N, std::size_t other,
                 CoupledWorkspace& w) noexcept {
   const Function E = function_of(plan, PlanCoupled::kHalfStep), A = function_of(plan, PlanCoupled::kHalf1),
                  B = function_of(plan, PlanCoupled::kHalf2);
@@ -48,7 +48,7 @@ void half_stage(const Plan& plan, const MotionState& state, const Stages& N, std
 ///   y^1 = exp(h L) y + h phi_1(h L) N_1 + h phi_2(h L) (-3 N_1 + 2 N_2 + 2 N_3 - N_4)
 ///         + 4 h phi_3(h L) (N_1 - N_2 - N_3 + N_4)
 /// In the code, x is the factor of h phi_2, and y that of h phi_3.
-void full_step(const Plan& plan, const MotionState& state, const Stages& N, bool is_last, double* q_out,
+void full_step(const StepPlan& plan, const MotionState& state, const Stages& N, bool is_last, double* q_out,
                double* p_out) noexcept {
   const Function E = function_of(plan, PlanCoupled::kStep), A = function_of(plan, PlanCoupled::kStep1),
                  B = function_of(plan, PlanCoupled::kStep2), C = function_of(plan, PlanCoupled::kStep3);
@@ -112,7 +112,7 @@ struct AttitudeRates {
 /// is R_WB^0 G(g) (THEORY 7.8).
 Frame advance_stages(const StepLoads& step_loads, const MotionState& state, bool is_fresh,
                      Workspace& workspace) noexcept {
-  const Plan& plan = step_loads.plan;
+  const StepPlan& plan = step_loads.plan;
   CoupledWorkspace& w = workspace.coupled;
   const double h = step_loads.period();
   AttitudeRates attitude{rotation_matrix(state.q_WB), {}};
@@ -180,7 +180,7 @@ BarForce damper_force(const PlanBar& bar, const Vec3& d, const Vec3& d_dot) noex
           add_scaled(scale(tension / l, x), -bar.damping * dot(bar.direction, d_dot), bar.direction)};
 }
 
-void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) noexcept {
+void set_coupled_motion(const StepPlan& plan, const Vec3& w_B, MotionState& state) noexcept {
   CoupledState& coupled = state.coupled;
   const std::size_t n = index(plan.num_padded);
   const Vec3& w = coupled.w_B = w_B;
@@ -197,7 +197,7 @@ void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) n
     H = add_scaled(H, point.mass, add(cross(x, cross(w, x)), cross(V, V_dot)));
     combine_rows(rows, scale(point.mass / plan.mass, cross(w, V)), true, n, coupled.momentum.data());
   }
-  if (!plan.wheels.all.empty()) {
+  if (!plan.wheels.empty()) {
     H = add(H, rotated_wheel_momentum(plan, state.wheel_momentum, state.q.data()));
     add_wheel_momenta(plan, state.wheel_momentum, state.q.data(), -1.0, coupled.momentum.data());
   }
@@ -213,7 +213,7 @@ void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) n
     coupled.q_ddot[l] = -plan.omega[l] * (plan.omega[l] * state.q[l]) - 2.0 * plan.decay[l] * state.q_dot[l];
 }
 
-CoupledWorkspace make_coupled_workspace(const Plan& plan) {
+CoupledWorkspace make_coupled_workspace(const StepPlan& plan) {
   CoupledWorkspace w;
   const std::size_t n = index(plan.num_padded);
   for (auto* v : {&w.V, &w.W, &w.drift}) v->resize(plan.points.size());
@@ -225,7 +225,7 @@ CoupledWorkspace make_coupled_workspace(const Plan& plan) {
   const PlanKinetics& kinetics = plan.coupled.kinetics;
   if (kinetics.form == PlanKinetics::Form::kComplete) return w;
   w.C.resize(3 * n);
-  w.wheels.resize(plan.wheels.all.size());
+  w.wheels.resize(plan.wheels.size());
   if (!w.wheels.empty()) w.wheel_share.resize(n);
   for (auto* v : {&w.load, &w.inertial, &w.C_dot_w, &w.spare, &w.next.q_ddot}) v->resize(n);
   if (kinetics.form == PlanKinetics::Form::kPoints) w.arms.resize(plan.points.size());
@@ -236,7 +236,7 @@ CoupledWorkspace make_coupled_workspace(const Plan& plan) {
 
 bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state, bool is_fresh,
                           Workspace& workspace, Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept {
-  const Plan& plan = step_loads.plan;
+  const StepPlan& plan = step_loads.plan;
   CoupledWorkspace& w = workspace.coupled;
   if (plan.num_elastic > 0) {
     frame = advance_stages(step_loads, state, is_fresh, workspace);

@@ -13,10 +13,10 @@ namespace freeflex {
 ///   p_l = q_l' + sum_i m_i b_il . (w x V_i) / M   (THEORY 12.3, 12.33)
 /// \pre state.q, q_dot, q_WB are set
 /// \param w_B  [rad/s] angular velocity of the frame, body axes
-void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) noexcept;
+void set_coupled_motion(const StepPlan& plan, const Vec3& w_B, MotionState& state) noexcept;
 
 /// Returns scratch memory for advance_coupled_rung, sized for the plan.
-CoupledWorkspace make_coupled_workspace(const Plan& plan);
+CoupledWorkspace make_coupled_workspace(const StepPlan& plan);
 
 /// Computes the state one substep later by an exponential Runge-Kutta method of order 4. In y' = L y + N(y,
 /// t)   (THEORY 12.13), the linear motion L of each mode is advanced by its exponential, so stiff modes do

@@ -25,16 +25,16 @@ Mat3 inertia_of(const Symmetric& P) noexcept {
   return {P[1] + P[2], -P[3], -P[4], -P[3], P[0] + P[2], -P[5], -P[4], -P[5], P[0] + P[1]};
 }
 
-bool has_tables(const Plan& plan) noexcept {
+bool has_tables(const StepPlan& plan) noexcept {
   return plan.coupled.kinetics.form == PlanKinetics::Form::kTables;
 }
-bool has_body_tables(const Plan& plan) noexcept { return plan.coupled.kinetics.num_tables == kBodyTables; }
+bool has_body_tables(const StepPlan& plan) noexcept { return plan.coupled.kinetics.num_tables == kBodyTables; }
 
 /// Returns the change of the second moment of the mass, P(q) - P(0), and computes C point by point:
 ///   C_l = sum_i m_i V_i x b_il   (THEORY 12.35),   and for each axis C_l,a = sum_i m_i b_il . (e_a x V_i)
 /// (THEORY 12.36) The pass that computes the last row of C also projects the loads on points onto the modes,
 /// into w.load.
-Symmetric sum_points(const Plan& plan, CoupledWorkspace& w) noexcept {
+Symmetric sum_points(const StepPlan& plan, CoupledWorkspace& w) noexcept {
   const std::size_t n = index(plan.num_padded);
   Symmetric P{};
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
@@ -56,7 +56,7 @@ Symmetric sum_points(const Plan& plan, CoupledWorkspace& w) noexcept {
 
 /// Returns P(q) - P(0) and computes C from tables. Does not project loads:
 ///   C_l = sum_k q_k (X_kl + G_kl),   P = P(0) + 2 sum_k q_k Y_k + sum_kl q_k q_l Z_kl   (THEORY 12.49)
-Symmetric sum_tables(const Plan& plan, const StageState& stage, CoupledWorkspace& w) noexcept {
+Symmetric sum_tables(const StepPlan& plan, const StageState& stage, CoupledWorkspace& w) noexcept {
   const std::size_t n = index(plan.num_padded);
   const PlanKinetics& kinetics = plan.coupled.kinetics;
   const std::size_t block = index(kinetics.num_tables) * n;
@@ -72,7 +72,7 @@ Symmetric sum_tables(const Plan& plan, const StageState& stage, CoupledWorkspace
 
 /// Returns the resultant of the loads on points. Adds their moments to `rate` and, if the plan has tables,
 /// their generalized forces to w.load.
-Vec3 sum_point_loads(const Plan& plan, const StageState& stage, CoupledWorkspace& w,
+Vec3 sum_point_loads(const StepPlan& plan, const StageState& stage, CoupledWorkspace& w,
                      StageRate& rate) noexcept {
   const std::size_t n = index(plan.num_padded);
   if (has_tables(plan)) std::fill(w.load.begin(), w.load.end(), 0.0);
@@ -96,7 +96,7 @@ Vec3 sum_point_loads(const Plan& plan, const StageState& stage, CoupledWorkspace
 ///   Q_l += b_cl . F + theta_l . (T + (T x theta + (theta x d) x F + d x (F x theta)) / 2)   (THEORY 12.53)
 ///   L_B += (r_c + V_c) x F + T   (THEORY 12.54)
 /// Here d is the vector from the point of the body to its centre.
-void add_body_loads(const Plan& plan, const PlanBodyRotation& body, const StageState& stage,
+void add_body_loads(const StepPlan& plan, const PlanBodyRotation& body, const StageState& stage,
                     CoupledWorkspace& w, StageRate& rate, Vec3& resultant) noexcept {
   const std::size_t n = index(plan.num_padded);
   Vec3 F{}, T{}, V{};
@@ -118,7 +118,7 @@ void add_body_loads(const Plan& plan, const PlanBodyRotation& body, const StageS
   rate.moment_B = add(rate.moment_B, add(cross(add(body.centre, V), F), T));
 }
 
-void sum_loads(const Plan& plan, const StageState& stage, CoupledWorkspace& w, StageRate& rate) noexcept {
+void sum_loads(const StepPlan& plan, const StageState& stage, CoupledWorkspace& w, StageRate& rate) noexcept {
   Vec3 resultant = sum_point_loads(plan, stage, w, rate);
   for (const PlanBodyRotation& body : plan.coupled.kinetics.body_rotations)
     add_body_loads(plan, body, stage, w, rate, resultant);
@@ -129,7 +129,7 @@ void sum_loads(const Plan& plan, const StageState& stage, CoupledWorkspace& w, S
 /// (THEORY 12.53, 12.54, 16.13, 16.14). Every plan with such torques has tables.
 void add_torques(const StepLoads& step_loads, const StageState& stage, CoupledWorkspace& w,
                  StageRate& rate) noexcept {
-  const Plan& plan = step_loads.plan;
+  const StepPlan& plan = step_loads.plan;
   const std::size_t n = index(plan.num_padded);
   const auto add_one = [&](std::int32_t attitude_index, const Vec3& torque) {
     const double* rows = rotation_rows(plan, attitude_index);
@@ -138,17 +138,17 @@ void add_torques(const StepLoads& step_loads, const StageState& stage, CoupledWo
     rate.moment_B = add(rate.moment_B, torque);
     rate.rest_moment_B = add(rate.rest_moment_B, torque);
   };
-  const auto add_all = [&](const TorqueSums& sums, double amplitude) {
-    for (std::size_t k = 0; k < sums.W.size(); ++k)
-      if (!is_zero(sums.W[k]) || !is_zero(sums.B[k]))
+  const auto add_all = [&](const LoadSums& sums, double amplitude) {
+    for (std::size_t k = 0; k < sums.torque_W.size(); ++k)
+      if (!is_zero(sums.torque_W[k]) || !is_zero(sums.torque_B[k]))
         add_one(static_cast<std::int32_t>(k),
-                scale(amplitude, add(multiply_transposed(stage.R_WB, sums.W[k]), sums.B[k])));
+                scale(amplitude, add(multiply_transposed(stage.R_WB, sums.torque_W[k]), sums.torque_B[k])));
   };
-  add_all(step_loads.commands.sums.torque, 1.0);
+  add_all(step_loads.commands.sums, 1.0);
   for (const PlanHistory& history : plan.histories) {
     const double amplitude = step_loads.amplitude(history, stage.stage_time);
-    add_all(history.pattern.sums.torque, amplitude);
-    for (const PlanTorque& each : history.torques.all)
+    add_all(history.pattern.sums, amplitude);
+    for (const PlanTorque& each : history.torques)
       add_one(each.attitude_index,
               scale(amplitude, cross(contract_rows(rotation_rows(plan, each.attitude_index), stage.q, n),
                                      each.torque_B)));
@@ -158,7 +158,7 @@ void add_torques(const StepLoads& step_loads, const StageState& stage, CoupledWo
 /// Returns the rate P' of the second moment. Computes two sums over the points into w.inertial and w.C_dot_w:
 ///   dE_kin/dq_l = sum_i m_i b_il . ((V_i' + w x x_i) x w)   (THEORY 12.39)
 ///   w . C'_l = sum_i m_i b_il . (w x V_i')   (THEORY 12.40)
-Symmetric rates_by_points(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w) noexcept {
+Symmetric rates_by_points(const StepPlan& plan, const Vec3& w_B, CoupledWorkspace& w) noexcept {
   contract_points(plan, w.q_dot.data(), w.q_dot.data(), w.W, w.arms);
   Symmetric P_dot{};
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
@@ -176,7 +176,7 @@ Symmetric rates_by_points(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w
 /// X_kl and G'_l = sum_k q_k' G_kl:
 ///   dE_kin/dq_l = S . (Y_l + sum_k q_k Z_kl) - w . (X'_l - G'_l)   (THEORY 12.50)
 ///   w . C'_l = w . (X'_l + G'_l)   (THEORY 12.51)
-Symmetric rates_by_tables(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w) noexcept {
+Symmetric rates_by_tables(const StepPlan& plan, const Vec3& w_B, CoupledWorkspace& w) noexcept {
   const std::size_t n = index(plan.num_padded), count = index(plan.num_moving);
   const PlanKinetics& kinetics = plan.coupled.kinetics;
   const std::size_t block = index(kinetics.num_tables) * n;
@@ -206,7 +206,7 @@ Symmetric rates_by_tables(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w
 }  // namespace
 
 // Q_l -= m theta_l . (d x (a x theta) + (theta x d) x a) / 2,   a = F / M   (THEORY 12.55)
-void add_offset_loads(const Plan& plan, const StageState& stage, StageRate& rate) noexcept {
+void add_offset_loads(const StepPlan& plan, const StageState& stage, StageRate& rate) noexcept {
   if (plan.coupled.kinetics.offsets.empty() || is_zero(rate.force_W)) return;
   const std::size_t n = index(plan.num_padded);
   const Vec3 a = scale(1.0 / plan.mass, multiply_transposed(stage.R_WB, rate.force_W));
@@ -235,7 +235,7 @@ Vec3 times_C(const CoupledWorkspace& w, const double* x, std::size_t n) noexcept
 /// momenta from H_B' and p'   (THEORY 16.29, 16.30).
 void accelerate(const StepLoads& step_loads, const StageState& stage, const Mat3& matrix,
                 const Symmetric& P_dot, CoupledWorkspace& w, StageRate& rate) noexcept {
-  const Plan& plan = step_loads.plan;
+  const StepPlan& plan = step_loads.plan;
   const std::size_t n = index(plan.num_padded), moving = index(plan.num_moving);
   double* const known = w.spare.data();  // q'' without the term of w'
   const double inverse_mass = 1.0 / plan.mass;
@@ -265,7 +265,7 @@ void accelerate(const StepLoads& step_loads, const StageState& stage, const Mat3
 
 void evaluate_incomplete(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
                          StageRate& rate) noexcept {
-  const Plan& plan = step_loads.plan;
+  const StepPlan& plan = step_loads.plan;
   CoupledWorkspace& w = workspace.coupled;
   const std::size_t n = index(plan.num_padded), moving = index(plan.num_moving);
   const double inverse_mass = 1.0 / plan.mass;
@@ -310,7 +310,7 @@ void evaluate_incomplete(const StepLoads& step_loads, const StageState& stage, W
 }
 
 // H_B = I(q) w + C q'   (THEORY 12.34),   p = q' + C^T w / M   (THEORY 12.33)
-Vec3 momenta_by_tables(const Plan& plan, const Vec3& w_B, const double* q, const double* q_dot,
+Vec3 momenta_by_tables(const StepPlan& plan, const Vec3& w_B, const double* q, const double* q_dot,
                        double* p) noexcept {
   const std::size_t n = index(plan.num_padded);
   const PlanKinetics& kinetics = plan.coupled.kinetics;

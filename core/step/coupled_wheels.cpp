@@ -7,7 +7,7 @@ namespace freeflex {
 namespace {
 
 /// Returns the rotation theta of the body of a wheel from q, or the rate of theta from q'.
-Vec3 rotation_of_body(const Plan& plan, const PlanWheel& wheel, const double* q) noexcept {
+Vec3 rotation_of_body(const StepPlan& plan, const PlanWheel& wheel, const double* q) noexcept {
   return contract_rows(rotation_rows(plan, wheel.attitude_index), q, index(plan.num_padded));
 }
 
@@ -18,17 +18,17 @@ Vec3 rotated_axis(const Vec3& axis, const Vec3& theta) noexcept {
   return add_scaled(add(axis, first), 0.5, cross(theta, first));
 }
 
-void add_to_modes(const Plan& plan, const PlanWheel& wheel, const Vec3& by_rotation, double* y) noexcept {
+void add_to_modes(const StepPlan& plan, const PlanWheel& wheel, const Vec3& by_rotation, double* y) noexcept {
   combine_rows(rotation_rows(plan, wheel.attitude_index), by_rotation, true, index(plan.num_padded), y);
 }
 
 }  // namespace
 
 // sum_w h_w a_theta   (THEORY 16.29)
-Vec3 rotated_wheel_momentum(const Plan& plan, std::span<const double> momentum, const double* q) noexcept {
+Vec3 rotated_wheel_momentum(const StepPlan& plan, std::span<const double> momentum, const double* q) noexcept {
   Vec3 sum{};
-  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
-    const PlanWheel& wheel = plan.wheels.all[k];
+  for (std::size_t k = 0; k < plan.wheels.size(); ++k) {
+    const PlanWheel& wheel = plan.wheels[k];
     sum = add_scaled(sum, momentum[k], rotated_axis(wheel.axis, rotation_of_body(plan, wheel, q)));
   }
   return sum;
@@ -36,11 +36,11 @@ Vec3 rotated_wheel_momentum(const Plan& plan, std::span<const double> momentum, 
 
 // 1/2 sum_w h_w theta' . (a_w x theta). The kinetic energy also has a term in w, which the caller computes as
 // w . H_B without the momenta of wheels   (THEORY 16.32).
-double wheel_energy(const Plan& plan, std::span<const double> momentum, const double* q,
+double wheel_energy(const StepPlan& plan, std::span<const double> momentum, const double* q,
                     const double* q_dot) noexcept {
   double sum = 0.0;
-  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
-    const PlanWheel& wheel = plan.wheels.all[k];
+  for (std::size_t k = 0; k < plan.wheels.size(); ++k) {
+    const PlanWheel& wheel = plan.wheels[k];
     sum += 0.5 * momentum[k] *
            dot(rotation_of_body(plan, wheel, q_dot), cross(wheel.axis, rotation_of_body(plan, wheel, q)));
   }
@@ -48,10 +48,10 @@ double wheel_energy(const Plan& plan, std::span<const double> momentum, const do
 }
 
 // p_l += sign h_w theta_l . (a_w x theta) / (2 M), from the Lagrangian   (THEORY 16.28, 16.30)
-void add_wheel_momenta(const Plan& plan, std::span<const double> momentum, const double* q, double sign,
+void add_wheel_momenta(const StepPlan& plan, std::span<const double> momentum, const double* q, double sign,
                        double* p) noexcept {
-  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
-    const PlanWheel& wheel = plan.wheels.all[k];
+  for (std::size_t k = 0; k < plan.wheels.size(); ++k) {
+    const PlanWheel& wheel = plan.wheels[k];
     const Vec3 side = cross(wheel.axis, rotation_of_body(plan, wheel, q));
     add_to_modes(plan, wheel, scale(0.5 * sign * momentum[k] / plan.mass, side), p);
   }
@@ -61,9 +61,9 @@ void add_wheel_momenta(const Plan& plan, std::span<const double> momentum, const
 // (THEORY 16.31)
 void add_wheel_forces(const StepLoads& step_loads, const StageState& stage, const Vec3& w,
                       const double* q_dot, double* Q) noexcept {
-  const Plan& plan = step_loads.plan;
-  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
-    const PlanWheel& wheel = plan.wheels.all[k];
+  const StepPlan& plan = step_loads.plan;
+  for (std::size_t k = 0; k < plan.wheels.size(); ++k) {
+    const PlanWheel& wheel = plan.wheels[k];
     const Vec3& a = wheel.axis;
     const Vec3 theta = rotation_of_body(plan, wheel, stage.q),
                theta_dot = rotation_of_body(plan, wheel, q_dot);
@@ -79,10 +79,10 @@ void add_wheel_forces(const StepLoads& step_loads, const StageState& stage, cons
 // (THEORY 16.30).
 Vec3 add_wheel_rates(const StepLoads& step_loads, const StageState& stage, const double* q_dot,
                      double* Q) noexcept {
-  const Plan& plan = step_loads.plan;
+  const StepPlan& plan = step_loads.plan;
   Vec3 sum{};
-  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
-    const PlanWheel& wheel = plan.wheels.all[k];
+  for (std::size_t k = 0; k < plan.wheels.size(); ++k) {
+    const PlanWheel& wheel = plan.wheels[k];
     const Vec3& a = wheel.axis;
     const double h = stage.wheels[k], torque = step_loads.wheel_torque(k, stage.stage_time);
     const Vec3 theta = rotation_of_body(plan, wheel, stage.q),

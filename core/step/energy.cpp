@@ -37,7 +37,7 @@ Vec3x2 momentum_B(const Frame& frame) noexcept {
 
 }  // namespace
 
-void restore_energy(const Plan& plan, const Frame& from, const Vec3& h, Frame& to) noexcept {
+void restore_energy(const StepPlan& plan, const Frame& from, const Vec3& h, Frame& to) noexcept {
   const Vec3x2 before = momentum_B(from), after = momentum_B(to);
   Vec3 difference, twice;
   for (std::size_t i = 0; i < 3; ++i) {

@@ -14,6 +14,6 @@ namespace freeflex {
 /// momentum, most of which may be that of wheels. A body that spins about a principal axis is not rotated.
 /// \param h  [N m s] momentum of the wheels, body axes
 /// \pre no moment acts in the tick
-void restore_energy(const Plan& plan, const Frame& from, const Vec3& h, Frame& to) noexcept;
+void restore_energy(const StepPlan& plan, const Frame& from, const Vec3& h, Frame& to) noexcept;
 
 }  // namespace freeflex

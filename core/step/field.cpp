@@ -4,7 +4,7 @@
 
 namespace freeflex {
 
-Vec3 gravity_at(const Plan& plan, const Vec3& p_W) noexcept {
+Vec3 gravity_at(const StepPlan& plan, const Vec3& p_W) noexcept {
   if (plan.attractor_mu == 0.0) return plan.gravity_W;
   const Vec3 rho = sub(p_W, plan.attractor_W);
   const double square = dot(rho, rho);
@@ -20,13 +20,13 @@ Vec3 tidal_acceleration(double mu, const Vec3& rho, const Vec3& x) noexcept {
   return scale(-mu / (square * __builtin_sqrt(square)), add_scaled(scale(root, x), less_one, rho));
 }
 
-Vec3 gradient_torque(const Plan& plan, const Vec3& rho) noexcept {
+Vec3 gradient_torque(const StepPlan& plan, const Vec3& rho) noexcept {
   const double square = dot(rho, rho);
   return scale(3.0 * plan.attractor_mu / (square * square * __builtin_sqrt(square)),
                cross(rho, multiply(plan.inertia, rho)));
 }
 
-void add_field(const Plan& plan, const Mat3& R_WB, const Vec3& H_W, const Vec3& p_W, double* Q) noexcept {
+void add_field(const StepPlan& plan, const Mat3& R_WB, const Vec3& H_W, const Vec3& p_W, double* Q) noexcept {
   Vec3 diagonal{}, off{};  // S_xx S_yy S_zz, S_xy S_xz S_yz
   if (plan.has_spin_load) {
     // -w x (w x r) = (w.w) r - w (w.r)

@@ -94,7 +94,7 @@ constexpr Shares shares_at(double s) noexcept {
 ///   E_rot = |H|^2 / (2 I_2) + sum_i (d_i H_i^2 / 2 - h_i H_i / I_i) + const
 class Flows {
  public:
-  Flows(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept
+  Flows(const StepPlan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept
       : plan_(plan),
         loads_(loads),
         R_PB_(plan.principal.R_PB),
@@ -247,7 +247,7 @@ class Flows {
     rotation_ = multiply(Quat{c, axis[0], axis[1], axis[2]}, rotation_);
   }
 
-  const Plan& plan_;
+  const StepPlan& plan_;
   const RigidLoads& loads_;
   Mat3 R_PB_, R_WB_;
   double common_ = 0.0;  // [1/(kg m^2)] 1 / I_2
@@ -264,7 +264,7 @@ class Flows {
 
 }  // namespace
 
-Frame advance_by_flows(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads,
+Frame advance_by_flows(const StepPlan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads,
                        int substeps) noexcept {
   Frame to = from;
   Flows flows(plan, from, R_WB, loads);

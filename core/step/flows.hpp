@@ -9,7 +9,7 @@ namespace freeflex {
 /// Returns the frame one period later, advanced in `substeps` substeps (see substeps_for)   (THEORY 7.18).
 /// The result is exact for free spin about a principal axis, for free rotation of a body with two equal
 /// principal moments, and for orbits without loads. For other motions the method has order 8.
-Frame advance_by_flows(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads,
+Frame advance_by_flows(const StepPlan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads,
                        int substeps) noexcept;
 
 }  // namespace freeflex

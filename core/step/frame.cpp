@@ -88,7 +88,7 @@ struct Trajectory {
   }
 };
 
-Trajectory path_of(const Plan& plan, const Frame& from, const RigidLoad& load, const Mat3& R_WB) noexcept {
+Trajectory path_of(const StepPlan& plan, const Frame& from, const RigidLoad& load, const Mat3& R_WB) noexcept {
   const Vec3 a_W = add_scaled(gravity_at(plan, from.p_WB), 1.0 / plan.mass, resultant_W(load, R_WB));
   return {multiply_transposed(R_WB, sub(from.p_WB, plan.attractor_W)), multiply_transposed(R_WB, from.v_WB),
           multiply_transposed(R_WB, a_W)};
@@ -100,7 +100,7 @@ Trajectory path_of(const Plan& plan, const Frame& from, const RigidLoad& load, c
 /// L_B includes the torque of the gravity gradient of an attractor (THEORY 8.20). The attitude within the
 /// step is R_WB G(g) (THEORY 7.8).
 struct RotationStages {
-  const Plan& plan;
+  const StepPlan& plan;
   const Trajectory* path;  // set if an attractor acts
   double period;
   Mat3 half_inverse_inertia;
@@ -108,7 +108,7 @@ struct RotationStages {
   const WheelMomentum& wheels;
   Rates g_rates, H_rates;
 
-  RotationStages(const Plan& of, const Vec3& H_start, const Trajectory* along,
+  RotationStages(const StepPlan& of, const Vec3& H_start, const Trajectory* along,
                  const WheelMomentum& of_wheels) noexcept
       : plan(of), path(along), period(of.period), H(H_start), wheels(of_wheels) {
     for (std::size_t i = 0; i < 9; ++i) half_inverse_inertia[i] = 0.5 * plan.inverse_inertia[i];
@@ -121,7 +121,7 @@ struct RotationStages {
   Vec3 g_rate(const Vec3& g, const Vec3& H_now, double share) const noexcept {
     const Vec3 u = cross(g, H_now);
     Vec3 H_B = add_scaled(H_now, 2.0 / (1.0 + dot(g, g)), sub(cross(g, u), u));
-    if (!plan.wheels.all.empty()) H_B = sub(H_B, wheels.at(share));
+    if (!plan.wheels.empty()) H_B = sub(H_B, wheels.at(share));
     const Vec3 half_w = multiply(half_inverse_inertia, H_B);
     return add_scaled(add(half_w, cross(g, half_w)), dot(g, half_w), g);
   }
@@ -190,14 +190,14 @@ StepRotation rotate_loaded(RotationStages& stages, const StepMoment& start, cons
 
 bool has_moment(const RigidLoad& load) noexcept { return load.has_moment_W || !is_zero(load.torque_B); }
 
-StepRotation rotation_in_step(const Plan& plan, const Frame& from, const Mat3& R_WB, const Vec3& H_B,
+StepRotation rotation_in_step(const StepPlan& plan, const Frame& from, const Mat3& R_WB, const Vec3& H_B,
                               const RigidLoads& loads) noexcept {
   const bool needs_middle = loads.later || !is_zero(loads.start.force_B);
   const bool is_attracted = plan.attractor_mu > 0.0;
   const Trajectory path = is_attracted ? path_of(plan, from, loads.start, R_WB) : Trajectory{};
   RotationStages stages(plan, H_B, is_attracted ? &path : nullptr, loads.wheels);
   if (!is_attracted && !has_moment(loads.start) && !has_moment(loads.middle()) && !has_moment(loads.end()))
-    return is_zero(from.H_W) && plan.wheels.all.empty() ? StepRotation{} : rotate_free(stages, needs_middle);
+    return is_zero(from.H_W) && plan.wheels.empty() ? StepRotation{} : rotate_free(stages, needs_middle);
   const StepMoment start = moment_in_step(loads.start, R_WB);
   if (!loads.later) return rotate_loaded(stages, start, start, start, start, start, needs_middle);
   const StepMoment middle = moment_in_step(loads.middle(), R_WB), end = moment_in_step(loads.end(), R_WB);
@@ -215,7 +215,7 @@ Mat3 rotation_of_gibbs(const Vec3& g) noexcept {
   return {1.0 - (yy + zz), xy - z, xz + y, xy + z, 1.0 - (xx + zz), yz - x, xz - y, yz + x, 1.0 - (xx + yy)};
 }
 
-void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& weighted_force,
+void translate(const StepPlan& plan, double h, const Vec3& mean_force, const Vec3& weighted_force,
                Frame& frame) noexcept {
   if (!plan.has_gravity) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -274,7 +274,7 @@ void add_rotation(const Quat& less_one, Frame& frame) noexcept {
     add_compensated(frame.q_WB[i], frame.q_WB_low[i], increment[i] - 0x1p-9 * excess * q[i]);
 }
 
-void translate(const Plan& plan, double h, const Vec3& start, const Vec3& middle, const Vec3& end,
+void translate(const StepPlan& plan, double h, const Vec3& start, const Vec3& middle, const Vec3& end,
                Frame& frame) noexcept {
   const Vec3 mean = scale(1.0 / 6.0, add_scaled(add(start, end), 4.0, middle));
   translate(plan, h, mean, scale(1.0 / 3.0, add_scaled(start, 2.0, middle)), frame);
@@ -312,7 +312,7 @@ Vec3 moment_B(const RigidLoad& load, const Mat3& R_WB) noexcept {
 namespace {
 
 /// Returns the frame at the end of a tick in which the body keeps its attitude   (THEORY 14.4).
-Frame slide(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept {
+Frame slide(const StepPlan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept {
   Frame to = from;
   const Vec3 start = resultant_W(loads.start, R_WB);
   if (loads.later)
@@ -326,7 +326,7 @@ Frame slide(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLo
 /// Returns the frame at the end of a tick in which the rotation of the body is known. The attitude is rotated
 /// by rotation.g_end, R_WB H_gain is added to H_W, and the frame is translated by the forces at the start,
 /// the middle and the end of the tick (THEORY 7.3, 7.5).
-Frame apply(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads,
+Frame apply(const StepPlan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads,
             const StepRotation& rotation) noexcept {
   Frame to = from;
   rotate_attitude(rotation.g_end, to);
@@ -347,7 +347,7 @@ Frame apply(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLo
 
 }  // namespace
 
-Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept {
+Frame advance_frame(const StepPlan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept {
   const auto by_flows = [&](Frame& to) {
     // a tick is advanced by the composition only if it is long   (THEORY 7.24, 7.25)
     const TickRotation tick = rotation_in_tick(plan, from, R_WB, loads);

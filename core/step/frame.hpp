@@ -64,7 +64,7 @@ void add_rotation(const Quat& less_one, Frame& frame) noexcept;
 /// Advances position and velocity by a time h [s] under M p_WB'' = F_W + M g_W (THEORY 7.2). Applies
 /// Simpson's rule to the forces [N], in world axes, at the start, the middle and the end of h   (THEORY 7.5):
 ///   mean_force = (start + 4 middle + end) / 6,   weighted_force = (start + 2 middle) / 3
-void translate(const Plan& plan, double h, const Vec3& start, const Vec3& middle, const Vec3& end,
+void translate(const StepPlan& plan, double h, const Vec3& start, const Vec3& middle, const Vec3& end,
                Frame& frame) noexcept;
 
 /// Advances position and velocity by a time h [s], exactly for F_W quadratic in time:
@@ -72,12 +72,12 @@ void translate(const Plan& plan, double h, const Vec3& start, const Vec3& middle
 /// If there is an attractor, its field replaces g_W   (THEORY 7.26, 8.18).
 /// \param mean_force  [N] mean of the force over h, int F_W dt / h
 /// \param weighted_force  [N] mean of the force with weights 2 (1 - t / h), 2 int (1 - t / h) F_W dt / h
-void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& weighted_force,
+void translate(const StepPlan& plan, double h, const Vec3& mean_force, const Vec3& weighted_force,
                Frame& frame) noexcept;
 
 /// Returns the frame one period later:
 ///   M p_WB'' = F_W + M g_W,   H_W' = L_W,   w = I^-1 R_WB^T H_W   (THEORY 7.2 to 7.4)
 /// \param R_WB  rotation matrix of from.q_WB
-Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept;
+Frame advance_frame(const StepPlan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept;
 
 }  // namespace freeflex

@@ -221,7 +221,7 @@ FREEFLEX_KERNEL void advance(const Lanes* all, std::size_t n, ModalState from, c
 /// registers of the baseline.
 ///   V = sum_l b_l q_l   (THEORY 2.14),   q_l'' = Q_l / M - 2 decay_l q_l' - omega_l^2 q_l   (THEORY 4.22)
 template <class V>
-FREEFLEX_KERNEL void contract_motion_to(const double* rows, const Plan* plan, const double* q,
+FREEFLEX_KERNEL void contract_motion_to(const double* rows, const StepPlan* plan, const double* q,
                                         const double* q_dot, const double* Q, PointMotion* motion) noexcept {
   const std::size_t n = static_cast<std::size_t>(plan->num_moving),
                     stride = static_cast<std::size_t>(plan->num_padded);
@@ -262,7 +262,7 @@ FREEFLEX_KERNEL void contract_motion_to(const double* rows, const Plan* plan, co
 /// Computes the products of the three rows of each point with two vectors   (THEORY 2.14), in the lanes of
 /// sum_in_lanes.
 template <class V>
-FREEFLEX_KERNEL void contract_points_to(const Plan* plan, const double* a, const double* b, Vec3* a_out,
+FREEFLEX_KERNEL void contract_points_to(const StepPlan* plan, const double* a, const double* b, Vec3* a_out,
                                         Vec3* b_out, std::size_t num_points) noexcept {
   const std::size_t n = static_cast<std::size_t>(plan->num_moving),
                     stride = static_cast<std::size_t>(plan->num_padded);
@@ -299,7 +299,7 @@ FREEFLEX_KERNEL void contract_points_to(const Plan* plan, const double* a, const
 
 /// Computes x_l = sum_k rows_kl f_k and y_l = sum_k rows_kl g_k over all rows k, for eight modes l at a time.
 template <class V>
-FREEFLEX_KERNEL void project_points_to(const Plan* plan, std::size_t n, const double* f, const double* g,
+FREEFLEX_KERNEL void project_points_to(const StepPlan* plan, std::size_t n, const double* f, const double* g,
                                        std::size_t num_rows, double* x, double* y) noexcept {
   const auto stride = static_cast<std::size_t>(plan->num_padded);
   constexpr std::size_t kLanesOfV = sizeof(V) / sizeof(double), kChunks = kLanes / kLanesOfV;
@@ -366,7 +366,7 @@ void add_outer(const double* rows, const Vec3& F, std::size_t n, double* table) 
     for (std::size_t b = 0; b < 3; ++b) combine_one(rows + a * n, F[b], true, n, table + (3 * a + b) * n);
 }
 
-PointMotion contract_motion(const double* rows, const Plan& plan, const double* q, const double* q_dot,
+PointMotion contract_motion(const double* rows, const StepPlan& plan, const double* q, const double* q_dot,
                             const double* Q) noexcept {
   PointMotion motion;
   run_widest<contract_motion_to<Pair>, contract_motion_to<Quad>, contract_motion_to<Oct>>(rows, &plan, q,
@@ -374,13 +374,13 @@ PointMotion contract_motion(const double* rows, const Plan& plan, const double* 
   return motion;
 }
 
-void contract_points(const Plan& plan, const double* a, const double* b, std::span<Vec3> V,
+void contract_points(const StepPlan& plan, const double* a, const double* b, std::span<Vec3> V,
                      std::span<Vec3> W) noexcept {
   run_widest<contract_points_to<Pair>, contract_points_to<Quad>, contract_points_to<Oct>>(
       &plan, a, b, V.data(), W.data(), V.size());
 }
 
-void project_columns(const Plan& plan, std::size_t n, std::span<const Vec3> f, std::span<const Vec3> g,
+void project_columns(const StepPlan& plan, std::size_t n, std::span<const Vec3> f, std::span<const Vec3> g,
                      double* x, double* y) noexcept {
   run_widest<project_points_to<Pair>, project_points_to<Quad>, project_points_to<Oct>>(
       &plan, n, f.data()->data(), g.data()->data(), 3 * f.size(), x, y);

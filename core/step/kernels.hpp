@@ -21,9 +21,9 @@ inline Vec3 contract_rows(const double* rows, const double* x, std::size_t n) no
   return {dot_lanes(rows, x, n), dot_lanes(rows + n, x, n), dot_lanes(rows + 2 * n, x, n)};
 }
 
-/// Returns the three rows of a block of Plan::rows. These rows are the unit elastic displacements b_l of one
+/// Returns the three rows of a block of StepPlan::rows. These rows are the unit elastic displacements b_l of one
 /// point.
-inline const double* point_rows(const Plan& plan, std::int32_t row) noexcept {
+inline const double* point_rows(const StepPlan& plan, std::int32_t row) noexcept {
   return plan.rows.data() + 3 * index(row) * index(plan.num_padded);
 }
 
@@ -33,7 +33,7 @@ struct PointMotion {
 };
 /// Returns the products of rows (3 x num_padded) with q, q' and q'', in the same lanes as dot_lanes:
 ///   V = sum_l b_l q_l   (THEORY 2.14),   q_l'' = Q_l / M - 2 decay_l q_l' - omega_l^2 q_l   (THEORY 4.22)
-PointMotion contract_motion(const double* rows, const Plan& plan, const double* q, const double* q_dot,
+PointMotion contract_motion(const double* rows, const StepPlan& plan, const double* q, const double* q_dot,
                             const double* Q) noexcept;
 
 /// Sets y to f_0 rows_0 + f_1 rows_1 + f_2 rows_2, or adds this to y if `accumulate` is true. The array
@@ -50,19 +50,19 @@ void add_outer(const double* rows, const Vec3& F, std::size_t n, double* table) 
 
 /// Computes V = rows a and W = rows b over all points, in the same lanes as dot_lanes. Uses the first
 /// num_moving columns of rows (3 num_points x num_padded).
-void contract_points(const Plan& plan, const double* a, const double* b, std::span<Vec3> V,
+void contract_points(const StepPlan& plan, const double* a, const double* b, std::span<Vec3> V,
                      std::span<Vec3> W) noexcept;
 /// Computes x = rows^T f and y = rows^T g over all points, for the first n columns, summed from the first
 /// point to the last.
-void project_columns(const Plan& plan, std::size_t n, std::span<const Vec3> f, std::span<const Vec3> g,
+void project_columns(const StepPlan& plan, std::size_t n, std::span<const Vec3> f, std::span<const Vec3> g,
                      double* x, double* y) noexcept;
 /// Computes rows^T f and rows^T g for the modes. The arrays x and y are (num_moving).
-inline void project_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
+inline void project_points(const StepPlan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
                            double* y) noexcept {
   project_columns(plan, index(plan.num_moving), f, g, x, y);
 }
 /// Computes rows^T f and rows^T g for modes and constraint shapes. The arrays x and y are (num_padded).
-inline void project_all_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
+inline void project_all_points(const StepPlan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
                                double* y) noexcept {
   project_columns(plan, index(plan.num_padded), f, g, x, y);
 }

@@ -8,13 +8,6 @@
 namespace freeflex {
 namespace {
 
-/// Returns the index of a point in LoadSums. On the coupled rungs it is the index of the point. On the other
-/// rungs it is the row of the point, so that points without rows, which cannot be loaded, take neither memory
-/// nor time.
-std::size_t index_of(const Plan& plan, std::int32_t point) noexcept {
-  return index(is_coupled(plan) ? point : plan.points[index(point)].row);
-}
-
 /// Adds the moment of a world force F at r to the table: L_c,ab += (e_c x r)_a F_b   (THEORY 8.2).
 void add_moment(const Vec3& r, const Vec3& F, std::array<double, 27>& moment) noexcept {
   const Mat3 arm = {0.0, -r[2], r[1], r[2], 0.0, -r[0], -r[1], r[0], 0.0};  // row c: e_c x r
@@ -57,10 +50,10 @@ void clear(LoadPattern& pattern) noexcept {
 
 /// Sets the resultant and the moment table of the world loads, F_W = sum_i F_i   (THEORY 8.1), L_c,ab
 /// (THEORY 8.2).
-void set_world_rigid(const Plan& plan, const SumsOnPoints& sums, LoadPattern& pattern) noexcept {
+void set_world_rigid(const StepPlan& plan, const SumsOnPoints& sums, LoadPattern& pattern) noexcept {
   for (const std::int32_t i : sums.points) {
     const PlanPoint& point = plan.points[index(i)];
-    const Vec3& force = sums.force_W[index_of(plan, i)];
+    const Vec3& force = sums.force_W[load_index(plan, i)];
     if (is_zero(force)) continue;
     pattern.has_world = true;
     pattern.force_W = add(pattern.force_W, force);
@@ -73,7 +66,7 @@ void set_world_rigid(const Plan& plan, const SumsOnPoints& sums, LoadPattern& pa
     add_moment(plan.groups[k].centre, sums.group_force_W[k], pattern.moment_W);
     add_torque(torque_projection(plan.groups[k]), sums.group_torque_W[k], pattern.moment_W);
   }
-  for (const Vec3& torque : sums.torque.W) {
+  for (const Vec3& torque : sums.torque_W) {
     if (is_zero(torque)) continue;
     pattern.has_world = true;
     add_torque(kUnit, torque, pattern.moment_W);
@@ -82,12 +75,12 @@ void set_world_rigid(const Plan& plan, const SumsOnPoints& sums, LoadPattern& pa
 
 /// Stores the world forces one by one if they act on at most kMaxDirect points (THEORY 8.4). Returns false if
 /// a table is needed, because they act on more points or because there are wrenches or torques.
-bool try_direct(const Plan& plan, const SumsOnPoints& sums, LoadPattern& pattern) noexcept {
+bool try_direct(const StepPlan& plan, const SumsOnPoints& sums, LoadPattern& pattern) noexcept {
   for (std::size_t k = 0; k < plan.groups.size(); ++k)
     if (has_load(sums.group_force_W[k], sums.group_torque_W[k])) return false;
-  if (!std::all_of(sums.torque.W.begin(), sums.torque.W.end(), is_zero)) return false;
+  if (!std::all_of(sums.torque_W.begin(), sums.torque_W.end(), is_zero)) return false;
   for (const std::int32_t i : sums.points) {
-    const Vec3& force = sums.force_W[index_of(plan, i)];
+    const Vec3& force = sums.force_W[load_index(plan, i)];
     if (is_zero(force)) continue;
     if (pattern.num_direct == LoadPattern::kMaxDirect) {
       pattern.num_direct = 0;
@@ -102,13 +95,13 @@ bool try_direct(const Plan& plan, const SumsOnPoints& sums, LoadPattern& pattern
 
 /// Sets the table of the world loads: Q_l,ab = sum_i b_il,a F_i,b   (THEORY 8.5), and for torques on bodies
 /// Q_l,ab = theta_l,a T_b   (THEORY 16.13).
-void set_table(const Plan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
+void set_table(const StepPlan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
                LoadPattern& pattern) noexcept {
   pattern.uses_table = true;
   const std::size_t n = index(plan.num_padded);
   std::fill(pattern.table.begin(), pattern.table.end(), 0.0);
   for (const std::int32_t i : sums.points) {
-    if (const Vec3& force = sums.force_W[index_of(plan, i)]; !is_zero(force))
+    if (const Vec3& force = sums.force_W[load_index(plan, i)]; !is_zero(force))
       add_outer(point_rows(plan, plan.points[index(i)].row), force, n, pattern.table.data());
   }
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
@@ -117,15 +110,15 @@ void set_table(const Plan& plan, std::span<const double> group_rows, const SumsO
     if (!is_zero(sums.group_torque_W[k]))
       add_outer(rows + 3 * n, sums.group_torque_W[k], n, pattern.table.data());
   }
-  for (std::size_t k = 0; k < sums.torque.W.size(); ++k)
-    if (!is_zero(sums.torque.W[k]))
-      add_outer(rotation_rows(plan, static_cast<std::int32_t>(k)), sums.torque.W[k], n, pattern.table.data());
+  for (std::size_t k = 0; k < sums.torque_W.size(); ++k)
+    if (!is_zero(sums.torque_W[k]))
+      add_outer(rotation_rows(plan, static_cast<std::int32_t>(k)), sums.torque_W[k], n, pattern.table.data());
 }
 
 /// Sets the resultant, the moment and the generalized forces of the loads in body axes   (THEORY 8.7):
 ///   F_B = sum_i F_i,   L_B = sum_i r_i x F_i,   Q_B,l = sum_i b_il . F_i
 /// A torque T on a body adds T to L_B and theta_l . T to Q_B,l   (THEORY 16.13).
-void set_body(const Plan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
+void set_body(const StepPlan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
               LoadPattern& pattern) noexcept {
   const std::size_t n = index(plan.num_padded);
   const auto add_rows = [&](const double* rows, const Vec3& f) {
@@ -134,7 +127,7 @@ void set_body(const Plan& plan, std::span<const double> group_rows, const SumsOn
   };
   for (const std::int32_t i : sums.points) {
     const PlanPoint& point = plan.points[index(i)];
-    const Vec3& force = sums.force_B[index_of(plan, i)];
+    const Vec3& force = sums.force_B[load_index(plan, i)];
     if (is_zero(force)) continue;
     pattern.force_B = add(pattern.force_B, force);
     pattern.torque_B = add(pattern.torque_B, cross(point.r, force));
@@ -153,15 +146,15 @@ void set_body(const Plan& plan, std::span<const double> group_rows, const SumsOn
       add_rows(rows + 3 * n, sums.group_torque_B[k]);
     }
   }
-  for (std::size_t k = 0; k < sums.torque.B.size(); ++k) {
-    if (is_zero(sums.torque.B[k])) continue;
-    pattern.torque_B = add(pattern.torque_B, sums.torque.B[k]);
-    add_rows(rotation_rows(plan, static_cast<std::int32_t>(k)), sums.torque.B[k]);
+  for (std::size_t k = 0; k < sums.torque_B.size(); ++k) {
+    if (is_zero(sums.torque_B[k])) continue;
+    pattern.torque_B = add(pattern.torque_B, sums.torque_B[k]);
+    add_rows(rotation_rows(plan, static_cast<std::int32_t>(k)), sums.torque_B[k]);
   }
 }
 
 /// Converts the world loads to loads in body axes, for a body that keeps its attitude   (THEORY 8.6, 14.4).
-void fold_world(const Plan& plan, LoadPattern& pattern) noexcept {
+void fold_world(const StepPlan& plan, LoadPattern& pattern) noexcept {
   if (!pattern.uses_table && pattern.num_direct == 0) return;
   const bool has_body = pattern.has_body;
   pattern.has_body = false;
@@ -171,58 +164,40 @@ void fold_world(const Plan& plan, LoadPattern& pattern) noexcept {
   pattern.num_direct = 0;
 }
 
-/// Adds to `arms` the torques of the force share * load, which acts on one point, when an elastic coordinate
-/// displaces the point.
-void add_arms(const Plan& plan, const PlanPoint& point, const Mat3& share, const Vec3& load_W,
-              const Vec3& load_B, Array& arms) noexcept {
-  const double* rows = point_rows(plan, point.row);
-  const std::size_t n = index(plan.num_padded);
-  const Vec3 force_B = multiply(share, load_B);
-  for (std::size_t c = 0; c < arms.size() / kArmSize; ++c) {
-    const Vec3 b = {rows[c], rows[n + c], rows[2 * n + c]};
-    const Vec3 torque = cross(b, force_B);
-    double* const arm = arms.data() + c * kArmSize;
-    for (std::size_t k = 0; k < 3; ++k) {
-      Vec3 axis{};
-      axis[k] = 1.0;
-      const Vec3 lever = multiply_transposed(share, cross(axis, b));
-      for (std::size_t a = 0; a < 3; ++a)
-        for (std::size_t d = 0; d < 3; ++d) arm[9 * k + 3 * a + d] += lever[a] * load_W[d];
-      arm[27 + k] += torque[k];
-    }
-  }
-}
-
 }  // namespace
 
-SumsOnPoints make_load_sums(const Plan& plan) {
+std::size_t load_index(const StepPlan& plan, std::int32_t point) noexcept {
+  return index(is_coupled(plan) ? point : plan.points[index(point)].row);
+}
+
+SumsOnPoints make_load_sums(const StepPlan& plan) {
   SumsOnPoints sums;
   std::size_t num_sums = 0;
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     const auto point = static_cast<std::int32_t>(i);
     if (!is_coupled(plan) && plan.points[i].row < 0) continue;
     sums.points.push_back(point);
-    num_sums = std::max(num_sums, index_of(plan, point) + 1);
+    num_sums = std::max(num_sums, load_index(plan, point) + 1);
   }
   for (auto* v : {&sums.force_W, &sums.force_B}) v->resize(num_sums);
   for (auto* v : {&sums.group_force_W, &sums.group_torque_W, &sums.group_force_B, &sums.group_torque_B})
     v->resize(plan.groups.size());
-  for (auto* v : {&sums.torque.W, &sums.torque.B}) v->resize(plan.particles.attitude_points.size());
-  sums.wheels.torque.resize(plan.wheels.all.size());
+  for (auto* v : {&sums.torque_W, &sums.torque_B}) v->resize(plan.particles.attitude_points.size());
+  sums.wheel_torques.resize(plan.wheels.size());
   return sums;
 }
 
 void clear(LoadSums& sums) noexcept {
   for (auto* v : {&sums.force_W, &sums.force_B, &sums.group_force_W, &sums.group_torque_W,
-                  &sums.group_force_B, &sums.group_torque_B, &sums.torque.W, &sums.torque.B})
+                  &sums.group_force_B, &sums.group_torque_B, &sums.torque_W, &sums.torque_B})
     std::fill(v->begin(), v->end(), Vec3{});
-  std::fill(sums.wheels.torque.begin(), sums.wheels.torque.end(), 0.0);
+  std::fill(sums.wheel_torques.begin(), sums.wheel_torques.end(), 0.0);
 }
 
-void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept {
+void add_loads(const StepPlan& plan, const LoadSet& loads, LoadSums& sums) noexcept {
   const bool is_body = loads.axes == 1;
   for (const PointForce& f : loads.forces) {
-    Vec3& sum = (is_body ? sums.force_B : sums.force_W)[index_of(plan, f.point)];
+    Vec3& sum = (is_body ? sums.force_B : sums.force_W)[load_index(plan, f.point)];
     sum = add(sum, f.force);
   }
   for (const Wrench& w : loads.wrenches) {
@@ -232,21 +207,13 @@ void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept 
     torque = add(torque, w.torque);
   }
   for (const PointTorque& t : loads.torques) {
-    Vec3& sum = (is_body ? sums.torque.B : sums.torque.W)[index(attitude_index_of(plan, t.point))];
+    Vec3& sum = (is_body ? sums.torque_B : sums.torque_W)[index(attitude_index_of(plan, t.point))];
     sum = add(sum, t.torque);
   }
-  for (const WheelTorque& w : loads.wheels) sums.wheels.torque[index(w.wheel)] += w.torque;
+  for (const WheelTorque& w : loads.wheels) sums.wheel_torques[index(w.wheel)] += w.torque;
 }
 
-double size_of_forces(const SumsOnPoints& sums) noexcept {
-  double size = 0.0;
-  for (const auto* v : {&sums.force_W, &sums.force_B, &sums.group_force_W, &sums.group_force_B})
-    for (const Vec3& force : *v)
-      for (const double component : force) size += component < 0.0 ? -component : component;
-  return size;
-}
-
-Array make_group_rows(const Plan& plan) {
+Array make_group_rows(const StepPlan& plan) {
   const std::size_t n = index(plan.num_padded);
   Array rows(6 * plan.groups.size() * n, 0.0);
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
@@ -267,23 +234,23 @@ Array make_group_rows(const Plan& plan) {
   return rows;
 }
 
-LoadPattern make_pattern(const Plan& plan) {
+LoadPattern make_pattern(const StepPlan& plan) {
   LoadPattern pattern;
   pattern.table.resize(9 * index(plan.num_padded));
   pattern.Q_B.resize(index(plan.num_padded));
-  pattern.wheels.torque.resize(plan.wheels.all.size());
+  pattern.wheel_torques.resize(plan.wheels.size());
   if (is_coupled(plan)) pattern.sums = make_load_sums(plan);
   return pattern;
 }
 
-void set_pattern(const Plan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
+void set_pattern(const StepPlan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
                  LoadPattern& pattern) noexcept {
   clear(pattern);
-  std::copy(sums.wheels.torque.begin(), sums.wheels.torque.end(), pattern.wheels.torque.begin());
+  std::copy(sums.wheel_torques.begin(), sums.wheel_torques.end(), pattern.wheel_torques.begin());
   set_world_rigid(plan, sums, pattern);
   if (is_coupled(plan)) {
     pattern.sums = sums;  // both patterns have the same sizes, so nothing is allocated
-    for (const auto* v : {&sums.force_B, &sums.group_force_B, &sums.group_torque_B, &sums.torque.B})
+    for (const auto* v : {&sums.force_B, &sums.group_force_B, &sums.group_torque_B, &sums.torque_B})
       for (const Vec3& each : *v) pattern.has_body |= !is_zero(each);
     return;
   }
@@ -292,51 +259,13 @@ void set_pattern(const Plan& plan, std::span<const double> group_rows, const Sum
   if (!plan.has_rotation) fold_world(plan, pattern);
 }
 
-// Adds b_il x F_i for each load F_i. World loads are stored in the layout of LoadPattern::moment_W
-// (THEORY X148).
-void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept {
-  const std::size_t num_shadowed = plan.unmodelled.inertia_rows.size() / 6;
-  arms.assign(num_shadowed * kArmSize, 0.0);
-  if (num_shadowed == 0) return;
-  for (const std::int32_t i : sums.points) {
-    const PlanPoint& point = plan.points[index(i)];
-    const std::size_t at = index_of(plan, i);
-    const Vec3 &W = sums.force_W[at], &B = sums.force_B[at];
-    if (has_load(W, B)) add_arms(plan, point, kUnit, W, B, arms);
-  }
-  for (std::size_t k = 0; k < plan.groups.size(); ++k) {
-    const PlanGroup& group = plan.groups[k];
-    const bool has_force = has_load(sums.group_force_W[k], sums.group_force_B[k]),
-               has_torque = has_load(sums.group_torque_W[k], sums.group_torque_B[k]);
-    if (!has_force && !has_torque) continue;
-    for (const std::int32_t carrier : carriers_of_group(plan, k)) {
-      const PlanPoint& point = mass_point(plan, carrier);
-      const double share = point.mass / group.mass;
-      if (has_force)
-        add_arms(plan, point, {share, 0, 0, 0, share, 0, 0, 0, share}, sums.group_force_W[k],
-                 sums.group_force_B[k], arms);
-      // the force m_i (J_g^-1 T_g) x d_i as a matrix times T_g, one column for each component of T_g
-      // (THEORY 8.8)
-      const Vec3 d = sub(point.r, group.centre);
-      Mat3 share_of_torque{};
-      for (std::size_t a = 0; a < 3; ++a) {
-        const Mat3& J = group.inverse_inertia;
-        const Vec3 f = scale(point.mass, cross({J[a], J[3 + a], J[6 + a]}, d));
-        for (std::size_t e = 0; e < 3; ++e) share_of_torque[3 * e + a] = f[e];
-      }
-      if (has_torque)
-        add_arms(plan, point, share_of_torque, sums.group_torque_W[k], sums.group_torque_B[k], arms);
-    }
-  }
-}
-
-LoadPattern build_pattern(const Plan& plan, const LoadSet& loads) {
+LoadPattern build_pattern(const StepPlan& plan, const LoadSet& loads) {
   SumsOnPoints sums = make_load_sums(plan);
   add_loads(plan, loads, sums);
   return build_pattern(plan, sums);
 }
 
-LoadPattern build_pattern(const Plan& plan, const SumsOnPoints& sums) {
+LoadPattern build_pattern(const StepPlan& plan, const SumsOnPoints& sums) {
   LoadPattern pattern = make_pattern(plan);
   set_pattern(plan, make_group_rows(plan), sums, pattern);
   if (!pattern.uses_table) pattern.table = {};
@@ -344,7 +273,7 @@ LoadPattern build_pattern(const Plan& plan, const SumsOnPoints& sums) {
   return pattern;
 }
 
-bool project(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
+bool project(const StepPlan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
              bool accumulate, double* Q) noexcept {
   const std::size_t n = index(plan.num_padded);
   if (pattern.uses_table) {
@@ -365,7 +294,7 @@ bool project(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, dou
   return pattern.has_world || pattern.has_body;
 }
 
-BodyResultant body_resultant(const Plan& plan, const LoadPattern& pattern) noexcept {
+BodyResultant body_resultant(const StepPlan& plan, const LoadPattern& pattern) noexcept {
   BodyResultant all;
   const LoadSums& sums = pattern.sums;
   const auto add_force = [&](const Vec3& arm, const Vec3& force) {
@@ -378,11 +307,11 @@ BodyResultant body_resultant(const Plan& plan, const LoadPattern& pattern) noexc
     add_force(plan.groups[k].centre, sums.group_force_B[k]);
     all.torque = add(all.torque, multiply(torque_projection(plan.groups[k]), sums.group_torque_B[k]));
   }
-  for (const Vec3& torque : sums.torque.B) all.torque = add(all.torque, torque);
+  for (const Vec3& torque : sums.torque_B) all.torque = add(all.torque, torque);
   return all;
 }
 
-void add_point_forces(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
+void add_point_forces(const StepPlan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
                       std::span<Vec3> forces) noexcept {
   if (!pattern.has_world && !pattern.has_body) return;
   const LoadSums& sums = pattern.sums;

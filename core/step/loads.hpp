@@ -11,8 +11,13 @@
 
 namespace freeflex {
 
+/// Returns the index of a point in LoadSums. On the coupled rungs it is the index of the point. On the other
+/// rungs it is the row of the point, so that points without rows, which cannot be loaded, take neither memory
+/// nor time.
+std::size_t load_index(const StepPlan& plan, std::int32_t point) noexcept;
+
 /// Returns loads that are zero, sized for a plan.
-SumsOnPoints make_load_sums(const Plan& plan);
+SumsOnPoints make_load_sums(const StepPlan& plan);
 void clear(LoadSums& sums) noexcept;
 
 /// Holds one set of loads. `axes` has the same values as in ForceCommand.
@@ -25,27 +30,20 @@ struct LoadSet {
 };
 /// Adds loads to sums.
 /// \pre every index in `loads` is valid in the plan, and the sums were sized for the plan
-void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept;
+void add_loads(const StepPlan& plan, const LoadSet& loads, LoadSums& sums) noexcept;
 
 /// Returns the generalized forces of unit wrenches on each group (6*num_groups x num_padded). For each group
 /// there are three rows for unit forces, and three rows for unit torques, along the body axes. Every
 /// point of a group must have rows.
 ///   Q_l = sum_i F_i . b_il   (THEORY 4.20),   F_i = (m_i / m_g) F_g + m_i (J_g^-1 T_g) x d_i   (THEORY 8.8)
-Array make_group_rows(const Plan& plan);
+Array make_group_rows(const StepPlan& plan);
 
 /// Returns an empty pattern with room for every load.
-LoadPattern make_pattern(const Plan& plan);
+LoadPattern make_pattern(const StepPlan& plan);
 
 /// Overwrites a pattern of make_pattern with the sums   (THEORY 8.1 to 8.7). Allocates nothing.
-void set_pattern(const Plan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
+void set_pattern(const StepPlan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
                  LoadPattern& pattern) noexcept;
-
-/// Sets arms to the torque about the centre of mass that each elastic coordinate adds by displacing the
-/// loaded points, b_il x F_i [N m per m] (THEORY X148). If the plan does not need arms, the array becomes
-/// empty. Every loaded point must have rows. Allocates nothing if there is room for kArmSize *
-/// kMostShadowedModes.
-/// \param arms  [N] (num_shadowed x kArmSize) torques per elastic coordinate
-void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept;
 
 /// Holds the resultant of loads in body axes.
 struct BodyResultant {
@@ -55,16 +53,13 @@ struct BodyResultant {
 /// Returns the resultant of those loads of a pattern that are given in body axes. On coupled rungs a pattern
 /// holds its loads without this resultant, but the step of a body without modes needs it (THEORY 8.7).
 /// \pre is_coupled(plan)
-BodyResultant body_resultant(const Plan& plan, const LoadPattern& pattern) noexcept;
+BodyResultant body_resultant(const StepPlan& plan, const LoadPattern& pattern) noexcept;
 
-/// Returns the sum of |x| + |y| + |z| over all forces [N]. Forces do not cancel in this sum   (THEORY X143).
-double size_of_forces(const SumsOnPoints& sums) noexcept;
-
-/// Returns the pattern of one built-in load, for the set-up of Plan::histories. Arrays that the pattern does
+/// Returns the pattern of one built-in load, for the set-up of StepPlan::histories. Arrays that the pattern does
 /// not use are empty.
 /// \pre plan.points, groups, rows, num_padded are filled
-LoadPattern build_pattern(const Plan& plan, const SumsOnPoints& sums);
-LoadPattern build_pattern(const Plan& plan, const LoadSet& loads);
+LoadPattern build_pattern(const StepPlan& plan, const SumsOnPoints& sums);
+LoadPattern build_pattern(const StepPlan& plan, const LoadSet& loads);
 
 /// Sets Q to amplitude times the generalized forces of the pattern at attitude R_WB, or adds them to Q if
 /// `accumulate` is true. If the pattern has no load, returns false and leaves Q unchanged.
@@ -72,13 +67,13 @@ LoadPattern build_pattern(const Plan& plan, const LoadSet& loads);
 ///   other world loads:  Q_l = sum_ab R_WB,ba Q_l,ab   (THEORY 8.6)
 ///   loads in body axes:  Q_l = Q_B,l   (THEORY 8.7)
 /// \param Q  [N] (num_padded) generalized forces
-bool project(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
+bool project(const StepPlan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
              bool accumulate, double* Q) noexcept;
 
 /// For coupled rungs: adds amplitude times the forces of the pattern to the forces on each point, body axes.
 /// Wrenches are distributed over their groups: F_i = (m_i / m_g) F_g + m_i (J_g^-1 T_g) x d_i   (THEORY 8.8).
 /// \param forces  [N] (num_points + num_particles) forces on the points, then on the particles
-void add_point_forces(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
+void add_point_forces(const StepPlan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
                       std::span<Vec3> forces) noexcept;
 
 }  // namespace freeflex

@@ -22,10 +22,10 @@ std::size_t stride_of(const PlanModalCoupling& coupling) noexcept { return pad(2
 
 }  // namespace
 
-bool has_dependent_loads(const Plan& plan) noexcept {
+bool has_dependent_loads(const StepPlan& plan) noexcept {
   if (!plan.feedbacks.empty()) return true;
   for (const PlanHistory& history : plan.histories)
-    if (!history.followers.empty() || !history.torques.all.empty()) return true;
+    if (!history.followers.empty() || !history.torques.empty()) return true;
   return false;
 }
 
@@ -53,11 +53,11 @@ void stiffen(const PlanHistory& history, double amplitude, const double* q, doub
   }
 }
 
-DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool at_end, double* Q) noexcept {
+DependentLoad follow(const StepPlan& plan, const double* q, std::int64_t tick, bool at_end, double* Q) noexcept {
   const std::size_t n = index(plan.num_padded);
   DependentLoad sum;
   for (const PlanHistory& history : plan.histories) {
-    if (history.followers.empty() && history.torques.all.empty()) continue;
+    if (history.followers.empty() && history.torques.empty()) continue;
     const double amplitude =
         at_end ? amplitude_left(history, plan.period, tick + 1) : amplitude_right(history, plan.period, tick);
     stiffen(history, amplitude, q, Q);
@@ -69,7 +69,7 @@ DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool 
       sum.torque_B = freeflex::add(sum.torque_B, cross(follower.r, force));
     }
     // torques in local axes: theta x T   (THEORY 16.14)
-    for (const PlanTorque& each : history.torques.all) {
+    for (const PlanTorque& each : history.torques) {
       const double* rows = rotation_rows(plan, each.attitude_index);
       const Vec3 torque = scale(amplitude, cross(contract_rows(rows, q, n), each.torque_B));
       combine_rows(rows, torque, true, n, Q);
@@ -79,7 +79,7 @@ DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool 
   return sum;
 }
 
-DependentLoad feed_back(const Plan& plan, const double* q, const double* q_dot, const double* Q) noexcept {
+DependentLoad feed_back(const StepPlan& plan, const double* q, const double* q_dot, const double* Q) noexcept {
   DependentLoad sum;
   for (const PlanFeedback& feedback : plan.feedbacks) {
     const Vec3 force = feedback_force(feedback, index(plan.num_padded), q, q_dot, Q);
@@ -89,7 +89,7 @@ DependentLoad feed_back(const Plan& plan, const double* q, const double* q_dot, 
   return sum;
 }
 
-DependentStep feed_back_over_step(const Plan& plan, const double* q, const double* q_dot, const double* Q0,
+DependentStep feed_back_over_step(const StepPlan& plan, const double* q, const double* q_dot, const double* Q0,
                                   const double* Q1) noexcept {
   const PlanModalCoupling& coupling = plan.modal_coupling;
   if (coupling.load_columns.empty()) return {};
@@ -109,7 +109,7 @@ DependentStep feed_back_over_step(const Plan& plan, const double* q, const doubl
           {{sum[6], sum[7], sum[8]}, {sum[9], sum[10], sum[11]}}};
 }
 
-void add_modal_coupling_forces(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
+void add_modal_coupling_forces(const StepPlan& plan, const double* q, const double* q_dot, Array& scratch,
                                double* Q) noexcept {
   const std::size_t n = index(plan.num_padded);
   // each feedback responds to the loads that are in Q on entry, but not to the loads that other feedbacks add
@@ -127,7 +127,7 @@ void add_modal_coupling_forces(const Plan& plan, const double* q, const double* 
   }
 }
 
-DependentLoad apply_half_impulse(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
+DependentLoad apply_half_impulse(const StepPlan& plan, const double* q, const double* q_dot, Array& scratch,
                                  double* q_dot_out) noexcept {
   const PlanModalCoupling& coupling = plan.modal_coupling;
   const std::size_t n = index(plan.num_padded), num_impulses = index(coupling.num_impulses);
@@ -149,7 +149,7 @@ DependentLoad apply_half_impulse(const Plan& plan, const double* q, const double
   return load;
 }
 
-bool advance_coupled_modes(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,
+bool advance_coupled_modes(const StepPlan& plan, const ModalState& from, const double* Q0, const double* Q1,
                            Array& scratch, const ModalResult& to) noexcept {
   const PlanModalCoupling& coupling = plan.modal_coupling;
   const std::size_t num_modes = coupling.modes.size(), stride = stride_of(coupling);
@@ -177,7 +177,7 @@ bool advance_coupled_modes(const Plan& plan, const ModalState& from, const doubl
   return check == 0.0;
 }
 
-bool advance_linear(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,
+bool advance_linear(const StepPlan& plan, const ModalState& from, const double* Q0, const double* Q1,
                     Array& q_dot_after_impulse, Array& scratch, const ModalResult& to,
                     DependentLoad& last_impulse) noexcept {
   const std::size_t n = index(plan.num_moving);
@@ -195,7 +195,7 @@ bool advance_linear(const Plan& plan, const ModalState& from, const double* Q0, 
   return is_finite;
 }
 
-std::size_t modal_coupling_scratch_size(const Plan& plan) noexcept {
+std::size_t modal_coupling_scratch_size(const StepPlan& plan) noexcept {
   return std::max(
       {stride_of(plan.modal_coupling), index(plan.num_padded), index(plan.modal_coupling.num_impulses)});
 }

@@ -61,10 +61,9 @@ PlanPrincipal principal_of(const Mat3& inverse_inertia) noexcept {
   return principal;
 }
 
-void set_principal(Plan& plan) noexcept {
+void set_principal(StepPlan& plan) noexcept {
   plan.principal = principal_of(plan.inverse_inertia);
-  for (Plan& fallback : plan.fallback) set_principal(fallback);
-  for (PlanShadow& shadow : plan.budget.shadows) set_principal(shadow.plan);
+  for (StepPlan& fallback : plan.fallback) set_principal(fallback);
 }
 
 }  // namespace freeflex

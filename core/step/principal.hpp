@@ -10,7 +10,7 @@ namespace freeflex {
 /// plan that is read from a file gets the same bits as the plan that was written.
 PlanPrincipal principal_of(const Mat3& inverse_inertia) noexcept;
 
-/// Sets the member `principal` of a plan, of its fallback plan and of its shadows.
-void set_principal(Plan& plan) noexcept;
+/// Sets the member `principal` of a plan and of its fallback plan.
+void set_principal(StepPlan& plan) noexcept;
 
 }  // namespace freeflex

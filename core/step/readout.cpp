@@ -11,22 +11,22 @@
 namespace freeflex {
 namespace {
 
-const double* rows_of(const Plan& plan, std::int32_t point) noexcept {
+const double* rows_of(const StepPlan& plan, std::int32_t point) noexcept {
   return point_rows(plan, plan.points[index(point)].row);
 }
 
 /// Returns the product of rows (3 x num_padded) with x.
-Vec3 contract(const Plan& plan, const double* rows, const Array& x) noexcept {
+Vec3 contract(const StepPlan& plan, const double* rows, const Array& x) noexcept {
   return contract_rows(rows, x.data(), index(plan.num_padded));
 }
 
 /// Returns V_second - V_first of a bar. If q' is passed instead of q, returns the rate of this difference.
-Vec3 difference(const Plan& plan, const PlanBar& bar, const Array& q) noexcept {
+Vec3 difference(const StepPlan& plan, const PlanBar& bar, const Array& q) noexcept {
   return sub(contract(plan, rows_of(plan, bar.second), q), contract(plan, rows_of(plan, bar.first), q));
 }
 
 /// Returns the bar at true length that belongs to a link, or nullptr if there is none.
-const PlanBar* find_bar(const Plan& plan, std::int32_t link) noexcept {
+const PlanBar* find_bar(const StepPlan& plan, std::int32_t link) noexcept {
   const auto& bars = plan.coupled.bars;
   const auto found =
       std::lower_bound(bars.begin(), bars.end(), link,
@@ -45,23 +45,23 @@ Mat3 rotation_matrix(const Quat& q) noexcept {
           2.0 * (xz - wy),       2.0 * (yz + wx),       1.0 - 2.0 * (xx + yy)};
 }
 
-Vec3 wheel_momentum_B(const Plan& plan, const MotionState& state) noexcept {
+Vec3 wheel_momentum_B(const StepPlan& plan, const MotionState& state) noexcept {
   if (is_coupled(plan)) return rotated_wheel_momentum(plan, state.wheel_momentum, state.q.data());
   Vec3 h{};
-  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k)
-    h = add_scaled(h, state.wheel_momentum[k], plan.wheels.all[k].axis);
+  for (std::size_t k = 0; k < plan.wheels.size(); ++k)
+    h = add_scaled(h, state.wheel_momentum[k], plan.wheels[k].axis);
   return h;
 }
 
-Vec3 angular_velocity(const Plan& plan, const MotionState& state) noexcept {
+Vec3 angular_velocity(const StepPlan& plan, const MotionState& state) noexcept {
   if (is_coupled(plan)) return state.coupled.w_B;
   Vec3 H_B = multiply_transposed(rotation_matrix(state.q_WB), state.H_W);
-  if (!plan.wheels.all.empty()) H_B = sub(H_B, wheel_momentum_B(plan, state));
+  if (!plan.wheels.empty()) H_B = sub(H_B, wheel_momentum_B(plan, state));
   return multiply(plan.inverse_inertia, H_B);
 }
 
-PointState read_point(const Plan& given, const MotionState& state, int point) noexcept {
-  const Plan& plan = active_plan(given, state);
+PointState read_point(const StepPlan& given, const MotionState& state, int point) noexcept {
+  const StepPlan& plan = active_plan(given, state);
   const Mat3 R = rotation_matrix(state.q_WB);
   const Vec3 w = angular_velocity(plan, state);
   const auto [V, V_dot, V_ddot] =
@@ -93,8 +93,8 @@ PointState read_point(const Plan& given, const MotionState& state, int point) no
   return {add(state.p_WB, multiply(R, x)), add(state.v_WB, multiply(R, v_B)), add(a_WB, multiply(R, a_B)), V};
 }
 
-BodyState read_body(const Plan& given, const MotionState& state, int point) noexcept {
-  const Plan& plan = active_plan(given, state);
+BodyState read_body(const StepPlan& given, const MotionState& state, int point) noexcept {
+  const StepPlan& plan = active_plan(given, state);
   const double* rows = rotation_rows(plan, attitude_index_of(plan, point));
   const Vec3 g = scale(0.5, contract(plan, rows, state.q)),
              g_dot = scale(0.5, contract(plan, rows, state.q_dot));
@@ -104,8 +104,8 @@ BodyState read_body(const Plan& given, const MotionState& state, int point) noex
   return {multiply(state.q_WB, {1.0 / norm, g[0] / norm, g[1] / norm, g[2] / norm}), add(of_frame, own)};
 }
 
-GroupPose read_group(const Plan& given, const MotionState& state, int group_index) noexcept {
-  const Plan& plan = active_plan(given, state);
+GroupPose read_group(const StepPlan& given, const MotionState& state, int group_index) noexcept {
+  const StepPlan& plan = active_plan(given, state);
   const PlanGroup& group = plan.groups[index(group_index)];
   // mean elastic displacement and mean elastic rotation theta of the group, in body axes, and their rates
   // (THEORY 9.5, 9.6)
@@ -132,8 +132,8 @@ GroupPose read_group(const Plan& given, const MotionState& state, int group_inde
           add(w, theta_dot)};
 }
 
-void read_link(const Plan& given, const MotionState& state, int output, std::span<double> out) noexcept {
-  const Plan& plan = active_plan(given, state);
+void read_link(const StepPlan& given, const MotionState& state, int output, std::span<double> out) noexcept {
+  const StepPlan& plan = active_plan(given, state);
   const PlanLinkOutput& link = plan.link_outputs[index(output)];
   const std::size_t n = index(plan.num_padded);
   for (std::int32_t k = 0; k < link.num_rows; ++k)
@@ -153,12 +153,12 @@ void read_link(const Plan& given, const MotionState& state, int output, std::spa
   add(link.first_load_row, state.Q);
 }
 
-Invariants read_invariants(const Plan& given, const MotionState& state) noexcept {
-  const Plan& plan = active_plan(given, state);
+Invariants read_invariants(const StepPlan& given, const MotionState& state) noexcept {
+  const StepPlan& plan = active_plan(given, state);
   const std::size_t n = index(plan.num_padded);
   Invariants invariants;
   Vec3 H_B = multiply_transposed(rotation_matrix(state.q_WB), state.H_W);
-  if (!plan.wheels.all.empty()) H_B = sub(H_B, wheel_momentum_B(plan, state));
+  if (!plan.wheels.empty()) H_B = sub(H_B, wheel_momentum_B(plan, state));
   invariants.kinetic_rigid =
       0.5 * (plan.mass * dot(state.v_WB, state.v_WB) + dot(H_B, angular_velocity(plan, state)));
   invariants.kinetic_elastic = 0.5 * plan.mass * dot_lanes(state.q_dot.data(), state.q_dot.data(), n);

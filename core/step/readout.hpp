@@ -14,11 +14,11 @@ Mat3 rotation_matrix(const Quat& q_WB) noexcept;
 /// Returns the sum of h_w a_w over the wheels [N m s], body axes. The sum is zero without wheels. Below the
 /// coupled rungs, a_w are the axes of the wheels in the undeformed structure. On coupled rungs, a_w are the
 /// axes rotated with their bodies (THEORY 16.22, 16.29).
-Vec3 wheel_momentum_B(const Plan& plan, const MotionState& state) noexcept;
+Vec3 wheel_momentum_B(const StepPlan& plan, const MotionState& state) noexcept;
 
 /// Returns the angular velocity of the floating frame, body axes [rad/s]. Below the coupled rungs it is
 ///   w = I^-1 (R_WB^T H_W - sum_w h_w a_w)   (THEORY 7.4, 16.22)
-Vec3 angular_velocity(const Plan& plan, const MotionState& state) noexcept;
+Vec3 angular_velocity(const StepPlan& plan, const MotionState& state) noexcept;
 
 struct PointState {
   Vec3 p_W{};  // [m] position
@@ -32,7 +32,7 @@ struct PointState {
 ///   a_i = g_W + F_W / M + R_WB (w' x x_i + w x (w x x_i) + 2 w x V_i' + V_i'')   (THEORY 9.3)
 /// On the coupled rungs, the acceleration is given by (THEORY 12.21, 12.43) instead.
 /// \pre plan.points[point].row >= 0
-PointState read_point(const Plan& plan, const MotionState& state, int point) noexcept;
+PointState read_point(const StepPlan& plan, const MotionState& state, int point) noexcept;
 
 struct BodyState {
   Quat q_WP{1.0, 0.0, 0.0, 0.0};  // attitude of the body at the point
@@ -44,7 +44,7 @@ struct BodyState {
 ///   q_WP = q_WB o (1, g) / sqrt(1 + g.g)   (THEORY 16.15)
 ///   w_P = G(g)^T w + 2 (g' - g x g') / (1 + g.g)   (THEORY 16.16)
 /// \pre attitude_index_of(plan, point) >= 0
-BodyState read_body(const Plan& plan, const MotionState& state, int point) noexcept;
+BodyState read_body(const StepPlan& plan, const MotionState& state, int point) noexcept;
 
 struct GroupPose {
   Vec3 p_W{};                     // [m] centre of mass of the group
@@ -58,12 +58,12 @@ struct GroupPose {
 ///   theta_g = J_g^-1 sum_i m_i d_i x V_i   (THEORY 9.6)
 ///   q_WG = q_WB o (1, theta_g / 2) / sqrt(1 + |theta_g|^2 / 4)   (THEORY 9.7)
 ///   v_g = v_WB + R_WB (w x x_g + x_g'),   w_g = w + theta_g'   (THEORY 9.8, 9.9)
-GroupPose read_group(const Plan& plan, const MotionState& state, int group) noexcept;
+GroupPose read_group(const StepPlan& plan, const MotionState& state, int group) noexcept;
 
 /// Writes the forces of one published link, rows q + rate rows q' + load rows Q, into out (num_rows of
 /// plan.link_outputs[output])   (THEORY 5.1 to 5.6). The force of a bar in PlanCoupled::bars is that at true
 /// length (THEORY 12.17).
-void read_link(const Plan& plan, const MotionState& state, int output, std::span<double> out) noexcept;
+void read_link(const StepPlan& plan, const MotionState& state, int output, std::span<double> out) noexcept;
 
 /// Holds momenta, energies without the kinetic energy of wheels, and residuals of the conditions on the
 /// coordinates.
@@ -79,6 +79,6 @@ struct Invariants {
   Vec3 eckart_rotation{};              // [kg m^2] sum m r x V   (THEORY 2.12)
   double quaternion_norm_error = 0.0;  // [-] norm of q_WB minus 1
 };
-Invariants read_invariants(const Plan& plan, const MotionState& state) noexcept;
+Invariants read_invariants(const StepPlan& plan, const MotionState& state) noexcept;
 
 }  // namespace freeflex

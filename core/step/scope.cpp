@@ -35,7 +35,7 @@ void gather_modes(const std::vector<std::int32_t>& positions, std::size_t n, Arr
 
 }  // namespace
 
-Need find_need(const Plan& plan, const ForceCommand& command) noexcept {
+Need find_need(const StepPlan& plan, const ForceCommand& command) noexcept {
   return find_need(
       plan.scope, command, [&](std::int32_t point) { return plan.points[index(point)].r; },
       [&](std::int32_t group) { return plan.groups[index(group)].centre; });
@@ -43,7 +43,7 @@ Need find_need(const Plan& plan, const ForceCommand& command) noexcept {
 
 // q_u = q_l if mode u of the fallback plan is mode l of the reduced plan, otherwise q_u = 0. The other modal
 // arrays are converted in the same way (THEORY 14.16)
-void switch_to_fallback(const Plan& plan, Need need, State& state) noexcept {
+void switch_to_fallback(const StepPlan& plan, Need need, State& state) noexcept {
   const std::size_t n = index(plan.fallback.front().num_padded);
   for (Array* v : modal_arrays(state)) spread_modes(plan.fallback_modes, n, *v);
   resize(state.commands_pattern, n);
@@ -53,7 +53,7 @@ void switch_to_fallback(const Plan& plan, Need need, State& state) noexcept {
   state.fallback_need = static_cast<std::int32_t>(need);
 }
 
-void switch_back(const Plan& plan, State& state) noexcept {
+void switch_back(const StepPlan& plan, State& state) noexcept {
   const std::size_t n = index(plan.num_padded);
   for (Array* v : modal_arrays(state)) gather_modes(plan.fallback_modes, n, *v);
   resize(state.commands_pattern, n);
@@ -63,9 +63,9 @@ void switch_back(const Plan& plan, State& state) noexcept {
   state.fallback_need = 0;
 }
 
-void fit(const Plan& plan, const State& state, Workspace& workspace) noexcept {
+void fit(const StepPlan& plan, const State& state, Workspace& workspace) noexcept {
   if (workspace.uses_fallback == state.uses_fallback) return;
-  const Plan& active = active_plan(plan, state);
+  const StepPlan& active = active_plan(plan, state);
   const std::size_t n = index(active.num_padded);
   for (Array* v : modal_arrays(workspace)) v->resize(n);
   if (active.modal_coupling.path == PlanModalCoupling::Path::kSplit) workspace.q_dot_after_impulse.resize(n);

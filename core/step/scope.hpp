@@ -74,18 +74,18 @@ Need find_need(const CommandScope& scope, const ForceCommand& command, const Poi
 }
 /// Returns the omitted feature that a command needs. The positions of points and groups are those in the
 /// plan.
-Need find_need(const Plan& plan, const ForceCommand& command) noexcept;
+Need find_need(const StepPlan& plan, const ForceCommand& command) noexcept;
 
 /// Converts a state from the reduced plan to the fallback plan. The modes of both plans keep their
 /// coordinates, and the modes that only the fallback plan has start at rest (THEORY 14.16). The next step
 /// computes the loads again. Allocates nothing.
 /// \pre there is a fallback plan, and the state does not use it
-void switch_to_fallback(const Plan& plan, Need need, State& state) noexcept;
+void switch_to_fallback(const StepPlan& plan, Need need, State& state) noexcept;
 /// Undoes switch_to_fallback after a failed step.
 /// \pre the state has not changed since switch_to_fallback
-void switch_back(const Plan& plan, State& state) noexcept;
+void switch_back(const StepPlan& plan, State& state) noexcept;
 
 /// Resizes a workspace for the plan on which the state is stepped. Allocates nothing.
-void fit(const Plan& plan, const State& state, Workspace& workspace) noexcept;
+void fit(const StepPlan& plan, const State& state, Workspace& workspace) noexcept;
 
 }  // namespace freeflex

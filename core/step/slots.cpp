@@ -83,4 +83,14 @@ bool has_slot_for(const State& state, const ForceCommand& command) noexcept {
          holds(command, state.slots, state.num_slots, lower_bound(command, state.slots, state.num_slots));
 }
 
+void add_slots(const StepPlan& plan, std::span<const Slot> slots, LoadSums& sums) noexcept {
+  for (const auto& [command, end_tick] : slots)
+    add_loads(plan,
+              {command.axes, std::span(command.points).first(index(command.num_points)),
+               std::span(command.wrenches).first(index(command.num_wrenches)),
+               std::span(command.torques).first(index(command.num_torques)),
+               std::span(command.wheels).first(index(command.num_wheels))},
+              sums);
+}
+
 }  // namespace freeflex

@@ -20,4 +20,8 @@ std::int32_t expire_slots(std::int64_t tick, std::span<Slot> slots, std::int32_t
 std::int32_t apply_command(std::int64_t tick, const ForceCommand& command, std::span<Slot> slots,
                            std::int32_t num_slots) noexcept;
 
+/// Adds the loads of slots to sums, in the order of the slots.
+/// \pre the sums were sized for the plan
+void add_slots(const StepPlan& plan, std::span<const Slot> slots, LoadSums& sums) noexcept;
+
 }  // namespace freeflex

@@ -27,7 +27,7 @@ Vec3 across(const Vec3& line, const Vec3& x) noexcept { return add_scaled(x, -do
 /// displacements V_i, and W_i = sum_l b_il p_l:
 ///   J = I + sum_i m_i ((r_i . V_i) 1 - r_i V_i^T),   pi = sum_i m_i V_i x W_i   (THEORY 12.5, 12.6)
 ///   alpha = J^-1 (H_B - pi),   w = J^-1 I alpha   (THEORY 12.7, 12.8)
-Vec3 angular_velocity(const Plan& plan, const Vec3& H_B, const CoupledWorkspace& w, Vec3& alpha) noexcept {
+Vec3 angular_velocity(const StepPlan& plan, const Vec3& H_B, const CoupledWorkspace& w, Vec3& alpha) noexcept {
   alpha = {};
   if (plan.rigid_freedoms == 3) return {};
   Mat3 J = plan.inertia;
@@ -52,7 +52,7 @@ Vec3 angular_velocity(const Plan& plan, const Vec3& H_B, const CoupledWorkspace&
 /// Adds to the forces on points the difference between the force of each bar at true length and that of the
 /// linear bar, from bar_force and damper_force   (THEORY 12.18, 12.19). The rate of d = V_j - V_i is
 ///   d' = W_j - W_i + (alpha - w) x L u - w x d   (THEORY 12.20)
-void add_bars(const Plan& plan, const Vec3& alpha, const Vec3& w_B, CoupledWorkspace& w) noexcept {
+void add_bars(const StepPlan& plan, const Vec3& alpha, const Vec3& w_B, CoupledWorkspace& w) noexcept {
   const Vec3 slip = sub(alpha, w_B);  // the rest vector L u of a bar rotates with alpha, its elastic part d
                                       // with w
   for (const PlanBar& bar : plan.coupled.bars) {
@@ -71,14 +71,14 @@ void add_bars(const Plan& plan, const Vec3& alpha, const Vec3& w_B, CoupledWorks
 
 /// Returns the point that owns a block of rows. On coupled rungs every point has one block, in the order of
 /// the points (checked by find_rung_inconsistency), so point and block have the same index.
-std::size_t point_of_row([[maybe_unused]] const Plan& plan, std::int32_t row) noexcept {
+std::size_t point_of_row([[maybe_unused]] const StepPlan& plan, std::int32_t row) noexcept {
   assert(plan.points[index(row)].row == row);
   return index(row);
 }
 
 /// Sets the resultant and the moments of the loads on the points. With deformed arms, the moment is sum_i
 /// (r_i + V_i) x F_i (THEORY 12.12).
-void sum_forces(const Plan& plan, const StageState& stage, const CoupledWorkspace& w,
+void sum_forces(const StepPlan& plan, const StageState& stage, const CoupledWorkspace& w,
                 StageRate& rate) noexcept {
   Vec3 force_B{};
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
@@ -92,7 +92,7 @@ void sum_forces(const Plan& plan, const StageState& stage, const CoupledWorkspac
 
 /// Adds to the force on each point the attraction at the point minus the attraction at the centre of mass:
 ///   F_i += m_i (g(rho + x_i) - g(rho)),   x_i = r_i + V_i   (THEORY 8.21)
-void add_field_of_points(const Plan& plan, const StageState& stage, CoupledWorkspace& w) noexcept {
+void add_field_of_points(const StepPlan& plan, const StageState& stage, CoupledWorkspace& w) noexcept {
   const Vec3 rho = multiply_transposed(stage.R_WB, sub(stage.p_WB, plan.attractor_W));
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     const Vec3 pull = tidal_acceleration(plan.attractor_mu, rho, add(plan.points[i].r, w.V[i]));
@@ -107,7 +107,7 @@ void add_field_of_points(const Plan& plan, const StageState& stage, CoupledWorks
 ///   L_B = sum_i (r_i + V_i) x F_i, the moment in H_B' = H_B x w + L_B   (THEORY 12.12)
 void evaluate_complete(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
                        StageRate& rate) noexcept {
-  const Plan& plan = step_loads.plan;
+  const StepPlan& plan = step_loads.plan;
   CoupledWorkspace& w = workspace.coupled;
   contract_points(plan, stage.q, stage.p, w.V, w.W);
   Vec3 alpha;
@@ -132,7 +132,7 @@ void evaluate_complete(const StepLoads& step_loads, const StageState& stage, Wor
 
 }  // namespace
 
-Mat3 spin_matrix(const Plan& plan, const Mat3& J) noexcept {
+Mat3 spin_matrix(const StepPlan& plan, const Mat3& J) noexcept {
   if (plan.rigid_freedoms != 5) return J;
   const double trace = J[0] + J[4] + J[8];
   Mat3 P{};
@@ -145,13 +145,13 @@ Mat3 spin_matrix(const Plan& plan, const Mat3& J) noexcept {
   return P;
 }
 
-Vec3 solve_for_spin(const Plan& plan, const Mat3& matrix, const Vec3& b) noexcept {
+Vec3 solve_for_spin(const StepPlan& plan, const Mat3& matrix, const Vec3& b) noexcept {
   if (plan.rigid_freedoms != 5) return solve(matrix, b);
   return across(plan.line, solve(matrix, across(plan.line, b)));
 }
 
 void gather_forces(const StepLoads& step_loads, const StageState& stage, CoupledWorkspace& w) noexcept {
-  const Plan& plan = step_loads.plan;
+  const StepPlan& plan = step_loads.plan;
   step_loads.on_points(stage.stage_time, stage.R_WB, w.force);
   for (const PlanHistory& history : plan.histories)
     for (const PlanFollower& follower : history.followers) {
@@ -164,7 +164,7 @@ void gather_forces(const StepLoads& step_loads, const StageState& stage, Coupled
 
 void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
                      StageRate& rate) noexcept {
-  const Plan& plan = step_loads.plan;
+  const StepPlan& plan = step_loads.plan;
   const bool has_modal_coupling = plan.modal_coupling.num_damping > 0 || !plan.feedbacks.empty();
   // if the modes are a complete set for point masses, add_field_of_points has already added the attractor
   // (THEORY 8.21)

@@ -47,28 +47,28 @@ void evaluate_incomplete(const StepLoads& step_loads, const StageState& stage, W
 /// Returns the angular momentum H_B of a motion, computed from tables. On entry p holds q', and on return p
 /// holds the elastic momenta divided by the mass:
 ///   H_B = I(q) w + C q'   (THEORY 12.34),   p = q' + C^T w / M   (THEORY 12.33)
-Vec3 momenta_by_tables(const Plan& plan, const Vec3& w_B, const double* q, const double* q_dot,
+Vec3 momenta_by_tables(const StepPlan& plan, const Vec3& w_B, const double* q, const double* q_dot,
                        double* p) noexcept;
 
 /// Adds to rate_p and Q the loads that the acceleration a = F / M of the whole body causes on bodies with an
 /// offset d:
 ///   Q_l -= m theta_l . (d x (a x theta) + (theta x d) x a) / 2   (THEORY 12.55)
 /// \pre rate.force_W is set
-void add_offset_loads(const Plan& plan, const StageState& stage, StageRate& rate) noexcept;
+void add_offset_loads(const StepPlan& plan, const StageState& stage, StageRate& rate) noexcept;
 
 /// Returns the momentum of the wheels, sum_w h_w a_theta [N m s], body axes. a_theta is the axis a of a
 /// wheel, rotated with its body by theta:
 ///   a_theta = a + theta x a + theta x (theta x a) / 2   (THEORY 16.27, 16.29)
-Vec3 rotated_wheel_momentum(const Plan& plan, std::span<const double> momentum, const double* q) noexcept;
+Vec3 rotated_wheel_momentum(const StepPlan& plan, std::span<const double> momentum, const double* q) noexcept;
 /// Returns the contribution of the wheels to twice the kinetic energy [J], 1/2 sum_w h_w theta' . (a_w x
 /// theta) (THEORY 16.32).
-double wheel_energy(const Plan& plan, std::span<const double> momentum, const double* q,
+double wheel_energy(const StepPlan& plan, std::span<const double> momentum, const double* q,
                     const double* q_dot) noexcept;
 /// Adds sign times the contribution of the wheels to the elastic momenta. The contribution follows from the
 /// Lagrangian of a wheel, h_w (w . a_theta + a . (theta' - theta x theta' / 2)) (THEORY 16.28) minus a total
 /// derivative:
 ///   p_l += sign h_w theta_l . (a_w x theta) / (2 M) [m/s] (num_padded)   (THEORY 16.30)
-void add_wheel_momenta(const Plan& plan, std::span<const double> momentum, const double* q, double sign,
+void add_wheel_momenta(const StepPlan& plan, std::span<const double> momentum, const double* q, double sign,
                        double* p) noexcept;
 /// Adds the generalized forces of the wheels to Q [N] (num_padded). w is the angular velocity of the frame,
 /// and tau_w the torque of the motor on a wheel:
@@ -94,9 +94,9 @@ void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Works
 /// Returns the matrix that solve_for_spin needs for an inertia J. For a collinear body, which has no spin
 /// about its line, the matrix contains the two equations normal to the line and a third equation that makes
 /// the matrix regular.
-Mat3 spin_matrix(const Plan& plan, const Mat3& J) noexcept;
+Mat3 spin_matrix(const StepPlan& plan, const Mat3& J) noexcept;
 /// Returns J^-1 b. For a collinear body, returns the solution normal to the line of the body.
 /// \param matrix  result of spin_matrix for J
-Vec3 solve_for_spin(const Plan& plan, const Mat3& matrix, const Vec3& b) noexcept;
+Vec3 solve_for_spin(const StepPlan& plan, const Mat3& matrix, const Vec3& b) noexcept;
 
 }  // namespace freeflex

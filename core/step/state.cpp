@@ -12,19 +12,19 @@ namespace {
 
 /// Returns the larger num_padded of a plan and its fallback plan. Arrays that are swapped have room for both
 /// plans.
-std::size_t most_padded(const Plan& plan) {
+std::size_t most_padded(const StepPlan& plan) {
   const std::int32_t fallback = plan.fallback.empty() ? 0 : plan.fallback.front().num_padded;
   return static_cast<std::size_t>(std::max(plan.num_padded, fallback));
 }
 
-LoadPattern make_roomy_pattern(const Plan& plan) {
+LoadPattern make_roomy_pattern(const StepPlan& plan) {
   LoadPattern pattern = make_pattern(plan);
   pattern.table.reserve(9 * most_padded(plan));
   pattern.Q_B.reserve(most_padded(plan));
   return pattern;
 }
 
-void set_initial(const Plan& plan, State& state) {
+void set_initial(const StepPlan& plan, State& state) {
   const PlanInitial& initial = plan.initial;
   state.epoch_start_tick = state.tick;
   static_cast<Frame&>(state) = {
@@ -32,11 +32,11 @@ void set_initial(const Plan& plan, State& state) {
       .v_WB = initial.v_WB,
       .q_WB = initial.q_WB,
       .H_W = multiply(rotation_matrix(initial.q_WB), multiply(plan.inertia, initial.w_B))};
-  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
-    state.wheel_momentum[k] = plan.wheels.all[k].momentum;
+  for (std::size_t k = 0; k < plan.wheels.size(); ++k) {
+    state.wheel_momentum[k] = plan.wheels[k].momentum;
     state.wheel_momentum_low[k] = 0.0;
   }
-  if (!plan.wheels.all.empty() && !is_coupled(plan))
+  if (!plan.wheels.empty() && !is_coupled(plan))
     state.H_W = add(state.H_W, multiply(rotation_matrix(initial.q_WB), wheel_momentum_B(plan, state)));
   // A reset returns the state from the fallback plan to the plan. The arrays have room for both plans, so
   // nothing is allocated.
@@ -55,14 +55,12 @@ void set_initial(const Plan& plan, State& state) {
   std::fill(state.Q.begin(), state.Q.end(), 0.0);
   state.num_slots = 0;
   state.slots_changed = true;
-  state.commands_arms.clear();
-  state.commands_size = 0.0;
   if (is_coupled(plan)) set_coupled_motion(plan, initial.w_B, state);
 }
 
 }  // namespace
 
-State make_state(const Plan& plan) {
+State make_state(const StepPlan& plan) {
   State state;
   const auto n = static_cast<std::size_t>(plan.num_padded);
   for (Array* v : modal_arrays(state)) {
@@ -71,16 +69,15 @@ State make_state(const Plan& plan) {
   }
   if (is_coupled(plan))
     for (auto* v : {&state.coupled.momentum, &state.coupled.rate_q, &state.coupled.rate_p}) v->resize(n);
-  for (auto* v : {&state.wheel_momentum, &state.wheel_momentum_low}) v->resize(plan.wheels.all.size());
+  for (auto* v : {&state.wheel_momentum, &state.wheel_momentum_low}) v->resize(plan.wheels.size());
   if (plan.coupled.kinetics.form != PlanKinetics::Form::kComplete) state.coupled.q_ddot.resize(n);
   state.slots.resize(kMaxSlots);
   state.commands_pattern = make_roomy_pattern(plan);
-  state.commands_arms.reserve(kArmSize * kMostShadowedModes);
   set_initial(plan, state);
   return state;
 }
 
-Workspace make_workspace(const Plan& plan) {
+Workspace make_workspace(const StepPlan& plan) {
   Workspace workspace;
   const auto n = static_cast<std::size_t>(plan.num_padded);
   for (Array* v : modal_arrays(workspace)) {
@@ -92,14 +89,13 @@ Workspace make_workspace(const Plan& plan) {
   workspace.scratch.resize(modal_coupling_scratch_size(plan));
   if (is_coupled(plan)) workspace.coupled = make_coupled_workspace(plan);
   if (plan.coupled.num_substeps > 1) workspace.substep = make_state(plan);
-  for (auto* v : {&workspace.next_wheel, &workspace.next_wheel_low}) v->resize(plan.wheels.all.size());
+  for (auto* v : {&workspace.next_wheel, &workspace.next_wheel_low}) v->resize(plan.wheels.size());
   workspace.next_slots.resize(kMaxSlots);
   workspace.next_pattern = make_roomy_pattern(plan);
-  workspace.next_arms.reserve(kArmSize * kMostShadowedModes);
   workspace.sums = make_load_sums(plan);
   workspace.group_rows = make_group_rows(plan);
   if (!plan.fallback.empty()) {
-    const Plan& fallback = plan.fallback.front();
+    const StepPlan& fallback = plan.fallback.front();
     workspace.other_group_rows = make_group_rows(fallback);
     workspace.q_dot_after_impulse.reserve(most_padded(plan));
     workspace.predicted_q.reserve(most_padded(plan));
@@ -109,7 +105,7 @@ Workspace make_workspace(const Plan& plan) {
   return workspace;
 }
 
-void reset_state(const Plan& plan, State& state) {
+void reset_state(const StepPlan& plan, State& state) {
   ++state.epoch;
   set_initial(plan, state);
 }

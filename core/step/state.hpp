@@ -81,8 +81,7 @@ struct State : MotionState {
   std::vector<Slot> slots;                       // capacity kMaxSlots, size kMaxSlots
   bool slots_changed = true;                     // true: commands_pattern must be computed again
   LoadPattern commands_pattern;                  // sum of the slots
-  Array commands_arms;                           // [N] result of set_arms for the active commands
-  double commands_size = 0.0;                    // [N] result of size_of_forces for the active commands
+  std::int64_t num_slot_changes = 0;             // number of times that commands_pattern was computed
   bool operator==(const State&) const = delete;  // the operator of MotionState would ignore the slots
 };
 
@@ -126,8 +125,6 @@ struct Workspace {
   MotionState substep;           // state after a substep; empty unless the plan divides the step
   std::vector<Slot> next_slots;  // size kMaxSlots
   LoadPattern next_pattern;
-  Array next_arms;
-  double next_size = 0.0;
   SumsOnPoints sums;
   Array group_rows;            // see make_group_rows
   bool uses_fallback = false;  // value in the state at the last step; arrays have room for both plans
@@ -140,17 +137,17 @@ inline std::array<Array*, 6> modal_arrays(Workspace& w) noexcept {
 
 /// Returns the plan on which a state is stepped. This is the fallback plan if a command has needed it, and
 /// otherwise the plan itself (THEORY 14.16).
-inline const Plan& active_plan(const Plan& plan, const MotionState& state) noexcept {
+inline const StepPlan& active_plan(const StepPlan& plan, const MotionState& state) noexcept {
   return state.uses_fallback ? plan.fallback.front() : plan;
 }
 
 /// Returns a state with the initial values of the plan, tick 0 and epoch 0.
-State make_state(const Plan& plan);
+State make_state(const StepPlan& plan);
 /// Returns the workspace for a plan. A step with this workspace allocates nothing.
-Workspace make_workspace(const Plan& plan);
+Workspace make_workspace(const StepPlan& plan);
 
 /// Sets the state to the initial values and clears the slots. The tick continues, and the epoch increases by
 /// one. Allocates nothing.
-void reset_state(const Plan& plan, State& state);
+void reset_state(const StepPlan& plan, State& state);
 
 }  // namespace freeflex

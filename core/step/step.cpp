@@ -22,25 +22,15 @@ namespace {
 
 /// Removes expired slots and applies the commands. Writes the resulting slots and the pattern of their loads
 /// to the workspace. Returns the number of active slots.
-std::int32_t change_slots(const Plan& plan, const State& state, const Inputs& inputs, Workspace& workspace,
+std::int32_t change_slots(const StepPlan& plan, const State& state, const Inputs& inputs, Workspace& workspace,
                           StepReport& report) noexcept {
   std::copy_n(state.slots.begin(), state.num_slots, workspace.next_slots.begin());
   std::int32_t num_slots = expire_slots(state.tick, workspace.next_slots, state.num_slots, report);
   for (const ForceCommand& command : inputs.commands)
     num_slots = apply_command(state.tick, command, workspace.next_slots, num_slots);
   clear(workspace.sums);
-  for (std::int32_t i = 0; i < num_slots; ++i) {
-    const ForceCommand& command = workspace.next_slots[index(i)].command;
-    add_loads(plan,
-              {command.axes, std::span(command.points).first(index(command.num_points)),
-               std::span(command.wrenches).first(index(command.num_wrenches)),
-               std::span(command.torques).first(index(command.num_torques)),
-               std::span(command.wheels).first(index(command.num_wheels))},
-              workspace.sums);
-  }
+  add_slots(plan, std::span(workspace.next_slots).first(index(num_slots)), workspace.sums);
   set_pattern(plan, workspace.group_rows, workspace.sums, workspace.next_pattern);
-  set_arms(plan, workspace.sums, workspace.next_arms);
-  workspace.next_size = size_of_forces(workspace.sums);
   return num_slots;
 }
 
@@ -78,7 +68,7 @@ struct Result {
 };
 
 /// Advances every mode by one period, from the state into the workspace, under the loads of the workspace.
-bool advance_elastic(const Plan& plan, const MotionState& state, const Array& Q_start, Workspace& workspace,
+bool advance_elastic(const StepPlan& plan, const MotionState& state, const Array& Q_start, Workspace& workspace,
                      DependentLoad& last_impulse) noexcept {
   const ModalState from{state.q.data(), state.q_low.data(), state.q_dot.data(), state.q_dot_low.data()};
   const ModalResult to{workspace.next_q.data(), workspace.next_q_low.data(), workspace.next_q_dot.data(),
@@ -89,13 +79,13 @@ bool advance_elastic(const Plan& plan, const MotionState& state, const Array& Q_
 
 /// Sets the resultant and the moment of the loads at the end of the step. Accelerations are computed from
 /// them   (THEORY 9.3, 9.4).
-void set_read_out(const Plan& plan, const Mat3& R_WB, const RigidLoad& load, const WheelMomentum& wheels,
+void set_read_out(const StepPlan& plan, const Mat3& R_WB, const RigidLoad& load, const WheelMomentum& wheels,
                   Result& result) noexcept {
   result.force_W = resultant_W(load, R_WB);
   result.moment_B = moment_B(load, R_WB);
   // the torque of the motors on the body is -h', where h' = (h_1 + 2 h_2 + 3 h_3) / period is the rate of the
   // momentum of the wheels at the end   (THEORY 16.21)
-  if (!plan.wheels.all.empty())
+  if (!plan.wheels.empty())
     result.moment_B = add_scaled(result.moment_B, -1.0 / plan.period,
                                  add_scaled(add_scaled(wheels.h[1], 2.0, wheels.h[2]), 3.0, wheels.h[3]));
   if (plan.attractor_mu == 0.0) return;
@@ -107,7 +97,7 @@ void set_read_out(const Plan& plan, const Mat3& R_WB, const RigidLoad& load, con
 Result advance_once(const StepLoads& step_loads, const MotionState& state, const Array& Q_start,
                     const Mat3& R_start, const RigidLoads& loads, const double* q_of_followers,
                     Workspace& workspace) noexcept {
-  const Plan& plan = step_loads.plan;
+  const StepPlan& plan = step_loads.plan;
   Result result;
   result.frame = advance_frame(plan, state, R_start, loads);
   const Mat3 R_WB = rotation_matrix(result.frame.q_WB);
@@ -125,7 +115,7 @@ Result advance_once(const StepLoads& step_loads, const MotionState& state, const
 /// 8). The load of feedback on the body is given by (THEORY 8.37), or by (THEORY 8.41) if the path is kSplit.
 Result advance_dependent(const StepLoads& step_loads, const MotionState& state, const Mat3& R_start,
                          Workspace& workspace) noexcept {
-  const Plan& plan = step_loads.plan;
+  const StepPlan& plan = step_loads.plan;
   const double *q = state.q.data(), *q_dot = state.q_dot.data();
   const bool is_split = plan.modal_coupling.path == PlanModalCoupling::Path::kSplit;
   RigidLoads fixed = step_loads.rigid();
@@ -177,7 +167,7 @@ void advance_wheels(const StepLoads& step_loads, const MotionState& from, Worksp
 /// Makes the step below the coupled rungs. Advances first the body, then the modes.
 Result advance_separated(const StepLoads& step_loads, const MotionState& state, bool is_changed,
                          Workspace& workspace) noexcept {
-  const Plan& plan = step_loads.plan;
+  const StepPlan& plan = step_loads.plan;
   advance_wheels(step_loads, state, workspace);
   const Mat3 R_start = rotation_matrix(state.q_WB);
   const bool has_dependent = has_dependent_loads(plan);
@@ -188,7 +178,7 @@ Result advance_separated(const StepLoads& step_loads, const MotionState& state, 
     step_loads.generalized(StageTime::kStart, state, R_start, state.wheel_momentum, workspace.Q_right);
   if (has_dependent) return advance_dependent(step_loads, state, R_start, workspace);
   RigidLoads loads = step_loads.rigid();
-  if (!plan.wheels.all.empty()) loads.wheels = step_loads.wheels(state.wheel_momentum);
+  if (!plan.wheels.empty()) loads.wheels = step_loads.wheels(state.wheel_momentum);
   return advance_once(step_loads, state, is_fresh ? workspace.Q_right : state.Q, R_start, loads, nullptr,
                       workspace);
 }
@@ -220,7 +210,7 @@ Result advance_coupled(const StepLoads& step_loads, const MotionState& state, bo
 
 /// Swaps the results in the workspace with the state. Allocates nothing.
 void commit(const StepLoads& step_loads, const Result& result, State& state, Workspace& workspace) noexcept {
-  const Plan& plan = step_loads.plan;
+  const StepPlan& plan = step_loads.plan;
   state.wheel_momentum.swap(workspace.next_wheel);
   state.wheel_momentum_low.swap(workspace.next_wheel_low);
   static_cast<Frame&>(state) = result.frame;
@@ -243,7 +233,7 @@ void commit(const StepLoads& step_loads, const Result& result, State& state, Wor
 }
 
 /// Makes one tick with the active plan.
-void step_in(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace,
+void step_in(const StepPlan& plan, State& state, const Inputs& inputs, Workspace& workspace,
              StepReport& report) noexcept {
   report.status = StepStatus::kOk;
   report.num_expiries = 0;
@@ -262,8 +252,7 @@ void step_in(const Plan& plan, State& state, const Inputs& inputs, Workspace& wo
   if (is_changed) {
     state.slots.swap(workspace.next_slots);
     std::swap(state.commands_pattern, workspace.next_pattern);
-    state.commands_arms.swap(workspace.next_arms);
-    state.commands_size = workspace.next_size;
+    ++state.num_slot_changes;
     state.num_slots = num_slots;
     state.slots_changed = false;
   }
@@ -271,7 +260,7 @@ void step_in(const Plan& plan, State& state, const Inputs& inputs, Workspace& wo
 
 }  // namespace
 
-void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace,
+void step(const StepPlan& plan, State& state, const Inputs& inputs, Workspace& workspace,
           StepReport& report) noexcept {
   if (plan.fallback.empty()) return step_in(plan, state, inputs, workspace, report);
   // if a command of this tick needs an omitted feature, the state is switched to the fallback plan before the

@@ -1,4 +1,4 @@
-// The function that advances a state by one tick. core/step/budget.hpp has a version with an error budget.
+// The function that advances a state by one tick. core/error/budget.hpp has a version with an error budget.
 #pragma once
 
 #include <array>
@@ -42,7 +42,7 @@ bool has_slot_for(const State& state, const ForceCommand& command) noexcept;
 /// applies the commands, then advances the motion. Commands must have passed validation and has_slot_for. A
 /// command for which no slot is free is ignored. Allocates nothing, does not call libm, and gives the same
 /// bits with every compiler and instruction set.
-void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace,
+void step(const StepPlan& plan, State& state, const Inputs& inputs, Workspace& workspace,
           StepReport& report) noexcept;
 
 }  // namespace freeflex

@@ -9,7 +9,7 @@
 
 namespace freeflex {
 
-void add_resultant(const Plan& plan, const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept {
+void add_resultant(const StepPlan& plan, const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept {
   add_pattern(pattern, amplitude, load);
   if (!pattern.has_body || !is_coupled(plan)) return;
   const BodyResultant body = body_resultant(plan, pattern);
@@ -66,9 +66,9 @@ RigidLoads StepLoads::rigid() const noexcept {
 }
 
 double StepLoads::wheel_torque(std::size_t wheel, StageTime stage_time) const noexcept {
-  double torque = commands.wheels.torque[wheel];
+  double torque = commands.wheel_torques[wheel];
   for (const PlanHistory& history : plan.histories)
-    torque += amplitude(history, stage_time) * history.pattern.wheels.torque[wheel];
+    torque += amplitude(history, stage_time) * history.pattern.wheel_torques[wheel];
   return torque;
 }
 
@@ -97,8 +97,8 @@ double StepLoads::wheel_momentum(std::size_t wheel, double at_start, StageTime s
 // is the length of the substep   (THEORY 16.21, 16.22)
 WheelMomentum StepLoads::wheels(std::span<const double> momentum) const noexcept {
   WheelMomentum all;
-  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
-    const Vec3& axis = plan.wheels.all[k].axis;
+  for (std::size_t k = 0; k < plan.wheels.size(); ++k) {
+    const Vec3& axis = plan.wheels[k].axis;
     const auto [start, slope, bend] = wheel_torques(k);
     all.h[0] = freeflex::add_scaled(all.h[0], momentum[k], axis);
     all.h[1] = freeflex::add_scaled(all.h[1], period() * start, axis);
@@ -113,9 +113,9 @@ namespace {
 /// Adds the loads of the wheels on the modes: Q_l -= theta_l . (tau_w a_w + w x h_w a_w)   (THEORY 16.23).
 void add_wheels(const StepLoads& step_loads, StageTime stage_time, const Vec3& w,
                 std::span<const double> momentum, Array& Q) noexcept {
-  const Plan& plan = step_loads.plan;
-  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
-    const PlanWheel& wheel = plan.wheels.all[k];
+  const StepPlan& plan = step_loads.plan;
+  for (std::size_t k = 0; k < plan.wheels.size(); ++k) {
+    const PlanWheel& wheel = plan.wheels[k];
     const double h = momentum[k] + (stage_time == StageTime::kEnd ? step_loads.wheel_gain(k) : 0.0);
     const Vec3 torque =
         add_scaled(scale(-step_loads.wheel_torque(k, stage_time), wheel.axis), -h, cross(w, wheel.axis));
@@ -132,7 +132,7 @@ void StepLoads::generalized(StageTime stage_time, const Frame& frame, const Mat3
     if (const double now = amplitude(history, stage_time); now != 0.0)
       has_any |= project(plan, history.pattern, R_WB, now, has_any, Q.data());
   if (!has_any) std::fill(Q.begin(), Q.end(), 0.0);
-  if (plan.wheels.all.empty()) {
+  if (plan.wheels.empty()) {
     if (has_field(plan)) add_field(plan, R_WB, frame.H_W, frame.p_WB, Q.data());
     return;
   }

@@ -47,7 +47,7 @@ struct Conserved {
   int num_axes = 0;       // number of principal axes along which body or wheels have angular momentum
 };
 
-Conserved conserved(const Plan& plan, const Vec3& H, const Vec3& L, const WheelMomentum& wheels) noexcept {
+Conserved conserved(const StepPlan& plan, const Vec3& H, const Vec3& L, const WheelMomentum& wheels) noexcept {
   Conserved all;
   double energy = 0.0, gain = 0.0;
   std::array<Vec3, 4> h;
@@ -71,7 +71,7 @@ Conserved conserved(const Plan& plan, const Vec3& H, const Vec3& L, const WheelM
 /// d_i = 1/I_i - 1/I_2:
 ///   sum_i u_i + (|H| sum_(i != j) |d_i| u_j)^(1/2)   (THEORY 7.22)
 ///   u_i = min(|d_i| (2 E_rot I_i)^(1/2) + |h_i| / I_2, |d_i| |H| + |h_i| / I_i)   (THEORY 7.23)
-double relative_rate(const Plan& plan, const Conserved& all) noexcept {
+double relative_rate(const StepPlan& plan, const Conserved& all) noexcept {
   const Vec3& inverse = plan.principal.inverse_moment;
   Vec3 d{}, u{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -94,7 +94,7 @@ struct Nearest {
 ///   orbit = h max((mu / r_min^3)^(1/2), |rho x v| / r_min^2)   (THEORY 7.25)
 /// If the body passes the pericentre in the tick, r_min is p / (1 + e). Otherwise r_min is the smaller of the
 /// distances at the two ends of the tick   (THEORY 7.26).
-Nearest nearest_in_tick(const Plan& plan, const Frame& from) noexcept {
+Nearest nearest_in_tick(const StepPlan& plan, const Frame& from) noexcept {
   const Vec3 rho = sub(from.p_WB, plan.attractor_W), &v = from.v_WB;
   const double mu = plan.attractor_mu, h = plan.period, r = length(rho);
   const Fall gain = fall(mu, rho, v, h);
@@ -116,7 +116,7 @@ Nearest nearest_in_tick(const Plan& plan, const Frame& from) noexcept {
 
 }  // namespace
 
-TickRotation rotation_in_tick(const Plan& plan, const Frame& from, const Mat3& R_WB,
+TickRotation rotation_in_tick(const StepPlan& plan, const Frame& from, const Mat3& R_WB,
                               const RigidLoads& loads) noexcept {
   TickRotation rotation;
   bool is_loaded = false;
@@ -149,14 +149,14 @@ TickRotation rotation_in_tick(const Plan& plan, const Frame& from, const Mat3& R
   return rotation;
 }
 
-bool may_rotate_far(const Plan& plan, const Vec3& w, const Vec3& H, const WheelMomentum& wheels) noexcept {
+bool may_rotate_far(const StepPlan& plan, const Vec3& w, const Vec3& H, const WheelMomentum& wheels) noexcept {
   // The bound includes the spin, its change due to motors, and the nutation due to the momentum of body and
   // wheels. The rate of nutation is at most |H| divided by the root of the product of two principal moments
   // of inertia.
   constexpr double kMost = kShortRotation / 3.0;
   const Vec3& inverse = plan.principal.inverse_moment;
   double square = dot(w, w) + 4.0 * inverse[0] * inverse[1] * dot(H, H);
-  if (!plan.wheels.all.empty()) {
+  if (!plan.wheels.empty()) {
     const auto& h = wheels.h;
     square +=
         4.0 * inverse[0] *
@@ -165,7 +165,7 @@ bool may_rotate_far(const Plan& plan, const Vec3& w, const Vec3& H, const WheelM
   return 2.0 * square * plan.period * plan.period > kMost * kMost;
 }
 
-bool may_orbit_far(const Plan& plan, const Frame& from) noexcept {
+bool may_orbit_far(const StepPlan& plan, const Frame& from) noexcept {
   if (plan.attractor_mu == 0.0) return false;
   // [-] ratio of the distance travelled in the tick to the distance from the attractor, above which the field
   // may change much in the tick

@@ -24,7 +24,7 @@ struct TickRotation {
 ///   h w_rel for other free motion)   (THEORY 7.21)
 /// The term 2 orbit is added only if the attractor exerts a torque on the body or if forces act. w_rel is a
 /// bound on the rate of the body relative to its rotation about the angular momentum   (THEORY 7.22).
-TickRotation rotation_in_tick(const Plan& plan, const Frame& from, const Mat3& R_WB,
+TickRotation rotation_in_tick(const StepPlan& plan, const Frame& from, const Mat3& R_WB,
                               const RigidLoads& loads) noexcept;
 
 /// Largest angles in a tick [rad] for which the tick is short. For a rotation of at most kShortRotation, the
@@ -35,10 +35,10 @@ inline constexpr double kShortRotation = 0.03, kShortOrbit = 1e-4;
 /// Returns true only if a tick is certain to rotate the body by less than kShortRotation. This test costs
 /// less than may_rotate_far.
 /// \param H  [N m s] angular momentum about the centre of mass, in any axes
-inline bool is_surely_short(const Plan& plan, const Vec3& H, const WheelMomentum& wheels) noexcept {
+inline bool is_surely_short(const StepPlan& plan, const Vec3& H, const WheelMomentum& wheels) noexcept {
   constexpr double kMost = kShortRotation / 3.0;
   double momentum = dot(H, H);
-  if (!plan.wheels.all.empty())
+  if (!plan.wheels.empty())
     for (const Vec3& each : wheels.h) momentum += dot(each, each);
   const double most = plan.principal.inverse_moment[0] * plan.period;
   return 10.0 * most * most * momentum <= kMost * kMost;
@@ -46,11 +46,11 @@ inline bool is_surely_short(const Plan& plan, const Vec3& H, const WheelMomentum
 /// Returns true if the body may rotate by more than kShortRotation in a tick, by a bound on the rotation.
 /// \param w  [rad/s] angular velocity of the body, body axes
 /// \param H  [N m s] angular momentum about the centre of mass, in any axes
-bool may_rotate_far(const Plan& plan, const Vec3& w, const Vec3& H, const WheelMomentum& wheels) noexcept;
+bool may_rotate_far(const StepPlan& plan, const Vec3& w, const Vec3& H, const WheelMomentum& wheels) noexcept;
 /// Returns true if the fall in a tick must be computed by the exact orbit. This is so if h (mu /
 /// |rho|^3)^(1/2) is above kShortOrbit, or the body moves by more than 0.1 of its distance from the
 /// attractor   (THEORY 7.26).
-bool may_orbit_far(const Plan& plan, const Frame& from) noexcept;
+bool may_orbit_far(const StepPlan& plan, const Frame& from) noexcept;
 
 /// Largest angle in a substep [rad]. With this angle, the error of the method of order 8 is at most
 /// 1e-11 rad, and 1e-9 of the energy.

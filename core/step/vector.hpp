@@ -2,9 +2,14 @@
 // not used.
 #pragma once
 
-#include "core/step/plan.hpp"
+#include <array>
+#include <cstddef>
 
 namespace freeflex {
+
+using Vec3 = std::array<double, 3>;
+using Mat3 = std::array<double, 9>;  // row-major
+using Quat = std::array<double, 4>;  // w x y z, unit norm
 
 constexpr Vec3 add(const Vec3& a, const Vec3& b) noexcept { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 constexpr Vec3 sub(const Vec3& a, const Vec3& b) noexcept { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }

@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "core/plan/plan_bytes.hpp"
-#include "core/step/budget.hpp"
+#include "core/error/budget.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 #include "service/command_queue.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/scene/machine.hpp"
@@ -76,12 +76,6 @@ bool is_index(std::int64_t index, std::size_t count) {
 /// contains the text "(ulimit -v)", which names the limit that can be raised.
 bool is_of_memory(const Fault& fault) { return fault.message.find("(ulimit -v)") != std::string::npos; }
 
-/// Returns the plan that has all modes that a motion can have. This is the fallback plan if there is one,
-/// else the plan itself.
-const Plan& plan_of_all_modes(const Plan& plan) {
-  return plan.fallback.empty() ? plan : plan.fallback.front();
-}
-
 const std::string* name_of(const Plan& plan, int kind, std::size_t k) {
   switch (kind) {
     case FREEFLEX_POINT:
@@ -91,7 +85,7 @@ const std::string* name_of(const Plan& plan, int kind, std::size_t k) {
     case FREEFLEX_GROUP:
       return &plan.groups[k].name;
     case FREEFLEX_WHEEL:
-      return &plan.wheels.all[k].name;
+      return &plan.wheels[k].name;
     default:
       return nullptr;
   }
@@ -106,7 +100,7 @@ std::size_t count_of(const Plan& plan, int kind) {
     case FREEFLEX_GROUP:
       return plan.groups.size();
     case FREEFLEX_WHEEL:
-      return plan.wheels.all.size();
+      return plan.wheels.size();
     case FREEFLEX_MODE:
       return static_cast<std::size_t>(plan_of_all_modes(plan).num_elastic);
     default:
@@ -259,7 +253,8 @@ double time_of(const freeflex_motion& motion) {
 /// present plan omits gets 0.
 void write_elastic(const freeflex_motion& motion, std::span<const double> from, double* to) {
   if (to == nullptr) return;
-  const Plan &plan = motion.plan(), &active = active_plan(plan, motion.state);
+  const Plan& plan = motion.plan();
+  const StepPlan& active = active_plan(plan, motion.state);
   const auto n = static_cast<std::size_t>(plan_of_all_modes(plan).num_elastic);
   const bool is_reduced = active.num_elastic != plan_of_all_modes(plan).num_elastic;
   std::fill_n(to, n, 0.0);
@@ -388,7 +383,7 @@ std::int32_t freeflex_plan_find(const freeflex_plan* plan, int kind, const char*
 
 int freeflex_plan_frequencies(const freeflex_plan* plan, double* frequencies, std::size_t size) noexcept {
   return guarded([&] {
-    const Plan& of = plan_of_all_modes(plan->data->plan);
+    const StepPlan& of = plan_of_all_modes(plan->data->plan);
     const auto count = static_cast<std::size_t>(of.num_elastic);
     if (size < count) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, count));
     for (std::size_t l = 0; l < count; ++l) frequencies[l] = of.omega[l] / (2.0 * std::numbers::pi);
@@ -408,7 +403,7 @@ int freeflex_plan_rest(const freeflex_plan* plan, double* rest, std::size_t size
 int freeflex_plan_shape(const freeflex_plan* plan, std::int32_t point, double* shape,
                         std::size_t size) noexcept {
   return guarded([&] {
-    const Plan& of = plan_of_all_modes(plan->data->plan);
+    const StepPlan& of = plan_of_all_modes(plan->data->plan);
     const auto count = static_cast<std::size_t>(of.num_elastic),
                padded = static_cast<std::size_t>(of.num_padded);
     if (const int code = check_rows(of, point); code != FREEFLEX_OK) return code;

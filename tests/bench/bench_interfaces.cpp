@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "core/step/budget.hpp"
+#include "core/error/budget.hpp"
 #include "core/step/step.hpp"
 #include "service/c/freeflex.h"
 #include "service/io/scene/input.hpp"

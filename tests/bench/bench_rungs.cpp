@@ -5,9 +5,9 @@
 #include <string>
 
 #include "core/plan/make_plan.hpp"
-#include "core/step/budget.hpp"
+#include "core/error/budget.hpp"
 #include "core/structure/structure.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 #include "service/io/scene/input.hpp"
 
 namespace {

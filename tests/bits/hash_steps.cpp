@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/plan/plan_bytes.hpp"
-#include "core/step/budget.hpp"
+#include "core/error/budget.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
 
@@ -72,7 +72,7 @@ class Commands {
  private:
   // adds torques on bodies and wheels if the plan has wheels
   void add_torques(ForceCommand& command) {
-    const auto num_wheels = static_cast<unsigned>(plan_.wheels.all.size());
+    const auto num_wheels = static_cast<unsigned>(plan_.wheels.size());
     if (num_wheels == 0) return;
     const auto num_turning = static_cast<unsigned>(plan_.particles.attitude_points.size());
     command.num_torques = static_cast<std::int32_t>(below(2));
@@ -116,7 +116,7 @@ void add_readout(const Plan& plan, const State& state, Hash& hash) {
     for (const Vec3* v : {&p.p_W, &p.v_W, &p.a_W, &p.V_B}) hash.add(*v);
   }
   for (const std::int32_t body :
-       plan.wheels.all.empty() ? std::vector<std::int32_t>{} : plan.particles.attitude_points) {
+       plan.wheels.empty() ? std::vector<std::int32_t>{} : plan.particles.attitude_points) {
     const BodyState b = read_body(plan, state, body);
     hash.add(b.q_WP);
     hash.add(b.w_P);

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "core/step/readout.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 #include "service/c/freeflex.h"
 #include "service/io/scene/input.hpp"
 #include "tests/support/large_scenes.hpp"

@@ -239,7 +239,7 @@ TEST(Outbound, AboveAThousandPointsASceneMessageListsOnlyPointsInUse) {
   const Plan plan = make_sparse_plan({3, 6, 500, 501, 1999});
   EXPECT_EQ(io::scene_listing(plan).points, 5);
   EXPECT_EQ(io::scene_listing(plan).links, 1);
-  const auto pages = io::make_scene_messages(plan, "/srv/helix.plan", kStamp);
+  const auto pages = io::make_scene_messages(plan, false, "/srv/helix.plan", kStamp);
   expect_pages(pages);
   std::vector<std::string> points, links;
   int num_pushable = 0, num_published = 0;
@@ -264,7 +264,7 @@ TEST(Outbound, AboveAThousandPointsASceneMessageListsOnlyPointsInUse) {
 
 TEST(Outbound, ASceneIsSentCompleteInPages) {
   const Plan plan = make_plan();
-  const auto pages = io::make_scene_messages(plan, "/srv/helix.plan", kStamp);
+  const auto pages = io::make_scene_messages(plan, false, "/srv/helix.plan", kStamp);
   expect_pages(pages);
   EXPECT_GT(pages.size(), 2u);
   int points = 0;

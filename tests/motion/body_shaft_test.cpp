@@ -6,7 +6,7 @@
 #include <complex>
 #include <cstdio>
 
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 #include "tests/motion/newton_euler.hpp"
 #include "tests/motion/rotations.hpp"
 #include "tests/motion/rung_cases.hpp"

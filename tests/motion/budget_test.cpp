@@ -1,12 +1,12 @@
 // The live error budget does not change the motion, restarts after each horizon, each reset and each step
 // without the budget, and shows each kind of error in its own component.
 
-#include "core/step/budget.hpp"
+#include "core/error/budget.hpp"
 
 #include "core/plan/automatic.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/structure/structure.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 #include "tests/motion/watched.hpp"
 
 namespace freeflex::testing {

@@ -47,7 +47,7 @@ void load(Scene& scene, const std::string& name, const std::vector<PointLoad>& f
 void expect_only_what_is_there(const Plan& plan, const std::string& text) {
   const auto has_kind = [&](const char* kind) {
     return std::any_of(plan.links.begin(), plan.links.end(),
-                       [&](const PlanLink& link) { return link.kind == kind; });
+                       [&](const PlanLink& link) { return traits_of(link.type).name == std::string_view(kind); });
   };
   const std::map<std::string, bool> mentioned = {
       {"matrix", has_kind("matrix")},
@@ -56,7 +56,7 @@ void expect_only_what_is_there(const Plan& plan, const std::string& text) {
       {"beam", has_kind("beam")},
       {"bar ", has_kind("bar")},
       {"spring", has_kind("spring")},
-      {"wheel", !plan.wheels.all.empty()},
+      {"wheel", !plan.wheels.empty()},
       {"attractor", plan.attractor_mu > 0.0},
       {"gravity", plan.attractor_mu > 0.0},
       {"orbit", plan.attractor_mu > 0.0},
@@ -76,7 +76,7 @@ void expect_only_what_is_there(const Plan& plan, const std::string& text) {
   std::set<std::string> names;
   for (const PlanHistory& history : plan.histories) names.insert(history.name);
   for (const PlanLink& link : plan.links) names.insert(link.name);
-  for (const PlanWheel& wheel : plan.wheels.all) names.insert(wheel.name);
+  for (const PlanWheel& wheel : plan.wheels) names.insert(wheel.name);
   for (std::size_t open = text.find('\''); open != std::string::npos;) {
     const std::size_t close = text.find('\'', open + 1);
     ASSERT_NE(close, std::string::npos) << text;

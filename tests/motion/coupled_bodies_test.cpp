@@ -6,7 +6,7 @@
 
 #include "core/plan/make_plan.hpp"
 #include "core/scene/bodies.hpp"
-#include "core/step/budget.hpp"
+#include "core/error/budget.hpp"
 #include "core/structure/link_factor.hpp"
 #include "core/structure/particles.hpp"
 #include "tests/motion/rotations.hpp"

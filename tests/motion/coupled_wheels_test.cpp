@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "core/plan/make_plan.hpp"
-#include "core/step/budget.hpp"
+#include "core/error/budget.hpp"
 #include "tests/motion/newton_euler.hpp"
 #include "tests/motion/rotations.hpp"
 #include "tests/motion/rung_cases.hpp"

@@ -8,7 +8,7 @@
 #include "core/plan/compile.hpp"
 #include "core/plan/kinetics.hpp"
 #include "core/plan/make_plan.hpp"
-#include "core/step/budget.hpp"
+#include "core/error/budget.hpp"
 #include "tests/motion/lagrange_equations.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/setup/make_scene.hpp"

@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "core/plan/make_plan.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 #include "tests/motion/rotations.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/motion/watched.hpp"

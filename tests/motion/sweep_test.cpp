@@ -5,8 +5,8 @@
 #include "core/plan/budget.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/structure/structure.hpp"
-#include "core/validity/judgement.hpp"
-#include "core/validity/validity.hpp"
+#include "core/error/judgement.hpp"
+#include "core/error/validity.hpp"
 #include "tests/motion/rung_cases.hpp"
 
 namespace freeflex::testing {

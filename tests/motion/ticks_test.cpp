@@ -5,7 +5,7 @@
 
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 #include "tests/motion/lagrange_equations.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/simulation.hpp"

@@ -11,7 +11,7 @@
 #include <span>
 
 #include "core/plan/make_plan.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/setup/make_scene.hpp"
 

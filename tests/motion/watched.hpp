@@ -1,8 +1,8 @@
 // This file defines a plan in motion with an error budget.
 #pragma once
 
-#include "core/step/budget.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/budget.hpp"
+#include "core/error/judgement.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/support/omissions.hpp"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/step/readout.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 #include "tests/motion/watched.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/simulation.hpp"

@@ -41,13 +41,13 @@ service_symbols='lcm_|spdlog|fmt::|clock_gettime|gettimeofday|time$|nanosleep|cl
 forbid_includes core "$service_headers"
 for archive in "$step" "$reference" "$@"; do forbid_symbols "$archive" "$service_symbols"; done
 
-forbid_includes core/step 'Eigen/|boost/|cmath>|math\.h>|complex>|numeric>|random>|core/(scene|structure|plan|paper|validity|reference)|cvode/|arkode/|sundials/'
+forbid_includes core/step 'Eigen/|boost/|cmath>|math\.h>|complex>|numeric>|random>|core/(scene|structure|plan|paper|error|reference)|cvode/|arkode/|sundials/'
 # sqrt is rounded exactly on every machine; the compiler keeps the call only for a negative argument
 forbid_symbols "$step" 'sin|cos|tan|exp|log|pow|cbrt|hypot|fma|sincos|asin|acos|atan|floor|ceil|round|remainder|fmod|std::(sin|cos|exp|pow|log)|Eigen::'
 
 # a library may include only the libraries below it
 above='reference'
-for folder in paper plan validity structure scene; do
+for folder in paper plan error structure scene; do
   forbid_includes core/$folder "core/($above)/|cvode/|arkode/|sundials/|nvector/"
   above+="|$folder"
 done

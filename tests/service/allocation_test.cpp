@@ -137,7 +137,7 @@ Scene with_wheels(Fidelity fidelity) {
 TEST(Loop, AllocatesNothingWithWheelsTorquesAndDistributedMass) {
   for (const Fidelity fidelity : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
     const Plan plan = reduced_plan_of(with_wheels(fidelity));
-    ASSERT_EQ(plan.wheels.all.size(), 2u);
+    ASSERT_EQ(plan.wheels.size(), 2u);
     Rig rig(plan, {.until_tick = 400, .limits = {.sender_share = 1.0}});
     for (int i = 0; i < 3; ++i) {
       ForceCommand command = make_push(i + 1, i, 100 * i);

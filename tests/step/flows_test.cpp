@@ -193,7 +193,7 @@ TEST(Flows, ABodyWithAWheelOnItsAxisNutatesInClosedForm) {
   for (const double rate : {1000.0, 30.0, 20.0, 10.0, 5.0, 1.0}) {
     Plan plan = hand_plan(1.0 / rate, {});
     set_inertia({kI, kI, kI}, kOwnAxes, plan);
-    plan.wheels.all.resize(1);
+    plan.wheels.resize(1);
     Frame frame;
     RigidLoads loads;
     loads.wheels.h[0] = {0.0, 0.0, kWheel};
@@ -232,7 +232,7 @@ TEST(Flows, FreeMotionKeepsMomentumAndEnergyAtAnyTickLength) {
     frame.H_W = multiply(plan.inertia, random.direction());  // 1 rad/s
     RigidLoads loads;
     if (k % 3 != 0) {
-      plan.wheels.all.resize(1);
+      plan.wheels.resize(1);
       loads.wheels.h[0] = scale(length(frame.H_W) * random.decades(-2.0, 3.0), random.direction());
       frame.H_W = add(frame.H_W, loads.wheels.h[0]);
     }
@@ -269,7 +269,7 @@ double error_after(int n, const RigidLoads& unit, bool is_attracted, bool varies
     plan.inverse_inertia = {11.99, -1.2, 0.03, -1.2, 8.0, -0.2, 0.03, -0.2, 5.91};
     for (double& each : plan.inverse_inertia) each /= 23.62;
     set_principal(plan);
-    plan.wheels.all.resize(1);
+    plan.wheels.resize(1);
     Frame frame;
     frame.H_W = {2.0, 5.0, -3.0};
     if (is_attracted) {

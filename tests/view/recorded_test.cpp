@@ -31,7 +31,7 @@ void write_begin(const Body& body, io::LogWriter& log) {
   io::Stamp stamp;
   stamp.session = 1;
   stamp.plan_fingerprint = plan_fingerprint(body.plan);
-  for (const auto& page : io::make_scene_messages(body.plan, body.plan_file, stamp))
+  for (const auto& page : io::make_scene_messages(body.plan, false, body.plan_file, stamp))
     log.write(std::string(kPrefix) + channels::kScene, 0, io::encode(page));
   log.write(std::string(kPrefix) + channels::kState, 0,
             io::encode(io::make_state_message(body.plan, make_state(body.plan), stamp)));

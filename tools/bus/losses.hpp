@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 #include "freeflex_msgs/status_t.hpp"
 #include "service/io/wire/outbound.hpp"
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <unordered_map>
 
+#include "core/words.hpp"
+
 namespace freeflex::tools {
 namespace {
 
@@ -75,8 +77,9 @@ void append_group_columns(const std::string& name, Columns& columns) {
 
 void append_link_columns(const std::string& name, std::string_view kind, int num_values, Columns& columns) {
   const std::string front = "link." + without_commas(name) + ".";
+  const LinkTypeTraits* const type = find_link_type(kind);
   if (num_values == 1)
-    columns.push_back(front + (kind == "bending" || kind == "torsion" ? "moment" : "axial"));
+    columns.push_back(front + (type != nullptr && type->is_angular ? "moment" : "axial"));
   for (int k = 1; k <= num_values && num_values > 1; ++k) columns.push_back(front + std::to_string(k));
 }
 

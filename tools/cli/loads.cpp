@@ -12,7 +12,7 @@
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/structure/structure.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"
@@ -128,7 +128,7 @@ std::vector<LinkForce> link_forces(const Plan& plan, const State& state) {
   std::vector<LinkForce> all;
   for (std::size_t i = 0; i < plan.link_outputs.size(); ++i) {
     const PlanLink& link = plan.links[static_cast<std::size_t>(plan.link_outputs[i].link)];
-    LinkForce force{link.name, link.kind,
+    LinkForce force{link.name, traits_of(link.type).name,
                     std::vector<double>(static_cast<std::size_t>(plan.link_outputs[i].num_rows))};
     read_link(plan, state, static_cast<int>(i), force.values);
     all.push_back(std::move(force));

@@ -196,7 +196,7 @@ std::vector<std::string> dependent_loads(const Plan& plan) {
   std::vector<std::string> names;
   for (const PlanFeedback& feedback : plan.feedbacks) names.push_back("feedback " + feedback.name);
   for (const PlanHistory& history : plan.histories)
-    if (!history.followers.empty() || !history.torques.all.empty()) names.push_back("load " + history.name);
+    if (!history.followers.empty() || !history.torques.empty()) names.push_back("load " + history.name);
   return names;
 }
 

@@ -10,8 +10,8 @@
 #include <string>
 
 #include "core/plan/plan_bytes.hpp"
-#include "core/validity/judgement.hpp"
-#include "core/validity/validity.hpp"
+#include "core/error/judgement.hpp"
+#include "core/error/validity.hpp"
 #include "messages/channels.hpp"
 #include "tools/bus/recording.hpp"
 #include "tools/cli/commands.hpp"

@@ -54,7 +54,7 @@ class LogOutput : public RunOutput {
   void publish(const State& state, bool is_edge) override {
     stamp_.utime = utime(state.tick);
     if (is_due(scene_every_, state.tick, false))
-      for (const auto& page : io::make_scene_messages(active_plan(plan_, state), input_, stamp_))
+      for (const auto& page : io::make_scene_messages(plan_, state.uses_fallback, input_, stamp_))
         put(channels::kScene, page);
     for (std::size_t i = 0; i < every_.size(); ++i) {
       if (!is_due(every_[i], state.tick, is_edge)) continue;
@@ -144,8 +144,8 @@ class CsvOutput : public RunOutput {
         every_(io::ticks_between(plan.state_rate, plan.period)) {
     Columns names{"tick"};
     std::vector<std::string> wheels;
-    for (const PlanWheel& wheel : plan.wheels.all) wheels.push_back(wheel.name);
-    const Columns state = state_columns(widest(plan).num_elastic, wheels);
+    for (const PlanWheel& wheel : plan.wheels) wheels.push_back(wheel.name);
+    const Columns state = state_columns(plan_of_all_modes(plan).num_elastic, wheels);
     names.insert(names.end(), state.begin(), state.end());
     for (const std::int32_t point : plan.published_points)
       append_point_columns(plan.points[static_cast<std::size_t>(point)].name,
@@ -154,7 +154,7 @@ class CsvOutput : public RunOutput {
       append_group_columns(plan.groups[static_cast<std::size_t>(group)].name, names);
     for (const PlanLinkOutput& output : plan.link_outputs) {
       const PlanLink& of = plan.links[static_cast<std::size_t>(output.link)];
-      append_link_columns(of.name, of.kind, output.num_rows, names);
+      append_link_columns(of.name, traits_of(of.type).name, output.num_rows, names);
     }
     writer_.header(names);
   }
@@ -194,7 +194,6 @@ class CsvOutput : public RunOutput {
  private:
   // if the plan has a fallback plan, a table has the columns of the fallback plan, and omitted modes are zero
   // until a command needs them
-  static const Plan& widest(const Plan& plan) { return plan.fallback.empty() ? plan : plan.fallback.front(); }
   void append(const double* first, std::size_t size) { values_.insert(values_.end(), first, first + size); }
   void append_point(const State& state, std::int32_t point) {
     const PointState read = read_point(plan_, state, point);
@@ -213,7 +212,7 @@ class CsvOutput : public RunOutput {
   }
   void append_modes(const State& state, const std::vector<double>& modes) {
     const std::size_t first = values_.size();
-    values_.resize(first + static_cast<std::size_t>(widest(plan_).num_elastic), 0.0);
+    values_.resize(first + static_cast<std::size_t>(plan_of_all_modes(plan_).num_elastic), 0.0);
     const bool is_spread = !plan_.fallback.empty() && !state.uses_fallback;
     for (std::size_t l = 0; l < modes.size(); ++l)
       values_[first + (is_spread ? static_cast<std::size_t>(plan_.fallback_modes[l]) : l)] = modes[l];

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/step/step.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 
 namespace freeflex::tools {
 

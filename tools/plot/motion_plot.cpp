@@ -28,10 +28,7 @@ std::vector<std::int32_t> outer_points(const Plan& plan) {
   return points;
 }
 
-/// Returns the plan that has all modes. This is the fallback plan if there is one, else the plan itself.
-const Plan& modal_plan(const Plan& plan) { return plan.fallback.empty() ? plan : plan.fallback.front(); }
-
-std::size_t num_wheels(const Plan& plan) { return std::min(kMostWheels, plan.wheels.all.size()); }
+std::size_t num_wheels(const Plan& plan) { return std::min(kMostWheels, plan.wheels.size()); }
 
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
@@ -53,7 +50,7 @@ Vec3 rotation_between(const Quat& from, const Quat& to) {
 
 MotionPlot::MotionPlot(const Plan& plan)
     : plan_(plan),
-      modal_plan_(modal_plan(plan)),
+      modal_plan_(plan_of_all_modes(plan)),
       points_(outer_points(plan)),
       q_(static_cast<std::size_t>(modal_plan_.num_elastic)),
       energy_(q_.size()),
@@ -62,7 +59,7 @@ MotionPlot::MotionPlot(const Plan& plan)
 
 /// Reads the modes of the active plan. Modes that the active plan omits get zero.
 void MotionPlot::take_modes(const State& state) {
-  const Plan& active = active_plan(plan_, state);
+  const StepPlan& active = active_plan(plan_, state);
   const bool is_reduced = &active != &modal_plan_;
   std::fill(q_.begin(), q_.end(), 0.0);
   std::fill(energy_.begin(), energy_.end(), 0.0);
@@ -132,7 +129,7 @@ std::vector<Panel> MotionPlot::panels() const {
   add_axes("angular velocity [rad/s], body axes", kRates);
   if (num_wheels(plan_) == 0) return panels;
   begin("angular momenta of wheels [N m s]");
-  for (std::size_t k = 0; k < num_wheels(plan_); ++k) add(plan_.wheels.all[k].name, wheels + k);
+  for (std::size_t k = 0; k < num_wheels(plan_); ++k) add(plan_.wheels[k].name, wheels + k);
   return panels;
 }
 

@@ -27,7 +27,7 @@ class MotionPlot {
   void take_modes(const State& state);
 
   const Plan& plan_;
-  const Plan& modal_plan_;  // plan whose modes are shown: the fallback plan if there is one, else plan_
+  const StepPlan& modal_plan_;  // plan whose modes are shown: the fallback plan if there is one, else plan_
   std::vector<std::int32_t> points_;  // points whose displacements are shown
   std::vector<double> q_, energy_;    // [m], [J] for each mode of modal_plan_
   std::vector<double> most_energy_;   // [J] largest energy of each mode so far

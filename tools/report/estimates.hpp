@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/scene/scene.hpp"
-#include "core/step/budget.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/budget.hpp"
+#include "core/error/judgement.hpp"
 
 namespace freeflex::tools {
 

@@ -1,7 +1,7 @@
 // Predicts the time of a step on this machine from counts and measured constants.
 #pragma once
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 
 namespace freeflex::tools {
 

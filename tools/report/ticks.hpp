@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 
 namespace freeflex::tools {
 

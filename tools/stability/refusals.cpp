@@ -6,7 +6,7 @@
 
 #include "core/plan/automatic.hpp"
 #include "core/structure/structure.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 #include "service/clock.hpp"
 #include "service/io/wire/codec.hpp"
 #include "tools/stability/ride.hpp"

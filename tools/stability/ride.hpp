@@ -11,7 +11,7 @@
 #include "core/reference/cartesian.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 #include "tools/stability/stability.hpp"
 
 namespace freeflex::tools {

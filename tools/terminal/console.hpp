@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 #include "service/io/scene/input.hpp"
 
 namespace freeflex::tools {

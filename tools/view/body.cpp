@@ -52,12 +52,10 @@ bool draw_hull(std::uint32_t link, std::span<const int> points, Body& body) {
 }
 
 /// Draws a link as lines or triangles.
-void draw(std::uint32_t link, const std::string& kind, std::span<const int> points, Body& body) {
-  if (kind == "rigid" && draw_hull(link, points, body)) return;
-  if (kind == "bending" || kind == "torsion")
-    return;  // springs on angles are not drawn, because other links lie along the same lines
-  if (kind == "matrix") return;  // a plan file does not contain the matrix
-  if (kind == "plate" && points.size() == 3) {
+void draw(std::uint32_t link, LinkDrawing drawing, std::span<const int> points, Body& body) {
+  if (drawing == LinkDrawing::kNothing) return;
+  if (drawing == LinkDrawing::kHull && draw_hull(link, points, body)) return;
+  if (drawing == LinkDrawing::kTriangle && points.size() == 3) {
     for (const int point : points) body.triangles.push_back(static_cast<std::uint32_t>(point));
     body.triangle_links.push_back(link);
     return;
@@ -176,11 +174,11 @@ Json head_of(const Body& body) {
   for (const PlanGroup& group : plan.groups)
     groups.push_back({{"name", group.name}, {"points", group.points}});
   Json& wheels = head["wheels"] = Json::array();
-  for (const PlanWheel& wheel : plan.wheels.all) wheels.push_back(wheel.name);
+  for (const PlanWheel& wheel : plan.wheels) wheels.push_back(wheel.name);
   Json &links = head["publishedLinks"] = Json::array(), &units = head["loadUnits"] = Json::array();
   for (const PlanLinkOutput& output : plan.link_outputs) {
     links.push_back(output.link);
-    units.push_back(figure_unit(plan.links[static_cast<std::size_t>(output.link)].kind));
+    units.push_back(traits_of(plan.links[static_cast<std::size_t>(output.link)].type).figure_unit);
   }
   return head;
 }
@@ -199,7 +197,8 @@ std::optional<Body> body_of_plan(const std::string& path, const std::string& out
   body.plan = std::move(*plan);
   body.num_modes = modes_that_fit(body.plan);
   for (std::size_t k = 0; k < body.plan.links.size(); ++k)
-    draw(static_cast<std::uint32_t>(k), body.plan.links[k].kind, body.plan.links[k].points, body);
+    draw(static_cast<std::uint32_t>(k), traits_of(body.plan.links[k].type).drawing, body.plan.links[k].points,
+         body);
   body.num_without_shape =
       static_cast<std::size_t>(std::count_if(body.plan.points.begin(), body.plan.points.end(),
                                              [](const PlanPoint& point) { return point.row < 0; }));
@@ -232,7 +231,7 @@ std::optional<Body> body_of_scene(const std::string& path, const std::string& ou
     if (const auto* matrix = std::get_if<MatrixLink>(&link.kind))
       draw(static_cast<std::uint32_t>(k), *matrix, link.points, body);
     else
-      draw(static_cast<std::uint32_t>(k), body.plan.links[k].kind, link.points, body);
+      draw(static_cast<std::uint32_t>(k), traits_of(body.plan.links[k].type).drawing, link.points, body);
   }
   body.shapes = shapes_of(*structure, body.plan, body.num_modes);
   note_links(body);
@@ -299,16 +298,11 @@ bool take_rate(Body& body, std::uint64_t fingerprint, double rate) {
   return true;
 }
 
-const char* figure_unit(const std::string& kind) {
-  if (kind == "plate") return "N/m";
-  return kind == "bending" || kind == "torsion" ? "N m" : "N";
-}
-
-double link_figure(const std::string& kind, std::span<const double> values) {
+double link_figure(LinkFigure figure, std::span<const double> values) {
   constexpr std::size_t kBeam = 12, kPlate = 6, kTensionOfBeam = 6;
   if (values.empty()) return 0.0;
-  if (kind == "beam" && values.size() == kBeam) return values[kTensionOfBeam];
-  if (kind == "plate" && values.size() == kPlate)
+  if (figure == LinkFigure::kTension && values.size() == kBeam) return values[kTensionOfBeam];
+  if (figure == LinkFigure::kMembrane && values.size() == kPlate)
     return std::sqrt(values[0] * values[0] - values[0] * values[1] + values[1] * values[1] +
                      3.0 * values[2] * values[2]);
   if (values.size() == 1) return values[0];

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/scene/faults.hpp"
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 #include "core/structure/structure.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"
@@ -74,8 +74,6 @@ bool take_rate(Body& body, std::uint64_t fingerprint, double rate);
 /// Returns the value that determines the colour of a link: the tension [N] or the moment [N m]; for a plate,
 /// the von Mises stress in its plane times its thickness [N/m]; for matrices and rigid bodies the largest
 /// force on a point [N].
-double link_figure(const std::string& kind, std::span<const double> values);
-/// Returns the unit of link_figure.
-const char* figure_unit(const std::string& kind);
+double link_figure(LinkFigure figure, std::span<const double> values);
 
 }  // namespace freeflex::tools

@@ -65,7 +65,7 @@ std::vector<std::byte> state_frame(const Body& body, const freeflex_msgs::state_
   append(state.angular_velocity, 3, bytes);
   // uses the number of wheels in the plan, not the number that the message claims
   std::vector<double> wheels = state.wheel_momentum;
-  wheels.resize(body.plan.wheels.all.size());
+  wheels.resize(body.plan.wheels.size());
   const auto num_wheels = static_cast<double>(wheels.size());
   append(&num_wheels, 1, bytes);
   append(wheels.data(), wheels.size(), bytes);
@@ -90,9 +90,9 @@ bool LoadFigures::take(const freeflex_msgs::loads_t& page, std::size_t size) {
   for (const auto& load : page.links) {
     const auto found = std::lower_bound(links.begin(), links.end(), load.link);
     if (found == links.end() || *found != load.link) continue;
-    const std::string& kind = body_->plan.links[static_cast<std::size_t>(load.link)].kind;
+    const LinkFigure figure = traits_of(body_->plan.links[static_cast<std::size_t>(load.link)].type).figure;
     figures_[static_cast<std::size_t>(found - links.begin())] =
-        static_cast<float>(link_figure(kind, load.values));
+        static_cast<float>(link_figure(figure, load.values));
   }
   return taken.is_whole;
 }

@@ -52,7 +52,7 @@ struct Motion {
     attitude.insert(attitude.end(), state.attitude, state.attitude + 4);
     spin.insert(spin.end(), state.angular_velocity, state.angular_velocity + 3);
     wheels.insert(wheels.end(), state.wheel_momentum.begin(), state.wheel_momentum.end());
-    wheels.resize(clock.size() * body.plan.wheels.all.size());
+    wheels.resize(clock.size() * body.plan.wheels.size());
     peaks.take(state);
     for (std::size_t l = 0; l < static_cast<std::size_t>(body.num_modes); ++l)
       q.push_back(shown_coordinate(body, state, l));

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/scene/scene.hpp"
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 #include "core/structure/structure.hpp"
 
 namespace freeflex::io {

@@ -85,10 +85,10 @@ Admission out_of_memory(Admission admission) {
 void fill_name_table(const Plan& plan, NameTable& table) {
   table = NameTable{};
   table.num_points = static_cast<std::int32_t>(plan.points.size());
-  table.num_wheels = static_cast<std::int32_t>(plan.wheels.all.size());
-  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k)
+  table.num_wheels = static_cast<std::int32_t>(plan.wheels.size());
+  for (std::size_t k = 0; k < plan.wheels.size(); ++k)
     table.wheel_points[k] =
-        plan.particles.attitude_points[static_cast<std::size_t>(plan.wheels.all[k].attitude_index)];
+        plan.particles.attitude_points[static_cast<std::size_t>(plan.wheels[k].attitude_index)];
   table.num_groups = static_cast<std::int32_t>(plan.groups.size());
   table.force_limit = plan.force_limit;
   table.torque_limit = plan.torque_limit;

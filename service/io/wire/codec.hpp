@@ -12,7 +12,7 @@
 
 #include "core/limits.hpp"
 #include "core/step/command.hpp"
-#include "core/step/plan.hpp"
+#include "core/plan.hpp"
 #include "core/step/step.hpp"
 #include "freeflex_msgs/applied_t.hpp"
 #include "freeflex_msgs/force_t.hpp"

@@ -127,7 +127,7 @@ std::int64_t ticks_between(double rate, double period) {
 }
 
 freeflex_msgs::state_t make_state_message(const Plan& given, const MotionState& state, const Stamp& stamp) {
-  const Plan& plan = active_plan(given, state);
+  const StepPlan& plan = active_plan(given, state);
   freeflex_msgs::state_t message{};
   message.utime = stamp.utime;
   message.session = stamp.session;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/plan.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
 #include "freeflex_msgs/applied_t.hpp"
@@ -62,13 +63,13 @@ struct SceneListing {
 SceneListing scene_listing(const Plan& plan);
 
 /// Makes the pages of a scene, at least one page. Every page has the first fields (name, rate, mass
-/// properties, totals). The pages list only the items that scene_listing() counts, and items in short gaps
+/// properties, totals). If `uses_fallback` is true, the modes are those of the fallback plan. The pages list only the items that scene_listing() counts, and items in short gaps
 /// between these.
 /// \pre each name, and the points of each group, need much less than channels::kMaxMessageBytes
-std::vector<freeflex_msgs::scene_t> make_scene_messages(const Plan& plan, const std::string& plan_file,
-                                                        const Stamp& stamp);
+std::vector<freeflex_msgs::scene_t> make_scene_messages(const Plan& plan, bool uses_fallback,
+                                                        const std::string& plan_file, const Stamp& stamp);
 /// Makes the pages of a mode shape.  \param mode elastic mode from 1 to plan.num_elastic
-std::vector<freeflex_msgs::shapes_t> make_shapes_messages(const Plan& plan, int mode, const Stamp& stamp);
+std::vector<freeflex_msgs::shapes_t> make_shapes_messages(const StepPlan& plan, int mode, const Stamp& stamp);
 freeflex_msgs::applied_t make_applied_force(const ForceCommand& command, std::int64_t tick,
                                             std::int64_t applied_sequence, const Stamp& stamp);
 /// \param kind  EXPIRED, LEASE_LOST or CLEARED

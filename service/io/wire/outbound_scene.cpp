@@ -17,7 +17,7 @@ using Shapes = freeflex_msgs::shapes_t;
 
 bool lists_part(const Plan& plan) { return plan.points.size() > std::size_t{kMostByDefault}; }
 
-double frequency(const Plan& plan, int mode) {
+double frequency(const StepPlan& plan, int mode) {
   return plan.omega[static_cast<std::size_t>(mode)] / (2.0 * std::numbers::pi);
 }
 
@@ -84,7 +84,7 @@ std::vector<freeflex_msgs::scene_link_t> make_links(const Plan& plan, const List
   for (std::size_t k = 0; k < links.size(); ++k) {
     const PlanLink& link = plan.links[static_cast<std::size_t>(listed[k])];
     links[k].name = link.name;
-    links[k].kind = link.kind;
+    links[k].kind = traits_of(link.type).name;
     links[k].num_points = static_cast<std::int32_t>(link.points.size());
     links[k].points = link.points;
     links[k].is_published = published.contains(listed[k]) ? 1 : 0;
@@ -102,7 +102,7 @@ std::vector<freeflex_msgs::scene_group_t> make_groups(const Plan& plan) {
   return groups;
 }
 
-Scene make_front(const Plan& plan, const std::string& plan_file, const Stamp& stamp) {
+Scene make_front(const Plan& plan, int num_elastic, const std::string& plan_file, const Stamp& stamp) {
   Scene front{};
   front.utime = stamp.utime;
   front.session = stamp.session;
@@ -117,8 +117,8 @@ Scene make_front(const Plan& plan, const std::string& plan_file, const Stamp& st
   front.total_points = static_cast<std::int32_t>(plan.points.size());
   front.total_links = static_cast<std::int32_t>(plan.links.size());
   front.total_groups = static_cast<std::int32_t>(plan.groups.size());
-  front.total_elastic = plan.num_elastic;
-  for (const PlanWheel& wheel : plan.wheels.all) {
+  front.total_elastic = num_elastic;
+  for (const PlanWheel& wheel : plan.wheels) {
     freeflex_msgs::scene_wheel_t each{};
     each.name = wheel.name;
     each.point = plan.particles.attitude_points[static_cast<std::size_t>(wheel.attitude_index)];
@@ -187,10 +187,12 @@ SceneListing scene_listing(const Plan& plan) {
           static_cast<std::int32_t>(list_links(plan).size())};
 }
 
-std::vector<Scene> make_scene_messages(const Plan& plan, const std::string& plan_file, const Stamp& stamp) {
-  ScenePages pages(make_front(plan, plan_file, stamp));
-  std::vector<double> frequencies(static_cast<std::size_t>(plan.num_elastic));
-  for (int l = 0; l < plan.num_elastic; ++l) frequencies[static_cast<std::size_t>(l)] = frequency(plan, l);
+std::vector<Scene> make_scene_messages(const Plan& plan, bool uses_fallback, const std::string& plan_file,
+                                       const Stamp& stamp) {
+  const StepPlan& active = uses_fallback ? plan.fallback.front() : plan;
+  ScenePages pages(make_front(plan, active.num_elastic, plan_file, stamp));
+  std::vector<double> frequencies(static_cast<std::size_t>(active.num_elastic));
+  for (int l = 0; l < active.num_elastic; ++l) frequencies[static_cast<std::size_t>(l)] = frequency(active, l);
   Listed points = list_points(plan), links = list_links(plan);
   fill_gaps(points);
   fill_gaps(links);
@@ -201,7 +203,7 @@ std::vector<Scene> make_scene_messages(const Plan& plan, const std::string& plan
   return pages.finish();
 }
 
-std::vector<Shapes> make_shapes_messages(const Plan& plan, int mode, const Stamp& stamp) {
+std::vector<Shapes> make_shapes_messages(const StepPlan& plan, int mode, const Stamp& stamp) {
   Shapes front{};
   front.utime = stamp.utime;
   front.session = stamp.session;

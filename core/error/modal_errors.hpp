@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/step/state.hpp"
-#include "core/validity/error_shadow.hpp"
+#include "core/error/error_shadow.hpp"
 
 namespace freeflex {
 
@@ -54,7 +54,7 @@ struct StiffnessChanges {
 /// multiplications. Allocates nothing after construction.
 class ModalErrors {
  public:
-  explicit ModalErrors(const Plan& plan);
+  ModalErrors(const StepPlan& plan, const PlanUnmodelled& unmodelled);
 
   /// Evaluates the state after a tick of this plan. Call this function for every tick, in order.
   void take(const State& state) noexcept;
@@ -128,7 +128,9 @@ class ModalErrors {
   void update_left_out() noexcept;
   void finish_round(const MotionState& state) noexcept;
 
-  const Plan& plan_;
+  const StepPlan& plan_;
+  const PlanUnmodelled& unmodelled_;
+  CommandLoads commands_;
   ErrorShadow shadow_;  // errors of the lowest modes
   std::int64_t num_chunks_ = 1, chunk_ = 0;
   double round_ = 0.0;  // [s] duration of a round of mode updates

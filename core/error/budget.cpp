@@ -1,4 +1,4 @@
-#include "core/step/budget.hpp"
+#include "core/error/budget.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -25,14 +25,14 @@ void take_slots(const State& from, State& to) noexcept {
 
 /// Computes elastic coordinates of displacements V (num_points): q_l = sum_i m_i b_il . V_i / M
 /// (THEORY 4.25).
-void to_modes(const Plan& plan, std::span<const Vec3> V, std::span<Vec3> weighted, Array& q,
+void to_modes(const StepPlan& plan, std::span<const Vec3> V, std::span<Vec3> weighted, Array& q,
               Array& unused) noexcept {
   for (std::size_t i = 0; i < V.size(); ++i) weighted[i] = scale(plan.points[i].mass / plan.mass, V[i]);
   project_points(plan, weighted, weighted, q.data(), unused.data());
 }
 
 /// Sets a shadow to the motion of the state.
-void put_shadow(const Plan& plan, const State& state, const PlanShadow& shadow, Budget& budget, State& to,
+void put_shadow(const StepPlan& plan, const State& state, const PlanShadow& shadow, Budget& budget, State& to,
                 Workspace& workspace) noexcept {
   to.tick = state.tick * shadow.substeps;
   to.epoch_start_tick = state.epoch_start_tick * shadow.substeps;
@@ -64,7 +64,7 @@ void put_shadow(const Plan& plan, const State& state, const PlanShadow& shadow, 
 ///   position: (mean_i |p_WB + R_WB x_i - p_WB* - R_WB* x_i*|^2)^(1/2)   (THEORY 12.23)
 ///   attitude: 2 sin(phi / 2), phi the angle of R_WB^T R_WB*   (THEORY 12.24)
 ///   elastic: |V - V*| / |V*|   (THEORY 12.25)
-ErrorSize distance(const Plan& plan, const State& state, const Plan& other_plan, const State& other,
+ErrorSize distance(const StepPlan& plan, const State& state, const StepPlan& other_plan, const State& other,
                    Budget& budget) noexcept {
   contract_points(plan, state.q.data(), state.q.data(), budget.V, budget.scratch);
   contract_points(other_plan, other.q.data(), other.q.data(), budget.V_other, budget.scratch);
@@ -99,7 +99,7 @@ constexpr double kResolved = 2.0;
 
 /// Adds this tick to the sums of q_l^2 over all modes, and of (q_l' / omega_l)^2 over the modes whose
 /// vibration the best shadow does not resolve (THEORY 12.27).
-void gather_motion(const Plan& best, const State& state, double spin, double period,
+void gather_motion(const StepPlan& best, const State& state, double spin, double period,
                    Budget& budget) noexcept {
   const double slow = kResolved * best.coupled.num_substeps / best.period;
   for (std::size_t l = 0; l < index(best.num_elastic); ++l) {
@@ -154,7 +154,7 @@ void follow_step(const Plan& plan, const State& state, bool slots_changed, Budge
 
 /// Returns true if the points carry all of the mass, so that sum m b.b = M for each mode (THEORY 4.3). The
 /// displacements of points then determine the elastic coordinates   (THEORY 4.25).
-bool do_points_give_modes(const Plan& plan) {
+bool do_points_give_modes(const StepPlan& plan) {
   constexpr double kRounding = 1e-6;
   for (std::size_t l = 0; l < index(plan.num_elastic); ++l) {
     double sum = 0.0;
@@ -210,7 +210,7 @@ BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) 
   };
   const std::ptrdiff_t best = find(PlanShadow::Kind::kBest), fine = find(PlanShadow::Kind::kFine),
                        full = find(PlanShadow::Kind::kFull);
-  const auto plan_at = [&](std::ptrdiff_t k) -> const Plan& {
+  const auto plan_at = [&](std::ptrdiff_t k) -> const StepPlan& {
     return k < 0 ? plan : plan.budget.shadows[static_cast<std::size_t>(k)].plan;
   };
   const auto state_at = [&](std::ptrdiff_t k) -> const State& {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "core/step/budget.hpp"
-#include "core/validity/modal_errors.hpp"
-#include "core/validity/responsible.hpp"
+#include "core/error/budget.hpp"
+#include "core/error/modal_errors.hpp"
+#include "core/error/responsible.hpp"
 
 namespace freeflex {
 

@@ -2,6 +2,7 @@
 // spin must be slow compared with the vibration.
 #pragma once
 
+#include "core/plan.hpp"
 #include "core/step/readout.hpp"
 
 namespace freeflex {

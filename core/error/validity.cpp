@@ -1,4 +1,4 @@
-#include "core/validity/validity.hpp"
+#include "core/error/validity.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -14,12 +14,12 @@ double bounded_ratio(double numerator, double denominator) noexcept {
 
 double lowest_omega(const Plan& plan) noexcept {
   double lowest = 0.0;
-  const auto look = [&lowest](const Plan& each) {
+  const auto look = [&lowest](const StepPlan& each) {
     for (const double omega : each.omega)
       if (omega > 0.0 && (lowest == 0.0 || omega < lowest)) lowest = omega;
   };
   look(plan);
-  for (const Plan& fallback : plan.fallback) look(fallback);
+  for (const StepPlan& fallback : plan.fallback) look(fallback);
   return lowest;
 }
 

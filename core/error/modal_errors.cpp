@@ -1,4 +1,4 @@
-#include "core/validity/modal_errors.hpp"
+#include "core/error/modal_errors.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "core/step/history.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
-#include "core/validity/validity.hpp"
+#include "core/error/validity.hpp"
 
 namespace freeflex {
 namespace {
@@ -57,22 +57,23 @@ double dot(const double* a, const double* b, std::size_t n) {
 
 }  // namespace
 
-ModalErrors::ModalErrors(const Plan& plan) : plan_(plan), shadow_(plan) {
+ModalErrors::ModalErrors(const StepPlan& plan, const PlanUnmodelled& unmodelled)
+    : plan_(plan), unmodelled_(unmodelled), commands_(plan, unmodelled), shadow_(plan, unmodelled) {
   const auto n = static_cast<std::size_t>(plan.num_elastic);
-  const auto num_judged = static_cast<std::size_t>(plan.unmodelled.num_judged);
+  const auto num_judged = static_cast<std::size_t>(unmodelled.num_judged);
   modes_.resize(num_judged);
   amplitudes_.resize(num_judged);
   flexibility_.resize(n);
   quasi_static_.resize(n);
   second_.resize(n);
   num_chunks_ = static_cast<std::int64_t>(
-      std::clamp((plan.unmodelled.pairs.size() * n + kMostProducts - 1) / kMostProducts, std::size_t{1},
+      std::clamp((unmodelled.pairs.size() * n + kMostProducts - 1) / kMostProducts, std::size_t{1},
                  std::max<std::size_t>(1, num_judged)));
   round_ = static_cast<double>(num_chunks_) * plan.period;
   step_ticks_ = static_cast<std::int64_t>(std::max<std::size_t>(
       1, ((num_judged - shadow_.size()) * n + kMostOwnProducts - 1) / kMostOwnProducts));
   step_ = static_cast<double>(step_ticks_) * plan.period;
-  if (!plan.unmodelled.rate_rows.empty()) mean_rate_.resize(n), q_before_.resize(n);
+  if (!unmodelled.rate_rows.empty()) mean_rate_.resize(n), q_before_.resize(n);
   for (std::size_t l = 0; l < n; ++l) {
     if (plan.omega[l] == 0.0) continue;
     flexibility_[l] = 1.0 / (plan.mass * square(plan.omega[l]));
@@ -81,17 +82,17 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan), shadow_(plan) {
   for (const PlanHistory& history : plan.histories)
     if (!history.stiffening.modes.empty()) followers_.push_back({&history, 0.0});
   for (const PlanPoint& point : plan.points) size_of_body_ = std::max(size_of_body_, norm(point.r));
-  const std::size_t num_pairs = plan.unmodelled.pairs.size();
+  const std::size_t num_pairs = unmodelled.pairs.size();
   for (std::size_t l = 0; l < num_judged; ++l) {
-    const auto mode = static_cast<std::size_t>(plan.unmodelled.pairs[l][0]);
+    const auto mode = static_cast<std::size_t>(unmodelled.pairs[l][0]);
     const double omega = plan.omega[mode], decay = plan.decay[mode];
     const double phase = std::sqrt(std::max(0.0, square(omega) - square(decay))) * step_;
     modes_[l].free_step = std::polar(std::exp(-decay * step_), -phase);
     modes_[l].fade = std::exp(-decay * round_);
     first_pair_.push_back(partners_.size());
     for (std::size_t pair = num_judged; pair < num_pairs; ++pair)
-      if (plan.unmodelled.pairs[pair][0] == plan.unmodelled.pairs[l][0])
-        partners_.push_back({pair, judged_index(plan.unmodelled.pairs[pair][1])});
+      if (unmodelled.pairs[pair][0] == unmodelled.pairs[l][0])
+        partners_.push_back({pair, judged_index(unmodelled.pairs[pair][1])});
   }
   first_pair_.push_back(partners_.size());
   if (!is_coupled(plan)) bound_wheel_phases();
@@ -102,12 +103,12 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan), shadow_(plan) {
 /// this bound (THEORY 16.26).
 void ModalErrors::bound_wheel_phases() {
   const std::size_t num_judged = modes_.size(), padded = static_cast<std::size_t>(plan_.num_padded);
-  wheel_phases_.assign((num_judged + 1) * plan_.wheels.all.size(), 0.0);
+  wheel_phases_.assign((num_judged + 1) * plan_.wheels.size(), 0.0);
   std::vector<std::size_t> judged(flexibility_.size(), num_judged);
   for (std::size_t l = 0; l < num_judged; ++l)
-    judged[static_cast<std::size_t>(plan_.unmodelled.pairs[l][0])] = l;
-  for (std::size_t k = 0; k < plan_.wheels.all.size(); ++k) {
-    const PlanWheel& wheel = plan_.wheels.all[k];
+    judged[static_cast<std::size_t>(unmodelled_.pairs[l][0])] = l;
+  for (std::size_t k = 0; k < plan_.wheels.size(); ++k) {
+    const PlanWheel& wheel = plan_.wheels[k];
     const double* const rows = rotation_rows(plan_, wheel.attitude_index);
     for (std::size_t mode = 0; mode < judged.size(); ++mode) {
       const Vec3 across = cross(wheel.axis, {rows[mode], rows[padded + mode], rows[2 * padded + mode]});
@@ -128,7 +129,7 @@ double ModalErrors::wheel_phase(std::size_t l, const MotionState& state) const n
 /// number of judged modes.
 std::size_t ModalErrors::judged_index(std::int32_t mode) const noexcept {
   std::size_t l = 0;
-  while (l < modes_.size() && plan_.unmodelled.pairs[l][0] != mode) ++l;
+  while (l < modes_.size() && unmodelled_.pairs[l][0] != mode) ++l;
   return l;
 }
 
@@ -145,15 +146,16 @@ void ModalErrors::clear() noexcept {
   is_first_ = true;
   size_ = {};
   leaders_ = next_leaders_ = {};
+  commands_.clear();
   shadow_.clear();
 }
 
 void ModalErrors::join(const ModalErrors& other, const std::vector<std::int32_t>& modes) noexcept {
   clear();
   for (std::size_t k = 0; k < other.modes_.size(); ++k) {
-    const std::int32_t mode = modes[static_cast<std::size_t>(other.plan_.unmodelled.pairs[k][0])];
+    const std::int32_t mode = modes[static_cast<std::size_t>(other.unmodelled_.pairs[k][0])];
     for (std::size_t l = 0; l < modes_.size(); ++l) {
-      if (plan_.unmodelled.pairs[l][0] != mode) continue;
+      if (unmodelled_.pairs[l][0] != mode) continue;
       const std::complex<double> free_step = modes_[l].free_step;
       const double fade = modes_[l].fade;
       modes_[l] = other.modes_[k];
@@ -167,7 +169,8 @@ void ModalErrors::join(const ModalErrors& other, const std::vector<std::int32_t>
 
 void ModalErrors::take(const State& state) noexcept {
   const std::size_t n = flexibility_.size(), num_judged = modes_.size();
-  if (n == 0 && plan_.unmodelled.spin_left_out.empty()) return;
+  if (n == 0 && unmodelled_.spin_left_out.empty()) return;
+  commands_.update(state);
   if (chunk_ == 0) {
     w_ = angular_velocity(plan_, state);
     products_ = {w_[0] * w_[0], w_[1] * w_[1], w_[2] * w_[2], w_[0] * w_[1], w_[0] * w_[2], w_[1] * w_[2]};
@@ -182,7 +185,7 @@ void ModalErrors::take(const State& state) noexcept {
     }
     is_first_ = false;
     shadow_.set_spin(w_, products_, state.wheel_momentum);
-    if (!plan_.unmodelled.bodies.push_rows.empty()) {
+    if (!unmodelled_.bodies.push_rows.empty()) {
       const Mat3 R_WB = rotation_matrix(state.q_WB);
       acceleration_ = scale(1.0 / plan_.mass, multiply_transposed(R_WB, state.force_W));
       w_dot_ = multiply(plan_.inverse_inertia,
@@ -196,7 +199,7 @@ void ModalErrors::take(const State& state) noexcept {
     const double pull = std::max(std::sqrt(loads), internal_forces(state, age)) + norm(state.force_W),
                  acceleration = pull / plan_.mass;
     const bool is_unquantified =
-        plan_.unmodelled.has_unquantified || plan_.unmodelled.lacks_modes != LacksModes::kNone;
+        unmodelled_.has_unquantified || unmodelled_.lacks_modes != LacksModes::kNone;
     unquantified_before_ = unquantified_scale_;
     unquantified_scale_ =
         is_unquantified ? kUnquantifiedSpin * dot(w_, w_) + kUnquantifiedLoad * acceleration / size_of_body_
@@ -207,7 +210,7 @@ void ModalErrors::take(const State& state) noexcept {
     l < shadow_.size() ? update_integrated(l, state) : update_mode(l, state);
   if (ticks_since_step_ == 0) advance_higher_modes(state);
   ticks_since_step_ = (ticks_since_step_ + 1) % step_ticks_;
-  if (state.tick != state.epoch_start_tick) shadow_.advance(state);
+  if (state.tick != state.epoch_start_tick) shadow_.advance(state, commands_);
   chunk_ = (chunk_ + 1) % num_chunks_;
   if (chunk_ == 0) finish_round(state);
 }
@@ -228,20 +231,20 @@ void ModalErrors::settle(const State& state) noexcept {
 ///   E_lu = sum_v (C_lu,v q_s,v + R_lu,v q_v') + spin_rows . w w + push_rows . (a_B, w') - E of followers.
 double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
   const std::size_t n = flexibility_.size();
-  const double* const load_row = plan_.unmodelled.load_rows.data() + pair * n;
+  const double* const load_row = unmodelled_.load_rows.data() + pair * n;
   double sum = 0.0;
   for (std::size_t u = 0; u < n; ++u) sum += load_row[u] * quasi_static_[u];
   if (!mean_rate_.empty()) {
-    const double* const rate_row = plan_.unmodelled.rate_rows.data() + pair * n;
+    const double* const rate_row = unmodelled_.rate_rows.data() + pair * n;
     for (std::size_t u = 0; u < n; ++u) sum += rate_row[u] * mean_rate_[u];
   }
-  for (std::size_t k = 0; k < 6; ++k) sum += plan_.unmodelled.spin_rows[6 * pair + k] * products_[k];
-  if (const Array& rows = plan_.unmodelled.bodies.push_rows; !rows.empty())
+  for (std::size_t k = 0; k < 6; ++k) sum += unmodelled_.spin_rows[6 * pair + k] * products_[k];
+  if (const Array& rows = unmodelled_.bodies.push_rows; !rows.empty())
     for (std::size_t k = 0; k < 3; ++k)
       sum += rows[6 * pair + k] * acceleration_[k] + rows[6 * pair + 3 + k] * w_dot_[k];
   // the plan already includes the stiffness due to followers, to first order and for the lowest modes
   // (THEORY X145)
-  const auto [l, u] = plan_.unmodelled.pairs[pair];
+  const auto [l, u] = unmodelled_.pairs[pair];
   for (const Follower& follower : followers_) sum -= follower.amplitude * followed(*follower.history, l, u);
   return sum;
 }
@@ -251,7 +254,7 @@ double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
 void ModalErrors::advance_higher_modes(const MotionState& state) noexcept {
   const std::size_t n = flexibility_.size();
   for (std::size_t l = shadow_.size(); l < modes_.size(); ++l) {
-    const auto at = static_cast<std::size_t>(plan_.unmodelled.pairs[l][0]);
+    const auto at = static_cast<std::size_t>(unmodelled_.pairs[l][0]);
     const double omega = plan_.omega[at], quasi_static = state.Q[at] * flexibility_[at];
     if (omega == 0.0) continue;
     Mode& mode = modes_[l];
@@ -259,7 +262,7 @@ void ModalErrors::advance_higher_modes(const MotionState& state) noexcept {
     mode.peak = std::max(length(amplitudes_[l]) + std::abs(quasi_static) + std::abs(mode.quasi_static_error),
                          mode.peak);
     apply_stiffness(l, is_resolved(l)
-                           ? mode.steady + dot(plan_.unmodelled.load_rows.data() + l * n, state.q.data(), n)
+                           ? mode.steady + dot(unmodelled_.load_rows.data() + l * n, state.q.data(), n)
                            : mode.stiffness);
     mode.amplitude_error *= mode.free_step;
     const double size = length(mode.amplitude_error), most = 2.0 * size_of_body_;
@@ -273,7 +276,7 @@ void ModalErrors::advance_higher_modes(const MotionState& state) noexcept {
 /// rotates the phase by -omega_l e_l h / 2, where e_l is the relative stiffness (THEORY X142).
 void ModalErrors::apply_stiffness(std::size_t l, double stiffness) noexcept {
   const std::complex<double> motion = amplitudes_[l] + modes_[l].amplitude_error;
-  const auto at = static_cast<std::size_t>(plan_.unmodelled.pairs[l][0]);
+  const auto at = static_cast<std::size_t>(unmodelled_.pairs[l][0]);
   const double rate = 0.5 * plan_.omega[at] * stiffness * flexibility_[at] * step_;
   const std::complex<double> after = is_resolved(l)
                                          ? motion - std::complex<double>(0.0, 2.0 * rate * motion.real())
@@ -286,7 +289,7 @@ void ModalErrors::apply_stiffness(std::size_t l, double stiffness) noexcept {
 /// (THEORY X142).
 void ModalErrors::apply_coupling(std::size_t l, std::size_t u, double stiffness, double coriolis) noexcept {
   const auto omega_of = [&](std::size_t mode) {
-    return plan_.omega[static_cast<std::size_t>(plan_.unmodelled.pairs[mode][0])];
+    return plan_.omega[static_cast<std::size_t>(unmodelled_.pairs[mode][0])];
   };
   const bool is_impulse = std::max(omega_of(l), omega_of(u)) * round_ <= kResolved;
   const auto push = [&](std::size_t to, std::size_t from, double coupling) {
@@ -301,23 +304,22 @@ void ModalErrors::apply_coupling(std::size_t l, std::size_t u, double stiffness,
 }
 
 bool ModalErrors::is_resolved(std::size_t l) const noexcept {
-  return plan_.omega[static_cast<std::size_t>(plan_.unmodelled.pairs[l][0])] * step_ <= kResolved;
+  return plan_.omega[static_cast<std::size_t>(unmodelled_.pairs[l][0])] * step_ <= kResolved;
 }
 
 void ModalErrors::update_mode(std::size_t l, const MotionState& state) noexcept {
-  const PlanUnmodelled& unmodelled = plan_.unmodelled;
   Mode& mode = modes_[l];
-  const auto at = static_cast<std::size_t>(unmodelled.pairs[l][0]);
+  const auto at = static_cast<std::size_t>(unmodelled_.pairs[l][0]);
   const double omega = plan_.omega[at];
   double stiffness = stiffness_of(l);
   // second order of the displacements: the load -C_ll,u q_l^2 / 2 on mode u   (THEORY X143)
-  const double* const row = unmodelled.load_rows.data() + l * flexibility_.size();
+  const double* const row = unmodelled_.load_rows.data() + l * flexibility_.size();
   for (std::size_t u = 0; u < second_.size(); ++u) second_[u] += row[u] * square(state.q[at]);
   if (omega == 0.0) return update_mechanism(l, stiffness, state);
 
   // amplitude-averaged cubic stiffness: 3/4 beta_l |a_l|^2 of the mode itself, 3/2 sqrt(beta_l beta_b)
   // |a_b|^2 of the other modes b; root is sqrt(beta_l)   (THEORY X146)
-  const double root = unmodelled.root_quartic[l],
+  const double root = unmodelled_.root_quartic[l],
                own = root * square(length(amplitudes_[l]) + std::abs(quasi_static_[at]));
   next_quartic_ += own;
   stiffness += root * (1.5 * std::max(0.0, quartic_ - own) + 0.75 * own);
@@ -330,13 +332,13 @@ void ModalErrors::update_mode(std::size_t l, const MotionState& state) noexcept 
   mode.steady = stiffness - dot(row, quasi_static_.data(), quasi_static_.size());
   for (std::size_t k = first_pair_[l]; k < first_pair_[l + 1]; ++k) {
     const auto [pair, u] = partners_[k];
-    const double* const s = unmodelled.coriolis_rows.data() + 3 * pair;
+    const double* const s = unmodelled_.coriolis_rows.data() + 3 * pair;
     apply_coupling(l, u, stiffness_of(pair),
                    is_coupled(plan_) ? 0.0 : s[0] * w_[0] + s[1] * w_[1] + s[2] * w_[2]);
   }
   double quasi_static_error = -change * quasi_static_[at];
-  for (std::size_t k = 0; k < 6 && !unmodelled.spin_loads.empty(); ++k)
-    quasi_static_error += unmodelled.spin_loads[6 * at + k] * products_[k] * flexibility_[at];
+  for (std::size_t k = 0; k < 6 && !unmodelled_.spin_loads.empty(); ++k)
+    quasi_static_error += unmodelled_.spin_loads[6 * at + k] * products_[k] * flexibility_[at];
   mode.amplitude_error -= quasi_static_error - mode.quasi_static_error;
   mode.quasi_static_error = quasi_static_error;
   mode.peak *= mode.fade;
@@ -351,14 +353,13 @@ void ModalErrors::update_mode(std::size_t l, const MotionState& state) noexcept 
 /// Updates a mode whose error is integrated. Updates the mode's stiffness due to other modes and to the spin,
 /// and the mode's amplitude.
 void ModalErrors::update_integrated(std::size_t l, const MotionState& state) noexcept {
-  const PlanUnmodelled& unmodelled = plan_.unmodelled;
   const std::size_t n = flexibility_.size(), num_shadowed = shadow_.size();
   const auto set = [&](std::size_t pair, std::size_t u) {
     const double whole = stiffness_of(pair);
     double among = 0.0;  // the contribution of integrated modes, which is already in the third derivatives
                          // (THEORY X147)
     for (std::size_t v = 0; v < num_shadowed; ++v)
-      among += unmodelled.load_rows[pair * n + v] * quasi_static_[v];
+      among += unmodelled_.load_rows[pair * n + v] * quasi_static_[v];
     shadow_.set_stiffness(l, u, whole - among);
     return whole;
   };
@@ -367,7 +368,7 @@ void ModalErrors::update_integrated(std::size_t l, const MotionState& state) noe
     if (partners_[k].u < num_shadowed) set(partners_[k].pair, partners_[k].u);
   Mode& mode = modes_[l];
   for (std::size_t u = num_shadowed; u < n; ++u)
-    second_[u] += unmodelled.load_rows[l * n + u] * square(state.q[l]);
+    second_[u] += unmodelled_.load_rows[l * n + u] * square(state.q[l]);
   const double omega = plan_.omega[l];
   if (omega == 0.0) {
     mode.peak = std::max(mode.peak, std::abs(state.q[l]));
@@ -375,7 +376,7 @@ void ModalErrors::update_integrated(std::size_t l, const MotionState& state) noe
   }
   amplitudes_[l] = {state.q[l] - quasi_static_[l], state.q_dot[l] / omega};
   mode.peak = std::max(length(amplitudes_[l]) + std::abs(quasi_static_[l]), mode.peak * mode.fade);
-  next_quartic_ += unmodelled.root_quartic[l] * square(length(amplitudes_[l]) + std::abs(quasi_static_[l]));
+  next_quartic_ += unmodelled_.root_quartic[l] * square(length(amplitudes_[l]) + std::abs(quasi_static_[l]));
   const double change = stiffness * flexibility_[l];
   soften(change, static_cast<std::int32_t>(l), false);
   fastest_ = std::max(fastest_, 0.5 * omega * std::abs(change));
@@ -389,12 +390,12 @@ void ModalErrors::update_integrated(std::size_t l, const MotionState& state) noe
 /// no mode, but they reduce the stiffness more than loads that accelerate the body, so the measure is at
 /// least 4.2 (sum |f| - |sum f|) (THEORY X143).
 double ModalErrors::internal_forces(const State& state, std::int64_t age) const noexcept {
-  if (plan_.unmodelled.bodies.unquantified_factor.empty()) return 0.0;
-  double strains = 0.0, sum = state.commands_size;
+  if (unmodelled_.bodies.unquantified_factor.empty()) return 0.0;
+  double strains = 0.0, sum = commands_.size();
   for (std::size_t l = 0; l < flexibility_.size(); ++l)
     if (flexibility_[l] > 0.0) strains += square(state.q[l] / flexibility_[l]);
-  for (std::size_t k = 0; k < plan_.unmodelled.bodies.load_sizes.size() && age > 0; ++k)
-    sum += plan_.unmodelled.bodies.load_sizes[k] *
+  for (std::size_t k = 0; k < unmodelled_.bodies.load_sizes.size() && age > 0; ++k)
+    sum += unmodelled_.bodies.load_sizes[k] *
            std::abs(amplitude_left(plan_.histories[k], plan_.period, age));
   return std::max(kCancellingForces * std::max(0.0, sum - norm(state.force_W)), std::sqrt(strains));
 }
@@ -403,16 +404,16 @@ double ModalErrors::internal_forces(const State& state, std::int64_t age) const 
 /// sum_u (2 omega_l w.s_lu / (omega_u^2 - omega_l^2))^2   (THEORY X141).
 double ModalErrors::coriolis_transfer(std::size_t l) const noexcept {
   double transfer = 0.0;
-  for (std::size_t k = 0; k < 6 && !plan_.unmodelled.coriolis_transfer.empty(); ++k)
-    transfer += plan_.unmodelled.coriolis_transfer[6 * l + k] * products_[k];
+  for (std::size_t k = 0; k < 6 && !unmodelled_.coriolis_transfer.empty(); ++k)
+    transfer += unmodelled_.coriolis_transfer[6 * l + k] * products_[k];
   return transfer;
 }
 
 /// Returns the unquantified relative stiffness change of a mode [-]   (THEORY X143).
 /// \param change  [1/s^2] the relative change, times omega_1 omega_l
 double ModalErrors::unquantified_stiffness(std::size_t l, double change) const noexcept {
-  const Array& factor = plan_.unmodelled.bodies.unquantified_factor;
-  const double omega = plan_.omega[static_cast<std::size_t>(plan_.unmodelled.pairs[l][0])];
+  const Array& factor = unmodelled_.bodies.unquantified_factor;
+  const double omega = plan_.omega[static_cast<std::size_t>(unmodelled_.pairs[l][0])];
   return change * (l < factor.size() ? factor[l] : 1.0) / (omega_1_ * omega);
 }
 
@@ -422,7 +423,7 @@ double ModalErrors::unquantified_stiffness(std::size_t l, double change) const n
 /// stiffness that the steps do not resolve
 void ModalErrors::update_unquantified(std::size_t l, double pulse, const MotionState& state) noexcept {
   Mode& mode = modes_[l];
-  const double omega = plan_.omega[static_cast<std::size_t>(plan_.unmodelled.pairs[l][0])],
+  const double omega = plan_.omega[static_cast<std::size_t>(unmodelled_.pairs[l][0])],
                amplitude = length(amplitudes_[l]);
   const double unquantified = unquantified_stiffness(l, unquantified_scale_);
   const double phase = (0.5 * omega * unquantified + wheel_phase(l, state)) * round_;
@@ -437,10 +438,10 @@ void ModalErrors::update_unquantified(std::size_t l, double pulse, const MotionS
 /// the error [m] and the rate of the error [m/s].
 void ModalErrors::update_mechanism(std::size_t l, double stiffness, const MotionState& state) noexcept {
   Mode& mode = modes_[l];
-  const auto at = static_cast<std::size_t>(plan_.unmodelled.pairs[l][0]);
+  const auto at = static_cast<std::size_t>(unmodelled_.pairs[l][0]);
   double force = -stiffness * state.q[at];
-  for (std::size_t k = 0; k < 6 && !plan_.unmodelled.spin_loads.empty(); ++k)
-    force += plan_.unmodelled.spin_loads[6 * at + k] * products_[k];
+  for (std::size_t k = 0; k < 6 && !unmodelled_.spin_loads.empty(); ++k)
+    force += unmodelled_.spin_loads[6 * at + k] * products_[k];
   const double rate = mode.amplitude_error.imag() + force / plan_.mass * round_;
   mode.peak = std::max(mode.peak, std::abs(state.q[at]));
   mode.amplitude_error = {
@@ -451,12 +452,11 @@ void ModalErrors::update_mechanism(std::size_t l, double stiffness, const Motion
 /// Updates the softening of omitted modes. No load excites omitted modes, but they can buckle like other
 /// modes.
 void ModalErrors::update_left_out() noexcept {
-  const PlanUnmodelled& unmodelled = plan_.unmodelled;
   const std::size_t n = flexibility_.size();
-  for (std::size_t l = 0; l < unmodelled.left_out_spin.size() / 6; ++l) {
+  for (std::size_t l = 0; l < unmodelled_.left_out_spin.size() / 6; ++l) {
     double change = 0.0;
-    for (std::size_t u = 0; u < n; ++u) change += unmodelled.left_out_rows[l * n + u] * quasi_static_[u];
-    for (std::size_t k = 0; k < 6; ++k) change += unmodelled.left_out_spin[6 * l + k] * products_[k];
+    for (std::size_t u = 0; u < n; ++u) change += unmodelled_.left_out_rows[l * n + u] * quasi_static_[u];
+    for (std::size_t k = 0; k < 6; ++k) change += unmodelled_.left_out_spin[6 * l + k] * products_[k];
     soften(change, static_cast<std::int32_t>(l), true);
   }
 }
@@ -490,7 +490,7 @@ void ModalErrors::find_leaders(const MotionState& state) noexcept {
       displaced = square(state.q[u]), next.displaced = static_cast<std::int32_t>(u);
   for (std::size_t l = 0; l < modes_.size(); ++l) {
     const Mode& mode = modes_[l];
-    const std::int32_t at = plan_.unmodelled.pairs[l][0];
+    const std::int32_t at = unmodelled_.pairs[l][0];
     const auto index_in_plan = static_cast<std::size_t>(at);
     const double own =
         square(mode.spread) + (l < shadow_.size() ? shadow_.square_of(index_in_plan)
@@ -513,11 +513,11 @@ void ModalErrors::find_leaders(const MotionState& state) noexcept {
 /// between the mode and its partners. Returns 0 on the coupled rungs, because they include these forces.
 double ModalErrors::coriolis_stiffness(std::size_t l) const noexcept {
   if (is_coupled(plan_)) return 0.0;
-  const std::int32_t mode = plan_.unmodelled.pairs[l][0];
+  const std::int32_t mode = unmodelled_.pairs[l][0];
   double most = 0.0;
-  for (std::size_t pair = modes_.size(); pair < plan_.unmodelled.pairs.size(); ++pair) {
-    if (plan_.unmodelled.pairs[pair][0] != mode && plan_.unmodelled.pairs[pair][1] != mode) continue;
-    const double* const s = plan_.unmodelled.coriolis_rows.data() + 3 * pair;
+  for (std::size_t pair = modes_.size(); pair < unmodelled_.pairs.size(); ++pair) {
+    if (unmodelled_.pairs[pair][0] != mode && unmodelled_.pairs[pair][1] != mode) continue;
+    const double* const s = unmodelled_.coriolis_rows.data() + 3 * pair;
     most = std::max(most, std::abs(s[0] * w_[0] + s[1] * w_[1] + s[2] * w_[2]));
   }
   return 2.0 * plan_.mass * plan_.omega[static_cast<std::size_t>(mode)] * most;
@@ -529,17 +529,17 @@ double ModalErrors::coriolis_stiffness(std::size_t l) const noexcept {
 void ModalErrors::find_wheel(std::size_t l, const MotionState& state,
                              StiffnessChanges& changes) const noexcept {
   if (is_coupled(plan_)) return;
-  const std::int32_t mode = plan_.unmodelled.pairs[l][0];
+  const std::int32_t mode = unmodelled_.pairs[l][0];
   const auto at = static_cast<std::size_t>(mode), padded = static_cast<std::size_t>(plan_.num_padded);
   for (std::size_t k = 0; k < state.wheel_momentum.size(); ++k) {
-    const PlanWheel& wheel = plan_.wheels.all[k];
+    const PlanWheel& wheel = plan_.wheels[k];
     const double* const rows = rotation_rows(plan_, wheel.attitude_index);
     const Vec3 across = cross(wheel.axis, {rows[at], rows[padded + at], rows[2 * padded + at]});
     const double h = std::abs(state.wheel_momentum[k]);
     double most = 0.0;
-    for (std::size_t pair = modes_.size(); pair < plan_.unmodelled.pairs.size(); ++pair)
-      if (plan_.unmodelled.pairs[pair][0] == mode || plan_.unmodelled.pairs[pair][1] == mode)
-        most = std::max(most, std::abs(wheel.gyroscopic[pair]));
+    for (std::size_t pair = modes_.size(); pair < unmodelled_.pairs.size(); ++pair)
+      if (unmodelled_.pairs[pair][0] == mode || unmodelled_.pairs[pair][1] == mode)
+        most = std::max(most, std::abs(unmodelled_.gyroscopic[k * unmodelled_.pairs.size() + pair]));
     const double change =
         h * plan_.omega[at] * most + h * h * dot(across, multiply(plan_.inverse_inertia, across));
     if (change > changes.wheel) changes.wheel = change, changes.largest_wheel = static_cast<std::int32_t>(k);
@@ -552,9 +552,9 @@ const double* ModalErrors::load_row(const JudgedMode& named) const noexcept {
   const std::size_t n = flexibility_.size();
   if (named.mode < 0) return nullptr;
   if (named.is_left_out)
-    return plan_.unmodelled.left_out_rows.data() + static_cast<std::size_t>(named.mode) * n;
+    return unmodelled_.left_out_rows.data() + static_cast<std::size_t>(named.mode) * n;
   const std::size_t l = judged_index(named.mode);
-  return l < modes_.size() ? plan_.unmodelled.load_rows.data() + l * n : nullptr;
+  return l < modes_.size() ? unmodelled_.load_rows.data() + l * n : nullptr;
 }
 
 double ModalErrors::stiffness_by(const JudgedMode& named, const double* Q) const noexcept {
@@ -575,7 +575,7 @@ StiffnessChanges ModalErrors::stiffness_changes(const JudgedMode& named,
   const double* const row = load_row(named);
   if (row == nullptr) return changes;
   const std::size_t l = named.is_left_out ? static_cast<std::size_t>(named.mode) : judged_index(named.mode);
-  const Array& spin_rows = named.is_left_out ? plan_.unmodelled.left_out_spin : plan_.unmodelled.spin_rows;
+  const Array& spin_rows = named.is_left_out ? unmodelled_.left_out_spin : unmodelled_.spin_rows;
   for (std::size_t k = 0; k < 6; ++k) changes.spin += spin_rows[6 * l + k] * products_[k];
   changes.spin = std::abs(changes.spin);
   double sum = 0.0;
@@ -600,17 +600,17 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
     envelope += square(state.q[u]) + (flexibility_[u] > 0.0 ? square(state.q_dot[u] / plan_.omega[u]) : 0.0);
     second_order += square(0.5 * second_[u] * flexibility_[u]);
     double quasi_static = 0.0;
-    for (std::size_t k = 0; k < 6 && !plan_.unmodelled.spin_loads.empty(); ++k)
-      quasi_static += plan_.unmodelled.spin_loads[6 * u + k] * products_[k] * flexibility_[u];
+    for (std::size_t k = 0; k < 6 && !unmodelled_.spin_loads.empty(); ++k)
+      quasi_static += unmodelled_.spin_loads[6 * u + k] * products_[k] * flexibility_[u];
     spin += square(quasi_static);
     if (flexibility_[u] > 0.0)
       amplitude += square(state.q[u] - quasi_static_[u]) + square(state.q_dot[u] / plan_.omega[u]);
     if (slowest == 0.0 || plan_.decay[u] < slowest) slowest = plan_.decay[u];
     second_[u] = 0.0;
   }
-  for (std::size_t a = 0; a < 6 && !plan_.unmodelled.spin_left_out.empty(); ++a)
+  for (std::size_t a = 0; a < 6 && !unmodelled_.spin_left_out.empty(); ++a)
     for (std::size_t b = 0; b < 6; ++b)
-      spin += plan_.unmodelled.spin_left_out[6 * a + b] * products_[a] * products_[b];
+      spin += unmodelled_.spin_left_out[6 * a + b] * products_[a] * products_[b];
   spin = std::max(0.0, spin);
   double judged_spin = 0.0;
   shadow_.limit(2.0 * size_of_body_);
@@ -624,7 +624,7 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
   }
   for (std::size_t l = 0; l < modes_.size(); ++l) {
     const Mode& mode = modes_[l];
-    const auto at = static_cast<std::size_t>(plan_.unmodelled.pairs[l][0]);
+    const auto at = static_cast<std::size_t>(unmodelled_.pairs[l][0]);
     const bool is_mechanism = plan_.omega[at] == 0.0;
     if (l >= shadow_.size())
       error += is_mechanism ? square(mode.amplitude_error.real())
@@ -635,8 +635,8 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
     if (!is_mechanism)
       unquantified += square(unquantified_stiffness(l, unquantified_scale_) * quasi_static_[at]);
     double quasi_static = 0.0;
-    for (std::size_t k = 0; k < 6 && !plan_.unmodelled.spin_loads.empty(); ++k)
-      quasi_static += plan_.unmodelled.spin_loads[6 * at + k] * products_[k] * flexibility_[at];
+    for (std::size_t k = 0; k < 6 && !unmodelled_.spin_loads.empty(); ++k)
+      quasi_static += unmodelled_.spin_loads[6 * at + k] * products_[k] * flexibility_[at];
     judged_spin += square(quasi_static);
   }
   const double other_amplitude = std::sqrt(std::max(0.0, amplitude - judged_amplitude));
@@ -646,7 +646,7 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
       std::min(2.0 * other_amplitude,
                (rest_unquantified_ + wheel_phase(modes_.size(), state) * round_ * other_amplitude) *
                    std::exp(-slowest * round_));
-  unquantified += square(rest_unquantified_) + square(plan_.unmodelled.bodies.inner_load * dot(w_, w_));
+  unquantified += square(rest_unquantified_) + square(unmodelled_.bodies.inner_load * dot(w_, w_));
   fastest_ = 0.0;
   quartic_ = std::exchange(next_quartic_, 0.0);
   find_leaders(state);
@@ -655,7 +655,7 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
   size_.envelope = std::sqrt(envelope);
   size_.second_order = std::sqrt(second_order);
   size_.spin = std::sqrt(spin);
-  size_.error = std::sqrt(error + spread + second_order + square(rest_) + square(plan_.unmodelled.left_out) +
+  size_.error = std::sqrt(error + spread + second_order + square(rest_) + square(unmodelled_.left_out) +
                           std::max(0.0, spin - judged_spin));
   size_.unquantified = std::sqrt(unquantified);
 }

@@ -1,4 +1,4 @@
-#include "core/validity/judgement.hpp"
+#include "core/error/judgement.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "core/step/readout.hpp"
 #include "core/step/tick_rotation.hpp"
 #include "core/step/vector.hpp"
-#include "core/validity/validity.hpp"
+#include "core/error/validity.hpp"
 
 namespace freeflex {
 namespace {
@@ -41,8 +41,10 @@ Verdict::Level grade(double value, double good, double most) {
 }  // namespace
 
 Judgement::Judgement(const Plan& plan) : plan_(plan), responsible_(plan) {
-  errors_.emplace_back(plan);
-  for (const Plan& fallback : plan.fallback) errors_.emplace_back(fallback);
+  errors_.reserve(2);
+  errors_.emplace_back(plan, plan.unmodelled);
+  for (std::size_t k = 0; k < plan.fallback.size(); ++k)
+    errors_.emplace_back(plan.fallback[k], plan.fallback_unmodelled[k]);
   for (const PlanPoint& point : plan.points) size_ = std::max(size_, norm(point.r));
   const Vec3& inverse = plan.principal.inverse_moment;
   if (inverse[2] > 0.0)
@@ -56,14 +58,10 @@ Judgement::Judgement(const Plan& plan) : plan_(plan), responsible_(plan) {
   const auto end = plan.decay.begin() + plan.num_elastic;
   const double slowest = plan.num_elastic > 0 ? *std::min_element(plan.decay.begin(), end) : 0.0;
   horizon_fade_ = std::exp(-slowest * plan.budget.horizon);
-  const auto is_not_axial = [](const PlanLink& link) {
-    return link.kind != "spring" && link.kind != "bar" && link.kind != "dashpot";
-  };
   if (traits_of(plan.fidelity).has_true_geometry &&
-      std::none_of(plan.links.begin(), plan.links.end(), is_not_axial))
+      std::ranges::all_of(plan.links, [](const PlanLink& link) { return traits_of(link.type).is_axial; }))
     displacement_room_ = kRoomOfTrueBars;
-  for (const PlanFeature& feature : plan.features)
-    error_per_force_ = std::max(error_per_force_, feature.error_per_force);
+  error_per_force_ = plan.unmodelled.error_per_force;
   command_fade_ = std::exp(-slowest * plan.period);
   read_every_ = std::max<std::int64_t>(1, plan.budget.horizon_ticks / kReadsInHorizon);
 }
@@ -142,7 +140,7 @@ void Judgement::integrate_position_error(const State& state) noexcept {
 /// Checks the rotation of the body within a tick, about its centre of mass and about an attractor
 /// (THEORY X144, 7.21, 7.25).
 void Judgement::check_rotation(const State& state) noexcept {
-  const Plan& plan = active_plan(plan_, state);
+  const StepPlan& plan = active_plan(plan_, state);
   if (is_coupled(plan) && plan.num_elastic > 0) return check_coupled_rotation(state);
   const Vec3 w = angular_velocity(plan, state);
   RigidLoads loads;
@@ -189,12 +187,12 @@ void Judgement::add_rotating_loads(const State& state, double rotation) noexcept
   constexpr double kNegligibleAngle = 0.01;  // [rad] smaller angles change the load by less than 1e-5
   constexpr double kFullErrorAngle = 2.0;    // [rad] from this angle on, the whole displacement is the error
   rotating_load_error_ *= command_fade_;
-  const Plan& plan = active_plan(plan_, state);
+  const StepPlan& plan = active_plan(plan_, state);
   const bool is_of_world =
       plan.attractor_mu > 0.0 || (state.num_slots > 0 && state.commands_pattern.has_world) ||
       std::ranges::any_of(plan.histories,
                           [](const PlanHistory& history) { return history.pattern.has_world; });
-  const bool is_of_spin = plan.has_spin_load || !plan.wheels.all.empty();
+  const bool is_of_spin = plan.has_spin_load || !plan.wheels.empty();
   const double angle = std::min(
       kFullErrorAngle, std::max(is_of_world ? rotation : 0.0, is_of_spin ? spin_curvature_.angle : 0.0));
   if (angle < kNegligibleAngle) return;
@@ -238,7 +236,7 @@ void Judgement::check_coupled_rotation(const State& state) noexcept {
   unresolved_ *= kFade;
   if (substep_angle == 0.0 && !has_wheels) return;
   double fast = 0.0, most = 0.0;
-  const Plan& plan = active_plan(plan_, state);
+  const StepPlan& plan = active_plan(plan_, state);
   for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
     if (plan.omega[l] * substep <= 1.0) continue;
     const double amplitude = state.q_dot[l] / plan.omega[l];

@@ -4,8 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/plan.hpp"
 #include "core/step/state.hpp"
-#include "core/validity/modal_errors.hpp"
+#include "core/error/modal_errors.hpp"
 
 namespace freeflex {
 
@@ -62,7 +63,7 @@ class ResponsibleFinder {
   void name_mode(const JudgedMode& mode, const State& state, Responsible& named) const noexcept;
   template <typename Visit>
   void for_each_load(const State& state, const Visit& visit) noexcept;
-  void project_load(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB) noexcept;
+  void project_load(const StepPlan& plan, const LoadPattern& pattern, const Mat3& R_WB) noexcept;
   Responsible most_of_stiffness(const ModalErrors& errors, const JudgedMode& mode, bool is_softened,
                                 const State& state) noexcept;
 

@@ -1,4 +1,4 @@
-#include "core/validity/error_shadow.hpp"
+#include "core/error/error_shadow.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include "core/step/modal_coupling.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
-#include "core/validity/validity.hpp"
+#include "core/error/validity.hpp"
 
 namespace freeflex {
 
@@ -44,8 +44,9 @@ ErrorShadow::Free ErrorShadow::free_over(double omega, double decay, double h) n
   return {cosine + decay * sine, sine, -omega * omega * sine, cosine - decay * sine};
 }
 
-ErrorShadow::ErrorShadow(const Plan& plan) : plan_(plan) {
-  const auto n = static_cast<std::size_t>(plan.unmodelled.num_shadowed);
+ErrorShadow::ErrorShadow(const StepPlan& plan, const PlanUnmodelled& unmodelled)
+    : plan_(plan), unmodelled_(unmodelled) {
+  const auto n = static_cast<std::size_t>(unmodelled.num_shadowed);
   const double h = plan.period;
   for (std::size_t c = 0; c < n; ++c) {
     const double omega = plan.omega[c], decay = plan.decay[c], M = plan.mass;
@@ -68,10 +69,10 @@ ErrorShadow::ErrorShadow(const Plan& plan) : plan_(plan) {
       values->resize(delta_.size());
     scratch_.resize(modal_coupling_scratch_size(plan));
   }
-  for (std::size_t pair = 0; pair < plan.unmodelled.pairs.size(); ++pair) {
-    const auto [l, u] = plan.unmodelled.pairs[pair];
-    const double* const s = plan.unmodelled.coriolis_rows.data() + 3 * pair;
-    if (l != u && std::max(l, u) < plan.unmodelled.num_shadowed)
+  for (std::size_t pair = 0; pair < unmodelled.pairs.size(); ++pair) {
+    const auto [l, u] = unmodelled.pairs[pair];
+    const double* const s = unmodelled.coriolis_rows.data() + 3 * pair;
+    if (l != u && std::max(l, u) < unmodelled.num_shadowed)
       pairs_.push_back({pair, static_cast<std::size_t>(l), static_cast<std::size_t>(u), {s[0], s[1], s[2]}});
   }
   E_.resize(n * n);
@@ -94,23 +95,22 @@ void ErrorShadow::set_stiffness(std::size_t l, std::size_t u, double E) noexcept
 
 void ErrorShadow::set_spin(const Vec3& w, const std::array<double, 6>& products,
                            std::span<const double> wheels) noexcept {
-  const PlanUnmodelled& unmodelled = plan_.unmodelled;
   const std::size_t n = size();
   has_coriolis_ = w[0] != 0.0 || w[1] != 0.0 || w[2] != 0.0 ||
                   std::any_of(wheels.begin(), wheels.end(), [](double h) { return h != 0.0; });
   if (!has_coriolis_ &&
       std::all_of(spin_force_.begin(), spin_force_.end(), [](double f) { return f == 0.0; }))
     return;
-  for (std::size_t c = 0; c < n && !unmodelled.spin_loads.empty(); ++c) {
+  for (std::size_t c = 0; c < n && !unmodelled_.spin_loads.empty(); ++c) {
     spin_force_[c] = 0.0;
-    for (std::size_t k = 0; k < 6; ++k) spin_force_[c] += unmodelled.spin_loads[6 * c + k] * products[k];
+    for (std::size_t k = 0; k < 6; ++k) spin_force_[c] += unmodelled_.spin_loads[6 * c + k] * products[k];
   }
   for (const auto& [pair, l, u, s] : pairs_) {
     if (is_coupled(plan_)) break;
     coriolis_[l * n + u] = 2.0 * plan_.mass * dot(s, w);
     // gyroscopic force -theta_l . (theta' x h a)   (THEORY 16.24)
     for (std::size_t k = 0; k < wheels.size(); ++k)
-      coriolis_[l * n + u] -= wheels[k] * plan_.wheels.all[k].gyroscopic[pair];
+      coriolis_[l * n + u] -= wheels[k] * unmodelled_.gyroscopic[k * unmodelled_.pairs.size() + pair];
     coriolis_[u * n + l] = -coriolis_[l * n + u];
   }
 }
@@ -139,25 +139,24 @@ void ErrorShadow::move_halfway(const MotionState& state) noexcept {
 ///         + centrifugal and Coriolis forces that the rung neglects + terms of the attitude error
 ///         (THEORY X148)
 void ErrorShadow::compute_forces(const MotionState& state) noexcept {
-  const PlanUnmodelled& unmodelled = plan_.unmodelled;
   const std::size_t n = size();
   for (std::size_t c = 0; c < n; ++c) force_[c] = spin_force_[c] + world_forces_[c];
-  const double* gamma = unmodelled.shadow_rows.data();
+  const double* gamma = unmodelled_.shadow_rows.data();
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t b = a; b < n; ++b, gamma += n)
       combine_one(gamma, -x_[a] * x_[b], true, n, force_.data());
   for (std::size_t b = 0; b < n; ++b) combine_one(E_.data() + b * n, -x_[b], true, n, force_.data());
-  unmodelled.quartic.forms.empty() ? add_fourth_order_bound() : add_fourth_order();
-  for (std::size_t c = 0; c < n && !unmodelled.inertia_rows.empty(); ++c)
-    force_[c] += dot(gradient(unmodelled.inertia_rows.data() + 6 * c, w_), w_error_);
-  for (const PlanWheel& wheel : plan_.wheels.all) add_wheel_torque(wheel, state);
+  unmodelled_.quartic_forms.empty() ? add_fourth_order_bound() : add_fourth_order();
+  for (std::size_t c = 0; c < n && !unmodelled_.inertia_rows.empty(); ++c)
+    force_[c] += dot(gradient(unmodelled_.inertia_rows.data() + 6 * c, w_), w_error_);
+  for (const PlanWheel& wheel : plan_.wheels) add_wheel_torque(wheel, state);
   if (has_coriolis_) add_coriolis();
 }
 
 /// Adds the force due to the fourth order of the energy to F: -1/2 sum_r (x^T H_r x) H_r x   (THEORY X146).
 void ErrorShadow::add_fourth_order() noexcept {
   const std::size_t n = size();
-  const Array& forms = plan_.unmodelled.quartic.forms;
+  const Array& forms = unmodelled_.quartic_forms;
   for (const double* form = forms.data(); form != forms.data() + forms.size(); form += n * n) {
     for (std::size_t b = 0; b < n; ++b) combine_one(form + b * n, x_[b], b > 0, n, product_.data());
     double sum = 0.0;
@@ -169,7 +168,7 @@ void ErrorShadow::add_fourth_order() noexcept {
 /// Adds a bound of the fourth-order force to F, as if all modes stretched the same links. The bound is used
 /// for plan files that do not contain the forms H_r (THEORY X146).
 void ErrorShadow::add_fourth_order_bound() noexcept {
-  const Array& root = plan_.unmodelled.root_quartic;
+  const Array& root = unmodelled_.root_quartic;
   double all = 0.0;
   for (std::size_t c = 0; c < size(); ++c) all += root[c] * x_[c] * x_[c];
   for (std::size_t c = 0; c < size(); ++c)
@@ -208,7 +207,7 @@ Vec3 ErrorShadow::neglected_rotation(const double* rows, const MotionState& stat
 void ErrorShadow::add_wheel_torque(const PlanWheel& wheel, const MotionState& state) noexcept {
   const double* const rows = rotation_rows(plan_, wheel.attitude_index);
   const std::size_t padded = index(plan_.num_padded);
-  const double h = state.wheel_momentum[index(static_cast<std::int32_t>(&wheel - plan_.wheels.all.data()))];
+  const double h = state.wheel_momentum[index(static_cast<std::int32_t>(&wheel - plan_.wheels.data()))];
   const Vec3 theta = neglected_rotation(rows, state, half_delta_), &a = wheel.axis;
   const Vec3 by_axis = scale(0.5, add(cross(cross(theta, a), w_), cross(a, cross(w_, theta))));
   const Vec3 torque = scale(h, sub(by_axis, cross(w_error_, a)));
@@ -220,7 +219,8 @@ void ErrorShadow::add_wheel_torque(const PlanWheel& wheel, const MotionState& st
 /// the part (V + dV) x F, and loads fixed in the world cause the other part, because the attitude has the
 /// error phi. The same error makes loads fixed in the world load the modes: b . (F x phi) = phi . (b x F)
 /// (THEORY X148).
-void ErrorShadow::add_torque(const State& state, const Mat3& R_WB) noexcept {
+void ErrorShadow::add_torque(const State& state, const CommandLoads& commands,
+                             const Mat3& R_WB) noexcept {
   RigidLoad loads;
   Vec3 torque = cross(phi_, state.moment_B);
   std::fill(world_forces_.begin(), world_forces_.end(), 0.0);
@@ -236,12 +236,12 @@ void ErrorShadow::add_torque(const State& state, const Mat3& R_WB) noexcept {
       torque = add_scaled(torque, missing_q_[c], add(by_world, by_body));
     }
   };
-  if (state.num_slots > 0) add_load(state.commands_pattern, state.commands_arms.data(), 1.0);
+  if (state.num_slots > 0) add_load(state.commands_pattern, commands.arms().data(), 1.0);
   const std::int64_t age = state.tick - state.epoch_start_tick;
   for (std::size_t k = 0; k < plan_.histories.size(); ++k) {
     const double amplitude = amplitude_left(plan_.histories[k], plan_.period, age);
     if (amplitude != 0.0)
-      add_load(plan_.histories[k].pattern, plan_.unmodelled.load_arms.data() + k * size() * kArmSize,
+      add_load(plan_.histories[k].pattern, unmodelled_.load_arms.data() + k * size() * kArmSize,
                amplitude);
   }
   has_world_loads_ = loads.has_moment_W;
@@ -272,23 +272,22 @@ Vec3 ErrorShadow::vibration_momentum(const MotionState& state) const noexcept {
 /// Advances the error of the attitude by a tick: phi' = dw - w x phi, dw = J^-1 (H x phi + dH - dJ w - h)
 /// (THEORY X148). The momentum is fixed in the world, so an attitude error rotates its components in body
 /// axes. dJ is the change of inertia due to the deformation, and h is the angular momentum of the vibration.
-void ErrorShadow::advance_attitude(const State& state) noexcept {
-  const PlanUnmodelled& unmodelled = plan_.unmodelled;
-  if (unmodelled.inertia_rows.empty()) return;
+void ErrorShadow::advance_attitude(const State& state, const CommandLoads& commands) noexcept {
+  if (unmodelled_.inertia_rows.empty()) return;
   const Mat3 R_WB = rotation_matrix(state.q_WB);
   for (std::size_t c = 0; c < size(); ++c) missing_q_[c] = (is_coupled(plan_) ? 0.0 : state.q[c]) + delta_[c];
-  add_torque(state, R_WB);
+  add_torque(state, commands, R_WB);
   w_ = angular_velocity(plan_, state);
   Vec3 H = multiply(plan_.inertia, w_);
   Vec3 added = sub(vibration_momentum(state), multiply_transposed(R_WB, H_W_));
-  for (std::size_t k = 0; k < plan_.wheels.all.size(); ++k) {  // h theta x a: the rotated axis (THEORY 16.25)
-    const PlanWheel& wheel = plan_.wheels.all[k];
+  for (std::size_t k = 0; k < plan_.wheels.size(); ++k) {  // h theta x a: the rotated axis (THEORY 16.25)
+    const PlanWheel& wheel = plan_.wheels[k];
     const Vec3 theta = neglected_rotation(rotation_rows(plan_, wheel.attitude_index), state, delta_);
     H = add_scaled(H, state.wheel_momentum[k], wheel.axis);
     added = add_scaled(added, state.wheel_momentum[k], cross(theta, wheel.axis));
   }
   for (std::size_t c = 0; c < size(); ++c)
-    added = add_scaled(added, missing_q_[c], gradient(unmodelled.inertia_rows.data() + 6 * c, w_));
+    added = add_scaled(added, missing_q_[c], gradient(unmodelled_.inertia_rows.data() + 6 * c, w_));
   const auto spin_error = [&](const Vec3& phi) {
     return multiply(plan_.inverse_inertia, sub(cross(H, phi), added));
   };
@@ -306,8 +305,8 @@ void ErrorShadow::advance_attitude(const State& state) noexcept {
 
 double ErrorShadow::attitude_error() const noexcept { return has_world_loads_ ? norm(phi_) : 0.0; }
 
-void ErrorShadow::advance(const State& state) noexcept {
-  advance_attitude(state);
+void ErrorShadow::advance(const State& state, const CommandLoads& commands) noexcept {
+  advance_attitude(state, commands);
   move_halfway(state);
   compute_forces(state);
   if (!zero_.empty()) return advance_coupled();

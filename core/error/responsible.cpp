@@ -1,4 +1,4 @@
-#include "core/validity/responsible.hpp"
+#include "core/error/responsible.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "core/step/loads.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
-#include "core/validity/validity.hpp"
+#include "core/error/validity.hpp"
 
 namespace freeflex {
 namespace {
@@ -24,16 +24,21 @@ std::int32_t largest_wheel(const State& state) noexcept {
   return static_cast<std::int32_t>(largest);
 }
 
+/// Returns the tables of the plan on which a state is stepped.
+const PlanUnmodelled& unmodelled_of(const Plan& plan, const MotionState& state) noexcept {
+  return state.uses_fallback ? plan.fallback_unmodelled.front() : plan.unmodelled;
+}
+
 }  // namespace
 
 bool hides_forces(const PlanLink& link) {
-  return link.kind == "matrix" || link.kind == "rigid" || link.kind == "plate";
+  return traits_of(link.type).hides_forces;
 }
 
 ResponsibleFinder::ResponsibleFinder(const Plan& plan) : plan_(plan) {
   const std::size_t num_masses = plan.points.size() + plan.particles.all.size();
   std::size_t padded = index(plan.num_padded);
-  for (const Plan& fallback : plan.fallback) padded = std::max(padded, index(fallback.num_padded));
+  for (const StepPlan& fallback : plan.fallback) padded = std::max(padded, index(fallback.num_padded));
   Q_.resize(padded);
   rest_.resize(padded);  // large enough for the state on either plan
   if (is_coupled(plan)) forces_.resize(num_masses);
@@ -41,7 +46,7 @@ ResponsibleFinder::ResponsibleFinder(const Plan& plan) : plan_(plan) {
 
 void ResponsibleFinder::name_mode(std::int32_t mode, const State& state, Responsible& named) const noexcept {
   if (mode < 0) return;
-  const Plan& plan = active_plan(plan_, state);
+  const StepPlan& plan = active_plan(plan_, state);
   const auto l = static_cast<std::size_t>(mode);
   named.mode = plan.mode_numbers.empty() ? mode + 1 : plan.mode_numbers[l];
   named.frequency = plan.omega[l] / (2.0 * M_PI);
@@ -50,7 +55,7 @@ void ResponsibleFinder::name_mode(std::int32_t mode, const State& state, Respons
 void ResponsibleFinder::name_mode(const JudgedMode& mode, const State& state,
                                   Responsible& named) const noexcept {
   if (!mode.is_left_out) return name_mode(mode.mode, state, named);
-  const PlanNamed& names = active_plan(plan_, state).unmodelled.named;
+  const PlanNamed& names = unmodelled_of(plan_, state).named;
   if (const auto l = static_cast<std::size_t>(mode.mode); l < names.left_out.size()) {
     named.mode = names.left_out[l];
     named.frequency = names.left_out_frequency[l];
@@ -58,7 +63,7 @@ void ResponsibleFinder::name_mode(const JudgedMode& mode, const State& state,
 }
 
 /// Overwrites Q_ with the generalized forces of a load at amplitude 1.
-void ResponsibleFinder::project_load(const Plan& plan, const LoadPattern& pattern,
+void ResponsibleFinder::project_load(const StepPlan& plan, const LoadPattern& pattern,
                                      const Mat3& R_WB) noexcept {
   const std::size_t padded = index(plan.num_padded);
   std::fill(Q_.begin(), Q_.end(), 0.0);
@@ -69,16 +74,16 @@ void ResponsibleFinder::project_load(const Plan& plan, const LoadPattern& patter
       if (!is_zero(forces_[i]))
         combine_rows(point_rows(plan, mass_point(plan, static_cast<std::int32_t>(i)).row), forces_[i], true,
                      padded, Q_.data());
-    for (std::size_t k = 0; k < pattern.sums.torque.W.size(); ++k)
+    for (std::size_t k = 0; k < pattern.sums.torque_W.size(); ++k)
       combine_rows(rotation_rows(plan, static_cast<std::int32_t>(k)),
-                   add(multiply_transposed(R_WB, pattern.sums.torque.W[k]), pattern.sums.torque.B[k]), true,
+                   add(multiply_transposed(R_WB, pattern.sums.torque_W[k]), pattern.sums.torque_B[k]), true,
                    padded, Q_.data());
   } else {
     project(plan, pattern, R_WB, 1.0, false, Q_.data());
   }
-  for (std::size_t k = 0; k < pattern.wheels.torque.size(); ++k)
-    if (const double torque = pattern.wheels.torque[k]; torque != 0.0) {
-      const PlanWheel& wheel = plan.wheels.all[k];
+  for (std::size_t k = 0; k < pattern.wheel_torques.size(); ++k)
+    if (const double torque = pattern.wheel_torques[k]; torque != 0.0) {
+      const PlanWheel& wheel = plan.wheels[k];
       combine_rows(rotation_rows(plan, wheel.attitude_index), scale(-torque, wheel.axis), true, padded,
                    Q_.data());
     }
@@ -89,7 +94,7 @@ void ResponsibleFinder::project_load(const Plan& plan, const LoadPattern& patter
 /// to judge. For a sine, `largest` is the peak. For commands, `history` is nullptr.
 template <typename Visit>
 void ResponsibleFinder::for_each_load(const State& state, const Visit& visit) noexcept {
-  const Plan& plan = active_plan(plan_, state);
+  const StepPlan& plan = active_plan(plan_, state);
   const Mat3 R_WB = rotation_matrix(state.q_WB);
   // no load has acted before the first step
   const std::int64_t age = state.tick - state.epoch_start_tick;
@@ -119,7 +124,7 @@ Responsible ResponsibleFinder::of_stiffness(const ModalErrors& errors, std::int3
 
 Responsible ResponsibleFinder::most_of_stiffness(const ModalErrors& errors, const JudgedMode& mode,
                                                  bool is_softened, const State& state) noexcept {
-  const Plan& plan = active_plan(plan_, state);
+  const StepPlan& plan = active_plan(plan_, state);
   const std::vector<double>& flexibility = errors.flexibility();
   Responsible found;
   double most = 0.0;
@@ -164,7 +169,7 @@ Responsible ResponsibleFinder::most_of_stiffness(const ModalErrors& errors, cons
 
 Responsible ResponsibleFinder::of_steady(const ModalErrors& errors, const JudgedMode& mode,
                                          const State& state) noexcept {
-  const Plan& plan = active_plan(plan_, state);
+  const StepPlan& plan = active_plan(plan_, state);
   std::copy(state.Q.begin(), state.Q.end(), rest_.begin());
   std::fill(Q_.begin(), Q_.end(), 0.0);
   if (plan.has_spin_load && !is_zero(state.H_W)) {
@@ -188,7 +193,7 @@ Responsible ResponsibleFinder::of_steady(const ModalErrors& errors, const Judged
 Responsible ResponsibleFinder::of_displacement(std::int32_t mode, const State& state) noexcept {
   Responsible found;
   if (mode >= 0) {
-    const Plan& plan = active_plan(plan_, state);
+    const StepPlan& plan = active_plan(plan_, state);
     const auto l = static_cast<std::size_t>(mode);
     const double stiffness = plan.mass * squared(plan.omega[l]),
                  quasi_static = stiffness > 0.0 ? state.Q[l] / stiffness : 0.0;
@@ -204,11 +209,11 @@ Responsible ResponsibleFinder::of_displacement(std::int32_t mode, const State& s
 }
 
 Responsible ResponsibleFinder::of_fast_load(const State& state) noexcept {
-  const Plan& plan = active_plan(plan_, state);
+  const StepPlan& plan = active_plan(plan_, state);
   const Mat3 R_WB = rotation_matrix(state.q_WB);
   Responsible found;
   double most = -1.0;
-  for (const std::int32_t load : plan.unmodelled.fast_loads) {
+  for (const std::int32_t load : unmodelled_of(plan_, state).fast_loads) {
     const PlanHistory& history = plan.histories[index(load)];
     project_load(plan, history.pattern, R_WB);
     double size = norm(history.pattern.force_W) + norm(history.pattern.force_B);
@@ -229,8 +234,8 @@ Responsible ResponsibleFinder::of_vibration(std::int32_t mode, const State& stat
 
 Responsible ResponsibleFinder::of_unquantified(const ModalLeaders& leaders,
                                                const State& state) const noexcept {
-  const Plan& plan = active_plan(plan_, state);
-  const PlanUnmodelled& unmodelled = plan.unmodelled;
+  const StepPlan& plan = active_plan(plan_, state);
+  const PlanUnmodelled& unmodelled = unmodelled_of(plan_, state);
   Responsible found;
   if (leaders.wheel >= 0)
     found = {Agent::kWheel, leaders.wheel, 0, 0.0};
@@ -243,7 +248,7 @@ Responsible ResponsibleFinder::of_unquantified(const ModalLeaders& leaders,
     if (l == index(unmodelled.num_judged)) l = 0;
     if (l < unmodelled.named.links.size() && unmodelled.named.links[l] >= 0)
       found = {Agent::kLink, unmodelled.named.links[l], 0, 0.0};
-    else if (!plan.wheels.all.empty())
+    else if (!plan.wheels.empty())
       found = {Agent::kWheel, largest_wheel(state), 0, 0.0};
   }
   if (found.agent == Agent::kNone) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "core/error/command_loads.hpp"
 #include "core/step/state.hpp"
 
 namespace freeflex {
@@ -13,7 +14,7 @@ namespace freeflex {
 /// each tick if F stays at its value halfway through the tick. Allocates nothing after construction.
 class ErrorShadow {
  public:
-  explicit ErrorShadow(const Plan& plan);
+  ErrorShadow(const StepPlan& plan, const PlanUnmodelled& unmodelled);
 
   /// Returns the number of modes on which a force F acts. If dashpots or feedback couple the modes, the
   /// errors of all modes are advanced.
@@ -28,7 +29,8 @@ class ErrorShadow {
   void set_spin(const Vec3& w, const std::array<double, 6>& products,
                 std::span<const double> wheels) noexcept;
   /// Advances the errors by one tick that starts at `state`.
-  void advance(const State& state) noexcept;
+  /// \pre commands.update(state) was called
+  void advance(const State& state, const CommandLoads& commands) noexcept;
   /// Sets the errors to their quasi-static values, for a motion that does not change.
   void settle(const MotionState& state) noexcept;
   /// Limits the amplitude of each error to `most` [m].
@@ -56,8 +58,8 @@ class ErrorShadow {
   void add_fourth_order() noexcept;
   void add_fourth_order_bound() noexcept;
   void add_coriolis() noexcept;
-  void add_torque(const State& state, const Mat3& R_WB) noexcept;
-  void advance_attitude(const State& state) noexcept;
+  void add_torque(const State& state, const CommandLoads& commands, const Mat3& R_WB) noexcept;
+  void advance_attitude(const State& state, const CommandLoads& commands) noexcept;
   void advance_coupled() noexcept;
   void add_half_impulse(const Array& delta, bool is_second, Array& rate) noexcept;
   Vec3 vibration_momentum(const MotionState& state) const noexcept;
@@ -68,7 +70,8 @@ class ErrorShadow {
     std::size_t pair, l, u;  // index in PlanUnmodelled::pairs; the two modes
     Vec3 s;                  // [-] sum m b_l x b_u / M
   };
-  const Plan& plan_;
+  const StepPlan& plan_;
+  const PlanUnmodelled& unmodelled_;
   std::vector<Pair> pairs_;           // l < u
   std::vector<Tick> ticks_;           // coefficients of each mode
   Array delta_, rate_;                // [m], [m/s] errors (n; num_padded if modes are coupled)

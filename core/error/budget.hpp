@@ -3,6 +3,7 @@
 // these functions allocate nothing, do not call libm, and give the same bits everywhere.
 #pragma once
 
+#include "core/plan.hpp"
 #include "core/step/step.hpp"
 
 namespace freeflex {

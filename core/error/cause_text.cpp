@@ -5,8 +5,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "core/validity/judgement.hpp"
-#include "core/validity/validity.hpp"
+#include "core/error/judgement.hpp"
+#include "core/error/validity.hpp"
 
 namespace freeflex {
 namespace {
@@ -57,7 +57,7 @@ std::string agent_text(const Plan& plan, const Responsible& named) {
     case Agent::kCommands:
       return "the commanded load";
     case Agent::kWheel:
-      return called("wheel", plan.wheels.all, named.item);
+      return called("wheel", plan.wheels, named.item);
     case Agent::kSpin:
       return "the spin of the body";
     case Agent::kOrbit:
@@ -65,11 +65,6 @@ std::string agent_text(const Plan& plan, const Responsible& named) {
     default:
       return "the vibration itself";
   }
-}
-
-const char* noun_of(const std::string& kind) {
-  if (kind == "rigid") return "rigid link";
-  return kind.c_str();
 }
 
 // Returns the value with which errors are compared, for example "tolerance, 1e-05 m".
@@ -85,7 +80,7 @@ std::string unquantified_text(const Plan& plan, const Responsible& named) {
   const std::string refine = "; compare with a finer model";
   if (named.agent == Agent::kWheel)
     return "model: this rung omits the effect of the deformation on the axis of " +
-           called("wheel", plan.wheels.all, named.item) +
+           called("wheel", plan.wheels, named.item) +
            (is_coupled(plan) ? refine : "; set fidelity: coupled");
   if (named.agent == Agent::kRate)
     return "integration: the stiffness of " + mode_text(plan, named) +
@@ -97,7 +92,7 @@ std::string unquantified_text(const Plan& plan, const Responsible& named) {
   const PlanLink& link = plan.links[static_cast<std::size_t>(named.item)];
   return std::string("model: this rung omits ") +
          (hides_forces(link) ? "the forces inside " : "the effect of spin and loads on the mass within ") +
-         called(noun_of(link.kind), plan.links, named.item) + refine;
+         called(traits_of(link.type).noun, plan.links, named.item) + refine;
 }
 
 // Returns the error including its unquantified part. If that error is small, returns the displacement
@@ -114,12 +109,10 @@ std::string bound_text(const Plan& plan, const Verdict& verdict) {
 // Returns the remedy for terms of second order. The remedy is a rung that has these terms or, if there is no
 // such rung, a reduction of their cause.
 std::string second_order_remedy(const Plan& plan) {
-  const bool has_only_axial_links =
-      std::all_of(plan.links.begin(), plan.links.end(), [](const PlanLink& link) {
-        return link.kind == "spring" || link.kind == "bar" || link.kind == "dashpot";
-      });
+  const bool has_only_axial_links = std::ranges::all_of(
+      plan.links, [](const PlanLink& link) { return traits_of(link.type).is_axial; });
   const bool has_point_masses = plan.particles.all.empty() && plan.particles.attitude_points.empty();
-  if (has_only_axial_links && has_point_masses && plan.wheels.all.empty() &&
+  if (has_only_axial_links && has_point_masses && plan.wheels.empty() &&
       plan.unmodelled.lacks_modes != LacksModes::kNotKept && !traits_of(plan.fidelity).has_true_geometry)
     return "; set fidelity: exact-bars";
   return "; reduce the loads or the spin, or stiffen the structure";
@@ -150,7 +143,7 @@ std::string step_text(const Plan& plan, const Verdict& verdict) {
              "linear; raise the rate";
     default:
       return "integration: the tick is too long to resolve " + mode_text(plan, named) +
-             ", which matters because the body rotates" + (plan.wheels.all.empty() ? "" : " or has wheels") +
+             ", which matters because the body rotates" + (plan.wheels.empty() ? "" : " or has wheels") +
              "; raise the rate";
   }
 }
