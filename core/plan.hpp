@@ -51,11 +51,11 @@ struct PlanRung {
 struct PlanReport {
   std::vector<PlanFeature> features;  // empty: not examined; every feature is kept
   double tolerance = 0.0;             // [-] tolerance for omitting small modes
-  double horizon = 0.0;  // [s] simulated time over which the errors of omission were estimated
+  double horizon = 0.0;               // [s] simulated time over which the errors of omission were estimated
   std::vector<PlanRung> tried_rungs;  // the rungs that `fidelity: auto` tried, cheapest first; the last one
                                       // was chosen
-  double frequency_accuracy = 0.0;  // [-]
-  double conditioning = 0.0;        // [-]
+  double frequency_accuracy = 0.0;    // [-]
+  double conditioning = 0.0;          // [-]
 };
 
 /// Holds a compiled scene. The parts are bases only so that expressions like `plan.points` stay short.

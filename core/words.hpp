@@ -1,5 +1,5 @@
-// Enumerations that scenes, plans and messages share: rungs, types of link, features, what happens if a command needs an
-// omitted feature, and axes of loads.
+// Enumerations that scenes, plans and messages share: rungs, types of link, features, what happens if a
+// command needs an omitted feature, and axes of loads.
 #pragma once
 
 #include <array>

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/step/command.hpp"
 #include "core/plan.hpp"
+#include "core/step/command.hpp"
 #include "freeflex_msgs/control_t.hpp"
 #include "messages/seal.hpp"
 

@@ -57,18 +57,14 @@ Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& cl
       inbound_(inbound),
       output_(output),
       names_(std::make_unique<io::NameTable>()),
-      state_(make_state(plan)),
-      workspace_(make_workspace(plan)),
-      budget_(make_budget(plan)),
-      judgement_(plan),
+      motion_(plan),
       command_queue_(settings.limits.sender_share, io::max_hold_ticks(plan)),
       pacer_(plan.period / settings.timing.scale * 1e9),
       inbound_entry_(std::make_unique<InboundEntry>()),
       applied_entry_(std::make_unique<AppliedEntry>()) {
   io::fill_name_table(plan, *names_);
   io::limit_holds(plan, *names_);
-  judgement_.take(state_, budget_);
-  free_.take(plan_, state_);
+  free_.take(plan_, state());
   for (std::size_t i = 0; i < every_.size(); ++i)
     every_[i] = io::ticks_between(plan.*io::kMotionChannels[i].rate, plan.period);
 }
@@ -131,15 +127,14 @@ void Simulation::set_steps(std::int64_t steps) noexcept {
 
 /// Executes one tick.
 void Simulation::advance(std::int64_t woken_ns) noexcept {
-  const std::span<const ForceCommand> due = command_queue_.take_due(state_.tick);
-  const std::int64_t tick = state_.tick;
-  step(plan_, state_, Inputs{due}, workspace_, budget_, report_);
+  const std::span<const ForceCommand> due = command_queue_.take_due(state().tick);
+  const std::int64_t tick = state().tick;
+  const StepReport& report = motion_.advance(due);
   const auto num_clearances = static_cast<std::size_t>(command_queue_.num_due_clearances());
-  if (report_.status != StepStatus::kOk) return enter_fault(due.subspan(num_clearances));
-  judgement_.take(state_, budget_);
+  if (report.status != StepStatus::kOk) return enter_fault(due.subspan(num_clearances));
   // the entries follow the order of the step: ends, then clearances, then commands
-  for (int i = 0; i < report_.num_expiries; ++i) {
-    const Expiry& expiry = report_.expiries[static_cast<std::size_t>(i)];
+  for (int i = 0; i < report.num_expiries; ++i) {
+    const Expiry& expiry = report.expiries[static_cast<std::size_t>(i)];
     std::int32_t kind = freeflex_msgs::applied_t::EXPIRED;
     if (expiry.was_lease) kind = freeflex_msgs::applied_t::LEASE_LOST;
     applied_entry_->tick = tick;
@@ -154,10 +149,10 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
     applied_entry_->tick = tick;
     push_applied(freeflex_msgs::applied_t::FORCE, &command, nullptr);
   }
-  free_.take(plan_, state_);
-  output_.tick.store(state_.tick, std::memory_order_relaxed);
+  free_.take(plan_, state());
+  output_.tick.store(state().tick, std::memory_order_relaxed);
   if (steps_left_ != kForever) --steps_left_;
-  if (settings_.until_tick > 0 && state_.tick >= settings_.until_tick) request_stop();
+  if (settings_.until_tick > 0 && state().tick >= settings_.until_tick) request_stop();
   offer_due();
   const std::int64_t end_ns = clock_.now_ns();
   output_.compute.record(end_ns - woken_ns);
@@ -166,7 +161,7 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
     for (const std::int64_t received_ns : command_queue_.due_received_ns())
       output_.command_latency.record(end_boot_ns - received_ns);
   }
-  command_queue_.settle(report_);
+  command_queue_.settle(report);
   if (!settings_.timing.is_paced()) return;
   pacer_.finish_tick(end_ns);
   output_.num_overruns.store(pacer_.num_overruns(), std::memory_order_relaxed);
@@ -189,7 +184,7 @@ void Simulation::enter_fault(std::span<const ForceCommand> due) noexcept {
   has_faulted_ = true;
   ran_before_fault_ = steps_left_ == kForever;
   set_steps(0);
-  fault_ = {.tick = state_.tick, .num_commands = static_cast<std::int32_t>(due.size())};
+  fault_ = {.tick = state().tick, .num_commands = static_cast<std::int32_t>(due.size())};
   if (!due.empty()) {
     fault_.sender = due.back().sender;
     fault_.sequence = due.back().sequence;
@@ -198,14 +193,14 @@ void Simulation::enter_fault(std::span<const ForceCommand> due) noexcept {
 }
 
 void Simulation::fill(Snapshot& draft) const noexcept {
-  draft.motion = state_;  // copies only the MotionState, for which the draft has memory
+  draft.motion = state();  // copies only the MotionState, for which the draft has memory
   draft.applied_count = applied_count_;
   draft.free = free_;
-  draft.num_slots = state_.num_slots;
+  draft.num_slots = state().num_slots;
   draft.mode = mode();
   draft.fault = fault_;
-  draft.verdict = judgement_.now();
-  draft.worst = judgement_.worst();
+  draft.verdict = motion_.verdict();
+  draft.worst = motion_.worst();
 }
 
 /// Offers a snapshot on a channel. If the queue is full, a paced loop drops the snapshot and counts the loss,
@@ -233,7 +228,7 @@ void Simulation::offer_motion(std::size_t channel) noexcept {
 void Simulation::offer_status() noexcept {
   Snapshot& draft = output_.status.draft();
   fill(draft);
-  draft.budget = read_budget(plan_, state_, budget_);
+  draft.budget = motion_.read_budget();
   output_.status.offer();
 }
 
@@ -250,7 +245,7 @@ void Simulation::offer_all() noexcept {
 void Simulation::offer_due() noexcept {
   if (!is_advancing()) return offer_all();
   for (std::size_t i = 0; i < every_.size(); ++i)
-    if (every_[i] > 0 && state_.tick % every_[i] == 0) offer_motion(i);
+    if (every_[i] > 0 && state().tick % every_[i] == 0) offer_motion(i);
 }
 
 }  // namespace freeflex::service

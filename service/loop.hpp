@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "core/step/step.hpp"
+#include "core/motion.hpp"
 #include "service/clock.hpp"
 #include "service/command_queue.hpp"
 #include "service/output.hpp"
@@ -55,7 +55,7 @@ class Simulation {
   void request_stop() noexcept { is_stopping_.store(true, std::memory_order_relaxed); }
 
   /// \pre run() is not running
-  const State& state() const { return state_; }
+  const State& state() const { return motion_.state(); }
   std::int64_t applied_count() const { return applied_count_; }
 
  private:
@@ -100,11 +100,7 @@ class Simulation {
   std::array<std::int64_t, io::kNumMotionChannels> every_{};  // [ticks] interval between two publications; 0:
                                                               // off
 
-  State state_;
-  Workspace workspace_;
-  Budget budget_;
-  Judgement judgement_;
-  StepReport report_;
+  Motion motion_;
   CommandQueue command_queue_;
   Pacer pacer_;
   std::unique_ptr<InboundEntry> inbound_entry_;

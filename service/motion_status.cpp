@@ -44,7 +44,7 @@ void FreeMotion::take(const Plan& plan, const State& state) noexcept {
 }
 
 MotionStatus::MotionStatus(const Plan& plan) : plan_(plan), validity_(plan), num_modes_(count_modes(plan)) {
-  const auto damps = [](const Plan& of) {
+  const auto damps = [](const StepPlan& of) {
     return std::ranges::any_of(of.decay, [](double decay) { return decay > 0.0; });
   };
   is_damped_ = damps(plan) || std::ranges::any_of(plan.fallback, damps);

@@ -1,9 +1,9 @@
 // The part of FREEFLEX_STATUS that describes a motion and its verdict, for the daemon and for freeflex run.
 #pragma once
 
-#include "core/step/readout.hpp"
-#include "core/error/judgement.hpp"
 #include "core/error/validity.hpp"
+#include "core/error/verdict.hpp"
+#include "core/step/readout.hpp"
 #include "freeflex_msgs/status_t.hpp"
 
 namespace freeflex::service {

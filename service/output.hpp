@@ -8,8 +8,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "core/error/budget.hpp"
-#include "core/error/judgement.hpp"
+#include "core/error/verdict.hpp"
 #include "service/histogram.hpp"
 #include "service/io/wire/outbound.hpp"
 #include "service/latest_value.hpp"

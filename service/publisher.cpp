@@ -232,8 +232,8 @@ bool Publisher::send_pages() {
   int num_sent = 0;
   for (; num_sent < kBurst && output_.requests.try_pop(request); ++num_sent) {
     if (request.command == freeflex_msgs::control_t::SHAPES) {
-      for (const auto& page : io::make_shapes_messages(request.uses_fallback ? plan_.fallback.front() : plan_, request.number,
-                                                        stamp(*status_)))
+      for (const auto& page : io::make_shapes_messages(request.uses_fallback ? plan_.fallback.front() : plan_,
+                                                       request.number, stamp(*status_)))
         send(channels::kShapes, page);
       continue;
     }

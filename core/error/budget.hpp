@@ -3,33 +3,10 @@
 // these functions allocate nothing, do not call libm, and give the same bits everywhere.
 #pragma once
 
-#include "core/plan.hpp"
+#include "core/error/verdict.hpp"
 #include "core/step/step.hpp"
 
 namespace freeflex {
-
-/// Holds the distance between two states, over all points   (THEORY 12.23 to 12.25).
-struct ErrorSize {
-  double position = 0.0;      // [m] root mean square over the points
-  double attitude = 0.0;      // [rad]
-  double elastic = 0.0;       // [-] |V - V*| / |V*|, body axes; V* is the elastic displacement of the second
-                              // state
-  double displacement = 0.0;  // [m] |V - V*|, root mean square over the points
-};
-
-/// Holds estimates of the errors that the state has accumulated since the shadows were last set to it. The
-/// components `integration`, `truncation` and `model` do not add up exactly to `total`, because each is a
-/// distance between a different pair of motions.
-struct BudgetReading {
-  double age = 0.0;      // [s] time since the shadows were last set to the state, at most PlanBudget::horizon
-  bool is_lost = false;  // true: the motion of a shadow became infinite or NaN; there is no estimate until
-                         // the shadows restart
-  // [rad] bound on the error of the modes that the best shadow does not resolve, which a distance from the
-  // shadow cannot show: the rotation of the body times the relative amplitude of these modes   (THEORY 12.27)
-  double unresolved = 0.0;
-  ErrorSize total;  // the estimate: kCover times the distance from the best shadow   (THEORY 12.26)
-  ErrorSize integration, truncation, model;  // distances due to period, omitted modes, rung
-};
 
 /// Ratio of the estimated error to the distance from the best shadow. The ratio is above 1 because the shadow
 /// also has errors. It was determined with 200 random scenes and is tested with 200 other scenes

@@ -80,8 +80,7 @@ std::string unquantified_text(const Plan& plan, const Responsible& named) {
   const std::string refine = "; compare with a finer model";
   if (named.agent == Agent::kWheel)
     return "model: this rung omits the effect of the deformation on the axis of " +
-           called("wheel", plan.wheels, named.item) +
-           (is_coupled(plan) ? refine : "; set fidelity: coupled");
+           called("wheel", plan.wheels, named.item) + (is_coupled(plan) ? refine : "; set fidelity: coupled");
   if (named.agent == Agent::kRate)
     return "integration: the stiffness of " + mode_text(plan, named) +
            " changes faster than the ticks resolve; raise the rate";
@@ -109,8 +108,8 @@ std::string bound_text(const Plan& plan, const Verdict& verdict) {
 // Returns the remedy for terms of second order. The remedy is a rung that has these terms or, if there is no
 // such rung, a reduction of their cause.
 std::string second_order_remedy(const Plan& plan) {
-  const bool has_only_axial_links = std::ranges::all_of(
-      plan.links, [](const PlanLink& link) { return traits_of(link.type).is_axial; });
+  const bool has_only_axial_links =
+      std::ranges::all_of(plan.links, [](const PlanLink& link) { return traits_of(link.type).is_axial; });
   const bool has_point_masses = plan.particles.all.empty() && plan.particles.attitude_points.empty();
   if (has_only_axial_links && has_point_masses && plan.wheels.empty() &&
       plan.unmodelled.lacks_modes != LacksModes::kNotKept && !traits_of(plan.fidelity).has_true_geometry)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/error/validity.hpp"
 #include "core/step/frame.hpp"
 #include "core/step/history.hpp"
 #include "core/step/kernels.hpp"
@@ -11,7 +12,6 @@
 #include "core/step/modal_coupling.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
-#include "core/error/validity.hpp"
 
 namespace freeflex {
 
@@ -219,8 +219,7 @@ void ErrorShadow::add_wheel_torque(const PlanWheel& wheel, const MotionState& st
 /// the part (V + dV) x F, and loads fixed in the world cause the other part, because the attitude has the
 /// error phi. The same error makes loads fixed in the world load the modes: b . (F x phi) = phi . (b x F)
 /// (THEORY X148).
-void ErrorShadow::add_torque(const State& state, const CommandLoads& commands,
-                             const Mat3& R_WB) noexcept {
+void ErrorShadow::add_torque(const State& state, const CommandLoads& commands, const Mat3& R_WB) noexcept {
   RigidLoad loads;
   Vec3 torque = cross(phi_, state.moment_B);
   std::fill(world_forces_.begin(), world_forces_.end(), 0.0);
@@ -241,8 +240,7 @@ void ErrorShadow::add_torque(const State& state, const CommandLoads& commands,
   for (std::size_t k = 0; k < plan_.histories.size(); ++k) {
     const double amplitude = amplitude_left(plan_.histories[k], plan_.period, age);
     if (amplitude != 0.0)
-      add_load(plan_.histories[k].pattern, unmodelled_.load_arms.data() + k * size() * kArmSize,
-               amplitude);
+      add_load(plan_.histories[k].pattern, unmodelled_.load_arms.data() + k * size() * kArmSize, amplitude);
   }
   has_world_loads_ = loads.has_moment_W;
   if (has_world_loads_) {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/error/validity.hpp"
 #include "core/step/field.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/tick_rotation.hpp"
 #include "core/step/vector.hpp"
-#include "core/error/validity.hpp"
 
 namespace freeflex {
 namespace {
@@ -82,7 +82,7 @@ void Judgement::begin(const State& state) noexcept {
   worst_.tick = -1;
 }
 
-void Judgement::take(const State& state, Budget& budget) noexcept {
+void Judgement::evaluate(const State& state, Budget* budget) noexcept {
   if (state.epoch != epoch_) begin(state);
   if (state.uses_fallback && !uses_fallback_) {
     errors_.back().join(errors_.front(), plan_.fallback_modes);
@@ -91,7 +91,7 @@ void Judgement::take(const State& state, Budget& budget) noexcept {
   if (error_per_force_ > 0.0) take_commands(state);
   ModalErrors& errors = errors_[uses_fallback_ ? 1 : 0];
   errors.take(state);
-  read_error_budget(state, budget);
+  if (budget != nullptr) read_error_budget(state, *budget);
   integrate_position_error(state);
   check_rotation(state);
   if (!errors.is_round_over()) return;

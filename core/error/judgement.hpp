@@ -10,75 +10,19 @@
 #include "core/error/budget.hpp"
 #include "core/error/modal_errors.hpp"
 #include "core/error/responsible.hpp"
+#include "core/error/verdict.hpp"
 
 namespace freeflex {
-
-/// States how far a motion can be trusted, with the values that decide it   (THEORY X144).
-///   The verdict is `good` up to the first limit and `watch` up to the second: 0.02 and 0.2 for error /
-///   scale, 1e-3 and 1e-2 for position error / size, 0.01 and 0.1 for |V| / size.
-struct Verdict {
-  enum class Level : std::int32_t { kGood = 0, kWatch = 1, kOutside = 2 };
-  /// Specifies the main reason why the verdict is not better.
-  enum class Cause : std::int32_t {
-    kNone,
-    kStiffness,     // geometric stiffness due to internal forces and spin, or Coriolis forces, is neglected
-    kBuckling,      // geometric stiffness takes away half of a mode's stiffness or more
-    kSpinLoad,      // the centrifugal load is neglected
-    kDeformation,   // terms of second order in the displacements are neglected
-    kSize,          // displacements are not small compared with the size of the body
-    kLost,          // the reference solution diverged
-    kIntegration,   // the reference solution shows an integration error
-    kStep,          // a tick is too long for the rotation, the orbit or the vibration of the body
-    kUnresolved,    // the reference solution does not resolve the fastest vibration
-    kTruncation,    // omitted modes move
-    kModel,         // the reference solution shows a model error of the rung
-    kPosition,      // the reference solution shows a position error of points in space
-    kUnquantified,  // an unquantified error, due to forces inside links, wheels or omitted small modes
-    kNotKept,       // only the lowest modes were found, so the motion of the others is unknown
-    kFastLoad,      // a load changes faster than the ticks resolve
-    kAttractor,     // the attractor is so near that the gradient of its field does not suffice
-    kRigid,         // the rung is rigid, and loads or spin deform the body
-    kUnknown,       // the plan file has no tables for the verdict
-  };
-  Level level = Level::kGood;
-  Cause cause = Cause::kNone;
-  std::int64_t tick = 0;
-  // [m] rms over all points, weighted by mass
-  double error = 0.0;             // estimated error of the elastic displacement
-  double unquantified = 0.0;      // order of magnitude of the unquantified error
-  double displacement_now = 0.0;  // displacement at the present tick
-  // [m] Displacement by which the error is divided. It is the tolerance or, without a tolerance, the decaying
-  // peak, but at least the present displacement.
-  double scale = 0.0;
-  double position = 0.0;    // [m] rms position error that the reference solution shows; 0: no budget
-  double rate = 0.0;        // [Hz] rate that resolves the body's rotation; 0: the present rate resolves it
-  Responsible responsible;  // item that is responsible for the cause; empty if the verdict is `good`
-};
-
-/// Returns "good", "watch" or "outside".
-const char* name_of(Verdict::Level level);
-/// Returns the text of the cause, with the name of the responsible item and the remedy. If the verdict is
-/// `good`, the text is empty.
-std::string text_of(const Plan& plan, const Verdict& verdict);
-/// Returns "good", or the level of the verdict and the text of the cause.
-std::string describe(const Plan& plan, const Verdict& verdict);
-/// Returns the estimated error of the displacements as text, for example "0.12 % of the tolerance, 1e-05 m".
-std::string error_text(const Plan& plan, const Verdict& verdict);
-/// Returns the ratio of an error to `scale`, both [m], as text, for example "0.12 % of" or "more than 10
-/// times".
-std::string share_text(double error, double scale);
-
-/// Returns the verdict on a quasi-static response (THEORY 5.8). Such a response has no free vibration and no
-/// loads of the scene.  \pre quasi_static() returned the state
-Verdict judge_steady(const Plan& plan, const State& state);
 
 /// Judges one motion from its first tick on. Allocates nothing after construction.
 class Judgement {
  public:
   explicit Judgement(const Plan& plan);
 
-  /// Evaluates the state. Call this function at the start of an epoch and then after every tick.
-  void take(const State& state, Budget& budget) noexcept;
+  /// Evaluates the state. Call one of these functions at the start of an epoch and then after every tick.
+  void take(const State& state, Budget& budget) noexcept { evaluate(state, &budget); }
+  /// The same without an error budget.
+  void take(const State& state) noexcept { evaluate(state, nullptr); }
   /// Evaluates a state that does not change.
   void take_steady(const State& state) noexcept;
   const Verdict& now() const noexcept { return now_; }
@@ -91,6 +35,7 @@ class Judgement {
   struct ReferenceError {
     double elastic = 0.0, position = 0.0;  // [m] errors that the reference solution shows
   };
+  void evaluate(const State& state, Budget* budget) noexcept;
   void begin(const State& state) noexcept;
   void read_error_budget(const State& state, Budget& budget) noexcept;
   void integrate_position_error(const State& state) noexcept;

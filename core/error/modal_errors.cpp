@@ -4,10 +4,10 @@
 #include <cmath>
 #include <utility>
 
+#include "core/error/validity.hpp"
 #include "core/step/history.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
-#include "core/error/validity.hpp"
 
 namespace freeflex {
 namespace {
@@ -66,9 +66,9 @@ ModalErrors::ModalErrors(const StepPlan& plan, const PlanUnmodelled& unmodelled)
   flexibility_.resize(n);
   quasi_static_.resize(n);
   second_.resize(n);
-  num_chunks_ = static_cast<std::int64_t>(
-      std::clamp((unmodelled.pairs.size() * n + kMostProducts - 1) / kMostProducts, std::size_t{1},
-                 std::max<std::size_t>(1, num_judged)));
+  num_chunks_ =
+      static_cast<std::int64_t>(std::clamp((unmodelled.pairs.size() * n + kMostProducts - 1) / kMostProducts,
+                                           std::size_t{1}, std::max<std::size_t>(1, num_judged)));
   round_ = static_cast<double>(num_chunks_) * plan.period;
   step_ticks_ = static_cast<std::int64_t>(std::max<std::size_t>(
       1, ((num_judged - shadow_.size()) * n + kMostOwnProducts - 1) / kMostOwnProducts));
@@ -105,8 +105,7 @@ void ModalErrors::bound_wheel_phases() {
   const std::size_t num_judged = modes_.size(), padded = static_cast<std::size_t>(plan_.num_padded);
   wheel_phases_.assign((num_judged + 1) * plan_.wheels.size(), 0.0);
   std::vector<std::size_t> judged(flexibility_.size(), num_judged);
-  for (std::size_t l = 0; l < num_judged; ++l)
-    judged[static_cast<std::size_t>(unmodelled_.pairs[l][0])] = l;
+  for (std::size_t l = 0; l < num_judged; ++l) judged[static_cast<std::size_t>(unmodelled_.pairs[l][0])] = l;
   for (std::size_t k = 0; k < plan_.wheels.size(); ++k) {
     const PlanWheel& wheel = plan_.wheels[k];
     const double* const rows = rotation_rows(plan_, wheel.attitude_index);
@@ -198,8 +197,7 @@ void ModalErrors::take(const State& state) noexcept {
     // rms over the mass, because a force on one light point gives a large acceleration to that point alone
     const double pull = std::max(std::sqrt(loads), internal_forces(state, age)) + norm(state.force_W),
                  acceleration = pull / plan_.mass;
-    const bool is_unquantified =
-        unmodelled_.has_unquantified || unmodelled_.lacks_modes != LacksModes::kNone;
+    const bool is_unquantified = unmodelled_.has_unquantified || unmodelled_.lacks_modes != LacksModes::kNone;
     unquantified_before_ = unquantified_scale_;
     unquantified_scale_ =
         is_unquantified ? kUnquantifiedSpin * dot(w_, w_) + kUnquantifiedLoad * acceleration / size_of_body_
@@ -395,8 +393,7 @@ double ModalErrors::internal_forces(const State& state, std::int64_t age) const 
   for (std::size_t l = 0; l < flexibility_.size(); ++l)
     if (flexibility_[l] > 0.0) strains += square(state.q[l] / flexibility_[l]);
   for (std::size_t k = 0; k < unmodelled_.bodies.load_sizes.size() && age > 0; ++k)
-    sum += unmodelled_.bodies.load_sizes[k] *
-           std::abs(amplitude_left(plan_.histories[k], plan_.period, age));
+    sum += unmodelled_.bodies.load_sizes[k] * std::abs(amplitude_left(plan_.histories[k], plan_.period, age));
   return std::max(kCancellingForces * std::max(0.0, sum - norm(state.force_W)), std::sqrt(strains));
 }
 
@@ -551,8 +548,7 @@ void ModalErrors::find_wheel(std::size_t l, const MotionState& state,
 const double* ModalErrors::load_row(const JudgedMode& named) const noexcept {
   const std::size_t n = flexibility_.size();
   if (named.mode < 0) return nullptr;
-  if (named.is_left_out)
-    return unmodelled_.left_out_rows.data() + static_cast<std::size_t>(named.mode) * n;
+  if (named.is_left_out) return unmodelled_.left_out_rows.data() + static_cast<std::size_t>(named.mode) * n;
   const std::size_t l = judged_index(named.mode);
   return l < modes_.size() ? unmodelled_.load_rows.data() + l * n : nullptr;
 }

@@ -4,8 +4,8 @@
 #include <complex>
 #include <vector>
 
-#include "core/step/state.hpp"
 #include "core/error/error_shadow.hpp"
+#include "core/step/state.hpp"
 
 namespace freeflex {
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/error/validity.hpp"
 #include "core/step/history.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/loads.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
-#include "core/error/validity.hpp"
 
 namespace freeflex {
 namespace {
@@ -31,9 +31,7 @@ const PlanUnmodelled& unmodelled_of(const Plan& plan, const MotionState& state) 
 
 }  // namespace
 
-bool hides_forces(const PlanLink& link) {
-  return traits_of(link.type).hides_forces;
-}
+bool hides_forces(const PlanLink& link) { return traits_of(link.type).hides_forces; }
 
 ResponsibleFinder::ResponsibleFinder(const Plan& plan) : plan_(plan) {
   const std::size_t num_masses = plan.points.size() + plan.particles.all.size();

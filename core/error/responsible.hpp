@@ -4,32 +4,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/plan.hpp"
-#include "core/step/state.hpp"
 #include "core/error/modal_errors.hpp"
+#include "core/error/verdict.hpp"
+#include "core/step/state.hpp"
 
 namespace freeflex {
-
-/// Identifies the item that is responsible for a cause. The item is used in messages only and does not affect
-/// the verdict.
-struct Responsible {
-  enum class Agent : std::int32_t {
-    kNone,
-    kLoad,       // a load of the scene
-    kCommands,   // commanded loads
-    kSpin,       // the spin of the body
-    kOrbit,      // the gravity gradient of the attractor
-    kVibration,  // the vibration itself
-    kLink,
-    kWheel,
-    kModes,  // omitted modes
-    kRate,   // a mode whose stiffness changes faster than the ticks resolve
-  };
-  Agent agent = Agent::kNone;
-  std::int32_t item = -1;  // index of the load, link or wheel; -1: no item, or unknown
-  std::int32_t mode = 0;   // number of the mode in the scene, from 1; 0: no mode
-  double frequency = 0.0;  // [Hz] frequency of that mode; 0: a mechanism
-};
 
 /// Returns true for a link whose internal forces are not given. Such a link is a matrix, a rigid link or a
 /// plate.

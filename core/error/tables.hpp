@@ -120,8 +120,8 @@ struct PlanUnmodelled {
   // [sqrt(N)/m^2] (forms x num_shadowed x num_shadowed) symmetric matrices H_r. The fourth-order terms of the
   // strain energy of the first modes are V_4 = 1/8 sum_r (x^T H_r x)^2   (THEORY X146)
   Array quartic_forms;
-  // [1/m^2] (wheels x pairs) axis . (theta_l x theta_u) for each pair of modes (l, u): the gyroscopic coupling
-  // per unit of momentum of each wheel   (THEORY 16.24)
+  // [1/m^2] (wheels x pairs) axis . (theta_l x theta_u) for each pair of modes (l, u): the gyroscopic
+  // coupling per unit of momentum of each wheel   (THEORY 16.24)
   Array gyroscopic;
   PlanNamed named;
 };

@@ -2,19 +2,10 @@
 // spin must be slow compared with the vibration.
 #pragma once
 
-#include "core/plan.hpp"
+#include "core/error/verdict.hpp"
 #include "core/step/readout.hpp"
 
 namespace freeflex {
-
-/// These are the limits of the verdict, that is, the largest estimate for `good` and the largest estimate for
-/// `watch` (THEORY X144; README, "When not to trust it").
-inline constexpr double kGoodElastic = 0.02, kMostElastic = 0.2;            // [-] error over scale
-inline constexpr double kGoodPosition = 1e-3, kMostPosition = 1e-2;         // [-] position error over size
-inline constexpr double kGoodDisplacement = 1e-2, kMostDisplacement = 0.1;  // [-] displacement over size
-// [-] largest ratio of displacement to size for the verdict `good` if the second-order terms of some links
-// are unquantified
-inline constexpr double kGoodUnquantified = 1e-3;
 
 /// Computes the displacement ratio and the spin ratio that status_t publishes, for one plan. Allocates
 /// nothing after construction.

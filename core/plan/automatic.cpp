@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/motion.hpp"
 #include "core/plan/budget.hpp"
 #include "core/plan/compile.hpp"
 #include "core/plan/motion.hpp"
 #include "core/plan/rates.hpp"
 #include "core/scene/faults.hpp"
-#include "core/error/budget.hpp"
-#include "core/error/judgement.hpp"
 
 namespace freeflex {
 namespace {
@@ -56,31 +55,23 @@ Tried try_rung(const Scene& scene, const Structure& structure, Fidelity rung, Fa
   result.rung = rung;
   const std::optional<Plan> plan = plan_to_try(scene, structure, rung, faults);
   if (!plan) return tried;
-  State state = make_state(*plan);
-  Workspace workspace = make_workspace(*plan);
-  Budget budget = make_budget(*plan);
-  // The verdict gets an empty budget, so it judges only the terms that the rung neglects. The distance from
-  // the best rung, which the budget holds, is compared with the tolerances below.
-  Judgement judgement(*plan);
-  Budget none;
-  judgement.take(state, none);
-  StepReport report;
+  // The verdict judges only the terms that the rung neglects. The distance from the best rung, which the
+  // budget holds, is compared with the tolerances below.
+  Motion motion(*plan, {.verdict_uses_budget = false});
   const std::int64_t ticks = std::max<std::int64_t>(1, std::llround(scene.automatic->horizon / plan->period));
   for (std::int64_t k = 1, sample = 1; k <= ticks; ++k) {
-    step(*plan, state, {}, workspace, budget, report);
-    if (report.status != StepStatus::kOk || budget.is_lost) return tried;
-    judgement.take(state, none);
+    if (motion.advance().status != StepStatus::kOk || motion.has_lost_reference()) return tried;
     if (k * kRungSamples < sample * ticks) continue;
     ++sample;
-    const ErrorSize error = read_budget(*plan, state, budget).total;
+    const ErrorSize error = motion.read_budget().total;
     result.position = std::max(result.position, error.position);
     result.attitude = std::max(result.attitude, error.attitude);
     result.elastic = std::max(result.elastic, error.elastic);
   }
   result.is_finite = std::isfinite(result.position) && std::isfinite(result.elastic);
   const AutomaticRung& asked = *scene.automatic;
-  tried.level = judgement.worst().level;
-  tried.why = text_of(*plan, judgement.worst());
+  tried.level = motion.worst().level;
+  tried.why = text_of(*plan, motion.worst());
   result.meets = result.is_finite && tried.level != Verdict::Level::kOutside &&
                  is_within(result.position, asked.position) && is_within(result.attitude, asked.attitude) &&
                  is_within(result.elastic, asked.elastic);

@@ -25,8 +25,8 @@ struct FreeForces {
 /// rungs if a wheel has momentum at the start.
 bool has_gyroscopic_forces(const StepPlan& plan);
 
-/// Returns the built-in loads that follow the elastic motion, as indices into StepPlan::histories. If is_constant
-/// is true, returns the loads of constant amplitude, otherwise the loads of varying amplitude.
+/// Returns the built-in loads that follow the elastic motion, as indices into StepPlan::histories. If
+/// is_constant is true, returns the loads of constant amplitude, otherwise the loads of varying amplitude.
 std::vector<std::size_t> follower_loads(const StepPlan& plan, bool is_constant);
 
 /// Returns the forces of dashpots, feedback and wheels, and those of constant followers if has_followers is

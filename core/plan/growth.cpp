@@ -120,7 +120,7 @@ double sufficient_rate(const StepPlan& plan, double growth) {
                                               // present rate
   std::array<double, kDoublings + 1> per_second{};
   const double rate = 1.0 / plan.period;
-  Plan faster = plan;
+  StepPlan faster = plan;
   double factor = growth;
   for (int k = 0; k <= kDoublings; ++k) {
     if (k > 0) {

@@ -278,8 +278,8 @@ void fields(Archive& archive, T& r) {
 // The fingerprint covers the members up to PlanService.
 template <typename Archive, Is<Plan> T>
 void fields(Archive& archive, T& p) {
-  all_of<Plan>(archive, p.name, p.scene_hash, part<StepPlan>(p), part<PlanService>(p),
-               p.command_limits, part<PlanError>(p), part<PlanReport>(p));
+  all_of<Plan>(archive, p.name, p.scene_hash, part<StepPlan>(p), part<PlanService>(p), p.command_limits,
+               part<PlanError>(p), part<PlanReport>(p));
 }
 
 template <typename T>

@@ -191,8 +191,7 @@ void PlanCheck::check_points() {
 
 void PlanCheck::check_links() {
   require(plan_.links.size() <= kMaxItems, "the plan has too many links");
-  for (const PlanLink& link : plan_.links)
-    require(is_link_type(link.type), "a link is of an unknown type");
+  for (const PlanLink& link : plan_.links) require(is_link_type(link.type), "a link is of an unknown type");
   for (const PlanLink& link : plan_.links)
     for (const std::int32_t point : link.points)
       require(point == -1 || is_index(point, plan_.points.size()),

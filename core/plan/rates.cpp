@@ -69,14 +69,19 @@ void set_own_rate(StepPlan& plan, double rate) {
 
 }  // namespace
 
-void set_rate(Plan& plan, double rate) {
+void set_rate(StepPlan& plan, double rate) {
   set_own_rate(plan, rate);
   for (StepPlan& fallback : plan.fallback) set_own_rate(fallback, rate);
+}
+
+void set_rate(Plan& plan, double rate) {
+  set_rate(static_cast<StepPlan&>(plan), rate);
   const auto update = [](const StepPlan& stepped, PlanUnmodelled& unmodelled) {
     if (unmodelled.is_known) unmodelled.fast_loads = find_fast_loads(stepped);
   };
   update(plan, plan.unmodelled);
-  for (std::size_t k = 0; k < plan.fallback.size(); ++k) update(plan.fallback[k], plan.fallback_unmodelled[k]);
+  for (std::size_t k = 0; k < plan.fallback.size(); ++k)
+    update(plan.fallback[k], plan.fallback_unmodelled[k]);
   PlanBudget& budget = plan.budget;
   if (budget.shadows.empty()) return;
   const StepPlan& best = budget.shadows.front().plan;

@@ -13,6 +13,8 @@ namespace freeflex {
 /// ticks of histories, and substeps.
 /// \pre rate finite, > 0
 void set_rate(Plan& plan, double rate);
+/// The same for the part of a plan that the step reads.
+void set_rate(StepPlan& plan, double rate);
 
 /// Returns the number of substeps per tick that resolve the vibration. It is n_max or, if smaller, the
 /// smallest power of two n with

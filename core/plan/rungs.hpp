@@ -1,8 +1,8 @@
 // Members of a plan that the coupled rungs of the fidelity ladder need   (THEORY section 12).
 #pragma once
 
-#include "core/plan/spec.hpp"
 #include "core/plan.hpp"
+#include "core/plan/spec.hpp"
 
 namespace freeflex {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/motion.hpp"
 #include "core/plan/excitability.hpp"
 #include "core/scene/faults.hpp"
-#include "core/step/step.hpp"
 #include "core/structure/reduce.hpp"
 
 namespace freeflex {
@@ -28,7 +28,7 @@ constexpr std::int64_t kNumSamples = 500;
 constexpr double kManyProducts = 2e9;
 
 // Returns |b_il| of the points that are read out or loaded (points x modes).
-Eigen::MatrixXd asked_shape_sizes(const Structure& structure, const StepPlan& plan) {
+Eigen::MatrixXd asked_shape_sizes(const Structure& structure, const Plan& plan) {
   std::vector<int> asked;
   for (std::size_t i = 0; i < plan.points.size(); ++i)
     if (plan.points[i].row >= 0) asked.push_back(static_cast<int>(i));
@@ -53,7 +53,7 @@ struct PeakAmplitudes {
   bool is_finite = true;
 };
 
-void update_peaks(const StepPlan& plan, const State& state, PeakAmplitudes& peaks) {
+void update_peaks(const Plan& plan, const State& state, PeakAmplitudes& peaks) {
   for (Eigen::Index l = 0; l < peaks.amplitude.size(); ++l) {
     const double omega = plan.omega[index(l)], q = state.q[index(l)], rate = state.q_dot[index(l)];
     if (omega == 0.0) continue;
@@ -64,7 +64,7 @@ void update_peaks(const StepPlan& plan, const State& state, PeakAmplitudes& peak
   }
 }
 
-double largest_displacement(const Structure& structure, const StepPlan& plan, const State& state) {
+double largest_displacement(const Structure& structure, const Plan& plan, const State& state) {
   const Eigen::Map<const Eigen::VectorXd> q(state.q.data(), structure.omega.size());
   double largest = 0.0;
   for (std::size_t i = 0; i < plan.points.size(); ++i)
@@ -74,7 +74,7 @@ double largest_displacement(const Structure& structure, const StepPlan& plan, co
   return largest;
 }
 
-bool has_motion(const StepPlan& plan) {
+bool has_motion(const Plan& plan) {
   const auto is_moved = [](const Array& values) {
     return std::any_of(values.begin(), values.end(), [](double v) { return v != 0.0; });
   };
@@ -82,7 +82,7 @@ bool has_motion(const StepPlan& plan) {
          is_moved(plan.initial.q) || is_moved(plan.initial.q_dot);
 }
 
-PeakAmplitudes follow_built_in(const Structure& structure, const StepPlan& plan, double horizon) {
+PeakAmplitudes follow_built_in(const Structure& structure, const Plan& plan, double horizon) {
   PeakAmplitudes peaks;
   peaks.amplitude = peaks.dynamic = peaks.rate = Eigen::VectorXd::Zero(structure.omega.size());
   peaks.horizon = horizon;
@@ -90,18 +90,15 @@ PeakAmplitudes follow_built_in(const Structure& structure, const StepPlan& plan,
   const auto wanted = static_cast<std::int64_t>(std::min(std::ceil(horizon / plan.period), 9e15));
   const std::int64_t ticks = std::min(wanted, kMostTicks);
   if (ticks < wanted) peaks.horizon = static_cast<double>(ticks) * plan.period;
-  State state = make_state(plan);
-  Workspace workspace = make_workspace(plan);
-  StepReport report;
-  update_peaks(plan, state, peaks);
-  peaks.largest = largest_displacement(structure, plan, state);
+  Motion motion(plan, kMotionAlone);
+  update_peaks(plan, motion.state(), peaks);
+  peaks.largest = largest_displacement(structure, plan, motion.state());
   const std::int64_t sample_every = std::max<std::int64_t>(1, ticks / kNumSamples);
   for (std::int64_t tick = 0; tick < ticks && peaks.is_finite; ++tick) {
-    step(plan, state, {}, workspace, report);
-    peaks.is_finite = report.status == StepStatus::kOk;
-    update_peaks(plan, state, peaks);
+    peaks.is_finite = motion.advance().status == StepStatus::kOk;
+    update_peaks(plan, motion.state(), peaks);
     if (tick % sample_every == 0)
-      peaks.largest = std::max(peaks.largest, largest_displacement(structure, plan, state));
+      peaks.largest = std::max(peaks.largest, largest_displacement(structure, plan, motion.state()));
   }
   return peaks;
 }
@@ -115,7 +112,7 @@ struct UnitCommands {
 };
 
 UnitCommands find_unit_commands(const Scene& scene, const Structure& structure, const MotionScope& scope,
-                                const StepPlan& plan) {
+                                const Plan& plan) {
   Eigen::VectorXd flexibility(structure.omega.size());
   for (Eigen::Index l = 0; l < flexibility.size(); ++l) {
     const double omega = structure.omega[l];
@@ -161,7 +158,7 @@ double largest_of(const Eigen::VectorXd& values) { return values.size() > 0 ? va
 
 class Choice {
  public:
-  Choice(const Scene& scene, const Structure& structure, const MotionScope& scope, const StepPlan& plan,
+  Choice(const Scene& scene, const Structure& structure, const MotionScope& scope, const Plan& plan,
          double tolerance)
       : sizes_(asked_shape_sizes(structure, plan)),
         peaks_(follow_built_in(structure, plan, scene.leave_out.horizon)),
@@ -252,7 +249,7 @@ class Choice {
 
 // Returns why no mode of the scene may be omitted as small. If modes may be omitted, the text is empty
 // (THEORY 14.10).
-std::string find_obstacle(const Scene& scene, const MotionScope& scope, const StepPlan& plan) {
+std::string find_obstacle(const Scene& scene, const MotionScope& scope, const Plan& plan) {
   if (plan.modal_coupling.path != PlanModalCoupling::Path::kNone ||
       (is_coupled(plan) && plan.modal_coupling.num_damping > 0) || !plan.feedbacks.empty())
     return "dashpots or feedback join the modes";
@@ -272,7 +269,7 @@ std::string find_obstacle(const Scene& scene, const MotionScope& scope, const St
 }  // namespace
 
 SmallModes find_small_modes(const Scene& scene, const Structure& structure, const MotionScope& scope,
-                            const StepPlan& plan, double tolerance) {
+                            const Plan& plan, double tolerance) {
   SmallModes small;
   small.feature.feature = Feature::kSmallModes;
   small.kept.resize(index(structure.omega.size()));

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "core/plan/motion_scope.hpp"
 #include "core/plan.hpp"
+#include "core/plan/motion_scope.hpp"
 #include "core/structure/structure.hpp"
 
 namespace freeflex {
@@ -27,6 +27,6 @@ struct SmallModes {
 /// \param plan  The plan of the scene and structure, with all modes. The function steps this plan over the
 /// horizon.
 SmallModes find_small_modes(const Scene& scene, const Structure& structure, const MotionScope& scope,
-                            const StepPlan& plan, double tolerance);
+                            const Plan& plan, double tolerance);
 
 }  // namespace freeflex

@@ -1,8 +1,8 @@
 // Warnings about the rotation of the body within a tick, given at the start.
 #pragma once
 
-#include "core/scene/scene.hpp"
 #include "core/plan.hpp"
+#include "core/scene/scene.hpp"
 
 namespace freeflex {
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <utility>
 
+#include "core/error/command_loads.hpp"
 #include "core/plan/histories.hpp"
 #include "core/scene/bodies.hpp"
-#include "core/step/loads.hpp"
 #include "core/structure/particles.hpp"
 
 namespace freeflex {

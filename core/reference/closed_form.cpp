@@ -4,7 +4,7 @@ namespace freeflex {
 namespace {
 
 /// Returns the motion without load: q'' + 2 d q' + w^2 q = 0 from q0, v0.
-Motion free_motion(const Real& w, const Real& d, const Real& q0, const Real& v0, const Real& t) {
+OscillatorMotion free_motion(const Real& w, const Real& d, const Real& q0, const Real& v0, const Real& t) {
   if (w > d) {
     const Real b = sqrt((w - d) * (w + d)), decay = exp(-d * t), c = cos(b * t), s = sin(b * t);
     return {decay * (q0 * c + (v0 + d * q0) / b * s), decay * (v0 * c - (d * v0 + w * w * q0) / b * s)};
@@ -19,7 +19,8 @@ Motion free_motion(const Real& w, const Real& d, const Real& q0, const Real& v0,
 }
 
 /// Returns a particular solution of q'' + 2 d q' + w^2 q = start + slope t.
-Motion particular(const Real& w, const Real& d, const Real& start, const Real& slope, const Real& t) {
+OscillatorMotion particular(const Real& w, const Real& d, const Real& start, const Real& slope,
+                            const Real& t) {
   if (w > 0) return {(start + slope * t - 2 * d * slope / (w * w)) / (w * w), slope / (w * w)};
   if (d > 0) {
     const Real offset = slope / (4 * d * d);
@@ -30,10 +31,11 @@ Motion particular(const Real& w, const Real& d, const Real& start, const Real& s
 
 }  // namespace
 
-Motion oscillate(const Real& w, const Real& d, const Real& q0, const Real& v0, const Real& start,
-                 const Real& slope, const Real& t) {
-  const Motion at_start = particular(w, d, start, slope, 0), now = particular(w, d, start, slope, t);
-  const Motion free = free_motion(w, d, q0 - at_start.q, v0 - at_start.q_dot, t);
+OscillatorMotion oscillate(const Real& w, const Real& d, const Real& q0, const Real& v0, const Real& start,
+                           const Real& slope, const Real& t) {
+  const OscillatorMotion at_start = particular(w, d, start, slope, 0),
+                         now = particular(w, d, start, slope, t);
+  const OscillatorMotion free = free_motion(w, d, q0 - at_start.q, v0 - at_start.q_dot, t);
   return {free.q + now.q, free.q_dot + now.q_dot};
 }
 

@@ -28,7 +28,9 @@ Mat3 inertia_of(const Symmetric& P) noexcept {
 bool has_tables(const StepPlan& plan) noexcept {
   return plan.coupled.kinetics.form == PlanKinetics::Form::kTables;
 }
-bool has_body_tables(const StepPlan& plan) noexcept { return plan.coupled.kinetics.num_tables == kBodyTables; }
+bool has_body_tables(const StepPlan& plan) noexcept {
+  return plan.coupled.kinetics.num_tables == kBodyTables;
+}
 
 /// Returns the change of the second moment of the mass, P(q) - P(0), and computes C point by point:
 ///   C_l = sum_i m_i V_i x b_il   (THEORY 12.35),   and for each axis C_l,a = sum_i m_i b_il . (e_a x V_i)

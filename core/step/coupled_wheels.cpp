@@ -25,7 +25,8 @@ void add_to_modes(const StepPlan& plan, const PlanWheel& wheel, const Vec3& by_r
 }  // namespace
 
 // sum_w h_w a_theta   (THEORY 16.29)
-Vec3 rotated_wheel_momentum(const StepPlan& plan, std::span<const double> momentum, const double* q) noexcept {
+Vec3 rotated_wheel_momentum(const StepPlan& plan, std::span<const double> momentum,
+                            const double* q) noexcept {
   Vec3 sum{};
   for (std::size_t k = 0; k < plan.wheels.size(); ++k) {
     const PlanWheel& wheel = plan.wheels[k];

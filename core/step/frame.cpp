@@ -88,7 +88,8 @@ struct Trajectory {
   }
 };
 
-Trajectory path_of(const StepPlan& plan, const Frame& from, const RigidLoad& load, const Mat3& R_WB) noexcept {
+Trajectory path_of(const StepPlan& plan, const Frame& from, const RigidLoad& load,
+                   const Mat3& R_WB) noexcept {
   const Vec3 a_W = add_scaled(gravity_at(plan, from.p_WB), 1.0 / plan.mass, resultant_W(load, R_WB));
   return {multiply_transposed(R_WB, sub(from.p_WB, plan.attractor_W)), multiply_transposed(R_WB, from.v_WB),
           multiply_transposed(R_WB, a_W)};
@@ -347,7 +348,8 @@ Frame apply(const StepPlan& plan, const Frame& from, const Mat3& R_WB, const Rig
 
 }  // namespace
 
-Frame advance_frame(const StepPlan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept {
+Frame advance_frame(const StepPlan& plan, const Frame& from, const Mat3& R_WB,
+                    const RigidLoads& loads) noexcept {
   const auto by_flows = [&](Frame& to) {
     // a tick is advanced by the composition only if it is long   (THEORY 7.24, 7.25)
     const TickRotation tick = rotation_in_tick(plan, from, R_WB, loads);

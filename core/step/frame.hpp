@@ -78,6 +78,7 @@ void translate(const StepPlan& plan, double h, const Vec3& mean_force, const Vec
 /// Returns the frame one period later:
 ///   M p_WB'' = F_W + M g_W,   H_W' = L_W,   w = I^-1 R_WB^T H_W   (THEORY 7.2 to 7.4)
 /// \param R_WB  rotation matrix of from.q_WB
-Frame advance_frame(const StepPlan& plan, const Frame& from, const Mat3& R_WB, const RigidLoads& loads) noexcept;
+Frame advance_frame(const StepPlan& plan, const Frame& from, const Mat3& R_WB,
+                    const RigidLoads& loads) noexcept;
 
 }  // namespace freeflex

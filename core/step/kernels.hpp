@@ -21,8 +21,8 @@ inline Vec3 contract_rows(const double* rows, const double* x, std::size_t n) no
   return {dot_lanes(rows, x, n), dot_lanes(rows + n, x, n), dot_lanes(rows + 2 * n, x, n)};
 }
 
-/// Returns the three rows of a block of StepPlan::rows. These rows are the unit elastic displacements b_l of one
-/// point.
+/// Returns the three rows of a block of StepPlan::rows. These rows are the unit elastic displacements b_l of
+/// one point.
 inline const double* point_rows(const StepPlan& plan, std::int32_t row) noexcept {
   return plan.rows.data() + 3 * index(row) * index(plan.num_padded);
 }
@@ -62,8 +62,8 @@ inline void project_points(const StepPlan& plan, std::span<const Vec3> f, std::s
   project_columns(plan, index(plan.num_moving), f, g, x, y);
 }
 /// Computes rows^T f and rows^T g for modes and constraint shapes. The arrays x and y are (num_padded).
-inline void project_all_points(const StepPlan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
-                               double* y) noexcept {
+inline void project_all_points(const StepPlan& plan, std::span<const Vec3> f, std::span<const Vec3> g,
+                               double* x, double* y) noexcept {
   project_columns(plan, index(plan.num_padded), f, g, x, y);
 }
 /// Computes the n values of y = sum_k weights_k row_k. The number of rows, `count`, is a multiple of kLanes.

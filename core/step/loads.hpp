@@ -55,9 +55,8 @@ struct BodyResultant {
 /// \pre is_coupled(plan)
 BodyResultant body_resultant(const StepPlan& plan, const LoadPattern& pattern) noexcept;
 
-/// Returns the pattern of one built-in load, for the set-up of StepPlan::histories. Arrays that the pattern does
-/// not use are empty.
-/// \pre plan.points, groups, rows, num_padded are filled
+/// Returns the pattern of one built-in load, for the set-up of StepPlan::histories. Arrays that the pattern
+/// does not use are empty. \pre plan.points, groups, rows, num_padded are filled
 LoadPattern build_pattern(const StepPlan& plan, const SumsOnPoints& sums);
 LoadPattern build_pattern(const StepPlan& plan, const LoadSet& loads);
 

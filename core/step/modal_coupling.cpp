@@ -53,7 +53,8 @@ void stiffen(const PlanHistory& history, double amplitude, const double* q, doub
   }
 }
 
-DependentLoad follow(const StepPlan& plan, const double* q, std::int64_t tick, bool at_end, double* Q) noexcept {
+DependentLoad follow(const StepPlan& plan, const double* q, std::int64_t tick, bool at_end,
+                     double* Q) noexcept {
   const std::size_t n = index(plan.num_padded);
   DependentLoad sum;
   for (const PlanHistory& history : plan.histories) {
@@ -79,7 +80,8 @@ DependentLoad follow(const StepPlan& plan, const double* q, std::int64_t tick, b
   return sum;
 }
 
-DependentLoad feed_back(const StepPlan& plan, const double* q, const double* q_dot, const double* Q) noexcept {
+DependentLoad feed_back(const StepPlan& plan, const double* q, const double* q_dot,
+                        const double* Q) noexcept {
   DependentLoad sum;
   for (const PlanFeedback& feedback : plan.feedbacks) {
     const Vec3 force = feedback_force(feedback, index(plan.num_padded), q, q_dot, Q);
@@ -89,8 +91,8 @@ DependentLoad feed_back(const StepPlan& plan, const double* q, const double* q_d
   return sum;
 }
 
-DependentStep feed_back_over_step(const StepPlan& plan, const double* q, const double* q_dot, const double* Q0,
-                                  const double* Q1) noexcept {
+DependentStep feed_back_over_step(const StepPlan& plan, const double* q, const double* q_dot,
+                                  const double* Q0, const double* Q1) noexcept {
   const PlanModalCoupling& coupling = plan.modal_coupling;
   if (coupling.load_columns.empty()) return {};
   alignas(64) std::array<double, PlanModalCoupling::kLoadRows> sum{};

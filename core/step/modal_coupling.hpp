@@ -36,7 +36,8 @@ void stiffen(const PlanHistory& history, double amplitude, const double* q, doub
 /// point, and f or T the force or torque at amplitude 1:
 ///   force: A theta x f, moment A r x (theta x f), Q_l += A b_l . (theta x f)   (THEORY 8.24, 8.25)
 ///   torque: A theta x T, Q_l += A theta_l . (theta x T)   (THEORY 16.14)
-DependentLoad follow(const StepPlan& plan, const double* q, std::int64_t tick, bool at_end, double* Q) noexcept;
+DependentLoad follow(const StepPlan& plan, const double* q, std::int64_t tick, bool at_end,
+                     double* Q) noexcept;
 
 /// Returns the force of feedback on the body at one time, f = F_q q + F_v q' + F_Q Q   (THEORY 8.28). The
 /// propagator already includes the generalized forces of feedback.
@@ -47,8 +48,8 @@ DependentLoad feed_back(const StepPlan& plan, const double* q, const double* q_d
 /// go linearly from Q^0 to Q^1. The returned load is linear in time. Its impulse J and the integral K of the
 /// impulse are exact, however fast the force of feedback changes. The load is zero unless the path is kExact:
 ///   F^0 = 6 K / h^2 - 2 J / h,   F^1 = 4 J / h - 6 K / h^2   (THEORY 8.37)
-DependentStep feed_back_over_step(const StepPlan& plan, const double* q, const double* q_dot, const double* Q0,
-                                  const double* Q1) noexcept;
+DependentStep feed_back_over_step(const StepPlan& plan, const double* q, const double* q_dot,
+                                  const double* Q0, const double* Q1) noexcept;
 
 /// Adds to Q the generalized forces of dashpots and feedback. Accelerations and forces of rigid links are
 /// computed from this sum:

@@ -27,7 +27,8 @@ Vec3 across(const Vec3& line, const Vec3& x) noexcept { return add_scaled(x, -do
 /// displacements V_i, and W_i = sum_l b_il p_l:
 ///   J = I + sum_i m_i ((r_i . V_i) 1 - r_i V_i^T),   pi = sum_i m_i V_i x W_i   (THEORY 12.5, 12.6)
 ///   alpha = J^-1 (H_B - pi),   w = J^-1 I alpha   (THEORY 12.7, 12.8)
-Vec3 angular_velocity(const StepPlan& plan, const Vec3& H_B, const CoupledWorkspace& w, Vec3& alpha) noexcept {
+Vec3 angular_velocity(const StepPlan& plan, const Vec3& H_B, const CoupledWorkspace& w,
+                      Vec3& alpha) noexcept {
   alpha = {};
   if (plan.rigid_freedoms == 3) return {};
   Mat3 J = plan.inertia;

@@ -22,8 +22,8 @@ namespace {
 
 /// Removes expired slots and applies the commands. Writes the resulting slots and the pattern of their loads
 /// to the workspace. Returns the number of active slots.
-std::int32_t change_slots(const StepPlan& plan, const State& state, const Inputs& inputs, Workspace& workspace,
-                          StepReport& report) noexcept {
+std::int32_t change_slots(const StepPlan& plan, const State& state, const Inputs& inputs,
+                          Workspace& workspace, StepReport& report) noexcept {
   std::copy_n(state.slots.begin(), state.num_slots, workspace.next_slots.begin());
   std::int32_t num_slots = expire_slots(state.tick, workspace.next_slots, state.num_slots, report);
   for (const ForceCommand& command : inputs.commands)
@@ -68,8 +68,8 @@ struct Result {
 };
 
 /// Advances every mode by one period, from the state into the workspace, under the loads of the workspace.
-bool advance_elastic(const StepPlan& plan, const MotionState& state, const Array& Q_start, Workspace& workspace,
-                     DependentLoad& last_impulse) noexcept {
+bool advance_elastic(const StepPlan& plan, const MotionState& state, const Array& Q_start,
+                     Workspace& workspace, DependentLoad& last_impulse) noexcept {
   const ModalState from{state.q.data(), state.q_low.data(), state.q_dot.data(), state.q_dot_low.data()};
   const ModalResult to{workspace.next_q.data(), workspace.next_q_low.data(), workspace.next_q_dot.data(),
                        workspace.next_q_dot_low.data()};

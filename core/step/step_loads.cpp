@@ -9,7 +9,8 @@
 
 namespace freeflex {
 
-void add_resultant(const StepPlan& plan, const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept {
+void add_resultant(const StepPlan& plan, const LoadPattern& pattern, double amplitude,
+                   RigidLoad& load) noexcept {
   add_pattern(pattern, amplitude, load);
   if (!pattern.has_body || !is_coupled(plan)) return;
   const BodyResultant body = body_resultant(plan, pattern);

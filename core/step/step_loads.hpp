@@ -15,7 +15,8 @@ enum class StageTime { kStart, kMiddle, kEnd };
 
 /// Adds amplitude times the resultant and the moment of a pattern (THEORY 8.1, 8.3, 8.7). On coupled rungs a
 /// pattern holds its loads in body axes without their resultant, so this function computes the resultant.
-void add_resultant(const StepPlan& plan, const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept;
+void add_resultant(const StepPlan& plan, const LoadPattern& pattern, double amplitude,
+                   RigidLoad& load) noexcept;
 
 /// Holds the loads of one step. If the plan divides the step, these are the loads of one substep.
 struct StepLoads {

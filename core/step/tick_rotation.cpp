@@ -47,7 +47,8 @@ struct Conserved {
   int num_axes = 0;       // number of principal axes along which body or wheels have angular momentum
 };
 
-Conserved conserved(const StepPlan& plan, const Vec3& H, const Vec3& L, const WheelMomentum& wheels) noexcept {
+Conserved conserved(const StepPlan& plan, const Vec3& H, const Vec3& L,
+                    const WheelMomentum& wheels) noexcept {
   Conserved all;
   double energy = 0.0, gain = 0.0;
   std::array<Vec3, 4> h;
@@ -149,7 +150,8 @@ TickRotation rotation_in_tick(const StepPlan& plan, const Frame& from, const Mat
   return rotation;
 }
 
-bool may_rotate_far(const StepPlan& plan, const Vec3& w, const Vec3& H, const WheelMomentum& wheels) noexcept {
+bool may_rotate_far(const StepPlan& plan, const Vec3& w, const Vec3& H,
+                    const WheelMomentum& wheels) noexcept {
   // The bound includes the spin, its change due to motors, and the nutation due to the momentum of body and
   // wheels. The rate of nutation is at most |H| divided by the root of the product of two principal moments
   // of inertia.

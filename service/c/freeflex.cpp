@@ -14,11 +14,10 @@
 #include <string>
 #include <vector>
 
+#include "core/motion.hpp"
 #include "core/plan/plan_bytes.hpp"
-#include "core/error/budget.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
-#include "core/error/judgement.hpp"
 #include "service/command_queue.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/scene/machine.hpp"
@@ -109,7 +108,7 @@ std::size_t count_of(const Plan& plan, int kind) {
 }
 
 /// Returns FREEFLEX_OK if the plan stores the mode shapes at the point.
-int check_rows(const Plan& plan, std::int32_t point) {
+int check_rows(const StepPlan& plan, std::int32_t point) {
   if (!is_index(point, plan.points.size())) return out_of_range("point", point, plan.points.size());
   if (plan.points[static_cast<std::size_t>(point)].row >= 0) return FREEFLEX_OK;
   return fail(FREEFLEX_BAD_ARGUMENT,
@@ -174,20 +173,16 @@ struct freeflex_plan {
 };
 
 struct freeflex_motion {
-  explicit freeflex_motion(std::shared_ptr<const PlanData> given)
-      : data(std::move(given)),
-        state(make_state(data->plan)),
-        workspace(make_workspace(data->plan)),
-        budget(make_budget(data->plan)) {}
+  freeflex_motion(std::shared_ptr<const PlanData> given, Watch watch)
+      : data(std::move(given)), motion(data->plan, watch) {}
+  // a copy is not in use by any call
+  freeflex_motion(const freeflex_motion& other)
+      : data(other.data), motion(other.motion), pending(other.pending), sequence(other.sequence) {}
 
   const Plan& plan() const { return data->plan; }
 
   std::shared_ptr<const PlanData> data;
-  State state;
-  Workspace workspace;
-  Budget budget;
-  StepReport report;
-  std::optional<Judgement> judgement;
+  Motion motion;
   // commands for the next step, at most service::CommandQueue::kMaxPending
   std::vector<ForceCommand> pending;
   std::int64_t sequence = 0;
@@ -237,7 +232,7 @@ int entered(const freeflex_motion& motion, const Call& call) noexcept {
 }
 
 void write_frame(const freeflex_motion& motion, freeflex_frame& frame) {
-  const State& state = motion.state;
+  const State& state = motion.motion.state();
   copy(state.p_WB, frame.position);
   copy(state.q_WB, frame.attitude);
   copy(state.v_WB, frame.velocity);
@@ -245,16 +240,14 @@ void write_frame(const freeflex_motion& motion, freeflex_frame& frame) {
   copy(state.H_W, frame.angular_momentum);
 }
 
-double time_of(const freeflex_motion& motion) {
-  return static_cast<double>(motion.state.tick - motion.state.epoch_start_tick) * motion.plan().period;
-}
+double time_of(const freeflex_motion& motion) { return motion.motion.time(); }
 
 /// Writes the elastic coordinates, or their rates, of all modes that the motion can have. A mode that the
 /// present plan omits gets 0.
 void write_elastic(const freeflex_motion& motion, std::span<const double> from, double* to) {
   if (to == nullptr) return;
   const Plan& plan = motion.plan();
-  const StepPlan& active = active_plan(plan, motion.state);
+  const StepPlan& active = active_plan(plan, motion.motion.state());
   const auto n = static_cast<std::size_t>(plan_of_all_modes(plan).num_elastic);
   const bool is_reduced = active.num_elastic != plan_of_all_modes(plan).num_elastic;
   std::fill_n(to, n, 0.0);
@@ -263,9 +256,9 @@ void write_elastic(const freeflex_motion& motion, std::span<const double> from, 
 }
 
 int write_verdict(const freeflex_motion& motion, bool is_worst, freeflex_verdict& into) {
-  if (!motion.judgement)
+  if (!motion.motion.has_verdict())
     return fail(FREEFLEX_BAD_ARGUMENT, "this motion has no verdict; make it with FREEFLEX_WITH_VERDICT");
-  const Verdict& verdict = is_worst ? motion.judgement->worst() : motion.judgement->now();
+  const Verdict& verdict = is_worst ? motion.motion.worst() : motion.motion.verdict();
   const std::string cause =
       verdict.level == Verdict::Level::kGood ? std::string() : text_of(motion.plan(), verdict);
   into = {};
@@ -420,27 +413,15 @@ int freeflex_motion_new(const freeflex_plan* plan, unsigned flags, freeflex_moti
     if ((flags & ~FREEFLEX_WITH_VERDICT) != 0)
       return fail(FREEFLEX_BAD_ARGUMENT,
                   "flags is " + std::to_string(flags) + ", but must be 0 or FREEFLEX_WITH_VERDICT");
-    auto made = std::make_unique<freeflex_motion>(plan->data);
-    if ((flags & FREEFLEX_WITH_VERDICT) != 0) {
-      made->judgement.emplace(made->plan());
-      made->judgement->take(made->state, made->budget);
-    }
-    *motion = made.release();
+    const Watch watch = (flags & FREEFLEX_WITH_VERDICT) != 0 ? Watch{} : kMotionAlone;
+    *motion = std::make_unique<freeflex_motion>(plan->data, watch).release();
     return FREEFLEX_OK;
   });
 }
 
 int freeflex_motion_copy(const freeflex_motion* motion, freeflex_motion** copy) noexcept {
   return entered(*motion, [&] {
-    auto made = std::make_unique<freeflex_motion>(motion->data);
-    // assigns instead of moving, so that the arrays keep their reserved memory
-    made->state = motion->state;
-    made->workspace = motion->workspace;
-    made->budget = motion->budget;
-    made->pending = motion->pending;
-    made->sequence = motion->sequence;
-    if (motion->judgement) made->judgement.emplace(*motion->judgement);
-    *copy = made.release();
+    *copy = std::make_unique<freeflex_motion>(*motion).release();
     return FREEFLEX_OK;
   });
 }
@@ -451,8 +432,7 @@ void freeflex_motion_reset(freeflex_motion* motion) noexcept {
   Entry entry(*motion);
   entry.wait();
   motion->pending.clear();
-  reset_state(motion->plan(), motion->state);
-  if (motion->judgement) motion->judgement->take(motion->state, motion->budget);
+  motion->motion.reset();
 }
 
 int freeflex_motion_step(freeflex_motion* motion, std::int64_t ticks) noexcept {
@@ -460,16 +440,13 @@ int freeflex_motion_step(freeflex_motion* motion, std::int64_t ticks) noexcept {
     if (ticks < 0)
       return fail(FREEFLEX_BAD_ARGUMENT,
                   "the number of ticks is " + std::to_string(ticks) + ", but must be 0 or more");
-    const Plan& plan = motion->plan();
     for (std::int64_t k = 0; k < ticks; ++k) {
-      step(plan, motion->state, Inputs{motion->pending}, motion->workspace, motion->budget, motion->report);
-      if (motion->report.status != StepStatus::kOk)
+      if (motion->motion.advance(motion->pending).status != StepStatus::kOk)
         return fail(FREEFLEX_NOT_FINITE,
-                    "the state after tick " + std::to_string(motion->state.tick) +
+                    "the state after tick " + std::to_string(motion->motion.state().tick) +
                         " would not be finite, because loads or spin are far too large for "
                         "this structure; use smaller ones, or check their units");
       motion->pending.clear();
-      if (motion->judgement) motion->judgement->take(motion->state, motion->budget);
     }
     return FREEFLEX_OK;
   });
@@ -513,7 +490,7 @@ int freeflex_motion_push(freeflex_motion* motion, int slot, int axes, const free
 std::int64_t freeflex_motion_tick(const freeflex_motion* motion) noexcept {
   Entry entry(*motion);
   entry.wait();
-  return motion->state.tick;
+  return motion->motion.state().tick;
 }
 double freeflex_motion_time(const freeflex_motion* motion) noexcept {
   Entry entry(*motion);
@@ -525,16 +502,16 @@ int freeflex_motion_state(const freeflex_motion* motion, freeflex_state* state, 
                           std::size_t num_modes, double* momenta, std::size_t num_wheels) noexcept {
   return entered(*motion, [&] {
     const auto modes = static_cast<std::size_t>(plan_of_all_modes(motion->plan()).num_elastic);
-    const std::vector<double>& wheels = motion->state.wheel_momentum;
+    const std::vector<double>& wheels = motion->motion.state().wheel_momentum;
     if ((q != nullptr || q_dot != nullptr) && num_modes < modes)
       return fail(FREEFLEX_BAD_ARGUMENT, "modes: " + quantity(num_modes, modes));
     if (momenta != nullptr && num_wheels < wheels.size())
       return fail(FREEFLEX_BAD_ARGUMENT, "wheels: " + quantity(num_wheels, wheels.size()));
-    state->tick = motion->state.tick;
+    state->tick = motion->motion.state().tick;
     state->time = time_of(*motion);
     write_frame(*motion, state->frame);
-    write_elastic(*motion, motion->state.q, q);
-    write_elastic(*motion, motion->state.q_dot, q_dot);
+    write_elastic(*motion, motion->motion.state().q, q);
+    write_elastic(*motion, motion->motion.state().q_dot, q_dot);
     if (momenta != nullptr) std::copy(wheels.begin(), wheels.end(), momenta);
     return FREEFLEX_OK;
   });
@@ -552,8 +529,8 @@ int freeflex_motion_elastic(const freeflex_motion* motion, double* q, double* q_
     const auto n = static_cast<std::size_t>(plan_of_all_modes(motion->plan()).num_elastic);
     if (count != nullptr) *count = n;
     if (size < n) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, n));
-    write_elastic(*motion, motion->state.q, q);
-    write_elastic(*motion, motion->state.q_dot, q_dot);
+    write_elastic(*motion, motion->motion.state().q, q);
+    write_elastic(*motion, motion->motion.state().q_dot, q_dot);
     return FREEFLEX_OK;
   });
 }
@@ -562,7 +539,7 @@ int freeflex_motion_point(const freeflex_motion* motion, std::int32_t point, fre
   return entered(*motion, [&] {
     const Plan& plan = motion->plan();
     if (const int code = check_rows(plan, point); code != FREEFLEX_OK) return code;
-    const PointState read = read_point(plan, motion->state, point);
+    const PointState read = read_point(plan, motion->motion.state(), point);
     copy(read.p_W, state->position);
     copy(read.v_W, state->velocity);
     copy(read.a_W, state->acceleration);
@@ -578,7 +555,7 @@ int freeflex_motion_body(const freeflex_motion* motion, std::int32_t point, free
     if (attitude_index_of(plan, point) < 0)
       return fail(FREEFLEX_BAD_ARGUMENT, "point " + std::to_string(point) +
                                              " has no attitude; give it inertia or an offset in the scene");
-    const BodyState read = read_body(plan, motion->state, point);
+    const BodyState read = read_body(plan, motion->motion.state(), point);
     copy(read.q_WP, state->attitude);
     copy(read.w_P, state->angular_velocity);
     return FREEFLEX_OK;
@@ -591,7 +568,7 @@ int freeflex_motion_group(const freeflex_motion* motion, std::int32_t group, fre
     if (!is_index(group, plan.groups.size())) return out_of_range("group", group, plan.groups.size());
     for (const std::int32_t point : plan.groups[static_cast<std::size_t>(group)].points)
       if (const int code = check_rows(plan, point); code != FREEFLEX_OK) return code;
-    const GroupPose read = read_group(plan, motion->state, group);
+    const GroupPose read = read_group(plan, motion->motion.state(), group);
     copy(read.p_W, pose->position);
     copy(read.q_WG, pose->attitude);
     copy(read.v_W, pose->velocity);
@@ -614,14 +591,15 @@ int freeflex_motion_link(const freeflex_motion* motion, std::int32_t link, doubl
     const auto n = static_cast<std::size_t>(output->num_rows);
     if (count != nullptr) *count = n;
     if (size < n) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, n));
-    read_link(plan, motion->state, static_cast<int>(output - plan.link_outputs.begin()), {values, n});
+    read_link(plan, motion->motion.state(), static_cast<int>(output - plan.link_outputs.begin()),
+              {values, n});
     return FREEFLEX_OK;
   });
 }
 
 int freeflex_motion_wheels(const freeflex_motion* motion, double* momenta, std::size_t size) noexcept {
   return entered(*motion, [&] {
-    const std::vector<double>& all = motion->state.wheel_momentum;
+    const std::vector<double>& all = motion->motion.state().wheel_momentum;
     if (size < all.size()) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, all.size()));
     std::copy(all.begin(), all.end(), momenta);
     return FREEFLEX_OK;
@@ -631,7 +609,7 @@ int freeflex_motion_wheels(const freeflex_motion* motion, double* momenta, std::
 void freeflex_motion_energy(const freeflex_motion* motion, freeflex_energy* energy) noexcept {
   Entry entry(*motion);
   entry.wait();
-  const Invariants read = read_invariants(motion->plan(), motion->state);
+  const Invariants read = read_invariants(motion->plan(), motion->motion.state());
   *energy = {read.kinetic_rigid, read.kinetic_elastic, read.potential};
 }
 

@@ -4,10 +4,10 @@
 
 #include <string>
 
-#include "core/plan/make_plan.hpp"
 #include "core/error/budget.hpp"
-#include "core/structure/structure.hpp"
 #include "core/error/judgement.hpp"
+#include "core/plan/make_plan.hpp"
+#include "core/structure/structure.hpp"
 #include "service/io/scene/input.hpp"
 
 namespace {

@@ -12,7 +12,7 @@ using namespace freeflex;
 
 constexpr double kPeriod = 1e-3;
 
-Plan make_plan(std::int64_t num_modes, int num_points = 8) {
+StepPlan make_plan(std::int64_t num_modes, int num_points = 8) {
   std::vector<testing::Mode> modes;
   for (std::int64_t l = 0; l < num_modes; ++l) {
     const double omega = 10.0 + 2.0 * static_cast<double>(l);
@@ -33,7 +33,7 @@ void report_modes(benchmark::State& state) { state.SetItemsProcessed(state.itera
 // Measures a step under forces on num_points points, in world axes (0) or body axes (1). World forces on one
 // point are projected directly, and those on five points by a table.
 void step_under(benchmark::State& state, int num_points, std::int32_t axes) {
-  const Plan plan = make_plan(state.range(0));
+  const StepPlan plan = make_plan(state.range(0));
   testing::HandRun run(plan);
   const ForceCommand command = push_points(num_points, axes);
   run.step_once({&command, 1});
@@ -51,7 +51,7 @@ BENCHMARK_CAPTURE(step_under, one_body_point, 1, 1)->Apply(all_modes);
 
 // Steps a body without modes that tumbles by the given angle per tick.
 void tumble(benchmark::State& state) {
-  Plan plan = testing::hand_plan(kPeriod, {});
+  StepPlan plan = testing::hand_plan(kPeriod, {});
   const double spin = 1e-3 * static_cast<double>(state.range(0)) / kPeriod;
   plan.initial.w_B = {0.36 * spin, 0.48 * spin, 0.8 * spin};
   testing::HandRun run(plan);
@@ -62,7 +62,7 @@ BENCHMARK(tumble)->ArgName("mrad")->Arg(1)->Arg(10)->Arg(30)->Arg(100)->Arg(300)
 
 // Measures a step at which a command takes effect, so that slots, load pattern and table are computed again.
 void step_with_command(benchmark::State& state) {
-  const Plan plan = make_plan(state.range(0));
+  const StepPlan plan = make_plan(state.range(0));
   testing::HandRun run(plan);
   const ForceCommand command = push_points(5, 0);
   for (auto _ : state) benchmark::DoNotOptimize(run.step_once({&command, 1}));
@@ -73,7 +73,7 @@ BENCHMARK(step_with_command)->Apply(all_modes);
 // Reads position, velocity and acceleration of 64 points, one after another.
 void read_out_point(benchmark::State& state) {
   constexpr int kPoints = 64;
-  const Plan plan = make_plan(state.range(0), kPoints);
+  const StepPlan plan = make_plan(state.range(0), kPoints);
   testing::HandRun run(plan);
   run.step_once();
   int point = 0;
@@ -86,7 +86,7 @@ void read_out_point(benchmark::State& state) {
 BENCHMARK(read_out_point)->Apply(all_modes);
 
 void read_out_invariants(benchmark::State& state) {
-  const Plan plan = make_plan(state.range(0));
+  const StepPlan plan = make_plan(state.range(0));
   testing::HandRun run(plan);
   run.step_once();
   for (auto _ : state) benchmark::DoNotOptimize(read_invariants(plan, run.state));

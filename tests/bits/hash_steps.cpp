@@ -11,8 +11,8 @@
 #include <random>
 #include <vector>
 
-#include "core/plan/plan_bytes.hpp"
 #include "core/error/budget.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
 

@@ -16,8 +16,8 @@
 #include <tuple>
 #include <vector>
 
-#include "core/step/readout.hpp"
 #include "core/error/judgement.hpp"
+#include "core/step/readout.hpp"
 #include "service/c/freeflex.h"
 #include "service/io/scene/input.hpp"
 #include "tests/support/large_scenes.hpp"

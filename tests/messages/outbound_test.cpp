@@ -51,7 +51,7 @@ Plan make_plan() {
     for (std::size_t k = 0; k < 3 * kElastic; ++k)
       plan.rows[(3 * at + k / kElastic) * 8 + k % kElastic] = i + 0.001 * static_cast<double>(k);
     if (i + 1 == kPoints) break;
-    plan.links[at] = {"l" + std::to_string(i), "spring", {i, i + 1}};
+    plan.links[at] = {"l" + std::to_string(i), LinkType::kSpring, {i, i + 1}};
     plan.link_outputs[at] = {i, 1, i};
     for (std::size_t l = 0; l < kElastic; ++l) plan.link_rows[at * 8 + l] = i * 0.5 + static_cast<double>(l);
   }

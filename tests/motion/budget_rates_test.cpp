@@ -23,7 +23,7 @@ EstimateAndTruth estimate_at(const Scene& scene, const Truth& truth, Fidelity ru
   Watched watched(scene_at(scene, rung, rate));
   const int ticks = static_cast<int>(std::lround(0.96 * rate));
   const BudgetReading reading = watched.run(ticks);
-  const Plan& best = watched.plan.budget.shadows[0].plan;
+  const StepPlan& best = watched.plan.budget.shadows[0].plan;
   return {reading.total.elastic, errors_of(run_rung(scene, rung, 1.0 / rate, 0.96), truth).elastic,
           best.omega[0] / rate, best.omega[static_cast<std::size_t>(best.num_elastic) - 1] / rate};
 }

@@ -3,10 +3,10 @@
 
 #include "core/error/budget.hpp"
 
+#include "core/error/judgement.hpp"
 #include "core/plan/automatic.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/structure/structure.hpp"
-#include "core/error/judgement.hpp"
 #include "tests/motion/watched.hpp"
 
 namespace freeflex::testing {

@@ -46,8 +46,9 @@ void load(Scene& scene, const std::string& name, const std::vector<PointLoad>& f
 // Expects that a text mentions only items of the plan.
 void expect_only_what_is_there(const Plan& plan, const std::string& text) {
   const auto has_kind = [&](const char* kind) {
-    return std::any_of(plan.links.begin(), plan.links.end(),
-                       [&](const PlanLink& link) { return traits_of(link.type).name == std::string_view(kind); });
+    return std::any_of(plan.links.begin(), plan.links.end(), [&](const PlanLink& link) {
+      return traits_of(link.type).name == std::string_view(kind);
+    });
   };
   const std::map<std::string, bool> mentioned = {
       {"matrix", has_kind("matrix")},

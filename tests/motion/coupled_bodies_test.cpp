@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <random>
 
+#include "core/error/budget.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/scene/bodies.hpp"
-#include "core/error/budget.hpp"
 #include "core/structure/link_factor.hpp"
 #include "core/structure/particles.hpp"
 #include "tests/motion/rotations.hpp"

@@ -6,8 +6,8 @@
 #include <complex>
 #include <cstdio>
 
-#include "core/plan/make_plan.hpp"
 #include "core/error/budget.hpp"
+#include "core/plan/make_plan.hpp"
 #include "tests/motion/newton_euler.hpp"
 #include "tests/motion/rotations.hpp"
 #include "tests/motion/rung_cases.hpp"

@@ -1,8 +1,8 @@
 // The rung `full` has exact bars in ticks that are divided until the fastest motion is resolved (THEORY
 // 12.29).
+#include "core/error/budget.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/plan/rungs.hpp"
-#include "core/error/budget.hpp"
 #include "core/structure/structure.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/support/omissions.hpp"

@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <numeric>
 
+#include "core/error/budget.hpp"
 #include "core/plan/compile.hpp"
 #include "core/plan/kinetics.hpp"
 #include "core/plan/make_plan.hpp"
-#include "core/error/budget.hpp"
 #include "tests/motion/lagrange_equations.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/setup/make_scene.hpp"

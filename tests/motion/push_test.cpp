@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "core/plan/make_plan.hpp"
 #include "core/error/judgement.hpp"
+#include "core/plan/make_plan.hpp"
 #include "tests/motion/rotations.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/motion/watched.hpp"

@@ -2,11 +2,11 @@
 // the estimate of the error budget.
 #include <map>
 
+#include "core/error/judgement.hpp"
+#include "core/error/validity.hpp"
 #include "core/plan/budget.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/structure/structure.hpp"
-#include "core/error/judgement.hpp"
-#include "core/error/validity.hpp"
 #include "tests/motion/rung_cases.hpp"
 
 namespace freeflex::testing {

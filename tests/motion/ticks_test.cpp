@@ -3,9 +3,9 @@
 
 #include <cmath>
 
+#include "core/error/judgement.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
-#include "core/error/judgement.hpp"
 #include "tests/motion/lagrange_equations.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/simulation.hpp"

@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "core/error/judgement.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/plan/quasi_static.hpp"
-#include "core/error/judgement.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/motion/verdict_truth.hpp"
 #include "tests/motion/watched.hpp"

@@ -10,8 +10,8 @@
 #include <random>
 #include <span>
 
-#include "core/plan/make_plan.hpp"
 #include "core/error/judgement.hpp"
+#include "core/plan/make_plan.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/setup/make_scene.hpp"
 

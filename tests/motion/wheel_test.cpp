@@ -5,8 +5,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "core/step/readout.hpp"
 #include "core/error/judgement.hpp"
+#include "core/step/readout.hpp"
 #include "tests/motion/watched.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/simulation.hpp"

@@ -1,7 +1,7 @@
 // The bytes of plans of the coupled rungs with the shadows of an error budget.
+#include "core/error/budget.hpp"
 #include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
-#include "core/error/budget.hpp"
 #include "core/step/readout.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/setup/plan_damage.hpp"
@@ -89,7 +89,7 @@ TEST(RungPlan, ContentThatDoesNotFitTheRungIsRefused) {
   expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.points.pop_back(); }), "shadow");
   expect_named(error_of([](Plan& p) { p.budget.horizon = 0.0; }), "has no horizon");
   expect_named(error_of([](Plan& p) { p.budget.horizon = -1.0; }), "out of range");
-  expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.budget.shadows = p.budget.shadows; }),
+  expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.fallback.push_back(p); }),
                "contains a further plan");
 }
 

@@ -51,7 +51,7 @@ class Random {
 };
 
 /// Sets the inertia of the body from principal moments. The rows of `axes` are the principal axes.
-void set_inertia(const Vec3& moments, const Mat3& axes, Plan& plan) {
+void set_inertia(const Vec3& moments, const Mat3& axes, StepPlan& plan) {
   plan.inertia = plan.inverse_inertia = {};
   for (std::size_t i = 0; i < 3; ++i)
     for (std::size_t j = 0; j < 3; ++j)
@@ -81,7 +81,7 @@ Vec3 random_moments(Random& random, double largest_ratio) {
   }
 }
 
-double energy_of_rotation(const Plan& plan, const Frame& frame, const Vec3& wheels) {
+double energy_of_rotation(const StepPlan& plan, const Frame& frame, const Vec3& wheels) {
   const Vec3 own = sub(multiply_transposed(rotation_matrix(frame.q_WB), frame.H_W), wheels);
   return 0.5 * dot(own, multiply(plan.inverse_inertia, own));
 }
@@ -95,7 +95,7 @@ TEST(PrincipalAxes, PrincipalAxesOfADiagonalInertiaAreExact) {
 TEST(PrincipalAxes, PrincipalAxesDiagonaliseAnyInertiaAndAreRightHanded) {
   Random random(5);
   for (int k = 0; k < 1000; ++k) {
-    Plan plan;
+    StepPlan plan;
     set_inertia(random_moments(random, 1e6), random.axes(), plan);
     const Mat3& R = plan.principal.R_PB;
     const Vec3& inverse = plan.principal.inverse_moment;
@@ -169,7 +169,7 @@ TEST(Kepler, AFallOnAStraightLineFollowsTheClosedForm) {
 TEST(Flows, SpinAboutAPrincipalAxisIsExactAtAnyTickLength) {
   for (const std::size_t axis : {0, 2})
     for (const double angle : {1e-3, 0.1, 2.0, 3.1, 40.0, 1000.0}) {
-      Plan plan = hand_plan(0.1, {});
+      StepPlan plan = hand_plan(0.1, {});
       plan.initial.w_B = {};
       plan.initial.w_B[axis] = angle / plan.period;
       HandRun run(plan);
@@ -191,7 +191,7 @@ TEST(Flows, SpinAboutAPrincipalAxisIsExactAtAnyTickLength) {
 TEST(Flows, ABodyWithAWheelOnItsAxisNutatesInClosedForm) {
   constexpr double kI = 0.002, kWheel = 0.02;
   for (const double rate : {1000.0, 30.0, 20.0, 10.0, 5.0, 1.0}) {
-    Plan plan = hand_plan(1.0 / rate, {});
+    StepPlan plan = hand_plan(1.0 / rate, {});
     set_inertia({kI, kI, kI}, kOwnAxes, plan);
     plan.wheels.resize(1);
     Frame frame;
@@ -226,7 +226,7 @@ TEST(Flows, FreeMotionKeepsMomentumAndEnergyAtAnyTickLength) {
   double worst = 0.0;
   int most_substeps = 0, num_unresolved = 0;
   for (int k = 0; k < 1000; ++k) {
-    Plan plan = hand_plan(1.0, {});
+    StepPlan plan = hand_plan(1.0, {});
     set_inertia(random_moments(random, 1e6), k % 2 == 0 ? kOwnAxes : random.axes(), plan);
     Frame frame;
     frame.H_W = multiply(plan.inertia, random.direction());  // 1 rad/s
@@ -263,7 +263,7 @@ TEST(Flows, FreeMotionKeepsMomentumAndEnergyAtAnyTickLength) {
 /// Returns the error of the frame of a loaded body after 4 s in n ticks, compared with 512 ticks.
 double error_after(int n, const RigidLoads& unit, bool is_attracted, bool varies) {
   const auto end_of = [&](int ticks) {
-    Plan plan = hand_plan(4.0 / ticks, {});
+    StepPlan plan = hand_plan(4.0 / ticks, {});
     plan.inertia = {2.0, 0.3, 0.0, 0.3, 3.0, 0.1, 0.0, 0.1, 4.0};
     // the inverse of this matrix is its adjugate divided by its determinant, 23.62
     plan.inverse_inertia = {11.99, -1.2, 0.03, -1.2, 8.0, -0.2, 0.03, -0.2, 5.91};
@@ -343,7 +343,7 @@ TEST(Flows, FlowsOfOneSubstepConvergeAtOrderEightUnderLoads) {
 TEST(Flows, FlowsAgreeWithTheStepOfOrderSixIfTicksAreShort) {
   Random random(31);
   for (int k = 0; k < 200; ++k) {
-    Plan plan = hand_plan(1.0, {});
+    StepPlan plan = hand_plan(1.0, {});
     set_inertia(random_moments(random, 1e3), random.axes(), plan);
     Frame frame;
     frame.H_W = multiply(plan.inertia, random.direction());
@@ -363,7 +363,7 @@ TEST(Flows, FlowsAgreeWithTheStepOfOrderSixIfTicksAreShort) {
 TEST(Orbit, AnOrbitFollowsKeplerAtAnyTickLengthAndEccentricity) {
   for (const double e : {0.0, 0.5, 0.9, 0.966, 0.99})
     for (const int ticks : {1, 3, 10, 100, 1000}) {
-      Plan plan = hand_plan(2.0 * M_PI / ticks, {});
+      StepPlan plan = hand_plan(2.0 * M_PI / ticks, {});
       plan.attractor_mu = 1.0;
       const OnConic start = on_conic(e, 0.4);
       plan.initial.p_WB = start.p;

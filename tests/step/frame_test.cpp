@@ -21,7 +21,7 @@ double angle(const Quat& a, const Quat& b) {
 }
 
 TEST(Translation, ABodyFallsWithConstantAcceleration) {
-  Plan plan = hand_plan(1e-3, {});
+  StepPlan plan = hand_plan(1e-3, {});
   plan.gravity_W = {0.3, -0.2, -9.81};
   plan.initial.p_WB = {1.0, 2.0, 3.0};
   plan.initial.v_WB = {-4.0, 0.5, 20.0};
@@ -40,7 +40,7 @@ TEST(Translation, ABodyFallsWithConstantAcceleration) {
 }
 
 TEST(Translation, MomentumEqualsTheImpulseOfCommandsAndPulses) {
-  Plan plan = hand_plan(1e-3, {}, 5);
+  StepPlan plan = hand_plan(1e-3, {}, 5);
   const PointForce pushed{3, 0, {0.2, -0.7, 0.1}};
   PlanHistory pulse;
   pulse.kind = PlanHistory::Kind::kPulse;
@@ -61,7 +61,7 @@ TEST(Translation, MomentumEqualsTheImpulseOfCommandsAndPulses) {
 
 /// Returns the state after `time` of a spinning body under forces in world and in body axes.
 State pushed_body(double period, double time, const std::vector<ForceCommand>& commands) {
-  Plan plan = hand_plan(period, {}, 4);
+  StepPlan plan = hand_plan(period, {}, 4);
   plan.initial.w_B = {0.5, 2.0, -1.0};
   HandRun run(plan);
   run.run(std::llround(time / period), commands);
@@ -98,7 +98,7 @@ TEST(Rotation, RotationUnderBodyForcesIsAccurateAtAnyTickLength) {
 }
 
 TEST(Rotation, SpinAboutAPrincipalAxisIsConstant) {
-  Plan plan = hand_plan(1e-3, {});
+  StepPlan plan = hand_plan(1e-3, {});
   plan.initial.w_B = {0.0, 0.0, 3.0};
   HandRun run(plan);
   constexpr std::int64_t kTicks = 100000;
@@ -112,7 +112,7 @@ TEST(Rotation, SpinAboutAPrincipalAxisIsConstant) {
 }
 
 TEST(Rotation, ATorqueFixedInTheBodySpinsItUpAboutAPrincipalAxis) {
-  Plan plan = hand_plan(1e-3, {}, 6);
+  StepPlan plan = hand_plan(1e-3, {}, 6);
   plan.groups.push_back(hand_group(plan, {0, 1, 2, 3, 4, 5}));
   HandRun run(plan);
   ForceCommand command = hand_command("test", 0, 1);
@@ -126,7 +126,7 @@ TEST(Rotation, ATorqueFixedInTheBodySpinsItUpAboutAPrincipalAxis) {
 }
 
 TEST(Rotation, ACollinearBodyHasNoSpinAboutItsLine) {
-  Plan plan = hand_plan(1e-3, {}, 2);
+  StepPlan plan = hand_plan(1e-3, {}, 2);
   plan.points[0].r = {-1.0, 0.0, 0.0};
   plan.points[1].r = {1.0, 0.0, 0.0};
   plan.inertia = {0, 0, 0, 0, 2.0, 0, 0, 0, 2.0};
@@ -146,7 +146,7 @@ TEST(Rotation, ACollinearBodyHasNoSpinAboutItsLine) {
 }
 
 TEST(Rotation, ASinglePointDoesNotRotate) {
-  Plan plan = hand_plan(1e-3, {}, 1);
+  StepPlan plan = hand_plan(1e-3, {}, 1);
   plan.points[0].r = {};
   plan.inertia = plan.inverse_inertia = {};
   set_principal(plan);
@@ -160,7 +160,7 @@ TEST(Rotation, ASinglePointDoesNotRotate) {
 }
 
 TEST(Rotation, AForceInBodyAxesOnASteadilySpinningBodyGivesACircularPath) {
-  Plan plan = hand_plan(1e-3, {}, 1);
+  StepPlan plan = hand_plan(1e-3, {}, 1);
   plan.points[0].r = {};  // the point is at the centre of mass, so that there is no moment
   plan.initial.w_B = {0.0, 0.0, 2.0};
   HandRun run(plan);

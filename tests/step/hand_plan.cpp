@@ -23,8 +23,8 @@ Vec3 random_vector(int a, int b, double scale) {
 Vec3 hand_point(int point) { return random_vector(point, -1, 1.0); }
 Vec3 hand_shape(int point, int mode) { return random_vector(point, mode, 2.0); }
 
-Plan hand_plan(double period, std::span<const Mode> modes, int num_points) {
-  Plan plan;
+StepPlan hand_plan(double period, std::span<const Mode> modes, int num_points) {
+  StepPlan plan;
   plan.period = period;
   plan.mass = 2.0;
   plan.inertia = {2.0, 0, 0, 0, 3.0, 0, 0, 0, 4.0};
@@ -60,7 +60,7 @@ Plan hand_plan(double period, std::span<const Mode> modes, int num_points) {
   return plan;
 }
 
-PlanGroup hand_group(const Plan& plan, std::vector<std::int32_t> points) {
+PlanGroup hand_group(const StepPlan& plan, std::vector<std::int32_t> points) {
   using Eigen::Matrix3d, Eigen::Vector3d;
   PlanGroup group;
   group.points = std::move(points);

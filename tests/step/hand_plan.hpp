@@ -19,12 +19,12 @@ struct Mode {
 /// Returns a plan of a body of 2 kg with the principal moments 2, 3 and 4 kg m^2 and the given modes. Point k
 /// of num_points lies at hand_point(k) and moves in mode l by hand_shape(k, l). Every point is pushable and
 /// has mode-shape rows.
-Plan hand_plan(double period, std::span<const Mode> modes, int num_points = 1);
+StepPlan hand_plan(double period, std::span<const Mode> modes, int num_points = 1);
 Vec3 hand_point(int point);
 Vec3 hand_shape(int point, int mode);
 
 /// Returns a group of the given points with its mass, centre and inverse inertia.
-PlanGroup hand_group(const Plan& plan, std::vector<std::int32_t> points);
+PlanGroup hand_group(const StepPlan& plan, std::vector<std::int32_t> points);
 
 /// Returns a command of `sender` without loads that never ends. add_force and add_wrench fill it.
 ForceCommand hand_command(const char* sender, int slot, std::int32_t axes = 0);
@@ -34,7 +34,7 @@ void add_wrench(ForceCommand& command, int group, const Vec3& force, const Vec3&
 /// Holds a reference to a plan, and a state and a workspace for it. The commands given to run() take effect
 /// at its first tick.
 struct HandRun {
-  explicit HandRun(const Plan& given)
+  explicit HandRun(const StepPlan& given)
       : plan(given), state(make_state(given)), workspace(make_workspace(given)) {}
   StepStatus step_once(std::span<const ForceCommand> commands = {}) {
     step(plan, state, {commands}, workspace, report);
@@ -42,7 +42,7 @@ struct HandRun {
   }
   void run(std::int64_t ticks, std::span<const ForceCommand> commands = {});
 
-  const Plan& plan;
+  const StepPlan& plan;
   State state;
   Workspace workspace;
   StepReport report;

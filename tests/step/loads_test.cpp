@@ -25,8 +25,8 @@ Mat3 some_rotation() {
       {kAttitude[0] / norm, kAttitude[1] / norm, kAttitude[2] / norm, kAttitude[3] / norm});
 }
 
-Plan loads_plan() {
-  Plan plan = hand_plan(1e-3, kModes, 7);
+StepPlan loads_plan() {
+  StepPlan plan = hand_plan(1e-3, kModes, 7);
   plan.groups.push_back(hand_group(plan, {1, 3, 4, 6}));
   plan.points[2].r = add_scaled(plan.points[0].r, 0.5, sub(plan.points[5].r, plan.points[0].r));
   plan.groups.push_back(hand_group(plan, {0, 2, 5}));  // on a line
@@ -35,7 +35,7 @@ Plan loads_plan() {
 }
 
 /// Returns Q_l = sum_i F_i . b_il for forces F_i in body axes, point by point (THEORY 4.20).
-std::vector<double> direct_sum(const Plan& plan, const std::vector<Vec3>& force_B) {
+std::vector<double> direct_sum(const StepPlan& plan, const std::vector<Vec3>& force_B) {
   std::vector<double> Q(static_cast<std::size_t>(plan.num_padded), 0.0);
   for (std::size_t i = 0; i < force_B.size(); ++i)
     for (int l = 0; l < plan.num_elastic; ++l)
@@ -43,7 +43,7 @@ std::vector<double> direct_sum(const Plan& plan, const std::vector<Vec3>& force_
   return Q;
 }
 
-std::vector<double> projected(const Plan& plan, const LoadPattern& pattern, const Mat3& R,
+std::vector<double> projected(const StepPlan& plan, const LoadPattern& pattern, const Mat3& R,
                               double amplitude = 1.0) {
   std::vector<double> Q(static_cast<std::size_t>(plan.num_padded), 0.0);
   EXPECT_TRUE(project(plan, pattern, R, amplitude, false, Q.data()));
@@ -57,7 +57,7 @@ void expect_equal(const std::vector<double>& found, const std::vector<double>& e
 constexpr double kRounding = 1e-14;  // sums of some ten terms of order one
 
 TEST(Loads, TheProjectionWithOrWithoutATableIsTheSumOverPoints) {
-  const Plan plan = loads_plan();
+  const StepPlan plan = loads_plan();
   const Mat3 R = some_rotation();
   for (const int num_pushed : {1, 2, 3, 4, 7}) {
     std::vector<PointForce> forces;
@@ -74,7 +74,7 @@ TEST(Loads, TheProjectionWithOrWithoutATableIsTheSumOverPoints) {
 }
 
 TEST(Loads, TheProjectionOfForcesInBodyAxesDoesNotDependOnTheAttitude) {
-  const Plan plan = loads_plan();
+  const StepPlan plan = loads_plan();
   const std::vector<PointForce> forces = {{2, 0, {1.0, 2.0, 3.0}}, {5, 0, {-1.0, 0.5, 0.0}}};
   const LoadPattern pattern = build_pattern(plan, {1, forces, {}, {}});
   std::vector<Vec3> force_B(7);
@@ -84,7 +84,7 @@ TEST(Loads, TheProjectionOfForcesInBodyAxesDoesNotDependOnTheAttitude) {
 }
 
 /// Returns the forces on points, in body axes, as which a wrench is distributed by definition (THEORY 8.8).
-std::vector<Vec3> spread(const Plan& plan, std::size_t group_index, const Vec3& F_B, const Vec3& T_B) {
+std::vector<Vec3> spread(const StepPlan& plan, std::size_t group_index, const Vec3& F_B, const Vec3& T_B) {
   const PlanGroup& group = plan.groups[group_index];
   std::vector<Vec3> forces(plan.points.size());
   for (const std::int32_t i : group.points) {
@@ -96,7 +96,7 @@ std::vector<Vec3> spread(const Plan& plan, std::size_t group_index, const Vec3& 
 }
 
 TEST(Wrench, PointForcesOfAWrenchHaveItsForceTorqueAndProjection) {
-  const Plan plan = loads_plan();
+  const StepPlan plan = loads_plan();
   const Mat3 R = some_rotation();
   const Vec3 F = {1.0, -2.0, 0.5}, T = {0.3, 0.7, -1.1};
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
@@ -114,7 +114,7 @@ TEST(Wrench, PointForcesOfAWrenchHaveItsForceTorqueAndProjection) {
         resultant = add(resultant, forces[i]);
         moment = add(moment, cross(plan.points[i].r, forces[i]));
       }
-      Plan unrotated = plan;
+      StepPlan unrotated = plan;
       unrotated.initial.q_WB = {1.0, 0.0, 0.0, 0.0};
       Vec3 moment_found = pattern.torque_B;
       for (std::size_t c = 0; c < 3; ++c)
@@ -132,7 +132,7 @@ TEST(Wrench, PointForcesOfAWrenchHaveItsForceTorqueAndProjection) {
 }
 
 TEST(Wrench, ATorqueAlongTheLineOfACollinearGroupHasNoEffect) {
-  const Plan plan = loads_plan();
+  const StepPlan plan = loads_plan();
   const Wrench along{1, 0, {}, scale(3.0, plan.groups[1].line)};
   HandRun run(plan);
   ForceCommand command = hand_command("test", 0, 1);
@@ -143,7 +143,7 @@ TEST(Wrench, ATorqueAlongTheLineOfACollinearGroupHasNoEffect) {
 }
 
 TEST(Wrench, AWrenchMovesTheBodyLikeItsPointForces) {
-  const Plan plan = loads_plan();
+  const StepPlan plan = loads_plan();
   const Vec3 F = {0.2, 0.1, -0.3}, T = {0.3, 0.7, -1.1};
   HandRun by_wrench(plan), by_forces(plan);
   ForceCommand wrench = hand_command("test", 0, 1), forces = hand_command("test", 0, 1);
@@ -157,7 +157,7 @@ TEST(Wrench, AWrenchMovesTheBodyLikeItsPointForces) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(by_wrench.state.H_W[i], by_forces.state.H_W[i], 1e-14);
 }
 
-PlanHistory history_of(const Plan& plan, PlanHistory::Kind kind) {
+PlanHistory history_of(const StepPlan& plan, PlanHistory::Kind kind) {
   PlanHistory history;
   history.kind = kind;
   const PointForce force{0, 0, {1.0, 0.0, 0.0}};
@@ -215,7 +215,7 @@ TEST(History, ATableIsLinearBetweenRowsAndConstantOutsideThem) {
 }
 
 TEST(History, APulseDrivesAModeAsInClosedForm) {
-  Plan plan = hand_plan(1e-3, kModes, 1);
+  StepPlan plan = hand_plan(1e-3, kModes, 1);
   plan.points[0].r = {};
   PlanHistory pulse = history_of(plan, PlanHistory::Kind::kPulse);
   pulse.start_tick = 10;
@@ -226,8 +226,8 @@ TEST(History, APulseDrivesAModeAsInClosedForm) {
   for (std::size_t l = 0; l < kModes.size(); ++l) {
     const Real w(kModes[l].omega), d(kModes[l].decay), h(plan.period),
         a = Real(hand_shape(0, static_cast<int>(l))[0]) / 2;
-    const Motion at_end = oscillate(w, d, 0, 0, a, 0, 25 * h);
-    const Motion exact = oscillate(w, d, at_end.q, at_end.q_dot, 0, 0, 65 * h);
+    const OscillatorMotion at_end = oscillate(w, d, 0, 0, a, 0, 25 * h);
+    const OscillatorMotion exact = oscillate(w, d, at_end.q, at_end.q_dot, 0, 0, 65 * h);
     EXPECT_NEAR(run.state.q[l], exact.q.convert_to<double>(),
                 1e-15 * std::abs(a.convert_to<double>()) / 100.0);
     EXPECT_NEAR(run.state.q_dot[l], exact.q_dot.convert_to<double>(),
@@ -236,7 +236,7 @@ TEST(History, APulseDrivesAModeAsInClosedForm) {
 }
 
 TEST(History, TheTimeOfAHistoryIsCountedFromTheStartOfTheEpoch) {
-  Plan plan = hand_plan(1e-3, kModes, 1);
+  StepPlan plan = hand_plan(1e-3, kModes, 1);
   PlanHistory pulse = history_of(plan, PlanHistory::Kind::kPulse);
   pulse.start_tick = 5;
   pulse.end_tick = 9;
@@ -255,8 +255,8 @@ TEST(History, TheTimeOfAHistoryIsCountedFromTheStartOfTheEpoch) {
 // In a large structure few points have mode-shape rows.
 TEST(Loads, LoadsTakeMemoryOnlyForPointsWithModeShapeRows) {
   constexpr int kWithRows = 3;
-  const Plan plan = hand_plan(1e-3, kModes, kWithRows);
-  Plan large = plan;
+  const StepPlan plan = hand_plan(1e-3, kModes, kWithRows);
+  StepPlan large = plan;
   for (int k = 0; k < 1000; ++k)
     large.points.insert(large.points.begin() + k % 2, PlanPoint{"", 0.0, {}, -1, false});
   const auto has_rows = [](const PlanPoint& point) { return point.row >= 0; };
@@ -282,7 +282,7 @@ TEST(Loads, LoadsTakeMemoryOnlyForPointsWithModeShapeRows) {
 }
 
 TEST(Loads, TheStateKeepsTheLeftLimitOfTheLoads) {
-  const Plan plan = hand_plan(1e-3, kModes, 1);
+  const StepPlan plan = hand_plan(1e-3, kModes, 1);
   HandRun run(plan);
   ForceCommand push = hand_command("test", 0, 1), clear = hand_command("test", 0, 1);
   add_force(push, 0, {2.0, 0.0, 0.0});

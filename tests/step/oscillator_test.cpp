@@ -64,14 +64,15 @@ struct Worst {
 };
 
 /// \param row  mode-shape row of the plan in the direction of the force, so that Q = kForce row
-void compare(const Plan& plan, const State& state, std::int64_t n, Load load, std::span<const double> row,
+void compare(const StepPlan& plan, const State& state, std::int64_t n, Load load, std::span<const double> row,
              const std::vector<double>& largest, Worst& worst) {
   const Real t = Real(n) * Real(plan.period), M(plan.mass);
   for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
     const Real w(plan.omega[l]), Q = Real(kForce) * Real(row[l]);
-    const Motion exact = oscillate(w, Real(plan.decay[l]), Real(plan.initial.q[l]),
-                                   Real(plan.initial.q_dot[l]), load == Load::kConstant ? Q / M : Real(0),
-                                   load == Load::kLinear ? Q / (M * Real(kRampTime)) : Real(0), t);
+    const OscillatorMotion exact =
+        oscillate(w, Real(plan.decay[l]), Real(plan.initial.q[l]), Real(plan.initial.q_dot[l]),
+                  load == Load::kConstant ? Q / M : Real(0),
+                  load == Load::kLinear ? Q / (M * Real(kRampTime)) : Real(0), t);
     const Real dq = w * (Real(state.q[l]) - exact.q), dv = Real(state.q_dot[l]) - exact.q_dot;
     const double error = sqrt(dq * dq + dv * dv).convert_to<double>() / (kEpsilon * largest[l]);
     const double share = error / (2.0 + 0.2 * static_cast<double>(n));
@@ -84,7 +85,7 @@ void compare(const Plan& plan, const State& state, std::int64_t n, Load load, st
 }
 
 /// Steps to the last checkpoint and compares at every checkpoint.
-Worst run_and_compare(const Plan& plan, std::span<const ForceCommand> commands, Load load,
+Worst run_and_compare(const StepPlan& plan, std::span<const ForceCommand> commands, Load load,
                       std::span<const double> row, std::int64_t last) {
   HandRun run(plan);
   std::vector<double> largest(static_cast<std::size_t>(plan.num_padded));
@@ -106,7 +107,7 @@ Worst run_and_compare(const Plan& plan, std::span<const ForceCommand> commands, 
 
 /// Applies the load to a point, along x of the given axes. Returns the commands for a constant load, or adds
 /// a history for a linear load to the plan.
-std::vector<ForceCommand> load_point(Plan& plan, int point, std::int32_t axes, Load load) {
+std::vector<ForceCommand> load_point(StepPlan& plan, int point, std::int32_t axes, Load load) {
   const PointForce force{point, 0, {kForce, 0.0, 0.0}};
   std::vector<ForceCommand> commands;
   if (load == Load::kConstant) {
@@ -125,7 +126,7 @@ std::vector<ForceCommand> load_point(Plan& plan, int point, std::int32_t axes, L
 }
 
 Worst run_to(double period, std::uint64_t seed, int num_random, Load load, std::int64_t last) {
-  Plan plan = hand_plan(period, modes_for(period, seed, num_random));
+  StepPlan plan = hand_plan(period, modes_for(period, seed, num_random));
   // the load has no moment, so the body does not rotate and world axes remain body axes
   plan.points[0].r = {};
   const auto commands = load_point(plan, 0, 0, load);
@@ -142,7 +143,7 @@ Worst run_structure_to(double rate, double stiffer, Load load, std::int64_t last
   for (Link& link : scene.links) std::get<Spring>(link.kind).stiffness *= stiffer;
   scene.initial.angular_velocity = {0.3, -0.2, 0.4};
   scene.initial.points.push_back({3, {1e-3, 0.0, 2e-3}, {0.0, 0.1, 0.0}});
-  Plan plan = plan_of(scene);
+  StepPlan plan = plan_of(scene);
   for (std::size_t l = 2; l < static_cast<std::size_t>(plan.num_elastic); ++l)
     plan.decay[l] = kRatios[l % kRatios.size()] * plan.omega[l];
   set_rate(plan, rate);

@@ -32,7 +32,7 @@ bool is_same(const State& a, const State& b) {
 }
 
 TEST(Slots, ForcesOfSlotsAddUpToTheSameBitsInAnyOrderOfArrival) {
-  const Plan plan = hand_plan(1e-3, kFiveModes, 3);
+  const StepPlan plan = hand_plan(1e-3, kFiveModes, 3);
   std::vector<ForceCommand> commands;
   for (int k = 0; k < 9; ++k)
     commands.push_back(
@@ -49,7 +49,7 @@ TEST(Slots, ForcesOfSlotsAddUpToTheSameBitsInAnyOrderOfArrival) {
 }
 
 TEST(Slots, ACommandReplacesOnlyItsOwnSlot) {
-  const Plan plan = hand_plan(1e-3, kFiveModes, 1);
+  const StepPlan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   const std::vector<ForceCommand> first = {push("a", 0, {1, 0, 0}), push("a", 1, {0, 2, 0}),
                                            push("b", 0, {0, 0, 4})};
@@ -66,7 +66,7 @@ TEST(Slots, ACommandReplacesOnlyItsOwnSlot) {
 }
 
 TEST(Slots, ACommandWithADurationEndsAfterItsDurationAndTheEndIsReported) {
-  const Plan plan = hand_plan(1e-3, kFiveModes, 1);
+  const StepPlan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   ForceCommand command = push("a", 7, {1, 0, 0}, 3);
   command.sequence = 42;
@@ -85,7 +85,7 @@ TEST(Slots, ACommandWithADurationEndsAfterItsDurationAndTheEndIsReported) {
 }
 
 TEST(Slots, ALeaseLastsWhileItIsRenewedAndThenExpires) {
-  const Plan plan = hand_plan(1e-3, kFiveModes, 1);
+  const StepPlan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   ForceCommand command = push("a", 0, {1, 0, 0}, 0);
   command.lease_ticks = 5;
@@ -102,7 +102,7 @@ TEST(Slots, ALeaseLastsWhileItIsRenewedAndThenExpires) {
 }
 
 TEST(Slots, AnExpiredCommandEndsBeforeItsSlotIsTakenAgain) {
-  const Plan plan = hand_plan(1e-3, kFiveModes, 1);
+  const StepPlan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   const ForceCommand first = push("a", 0, {1, 0, 0}, 2), second = push("a", 0, {3, 0, 0});
   run.run(2, std::span(&first, 1));
@@ -112,7 +112,7 @@ TEST(Slots, AnExpiredCommandEndsBeforeItsSlotIsTakenAgain) {
 }
 
 TEST(Slots, ACommandBeyondSixtyFourActiveSlotsIsIgnored) {
-  const Plan plan = hand_plan(1e-3, kFiveModes, 1);
+  const StepPlan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   std::vector<ForceCommand> commands;
   for (int k = 0; k < kMaxSlots; ++k) commands.push_back(push("a", k, {1, 0, 0}));
@@ -129,7 +129,7 @@ TEST(Slots, ACommandBeyondSixtyFourActiveSlotsIsIgnored) {
 }
 
 TEST(Slots, AResetClearsTheSlotsAndRestoresTheInitialState) {
-  Plan plan = hand_plan(1e-3, kFiveModes, 1);
+  StepPlan plan = hand_plan(1e-3, kFiveModes, 1);
   plan.initial.w_B = {0.1, 0.2, 0.3};
   HandRun run(plan);
   const ForceCommand command = push("a", 0, {1, 0, 0});
@@ -147,7 +147,7 @@ TEST(Slots, AResetClearsTheSlotsAndRestoresTheInitialState) {
 }
 
 TEST(NotFinite, AFailedStepDoesNotChangeTheState) {
-  Plan plan = hand_plan(1e-3, kFiveModes, 2);
+  StepPlan plan = hand_plan(1e-3, kFiveModes, 2);
   plan.initial.w_B = {0.1, 0.2, 0.3};
   HandRun run(plan);
   const std::vector<ForceCommand> start = {push("a", 0, {1, 0, 0}, 10), push("b", 0, {1, 0, 0})};

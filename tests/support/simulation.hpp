@@ -5,6 +5,7 @@
 #include <span>
 #include <string_view>
 
+#include "core/plan.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
 #include "core/structure/structure.hpp"

@@ -51,8 +51,8 @@ class Measures : public ::testing::Test {
 
   /// Returns a vibration of mode l with amplitude q [m] and frequency omega [rad/s], sampled every 10 ms for
   /// 2 s.
-  tools::Motion vibration(Eigen::Index l, double q, double omega) const {
-    tools::Motion motion;
+  tools::Trajectory vibration(Eigen::Index l, double q, double omega) const {
+    tools::Trajectory motion;
     const Eigen::Map<const Eigen::Matrix3Xd> shape(structure->shapes.col(l).data(), 3, 8);
     for (int k = 1; k <= 200; ++k)
       motion.frames.emplace_back(system->r + q * std::sin(omega * tools::kFramePeriod * k) * shape);
@@ -73,7 +73,7 @@ TEST_F(Measures, FrequencyErrorIsMeasuredOnTheModeThatVibrates) {
 }
 
 TEST_F(Measures, PositionAttitudeAndElasticErrorsAreSeparated) {
-  const tools::Motion motion = vibration(1, 1e-6, structure->omega[1]);
+  const tools::Trajectory motion = vibration(1, 1e-6, structure->omega[1]);
   const tools::ErrorMeter meter(*system, *structure, 0.0, motion);
   const double angle = 1e-7;
   Eigen::Matrix3d rotation = Eigen::AngleAxisd(angle, Eigen::Vector3d(1, 2, 2) / 3.0).toRotationMatrix();

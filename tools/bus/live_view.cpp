@@ -12,8 +12,8 @@
 #include <sstream>
 #include <vector>
 
-#include "core/error/judgement.hpp"
 #include "core/error/validity.hpp"
+#include "core/error/verdict.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/decode.hpp"
 #include "service/io/wire/reason.hpp"

@@ -78,8 +78,7 @@ void append_group_columns(const std::string& name, Columns& columns) {
 void append_link_columns(const std::string& name, std::string_view kind, int num_values, Columns& columns) {
   const std::string front = "link." + without_commas(name) + ".";
   const LinkTypeTraits* const type = find_link_type(kind);
-  if (num_values == 1)
-    columns.push_back(front + (type != nullptr && type->is_angular ? "moment" : "axial"));
+  if (num_values == 1) columns.push_back(front + (type != nullptr && type->is_angular ? "moment" : "axial"));
   for (int k = 1; k <= num_values && num_values > 1; ++k) columns.push_back(front + std::to_string(k));
 }
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "core/limits.hpp"
+#include "core/motion.hpp"
 #include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "service/io/wire/decode.hpp"
@@ -99,17 +100,16 @@ class Replay {
         log_(log),
         session_(session),
         feed_(log, session, plan),
-        state_(make_state(plan)),
-        workspace_(make_workspace(plan)),
+        motion_(plan, kMotionAlone),
         outcome_(std::move(outcome)) {}
 
   ReplayOutcome run() {
     Progress progress("replay");
     const std::int64_t last_tick = session_.states.back().tick;
     for (const StateRecord& record : session_.states) {
-      while (is_identical() && (state_.tick != record.tick || state_.epoch != record.epoch)) {
+      while (is_identical() && (state().tick != record.tick || state().epoch != record.epoch)) {
         advance(record);
-        progress.update(static_cast<double>(state_.tick) /
+        progress.update(static_cast<double>(state().tick) /
                         static_cast<double>(std::max<std::int64_t>(1, last_tick)));
       }
       if (is_identical()) check(record);
@@ -120,6 +120,7 @@ class Replay {
   }
 
  private:
+  const State& state() const { return motion_.state(); }
   bool is_identical() const { return outcome_.result == Result::kIdentical; }
   void differ(Difference difference) {
     outcome_.result = Result::kDiffers;
@@ -134,27 +135,27 @@ class Replay {
   void advance(const StateRecord& target) {
     if (is_interrupted()) {
       outcome_.result = Result::kStopped;
-      outcome_.error = "the replay was interrupted at tick " + std::to_string(state_.tick);
+      outcome_.error = "the replay was interrupted at tick " + std::to_string(state().tick);
       return;
     }
-    if (feed_.next_kind(state_.tick) == applied_t::RESET) {
+    if (feed_.next_kind(state().tick) == applied_t::RESET) {
       feed_.take_reset();
-      reset_state(plan_, state_);
+      motion_.reset();
       return;
     }
-    const std::int64_t tick = state_.tick;
-    if (tick > target.tick || state_.epoch > target.epoch) {
-      return differ({target.tick, "epoch", std::to_string(target.epoch), std::to_string(state_.epoch)});
+    const std::int64_t tick = state().tick;
+    if (tick > target.tick || state().epoch > target.epoch) {
+      return differ({target.tick, "epoch", std::to_string(target.epoch), std::to_string(state().epoch)});
     }
     const std::string error = feed_.take_commands(tick, commands_, ended_);
     if (!error.empty()) return fail(error);
-    step(plan_, state_, Inputs{commands_}, workspace_, report_);
+    const StepReport& report = motion_.advance(commands_);
     outcome_.num_commands += static_cast<std::int64_t>(commands_.size());
-    if (report_.status != StepStatus::kOk) {
+    if (report.status != StepStatus::kOk) {
       if (feed_.next_kind(tick) == applied_t::RESET) return;
       return differ({tick + 1, "state", "finite", "not finite, so the step gives up"});
     }
-    if (std::optional<Difference> found = compare_ends(tick, ended_, report_)) differ(std::move(*found));
+    if (std::optional<Difference> found = compare_ends(tick, ended_, report)) differ(std::move(*found));
   }
 
   void check(const StateRecord& record) {
@@ -165,7 +166,7 @@ class Replay {
     }
     io::Stamp stamp;
     stamp.applied_count = feed_.num_taken();
-    if (std::optional<Difference> found = compare(recorded, io::make_state_message(plan_, state_, stamp))) {
+    if (std::optional<Difference> found = compare(recorded, io::make_state_message(plan_, state(), stamp))) {
       return differ(std::move(*found));
     }
     outcome_.ticks = record.tick;
@@ -196,9 +197,7 @@ class Replay {
   io::LogReader& log_;
   const RecordedSession& session_;
   CommandFeed feed_;
-  State state_;
-  Workspace workspace_;
-  StepReport report_;
+  Motion motion_;
   std::vector<ForceCommand> commands_;
   std::vector<applied_t> ended_;
   ReplayOutcome outcome_;

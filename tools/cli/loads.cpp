@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "core/error/verdict.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/plan/quasi_static.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/structure/structure.hpp"
-#include "core/error/judgement.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"

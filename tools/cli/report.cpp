@@ -26,6 +26,7 @@ struct ReportOptions {
   std::vector<double> ends{study.end};  // [s] one end for all scenes, or one per scene
   std::uint64_t seed = 2;  // not 1, because the factor of the error estimate was chosen with seed 1
   int num_estimates = 0, num_ticks = 0;
+  std::vector<std::string> omissions;  // scenes
   bool only_rungs = false;
   bool json = false;
 };
@@ -35,6 +36,7 @@ constexpr const char* kReportFooter = R"(Example:
   freeflex report service/scenes/truss-s1.yaml service/scenes/truss-s3.yaml --until 2,0.5
   freeflex report --estimates 200 --out report
   freeflex report --ticks 1000 --out report
+  freeflex report --omissions service/scenes/truss-s1.yaml,service/scenes/satellite.yaml
 JSON fields:
   machine      processor, cores, system, compiler, flags, version, commit, date
   scenes       for each: scene, file, points, links, elastic_freedoms, lowest_frequency and top_frequency
@@ -58,11 +60,15 @@ JSON fields:
                worst_attitude_error [rad], worst_energy_error, ns_per_tick); bodies (for each: body, rate
                [Hz], rotation [rad per tick], wheel, inertia_ratio, substeps, ticks, validity, attitude_error
                [rad], energy_error, ns_per_tick, error)
+  omissions    with --omissions: for each scene and feature: scene, omission, default (whether the scene as it
+               is written omits it), count, CPU time of a tick ns_with and ns_without the feature, ratio,
+               bytes_with, bytes_without (size of the plan), why (why the feature is kept)
 Exit codes: 0 done, 1 not written, 2 wrong arguments or a scene without a full system, 130 interrupted.)";
 
 /// Reads all scenes, so that errors are found before the first measurement. On an error, prints it and
 /// returns an empty list.
-std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
+/// \param is_compared  true: a scene must have a full system
+std::vector<Scene> read_scenes(const std::vector<std::string>& files, bool is_compared = true) {
   std::vector<Scene> scenes;
   for (const std::string& file : files) {
     if (io::is_plan_file(file)) {
@@ -73,7 +79,7 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
     print_faults(read.faults, read.sources);
     if (!read.scene || has_error(read.faults)) return {};
     std::string why_not;
-    if (!make_cartesian_system(*read.scene, why_not)) {
+    if (is_compared && !make_cartesian_system(*read.scene, why_not)) {
       print_error(format_text("%s: there is no full system to compare with, because %s", file.c_str(),
                               why_not.c_str()));
       return {};
@@ -85,8 +91,11 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
 
 /// Returns the error in the combination of arguments, or an empty text if there is none.
 std::string find_fault(const ReportOptions& options) {
-  if (options.scenes.empty() && options.num_estimates == 0 && options.num_ticks == 0)
-    return "SCENE is needed, unless --estimates N or --ticks N is given, which use random scenes";
+  if (options.scenes.empty() && options.num_estimates == 0 && options.num_ticks == 0 &&
+      options.omissions.empty())
+    return "SCENE is needed, unless --estimates N or --ticks N is given, which use random scenes, or "
+           "--omissions, "
+           "which names its scenes";
   if (options.ends.size() > 1 && options.ends.size() != options.scenes.size())
     return format_text(
         "--until has %zu times for %zu scenes; give one time for all scenes, or one for each scene",
@@ -112,7 +121,8 @@ std::vector<NamedText> files_of(const Report& report) {
 
 int report(const ReportOptions& options) {
   const std::vector<Scene> scenes = read_scenes(options.scenes);
-  if (scenes.size() < options.scenes.size()) return kExitUsage;
+  const std::vector<Scene> measured = read_scenes(options.omissions, false);
+  if (scenes.size() < options.scenes.size() || measured.size() < options.omissions.size()) return kExitUsage;
   for (const Scene& scene : scenes)
     for (const std::string& source : scene.sources)
       for (const char* name : kFileNames)
@@ -162,6 +172,16 @@ int report(const ReportOptions& options) {
     });
     is_interrupted_now = is_interrupted();
   }
+  for (const Scene& scene : measured) {
+    if (is_interrupted_now) break;
+    Progress progress("omissions of " + scene.name);
+    const std::vector<OmissionRow> rows = study_omissions(scene, [&](double done) {
+      progress.update(done);
+      return !is_interrupted();
+    });
+    report.omissions.insert(report.omissions.end(), rows.begin(), rows.end());
+    is_interrupted_now = is_interrupted();
+  }
   report.is_interrupted = is_interrupted_now;
   if (options.json)
     print_json(to_json(report));
@@ -189,6 +209,13 @@ void add_report(CLI::App& app, int& exit_code) {
           "random bodies with wheels on which the verdict is compared with SUNDIALS, by rotation per tick")
       ->check(whole_number(1, 100000))
       ->type_name("N");
+  command
+      ->add_option(
+          "--omissions", options->omissions,
+          "scenes on which the cost of a tick is measured with and without each feature that a plan may "
+          "omit")
+      ->delimiter(',')
+      ->type_name("SCENE[,SCENE...]");
   command->add_option("--seed", options->seed, "seed of the random scenes and bodies")
       ->capture_default_str()
       ->check(whole_number(0, kMost<std::int64_t>))

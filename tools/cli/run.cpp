@@ -9,9 +9,9 @@
 #include <optional>
 #include <string>
 
-#include "core/plan/plan_bytes.hpp"
-#include "core/error/judgement.hpp"
 #include "core/error/validity.hpp"
+#include "core/motion.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "messages/channels.hpp"
 #include "tools/bus/recording.hpp"
 #include "tools/cli/commands.hpp"
@@ -216,19 +216,15 @@ Result refuse_record(const std::string& error, bool is_foreign, std::int64_t tic
 Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& output, Extremes& extremes,
                 MotionPlot* plot) {
   CommandFeed* const feed = log.feed.get();
-  State state = make_state(plan);
-  Workspace workspace = make_workspace(plan);
-  StepReport report;
-  Budget budget = make_budget(plan);
-  Judgement judgement(plan);
+  Motion motion(plan);
+  const State& state = motion.state();
   std::vector<ForceCommand> commands;
   std::vector<applied_t> ended;
   Progress progress("run");
   output.publish(state, true);
   if (plot != nullptr) plot->take(state);
   extremes.take(state);
-  judgement.take(state, budget);
-  output.judge(state, judgement, budget, true);
+  output.judge(motion, true);
   while (state.tick < last && !output.has_error()) {
     if (is_interrupted()) return {kExitInterrupted, "", state.tick};
     const std::int64_t tick = state.tick;
@@ -236,22 +232,21 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
     if (feed != nullptr) {
       while (feed->next_kind(tick) == applied_t::RESET) {
         feed->take_reset();
-        reset_state(plan, state);
-        judgement.take(state, budget);
+        motion.reset();
         output.applied_reset(tick);
         output.publish(state, true);
-        output.judge(state, judgement, budget, true);
+        output.judge(motion, true);
       }
       const std::string error = feed->take_commands(tick, commands, ended);
       if (!error.empty()) return refuse_record(error, log.is_foreign, tick);
     }
-    step(plan, state, Inputs{commands}, workspace, budget, report);
+    const StepReport& report = motion.advance(commands);
     if (report.status != StepStatus::kOk) {
       if (feed != nullptr && feed->next_kind(tick) == applied_t::RESET) continue;
       extremes.take(state);
       return {kExitDiffers,
               "the state after tick " + std::to_string(tick) + " is not finite (the verdict before it was " +
-                  describe(plan, judgement.worst().tick < 0 ? judgement.now() : judgement.worst()) +
+                  describe(plan, motion.worst().tick < 0 ? motion.verdict() : motion.worst()) +
                   "), because " + (plan.feedbacks.empty() ? "" : "the feedback is unstable, or ") +
                   (plan.attractor_mu > 0.0 ? "the body came too close to the attractor, or " : "") +
                   "loads or spin are far too large for this structure; check the units of loads, masses and "
@@ -260,18 +255,17 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
                   " and use smaller loads",
               tick};
     }
-    judgement.take(state, budget);
     output.applied_step(tick, report, commands);
     output.publish(state, state.tick == last);
-    output.judge(state, judgement, budget, state.tick == last);
+    output.judge(motion, state.tick == last);
     if (plot != nullptr) plot->take(state);
     if (state.tick % kLookEvery == 0 || state.tick == last) extremes.take(state);
     progress.update(static_cast<double>(state.tick) / static_cast<double>(last));
   }
   Result result{kExitOk, "", state.tick};
-  result.verdict = judgement.now();
-  result.worst = judgement.worst();
-  if (!plan.budget.shadows.empty()) result.budget = read_budget(plan, state, budget);
+  result.verdict = motion.verdict();
+  result.worst = motion.worst();
+  if (!plan.budget.shadows.empty()) result.budget = motion.read_budget();
   return result;
 }
 

@@ -63,11 +63,12 @@ class LogOutput : public RunOutput {
         writer_.write(prefix_ + channel.suffix, stamp_.utime, message);
     }
   }
-  void judge(const State& state, const Judgement& judgement, Budget& budget, bool is_edge) override {
+  void judge(Motion& motion, bool is_edge) override {
+    const State& state = motion.state();
     free_.take(plan_, state);
     if (!is_due(status_every_, state.tick, is_edge)) return;
     stamp_.utime = utime(state.tick);
-    put(channels::kStatus, status_of(state, judgement, budget));
+    put(channels::kStatus, status_of(motion));
   }
   void applied_reset(std::int64_t tick) override {
     stamp_.utime = utime(tick);
@@ -101,7 +102,7 @@ class LogOutput : public RunOutput {
   }
 
   /// Returns a status message with the motion and its verdict. Fields that need a clock or a bus are zero.
-  freeflex_msgs::status_t status_of(const State& state, const Judgement& judgement, Budget& budget) {
+  freeflex_msgs::status_t status_of(Motion& motion) {
     freeflex_msgs::status_t status{};
     status.utime = stamp_.utime;
     status.session = stamp_.session;
@@ -109,12 +110,11 @@ class LogOutput : public RunOutput {
     status.mode = freeflex_msgs::status_t::RUNNING;
     status.time_mode = "asap";
     status.applied_count = stamp_.applied_count;
-    status.num_slots = state.num_slots;
-    const BudgetReading reading =
-        plan_.budget.shadows.empty() ? BudgetReading{} : read_budget(plan_, state, budget);
-    motion_status_.fill({.motion = state,
-                         .now = judgement.now(),
-                         .worst = judgement.worst(),
+    status.num_slots = motion.state().num_slots;
+    const BudgetReading reading = motion.read_budget();
+    motion_status_.fill({.motion = motion.state(),
+                         .now = motion.verdict(),
+                         .worst = motion.worst(),
                          .budget = reading,
                          .free = free_},
                         status);
@@ -181,7 +181,7 @@ class CsvOutput : public RunOutput {
     }
     writer_.row(state.tick, values_);
   }
-  void judge(const State&, const Judgement&, Budget&, bool) override {}
+  void judge(Motion&, bool) override {}
   void applied_reset(std::int64_t) override {}
   void applied_step(std::int64_t, const StepReport&, std::span<const ForceCommand>) override {}
   bool has_error() const override { return writer_.has_error(); }
@@ -228,7 +228,7 @@ class CsvOutput : public RunOutput {
 class NoOutput : public RunOutput {
  public:
   void publish(const State&, bool) override {}
-  void judge(const State&, const Judgement&, Budget&, bool) override {}
+  void judge(Motion&, bool) override {}
   void applied_reset(std::int64_t) override {}
   void applied_step(std::int64_t, const StepReport&, std::span<const ForceCommand>) override {}
   bool has_error() const override { return false; }

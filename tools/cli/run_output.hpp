@@ -7,8 +7,7 @@
 #include <span>
 #include <string>
 
-#include "core/step/step.hpp"
-#include "core/error/judgement.hpp"
+#include "core/motion.hpp"
 
 namespace freeflex::tools {
 
@@ -18,8 +17,8 @@ class RunOutput {
   /// Writes the messages, or the row, that are due at the state's tick. If is_edge is true (at start, end and
   /// reset), STATE, POINTS and LOADS, or the row, are due at any tick.
   virtual void publish(const State& state, bool is_edge) = 0;
-  /// Writes a STATUS with the verdict on a state to a log, if a STATUS is due or is_edge is true.
-  virtual void judge(const State& state, const Judgement& judgement, Budget& budget, bool is_edge) = 0;
+  /// Writes a STATUS with the verdict on a motion to a log, if a STATUS is due or is_edge is true.
+  virtual void judge(Motion& motion, bool is_edge) = 0;
   /// Records that a reset took effect at a tick.
   virtual void applied_reset(std::int64_t tick) = 0;
   /// Records the commands that the step of a tick applied, and the slots that ended in that step.

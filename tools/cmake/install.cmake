@@ -9,7 +9,7 @@ install(TARGETS freeflex_messages EXPORT freeflexMessages COMPONENT development)
 # likewise freeflex::client, which needs libsodium in addition, and the code that it shares with the core
 set(Wire_targets freeflex_options freeflex_step freeflex_io_wire)
 set(Client_targets freeflex_bus_socket freeflex_client)
-set(Core_targets freeflex_scene freeflex_structure freeflex_plan freeflex_error freeflex_core freeflex_io_scene
+set(Core_targets freeflex_scene freeflex_structure freeflex_plan freeflex_error freeflex_motion freeflex_core freeflex_io_scene
   freeflex_io)
 foreach(set Wire Client Core)
   foreach(target IN LISTS ${set}_targets)
@@ -33,7 +33,7 @@ install(TARGETS freeflex_cli freeflex_study RUNTIME DESTINATION ${CMAKE_INSTALL_
 if(TARGET freeflexd)
   install(TARGETS freeflexd RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
 endif()
-install(FILES core/command_limits.hpp core/limits.hpp core/rounding.hpp core/words.hpp DESTINATION ${header_dir}/core
+install(FILES core/command_limits.hpp core/limits.hpp core/motion.hpp core/plan.hpp core/rounding.hpp core/words.hpp DESTINATION ${header_dir}/core
   COMPONENT development)
 foreach(folder core/step core/scene core/structure core/plan core/error service/io messages)
   install(DIRECTORY ${folder}/ DESTINATION ${header_dir}/${folder} COMPONENT development FILES_MATCHING PATTERN "*.hpp")

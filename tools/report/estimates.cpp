@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/motion.hpp"
 #include "core/plan/automatic.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/reference/elastic_error.hpp"
@@ -133,16 +134,12 @@ double rung_error(Scene scene, Fidelity rung, const Structure& structure, const 
   Faults faults;
   const auto plan = make_full_plan(scene, structure, scene.fidelity, faults);
   if (!plan) return INFINITY;
-  State state = make_state(*plan);
-  Workspace workspace = make_workspace(*plan);
-  StepReport report;
+  Motion motion(*plan, kMotionAlone);
   double worst = 0.0;
   for (const CartesianState& sample : truth) {
-    while (static_cast<double>(state.tick) * plan->period < sample.time - 0.5 * plan->period) {
-      step(*plan, state, {}, workspace, report);
-      if (report.status != StepStatus::kOk) return INFINITY;
-    }
-    worst = std::max(worst, true_error(measure, *plan, state, sample.p_W).elastic);
+    while (motion.time() < sample.time - 0.5 * plan->period)
+      if (motion.advance().status != StepStatus::kOk) return INFINITY;
+    worst = std::max(worst, true_error(measure, *plan, motion.state(), sample.p_W).elastic);
   }
   return worst;
 }
@@ -179,25 +176,17 @@ void judge_estimate(const Scene& scene, const Structure& structure, const Measur
     row.error = faults.empty() ? "no plan was made" : faults.back().message;
     return;
   }
-  State state = make_state(*plan);
-  Workspace workspace = make_workspace(*plan);
-  Budget budget = make_budget(*plan);
-  StepReport report;
-  Judgement judgement(*plan);
-  judgement.take(state, budget);
-  while (static_cast<double>(state.tick) * plan->period < kEnd - 0.5 * plan->period) {
-    step(*plan, state, {}, workspace, budget, report);
-    if (report.status != StepStatus::kOk) {
+  Motion motion(*plan);
+  while (motion.time() < kEnd - 0.5 * plan->period)
+    if (motion.advance().status != StepStatus::kOk) {
       row.error = "the separated rung diverged";
       return;
     }
-    judgement.take(state, budget);
-  }
-  const BudgetReading reading = read_budget(*plan, state, budget);
+  const BudgetReading reading = motion.read_budget();
   row.is_lost = reading.is_lost;
   row.estimate = reading.total;
-  row.truth = true_error(measure, *plan, state, truth);
-  row.verdict = judgement.now();
+  row.truth = true_error(measure, *plan, motion.state(), truth);
+  row.verdict = motion.verdict();
   row.cause = text_of(*plan, row.verdict);
 }
 

@@ -7,9 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "core/error/verdict.hpp"
 #include "core/scene/scene.hpp"
-#include "core/error/budget.hpp"
-#include "core/error/judgement.hpp"
 
 namespace freeflex::tools {
 

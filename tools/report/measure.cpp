@@ -85,7 +85,7 @@ double total_energy(const CartesianSystem& system, const CartesianState& state) 
 }
 
 ErrorMeter::ErrorMeter(const CartesianSystem& system, const Structure& structure, double free_from,
-                       Motion reference)
+                       Trajectory reference)
     : system_(system), reference_(std::move(reference)) {
   u_ = displacements(reference_.end.p_W);
   const Eigen::Vector3d centre = reference_.end.p_W * system.mass / system.mass.sum();
@@ -125,7 +125,7 @@ double ErrorMeter::attitude(const Eigen::Matrix3Xd& p_W) const {
   return std::atan2(0.5 * skew.norm(), 0.5 * (Q.trace() - 1.0));
 }
 
-std::vector<double> ErrorMeter::coordinate(const Motion& motion, const Eigen::Matrix3Xd& weights) const {
+std::vector<double> ErrorMeter::coordinate(const Trajectory& motion, const Eigen::Matrix3Xd& weights) const {
   std::vector<double> samples;
   for (std::size_t k = first_frame_; k < motion.frames.size(); ++k)
     samples.push_back(displacements(motion.frames[k]).cwiseProduct(weights).sum());
@@ -177,14 +177,14 @@ std::optional<double> ErrorMeter::frequency_of(const std::vector<double>& sample
   return residual(omega) < kWrong ? std::optional(omega) : std::nullopt;
 }
 
-std::optional<double> ErrorMeter::frequency(const Motion& motion) const {
+std::optional<double> ErrorMeter::frequency(const Trajectory& motion) const {
   if (!reference_frequency_) return std::nullopt;
   const std::optional<double> own = frequency_of(coordinate(motion, weights_));
   if (!own) return std::nullopt;
   return std::abs(*own / *reference_frequency_ - 1.0);
 }
 
-std::optional<double> ErrorMeter::energy_drift(const Motion& motion) const {
+std::optional<double> ErrorMeter::energy_drift(const Trajectory& motion) const {
   // defined only for a system without damping and external fields
   const bool conserves = system_.gravity_W.isZero() && system_.attractor_mu == 0.0 &&
                          std::all_of(system_.links.begin(), system_.links.end(),

@@ -23,7 +23,7 @@ struct Timing {
 Timing time_work(const std::function<void()>& work, int repeats);
 
 /// The motion of one run, with the state at the end and positions every 10 ms.
-struct Motion {
+struct Trajectory {
   CartesianState end;
   std::vector<Eigen::Matrix3Xd> frames;  // [m] positions at the times k * 10 ms, k from 1
   // [J] energy at the time when the loads end, and at the end of the run
@@ -33,22 +33,23 @@ struct Motion {
 /// Computes the errors of motions of one scene relative to the reference.
 class ErrorMeter {
  public:
-  ErrorMeter(const CartesianSystem& system, const Structure& structure, double free_from, Motion reference);
+  ErrorMeter(const CartesianSystem& system, const Structure& structure, double free_from,
+             Trajectory reference);
 
   Eigen::Matrix3Xd displacements(const Eigen::Matrix3Xd& p_W) const;
-  double elastic(const Eigen::Matrix3Xd& p_W) const;               // [-]
-  double position(const Eigen::Matrix3Xd& p_W) const;              // [m]
-  double attitude(const Eigen::Matrix3Xd& p_W) const;              // [rad]
-  std::optional<double> frequency(const Motion& motion) const;     // [-] (THEORY 13.16)
-  std::optional<double> energy_drift(const Motion& motion) const;  // [-] (THEORY 13.17)
+  double elastic(const Eigen::Matrix3Xd& p_W) const;                   // [-]
+  double position(const Eigen::Matrix3Xd& p_W) const;                  // [m]
+  double attitude(const Eigen::Matrix3Xd& p_W) const;                  // [rad]
+  std::optional<double> frequency(const Trajectory& motion) const;     // [-] (THEORY 13.16)
+  std::optional<double> energy_drift(const Trajectory& motion) const;  // [-] (THEORY 13.17)
 
  private:
-  std::vector<double> coordinate(const Motion& motion, const Eigen::Matrix3Xd& weights) const;
+  std::vector<double> coordinate(const Trajectory& motion, const Eigen::Matrix3Xd& weights) const;
   std::optional<double> frequency_of(const std::vector<double>& samples) const;  // [rad/s]
   void choose_mode(const Structure& structure);
 
   const CartesianSystem& system_;
-  Motion reference_;
+  Trajectory reference_;
   Eigen::Matrix3Xd u_;           // [m] displacements of the reference at the end
   Eigen::Matrix3d rotation_;     // rotation of the reference at the end
   std::size_t first_frame_ = 0;  // first frame after the loads end

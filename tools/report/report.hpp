@@ -1,5 +1,5 @@
-// A report on several scenes, on the error estimate and on long ticks. Writes the report as text, JSON, CSV,
-// one page or one picture.
+// A report on several scenes, on the error estimate, on long ticks and on omissions. Writes the report as
+// text, JSON, CSV, one page or one picture.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,7 @@
 
 #include "tools/report/estimates.hpp"
 #include "tools/report/machine.hpp"
+#include "tools/report/omissions.hpp"
 #include "tools/report/study.hpp"
 #include "tools/report/ticks.hpp"
 #include "tools/terminal/console.hpp"
@@ -22,6 +23,7 @@ struct Report {
   std::vector<EstimateRow> estimates;  // empty unless asked for
   std::uint64_t ticks_seed = 0;        // seed of the random bodies
   std::vector<TickRow> ticks;          // empty unless asked for
+  std::vector<OmissionRow> omissions;  // empty unless asked for
 };
 
 /// Returns the CPU time of a step with the first read-out [ns], or NaN if the run failed.
@@ -53,6 +55,11 @@ void print_ticks(const Report& report);
 Json ticks_to_json(const Report& report);
 std::string ticks_to_csv(const Report& report);
 std::string ticks_section(const Report& report);
+
+// The section on omissions.
+void print_omissions(const Report& report);
+Json omissions_to_json(const Report& report);
+std::string omissions_section(const Report& report);
 
 /// Returns the head of a page, with its style, up to the body.
 std::string page_head(const std::string& title);

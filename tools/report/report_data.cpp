@@ -123,6 +123,7 @@ Json to_json(const Report& report) {
   json["findings"] = findings(report);
   if (!report.estimates.empty()) json["estimates"] = estimates_to_json(report);
   if (!report.ticks.empty()) json["ticks"] = ticks_to_json(report);
+  if (!report.omissions.empty()) json["omissions"] = omissions_to_json(report);
   return json;
 }
 

@@ -171,6 +171,7 @@ std::string to_html(const Report& report) {
   if (report.is_interrupted) text += "<p><b>Interrupted: the results are incomplete.</b></p>\n";
   if (!report.estimates.empty()) text += estimates_section(report);
   if (!report.ticks.empty()) text += ticks_section(report);
+  if (!report.omissions.empty()) text += omissions_section(report);
   if (report.studies.empty()) return text + "</body></html>\n";
   text += "<h2>Conclusions</h2><ul>\n";
   for (const std::string& sentence : findings(report)) text += "<li>" + escaped(sentence) + "</li>\n";

@@ -210,6 +210,7 @@ void print_text(const Report& report) {
     for (const std::string& sentence : findings(report)) std::printf("%s\n", wrapped(sentence, 0).c_str());
   if (!report.estimates.empty()) print_estimates(report);
   if (!report.ticks.empty()) print_ticks(report);
+  if (!report.omissions.empty()) print_omissions(report);
   if (report.is_interrupted) std::printf("\ninterrupted: the results are incomplete\n");
 }
 

@@ -5,10 +5,10 @@
 #include <limits>
 #include <utility>
 
+#include "core/motion.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/modal_coupling.hpp"
 #include "core/step/readout.hpp"
-#include "core/step/step.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -106,12 +106,12 @@ double coupling_cost(const Plan& plan, const Constants& constants) {
   return cost;
 }
 
-double measured_step(const Plan& plan) {
+double measured_step(const StepPlan& stepped) {
   constexpr double kLong = 2e6;  // [ns] a measurement that takes longer is not repeated
-  State state = make_state(plan);
-  Workspace workspace = make_workspace(plan);
-  StepReport report;
-  const auto once = [&] { step(plan, state, {}, workspace, report); };
+  Plan plan;
+  static_cast<StepPlan&>(plan) = stepped;
+  Motion motion(plan, kMotionAlone);
+  const auto once = [&] { motion.advance(); };
   const auto start = std::chrono::steady_clock::now();
   once();
   const double first =
@@ -143,10 +143,8 @@ StepCost predict_step(const Plan& plan) {
     return cost;
   }
   const Plan bare = rigid_part(plan);
-  State state = make_state(bare);
-  Workspace workspace = make_workspace(bare);
-  StepReport report;
-  cost.rigid = ns_per_call([&] { step(bare, state, {}, workspace, report); });
+  Motion motion(bare, kMotionAlone);
+  cost.rigid = ns_per_call([&] { motion.advance(); });
   if (plan.num_padded == 0) return cost;
 
   const Constants constants = measure(plan);

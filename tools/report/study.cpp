@@ -90,8 +90,8 @@ Reference find_reference(const CartesianSystem& system, const StudyOptions& opti
   return reference;
 }
 
-Motion motion_of(const CartesianSystem& system, const ReferenceRun& run, double free_from) {
-  Motion motion;
+Trajectory motion_of(const CartesianSystem& system, const ReferenceRun& run, double free_from) {
+  Trajectory motion;
   for (const CartesianState& state : run.states) {
     motion.frames.push_back(state.p_W);
     if (!motion.energy_start && state.time >= free_from && state.time < run.states.back().time)

@@ -97,7 +97,7 @@ std::vector<double> reading_times(double end, double every) {
 
 /// Runs another method once and stores the motion, from which the errors are computed.
 RivalRun follow(const Bench& bench, RivalMethod& method, const RivalOptions& options, double every,
-                Motion& motion) {
+                Trajectory& motion) {
   const std::vector<double> times = reading_times(bench.options.end, every);
   const auto per_frame = static_cast<std::size_t>(std::llround(kFramePeriod / every));
   bool is_free = false;
@@ -154,7 +154,7 @@ class Sweep {
     RivalOptions options{run.step, run.tolerance, bench_.scale, {}};
     double deadline = thread_cpu() + bench_.options.budget;
     options.is_stopped = [&] { return thread_cpu() > deadline || bench_.is_stopped(); };
-    Motion motion;
+    Trajectory motion;
     const double start = thread_cpu();
     const RivalRun done = follow(bench_, method, options, kFramePeriod, motion);
     const double taken = thread_cpu() - start;

@@ -1,15 +1,16 @@
 // Runs the rungs of the fidelity ladder in a study.
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 
+#include "core/motion.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "core/reference/elastic_error.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
-#include "core/step/step.hpp"
 #include "core/step/vector.hpp"
 #include "tools/report/study_runs.hpp"
 #include "tools/terminal/console.hpp"
@@ -30,19 +31,22 @@ constexpr std::array kFullSteps{0.01, 0.001};  // [s]
 struct Rung {
   Plan plan;
   std::optional<Plan> free_plan;
-  State state;
-  Workspace workspace;
-  StepReport report;
+  Motion motion;
 
   std::vector<Vec3> V, V_dot;  // [m], [m/s] (num_points) body axes
 
+  Rung(const Rung&) = delete;  // the motion refers to the plan
   explicit Rung(Plan given)
       : plan(std::move(given)),
-        state(make_state(plan)),
-        workspace(make_workspace(plan)),
+        motion(plan, kMotionAlone),
         V(plan.points.size()),
         V_dot(plan.points.size()) {}
 
+  /// Returns to the initial values of the plan.
+  void restart() {
+    motion.set_plan(plan);
+    motion.reset();
+  }
   /// Advances by ticks. Returns false if the state is not finite.
   bool advance(std::int64_t ticks) { return advance(plan, ticks); }
 
@@ -55,17 +59,16 @@ struct Rung {
   bool advance_freely() { return advance(*free_plan, 1); }
 
   bool advance(const Plan& at, std::int64_t ticks) {
-    const Inputs none{};
-    for (std::int64_t k = 0; k < ticks; ++k) {
-      step(at, state, none, workspace, report);
-      if (report.status != StepStatus::kOk) return false;
-    }
+    motion.set_plan(at);
+    for (std::int64_t k = 0; k < ticks; ++k)
+      if (motion.advance().status != StepStatus::kOk) return false;
     return true;
   }
 
   /// Reads positions and velocities of all points into the form that other methods use.
   /// \pre mode-shape row i belongs to point i
   void read(CartesianState& to) {
+    const State& state = motion.state();
     contract_points(plan, state.q.data(), state.q_dot.data(), V, V_dot);
     const Mat3 R = rotation_matrix(state.q_WB);
     const Vec3 w = angular_velocity(plan, state);
@@ -80,11 +83,12 @@ struct Rung {
   }
 
   double energy() const {
-    const Invariants now = read_invariants(plan, state);
+    const Invariants now = read_invariants(plan, motion.state());
     return now.kinetic_rigid + now.kinetic_elastic + now.potential;
   }
 
   std::size_t memory() const {
+    const State& state = motion.state();
     const std::size_t arrays =
         state.q.size() + state.q_low.size() + state.q_dot.size() + state.q_dot_low.size() + state.Q.size();
     // the workspace contains the next state, and the loads at both ends of the step
@@ -111,9 +115,9 @@ std::int64_t loaded_ticks(const Bench& bench, const Rung& rung) {
 
 /// Runs to the end. Stores a frame every 10 ms if 10 ms is a whole number of ticks. Returns false if the
 /// state is not finite.
-bool follow(const Bench& bench, Rung& rung, Motion& motion) {
+bool follow(const Bench& bench, Rung& rung, Trajectory& motion) {
   const double period = rung.plan.period;
-  reset_state(rung.plan, rung.state);
+  rung.restart();
   const auto ticks = loaded_ticks(bench, rung);
   const auto points = static_cast<Eigen::Index>(rung.plan.points.size());
   motion.end = {bench.options.end, Eigen::Matrix3Xd(3, points), Eigen::Matrix3Xd(3, points)};
@@ -151,7 +155,7 @@ void time_read_outs(const Bench& bench, Rung& rung, Run& run) {
     }
     const Timing timing = time_work(
         [&] {
-          reset_state(rung.plan, rung.state);
+          rung.restart();
           if (rung.free_plan) {
             rung.advance(ticks);
             rung.advance_freely();
@@ -195,20 +199,20 @@ Scene with_all_points(const Bench& bench, Fidelity fidelity) {
 
 /// Sets up the scene on a rung at a step. If the plan is refused, sets `why` to the reason and returns
 /// nullopt.
-std::optional<Rung> make_rung(const Bench& bench, Scene& scene, double step, std::string& why) {
+std::unique_ptr<Rung> make_rung(const Bench& bench, Scene& scene, double step, std::string& why) {
   Faults faults;
   scene.rate = 1.0 / step;
   std::optional<Plan> plan = make_full_plan(scene, bench.structure, scene.fidelity, faults);
-  if (plan && !has_error(faults)) return Rung(std::move(*plan));
+  if (plan && !has_error(faults)) return std::make_unique<Rung>(std::move(*plan));
   why = first_error(faults);
-  return std::nullopt;
+  return nullptr;
 }
 
 /// Returns the reason to omit a run if the run would take more than `most` [s] of CPU time, otherwise an
 /// empty text.
 std::string find_excess(const Bench& bench, Rung& rung, double most) {
   const auto cost_of = [&](std::int64_t ticks) {
-    reset_state(rung.plan, rung.state);
+    rung.restart();
     const double start = thread_cpu();
     rung.advance(ticks);
     return (thread_cpu() - start) * bench.options.end / (rung.plan.period * static_cast<double>(ticks));
@@ -225,7 +229,7 @@ void add_run(const Bench& bench, Scene& scene, double step, double free_step, co
   const std::string name = name_of(exact.fidelity);
   std::string why;
   const double start = thread_cpu();
-  std::optional<Rung> rung = make_rung(bench, scene, step, why);
+  const std::unique_ptr<Rung> rung = make_rung(bench, scene, step, why);
   const double set_up = bench.structure_cpu + thread_cpu() - start;
   if (rung)
     why = find_excess(bench, *rung, exact.fidelity == Fidelity::kFull ? kMostFullCost : bench.options.budget);
@@ -242,7 +246,7 @@ void add_run(const Bench& bench, Scene& scene, double step, double free_step, co
   run.free_step = free_step;
   run.memory = rung->memory();
   run.steps = loaded_ticks(bench, *rung) + (free_step > 0.0 ? 1 : 0);
-  Motion motion;
+  Trajectory motion;
   if (!follow(bench, *rung, motion)) {
     run.failure = "the state is not finite, because the step exceeds the method's stability limit";
     return;
@@ -308,7 +312,7 @@ std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
   if (step == 0.0) return std::nullopt;
   // if bars are stiff, the equations of `exact-bars` need substeps, which only the rung `full` makes
   scene.fidelity = fidelity == Fidelity::kExactBars ? Fidelity::kFull : fidelity;
-  std::optional<Rung> fine = make_rung(bench, scene, step, why);
+  const std::unique_ptr<Rung> fine = make_rung(bench, scene, step, why);
   scene.fidelity = fidelity;
   if (!fine) return std::nullopt;
   if (const std::string excess = find_excess(bench, *fine, 4.0 * bench.options.budget); !excess.empty()) {
@@ -320,7 +324,7 @@ std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
     return std::nullopt;
   }
   ExactRung exact{fidelity, {}};
-  Motion motion;
+  Trajectory motion;
   if (follow(bench, *fine, motion)) exact.p_W = motion.end.p_W;
   return exact;
 }
@@ -358,7 +362,7 @@ std::vector<ExactRung> run_rungs(const Bench& bench, Study& study,
 
 // Sets the errors of a run. The integration error is the difference of the run from the exact motion of its
 // rung. The model error is the error of that exact motion (THEORY 13.15).
-void set_errors(const Bench& bench, const Motion& motion, const Eigen::Matrix3Xd* exact, Run& run) {
+void set_errors(const Bench& bench, const Trajectory& motion, const Eigen::Matrix3Xd* exact, Run& run) {
   const Eigen::Matrix3Xd& p_W = motion.end.p_W;
   run.elastic_error = bench.meter.elastic(p_W);
   run.position_error = bench.meter.position(p_W);

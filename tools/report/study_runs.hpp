@@ -42,6 +42,6 @@ void run_rivals(const Bench& bench, const Eigen::Matrix3Xd* linear, Study& study
                 const std::function<bool(double)>& report_progress);
 
 /// Sets the errors of a run from its motion   (THEORY 13.15).
-void set_errors(const Bench& bench, const Motion& motion, const Eigen::Matrix3Xd* exact, Run& run);
+void set_errors(const Bench& bench, const Trajectory& motion, const Eigen::Matrix3Xd* exact, Run& run);
 
 }  // namespace freeflex::tools

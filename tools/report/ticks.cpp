@@ -6,10 +6,10 @@
 #include <array>
 #include <random>
 
+#include "core/motion.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/reference/sundials_solver.hpp"
 #include "core/step/readout.hpp"
-#include "core/step/step.hpp"
 #include "core/step/tick_rotation.hpp"
 #include "tools/report/measure.hpp"
 
@@ -99,20 +99,15 @@ std::string rotate_by_sundials(const RandomBody& body, double time, Quaterniond&
 double energy_of(const Plan& plan, const State& state) { return read_invariants(plan, state).kinetic_rigid; }
 
 double ns_per_tick(const Plan& plan, std::int64_t ticks) {
-  State state = make_state(plan);
-  Workspace workspace = make_workspace(plan);
-  StepReport report;
+  Motion motion(plan, kMotionAlone);
   const double before = thread_cpu();
-  for (std::int64_t k = 0; k < ticks; ++k) step(plan, state, {}, workspace, report);
+  for (std::int64_t k = 0; k < ticks; ++k) motion.advance();
   return 1e9 * (thread_cpu() - before) / static_cast<double>(ticks);
 }
 
 void move(const RandomBody& body, const Plan& plan, TickRow& row) {
-  State state = make_state(plan);
-  Workspace workspace = make_workspace(plan);
-  Budget none = make_budget(plan);
-  Judgement judgement(plan);
-  judgement.take(state, none);
+  Motion motion(plan);
+  const State& state = motion.state();
   RigidLoads loads;
   loads.wheels.h[0] = wheel_momentum_B(plan, state);
   const TickRotation rotation = rotation_in_tick(plan, state, rotation_matrix(state.q_WB), loads);
@@ -122,18 +117,15 @@ void move(const RandomBody& body, const Plan& plan, TickRow& row) {
   row.ticks =
       static_cast<std::int64_t>(std::clamp(std::min(kMostTime * body.rate, of_reference), 1.0, kMostTicks));
   const double start = energy_of(plan, state);
-  StepReport report;
   for (std::int64_t k = 0; k < row.ticks; ++k) {
-    step(plan, state, {}, workspace, report);
-    if (report.status != StepStatus::kOk) {
+    if (motion.advance().status != StepStatus::kOk) {
       row.error = "a state is not finite";
       row.level = Verdict::Level::kOutside;
       return;
     }
-    judgement.take(state, none);
   }
   row.ns_per_tick = ns_per_tick(plan, std::min<std::int64_t>(row.ticks, 300));
-  row.level = judgement.worst().tick < 0 ? Verdict::Level::kGood : judgement.worst().level;
+  row.level = motion.worst().tick < 0 ? Verdict::Level::kGood : motion.worst().level;
   row.energy_error = std::abs(energy_of(plan, state) / start - 1.0);
   // unless the verdict is `good`, the rotation may be larger than the reference can follow
   if (row.level != Verdict::Level::kGood) return;

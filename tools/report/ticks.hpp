@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/error/judgement.hpp"
+#include "core/error/verdict.hpp"
 
 namespace freeflex::tools {
 

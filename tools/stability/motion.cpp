@@ -42,7 +42,7 @@ Outcome attitude_near_intermediate_axis(double spin, const StabilityOptions& opt
   if (!ride.has_plan()) return no_answer(ride.faults_text());
   if (!ride.run(std::llround(end * 1000.0))) return no_answer("a state is not finite");
   std::array<Wide, 4> q;
-  for (std::size_t a = 0; a < 4; ++a) q[a] = Wide(ride.state.q_WB[a]) + Wide(ride.state.q_WB_low[a]);
+  for (std::size_t a = 0; a < 4; ++a) q[a] = Wide(ride.state().q_WB[a]) + Wide(ride.state().q_WB_low[a]);
   Eigen::VectorXd mass = Eigen::VectorXd::Ones(6);
   Eigen::Matrix3Xd rest(3, 6);
   for (int i = 0; i < 6; ++i) rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
@@ -57,15 +57,15 @@ Outcome attitude_near_intermediate_axis(double spin, const StabilityOptions& opt
 Outcome energy_near_intermediate_axis(double spin, const StabilityOptions& options) {
   Ride ride(near_intermediate_axis(spin));
   if (!ride.has_plan()) return no_answer(ride.faults_text());
-  const double start = read_invariants(ride.plan, ride.state).kinetic_rigid;
-  const Vec3 H = ride.state.H_W;
+  const double start = read_invariants(ride.plan, ride.state()).kinetic_rigid;
+  const Vec3 H = ride.state().H_W;
   const int blocks = options.is_quick ? 20 : 1000;
   double worst = 0.0;
   for (int k = 0; k < blocks; ++k) {
     if (!ride.run(1000)) return no_answer("a state is not finite");
-    worst = std::max(worst, std::abs(read_invariants(ride.plan, ride.state).kinetic_rigid / start - 1.0));
+    worst = std::max(worst, std::abs(read_invariants(ride.plan, ride.state()).kinetic_rigid / start - 1.0));
   }
-  if (H != ride.state.H_W) return no_answer("the angular momentum changed");
+  if (H != ride.state().H_W) return no_answer("the angular momentum changed");
   return {worst, format_text("%d ticks; the angular momentum is the same to the bit", 1000 * blocks), {}};
 }
 

@@ -19,9 +19,9 @@ constexpr double kRate = 1000.0;  // [Hz]
 double error_of(const Ride& ride, std::int64_t ticks) {
   const Plan& plan = ride.plan;
   const Real w(plan.omega[0]), t = Real(ticks) * Real(plan.period);
-  const Motion exact =
+  const OscillatorMotion exact =
       oscillate(w, Real(plan.decay[0]), Real(plan.initial.q[0]), Real(plan.initial.q_dot[0]), 0, 0, t);
-  const Real dq = w * (Real(ride.state.q[0]) - exact.q), dv = Real(ride.state.q_dot[0]) - exact.q_dot;
+  const Real dq = w * (Real(ride.state().q[0]) - exact.q), dv = Real(ride.state().q_dot[0]) - exact.q_dot;
   const double size = std::hypot(plan.omega[0] * plan.initial.q[0], plan.initial.q_dot[0]);
   return sqrt(dq * dq + dv * dv).convert_to<double>() / size;
 }
@@ -53,7 +53,7 @@ std::vector<PeerFigure> pair_peers(double omega, double ratio, double end, const
   scene.damping.beta = 2.0 * ratio / omega;
   const double stretch = 1e-3;  // [m] at the start
   const Real w(omega);
-  const Motion exact = oscillate(w, Real(ratio) * w, Real(stretch), 0, 0, 0, Real(end));
+  const OscillatorMotion exact = oscillate(w, Real(ratio) * w, Real(stretch), 0, 0, 0, Real(end));
   return run_peers(scene, 1.0 / kRate, end, options, [&](const CartesianState& state) {
     const double now = (state.p_W.col(1) - state.p_W.col(0)).norm() - 1.0;
     return std::abs((Real(now) - exact.q).convert_to<double>()) / stretch;
@@ -106,7 +106,7 @@ Outcome many_ticks(std::int64_t count, const StabilityOptions& options) {
   outcome.measured = error_of(ride, ticks);
   // the body rotates about a principal axis, and the quaternion contains half the angle
   const Real half = Real(ride.plan.initial.w_B[2]) * Real(ticks) * Real(ride.plan.period) / 2;
-  const Real difference = Real(ride.state.q_WB[0]) * sin(half) - Real(ride.state.q_WB[3]) * cos(half);
+  const Real difference = Real(ride.state().q_WB[0]) * sin(half) - Real(ride.state().q_WB[3]) * cos(half);
   const double angle = 2.0 * std::abs(difference.convert_to<double>());
   outcome.message =
       format_text("%lld ticks; attitude error %.1e rad after %.3g revolutions", static_cast<long long>(ticks),

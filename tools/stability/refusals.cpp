@@ -4,9 +4,9 @@
 #include <initializer_list>
 #include <memory>
 
+#include "core/error/verdict.hpp"
 #include "core/plan/automatic.hpp"
 #include "core/structure/structure.hpp"
-#include "core/error/judgement.hpp"
 #include "service/clock.hpp"
 #include "service/io/wire/codec.hpp"
 #include "tools/stability/ride.hpp"
@@ -149,7 +149,7 @@ Outcome unheld_period(const StabilityOptions& options) {
   service::MonotonicClock clock;
   service::Pacer pacer(1e9 / kRateOfScene);
   pacer.rebase(clock.now_ns());
-  while (pacer.num_slips() == 0 && ride.state.tick < kMostTicks && !options.is_stopped()) {
+  while (pacer.num_slips() == 0 && ride.state().tick < kMostTicks && !options.is_stopped()) {
     clock.sleep_until(pacer.deadline_ns());
     if (!ride.run(1)) return no_answer("a state is not finite");
     pacer.finish_tick(clock.now_ns());

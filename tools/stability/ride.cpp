@@ -33,7 +33,7 @@ ElasticScale elastic_scale(const Scene& scene, double end) {
   const auto ticks = std::max<std::int64_t>(1, std::llround(end / ride.plan.period / kSamples));
   for (int k = 0; k <= kSamples; ++k) {
     const Eigen::Matrix3Xd V = ride.displacements_B();
-    const Invariants now = read_invariants(ride.plan, ride.state);
+    const Invariants now = read_invariants(ride.plan, ride.state());
     scale.displacement =
         std::max(scale.displacement, std::sqrt(V.squaredNorm() / static_cast<double>(V.cols())));
     scale.velocity = std::max(scale.velocity,
@@ -81,21 +81,14 @@ Ride::Ride(const Scene& scene) {
   if (structure) compiled = make_full_plan(scene, *structure, scene.fidelity, faults);
   for (const Fault& fault : faults) faults_text_ += (faults_text_.empty() ? "" : "\n") + fault.message;
   if (!compiled) return;
-  has_plan_ = true;
   plan = std::move(*compiled);
-  state = make_state(plan);
-  workspace = make_workspace(plan);
-  judgement_.emplace(plan);
-  judgement_->take(state, budget_);
+  motion_.emplace(plan);
 }
 
 bool Ride::run(std::int64_t ticks, std::span<const ForceCommand> commands) {
-  StepReport report;
-  for (std::int64_t k = 0; k < ticks; ++k) {
-    step(plan, state, Inputs{k == 0 ? commands : std::span<const ForceCommand>{}}, workspace, report);
-    if (report.status != StepStatus::kOk) return false;
-    judgement_->take(state, budget_);
-  }
+  for (std::int64_t k = 0; k < ticks; ++k)
+    if (motion_->advance(k == 0 ? commands : std::span<const ForceCommand>{}).status != StepStatus::kOk)
+      return false;
   return true;
 }
 
@@ -103,7 +96,7 @@ template <typename Read>
 Eigen::Matrix3Xd Ride::read_points(Read read) const {
   Eigen::Matrix3Xd values(3, static_cast<Eigen::Index>(plan.points.size()));
   for (Eigen::Index i = 0; i < values.cols(); ++i) {
-    const Vec3 value = read(read_point(plan, state, static_cast<int>(i)));
+    const Vec3 value = read(read_point(plan, state(), static_cast<int>(i)));
     values.col(i) = Eigen::Vector3d(value[0], value[1], value[2]);
   }
   return values;

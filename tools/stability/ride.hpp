@@ -8,10 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "core/motion.hpp"
 #include "core/reference/cartesian.hpp"
 #include "core/step/readout.hpp"
-#include "core/step/step.hpp"
-#include "core/error/judgement.hpp"
 #include "tools/stability/stability.hpp"
 
 namespace freeflex::tools {
@@ -23,27 +22,24 @@ class Ride {
 
   /// Returns the faults and warnings of the set-up, one per line, or an empty text if there are none.
   const std::string& faults_text() const { return faults_text_; }
-  bool has_plan() const { return has_plan_; }
+  bool has_plan() const { return motion_.has_value(); }
   /// Advances by ticks. If the state after a tick is not finite, keeps the state before the tick and returns
   /// false. \pre has_plan()
   bool run(std::int64_t ticks, std::span<const ForceCommand> commands = {});
 
   Eigen::Matrix3Xd positions_W() const;      // [m] (3 x N), for which every point must be published
   Eigen::Matrix3Xd displacements_B() const;  // [m] (3 x N)
-  const Verdict& verdict() const { return judgement_->now(); }
+  const State& state() const { return motion_->state(); }
+  const Verdict& verdict() const { return motion_->verdict(); }
 
   Plan plan;
-  State state;
-  Workspace workspace;
 
  private:
   template <typename Read>
   Eigen::Matrix3Xd read_points(Read read) const;
 
   std::string faults_text_;
-  std::optional<Judgement> judgement_;
-  Budget budget_;  // empty if the scene sets no error budget
-  bool has_plan_ = false;
+  std::optional<Motion> motion_;  // empty without a plan
 };
 
 /// Returns an outcome without a value, with the reason why there is none.

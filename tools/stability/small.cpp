@@ -53,7 +53,7 @@ Outcome two_points(const StabilityOptions&) {
   const double frequency = worst_frequency(ride.plan, {200.0});
   const double half = 0.5 * 0.7 * 10'000 * ride.plan.period;
   const double angle =
-      2.0 * std::abs(ride.state.q_WB[0] * std::sin(half) - ride.state.q_WB[3] * std::cos(half));
+      2.0 * std::abs(ride.state().q_WB[0] * std::sin(half) - ride.state().q_WB[3] * std::cos(half));
   return {std::max(frequency, angle), "5 rigid freedoms, 1 mode; larger of frequency and attitude [rad]", {}};
 }
 
@@ -113,12 +113,12 @@ Outcome mechanism(double stiffness_ratio, const StabilityOptions&) {
         format_text("%d modes of frequency 0 were found, but there are 2", static_cast<int>(zeros)));
   const bool is_named = ride.faults_text().find("p12") != std::string::npos;
   if (!is_named) return no_answer("the warning does not name the point: " + ride.faults_text());
-  const Array v = ride.state.q_dot;
+  const Array v = ride.state().q_dot;
   if (!ride.run(10'000)) return no_answer("a state is not finite");
   double worst = 0.0, largest = 0.0;
   for (std::size_t l = 0; l < 2; ++l) {
-    worst = std::max(worst, std::abs(ride.state.q[l] - v[l] * 10'000 * ride.plan.period));
-    largest = std::max(largest, std::abs(ride.state.q[l]));
+    worst = std::max(worst, std::abs(ride.state().q[l] - v[l] * 10'000 * ride.plan.period));
+    largest = std::max(largest, std::abs(ride.state().q[l]));
   }
   return {worst / largest,
           "2 frequencies exactly 0; warned: " + ride.faults_text().substr(0, ride.faults_text().find('\n')),

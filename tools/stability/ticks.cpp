@@ -41,7 +41,7 @@ Outcome symmetric(double I, double I_3, const Vector3d& spin, double wheel, doub
   const double own = spin[2] - H[2] / I;
   const Quaterniond right = Quaterniond(Eigen::AngleAxisd(H.norm() / I * t, H.normalized())) *
                             Quaterniond(Eigen::AngleAxisd(own * t, Vector3d::UnitZ()));
-  const Quat& q = ride.state.q_WB;
+  const Quat& q = ride.state().q_WB;
   return {right.angularDistance(Quaterniond(q[0], q[1], q[2], q[3])),
           ride.verdict().level == Verdict::Level::kGood ? "good" : "not good",
           {}};
@@ -56,11 +56,11 @@ Outcome energy(const Vector3d& moments, double wheel, double rate, const Stabili
   scene.wheels.push_back({"w", 0, Vector3d(0.6, 0.0, 0.8), wheel * own, {}});
   Ride ride(scene);
   if (!ride.has_plan()) return no_answer(ride.faults_text());
-  const double start = read_invariants(ride.plan, ride.state).kinetic_rigid;
+  const double start = read_invariants(ride.plan, ride.state()).kinetic_rigid;
   double worst = 0.0;
   for (std::int64_t k = ticks_of(options) / 20; k > 0; --k) {
     if (!ride.run(1)) return no_answer("a state is not finite");
-    worst = std::max(worst, std::abs(read_invariants(ride.plan, ride.state).kinetic_rigid / start - 1.0));
+    worst = std::max(worst, std::abs(read_invariants(ride.plan, ride.state()).kinetic_rigid / start - 1.0));
   }
   return {worst, ride.verdict().level == Verdict::Level::kGood ? "good" : "not good", {}};
 }
@@ -86,7 +86,7 @@ Outcome orbit(double e, int ticks, const StabilityOptions&) {
   Wide E = mean;
   for (int k = 0; k < 200; ++k) E -= (E - ecc * sin(E) - mean) / (1 - ecc * cos(E));
   const Wide x = a * (cos(E) - ecc), y = a * sqrt(1 - ecc * ecc) * sin(E);
-  const Wide dx = x - ride.state.p_WB[0], dy = y - ride.state.p_WB[1];
+  const Wide dx = x - ride.state().p_WB[0], dy = y - ride.state().p_WB[1];
   return {static_cast<double>(sqrt(dx * dx + dy * dy)), {}, {}};
 }
 

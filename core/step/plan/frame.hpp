@@ -24,9 +24,9 @@ struct PlanFrame {
   Mat3 inverse_inertia{};  // [1/(kg m^2)] pseudo-inverse for collinear shapes, zero for one point
   Vec3 line{};             // [-] unit vector of a collinear shape, else zero
   PlanPrincipal principal;
-  Vec3 gravity_W{};           // [m/s^2]
-  double attractor_mu = 0.0;  // [m^3/s^2] 0: no attractor   (THEORY 8.17)
-  Vec3 attractor_W{};         // [m]
+  Vec3 gravity_W{};                              // [m/s^2]
+  double attractor_mu = 0.0;                     // [m^3/s^2] 0: no attractor   (THEORY 8.17)
+  Vec3 attractor_W{};                            // [m]
   bool has_gravity = true, has_rotation = true;  // false: omitted   (THEORY section 14)
 };
 

@@ -18,9 +18,9 @@ struct LoadSums {
                                                     // block of rows)
   std::vector<Vec3> group_force_W, group_torque_W;  // [N], [N m] (num_groups)
   std::vector<Vec3> group_force_B, group_torque_B;  // [N], [N m] (num_groups)
-  std::vector<Vec3> torque_W, torque_B;  // [N m] (num_attitude_points)
-  std::vector<double> wheel_torques;     // [N m] (num_wheels) torques that motors exert on wheels; empty: no
-                                         // motor acts
+  std::vector<Vec3> torque_W, torque_B;             // [N m] (num_attitude_points)
+  std::vector<double> wheel_torques;  // [N m] (num_wheels) torques that motors exert on wheels; empty: no
+                                      // motor acts
 };
 
 /// Holds LoadSums with the indices of the points that may be loaded. On coupled rungs every point may be
@@ -47,7 +47,7 @@ struct LoadPattern {
   Vec3 force_B{};   // [N] resultant of the loads in body axes
   Vec3 torque_B{};  // [N m] moment of these loads about the centre of mass
   bool has_body = false;
-  Array Q_B;  // [N] (num_padded)
+  Array Q_B;                          // [N] (num_padded)
   std::vector<double> wheel_torques;  // [N m] (num_wheels) empty: no motor acts
   LoadSums sums;  // the loads of which the pattern consists; empty below the coupled rungs
 };

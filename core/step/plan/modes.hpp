@@ -73,8 +73,8 @@ struct PlanModes {
   // num_moving plus the constraint shapes, padded. The coordinates of constraint shapes stay zero, but their
   // Q is the load on the rigid links   (THEORY 5.6, 5.7)
   std::int32_t num_padded = 0;
-  Array omega;  // [rad/s] (num_padded), padding 0
-  Array decay;  // [1/s] (num_padded) minus the real part of the damped root   (THEORY 4.23)
+  Array omega;              // [rad/s] (num_padded), padding 0
+  Array decay;              // [1/s] (num_padded) minus the real part of the damped root   (THEORY 4.23)
   bool has_damping = true;  // false: omitted   (THEORY section 14)
   Propagator propagator;
   PlanModalCoupling modal_coupling;

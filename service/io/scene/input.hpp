@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/scene/scene.hpp"
 #include "core/plan.hpp"
+#include "core/scene/scene.hpp"
 #include "core/structure/structure.hpp"
 
 namespace freeflex::io {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "core/limits.hpp"
-#include "core/step/command.hpp"
 #include "core/plan.hpp"
+#include "core/step/command.hpp"
 #include "core/step/step.hpp"
 #include "freeflex_msgs/applied_t.hpp"
 #include "freeflex_msgs/force_t.hpp"

@@ -63,9 +63,9 @@ struct SceneListing {
 SceneListing scene_listing(const Plan& plan);
 
 /// Makes the pages of a scene, at least one page. Every page has the first fields (name, rate, mass
-/// properties, totals). If `uses_fallback` is true, the modes are those of the fallback plan. The pages list only the items that scene_listing() counts, and items in short gaps
-/// between these.
-/// \pre each name, and the points of each group, need much less than channels::kMaxMessageBytes
+/// properties, totals). If `uses_fallback` is true, the modes are those of the fallback plan. The pages list
+/// only the items that scene_listing() counts, and items in short gaps between these. \pre each name, and the
+/// points of each group, need much less than channels::kMaxMessageBytes
 std::vector<freeflex_msgs::scene_t> make_scene_messages(const Plan& plan, bool uses_fallback,
                                                         const std::string& plan_file, const Stamp& stamp);
 /// Makes the pages of a mode shape.  \param mode elastic mode from 1 to plan.num_elastic

@@ -192,7 +192,8 @@ std::vector<Scene> make_scene_messages(const Plan& plan, bool uses_fallback, con
   const StepPlan& active = uses_fallback ? plan.fallback.front() : plan;
   ScenePages pages(make_front(plan, active.num_elastic, plan_file, stamp));
   std::vector<double> frequencies(static_cast<std::size_t>(active.num_elastic));
-  for (int l = 0; l < active.num_elastic; ++l) frequencies[static_cast<std::size_t>(l)] = frequency(active, l);
+  for (int l = 0; l < active.num_elastic; ++l)
+    frequencies[static_cast<std::size_t>(l)] = frequency(active, l);
   Listed points = list_points(plan), links = list_links(plan);
   fill_gaps(points);
   fill_gaps(links);

@@ -1,0 +1,93 @@
+// A plan in motion: the state, the memory of the step, and the estimate of the error. Start here to read the
+// core.
+//
+// One tick, Motion::advance:
+//
+//    commands            step (core/step/step.cpp)                                    error (core/error)
+//   ----------   ------------------------------------------------------   -----------------------------------
+//   ForceCommand ─> slots ─> LoadPattern ─┬─> resultant ─────> frame ──┐    shadows: the same commands on
+//                            built-in ────┤   [N], [N m]    p, q, v, H ├──> State ─┬─> better plans ─>
+//                            distance loads        │                    ^       │           │
+//                                         │                    │ (*)   │           └─> ErrorShadow,
+//                                         ModalErrors: └─> generalized ──> modes ───┘               error of
+//                                         neglected terms
+//                                             forces Q [N]    q, q'                             │
+//                                                                                        Judgement ─> Verdict
+//
+//   (*) only on the rung `coupled` and above. Below, the elastic motion does not act back on the body.
+//
+// The motion depends only on the plan, the state and the commands. Shadows and verdict read the state and
+// never change it.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "core/error/budget.hpp"
+#include "core/error/judgement.hpp"
+#include "core/plan.hpp"
+#include "core/step/step.hpp"
+
+namespace freeflex {
+
+/// Specifies what is computed beside the motion.
+struct Watch {
+  bool has_budget = true;   // advances the shadows of the error budget, if the plan has any
+  bool has_verdict = true;  // judges every tick
+  // true: the verdict uses the error budget; false: the verdict uses only the terms that the rung neglects
+  bool verdict_uses_budget = true;
+};
+/// Computes nothing beside the motion.
+inline constexpr Watch kMotionAlone{.has_budget = false, .has_verdict = false};
+
+/// Holds everything that a motion needs besides the plan. The constructors allocate all memory; all other
+/// functions allocate nothing. The plan must outlive the motion and all its copies.
+class Motion {
+ public:
+  /// Makes a motion at the initial values of the plan, at tick 0 and epoch 0.
+  explicit Motion(const Plan& plan, Watch watch = {});
+  /// Copies a motion. The two motions then give the same bits and the same verdicts for the same commands.
+  Motion(const Motion& other);
+  Motion& operator=(const Motion&) = delete;
+
+  /// Advances by one tick: removes the slots that expire, applies the commands in their order, steps, and
+  /// judges the new state. If the new state would not be finite, keeps everything as it was before the tick
+  /// and reports kNotFinite. \pre the commands passed check_command and has_slot_for
+  const StepReport& advance(std::span<const ForceCommand> commands = {}) noexcept;
+  /// Continues the motion on another plan with the same structure, rung and modes, such as the plan at
+  /// another rate. \pre the motion was made with kMotionAlone; `plan` outlives the motion
+  void set_plan(const Plan& plan) noexcept { plan_ = &plan; }
+  /// Returns to the initial values of the plan. The tick continues, and the epoch increases by one.
+  void reset() noexcept;
+
+  const Plan& plan() const noexcept { return *plan_; }
+  const State& state() const noexcept { return state_; }
+  /// Returns the time since the epoch began [s].
+  double time() const noexcept {
+    return static_cast<double>(state_.tick - state_.epoch_start_tick) * plan_->period;
+  }
+
+  bool has_verdict() const noexcept { return judgement_.has_value(); }
+  /// Returns the verdict on the motion so far.  \pre has_verdict()
+  const Verdict& verdict() const noexcept { return judgement_->now(); }
+  /// Returns the worst verdict since the epoch began, or the first of several equally bad ones. If every
+  /// verdict was `good`, the tick of the returned verdict is -1.  \pre has_verdict()
+  const Verdict& worst() const noexcept { return judgement_->worst(); }
+  /// Returns true if the motion of a shadow became infinite or NaN.
+  bool has_lost_reference() const noexcept { return budget_.is_lost; }
+  /// Returns the present estimates of the error budget. Without a budget all values are zero.
+  BudgetReading read_budget() noexcept { return freeflex::read_budget(*plan_, state_, budget_); }
+
+ private:
+  void judge() noexcept;
+
+  const Plan* plan_;
+  State state_;
+  Workspace workspace_;
+  StepReport report_;
+  Budget budget_;  // empty without a budget
+  std::optional<Judgement> judgement_;
+  bool verdict_uses_budget_;
+};
+
+}  // namespace freeflex
