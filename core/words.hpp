@@ -184,7 +184,7 @@ constexpr bool rows_are_in_order() {
 }
 static_assert(rows_are_in_order());
 static_assert(static_cast<std::size_t>(Fidelity::kFull) + 1 == kRungs.size());
-static_assert(static_cast<std::size_t>(LinkType::kDashpot) + 1 == kLinkTypes.size());
+static_assert(index(LinkType::kDashpot) + 1 == kLinkTypes.size());
 static_assert(static_cast<int>(Feature::kPointRows) + 1 == kNumFeatures);
 }  // namespace words_check
 

@@ -42,7 +42,7 @@ std::optional<BusMessage> BusConnection::receive(std::chrono::milliseconds time)
   while (true) {
     const ReceivedPacket packet = receive_packet(socket_.fd(), buffer_, MSG_DONTWAIT);
     if (packet.size >= 0) {
-      const std::span<const std::byte> bytes(buffer_.data(), static_cast<std::size_t>(packet.size));
+      const std::span<const std::byte> bytes(buffer_.data(), index(packet.size));
       const std::optional<LcmPacket> message = read_lcm_packet(bytes);
       if (message && !message->is_fragment && message->channel != kSelfTest)
         return BusMessage{message->channel, message->payload,

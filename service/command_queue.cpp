@@ -71,7 +71,7 @@ CommandQueue::Decision CommandQueue::submit(const ForceCommand& command, std::in
       if (const auto most =
               find_exceeded(claims_.data(), num_claims_, command.sender, slot_share(command.sender)))
         return {Reason::kNoSlotFree, tick, *most};
-      claim = &claims_[static_cast<std::size_t>(num_claims_++)];
+      claim = &claims_[index(num_claims_++)];
       *claim = {command.sender, command.slot, 0, false, 0};
     }
     ++claim->num_pending;
@@ -89,7 +89,7 @@ void CommandQueue::insert(const ForceCommand& command, const Pending& entry) {
                                           [](const Pending& a, const Pending& b) { return a.tick < b.tick; });
   std::move_backward(place, last, last + 1);
   *place = entry;
-  place->place = free_places_[static_cast<std::size_t>(kMaxPending - 1 - num_pending_)];
+  place->place = free_places_[index(kMaxPending - 1 - num_pending_)];
   ++num_pending_;
   pool_[place->place] = command;
 }
@@ -98,8 +98,8 @@ std::span<const ForceCommand> CommandQueue::take_due(std::int64_t tick) {
   num_due_ = num_due_received_ = 0;
   num_due_clearances_ = num_clearances_;
   for (int i = 0; i < num_clearances_; ++i) {
-    const Clearance& clearance = clearances_[static_cast<std::size_t>(i)];
-    ForceCommand& command = due_[static_cast<std::size_t>(i)];
+    const Clearance& clearance = clearances_[index(i)];
+    ForceCommand& command = due_[index(i)];
     command = {};
     command.sender = clearance.sender;
     command.slot = clearance.slot;
@@ -107,19 +107,18 @@ std::span<const ForceCommand> CommandQueue::take_due(std::int64_t tick) {
     command.start_tick = tick;
   }
   ForceCommand* const due = due_.data() + num_clearances_;
-  while (num_due_ < num_pending_ && order_[static_cast<std::size_t>(num_due_)].tick <= tick) {
-    const Pending& entry = order_[static_cast<std::size_t>(num_due_)];
-    if (entry.received_ns != 0)
-      due_received_ns_[static_cast<std::size_t>(num_due_received_++)] = entry.received_ns;
+  while (num_due_ < num_pending_ && order_[index(num_due_)].tick <= tick) {
+    const Pending& entry = order_[index(num_due_)];
+    if (entry.received_ns != 0) due_received_ns_[index(num_due_received_++)] = entry.received_ns;
     due[num_due_++] = pool_[entry.place];
   }
-  return {due_.data(), static_cast<std::size_t>(num_due_clearances_ + num_due_)};
+  return {due_.data(), index(num_due_clearances_ + num_due_)};
 }
 
 void CommandQueue::settle(const StepReport& report) {
   // this code follows the order of the step, which processes ends before commands
   for (int i = 0; i < report.num_expiries; ++i) {
-    const Expiry& expiry = report.expiries[static_cast<std::size_t>(i)];
+    const Expiry& expiry = report.expiries[index(i)];
     if (Claim* claim = find_claim(expiry.sender, expiry.slot); claim != nullptr && claim->is_in_force) {
       claim->is_in_force = false;
       --num_in_force_;
@@ -127,8 +126,7 @@ void CommandQueue::settle(const StepReport& report) {
     }
   }
   for (int i = 0; i < num_due_; ++i) {
-    const ForceCommand& command =
-        due_[static_cast<std::size_t>(num_due_clearances_) + static_cast<std::size_t>(i)];
+    const ForceCommand& command = due_[index(num_due_clearances_) + index(i)];
     Claim* claim = find_claim(command.sender, command.slot);
     if (claim == nullptr) continue;  // the command cleared an empty slot
     const bool fills = !is_clearing(command);
@@ -139,9 +137,8 @@ void CommandQueue::settle(const StepReport& report) {
     drop_if_idle(*claim);
   }
   // puts the places of the due commands back on the stack of free places
-  const auto num_free = static_cast<std::size_t>(kMaxPending) - static_cast<std::size_t>(num_pending_);
-  for (std::size_t i = 0; i < static_cast<std::size_t>(num_due_); ++i)
-    free_places_[num_free + i] = order_[i].place;
+  const auto num_free = index(kMaxPending) - index(num_pending_);
+  for (std::size_t i = 0; i < index(num_due_); ++i) free_places_[num_free + i] = order_[i].place;
   std::move(order_.begin() + num_due_, order_.begin() + num_pending_, order_.begin());
   num_pending_ -= num_due_;
   num_clearances_ -= num_due_clearances_;
@@ -153,20 +150,20 @@ void CommandQueue::clear_senders(const std::array<char, kSenderSize>& target) {
   num_pending_ = 0;
   int num_free = kMaxPending - num_before;  // size of the stack of free places
   for (int i = 0; i < num_before; ++i) {
-    const Pending& entry = order_[static_cast<std::size_t>(i)];
+    const Pending& entry = order_[index(i)];
     if (is_target(target, entry.sender))
-      free_places_[static_cast<std::size_t>(num_free++)] = entry.place;
+      free_places_[index(num_free++)] = entry.place;
     else
-      order_[static_cast<std::size_t>(num_pending_++)] = entry;
+      order_[index(num_pending_++)] = entry;
   }
   const int num_claims_before = num_claims_;
   num_claims_ = 0;
   for (int i = 0; i < num_claims_before; ++i) {
-    const Claim& claim = claims_[static_cast<std::size_t>(i)];
+    const Claim& claim = claims_[index(i)];
     if (!is_target(target, claim.sender)) {
-      claims_[static_cast<std::size_t>(num_claims_++)] = claim;
+      claims_[index(num_claims_++)] = claim;
     } else if (claim.is_in_force) {
-      clearances_[static_cast<std::size_t>(num_clearances_++)] = {claim.sender, claim.slot, claim.sequence};
+      clearances_[index(num_clearances_++)] = {claim.sender, claim.slot, claim.sequence};
       --num_in_force_;
     }
   }
@@ -175,7 +172,7 @@ void CommandQueue::clear_senders(const std::array<char, kSenderSize>& target) {
 CommandQueue::Claim* CommandQueue::find_claim(const std::array<char, kSenderSize>& sender,
                                               std::int32_t slot) {
   for (int i = 0; i < num_claims_; ++i) {
-    Claim& claim = claims_[static_cast<std::size_t>(i)];
+    Claim& claim = claims_[index(i)];
     if (claim.slot == slot && claim.sender == sender) return &claim;
   }
   return nullptr;
@@ -183,7 +180,7 @@ CommandQueue::Claim* CommandQueue::find_claim(const std::array<char, kSenderSize
 
 void CommandQueue::drop_if_idle(Claim& claim) {
   if (claim.is_in_force || claim.num_pending > 0) return;
-  claim = claims_[static_cast<std::size_t>(--num_claims_)];
+  claim = claims_[index(--num_claims_)];
 }
 
 }  // namespace freeflex::service

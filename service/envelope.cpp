@@ -41,7 +41,7 @@ std::optional<Envelope> read_envelope(std::span<const std::byte> bytes) noexcept
     *number = *io::integer_at<std::int64_t>(bytes, at);
     at += 8;
   }
-  const std::size_t body = static_cast<std::size_t>(at) + 4;
+  const std::size_t body = index(at) + 4;
   envelope.tag = bytes.last(crypto_auth_BYTES);
   envelope.before_tag = bytes.first(bytes.size() - envelope.tag.size());
   envelope.body = envelope.before_tag.subspan(body);

@@ -23,7 +23,7 @@ std::int64_t Histogram::upper_edge(int bucket) noexcept {
 }
 
 void SlidingPercentiles::advance() noexcept {
-  histogram_.read(starts_[static_cast<std::size_t>(oldest_)]);
+  histogram_.read(starts_[index(oldest_)]);
   oldest_ = (oldest_ + 1) % kSpan;
 }
 
@@ -33,14 +33,14 @@ Percentiles SlidingPercentiles::read() const noexcept {
   histogram_.read(counts);
   Percentiles result;
   for (std::size_t i = 0; i < counts.size(); ++i) {
-    counts[i] -= starts_[static_cast<std::size_t>(oldest_)][i];  // right even if a count has wrapped
+    counts[i] -= starts_[index(oldest_)][i];  // right even if a count has wrapped
     result.count += counts[i];
   }
   // finds the upper edge of the bucket that contains the quantile
   std::size_t quantile = 0;
   std::int64_t below = 0;
   for (int i = 0; i < Histogram::kNumBuckets && quantile < kQuantiles.size(); ++i) {
-    below += counts[static_cast<std::size_t>(i)];
+    below += counts[index(i)];
     while (quantile < kQuantiles.size() && below > 0 &&
            static_cast<double>(below) >=
                std::ceil(kQuantiles[quantile] * static_cast<double>(result.count))) {

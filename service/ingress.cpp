@@ -58,7 +58,7 @@ void try_allowed_calls() {
 IngressEnd run_ingress(SharedBlock& block, const IngressSettings& settings, int seat) {
   static std::array<std::byte, kMaxPacket> buffer;
   PacketHandler packet_handler(block, settings);
-  std::atomic<std::uint64_t>& beat = block.seats[static_cast<std::size_t>(seat)].beat;
+  std::atomic<std::uint64_t>& beat = block.seats[index(seat)].beat;
   bool is_active = false;
   for (int turn = 0;; ++turn) {
     beat.fetch_add(1, std::memory_order_relaxed);
@@ -72,8 +72,7 @@ IngressEnd run_ingress(SharedBlock& block, const IngressSettings& settings, int 
     // successor
     const ReceivedPacket packet = receive_packet(kSocketFd, buffer);
     if (packet.size > 0)
-      packet_handler.on_packet(std::span(buffer).first(static_cast<std::size_t>(packet.size)),
-                               packet.received_ns);
+      packet_handler.on_packet(std::span(buffer).first(index(packet.size)), packet.received_ns);
   }
 }
 
@@ -87,8 +86,7 @@ std::optional<int> run_if_ingress(int argc, char** argv, IngressBody body) {
   void* const settings = attach_memory(argv[4], sizeof(IngressSettings), false);
   if (memory == nullptr || settings == nullptr) return static_cast<int>(IngressEnd::kBadBlock);
   auto& block = *static_cast<SharedBlock*>(memory);
-  block.seats[static_cast<std::size_t>(seat)].lacks.store(
-      confine({std::atoll(argv[5]), std::atoll(argv[6])}));
+  block.seats[index(seat)].lacks.store(confine({std::atoll(argv[5]), std::atoll(argv[6])}));
   try_allowed_calls();
   return static_cast<int>(body(block, *static_cast<const IngressSettings*>(settings), seat));
 }

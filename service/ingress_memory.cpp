@@ -38,7 +38,7 @@ bool write_all(int fd, std::span<const std::byte> bytes) {
   while (done < bytes.size()) {
     const ssize_t size = pwrite(fd, bytes.data() + done, bytes.size() - done, static_cast<off_t>(done));
     if (size <= 0) return false;
-    done += static_cast<std::size_t>(size);
+    done += index(size);
   }
   return true;
 }

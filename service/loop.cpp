@@ -130,11 +130,11 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
   const std::span<const ForceCommand> due = command_queue_.take_due(state().tick);
   const std::int64_t tick = state().tick;
   const StepReport& report = motion_.advance(due);
-  const auto num_clearances = static_cast<std::size_t>(command_queue_.num_due_clearances());
+  const auto num_clearances = index(command_queue_.num_due_clearances());
   if (report.status != StepStatus::kOk) return enter_fault(due.subspan(num_clearances));
   // the entries follow the order of the step: ends, then clearances, then commands
   for (int i = 0; i < report.num_expiries; ++i) {
-    const Expiry& expiry = report.expiries[static_cast<std::size_t>(i)];
+    const Expiry& expiry = report.expiries[index(i)];
     std::int32_t kind = freeflex_msgs::applied_t::EXPIRED;
     if (expiry.was_lease) kind = freeflex_msgs::applied_t::LEASE_LOST;
     applied_entry_->tick = tick;

@@ -153,7 +153,7 @@ bool OperatorSocket::read_one(Connection& connection) {
   if (packet.size == 0) return false;
   // a message that does not fit the buffer is longer than every command, so decoding its first bytes rejects
   // it
-  const std::size_t size = std::min(static_cast<std::size_t>(packet.size), buffer_.size());
+  const std::size_t size = std::min(index(packet.size), buffer_.size());
   take(connection, std::span(buffer_).first(size), packet.received_ns);
   return connection.outbox.size() < kMostWaiting;
 }

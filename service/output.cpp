@@ -11,7 +11,7 @@ Snapshot make_snapshot(const Plan& plan) {
   // a copied array has memory only for its contents, so the arrays get the size of the fallback plan
   for (const StepPlan& wide : plan.fallback)
     for (Array* array : modal_arrays(snapshot.motion))
-      array->resize(std::max(array->size(), static_cast<std::size_t>(wide.num_padded)));
+      array->resize(std::max(array->size(), index(wide.num_padded)));
   return snapshot;
 }
 

@@ -211,10 +211,10 @@ BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) 
   const std::ptrdiff_t best = find(PlanShadow::Kind::kBest), fine = find(PlanShadow::Kind::kFine),
                        full = find(PlanShadow::Kind::kFull);
   const auto plan_at = [&](std::ptrdiff_t k) -> const StepPlan& {
-    return k < 0 ? plan : plan.budget.shadows[static_cast<std::size_t>(k)].plan;
+    return k < 0 ? plan : plan.budget.shadows[index(k)].plan;
   };
   const auto state_at = [&](std::ptrdiff_t k) -> const State& {
-    return k < 0 ? state : budget.shadows[static_cast<std::size_t>(k)].state;
+    return k < 0 ? state : budget.shadows[index(k)].state;
   };
   const auto between = [&](std::ptrdiff_t a, std::ptrdiff_t b) {
     return distance(plan_at(a), state_at(a), plan_at(b), state_at(b), budget);

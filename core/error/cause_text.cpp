@@ -38,8 +38,8 @@ std::string quoted(const std::string& name) {
 // Returns for example "load 'thrust'", or "load 2" for a load without a name.
 template <typename Items>
 std::string called(const char* noun, const Items& items, std::int32_t item) {
-  if (item < 0 || static_cast<std::size_t>(item) >= items.size()) return {};
-  const std::string& name = items[static_cast<std::size_t>(item)].name;
+  if (item < 0 || index(item) >= items.size()) return {};
+  const std::string& name = items[index(item)].name;
   return std::string(noun) + " " + (name.empty() ? std::to_string(item + 1) : quoted(name));
 }
 
@@ -86,9 +86,9 @@ std::string unquantified_text(const Plan& plan, const Responsible& named) {
            " changes faster than the ticks resolve; raise the rate";
   if (named.agent == Agent::kModes)
     return "model: the internal forces that omitted modes carry are missing; keep more modes";
-  if (named.item < 0 || static_cast<std::size_t>(named.item) >= plan.links.size())
+  if (named.item < 0 || index(named.item) >= plan.links.size())
     return "model: this rung omits internal forces of a link with hidden or distributed mass" + refine;
-  const PlanLink& link = plan.links[static_cast<std::size_t>(named.item)];
+  const PlanLink& link = plan.links[index(named.item)];
   return std::string("model: this rung omits ") +
          (hides_forces(link) ? "the forces inside " : "the effect of spin and loads on the mass within ") +
          called(traits_of(link.type).noun, plan.links, named.item) + refine;

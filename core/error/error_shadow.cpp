@@ -46,7 +46,7 @@ ErrorShadow::Free ErrorShadow::free_over(double omega, double decay, double h) n
 
 ErrorShadow::ErrorShadow(const StepPlan& plan, const PlanUnmodelled& unmodelled)
     : plan_(plan), unmodelled_(unmodelled) {
-  const auto n = static_cast<std::size_t>(unmodelled.num_shadowed);
+  const auto n = index(unmodelled.num_shadowed);
   const double h = plan.period;
   for (std::size_t c = 0; c < n; ++c) {
     const double omega = plan.omega[c], decay = plan.decay[c], M = plan.mass;
@@ -63,7 +63,7 @@ ErrorShadow::ErrorShadow(const StepPlan& plan, const PlanUnmodelled& unmodelled)
   half_delta_.resize(n);
   const bool is_coupled_by_forces = n > 0 && (plan.modal_coupling.num_damping > 0 || !plan.feedbacks.empty());
   for (Array* values : {&delta_, &rate_, &force_})
-    values->resize(is_coupled_by_forces ? static_cast<std::size_t>(plan.num_padded) : n);
+    values->resize(is_coupled_by_forces ? index(plan.num_padded) : n);
   if (is_coupled_by_forces) {
     for (Array* values : {&next_delta_, &next_rate_, &zero_, &low_, &rate_low_, &rate_after_impulse_})
       values->resize(delta_.size());
@@ -73,7 +73,7 @@ ErrorShadow::ErrorShadow(const StepPlan& plan, const PlanUnmodelled& unmodelled)
     const auto [l, u] = unmodelled.pairs[pair];
     const double* const s = unmodelled.coriolis_rows.data() + 3 * pair;
     if (l != u && std::max(l, u) < unmodelled.num_shadowed)
-      pairs_.push_back({pair, static_cast<std::size_t>(l), static_cast<std::size_t>(u), {s[0], s[1], s[2]}});
+      pairs_.push_back({pair, index(l), index(u), {s[0], s[1], s[2]}});
   }
   E_.resize(n * n);
   coriolis_.resize(n * n);
@@ -337,7 +337,7 @@ void ErrorShadow::advance_coupled() noexcept {
 /// The dashpots are applied implicitly, so their coefficients may be of any size. The second splitting
 /// impulse of a step applies them in the reverse order of the first.
 void ErrorShadow::add_half_impulse(const Array& delta, bool is_second, Array& rate) noexcept {
-  const std::size_t n = rate.size(), num_damping = static_cast<std::size_t>(plan_.modal_coupling.num_damping);
+  const std::size_t n = rate.size(), num_damping = index(plan_.modal_coupling.num_damping);
   const double share = 0.5 * plan_.period / plan_.mass;
   const auto feed = [&] {
     for (const PlanFeedback& feedback : plan_.feedbacks) {
@@ -384,7 +384,7 @@ void ErrorShadow::limit(double most) noexcept {
 
 void ErrorShadow::join(const ErrorShadow& other, const std::vector<std::int32_t>& modes) noexcept {
   for (std::size_t c = 0; c < other.size(); ++c)
-    if (const auto at = static_cast<std::size_t>(modes[c]); at < size()) {
+    if (const auto at = index(modes[c]); at < size()) {
       delta_[at] = other.delta_[c];
       rate_[at] = other.rate_[c];
     }

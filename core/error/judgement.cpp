@@ -197,7 +197,7 @@ void Judgement::add_rotating_loads(const State& state, double rotation) noexcept
       kFullErrorAngle, std::max(is_of_world ? rotation : 0.0, is_of_spin ? spin_curvature_.angle : 0.0));
   if (angle < kNegligibleAngle) return;
   double sum = 0.0;
-  for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
+  for (std::size_t l = 0; l < index(plan.num_elastic); ++l) {
     if (plan.omega[l] == 0.0) continue;
     const double quasi_static = state.Q[l] / (plan.mass * plan.omega[l] * plan.omega[l]);
     sum += quasi_static * quasi_static;
@@ -237,7 +237,7 @@ void Judgement::check_coupled_rotation(const State& state) noexcept {
   if (substep_angle == 0.0 && !has_wheels) return;
   double fast = 0.0, most = 0.0;
   const StepPlan& plan = active_plan(plan_, state);
-  for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
+  for (std::size_t l = 0; l < index(plan.num_elastic); ++l) {
     if (plan.omega[l] * substep <= 1.0) continue;
     const double amplitude = state.q_dot[l] / plan.omega[l];
     fast += amplitude * amplitude;

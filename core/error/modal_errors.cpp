@@ -41,8 +41,7 @@ double followed(const PlanHistory& history, std::int32_t l, std::int32_t u) noex
   const auto at_l = std::lower_bound(modes.begin(), modes.end(), l),
              at_u = std::lower_bound(modes.begin(), modes.end(), u);
   if (at_l == modes.end() || *at_l != l || at_u == modes.end() || *at_u != u) return 0.0;
-  const auto row = static_cast<std::size_t>(at_l - modes.begin()),
-             column = static_cast<std::size_t>(at_u - modes.begin());
+  const auto row = index(at_l - modes.begin()), column = index(at_u - modes.begin());
   return kFollowerFraction * history.stiffening.rows[row * modes.size() + column];
 }
 
@@ -59,8 +58,8 @@ double dot(const double* a, const double* b, std::size_t n) {
 
 ModalErrors::ModalErrors(const StepPlan& plan, const PlanUnmodelled& unmodelled)
     : plan_(plan), unmodelled_(unmodelled), commands_(plan, unmodelled), shadow_(plan, unmodelled) {
-  const auto n = static_cast<std::size_t>(plan.num_elastic);
-  const auto num_judged = static_cast<std::size_t>(unmodelled.num_judged);
+  const auto n = index(plan.num_elastic);
+  const auto num_judged = index(unmodelled.num_judged);
   modes_.resize(num_judged);
   amplitudes_.resize(num_judged);
   flexibility_.resize(n);
@@ -84,7 +83,7 @@ ModalErrors::ModalErrors(const StepPlan& plan, const PlanUnmodelled& unmodelled)
   for (const PlanPoint& point : plan.points) size_of_body_ = std::max(size_of_body_, norm(point.r));
   const std::size_t num_pairs = unmodelled.pairs.size();
   for (std::size_t l = 0; l < num_judged; ++l) {
-    const auto mode = static_cast<std::size_t>(unmodelled.pairs[l][0]);
+    const auto mode = index(unmodelled.pairs[l][0]);
     const double omega = plan.omega[mode], decay = plan.decay[mode];
     const double phase = std::sqrt(std::max(0.0, square(omega) - square(decay))) * step_;
     modes_[l].free_step = std::polar(std::exp(-decay * step_), -phase);
@@ -102,10 +101,10 @@ ModalErrors::ModalErrors(const StepPlan& plan, const PlanUnmodelled& unmodelled)
 /// integrated. The bound is h |a x theta_l|^2 / (2 M). Two modes of equal frequency and equal rotation reach
 /// this bound (THEORY 16.26).
 void ModalErrors::bound_wheel_phases() {
-  const std::size_t num_judged = modes_.size(), padded = static_cast<std::size_t>(plan_.num_padded);
+  const std::size_t num_judged = modes_.size(), padded = index(plan_.num_padded);
   wheel_phases_.assign((num_judged + 1) * plan_.wheels.size(), 0.0);
   std::vector<std::size_t> judged(flexibility_.size(), num_judged);
-  for (std::size_t l = 0; l < num_judged; ++l) judged[static_cast<std::size_t>(unmodelled_.pairs[l][0])] = l;
+  for (std::size_t l = 0; l < num_judged; ++l) judged[index(unmodelled_.pairs[l][0])] = l;
   for (std::size_t k = 0; k < plan_.wheels.size(); ++k) {
     const PlanWheel& wheel = plan_.wheels[k];
     const double* const rows = rotation_rows(plan_, wheel.attitude_index);
@@ -152,7 +151,7 @@ void ModalErrors::clear() noexcept {
 void ModalErrors::join(const ModalErrors& other, const std::vector<std::int32_t>& modes) noexcept {
   clear();
   for (std::size_t k = 0; k < other.modes_.size(); ++k) {
-    const std::int32_t mode = modes[static_cast<std::size_t>(other.unmodelled_.pairs[k][0])];
+    const std::int32_t mode = modes[index(other.unmodelled_.pairs[k][0])];
     for (std::size_t l = 0; l < modes_.size(); ++l) {
       if (unmodelled_.pairs[l][0] != mode) continue;
       const std::complex<double> free_step = modes_[l].free_step;
@@ -203,7 +202,7 @@ void ModalErrors::take(const State& state) noexcept {
         is_unquantified ? kUnquantifiedSpin * dot(w_, w_) + kUnquantifiedLoad * acceleration / size_of_body_
                         : 0.0;
   }
-  const std::size_t chunks = static_cast<std::size_t>(num_chunks_), chunk = static_cast<std::size_t>(chunk_);
+  const std::size_t chunks = index(num_chunks_), chunk = index(chunk_);
   for (std::size_t l = chunk * num_judged / chunks; l < (chunk + 1) * num_judged / chunks; ++l)
     l < shadow_.size() ? update_integrated(l, state) : update_mode(l, state);
   if (ticks_since_step_ == 0) advance_higher_modes(state);
@@ -252,7 +251,7 @@ double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
 void ModalErrors::advance_higher_modes(const MotionState& state) noexcept {
   const std::size_t n = flexibility_.size();
   for (std::size_t l = shadow_.size(); l < modes_.size(); ++l) {
-    const auto at = static_cast<std::size_t>(unmodelled_.pairs[l][0]);
+    const auto at = index(unmodelled_.pairs[l][0]);
     const double omega = plan_.omega[at], quasi_static = state.Q[at] * flexibility_[at];
     if (omega == 0.0) continue;
     Mode& mode = modes_[l];
@@ -274,7 +273,7 @@ void ModalErrors::advance_higher_modes(const MotionState& state) noexcept {
 /// rotates the phase by -omega_l e_l h / 2, where e_l is the relative stiffness (THEORY X142).
 void ModalErrors::apply_stiffness(std::size_t l, double stiffness) noexcept {
   const std::complex<double> motion = amplitudes_[l] + modes_[l].amplitude_error;
-  const auto at = static_cast<std::size_t>(unmodelled_.pairs[l][0]);
+  const auto at = index(unmodelled_.pairs[l][0]);
   const double rate = 0.5 * plan_.omega[at] * stiffness * flexibility_[at] * step_;
   const std::complex<double> after = is_resolved(l)
                                          ? motion - std::complex<double>(0.0, 2.0 * rate * motion.real())
@@ -286,9 +285,7 @@ void ModalErrors::apply_stiffness(std::size_t l, double stiffness) noexcept {
 /// w.s_lu) h, first to one mode and then to the other, so that one gains what the other loses
 /// (THEORY X142).
 void ModalErrors::apply_coupling(std::size_t l, std::size_t u, double stiffness, double coriolis) noexcept {
-  const auto omega_of = [&](std::size_t mode) {
-    return plan_.omega[static_cast<std::size_t>(unmodelled_.pairs[mode][0])];
-  };
+  const auto omega_of = [&](std::size_t mode) { return plan_.omega[index(unmodelled_.pairs[mode][0])]; };
   const bool is_impulse = std::max(omega_of(l), omega_of(u)) * round_ <= kResolved;
   const auto push = [&](std::size_t to, std::size_t from, double coupling) {
     const std::complex<double> motion = amplitudes_[from] + modes_[from].amplitude_error;
@@ -302,12 +299,12 @@ void ModalErrors::apply_coupling(std::size_t l, std::size_t u, double stiffness,
 }
 
 bool ModalErrors::is_resolved(std::size_t l) const noexcept {
-  return plan_.omega[static_cast<std::size_t>(unmodelled_.pairs[l][0])] * step_ <= kResolved;
+  return plan_.omega[index(unmodelled_.pairs[l][0])] * step_ <= kResolved;
 }
 
 void ModalErrors::update_mode(std::size_t l, const MotionState& state) noexcept {
   Mode& mode = modes_[l];
-  const auto at = static_cast<std::size_t>(unmodelled_.pairs[l][0]);
+  const auto at = index(unmodelled_.pairs[l][0]);
   const double omega = plan_.omega[at];
   double stiffness = stiffness_of(l);
   // second order of the displacements: the load -C_ll,u q_l^2 / 2 on mode u   (THEORY X143)
@@ -410,7 +407,7 @@ double ModalErrors::coriolis_transfer(std::size_t l) const noexcept {
 /// \param change  [1/s^2] the relative change, times omega_1 omega_l
 double ModalErrors::unquantified_stiffness(std::size_t l, double change) const noexcept {
   const Array& factor = unmodelled_.bodies.unquantified_factor;
-  const double omega = plan_.omega[static_cast<std::size_t>(unmodelled_.pairs[l][0])];
+  const double omega = plan_.omega[index(unmodelled_.pairs[l][0])];
   return change * (l < factor.size() ? factor[l] : 1.0) / (omega_1_ * omega);
 }
 
@@ -420,8 +417,7 @@ double ModalErrors::unquantified_stiffness(std::size_t l, double change) const n
 /// stiffness that the steps do not resolve
 void ModalErrors::update_unquantified(std::size_t l, double pulse, const MotionState& state) noexcept {
   Mode& mode = modes_[l];
-  const double omega = plan_.omega[static_cast<std::size_t>(unmodelled_.pairs[l][0])],
-               amplitude = length(amplitudes_[l]);
+  const double omega = plan_.omega[index(unmodelled_.pairs[l][0])], amplitude = length(amplitudes_[l]);
   const double unquantified = unquantified_stiffness(l, unquantified_scale_);
   const double phase = (0.5 * omega * unquantified + wheel_phase(l, state)) * round_;
   mode.unquantified = std::min(2.0 * mode.peak, (mode.unquantified + phase * amplitude) * mode.fade);
@@ -435,7 +431,7 @@ void ModalErrors::update_unquantified(std::size_t l, double pulse, const MotionS
 /// the error [m] and the rate of the error [m/s].
 void ModalErrors::update_mechanism(std::size_t l, double stiffness, const MotionState& state) noexcept {
   Mode& mode = modes_[l];
-  const auto at = static_cast<std::size_t>(unmodelled_.pairs[l][0]);
+  const auto at = index(unmodelled_.pairs[l][0]);
   double force = -stiffness * state.q[at];
   for (std::size_t k = 0; k < 6 && !unmodelled_.spin_loads.empty(); ++k)
     force += unmodelled_.spin_loads[6 * at + k] * products_[k];
@@ -488,7 +484,7 @@ void ModalErrors::find_leaders(const MotionState& state) noexcept {
   for (std::size_t l = 0; l < modes_.size(); ++l) {
     const Mode& mode = modes_[l];
     const std::int32_t at = unmodelled_.pairs[l][0];
-    const auto index_in_plan = static_cast<std::size_t>(at);
+    const auto index_in_plan = index(at);
     const double own =
         square(mode.spread) + (l < shadow_.size() ? shadow_.square_of(index_in_plan)
                                : plan_.omega[index_in_plan] == 0.0
@@ -517,7 +513,7 @@ double ModalErrors::coriolis_stiffness(std::size_t l) const noexcept {
     const double* const s = unmodelled_.coriolis_rows.data() + 3 * pair;
     most = std::max(most, std::abs(s[0] * w_[0] + s[1] * w_[1] + s[2] * w_[2]));
   }
-  return 2.0 * plan_.mass * plan_.omega[static_cast<std::size_t>(mode)] * most;
+  return 2.0 * plan_.mass * plan_.omega[index(mode)] * most;
 }
 
 /// Finds the wheel with the largest effect on a mode below the coupled rungs. The effect comes from
@@ -527,7 +523,7 @@ void ModalErrors::find_wheel(std::size_t l, const MotionState& state,
                              StiffnessChanges& changes) const noexcept {
   if (is_coupled(plan_)) return;
   const std::int32_t mode = unmodelled_.pairs[l][0];
-  const auto at = static_cast<std::size_t>(mode), padded = static_cast<std::size_t>(plan_.num_padded);
+  const auto at = index(mode), padded = index(plan_.num_padded);
   for (std::size_t k = 0; k < state.wheel_momentum.size(); ++k) {
     const PlanWheel& wheel = plan_.wheels[k];
     const double* const rows = rotation_rows(plan_, wheel.attitude_index);
@@ -548,7 +544,7 @@ void ModalErrors::find_wheel(std::size_t l, const MotionState& state,
 const double* ModalErrors::load_row(const JudgedMode& named) const noexcept {
   const std::size_t n = flexibility_.size();
   if (named.mode < 0) return nullptr;
-  if (named.is_left_out) return unmodelled_.left_out_rows.data() + static_cast<std::size_t>(named.mode) * n;
+  if (named.is_left_out) return unmodelled_.left_out_rows.data() + index(named.mode) * n;
   const std::size_t l = judged_index(named.mode);
   return l < modes_.size() ? unmodelled_.load_rows.data() + l * n : nullptr;
 }
@@ -570,7 +566,7 @@ StiffnessChanges ModalErrors::stiffness_changes(const JudgedMode& named,
   StiffnessChanges changes;
   const double* const row = load_row(named);
   if (row == nullptr) return changes;
-  const std::size_t l = named.is_left_out ? static_cast<std::size_t>(named.mode) : judged_index(named.mode);
+  const std::size_t l = named.is_left_out ? index(named.mode) : judged_index(named.mode);
   const Array& spin_rows = named.is_left_out ? unmodelled_.left_out_spin : unmodelled_.spin_rows;
   for (std::size_t k = 0; k < 6; ++k) changes.spin += spin_rows[6 * l + k] * products_[k];
   changes.spin = std::abs(changes.spin);
@@ -620,7 +616,7 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
   }
   for (std::size_t l = 0; l < modes_.size(); ++l) {
     const Mode& mode = modes_[l];
-    const auto at = static_cast<std::size_t>(unmodelled_.pairs[l][0]);
+    const auto at = index(unmodelled_.pairs[l][0]);
     const bool is_mechanism = plan_.omega[at] == 0.0;
     if (l >= shadow_.size())
       error += is_mechanism ? square(mode.amplitude_error.real())

@@ -45,7 +45,7 @@ ResponsibleFinder::ResponsibleFinder(const Plan& plan) : plan_(plan) {
 void ResponsibleFinder::name_mode(std::int32_t mode, const State& state, Responsible& named) const noexcept {
   if (mode < 0) return;
   const StepPlan& plan = active_plan(plan_, state);
-  const auto l = static_cast<std::size_t>(mode);
+  const auto l = index(mode);
   named.mode = plan.mode_numbers.empty() ? mode + 1 : plan.mode_numbers[l];
   named.frequency = plan.omega[l] / (2.0 * M_PI);
 }
@@ -54,7 +54,7 @@ void ResponsibleFinder::name_mode(const JudgedMode& mode, const State& state,
                                   Responsible& named) const noexcept {
   if (!mode.is_left_out) return name_mode(mode.mode, state, named);
   const PlanNamed& names = unmodelled_of(plan_, state).named;
-  if (const auto l = static_cast<std::size_t>(mode.mode); l < names.left_out.size()) {
+  if (const auto l = index(mode.mode); l < names.left_out.size()) {
     named.mode = names.left_out[l];
     named.frequency = names.left_out_frequency[l];
   }
@@ -192,7 +192,7 @@ Responsible ResponsibleFinder::of_displacement(std::int32_t mode, const State& s
   Responsible found;
   if (mode >= 0) {
     const StepPlan& plan = active_plan(plan_, state);
-    const auto l = static_cast<std::size_t>(mode);
+    const auto l = index(mode);
     const double stiffness = plan.mass * squared(plan.omega[l]),
                  quasi_static = stiffness > 0.0 ? state.Q[l] / stiffness : 0.0;
     double most = 0.0;

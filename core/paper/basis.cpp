@@ -19,7 +19,7 @@ constexpr double kTie = 1e-6;
 
 Eigen::VectorXd mass_of_freedoms(const std::vector<PointMass>& points) {
   Eigen::VectorXd mass(3 * static_cast<Eigen::Index>(points.size()));
-  for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = points[static_cast<std::size_t>(i / 3)].mass;
+  for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = points[index(i / 3)].mass;
   return mass;
 }
 
@@ -135,7 +135,7 @@ void measure_residuals(const std::vector<PointMass>& points, const MassPropertie
 Basis basis_of_groups(const Scene& scene, const Structure& structure, const LinkFactor& factor,
                       Recipe recipe) {
   const MassProperties& properties = structure.mass_properties;
-  const auto num_expected = static_cast<std::size_t>(structure.omega.size());
+  const auto num_expected = index(structure.omega.size());
   std::vector<int> numbering(scene.points.size());
   std::iota(numbering.begin(), numbering.end(), 0);
   Eigen::MatrixXd groups = force_groups(recipe, scene.points, properties, numbering);
@@ -249,7 +249,7 @@ Basis orthonormalise(const std::vector<PointMass>& points, const MassProperties&
     return remainder;
   };
   for (Eigen::Index next = 0; next < rank; ++next) {
-    const int l = choice.kept[static_cast<std::size_t>(next)];
+    const int l = choice.kept[index(next)];
     const GramSchmidt::Remainder remainder = expand(l);
     basis.coefficients(next, l) = remainder.y.norm() / root_total;
     vectors.add(remainder.y);

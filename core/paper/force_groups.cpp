@@ -110,8 +110,7 @@ Vectors rigid_part(const std::vector<PointMass>& points, const MassProperties& p
   }
   Vectors S(3, r.cols());
   for (Eigen::Index i = 0; i < r.cols(); ++i)
-    S.col(i) =
-        points[static_cast<std::size_t>(i)].mass * (resultant / properties.mass + omega_dot.cross(r.col(i)));
+    S.col(i) = points[index(i)].mass * (resultant / properties.mass + omega_dot.cross(r.col(i)));
   return S;
 }
 

@@ -63,16 +63,15 @@ std::string stretched_links(const Scene& scene, const LinkFactor& factor, const 
   std::set<int> links;
   if (shapes.cols() == 0) return "";
   Eigen::VectorXd mass(shapes.rows());
-  for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = scene.points[static_cast<std::size_t>(i / 3)].mass;
+  for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = scene.points[index(i / 3)].mass;
   const Eigen::MatrixXd weighted = factor.constraints * mass.cwiseSqrt().cwiseInverse().asDiagonal();
   const Eigen::VectorXd largest_stretch = std::sqrt(mass.sum() / 3.0) * weighted.rowwise().norm();
   const Eigen::VectorXd stretch = (factor.constraints * shapes).cwiseAbs().rowwise().maxCoeff();
   for (Eigen::Index row = 0; row < factor.constraints.rows(); ++row)
     if (stretch[row] > kRigidRounding * largest_stretch[row])
-      links.insert(factor.constraint_link[static_cast<std::size_t>(row)]);
+      links.insert(factor.constraint_link[index(row)]);
   std::string names;
-  for (const int link : links)
-    names += (names.empty() ? "" : ", ") + called(scene.links[static_cast<std::size_t>(link)], link);
+  for (const int link : links) names += (names.empty() ? "" : ", ") + called(scene.links[index(link)], link);
   return names;
 }
 
@@ -89,8 +88,7 @@ Eigen::MatrixXd unit_forces(const std::vector<PointMass>& points, const Eigen::M
   double total = 0.0;
   for (const PointMass& point : points) total += point.mass;
   Eigen::VectorXd fraction(shapes.rows());
-  for (Eigen::Index i = 0; i < fraction.size(); ++i)
-    fraction[i] = points[static_cast<std::size_t>(i / 3)].mass / total;
+  for (Eigen::Index i = 0; i < fraction.size(); ++i) fraction[i] = points[index(i / 3)].mass / total;
   return fraction.asDiagonal() * shapes;
 }
 

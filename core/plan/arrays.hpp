@@ -24,7 +24,7 @@ inline Eigen::RowVectorXd row_of(const Eigen::MatrixXd& matrix, Eigen::Index row
 /// Returns an array (num_padded) that holds the values of the modes, then the values of the constraint shapes
 /// if there are any. Each of the two parts is padded with zeros.
 inline Array padded(const StepPlan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
-  Array all(static_cast<std::size_t>(plan.num_padded), 0.0);
+  Array all(index(plan.num_padded), 0.0);
   const Eigen::Index num_modes = std::min<Eigen::Index>(values.size(), plan.num_elastic);
   std::copy(values.begin(), values.begin() + num_modes, all.begin());
   std::copy(values.begin() + num_modes, values.end(), all.begin() + plan.num_moving);

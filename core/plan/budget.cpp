@@ -41,7 +41,7 @@ void warn_of_best_rung(const Scene& scene, const Structure& structure, const cha
 }
 
 std::span<const double> frequencies_of(const Structure& structure) {
-  return {structure.omega.data(), static_cast<std::size_t>(structure.omega.size())};
+  return {structure.omega.data(), index(structure.omega.size())};
 }
 
 void set_horizon(double horizon, Plan& plan) {
@@ -85,7 +85,7 @@ void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, 
   if (!add(PlanShadow::Kind::kBest, best)) return;
   if (best != plan.fidelity && !add(PlanShadow::Kind::kFine, plan.fidelity)) return;
   const bool lacks_modes = rung.has_modes && !plan.mode_numbers.empty() &&
-                           plan.mode_numbers.size() < static_cast<std::size_t>(structure.omega.size());
+                           plan.mode_numbers.size() < index(structure.omega.size());
   if (lacks_modes) add(PlanShadow::Kind::kFull, plan.fidelity);
 }
 

@@ -105,7 +105,7 @@ class Secular {
       out.left_q_dot = (N_.transpose() * left).array() * g_;
       out.left_q.resize(n_);
       for (Index l = 0; l < n_; ++l) {
-        const bool is_zero_frequency = is_zero_frequency_[static_cast<std::size_t>(l)];
+        const bool is_zero_frequency = is_zero_frequency_[index(l)];
         if (!is_zero_frequency) out.q_dot[l] *= s;
         out.q[l] = out.q_dot[l] == 0.0 ? 0.0 : out.q_dot[l] / s;
         out.left_q[l] = is_zero_frequency ? 0.0
@@ -143,7 +143,7 @@ class Secular {
     N_ = modes_.by_q.cast<Complex>() + s * modes_.by_q_dot.cast<Complex>();
     slope_ = first_ + second_;
     for (Index l = 0; l < n_; ++l) {
-      if (!is_zero_frequency_[static_cast<std::size_t>(l)]) continue;
+      if (!is_zero_frequency_[index(l)]) continue;
       first_[l] = 1.0, slope_[l] = 1.0;
       N_.col(l) = modes_.by_q_dot.col(l).cast<Complex>();
     }
@@ -160,7 +160,7 @@ class Secular {
     Complex sum = 0.0;
     MatrixXcd slope = modes_.by_q_dot.cast<Complex>();
     for (Index l = 0; l < n_; ++l) {
-      const bool is_zero_frequency = is_zero_frequency_[static_cast<std::size_t>(l)];
+      const bool is_zero_frequency = is_zero_frequency_[index(l)];
       sum += slope_[l] * g_[l];
       if (is_zero_frequency) slope.col(l).setZero();
       slope.col(l) = (slope.col(l) - N_.col(l) * (slope_[l] * g_[l])) * g_[l];
@@ -193,7 +193,7 @@ class Secular {
     Index nearest = root.pole;
     double least = std::abs(root.shift);
     for (Index pole = 0; pole < 2 * n_; ++pole) {
-      if (pole < n_ && is_zero_frequency_[static_cast<std::size_t>(pole)]) continue;
+      if (pole < n_ && is_zero_frequency_[index(pole)]) continue;
       const double distance = std::abs(s - poles_[pole]);
       if (distance < 0.5 * least) nearest = pole, least = distance;
     }
@@ -242,9 +242,8 @@ bool visit_dense(const CoupledModes& modes, const std::function<void(const Coupl
   const Eigen::VectorXd size = modes.omega(held).cwiseMax(1e-6 * top);
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(m + n, m + n);
   for (Index k = 0; k < m; ++k) {
-    A(k, m + held[static_cast<std::size_t>(k)]) = size[k];
-    A(m + held[static_cast<std::size_t>(k)], k) = -modes.omega[held[static_cast<std::size_t>(k)]] *
-                                                  modes.omega[held[static_cast<std::size_t>(k)]] / size[k];
+    A(k, m + held[index(k)]) = size[k];
+    A(m + held[index(k)], k) = -modes.omega[held[index(k)]] * modes.omega[held[index(k)]] / size[k];
   }
   A.bottomLeftCorner(n, m) +=
       modes.out.transpose() * modes.by_q(Eigen::all, held) * size.cwiseInverse().asDiagonal();
@@ -266,8 +265,8 @@ bool visit_dense(const CoupledModes& modes, const std::function<void(const Coupl
                      VectorXcd::Zero(n),
                      left.row(i).tail(n).transpose()};
     for (Index k = 0; k < m; ++k) {
-      root.q[held[static_cast<std::size_t>(k)]] = right(k, i) / size[k];
-      root.left_q[held[static_cast<std::size_t>(k)]] = left(i, k) * size[k];
+      root.q[held[index(k)]] = right(k, i) / size[k];
+      root.left_q[held[index(k)]] = left(i, k) * size[k];
     }
     take(root);
   }

@@ -62,7 +62,7 @@ class Coupled {
     modes_.omega.resize(n), modes_.decay.resize(n);
     for (auto* rows : {&modes_.out, &modes_.by_q, &modes_.by_q_dot}) rows->resize(forces.out.rows(), n);
     for (std::size_t first = 0; first < coupled_modes.size();) {
-      const auto at = [&](std::size_t k) { return static_cast<std::size_t>(coupled_modes[k]); };
+      const auto at = [&](std::size_t k) { return index(coupled_modes[k]); };
       std::size_t last = first + 1;
       const double omega = plan.omega[at(first)], decay = plan.decay[at(first)];
       while (last < coupled_modes.size() && plan.omega[at(last)] - omega <= kEqualModes * omega &&
@@ -90,7 +90,7 @@ class Coupled {
   /// Returns the number of coupled combinations of modes, without the axes of the body.
   Eigen::Index size() const { return static_cast<Eigen::Index>(mode_.size()); }
   /// Returns the mode of the plan that a coupled combination replaces.
-  std::int32_t mode(Eigen::Index l) const { return mode_[static_cast<std::size_t>(l)]; }
+  std::int32_t mode(Eigen::Index l) const { return mode_[index(l)]; }
   /// Expands a vector over the coupled combinations to a vector over the modes of the plan.
   Eigen::VectorXcd on_plan(const Eigen::VectorXcd& coupled, Eigen::Index num_elastic) const {
     Eigen::VectorXcd all = Eigen::VectorXcd::Zero(num_elastic);
@@ -223,7 +223,7 @@ class Matching {
   }
 
   DampedMode motion(Eigen::Index l) const {
-    const Slot& slot = slots_[static_cast<std::size_t>(l)];
+    const Slot& slot = slots_[index(l)];
     const std::vector<std::size_t>& mine = slot.roots;
     DampedMode mode;
     mode.is_known = slot.room == 0 && std::all_of(mine.begin(), mine.end(),
@@ -324,7 +324,7 @@ bool couples_modes(const StepPlan& plan) {
 FreeMotion free_motion(const StepPlan& plan) {
   FreeMotion motion;
   std::vector<DampedMode>& all = motion.modes;
-  for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l)
+  for (std::size_t l = 0; l < index(plan.num_elastic); ++l)
     all.push_back(uncoupled(plan.omega[l], plan.decay[l]));
   if (!couples_modes(plan)) return motion;
   motion.unknown = unknown_coupling(plan);
@@ -347,7 +347,7 @@ FreeMotion free_motion(const StepPlan& plan) {
   if (!is_found) motion.unknown = "there are too many modes and too many forces that couple them";
   motion.nutation = is_found ? matching.nutation() : 0.0;
   for (Eigen::Index l = 0; l < coupled.size(); ++l) {
-    DampedMode& mode = all[static_cast<std::size_t>(coupled.mode(l))];
+    DampedMode& mode = all[index(coupled.mode(l))];
     mode = {};
     if (is_found)
       mode = matching.motion(l);

@@ -120,7 +120,7 @@ void add_fields(const Scene& scene, const Structure& structure, const MotionScop
   for (const Eigen::Matrix3d& field : fields) {
     Eigen::VectorXd forces(r.size());
     for (Eigen::Index i = 0; i < r.cols(); ++i)
-      forces.segment<3>(3 * i) = scene.points[static_cast<std::size_t>(i)].mass * field * r.col(i);
+      forces.segment<3>(3 * i) = scene.points[index(i)].mass * field * r.col(i);
     directions.add(forces);
   }
 }
@@ -180,7 +180,7 @@ Eigen::MatrixXd excitability_rows(const Scene& scene, const Structure& structure
   // motions sum to sum_i M f_ki^2 / m_i (THEORY 4.3).
   Eigen::VectorXd inverse_mass(forces.rows());
   for (Eigen::Index i = 0; i < inverse_mass.size(); ++i)
-    inverse_mass[i] = 1.0 / scene.points[static_cast<std::size_t>(i / 3)].mass;
+    inverse_mass[i] = 1.0 / scene.points[index(i / 3)].mass;
   rows.topRows(forces.cols()) = on_modes(forces, structure.shapes);
   for (Eigen::Index k = 0; k < forces.cols(); ++k) {
     const Eigen::VectorXd column = forces.col(k);

@@ -65,9 +65,9 @@ void add_followers(const StepPlan& plan, const PlanHistory& history, Kind& force
   const auto add = [&](const Eigen::MatrixXd& out, const Eigen::MatrixXd& by_q) {
     forces.add(out / plan.mass, by_q, Eigen::MatrixXd::Zero(out.rows(), n));
   };
-  const std::size_t block = 3 * static_cast<std::size_t>(plan.num_padded);
+  const std::size_t block = 3 * index(plan.num_padded);
   for (const PlanFollower& each : history.followers)
-    add(three_rows(plan.rows.data() + static_cast<std::size_t>(each.row) * block, plan),
+    add(three_rows(plan.rows.data() + index(each.row) * block, plan),
         -cross_matrix(vector(each.force_B)) * three_rows(each.rotation_rows.data(), plan));
   // kappa is 1/2 on the coupled rungs, because a torque on a rotated body there also has the term T x theta /
   // 2 (THEORY 12.53)
@@ -79,7 +79,7 @@ void add_followers(const StepPlan& plan, const PlanHistory& history, Kind& force
   const PlanStiffening& stiffening = history.stiffening;
   const auto m = static_cast<Eigen::Index>(stiffening.modes.size());
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(m, n), by_q = out;
-  for (Eigen::Index l = 0; l < m; ++l) out(l, stiffening.modes[static_cast<std::size_t>(l)]) = 1.0;
+  for (Eigen::Index l = 0; l < m; ++l) out(l, stiffening.modes[index(l)]) = 1.0;
   if (m > 0) by_q(Eigen::all, stiffening.modes) = -Eigen::Map<const RowMatrix>(stiffening.rows.data(), m, m);
   add(out, by_q);
 }

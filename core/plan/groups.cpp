@@ -24,7 +24,7 @@ PlanBodyRotation rotation_of_body(const Scene& scene, const Structure& structure
   PlanBodyRotation rotation;
   rotation.first = static_cast<std::int32_t>(plan.particles.all.size()) - count;
   rotation.count = count;
-  const Eigen::Vector3d offset = scene.points[static_cast<std::size_t>(point)].offset;
+  const Eigen::Vector3d offset = scene.points[index(point)].offset;
   rotation.offset = to_array(offset);
   rotation.centre = to_array(Eigen::Vector3d(structure.mass_properties.centres.col(point)));
   const Freedoms freedoms(scene);
@@ -41,7 +41,7 @@ PlanBodyRotation rotation_of_link_mass(const StepPlan& plan) {
   rotation.first = static_cast<std::int32_t>(plan.particles.all.size()) - 1;
   rotation.count = 1;
   rotation.centre = plan.particles.all.back().r;
-  rotation.rows.assign(3 * static_cast<std::size_t>(plan.num_padded), 0.0);
+  rotation.rows.assign(3 * index(plan.num_padded), 0.0);
   return rotation;
 }
 
@@ -59,7 +59,7 @@ class GroupMasses {
   std::vector<std::int32_t> of(const Group& group) {
     std::vector<std::int32_t> masses;
     for (const int point : group.points) {
-      const PointMass& each = scene_.points[static_cast<std::size_t>(point)];
+      const PointMass& each = scene_.points[index(point)];
       if (!has_attitude(each) && each.mass > 0.0) masses.push_back(point);
       if (has_attitude(each) && add(of_points_[point], masses) && is_coupled(plan_))
         plan_.coupled.kinetics.body_rotations.push_back(
@@ -67,7 +67,7 @@ class GroupMasses {
     }
     const std::set<int> points(group.points.begin(), group.points.end());
     for (const auto& [link, own] : of_links_) {
-      const std::vector<int>& ends = scene_.links[static_cast<std::size_t>(link)].points;
+      const std::vector<int>& ends = scene_.links[index(link)].points;
       if (!std::all_of(ends.begin(), ends.end(), [&](int end) { return points.count(end) > 0; })) continue;
       for (const std::size_t p : own)
         if (add({p}, masses) && is_coupled(plan_))
@@ -116,7 +116,7 @@ PlanGroup compile_group(const Group& group, std::span<const std::int32_t> masses
   Eigen::VectorXd mass(num_points);
   Eigen::Matrix3Xd d(3, num_points);
   for (Eigen::Index k = 0; k < num_points; ++k) {
-    const PlanPoint& carrier = mass_point(of, masses[static_cast<std::size_t>(k)]);
+    const PlanPoint& carrier = mass_point(of, masses[index(k)]);
     mass[k] = carrier.mass;
     d.col(k) = Eigen::Map<const Eigen::Vector3d>(carrier.r.data());
   }

@@ -85,7 +85,7 @@ Stiffest find_stiffest(const Scene& scene, double period) {
   Stiffest stiffest;
   for (std::size_t k = 0; k < scene.feedbacks.size(); ++k) {
     const Feedback& feedback = scene.feedbacks[k];
-    const double mass = scene.points[static_cast<std::size_t>(feedback.point)].mass;
+    const double mass = scene.points[index(feedback.point)].mass;
     const auto take = [&](const Eigen::Matrix3d& gain, const char* name, const char* share, double time) {
       Eigen::Index row = 0, column = 0;
       const double size = gain.cwiseAbs().maxCoeff(&row, &column) * time / mass;
@@ -127,14 +127,13 @@ double sufficient_rate(const StepPlan& plan, double growth) {
       set_rate(faster, std::ldexp(rate, k));
       factor = split_growth(faster);
     }
-    per_second[static_cast<std::size_t>(k)] = std::log(factor) / faster.period;
-    if (per_second[static_cast<std::size_t>(k)] <= kNegligibleGrowth * per_second[0])
-      return std::ldexp(rate, k);
+    per_second[index(k)] = std::log(factor) / faster.period;
+    if (per_second[index(k)] <= kNegligibleGrowth * per_second[0]) return std::ldexp(rate, k);
   }
   if (factor > 2.0) return 0.0;  // a force held over half a tick is too large even at the highest rate
   // the growth that remains at the highest rate is the growth due to the feedback itself
   int enough = 0;
-  while (!(per_second[static_cast<std::size_t>(enough)] <= 2.0 * per_second.back())) ++enough;
+  while (!(per_second[index(enough)] <= 2.0 * per_second.back())) ++enough;
   return std::ldexp(rate, enough);
 }
 

@@ -23,7 +23,7 @@ constexpr double kIdleTorque = 1e-9;
 
 void check_torque(const Scene& scene, const StepPlan& plan, const Load& load, const WrenchLoad& wrench,
                   Faults& faults) {
-  const PlanGroup& group = plan.groups[static_cast<std::size_t>(wrench.group)];
+  const PlanGroup& group = plan.groups[index(wrench.group)];
   // If the points lie on a line, only a torque in body axes can be checked at the set-up. In other axes, the
   // component about the line depends on the attitude.
   if (group.torque_rank == 2 && load.axes != Axes::kBody) return;
@@ -58,12 +58,12 @@ std::vector<PlanFollower> followers(const Load& load, const Structure& structure
   std::vector<PlanFollower> all;
   if (load.axes != Axes::kLocal) return all;
   for (const PointLoad& each : load.forces) {
-    const PlanPoint& point = plan.points[static_cast<std::size_t>(each.point)];
+    const PlanPoint& point = plan.points[index(each.point)];
     PlanFollower follower;
     follower.row = point.row;
     follower.r = point.r;
     follower.force_B = to_array(each.force);
-    follower.rotation_rows.assign(3 * static_cast<std::size_t>(plan.num_padded), 0.0);
+    follower.rotation_rows.assign(3 * index(plan.num_padded), 0.0);
     for (int axis = 0; axis < 3; ++axis) {
       const Eigen::RowVectorXd row = structure.local_rotations.at(each.point).row(axis);
       std::copy(row.begin(), row.end(),

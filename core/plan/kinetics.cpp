@@ -42,12 +42,12 @@ class Tables {
     const std::vector<RotatingBody> bodies = rotating_bodies(scene, structure);
     plan.coupled.kinetics.num_tables = bodies.empty() ? kPointTables : kBodyTables;
     for (int axis = 0; axis < 3; ++axis) {
-      const auto i = static_cast<std::size_t>(axis);
+      const auto i = index(axis);
       b_[i] = along(b, axis);
       weighted_[i] = mass.asDiagonal() * b_[i].leftCols(num_);
     }
     set_moments(structure);
-    plan.coupled.kinetics.tables.assign(static_cast<std::size_t>(plan.num_moving) * stride(), 0.0);
+    plan.coupled.kinetics.tables.assign(index(plan.num_moving) * stride(), 0.0);
     for (int k = 0; k < 3; ++k) put(k, outer(kCross[at(k)]) - outer(flipped(kCross[at(k)])));
     for (int k = 0; k < 6; ++k) {
       const Axes2 axes = kProducts[at(k)];
@@ -59,11 +59,9 @@ class Tables {
   }
 
  private:
-  static std::size_t at(int k) { return static_cast<std::size_t>(k); }
+  static std::size_t at(int k) { return index(k); }
   static Axes2 flipped(const Axes2& axes) { return {axes[1], axes[0]}; }
-  std::size_t stride() const {
-    return at(plan_.coupled.kinetics.num_tables) * static_cast<std::size_t>(plan_.num_padded);
-  }
+  std::size_t stride() const { return at(plan_.coupled.kinetics.num_tables) * index(plan_.num_padded); }
 
   // Y_l,ab = sum m r_a b_l,b, symmetric in a and b   (THEORY 8.15)
   void set_moments(const Structure& structure) {
@@ -87,12 +85,11 @@ class Tables {
 
   void put(int table, const Eigen::MatrixXd& values) {
     Array& tables = plan_.coupled.kinetics.tables;
-    const std::size_t n = static_cast<std::size_t>(plan_.num_padded);
+    const std::size_t n = index(plan_.num_padded);
     for (Eigen::Index k = 0; k < num_; ++k) {
       const Array row = padded(plan_, values.row(k).transpose());
       std::copy(row.begin(), row.end(),
-                tables.begin() +
-                    static_cast<std::ptrdiff_t>(static_cast<std::size_t>(k) * stride() + at(table) * n));
+                tables.begin() + static_cast<std::ptrdiff_t>(index(k) * stride() + at(table) * n));
     }
   }
 

@@ -16,14 +16,11 @@ namespace {
 
 std::vector<PlanFeature> all_features() {
   std::vector<PlanFeature> features(kNumFeatures);
-  for (int k = 0; k < kNumFeatures; ++k)
-    features[static_cast<std::size_t>(k)].feature = static_cast<Feature>(k);
+  for (int k = 0; k < kNumFeatures; ++k) features[index(k)].feature = static_cast<Feature>(k);
   return features;
 }
 
-bool keeps(const Scene& scene, Feature which) {
-  return scene.leave_out.keeps[static_cast<std::size_t>(which)];
-}
+bool keeps(const Scene& scene, Feature which) { return scene.leave_out.keeps[index(which)]; }
 
 // Returns true if commands push all points in all directions. Such commands excite all modes, so the
 // excitability, which takes long to compute in large scenes, is not needed.
@@ -63,7 +60,7 @@ class Unneeded {
   }
 
  private:
-  PlanFeature& feature(Feature which) { return reduced_.features[static_cast<std::size_t>(which)]; }
+  PlanFeature& feature(Feature which) { return reduced_.features[index(which)]; }
   bool keeps(Feature which) const { return freeflex::keeps(scene_, which); }
 
   void leave(Feature which, int count, std::string why) {
@@ -133,7 +130,7 @@ class Unneeded {
       return;
     }
     if (excites_all(scene_, reduced_.motion)) {
-      reduced_.spec.modes.resize(static_cast<std::size_t>(full_.num_elastic));
+      reduced_.spec.modes.resize(index(full_.num_elastic));
       std::iota(reduced_.spec.modes.begin(), reduced_.spec.modes.end(), 0);
       feature(Feature::kOutOfPlane).why = reduced_.motion.why_not_planar;
       feature(Feature::kUnreachedModes).why = "commands may push every point any way";
@@ -234,8 +231,7 @@ bool leave_out_small_modes(const Scene& scene, const Plan& plan, ReducedSpec& re
   reduced.features[static_cast<std::size_t>(Feature::kSmallModes)] = small.feature;
   if (!small.feature.is_left_out) return false;
   std::vector<int> kept;
-  for (const int position : small.kept)
-    kept.push_back(reduced.spec.modes[static_cast<std::size_t>(position)]);
+  for (const int position : small.kept) kept.push_back(reduced.spec.modes[index(position)]);
   PlanSpec& spec = reduced.spec;
   std::set_difference(spec.modes.begin(), spec.modes.end(), kept.begin(), kept.end(),
                       std::back_inserter(spec.static_modes));
@@ -248,7 +244,7 @@ std::optional<PlanSpec> fallback_spec(const Scene& scene, const ReducedSpec& red
   const bool is_bound = reduced.motion.binds_rotation || reduced.motion.binds_plane;
   if (scene.leave_out.on_need != OnNeed::kReplan || !is_bound) return std::nullopt;
   const MotionScope open = find_motion_scope(scene, *reduced.structure, reduced.spec.rung, true);
-  std::vector<int> excited(static_cast<std::size_t>(reduced.structure->omega.size()));
+  std::vector<int> excited(index(reduced.structure->omega.size()));
   std::iota(excited.begin(), excited.end(), 0);
   if (!excites_all(scene, open))
     excited = excited_modes(excitability_rows(scene, *reduced.structure, open, reduced.spec.initial),

@@ -46,8 +46,8 @@ std::vector<int> massless_of(const Scene& scene, std::vector<int> points) {
   for (std::size_t i = 0; i < scene.points.size(); ++i) is_massless[i] = scene.points[i].mass == 0.0;
   for (const Link& link : scene.links)
     if (std::holds_alternative<Rigid>(link.kind) || has_mass(link))
-      for (const int point : link.points) is_massless[static_cast<std::size_t>(point)] = false;
-  std::erase_if(points, [&](int point) { return !is_massless[static_cast<std::size_t>(point)]; });
+      for (const int point : link.points) is_massless[index(point)] = false;
+  std::erase_if(points, [&](int point) { return !is_massless[index(point)]; });
   std::ranges::sort(points);
   points.erase(std::unique(points.begin(), points.end()), points.end());
   return points;
@@ -80,7 +80,7 @@ void warn_of_massless_loads(const Scene& scene, Faults& faults) {
   const std::vector<int> points = massless_of(scene, std::move(loaded));
   if (points.empty()) return;
   add_warning(
-      faults, scene.points[static_cast<std::size_t>(points.front())].origin,
+      faults, scene.points[index(points.front())].origin,
       join_text(
           points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamed),
           points.size() == 1 ? " has" : " have",

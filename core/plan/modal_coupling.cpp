@@ -33,7 +33,7 @@ Eigen::MatrixXd modal(const Array& array, Eigen::Index num_rows, const StepPlan&
 }
 
 Array to_rows(const Eigen::MatrixXd& modal_rows, const StepPlan& plan) {
-  Array array(static_cast<std::size_t>(modal_rows.rows() * plan.num_padded), 0.0);
+  Array array(index(modal_rows.rows() * plan.num_padded), 0.0);
   Eigen::Map<RowMatrix>(array.data(), modal_rows.rows(), plan.num_padded).leftCols(plan.num_elastic) =
       modal_rows;
   return array;
@@ -78,7 +78,7 @@ void compile_feedbacks(const Scene& scene, const Structure& structure, StepPlan&
     by_q_dot.middleRows<3>(row) = given.velocity_gain * sensor;
     by_q_ddot.middleRows<3>(row) = given.acceleration_gain * sensor;
     PlanFeedback feedback;
-    const PlanPoint& point = plan.points[static_cast<std::size_t>(given.point)];
+    const PlanPoint& point = plan.points[index(given.point)];
     feedback.name = given.name;
     feedback.row = point.row;
     feedback.r = point.r;
@@ -178,7 +178,7 @@ Generator generator_of(const StepPlan& plan) {
   system.A.bottomLeftCorner(n, n) = B.transpose() * F_q / mass;
   system.A.bottomRightCorner(n, n) = (B.transpose() * F_v - R.transpose() * R) / mass;
   for (Eigen::Index k = 0; k < n; ++k) {
-    const auto mode = static_cast<std::size_t>(modes[static_cast<std::size_t>(k)]);
+    const auto mode = static_cast<std::size_t>(modes[index(k)]);
     const long double omega = plan.omega[mode], decay = plan.decay[mode];
     system.A(n + k, k) -= omega * omega;
     system.A(n + k, n + k) -= 2.0L * decay;
@@ -231,7 +231,7 @@ WideMatrix linear_loads(const WideMatrix& impulses, long double h) {
 
 // Returns the entries column by column, each column padded to stride.
 Array to_columns(const WideMatrix& rows, Eigen::Index stride) {
-  Array columns(static_cast<std::size_t>(rows.cols() * stride), 0.0);
+  Array columns(index(rows.cols() * stride), 0.0);
   Eigen::Map<Eigen::MatrixXd>(columns.data(), stride, rows.cols()).topRows(rows.rows()) = rows.cast<double>();
   return columns;
 }
@@ -248,9 +248,8 @@ void set_exact(StepPlan& plan) {
   Eigen::Matrix<long double, Eigen::Dynamic, 1> size =
       Eigen::Matrix<long double, Eigen::Dynamic, 1>::Ones(system.A.rows());
   for (Eigen::Index k = 0; k < n; ++k)
-    size[k] = std::max<long double>(
-        plan.omega[static_cast<std::size_t>(plan.modal_coupling.modes[static_cast<std::size_t>(k)])],
-        1.0L / h);
+    size[k] = std::max<long double>(plan.omega[static_cast<std::size_t>(plan.modal_coupling.modes[index(k)])],
+                                    1.0L / h);
   if (has_feedback) {
     // No other coordinate depends on the impulses. The impulses are scaled to be small, so that they do not
     // change the number of doublings of the series.
@@ -326,7 +325,7 @@ void compile_modal_coupling(const Scene& scene, const Structure& structure, Step
     const double off_diagonal = (D - Eigen::MatrixXd(diagonal.asDiagonal())).cwiseAbs().maxCoeff();
     if (off_diagonal <= kUncoupled * diagonal.maxCoeff()) {
       for (Eigen::Index mode = 0; mode < diagonal.size(); ++mode)
-        plan.decay[static_cast<std::size_t>(mode)] += 0.5 * diagonal[mode] / plan.mass;
+        plan.decay[index(mode)] += 0.5 * diagonal[mode] / plan.mass;
       R.resize(0, R.cols());
     }
   }
@@ -348,7 +347,7 @@ std::size_t set_modal_coupling_path(StepPlan& plan) {
   std::vector<std::int32_t> modes = coupled_modes(plan);
   const std::size_t num_coupled = modes.size();
   if (num_coupled == 0) return 0;
-  const bool is_exact = num_coupled <= static_cast<std::size_t>(kMaxExactModes);
+  const bool is_exact = num_coupled <= index(kMaxExactModes);
   plan.modal_coupling.path = is_exact ? PlanModalCoupling::Path::kExact : PlanModalCoupling::Path::kSplit;
   if (is_exact) plan.modal_coupling.modes = std::move(modes);
   return num_coupled;

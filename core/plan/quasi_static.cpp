@@ -24,7 +24,7 @@ std::string explain_mechanism(const Plan& plan, std::size_t mode) {
   std::string names;
   const std::vector<std::int32_t>& points = plan.mechanisms[mode];
   for (std::size_t k = 0; k < std::min(points.size(), kNames); ++k)
-    names += (k > 0 ? ", " : "") + plan.points[static_cast<std::size_t>(points[k])].name;
+    names += (k > 0 ? ", " : "") + plan.points[index(points[k])].name;
   if (points.size() > kNames) names += ", ...";
   return join_text("the load drives an unresisted motion, mechanism ", mode + 1, ", which moves ", names,
                    ", so there is no steady state; add links, or use a load that does not drive this motion");
@@ -39,7 +39,7 @@ bool is_finite(const Plan& plan, const State& state) {
   for (const std::int32_t point : plan.published_points)
     if (!are_finite(read_point(plan, state, point).V_B)) return false;
   for (std::size_t k = 0; k < plan.link_outputs.size(); ++k) {
-    std::vector<double> values(static_cast<std::size_t>(plan.link_outputs[k].num_rows));
+    std::vector<double> values(index(plan.link_outputs[k].num_rows));
     read_link(plan, state, static_cast<int>(k), values);
     if (!are_finite(values)) return false;
   }
@@ -62,7 +62,7 @@ std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std:
     return std::nullopt;
   }
   for (const Wrench& wrench : load.wrenches) {
-    error = refused_torque(plan.groups[static_cast<std::size_t>(wrench.group)], wrench.torque);
+    error = refused_torque(plan.groups[index(wrench.group)], wrench.torque);
     if (!error.empty()) return std::nullopt;
   }
   State state = make_state(plan);
@@ -84,9 +84,9 @@ std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std:
   state.moment_B = pattern.torque_B;
 
   double largest = 0.0;
-  for (std::size_t mode = 0; mode < static_cast<std::size_t>(plan.num_elastic); ++mode)
+  for (std::size_t mode = 0; mode < index(plan.num_elastic); ++mode)
     largest = std::max(largest, std::abs(state.Q[mode]));
-  for (std::size_t mode = 0; mode < static_cast<std::size_t>(plan.num_elastic); ++mode) {
+  for (std::size_t mode = 0; mode < index(plan.num_elastic); ++mode) {
     const double stiffness = plan.mass * plan.omega[mode] * plan.omega[mode];
     if (stiffness > 0.0) {
       state.q[mode] = state.Q[mode] / stiffness;

@@ -56,9 +56,9 @@ namespace {
 void set_own_rate(StepPlan& plan, double rate) {
   plan.period = 1.0 / rate;
   plan.propagator.undamped.clear();
-  plan.propagator.lanes.assign(static_cast<std::size_t>(plan.num_moving) / kLanes, {});
+  plan.propagator.lanes.assign(index(plan.num_moving) / kLanes, {});
   for (int mode = 0; mode < plan.num_elastic; ++mode) {
-    const auto l = static_cast<std::size_t>(mode);
+    const auto l = index(mode);
     set_mode(plan.propagator, mode, plan.omega[l], plan.decay[l], plan.period, plan.mass);
   }
   set_modal_coupling_period(plan);
@@ -85,8 +85,7 @@ void set_rate(Plan& plan, double rate) {
   PlanBudget& budget = plan.budget;
   if (budget.shadows.empty()) return;
   const StepPlan& best = budget.shadows.front().plan;
-  const std::int32_t substeps =
-      resolving_substeps({best.omega.data(), static_cast<std::size_t>(best.num_elastic)}, plan.period);
+  const std::int32_t substeps = resolving_substeps({best.omega.data(), index(best.num_elastic)}, plan.period);
   for (PlanShadow& shadow : budget.shadows) {
     shadow.substeps = shadow_substeps(shadow.kind, plan.fidelity, substeps);
     set_own_rate(shadow.plan, shadow.substeps / plan.period);

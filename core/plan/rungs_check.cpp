@@ -23,10 +23,8 @@ bool is_sized(const LoadSums& sums, std::size_t points, std::size_t groups, std:
 }
 
 bool is_bar(const StepPlan& plan, const PlanBar& bar) {
-  const auto is_point = [&](std::int32_t point) {
-    return point >= 0 && static_cast<std::size_t>(point) < plan.points.size();
-  };
-  return bar.link >= 0 && static_cast<std::size_t>(bar.link) < plan.links.size() && is_point(bar.first) &&
+  const auto is_point = [&](std::int32_t point) { return point >= 0 && index(point) < plan.points.size(); };
+  return bar.link >= 0 && index(bar.link) < plan.links.size() && is_point(bar.first) &&
          is_point(bar.second) && bar.first != bar.second && std::isfinite(bar.stiffness) &&
          bar.stiffness >= 0.0 && std::isfinite(bar.damping) && bar.damping >= 0.0 &&
          bar.stiffness + bar.damping > 0.0 && std::isfinite(bar.length) && bar.length > 0.0 &&
@@ -68,11 +66,10 @@ std::string find_in_kinetics(const StepPlan& plan) {
   if (has_tables ? kinetics.num_tables != kPointTables && kinetics.num_tables != kBodyTables
                  : kinetics.num_tables != 0)
     return "the number of tables over pairs of modes is wrong";
-  const auto n = static_cast<std::size_t>(plan.num_padded),
-             moving = static_cast<std::size_t>(plan.num_moving);
+  const auto n = index(plan.num_padded), moving = index(plan.num_moving);
   if (kinetics.moments.size() != (has_tables ? 6 * n : 0) ||
-      kinetics.tables.size() != moving * static_cast<std::size_t>(kinetics.num_tables) * n ||
-      !are_finite(kinetics.moments) || !are_finite(kinetics.tables))
+      kinetics.tables.size() != moving * index(kinetics.num_tables) * n || !are_finite(kinetics.moments) ||
+      !are_finite(kinetics.tables))
     return "the sums over pairs of modes have the wrong size or are not finite";
   for (const PlanOffset& body : kinetics.offsets)
     if (!has_tables || body.rows.size() != 3 * n || !are_finite(body.rows) || !are_finite(body.offset) ||
@@ -83,7 +80,7 @@ std::string find_in_kinetics(const StepPlan& plan) {
     if (body.first != static_cast<std::int32_t>(next) || body.count < 1 || body.rows.size() != 3 * n ||
         !are_finite(body.rows) || !are_finite(body.centre) || !are_finite(body.offset))
       return "a body with an attitude is out of order, or its rows have the wrong size or are not finite";
-    next += static_cast<std::size_t>(body.count);
+    next += index(body.count);
     if (next > plan.particles.all.size()) break;
   }
   if (next != plan.particles.all.size()) return "the bodies do not have the particles of the plan";
@@ -115,8 +112,7 @@ std::string find_rung_inconsistency(const StepPlan& plan) {
       return "the rows of a coupled rung are not those of its points";
   constexpr std::size_t kRows =
       std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions};
-  if (coupled.functions.size() != kRows * static_cast<std::size_t>(plan.num_padded) ||
-      !are_finite(coupled.functions))
+  if (coupled.functions.size() != kRows * index(plan.num_padded) || !are_finite(coupled.functions))
     return "the functions of the modes have the wrong size or are not finite";
   if (plan.modal_coupling.path != PlanModalCoupling::Path::kNone)
     return "a coupled rung has modal coupling, which only other rungs use";

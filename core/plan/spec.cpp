@@ -9,7 +9,7 @@ namespace freeflex {
 
 PlanSpec full_spec(const Scene& scene, const Structure& structure, Fidelity rung) {
   const RungTraits& traits = traits_of(rung);
-  const auto num_modes = static_cast<std::size_t>(structure.omega.size());
+  const auto num_modes = index(structure.omega.size());
   PlanSpec spec;
   spec.rung = rung;
   spec.rate = scene.rate;

@@ -24,7 +24,7 @@ SplitStep::SplitStep(const StepPlan& plan) {
     vq_[l] = (p.c_vq[k] + p.l_vq[k]) / size_[l];
   };
   for (Eigen::Index l = 0; l < n; ++l) {
-    const auto lane = static_cast<std::size_t>(l) / kLanes, k = static_cast<std::size_t>(l) % kLanes;
+    const auto lane = index(l) / kLanes, k = index(l) % kLanes;
     if (plan.propagator.lanes.empty()) {
       take(l, k, plan.propagator.undamped[lane]);
       vv_[l] = qq_[l];

@@ -22,7 +22,7 @@ using Products = Eigen::Matrix<double, 1, 6>;
 Products of_spin(const Eigen::Matrix3d& X) {
   Products row;
   for (Eigen::Index k = 0; k < 6; ++k) {
-    const auto [a, b] = kSpinProducts[static_cast<std::size_t>(k)];
+    const auto [a, b] = kSpinProducts[index(k)];
     row[k] = a == b ? X.trace() - X(a, a) : -(X(a, b) + X(b, a));
   }
   return row;
@@ -130,7 +130,7 @@ FarCoriolis far_coriolis(const Structure& whole, const Prestress& prestress, int
       separation = std::copysign(kLeastSeparation * square, separation);
     const Eigen::Vector3d s = crosses.col(u);
     for (Eigen::Index k = 0; k < 6; ++k) {
-      const auto [a, b] = kSpinProducts[static_cast<std::size_t>(k)];
+      const auto [a, b] = kSpinProducts[index(k)];
       const double product = (a == b ? 4.0 : 8.0) * square * s[a] * s[b];
       far.shift[k] -= product / separation;
       far.transfer[k] += product / (separation * separation);
@@ -229,8 +229,7 @@ void fill_high_orders(const Prestress& prestress, const Eigen::MatrixXd& rows, c
     const Prestress::Pair pair{std::min(l, u), std::max(l, u)};
     return std::find(prestress.pairs.begin(), prestress.pairs.end(), pair) - prestress.pairs.begin();
   };
-  const auto n = static_cast<std::size_t>(
-      std::lower_bound(modes.begin(), modes.end(), prestress.num_shadowed) - modes.begin());
+  const auto n = index(std::lower_bound(modes.begin(), modes.end(), prestress.num_shadowed) - modes.begin());
   unmodelled.num_shadowed = static_cast<std::int32_t>(n);
   for (Eigen::Index form = 0; form < quartic.rows(); form += quartic.cols())
     for (std::size_t a = 0; a < n; ++a)
@@ -272,12 +271,11 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
       std::any_of(scene.links.begin(), scene.links.end(), [](const Link& link) { return has_mass(link); });
   if (whole.kept.is_subset)
     unmodelled.lacks_modes = LacksModes::kNotKept;
-  else if (spec.modes.size() < static_cast<std::size_t>(whole.omega.size()) &&
-           scene.leave_out.tolerance > 0.0)
+  else if (spec.modes.size() < index(whole.omega.size()) && scene.leave_out.tolerance > 0.0)
     unmodelled.lacks_modes = LacksModes::kSmallModes;
-  std::vector<int> index_in_plan(static_cast<std::size_t>(whole.omega.size()), -1);
+  std::vector<int> index_in_plan(index(whole.omega.size()), -1);
   for (std::size_t k = 0; k < spec.modes.size(); ++k)
-    index_in_plan[static_cast<std::size_t>(spec.modes[k])] = static_cast<int>(k);
+    index_in_plan[index(spec.modes[k])] = static_cast<int>(k);
   const bool has_unquantified_link = std::any_of(scene.links.begin(), scene.links.end(), is_unquantified);
   const SpinRows spin(scene, whole, rung, rows);
   const std::vector<RotatingBody> bodies = rotating_bodies(scene, whole);
@@ -286,8 +284,7 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
   Eigen::Matrix3Xd crosses;
   for (std::size_t k = 0; k < prestress.pairs.size(); ++k) {
     const auto [l, u] = prestress.pairs[k];
-    const int at_l = index_in_plan[static_cast<std::size_t>(l)],
-              at_u = index_in_plan[static_cast<std::size_t>(u)];
+    const int at_l = index_in_plan[index(l)], at_u = index_in_plan[index(u)];
     if (l == u && at_l < 0 && whole.omega[l] > 0.0) {
       const double c = whole.mass_properties.mass * whole.omega[l] * whole.omega[l];
       const auto left_out = static_cast<Eigen::Index>(k);
@@ -324,7 +321,7 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
   fill_high_orders(prestress, rows, rung.has_true_geometry ? prestress.bent_quartic : prestress.quartic,
                    spec.modes, unmodelled);
   for (std::int32_t c = 0; c < unmodelled.num_shadowed; ++c)
-    append(of_spin(field_of(whole, spec.modes[static_cast<std::size_t>(c)])), unmodelled.inertia_rows);
+    append(of_spin(field_of(whole, spec.modes[index(c)])), unmodelled.inertia_rows);
   for (std::size_t k = 0; k < scene.loads.size(); ++k) {
     Array arms;
     const SumsOnPoints sums = sums_of(scene.loads[k], plan);
@@ -337,7 +334,7 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
   for (int mode = 0; mode < static_cast<int>(whole.omega.size()); ++mode) {
     const Products load = of_spin(field_of(whole, mode));
     const double stiffness = whole.mass_properties.mass * whole.omega[mode] * whole.omega[mode];
-    if (index_in_plan[static_cast<std::size_t>(mode)] >= 0)
+    if (index_in_plan[index(mode)] >= 0)
       append(load, unmodelled.spin_loads);
     else if (stiffness > 0.0)
       left_out += load.transpose() * load / (stiffness * stiffness);

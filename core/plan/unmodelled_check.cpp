@@ -8,21 +8,20 @@ std::string find_unmodelled_inconsistency(const StepPlan& plan, const PlanUnmode
   const auto require = [&](bool holds, const std::string& what) {
     if (!holds && error.empty()) error = what;
   };
-  const auto n = static_cast<std::size_t>(plan.num_elastic), num_pairs = unmodelled.pairs.size();
+  const auto n = index(plan.num_elastic), num_pairs = unmodelled.pairs.size();
   require(is_at_least(unmodelled.left_out, 0.0), "the size of the omitted modes is out of range");
   require(unmodelled.lacks_modes <= LacksModes::kNotKept, "the kind of the omitted modes is out of range");
   require(is_at_least(unmodelled.tolerance, 0.0), "the tolerance is out of range");
   require(are_ascending(unmodelled.fast_loads) && are_indices(unmodelled.fast_loads, plan.histories.size()),
           "a fast load is not in the plan");
-  require(unmodelled.num_judged >= 0 && static_cast<std::size_t>(unmodelled.num_judged) <= num_pairs,
+  require(unmodelled.num_judged >= 0 && index(unmodelled.num_judged) <= num_pairs,
           "the number of judged modes is out of range");
   for (std::size_t k = 0; k < num_pairs && error.empty(); ++k) {
     const auto [l, u] = unmodelled.pairs[k];
-    require(
-        is_index(l, n) && is_index(u, n) && (l == u) == (k < static_cast<std::size_t>(unmodelled.num_judged)),
-        "a pair of judged modes is not in the plan");
+    require(is_index(l, n) && is_index(u, n) && (l == u) == (k < index(unmodelled.num_judged)),
+            "a pair of judged modes is not in the plan");
   }
-  const auto num_shadowed = static_cast<std::size_t>(std::max(0, unmodelled.num_shadowed));
+  const auto num_shadowed = index(std::max(0, unmodelled.num_shadowed));
   require(unmodelled.num_shadowed >= 0 &&
               unmodelled.num_shadowed <= std::min(unmodelled.num_judged, kMostShadowedModes) &&
               (unmodelled.inertia_rows.empty() || unmodelled.inertia_rows.size() == num_shadowed * 6) &&
@@ -42,31 +41,30 @@ std::string find_unmodelled_inconsistency(const StepPlan& plan, const PlanUnmode
               (unmodelled.rate_rows.empty() || unmodelled.rate_rows.size() == num_pairs * n) &&
               unmodelled.spin_rows.size() == num_pairs * 6 &&
               unmodelled.coriolis_rows.size() == num_pairs * 3 &&
-              unmodelled.root_quartic.size() == static_cast<std::size_t>(unmodelled.num_judged) &&
+              unmodelled.root_quartic.size() == index(unmodelled.num_judged) &&
               (unmodelled.coriolis_transfer.empty() ||
-               unmodelled.coriolis_transfer.size() == static_cast<std::size_t>(unmodelled.num_judged) * 6) &&
+               unmodelled.coriolis_transfer.size() == index(unmodelled.num_judged) * 6) &&
               unmodelled.left_out_spin.size() % 6 == 0 &&
               unmodelled.left_out_rows.size() == unmodelled.left_out_spin.size() / 6 * n &&
               (unmodelled.spin_loads.empty() || unmodelled.spin_loads.size() == n * 6) &&
               (unmodelled.bodies.push_rows.empty() || unmodelled.bodies.push_rows.size() == num_pairs * 6) &&
               (unmodelled.spin_left_out.empty() || unmodelled.spin_left_out.size() == 36),
           "the tables of unmodelled terms have the wrong size");
-  require(
-      are_finite(unmodelled.load_rows) && are_finite(unmodelled.rate_rows) &&
-          are_finite(unmodelled.spin_rows) && are_finite(unmodelled.coriolis_rows) &&
-          are_finite(unmodelled.coriolis_transfer) && are_finite(unmodelled.spin_loads) &&
-          are_finite(unmodelled.spin_left_out) && are_finite(unmodelled.root_quartic) &&
-          are_finite(unmodelled.shadow_rows) && are_finite(unmodelled.bodies.push_rows) &&
-          std::isfinite(unmodelled.bodies.inner_load) &&
-          (unmodelled.bodies.unquantified_factor.empty() ||
-           unmodelled.bodies.unquantified_factor.size() == static_cast<std::size_t>(unmodelled.num_judged)) &&
-          are_finite(unmodelled.bodies.unquantified_factor) && are_finite(unmodelled.bodies.load_sizes) &&
-          (unmodelled.bodies.load_sizes.empty() ||
-           unmodelled.bodies.load_sizes.size() == plan.histories.size()) &&
-          are_finite(unmodelled.left_out_rows) && are_finite(unmodelled.left_out_spin),
-      "the tables of unmodelled terms are not finite");
+  require(are_finite(unmodelled.load_rows) && are_finite(unmodelled.rate_rows) &&
+              are_finite(unmodelled.spin_rows) && are_finite(unmodelled.coriolis_rows) &&
+              are_finite(unmodelled.coriolis_transfer) && are_finite(unmodelled.spin_loads) &&
+              are_finite(unmodelled.spin_left_out) && are_finite(unmodelled.root_quartic) &&
+              are_finite(unmodelled.shadow_rows) && are_finite(unmodelled.bodies.push_rows) &&
+              std::isfinite(unmodelled.bodies.inner_load) &&
+              (unmodelled.bodies.unquantified_factor.empty() ||
+               unmodelled.bodies.unquantified_factor.size() == index(unmodelled.num_judged)) &&
+              are_finite(unmodelled.bodies.unquantified_factor) && are_finite(unmodelled.bodies.load_sizes) &&
+              (unmodelled.bodies.load_sizes.empty() ||
+               unmodelled.bodies.load_sizes.size() == plan.histories.size()) &&
+              are_finite(unmodelled.left_out_rows) && are_finite(unmodelled.left_out_spin),
+          "the tables of unmodelled terms are not finite");
   const std::vector<std::int32_t>& links = unmodelled.named.links;
-  require((links.empty() || links.size() == static_cast<std::size_t>(unmodelled.num_judged)) &&
+  require((links.empty() || links.size() == index(unmodelled.num_judged)) &&
               std::all_of(links.begin(), links.end(),
                           [&](std::int32_t link) { return link == -1 || is_index(link, plan.links.size()); }),
           "a link of unknown internal forces is not in the plan");

@@ -20,8 +20,8 @@ using Eigen::Vector3d;
 void add_link_forces(const CartesianSystem& system, std::span<const double> e, std::span<const double> e_dot,
                      std::span<double> force) {
   for (const CartesianLink& link : system.links) {
-    const auto i = 3 * static_cast<std::size_t>(link.first);
-    const auto j = 3 * static_cast<std::size_t>(link.second);
+    const auto i = 3 * index(link.first);
+    const auto j = 3 * index(link.second);
     double d[3], x[3];
     double rest_d = 0.0, d_d = 0.0, x_x = 0.0;
     for (std::size_t a = 0; a < 3; ++a) {
@@ -75,8 +75,7 @@ double amplitude(const History& history, double t, double piece_time) {
     const auto& values = table->values;
     if (t <= times.front()) return values.front();
     if (t >= times.back()) return values.back();
-    const auto next =
-        static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), t) - times.begin());
+    const auto next = index(std::upper_bound(times.begin(), times.end(), t) - times.begin());
     const double share = (t - times[next - 1]) / (times[next] - times[next - 1]);
     return values[next - 1] + share * (values[next] - values[next - 1]);
   }

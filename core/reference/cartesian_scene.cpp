@@ -74,7 +74,7 @@ void add_wrench(const CartesianSystem& system, const Group& group, const WrenchL
   Eigen::VectorXd mass(count);
   Matrix3Xd d(3, count);
   for (Eigen::Index k = 0; k < count; ++k) {
-    const int point = group.points[static_cast<std::size_t>(k)];
+    const int point = group.points[index(k)];
     mass[k] = system.mass[point];
     d.col(k) = system.r.col(point);
   }
@@ -85,7 +85,7 @@ void add_wrench(const CartesianSystem& system, const Group& group, const WrenchL
   torque.torque = wrench.torque;
   torque.points = group.points;
   for (Eigen::Index k = 0; k < count; ++k) {
-    load.forces.push_back({torque.points[static_cast<std::size_t>(k)], mass[k] / mass.sum() * wrench.force});
+    load.forces.push_back({torque.points[index(k)], mass[k] / mass.sum() * wrench.force});
     torque.force_per_torque.emplace_back(-mass[k] * cross_matrix(d.col(k)) * inertia.inverse);
   }
   if (!wrench.torque.isZero(0.0)) load.torques.push_back(std::move(torque));
@@ -106,7 +106,7 @@ void add_loads(const Scene& scene, CartesianSystem& system) {
     load.forces = given.forces;
     load.history = round_to_ticks(given.history, scene.rate);
     for (const WrenchLoad& wrench : given.wrenches) {
-      add_wrench(system, scene.groups[static_cast<std::size_t>(wrench.group)], wrench, load);
+      add_wrench(system, scene.groups[index(wrench.group)], wrench, load);
     }
     system.needs_body_axes = system.needs_body_axes || load.axes == Axes::kBody || !load.torques.empty();
     system.loads.push_back(std::move(load));
@@ -155,8 +155,8 @@ CartesianSystem make_axial_system(const Scene& scene) {
   system.mass.resize(n);
   system.r.resize(3, n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    system.mass[i] = scene.points[static_cast<std::size_t>(i)].mass;
-    system.r.col(i) = scene.points[static_cast<std::size_t>(i)].position;
+    system.mass[i] = scene.points[index(i)].mass;
+    system.r.col(i) = scene.points[index(i)].position;
   }
   const Vector3d p_SB = system.r * system.mass / system.mass.sum();
   system.r.colwise() -= p_SB;
@@ -169,8 +169,7 @@ CartesianSystem make_axial_system(const Scene& scene) {
     link.second = given.points[1];
     // the difference is taken between coordinates of the scene, because a shift to the centre of mass would
     // round them
-    link.rest = scene.points[static_cast<std::size_t>(link.second)].position -
-                scene.points[static_cast<std::size_t>(link.first)].position;
+    link.rest = scene.points[index(link.second)].position - scene.points[index(link.first)].position;
     link.length = link.rest.norm();
     if (const auto* bar = std::get_if<Bar>(&given.kind)) link.stiffness = bar->EA / link.length;
     if (const auto* spring = std::get_if<Spring>(&given.kind)) link.stiffness = spring->stiffness;

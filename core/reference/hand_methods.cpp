@@ -240,7 +240,7 @@ void Stoermer::schedule(int columns) {
     sides[side].push_back(j);
     num_substeps[side] += j;
   }
-  evaluations_.resize(static_cast<std::size_t>(std::max(num_substeps[0], num_substeps[1])));
+  evaluations_.resize(index(std::max(num_substeps[0], num_substeps[1])));
   for (std::size_t side = 0; side < 2; ++side) {
     start_.substep[side] = start_.weight[side] = start_.continues[side] = 0.0;
     start_.next_substep[side] = 1.0 / sides[side].front();

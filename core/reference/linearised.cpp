@@ -285,8 +285,7 @@ std::size_t Linearised::memory() const {
   const int spaces =
       rival_ == Rival::kKrylov ? from_force_.size() + from_velocity_.size() + from_change_.size() : 0;
   constexpr std::size_t kVectors = 7;
-  return rows_.size() * sizeof(Row) +
-         (kVectors + static_cast<std::size_t>(spaces)) * sizeof(double) * static_cast<std::size_t>(y_.size());
+  return rows_.size() * sizeof(Row) + (kVectors + index(spaces)) * sizeof(double) * index(y_.size());
 }
 
 std::string Linearised::step(const Frame& frame, double t, double span, const RivalOptions& options,

@@ -168,22 +168,19 @@ void SpringNetwork::jacobian(const double* x, std::span<double> values) const {
       const double weight = sign * inverse_mass_[index(row)];
       const std::int64_t stride = column_sizes_[index(column / 3)];
       for (std::int64_t b = 0; b < 3; ++b)
-        for (std::int64_t a = 0; a < 3; ++a)
-          values[static_cast<std::size_t>(start + b * stride + a)] += weight * S(a, b);
+        for (std::int64_t a = 0; a < 3; ++a) values[index(start + b * stride + a)] += weight * S(a, b);
     };
     add(blocks_[s][0], first, first, -1.0);
     add(blocks_[s][1], second, first, 1.0);
     add(blocks_[s][2], first, second, 1.0);
     add(blocks_[s][3], second, second, -1.0);
   }
-  for (std::size_t k = static_cast<std::size_t>(velocity_columns_); k < values.size(); k += 2)
-    values[k] = 1.0;
+  for (std::size_t k = index(velocity_columns_); k < values.size(); k += 2) values[k] = 1.0;
 }
 
 void SpringNetwork::initial(std::span<double> x, std::span<double> v) const {
   const Eigen::Index n = system_->mass.size();
-  const CartesianState start =
-      freeflex::to_world(*system_, 0.0, {system_->initial.data(), static_cast<std::size_t>(6 * n)});
+  const CartesianState start = freeflex::to_world(*system_, 0.0, {system_->initial.data(), index(6 * n)});
   Map<Matrix3Xd>(x.data(), 3, n) = start.p_W.colwise() - system_->p_WB;
   Map<Matrix3Xd>(v.data(), 3, n) = start.v_W.colwise() - system_->v_WB;
 }

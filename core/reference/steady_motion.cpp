@@ -54,7 +54,7 @@ VectorXd derivative(const Function& f, const VectorXd& x, const VectorXd& direct
 
 VectorXd acceleration(const CartesianSystem& system, const VectorXd& e, const VectorXd& e_dot) {
   VectorXd result(e.size());
-  const auto size = static_cast<std::size_t>(e.size());
+  const auto size = index(e.size());
   accelerations(system, 0.0, 0.0, {e.data(), size}, {e_dot.data(), size}, {result.data(), size});
   return result;
 }
@@ -206,7 +206,7 @@ SteadyMotion steady_motion(const CartesianSystem& system, const VectorXd& start)
   first_order.bottomLeftCorner(m, m) = basis.transpose() * jacobian(uncorrected, e, basis, false);
   first_order.bottomRightCorner(m, m) = basis.transpose() * jacobian(uncorrected, e, basis, true);
   const Eigen::EigenSolver<MatrixXd> eigen(first_order);
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(2 * m));
+  std::vector<Eigen::Index> order(index(2 * m));
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](Eigen::Index i, Eigen::Index j) {
     return std::abs(eigen.eigenvalues()[i]) < std::abs(eigen.eigenvalues()[j]);
@@ -214,7 +214,7 @@ SteadyMotion steady_motion(const CartesianSystem& system, const VectorXd& start)
   motion.rates.resize(2 * m);
   motion.shapes.resize(3 * n, 2 * m);
   for (Eigen::Index k = 0; k < 2 * m; ++k) {
-    const Eigen::Index i = order[static_cast<std::size_t>(k)];
+    const Eigen::Index i = order[index(k)];
     motion.rates[k] = eigen.eigenvalues()[i];
     motion.shapes.col(k) = root.cwiseInverse().asDiagonal() * (basis * eigen.eigenvectors().col(i).head(m));
   }

@@ -50,7 +50,7 @@ namespace {
 int slope(realtype t, N_Vector y, N_Vector y_dot, void* user) {
   constexpr long kLookEvery = 256;  // number of evaluations between two checks of is_stopped
   auto& members = *static_cast<SundialsSolver::Members*>(user);
-  const auto size = static_cast<std::size_t>(N_VGetLength(y));
+  const auto size = index(N_VGetLength(y));
   double* out = N_VGetArrayPointer(y_dot);
   // after a failure an implicit method tries again with a shorter step, so every evaluation after a stop must
   // fail
@@ -69,7 +69,7 @@ int jacobian(realtype, N_Vector y, N_Vector, SUNMatrix J, void* user, N_Vector, 
   const SmoothProblem& problem = *static_cast<SundialsSolver::Members*>(user)->problem;
   std::copy(problem.column_starts.begin(), problem.column_starts.end(), SUNSparseMatrix_IndexPointers(J));
   std::copy(problem.rows.begin(), problem.rows.end(), SUNSparseMatrix_IndexValues(J));
-  problem.jacobian({N_VGetArrayPointer(y), static_cast<std::size_t>(N_VGetLength(y))},
+  problem.jacobian({N_VGetArrayPointer(y), index(N_VGetLength(y))},
                    {SUNSparseMatrix_Data(J), problem.rows.size()});
   return 0;
 }
@@ -85,7 +85,7 @@ void keep_message(int, const char*, const char* function, char* text, void* user
 /// issue 311). With the idle stage the last abscissa is 0. The idle stage costs one evaluation in each step.
 ARKodeButcherTable with_idle_stage(int stages, int order, int embedded_order, const double* c,
                                    const double* A, const double* b, const double* d) {
-  const auto s = static_cast<std::size_t>(stages);
+  const auto s = index(stages);
   std::vector<double> c_more(s + 1, 0.0), A_more((s + 1) * (s + 1), 0.0), b_more(s + 1, 0.0),
       d_more(s + 1, 0.0);
   for (std::size_t i = 0; i < s; ++i) {
@@ -112,7 +112,7 @@ ARKodeButcherTable classical_table() {
 ARKodeButcherTable fehlberg_table() {
   ARKodeButcherTable table = ARKodeButcherTable_LoadERK(ARKODE_FEHLBERG_13_7_8);
   if (table == nullptr) return nullptr;
-  const auto s = static_cast<std::size_t>(table->stages);
+  const auto s = index(table->stages);
   std::vector<double> A(s * s);
   for (std::size_t i = 0; i < s; ++i)
     std::copy_n(table->A[i], s, A.begin() + static_cast<std::ptrdiff_t>(i * s));
@@ -332,12 +332,11 @@ std::size_t SundialsSolver::memory() const {
   if (m.erk != nullptr) static_cast<void>(ERKStepGetWorkSpace(m.erk, &reals, &integers));
   if (m.klu != nullptr) static_cast<void>(SUNLinSolSpace(m.klu, &solver_reals, &solver_integers));
   // the matrix and its saved copy
-  const std::size_t matrices = m.matrix != nullptr
-                                   ? 2 * (sizeof(double) + sizeof(sunindextype)) *
-                                         static_cast<std::size_t>(SUNSparseMatrix_NNZ(m.matrix))
-                                   : 0;
-  return matrices + sizeof(double) * static_cast<std::size_t>(reals + solver_reals) +
-         sizeof(sunindextype) * static_cast<std::size_t>(integers + solver_integers);
+  const std::size_t matrices =
+      m.matrix != nullptr ? 2 * (sizeof(double) + sizeof(sunindextype)) * index(SUNSparseMatrix_NNZ(m.matrix))
+                          : 0;
+  return matrices + sizeof(double) * index(reals + solver_reals) +
+         sizeof(sunindextype) * index(integers + solver_integers);
 }
 
 }  // namespace freeflex

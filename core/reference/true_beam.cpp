@@ -121,7 +121,7 @@ void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, 
   // second derivative of the energy with respect to t_y, t_z and roll of both ends
   Eigen::Matrix<double, 6, 6> natural = Eigen::Matrix<double, 6, 6>::Zero();
   for (Eigen::Index p = 0; p < 2; ++p) {
-    const auto plane = static_cast<std::size_t>(p);
+    const auto plane = index(p);
     const double own = symmetric[plane] + antisymmetric[plane] + 4.0 * N * length / 30.0;
     const double other = antisymmetric[plane] - symmetric[plane] - N * length / 30.0;
     natural(p, p) = natural(3 + p, 3 + p) = own;
@@ -134,9 +134,8 @@ void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, 
   natural += EA / length * bows * bows.transpose();
   for (Eigen::Index i = 0; i < 2; ++i)
     for (Eigen::Index j = 0; j < 2; ++j)
-      result.stiffness.block<3, 3>(3 * i, 3 * j) = rates[static_cast<std::size_t>(i)].transpose() *
-                                                   natural.block<3, 3>(3 * i, 3 * j) *
-                                                   rates[static_cast<std::size_t>(j)];
+      result.stiffness.block<3, 3>(3 * i, 3 * j) =
+          rates[index(i)].transpose() * natural.block<3, 3>(3 * i, 3 * j) * rates[index(j)];
 }
 
 }  // namespace freeflex

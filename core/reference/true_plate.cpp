@@ -66,7 +66,7 @@ TruePlate::TruePlate(const Plate& plate, const std::array<Vector3d, 3>& corners)
       Row row = Row::Zero();
       for (Eigen::Index i = 0; i < 3; ++i) add_inclination(row, i, P[m] * gradients.col(i));
       for (Eigen::Index k = 0; k < 3; ++k) {
-        const Vector2d& s = side[static_cast<std::size_t>(k)];
+        const Vector2d& s = side[index(k)];
         const double mu = (k == j ? 3.0 : -3.0) * s.dot(P[m] * gradients.col(j)) / s.squaredNorm();
         add_inclination(row, (k + 1) % 3, 0.5 * mu * s);
         add_inclination(row, (k + 2) % 3, 0.5 * mu * s);
@@ -106,7 +106,7 @@ void TruePlate::evaluate(const std::array<Vector3d, 3>& d, const std::array<Matr
   Matrix2d stress;
   stress << s[0] + s[1], s[2], s[2], s[0] - s[1];
   for (Eigen::Index i = 0; i < 3; ++i)
-    result.force[static_cast<std::size_t>(i)] = axes.leftCols<2>() * (stress * gradients.col(i));
+    result.force[index(i)] = axes.leftCols<2>() * (stress * gradients.col(i));
 
   // bending, over the rotation vectors theta of the corners relative to the axes of the plate
   // (THEORY 10.19)
@@ -137,9 +137,8 @@ void TruePlate::evaluate(const std::array<Vector3d, 3>& d, const std::array<Matr
   if (!with_stiffness) return;
   for (Eigen::Index i = 0; i < 3; ++i)
     for (Eigen::Index j = 0; j < 3; ++j)
-      result.stiffness.block<3, 3>(3 * i, 3 * j) = rates[static_cast<std::size_t>(i)].transpose() *
-                                                   bending.block<3, 3>(3 * i, 3 * j) *
-                                                   rates[static_cast<std::size_t>(j)];
+      result.stiffness.block<3, 3>(3 * i, 3 * j) =
+          rates[index(i)].transpose() * bending.block<3, 3>(3 * i, 3 * j) * rates[index(j)];
 }
 
 }  // namespace freeflex

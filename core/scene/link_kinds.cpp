@@ -44,8 +44,7 @@ std::vector<LinkValue> values_of(const Link& link) {
 }
 
 Eigen::Vector3d span_of(const Scene& scene, const Link& link) {
-  return scene.points[static_cast<std::size_t>(link.points[1])].position -
-         scene.points[static_cast<std::size_t>(link.points[0])].position;
+  return scene.points[index(link.points[1])].position - scene.points[index(link.points[0])].position;
 }
 
 Axial axial_of(const Scene& scene, const Link& link) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/command_limits.hpp"
+#include "core/index.hpp"
 #include "core/scene/products.hpp"
 #include "core/words.hpp"
 

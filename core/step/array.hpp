@@ -1,10 +1,12 @@
-// This file defines the type, the padding and the indices of arrays over modes.
+// This file defines the type and the padding of arrays over modes.
 #pragma once
 
 #include <concepts>
 #include <cstddef>
 #include <new>
 #include <vector>
+
+#include "core/index.hpp"
 
 namespace freeflex {
 
@@ -31,14 +33,6 @@ template <std::integral Count>
 constexpr Count pad(Count n) noexcept {
   constexpr Count kMultiple{kLanes};
   return (n + kMultiple - 1) / kMultiple * kMultiple;
-}
-
-/// Returns i as an index of a container. Plans use indices of 32 bits, Eigen uses signed integers, and
-/// containers use std::size_t.
-/// \pre i >= 0
-template <std::signed_integral Signed>
-constexpr std::size_t index(Signed i) noexcept {
-  return static_cast<std::size_t>(i);
 }
 
 /// Holds one double for each mode, or several rows of such values. num_padded is a multiple of kLanes, so

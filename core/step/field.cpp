@@ -43,7 +43,7 @@ void add_field(const StepPlan& plan, const Mat3& R_WB, const Vec3& H_W, const Ve
     for (std::size_t a = 0; a < 3; ++a) diagonal[a] += along * rho[a] * rho[a] - gradient;
     off = add_scaled(off, along, {rho[0] * rho[1], rho[0] * rho[2], rho[1] * rho[2]});
   }
-  const auto n = static_cast<std::size_t>(plan.num_padded);
+  const auto n = index(plan.num_padded);
   combine_rows(plan.field_rows.data(), diagonal, true, n, Q);
   combine_rows(plan.field_rows.data() + 3 * n, scale(2.0, off), true, n, Q);
 }

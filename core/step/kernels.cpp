@@ -223,8 +223,7 @@ FREEFLEX_KERNEL void advance(const Lanes* all, std::size_t n, ModalState from, c
 template <class V>
 FREEFLEX_KERNEL void contract_motion_to(const double* rows, const StepPlan* plan, const double* q,
                                         const double* q_dot, const double* Q, PointMotion* motion) noexcept {
-  const std::size_t n = static_cast<std::size_t>(plan->num_moving),
-                    stride = static_cast<std::size_t>(plan->num_padded);
+  const std::size_t n = index(plan->num_moving), stride = index(plan->num_padded);
   constexpr std::size_t kLanesOfV = sizeof(V) / sizeof(double);
   const double *omega = plan->omega.data(), *decay = plan->decay.data();
   const double inverse_mass = 1.0 / plan->mass;
@@ -264,8 +263,7 @@ FREEFLEX_KERNEL void contract_motion_to(const double* rows, const StepPlan* plan
 template <class V>
 FREEFLEX_KERNEL void contract_points_to(const StepPlan* plan, const double* a, const double* b, Vec3* a_out,
                                         Vec3* b_out, std::size_t num_points) noexcept {
-  const std::size_t n = static_cast<std::size_t>(plan->num_moving),
-                    stride = static_cast<std::size_t>(plan->num_padded);
+  const std::size_t n = index(plan->num_moving), stride = index(plan->num_padded);
   constexpr std::size_t kLanesOfV = sizeof(V) / sizeof(double);
   const double* rows = plan->rows.data();
   for (std::size_t i = 0; i < num_points; ++i, rows += 3 * stride) {
@@ -301,7 +299,7 @@ FREEFLEX_KERNEL void contract_points_to(const StepPlan* plan, const double* a, c
 template <class V>
 FREEFLEX_KERNEL void project_points_to(const StepPlan* plan, std::size_t n, const double* f, const double* g,
                                        std::size_t num_rows, double* x, double* y) noexcept {
-  const auto stride = static_cast<std::size_t>(plan->num_padded);
+  const auto stride = index(plan->num_padded);
   constexpr std::size_t kLanesOfV = sizeof(V) / sizeof(double), kChunks = kLanes / kLanesOfV;
   for (std::size_t l = 0; l < n; l += kLanes) {
     V sum_x[kChunks]{}, sum_y[kChunks]{};

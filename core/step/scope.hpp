@@ -34,11 +34,10 @@ Need find_need(const CommandScope& scope, const ForceCommand& command, const Poi
   const auto note = [&](const Vec3& v) {
     for (const double x : v) largest = __builtin_fabs(x) > largest ? __builtin_fabs(x) : largest;
   };
-  for (std::int32_t k = 0; k < command.num_points; ++k)
-    note(command.points[static_cast<std::size_t>(k)].force);
+  for (std::int32_t k = 0; k < command.num_points; ++k) note(command.points[index(k)].force);
   for (std::int32_t k = 0; k < command.num_wrenches; ++k) {
-    note(command.wrenches[static_cast<std::size_t>(k)].force);
-    note(command.wrenches[static_cast<std::size_t>(k)].torque);
+    note(command.wrenches[index(k)].force);
+    note(command.wrenches[index(k)].torque);
   }
   if (largest == 0.0) return Need::kNone;
   const auto in_body_axes = [&](const Vec3& v) {
@@ -58,11 +57,11 @@ Need find_need(const CommandScope& scope, const ForceCommand& command, const Poi
     is_out = is_out || leaves_plane(force);
   };
   for (std::int32_t k = 0; k < command.num_points; ++k) {
-    const PointForce& each = command.points[static_cast<std::size_t>(k)];
+    const PointForce& each = command.points[index(k)];
     take_force(point_arm(each.point), in_body_axes(each.force));
   }
   for (std::int32_t k = 0; k < command.num_wrenches; ++k) {
-    const Wrench& each = command.wrenches[static_cast<std::size_t>(k)];
+    const Wrench& each = command.wrenches[index(k)];
     take_force(group_arm(each.group), in_body_axes(each.force));
     const Vec3 torque = in_body_axes(each.torque);
     moment = add(moment, torque);

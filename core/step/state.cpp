@@ -14,7 +14,7 @@ namespace {
 /// plans.
 std::size_t most_padded(const StepPlan& plan) {
   const std::int32_t fallback = plan.fallback.empty() ? 0 : plan.fallback.front().num_padded;
-  return static_cast<std::size_t>(std::max(plan.num_padded, fallback));
+  return index(std::max(plan.num_padded, fallback));
 }
 
 LoadPattern make_roomy_pattern(const StepPlan& plan) {
@@ -40,7 +40,7 @@ void set_initial(const StepPlan& plan, State& state) {
     state.H_W = add(state.H_W, multiply(rotation_matrix(initial.q_WB), wheel_momentum_B(plan, state)));
   // A reset returns the state from the fallback plan to the plan. The arrays have room for both plans, so
   // nothing is allocated.
-  const auto n = static_cast<std::size_t>(plan.num_padded);
+  const auto n = index(plan.num_padded);
   for (Array* v : modal_arrays(state)) v->resize(n);
   state.commands_pattern.table.resize(9 * n);
   state.commands_pattern.Q_B.resize(n);
@@ -62,7 +62,7 @@ void set_initial(const StepPlan& plan, State& state) {
 
 State make_state(const StepPlan& plan) {
   State state;
-  const auto n = static_cast<std::size_t>(plan.num_padded);
+  const auto n = index(plan.num_padded);
   for (Array* v : modal_arrays(state)) {
     v->reserve(most_padded(plan));
     v->resize(n);
@@ -79,7 +79,7 @@ State make_state(const StepPlan& plan) {
 
 Workspace make_workspace(const StepPlan& plan) {
   Workspace workspace;
-  const auto n = static_cast<std::size_t>(plan.num_padded);
+  const auto n = index(plan.num_padded);
   for (Array* v : modal_arrays(workspace)) {
     v->reserve(most_padded(plan));
     v->resize(n);

@@ -9,9 +9,7 @@
 namespace freeflex {
 namespace {
 
-const Eigen::Vector3d& position(const Scene& scene, int point) {
-  return scene.points[static_cast<std::size_t>(point)].position;
-}
+const Eigen::Vector3d& position(const Scene& scene, int point) { return scene.points[index(point)].position; }
 
 }  // namespace
 

@@ -37,14 +37,14 @@ void GrowingColumns::append(const Eigen::MatrixXd& columns) {
 Eigen::MatrixXd GrowingColumns::range(Eigen::Index begin, Eigen::Index count) const {
   Eigen::MatrixXd columns(count > 0 ? chunks_.front().rows() : 0, count);
   for (Eigen::Index k = 0; k < count; ++k)
-    columns.col(k) = chunks_[static_cast<std::size_t>((begin + k) / kChunk)].col((begin + k) % kChunk);
+    columns.col(k) = chunks_[index((begin + k) / kChunk)].col((begin + k) % kChunk);
   return columns;
 }
 
 void GrowingColumns::project_out(Eigen::Index begin, const Eigen::MatrixXd& weighed, Eigen::MatrixXd& y,
                                  Eigen::MatrixXd& shares) const {
   for (Eigen::Index at = begin / kChunk * kChunk; at < count_; at += kChunk) {
-    const Eigen::MatrixXd& chunk = chunks_[static_cast<std::size_t>(at / kChunk)];
+    const Eigen::MatrixXd& chunk = chunks_[index(at / kChunk)];
     const Eigen::Index size = std::min(kChunk, count_ - at);
     const Eigen::MatrixXd h = products(chunk, size, weighed);
     subtract(chunk, size, h, y);
@@ -56,7 +56,7 @@ Eigen::MatrixXd GrowingColumns::times(const Eigen::MatrixXd& S) const {
   Eigen::MatrixXd result = Eigen::MatrixXd::Zero(count_ > 0 ? chunks_.front().rows() : 0, S.cols());
   for (Eigen::Index at = 0; at < S.rows(); at += kChunk) {
     const Eigen::Index size = std::min(kChunk, S.rows() - at);
-    subtract(chunks_[static_cast<std::size_t>(at / kChunk)], size, -S.middleRows(at, size), result);
+    subtract(chunks_[index(at / kChunk)], size, -S.middleRows(at, size), result);
   }
   return result;
 }
@@ -180,7 +180,7 @@ RitzPairs BlockLanczos::pairs(double tolerance) const {
   // T is symmetric, but each off-diagonal entry was computed twice, with different rounding errors
   T = (0.5 * (T + T.transpose())).eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(T);
-  std::vector<Eigen::Index> order(static_cast<std::size_t>(known));
+  std::vector<Eigen::Index> order(index(known));
   std::iota(order.begin(), order.end(), Eigen::Index{0});
   std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
     return std::abs(eigen.eigenvalues()[a]) > std::abs(eigen.eigenvalues()[b]);

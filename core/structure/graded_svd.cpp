@@ -74,7 +74,7 @@ double scaled_condition(const Eigen::MatrixXd& R) {
 
 std::vector<int> sort_rows(Eigen::MatrixXd& matrix) {
   const Eigen::VectorXd size = matrix.rowwise().lpNorm<Eigen::Infinity>();
-  std::vector<int> order(static_cast<std::size_t>(matrix.rows()));
+  std::vector<int> order(index(matrix.rows()));
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return size[a] > size[b]; });
   matrix = matrix(order, Eigen::all).eval();
@@ -114,7 +114,7 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
     left.array().rowwise() /= values.transpose().array();
     svd.accuracy = 4.0 * kEpsilon * scaled_condition(R);
   }
-  std::vector<int> order(static_cast<std::size_t>(n));
+  std::vector<int> order(index(n));
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return values[a] < values[b]; });
   svd.values = values(order);

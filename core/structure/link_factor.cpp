@@ -36,7 +36,7 @@ Eigen::MatrixXd rows_times(const DeformationRows& rows, const Eigen::MatrixXd& c
 
 int hub_of(const Scene& scene, const Link& link) {
   for (const int point : link.points)
-    if (has_attitude(scene.points[static_cast<std::size_t>(point)])) return point;
+    if (has_attitude(scene.points[index(point)])) return point;
   return -1;
 }
 
@@ -44,7 +44,7 @@ namespace {
 
 DeformationRows natural_rows(const Scene& scene, int link_index, const Freedoms& freedoms,
                              MatrixLimits& limits, Faults& faults) {
-  const Link& link = scene.links[static_cast<std::size_t>(link_index)];
+  const Link& link = scene.links[index(link_index)];
   using Rows = DeformationRows;
   const auto axial = [&] { return Rows{axial_row(scene, link, axial_of(scene, link).stiffness)}; };
   return std::visit(LinkCases{
@@ -90,7 +90,7 @@ class BodyRotations {
         continue;
       }
       const Rotation& rotation = rotations_.at(found->second);
-      for (const auto& [part, weight] : rotation[static_cast<std::size_t>(freedom - found->first)])
+      for (const auto& [part, weight] : rotation[index(freedom - found->first)])
         kept.emplace_back(part, coefficient * weight);
     }
     row.coefficients = std::move(kept);
@@ -101,12 +101,12 @@ class BodyRotations {
   using Rotation = std::array<std::vector<std::pair<int, double>>, 3>;
 
   static Rotation rotation_of_body(const Scene& scene, const Freedoms& freedoms, int body) {
-    const std::vector<int>& points = scene.links[static_cast<std::size_t>(body)].points;
+    const std::vector<int>& points = scene.links[index(body)].points;
     const Eigen::MatrixXd share = body_rotation(scene, points);
     const Eigen::Vector3d line = line_of(scene, points);
     Rotation rotation;
     for (Eigen::Index component = 0; component < 3; ++component) {
-      auto& parts = rotation[static_cast<std::size_t>(component)];
+      auto& parts = rotation[index(component)];
       for (std::size_t k = 0; k < points.size(); ++k)
         for (int axis = 0; axis < 3; ++axis)
           parts.emplace_back(3 * points[k] + axis, share(component, 3 * static_cast<Eigen::Index>(k) + axis));
@@ -140,9 +140,9 @@ void warn_of_redundant_links(const Scene& scene, const Eigen::ColPivHouseholderQ
                                      .triangularView<Eigen::Upper>()
                                      .solve(qr.matrixR().topRightCorner(rank, num_redundant));
   const auto link_at = [&](Eigen::Index column) {
-    return link_of[static_cast<std::size_t>(qr.colsPermutation().indices()[column])];
+    return link_of[index(qr.colsPermutation().indices()[column])];
   };
-  const auto name = [&](int link) { return called(scene.links[static_cast<std::size_t>(link)], link); };
+  const auto name = [&](int link) { return called(scene.links[index(link)], link); };
   // link -> number of its redundant rows, and the links that forbid the same motions
   std::map<int, std::pair<int, std::set<int>>> redundant;
   for (Eigen::Index k = 0; k < num_redundant; ++k) {
@@ -156,7 +156,7 @@ void warn_of_redundant_links(const Scene& scene, const Eigen::ColPivHouseholderQ
     std::string others;
     for (const int other : found.second) others += (others.empty() ? "" : ", ") + name(other);
     add_warning(
-        faults, scene.links[static_cast<std::size_t>(link)].origin,
+        faults, scene.links[index(link)].origin,
         join_text("rigid link ", name(link), " is redundant, because ",
                   found.first == 1 ? "a freedom that it removes"
                                    : join_text(found.first, " freedoms that it removes"),
@@ -193,7 +193,7 @@ void set_constraints(const Scene& scene, const Freedoms& freedoms, double roundi
   warn_of_redundant_links(scene, qr, link_of, faults);
   std::sort(kept.begin(), kept.end());
   factor.constraints = rows(kept, Eigen::all);
-  for (const int row : kept) factor.constraint_link.push_back(link_of[static_cast<std::size_t>(row)]);
+  for (const int row : kept) factor.constraint_link.push_back(link_of[index(row)]);
 }
 
 Eigen::MatrixXd stack(const Eigen::MatrixXd& upper, const Eigen::MatrixXd& lower) {
@@ -214,7 +214,7 @@ DeformationRows damping_deformations(const Scene& scene, const LinkFactor& facto
     if (link.viscous == 0.0) continue;
     const RowRange range = factor.natural_of[i];
     for (int k = range.first; k < range.first + range.count; ++k) {
-      rows.push_back(factor.natural[static_cast<std::size_t>(k)]);
+      rows.push_back(factor.natural[index(k)]);
       rows.back().root_stiffness *= std::sqrt(link.viscous);
     }
   }
@@ -245,17 +245,15 @@ Forbidden forbidden_by(const Scene& scene, const Freedoms& freedoms) {
 
 // returns the sets of rows that shared freedoms join; rows of two different sets have no freedom in common
 std::vector<std::vector<int>> joined_sets(const DeformationRows& rows, int num_freedoms) {
-  std::vector<int> parent(static_cast<std::size_t>(num_freedoms));
-  for (int k = 0; k < num_freedoms; ++k) parent[static_cast<std::size_t>(k)] = k;
+  std::vector<int> parent(index(num_freedoms));
+  for (int k = 0; k < num_freedoms; ++k) parent[index(k)] = k;
   const auto root = [&](int k) {
-    while (parent[static_cast<std::size_t>(k)] != k)
-      k = parent[static_cast<std::size_t>(k)] =
-          parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(k)])];
+    while (parent[index(k)] != k) k = parent[index(k)] = parent[static_cast<std::size_t>(parent[index(k)])];
     return k;
   };
   for (const DeformationRow& row : rows)
     for (const auto& [freedom, coefficient] : row.coefficients)
-      parent[static_cast<std::size_t>(root(freedom))] = root(row.coefficients.front().first);
+      parent[index(root(freedom))] = root(row.coefficients.front().first);
   std::map<int, std::vector<int>> sets;
   for (std::size_t k = 0; k < rows.size(); ++k)
     sets[root(rows[k].coefficients.front().first)].push_back(static_cast<int>(k));
@@ -270,21 +268,20 @@ void keep_independent(const Scene& scene, const Forbidden& all, const std::vecto
                       std::vector<int>& kept, Faults& faults) {
   std::map<int, int> column_of;
   for (const int k : set)
-    for (const auto& [freedom, coefficient] : all.rows[static_cast<std::size_t>(k)].coefficients)
+    for (const auto& [freedom, coefficient] : all.rows[index(k)].coefficients)
       column_of.emplace(freedom, static_cast<int>(column_of.size()));
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(set.size()),
                                                static_cast<Eigen::Index>(column_of.size()));
   std::vector<int> link_of;
   for (std::size_t k = 0; k < set.size(); ++k) {
-    const auto at = static_cast<std::size_t>(set[k]);
+    const auto at = index(set[k]);
     for (const auto& [freedom, coefficient] : all.rows[at].coefficients)
       rows(static_cast<Eigen::Index>(k), column_of.at(freedom)) += coefficient;
     link_of.push_back(all.link_of[at]);
   }
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.transpose());
   qr.setThreshold(threshold);
-  for (Eigen::Index k = 0; k < qr.rank(); ++k)
-    kept.push_back(set[static_cast<std::size_t>(qr.colsPermutation().indices()[k])]);
+  for (Eigen::Index k = 0; k < qr.rank(); ++k) kept.push_back(set[index(qr.colsPermutation().indices()[k])]);
   warn_of_redundant_links(scene, qr, link_of, faults);
 }
 
@@ -301,7 +298,7 @@ Freedoms::Freedoms(const Scene& scene) : num_displacements_(3 * static_cast<int>
   add_releases(scene);
   add_bodies(scene);
   for (int i = 0; i < static_cast<int>(scene.links.size()); ++i) {
-    const auto* matrix = std::get_if<MatrixLink>(&scene.links[static_cast<std::size_t>(i)].kind);
+    const auto* matrix = std::get_if<MatrixLink>(&scene.links[index(i)].kind);
     if (matrix == nullptr || matrix->num_inner == 0) continue;
     inner_.emplace(i, num_all());
     num_inner_ += matrix->num_inner;
@@ -327,7 +324,7 @@ void Freedoms::add_releases(const Scene& scene) {
 void Freedoms::add_bodies(const Scene& scene) {
   std::vector<int> on_line;
   for (int i = 0; i < static_cast<int>(scene.links.size()); ++i) {
-    const Link& link = scene.links[static_cast<std::size_t>(i)];
+    const Link& link = scene.links[index(i)];
     if (!is_body(link) || hub_of(scene, link) >= 0) continue;
     if (!line_of(scene, link.points).isZero(0.0))
       on_line.push_back(i);
@@ -336,7 +333,7 @@ void Freedoms::add_bodies(const Scene& scene) {
   }
   for (const int body : on_line) {
     bool rotates_joint = false;
-    for (const int point : scene.links[static_cast<std::size_t>(body)].points)
+    for (const int point : scene.links[index(body)].points)
       rotates_joint = (body_of_.emplace(point, body).second && has_joint(point)) || rotates_joint;
     if (rotates_joint) about_line_.emplace(body, num_all());
   }
@@ -370,8 +367,7 @@ double direction_rounding(const Scene& scene) {
   for (const Link& link : scene.links) {
     if (!traits_of(link).follows_points) continue;
     const auto length = [&](std::size_t from, std::size_t to) {
-      return (scene.points[static_cast<std::size_t>(link.points[to])].position -
-              scene.points[static_cast<std::size_t>(link.points[from])].position)
+      return (scene.points[index(link.points[to])].position - scene.points[index(link.points[from])].position)
           .stableNorm();
     };
     // the length of a rigid body is its size, because some of its points may coincide
@@ -461,9 +457,9 @@ LinkFactor factor_links_sparse(const Scene& scene, Faults& faults) {
   std::vector<int> kept;
   for (const std::vector<int>& set : joined_sets(all.rows, freedoms.num_all())) {
     if (set.size() > std::size_t{kMostJoinedConstraints}) {
-      const int link = all.link_of[static_cast<std::size_t>(set.front())];
-      add_error(faults, scene.links[static_cast<std::size_t>(link)].origin,
-                join_text("rigid link ", called(scene.links[static_cast<std::size_t>(link)], link),
+      const int link = all.link_of[index(set.front())];
+      add_error(faults, scene.links[index(link)].origin,
+                join_text("rigid link ", called(scene.links[index(link)], link),
                           " and the rigid links joined to it impose ", set.size(),
                           " constraints together, but at most ", kMostJoinedConstraints,
                           " can be handled in a scene of this size; replace them by one point with "
@@ -474,15 +470,15 @@ LinkFactor factor_links_sparse(const Scene& scene, Faults& faults) {
   }
   std::sort(kept.begin(), kept.end());
   for (const int row : kept) {
-    factor.constraint_rows.push_back(all.rows[static_cast<std::size_t>(row)]);
-    factor.constraint_link.push_back(all.link_of[static_cast<std::size_t>(row)]);
+    factor.constraint_rows.push_back(all.rows[index(row)]);
+    factor.constraint_link.push_back(all.link_of[index(row)]);
   }
   return factor;
 }
 
 // s = D e   (THEORY 5.2)
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link) {
-  const RowRange range = factor.natural_of[static_cast<std::size_t>(link)];
+  const RowRange range = factor.natural_of[index(link)];
   const Eigen::Index num_displacements = factor.rows.cols();
   Eigen::MatrixXd forces = Eigen::MatrixXd::Zero(range.count, num_displacements);
   for (int k = 0; k < range.count; ++k) {
@@ -501,7 +497,7 @@ Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link) {
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, const Structure& structure, int link) {
   if (structure.rotations.rows() == 0 && !factor.is_sparse)
     return natural_forces(factor, link) * structure.shapes;
-  const RowRange range = factor.natural_of[static_cast<std::size_t>(link)];
+  const RowRange range = factor.natural_of[index(link)];
   const Eigen::Index num_displacements = structure.shapes.rows();
   Eigen::MatrixXd forces = Eigen::MatrixXd::Zero(range.count, structure.shapes.cols());
   if (forces.cols() == 0) return forces;

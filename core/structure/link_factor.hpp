@@ -53,9 +53,7 @@ class Freedoms {
   /// Returns the freedom of the rotation that a beam end releases about a local axis. Returns -1 if the beam
   /// end does not release this rotation.
   int released(int link, int end, int axis) const {
-    return released_.empty() ? -1
-                             : released_[static_cast<std::size_t>(link)]
-                                        [3 * static_cast<std::size_t>(end) + static_cast<std::size_t>(axis)];
+    return released_.empty() ? -1 : released_[index(link)][3 * index(end) + index(axis)];
   }
 
   /// Returns the first inner coordinate of a superelement.  \pre the superelement has inner coordinates
@@ -199,7 +197,7 @@ struct LinkFactor {
 
 /// Returns natural deformation k of a link.  \pre 0 <= k < range.count
 inline const DeformationRow& natural_row(const LinkFactor& factor, RowRange range, int k) {
-  return factor.natural[static_cast<std::size_t>(range.first) + static_cast<std::size_t>(k)];
+  return factor.natural[index(range.first) + index(k)];
 }
 
 /// Returns the relative error of the directions in unit rows. This error is eps times the ratio of the

@@ -37,7 +37,7 @@ Eigen::Matrix3d beam_axes(const Eigen::Vector3d& span, const Eigen::Vector3d& y_
 }
 
 DeformationRows beam_rows(const Scene& scene, int link_index, const Freedoms& freedoms) {
-  const Link& link = scene.links[static_cast<std::size_t>(link_index)];
+  const Link& link = scene.links[index(link_index)];
   const Beam& beam = std::get<Beam>(link.kind);
   const Eigen::Vector3d span = span_of(scene, link);
   const double length = span.stableNorm();
@@ -49,7 +49,7 @@ DeformationRows beam_rows(const Scene& scene, int link_index, const Freedoms& fr
     if (released >= 0)
       row.coefficients.emplace_back(released, scale);
     else
-      add_vector(row, freedoms.rotation(link.points[static_cast<std::size_t>(end)]), scale, axes.col(axis));
+      add_vector(row, freedoms.rotation(link.points[index(end)]), scale, axes.col(axis));
   };
 
   DeformationRows rows;

@@ -49,7 +49,7 @@ Eigen::MatrixXd rotation_at(const Scene& scene, const LinkFactor& factor, const 
   if (body < 0 && freedoms.has_joint(point))
     return factor.recovery.middleRows<3>(freedoms.rotation(point) - num_displacements);
   if (body < 0) return rotation_of_neighbours(scene, point);
-  std::vector<int> points = scene.links[static_cast<std::size_t>(body)].points;
+  std::vector<int> points = scene.links[index(body)].points;
   std::sort(points.begin(), points.end());
   Eigen::MatrixXd rotation = over_all(scene, points, body_rotation(scene, points));
   const Eigen::Vector3d line = line_of(scene, points);
@@ -72,7 +72,7 @@ Eigen::MatrixXd rotation_of(const Scene& scene, const Freedoms& freedoms, const 
       if (const int hub = hub_of(scene, link); hub >= 0) return of_joint(hub);
   const int body = freedoms.body_of(point);
   if (body < 0) return rotation_of_neighbours(scene, point) * structure.shapes;
-  std::vector<int> points = scene.links[static_cast<std::size_t>(body)].points;
+  std::vector<int> points = scene.links[index(body)].points;
   std::sort(points.begin(), points.end());
   Eigen::MatrixXd rotation = over_all(scene, points, body_rotation(scene, points)) * structure.shapes;
   const Eigen::Vector3d line = line_of(scene, points);
@@ -87,8 +87,7 @@ Eigen::MatrixXd rotation_of(const Scene& scene, const Freedoms& freedoms, const 
 Eigen::Vector3d line_of(const Scene& scene, const std::vector<int>& points) {
   if (rigid_basis(scene, points).cols() == 6) return Eigen::Vector3d::Zero();
   const auto from_first = [&](int point) -> Eigen::Vector3d {
-    return scene.points[static_cast<std::size_t>(point)].position -
-           scene.points[static_cast<std::size_t>(points.front())].position;
+    return scene.points[index(point)].position - scene.points[index(points.front())].position;
   };
   Eigen::Vector3d farthest = Eigen::Vector3d::Zero();
   for (const int point : points)
@@ -101,7 +100,7 @@ Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points
   const auto num_points = static_cast<Eigen::Index>(points.size());
   Eigen::Matrix3Xd d(3, num_points);
   for (Eigen::Index k = 0; k < num_points; ++k)
-    d.col(k) = scene.points[static_cast<std::size_t>(points[static_cast<std::size_t>(k)])].position;
+    d.col(k) = scene.points[static_cast<std::size_t>(points[index(k)])].position;
   d.colwise() -= Eigen::Vector3d(d.col(0));
   d.colwise() -= Eigen::Vector3d(d.rowwise().mean());
   const Eigen::Matrix3d second_moment = d * d.transpose();
@@ -142,7 +141,7 @@ void rotate_with_bodies(const Scene& scene, const Freedoms& freedoms, const Eige
   for (int point = 0; point < static_cast<int>(scene.points.size()); ++point) {
     const int body = freedoms.body_of(point);
     if (body < 0 || !freedoms.has_joint(point)) continue;
-    const std::vector<int>& points = scene.links[static_cast<std::size_t>(body)].points;
+    const std::vector<int>& points = scene.links[index(body)].points;
     const Eigen::MatrixXd weights = body_rotation(scene, points);
     Eigen::MatrixXd rotation = Eigen::MatrixXd::Zero(3, shapes.cols());
     for (std::size_t k = 0; k < points.size(); ++k)

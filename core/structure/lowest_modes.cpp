@@ -85,7 +85,7 @@ bool LowestModes::find(const ModesWanted& wanted) {
 Eigen::MatrixXd LowestModes::take_shapes() {
   Eigen::MatrixXd shapes(system_.num_all(), keep_);
   for (Eigen::Index k = 0; k < keep_; ++k)
-    shapes.col(k) = op_.known.range(system_.rigid.cols() + sorted_[static_cast<std::size_t>(k)], 1);
+    shapes.col(k) = op_.known.range(system_.rigid.cols() + sorted_[index(k)], 1);
   op_.known = {};
   return shapes;
 }
@@ -374,7 +374,7 @@ double LowestModes::frequency(const Eigen::MatrixXd& x) const {
 }
 
 void LowestModes::sort() {
-  sorted_.resize(static_cast<std::size_t>(found_omega_.size()));
+  sorted_.resize(index(found_omega_.size()));
   std::iota(sorted_.begin(), sorted_.end(), Eigen::Index{0});
   std::sort(sorted_.begin(), sorted_.end(),
             [&](Eigen::Index a, Eigen::Index b) { return found_omega_[a] < found_omega_[b]; });

@@ -24,16 +24,15 @@ void find_centre(const std::vector<PointMass>& points, const std::vector<Distrib
   properties.r.resize(3, num_all);
   Eigen::VectorXd mass(num_all);
   for (Eigen::Index i = 0; i < num_points; ++i) {
-    mass[i] = points[static_cast<std::size_t>(i)].mass;
-    properties.r.col(i) =
-        points[static_cast<std::size_t>(i)].position + points[static_cast<std::size_t>(i)].offset;
+    mass[i] = points[index(i)].mass;
+    properties.r.col(i) = points[index(i)].position + points[index(i)].offset;
   }
   for (Eigen::Index i = num_points; i < num_all; ++i) {
-    const DistributedMass& each = distributed[static_cast<std::size_t>(i - num_points)];
+    const DistributedMass& each = distributed[index(i - num_points)];
     mass[i] = each.mass;
     properties.r.col(i) = each.arm;
     for (const auto& [point, share] : each.shares)
-      properties.r.col(i) += share * points[static_cast<std::size_t>(point)].position;
+      properties.r.col(i) += share * points[index(point)].position;
   }
   properties.mass = mass.sum();
   // sum m r = 0 (THEORY 2.4). Positions are first taken relative to the first point, so a scene far from its
@@ -47,8 +46,7 @@ void find_centre(const std::vector<PointMass>& points, const std::vector<Distrib
   properties.p_SB = first + offset + correction;
   properties.centres = properties.r;
   properties.r.conservativeResize(3, num_points);
-  for (Eigen::Index i = 0; i < num_points; ++i)
-    properties.r.col(i) -= points[static_cast<std::size_t>(i)].offset;
+  for (Eigen::Index i = 0; i < num_points; ++i) properties.r.col(i) -= points[index(i)].offset;
 }
 
 // Returns sqrt(m) times the half-axes a_k of the particles of a body, as columns. The sum of their outer
@@ -70,7 +68,7 @@ Eigen::Matrix3Xd extents_of_mass(const Scene& scene, const MassProperties& prope
   extents.leftCols(num_distributed) = properties.centres.rightCols(num_distributed);
   Eigen::Index count = num_distributed;
   for (Eigen::Index i = 0; i < properties.r.cols(); ++i) {
-    const PointMass& point = points[static_cast<std::size_t>(i)];
+    const PointMass& point = points[index(i)];
     if (point.mass == 0.0) continue;
     extents.col(count++) = properties.centres.col(i);
     if (point.inertia.isZero(0.0)) continue;
@@ -93,11 +91,10 @@ void find_inertia(const std::vector<PointMass>& points, const std::vector<Distri
   Eigen::Matrix3Xd weighted = Eigen::Matrix3Xd::Zero(
       3, std::max<Eigen::Index>(3, num_points + num_distributed + 3 * num_with_inertia));
   for (Eigen::Index i = num_points; i < num_points + num_distributed; ++i)
-    weighted.col(i) =
-        std::sqrt(distributed[static_cast<std::size_t>(i - num_points)].mass) * properties.centres.col(i);
+    weighted.col(i) = std::sqrt(distributed[index(i - num_points)].mass) * properties.centres.col(i);
   Eigen::Index next = num_points + num_distributed;
   for (Eigen::Index i = 0; i < num_points; ++i) {
-    const PointMass& point = points[static_cast<std::size_t>(i)];
+    const PointMass& point = points[index(i)];
     weighted.col(i) = std::sqrt(point.mass) * properties.centres.col(i);
     if (!has_inertia(point)) continue;
     weighted.middleCols<3>(next) = root_second_moment(point);

@@ -23,9 +23,8 @@ constexpr double kNegativeTolerance = 1e-6;
 
 // returns the name of a row or column of the matrix, for example "point 'b' x"
 std::string freedom_name(const Scene& scene, const Link& link, Eigen::Index row) {
-  const int point = link.points[static_cast<std::size_t>(row / 3)];
-  return join_text("point ", quoted(scene.points[static_cast<std::size_t>(point)].name, point), " ",
-                   "xyz"[row % 3]);
+  const int point = link.points[index(row / 3)];
+  return join_text("point ", quoted(scene.points[index(point)].name, point), " ", "xyz"[row % 3]);
 }
 
 // Checks finiteness and symmetry   (THEORY 3.11). Returns false on an error
@@ -100,7 +99,7 @@ Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points) 
   const auto num_points = static_cast<Eigen::Index>(points.size());
   Eigen::Matrix3Xd position(3, num_points);
   for (Eigen::Index k = 0; k < num_points; ++k)
-    position.col(k) = scene.points[static_cast<std::size_t>(points[static_cast<std::size_t>(k)])].position;
+    position.col(k) = scene.points[static_cast<std::size_t>(points[index(k)])].position;
   const double farthest = position.cwiseAbs().maxCoeff();
   position.colwise() -= Eigen::Vector3d(position.col(0));
   position.colwise() -= Eigen::Vector3d(position.rowwise().mean());

@@ -71,7 +71,7 @@ std::vector<int> find_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd
       keeps(i, j) = keeps(j, i) = stretch.norm() < kRestingBelow ? 1 : 0;
     }
   const Eigen::VectorXi count = keeps.rowwise().sum();
-  std::vector<int> order(static_cast<std::size_t>(num_points)), core;
+  std::vector<int> order(index(num_points)), core;
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return count[a] > count[b]; });
   for (const int point : order) {
@@ -88,7 +88,7 @@ std::vector<int> find_large_core(const Eigen::MatrixXd& motions, const Eigen::Ma
                                  const Eigen::Matrix3Xd& r) {
   constexpr Eigen::Index kStarts = 64, kNeighbours = 12;
   std::vector<int> largest;
-  std::vector<int> order(static_cast<std::size_t>(r.cols()));
+  std::vector<int> order(index(r.cols()));
   for (Eigen::Index start = 0; start < kStarts; ++start) {
     const Eigen::Vector3d from = r.col(start * r.cols() / kStarts);
     std::iota(order.begin(), order.end(), 0);
@@ -98,7 +98,7 @@ std::vector<int> find_large_core(const Eigen::MatrixXd& motions, const Eigen::Ma
     // nearest points that move as one body
     std::vector<int> near;
     for (Eigen::Index k = 0; k < kNeighbours; ++k) {
-      near.push_back(order[static_cast<std::size_t>(k)]);
+      near.push_back(order[index(k)]);
       if (!moves_as_one(motions, rigid, near)) near.pop_back();
     }
     const Eigen::MatrixXd left = motions - rigid * rigid_part(motions, rigid, near);
@@ -186,8 +186,7 @@ Mechanisms name_mechanisms(const Eigen::MatrixXd& motions, const Eigen::MatrixXd
     mechanisms.motions.col(k) /= mechanisms.motions.col(k).cwiseAbs().maxCoeff();
     std::vector<int> points;
     for (const int sample : moved_points(displacements_of(mechanisms.motions.col(k)))) {
-      const int point =
-          samples.point_of.empty() ? sample : samples.point_of[static_cast<std::size_t>(sample)];
+      const int point = samples.point_of.empty() ? sample : samples.point_of[index(sample)];
       if (std::find(points.begin(), points.end(), point) == points.end()) points.push_back(point);
     }
     mechanisms.names.push_back({std::move(points)});

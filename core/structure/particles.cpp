@@ -19,7 +19,7 @@ constexpr double kNoMoment = 1e-12;
 CarriedMass on_arm(const Freedoms& freedoms, int point, double mass, const Eigen::Vector3d& arm) {
   CarriedMass each{.mass = mass, .point = point, .arm = arm, .shares = {{point, 1.0}}, .displacement = {}};
   for (int axis = 0; axis < 3; ++axis) {
-    auto& row = each.displacement[static_cast<std::size_t>(axis)];
+    auto& row = each.displacement[index(axis)];
     row.emplace_back(3 * point + axis, 1.0);
     if (arm.isZero(0.0)) continue;
     const Eigen::Vector3d lever = arm.cross(Eigen::Vector3d::Unit(axis));
@@ -33,7 +33,7 @@ CarriedMass on_arm(const Freedoms& freedoms, int point, double mass, const Eigen
 std::vector<CarriedMass> carried_masses(const Scene& scene, const Freedoms& freedoms) {
   std::vector<CarriedMass> all;
   for (int i = 0; i < static_cast<int>(scene.points.size()); ++i) {
-    const PointMass& each = scene.points[static_cast<std::size_t>(i)];
+    const PointMass& each = scene.points[index(i)];
     if (each.inertia.isZero(0.0)) {
       if (each.mass > 0.0) all.push_back(on_arm(freedoms, i, each.mass, each.offset));
     } else {
@@ -42,7 +42,7 @@ std::vector<CarriedMass> carried_masses(const Scene& scene, const Freedoms& free
     }
   }
   for (const DistributedMass& part : distributed_masses(scene))
-    if (!std::holds_alternative<MatrixLink>(scene.links[static_cast<std::size_t>(part.link)].kind))
+    if (!std::holds_alternative<MatrixLink>(scene.links[index(part.link)].kind))
       all.push_back({.mass = part.mass,
                      .link = part.link,
                      .shares = part.shares,
@@ -55,7 +55,7 @@ std::vector<CarriedMass> carried_masses(const Scene& scene, const Freedoms& free
 DeformationRows mass_rows(const Scene& scene, const Freedoms& freedoms, double length) {
   DeformationRows rows;
   for (int i = 0; i < static_cast<int>(scene.points.size()); ++i) {
-    const PointMass& each = scene.points[static_cast<std::size_t>(i)];
+    const PointMass& each = scene.points[index(i)];
     for (int axis = 0; axis < 3 && each.mass > 0.0; ++axis) {
       DeformationRow row;
       row.coefficients.emplace_back(3 * i + axis, 1.0);
@@ -77,7 +77,7 @@ DeformationRows mass_rows(const Scene& scene, const Freedoms& freedoms, double l
     }
   }
   for (int i = 0; i < static_cast<int>(scene.links.size()); ++i)
-    if (const Link& link = scene.links[static_cast<std::size_t>(i)]; has_mass(link))
+    if (const Link& link = scene.links[index(i)]; has_mass(link))
       for (DeformationRow& row : std::holds_alternative<MatrixLink>(link.kind)
                                      ? superelement_mass_rows(scene, i, freedoms)
                                      : distributed_mass_rows(scene, freedoms, i))
@@ -95,14 +95,14 @@ Particles find_particles(const Scene& scene, const Freedoms& freedoms, const Str
   particles.r = Eigen::Matrix3Xd::Zero(3, count);
   particles.shapes = Eigen::MatrixXd::Zero(3 * count, shapes.cols());
   for (Eigen::Index p = 0; p < count; ++p) {
-    const CarriedMass& each = carried[static_cast<std::size_t>(p)];
+    const CarriedMass& each = carried[index(p)];
     particles.mass[p] = each.mass;
     for (const auto& [point, share] : each.shares)
       particles.r.col(p) += share * structure.mass_properties.r.col(point);
     particles.r.col(p) += each.arm;
     if (shapes.cols() == 0) continue;
     for (Eigen::Index axis = 0; axis < 3; ++axis)
-      for (const auto& [freedom, coefficient] : each.displacement[static_cast<std::size_t>(axis)])
+      for (const auto& [freedom, coefficient] : each.displacement[index(axis)])
         particles.shapes.row(3 * p + axis) +=
             coefficient *
             (freedom < shapes.rows() ? shapes.row(freedom) : rotations.row(freedom - shapes.rows()));
@@ -118,7 +118,7 @@ std::vector<RotatingBody> rotating_bodies(const Scene& scene, const Structure& s
   for (std::size_t p = 0, end = 0; p < carried.size() && carried[p].point >= 0; p = end) {
     const int point = carried[p].point;
     while (end < carried.size() && carried[end].point == point) ++end;
-    if (!has_attitude(scene.points[static_cast<std::size_t>(point)])) continue;
+    if (!has_attitude(scene.points[index(point)])) continue;
     RotatingBody body;
     body.theta = structure.rotations.middleRows<3>(freedoms.rotation(point) - freedoms.num_displacements());
     body.arms.setZero();

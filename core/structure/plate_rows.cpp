@@ -27,7 +27,7 @@ constexpr std::array<std::size_t, 3> kNext{1, 2, 0}, kAfterNext{2, 0, 1};
 
 Triangle triangle_of(const Scene& scene, const Link& link) {
   const auto position = [&](std::size_t i) -> const Eigen::Vector3d& {
-    return scene.points[static_cast<std::size_t>(link.points[i])].position;
+    return scene.points[index(link.points[i])].position;
   };
   Triangle triangle;
   std::size_t longest = 0;

@@ -26,7 +26,7 @@ void SquareSums::add(const Eigen::MatrixXd& h, const Eigen::VectorXd& D) {
     if (scaled_.size() == 0) scaled_.resize(sum_.rows(), kAtOnce);
     const double root = std::sqrt(D[k]);
     for (Eigen::Index pair = 0; pair < sum_.rows(); ++pair)
-      scaled_(pair, count_) = root * h(k, columns_[static_cast<std::size_t>(pair)]);
+      scaled_(pair, count_) = root * h(k, columns_[index(pair)]);
     if (++count_ == kAtOnce) flush();
   }
 }
@@ -64,7 +64,7 @@ Eigen::MatrixXd quartic_forms(const Structure& structure, const Prestress& prest
   // a product of two different modes occurs twice in x x^T
   Eigen::VectorXd weight(squares.rows());
   for (Eigen::Index k = 0; k < weight.size(); ++k) {
-    const auto [a, b] = prestress.pairs[static_cast<std::size_t>(positions[static_cast<std::size_t>(k)])];
+    const auto [a, b] = prestress.pairs[static_cast<std::size_t>(positions[index(k)])];
     weight[k] = a == b ? 1.0 : std::sqrt(2.0);
   }
   squares = (weight.asDiagonal() * squares * weight.asDiagonal()).eval();
@@ -80,7 +80,7 @@ Eigen::MatrixXd quartic_forms(const Structure& structure, const Prestress& prest
     left -= value;
     Eigen::MatrixXd form(s, s);
     for (Eigen::Index p = 0; p < weight.size(); ++p) {
-      const auto [a, b] = prestress.pairs[static_cast<std::size_t>(positions[static_cast<std::size_t>(p)])];
+      const auto [a, b] = prestress.pairs[static_cast<std::size_t>(positions[index(p)])];
       form(a, b) = form(b, a) = std::sqrt(value) * solver.eigenvectors()(p, k) / weight[p];
     }
     forms.conservativeResize(forms.rows() + s, s);

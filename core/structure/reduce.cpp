@@ -47,7 +47,7 @@ Structure reduce(const Structure& structure, const std::vector<int>& modes) {
   for (FollowerStiffness& stiffness : few.follower_stiffness) reduce_follower_stiffness(modes, stiffness);
   // mechanisms are the first modes
   for (const int mode : modes)
-    if (const auto k = static_cast<std::size_t>(mode); k < structure.mechanisms.size())
+    if (const auto k = index(mode); k < structure.mechanisms.size())
       few.mechanisms.push_back(structure.mechanisms[k]);
   return few;
 }

@@ -79,7 +79,7 @@ FreeAndElastic motions_of(const Scene& scene, const Structure& structure) {
   FreeAndElastic motions;
   motions.rigid = rigid_motions(structure.mass_properties);
   Eigen::VectorXd mass(motions.rigid.rows());
-  for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = scene.points[static_cast<std::size_t>(i / 3)].mass;
+  for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = scene.points[index(i / 3)].mass;
   for (auto motion : motions.rigid.colwise()) motion /= std::sqrt(mass.dot(motion.cwiseAbs2()));
   const auto num_mechanisms = static_cast<Eigen::Index>(structure.mechanisms.size());
   const Eigen::Index num_elastic = structure.omega.size() - num_mechanisms;
@@ -96,7 +96,7 @@ struct Projections {
   Eigen::MatrixXd rigid, forces;
 };
 Projections project(const Scene& scene, const RigidResidual& residual, const Eigen::MatrixXd& motions) {
-  const std::vector<int>& points = scene.links[static_cast<std::size_t>(residual.link)].points;
+  const std::vector<int>& points = scene.links[index(residual.link)].points;
   Eigen::MatrixXd at(3 * static_cast<Eigen::Index>(points.size()), motions.cols());
   for (std::size_t k = 0; k < points.size(); ++k)
     at.middleRows<3>(3 * static_cast<Eigen::Index>(k)) = motions.middleRows<3>(3 * Eigen::Index{points[k]});
@@ -236,7 +236,7 @@ void account_for_rigid_residuals(const Scene& scene, const std::vector<RigidResi
     const Origins from = origin_of(each);
     const bool is_large = lowest > 0.0 && hertz.cwiseAbs().maxCoeff() > kReported * lowest;
     if (from != Origins::kSupport && !is_large) continue;
-    const Link& link = scene.links[static_cast<std::size_t>(each.link)];
+    const Link& link = scene.links[index(each.link)];
     add_warning(
         faults, link.origin,
         join_text(

@@ -13,7 +13,7 @@ namespace {
 // Returns the constraints of a rigid link with a hub. The constraints are V_k = V_hub + theta_hub x l_k, and
 // theta_k = theta_hub for joints (THEORY 16.5).
 DeformationRows hub_rows(const Scene& scene, const Link& link, int hub, const Freedoms& freedoms) {
-  const auto position = [&](int point) { return scene.points[static_cast<std::size_t>(point)].position; };
+  const auto position = [&](int point) { return scene.points[index(point)].position; };
   DeformationRows rows;
   for (const int point : link.points) {
     if (point == hub) continue;

@@ -11,14 +11,12 @@ namespace freeflex {
 RootMass::RootMass(const std::vector<PointMass>& points) {
   std::vector<int> by_mass(points.size());
   std::iota(by_mass.begin(), by_mass.end(), 0);
-  std::stable_sort(by_mass.begin(), by_mass.end(), [&](int a, int b) {
-    return points[static_cast<std::size_t>(a)].mass > points[static_cast<std::size_t>(b)].mass;
-  });
+  std::stable_sort(by_mass.begin(), by_mass.end(),
+                   [&](int a, int b) { return points[index(a)].mass > points[index(b)].mass; });
   root_mass_.resize(3 * static_cast<Eigen::Index>(points.size()));
   for (const int point : by_mass)
     for (int axis = 0; axis < 3; ++axis) {
-      root_mass_[static_cast<Eigen::Index>(order_.size())] =
-          std::sqrt(points[static_cast<std::size_t>(point)].mass);
+      root_mass_[static_cast<Eigen::Index>(order_.size())] = std::sqrt(points[index(point)].mass);
       order_.push_back(3 * point + axis);
     }
 }

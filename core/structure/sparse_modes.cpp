@@ -54,7 +54,7 @@ double accuracy_of(const SparseSystem& system, LowestModes& modes, const Eigen::
 
 Eigen::VectorXd masses_of(const std::vector<PointMass>& points) {
   Eigen::VectorXd mass(static_cast<Eigen::Index>(points.size()));
-  for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = points[static_cast<std::size_t>(i)].mass;
+  for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = points[index(i)].mass;
   return mass;
 }
 

@@ -32,7 +32,7 @@ SparseRows to_sparse(const DeformationRows& rows, const SparseSystem& system, in
   for (std::size_t i = 0; i < rows.size(); ++i)
     for (const auto& [freedom, coefficient] : rows[i].coefficients) {
       const double scale = freedom < system.num_displacements ? 1.0 : 1.0 / system.length;
-      if (!system.pinned[static_cast<std::size_t>(freedom)])
+      if (!system.pinned[index(freedom)])
         entries.emplace_back(static_cast<int>(i), freedom,
                              scale * coefficient * (unit ? rows[i].unit_scale : rows[i].root_stiffness));
     }
@@ -164,7 +164,7 @@ void pin_zero_frequency(const Scene& scene, const SparseRows& unit_mass, SparseS
       }
   if (!points.empty())
     return add_error(
-        faults, scene.points[static_cast<std::size_t>(points.front())].origin,
+        faults, scene.points[index(points.front())].origin,
         join_text(points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamesInError),
                   points.size() == 1 ? " has" : " have", " no mass, and links do not hold ",
                   points.size() == 1 ? "it" : "them", " in every direction; give a mass, or add links"));
@@ -172,7 +172,7 @@ void pin_zero_frequency(const Scene& scene, const SparseRows& unit_mass, SparseS
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(null.transpose());
   const std::vector<Eigen::Index> pins(qr.colsPermutation().indices().data(),
                                        qr.colsPermutation().indices().data() + null.cols());
-  for (const Eigen::Index freedom : pins) system.pinned[static_cast<std::size_t>(freedom)] = 1;
+  for (const Eigen::Index freedom : pins) system.pinned[index(freedom)] = 1;
   // changes the rigid motions so that the fixed freedoms are zero
   const Eigen::MatrixXd at_pins = null(pins, Eigen::all);
   system.rigid -= null * at_pins.partialPivLu().solve(system.rigid(pins, Eigen::all));
@@ -185,7 +185,7 @@ SparseSystem sparse_system(const Scene& scene, const Freedoms& freedoms, const L
   SparseSystem system;
   system.num_displacements = freedoms.num_displacements();
   system.length = length_of(body);
-  system.pinned.assign(static_cast<std::size_t>(freedoms.num_all()), 0);
+  system.pinned.assign(index(freedoms.num_all()), 0);
   const DeformationRows mass = mass_rows(scene, freedoms, system.length);
   const auto set_rows = [&] {
     system.rows = to_sparse(factor.natural, system, freedoms.num_all(), false);
@@ -225,7 +225,7 @@ SymmetricEntries entries_of(const SparseSystem& system, double shift, SystemForm
   add_lower(system.mass, shift);
   // a freedom fixed at zero is not coupled to others and adds one positive eigenvalue
   for (int row = 0; row < num_all; ++row)
-    if (system.pinned[static_cast<std::size_t>(row)]) entries.add(num_strains + row, num_strains + row, 1.0);
+    if (system.pinned[index(row)]) entries.add(num_strains + row, num_strains + row, 1.0);
   for (int row = 0; row < num_constraints; ++row)
     for (SparseRows::InnerIterator it(system.constraints, row); it; ++it)
       entries.add(num_strains + num_all + row, num_strains + static_cast<int>(it.col()), it.value());
@@ -267,7 +267,7 @@ Eigen::MatrixXd ShiftedInverse::residual(const Eigen::MatrixXd& sides,
   const Eigen::Index m = system_.rows.rows(), n = system_.num_all(), c = system_.constraints.rows();
   Eigen::MatrixXd left(sides.rows(), sides.cols());
   // Strains are unknowns of the augmented system, but in the assembled system they are computed as A y
-  std::vector<long double> strains(static_cast<std::size_t>(m));
+  std::vector<long double> strains(index(m));
   for (Eigen::Index k = 0; k < sides.cols(); ++k) {
     const double* const e = solution.col(k).data();
     const double* const x = e + first_;
@@ -275,7 +275,7 @@ Eigen::MatrixXd ShiftedInverse::residual(const Eigen::MatrixXd& sides,
     const double* const b = sides.col(k).data();
     double* const out = left.col(k).data();
     for (Eigen::Index i = 0; i < m; ++i) {
-      long double& strain = strains[static_cast<std::size_t>(i)];
+      long double& strain = strains[index(i)];
       strain = form_ == SystemForm::kAugmented ? static_cast<long double>(e[i])
                                                : dot(system_.rows, i, x, 0.0L, 1.0);
       if (form_ == SystemForm::kAugmented)
@@ -286,7 +286,7 @@ Eigen::MatrixXd ShiftedInverse::residual(const Eigen::MatrixXd& sides,
       for (SparseRows::InnerIterator it(system_.mass, i); it; ++it)
         sum -= static_cast<long double>(shift_ * it.value()) * x[it.col()];
       if (c > 0) sum = dot(constraints_by_freedom_, i, lambda, sum, -1.0);
-      if (system_.pinned[static_cast<std::size_t>(i)]) sum -= x[i];
+      if (system_.pinned[index(i)]) sum -= x[i];
       out[first_ + i] = static_cast<double>(sum);
     }
     for (Eigen::Index i = 0; i < c; ++i)
@@ -338,7 +338,7 @@ double ShiftedInverse::first_change() {
 }
 
 Eigen::MatrixXd exact_product(const SparseRows& rows, const Eigen::MatrixXd& columns) {
-  std::vector<Eigen::Index> all(static_cast<std::size_t>(columns.cols()));
+  std::vector<Eigen::Index> all(index(columns.cols()));
   std::iota(all.begin(), all.end(), Eigen::Index{0});
   return exact_product(rows, 0, rows.rows(), columns, all);
 }
@@ -347,7 +347,7 @@ Eigen::MatrixXd exact_product(const SparseRows& rows, Eigen::Index begin, Eigen:
                               const Eigen::MatrixXd& columns, const std::vector<Eigen::Index>& some) {
   Eigen::MatrixXd product(count, static_cast<Eigen::Index>(some.size()));
   for (Eigen::Index k = 0; k < product.cols(); ++k) {
-    const double* const column = columns.col(some[static_cast<std::size_t>(k)]).data();
+    const double* const column = columns.col(some[index(k)]).data();
     for (Eigen::Index i = 0; i < count; ++i)
       product(i, k) = static_cast<double>(dot(rows, begin + i, column, 0.0L, 1.0));
   }

@@ -24,11 +24,10 @@ SamplePoints sample_points_of(const Scene& scene, const MassProperties& body, do
   const auto num_points = static_cast<int>(scene.points.size());
   for (int i = 0; i < num_points; ++i) samples.point_of.push_back(i);
   for (int i = 0; i < num_points; ++i)
-    if (has_attitude(scene.points[static_cast<std::size_t>(i)]))
-      samples.point_of.insert(samples.point_of.end(), 3, i);
+    if (has_attitude(scene.points[index(i)])) samples.point_of.insert(samples.point_of.end(), 3, i);
   samples.r.resize(3, static_cast<Eigen::Index>(samples.point_of.size()));
   for (Eigen::Index p = 0; p < samples.r.cols(); ++p) {
-    samples.r.col(p) = body.r.col(samples.point_of[static_cast<std::size_t>(p)]);
+    samples.r.col(p) = body.r.col(samples.point_of[index(p)]);
     if (p >= num_points) samples.r.col(p) += length * Eigen::Vector3d::Unit((p - num_points) % 3);
   }
   return samples;
@@ -38,7 +37,7 @@ Eigen::MatrixXd moved(const SamplePoints& samples, const Freedoms& freedoms, con
   const Eigen::Index num_points = freedoms.num_displacements() / 3;
   Eigen::MatrixXd at(3 * samples.r.cols(), y.cols());
   for (Eigen::Index p = 0; p < samples.r.cols(); ++p) {
-    const int point = samples.point_of[static_cast<std::size_t>(p)];
+    const int point = samples.point_of[index(p)];
     at.middleRows<3>(3 * p) = y.middleRows<3>(3 * Eigen::Index{point});
     // rotations in y are length times theta, so their cross product with e_k is the displacement at the end
     // of an arm of that length along e_k

@@ -23,7 +23,7 @@ bool is_sane(const freeflex_msgs::scene_t& page) {
 /// Returns true if the indices of the items, which start at `first`, are below the total.
 template <class Item>
 bool fits(std::int32_t first, const std::vector<Item>& items, std::int32_t total) {
-  return first >= 0 && static_cast<std::size_t>(first) + items.size() <= static_cast<std::size_t>(total);
+  return first >= 0 && index(first) + items.size() <= index(total);
 }
 
 template <class Item>
@@ -58,15 +58,15 @@ void SceneCatalogue::take(const freeflex_msgs::scene_t& page, std::size_t size) 
                                                page.page, page.num_pages, max_pages, size);
   if (taken.is_first) {
     is_complete_ = false;
-    points_.assign(static_cast<std::size_t>(page.total_points), {});
+    points_.assign(index(page.total_points), {});
     links_.clear();
-    groups_.assign(static_cast<std::size_t>(page.total_groups), {});
-    frequencies_.assign(static_cast<std::size_t>(page.total_elastic), 0.0);
+    groups_.assign(index(page.total_groups), {});
+    frequencies_.assign(index(page.total_elastic), 0.0);
     point_index_.clear();
     num_listed_ = 0;
   }
-  if (!taken.is_kept || points_.size() != static_cast<std::size_t>(page.total_points) ||
-      groups_.size() != static_cast<std::size_t>(page.total_groups))
+  if (!taken.is_kept || points_.size() != index(page.total_points) ||
+      groups_.size() != index(page.total_groups))
     return;
   head_ = page;
   place(points_, page.first_point, page.points);

@@ -61,7 +61,7 @@ std::string Bus::describe() const { return options_.lcm_url + ", channels " + op
 
 const char* validity_name(std::int32_t validity) {
   static constexpr std::array kNames{"good", "watch", "outside"};
-  return validity >= 0 && validity < 3 ? kNames[static_cast<std::size_t>(validity)] : "?";
+  return validity >= 0 && validity < 3 ? kNames[index(validity)] : "?";
 }
 
 const char* mode_name(std::int32_t mode) {

@@ -134,7 +134,7 @@ class Pair {
     auto& all = outcome_.quantities;
     const auto found = std::find_if(all.begin(), all.end(),
                                     [&](const QuantityDifference& each) { return each.name == name; });
-    if (found != all.end()) return static_cast<std::size_t>(found - all.begin());
+    if (found != all.end()) return index(found - all.begin());
     all.emplace_back().name = name;
     return all.size() - 1;
   }

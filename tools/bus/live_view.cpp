@@ -219,8 +219,8 @@ std::string LiveView::motion_text() const {
 
 std::string LiveView::elastic_text(std::size_t num_modes) const {
   std::string at;
-  if (largest_point_ >= 0 && static_cast<std::size_t>(largest_point_) < scene_.points().size()) {
-    at = " at point " + printable(scene_.points()[static_cast<std::size_t>(largest_point_)].name);
+  if (largest_point_ >= 0 && index(largest_point_) < scene_.points().size()) {
+    at = " at point " + printable(scene_.points()[index(largest_point_)].name);
   }
   const double largest = largest_point_ >= 0 ? largest_displacement_ : status_->max_displacement;
   std::string out = "elastic    largest displacement " + bold(format_text("%.4e m", largest)) + at + "\n";
@@ -316,8 +316,7 @@ std::string LiveView::page(const std::string& bus, int num_rows) const {
   std::string out = header_text() + motion_text() + elastic_text(num_modes) + timing_text() + commands_text();
   // the remaining lines show the latest commands and answers
   const auto left = num_rows - 1 - std::count(out.begin(), out.end(), '\n');
-  for (std::size_t i = notes_.size() -
-                       std::min(notes_.size(), static_cast<std::size_t>(std::max(left, std::ptrdiff_t{0})));
+  for (std::size_t i = notes_.size() - std::min(notes_.size(), index(std::max(left, std::ptrdiff_t{0})));
        i < notes_.size(); ++i) {
     out += "  " + notes_[i] + "\n";
   }

@@ -54,7 +54,7 @@ bool OperatorLink::wait(std::chrono::milliseconds time, const std::function<bool
     if (poll(&readable, 1, static_cast<int>(std::min<std::int64_t>(left.count(), 100))) <= 0) continue;
     const ssize_t size = recv(fd_, buffer_.data(), buffer_.size(), MSG_DONTWAIT);
     if (size == 0 || (size < 0 && errno != EAGAIN && errno != EINTR)) return done();
-    if (size > 0) handler(std::span(buffer_).first(static_cast<std::size_t>(size)));
+    if (size > 0) handler(std::span(buffer_).first(index(size)));
   }
   return true;
 }

@@ -39,9 +39,7 @@ class Epochs {
     std::int64_t epoch = 0;
     std::int64_t tick = 0;
   };
-  const Begin& at(const StateRecord& state) const {
-    return begins_[static_cast<std::size_t>(state.applied_count)];
-  }
+  const Begin& at(const StateRecord& state) const { return begins_[index(state.applied_count)]; }
   std::vector<Begin> begins_;
 };
 
@@ -71,7 +69,7 @@ std::string find_applied_flaw(const RecordedSession& session) {
 /// Checks that the APPLIED events that a state includes are for ticks before the tick of the state (a reset:
 /// up to the tick of the state), and that all others are for the tick of the state or later ticks.
 std::string find_order_flaw(const RecordedSession& session, const StateRecord& state) {
-  const auto count = static_cast<std::size_t>(state.applied_count);
+  const auto count = index(state.applied_count);
   const auto explain = [&](const AppliedRecord& record, const char* verb) {
     return name_of(state) + ", " + verb + " " + name_of(record) + ", for tick " +
            std::to_string(record.tick) + ", so one of the two ticks or the state's applied_count is damaged";
@@ -106,10 +104,9 @@ std::string cut_at_gap(RecordedSession& session) {
   }
   const auto num_applied = static_cast<std::int64_t>(session.applied.size());
   // a sequence that occurs twice or is below 0 is not a gap but a contradiction
-  const bool has_gap =
-      expected < num_applied && session.applied[static_cast<std::size_t>(expected)].sequence > expected;
+  const bool has_gap = expected < num_applied && session.applied[index(expected)].sequence > expected;
   if (expected < num_applied && !has_gap) return {};
-  session.applied.resize(static_cast<std::size_t>(expected));
+  session.applied.resize(index(expected));
   std::int64_t num_states = 0, first_tick = 0;
   std::erase_if(session.states, [&](const StateRecord& state) {
     if (state.applied_count <= expected) return false;
@@ -166,8 +163,7 @@ std::string find_time_flaw(const RecordedSession& session, double period) {
     if (!gap.empty()) return gap;
     before = state.tick;
   }
-  const std::size_t num_contained =
-      session.states.empty() ? 0 : static_cast<std::size_t>(session.states.back().applied_count);
+  const std::size_t num_contained = session.states.empty() ? 0 : index(session.states.back().applied_count);
   for (std::size_t i = num_contained; i < session.applied.size(); ++i) {
     std::string gap = find_gap(name_of(session.applied[i]), session.applied[i].tick, before);
     if (!gap.empty()) return gap;

@@ -28,7 +28,7 @@ static_assert(has_session(wire::layouts::state_t) && has_session(wire::layouts::
 
 std::int64_t read_integer(std::span<const std::byte> bytes, std::int64_t at) {
   std::uint64_t value = 0;
-  for (const std::byte byte : bytes.subspan(static_cast<std::size_t>(at), sizeof value))
+  for (const std::byte byte : bytes.subspan(index(at), sizeof value))
     value = value << 8 | static_cast<std::uint64_t>(byte);
   return static_cast<std::int64_t>(value);
 }
@@ -36,7 +36,7 @@ std::int64_t read_integer(std::span<const std::byte> bytes, std::int64_t at) {
 /// Returns the suffix of the channel on which messages of this type are sent, or an empty text for types that
 /// a replay does not use.
 std::string_view suffix_of(std::span<const std::byte> bytes) {
-  if (bytes.size() < static_cast<std::size_t>(kSessionAt) + sizeof(std::int64_t)) return {};
+  if (bytes.size() < index(kSessionAt) + sizeof(std::int64_t)) return {};
   const std::int64_t fingerprint = read_integer(bytes, 0);
   if (fingerprint == freeflex_msgs::state_t::getHash()) return channels::kState;
   if (fingerprint == freeflex_msgs::applied_t::getHash()) return channels::kApplied;

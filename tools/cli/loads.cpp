@@ -66,7 +66,7 @@ bool read_forces(const LoadsOptions& options, const Plan& plan, std::vector<Poin
       return false;
     }
     const std::int32_t point = find_name(plan.points, named->name);
-    if (point < 0 || plan.points[static_cast<std::size_t>(point)].row < 0) {
+    if (point < 0 || plan.points[index(point)].row < 0) {
       print_error(
           "--force: " +
           std::string(point < 0 ? "there is no point '" : "the plan stores no mode shapes at point '") +
@@ -127,9 +127,9 @@ struct LinkForce {
 std::vector<LinkForce> link_forces(const Plan& plan, const State& state) {
   std::vector<LinkForce> all;
   for (std::size_t i = 0; i < plan.link_outputs.size(); ++i) {
-    const PlanLink& link = plan.links[static_cast<std::size_t>(plan.link_outputs[i].link)];
+    const PlanLink& link = plan.links[index(plan.link_outputs[i].link)];
     LinkForce force{link.name, traits_of(link.type).name,
-                    std::vector<double>(static_cast<std::size_t>(plan.link_outputs[i].num_rows))};
+                    std::vector<double>(index(plan.link_outputs[i].num_rows))};
     read_link(plan, state, static_cast<int>(i), force.values);
     all.push_back(std::move(force));
   }
@@ -143,8 +143,8 @@ void print_loads_json(const Plan& plan, const State& state) {
   out["torque"] = state.moment_B;
   Json points = Json::array();
   for (const std::int32_t i : plan.published_points)
-    points.push_back({{"name", plan.points[static_cast<std::size_t>(i)].name},
-                      {"displacement", read_point(plan, state, i).V_B}});
+    points.push_back(
+        {{"name", plan.points[index(i)].name}, {"displacement", read_point(plan, state, i).V_B}});
   out["points"] = points;
   Json links = Json::array();
   for (const LinkForce& force : link_forces(plan, state))
@@ -168,8 +168,7 @@ void print_loads(const Plan& plan, const State& state) {
   std::printf("elastic displacements [m] in body axes, which are the mean axes\n");
   for (const std::int32_t i : plan.published_points) {
     const Vec3 V = read_point(plan, state, i).V_B;
-    std::printf("  %-16s % .9e % .9e % .9e\n", plan.points[static_cast<std::size_t>(i)].name.c_str(), V[0],
-                V[1], V[2]);
+    std::printf("  %-16s % .9e % .9e % .9e\n", plan.points[index(i)].name.c_str(), V[0], V[1], V[2]);
   }
   std::printf("forces of links (values by kind: messages/README.md, section 7)\n");
   for (const LinkForce& force : link_forces(plan, state)) {

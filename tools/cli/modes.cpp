@@ -66,10 +66,10 @@ std::vector<Frequency> frequencies(const Plan& plan, const FreeMotion& motion) {
   std::vector<Frequency> out;
   const double width = cluster_width(plan);
   for (int mode = 0; mode < plan.num_elastic; ++mode) {
-    const double omega = plan.omega[static_cast<std::size_t>(mode)];
+    const double omega = plan.omega[index(mode)];
     Frequency frequency;
     frequency.hertz = omega / (2.0 * std::numbers::pi);
-    frequency.damped = motion.modes[static_cast<std::size_t>(mode)];
+    frequency.damped = motion.modes[index(mode)];
     frequency.cluster = 1;
     if (!out.empty()) {
       const bool is_same = std::abs(frequency.hertz - out.back().hertz) <= width * frequency.hertz;
@@ -108,8 +108,7 @@ std::vector<std::vector<std::string>> mechanism_names(const Plan& plan) {
   std::vector<std::vector<std::string>> out;
   for (const auto& mechanism : plan.mechanisms) {
     std::vector<std::string>& names = out.emplace_back();
-    for (const std::int32_t point : mechanism)
-      names.push_back(plan.points[static_cast<std::size_t>(point)].name);
+    for (const std::int32_t point : mechanism) names.push_back(plan.points[index(point)].name);
   }
   return out;
 }
@@ -272,7 +271,7 @@ void print_frequencies(const Plan& plan, const std::vector<Frequency>& all, int 
   for (std::size_t first = num_mechanisms; first < all.size();) {
     std::size_t last = first;
     while (last + 1 < all.size() && all[last + 1].cluster == all[first].cluster) ++last;
-    if (limit > 0 && shown >= static_cast<std::size_t>(limit)) break;
+    if (limit > 0 && shown >= index(limit)) break;
     for (std::size_t i = first; i <= last; ++i, ++shown) {
       print_row(plan, i, all[i]);
       if (last > first) std::printf("  one of %zu equal", last - first + 1);
@@ -304,7 +303,7 @@ int plot_modes(const ModesOptions& options) {
       lines.push_back({body->triangles[3 * k + side], body->triangles[3 * k + (side + 1) % 3]});
   std::vector<Shape> shapes;
   for (int l = 0; l < std::min(kMostPlotted, body->num_modes); ++l) {
-    const auto mode = static_cast<std::size_t>(l);
+    const auto mode = index(l);
     Shape shape{
         "mode " + std::to_string(number_of(plan, mode)) + ", " +
             (plan.omega[mode] == 0.0 ? std::string("mechanism")

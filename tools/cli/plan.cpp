@@ -58,7 +58,7 @@ void keep_more(const std::vector<std::string>& names, LeaveOut& leave_out) {
   for (const std::string& name : names) {
     if (name == "all") leave_out.keeps.fill(true);
     for (int k = 0; k < kNumFeatures; ++k)
-      if (name == name_of(static_cast<Feature>(k))) leave_out.keeps[static_cast<std::size_t>(k)] = true;
+      if (name == name_of(static_cast<Feature>(k))) leave_out.keeps[index(k)] = true;
   }
 }
 

@@ -78,7 +78,7 @@ class LogOutput : public RunOutput {
                     std::span<const ForceCommand> commands) override {
     stamp_.utime = utime(tick);
     for (std::int32_t i = 0; i < report.num_expiries; ++i) {
-      const Expiry& expiry = report.expiries[static_cast<std::size_t>(i)];
+      const Expiry& expiry = report.expiries[index(i)];
       put(channels::kApplied, io::make_applied_expiry(expiry, tick, stamp_.applied_count++, stamp_));
     }
     for (const ForceCommand& command : commands) {
@@ -148,12 +148,11 @@ class CsvOutput : public RunOutput {
     const Columns state = state_columns(plan_of_all_modes(plan).num_elastic, wheels);
     names.insert(names.end(), state.begin(), state.end());
     for (const std::int32_t point : plan.published_points)
-      append_point_columns(plan.points[static_cast<std::size_t>(point)].name,
-                           attitude_index_of(plan, point) >= 0, names);
+      append_point_columns(plan.points[index(point)].name, attitude_index_of(plan, point) >= 0, names);
     for (const std::int32_t group : plan.published_groups)
-      append_group_columns(plan.groups[static_cast<std::size_t>(group)].name, names);
+      append_group_columns(plan.groups[index(group)].name, names);
     for (const PlanLinkOutput& output : plan.link_outputs) {
-      const PlanLink& of = plan.links[static_cast<std::size_t>(output.link)];
+      const PlanLink& of = plan.links[index(output.link)];
       append_link_columns(of.name, traits_of(of.type).name, output.num_rows, names);
     }
     writer_.header(names);
@@ -174,8 +173,7 @@ class CsvOutput : public RunOutput {
     for (const std::int32_t point : plan_.published_points) append_point(state, point);
     for (const std::int32_t group : plan_.published_groups) append_group(state, group);
     for (std::size_t i = 0; i < plan_.link_outputs.size(); ++i) {
-      const std::size_t before = values_.size(),
-                        rows = static_cast<std::size_t>(plan_.link_outputs[i].num_rows);
+      const std::size_t before = values_.size(), rows = index(plan_.link_outputs[i].num_rows);
       values_.resize(before + rows);
       read_link(plan_, state, static_cast<int>(i), std::span(values_).last(rows));
     }
@@ -212,10 +210,10 @@ class CsvOutput : public RunOutput {
   }
   void append_modes(const State& state, const std::vector<double>& modes) {
     const std::size_t first = values_.size();
-    values_.resize(first + static_cast<std::size_t>(plan_of_all_modes(plan_).num_elastic), 0.0);
+    values_.resize(first + index(plan_of_all_modes(plan_).num_elastic), 0.0);
     const bool is_spread = !plan_.fallback.empty() && !state.uses_fallback;
     for (std::size_t l = 0; l < modes.size(); ++l)
-      values_[first + (is_spread ? static_cast<std::size_t>(plan_.fallback_modes[l]) : l)] = modes[l];
+      values_[first + (is_spread ? index(plan_.fallback_modes[l]) : l)] = modes[l];
   }
 
   const Plan& plan_;

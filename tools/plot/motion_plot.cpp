@@ -19,9 +19,7 @@ double length(const Vec3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2]
 /// Returns the published points farthest from the centre, which move most.
 std::vector<std::int32_t> outer_points(const Plan& plan) {
   std::vector<std::int32_t> points = plan.published_points;
-  const auto distance = [&](std::int32_t point) {
-    return length(plan.points[static_cast<std::size_t>(point)].r);
-  };
+  const auto distance = [&](std::int32_t point) { return length(plan.points[index(point)].r); };
   std::stable_sort(points.begin(), points.end(),
                    [&](std::int32_t a, std::int32_t b) { return distance(a) > distance(b); });
   if (points.size() > kMostPoints) points.resize(kMostPoints);
@@ -52,7 +50,7 @@ MotionPlot::MotionPlot(const Plan& plan)
     : plan_(plan),
       modal_plan_(plan_of_all_modes(plan)),
       points_(outer_points(plan)),
-      q_(static_cast<std::size_t>(modal_plan_.num_elastic)),
+      q_(index(modal_plan_.num_elastic)),
       energy_(q_.size()),
       most_energy_(q_.size()),
       samples_(kPoints + points_.size() + num_wheels(plan) + 2 * q_.size()) {}
@@ -63,8 +61,8 @@ void MotionPlot::take_modes(const State& state) {
   const bool is_reduced = &active != &modal_plan_;
   std::fill(q_.begin(), q_.end(), 0.0);
   std::fill(energy_.begin(), energy_.end(), 0.0);
-  for (std::size_t l = 0; l < static_cast<std::size_t>(active.num_elastic); ++l) {
-    const std::size_t mode = is_reduced ? static_cast<std::size_t>(plan_.fallback_modes[l]) : l;
+  for (std::size_t l = 0; l < index(active.num_elastic); ++l) {
+    const std::size_t mode = is_reduced ? index(plan_.fallback_modes[l]) : l;
     const double rate = state.q_dot[l], spring = modal_plan_.omega[mode] * state.q[l];
     q_[mode] = state.q[l];
     energy_[mode] = 0.5 * modal_plan_.mass * (rate * rate + spring * spring);
@@ -106,8 +104,7 @@ std::vector<Panel> MotionPlot::panels() const {
   if (!q_.empty()) {
     begin("elastic displacement [m]");
     add("rms over the mass", kRms);
-    for (std::size_t k = 0; k < points_.size(); ++k)
-      add(plan_.points[static_cast<std::size_t>(points_[k])].name, kPoints + k);
+    for (std::size_t k = 0; k < points_.size(); ++k) add(plan_.points[index(points_[k])].name, kPoints + k);
     std::vector<std::size_t> ranked(q_.size());
     std::iota(ranked.begin(), ranked.end(), std::size_t{0});
     std::stable_sort(ranked.begin(), ranked.end(),

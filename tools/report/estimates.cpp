@@ -105,8 +105,8 @@ Measure measure_of(const Scene& scene) {
   const auto n = static_cast<Eigen::Index>(scene.points.size());
   Measure measure{Eigen::VectorXd(n), Eigen::Matrix3Xd(3, n)};
   for (Eigen::Index i = 0; i < n; ++i) {
-    measure.mass[i] = scene.points[static_cast<std::size_t>(i)].mass;
-    measure.rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
+    measure.mass[i] = scene.points[index(i)].mass;
+    measure.rest.col(i) = scene.points[index(i)].position;
   }
   return measure;
 }

@@ -61,7 +61,7 @@ void time_in_turns(const Plan& with, const Plan& without, OmissionRow& row) {
 std::optional<Plan> plan_with(Scene scene, const Structure& structure, OnNeed on_need,
                               std::optional<Feature> kept = std::nullopt) {
   scene.leave_out.on_need = on_need;
-  if (kept) scene.leave_out.keeps[static_cast<std::size_t>(*kept)] = true;
+  if (kept) scene.leave_out.keeps[index(*kept)] = true;
   Faults faults;
   return make_plan(scene, structure, faults);
 }
@@ -96,7 +96,7 @@ std::vector<OmissionRow> study_omissions(const Scene& given, const std::function
         row.why = "no command needs an omitted feature";
     } else {
       row.feature = static_cast<Feature>(k);
-      const auto at = static_cast<std::size_t>(k);
+      const auto at = index(k);
       const PlanFeature& feature = without->features[at];
       row.is_default = as_written->features[at].is_left_out;
       row.count = feature.count;

@@ -61,9 +61,9 @@ void print_histogram(const char* name, const std::vector<int>& bins) {
   std::printf("%s\n", name);
   const int most = std::max(1, *std::max_element(bins.begin(), bins.end()));
   for (int k = 0; k < kNumBins; ++k) {
-    const int count = bins[static_cast<std::size_t>(k)];
+    const int count = bins[index(k)];
     std::printf("  %14s %4d %s\n", range_of(k).c_str(), count,
-                std::string(static_cast<std::size_t>(50 * count / most), '#').c_str());
+                std::string(index(50 * count / most), '#').c_str());
   }
 }
 
@@ -74,7 +74,7 @@ std::string panel(const char* title, const std::vector<int>& bins, int x) {
   std::string text = format_text(
       "<g transform=\"translate(%d,0)\"><text x=\"0\" y=\"20\" font-weight=\"600\">%s</text>\n", x, title);
   for (int k = 0; k < kNumBins; ++k) {
-    const int count = bins[static_cast<std::size_t>(k)], height = kHeight * count / most, left = kBar * k;
+    const int count = bins[index(k)], height = kHeight * count / most, left = kBar * k;
     text += format_text(
         "<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" fill=\"%s\"/><text x=\"%d\" y=\"%d\" "
         "text-anchor=\"middle\">%d</text>\n",

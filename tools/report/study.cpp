@@ -127,7 +127,7 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
     study.error = faults.empty() ? "no structure" : faults.front().message;
     return study;
   }
-  study.elastic_freedoms = static_cast<std::size_t>(structure->omega.size());
+  study.elastic_freedoms = index(structure->omega.size());
   if (study.elastic_freedoms == 0) {
     study.error = "the scene has no elastic freedoms, so there is no elastic error to compare";
     return study;
@@ -235,7 +235,7 @@ void keep_cheaper(const std::string& method, double cpu, double ours, Comparison
 }  // namespace
 
 std::optional<Comparison> compare_at(const Study& study, double level, ReadOut read_out) {
-  const auto load = static_cast<std::size_t>(read_out);
+  const auto load = index(read_out);
   Comparison found;
   found.level = level;
   found.cpu = std::numeric_limits<double>::infinity();

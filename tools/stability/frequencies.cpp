@@ -85,7 +85,7 @@ double assembled_lowest(const Scene& scene) {
   const auto size = 3 * static_cast<Eigen::Index>(scene.points.size());
   Eigen::MatrixXd K = Eigen::MatrixXd::Zero(size, size);
   for (const Link& link : scene.links) {
-    const auto a = static_cast<std::size_t>(link.points[0]), b = static_cast<std::size_t>(link.points[1]);
+    const auto a = index(link.points[0]), b = index(link.points[1]);
     const Eigen::Vector3d u = (scene.points[b].position - scene.points[a].position).normalized();
     const double k = std::get<Spring>(link.kind).stiffness;
     for (const std::size_t i : {a, b})

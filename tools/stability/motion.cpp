@@ -45,7 +45,7 @@ Outcome attitude_near_intermediate_axis(double spin, const StabilityOptions& opt
   for (std::size_t a = 0; a < 4; ++a) q[a] = Wide(ride.state().q_WB[a]) + Wide(ride.state().q_WB_low[a]);
   Eigen::VectorXd mass = Eigen::VectorXd::Ones(6);
   Eigen::Matrix3Xd rest(3, 6);
-  for (int i = 0; i < 6; ++i) rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
+  for (int i = 0; i < 6; ++i) rest.col(i) = scene.points[index(i)].position;
   return {angle_to_answer(q),
           "this is the attitude of the rigid body; in the other methods the body also deforms",
           run_peers(scene, 1e-3, end, options, [&](const CartesianState& state) {
@@ -140,8 +140,7 @@ Outcome at_size(double size, Fidelity rung, const StabilityOptions& options) {
   const Scene scene = scene_of(size);
   Eigen::VectorXd mass = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(scene.points.size()));
   Eigen::Matrix3Xd rest(3, mass.size());
-  for (Eigen::Index i = 0; i < rest.cols(); ++i)
-    rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
+  for (Eigen::Index i = 0; i < rest.cols(); ++i) rest.col(i) = scene.points[index(i)].position;
   outcome.peers = run_peers(scene, 1e-3, 1.0, options, [&](const CartesianState& state) {
     return error(elastic_displacements(mass, rest, state.p_W));
   });

@@ -45,8 +45,8 @@ struct Shape {
       : mass(static_cast<Eigen::Index>(scene.points.size())),
         rest(3, static_cast<Eigen::Index>(scene.points.size())) {
     for (Eigen::Index i = 0; i < mass.size(); ++i) {
-      mass[i] = scene.points[static_cast<std::size_t>(i)].mass;
-      rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
+      mass[i] = scene.points[index(i)].mass;
+      rest.col(i) = scene.points[index(i)].position;
     }
   }
   double difference(const Eigen::Matrix3Xd& p, const Eigen::Matrix3Xd& q) const {
@@ -57,7 +57,7 @@ struct Shape {
 Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
   const Ride probe(rotating_truss(Fidelity::kSeparated));
   if (!probe.has_plan()) return no_answer(probe.faults_text());
-  const double top = probe.plan.omega[static_cast<std::size_t>(probe.plan.num_elastic) - 1];
+  const double top = probe.plan.omega[index(probe.plan.num_elastic) - 1];
   // the rung `exact-bars` refuses omega h above 1000, so all rungs take k pi at steps near 0.4 ms
   const double k0 = std::floor(0.4e-3 * top / std::numbers::pi);
   const std::int64_t ticks = options.is_quick ? 100 : 500;
@@ -98,7 +98,7 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
 Outcome full_across_pi(const StabilityOptions& options) {
   const Ride probe(rotating_truss(Fidelity::kSeparated));
   if (!probe.has_plan()) return no_answer(probe.faults_text());
-  const double top = probe.plan.omega[static_cast<std::size_t>(probe.plan.num_elastic) - 1];
+  const double top = probe.plan.omega[index(probe.plan.num_elastic) - 1];
   const Shape shape(rotating_truss(Fidelity::kFull));
   constexpr std::int64_t kTicks = 50;
   const double most = options.is_quick ? 100.0 : 200.0;

@@ -14,7 +14,7 @@ namespace {
 /// NaN if the plan has another number of frequencies.
 double worst_frequency(const Plan& plan, std::vector<double> exact) {
   std::sort(exact.begin(), exact.end());
-  if (static_cast<std::size_t>(plan.num_elastic) != exact.size()) return NAN;
+  if (index(plan.num_elastic) != exact.size()) return NAN;
   double worst = 0.0;
   for (std::size_t k = 0; k < exact.size(); ++k)
     worst = std::max(worst, std::abs(plan.omega[k] / exact[k] - 1.0));
@@ -147,9 +147,8 @@ Outcome redundant_links(const StabilityOptions&) {
   for (const Link& link : scene.links) {
     if (traits_of(link).effect != LinkEffect::kForbids) continue;
     const auto a = link.points[0], b = link.points[1];
-    const Eigen::Vector3d u = (scene.points[static_cast<std::size_t>(b)].position -
-                               scene.points[static_cast<std::size_t>(a)].position)
-                                  .normalized();
+    const Eigen::Vector3d u =
+        (scene.points[index(b)].position - scene.points[index(a)].position).normalized();
     stretch = std::max(stretch, std::abs(u.dot(V.col(b) - V.col(a))));
   }
   return {stretch / V.cwiseAbs().maxCoeff(),

@@ -103,7 +103,7 @@ std::string format_text(const char* format, ...) {
   va_copy(again, arguments);
   const int size = std::vsnprintf(nullptr, 0, format, again);
   va_end(again);
-  std::string text(static_cast<std::size_t>(std::max(0, size)), '\0');
+  std::string text(index(std::max(0, size)), '\0');
   std::vsnprintf(text.data(), text.size() + 1, format, arguments);
   va_end(arguments);
   return text;
@@ -192,7 +192,7 @@ void Progress::draw() const {
   if (done <= 0.0) {
     std::fprintf(stderr, "\r%.30s: %.0f s\033[K", what_.c_str(), elapsed);
   } else {
-    const auto filled = static_cast<std::size_t>(done * kWidth);
+    const auto filled = index(done * kWidth);
     std::fprintf(stderr, "\r%.30s [%s%s] %5.1f %%, %.0f s left\033[K", what_.c_str(),
                  std::string(filled, '#').c_str(), std::string(kWidth - filled, '.').c_str(), 100.0 * done,
                  elapsed * (1.0 - done) / done);

@@ -29,7 +29,7 @@ bool draw_hull(std::uint32_t link, std::span<const int> points, Body& body) {
   constexpr double kFlat = 1e-9;           // [-] relative to the size
   if (points.size() < 4 || points.size() > kMostOfHull) return false;
   std::vector<Eigen::Vector3d> at;
-  for (const int point : points) at.emplace_back(body.plan.points[static_cast<std::size_t>(point)].r.data());
+  for (const int point : points) at.emplace_back(body.plan.points[index(point)].r.data());
   double size = 0.0;
   for (const Eigen::Vector3d& each : at) size = std::max(size, (each - at[0]).norm());
   const std::size_t before = body.triangles.size();
@@ -78,8 +78,7 @@ void draw(std::uint32_t link, const MatrixLink& matrix, std::span<const int> poi
   for (Eigen::Index column = 0; column < std::min(end, matrix.matrix.outerSize()); ++column)
     for (Eigen::SparseMatrix<double>::InnerIterator entry(matrix.matrix, column); entry; ++entry)
       if (entry.row() < end && entry.row() / stride != column / stride)
-        coupling[static_cast<std::size_t>(column / stride)][entry.row() / stride] +=
-            entry.value() * entry.value();
+        coupling[index(column / stride)][entry.row() / stride] += entry.value() * entry.value();
   std::set<std::pair<Eigen::Index, Eigen::Index>> pairs;
   for (std::size_t k = 0; k < points.size(); ++k) {
     std::vector<std::pair<double, Eigen::Index>> most;
@@ -91,7 +90,7 @@ void draw(std::uint32_t link, const MatrixLink& matrix, std::span<const int> poi
   }
   for (const auto& [a, b] : pairs) {
     for (const Eigen::Index end_of_line : {a, b})
-      body.lines.push_back(static_cast<std::uint32_t>(points[static_cast<std::size_t>(end_of_line)]));
+      body.lines.push_back(static_cast<std::uint32_t>(points[index(end_of_line)]));
     body.line_links.push_back(link);
   }
 }
@@ -101,16 +100,14 @@ using Shapes = std::vector<float>;
 
 int modes_that_fit(const Plan& plan) {
   const std::size_t of_one = 3 * sizeof(float) * std::max<std::size_t>(1, plan.points.size());
-  return static_cast<int>(
-      std::min<std::size_t>(static_cast<std::size_t>(plan.num_elastic), kMostShapeBytes / of_one));
+  return static_cast<int>(std::min<std::size_t>(index(plan.num_elastic), kMostShapeBytes / of_one));
 }
 
 Shapes shapes_of(const Structure& structure, const Plan& plan, int num_modes) {
   Shapes shapes;
-  shapes.reserve(static_cast<std::size_t>(structure.shapes.rows() * num_modes));
+  shapes.reserve(index(structure.shapes.rows() * num_modes));
   for (int l = 0; l < num_modes; ++l) {
-    const Eigen::Index column =
-        plan.mode_numbers.empty() ? l : plan.mode_numbers[static_cast<std::size_t>(l)] - 1;
+    const Eigen::Index column = plan.mode_numbers.empty() ? l : plan.mode_numbers[index(l)] - 1;
     for (Eigen::Index row = 0; row < structure.shapes.rows(); ++row)
       shapes.push_back(static_cast<float>(structure.shapes(row, column)));
   }
@@ -119,14 +116,13 @@ Shapes shapes_of(const Structure& structure, const Plan& plan, int num_modes) {
 
 Shapes shapes_of(const Plan& plan, int num_modes) {
   const std::size_t of_one = 3 * plan.points.size();
-  Shapes shapes(of_one * static_cast<std::size_t>(num_modes), 0.0F);
+  Shapes shapes(of_one * index(num_modes), 0.0F);
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     if (plan.points[i].row < 0) continue;
     const double* rows = point_rows(plan, plan.points[i].row);
     for (std::size_t axis = 0; axis < 3; ++axis)
-      for (std::size_t l = 0; l < static_cast<std::size_t>(num_modes); ++l)
-        shapes[l * of_one + 3 * i + axis] =
-            static_cast<float>(rows[axis * static_cast<std::size_t>(plan.num_padded) + l]);
+      for (std::size_t l = 0; l < index(num_modes); ++l)
+        shapes[l * of_one + 3 * i + axis] = static_cast<float>(rows[axis * index(plan.num_padded) + l]);
   }
   return shapes;
 }
@@ -164,12 +160,11 @@ Json head_of(const Body& body) {
   head["attitude"] = make_state(plan).q_WB;
   if (!plan.fallback.empty()) {
     Json& numbers = head["modeNumbers"] = Json::array();
-    for (int l = 0; l < body.num_modes; ++l)
-      numbers.push_back(plan.fallback_modes[static_cast<std::size_t>(l)] + 1);
+    for (int l = 0; l < body.num_modes; ++l) numbers.push_back(plan.fallback_modes[index(l)] + 1);
   }
   Json& frequencies = head["frequencies"] = Json::array();
   for (int l = 0; l < body.num_modes; ++l)
-    frequencies.push_back(plan.omega[static_cast<std::size_t>(l)] / (2.0 * std::numbers::pi));
+    frequencies.push_back(plan.omega[index(l)] / (2.0 * std::numbers::pi));
   Json& groups = head["groups"] = Json::array();
   for (const PlanGroup& group : plan.groups)
     groups.push_back({{"name", group.name}, {"points", group.points}});
@@ -178,7 +173,7 @@ Json head_of(const Body& body) {
   Json &links = head["publishedLinks"] = Json::array(), &units = head["loadUnits"] = Json::array();
   for (const PlanLinkOutput& output : plan.link_outputs) {
     links.push_back(output.link);
-    units.push_back(traits_of(plan.links[static_cast<std::size_t>(output.link)].type).figure_unit);
+    units.push_back(traits_of(plan.links[index(output.link)].type).figure_unit);
   }
   return head;
 }
@@ -199,9 +194,8 @@ std::optional<Body> body_of_plan(const std::string& path, const std::string& out
   for (std::size_t k = 0; k < body.plan.links.size(); ++k)
     draw(static_cast<std::uint32_t>(k), traits_of(body.plan.links[k].type).drawing, body.plan.links[k].points,
          body);
-  body.num_without_shape =
-      static_cast<std::size_t>(std::count_if(body.plan.points.begin(), body.plan.points.end(),
-                                             [](const PlanPoint& point) { return point.row < 0; }));
+  body.num_without_shape = index(std::count_if(body.plan.points.begin(), body.plan.points.end(),
+                                               [](const PlanPoint& point) { return point.row < 0; }));
   body.shapes = shapes_of(body.plan, body.num_modes);
   note_links(body);
   return body;

@@ -8,7 +8,7 @@
 namespace freeflex::tools {
 
 void ModePeaks::take(const freeflex_msgs::state_t& state) {
-  const auto num_modes = static_cast<std::size_t>(body_->num_modes);
+  const auto num_modes = index(body_->num_modes);
   if (state.session != session_ || state.epoch != epoch_ || peaks_.size() != num_modes)
     peaks_.assign(num_modes, 0.0);
   session_ = state.session;

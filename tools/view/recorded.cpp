@@ -54,8 +54,7 @@ struct Motion {
     wheels.insert(wheels.end(), state.wheel_momentum.begin(), state.wheel_momentum.end());
     wheels.resize(clock.size() * body.plan.wheels.size());
     peaks.take(state);
-    for (std::size_t l = 0; l < static_cast<std::size_t>(body.num_modes); ++l)
-      q.push_back(shown_coordinate(body, state, l));
+    for (std::size_t l = 0; l < index(body.num_modes); ++l) q.push_back(shown_coordinate(body, state, l));
   }
 };
 
@@ -90,7 +89,7 @@ const RecordedSession* session_of(io::LogReader& log, const std::string& prefix,
 /// Returns the states that are shown: at most kMostFrames per second of simulated time, and at most as many
 /// as fit in kMostMotionBytes.
 std::vector<StateRecord> shown_states(const RecordedSession& session, double period, int num_modes) {
-  const std::size_t of_one = sizeof(float) * static_cast<std::size_t>(std::max(1, num_modes));
+  const std::size_t of_one = sizeof(float) * index(std::max(1, num_modes));
   const double most = static_cast<double>(kMostMotionBytes) / static_cast<double>(of_one);
   const double duration =
       static_cast<double>(session.states.back().tick - session.states.front().tick) * period;
@@ -221,7 +220,7 @@ std::vector<std::byte> recorded_motion(Body& body, const std::string& path, cons
 }
 
 std::string_view plain_page() {
-  return {freeflex_page_begin, static_cast<std::size_t>(freeflex_page_end - freeflex_page_begin)};
+  return {freeflex_page_begin, index(freeflex_page_end - freeflex_page_begin)};
 }
 
 std::string page_with(const std::vector<std::byte>& body, const std::vector<std::byte>& motion) {

@@ -312,7 +312,7 @@ Answer PageServer::Loop::answer(const PageRequest& request, bool is_entitled) co
 
 void PageServer::Loop::join(boost::beast::tcp_stream stream, const PageRequest& request) {
   const auto viewer = std::make_shared<Viewer>(std::move(stream));
-  if (viewers_.size() >= static_cast<std::size_t>(kMostViewers))
+  if (viewers_.size() >= index(kMostViewers))
     return viewer->refuse(request, R"({"notice":"too many browsers show this page; close one"})");
   viewers_.insert(viewer);
   num_viewers_ = viewers_.size();

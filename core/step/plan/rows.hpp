@@ -88,7 +88,7 @@ struct PlanRows {
 /// Returns a carrier of mass. An index below the number of points means a point, and an index from there on
 /// means a particle.
 inline const PlanPoint& mass_point(const PlanRows& plan, std::int32_t carrier) noexcept {
-  const auto i = static_cast<std::size_t>(carrier);
+  const auto i = index(carrier);
   return i < plan.points.size() ? plan.points[i] : plan.particles.all[i - plan.points.size()];
 }
 

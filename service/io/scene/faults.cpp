@@ -11,9 +11,8 @@ namespace {
 
 std::string source_of(const Fault& fault, const std::vector<std::string>& sources) {
   const int source = fault.origin.source;
-  if (source < 0 || static_cast<std::size_t>(source) >= sources.size())
-    return sources.empty() ? "" : sources.front();
-  return sources[static_cast<std::size_t>(source)];
+  if (source < 0 || index(source) >= sources.size()) return sources.empty() ? "" : sources.front();
+  return sources[index(source)];
 }
 
 const char* severity_of(const Fault& fault) {

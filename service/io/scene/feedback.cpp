@@ -38,7 +38,7 @@ std::optional<Eigen::Matrix3d> read_gain(Report& report, const Node& node, const
   bool is_good = true;
   for (int i = 0; i < 3; ++i) {
     const ItemOfReport one(report);
-    const Node& item = *node.items[static_cast<std::size_t>(i)];
+    const Node& item = *node.items[index(i)];
     const auto row = read_vector(report, item, label + ": row " + std::to_string(i + 1), unit);
     is_good = is_good && row.has_value();
     if (row) gain.row(i) = *row;

@@ -324,7 +324,7 @@ void SceneReader::read_chain(const Fields& fields, const LinkForm& form, Link li
     const auto first = points->begin() + static_cast<std::ptrdiff_t>(i);
     link.points.assign(first, first + static_cast<std::ptrdiff_t>(size));
     if (const auto point = is_chain ? find_repeated(link.points) : std::nullopt) {
-      const std::string& name_twice = scene_.points[static_cast<std::size_t>(*point)].name;
+      const std::string& name_twice = scene_.points[index(*point)].name;
       report_.error(ends.origin, describe_repeated(label, name_twice, size));
       return leave_link_unread(link.origin);
     }
@@ -349,7 +349,7 @@ void SceneReader::read_matrix(const Fields& fields, const LinkForm& form, Link l
     const std::string rows =
         std::string(matrix.has_rotations ? "6" : "3") + " rows for each of " + count_points(points->size()) +
         (matrix.num_inner > 0 ? " and " + std::to_string(matrix.num_inner) + " of inner coordinates" : "");
-    const auto size = static_cast<std::size_t>(num_rows(matrix, points->size()));
+    const auto size = index(num_rows(matrix, points->size()));
     const MatrixContent content{matrix.is_flexibility ? "flexibility" : "stiffness",
                                 matrix.is_flexibility ? "m/N" : "N/m", size, rows};
     read_matrix_market(report_, *source, content, matrix.matrix);

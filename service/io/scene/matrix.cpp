@@ -93,7 +93,7 @@ class MatrixReader {
   // reads a whole number from `least` to `most`, or reports a fault and returns nullopt
   std::optional<std::size_t> read_index(const Word& word, const char* what, std::int64_t least,
                                         std::int64_t most) {
-    if (const auto value = parse_integer(word.text, least, most)) return static_cast<std::size_t>(*value);
+    if (const auto value = parse_integer(word.text, least, most)) return index(*value);
     fail(word.origin, "the " + std::string(what) + " is " + quote(word.text) +
                           ", but must be a whole number from " + std::to_string(least) + " to " +
                           std::to_string(most));

@@ -103,7 +103,7 @@ class TemporaryFile {
       const ssize_t written = ::write(file_, bytes.data(), std::min(bytes.size(), kAtOnce));
       if (written < 0 && errno == EINTR) continue;
       if (written < 0) return false;
-      bytes = bytes.subspan(static_cast<std::size_t>(written));
+      bytes = bytes.subspan(index(written));
     }
     return true;
   }

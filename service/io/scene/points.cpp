@@ -109,7 +109,7 @@ void SceneReader::read_points_table(const Node& node) {
     }
     point.mass = row.number(kMassColumn, label, kMass);
     for (int axis = 0; axis < 3; ++axis)
-      point.position[axis] = row.number(kX + static_cast<std::size_t>(axis), label, kPosition);
+      point.position[axis] = row.number(kX + index(axis), label, kPosition);
     return add_point(std::move(point));
   });
   if (!is_whole) points_.mark_incomplete();

@@ -32,7 +32,7 @@ std::string read_whole_file(const std::string& path, std::size_t max_bytes, std:
     return "it has " + std::to_string(bytes) + " bytes, but at most " + std::to_string(max_bytes) +
            " are read";
   };
-  const auto size = static_cast<std::size_t>(status.st_size);
+  const auto size = index(status.st_size);
   if (size > max_bytes) return too_large(size);
   text.resize(size + 1);  // one more byte, to detect a file that grew
   std::size_t filled = 0;
@@ -42,7 +42,7 @@ std::string read_whole_file(const std::string& path, std::size_t max_bytes, std:
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return std::strerror(errno);
     if (got == 0) break;
-    filled += static_cast<std::size_t>(got);
+    filled += index(got);
     if (filled > max_bytes) return too_large(filled);
   }
   text.resize(filled);
@@ -163,11 +163,10 @@ Faults Report::take_faults() {
 }
 
 std::string describe_place(const Report& report, const Origin& place, const Origin& near) {
-  if (report.is_setting(place.source))
-    return "by " + report.sources()[static_cast<std::size_t>(place.source)];
+  if (report.is_setting(place.source)) return "by " + report.sources()[index(place.source)];
   if (place.source == near.source) return "on line " + std::to_string(place.line);
-  return "at " + report.sources()[static_cast<std::size_t>(place.source)] + ":" + std::to_string(place.line) +
-         ":" + std::to_string(place.column);
+  return "at " + report.sources()[index(place.source)] + ":" + std::to_string(place.line) + ":" +
+         std::to_string(place.column);
 }
 
 }  // namespace freeflex::io::reader

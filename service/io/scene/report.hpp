@@ -77,7 +77,7 @@ class Report {
   /// else returns the position of the fault.
   std::vector<Origin> targets(const Origin& fault) const;
 
-  std::string_view text(int source) const { return *texts_[static_cast<std::size_t>(source)]; }
+  std::string_view text(int source) const { return *texts_[index(source)]; }
   const std::vector<std::string>& sources() const { return sources_; }
   std::uint64_t hash() const;
 

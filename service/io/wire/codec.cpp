@@ -17,7 +17,7 @@ namespace {
 
 void copy_sender(std::string_view from, std::array<char, kSenderSize>& to) {
   to.fill('\0');
-  std::copy_n(from.data(), std::min(from.size(), static_cast<std::size_t>(kSenderSize - 1)), to.data());
+  std::copy_n(from.data(), std::min(from.size(), index(kSenderSize - 1)), to.data());
 }
 
 /// Returns a sender in printable form: at most 40 characters, with '?' in place of characters that are not
@@ -36,7 +36,7 @@ void check_head(std::span<const std::byte> bytes, std::int64_t session, Admissio
   // the first fields of a message of another type are unknown, but a command of an earlier version begins
   // with the same fields as a command of this version
   if (admission.reason == Reason::kWrongType && find_earlier(bytes) == nullptr) return;
-  if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) return;
+  if (bytes.size() > index(channels::kMaxMessageBytes)) return;
   const std::optional<Head> head = read_head(bytes);
   if (!head) return;
   const bool is_sender_valid = is_valid_sender(head->sender);
@@ -87,25 +87,22 @@ void fill_name_table(const Plan& plan, NameTable& table) {
   table.num_points = static_cast<std::int32_t>(plan.points.size());
   table.num_wheels = static_cast<std::int32_t>(plan.wheels.size());
   for (std::size_t k = 0; k < plan.wheels.size(); ++k)
-    table.wheel_points[k] =
-        plan.particles.attitude_points[static_cast<std::size_t>(plan.wheels[k].attitude_index)];
+    table.wheel_points[k] = plan.particles.attitude_points[index(plan.wheels[k].attitude_index)];
   table.num_groups = static_cast<std::int32_t>(plan.groups.size());
   table.force_limit = plan.force_limit;
   table.torque_limit = plan.torque_limit;
   if (plan.fallback.empty()) table.scope = plan.scope;
   for (std::int32_t i = 0; i < table.num_points && table.num_pushable < kMaxTablePoints; ++i) {
-    const PlanPoint& point = plan.points[static_cast<std::size_t>(i)];
+    const PlanPoint& point = plan.points[index(i)];
     if (!point.pushable || point.row < 0) continue;
-    const auto place = static_cast<std::size_t>(table.num_pushable++);
+    const auto place = index(table.num_pushable++);
     table.pushable[place] = i;
     table.takes_torque[place] = attitude_index_of(plan, i) >= 0 ? 1 : 0;
     table.point_arms[place] = point.r;
   }
   for (std::size_t g = 0; g < plan.groups.size(); ++g) {
     const PlanGroup& group = plan.groups[g];
-    const auto has_rows = [&plan](std::int32_t point) {
-      return plan.points[static_cast<std::size_t>(point)].row >= 0;
-    };
+    const auto has_rows = [&plan](std::int32_t point) { return plan.points[index(point)].row >= 0; };
     table.groups[g].torque_rank = group.torque_rank;
     table.groups[g].line = group.line;
     table.group_arms[g] = group.centre;

@@ -119,13 +119,13 @@ std::optional<std::size_t> find_pushable(const NameTable& table, std::int32_t po
   const auto end = table.pushable.begin() + std::clamp(table.num_pushable, 0, kMaxTablePoints);
   const auto found = std::lower_bound(table.pushable.begin(), end, point);
   if (found == end || *found != point) return std::nullopt;
-  return static_cast<std::size_t>(found - table.pushable.begin());
+  return index(found - table.pushable.begin());
 }
 
 Reason check_points(const ForceCommand& command, const NameTable& table, Text text) {
   std::bitset<kMaxTablePoints> seen;
   for (int i = 0; i < command.num_points; ++i) {
-    const PointForce& entry = command.points[static_cast<std::size_t>(i)];
+    const PointForce& entry = command.points[index(i)];
     if (entry.point < 0 || entry.point >= table.num_points) {
       print(text, "forces[%d]: point %d does not exist; the scene has points 0 to %d", i, entry.point,
             table.num_points - 1);
@@ -158,7 +158,7 @@ Reason check_points(const ForceCommand& command, const NameTable& table, Text te
 Reason check_torques(const ForceCommand& command, const NameTable& table, Text text) {
   std::bitset<kMaxTablePoints> seen;
   for (int i = 0; i < command.num_torques; ++i) {
-    const PointTorque& entry = command.torques[static_cast<std::size_t>(i)];
+    const PointTorque& entry = command.torques[index(i)];
     if (entry.point < 0 || entry.point >= table.num_points) {
       print(text, "torques[%d]: point %d does not exist; the scene has points 0 to %d", i, entry.point,
             table.num_points - 1);
@@ -198,13 +198,13 @@ Reason check_wheels(const ForceCommand& command, const NameTable& table, Text te
   std::bitset<kMaxWheels> seen;
   const int known = std::clamp(table.num_wheels, 0, kMaxWheels);
   for (int i = 0; i < command.num_wheels; ++i) {
-    const WheelTorque& entry = command.wheels[static_cast<std::size_t>(i)];
+    const WheelTorque& entry = command.wheels[index(i)];
     if (entry.wheel < 0 || entry.wheel >= known) {
       print(text, "wheels[%d]: wheel %d does not exist; the scene has %d wheels, numbered from 0", i,
             entry.wheel, known);
       return Reason::kUnknownPoint;
     }
-    const auto wheel = static_cast<std::size_t>(entry.wheel);
+    const auto wheel = index(entry.wheel);
     if (!find_pushable(table, table.wheel_points[wheel])) {
       print(text,
             "wheels[%d]: wheel %d is in point %d, which may not be pushed; add it to 'commands: points'", i,
@@ -253,8 +253,8 @@ Reason check_wrenches(const ForceCommand& command, const NameTable& table, Text 
   std::bitset<kMaxGroups> seen;
   const int known = std::clamp(table.num_groups, 0, kMaxGroups);
   for (int i = 0; i < command.num_wrenches; ++i) {
-    const Wrench& entry = command.wrenches[static_cast<std::size_t>(i)];
-    const auto group = static_cast<std::size_t>(entry.group);
+    const Wrench& entry = command.wrenches[index(i)];
+    const auto group = index(entry.group);
     if (entry.group < 0 || entry.group >= known) {
       print(text, "wrenches[%d]: group %d does not exist; the scene has %d groups, numbered from 0", i,
             entry.group, known);
@@ -292,9 +292,7 @@ Reason check_scope(const ForceCommand& command, const NameTable& table, Text tex
   const auto arm_of_point = [&](std::int32_t point) {
     return table.point_arms[find_pushable(table, point).value_or(0)];
   };
-  const auto arm_of_group = [&](std::int32_t group) {
-    return table.group_arms[static_cast<std::size_t>(group)];
-  };
+  const auto arm_of_group = [&](std::int32_t group) { return table.group_arms[index(group)]; };
   switch (find_need(table.scope, command, arm_of_point, arm_of_group)) {
     case Need::kNone:
       return Reason::kAccepted;
@@ -327,7 +325,7 @@ bool is_valid_sender(std::string_view sender) noexcept {
 bool is_valid_sender(const std::array<char, kSenderSize>& sender) noexcept {
   const auto end = std::find(sender.begin(), sender.end(), '\0');
   return std::all_of(end, sender.end(), [](char c) { return c == '\0'; }) &&
-         is_valid_sender(std::string_view(sender.data(), static_cast<std::size_t>(end - sender.begin())));
+         is_valid_sender(std::string_view(sender.data(), index(end - sender.begin())));
 }
 
 Reason check_command(const ForceCommand& command, const NameTable& table, std::span<char> text) noexcept {

@@ -58,7 +58,7 @@ static_assert(starts_with(*layout_of<envelope_t>, kEnvelope) && layout_of<envelo
 Reason check_front(std::span<const std::byte> bytes, std::int64_t fingerprint, std::span<char> text) {
   // the size is checked first: liblcm can report more bytes than there are, so no byte of an oversized
   // message may be read
-  if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) {
+  if (bytes.size() > index(channels::kMaxMessageBytes)) {
     print(text, "the message has more than %d bytes, the most allowed", channels::kMaxMessageBytes);
     return Reason::kMalformed;
   }
@@ -101,8 +101,7 @@ std::string_view counted_name(const wire::Layout& layout, int count) {
 /// Returns each count with the name of its array, for example "3 forces and 2 wrenches".
 Phrase describe(const wire::Layout& layout, std::span<const std::int32_t> counts) {
   Phrase phrase{};
-  for (int i = 0; i < layout.num_counts; ++i)
-    append(phrase, counts[static_cast<std::size_t>(i)], counted_name(layout, i));
+  for (int i = 0; i < layout.num_counts; ++i) append(phrase, counts[index(i)], counted_name(layout, i));
   return phrase;
 }
 
@@ -138,7 +137,7 @@ Reason check_walk(std::span<const std::byte> bytes, const wire::Layout& layout, 
 Reason check_limits(const wire::Layout& layout, std::span<const std::int32_t> counts,
                     std::span<const std::int32_t> limits, std::span<char> text) {
   for (int i = 0; i < layout.num_counts; ++i) {
-    const auto at = static_cast<std::size_t>(i);
+    const auto at = index(i);
     if (counts[at] <= limits[at]) continue;
     Phrase found{};
     append(found, counts[at], counted_name(layout, i));
@@ -197,7 +196,7 @@ std::optional<std::int64_t> read_status_session(std::span<const std::byte> bytes
 }
 
 bool is_envelope(std::span<const std::byte> bytes) noexcept {
-  return bytes.size() <= static_cast<std::size_t>(channels::kMaxMessageBytes) &&
+  return bytes.size() <= index(channels::kMaxMessageBytes) &&
          integer_at<std::int64_t>(bytes, 0) == envelope_t::getHash();
 }
 
@@ -205,8 +204,7 @@ std::optional<std::span<const std::byte>> find_body(std::span<const std::byte> b
   if (!fits_layout(bytes, *layout_of<envelope_t>)) return std::nullopt;
   const std::size_t end = bytes.size() - kTagBytes;
   const std::optional<std::string_view> key_id = string_at(bytes, wire::kFingerprintBytes);
-  const std::size_t begin =
-      static_cast<std::size_t>(wire::kFingerprintBytes) + 4 + key_id->size() + 1 + std::size_t{3} * 8 + 4;
+  const std::size_t begin = index(wire::kFingerprintBytes) + 4 + key_id->size() + 1 + std::size_t{3} * 8 + 4;
   return bytes.subspan(begin, end - begin);
 }
 

@@ -22,7 +22,7 @@ bool decode_walked(std::span<const std::byte> bytes, Message& message) {
 /// this type and version.
 template <wire::HasLayout Message>
 bool decode_message(std::span<const std::byte> bytes, Message& message) {
-  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) return false;
+  if (bytes.size() > index(std::numeric_limits<int>::max())) return false;
   return fits_layout(bytes, *wire::layout_of<Message>) && decode_walked(bytes, message);
 }
 

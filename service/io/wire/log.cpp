@@ -109,7 +109,7 @@ bool LogReader::read_head(std::int64_t offset) {
 bool LogReader::is_followed(std::int64_t end) {
   if (end == size_) return true;
   std::array<char, kSync.size()> bytes{};
-  const auto wanted = static_cast<std::size_t>(std::min<std::int64_t>(kSync.size(), size_ - end));
+  const auto wanted = index(std::min<std::int64_t>(kSync.size(), size_ - end));
   if (!seek(end) || std::fread(bytes.data(), 1, wanted, file_.get()) != wanted)
     return fail(end, "the file cannot be read there");
   return std::string_view(bytes.data(), wanted) == kSync.substr(0, wanted) || fail(end, kNoRecord);
@@ -161,7 +161,7 @@ std::int64_t LogReader::find_record(std::int64_t from) {
   constexpr auto kOverlap = static_cast<std::int64_t>(kSync.size()) - 1;
   std::string block;
   while (from + kLogHeaderBytes < size_) {
-    block.resize(static_cast<std::size_t>(std::min(kBlock, size_ - from)));
+    block.resize(index(std::min(kBlock, size_ - from)));
     if (!seek(from) || std::fread(block.data(), 1, block.size(), file_.get()) != block.size()) return size_;
     for (std::size_t at = block.find(kSync); at != block.npos; at = block.find(kSync, at + 1)) {
       const std::int64_t offset = from + static_cast<std::int64_t>(at);
@@ -286,7 +286,7 @@ void LogWriter::write(const std::string& channel, std::int64_t utime, std::span<
   event.data = const_cast<std::byte*>(bytes.data());
   errno = 0;
   if (lcm_eventlog_write_event(log_.get(), &event) != 0) return fail();
-  ends_.add(static_cast<std::size_t>(kLogHeaderBytes) + channel.size() + bytes.size(), utime);
+  ends_.add(index(kLogHeaderBytes) + channel.size() + bytes.size(), utime);
 }
 
 void LogWriter::finish() {

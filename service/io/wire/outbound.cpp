@@ -182,7 +182,7 @@ std::vector<freeflex_msgs::loads_t> make_loads_messages(const Plan& plan, const 
     freeflex_msgs::link_load_t load{};
     load.link = plan.link_outputs[i].link;
     load.num_values = plan.link_outputs[i].num_rows;
-    load.values.resize(static_cast<std::size_t>(load.num_values));
+    load.values.resize(index(load.num_values));
     read_link(plan, state, static_cast<int>(i), load.values);
     add_item(pages, empty, &Page::links, std::move(load), room);
   }

@@ -18,7 +18,7 @@ using Shapes = freeflex_msgs::shapes_t;
 bool lists_part(const Plan& plan) { return plan.points.size() > std::size_t{kMostByDefault}; }
 
 double frequency(const StepPlan& plan, int mode) {
-  return plan.omega[static_cast<std::size_t>(mode)] / (2.0 * std::numbers::pi);
+  return plan.omega[index(mode)] / (2.0 * std::numbers::pi);
 }
 
 /// Indices of the items that are sent, ascending.
@@ -36,7 +36,7 @@ Listed list_points(const Plan& plan) {
   Listed listed = list_all(plan.points.size());
   if (!lists_part(plan)) return listed;
   std::erase_if(listed, [&](std::int32_t i) {
-    return plan.points[static_cast<std::size_t>(i)].row < 0 && attitude_index_of(plan, i) < 0;
+    return plan.points[index(i)].row < 0 && attitude_index_of(plan, i) < 0;
   });
   return listed;
 }
@@ -67,7 +67,7 @@ std::vector<freeflex_msgs::scene_point_t> make_points(const Plan& plan, const Li
   std::vector<freeflex_msgs::scene_point_t> points(listed.size());
   const std::set<std::int32_t> published(plan.published_points.begin(), plan.published_points.end());
   for (std::size_t k = 0; k < points.size(); ++k) {
-    const PlanPoint& point = plan.points[static_cast<std::size_t>(listed[k])];
+    const PlanPoint& point = plan.points[index(listed[k])];
     points[k].name = point.name;
     points[k].mass = point.mass;
     std::copy_n(point.r.begin(), 3, points[k].rest);
@@ -82,7 +82,7 @@ std::vector<freeflex_msgs::scene_link_t> make_links(const Plan& plan, const List
   std::set<std::int32_t> published;
   for (const PlanLinkOutput& output : plan.link_outputs) published.insert(output.link);
   for (std::size_t k = 0; k < links.size(); ++k) {
-    const PlanLink& link = plan.links[static_cast<std::size_t>(listed[k])];
+    const PlanLink& link = plan.links[index(listed[k])];
     links[k].name = link.name;
     links[k].kind = traits_of(link.type).name;
     links[k].num_points = static_cast<std::int32_t>(link.points.size());
@@ -121,7 +121,7 @@ Scene make_front(const Plan& plan, int num_elastic, const std::string& plan_file
   for (const PlanWheel& wheel : plan.wheels) {
     freeflex_msgs::scene_wheel_t each{};
     each.name = wheel.name;
-    each.point = plan.particles.attitude_points[static_cast<std::size_t>(wheel.attitude_index)];
+    each.point = plan.particles.attitude_points[index(wheel.attitude_index)];
     std::copy_n(wheel.axis.begin(), 3, each.axis);
     front.wheels.push_back(std::move(each));
   }
@@ -191,9 +191,8 @@ std::vector<Scene> make_scene_messages(const Plan& plan, bool uses_fallback, con
                                        const Stamp& stamp) {
   const StepPlan& active = uses_fallback ? plan.fallback.front() : plan;
   ScenePages pages(make_front(plan, active.num_elastic, plan_file, stamp));
-  std::vector<double> frequencies(static_cast<std::size_t>(active.num_elastic));
-  for (int l = 0; l < active.num_elastic; ++l)
-    frequencies[static_cast<std::size_t>(l)] = frequency(active, l);
+  std::vector<double> frequencies(index(active.num_elastic));
+  for (int l = 0; l < active.num_elastic; ++l) frequencies[index(l)] = frequency(active, l);
   Listed points = list_points(plan), links = list_links(plan);
   fill_gaps(points);
   fill_gaps(links);
@@ -214,15 +213,15 @@ std::vector<Shapes> make_shapes_messages(const StepPlan& plan, int mode, const S
   constexpr int kItemSize = 4 + 3 * 8;  // [B] index of a point, and three numbers
   const auto capacity =
       static_cast<std::size_t>((channels::kMaxMessageBytes - front.getEncodedSize()) / kItemSize);
-  const auto stride = static_cast<std::size_t>(plan.num_padded);
+  const auto stride = index(plan.num_padded);
   std::vector<Shapes> pages{front};
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     if (plan.points[i].row < 0) continue;
     if (pages.back().point.size() == capacity) pages.push_back(front);
-    const std::size_t row = 3 * static_cast<std::size_t>(plan.points[i].row);
+    const std::size_t row = 3 * index(plan.points[i].row);
     std::vector<double> b(3);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      b[axis] = plan.rows[(row + axis) * stride + static_cast<std::size_t>(mode - 1)];
+      b[axis] = plan.rows[(row + axis) * stride + index(mode - 1)];
     }
     pages.back().point.push_back(static_cast<std::int32_t>(i));
     pages.back().shape.push_back(std::move(b));

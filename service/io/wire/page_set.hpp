@@ -32,7 +32,7 @@ class PageSet {
              std::size_t size) {
     if (num_pages < 1 || num_pages > max_pages || page < 0 || page >= num_pages) return {};
     Taken taken;
-    const auto count = static_cast<std::size_t>(num_pages);
+    const auto count = index(num_pages);
     taken.is_first = has_.size() != count || key != key_;
     if (taken.is_first) {
       key_ = key;
@@ -40,7 +40,7 @@ class PageSet {
       num_missing_ = count;
       num_bytes_ = 0;
     }
-    const auto at = static_cast<std::size_t>(page);
+    const auto at = index(page);
     if (has_[at] || num_bytes_ + size > kMaxBytes) return taken;
     taken.is_kept = has_[at] = true;
     num_bytes_ += size;

@@ -49,14 +49,14 @@ class Walker {
   Stop take_field(const wire::Field& field, const Counts& counts) {
     std::int64_t num = 1;
     for (int i = 0; i < field.num_dimensions; ++i) {
-      const wire::Dimension& dimension = field.dimensions[static_cast<std::size_t>(i)];
+      const wire::Dimension& dimension = field.dimensions[index(i)];
       if (dimension.count < 0) {
         num *= dimension.size;
         continue;
       }
       if (counts.is_missing) return Stop::kMissingCount;
       if (counts.is_negative) return Stop::kNegativeCount;
-      num *= counts.values[static_cast<std::size_t>(dimension.count)];
+      num *= counts.values[index(dimension.count)];
     }
     // the product fits 64 bits, because at most one dimension is a 32-bit count, and all other factors
     // multiply to at most kMaxStride bytes
@@ -93,8 +93,8 @@ class Walker {
 std::optional<std::string_view> string_at(std::span<const std::byte> bytes, std::int64_t at) noexcept {
   const std::optional<std::int32_t> length = integer_at<std::int32_t>(bytes, at);
   if (!length || *length < 1) return std::nullopt;
-  const std::span<const std::byte> rest = bytes.subspan(static_cast<std::size_t>(at + kLengthBytes));
-  const auto size = static_cast<std::size_t>(*length);
+  const std::span<const std::byte> rest = bytes.subspan(index(at + kLengthBytes));
+  const auto size = index(*length);
   if (rest.size() < size || rest[size - 1] != std::byte{0}) return std::nullopt;
   return std::string_view(reinterpret_cast<const char*>(rest.data()), size - 1);
 }

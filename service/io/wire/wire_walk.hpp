@@ -21,7 +21,7 @@ std::optional<Integer> integer_at(std::span<const std::byte> bytes, std::int64_t
   const auto end = static_cast<std::int64_t>(bytes.size());
   if (at < 0 || at > end - static_cast<std::int64_t>(sizeof(Integer))) return std::nullopt;
   std::uint64_t bits = 0;
-  for (const std::byte byte : bytes.subspan(static_cast<std::size_t>(at), sizeof(Integer)))
+  for (const std::byte byte : bytes.subspan(index(at), sizeof(Integer)))
     bits = bits << 8 | std::to_integer<std::uint64_t>(byte);
   return static_cast<Integer>(bits);
 }
