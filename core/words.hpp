@@ -35,25 +35,21 @@ struct RungTraits {
   bool divides_tick;  // divides the tick into substeps that resolve the fastest motion   (THEORY 12.29)
   bool is_tried;      // true: `fidelity: auto` tries this rung; it tries the rungs in this order
                       //   (THEORY 12.28)
-  double displacement_room;  // [-] valid displacements, relative to those of the rung `separated`
-  double spin_room;          // [-] valid spin, relative to `separated`; kNoLimit: no term of the spin is
-                             // neglected
 };
-inline constexpr double kNoLimit = 1e300;
 inline constexpr std::array<RungTraits, 6> kRungs{{
     // no elastic coordinate
-    {Fidelity::kRigid, "rigid", false, false, false, false, false, true, 1.0, 1.0},
+    {Fidelity::kRigid, "rigid", false, false, false, false, false, true},
     // the rigid body, and elastic coordinates that do not act on it (Alekseev 1970)
-    {Fidelity::kSeparated, "separated", true, false, false, false, false, true, 1.0, 1.0},
+    {Fidelity::kSeparated, "separated", true, false, false, false, false, true},
     // Adds the centrifugal load to `separated`. The remaining error comes from the neglected Coriolis forces.
     // It is at most a tenth of the error without the centrifugal load.
-    {Fidelity::kSpinLoaded, "spin-loaded", true, true, false, false, false, true, 1.0, 10.0},
+    {Fidelity::kSpinLoaded, "spin-loaded", true, true, false, false, false, true},
     // every term in the elastic displacements, linear elasticity
-    {Fidelity::kCoupled, "coupled", true, false, true, false, false, true, 10.0, kNoLimit},
+    {Fidelity::kCoupled, "coupled", true, false, true, false, false, true},
     // adds bars at true length and direction; the floating frame fails when the elastic displacements V reach
     // a tenth of the size of the structure
-    {Fidelity::kExactBars, "exact-bars", true, false, true, true, false, true, 100.0, kNoLimit},
-    {Fidelity::kFull, "full", true, false, true, true, true, false, 100.0, kNoLimit},
+    {Fidelity::kExactBars, "exact-bars", true, false, true, true, false, true},
+    {Fidelity::kFull, "full", true, false, true, true, true, false},
 }};
 
 /// Returns true for the number of a rung. Plan files hold these numbers.
@@ -184,7 +180,7 @@ constexpr bool rows_are_in_order() {
 }
 static_assert(rows_are_in_order());
 static_assert(static_cast<std::size_t>(Fidelity::kFull) + 1 == kRungs.size());
-static_assert(index(LinkType::kDashpot) + 1 == kLinkTypes.size());
+static_assert(static_cast<std::size_t>(LinkType::kDashpot) + 1 == kLinkTypes.size());
 static_assert(static_cast<int>(Feature::kPointRows) + 1 == kNumFeatures);
 }  // namespace words_check
 

@@ -16,8 +16,8 @@
 #include <thread>
 #include <utility>
 
-#include "core/plan/plan_bytes.hpp"
-#include "core/scene/faults.hpp"
+#include "core/faults.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 #include "service/bus.hpp"
 #include "service/ingress.hpp"
 #include "service/io/scene/input.hpp"

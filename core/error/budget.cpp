@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <limits>
 
-#include "core/step/coupled.hpp"
-#include "core/step/kernels.hpp"
+#include "core/step/coupled/coupled.hpp"
+#include "core/step/linear/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 

@@ -1,7 +1,7 @@
 #include "core/error/command_loads.hpp"
 
-#include "core/step/kernels.hpp"
-#include "core/step/slots.hpp"
+#include "core/step/linear/kernels.hpp"
+#include "core/step/loads/slots.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {

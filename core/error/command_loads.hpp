@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/error/tables.hpp"
-#include "core/step/loads.hpp"
+#include "core/step/loads/loads.hpp"
 #include "core/step/state.hpp"
 
 namespace freeflex {

@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "core/error/validity.hpp"
-#include "core/step/frame.hpp"
-#include "core/step/history.hpp"
-#include "core/step/kernels.hpp"
-#include "core/step/loads.hpp"
-#include "core/step/modal_coupling.hpp"
+#include "core/step/linear/kernels.hpp"
+#include "core/step/linear/modal_coupling.hpp"
+#include "core/step/loads/history.hpp"
+#include "core/step/loads/loads.hpp"
 #include "core/step/readout.hpp"
+#include "core/step/rigid/frame.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {

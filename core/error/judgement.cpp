@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "core/error/validity.hpp"
-#include "core/step/field.hpp"
+#include "core/step/loads/field.hpp"
 #include "core/step/readout.hpp"
-#include "core/step/tick_rotation.hpp"
+#include "core/step/rigid/tick_rotation.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {

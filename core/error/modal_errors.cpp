@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "core/error/validity.hpp"
-#include "core/step/history.hpp"
+#include "core/step/loads/history.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 

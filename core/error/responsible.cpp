@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "core/error/validity.hpp"
-#include "core/step/history.hpp"
-#include "core/step/kernels.hpp"
-#include "core/step/loads.hpp"
+#include "core/step/linear/kernels.hpp"
+#include "core/step/loads/history.hpp"
+#include "core/step/loads/loads.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 

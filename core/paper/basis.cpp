@@ -6,9 +6,9 @@
 #include <numeric>
 #include <utility>
 
-#include "core/scene/faults.hpp"
-#include "core/structure/eckart_complement.hpp"
-#include "core/structure/mass_properties.hpp"
+#include "core/faults.hpp"
+#include "core/structure/masses/mass_properties.hpp"
+#include "core/structure/modes/dense/eckart_complement.hpp"
 
 namespace freeflex {
 namespace {

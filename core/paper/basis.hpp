@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/paper/force_groups.hpp"
-#include "core/structure/link_factor.hpp"
+#include "core/structure/links/link_factor.hpp"
 
 namespace freeflex {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/structure/decompositions.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
 
 namespace freeflex {
 namespace {

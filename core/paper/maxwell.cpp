@@ -6,7 +6,7 @@
 #include <set>
 
 #include "core/scene/faults.hpp"
-#include "core/structure/decompositions.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
 
 namespace freeflex {
 namespace {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "core/structure/link_factor.hpp"
+#include "core/structure/links/link_factor.hpp"
 
 namespace freeflex {
 

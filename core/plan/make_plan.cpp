@@ -5,12 +5,12 @@
 #include <new>
 
 #include "core/limits.hpp"
-#include "core/plan/automatic.hpp"
-#include "core/plan/budget.hpp"
+#include "core/plan/check_motion.hpp"
 #include "core/plan/compile.hpp"
-#include "core/plan/leave_out.hpp"
-#include "core/plan/motion.hpp"
-#include "core/plan/rates.hpp"
+#include "core/plan/omit/leave_out.hpp"
+#include "core/plan/rungs/automatic.hpp"
+#include "core/plan/rungs/budget.hpp"
+#include "core/plan/rungs/rates.hpp"
 #include "core/plan/start.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"

@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-#include "core/plan/rungs.hpp"
+#include "core/plan/rungs/rungs.hpp"
 #include "core/plan/start.hpp"
 
 namespace freeflex {

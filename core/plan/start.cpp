@@ -3,11 +3,11 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "core/faults.hpp"
 #include "core/plan/arrays.hpp"
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
-#include "core/scene/faults.hpp"
-#include "core/structure/particles.hpp"
+#include "core/structure/masses/particles.hpp"
 
 namespace freeflex {
 namespace {

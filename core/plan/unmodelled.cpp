@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "core/error/command_loads.hpp"
-#include "core/plan/histories.hpp"
+#include "core/plan/loads/histories.hpp"
 #include "core/scene/bodies.hpp"
-#include "core/structure/particles.hpp"
+#include "core/structure/masses/particles.hpp"
 
 namespace freeflex {
 namespace {
@@ -251,6 +251,41 @@ void fill_high_orders(const Prestress& prestress, const Eigen::MatrixXd& rows, c
       }
 }
 
+LacksModes lacks_modes(const Scene& scene, const Structure& whole, const PlanSpec& spec) {
+  if (whole.kept.is_subset) return LacksModes::kNotKept;
+  const bool is_reduced = spec.modes.size() < index(whole.omega.size());
+  return is_reduced && scene.leave_out.tolerance > 0.0 ? LacksModes::kSmallModes : LacksModes::kNone;
+}
+
+// Fills the arms of the built-in loads and, if the forces inside some links are unknown, the sizes of these
+// loads.
+void fill_loads(const Scene& scene, bool has_unquantified, Plan& plan) {
+  PlanUnmodelled& unmodelled = plan.unmodelled;
+  for (std::size_t k = 0; k < scene.loads.size(); ++k) {
+    Array arms;
+    const SumsOnPoints sums = sums_of(scene.loads[k], plan);
+    set_arms(plan, num_armed(unmodelled), sums, arms);
+    unmodelled.load_arms.insert(unmodelled.load_arms.end(), arms.begin(), arms.end());
+    if (has_unquantified) unmodelled.bodies.load_sizes.push_back(size_of_forces(sums));
+  }
+}
+
+// Fills the centrifugal load on the modes of the plan, and the response of the omitted modes to this load.
+// \param index_in_plan  (modes of the structure) index of each mode in the plan; -1: omitted
+void fill_spin_loads(const Structure& whole, const std::vector<int>& index_in_plan,
+                     PlanUnmodelled& unmodelled) {
+  Eigen::Matrix<double, 6, 6> left_out = Eigen::Matrix<double, 6, 6>::Zero();
+  for (int mode = 0; mode < static_cast<int>(whole.omega.size()); ++mode) {
+    const Products load = of_spin(field_of(whole, mode));
+    const double stiffness = whole.mass_properties.mass * whole.omega[mode] * whole.omega[mode];
+    if (index_in_plan[index(mode)] >= 0)
+      append(load, unmodelled.spin_loads);
+    else if (stiffness > 0.0)
+      left_out += load.transpose() * load / (stiffness * stiffness);
+  }
+  for (Eigen::Index row = 0; row < 6; ++row) append(left_out.row(row), unmodelled.spin_left_out);
+}
+
 }  // namespace
 
 void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSpec& spec, Plan& plan) {
@@ -269,10 +304,7 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
   unmodelled.has_unquantified =
       prestress.has_unquantified || !scene.wheels.empty() ||
       std::any_of(scene.links.begin(), scene.links.end(), [](const Link& link) { return has_mass(link); });
-  if (whole.kept.is_subset)
-    unmodelled.lacks_modes = LacksModes::kNotKept;
-  else if (spec.modes.size() < index(whole.omega.size()) && scene.leave_out.tolerance > 0.0)
-    unmodelled.lacks_modes = LacksModes::kSmallModes;
+  unmodelled.lacks_modes = lacks_modes(scene, whole, spec);
   std::vector<int> index_in_plan(index(whole.omega.size()), -1);
   for (std::size_t k = 0; k < spec.modes.size(); ++k)
     index_in_plan[index(spec.modes[k])] = static_cast<int>(k);
@@ -322,24 +354,8 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
                    spec.modes, unmodelled);
   for (std::int32_t c = 0; c < unmodelled.num_shadowed; ++c)
     append(of_spin(field_of(whole, spec.modes[index(c)])), unmodelled.inertia_rows);
-  for (std::size_t k = 0; k < scene.loads.size(); ++k) {
-    Array arms;
-    const SumsOnPoints sums = sums_of(scene.loads[k], plan);
-    set_arms(plan, num_armed(unmodelled), sums, arms);
-    unmodelled.load_arms.insert(unmodelled.load_arms.end(), arms.begin(), arms.end());
-    if (prestress.has_unquantified) unmodelled.bodies.load_sizes.push_back(size_of_forces(sums));
-  }
-  if (rung.takes_spin_load || rung.couples) return;
-  Eigen::Matrix<double, 6, 6> left_out = Eigen::Matrix<double, 6, 6>::Zero();
-  for (int mode = 0; mode < static_cast<int>(whole.omega.size()); ++mode) {
-    const Products load = of_spin(field_of(whole, mode));
-    const double stiffness = whole.mass_properties.mass * whole.omega[mode] * whole.omega[mode];
-    if (index_in_plan[index(mode)] >= 0)
-      append(load, unmodelled.spin_loads);
-    else if (stiffness > 0.0)
-      left_out += load.transpose() * load / (stiffness * stiffness);
-  }
-  for (Eigen::Index row = 0; row < 6; ++row) append(left_out.row(row), unmodelled.spin_left_out);
+  fill_loads(scene, prestress.has_unquantified, plan);
+  if (!rung.takes_spin_load && !rung.couples) fill_spin_loads(whole, index_in_plan, unmodelled);
 }
 
 }  // namespace freeflex

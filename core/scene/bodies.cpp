@@ -6,7 +6,7 @@
 #include <cmath>
 #include <span>
 
-#include "core/scene/faults.hpp"
+#include "core/faults.hpp"
 #include "core/scene/link_kinds.hpp"
 
 namespace freeflex {

@@ -4,15 +4,6 @@
 
 namespace freeflex {
 
-bool has_error(const Faults& faults) {
-  return std::any_of(faults.begin(), faults.end(),
-                     [](const Fault& fault) { return fault.severity == Fault::Severity::kError; });
-}
-
-std::string quoted(const std::string& name, int index) {
-  return name.empty() ? join_text("number ", index + 1) : join_text("'", name, "'");
-}
-
 std::string called(const Link& link, int index) {
   return link.label.empty() ? quoted(link.name, index) : link.label;
 }

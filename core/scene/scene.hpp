@@ -14,31 +14,12 @@
 #include <vector>
 
 #include "core/command_limits.hpp"
+#include "core/faults.hpp"
 #include "core/index.hpp"
 #include "core/scene/products.hpp"
 #include "core/words.hpp"
 
 namespace freeflex {
-
-/// The position in the input at which an item was written. `source` is an index into Scene::sources. Line and
-/// column are numbered from 1, and 0 means unknown.
-struct Origin {
-  int source = -1;
-  int line = 0;
-  int column = 0;
-};
-
-/// One fault in the input. An error prevents a plan. A warning is reported, but the set-up continues.
-struct Fault {
-  enum class Severity { kError, kWarning };
-  Severity severity = Severity::kError;
-  Origin origin{};
-  std::string message;  // what was found, what is allowed, how to fix it
-};
-using Faults = std::vector<Fault>;
-
-/// Returns whether at least one fault is an error.
-bool has_error(const Faults& faults);
 
 /// Holds one of three things: a point mass (Alekseev 1970, section 1), a body whose centre of mass is at the
 /// point or at an offset from it, or a massless point that links hold.

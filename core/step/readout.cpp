@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "core/step/coupled.hpp"
-#include "core/step/field.hpp"
-#include "core/step/kernels.hpp"
-#include "core/step/stage.hpp"
+#include "core/step/coupled/coupled.hpp"
+#include "core/step/coupled/stage.hpp"
+#include "core/step/linear/kernels.hpp"
+#include "core/step/loads/field.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "core/step/modal_coupling.hpp"
+#include "core/step/linear/modal_coupling.hpp"
 
 namespace freeflex {
 namespace {

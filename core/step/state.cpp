@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "core/step/coupled.hpp"
-#include "core/step/modal_coupling.hpp"
+#include "core/step/coupled/coupled.hpp"
+#include "core/step/linear/modal_coupling.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 

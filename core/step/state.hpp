@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/step/command.hpp"
-#include "core/step/loads.hpp"
+#include "core/step/loads/loads.hpp"
 #include "core/step/plan.hpp"
 
 namespace freeflex {

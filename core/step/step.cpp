@@ -7,14 +7,14 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/step/coupled.hpp"
-#include "core/step/field.hpp"
-#include "core/step/kernels.hpp"
-#include "core/step/modal_coupling.hpp"
+#include "core/step/coupled/coupled.hpp"
+#include "core/step/linear/kernels.hpp"
+#include "core/step/linear/modal_coupling.hpp"
+#include "core/step/loads/field.hpp"
+#include "core/step/loads/slots.hpp"
+#include "core/step/loads/step_loads.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/scope.hpp"
-#include "core/step/slots.hpp"
-#include "core/step/step_loads.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {

@@ -8,11 +8,11 @@
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
-#include "core/structure/mechanisms.hpp"
-#include "core/structure/normal_modes.hpp"
-#include "core/structure/null_space.hpp"
-#include "core/structure/particles.hpp"
-#include "core/structure/superelement.hpp"
+#include "core/structure/links/superelement.hpp"
+#include "core/structure/masses/particles.hpp"
+#include "core/structure/modes/dense/mechanisms.hpp"
+#include "core/structure/modes/dense/normal_modes.hpp"
+#include "core/structure/modes/dense/null_space.hpp"
 
 namespace freeflex {
 namespace {

@@ -2,7 +2,7 @@
 // them.
 #pragma once
 
-#include "core/structure/link_factor.hpp"
+#include "core/structure/links/link_factor.hpp"
 
 namespace freeflex {
 

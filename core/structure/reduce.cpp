@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/limits.hpp"
-#include "core/structure/decompositions.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
 
 namespace freeflex {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "core/scene/scene.hpp"
-#include "core/structure/prestress.hpp"
+#include "core/structure/prestress/prestress.hpp"
 
 namespace freeflex {
 

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "core/motion.hpp"
-#include "core/plan/plan_bytes.hpp"
-#include "core/step/kernels.hpp"
+#include "core/plan/file/plan_bytes.hpp"
+#include "core/step/linear/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "service/command_queue.hpp"
 #include "service/io/scene/input.hpp"

@@ -1,7 +1,7 @@
 // Measures the time of a tick on the rung `coupled` for several numbers of modes and points, once with sums
 // over points and once with tables over pairs of modes (THEORY 12.52). Both take about the same time if the
-// number of tables times the number of modes is kTablesPerPoint (core/plan/kinetics.hpp) times the number of
-// points.
+// number of tables times the number of modes is kTablesPerPoint (core/plan/rungs/kinetics.hpp) times the
+// number of points.
 #include <benchmark/benchmark.h>
 
 #include <map>
@@ -9,7 +9,7 @@
 #include <string>
 
 #include "core/plan/compile.hpp"
-#include "core/plan/kinetics.hpp"
+#include "core/plan/rungs/kinetics.hpp"
 #include "core/step/step.hpp"
 #include "core/structure/structure.hpp"
 

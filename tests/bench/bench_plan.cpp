@@ -10,7 +10,7 @@
 
 #include "tests/support/omissions.hpp"
 #include "tests/support/structures.hpp"
-#include "tools/report/step_cost.hpp"
+#include "tools/verification/report/step_cost.hpp"
 
 namespace {
 

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <string>
 
+#include "core/plan/file/plan_bytes.hpp"
 #include "core/plan/make_plan.hpp"
-#include "core/plan/plan_bytes.hpp"
 #include "core/structure/structure.hpp"
 #include "service/io/scene/input.hpp"
 #include "tests/support/structures.hpp"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/error/budget.hpp"
-#include "core/plan/plan_bytes.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
 

@@ -9,7 +9,7 @@
 #include <set>
 
 #include "core/plan/make_plan.hpp"
-#include "core/step/principal.hpp"
+#include "core/step/rigid/principal.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/codec.hpp"
 #include "tests/messages/commands.hpp"

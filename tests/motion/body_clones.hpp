@@ -5,7 +5,7 @@
 #include <random>
 
 #include "core/scene/bodies.hpp"
-#include "core/structure/particles.hpp"
+#include "core/structure/masses/particles.hpp"
 #include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {

@@ -1,7 +1,7 @@
 // These tests check the error budget at rates that do not resolve the vibration. The shadows divide the tick
 // into substeps. If the substeps do not resolve the vibration either, the verdict is not `good`.
-#include "core/plan/plan_bytes.hpp"
-#include "core/plan/rates.hpp"
+#include "core/plan/file/plan_bytes.hpp"
+#include "core/plan/rungs/rates.hpp"
 #include "tests/motion/watched.hpp"
 
 namespace freeflex::testing {

@@ -4,8 +4,8 @@
 #include "core/error/budget.hpp"
 
 #include "core/error/judgement.hpp"
-#include "core/plan/automatic.hpp"
 #include "core/plan/make_plan.hpp"
+#include "core/plan/rungs/automatic.hpp"
 #include "core/structure/structure.hpp"
 #include "tests/motion/watched.hpp"
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "core/plan/quasi_static.hpp"
+#include "core/plan/loads/quasi_static.hpp"
 #include "service/io/scene/input.hpp"
 #include "tests/motion/verdict_bodies.hpp"
 #include "tests/motion/verdict_cases.hpp"

@@ -1,5 +1,5 @@
 // The reported frequency and damping of coupled modes agree with a free decay that the step computes.
-#include "core/plan/damped_modes.hpp"
+#include "core/plan/modes/damped_modes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,12 +8,12 @@
 #include <complex>
 #include <cstdio>
 
-#include "core/plan/coupled_roots.hpp"
-#include "core/plan/free_forces.hpp"
 #include "core/plan/make_plan.hpp"
-#include "core/plan/modal_coupling.hpp"
+#include "core/plan/modes/coupled_roots.hpp"
+#include "core/plan/modes/free_forces.hpp"
+#include "core/plan/modes/modal_coupling.hpp"
 #include "core/step/state.hpp"
-#include "core/structure/decompositions.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
 #include "core/structure/structure.hpp"
 #include "tests/motion/coupled_scenes.hpp"
 #include "tests/support/simulation.hpp"

@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "core/structure/link_factor.hpp"
+#include "core/structure/links/link_factor.hpp"
 #include "core/structure/structure.hpp"
 #include "tests/motion/linear_system.hpp"
 #include "tests/support/simulation.hpp"

@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <random>
 
-#include "core/plan/quasi_static.hpp"
-#include "core/structure/link_factor.hpp"
+#include "core/plan/loads/quasi_static.hpp"
+#include "core/structure/links/link_factor.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/simulation.hpp"
 #include "tests/support/structures.hpp"

@@ -2,7 +2,7 @@
 // 12.29).
 #include "core/error/budget.hpp"
 #include "core/plan/make_plan.hpp"
-#include "core/plan/rungs.hpp"
+#include "core/plan/rungs/rungs.hpp"
 #include "core/structure/structure.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/support/omissions.hpp"

@@ -7,8 +7,8 @@
 
 #include "core/error/budget.hpp"
 #include "core/plan/compile.hpp"
-#include "core/plan/kinetics.hpp"
 #include "core/plan/make_plan.hpp"
+#include "core/plan/rungs/kinetics.hpp"
 #include "tests/motion/lagrange_equations.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/setup/make_scene.hpp"

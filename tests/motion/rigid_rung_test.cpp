@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "core/plan/compile.hpp"
-#include "core/plan/kinetics.hpp"
+#include "core/plan/rungs/kinetics.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/motion/verdict_truth.hpp"
 #include "tests/setup/make_scene.hpp"

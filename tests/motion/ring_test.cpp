@@ -7,8 +7,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/plan/loads/quasi_static.hpp"
 #include "core/plan/make_plan.hpp"
-#include "core/plan/quasi_static.hpp"
 #include "core/step/readout.hpp"
 #include "core/structure/structure.hpp"
 #include "service/io/scene/input.hpp"

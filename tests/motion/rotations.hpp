@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/step/state.hpp"
-#include "core/structure/link_factor.hpp"
+#include "core/structure/links/link_factor.hpp"
 
 namespace freeflex::testing {
 

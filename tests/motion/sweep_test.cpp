@@ -4,8 +4,8 @@
 
 #include "core/error/judgement.hpp"
 #include "core/error/validity.hpp"
-#include "core/plan/budget.hpp"
 #include "core/plan/make_plan.hpp"
+#include "core/plan/rungs/budget.hpp"
 #include "core/structure/structure.hpp"
 #include "tests/motion/rung_cases.hpp"
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "tools/report/ticks.hpp"
+#include "tools/verification/report/ticks.hpp"
 
 namespace freeflex::tools {
 namespace {

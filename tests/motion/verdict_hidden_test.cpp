@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "core/plan/rates.hpp"
+#include "core/plan/rungs/rates.hpp"
 #include "tests/motion/verdict_cases.hpp"
 
 namespace freeflex::testing {

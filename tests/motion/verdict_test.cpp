@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "core/error/judgement.hpp"
+#include "core/plan/loads/quasi_static.hpp"
 #include "core/plan/make_plan.hpp"
-#include "core/plan/quasi_static.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/motion/verdict_truth.hpp"
 #include "tests/motion/watched.hpp"

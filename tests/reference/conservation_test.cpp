@@ -6,10 +6,10 @@
 #include <cmath>
 #include <random>
 
-#include "core/reference/elastic_error.hpp"
-#include "core/reference/integrate.hpp"
 #include "tests/reference/system_of.hpp"
 #include "tests/support/structures.hpp"
+#include "tools/verification/reference/elastic_error.hpp"
+#include "tools/verification/reference/integrate.hpp"
 
 namespace freeflex {
 namespace {

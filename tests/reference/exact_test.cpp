@@ -7,9 +7,9 @@
 #include <functional>
 #include <numbers>
 
-#include "core/reference/integrate.hpp"
 #include "tests/reference/system_of.hpp"
 #include "tests/support/structures.hpp"
+#include "tools/verification/reference/integrate.hpp"
 
 namespace freeflex {
 namespace {

@@ -9,9 +9,9 @@
 #include <random>
 #include <vector>
 
-#include "core/reference/integrate.hpp"
 #include "tests/reference/true_geometry.hpp"
 #include "tests/support/mixed_structures.hpp"
+#include "tools/verification/reference/integrate.hpp"
 
 namespace freeflex::testing {
 

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <utility>
 
-#include "core/reference/elastic_error.hpp"
-#include "core/reference/rivals.hpp"
 #include "tests/reference/system_of.hpp"
 #include "tests/support/structures.hpp"
+#include "tools/verification/reference/elastic_error.hpp"
+#include "tools/verification/reference/rivals.hpp"
 
 namespace freeflex::testing {
 namespace {

@@ -1,16 +1,16 @@
 // Checks the methods with which freeflex is compared: each method must converge at its order, and the
 // linearised methods must solve the linear system.
-#include "core/reference/rivals.hpp"
+#include "tools/verification/reference/rivals.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "core/reference/elastic_error.hpp"
-#include "core/reference/lanczos.hpp"
 #include "tests/support/simulation.hpp"
 #include "tests/support/structures.hpp"
+#include "tools/verification/reference/elastic_error.hpp"
+#include "tools/verification/reference/lanczos.hpp"
 
 namespace freeflex::testing {
 namespace {

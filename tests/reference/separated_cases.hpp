@@ -7,10 +7,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/reference/elastic_error.hpp"
-#include "core/reference/integrate.hpp"
 #include "tests/support/simulation.hpp"
 #include "tests/support/structures.hpp"
+#include "tools/verification/reference/elastic_error.hpp"
+#include "tools/verification/reference/integrate.hpp"
 
 namespace freeflex::testing {
 

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "core/reference/cartesian.hpp"
+#include "tools/verification/reference/cartesian.hpp"
 
 namespace freeflex {
 

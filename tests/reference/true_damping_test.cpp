@@ -2,11 +2,11 @@
 #include <Eigen/Geometry>
 #include <random>
 
-#include "core/reference/elastic_error.hpp"
-#include "core/reference/integrate.hpp"
 #include "tests/reference/true_geometry.hpp"
 #include "tests/support/mixed_structures.hpp"
 #include "tests/support/simulation.hpp"
+#include "tools/verification/reference/elastic_error.hpp"
+#include "tools/verification/reference/integrate.hpp"
 
 namespace freeflex::testing {
 namespace {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "core/reference/steady_motion.hpp"
 #include "tests/setup/make_scene.hpp"
+#include "tools/verification/reference/steady_motion.hpp"
 
 namespace freeflex::testing {
 

@@ -4,10 +4,10 @@
 #include <array>
 #include <random>
 
-#include "core/reference/rotations.hpp"
 #include "tests/reference/free_motion.hpp"
 #include "tests/reference/true_geometry.hpp"
 #include "tests/support/mixed_structures.hpp"
+#include "tools/verification/reference/rotations.hpp"
 
 namespace freeflex::testing {
 namespace {

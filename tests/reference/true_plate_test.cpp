@@ -2,8 +2,8 @@
 // vibrate like a beam.
 #include <Eigen/Geometry>
 
-#include "core/reference/rotations.hpp"
 #include "tests/reference/true_geometry.hpp"
+#include "tools/verification/reference/rotations.hpp"
 
 namespace freeflex::testing {
 namespace {

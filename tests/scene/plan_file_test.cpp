@@ -8,7 +8,7 @@
 #include <csignal>
 #include <cstring>
 
-#include "core/plan/plan_bytes.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 #include "service/io/scene/input.hpp"
 #include "tests/scene/temporary_folder.hpp"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/plan/plan_bytes.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/scene/schema.hpp"
 #include "tests/scene/bad_scene.hpp"

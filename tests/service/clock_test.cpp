@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "core/plan/rates.hpp"
+#include "core/plan/rungs/rates.hpp"
 #include "service/histogram.hpp"
 #include "tests/service/rig.hpp"
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-#include "core/structure/graded_svd.hpp"
+#include "core/structure/modes/dense/graded_svd.hpp"
 #include "tests/setup/all_bases.hpp"
 #include "tests/setup/shape_scenes.hpp"
 #include "tests/support/simulation.hpp"

@@ -9,7 +9,7 @@
 #include <map>
 #include <numeric>
 
-#include "core/structure/mass_properties.hpp"
+#include "core/structure/masses/mass_properties.hpp"
 #include "tests/setup/all_bases.hpp"
 #include "tests/setup/shape_scenes.hpp"
 

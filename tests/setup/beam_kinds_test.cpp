@@ -3,7 +3,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "core/structure/link_factor.hpp"
+#include "core/structure/links/link_factor.hpp"
 #include "core/structure/structure.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"

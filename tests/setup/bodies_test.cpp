@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/structure/particles.hpp"
+#include "core/structure/masses/particles.hpp"
 #include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "core/structure/particles.hpp"
+#include "core/structure/masses/particles.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/setup/plate_mesh.hpp"
 

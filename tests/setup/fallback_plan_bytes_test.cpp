@@ -1,6 +1,6 @@
 // The bytes of plans that omit features and contain a fallback plan.
-#include "core/plan/plan_bytes.hpp"
-#include "core/plan/rates.hpp"
+#include "core/plan/file/plan_bytes.hpp"
+#include "core/plan/rungs/rates.hpp"
 #include "core/step/scope.hpp"
 #include "tests/setup/plan_damage.hpp"
 #include "tests/support/omissions.hpp"

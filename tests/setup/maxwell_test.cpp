@@ -7,8 +7,8 @@
 #include <cstdio>
 
 #include "core/rounding.hpp"
-#include "core/structure/decompositions.hpp"
-#include "core/structure/mass_properties.hpp"
+#include "core/structure/masses/mass_properties.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
 #include "tests/setup/all_bases.hpp"
 #include "tests/setup/shape_scenes.hpp"
 

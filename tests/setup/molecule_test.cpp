@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/structure/link_factor.hpp"
+#include "core/structure/links/link_factor.hpp"
 #include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {

@@ -1,6 +1,6 @@
 // These tests check plans as bytes. The round trip is exact, and a damaged or hostile file is refused with an
 // error text.
-#include "core/plan/plan_bytes.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 
 #include <span>
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/plan/plan_bytes.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 
 namespace freeflex::testing {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "core/plan/compile.hpp"
-#include "core/plan/plan_bytes.hpp"
-#include "core/plan/rates.hpp"
+#include "core/plan/file/plan_bytes.hpp"
+#include "core/plan/rungs/rates.hpp"
 #include "core/rounding.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <functional>
 
-#include "core/structure/link_factor.hpp"
+#include "core/structure/links/link_factor.hpp"
 #include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {

@@ -7,7 +7,7 @@
 
 #include "core/rounding.hpp"
 #include "core/scene/link_kinds.hpp"
-#include "core/structure/decompositions.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
 #include "tests/setup/plate_mesh.hpp"
 
 namespace freeflex::testing {

@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <numeric>
 
-#include "core/structure/decompositions.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
 #include "tests/setup/plate_mesh.hpp"
 
 namespace freeflex::testing {

@@ -6,7 +6,7 @@
 #include <random>
 
 #include "core/plan/make_plan.hpp"
-#include "core/structure/true_deformation.hpp"
+#include "core/structure/prestress/true_deformation.hpp"
 #include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/structure/decompositions.hpp"
-#include "core/structure/link_factor.hpp"
+#include "core/structure/links/link_factor.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
 #include "service/io/scene/input.hpp"
 #include "tests/setup/make_scene.hpp"
 

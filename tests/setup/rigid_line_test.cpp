@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <functional>
 
-#include "core/structure/link_factor.hpp"
+#include "core/structure/links/link_factor.hpp"
 #include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {

@@ -5,7 +5,7 @@
 #include <cstdio>
 
 #include "core/plan/compile.hpp"
-#include "core/plan/plan_bytes.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 #include "core/structure/structure.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"

@@ -1,7 +1,7 @@
 // The bytes of plans of the coupled rungs with the shadows of an error budget.
 #include "core/error/budget.hpp"
-#include "core/plan/plan_bytes.hpp"
-#include "core/plan/rates.hpp"
+#include "core/plan/file/plan_bytes.hpp"
+#include "core/plan/rungs/rates.hpp"
 #include "core/step/readout.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/setup/plan_damage.hpp"

@@ -6,7 +6,7 @@
 #include <iomanip>
 #include <iostream>
 
-#include "core/structure/decompositions.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/exact_frequencies.hpp"
 

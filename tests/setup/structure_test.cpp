@@ -7,8 +7,8 @@
 #include <functional>
 
 #include "core/rounding.hpp"
-#include "core/structure/link_factor.hpp"
-#include "core/structure/mass_properties.hpp"
+#include "core/structure/links/link_factor.hpp"
+#include "core/structure/masses/mass_properties.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/scene/bodies.hpp"
-#include "core/structure/particles.hpp"
+#include "core/structure/masses/particles.hpp"
 #include "service/io/scene/input.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/simulation.hpp"

@@ -3,7 +3,7 @@
 
 #include "tests/support/exact_frequencies.hpp"
 #include "tests/support/wide_rotation.hpp"
-#include "tools/stability/answers.hpp"
+#include "tools/verification/stability/answers.hpp"
 
 namespace freeflex::tools {
 namespace {

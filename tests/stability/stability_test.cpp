@@ -1,6 +1,6 @@
 // These tests run the cases of the stability table. Either the error of a case is within the limit of the
 // case, or the case is refused or reported in a message.
-#include "tools/stability/stability.hpp"
+#include "tools/verification/stability/stability.hpp"
 
 #include <gtest/gtest.h>
 

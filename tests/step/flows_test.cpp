@@ -1,6 +1,6 @@
 // The step over long ticks: rotations and orbits compared with closed forms, and the order of convergence
 // under loads.
-#include "core/step/flows.hpp"
+#include "core/step/rigid/flows.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,10 +9,10 @@
 #include <cstdio>
 #include <random>
 
-#include "core/step/kepler.hpp"
-#include "core/step/principal.hpp"
 #include "core/step/readout.hpp"
-#include "core/step/tick_rotation.hpp"
+#include "core/step/rigid/kepler.hpp"
+#include "core/step/rigid/principal.hpp"
+#include "core/step/rigid/tick_rotation.hpp"
 #include "tests/step/hand_plan.hpp"
 
 namespace freeflex::testing {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/step/principal.hpp"
 #include "core/step/readout.hpp"
+#include "core/step/rigid/principal.hpp"
 #include "core/step/vector.hpp"
 #include "tests/step/hand_plan.hpp"
 

@@ -4,9 +4,9 @@
 #include <cstring>
 #include <random>
 
-#include "core/plan/propagator.hpp"
-#include "core/step/principal.hpp"
-#include "core/structure/decompositions.hpp"
+#include "core/plan/modes/propagator.hpp"
+#include "core/step/rigid/principal.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
 
 namespace freeflex::testing {
 namespace {

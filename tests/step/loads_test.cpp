@@ -1,17 +1,17 @@
 // Loads: patterns, projections onto modes, wrenches, and amplitudes of histories just before and just after
 // ticks.
-#include "core/step/loads.hpp"
+#include "core/step/loads/loads.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "core/reference/closed_form.hpp"
-#include "core/step/history.hpp"
+#include "core/step/loads/history.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 #include "tests/step/hand_plan.hpp"
+#include "tools/verification/reference/closed_form.hpp"
 
 namespace freeflex::testing {
 namespace {

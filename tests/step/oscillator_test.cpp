@@ -9,12 +9,12 @@
 #include <cstdio>
 #include <random>
 
-#include "core/plan/rates.hpp"
-#include "core/reference/closed_form.hpp"
+#include "core/plan/rungs/rates.hpp"
 #include "core/rounding.hpp"
 #include "tests/step/hand_plan.hpp"
 #include "tests/support/simulation.hpp"
 #include "tests/support/structures.hpp"
+#include "tools/verification/reference/closed_form.hpp"
 
 namespace freeflex::testing {
 namespace {

@@ -1,6 +1,6 @@
 // The coefficients of the exact propagator, compared with the exponential of the state matrix, which is
 // computed by scaling and squaring.
-#include "core/plan/propagator.hpp"
+#include "core/plan/modes/propagator.hpp"
 
 #include <gtest/gtest.h>
 

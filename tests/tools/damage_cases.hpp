@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/plan/plan_bytes.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 #include "messages/channels.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/wire/codec.hpp"

@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-#include "tools/report/estimates.hpp"
+#include "tools/verification/report/estimates.hpp"
 
 namespace freeflex::testing {
 

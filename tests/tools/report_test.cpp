@@ -1,6 +1,6 @@
 // These tests check the error measures of `freeflex report`, and runs of the complete program. No test
 // depends on the measured times.
-#include "tools/report/report.hpp"
+#include "tools/verification/report/report.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 
 #include "core/structure/structure.hpp"
 #include "tests/tools/shell.hpp"
-#include "tools/report/measure.hpp"
+#include "tools/verification/report/measure.hpp"
 
 namespace freeflex::testing {
 namespace {

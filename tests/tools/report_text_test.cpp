@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "tests/tools/shell.hpp"
-#include "tools/report/report.hpp"
+#include "tools/verification/report/report.hpp"
 
 namespace freeflex::testing {
 namespace {

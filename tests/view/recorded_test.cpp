@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/plan/plan_bytes.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 #include "core/step/step.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/codec.hpp"

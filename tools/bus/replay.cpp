@@ -7,8 +7,8 @@
 
 #include "core/limits.hpp"
 #include "core/motion.hpp"
-#include "core/plan/plan_bytes.hpp"
-#include "core/plan/rates.hpp"
+#include "core/plan/file/plan_bytes.hpp"
+#include "core/plan/rungs/rates.hpp"
 #include "service/io/wire/decode.hpp"
 #include "service/io/wire/outbound.hpp"
 #include "tools/bus/recording.hpp"

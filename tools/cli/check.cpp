@@ -9,7 +9,7 @@
 
 #include "core/limits.hpp"
 #include "core/plan/make_plan.hpp"
-#include "core/plan/rates.hpp"
+#include "core/plan/rungs/rates.hpp"
 #include "core/structure/structure.hpp"
 #include "service/io/wire/outbound.hpp"
 #include "tools/cli/commands.hpp"

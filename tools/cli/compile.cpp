@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "core/plan/plan_bytes.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"

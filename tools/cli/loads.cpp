@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "core/error/verdict.hpp"
+#include "core/plan/loads/quasi_static.hpp"
 #include "core/plan/make_plan.hpp"
-#include "core/plan/quasi_static.hpp"
-#include "core/step/kernels.hpp"
+#include "core/step/linear/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/structure/structure.hpp"
 #include "tools/cli/commands.hpp"

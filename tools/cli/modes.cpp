@@ -8,9 +8,9 @@
 #include <numbers>
 #include <string>
 
-#include "core/plan/damped_modes.hpp"
-#include "core/plan/free_forces.hpp"
-#include "core/structure/decompositions.hpp"
+#include "core/plan/modes/damped_modes.hpp"
+#include "core/plan/modes/free_forces.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/plot/chart.hpp"
 #include "tools/terminal/console.hpp"

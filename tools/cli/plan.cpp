@@ -10,10 +10,10 @@
 #include "core/plan/make_plan.hpp"
 #include "core/structure/structure.hpp"
 #include "tools/cli/commands.hpp"
-#include "tools/report/step_cost.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
+#include "tools/verification/report/step_cost.hpp"
 
 namespace freeflex::tools {
 namespace {

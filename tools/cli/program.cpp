@@ -10,7 +10,7 @@
 #include <new>
 #include <string>
 
-#include "core/scene/faults.hpp"
+#include "core/faults.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/usage.hpp"

@@ -1,5 +1,5 @@
 // freeflex report measures error against run time on scenes, with other methods for comparison.
-#include "tools/report/report.hpp"
+#include "tools/verification/report/report.hpp"
 
 #include <CLI/App.hpp>
 #include <algorithm>
@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "core/reference/cartesian.hpp"
 #include "service/io/scene/input.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/cli/folder.hpp"
 #include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
+#include "tools/verification/reference/cartesian.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -119,6 +119,19 @@ std::vector<NamedText> files_of(const Report& report) {
   return files;
 }
 
+/// Measures the omissions of scenes until an interrupt.
+void measure_omissions(const std::vector<Scene>& scenes, Report& report) {
+  for (const Scene& scene : scenes) {
+    if (is_interrupted()) return;
+    Progress progress("omissions of " + scene.name);
+    const std::vector<OmissionRow> rows = study_omissions(scene, [&](double done) {
+      progress.update(done);
+      return !is_interrupted();
+    });
+    report.omissions.insert(report.omissions.end(), rows.begin(), rows.end());
+  }
+}
+
 int report(const ReportOptions& options) {
   const std::vector<Scene> scenes = read_scenes(options.scenes);
   const std::vector<Scene> measured = read_scenes(options.omissions, false);
@@ -172,14 +185,8 @@ int report(const ReportOptions& options) {
     });
     is_interrupted_now = is_interrupted();
   }
-  for (const Scene& scene : measured) {
-    if (is_interrupted_now) break;
-    Progress progress("omissions of " + scene.name);
-    const std::vector<OmissionRow> rows = study_omissions(scene, [&](double done) {
-      progress.update(done);
-      return !is_interrupted();
-    });
-    report.omissions.insert(report.omissions.end(), rows.begin(), rows.end());
+  if (!is_interrupted_now) {
+    measure_omissions(measured, report);
     is_interrupted_now = is_interrupted();
   }
   report.is_interrupted = is_interrupted_now;

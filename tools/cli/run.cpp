@@ -11,7 +11,7 @@
 
 #include "core/error/validity.hpp"
 #include "core/motion.hpp"
-#include "core/plan/plan_bytes.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 #include "messages/channels.hpp"
 #include "tools/bus/recording.hpp"
 #include "tools/cli/commands.hpp"

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/plan/plan_bytes.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 #include "core/step/readout.hpp"
 #include "freeflex_msgs/status_t.hpp"
 #include "messages/channels.hpp"

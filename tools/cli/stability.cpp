@@ -1,5 +1,5 @@
 // freeflex stability runs stiff and extreme cases, each with the limit that it must meet.
-#include "tools/stability/stability.hpp"
+#include "tools/verification/stability/stability.hpp"
 
 #include <CLI/App.hpp>
 #include <memory>

@@ -9,10 +9,10 @@
 #include <set>
 #include <variant>
 
+#include "core/plan/file/plan_bytes.hpp"
 #include "core/plan/make_plan.hpp"
-#include "core/plan/plan_bytes.hpp"
-#include "core/plan/rates.hpp"
-#include "core/step/kernels.hpp"
+#include "core/plan/rungs/rates.hpp"
+#include "core/step/linear/kernels.hpp"
 #include "core/step/state.hpp"
 #include "service/io/scene/input.hpp"
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "core/faults.hpp"
 #include "core/plan.hpp"
-#include "core/scene/faults.hpp"
 #include "core/structure/structure.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"

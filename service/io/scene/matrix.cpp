@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/structure/link_factor.hpp"
+#include "core/structure/links/link_factor.hpp"
 #include "service/io/scene/tables.hpp"
 
 namespace freeflex::io::reader {

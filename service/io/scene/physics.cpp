@@ -3,7 +3,7 @@
 #include <set>
 #include <tuple>
 
-#include "core/scene/check_scene.hpp"
+#include "core/scene/check/check_scene.hpp"
 #include "core/structure/structure.hpp"
 #include "service/io/scene/reader.hpp"
 

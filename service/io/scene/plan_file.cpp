@@ -10,11 +10,11 @@
 #include <new>
 #include <utility>
 
-#include "core/plan/automatic.hpp"
+#include "core/faults.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 #include "core/plan/make_plan.hpp"
-#include "core/plan/plan_bytes.hpp"
-#include "core/plan/rates.hpp"
-#include "core/scene/faults.hpp"
+#include "core/plan/rungs/automatic.hpp"
+#include "core/plan/rungs/rates.hpp"
 #include "core/structure/structure.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/scene/report.hpp"

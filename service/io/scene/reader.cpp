@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <numeric>
 
+#include "core/scene/check/plausibility.hpp"
 #include "core/scene/link_kinds.hpp"
-#include "core/scene/plausibility.hpp"
 #include "service/io/scene/input.hpp"
 
 namespace freeflex::io {

@@ -1,0 +1,75 @@
+#include "core/plan/check_motion.hpp"
+
+#include <cmath>
+
+#include "core/faults.hpp"
+#include "core/plan/loads/histories.hpp"
+#include "core/plan/loads/tick_rotations.hpp"
+#include "core/plan/modes/damped_modes.hpp"
+#include "core/plan/modes/free_forces.hpp"
+#include "core/plan/modes/modal_coupling.hpp"
+#include "core/plan/start.hpp"
+
+namespace freeflex {
+namespace {
+
+// Warns if the scene gives an initial elastic state or publishes link forces, because the rung `rigid` has
+// neither.
+void warn_of_rigid(const Scene& scene, Faults& faults) {
+  if (!scene.initial.points.empty() || !scene.initial.modes.empty())
+    add_warning(
+        faults, scene.initial.origin,
+        "the initial elastic state is ignored, because fidelity is rigid; set fidelity: separated or a "
+        "higher rung");
+  if (!scene.publication.links.empty())
+    add_warning(faults, {},
+                "no forces of links are published, because fidelity is rigid and link forces follow from "
+                "deformation; set "
+                "fidelity: separated or a higher rung");
+}
+
+// Warns if feedback makes a motion grow. The coupled rungs do not advance coupled modes together, so the
+// exact step of these modes is made only for this check   (THEORY 8.34).
+void warn_of_driving_feedback(const Scene& scene, const Plan& plan, Faults& faults) {
+  if (plan.feedbacks.empty()) return;
+  Plan linear = plan;
+  set_modal_coupling_path(linear);
+  if (linear.modal_coupling.path != PlanModalCoupling::Path::kExact) return;
+  set_modal_coupling_period(linear);
+  check_growth(scene, linear, faults);
+}
+
+// Warns of flutter due to a constant load in local axes, because such a load is not conservative
+// (THEORY 8.42, 8.46)
+void warn_of_driving_followers(const Scene& scene, const Plan& plan, Faults& faults) {
+  const double rate = growth_by_followers(plan);
+  if (rate == 0.0) return;
+  const std::vector<std::size_t> loads = follower_loads(plan, true);
+  const Load& first = scene.loads[loads.front()];
+  const double per_second = std::exp(rate);
+  add_warning(faults, first.origin,
+              join_text(loads.size() == 1 ? "load " : "constant loads in local axes, among them load ",
+                        quoted(first.name, static_cast<int>(loads.front())),
+                        loads.size() == 1 ? ", which rotates with the structure, makes" : ", make",
+                        " a mode grow by ", std::isfinite(per_second) ? "a factor of " : "",
+                        std::isfinite(per_second) ? per_second : rate,
+                        std::isfinite(per_second) ? " a second" : " e-folds a second",
+                        "; use a smaller load, more stiffness or more damping"));
+}
+
+}  // namespace
+
+void check_motion(const Scene& scene, const Structure& structure, const Plan& plan, Faults& faults) {
+  const RungTraits& rung = traits_of(plan.fidelity);
+  if (!rung.has_modes && structure.omega.size() > 0) warn_of_rigid(scene, faults);
+  warn_of_fast_spin(scene, structure, plan.fidelity, faults);
+  if (rung.couples)
+    warn_of_driving_feedback(scene, plan, faults);
+  else
+    check_growth(scene, plan, faults);
+  warn_of_driving_followers(scene, plan, faults);
+  warn_of_ticks(scene, plan, faults);
+  warn_of_tick_rotations(scene, plan, faults);
+}
+
+}  // namespace freeflex

@@ -1,0 +1,153 @@
+// Consistency checks of the members that the rung of a plan needs, and of the shadows, before the plan is
+// stepped.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "core/plan/file/plan_check.hpp"
+#include "core/plan/rungs/rungs.hpp"
+
+namespace freeflex {
+namespace {
+
+bool is_sized(const std::vector<Vec3>& values, std::size_t size) {
+  return values.size() == size &&
+         std::all_of(values.begin(), values.end(), [](const Vec3& value) { return are_finite(value); });
+}
+
+bool is_sized(const LoadSums& sums, std::size_t points, std::size_t groups, std::size_t num_attitudes) {
+  return is_sized(sums.force_W, points) && is_sized(sums.force_B, points) &&
+         is_sized(sums.group_force_W, groups) && is_sized(sums.group_torque_W, groups) &&
+         is_sized(sums.group_force_B, groups) && is_sized(sums.group_torque_B, groups) &&
+         is_sized(sums.torque_W, num_attitudes) && is_sized(sums.torque_B, num_attitudes);
+}
+
+bool is_bar(const StepPlan& plan, const PlanBar& bar) {
+  const auto is_point = [&](std::int32_t point) { return point >= 0 && index(point) < plan.points.size(); };
+  return bar.link >= 0 && index(bar.link) < plan.links.size() && is_point(bar.first) &&
+         is_point(bar.second) && bar.first != bar.second && std::isfinite(bar.stiffness) &&
+         bar.stiffness >= 0.0 && std::isfinite(bar.damping) && bar.damping >= 0.0 &&
+         bar.stiffness + bar.damping > 0.0 && std::isfinite(bar.length) && bar.length > 0.0 &&
+         are_finite(bar.direction);
+}
+
+std::string find_in_histories(const StepPlan& plan) {
+  for (const PlanHistory& history : plan.histories) {
+    const LoadPattern& pattern = history.pattern;
+    if (!is_coupled(plan) && !is_sized(pattern.sums, 0, 0, 0))
+      return "history '" + history.name + "' has sums of loads, which only coupled rungs use";
+    if (!is_coupled(plan)) continue;
+    if (!is_sized(pattern.sums, plan.points.size(), plan.groups.size(),
+                  plan.particles.attitude_points.size()))
+      return "the sums of loads of history '" + history.name +
+             "' do not have one value for each point and group";
+    if (pattern.uses_table || pattern.num_direct > 0)
+      return "history '" + history.name + "' has generalized forces, which coupled rungs do not use";
+  }
+  return {};
+}
+
+std::string find_in_kinetics(const StepPlan& plan) {
+  using Form = PlanKinetics::Form;
+  const PlanKinetics& kinetics = plan.coupled.kinetics;
+  if (kinetics.form < Form::kComplete || kinetics.form > Form::kTables)
+    return "the kinetic energy is of an unknown form";
+  const auto num_points = static_cast<std::int64_t>(plan.points.size());
+  const bool is_complete =
+      plan.num_elastic == 3 * num_points - plan.rigid_freedoms && plan.num_padded == plan.num_moving;
+  if (kinetics.form == Form::kComplete && !is_complete)
+    return "the kinetic energy has the form for a complete set of modes, but the set is not complete, or the "
+           "plan has constraint shapes";
+  if (kinetics.form != Form::kComplete && traits_of(plan.fidelity).has_true_geometry)
+    return "the plan has true bars, but its modes are not a complete set";
+  if (kinetics.form != Form::kTables && !plan.particles.all.empty())
+    return "the plan has bodies on a coupled rung, but no tables for them";
+  const bool has_tables = kinetics.form == Form::kTables;
+  if (has_tables ? kinetics.num_tables != kPointTables && kinetics.num_tables != kBodyTables
+                 : kinetics.num_tables != 0)
+    return "the number of tables over pairs of modes is wrong";
+  const auto n = index(plan.num_padded), moving = index(plan.num_moving);
+  if (kinetics.moments.size() != (has_tables ? 6 * n : 0) ||
+      kinetics.tables.size() != moving * index(kinetics.num_tables) * n || !are_finite(kinetics.moments) ||
+      !are_finite(kinetics.tables))
+    return "the sums over pairs of modes have the wrong size or are not finite";
+  for (const PlanOffset& body : kinetics.offsets)
+    if (!has_tables || body.rows.size() != 3 * n || !are_finite(body.rows) || !are_finite(body.offset) ||
+        !std::isfinite(body.mass))
+      return "the rows of a body with an offset have the wrong size or are not finite";
+  std::size_t next = 0;
+  for (const PlanBodyRotation& body : kinetics.body_rotations) {
+    if (body.first != static_cast<std::int32_t>(next) || body.count < 1 || body.rows.size() != 3 * n ||
+        !are_finite(body.rows) || !are_finite(body.centre) || !are_finite(body.offset))
+      return "a body with an attitude is out of order, or its rows have the wrong size or are not finite";
+    next += index(body.count);
+    if (next > plan.particles.all.size()) break;
+  }
+  if (next != plan.particles.all.size()) return "the bodies do not have the particles of the plan";
+  return {};
+}
+
+}  // namespace
+
+std::string find_rung_inconsistency(const StepPlan& plan) {
+  if (std::string error = find_in_histories(plan); !error.empty()) return error;
+  const PlanCoupled& coupled = plan.coupled;
+  if (!is_coupled(plan))
+    return coupled.functions.empty() && coupled.bars.empty() && coupled.num_substeps == 1 &&
+                   coupled.kinetics.form == PlanKinetics::Form::kComplete &&
+                   coupled.kinetics.tables.empty() && coupled.kinetics.moments.empty() &&
+                   coupled.kinetics.num_tables == 0
+               ? ""
+               : "the plan has members that its rung does not use";
+  const bool is_divided = traits_of(plan.fidelity).divides_tick;
+  if (!std::isfinite(coupled.substep_phase) ||
+      (is_divided ? coupled.substep_phase <= 0.0 : coupled.substep_phase != 0.0))
+    return "the phase of a substep is out of range";
+  if (coupled.num_substeps < 1 || coupled.num_substeps > kMaxSubsteps ||
+      !std::has_single_bit(static_cast<std::uint32_t>(coupled.num_substeps)))
+    return "the number of substeps is not a power of two, or is too large";
+  if (std::string error = find_in_kinetics(plan); !error.empty()) return error;
+  for (std::size_t i = 0; i < plan.points.size(); ++i)
+    if (plan.points[i].row != static_cast<std::int32_t>(i))
+      return "the rows of a coupled rung are not those of its points";
+  constexpr std::size_t kRows =
+      std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions};
+  if (coupled.functions.size() != kRows * index(plan.num_padded) || !are_finite(coupled.functions))
+    return "the functions of the modes have the wrong size or are not finite";
+  if (plan.modal_coupling.path != PlanModalCoupling::Path::kNone)
+    return "a coupled rung has modal coupling, which only other rungs use";
+  for (const PlanFeedback& feedback : plan.feedbacks)
+    if (!feedback.Q_rows.empty()) return "the plan has acceleration feedback on a coupled rung";
+  for (std::size_t k = 0; k < coupled.bars.size(); ++k)
+    if (!is_bar(plan, coupled.bars[k]) || (k > 0 && coupled.bars[k - 1].link >= coupled.bars[k].link))
+      return "a bar is out of range or out of order";
+  return {};
+}
+
+std::string find_budget_inconsistency(const Plan& plan) {
+  const PlanBudget& budget = plan.budget;
+  if (!std::isfinite(budget.horizon) || budget.horizon < 0.0)
+    return "the horizon of the error budget is out of range";
+  if (budget.shadows.empty()) return {};
+  if (budget.horizon == 0.0 || budget.horizon_ticks < 1) return "an error budget has no horizon";
+  const auto has_every_row = [](const StepPlan& each) {
+    for (std::size_t i = 0; i < each.points.size(); ++i)
+      if (each.points[i].row != static_cast<std::int32_t>(i)) return false;
+    return true;
+  };
+  if (!has_every_row(plan) || budget.shadows.front().kind != PlanShadow::Kind::kBest)
+    return "an error budget lacks the rows of a point, or its first shadow is not the best one";
+  for (const PlanShadow& shadow : budget.shadows) {
+    if (shadow.kind < PlanShadow::Kind::kBest || shadow.kind > PlanShadow::Kind::kFull ||
+        shadow.substeps < 1 || shadow.substeps > kMaxSubsteps ||
+        !std::has_single_bit(static_cast<std::uint32_t>(shadow.substeps)))
+      return "a shadow is of an unknown kind";
+    if (std::string error = find_own_inconsistency(shadow.plan); !error.empty()) return "shadow: " + error;
+    if (!shadow.plan.fallback.empty() || !has_every_row(shadow.plan) ||
+        shadow.plan.points.size() != plan.points.size() || shadow.plan.groups.size() != plan.groups.size())
+      return "a shadow plan belongs to another structure";
+  }
+  return {};
+}
+
+}  // namespace freeflex

@@ -1,0 +1,151 @@
+#include "core/plan/rungs/kinetics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/plan/arrays.hpp"
+#include "core/scene/bodies.hpp"
+#include "core/structure/masses/particles.hpp"
+
+namespace freeflex {
+namespace {
+
+using Axes2 = std::array<int, 2>;
+constexpr std::array<Axes2, 6> kProducts{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
+constexpr std::array<Axes2, 3> kCross{{{1, 2}, {2, 0}, {0, 1}}};  // along x, a x b is a_1 b_2 - a_2 b_1
+
+// Returns the shapes of all particles, first of the modes, then of the constraints. The constraint shapes are
+// zero if there are bodies.
+Eigen::MatrixXd shapes_of_mass(const Structure& structure, const Eigen::MatrixXd& shapes) {
+  const Eigen::MatrixXd& of_particles = structure.particles.shapes;
+  if (of_particles.rows() == 0) return shapes;
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(of_particles.rows(), shapes.cols());
+  all.leftCols(of_particles.cols()) = of_particles;
+  return all;
+}
+
+// Returns the row for `axis` of each point.
+Eigen::MatrixXd along(const Eigen::MatrixXd& shapes, int axis) {
+  return shapes(Eigen::seq(axis, Eigen::last, 3), Eigen::all);
+}
+
+// Fills the tables over pairs of modes k, l (THEORY 12.48), including the second-order displacement g_kl of
+// bodies (THEORY 12.47):
+//   X_kl = sum m b_k x b_l, G_kl = sum m r x g_kl,
+//   Z_kl,ab = sum m (b_k,a b_l,b + r_a g_kl,b), symmetric in a and b.
+class Tables {
+ public:
+  Tables(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes, StepPlan& plan)
+      : plan_(plan), num_(plan.num_elastic), num_all_(shapes.cols()) {
+    const Eigen::MatrixXd b = shapes_of_mass(structure, shapes);
+    const Eigen::VectorXd& mass = structure.particles.mass;
+    const std::vector<RotatingBody> bodies = rotating_bodies(scene, structure);
+    plan.coupled.kinetics.num_tables = bodies.empty() ? kPointTables : kBodyTables;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto i = index(axis);
+      b_[i] = along(b, axis);
+      weighted_[i] = mass.asDiagonal() * b_[i].leftCols(num_);
+    }
+    set_moments(structure);
+    plan.coupled.kinetics.tables.assign(index(plan.num_moving) * stride(), 0.0);
+    for (int k = 0; k < 3; ++k) put(k, outer(kCross[at(k)]) - outer(flipped(kCross[at(k)])));
+    for (int k = 0; k < 6; ++k) {
+      const Axes2 axes = kProducts[at(k)];
+      put(3 + k, 0.5 * (outer(axes) + outer(flipped(axes)) + second_order_sum(bodies, axes) +
+                        second_order_sum(bodies, flipped(axes))));
+    }
+    for (int k = 0; k < 3 && !bodies.empty(); ++k)
+      put(9 + k, second_order_sum(bodies, kCross[at(k)]) - second_order_sum(bodies, flipped(kCross[at(k)])));
+  }
+
+ private:
+  static std::size_t at(int k) { return index(k); }
+  static Axes2 flipped(const Axes2& axes) { return {axes[1], axes[0]}; }
+  std::size_t stride() const { return at(plan_.coupled.kinetics.num_tables) * index(plan_.num_padded); }
+
+  // Y_l,ab = sum m r_a b_l,b, symmetric in a and b   (THEORY 8.15)
+  void set_moments(const Structure& structure) {
+    const Eigen::Matrix3Xd mr = structure.particles.r * structure.particles.mass.asDiagonal();
+    for (const auto& [a, b] : kProducts)
+      append_row(plan_, Eigen::RowVectorXd(0.5 * (mr.row(a) * b_[at(b)] + mr.row(b) * b_[at(a)])),
+                 plan_.coupled.kinetics.moments);
+  }
+
+  // Returns the sum m b_k,a b_l,b.
+  Eigen::MatrixXd outer(const Axes2& axes) const {
+    return weighted_[at(axes[0])].transpose() * b_[at(axes[1])];
+  }
+
+  // Returns the sum m r_a g_kl,b, which is zero for constraint shapes.
+  Eigen::MatrixXd second_order_sum(const std::vector<RotatingBody>& bodies, const Axes2& axes) const {
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(num_, num_all_);
+    for (const RotatingBody& body : bodies) sum.leftCols(num_) += second_order(body, axes[0], axes[1]);
+    return sum;
+  }
+
+  void put(int table, const Eigen::MatrixXd& values) {
+    Array& tables = plan_.coupled.kinetics.tables;
+    const std::size_t n = index(plan_.num_padded);
+    for (Eigen::Index k = 0; k < num_; ++k) {
+      const Array row = padded(plan_, values.row(k).transpose());
+      std::copy(row.begin(), row.end(),
+                tables.begin() + static_cast<std::ptrdiff_t>(index(k) * stride() + at(table) * n));
+    }
+  }
+
+  StepPlan& plan_;
+  Eigen::Index num_, num_all_;
+  std::array<Eigen::MatrixXd, 3> b_, weighted_;  // (P x num_all), (P x num)
+};
+
+}  // namespace
+
+namespace {
+
+void compile_offsets(const Scene& scene, const Structure& structure, StepPlan& plan) {
+  const Freedoms freedoms(scene);
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    const PointMass& point = scene.points[i];
+    if (point.mass == 0.0 || point.offset.isZero(0.0)) continue;
+    PlanOffset body{point.mass, to_array(point.offset), {}};
+    const int first = freedoms.rotation(static_cast<int>(i)) - freedoms.num_displacements();
+    for (int axis = 0; axis < 3; ++axis)
+      append_row(plan, row_of(structure.rotations, first + axis), body.rows);
+    plan.coupled.kinetics.offsets.push_back(std::move(body));
+  }
+}
+
+}  // namespace
+
+PlanKinetics::Form kinetic_form(const Scene& scene, const StepPlan& plan) {
+  using Form = PlanKinetics::Form;
+  if (!are_point_masses(scene)) return Form::kTables;
+  const int num_points = static_cast<int>(plan.points.size());
+  if (plan.num_elastic == 3 * num_points - plan.rigid_freedoms) return Form::kComplete;
+  return kPointTables * plan.num_elastic < kTablesPerPoint * num_points ? Form::kTables : Form::kPoints;
+}
+
+void compile_kinetics(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
+                      PlanKinetics::Form form, StepPlan& plan) {
+  plan.coupled.kinetics.form = form;
+  if (form != PlanKinetics::Form::kTables) return;
+  const Tables tables(scene, structure, shapes, plan);  // the constructor writes the tables into the plan
+  compile_offsets(scene, structure, plan);
+}
+
+bool keeps_rotation_about_line(const Structure& structure) {
+  constexpr double kRounding = 1e-8;  // [-] over the size of the modes; shapes are exact to 1e-12 or better
+  const MassProperties& body = structure.mass_properties;
+  if (body.rigid_freedoms != 5) return true;
+  const Eigen::MatrixXd& b = particle_shapes(structure);
+  Eigen::MatrixXd second_order_sum(b.rows(), b.cols()), weighted = b;
+  for (Eigen::Index i = 0; i < structure.particles.mass.size(); ++i) {
+    for (Eigen::Index l = 0; l < b.cols(); ++l)
+      second_order_sum.block<3, 1>(3 * i, l) = body.line.cross(Eigen::Vector3d(b.block<3, 1>(3 * i, l)));
+    weighted.middleRows<3>(3 * i) *= structure.particles.mass[i] / body.mass;
+  }
+  const Eigen::MatrixXd left = second_order_sum - b * (weighted.transpose() * second_order_sum);
+  return left.norm() <= kRounding * std::max(1.0, second_order_sum.norm());
+}
+
+}  // namespace freeflex

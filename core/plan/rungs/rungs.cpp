@@ -1,0 +1,211 @@
+#include "core/plan/rungs/rungs.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/faults.hpp"
+#include "core/plan/modes/modal_coupling.hpp"
+#include "core/plan/modes/propagator.hpp"
+#include "core/plan/rungs/kinetics.hpp"
+#include "core/scene/bodies.hpp"
+#include "core/scene/link_kinds.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
+
+namespace freeflex {
+namespace {
+
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// Returns the largest singular value of rows (count x num_padded), in the unit of the rows.
+double norm_of_rows(const Array& array, Eigen::Index count, const StepPlan& plan) {
+  if (count == 0 || array.empty()) return 0.0;
+  const Eigen::Map<const RowMatrix> rows(array.data(), count, plan.num_padded);
+  const double largest = rows.cwiseAbs().maxCoeff();
+  if (!(largest > 0.0)) return 0.0;
+  const RowMatrix unit = rows / largest;
+  return largest * std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(unit * unit.transpose(),
+                                                                            Eigen::EigenvaluesOnly)
+                                 .eigenvalues()
+                                 .maxCoeff());
+}
+
+double top_frequency(const StepPlan& plan) {
+  return plan.num_elastic == 0 ? 0.0 : plan.omega[static_cast<std::size_t>(plan.num_elastic) - 1];
+}
+
+// Returns a bound of the rates [1/s] of dashpots and feedback,
+// sigma = |R|^2 / M + sum_f (|F_v| |B_f| / M + (|F_q| |B_f| / M)^(1/2))   (THEORY 12.31).
+double stage_rate(const StepPlan& plan) {
+  const double damping =
+      norm_of_rows(plan.modal_coupling.damping_rows, plan.modal_coupling.num_damping, plan);
+  double rate = damping * (damping / plan.mass);
+  for (const PlanFeedback& feedback : plan.feedbacks) {
+    const Array rows(plan.rows.begin() + 3 * std::ptrdiff_t{feedback.row} * plan.num_padded,
+                     plan.rows.begin() + 3 * (std::ptrdiff_t{feedback.row} + 1) * plan.num_padded);
+    const double out = norm_of_rows(rows, 3, plan) / plan.mass;
+    rate += norm_of_rows(feedback.q_dot_rows, 3, plan) * out +
+            std::sqrt(norm_of_rows(feedback.q_rows, 3, plan) * out);
+  }
+  return rate;
+}
+
+// Returns 2 max decay_l [1/s] if dashpots, or springs or bars with damping, act in their true direction,
+// otherwise 0. The difference between their true and linear damping forces acts stage by stage, like that
+// between true and linear forces of bars (THEORY 12.19, 12.32).
+double damper_rate(const StepPlan& plan) {
+  const auto damps = [](const PlanBar& bar) { return bar.damping > 0.0; };
+  if (std::ranges::none_of(plan.coupled.bars, damps)) return 0.0;
+  double rate = 0.0;
+  for (const double decay : plan.decay) rate = std::max(rate, 2.0 * decay);
+  return rate;
+}
+
+// Returns a bar at true length and direction. A spring or bar has the tension D (l - L) (THEORY 12.17) and
+// the damping force c l' with c = (beta_R + tau) D. A dashpot has only the force c l'   (THEORY 12.19).
+PlanBar true_bar(const Scene& scene, int index) {
+  const Link& link = scene.links[static_cast<std::size_t>(index)];
+  const Eigen::Vector3d rest = span_of(scene, link);
+  PlanBar bar;
+  bar.link = index;
+  bar.first = link.points[0];
+  bar.second = link.points[1];
+  bar.length = rest.stableNorm();
+  const Axial axial = axial_of(scene, link);
+  bar.stiffness = axial.stiffness;
+  bar.damping = axial.damping + (scene.damping.beta + link.viscous) * bar.stiffness;
+  const Eigen::Vector3d direction = rest / bar.length;
+  bar.direction = {direction.x(), direction.y(), direction.z()};
+  return bar;
+}
+
+}  // namespace
+
+void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, StepPlan& plan,
+                     Faults& faults) {
+  if (structure.num_constraints > 0 && traits_of(spec.rung).has_true_geometry)
+    for (const Link& link : scene.links)
+      if (traits_of(link).effect == LinkEffect::kForbids) {
+        add_error(
+            faults, link.origin,
+            join_text(
+                "a rigid link cannot be combined with fidelity ", name_of(spec.rung),
+                ", because it is rigid to first order only and bars are at their true length; use a stiff "
+                "spring (a stiff mode that is not excited costs nothing there), or set fidelity: coupled "
+                "or a lower rung"));
+        return;
+      }
+  if (!keeps_rotation_about_line(structure)) {
+    add_error(faults, {},
+              join_text("fidelity ", name_of(spec.rung),
+                        " is not possible, because the points are on a line and the kept modes do not let "
+                        "them rotate about it; keep "
+                        "both modes of each transverse pair, or set fidelity: spin-loaded or a lower rung"));
+    return;
+  }
+  if (!are_point_masses(scene) && plan.num_elastic > kMaxBodyModes) {
+    add_error(faults, {},
+              join_text("fidelity ", name_of(spec.rung),
+                        " supports bodies and massless points with tables over pairs of modes, for at most ",
+                        kMaxBodyModes, " modes, but the scene has ", plan.num_elastic,
+                        "; join fewer points, or set fidelity: spin-loaded or a lower rung"));
+    return;
+  }
+  for (const Feedback& feedback : scene.feedbacks)
+    if (!feedback.acceleration_gain.isZero(0.0)) {
+      add_error(
+          faults, feedback.origin,
+          "acceleration feedback cannot be combined with the coupled rungs; use displacement and velocity "
+          "gains, or set fidelity: spin-loaded or a lower rung");
+      return;
+    }
+  // the coupled rungs apply dashpots and feedback stage by stage
+  plan.modal_coupling.path = PlanModalCoupling::Path::kNone;
+  plan.modal_coupling.modes.clear();
+  plan.coupled.substep_phase = spec.substep_phase;
+  if (!traits_of(spec.rung).has_true_geometry) return;
+  for (std::size_t k = 0; k < scene.links.size(); ++k)
+    if (traits_of(scene.links[k]).is_axial) plan.coupled.bars.push_back(true_bar(scene, static_cast<int>(k)));
+}
+
+double rotation_rate(const StepPlan& plan) {
+  const Eigen::Map<const Eigen::Vector3d> w(plan.initial.w_B.data());
+  Eigen::Vector3d h = Eigen::Vector3d::Zero();
+  for (const PlanWheel& wheel : plan.wheels)
+    h += wheel.momentum * Eigen::Map<const Eigen::Vector3d>(wheel.axis.data());
+  const Vec3& inverse = plan.principal.inverse_moment;
+  return w.norm() + h.norm() * std::sqrt(inverse[0] * inverse[1]);
+}
+
+void set_coupled_period(StepPlan& plan) {
+  if (!is_coupled(plan)) return;
+  PlanCoupled& coupled = plan.coupled;
+  coupled.num_substeps = 1;
+  if (coupled.substep_phase > 0.0) {
+    const double phase = std::max(top_frequency(plan), stage_rate(plan)) * plan.period;
+    const double decay = damper_rate(plan) * plan.period;
+    while ((phase > coupled.substep_phase * coupled.num_substeps ||
+            decay > kMaxBarPhase * coupled.num_substeps) &&
+           coupled.num_substeps < kMaxSubsteps)
+      coupled.num_substeps *= 2;
+  }
+  if (plan.num_elastic > 0)
+    while (rotation_rate(plan) * plan.period > kRotationPhase * coupled.num_substeps &&
+           coupled.num_substeps < kMaxSubsteps)
+      coupled.num_substeps *= 2;
+  const double period = plan.period / coupled.num_substeps;
+  const auto n = static_cast<std::size_t>(plan.num_padded);
+  coupled.functions.assign(
+      std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions} * n, 0.0);
+  for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
+    const ModeFunctions functions = mode_functions(plan.omega[l], plan.decay[l], period);
+    for (std::size_t k = 0; k < functions.size(); ++k) coupled.functions[k * n + l] = functions[k];
+  }
+}
+
+void check_stages(const Scene& scene, const StepPlan& plan, Faults& faults) {
+  const double omega = top_frequency(plan), rate = stage_rate(plan), hertz = 1.0 / plan.period;
+  const double substep = plan.period / plan.coupled.num_substeps;
+  const std::string at =
+      join_text("fidelity ", name_of(plan.fidelity), " at ", hertz, " Hz is not possible, because ");
+  const double decay = damper_rate(plan);
+  if (plan.coupled.substep_phase > 0.0) {
+    if (std::max(omega, rate) * substep > plan.coupled.substep_phase || decay * substep > kMaxBarPhase)
+      add_error(faults, {},
+                join_text(at, "the fastest rate, ", std::max({omega, rate, decay}),
+                          " 1/s, requires more than ", kMaxSubsteps,
+                          " substeps per tick; raise the rate, soften the stiffest links, or set fidelity: "
+                          "coupled"));
+    return;
+  }
+  if (rate * substep > kMaxStagePhase) {
+    const Origin& origin = scene.feedbacks.empty() ? Origin{} : scene.feedbacks.front().origin;
+    add_error(
+        faults, origin,
+        join_text(at, "dashpots and feedback change the motion at ", rate, " 1/s, which is ", rate * substep,
+                  " in a tick, but this rung applies them at stage times, which is accurate up to ",
+                  kMaxStagePhase, " in a tick. Raise the rate to ", rate / kMaxStagePhase,
+                  " Hz or more, use smaller gains, or set fidelity: full, spin-loaded or a rung "
+                  "below spin-loaded"));
+  }
+  if (traits_of(plan.fidelity).has_true_geometry && decay * substep > kMaxBarPhase)
+    add_error(
+        faults, {},
+        join_text(
+            at, "the fastest decay of a mode, ", decay, " 1/s, is ", decay * substep,
+            " in a tick, but with the exact forces of dashpots, and of springs and bars with damping, at "
+            "most ",
+            kMaxBarPhase, " in a tick is allowed. Raise the rate to ", decay / kMaxBarPhase,
+            " Hz or more, reduce the damping, or set 'fidelity: coupled' or 'fidelity: full' (full divides "
+            "the tick)"));
+  if (traits_of(plan.fidelity).has_true_geometry && omega * substep > kMaxBarPhase)
+    add_error(
+        faults, {},
+        join_text(
+            at, "the stiffest mode, ", omega, " rad/s, advances by ", omega * substep,
+            " rad in a tick, but with the exact forces of bars at most ", kMaxBarPhase,
+            " rad in a tick is allowed. Raise the rate to ", omega / kMaxBarPhase,
+            " Hz or more, soften the stiffest bars, or set 'fidelity: coupled' or 'fidelity: full' (full "
+            "divides the tick)"));
+}
+
+}  // namespace freeflex

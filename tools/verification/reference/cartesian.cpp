@@ -1,0 +1,203 @@
+#include "tools/verification/reference/cartesian.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/verification/reference/elastic_error.hpp"
+
+namespace freeflex {
+namespace {
+
+using Eigen::Map;
+using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+/// Adds the forces of springs, bars and dashpots along their true directions. An undeformed link from point i
+/// to point j has the length L [m] and the direction u   (THEORY 10.2, 10.3, 10.5):
+///   d = e_j - e_i,   l = |L u + d|,   elongation = (2 L u.d + |d|^2) / (l + L)
+///   s = D elongation + c l',   l' = (L u + d).d' / l;   a tension s pulls i along (L u + d) / l towards j
+void add_link_forces(const CartesianSystem& system, std::span<const double> e, std::span<const double> e_dot,
+                     std::span<double> force) {
+  for (const CartesianLink& link : system.links) {
+    const auto i = 3 * index(link.first);
+    const auto j = 3 * index(link.second);
+    double d[3], x[3];
+    double rest_d = 0.0, d_d = 0.0, x_x = 0.0;
+    for (std::size_t a = 0; a < 3; ++a) {
+      d[a] = e[j + a] - e[i + a];
+      x[a] = link.rest[static_cast<Eigen::Index>(a)] + d[a];
+      rest_d += link.rest[static_cast<Eigen::Index>(a)] * d[a];
+      d_d += d[a] * d[a];
+      x_x += x[a] * x[a];
+    }
+    const double l = std::sqrt(x_x);
+    // this form of the elongation has no difference of lengths, so no digits are lost
+    double tension = link.stiffness * (2.0 * rest_d + d_d) / (l + link.length);
+    if (link.damping > 0.0) {
+      double rate = 0.0;
+      for (std::size_t a = 0; a < 3; ++a) rate += x[a] * (e_dot[j + a] - e_dot[i + a]);
+      tension += link.damping * rate / l;
+    }
+    const double tension_over_l = tension / l;
+    for (std::size_t a = 0; a < 3; ++a) {
+      force[i + a] += tension_over_l * x[a];
+      force[j + a] -= tension_over_l * x[a];
+    }
+  }
+}
+
+// [m/s^2] g(p) = -mu (p - p_A) / |p - p_A|^3   (THEORY 10.7)
+Vector3d attraction(const CartesianSystem& system, const Vector3d& p_W) {
+  const Vector3d rho = p_W - system.attractor_W;
+  return -system.attractor_mu / std::pow(rho.norm(), 3) * rho;
+}
+
+// R_WC = R_WB(0) exp([w_C x] t)   (THEORY 10.1)
+Matrix3d carrier_rotation(const CartesianSystem& system, double t) {
+  const double rate = system.spin.norm();
+  if (rate == 0.0) return system.q_WB.toRotationMatrix();
+  const Eigen::AngleAxisd rotation(rate * t, system.spin / rate);
+  return system.q_WB.toRotationMatrix() * rotation.toRotationMatrix();
+}
+
+}  // namespace
+
+double amplitude(const History& history, double t, double piece_time) {
+  if (const auto* pulse = std::get_if<PulseHistory>(&history)) {
+    return piece_time >= pulse->start && piece_time < pulse->start + pulse->duration ? 1.0 : 0.0;
+  }
+  if (const auto* sine = std::get_if<SineHistory>(&history)) {
+    return std::sin(2.0 * M_PI * sine->frequency * t + sine->phase);
+  }
+  if (const auto* table = std::get_if<TableHistory>(&history)) {
+    const auto& times = table->times;
+    const auto& values = table->values;
+    if (t <= times.front()) return values.front();
+    if (t >= times.back()) return values.back();
+    const auto next = index(std::upper_bound(times.begin(), times.end(), t) - times.begin());
+    const double share = (t - times[next - 1]) / (times[next] - times[next - 1]);
+    return values[next - 1] + share * (values[next] - values[next - 1]);
+  }
+  return 1.0;
+}
+
+void add_load(const CartesianLoad& load, double scale, const Matrix3d& R_CW, const Matrix3d& R_CB,
+              Map<Matrix3Xd>& force) {
+  const Matrix3d& R = load.axes == Axes::kWorld ? R_CW : R_CB;
+  for (const PointLoad& item : load.forces) force.col(item.point) += scale * (R * item.force);
+  for (const auto& torque : load.torques) {
+    // the torque is rotated into body axes, and the force on each point is rotated from body axes into
+    // carrier axes
+    const Vector3d torque_B = scale * (R_CB.transpose() * (R * torque.torque));
+    for (std::size_t k = 0; k < torque.points.size(); ++k) {
+      force.col(torque.points[k]) += R_CB * (torque.force_per_torque[k] * torque_B);
+    }
+  }
+}
+
+void accelerations(const CartesianSystem& system, double t, double piece_time, std::span<const double> e,
+                   std::span<const double> e_dot, std::span<double> e_ddot) {
+  const Eigen::Index n = system.mass.size();
+  const Map<const Matrix3Xd> E(e.data(), 3, n), E_dot(e_dot.data(), 3, n);
+  Map<Matrix3Xd> force(e_ddot.data(), 3, n);
+  force.setZero();
+  add_link_forces(system, e, e_dot, e_ddot);
+  if (system.true_geometry) {
+    system.true_geometry->add_forces(E, force);
+    system.true_geometry->add_damping(E, E_dot, force);
+  }
+  if (!system.loads.empty()) {
+    const Matrix3d R_CW = carrier_rotation(system, t).transpose();
+    const Matrix3d R_CB = system.needs_body_axes
+                              ? fit_rotation(system.mass, system.r,
+                                             (system.r + E).colwise() - E * system.mass / system.mass.sum())
+                              : Matrix3d::Identity();
+    for (const CartesianLoad& load : system.loads) {
+      const double scale = amplitude(load.history, t, piece_time);
+      if (scale == 0.0) continue;
+      if (load.axes == Axes::kLocal)
+        system.true_geometry->add_followers(load.forces, scale, E, force);
+      else
+        add_load(load, scale, R_CW, R_CB, force);
+    }
+  }
+  for (Eigen::Index i = 0; i < n; ++i) force.col(i) /= system.mass[i];
+  if (system.attractor_mu > 0.0) {
+    // The carrier falls with the constant acceleration g_W, which is the attraction at the start. So each
+    // point accelerates relative to the carrier by its own attraction minus g_W:
+    //   e'' += R_WC^T (g(p_W,i) - g_W)   (THEORY 10.7)
+    const Matrix3d R_WC = carrier_rotation(system, t);
+    const Vector3d p_WC = system.p_WB + t * system.v_WB + 0.5 * t * t * system.gravity_W;
+    for (Eigen::Index i = 0; i < n; ++i)
+      force.col(i) += R_WC.transpose() *
+                      (attraction(system, p_WC + R_WC * (system.r.col(i) + E.col(i))) - system.gravity_W);
+  }
+  // Coriolis and centrifugal acceleration in the rotating carrier   (THEORY 10.6)
+  for (Eigen::Index i = 0; i < n && !system.spin.isZero(0.0); ++i) {
+    const Vector3d x = system.r.col(i) + E.col(i);
+    force.col(i) -= system.spin.cross(2.0 * Vector3d(E_dot.col(i)) + system.spin.cross(x));
+  }
+  if (system.true_geometry) system.true_geometry->constrain(E, E_dot, force);
+}
+
+std::vector<double> discontinuities(const CartesianSystem& system, double end) {
+  std::vector<double> times;
+  for (const CartesianLoad& load : system.loads) {
+    if (const auto* pulse = std::get_if<PulseHistory>(&load.history)) {
+      times.push_back(pulse->start);
+      times.push_back(pulse->start + pulse->duration);
+    } else if (const auto* table = std::get_if<TableHistory>(&load.history)) {
+      times.insert(times.end(), table->times.begin(), table->times.end());
+    }
+  }
+  std::erase_if(times, [end](double t) { return t <= 0.0 || t >= end; });
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  return times;
+}
+
+CartesianState to_world(const CartesianSystem& system, double t, std::span<const double> y) {
+  const Eigen::Index n = system.mass.size();
+  const Map<const Matrix3Xd> E(y.data(), 3, n), E_dot(y.data() + 3 * n, 3, n);
+  const Matrix3d R = carrier_rotation(system, t);
+  const Vector3d p = system.p_WB + t * system.v_WB + 0.5 * t * t * system.gravity_W;
+  const Vector3d v = system.v_WB + t * system.gravity_W;
+  CartesianState state{t, Matrix3Xd(3, n), Matrix3Xd(3, n)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Vector3d x = system.r.col(i) + E.col(i);
+    state.p_W.col(i) = p + R * x;
+    state.v_W.col(i) = v + R * (E_dot.col(i) + system.spin.cross(x));
+  }
+  return state;
+}
+
+double strain_energy(const CartesianSystem& system, std::span<const double> e) {
+  const Map<const Matrix3Xd> E(e.data(), 3, system.mass.size());
+  double energy = 0.0;
+  for (const CartesianLink& link : system.links) {
+    const Vector3d d = E.col(link.second) - E.col(link.first);
+    const double elongation =
+        (2.0 * link.rest.dot(d) + d.squaredNorm()) / ((link.rest + d).norm() + link.length);
+    energy += 0.5 * link.stiffness * elongation * elongation;
+  }
+  if (system.true_geometry) {
+    Matrix3Xd unused = Matrix3Xd::Zero(3, E.cols());
+    energy += system.true_geometry->add_forces(E, unused);
+  }
+  return energy;
+}
+
+CartesianInvariants invariants(const CartesianSystem& system, const CartesianState& state) {
+  CartesianInvariants sum;
+  const Vector3d centre = state.p_W * system.mass / system.mass.sum();
+  for (Eigen::Index i = 0; i < system.mass.size(); ++i) {
+    const Vector3d momentum = system.mass[i] * state.v_W.col(i);
+    sum.kinetic += 0.5 * momentum.dot(state.v_W.col(i));
+    sum.linear_momentum += momentum;
+    sum.angular_momentum += Vector3d(state.p_W.col(i) - centre).cross(momentum);
+  }
+  return sum;
+}
+
+}  // namespace freeflex

@@ -1,0 +1,129 @@
+// The full system of a scene. It consists of points in space, with springs and bars at their true length and
+// direction. Nothing is linearised and no mode is used, so the system is an independent check of the
+// separated equations. THEORY 10.1 to 10.7
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/scene/scene.hpp"
+#include "tools/verification/reference/true_geometry.hpp"
+
+namespace freeflex {
+
+/// [-] If the smallest moment of inertia of some points, divided by the largest, is at most this limit, the
+/// points are treated as collinear. Rounding errors alone can make the ratio this large.
+inline constexpr double kNoMoment = 1e-13;
+
+/// One load of the scene, with its wrenches distributed over the points of their groups.
+struct CartesianLoad {
+  Axes axes = Axes::kWorld;
+  std::vector<PointLoad> forces;  // [N] forces in `axes`
+  /// A torque T_g in `axes`. It exerts on each point i of its group the force F_i = m_i (J_g^-1 T_g) x d_i in
+  /// body axes. Here d_i [m] is the position from the centre of mass of the group, and J_g [kg m^2] is the
+  /// inertia of the group (THEORY 8.8, 8.9).
+  struct Torque {
+    Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // [N m]
+    std::vector<int> points;
+    std::vector<Eigen::Matrix3d> force_per_torque;  // [1/m] -m_i [d_i x] J_g^-1
+  };
+  std::vector<Torque> torques;
+  History history;
+};
+
+/// An axial link from its first to its second point.
+struct CartesianLink {
+  int link = 0;  // index into Scene::links
+  int first = 0, second = 0;
+  Eigen::Vector3d rest = Eigen::Vector3d::Zero();  // [m] L u, from the first point to the second, body axes
+  double length = 0.0;                             // [m]
+  double stiffness = 0.0;                          // [N/m] 0 for a dashpot
+  // [N s/m] c of a dashpot, or of the damping in parallel with the spring (THEORY 10.5)
+  double damping = 0.0;
+};
+
+/// The unknowns are the displacements e_i [m] of every point in the carrier frame C and their rates e_i'
+/// [m/s]. The carrier starts as the body frame, falls with gravity, keeps the initial velocity of the centre
+/// of mass and rotates at the constant initial angular velocity w_C. While the motion stays near the motion
+/// of the carrier, e has the size of the deformation and keeps its digits   (THEORY 10.1):
+///   p_W,i = p_WC + R_WC (r_i + e_i)
+///   p_WC = p_WB(0) + v_WB(0) t + g_W t^2 / 2,   R_WC = R_WB(0) exp([w_C x] t)
+struct CartesianSystem {
+  Eigen::VectorXd mass;  // [kg] (N)
+  Eigen::Matrix3Xd r;    // [m] (3 x N) rest positions from the centre of mass
+  std::vector<CartesianLink> links;
+  // The links that are not axial. TrueGeometry keeps the rotations that it found last, so only one thread at
+  // a time may use a system
+  std::optional<TrueGeometry> true_geometry;
+  std::vector<CartesianLoad> loads;
+  Eigen::Vector3d gravity_W = Eigen::Vector3d::Zero();    // [m/s^2] uniform, or the attraction at the start
+  double attractor_mu = 0.0;                              // [m^3/s^2] 0: no attractor   (THEORY 10.7)
+  Eigen::Vector3d attractor_W = Eigen::Vector3d::Zero();  // [m]
+  Eigen::Vector3d p_WB = Eigen::Vector3d::Zero();         // [m] centre of mass at the start
+  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();         // [m/s] velocity of the centre of mass at the start
+  Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();  // attitude at the start
+  Eigen::Vector3d spin = Eigen::Vector3d::Zero();            // [rad/s] w_C of the carrier, body axes
+  Eigen::VectorXd initial;                                   // (6N) e then e'
+  bool needs_body_axes = false;                              // true: at least one load rotates with the body
+};
+
+/// Makes the Cartesian system of a scene of point masses, springs, bars and dashpots. Returns nullopt and
+/// sets `error` for other links, damping other than stiffness-proportional, feedback, loads in local axes,
+/// initial modes, and loads in body axes on a collinear shape.
+std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::string& error);
+
+/// Makes the system of a scene with links of every kind at true geometry and damping of every kind
+/// (THEORY 10.12 to 10.25). Returns nullopt and sets `error` for bodies with inertia, feedback and initial
+/// modes. If the shape is collinear, the smallest rotation from the rest shape gives the body axes.
+std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error);
+
+/// Makes a system from the masses, springs, bars, dashpots, loads and initial state of a scene. The other
+/// links of the scene are ignored.
+CartesianSystem make_axial_system(const Scene& scene);
+
+/// Computes the accelerations e'' [m/s^2] (3N) in the carrier's axes at time t [s]   (THEORY 10.6):
+///   m (e'' + 2 w_C x e' + w_C x (w_C x (r + e))) = F
+/// At t a pulse acts if it acts at `piece_time`, a time strictly inside the smooth piece that contains t. So
+/// at both ends of the piece the loads are the limits from inside the piece.
+void accelerations(const CartesianSystem& system, double t, double piece_time, std::span<const double> e,
+                   std::span<const double> e_dot, std::span<double> e_ddot);
+
+/// Returns the amplitude [-] of a history at t [s]. A pulse is on if `piece_time` [s] lies inside the pulse.
+double amplitude(const History& history, double t, double piece_time);
+
+/// Adds the forces [N] of one load times `scale`, in carrier axes. R_CW and R_CB rotate world and body
+/// vectors into the carrier.  \param force (3 x N)
+void add_load(const CartesianLoad& load, double scale, const Eigen::Matrix3d& R_CW,
+              const Eigen::Matrix3d& R_CB, Eigen::Map<Eigen::Matrix3Xd>& force);
+
+/// Returns the times in (0, end) at which a load or its slope jumps, in ascending order: the edges of pulses
+/// and the rows of tables.
+std::vector<double> discontinuities(const CartesianSystem& system, double end);
+
+/// World positions [m] and velocities [m/s] (3 x N) of the points.
+struct CartesianState {
+  double time = 0.0;  // [s]
+  Eigen::Matrix3Xd p_W, v_W;
+};
+/// Computes the world state from y = (e, e')   (THEORY 10.1).
+CartesianState to_world(const CartesianSystem& system, double t, std::span<const double> y);
+
+/// Returns the strain energy [J] of the links: the sum of D elongation^2 / 2 over the axial links, with
+/// elongations computed from relative displacements, and the energies of the links at true geometry
+/// (THEORY 10.3, 10.4).
+double strain_energy(const CartesianSystem& system, std::span<const double> e);
+
+/// Kinetic energy [J], linear momentum [kg m/s] and angular momentum about the centre of mass [kg m^2/s],
+/// world axes.
+struct CartesianInvariants {
+  double kinetic = 0.0;
+  Eigen::Vector3d linear_momentum = Eigen::Vector3d::Zero();
+  Eigen::Vector3d angular_momentum = Eigen::Vector3d::Zero();
+};
+CartesianInvariants invariants(const CartesianSystem& system, const CartesianState& state);
+
+}  // namespace freeflex

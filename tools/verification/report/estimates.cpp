@@ -1,0 +1,315 @@
+#include "tools/verification/report/estimates.hpp"
+
+#include <algorithm>
+#include <boost/math/distributions/beta.hpp>
+#include <cmath>
+#include <random>
+
+#include "core/motion.hpp"
+#include "core/plan/make_plan.hpp"
+#include "core/plan/rungs/automatic.hpp"
+#include "core/step/readout.hpp"
+#include "core/structure/structure.hpp"
+#include "tools/verification/reference/elastic_error.hpp"
+#include "tools/verification/reference/integrate.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+constexpr double kEnd = 1.0;  // [s]
+
+/// Draws random numbers without the distributions of the standard library, because these differ between
+/// implementations.
+class Draw {
+ public:
+  explicit Draw(std::uint64_t seed) : engine_(seed) {}
+  double uniform(double low, double high) {
+    return low + (high - low) * static_cast<double>(engine_() >> 11U) * 0x1p-53;
+  }
+  double decade(double low, double high) {
+    return std::pow(10.0, uniform(std::log10(low), std::log10(high)));
+  }
+  int whole(int low, int high) { return low + static_cast<int>(uniform(0.0, 1.0) * (high - low + 1)); }
+  Eigen::Vector3d direction() {
+    Eigen::Vector3d v;
+    do v = {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
+    while (v.squaredNorm() > 1.0 || v.squaredNorm() < 0.01);
+    return v.normalized();
+  }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+void add_point(Scene& scene, const Eigen::Vector3d& position, double mass) {
+  PointMass point;
+  point.name = std::to_string(scene.points.size());
+  point.mass = mass;
+  point.position = position;
+  scene.publication.points.push_back(static_cast<int>(scene.points.size()));
+  scene.points.push_back(point);
+}
+
+void join(Scene& scene, int a, int b, double stiffness) {
+  Link link;
+  link.name = std::to_string(scene.links.size());
+  link.points = {a, b};
+  link.kind = Spring{stiffness};
+  scene.links.push_back(link);
+}
+
+void make_cloud(Scene& scene, Draw& draw, const std::function<double()>& stiffness) {
+  const int count = draw.whole(4, 9);
+  while (static_cast<int>(scene.points.size()) < count) {
+    const Eigen::Vector3d p(draw.uniform(-1.5, 1.5), draw.uniform(-1, 1), draw.uniform(-1, 1));
+    if (std::all_of(scene.points.begin(), scene.points.end(),
+                    [&](const PointMass& other) { return (other.position - p).norm() > 0.4; }))
+      add_point(scene, p, draw.decade(0.1, 10.0));
+  }
+  for (int a = 0; a < count; ++a)
+    for (int b = a + 1; b < count; ++b) join(scene, a, b, stiffness());
+}
+
+void make_truss(Scene& scene, Draw& draw, const std::function<double()>& stiffness) {
+  const int sections = draw.whole(2, 5);
+  const double mass = draw.decade(0.1, 10.0);
+  constexpr double kCorners[4][2] = {{-0.5, -0.5}, {0.5, -0.5}, {0.5, 0.5}, {-0.5, 0.5}};
+  for (int i = 0; i < sections; ++i)
+    for (const auto& corner : kCorners) add_point(scene, {1.0 * i, corner[0], corner[1]}, mass);
+  for (int i = 0; i < sections; ++i) {
+    for (int c = 0; c < 4; ++c) join(scene, 4 * i + c, 4 * i + (c + 1) % 4, stiffness());
+    join(scene, 4 * i, 4 * i + 2, stiffness());
+    join(scene, 4 * i + 1, 4 * i + 3, stiffness());
+    for (int c = 0; c < 4 && i + 1 < sections; ++c)
+      for (const int to : {c, (c + 1) % 4}) join(scene, 4 * i + c, 4 * i + 4 + to, stiffness());
+  }
+}
+
+/// Makes a mast of tetrahedra. Three springs join each new point to the last three points, because three
+/// springs are needed to fix a point.
+void make_mast(Scene& scene, Draw& draw, const std::function<double()>& stiffness) {
+  const int count = draw.whole(5, 14);
+  for (int i = 0; i < count; ++i) {
+    const double angle = 131.8 * M_PI / 180.0 * i;  // Boerdijk and Coxeter's helix of tetrahedra
+    add_point(scene, {0.316 * i, 0.52 * std::cos(angle), 0.52 * std::sin(angle)}, draw.decade(0.1, 10.0));
+    for (int back = 1; back <= std::min(i, 3); ++back) join(scene, i - back, i, stiffness());
+  }
+}
+
+struct Measure {
+  Eigen::VectorXd mass;
+  Eigen::Matrix3Xd rest;
+};
+
+Measure measure_of(const Scene& scene) {
+  const auto n = static_cast<Eigen::Index>(scene.points.size());
+  Measure measure{Eigen::VectorXd(n), Eigen::Matrix3Xd(3, n)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    measure.mass[i] = scene.points[index(i)].mass;
+    measure.rest.col(i) = scene.points[index(i)].position;
+  }
+  return measure;
+}
+
+ErrorSize true_error(const Measure& measure, const Plan& plan, const State& state,
+                     const Eigen::Matrix3Xd& truth) {
+  Eigen::Matrix3Xd p(3, truth.cols());
+  for (Eigen::Index i = 0; i < p.cols(); ++i) {
+    const Vec3 each = read_point(plan, state, static_cast<int>(i)).p_W;
+    p.col(i) = Eigen::Vector3d(each[0], each[1], each[2]);
+  }
+  ErrorSize error;
+  error.position = (p - truth).norm() / std::sqrt(static_cast<double>(p.cols()));
+  error.elastic = elastic_error(elastic_displacements(measure.mass, measure.rest, p),
+                                elastic_displacements(measure.mass, measure.rest, truth));
+  return error;
+}
+
+/// Returns the largest true elastic error of a rung over the samples. The error is infinite if the rung has
+/// no plan or diverges.
+double rung_error(Scene scene, Fidelity rung, const Structure& structure, const Measure& measure,
+                  const std::vector<CartesianState>& truth) {
+  scene.fidelity = rung;
+  scene.automatic.reset();
+  Faults faults;
+  const auto plan = make_full_plan(scene, structure, scene.fidelity, faults);
+  if (!plan) return INFINITY;
+  Motion motion(*plan, kMotionAlone);
+  double worst = 0.0;
+  for (const CartesianState& sample : truth) {
+    while (motion.time() < sample.time - 0.5 * plan->period)
+      if (motion.advance().status != StepStatus::kOk) return INFINITY;
+    worst = std::max(worst, true_error(measure, *plan, motion.state(), sample.p_W).elastic);
+  }
+  return worst;
+}
+
+void judge_choice(const Scene& given, const Structure& structure, const Measure& measure,
+                  const std::vector<CartesianState>& truth, EstimateRow& row) {
+  Scene scene = given;
+  scene.automatic = AutomaticRung{};
+  scene.automatic->elastic = row.tolerance;
+  scene.automatic->horizon = kEnd;
+  Faults faults;
+  std::vector<PlanRung> tried;
+  const auto rung = choose_rung(scene, structure, tried, faults);
+  row.chosen = rung ? name_of(*rung) : "none";
+  row.cheapest = "none";
+  bool is_past_choice = !rung;
+  for (const RungTraits& each : kRungs) {
+    if (!each.is_tried) continue;
+    const double error = rung_error(scene, each.rung, structure, measure, truth);
+    if (rung && each.rung == *rung) {
+      row.chosen_error = error;
+      is_past_choice = true;
+    }
+    if (error <= row.tolerance && row.cheapest == "none") row.cheapest = each.name;
+    if (row.cheapest != "none" && is_past_choice) break;
+  }
+}
+
+void judge_estimate(const Scene& scene, const Structure& structure, const Measure& measure,
+                    const Eigen::Matrix3Xd& truth, EstimateRow& row) {
+  Faults faults;
+  auto plan = make_plan(scene, structure, faults);
+  if (!plan) {
+    row.error = faults.empty() ? "no plan was made" : faults.back().message;
+    return;
+  }
+  Motion motion(*plan);
+  while (motion.time() < kEnd - 0.5 * plan->period)
+    if (motion.advance().status != StepStatus::kOk) {
+      row.error = "the separated rung diverged";
+      return;
+    }
+  const BudgetReading reading = motion.read_budget();
+  row.is_lost = reading.is_lost;
+  row.estimate = reading.total;
+  row.truth = true_error(measure, *plan, motion.state(), truth);
+  row.verdict = motion.verdict();
+  row.cause = text_of(*plan, row.verdict);
+}
+
+EstimateRow study_one(std::uint64_t seed, int number) {
+  Scene scene = random_scene(seed, number);
+  EstimateRow row;
+  row.number = number;
+  row.shape = scene.name;
+  row.stiffness = std::get<Spring>(scene.links.front().kind).stiffness;
+  row.spin = scene.initial.angular_velocity.norm();
+  row.force = scene.loads.front().forces.front().force.norm();
+  row.tolerance = Draw(seed * 7919 + static_cast<std::uint64_t>(number)).decade(1e-4, 0.1);
+  std::string error;
+  const auto system = make_cartesian_system(scene, error);
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  if (!system || !structure) {
+    row.error = "the structure cannot be set up: " + error;
+    return row;
+  }
+  std::vector<double> times;
+  for (int k = 1; k <= kRungSamples; ++k)
+    times.push_back(kEnd * std::ceil(1000.0 * k / kRungSamples) / 1000.0);
+  const ReferenceRun truth = integrate(*system, times);
+  if (!truth.error.empty()) {
+    row.error = truth.error;
+    return row;
+  }
+  const Measure measure = measure_of(scene);
+  judge_estimate(scene, *structure, measure, truth.states.back().p_W, row);
+  if (row.error.empty()) judge_choice(scene, *structure, measure, truth.states, row);
+  return row;
+}
+
+double lower_bound(int successes, int trials) {
+  if (successes == 0) return 0.0;
+  const boost::math::beta_distribution<> beta(successes, trials - successes + 1);
+  return boost::math::quantile(beta, 0.05);
+}
+
+}  // namespace
+
+Scene random_scene(std::uint64_t seed, int number) {
+  Draw draw(seed * 1'000'003 + static_cast<std::uint64_t>(number));
+  Scene scene;
+  const double base = draw.decade(1e3, 1e9);
+  const auto stiffness = [&] { return base * draw.decade(0.5, 2.0); };
+  switch (number % 3) {
+    case 0:
+      scene.name = "cloud";
+      make_cloud(scene, draw, stiffness);
+      break;
+    case 1:
+      scene.name = "truss";
+      make_truss(scene, draw, stiffness);
+      break;
+    default:
+      scene.name = "mast";
+      make_mast(scene, draw, stiffness);
+  }
+  if (draw.uniform(0.0, 1.0) > 0.2)
+    scene.initial.angular_velocity = draw.decade(1e-3, 5.0) * draw.direction();
+  Load load;
+  load.name = "push";
+  load.forces.push_back({draw.whole(0, static_cast<int>(scene.points.size()) - 1),
+                         draw.decade(0.1, 1000.0) * draw.direction()});
+  load.history = PulseHistory{0.0, 0.1};
+  scene.loads.push_back(load);
+  scene.rate = 1000.0;
+  scene.error_budget.horizon = 10.0;
+  return scene;
+}
+
+std::vector<EstimateRow> study_estimates(std::uint64_t seed, int count,
+                                         const std::function<bool(double)>& keep_going) {
+  std::vector<EstimateRow> rows;
+  for (int k = 0; k < count && keep_going(static_cast<double>(k) / count); ++k)
+    rows.push_back(study_one(seed, k));
+  return rows;
+}
+
+EstimateSummary summarize(const std::vector<EstimateRow>& rows) {
+  EstimateSummary sum;
+  int counts[9] = {};
+  for (const EstimateRow& row : rows) {
+    if (!row.error.empty()) {
+      ++sum.num_failed;
+      continue;
+    }
+    ++sum.num_scenes;
+    const auto tally = [&](int first, double truth, double estimate) {
+      // if there is no estimate, the verdict is `outside`, so the row counts as inside and close
+      const bool is_inside = row.is_lost || truth <= estimate;
+      counts[first] += is_inside ? 1 : 0;
+      counts[first + 1] += row.is_lost || (truth <= 3.0 * estimate && estimate <= 3.0 * truth) ? 1 : 0;
+    };
+    tally(0, row.truth.position, row.estimate.position);
+    tally(2, row.truth.elastic, row.estimate.elastic);
+    ++counts[4 + static_cast<int>(row.verdict.level)];
+    const bool meets = row.chosen == "none" ? row.cheapest == "none" : row.chosen_error <= row.tolerance;
+    counts[7] += meets ? 1 : 0;
+    counts[8] += row.chosen == row.cheapest ? 1 : 0;
+  }
+  if (sum.num_scenes == 0) return sum;
+  const auto fraction = [&](int k) { return static_cast<double>(counts[k]) / sum.num_scenes; };
+  sum.inside_position = fraction(0), sum.close_position = fraction(1);
+  sum.inside_elastic = fraction(2), sum.close_elastic = fraction(3);
+  sum.lower_position = lower_bound(counts[0], sum.num_scenes);
+  sum.lower_elastic = lower_bound(counts[2], sum.num_scenes);
+  sum.good = fraction(4), sum.watch = fraction(5), sum.outside = fraction(6);
+  sum.auto_meets = fraction(7), sum.auto_cheapest = fraction(8);
+  return sum;
+}
+
+std::vector<int> histogram(const std::vector<EstimateRow>& rows, double ErrorSize::*which) {
+  std::vector<int> bins(kNumBins, 0);
+  for (const EstimateRow& row : rows) {
+    if (!row.error.empty() || row.is_lost) continue;
+    const double ratio = row.estimate.*which / row.truth.*which;
+    const double bin = 5.0 * (std::log10(ratio) + 1.0) + 1.0;
+    bins[static_cast<std::size_t>(std::isnan(bin) ? 0.0 : std::clamp(bin, 0.0, kNumBins - 1.0))] += 1;
+  }
+  return bins;
+}
+
+}  // namespace freeflex::tools

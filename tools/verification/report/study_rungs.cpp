@@ -1,0 +1,382 @@
+// Runs the rungs of the fidelity ladder in a study.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+
+#include "core/motion.hpp"
+#include "core/plan/file/plan_bytes.hpp"
+#include "core/plan/make_plan.hpp"
+#include "core/plan/rungs/rates.hpp"
+#include "core/step/linear/kernels.hpp"
+#include "core/step/readout.hpp"
+#include "core/step/vector.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/verification/reference/elastic_error.hpp"
+#include "tools/verification/report/study_runs.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+constexpr std::array kSteps{0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.004, 0.0025, 0.002, 0.001, 0.0005};  // [s]
+// [s] small steps, at which the motion of a rung counts as exact
+constexpr std::array kFineSteps{0.00025, 0.0001, 0.00005};
+// [s] limit of the CPU time of a run on the rung `full`. This rung divides its steps into substeps, so the
+// cost hardly depends on the step
+constexpr double kMostFullCost = 4.0;
+constexpr std::array kFullSteps{0.01, 0.001};  // [s]
+
+/// Simulates a plan. If the free motion after the loads has a step of its own, the same plan continues with
+/// that step.
+struct Rung {
+  Plan plan;
+  std::optional<Plan> free_plan;
+  Motion motion;
+
+  std::vector<Vec3> V, V_dot;  // [m], [m/s] (num_points) body axes
+
+  Rung(const Rung&) = delete;  // the motion refers to the plan
+  explicit Rung(Plan given)
+      : plan(std::move(given)),
+        motion(plan, kMotionAlone),
+        V(plan.points.size()),
+        V_dot(plan.points.size()) {}
+
+  /// Returns to the initial values of the plan.
+  void restart() {
+    motion.set_plan(plan);
+    motion.reset();
+  }
+  /// Advances by ticks. Returns false if the state is not finite.
+  bool advance(std::int64_t ticks) { return advance(plan, ticks); }
+
+  /// Sets a step [s] of its own for the motion after the first `ticks`, by which every pulse has ended.
+  void take_freely(std::int64_t ticks, double free_step) {
+    set_rate(free_plan.emplace(plan), 1.0 / free_step);
+    for (PlanHistory& history : free_plan->histories) history.start_tick = 0, history.end_tick = ticks;
+  }
+
+  bool advance_freely() { return advance(*free_plan, 1); }
+
+  bool advance(const Plan& at, std::int64_t ticks) {
+    motion.set_plan(at);
+    for (std::int64_t k = 0; k < ticks; ++k)
+      if (motion.advance().status != StepStatus::kOk) return false;
+    return true;
+  }
+
+  /// Reads positions and velocities of all points into the form that other methods use.
+  /// \pre mode-shape row i belongs to point i
+  void read(CartesianState& to) {
+    const State& state = motion.state();
+    contract_points(plan, state.q.data(), state.q_dot.data(), V, V_dot);
+    const Mat3 R = rotation_matrix(state.q_WB);
+    const Vec3 w = angular_velocity(plan, state);
+    for (std::size_t i = 0; i < plan.points.size(); ++i) {
+      const Vec3 x = add(plan.points[i].r, V[i]);
+      const Vec3 p = add(state.p_WB, multiply(R, x)),
+                 v = add(state.v_WB, multiply(R, add(cross(w, x), V_dot[i])));
+      const auto column = static_cast<Eigen::Index>(i);
+      to.p_W.col(column) = Eigen::Vector3d(p[0], p[1], p[2]);
+      to.v_W.col(column) = Eigen::Vector3d(v[0], v[1], v[2]);
+    }
+  }
+
+  double energy() const {
+    const Invariants now = read_invariants(plan, motion.state());
+    return now.kinetic_rigid + now.kinetic_elastic + now.potential;
+  }
+
+  std::size_t memory() const {
+    const State& state = motion.state();
+    const std::size_t arrays =
+        state.q.size() + state.q_low.size() + state.q_dot.size() + state.q_dot_low.size() + state.Q.size();
+    // the workspace contains the next state, and the loads at both ends of the step
+    const std::size_t plans = plan_to_bytes(plan).size() * (free_plan ? 2 : 1);
+    return plans + (2 * arrays + 2 * state.Q.size()) * sizeof(double);
+  }
+};
+
+bool is_whole(double ratio) { return std::abs(ratio - std::round(ratio)) < 1e-6; }
+
+/// Returns the reason why a step does not fit the scene, or an empty text if it fits.
+std::string find_misfit(const Bench& bench, double step) {
+  if (!is_whole(bench.options.end / step)) return "the end is not a whole number of steps";
+  for (const double edge : discontinuities(bench.system, bench.options.end))
+    if (!is_whole(edge / step)) return "a load begins or ends between two steps";
+  return {};
+}
+
+/// Returns the number of ticks at the first step: up to the free motion if it has a step of its own, else to
+/// the end.
+std::int64_t loaded_ticks(const Bench& bench, const Rung& rung) {
+  return std::llround((rung.free_plan ? bench.free_from : bench.options.end) / rung.plan.period);
+}
+
+/// Runs to the end. Stores a frame every 10 ms if 10 ms is a whole number of ticks. Returns false if the
+/// state is not finite.
+bool follow(const Bench& bench, Rung& rung, Trajectory& motion) {
+  const double period = rung.plan.period;
+  rung.restart();
+  const auto ticks = loaded_ticks(bench, rung);
+  const auto points = static_cast<Eigen::Index>(rung.plan.points.size());
+  motion.end = {bench.options.end, Eigen::Matrix3Xd(3, points), Eigen::Matrix3Xd(3, points)};
+  const bool has_frames = period <= kFramePeriod * (1.0 + 1e-9) && is_whole(kFramePeriod / period);
+  const std::int64_t per_frame = has_frames ? std::llround(kFramePeriod / period) : 0;
+  const auto free_tick = std::llround(bench.free_from / period);
+  if (free_tick == 0) motion.energy_start = rung.energy();
+  for (std::int64_t k = 1; k <= ticks; ++k) {
+    if (!rung.advance(1)) return false;
+    if (per_frame > 0 && k % per_frame == 0) {
+      rung.read(motion.end);
+      motion.frames.push_back(motion.end.p_W);
+    }
+    if (k == free_tick && (k < ticks || rung.free_plan)) motion.energy_start = rung.energy();
+  }
+  if (rung.free_plan && !rung.advance_freely()) return false;
+  rung.read(motion.end);
+  if (motion.energy_start) motion.energy_end = rung.energy();
+  return motion.end.p_W.allFinite();
+}
+
+void time_read_outs(const Bench& bench, Rung& rung, Run& run) {
+  const double period = rung.plan.period;
+  const auto ticks = loaded_ticks(bench, rung);
+  CartesianState now{0.0, Eigen::Matrix3Xd(3, rung.plan.points.size()),
+                     Eigen::Matrix3Xd(3, rung.plan.points.size())};
+  constexpr std::array<double, kReadOuts> kEvery{0.0, 0.01, 0.001};  // [s]
+  for (std::size_t load = 0; load < kReadOuts; ++load) {
+    std::int64_t every = ticks;
+    if (load > 0) {
+      // readings must be at ticks
+      if (rung.free_plan || kEvery[load] < period * (1.0 - 1e-9) || !is_whole(kEvery[load] / period))
+        continue;
+      every = std::llround(kEvery[load] / period);
+    }
+    const Timing timing = time_work(
+        [&] {
+          rung.restart();
+          if (rung.free_plan) {
+            rung.advance(ticks);
+            rung.advance_freely();
+            rung.read(now);
+            return;
+          }
+          for (std::int64_t k = 0; k < ticks; k += every) {
+            rung.advance(std::min<std::int64_t>(every, ticks - k));
+            rung.read(now);
+          }
+        },
+        bench.options.repeats);
+    run.cpu[load] = timing.seconds / bench.options.end;
+    if (load == 0) run.repeats = timing.repeats;
+  }
+}
+
+std::string first_error(const Faults& faults) {
+  for (const Fault& fault : faults)
+    if (fault.severity == Fault::Severity::kError) return fault.message;
+  return "no plan can be made";
+}
+
+Scene with_all_points(const Bench& bench, Fidelity fidelity) {
+  Scene scene = bench.scene;
+  scene.fidelity = fidelity;
+  // at every rate, the edges of pulses stay at the ticks of the scene's own rate
+  const auto at_tick = [&scene](double time) { return std::round(time * scene.rate) / scene.rate; };
+  for (Load& load : scene.loads)
+    if (auto* pulse = std::get_if<PulseHistory>(&load.history)) {
+      const double end = at_tick(pulse->start + pulse->duration);
+      pulse->start = at_tick(pulse->start);
+      pulse->duration = end - pulse->start;
+    }
+  scene.publication = {};
+  scene.pushable.clear();
+  for (std::size_t i = 0; i < scene.points.size(); ++i)
+    scene.publication.points.push_back(static_cast<int>(i));
+  return scene;
+}
+
+/// Sets up the scene on a rung at a step. If the plan is refused, sets `why` to the reason and returns
+/// nullopt.
+std::unique_ptr<Rung> make_rung(const Bench& bench, Scene& scene, double step, std::string& why) {
+  Faults faults;
+  scene.rate = 1.0 / step;
+  std::optional<Plan> plan = make_full_plan(scene, bench.structure, scene.fidelity, faults);
+  if (plan && !has_error(faults)) return std::make_unique<Rung>(std::move(*plan));
+  why = first_error(faults);
+  return nullptr;
+}
+
+/// Returns the reason to omit a run if the run would take more than `most` [s] of CPU time, otherwise an
+/// empty text.
+std::string find_excess(const Bench& bench, Rung& rung, double most) {
+  const auto cost_of = [&](std::int64_t ticks) {
+    rung.restart();
+    const double start = thread_cpu();
+    rung.advance(ticks);
+    return (thread_cpu() - start) * bench.options.end / (rung.plan.period * static_cast<double>(ticks));
+  };
+  double cost = cost_of(1);
+  if (cost > most) cost = cost_of(3);  // measured again, because the first tick ran with cold caches
+  return cost <= most ? std::string()
+                      : format_text("a run would take %.0f s of CPU time, more than is allowed", cost);
+}
+
+/// Adds one run of a rung at a step, and at `free_step` after the end of the loads (0: the same step).
+void add_run(const Bench& bench, Scene& scene, double step, double free_step, const ExactRung& exact,
+             Study& study) {
+  const std::string name = name_of(exact.fidelity);
+  std::string why;
+  const double start = thread_cpu();
+  const std::unique_ptr<Rung> rung = make_rung(bench, scene, step, why);
+  const double set_up = bench.structure_cpu + thread_cpu() - start;
+  if (rung)
+    why = find_excess(bench, *rung, exact.fidelity == Fidelity::kFull ? kMostFullCost : bench.options.budget);
+  if (!why.empty()) {
+    study.left_out.push_back({name + format_text(" at %g ms", 1e3 * step), why});
+    return;
+  }
+  if (free_step > 0.0) rung->take_freely(std::llround(bench.free_from / step), free_step);
+  Run& run = study.runs.emplace_back();
+  run.set_up = set_up;
+  run.family = Family::kRung;
+  run.method = name;
+  run.step = step;
+  run.free_step = free_step;
+  run.memory = rung->memory();
+  run.steps = loaded_ticks(bench, *rung) + (free_step > 0.0 ? 1 : 0);
+  Trajectory motion;
+  if (!follow(bench, *rung, motion)) {
+    run.failure = "the state is not finite, because the step exceeds the method's stability limit";
+    return;
+  }
+  set_errors(bench, motion, exact.p_W.cols() > 0 ? &exact.p_W : nullptr, run);
+  time_read_outs(bench, *rung, run);
+}
+
+/// Returns the steps of a rung [s], beginning with the longest. The steps include the scene's own step.
+std::vector<double> steps_of(const Bench& bench, Fidelity fidelity) {
+  if (fidelity == Fidelity::kFull) return {kFullSteps.begin(), kFullSteps.end()};
+  std::vector<double> steps(kSteps.begin(), kSteps.end());
+  const double own = 1.0 / bench.scene.rate;
+  const auto is_own = [own](double step) { return std::abs(step - own) < 1e-6 * own; };
+  if (own >= kFineSteps[0] && std::none_of(steps.begin(), steps.end(), is_own)) steps.push_back(own);
+  std::sort(steps.rbegin(), steps.rend());
+  return steps;
+}
+
+/// Adds a run that takes the whole motion after the loads in one step. Before, the run uses the longest step
+/// that fits the loads. On rungs up to `spin-loaded` there are no stages, so only the rotation of the body
+/// limits the step.
+void add_longest(const Bench& bench, Scene& scene, const ExactRung& exact, Study& study) {
+  const double free_step = bench.options.end - bench.free_from;
+  if (exact.fidelity > Fidelity::kSpinLoaded || free_step <= 0.0) return;
+  const std::vector<double> steps = steps_of(bench, exact.fidelity);
+  if (bench.free_from == 0.0) {
+    const auto is_free_step = [&](double step) { return std::abs(free_step / step - 1.0) < 1e-9; };
+    if (std::ranges::none_of(steps, is_free_step)) add_run(bench, scene, free_step, 0.0, exact, study);
+    return;
+  }
+  for (const double step : steps)
+    if (is_whole(bench.free_from / step) && std::abs(free_step / step - 1.0) > 1e-9 &&
+        find_misfit(bench, step).empty())
+      return add_run(bench, scene, step, free_step, exact, study);
+}
+
+/// Returns the first of several small steps [s] that fits the scene: the steps of kFineSteps, then a fraction
+/// of the scene's period. If none fits, sets `why` to the reason and returns 0.
+double fine_step(const Bench& bench, std::string& why) {
+  std::vector<double> steps(kFineSteps.begin(), kFineSteps.end());
+  const double period = 1.0 / bench.scene.rate;
+  steps.push_back(period / std::ceil(period / kFineSteps[0] * (1.0 - 1e-9)));
+  for (const double step : steps)
+    if (why = find_misfit(bench, step); why.empty()) return step;
+  why = "neither a step from 0.25 to 0.05 ms nor a fraction of the scene's period fits, because " + why +
+        "; set --until to a whole number of periods of the scene's rate";
+  return 0.0;
+}
+
+/// Solves the rung's own equations at a small step. If this is refused, sets `why` to the reason and returns
+/// nullopt. `below` holds the results of the lower rungs.
+std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
+                                       const std::vector<ExactRung>& below, Scene& scene, std::string& why) {
+  if (fidelity == Fidelity::kFull) {
+    // the rung `full` has the equations of `exact-bars`
+    for (const ExactRung& each : below)
+      if (each.fidelity == Fidelity::kExactBars) return ExactRung{fidelity, each.p_W};
+    why = "it has the equations of exact-bars, and this scene is refused on exact-bars";
+    return std::nullopt;
+  }
+  const double step = fine_step(bench, why);
+  if (step == 0.0) return std::nullopt;
+  // if bars are stiff, the equations of `exact-bars` need substeps, which only the rung `full` makes
+  scene.fidelity = fidelity == Fidelity::kExactBars ? Fidelity::kFull : fidelity;
+  const std::unique_ptr<Rung> fine = make_rung(bench, scene, step, why);
+  scene.fidelity = fidelity;
+  if (!fine) return std::nullopt;
+  if (const std::string excess = find_excess(bench, *fine, 4.0 * bench.options.budget); !excess.empty()) {
+    why =
+        format_text(
+            "the reference solution of this rung's equations, with steps of %g ms, is not computed, because ",
+            1e3 * step) +
+        excess;
+    return std::nullopt;
+  }
+  ExactRung exact{fidelity, {}};
+  Trajectory motion;
+  if (follow(bench, *fine, motion)) exact.p_W = motion.end.p_W;
+  return exact;
+}
+
+}  // namespace
+
+std::vector<ExactRung> run_rungs(const Bench& bench, Study& study,
+                                 const std::function<bool(double)>& report_progress) {
+  std::vector<ExactRung> exact;
+  for (std::size_t r = 0; r < kRungs.size(); ++r) {
+    Scene scene = with_all_points(bench, kRungs[r].rung);
+    std::string why;
+    std::optional<ExactRung> solved = solve_exactly(bench, kRungs[r].rung, exact, scene, why);
+    if (!solved) {
+      study.left_out.push_back({std::string("rung ") + name_of(kRungs[r].rung), why});
+      continue;
+    }
+    exact.push_back(std::move(*solved));
+    add_longest(bench, scene, exact.back(), study);
+    const std::vector<double> steps = steps_of(bench, kRungs[r].rung);
+    for (std::size_t s = 0; s < steps.size(); ++s) {
+      if (!report_progress(
+              (static_cast<double>(r) + static_cast<double>(s) / static_cast<double>(steps.size())) /
+              kRungs.size()))
+        return exact;
+      why = find_misfit(bench, steps[s]);
+      if (why.empty())
+        add_run(bench, scene, steps[s], 0.0, exact.back(), study);
+      else if (r == 0)
+        study.left_out.push_back({format_text("rungs at %g ms", 1e3 * steps[s]), why});
+    }
+  }
+  return exact;
+}
+
+// Sets the errors of a run. The integration error is the difference of the run from the exact motion of its
+// rung. The model error is the error of that exact motion (THEORY 13.15).
+void set_errors(const Bench& bench, const Trajectory& motion, const Eigen::Matrix3Xd* exact, Run& run) {
+  const Eigen::Matrix3Xd& p_W = motion.end.p_W;
+  run.elastic_error = bench.meter.elastic(p_W);
+  run.position_error = bench.meter.position(p_W);
+  run.attitude_error = bench.meter.attitude(p_W);
+  run.frequency_error = bench.meter.frequency(motion);
+  run.energy_drift = bench.meter.energy_drift(motion);
+  // a method on the full system has no model error, so its whole error is integration error
+  run.integration_error = run.elastic_error;
+  if (exact == nullptr) return;
+  run.model_error = bench.meter.elastic(*exact);
+  // a rigid body has no displacements to compare, only rounding errors
+  const Eigen::Matrix3Xd u = bench.meter.displacements(*exact);
+  run.integration_error =
+      std::abs(run.model_error - 1.0) < 1e-6 ? NAN : elastic_error(bench.meter.displacements(p_W), u);
+}
+
+}  // namespace freeflex::tools
