@@ -65,11 +65,8 @@ void StatusReporter::fill_counts(freeflex_msgs::status_t& status) {
   }
   status.num_rejections = static_cast<std::int32_t>(status.rejections.size());
   status.answers_dropped = dropped_answers_.take(shared_.dropped_answers.load(std::memory_order_relaxed));
-  // in the order of io::kMotionChannels
-  std::int64_t* const dropped[] = {&status.states_dropped, &status.points_dropped, &status.loads_dropped};
-  static_assert(std::size(dropped) == io::kNumMotionChannels);
   for (std::size_t i = 0; i < io::kNumMotionChannels; ++i)
-    *dropped[i] = output_.num_dropped[i].load(std::memory_order_relaxed);
+    status.*io::kMotionChannels[i].dropped = output_.num_dropped[i].load(std::memory_order_relaxed);
 }
 
 void StatusReporter::fill_timing(freeflex_msgs::status_t& status) const {

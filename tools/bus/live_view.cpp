@@ -16,6 +16,7 @@
 #include "core/error/verdict.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/decode.hpp"
+#include "service/io/wire/outbound.hpp"
 #include "service/io/wire/reason.hpp"
 #include "service/io/wire/versions.hpp"
 #include "tools/bus/message_json.hpp"
@@ -200,8 +201,8 @@ std::string LiveView::header_text() const {
   out += "rate       " + bold(rate_text()) + format_text(" of %.10g Hz   ", status_->rate) +
          alarming("overruns", status_->overruns) + "   " + alarming("slips", status_->slips) + "   " +
          alarming("ingress restarts", status_->ingress_restarts);
-  const std::int64_t num_lost = status_->states_dropped + status_->points_dropped + status_->loads_dropped +
-                                status_->answers_dropped + status_->sends_failed;
+  std::int64_t num_lost = status_->answers_dropped + status_->sends_failed;
+  for (const io::MotionChannel& channel : io::kMotionChannels) num_lost += *status_.*channel.dropped;
   if (num_lost > 0) out += "   " + alarming("not sent", num_lost);
   out += "\n\n";
   return out;

@@ -61,8 +61,6 @@ Loss find_loss(const std::vector<std::int64_t>& ticks, std::int64_t every, std::
 }  // namespace
 
 void UnsentCounts::take(const status_t& status) {
-  const std::array<std::int64_t, io::kNumMotionChannels> counts{status.states_dropped, status.points_dropped,
-                                                                status.loads_dropped};
   // counts never decrease, so the smallest count is the first and the largest is the last, whatever the order
   // of the messages in the log is
   const auto widen = [this](Range& range, std::int64_t published) {
@@ -70,7 +68,8 @@ void UnsentCounts::take(const status_t& status) {
     range.first = has_any ? std::min(range.first, count) : count;
     range.last = has_any ? std::max(range.last, count) : count;
   };
-  for (std::size_t i = 0; i < counts.size(); ++i) widen(dropped[i], counts[i]);
+  for (std::size_t i = 0; i < io::kNumMotionChannels; ++i)
+    widen(dropped[i], status.*io::kMotionChannels[i].dropped);
   widen(failed, status.sends_failed);
   if (status.mode == status_t::STOPPED) end_tick = std::max(end_tick, status.tick);
   has_any = true;

@@ -116,10 +116,13 @@ freeflex_msgs::applied_t make_applied(std::int32_t kind, std::int64_t tick, std:
 
 }  // namespace
 
-constinit const std::array<MotionChannel, kNumMotionChannels> kMotionChannels{
-    {{channels::kState, &Plan::state_rate, encode_state},
-     {channels::kPoints, &Plan::points_rate, encode_pages<make_points_messages>},
-     {channels::kLoads, &Plan::loads_rate, encode_pages<make_loads_messages>}}};
+constexpr std::array<MotionChannel, kNumMotionChannels> kMotionChannels{
+    {{channels::kState, &Plan::state_rate, encode_state, &freeflex_msgs::status_t::states_dropped},
+     {channels::kPoints, &Plan::points_rate, encode_pages<make_points_messages>,
+      &freeflex_msgs::status_t::points_dropped},
+     {channels::kLoads, &Plan::loads_rate, encode_pages<make_loads_messages>,
+      &freeflex_msgs::status_t::loads_dropped}}};
+static_assert(kMotionChannels.back().dropped != nullptr, "kMotionChannels lacks a row");
 
 std::int64_t ticks_between(double rate, double period) {
   if (!(rate > 0.0)) return 0;

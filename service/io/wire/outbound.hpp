@@ -16,6 +16,7 @@
 #include "freeflex_msgs/scene_t.hpp"
 #include "freeflex_msgs/shapes_t.hpp"
 #include "freeflex_msgs/state_t.hpp"
+#include "freeflex_msgs/status_t.hpp"
 
 namespace freeflex::io {
 
@@ -43,6 +44,8 @@ struct MotionChannel {
   double Plan::*rate;  // [Hz] 0: off
   std::vector<std::vector<std::byte>> (*encode)(const Plan& plan, const MotionState& state,
                                                 const Stamp& stamp);  // returns the channel's messages
+  // number of messages of the channel that were dropped because the publisher was late
+  std::int64_t freeflex_msgs::status_t::*dropped;
 };
 inline constexpr std::size_t kNumMotionChannels = 3;
 /// STATE, POINTS, LOADS, in the order in which messages of one tick are sent. The daemon and `freeflex run`
