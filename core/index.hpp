@@ -1,6 +1,7 @@
 // Conversion of signed integers to indices.
 #pragma once
 
+#include <cassert>
 #include <concepts>
 #include <cstddef>
 
@@ -11,6 +12,7 @@ namespace freeflex {
 /// \pre i >= 0
 template <std::signed_integral Signed>
 constexpr std::size_t index(Signed i) noexcept {
+  assert(i >= 0);
   return static_cast<std::size_t>(i);
 }
 

@@ -20,6 +20,7 @@
 // never change it.
 #pragma once
 
+#include <cassert>
 #include <optional>
 #include <span>
 
@@ -56,7 +57,10 @@ class Motion {
   const StepReport& advance(std::span<const ForceCommand> commands = {}) noexcept;
   /// Continues the motion on another plan with the same structure, rung and modes, such as the plan at
   /// another rate. \pre the motion was made with kMotionAlone; `plan` outlives the motion
-  void set_plan(const Plan& plan) noexcept { plan_ = &plan; }
+  void set_plan(const Plan& plan) noexcept {
+    assert(!has_verdict() && budget_.shadows.empty());
+    plan_ = &plan;
+  }
   /// Returns to the initial values of the plan. The tick continues, and the epoch increases by one.
   void reset() noexcept;
 
@@ -69,10 +73,16 @@ class Motion {
 
   bool has_verdict() const noexcept { return judgement_.has_value(); }
   /// Returns the verdict on the motion so far.  \pre has_verdict()
-  const Verdict& verdict() const noexcept { return judgement_->now(); }
+  const Verdict& verdict() const noexcept {
+    assert(has_verdict());
+    return judgement_->now();
+  }
   /// Returns the worst verdict since the epoch began, or the first of several equally bad ones. If every
   /// verdict was `good`, the tick of the returned verdict is -1.  \pre has_verdict()
-  const Verdict& worst() const noexcept { return judgement_->worst(); }
+  const Verdict& worst() const noexcept {
+    assert(has_verdict());
+    return judgement_->worst();
+  }
   /// Returns true if the motion of a shadow became infinite or NaN.
   bool has_lost_reference() const noexcept { return budget_.is_lost; }
   /// Returns the present estimates of the error budget. Without a budget all values are zero.

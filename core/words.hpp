@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -58,6 +59,7 @@ constexpr bool is_rung(Fidelity rung) noexcept {
 }
 /// \pre is_rung(rung)
 constexpr const RungTraits& traits_of(Fidelity rung) noexcept {
+  assert(is_rung(rung));
   return kRungs[static_cast<std::size_t>(rung)];
 }
 constexpr const char* name_of(Fidelity rung) noexcept { return traits_of(rung).name; }
@@ -154,6 +156,7 @@ constexpr bool is_link_type(LinkType type) noexcept {
 }
 /// \pre is_link_type(type)
 constexpr const LinkTypeTraits& traits_of(LinkType type) noexcept {
+  assert(is_link_type(type));
   return kLinkTypes[static_cast<std::size_t>(type)];
 }
 

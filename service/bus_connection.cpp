@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 
+#include "core/index.hpp"
 #include "service/io/wire/lcm_packet.hpp"
 #include "service/io/wire/lcm_url.hpp"
 

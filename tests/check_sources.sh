@@ -17,7 +17,7 @@ status=0
 # files that are not compiled by a target of this build, and what compiles them
 declare -A exempt=(
   [tests/bits/hash_steps.cpp]="tests/bits/one_set_of_bits compiles it with two compilers in many ways"
-  [tests/tools/controller/controller.cpp]="tests/tools/install_test.cpp builds it against the installed package"
+  [tools/examples/controller.cpp]="tests/tools/install_test.cpp builds it against the installed package"
   [tests/bench/modal_rivals.cpp]="in bench_sparse only where Spectra, ARPACK and CHOLMOD are installed"
 )
 for file in "${!exempt[@]}"; do

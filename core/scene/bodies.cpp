@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <span>
 
@@ -131,6 +132,7 @@ Eigen::Matrix<double, 6, 6> rigid_mass_of(const Scene& scene, const Link& link) 
 // T_s^T m_s T_s = (m 1, -m [c]x; m [c]x, J + m ((c . c) 1 - c c^T))   (THEORY 16.18), so c follows from the
 // antisymmetric part of the upper right block, divided by m
 PointMass rigid_body_of(const Scene& scene, const Link& link) {
+  assert(has_mass_matrix(link));
   const Eigen::Matrix<double, 6, 6> all = rigid_mass_of(scene, link);
   PointMass body;
   body.mass = all.topLeftCorner<3, 3>().trace() / 3.0;

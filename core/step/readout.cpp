@@ -1,6 +1,7 @@
 #include "core/step/readout.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 #include "core/step/coupled/coupled.hpp"
 #include "core/step/coupled/stage.hpp"
@@ -61,6 +62,7 @@ Vec3 angular_velocity(const StepPlan& plan, const MotionState& state) noexcept {
 }
 
 PointState read_point(const StepPlan& given, const MotionState& state, int point) noexcept {
+  assert(given.points[index(point)].row >= 0);
   const StepPlan& plan = active_plan(given, state);
   const Mat3 R = rotation_matrix(state.q_WB);
   const Vec3 w = angular_velocity(plan, state);
@@ -94,6 +96,7 @@ PointState read_point(const StepPlan& given, const MotionState& state, int point
 }
 
 BodyState read_body(const StepPlan& given, const MotionState& state, int point) noexcept {
+  assert(attitude_index_of(given, point) >= 0);
   const StepPlan& plan = active_plan(given, state);
   const double* rows = rotation_rows(plan, attitude_index_of(plan, point));
   const Vec3 g = scale(0.5, contract(plan, rows, state.q)),

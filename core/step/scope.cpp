@@ -1,5 +1,6 @@
 #include "core/step/scope.hpp"
 
+#include <cassert>
 #include <utility>
 
 #include "core/step/linear/modal_coupling.hpp"
@@ -44,6 +45,7 @@ Need find_need(const StepPlan& plan, const ForceCommand& command) noexcept {
 // q_u = q_l if mode u of the fallback plan is mode l of the reduced plan, otherwise q_u = 0. The other modal
 // arrays are converted in the same way (THEORY 14.16)
 void switch_to_fallback(const StepPlan& plan, Need need, State& state) noexcept {
+  assert(!plan.fallback.empty() && !state.uses_fallback);
   const std::size_t n = index(plan.fallback.front().num_padded);
   for (Array* v : modal_arrays(state)) spread_modes(plan.fallback_modes, n, *v);
   resize(state.commands_pattern, n);
@@ -54,6 +56,7 @@ void switch_to_fallback(const StepPlan& plan, Need need, State& state) noexcept 
 }
 
 void switch_back(const StepPlan& plan, State& state) noexcept {
+  assert(state.uses_fallback);
   const std::size_t n = index(plan.num_padded);
   for (Array* v : modal_arrays(state)) gather_modes(plan.fallback_modes, n, *v);
   resize(state.commands_pattern, n);

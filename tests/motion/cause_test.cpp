@@ -226,7 +226,7 @@ std::vector<Case> cases_of_unquantified_error() {
                  spun(as_matrix(free_beam(Fidelity::kCoupled)), 0.34 * kLowest),
                  2.0,
                  Cause::kUnquantified,
-                 {"inside matrix 'K'", "the error may be as large as "}});
+                 {"inside matrix link 'K'", "the error may be as large as "}});
   Scene rigid = free_beam(Fidelity::kSpinLoaded);
   rigid.links[4].kind = Rigid{};
   rigid.links[4].name = "strut";

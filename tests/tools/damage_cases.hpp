@@ -47,7 +47,7 @@ class RealRecording {
       if (state.utime < scene_utime + 1'000'000) continue;  // [us] once a second
       stamp.utime = scene_utime = state.utime;
       stamp.session = state.session;
-      for (const auto& page : io::make_scene_messages(*loaded.plan, plan_file, stamp))
+      for (const auto& page : io::make_scene_messages(*loaded.plan, false, plan_file, stamp))
         writer.write("FREEFLEX_SCENE", stamp.utime, io::encode(page));
     }
     EXPECT_EQ(writer.close(), "");

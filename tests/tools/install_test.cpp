@@ -185,6 +185,33 @@ TEST(Install, TheInstalledTreeWorksFromCAndPython) {
   EXPECT_EQ(from_environment.out, from_python.out);
 }
 
+// The examples in C and Python step the scene of the strut themselves. The C++ example is built and flown
+// above.
+TEST(Install, TheStrutsInCAndPythonDampTheVibration) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "a library with the address sanitizer needs a program with the address sanitizer";
+#endif
+  const std::string prefix = example().folder + "/prefix",
+                    strut = prefix + "/share/freeflex/examples/controller/",
+                    program = example().folder + "/strut_c";
+  const std::string find = "PKG_CONFIG_PATH=" + prefix + "/lib/pkgconfig ";
+  const Outcome built = run(find + "cc -std=c99 -pedantic -Wall -Wextra -Werror -o " + program + " " + strut +
+                            "controller.c $(" + find +
+                            "pkg-config --cflags --libs freeflex) -lm -Wl,-rpath," + prefix + "/lib");
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  const std::string python = "PYTHONPATH=" + prefix +
+                             "/lib/python3/dist-packages PYTHONDONTWRITEBYTECODE=1 python3 " + strut +
+                             "controller.py ";
+  // 0.32 of critical damping at 1 Hz: the speed falls to 1 % within ln(100) / (0.32 * 2 pi) = 2.3 s, and the
+  // whole second in which it does so ends at 4 s
+  for (const std::string& command : {program + " ", python}) {
+    const Outcome damped = run(command + strut + "swing.yaml a b 4");
+    EXPECT_EQ(damped.exit_code, 0) << damped.err;
+    EXPECT_TRUE(contains(damped.out, "after 4.0 s")) << damped.out;
+    EXPECT_NE(run(command + strut + "swing.yaml a x 4").exit_code, 0);
+  }
+}
+
 /// Returns an #include of every installed header, so that a header that includes a missing header fails to
 /// compile.
 std::string every_header() {

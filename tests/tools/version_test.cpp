@@ -43,7 +43,7 @@ TEST(Version, IsTheSameInProgramsMessagesAndPackages) {
 TEST(Version, TheVersionOfTheMessagesIsTheSameInTheirDocumentAndTheExample) {
   const std::string messages = io::kMessagesVersion;
   EXPECT_TRUE(contains(read_text(kSource + "/messages/README.md"), "these are of " + messages + "."));
-  EXPECT_TRUE(contains(read_text(kSource + "/tests/tools/controller/CMakeLists.txt"),
+  EXPECT_TRUE(contains(read_text(kSource + "/tools/examples/CMakeLists.txt"),
                        "find_package(freeflex " + messages + " "));
   EXPECT_TRUE(contains(read_text(kSource + "/tools/docs/build_a_package.md"),
                        "find_package(freeflex " + messages + " "));

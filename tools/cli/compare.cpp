@@ -70,7 +70,7 @@ void report_json(const CompareOptions& options, const CompareOutcome& outcome) {
   Json out{{"a", options.request.a},
            {"b", options.request.b},
            {"tolerance", options.request.tolerance},
-           {"result", kResults[index(outcome.result)].name},
+           {"result", kResults[static_cast<std::size_t>(outcome.result)].name},
            {"rows", outcome.num_rows},
            {"first", outcome.first ? json_of(*outcome.first) : Json()},
            {"quantities", Json::array()},
@@ -150,7 +150,7 @@ std::string plot(const CompareOptions& options, const CompareOutcome& outcome) {
 }
 
 int report(const CompareOptions& options, const CompareOutcome& outcome) {
-  const int exit_code = kResults[index(outcome.result)].exit_code;
+  const int exit_code = kResults[static_cast<std::size_t>(outcome.result)].exit_code;
   if (options.json) return report_json(options, outcome), exit_code;
   if (outcome.num_rows > 0) print_quantities(outcome);
   for (const std::string& what : outcome.not_compared) std::printf("not compared: %s\n", what.c_str());

@@ -52,7 +52,7 @@ constexpr std::array<ResultName, 5> kResults{{{"identical", kExitOk},
                                               {"error", kExitUsage}}};
 
 int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
-  const ResultName& result = kResults[index(outcome.result)];
+  const ResultName& result = kResults[static_cast<std::size_t>(outcome.result)];
   if (options.json) {
     Json out{{"log", options.request.log},
              {"result", result.name},

@@ -46,7 +46,7 @@ install(DIRECTORY messages/ DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/lcm CO
   FILES_MATCHING PATTERN "*.lcm")
 install(FILES messages/README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/lcm COMPONENT programs)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
-install(DIRECTORY tests/tools/controller DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/examples COMPONENT development)
+install(DIRECTORY tools/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/examples/controller COMPONENT development)
 install(DIRECTORY service/scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/scenes COMPONENT programs)
 
 # the C interface with its pkg-config file, and Python

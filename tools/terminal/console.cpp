@@ -192,7 +192,7 @@ void Progress::draw() const {
   if (done <= 0.0) {
     std::fprintf(stderr, "\r%.30s: %.0f s\033[K", what_.c_str(), elapsed);
   } else {
-    const auto filled = index(done * kWidth);
+    const auto filled = static_cast<std::size_t>(done * kWidth);
     std::fprintf(stderr, "\r%.30s [%s%s] %5.1f %%, %.0f s left\033[K", what_.c_str(),
                  std::string(filled, '#').c_str(), std::string(kWidth - filled, '.').c_str(), 100.0 * done,
                  elapsed * (1.0 - done) / done);

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "core/faults.hpp"
@@ -142,6 +143,7 @@ std::vector<std::size_t> follower_loads(const StepPlan& plan, bool is_constant) 
 }
 
 FreeForces free_forces(const StepPlan& plan, bool has_followers) {
+  assert(unknown_coupling(plan).empty());
   const Eigen::Index n = plan.num_elastic;
   const Eigen::MatrixXd body = has_gyroscopic_forces(plan) ? body_rotations(plan) : Eigen::MatrixXd(3, 0);
   const CouplingForces coupling = coupling_forces(plan);

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <boost/multiprecision/cpp_bin_float.hpp>
+#include <cassert>
 #include <cstdint>
 
 namespace freeflex {
@@ -184,6 +185,7 @@ ModeFunctions mode_functions(double omega, double decay, double period) {
 }
 
 void set_mode(Propagator& propagator, int index, double omega, double decay, double period, double mass) {
+  assert(omega >= 0.0 && decay >= 0.0 && period > 0.0 && mass > 0.0);
   const Real h(period), W = Real(omega) * h, a = Real(decay) * h, M(mass);
   const UnitStep unit = unit_step(W, a);
   Propagator::Lanes& lanes = propagator.lanes[static_cast<std::size_t>(index) / kLanes];

@@ -1,5 +1,7 @@
 #include "core/plan/modes/split_step.hpp"
 
+#include <cassert>
+
 namespace freeflex {
 namespace {
 
@@ -8,6 +10,7 @@ using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 }  // namespace
 
 SplitStep::SplitStep(const StepPlan& plan) {
+  assert(plan.modal_coupling.path == PlanModalCoupling::Path::kSplit);
   const Eigen::Index n = plan.num_elastic;
   const auto modal = [&](const Array& rows) -> Eigen::MatrixXd {
     return Eigen::Map<const RowMatrix>(rows.data(), plan.modal_coupling.num_impulses, plan.num_padded)

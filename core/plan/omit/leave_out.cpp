@@ -1,6 +1,7 @@
 #include "core/plan/omit/leave_out.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <numeric>
 #include <set>
 #include <string>
@@ -20,7 +21,9 @@ std::vector<PlanFeature> all_features() {
   return features;
 }
 
-bool keeps(const Scene& scene, Feature which) { return scene.leave_out.keeps[static_cast<std::size_t>(which)]; }
+bool keeps(const Scene& scene, Feature which) {
+  return scene.leave_out.keeps[static_cast<std::size_t>(which)];
+}
 
 // Returns true if commands push all points in all directions. Such commands excite all modes, so the
 // excitability, which takes long to compute in large scenes, is not needed.
@@ -187,6 +190,7 @@ bool may_leave_out_modes(const Scene& scene, const Structure& structure, Fidelit
 }
 
 ReducedSpec keep_all(const Scene& scene, const Structure& structure, const PlanSpec& spec) {
+  assert(may_leave_out_modes(scene, structure, spec.rung));
   ReducedSpec reduced{spec, share(structure), find_motion_scope(scene, structure, spec.rung, true),
                       all_features(), scene.leave_out.horizon};
   reduced.spec.numbers_modes = true;
@@ -215,6 +219,7 @@ std::vector<PlanFeature> report_on_full_plan(const Scene& scene, Fidelity rung, 
 
 ReducedSpec leave_out_unneeded(const Scene& scene, const Structure& structure, const PlanSpec& spec,
                                const Plan& full) {
+  assert(may_leave_out(scene, spec.rung));
   return Unneeded(scene, structure, spec, full).find();
 }
 

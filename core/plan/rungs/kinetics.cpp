@@ -1,6 +1,7 @@
 #include "core/plan/rungs/kinetics.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "core/plan/arrays.hpp"
@@ -127,6 +128,7 @@ PlanKinetics::Form kinetic_form(const Scene& scene, const StepPlan& plan) {
 
 void compile_kinetics(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
                       PlanKinetics::Form form, StepPlan& plan) {
+  assert(is_coupled(plan));
   plan.coupled.kinetics.form = form;
   if (form != PlanKinetics::Form::kTables) return;
   const Tables tables(scene, structure, shapes, plan);  // the constructor writes the tables into the plan

@@ -1,6 +1,7 @@
 #include "core/plan/rungs/rates.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numbers>
 
@@ -70,6 +71,7 @@ void set_own_rate(StepPlan& plan, double rate) {
 }  // namespace
 
 void set_rate(StepPlan& plan, double rate) {
+  assert(std::isfinite(rate) && rate > 0.0);
   set_own_rate(plan, rate);
   for (StepPlan& fallback : plan.fallback) set_own_rate(fallback, rate);
 }

@@ -1,6 +1,7 @@
 #include "core/plan/rungs/rungs.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "core/faults.hpp"
@@ -82,6 +83,7 @@ PlanBar true_bar(const Scene& scene, int index) {
 
 void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, StepPlan& plan,
                      Faults& faults) {
+  assert(is_coupled(plan));
   if (structure.num_constraints > 0 && traits_of(spec.rung).has_true_geometry)
     for (const Link& link : scene.links)
       if (traits_of(link).effect == LinkEffect::kForbids) {

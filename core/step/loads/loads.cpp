@@ -1,6 +1,7 @@
 #include "core/step/loads/loads.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 #include "core/step/linear/kernels.hpp"
 #include "core/step/vector.hpp"
@@ -295,6 +296,7 @@ bool project(const StepPlan& plan, const LoadPattern& pattern, const Mat3& R_WB,
 }
 
 BodyResultant body_resultant(const StepPlan& plan, const LoadPattern& pattern) noexcept {
+  assert(is_coupled(plan));
   BodyResultant all;
   const LoadSums& sums = pattern.sums;
   const auto add_force = [&](const Vec3& arm, const Vec3& force) {

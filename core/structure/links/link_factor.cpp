@@ -1,6 +1,7 @@
 #include "core/structure/links/link_factor.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -354,6 +355,7 @@ bool Freedoms::has_joint(int point) const {
 }
 
 int Freedoms::rotation(int point) const {
+  assert(has_joint(point));
   const auto joint = std::lower_bound(joints_.begin(), joints_.end(), point) - joints_.begin();
   return num_displacements_ + 3 * static_cast<int>(joint);
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cassert>
 #include <map>
 #include <utility>
 #include <vector>
@@ -197,6 +198,7 @@ struct LinkFactor {
 
 /// Returns natural deformation k of a link.  \pre 0 <= k < range.count
 inline const DeformationRow& natural_row(const LinkFactor& factor, RowRange range, int k) {
+  assert(k >= 0 && k < range.count);
   return factor.natural[index(range.first) + index(k)];
 }
 

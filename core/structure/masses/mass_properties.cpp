@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 
 #include "core/faults.hpp"
 #include "core/rounding.hpp"
@@ -112,6 +113,7 @@ void find_inertia(const std::vector<PointMass>& points, const std::vector<Distri
 }  // namespace
 
 MassProperties find_mass_properties(const Scene& scene, Faults& faults) {
+  assert(!scene.points.empty());
   const std::vector<PointMass>& points = scene.points;
   const std::vector<DistributedMass> distributed = distributed_masses(scene);
   MassProperties properties;

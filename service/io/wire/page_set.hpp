@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/index.hpp"
+
 namespace freeflex::io {
 
 /// Counts pages, and limits the memory of a program that collects them, because anybody on the bus may send a

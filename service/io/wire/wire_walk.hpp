@@ -11,6 +11,7 @@
 #include <span>
 #include <string_view>
 
+#include "core/index.hpp"
 #include "messages/wire_layout.hpp"
 
 namespace freeflex::io {

@@ -1,6 +1,7 @@
 // Steps of the hand-written methods   (THEORY 13.2 to 13.6).
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <iterator>
 #include <utility>
 
@@ -271,6 +272,7 @@ void Stoermer::schedule(int columns) {
 }  // namespace
 
 std::unique_ptr<HandWritten> make_hand_written(Rival rival, SpringNetwork network) {
+  assert(is_by_hand(rival));
   switch (rival) {
     case Rival::kRungeKutta4:
       return std::make_unique<RungeKutta>(std::move(network));

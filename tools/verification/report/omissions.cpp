@@ -61,7 +61,7 @@ void time_in_turns(const Plan& with, const Plan& without, OmissionRow& row) {
 std::optional<Plan> plan_with(Scene scene, const Structure& structure, OnNeed on_need,
                               std::optional<Feature> kept = std::nullopt) {
   scene.leave_out.on_need = on_need;
-  if (kept) scene.leave_out.keeps[index(*kept)] = true;
+  if (kept) scene.leave_out.keeps[static_cast<std::size_t>(*kept)] = true;
   Faults faults;
   return make_plan(scene, structure, faults);
 }

@@ -235,7 +235,7 @@ void keep_cheaper(const std::string& method, double cpu, double ours, Comparison
 }  // namespace
 
 std::optional<Comparison> compare_at(const Study& study, double level, ReadOut read_out) {
-  const auto load = index(read_out);
+  const auto load = static_cast<std::size_t>(read_out);
   Comparison found;
   found.level = level;
   found.cpu = std::numeric_limits<double>::infinity();

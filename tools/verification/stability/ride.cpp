@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -86,6 +87,7 @@ Ride::Ride(const Scene& scene) {
 }
 
 bool Ride::run(std::int64_t ticks, std::span<const ForceCommand> commands) {
+  assert(has_plan());
   for (std::int64_t k = 0; k < ticks; ++k)
     if (motion_->advance(k == 0 ? commands : std::span<const ForceCommand>{}).status != StepStatus::kOk)
       return false;

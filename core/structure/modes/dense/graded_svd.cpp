@@ -1,6 +1,7 @@
 #include "core/structure/modes/dense/graded_svd.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numeric>
 #include <vector>
@@ -83,6 +84,7 @@ std::vector<int> sort_rows(Eigen::MatrixXd& matrix) {
 
 // A m^-1/2 H = X diag(sigma) Y^T   (THEORY 4.8)
 GradedSvd graded_svd(Eigen::MatrixXd matrix) {
+  assert(matrix.rows() >= matrix.cols());
   GradedSvd svd;
   const Eigen::Index n = matrix.cols();
   if (n == 0) return svd;
