@@ -14,18 +14,23 @@
 #include "core/plan/start.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
+#include "core/scene/link_kinds.hpp"
 
 namespace freeflex {
 namespace {
 
 // Returns the time at which a load starts to act [s].
 double begin_of(const History& history) {
-  if (const auto* pulse = std::get_if<PulseHistory>(&history)) return pulse->start;
-  const auto* table = std::get_if<TableHistory>(&history);
-  if (table == nullptr || table->values.empty() || table->values.front() != 0.0) return 0.0;
-  std::size_t k = 1;
-  while (k < table->values.size() && table->values[k] == 0.0) ++k;
-  return table->times[k - 1];
+  return std::visit(
+      Cases{[](const ConstantHistory&) { return 0.0; }, [](const PulseHistory& pulse) { return pulse.start; },
+            [](const SineHistory&) { return 0.0; },
+            [](const TableHistory& table) {
+              if (table.values.empty() || table.values.front() != 0.0) return 0.0;
+              std::size_t k = 1;
+              while (k < table.values.size() && table.values[k] == 0.0) ++k;
+              return table.times[k - 1];
+            }},
+      history);
 }
 
 // Warns of loads that begin after the horizon over which the rung or the small modes were judged
@@ -45,7 +50,7 @@ std::vector<int> massless_of(const Scene& scene, std::vector<int> points) {
   std::vector<bool> is_massless(scene.points.size());
   for (std::size_t i = 0; i < scene.points.size(); ++i) is_massless[i] = scene.points[i].mass == 0.0;
   for (const Link& link : scene.links)
-    if (std::holds_alternative<Rigid>(link.kind) || has_mass(link))
+    if (is_rigid(link) || has_mass(link))
       for (const int point : link.points) is_massless[index(point)] = false;
   std::erase_if(points, [&](int point) { return !is_massless[index(point)]; });
   std::ranges::sort(points);

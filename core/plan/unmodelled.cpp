@@ -158,8 +158,7 @@ Products push_row(const std::vector<RotatingBody>& bodies, int l, int u) {
 double inner_load(const Scene& scene, const Structure& whole, const std::vector<int>& modes) {
   double moment = 0.0;
   for (const Link& link : scene.links)
-    if (const auto* matrix = std::get_if<MatrixLink>(&link.kind);
-        matrix != nullptr && matrix->num_inner > 0) {
+    if (num_inner(link) > 0) {
       const PointMass body = rigid_body_of(scene, link);
       moment += 0.5 * body.inertia.trace() + body.mass * body.offset.squaredNorm();
     }
@@ -186,18 +185,14 @@ double unquantified_factor(const Scene& scene, const Structure& whole, int mode)
   constexpr double kSquareOfBeamEnd = 4.0;
   double most = 0.0;
   for (const Link& link : scene.links)
-    if (std::holds_alternative<MatrixLink>(link.kind) || std::holds_alternative<Rigid>(link.kind))
+    if (is_rigid(link) || matrices_of(link) != nullptr)
       for (const int point : link.points)
         most = std::max(most, whole.shapes.block<3, 1>(3 * Eigen::Index{point}, mode).squaredNorm());
   return std::max(1.0, most / kSquareOfBeamEnd);
 }
 
 // Returns true for a link with unknown internal forces, in the sense of PlanUnmodelled::has_unquantified.
-bool is_unquantified(const Link& link) {
-  const LinkTraits kind = traits_of(link);
-  return kind.effect == LinkEffect::kForbids || std::holds_alternative<MatrixLink>(link.kind) ||
-         std::holds_alternative<Plate>(link.kind) || has_mass(link);
-}
+bool is_unquantified(const Link& link) { return traits_of(link).hides_forces || has_mass(link); }
 
 // Returns the link with unknown internal forces whose points move most in a mode. Returns -1 if there is no
 // such link.

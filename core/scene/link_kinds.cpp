@@ -1,5 +1,7 @@
 #include "core/scene/link_kinds.hpp"
 
+#include <Eigen/Geometry>
+
 #include "core/scene/bodies.hpp"
 
 namespace freeflex {
@@ -7,7 +9,7 @@ namespace freeflex {
 std::vector<LinkValue> values_of(const Link& link) {
   using Values = std::vector<LinkValue>;
   return std::visit(
-      LinkCases{
+      Cases{
           [](const Spring& spring) {
             return Values{{"stiffness", spring.stiffness, "N/m"}};
           },
@@ -49,7 +51,7 @@ Eigen::Vector3d span_of(const Scene& scene, const Link& link) {
 
 Axial axial_of(const Scene& scene, const Link& link) {
   return std::visit(
-      LinkCases{
+      Cases{
           [](const Spring& spring) { return Axial{.stiffness = spring.stiffness}; },
           [&](const Bar& bar) { return Axial{.stiffness = bar.EA / span_of(scene, link).stableNorm()}; },
           [](const Beam&) { return Axial{}; },
@@ -67,14 +69,49 @@ bool is_body(const Link& link) {
   return traits_of(link).effect == LinkEffect::kForbids && link.points.size() > 2;
 }
 
-bool has_point_forces(const Link& link) {
-  return is_body(link) || std::holds_alternative<MatrixLink>(link.kind);
+const MatrixLink* matrices_of(const Link& link) { return std::get_if<MatrixLink>(&link.kind); }
+
+int num_inner(const Link& link) {
+  const MatrixLink* matrix = matrices_of(link);
+  return matrix != nullptr ? matrix->num_inner : 0;
 }
 
+Releases releases_of(const Link& link) {
+  const auto* beam = std::get_if<Beam>(&link.kind);
+  return beam != nullptr ? beam->released : Releases{};
+}
+
+std::optional<ShearRatios> shear_ratios_of(const Link& link, double length) {
+  const auto* beam = std::get_if<Beam>(&link.kind);
+  if (beam == nullptr) return std::nullopt;
+  const auto ratio = [&](double EI, double GA) {
+    return GA > 0.0 ? 12.0 * EI / (GA * length * length) : 0.0;
+  };
+  return ShearRatios{ratio(beam->EI_z, beam->GA_y), ratio(beam->EI_y, beam->GA_z)};
+}
+
+// z = x cross y, normalised, y = z cross x   (THEORY 3.4)
+Eigen::Matrix3d axes_of(const Scene& scene, const Link& link) {
+  const Eigen::Vector3d x = span_of(scene, link).stableNormalized();
+  const auto* beam = std::get_if<Beam>(&link.kind);
+  Eigen::Vector3d y = beam != nullptr ? beam->y_axis : Eigen::Vector3d::Zero();
+  if (y.isZero(0.0)) {
+    int least = 0;
+    x.cwiseAbs().minCoeff(&least);
+    y = Eigen::Vector3d::Unit(least);
+  }
+  const Eigen::Vector3d z = x.cross(y).stableNormalized();
+  Eigen::Matrix3d axes;
+  axes << x, z.cross(x), z;
+  return axes;
+}
+
+bool has_point_forces(const Link& link) { return is_body(link) || matrices_of(link) != nullptr; }
+
 bool publishes_forces(const Scene& scene, const Link& link) {
-  const auto* matrix = std::get_if<MatrixLink>(&link.kind);
+  const MatrixLink* matrix = matrices_of(link);
   if (matrix != nullptr && is_superelement(*matrix)) return false;
-  return traits_of(link).effect != LinkEffect::kForbids || are_point_masses(scene);
+  return !is_rigid(link) || are_point_masses(scene);
 }
 
 }  // namespace freeflex

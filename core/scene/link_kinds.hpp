@@ -2,8 +2,10 @@
 // traits_of() and every std::visit over the kinds have a case for it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "core/scene/scene.hpp"
@@ -25,6 +27,7 @@ struct LinkTraits : LinkTypeTraits {
   bool has_joint_rotations = false;  // acts on the rotations of joints at its points   (THEORY 3.21)
   bool follows_points = true;        // is defined by the positions of its points, in their order
   bool lists_points = true;          // its points are listed in the scene message
+  bool is_surface = false;           // the triangle between its three points, which may have mass
 };
 constexpr LinkTraits traits_of(const Spring&) { return {traits_of(LinkType::kSpring)}; }
 constexpr LinkTraits traits_of(const Bar&) { return {traits_of(LinkType::kBar)}; }
@@ -40,7 +43,7 @@ inline LinkTraits traits_of(const MatrixLink& matrix) {
 constexpr LinkTraits traits_of(const BendingSpring&) { return {traits_of(LinkType::kBending), 3, 3}; }
 constexpr LinkTraits traits_of(const TorsionSpring&) { return {traits_of(LinkType::kTorsion), 4, 4}; }
 constexpr LinkTraits traits_of(const Plate&) {
-  return {traits_of(LinkType::kPlate), 3, 3, LinkEffect::kStrains, true};
+  return {traits_of(LinkType::kPlate), 3, 3, LinkEffect::kStrains, true, true, true, true};
 }
 constexpr LinkTraits traits_of(const Rigid&) {
   return {traits_of(LinkType::kRigid), 2, LinkTraits::kAnyNumber, LinkEffect::kForbids};
@@ -52,14 +55,6 @@ constexpr LinkTraits traits_of(const Dashpot&) {
 inline LinkTraits traits_of(const Link& link) {
   return std::visit([](const auto& kind) { return traits_of(kind); }, link.kind);
 }
-
-/// A set of cases, one for each kind of link, for std::visit over Link::kind.
-template <class... Cases>
-struct LinkCases : Cases... {
-  using Cases::operator()...;
-};
-template <class... Cases>
-LinkCases(Cases...) -> LinkCases<Cases...>;
 
 /// A parameter of a link.
 struct LinkValue {
@@ -85,6 +80,30 @@ Eigen::Vector3d span_of(const Scene& scene, const Link& link);
 
 /// Returns whether a link is a rigid body. A rigid body is a rigid link of three or more points.
 bool is_body(const Link& link);
+
+/// Returns whether a link forbids displacements: a rigid link or a rigid body.
+inline bool is_rigid(const Link& link) { return traits_of(link).effect == LinkEffect::kForbids; }
+
+/// Returns the matrices of a link that is given by matrices, or nullptr for any other link.
+const MatrixLink* matrices_of(const Link& link);
+
+/// Returns the number of inner coordinates of a link, which are those of a superelement.
+int num_inner(const Link& link);
+
+/// Rotations of the ends of a link about its local axes, one row for each end; true: released from the joint.
+using Releases = std::array<std::array<bool, 3>, 2>;
+Releases releases_of(const Link& link);
+
+/// Returns the local axes of a link of two points as columns: x along the link, y in the direction that the
+/// link gives, or else the scene axis to which the link is least parallel   (THEORY 3.4).
+Eigen::Matrix3d axes_of(const Scene& scene, const Link& link);
+
+/// Ratios phi = 12 EI / (GA L^2) of a beam for deflection along its local axes   (THEORY 3.10).
+struct ShearRatios {
+  double along_y = 0.0, along_z = 0.0;  // [-] 0: no shear deformation
+};
+/// Returns the ratios of a link of `length` [m] that bends, or nullopt for a link without bending stiffness.
+std::optional<ShearRatios> shear_ratios_of(const Link& link, double length);
 
 /// Returns whether the published forces of a link are one force on each of its points.
 bool has_point_forces(const Link& link);

@@ -21,6 +21,14 @@
 
 namespace freeflex {
 
+/// A set of cases for std::visit, one for each alternative of a variant.
+template <class... Functions>
+struct Cases : Functions... {
+  using Functions::operator()...;
+};
+template <class... Functions>
+Cases(Functions...) -> Cases<Functions...>;
+
 /// Holds one of three things: a point mass (Alekseev 1970, section 1), a body whose centre of mass is at the
 /// point or at an offset from it, or a massless point that links hold.
 struct PointMass {
@@ -213,6 +221,8 @@ struct TableHistory {          // linear between rows; constant before the first
   std::vector<double> values;  // [-]
 };
 using History = std::variant<ConstantHistory, PulseHistory, SineHistory, TableHistory>;
+/// Returns the pulse if a history is one, otherwise nullptr.
+inline const PulseHistory* pulse_of(const History& history) { return std::get_if<PulseHistory>(&history); }
 
 /// A built-in load: forces, wrenches and torques, all multiplied by one history.
 struct Load {

@@ -199,9 +199,8 @@ Eigen::VectorXd rigid_rotation(const Scene& scene, const Freedoms& freedoms, con
     const Link& link = scene.links[static_cast<std::size_t>(index)];
     if (const int about = freedoms.about_line(index); about >= 0)
       rotation[about - before] = axis.dot(line_of(scene, link.points));
-    const auto* beam = std::get_if<Beam>(&link.kind);
-    if (beam == nullptr) continue;
-    const Eigen::Matrix3d axes = beam_axes(span_of(scene, link), beam->y_axis);
+    if (releases_of(link) == Releases{}) continue;
+    const Eigen::Matrix3d axes = axes_of(scene, link);
     for (int end = 0; end < 2; ++end)
       for (int k = 0; k < 3; ++k)
         if (const int freedom = freedoms.released(index, end, k); freedom >= 0)

@@ -37,7 +37,7 @@ bool are_sound(const Scene& scene) {
     return point >= 0 && point < static_cast<int>(scene.points.size());
   };
   const auto is_sized = [](const Link& link) {
-    const auto* matrix = std::get_if<MatrixLink>(&link.kind);
+    const MatrixLink* matrix = matrices_of(link);
     return matrix == nullptr || matrix->mass.rows() == num_rows(*matrix, link.points.size());
   };
   const bool has_points = !scene.points.empty() &&
@@ -60,8 +60,7 @@ bool are_sound(const Scene& scene) {
 }
 
 bool has_rigid_links(const Scene& scene) {
-  return std::any_of(scene.links.begin(), scene.links.end(),
-                     [](const Link& link) { return traits_of(link).effect == LinkEffect::kForbids; });
+  return std::any_of(scene.links.begin(), scene.links.end(), [](const Link& link) { return is_rigid(link); });
 }
 
 // Returns the number of elastic modes of point masses. In scenes with bodies this number is known only after
@@ -81,7 +80,7 @@ Eigen::VectorXd mass_of(const std::vector<PointMass>& points) {
 // matrices.
 void check_matrices(const Scene& scene, Faults& faults) {
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
-    const auto* matrix = std::get_if<MatrixLink>(&scene.links[i].kind);
+    const MatrixLink* matrix = matrices_of(scene.links[i]);
     const std::vector<int>& points = scene.links[i].points;
     if (matrix == nullptr || points.size() < 2 || is_superelement(*matrix)) continue;
     const auto size = 3 * static_cast<Eigen::Index>(points.size());

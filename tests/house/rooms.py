@@ -35,7 +35,7 @@ TABLE = {
                   "service/client", "service/io/scene", "service/io/wire", "tools/terminal"],
     "tools/examples": ["service/client"],
     "tools/plot": ["core/step", "service/io/wire", "tools/terminal"],
-    "tools/view": ["core", "core/plan", "core/plan.hpp", "core/step", "core/structure", "messages",
+    "tools/view": ["core", "core/plan", "core/plan.hpp", "core/scene", "core/step", "core/structure", "messages",
                    "service/io/scene", "service/io/wire", "tools/bus", "tools/terminal"],
     "tools/cli": ["core", "core/error", "core/motion", "core/paper", "core/plan", "core/scene", "core/step",
                   "core/structure", "messages", "service", "service/io/scene", "service/io/wire", "tools/bus",

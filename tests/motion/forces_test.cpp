@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/plan/loads/quasi_static.hpp"
+#include "core/scene/link_kinds.hpp"
 #include "core/structure/links/link_factor.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/simulation.hpp"
@@ -64,8 +65,7 @@ Eigen::Matrix3Xd forces_on_points(const Scene& scene, const Simulation& simulati
         force(freedom % 3, freedom / 3) -= coefficient * s;
     };
     if (std::holds_alternative<Beam>(link.kind)) {
-      const Eigen::Matrix3d axes =
-          beam_axes(at(link.points[1]) - at(link.points[0]), std::get<Beam>(link.kind).y_axis);
+      const Eigen::Matrix3d axes = axes_of(scene, link);
       force.col(link.points[0]) -= axes * v.segment<3>(0);
       force.col(link.points[1]) -= axes * v.segment<3>(6);
     } else if (std::holds_alternative<BendingSpring>(link.kind)) {

@@ -18,7 +18,7 @@ from freeflex.damp import damp
 
 SOURCE = os.environ["FREEFLEX_SOURCE"]
 BIN = os.environ["FREEFLEX_BIN"]
-SWING = os.path.join(SOURCE, "tests", "tools", "controller", "swing.yaml")
+SWING = os.path.join(SOURCE, "tools", "examples", "swing.yaml")
 SATELLITE = os.path.join(SOURCE, "service", "scenes", "satellite.yaml")
 BOOM = os.path.join(SOURCE, "service", "scenes", "boom.yaml")
 

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
+#include "core/scene/link_kinds.hpp"
 #include "core/structure/links/link_factor.hpp"
 #include "tests/setup/make_scene.hpp"
 
@@ -58,12 +59,6 @@ Scene space_frame() {
   add_link(scene, 0, 4, Beam{1e6, 8e3, 4e3, 6e3, {1.0, 0.0, 0.0}});
   scene.publication.links = {0, 1, 2, 3, 4};
   return scene;
-}
-
-Eigen::Matrix3d axes_of(const Scene& scene, const Link& link) {
-  return beam_axes(scene.points[static_cast<std::size_t>(link.points[1])].position -
-                       scene.points[static_cast<std::size_t>(link.points[0])].position,
-                   std::get<Beam>(link.kind).y_axis);
 }
 
 // Returns the textbook stiffness of the displacements. The rotations are eliminated by Cholesky.

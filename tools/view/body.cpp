@@ -12,6 +12,7 @@
 #include "core/plan/file/plan_bytes.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/plan/rungs/rates.hpp"
+#include "core/scene/link_kinds.hpp"
 #include "core/step/linear/kernels.hpp"
 #include "core/step/state.hpp"
 #include "service/io/scene/input.hpp"
@@ -222,7 +223,7 @@ std::optional<Body> body_of_scene(const std::string& path, const std::string& ou
   body.num_modes = modes_that_fit(body.plan);
   for (std::size_t k = 0; k < body.plan.links.size(); ++k) {
     const Link& link = read.scene->links[k];
-    if (const auto* matrix = std::get_if<MatrixLink>(&link.kind))
+    if (const MatrixLink* matrix = matrices_of(link))
       draw(static_cast<std::uint32_t>(k), *matrix, link.points, body);
     else
       draw(static_cast<std::uint32_t>(k), traits_of(body.plan.links[k].type).drawing, link.points, body);

@@ -36,20 +36,23 @@ void check_torque(const Scene& scene, const StepPlan& plan, const Load& load, co
 
 // Sets the kind of a history and the parameters of its amplitude   (THEORY 8.10 to 8.13).
 void set_kind(const History& history, PlanHistory& plan) {
-  // Other histories are constant, and constant is the default.
-  if (const auto* pulse = std::get_if<PulseHistory>(&history)) {
-    plan.kind = PlanHistory::Kind::kPulse;
-    plan.pulse_start = pulse->start;
-    plan.pulse_duration = pulse->duration;
-  } else if (const auto* sine = std::get_if<SineHistory>(&history)) {
-    plan.kind = PlanHistory::Kind::kSine;
-    plan.frequency = sine->frequency;
-    plan.phase = sine->phase / (2.0 * M_PI);
-  } else if (const auto* table = std::get_if<TableHistory>(&history)) {
-    plan.kind = PlanHistory::Kind::kTable;
-    plan.times = table->times;
-    plan.values = table->values;
-  }
+  std::visit(Cases{[&](const ConstantHistory&) { plan.kind = PlanHistory::Kind::kConstant; },
+                   [&](const PulseHistory& pulse) {
+                     plan.kind = PlanHistory::Kind::kPulse;
+                     plan.pulse_start = pulse.start;
+                     plan.pulse_duration = pulse.duration;
+                   },
+                   [&](const SineHistory& sine) {
+                     plan.kind = PlanHistory::Kind::kSine;
+                     plan.frequency = sine.frequency;
+                     plan.phase = sine.phase / (2.0 * M_PI);
+                   },
+                   [&](const TableHistory& table) {
+                     plan.kind = PlanHistory::Kind::kTable;
+                     plan.times = table.times;
+                     plan.values = table.values;
+                   }},
+             history);
 }
 
 // Returns the rows of the local rotation theta at each point of a load in local axes, whose force is f = f_B

@@ -15,28 +15,35 @@ bool carries(Fidelity rung, const Scene& scene, const Structure& structure) {
          (structure.num_constraints == 0 && are_point_masses(scene) && !structure.kept.is_subset);
 }
 
+namespace {
+
+// Returns the highest rung that `fidelity: auto` tries and that supports the scene.
+Fidelity best_rung(const Scene& scene, const Structure& structure) {
+  for (auto each = kRungs.rbegin(); each != kRungs.rend(); ++each)
+    if (each->is_tried && carries(each->rung, scene, structure)) return each->rung;
+  return kRungs.front().rung;
+}
+
+}  // namespace
+
 Fidelity best_rung_beside(Fidelity rung, const Scene& scene, const Structure& structure) {
-  if (traits_of(rung).has_true_geometry) return rung;
-  for (const Fidelity best : {Fidelity::kExactBars, Fidelity::kCoupled})
-    if (carries(best, scene, structure)) return best;
-  return Fidelity::kSpinLoaded;
+  return traits_of(rung).has_true_geometry ? rung : best_rung(scene, structure);
 }
 
 void warn_of_best_rung(const Scene& scene, const Structure& structure, const char* judge,
                        const Origin& origin, Faults& faults) {
-  if (carries(Fidelity::kExactBars, scene, structure)) return;
+  const RungTraits& best = traits_of(best_rung(scene, structure));
+  if (best.has_true_geometry) return;
   add_warning(faults, origin,
               join_text(judge, ": the best rung that supports ",
-                        !carries(Fidelity::kCoupled, scene, structure) ? "mass matrices"
-                        : structure.num_constraints > 0                ? "rigid links"
-                        : !are_point_masses(scene)                     ? "bodies and massless points"
-                                                                       : "the lowest modes alone",
-                        " is ", name_of(best_rung_beside(Fidelity::kRigid, scene, structure)),
-                        ", and errors are relative to it. ",
-                        carries(Fidelity::kCoupled, scene, structure)
-                            ? "They do not include the second-order terms of the links' geometry"
-                            : "They include neither the effect of deformation on the body nor the "
-                              "second-order terms of the links' geometry",
+                        !best.couples                   ? "mass matrices"
+                        : structure.num_constraints > 0 ? "rigid links"
+                        : !are_point_masses(scene)      ? "bodies and massless points"
+                                                        : "the lowest modes alone",
+                        " is ", best.name, ", and errors are relative to it. ",
+                        best.couples ? "They do not include the second-order terms of the links' geometry"
+                                     : "They include neither the effect of deformation on the body nor the "
+                                       "second-order terms of the links' geometry",
                         "; see the verdict"));
 }
 

@@ -160,7 +160,7 @@ void Checker::check_link(const Link& link, int index) {
     each.may_be_zero ? not_negative(link.origin, what, each.value, each.unit)
                      : positive(link.origin, what, each.value, each.unit);
   }
-  std::visit(LinkCases{
+  std::visit(Cases{
                  [](const Spring&) {},
                  [](const Bar&) {},
                  [&](const Beam& beam) { check_beam(link, beam, who); },

@@ -48,7 +48,7 @@ DeformationRows natural_rows(const Scene& scene, int link_index, const Freedoms&
   const Link& link = scene.links[index(link_index)];
   using Rows = DeformationRows;
   const auto axial = [&] { return Rows{axial_row(scene, link, axial_of(scene, link).stiffness)}; };
-  return std::visit(LinkCases{
+  return std::visit(Cases{
                         [&](const Spring&) { return axial(); },
                         [&](const Bar&) { return axial(); },
                         [&](const Beam&) { return beam_rows(scene, link_index, freedoms); },
@@ -174,7 +174,7 @@ void set_constraints(const Scene& scene, const Freedoms& freedoms, double roundi
   DeformationRows all;
   std::vector<int> link_of;
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
-    if (traits_of(scene.links[i]).effect != LinkEffect::kForbids) continue;
+    if (!is_rigid(scene.links[i])) continue;
     const DeformationRows rows = rigid_rows(scene, scene.links[i], freedoms);
     all.insert(all.end(), rows.begin(), rows.end());
     link_of.insert(link_of.end(), rows.size(), static_cast<int>(i));
@@ -230,7 +230,7 @@ struct Forbidden {
 Forbidden forbidden_by(const Scene& scene, const Freedoms& freedoms) {
   Forbidden all;
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
-    if (traits_of(scene.links[i]).effect != LinkEffect::kForbids) continue;
+    if (!is_rigid(scene.links[i])) continue;
     const DeformationRows rows = rigid_rows(scene, scene.links[i], freedoms);
     all.rows.insert(all.rows.end(), rows.begin(), rows.end());
     all.link_of.insert(all.link_of.end(), rows.size(), static_cast<int>(i));
@@ -299,10 +299,10 @@ Freedoms::Freedoms(const Scene& scene) : num_displacements_(3 * static_cast<int>
   add_releases(scene);
   add_bodies(scene);
   for (int i = 0; i < static_cast<int>(scene.links.size()); ++i) {
-    const auto* matrix = std::get_if<MatrixLink>(&scene.links[index(i)].kind);
-    if (matrix == nullptr || matrix->num_inner == 0) continue;
+    const int of_link = freeflex::num_inner(scene.links[index(i)]);
+    if (of_link == 0) continue;
     inner_.emplace(i, num_all());
-    num_inner_ += matrix->num_inner;
+    num_inner_ += of_link;
   }
 }
 
@@ -310,14 +310,14 @@ void Freedoms::add_releases(const Scene& scene) {
   const int first = num_all();
   int next = first;
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
-    const auto* beam = std::get_if<Beam>(&scene.links[i].kind);
-    if (beam == nullptr || beam->released == decltype(beam->released){}) continue;
+    const Releases releases = releases_of(scene.links[i]);
+    if (releases == Releases{}) continue;
     std::array<int, 6> none{};
     none.fill(-1);
     if (released_.empty()) released_.resize(scene.links.size(), none);
     for (std::size_t end = 0; end < 2; ++end)
       for (std::size_t axis = 0; axis < 3; ++axis)
-        if (beam->released[end][axis]) released_[i][3 * end + axis] = next++;
+        if (releases[end][axis]) released_[i][3 * end + axis] = next++;
   }
   num_released_ = next - first;
 }

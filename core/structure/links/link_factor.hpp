@@ -87,10 +87,6 @@ class Freedoms {
 /// Returns the row of the axial deformation of a link, e = u . (V_2 - V_1)   (THEORY 3.3).
 DeformationRow axial_row(const Scene& scene, const Link& link, double stiffness);
 
-/// Returns the local axes of a beam as columns, in scene axes: x along the beam, z = x cross y_axis, y = z
-/// cross x (THEORY 3.4).
-Eigen::Matrix3d beam_axes(const Eigen::Vector3d& span, const Eigen::Vector3d& y_axis);
-
 /// Returns the six natural deformations of a beam   (THEORY 3.6 to 3.9): axial; torsion; symmetric, then
 /// antisymmetric bending about local z; symmetric, then antisymmetric bending about local y.
 DeformationRows beam_rows(const Scene& scene, int link_index, const Freedoms& freedoms);

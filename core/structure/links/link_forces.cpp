@@ -52,7 +52,7 @@ Eigen::MatrixXd elastic_forces(const Scene& scene, const LinkFactor& factor, int
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   using Matrix = Eigen::MatrixXd;
   return std::visit(
-      LinkCases{
+      Cases{
           [&](const Spring&) { return natural; },
           [&](const Bar&) { return natural; },
           [&](const Beam&) -> Matrix { return end_forces(span_of(scene, link).stableNorm()) * natural; },

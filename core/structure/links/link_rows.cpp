@@ -20,28 +20,12 @@ DeformationRow axial_row(const Scene& scene, const Link& link, double stiffness)
   return row;
 }
 
-// z = x cross y_axis, normalised, y = z cross x   (THEORY 3.4)
-Eigen::Matrix3d beam_axes(const Eigen::Vector3d& span, const Eigen::Vector3d& y_axis) {
-  const Eigen::Vector3d x = span.stableNormalized();
-  Eigen::Vector3d y = y_axis;
-  if (y.isZero(0.0)) {
-    // if no direction is given, use the scene axis to which the beam is least parallel
-    int least = 0;
-    x.cwiseAbs().minCoeff(&least);
-    y = Eigen::Vector3d::Unit(least);
-  }
-  const Eigen::Vector3d z = x.cross(y).stableNormalized();
-  Eigen::Matrix3d axes;
-  axes << x, z.cross(x), z;
-  return axes;
-}
-
 DeformationRows beam_rows(const Scene& scene, int link_index, const Freedoms& freedoms) {
   const Link& link = scene.links[index(link_index)];
   const Beam& beam = std::get<Beam>(link.kind);
   const Eigen::Vector3d span = span_of(scene, link);
   const double length = span.stableNorm();
-  const Eigen::Matrix3d axes = beam_axes(span, beam.y_axis);
+  const Eigen::Matrix3d axes = axes_of(scene, link);
   // adds the rotation of an end about a local axis: a freedom of the end if the end releases this rotation,
   // else the rotation of the joint
   const auto add_rotation = [&](DeformationRow& row, int end, int axis, double scale) {

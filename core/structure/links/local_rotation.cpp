@@ -68,7 +68,7 @@ Eigen::MatrixXd rotation_of(const Scene& scene, const Freedoms& freedoms, const 
   };
   if (freedoms.has_joint(point)) return of_joint(point);
   for (const Link& link : scene.links)
-    if (std::holds_alternative<Rigid>(link.kind) && names(link, point))
+    if (is_rigid(link) && names(link, point))
       if (const int hub = hub_of(scene, link); hub >= 0) return of_joint(hub);
   const int body = freedoms.body_of(point);
   if (body < 0) return rotation_of_neighbours(scene, point) * structure.shapes;

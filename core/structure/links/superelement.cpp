@@ -159,7 +159,7 @@ MatrixSums matrix_sums(const Scene& scene, const Freedoms& freedoms, const Struc
   MatrixSums sums;
   for (int index = 0; index < static_cast<int>(scene.links.size()); ++index) {
     const Link& link = scene.links[static_cast<std::size_t>(index)];
-    if (!std::holds_alternative<MatrixLink>(link.kind) || !has_mass(link)) continue;
+    if (!has_mass_matrix(link)) continue;
     if (sums.momenta.size() == 0) sums.momenta = sums.field = Eigen::MatrixXd::Zero(6, n);
     const MatrixLink& matrix = matrix_of(scene, index);
     const Coordinates z(scene, index, freedoms);

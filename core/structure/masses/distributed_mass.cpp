@@ -26,8 +26,7 @@ struct Line {
         index(link_index),
         link(of.links[static_cast<std::size_t>(link_index)]),
         length(span_of(of, link).stableNorm()) {
-    const auto* beam = std::get_if<Beam>(&link.kind);
-    axes = beam_axes(span_of(of, link), beam != nullptr ? beam->y_axis : Eigen::Vector3d::Zero());
+    axes = axes_of(of, link);
   }
 
   void add_point(Displacement& row, std::size_t end, double share, int axis) const {
@@ -62,13 +61,9 @@ struct Line {
 
   // returns the displacement along each local axis, at the fraction x of the length
   std::array<Displacement, 3> at(double x) const {
-    const auto* beam = std::get_if<Beam>(&link.kind);
-    if (beam == nullptr) return {between(x, 0), between(x, 1), between(x, 2)};
-    const auto shear = [&](double EI, double GA) {
-      return GA > 0.0 ? 12.0 * EI / (GA * length * length) : 0.0;
-    };
-    return {between(x, 0), bent(x, 1, 2, 1.0, shear(beam->EI_z, beam->GA_y)),
-            bent(x, 2, 1, -1.0, shear(beam->EI_y, beam->GA_z))};
+    const std::optional<ShearRatios> shear = shear_ratios_of(link, length);
+    if (!shear) return {between(x, 0), between(x, 1), between(x, 2)};
+    return {between(x, 0), bent(x, 1, 2, 1.0, shear->along_y), bent(x, 2, 1, -1.0, shear->along_z)};
   }
 };
 
@@ -118,8 +113,6 @@ struct Sheet {
     return {in_plane(L, 0), in_plane(L, 1), across(L)};
   }
 };
-
-bool is_plate(const Link& link) { return std::holds_alternative<Plate>(link.kind); }
 
 std::array<double, 3> corner_weights(const DistributedMass& part) {
   return {part.shares[0].second, part.shares[1].second, part.shares[2].second};
@@ -190,7 +183,7 @@ std::array<Displacement, 3> displacement_of(const Scene& scene, const Freedoms& 
       rows[static_cast<std::size_t>(axis)].emplace_back(3 * part.shares[0].first + axis, 1.0);
     return rows;
   }
-  if (is_plate(link)) {
+  if (traits_of(link).is_surface) {
     const Sheet sheet(scene, freedoms, part.link);
     return to_scene_axes(sheet.axes, sheet.at(corner_weights(part)));
   }
@@ -206,7 +199,7 @@ DeformationRows distributed_mass_rows(const Scene& scene, const Freedoms& freedo
     for (const DistributedMass& part : distributed_masses(scene, index))
       for (int axis = 0; axis < 3; ++axis)
         rows.push_back(mass_row(part.mass, {{3 * part.shares[0].first + axis, 1.0}}));
-  } else if (is_plate(link)) {
+  } else if (traits_of(link).is_surface) {
     add_plate_rows(scene, freedoms, index, rows);
   } else {
     add_line_rows(scene, freedoms, index, rows);

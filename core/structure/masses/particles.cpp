@@ -42,7 +42,7 @@ std::vector<CarriedMass> carried_masses(const Scene& scene, const Freedoms& free
     }
   }
   for (const DistributedMass& part : distributed_masses(scene))
-    if (!std::holds_alternative<MatrixLink>(scene.links[index(part.link)].kind))
+    if (matrices_of(scene.links[index(part.link)]) == nullptr)
       all.push_back({.mass = part.mass,
                      .link = part.link,
                      .shares = part.shares,
@@ -78,9 +78,8 @@ DeformationRows mass_rows(const Scene& scene, const Freedoms& freedoms, double l
   }
   for (int i = 0; i < static_cast<int>(scene.links.size()); ++i)
     if (const Link& link = scene.links[index(i)]; has_mass(link))
-      for (DeformationRow& row : std::holds_alternative<MatrixLink>(link.kind)
-                                     ? superelement_mass_rows(scene, i, freedoms)
-                                     : distributed_mass_rows(scene, freedoms, i))
+      for (DeformationRow& row : matrices_of(link) != nullptr ? superelement_mass_rows(scene, i, freedoms)
+                                                              : distributed_mass_rows(scene, freedoms, i))
         rows.push_back(std::move(row));
   rotate_with_bodies(scene, freedoms, rows);
   return rows;

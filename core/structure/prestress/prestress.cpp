@@ -92,11 +92,10 @@ class LocalShapes {
   // returns the rotations of the ends of a beam relative to their joints, about released axes
   Eigen::Matrix3Xd own_rotations(int index, int mode) const {
     const Link& link = scene_.links[static_cast<std::size_t>(index)];
-    const auto* beam = std::get_if<Beam>(&link.kind);
-    if (beam == nullptr || beam->released == std::array<std::array<bool, 3>, 2>{}) return {};
+    if (releases_of(link) == Releases{}) return {};
     const Eigen::Matrix3Xd theta = rotations(index, mode);
     Eigen::Matrix3Xd own = Eigen::Matrix3Xd::Zero(3, 2);
-    const Eigen::Matrix3d axes = beam_axes(span_of(scene_, link), beam->y_axis);
+    const Eigen::Matrix3d axes = axes_of(scene_, link);
     for (int end = 0; end < 2; ++end)
       for (int axis = 0; axis < 3; ++axis)
         if (const int freedom = freedoms_.released(index, end, axis); freedom >= 0)
@@ -254,7 +253,7 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
       continue;
     }
     // the bow within a triangle is not included
-    stiffness.has_unquantified = stiffness.has_unquantified || std::holds_alternative<Plate>(link.kind);
+    stiffness.has_unquantified = stiffness.has_unquantified || kind.hides_forces;
     const RowRange range = factor.natural_of[static_cast<std::size_t>(index)];
     const int count = damps ? 1 : range.count;
     Eigen::MatrixXd forces(count, structure.omega.size());

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "core/scene/link_kinds.hpp"
+
 namespace freeflex {
 namespace {
 
@@ -41,53 +43,65 @@ double dihedral(const Eigen::Vector3d& a_1, const Eigen::Vector3d& a_2, const Ei
 
 }  // namespace
 
-TrueLink::TrueLink(const Scene& scene, int index, const Freedoms& freedoms) {
-  const Link& link = scene.links[static_cast<std::size_t>(index)];
+TrueLink::TrueLink(const Scene& scene, int link_index, const Freedoms& freedoms) {
+  const Link& link = scene.links[index(link_index)];
   const auto num_points = static_cast<Eigen::Index>(link.points.size());
   rest_.resize(3, num_points);
   for (Eigen::Index k = 0; k < num_points; ++k)
-    rest_.col(k) = scene.points[static_cast<std::size_t>(link.points[static_cast<std::size_t>(k)])].position -
-                   scene.points[static_cast<std::size_t>(link.points.front())].position;
+    rest_.col(k) = scene.points[index(link.points[index(k)])].position -
+                   scene.points[index(link.points.front())].position;
   axes_.setIdentity();
-  if (const auto* beam = std::get_if<Beam>(&link.kind)) {
-    form_ = Form::kBeam;
-    num_deformations_ = 6;
-    axes_ = beam_axes(rest_.col(1), beam->y_axis);
-  } else if (std::get_if<BendingSpring>(&link.kind) != nullptr) {
-    form_ = Form::kBend;
-    const DeformationRows rows = bending_rows(scene, link);
-    num_deformations_ = static_cast<int>(rows.size());
-    const Eigen::Vector3d a = (rest_.col(0) - rest_.col(1)).stableNormalized(),
-                          c = (rest_.col(2) - rest_.col(1)).stableNormalized();
-    rest_angle_ = angle_between(a, c);
-    if (num_deformations_ == 2) {
-      side_ = a.dot(c) < 0.0 ? 1.0 : -1.0;
-      first_ = a.unitOrthogonal();
-    }
-  } else if (std::get_if<TorsionSpring>(&link.kind) != nullptr) {
-    form_ = Form::kTorsion;
-    rest_angle_ =
-        dihedral(rest_.col(1) - rest_.col(0), rest_.col(2) - rest_.col(1), rest_.col(3) - rest_.col(2));
-  } else if (std::get_if<Plate>(&link.kind) != nullptr) {
-    form_ = Form::kPlate;
-    const DeformationRows rows = plate_rows(scene, link, freedoms);
-    num_deformations_ = static_cast<int>(rows.size());
-    plate_rows_ = Eigen::MatrixXd::Zero(num_deformations_, 18);
-    for (int row = 0; row < num_deformations_; ++row)
-      for (const auto& [freedom, coefficient] : rows[static_cast<std::size_t>(row)].coefficients)
-        for (int k = 0; k < 3; ++k) {
-          const int point = link.points[static_cast<std::size_t>(k)];
-          if (freedom / 3 == point && freedom < freedoms.num_displacements())
-            plate_rows_(row, 3 * k + freedom % 3) += coefficient;
-          const int component = freedom - freedoms.rotation(point);
-          if (freedom >= freedoms.num_displacements() && component >= 0 && component < 3)
-            plate_rows_(row, 9 + 3 * k + component) += coefficient;
-        }
-    axes_.col(0) = rest_.col(1).stableNormalized();
-    axes_.col(2) = rest_.col(1).cross(Eigen::Vector3d(rest_.col(2))).stableNormalized();
-    axes_.col(1) = axes_.col(2).cross(axes_.col(0));
-    rest_edges_ = (axes_.leftCols<2>().transpose() * rest_.rightCols<2>()).inverse();
-  }
+  std::visit(
+      Cases{
+          [](const Spring&) {}, [](const Bar&) {}, [](const Dashpot&) {},
+          [&](const Beam&) {
+            form_ = Form::kBeam;
+            num_deformations_ = 6;
+            axes_ = axes_of(scene, link);
+          },
+          [&](const BendingSpring&) { set_bend(scene, link); },
+          [&](const TorsionSpring&) {
+            form_ = Form::kTorsion;
+            rest_angle_ = dihedral(rest_.col(1) - rest_.col(0), rest_.col(2) - rest_.col(1),
+                                   rest_.col(3) - rest_.col(2));
+          },
+          [&](const Plate&) { set_plate(scene, link, freedoms); }, [](const MatrixLink&) {},  // not possible
+          [](const Rigid&) {},                                                                // not possible
+      },
+      link.kind);
+}
+
+void TrueLink::set_bend(const Scene& scene, const Link& link) {
+  form_ = Form::kBend;
+  const DeformationRows rows = bending_rows(scene, link);
+  num_deformations_ = static_cast<int>(rows.size());
+  const Eigen::Vector3d a = (rest_.col(0) - rest_.col(1)).stableNormalized(),
+                        c = (rest_.col(2) - rest_.col(1)).stableNormalized();
+  rest_angle_ = angle_between(a, c);
+  if (num_deformations_ != 2) return;
+  side_ = a.dot(c) < 0.0 ? 1.0 : -1.0;
+  first_ = a.unitOrthogonal();
+}
+
+void TrueLink::set_plate(const Scene& scene, const Link& link, const Freedoms& freedoms) {
+  form_ = Form::kPlate;
+  const DeformationRows rows = plate_rows(scene, link, freedoms);
+  num_deformations_ = static_cast<int>(rows.size());
+  plate_rows_ = Eigen::MatrixXd::Zero(num_deformations_, 18);
+  for (int row = 0; row < num_deformations_; ++row)
+    for (const auto& [freedom, coefficient] : rows[index(row)].coefficients)
+      for (int k = 0; k < 3; ++k) {
+        const int point = link.points[index(k)];
+        if (freedom / 3 == point && freedom < freedoms.num_displacements())
+          plate_rows_(row, 3 * k + freedom % 3) += coefficient;
+        const int component = freedom - freedoms.rotation(point);
+        if (freedom >= freedoms.num_displacements() && component >= 0 && component < 3)
+          plate_rows_(row, 9 + 3 * k + component) += coefficient;
+      }
+  axes_.col(0) = rest_.col(1).stableNormalized();
+  axes_.col(2) = rest_.col(1).cross(Eigen::Vector3d(rest_.col(2))).stableNormalized();
+  axes_.col(1) = axes_.col(2).cross(axes_.col(0));
+  rest_edges_ = (axes_.leftCols<2>().transpose() * rest_.rightCols<2>()).inverse();
 }
 
 Eigen::VectorXd TrueLink::deformations(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta,

@@ -25,6 +25,8 @@ class TrueLink {
                                const Eigen::Matrix3Xd& own = {}) const;
 
  private:
+  void set_bend(const Scene& scene, const Link& link);
+  void set_plate(const Scene& scene, const Link& link, const Freedoms& freedoms);
   double elongation(const Eigen::Vector3d& d) const;
   Eigen::VectorXd of_beam(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta,
                           const Eigen::Matrix3Xd& own) const;

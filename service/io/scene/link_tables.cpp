@@ -1,6 +1,7 @@
 // Reads links from CSV tables. The columns of a table determine the kind of its links.
 #include <algorithm>
 
+#include "core/scene/link_kinds.hpp"
 #include "service/io/scene/links.hpp"
 #include "service/io/scene/reader.hpp"
 
@@ -178,7 +179,7 @@ void SceneReader::read_links_table(const Node& node) {
     link.kind = form->read(table, row, label);
     if (has_viscous) link.viscous = row.number(kViscousColumn, label, kViscous);
     if (has_loss_factor) link.loss_factor = row.number(kLossFactorColumn, label, kLossFactor);
-    read_ends(row, label, std::holds_alternative<Plate>(link.kind), link);
+    read_ends(row, label, traits_of(link).is_surface, link);
     return add_link(std::move(link));
   });
   if (!is_whole) links_.mark_incomplete();

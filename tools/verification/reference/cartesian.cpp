@@ -64,22 +64,21 @@ Matrix3d carrier_rotation(const CartesianSystem& system, double t) {
 }  // namespace
 
 double amplitude(const History& history, double t, double piece_time) {
-  if (const auto* pulse = std::get_if<PulseHistory>(&history)) {
-    return piece_time >= pulse->start && piece_time < pulse->start + pulse->duration ? 1.0 : 0.0;
-  }
-  if (const auto* sine = std::get_if<SineHistory>(&history)) {
-    return std::sin(2.0 * M_PI * sine->frequency * t + sine->phase);
-  }
-  if (const auto* table = std::get_if<TableHistory>(&history)) {
-    const auto& times = table->times;
-    const auto& values = table->values;
-    if (t <= times.front()) return values.front();
-    if (t >= times.back()) return values.back();
-    const auto next = index(std::upper_bound(times.begin(), times.end(), t) - times.begin());
-    const double share = (t - times[next - 1]) / (times[next] - times[next - 1]);
-    return values[next - 1] + share * (values[next] - values[next - 1]);
-  }
-  return 1.0;
+  return std::visit(
+      Cases{[](const ConstantHistory&) { return 1.0; },
+            [&](const PulseHistory& pulse) {
+              return piece_time >= pulse.start && piece_time < pulse.start + pulse.duration ? 1.0 : 0.0;
+            },
+            [&](const SineHistory& sine) { return std::sin(2.0 * M_PI * sine.frequency * t + sine.phase); },
+            [&](const TableHistory& table) {
+              const auto& [times, values] = table;
+              if (t <= times.front()) return values.front();
+              if (t >= times.back()) return values.back();
+              const auto next = index(std::upper_bound(times.begin(), times.end(), t) - times.begin());
+              const double share = (t - times[next - 1]) / (times[next] - times[next - 1]);
+              return values[next - 1] + share * (values[next] - values[next - 1]);
+            }},
+      history);
 }
 
 void add_load(const CartesianLoad& load, double scale, const Matrix3d& R_CW, const Matrix3d& R_CB,
@@ -144,12 +143,14 @@ void accelerations(const CartesianSystem& system, double t, double piece_time, s
 std::vector<double> discontinuities(const CartesianSystem& system, double end) {
   std::vector<double> times;
   for (const CartesianLoad& load : system.loads) {
-    if (const auto* pulse = std::get_if<PulseHistory>(&load.history)) {
-      times.push_back(pulse->start);
-      times.push_back(pulse->start + pulse->duration);
-    } else if (const auto* table = std::get_if<TableHistory>(&load.history)) {
-      times.insert(times.end(), table->times.begin(), table->times.end());
-    }
+    std::visit(Cases{[](const ConstantHistory&) {}, [](const SineHistory&) {},
+                     [&](const PulseHistory& pulse) {
+                       times.insert(times.end(), {pulse.start, pulse.start + pulse.duration});
+                     },
+                     [&](const TableHistory& table) {
+                       times.insert(times.end(), table.times.begin(), table.times.end());
+                     }},
+               load.history);
   }
   std::erase_if(times, [end](double t) { return t <= 0.0 || t >= end; });
   std::sort(times.begin(), times.end());

@@ -93,7 +93,7 @@ void add_wrench(const CartesianSystem& system, const Group& group, const WrenchL
 
 /// Rounds each edge of a pulse to its nearest tick, as the plan does (THEORY 8.10). The amplitude stays 1.
 History round_to_ticks(const History& history, double rate) {
-  const auto* pulse = std::get_if<PulseHistory>(&history);
+  const PulseHistory* pulse = pulse_of(history);
   if (pulse == nullptr) return history;
   const double start = std::round(pulse->start * rate) / rate;
   return PulseHistory{start, std::round((pulse->start + pulse->duration) * rate) / rate - start};
@@ -171,11 +171,17 @@ CartesianSystem make_axial_system(const Scene& scene) {
     // round them
     link.rest = scene.points[index(link.second)].position - scene.points[index(link.first)].position;
     link.length = link.rest.norm();
-    if (const auto* bar = std::get_if<Bar>(&given.kind)) link.stiffness = bar->EA / link.length;
-    if (const auto* spring = std::get_if<Spring>(&given.kind)) link.stiffness = spring->stiffness;
     // c = (beta_R + tau) D   (THEORY 10.5)
-    link.damping = (scene.damping.beta + given.viscous) * link.stiffness;
-    if (const auto* dashpot = std::get_if<Dashpot>(&given.kind)) link.damping = dashpot->damping;
+    const auto strain = [&](double stiffness) {
+      link.stiffness = stiffness;
+      link.damping = (scene.damping.beta + given.viscous) * stiffness;
+    };
+    std::visit(Cases{[&](const Bar& bar) { strain(bar.EA / link.length); },
+                     [&](const Spring& spring) { strain(spring.stiffness); },
+                     [&](const Dashpot& dashpot) { link.damping = dashpot.damping; }, [](const Beam&) {},
+                     [](const Plate&) {}, [](const BendingSpring&) {}, [](const TorsionSpring&) {},
+                     [](const MatrixLink&) {}, [](const Rigid&) {}},
+               given.kind);
     system.links.push_back(link);
   }
   system.gravity_W = scene.gravity;

@@ -84,8 +84,7 @@ Vector3d Linearised::spin(const Frame& frame) const {
 
 bool Linearised::is_loaded() const {
   return std::any_of(system_.loads.begin(), system_.loads.end(), [&](const CartesianLoad& load) {
-    return !std::holds_alternative<PulseHistory>(load.history) ||
-           amplitude(load.history, piece_time_, piece_time_) != 0.0;
+    return pulse_of(load.history) == nullptr || amplitude(load.history, piece_time_, piece_time_) != 0.0;
   });
 }
 

@@ -18,8 +18,10 @@ using Eigen::Vector3d;
 /// Returns whether the forces of the load are constant vectors in world axes, except for jumps at the edges
 /// of its pulse.
 bool is_piecewise_constant(const CartesianLoad& load) {
-  const bool has_constant_amplitude = std::holds_alternative<ConstantHistory>(load.history) ||
-                                      std::holds_alternative<PulseHistory>(load.history);
+  const bool has_constant_amplitude =
+      std::visit(Cases{[](const ConstantHistory&) { return true; }, [](const PulseHistory&) { return true; },
+                       [](const SineHistory&) { return false; }, [](const TableHistory&) { return false; }},
+                 load.history);
   return has_constant_amplitude && load.axes == Axes::kWorld && load.torques.empty();
 }
 

@@ -76,21 +76,20 @@ Matrix3Xd positions_of(const TrueAngle& angle, const Matrix3Xd& r, const TrueGeo
 
 }  // namespace
 
-void TrueGeometry::add_angle(const Scene& scene, int index) {
-  const Link& link = scene.links[static_cast<std::size_t>(index)];
-  TrueAngle angle;
-  angle.link = index;
-  angle.points = link.points;
+void TrueGeometry::add_twist(const Scene& scene, int index, double stiffness) {
+  TrueAngle angle{.link = index, .points = scene.links[static_cast<std::size_t>(index)].points};
   const Matrix3Xd x = positions_of(angle, r_, Matrix3Xd::Zero(3, r_.cols()));
-  if (const auto* torsion = std::get_if<TorsionSpring>(&link.kind)) {
-    angle.stiffness = torsion->stiffness;
-    angle.rest = dihedral(x.col(1) - x.col(0), x.col(2) - x.col(1), x.col(3) - x.col(2));
-    dihedrals_.push_back(angle);
-    return;
-  }
+  angle.stiffness = stiffness;
+  angle.rest = dihedral(x.col(1) - x.col(0), x.col(2) - x.col(1), x.col(3) - x.col(2));
+  dihedrals_.push_back(angle);
+}
+
+void TrueGeometry::add_bend(const Scene& scene, int index, double stiffness) {
+  TrueAngle angle{.link = index, .points = scene.links[static_cast<std::size_t>(index)].points};
+  const Matrix3Xd x = positions_of(angle, r_, Matrix3Xd::Zero(3, r_.cols()));
   const Vector3d a = (x.col(0) - x.col(1)).normalized(), c = (x.col(2) - x.col(1)).normalized();
   constexpr double kStraight = 1e-12;  // [-] an angle with a smaller sine is straight
-  angle.stiffness = std::get<BendingSpring>(link.kind).stiffness;
+  angle.stiffness = stiffness;
   angle.rest = std::atan2(a.cross(c).norm(), a.dot(c));
   angle.is_straight = a.cross(c).norm() < kStraight;
   angle.is_folded = angle.is_straight && a.dot(c) > 0.0;

@@ -124,11 +124,13 @@ class TrueGeometry {
     std::size_t num_spins = 0;
     void add(int index, const Eigen::Vector3d& spin) { spins[num_spins++] = {index, spin}; }
   };
-  void add_rotating_link(const Scene& scene, int index);
+  void add_beam(const Scene& scene, int index, const Beam& beam);
+  void add_plate(const Scene& scene, int index, const Plate& plate);
   int add_joint(int point);
   LinkEnd make_end(int point, const Eigen::Matrix3d& axes, const std::array<bool, 3>& released);
-  void add_angle(const Scene& scene, int index);
-  void add_matrix(const Scene& scene, int index);
+  void add_bend(const Scene& scene, int index, double stiffness);
+  void add_twist(const Scene& scene, int index, double stiffness);
+  void add_matrix(const Scene& scene, int index, const MatrixLink& given);
   void add_body(const std::vector<int>& points);
   void find_idle_rotations();
   void find_surroundings(const Scene& scene);

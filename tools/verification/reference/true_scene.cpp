@@ -54,15 +54,17 @@ TrueGeometry::TrueGeometry(const Scene& scene, const VectorXd& mass, const Matri
   num_links_ = static_cast<int>(scene.links.size());
   // bodies first, because they rotate joints
   for (const Link& link : scene.links)
-    if (std::holds_alternative<Rigid>(link.kind)) add_body(link.points);
-  for (int k = 0; k < num_links_; ++k) {
-    const LinkKind& kind = scene.links[static_cast<std::size_t>(k)].kind;
-    if (std::holds_alternative<Beam>(kind) || std::holds_alternative<Plate>(kind))
-      add_rotating_link(scene, k);
-    if (std::holds_alternative<BendingSpring>(kind) || std::holds_alternative<TorsionSpring>(kind))
-      add_angle(scene, k);
-    if (std::holds_alternative<MatrixLink>(kind)) add_matrix(scene, k);
-  }
+    if (is_rigid(link)) add_body(link.points);
+  for (int k = 0; k < num_links_; ++k)
+    std::visit(Cases{[&](const Beam& beam) { add_beam(scene, k, beam); },
+                     [&](const Plate& plate) { add_plate(scene, k, plate); },
+                     [&](const BendingSpring& spring) { add_bend(scene, k, spring.stiffness); },
+                     [&](const TorsionSpring& spring) { add_twist(scene, k, spring.stiffness); },
+                     [&](const MatrixLink& matrix) { add_matrix(scene, k, matrix); },
+                     [](const Rigid&) {},   // added above
+                     [](const Spring&) {},  // springs, bars and dashpots are links of the Cartesian system
+                     [](const Bar&) {}, [](const Dashpot&) {}},
+               scene.links[static_cast<std::size_t>(k)].kind);
   find_idle_rotations();
   find_surroundings(scene);
 }
@@ -110,22 +112,22 @@ LinkEnd TrueGeometry::make_end(int point, const Matrix3d& axes, const std::array
   return end;
 }
 
-void TrueGeometry::add_rotating_link(const Scene& scene, int index) {
+void TrueGeometry::add_beam(const Scene& scene, int index, const Beam& beam) {
+  const Link& link = scene.links[static_cast<std::size_t>(index)];
+  RotatingLink<TrueBeam> one{index, TrueBeam(beam, span_of(scene, link)), link.points, {}};
+  for (std::size_t k = 0; k < 2; ++k)
+    one.ends.push_back(make_end(link.points[k], one.kind.rest, beam.released[k]));
+  const double L = one.kind.length;
+  stiffnesses_.push_back(beam.EA / L);
+  stiffnesses_.push_back(3.0 * std::min(beam.EI_y, beam.EI_z) / (L * L * L));
+  beams_.push_back(std::move(one));
+}
+
+void TrueGeometry::add_plate(const Scene& scene, int index, const Plate& plate) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   const auto position = [&](std::size_t k) -> const Vector3d& {
     return scene.points[static_cast<std::size_t>(link.points[k])].position;
   };
-  if (const auto* beam = std::get_if<Beam>(&link.kind)) {
-    RotatingLink<TrueBeam> one{index, TrueBeam(*beam, position(1) - position(0)), link.points, {}};
-    for (std::size_t k = 0; k < 2; ++k)
-      one.ends.push_back(make_end(link.points[k], one.kind.rest, beam->released[k]));
-    const double L = one.kind.length;
-    stiffnesses_.push_back(beam->EA / L);
-    stiffnesses_.push_back(3.0 * std::min(beam->EI_y, beam->EI_z) / (L * L * L));
-    beams_.push_back(std::move(one));
-    return;
-  }
-  const auto& plate = std::get<Plate>(link.kind);
   RotatingLink<TruePlate> one{
       index, TruePlate(plate, {position(0), position(1), position(2)}), link.points, {}};
   for (const int point : link.points) one.ends.push_back(make_end(point, one.kind.rest, {}));
@@ -135,9 +137,8 @@ void TrueGeometry::add_rotating_link(const Scene& scene, int index) {
   plates_.push_back(std::move(one));
 }
 
-void TrueGeometry::add_matrix(const Scene& scene, int index) {
+void TrueGeometry::add_matrix(const Scene& scene, int index, const MatrixLink& given) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
-  const auto& given = std::get<MatrixLink>(link.kind);
   TrueMatrix matrix{index, fitted(link.points, r_), MatrixXd(given.matrix)};
   // (1 - T T^T) K (1 - T T^T), where the columns of T are the rigid motions. A flexibility is inverted in the
   // space orthogonal to T (THEORY 3.12, 3.38)
@@ -159,7 +160,7 @@ void TrueGeometry::find_surroundings(const Scene& scene) {
       std::set<int> star{item.point};
       for (const Link& link : scene.links) {
         if (!contains(link.points, item.point)) continue;
-        const bool is_body = std::holds_alternative<Rigid>(link.kind) && link.points.size() > 2;
+        const bool is_body = is_rigid(link) && link.points.size() > 2;
         if (is_body) star = {item.point};
         star.insert(link.points.begin(), link.points.end());
         if (is_body) break;
@@ -180,22 +181,23 @@ Scene damped_links(const Scene& scene) {
   damped.loads.clear();
   std::erase_if(damped.links, [&](const Link& link) {
     const LinkTraits traits = traits_of(link);
-    if (traits.effect == LinkEffect::kForbids) return false;
+    if (is_rigid(link)) return false;
     return traits.is_axial || traits.effect != LinkEffect::kStrains ||
            scene.damping.beta + link.viscous == 0.0;
   });
   for (Link& link : damped.links) {
     const double factor = scene.damping.beta + link.viscous;
     std::visit(
-        LinkCases{[&](Beam& beam) {
-                    for (double* value : {&beam.EA, &beam.GJ, &beam.EI_y, &beam.EI_z, &beam.GA_y, &beam.GA_z})
-                      *value *= factor;
-                  },
-                  [&](Plate& plate) { plate.E *= factor; },
-                  [&](BendingSpring& spring) { spring.stiffness *= factor; },
-                  [&](TorsionSpring& spring) { spring.stiffness *= factor; },
-                  [&](MatrixLink& matrix) { matrix.matrix *= matrix.is_flexibility ? 1.0 / factor : factor; },
-                  [](auto&) {}},
+        Cases{[&](Beam& beam) {
+                for (double* value : {&beam.EA, &beam.GJ, &beam.EI_y, &beam.EI_z, &beam.GA_y, &beam.GA_z})
+                  *value *= factor;
+              },
+              [&](Plate& plate) { plate.E *= factor; },
+              [&](BendingSpring& spring) { spring.stiffness *= factor; },
+              [&](TorsionSpring& spring) { spring.stiffness *= factor; },
+              [&](MatrixLink& matrix) { matrix.matrix *= matrix.is_flexibility ? 1.0 / factor : factor; },
+              // not in the list: these links are damped at their true length, or not at all
+              [](Spring&) {}, [](Bar&) {}, [](Dashpot&) {}, [](Rigid&) {}},
         link.kind);
   }
   return damped;

@@ -18,7 +18,7 @@ namespace {
 double end_of_loads(const CartesianSystem& system, double end) {
   double last = 0.0;
   for (const CartesianLoad& load : system.loads) {
-    const auto* pulse = std::get_if<PulseHistory>(&load.history);
+    const PulseHistory* pulse = pulse_of(load.history);
     if (pulse == nullptr) return end;
     last = std::max(last, pulse->start + pulse->duration);
   }
@@ -171,7 +171,7 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
       run_rungs(bench, study, [&](double done) { return advance(kReferencePart + kRungsPart * done); });
   const Eigen::Matrix3Xd* linear = nullptr;
   for (const ExactRung& rung : exact)
-    if (rung.fidelity == Fidelity::kSpinLoaded && rung.p_W.cols() > 0) linear = &rung.p_W;
+    if (traits_of(rung.fidelity).takes_spin_load && rung.p_W.cols() > 0) linear = &rung.p_W;
   if (options.has_rivals && !stops)
     run_rivals(bench, linear, study, [&](double done) {
       return advance(kReferencePart + kRungsPart + (1.0 - kReferencePart - kRungsPart) * done);

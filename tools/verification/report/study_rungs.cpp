@@ -185,10 +185,9 @@ Scene with_all_points(const Bench& bench, Fidelity fidelity) {
   // at every rate, the edges of pulses stay at the ticks of the scene's own rate
   const auto at_tick = [&scene](double time) { return std::round(time * scene.rate) / scene.rate; };
   for (Load& load : scene.loads)
-    if (auto* pulse = std::get_if<PulseHistory>(&load.history)) {
-      const double end = at_tick(pulse->start + pulse->duration);
-      pulse->start = at_tick(pulse->start);
-      pulse->duration = end - pulse->start;
+    if (const PulseHistory* pulse = pulse_of(load.history)) {
+      const double start = at_tick(pulse->start), end = at_tick(pulse->start + pulse->duration);
+      load.history = PulseHistory{start, end - start};
     }
   scene.publication = {};
   scene.pushable.clear();
@@ -232,7 +231,8 @@ void add_run(const Bench& bench, Scene& scene, double step, double free_step, co
   const std::unique_ptr<Rung> rung = make_rung(bench, scene, step, why);
   const double set_up = bench.structure_cpu + thread_cpu() - start;
   if (rung)
-    why = find_excess(bench, *rung, exact.fidelity == Fidelity::kFull ? kMostFullCost : bench.options.budget);
+    why = find_excess(bench, *rung,
+                      traits_of(exact.fidelity).divides_tick ? kMostFullCost : bench.options.budget);
   if (!why.empty()) {
     study.left_out.push_back({name + format_text(" at %g ms", 1e3 * step), why});
     return;
@@ -257,7 +257,7 @@ void add_run(const Bench& bench, Scene& scene, double step, double free_step, co
 
 /// Returns the steps of a rung [s], beginning with the longest. The steps include the scene's own step.
 std::vector<double> steps_of(const Bench& bench, Fidelity fidelity) {
-  if (fidelity == Fidelity::kFull) return {kFullSteps.begin(), kFullSteps.end()};
+  if (traits_of(fidelity).divides_tick) return {kFullSteps.begin(), kFullSteps.end()};
   std::vector<double> steps(kSteps.begin(), kSteps.end());
   const double own = 1.0 / bench.scene.rate;
   const auto is_own = [own](double step) { return std::abs(step - own) < 1e-6 * own; };
@@ -271,7 +271,7 @@ std::vector<double> steps_of(const Bench& bench, Fidelity fidelity) {
 /// limits the step.
 void add_longest(const Bench& bench, Scene& scene, const ExactRung& exact, Study& study) {
   const double free_step = bench.options.end - bench.free_from;
-  if (exact.fidelity > Fidelity::kSpinLoaded || free_step <= 0.0) return;
+  if (traits_of(exact.fidelity).couples || free_step <= 0.0) return;
   const std::vector<double> steps = steps_of(bench, exact.fidelity);
   if (bench.free_from == 0.0) {
     const auto is_free_step = [&](double step) { return std::abs(free_step / step - 1.0) < 1e-9; };
@@ -301,10 +301,10 @@ double fine_step(const Bench& bench, std::string& why) {
 /// nullopt. `below` holds the results of the lower rungs.
 std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
                                        const std::vector<ExactRung>& below, Scene& scene, std::string& why) {
-  if (fidelity == Fidelity::kFull) {
+  if (traits_of(fidelity).divides_tick) {
     // the rung `full` has the equations of `exact-bars`
     for (const ExactRung& each : below)
-      if (each.fidelity == Fidelity::kExactBars) return ExactRung{fidelity, each.p_W};
+      if (traits_of(each.fidelity).has_true_geometry) return ExactRung{fidelity, each.p_W};
     why = "it has the equations of exact-bars, and this scene is refused on exact-bars";
     return std::nullopt;
   }
