@@ -29,6 +29,7 @@ std::int64_t wall_clock_us() {
 BusConnection::BusConnection() : buffer_(kMaxDatagram) {}
 
 std::string BusConnection::open(const std::string& url, std::chrono::milliseconds timeout) {
+  assert(check_lcm_url(url).empty());
   url_ = url;
   std::string fault = socket_.open(url, "", timeout);
   if (!fault.empty()) return fault;

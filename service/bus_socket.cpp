@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cerrno>
 #include <cstring>
 #include <string_view>
@@ -119,6 +120,7 @@ void BusSocket::close() {
 
 std::string BusSocket::open(const std::string& url, const std::string& prefix,
                             std::chrono::milliseconds timeout) {
+  assert(check_lcm_url(url).empty());
   close();
   const LcmAddress address = read_lcm_url(url);
   fd_ = move_up(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));

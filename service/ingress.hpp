@@ -5,6 +5,7 @@
 #include <sys/types.h>
 
 #include <array>
+#include <cassert>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -81,7 +82,10 @@ class IngressProcess {
   void stop();
 
   /// \pre start succeeded
-  SharedBlock& block() { return *block_; }
+  SharedBlock& block() {
+    assert(block_ != nullptr);
+    return *block_;
+  }
   const BusSocket& socket() const { return socket_; }
   bool has_private_memory() const { return block_memory_ && block_memory_->is_private(); }
   /// Parts of the receiving process's confinement that failed (describe_lacks), and the user that it runs as.

@@ -1,6 +1,7 @@
 // Memory that the daemon shares with the ingress.
 #pragma once
 
+#include <cassert>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -25,7 +26,10 @@ class SharedMemory {
   std::string make_sealed(std::span<const std::byte> bytes);
 
   /// \pre make() succeeded
-  void* address() const { return address_; }
+  void* address() const {
+    assert(address_ != nullptr);
+    return address_;
+  }
   /// The descriptor of the file, or -1 for a segment.
   int fd() const { return fd_; }
   bool is_private() const { return fd_ >= 0; }

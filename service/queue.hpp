@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -28,7 +29,10 @@ class Queue {
     return head - tail_.load(std::memory_order_acquire) < places_.size() ? &at(head) : nullptr;
   }
   /// Writer only. Adds the draft to the queue.  \pre draft() was not null
-  void offer() noexcept { head_.store(head_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
+  void offer() noexcept {
+    assert(draft() != nullptr);
+    head_.store(head_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+  }
 
   /// Only the reader calls this function. Returns the oldest value, or nullptr if the queue is empty. The
   /// value does not change until drop().
@@ -37,7 +41,10 @@ class Queue {
     return head_.load(std::memory_order_acquire) != tail ? &at(tail) : nullptr;
   }
   /// Reader only. Removes the oldest value.  \pre front() was not null
-  void drop() noexcept { tail_.store(tail_.load(std::memory_order_relaxed) + 1, std::memory_order_release); }
+  void drop() noexcept {
+    assert(front() != nullptr);
+    tail_.store(tail_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+  }
 
  private:
   Value& at(std::uint64_t number) noexcept {

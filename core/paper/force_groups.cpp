@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -193,6 +194,7 @@ Recipe recipe_of(ShapeClass shape) {
 
 Eigen::MatrixXd force_groups(Recipe recipe, const std::vector<PointMass>& points,
                              const MassProperties& properties, const std::vector<int>& numbering) {
+  assert(recipe != Recipe::kHouseholder && recipe != Recipe::kModes);
   const auto num_points = static_cast<Eigen::Index>(points.size());
   // room for the largest number of groups of a recipe
   Groups groups{Eigen::MatrixXd::Zero(3 * num_points, 3 * num_points)};

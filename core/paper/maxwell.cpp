@@ -5,7 +5,6 @@
 #include <cmath>
 #include <set>
 
-#include "core/scene/faults.hpp"
 #include "core/structure/modes/dense/decompositions.hpp"
 
 namespace freeflex {

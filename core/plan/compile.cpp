@@ -17,10 +17,7 @@
 #include "core/plan/rungs/rungs.hpp"
 #include "core/plan/start.hpp"
 #include "core/plan/unmodelled.hpp"
-#include "core/scene/bodies.hpp"
 #include "core/scene/check/extremes.hpp"
-#include "core/scene/faults.hpp"
-#include "core/scene/link_kinds.hpp"
 #include "core/step/rigid/principal.hpp"
 #include "core/step/vector.hpp"
 #include "core/structure/links/link_factor.hpp"
@@ -185,7 +182,7 @@ void compile_attitudes(const Scene& scene, const Structure& structure, Plan& pla
   for (const Wheel& wheel : scene.wheels) wanted.insert(wheel.point);
   const Freedoms freedoms(scene);
   for (const int point : wanted) {
-    if (!has_attitude(scene.points[static_cast<std::size_t>(point)])) continue;
+    if (!structure.resolved.has_attitude[index(point)]) continue;
     plan.particles.attitude_points.push_back(point);
     const int first = freedoms.rotation(point) - freedoms.num_displacements();
     for (int axis = 0; axis < 3; ++axis)
@@ -215,8 +212,9 @@ void compile_gyroscopic(Plan& plan) {
 }
 
 void compile_links(const Scene& scene, const Structure& structure, Plan& plan) {
-  for (const Link& link : scene.links) {
-    const LinkTraits kind = traits_of(link);
+  for (std::size_t k = 0; k < scene.links.size(); ++k) {
+    const Link& link = scene.links[k];
+    const LinkTraits& kind = structure.resolved.links[k].traits;
     PlanLink each;
     each.name = link.name;
     each.type = kind.type;
@@ -258,10 +256,10 @@ std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
 // Adds errors for mass matrices, wheels, bodies, massless points and links with mass that a rung does not
 // support. Bars at true length need the true positions of their points, but the rotation of a body moves its
 // points to first order only.
-void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
+void refuse_bodies(const Scene& scene, const ResolvedScene& resolved, Fidelity rung, Faults& faults) {
   if (!traits_of(rung).couples) return;
   for (std::size_t i = 0; i < scene.links.size(); ++i)
-    if (has_mass_matrix(scene.links[i]))
+    if (resolved.links[i].has_mass_matrix)
       add_error(
           faults, scene.links[i].origin,
           join_text(
@@ -276,15 +274,15 @@ void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
                         name_of(rung), " does not support wheels; set fidelity: coupled or a lower rung"));
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
-    if (point.mass > 0.0 && !has_attitude(point)) continue;
-    return add_error(
-        faults, point.origin,
-        join_text("point ", quoted(point.name, static_cast<int>(i)),
-                  has_attitude(point) ? " has inertia or an offset" : " has no mass", ", which fidelity ",
-                  name_of(rung), " does not support; set fidelity: coupled or a lower rung"));
+    if (point.mass > 0.0 && !resolved.has_attitude[i]) continue;
+    return add_error(faults, point.origin,
+                     join_text("point ", quoted(point.name, static_cast<int>(i)),
+                               resolved.has_attitude[i] ? " has inertia or an offset" : " has no mass",
+                               ", which fidelity ", name_of(rung),
+                               " does not support; set fidelity: coupled or a lower rung"));
   }
   for (std::size_t i = 0; i < scene.links.size(); ++i)
-    if (has_mass(scene.links[i]))
+    if (resolved.links[i].has_mass)
       return add_error(
           faults, scene.links[i].origin,
           join_text("link ", called(scene.links[i], static_cast<int>(i)), " has mass, which fidelity ",
@@ -304,7 +302,7 @@ void compile_publication(const Publication& publication, Plan& plan) {
 
 std::optional<Plan> compile(const Scene& scene, const Structure& whole, const PlanSpec& spec,
                             Faults& faults) {
-  refuse_bodies(scene, spec.rung, faults);
+  refuse_bodies(scene, whole.resolved, spec.rung, faults);
   if (has_error(faults)) return std::nullopt;
   const std::shared_ptr<const Structure> kept = structure_of(whole, spec);
   const Structure& structure = *kept;
@@ -321,7 +319,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   const AllShapes both(structure);
   const Eigen::MatrixXd& shapes = *both;
   compile_points(scene, structure, shapes, spec.has_every_row, plan);
-  if (!are_point_masses(scene)) compile_attitudes(scene, structure, plan);
+  if (!structure.resolved.are_point_masses) compile_attitudes(scene, structure, plan);
   compile_wheels(scene, plan);
   compile_field(structure, has_particles(structure) ? structure.particles.shapes : shapes, plan);
   compile_links(scene, structure, plan);
@@ -336,7 +334,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   compile_histories(scene, structure, plan, faults);
   compile_modal_coupling(scene, structure, plan, faults);
   if (is_coupled(plan)) compile_coupled(scene, structure, spec, plan, faults);
-  if (is_coupled(plan)) compile_kinetics(scene, structure, shapes, kinetic_form(scene, plan), plan);
+  if (is_coupled(plan)) compile_kinetics(scene, structure, shapes, kinetic_form(structure, plan), plan);
   if (spec.is_judged) compile_unmodelled(scene, whole, spec, plan);
   compile_gyroscopic(plan);
   if (has_error(faults)) return std::nullopt;

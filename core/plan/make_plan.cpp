@@ -12,9 +12,6 @@
 #include "core/plan/rungs/budget.hpp"
 #include "core/plan/rungs/rates.hpp"
 #include "core/plan/start.hpp"
-#include "core/scene/bodies.hpp"
-#include "core/scene/faults.hpp"
-#include "core/scene/link_kinds.hpp"
 
 namespace freeflex {
 namespace {
@@ -46,12 +43,12 @@ void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, F
 
 // Returns the massless points among the given points, each once. Points of rigid links and of links with mass
 // are excluded.
-std::vector<int> massless_of(const Scene& scene, std::vector<int> points) {
+std::vector<int> massless_of(const Scene& scene, const ResolvedScene& resolved, std::vector<int> points) {
   std::vector<bool> is_massless(scene.points.size());
   for (std::size_t i = 0; i < scene.points.size(); ++i) is_massless[i] = scene.points[i].mass == 0.0;
-  for (const Link& link : scene.links)
-    if (is_rigid(link) || has_mass(link))
-      for (const int point : link.points) is_massless[index(point)] = false;
+  for (std::size_t k = 0; k < scene.links.size(); ++k)
+    if (resolved.links[k].is_rigid() || resolved.links[k].has_mass)
+      for (const int point : scene.links[k].points) is_massless[index(point)] = false;
   std::erase_if(points, [&](int point) { return !is_massless[index(point)]; });
   std::ranges::sort(points);
   points.erase(std::unique(points.begin(), points.end()), points.end());
@@ -62,11 +59,11 @@ constexpr int kNamed = 8;  // largest number of points that a message lists
 
 // Warns if the scene gives an initial motion of massless points, because their motion follows from that of
 // the other points.
-void warn_of_massless_start(const Scene& scene, Faults& faults) {
+void warn_of_massless_start(const Scene& scene, const ResolvedScene& resolved, Faults& faults) {
   std::vector<int> given;
   for (const auto& each : scene.initial.points)
     if (!each.displacement.isZero(0.0) || !each.velocity.isZero(0.0)) given.push_back(each.point);
-  const std::vector<int> points = massless_of(scene, std::move(given));
+  const std::vector<int> points = massless_of(scene, resolved, std::move(given));
   if (!points.empty())
     add_warning(
         faults, scene.initial.origin,
@@ -78,11 +75,11 @@ void warn_of_massless_start(const Scene& scene, Faults& faults) {
 
 // Warns of loads on massless points. No mode includes the deformation due to such a load, because the
 // freedoms of massless points are condensed   (THEORY 16.7).
-void warn_of_massless_loads(const Scene& scene, Faults& faults) {
+void warn_of_massless_loads(const Scene& scene, const ResolvedScene& resolved, Faults& faults) {
   std::vector<int> loaded(scene.pushable);
   for (const Load& load : scene.loads)
     for (const PointLoad& each : load.forces) loaded.push_back(each.point);
-  const std::vector<int> points = massless_of(scene, std::move(loaded));
+  const std::vector<int> points = massless_of(scene, resolved, std::move(loaded));
   if (points.empty()) return;
   add_warning(
       faults, scene.points[index(points.front())].origin,
@@ -208,8 +205,8 @@ std::optional<Plan> make_checked_plan(const Scene& scene, const Structure& struc
                                       Faults& faults) {
   check_start(scene, structure, faults);
   check_kept(scene, structure, faults);
-  warn_of_massless_loads(scene, faults);
-  warn_of_massless_start(scene, faults);
+  warn_of_massless_loads(scene, structure.resolved, faults);
+  warn_of_massless_start(scene, structure.resolved, faults);
   if (scene.leave_out.tolerance > 0.0)
     warn_of_late_loads(scene, "leave_out: tolerance", scene.leave_out.horizon, faults);
   if (scene.automatic) warn_of_late_loads(scene, "fidelity: auto", scene.automatic->horizon, faults);
@@ -224,12 +221,12 @@ std::optional<Plan> make_checked_plan(const Scene& scene, const Structure& struc
   // are omitted later
   std::optional<Plan> plan = compile_full(scene, structure, spec, rate, faults);
   if (!plan) return std::nullopt;
-  if (may_leave_out(scene, *rung))
+  if (may_leave_out(structure, *rung))
     plan = compile_reduced(scene, structure, spec, *plan, faults);
   else if (may_leave_out_modes(scene, structure, *rung))
     plan = compile_without_small_modes(scene, structure, spec, *plan, faults);
   else
-    set_features(report_on_full_plan(scene, *rung, faults), *plan);
+    set_features(report_on_full_plan(scene, structure, *rung, faults), *plan);
   if (!plan) return std::nullopt;
   plan->tried_rungs = std::move(tried);
   compile_budget(scene, structure, *plan, faults);

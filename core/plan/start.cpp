@@ -6,7 +6,6 @@
 #include "core/faults.hpp"
 #include "core/plan/arrays.hpp"
 #include "core/rounding.hpp"
-#include "core/scene/bodies.hpp"
 #include "core/structure/masses/particles.hpp"
 
 namespace freeflex {
@@ -33,8 +32,8 @@ GivenAtPoints given_at_points(const Scene& scene) {
 // Returns the displacements of the particles that carry the mass, from the displacements of points. Given
 // displacements of points do not rotate bodies. The mass of a link moves by interpolation between the points
 // of the link.
-Eigen::VectorXd at_particles(const Scene& scene, const Eigen::VectorXd& V) {
-  if (are_point_masses(scene)) return V;
+Eigen::VectorXd at_particles(const Scene& scene, const Structure& structure, const Eigen::VectorXd& V) {
+  if (structure.resolved.are_point_masses) return V;
   const std::vector<CarriedMass> carried = carried_masses(scene, Freedoms(scene));
   Eigen::VectorXd all = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(carried.size()));
   for (std::size_t p = 0; p < carried.size(); ++p)
@@ -51,13 +50,13 @@ Eigen::VectorXd weighted(const Structure& structure, Eigen::VectorXd V) {
 
 // Returns q_l = sum_i m_i b_il . V_i / M   (THEORY 4.25).
 Eigen::VectorXd project(const Scene& scene, const Structure& structure, const Eigen::VectorXd& V) {
-  return particle_shapes(structure).transpose() * weighted(structure, at_particles(scene, V)) /
+  return particle_shapes(structure).transpose() * weighted(structure, at_particles(scene, structure, V)) /
          structure.mass_properties.mass;
 }
 
 void warn_of_rigid_part(const Scene& scene, const Structure& structure, const Eigen::VectorXd& V,
                         const char* what, Faults& faults) {
-  const Eigen::VectorXd all = at_particles(scene, V);
+  const Eigen::VectorXd all = at_particles(scene, structure, V);
   const double given = std::sqrt(all.dot(weighted(structure, all)));
   const Eigen::VectorXd rest = all - particle_shapes(structure) * project(scene, structure, V);
   const double rigid = std::sqrt(rest.dot(weighted(structure, rest)));

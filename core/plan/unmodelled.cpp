@@ -2,12 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <utility>
 
 #include "core/error/command_loads.hpp"
 #include "core/plan/loads/histories.hpp"
-#include "core/scene/bodies.hpp"
 #include "core/structure/masses/particles.hpp"
 
 namespace freeflex {
@@ -155,13 +155,9 @@ Products push_row(const std::vector<RotatingBody>& bodies, int l, int u) {
 // of matrix links, which belong to no point. By Cauchy's inequality this bound is the root of the sum over
 // modes of (M - sum m b.b) S / (M omega_l^2)^2. The inner sum is over particles, and S is the second moment
 // of mass of the rigid body about its first point   (THEORY X143).
-double inner_load(const Scene& scene, const Structure& whole, const std::vector<int>& modes) {
+double inner_load(const Structure& whole, const std::vector<int>& modes) {
   double moment = 0.0;
-  for (const Link& link : scene.links)
-    if (num_inner(link) > 0) {
-      const PointMass body = rigid_body_of(scene, link);
-      moment += 0.5 * body.inertia.trace() + body.mass * body.offset.squaredNorm();
-    }
+  for (const ResolvedLink& link : whole.resolved.links) moment += link.inner_moment;
   if (moment == 0.0) return 0.0;
   const double mass = whole.mass_properties.mass;
   const Eigen::MatrixXd& shapes = particle_shapes(whole);
@@ -184,15 +180,12 @@ double inner_load(const Scene& scene, const Structure& whole, const std::vector<
 double unquantified_factor(const Scene& scene, const Structure& whole, int mode) {
   constexpr double kSquareOfBeamEnd = 4.0;
   double most = 0.0;
-  for (const Link& link : scene.links)
-    if (is_rigid(link) || matrices_of(link) != nullptr)
-      for (const int point : link.points)
+  for (std::size_t k = 0; k < scene.links.size(); ++k)
+    if (const ResolvedLink& link = whole.resolved.links[k]; link.is_rigid() || !link.traits.follows_points)
+      for (const int point : scene.links[k].points)
         most = std::max(most, whole.shapes.block<3, 1>(3 * Eigen::Index{point}, mode).squaredNorm());
   return std::max(1.0, most / kSquareOfBeamEnd);
 }
-
-// Returns true for a link with unknown internal forces, in the sense of PlanUnmodelled::has_unquantified.
-bool is_unquantified(const Link& link) { return traits_of(link).hides_forces || has_mass(link); }
 
 // Returns the link with unknown internal forces whose points move most in a mode. Returns -1 if there is no
 // such link.
@@ -200,7 +193,7 @@ std::int32_t unquantified_link(const Scene& scene, const Structure& whole, int m
   double most = 0.0;
   std::int32_t found = -1;
   for (std::size_t k = 0; k < scene.links.size(); ++k) {
-    if (!is_unquantified(scene.links[k])) continue;
+    if (!whole.resolved.links[k].is_unquantified()) continue;
     if (found < 0) found = static_cast<std::int32_t>(k);
     for (const int point : scene.links[k].points) {
       const double square = whole.shapes.block<3, 1>(3 * Eigen::Index{point}, mode).squaredNorm();
@@ -284,6 +277,7 @@ void fill_spin_loads(const Structure& whole, const std::vector<int>& index_in_pl
 }  // namespace
 
 void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSpec& spec, Plan& plan) {
+  assert(plan.omega.size() == index(plan.num_padded));
   const RungTraits& rung = traits_of(plan.fidelity);
   PlanUnmodelled& unmodelled = plan.unmodelled;
   unmodelled.is_known = true;
@@ -297,16 +291,16 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
   // no table includes the effect of spin and loads on mass within links, on mass inside matrices, and on
   // wheels
   unmodelled.has_unquantified =
-      prestress.has_unquantified || !scene.wheels.empty() ||
-      std::any_of(scene.links.begin(), scene.links.end(), [](const Link& link) { return has_mass(link); });
+      prestress.has_unquantified || !scene.wheels.empty() || whole.resolved.have_links_mass();
   unmodelled.lacks_modes = lacks_modes(scene, whole, spec);
   std::vector<int> index_in_plan(index(whole.omega.size()), -1);
   for (std::size_t k = 0; k < spec.modes.size(); ++k)
     index_in_plan[index(spec.modes[k])] = static_cast<int>(k);
-  const bool has_unquantified_link = std::any_of(scene.links.begin(), scene.links.end(), is_unquantified);
+  const bool has_unquantified_link = std::ranges::any_of(
+      whole.resolved.links, [](const ResolvedLink& link) { return link.is_unquantified(); });
   const SpinRows spin(scene, whole, rung, rows);
   const std::vector<RotatingBody> bodies = rotating_bodies(scene, whole);
-  unmodelled.bodies.inner_load = inner_load(scene, whole, spec.modes);
+  unmodelled.bodies.inner_load = inner_load(whole, spec.modes);
   int crossed = -1;
   Eigen::Matrix3Xd crosses;
   for (std::size_t k = 0; k < prestress.pairs.size(); ++k) {

@@ -21,40 +21,68 @@ bool are_point_masses(const Scene& scene) {
                       [](const Link& link) { return has_mass(link); });
 }
 
+namespace {
+
+// How the mass of a link is spread.
+enum class MassShape {
+  kNone,
+  kLine,       // linear deformation shapes between two points
+  kCubicLine,  // cubic deformation shapes between two points
+  kTriangle,   // cubic deformation shapes between three points
+  kMatrix,     // a mass matrix gives it
+};
+struct LinkMass {
+  MassShape shape = MassShape::kNone;
+  double density = 0.0;  // [kg/m] of a line, [kg/m^2] of a triangle
+  MassDistribution distribution = MassDistribution::kConsistent;
+};
+
+// The one place that says how a kind of link has mass. A new kind does not compile without a case here.
+LinkMass mass_law_of(const Link& link) {
+  return std::visit(
+      Cases{
+          [](const Spring&) { return LinkMass{}; },
+          [](const Bar& bar) {
+            return LinkMass{MassShape::kLine, bar.mass_per_length, bar.mass_distribution};
+          },
+          [](const Beam& beam) {
+            return LinkMass{MassShape::kCubicLine, beam.mass_per_length, beam.mass_distribution};
+          },
+          [](const MatrixLink& matrix) {
+            return LinkMass{matrix.mass.nonZeros() > 0 ? MassShape::kMatrix : MassShape::kNone};
+          },
+          [](const BendingSpring&) { return LinkMass{}; },
+          [](const TorsionSpring&) { return LinkMass{}; },
+          [](const Plate& plate) {
+            return LinkMass{MassShape::kTriangle, plate.density * plate.thickness, plate.mass_distribution};
+          },
+          [](const Rigid&) { return LinkMass{}; },
+          [](const Dashpot&) { return LinkMass{}; },
+      },
+      link.kind);
+}
+
+}  // namespace
+
 bool has_mass(const Link& link) {
-  const auto* matrix = std::get_if<MatrixLink>(&link.kind);
-  if (matrix != nullptr) return matrix->mass.nonZeros() > 0;
-  const auto* bar = std::get_if<Bar>(&link.kind);
-  const auto* beam = std::get_if<Beam>(&link.kind);
-  const auto* plate = std::get_if<Plate>(&link.kind);
-  return (bar != nullptr && bar->mass_per_length > 0.0) || (beam != nullptr && beam->mass_per_length > 0.0) ||
-         (plate != nullptr && plate->density > 0.0);
+  const LinkMass law = mass_law_of(link);
+  return law.density > 0.0 || law.shape == MassShape::kMatrix;
 }
 
 double mass_of(const Scene& scene, const Link& link) {
   if (!has_mass(link)) return 0.0;
-  if (std::holds_alternative<MatrixLink>(link.kind)) return rigid_body_of(scene, link).mass;
-  if (const auto* bar = std::get_if<Bar>(&link.kind))
-    return bar->mass_per_length * span_of(scene, link).stableNorm();
-  if (const auto* beam = std::get_if<Beam>(&link.kind))
-    return beam->mass_per_length * span_of(scene, link).stableNorm();
-  const auto& plate = std::get<Plate>(link.kind);
-  const auto at = [&](std::size_t k) {
-    return scene.points[static_cast<std::size_t>(link.points[k])].position;
+  const LinkMass law = mass_law_of(link);
+  if (law.shape == MassShape::kMatrix) return rigid_body_of(scene, link).mass;
+  if (law.shape != MassShape::kTriangle) return law.density * span_of(scene, link).stableNorm();
+  const auto at = [&](std::size_t k) -> const Eigen::Vector3d& {
+    return scene.points[index(link.points[k])].position;
   };
-  return plate.density * plate.thickness * 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).stableNorm();
+  return law.density * 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).stableNorm();
 }
 
-bool has_mass_matrix(const Link& link) {
-  return std::holds_alternative<MatrixLink>(link.kind) && has_mass(link);
-}
+bool has_mass_matrix(const Link& link) { return mass_law_of(link).shape == MassShape::kMatrix; }
 
-MassDistribution mass_distribution_of(const Link& link) {
-  if (const auto* bar = std::get_if<Bar>(&link.kind)) return bar->mass_distribution;
-  if (const auto* beam = std::get_if<Beam>(&link.kind)) return beam->mass_distribution;
-  if (const auto* plate = std::get_if<Plate>(&link.kind)) return plate->mass_distribution;
-  return MassDistribution::kConsistent;
-}
+MassDistribution mass_distribution_of(const Link& link) { return mass_law_of(link).distribution; }
 
 namespace {
 
@@ -204,17 +232,21 @@ std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body) {
 // The parts g have the kinetic energy of the link: int mu |V'|^2 / 2 dx = sum_g m_g |V_g'|^2 / 2, where mu is
 // the mass per length   (THEORY 16.10)
 std::vector<DistributedMass> distributed_masses(const Scene& scene, int index) {
+  assert(std::ranges::all_of(scene.links[freeflex::index(index)].points, [&](int point) {
+    return point >= 0 && freeflex::index(point) < scene.points.size();
+  }));
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   if (!has_mass(link)) return {};
   const double mass = mass_of(scene, link);
   std::vector<DistributedMass> all;
-  if (std::holds_alternative<MatrixLink>(link.kind)) {
+  const MassShape shape = mass_law_of(link).shape;
+  if (shape == MassShape::kMatrix) {
     for (const Eigen::Vector3d& arm : corners_of(rigid_body_of(scene, link)))
       all.push_back({index, 0.25 * mass, {{link.points[0], 1.0}}, arm});
   } else if (mass_distribution_of(link) == MassDistribution::kLumped) {
     for (const int point : link.points)
       all.push_back({index, mass / static_cast<double>(link.points.size()), {{point, 1.0}}});
-  } else if (std::holds_alternative<Plate>(link.kind)) {
+  } else if (shape == MassShape::kTriangle) {
     static const std::vector<TrianglePoint> kPoints = triangle_points();
     for (const TrianglePoint& each : kPoints)
       all.push_back({index,
@@ -223,7 +255,7 @@ std::vector<DistributedMass> distributed_masses(const Scene& scene, int index) {
                       {link.points[1], each.weights_of_corners[1]},
                       {link.points[2], each.weights_of_corners[2]}}});
   } else {
-    for (const GaussPoint& each : gauss_points(std::holds_alternative<Beam>(link.kind)))
+    for (const GaussPoint& each : gauss_points(shape == MassShape::kCubicLine))
       all.push_back({index,
                      mass * each.weight,
                      {{link.points[0], 1.0 - each.position}, {link.points[1], each.position}}});

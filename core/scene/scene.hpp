@@ -356,4 +356,11 @@ struct Scene {
   CommandLimits command_limits;
 };
 
+/// Returns the label of a link in messages. The label is 'name', or the position in the source list if the
+/// link has no name.
+std::string called(const Link& link, int index);
+
+/// Returns the names of the given points in messages, at most `limit` of them: "a, b, c and 4 more".
+std::string point_names(const Scene& scene, const std::vector<int>& points, int limit);
+
 }  // namespace freeflex

@@ -17,6 +17,7 @@ void resize(LoadPattern& pattern, std::size_t n) noexcept {
 /// other values to zero.
 /// \pre positions are ascending, so positions[l] >= l
 void spread_modes(const std::vector<std::int32_t>& positions, std::size_t n, Array& values) noexcept {
+  assert(std::ranges::is_sorted(positions));
   values.resize(n, 0.0);
   for (std::size_t l = n; l-- > positions.size();) values[l] = 0.0;
   for (std::size_t l = positions.size(); l-- > 0;) {

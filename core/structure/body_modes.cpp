@@ -2,12 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numeric>
 
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
-#include "core/scene/faults.hpp"
 #include "core/structure/links/superelement.hpp"
 #include "core/structure/masses/particles.hpp"
 #include "core/structure/modes/dense/mechanisms.hpp"
@@ -211,6 +211,7 @@ Eigen::VectorXd rigid_rotation(const Scene& scene, const Freedoms& freedoms, con
 
 // the modes are normalised to b^T m b = M   (THEORY 16.9)
 void find_body_modes(const Scene& scene, const LinkFactor& factor, Structure& structure, Faults& faults) {
+  assert(structure.mass_properties.mass > 0.0 && !factor.is_sparse);
   const Freedoms freedoms(scene);
   const MassProperties& body = structure.mass_properties;
   const AllFreedoms all = all_freedoms(scene, freedoms, factor, body);

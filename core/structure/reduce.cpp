@@ -22,6 +22,7 @@ Eigen::MatrixXd columns(const Eigen::MatrixXd& rows, const std::vector<int>& kep
 
 Structure reduce(const Structure& structure, const std::vector<int>& modes) {
   Structure few;
+  few.resolved = structure.resolved;
   few.mass_properties = structure.mass_properties;
   few.frequency_accuracy = structure.frequency_accuracy;
   few.conditioning = structure.conditioning;

@@ -13,7 +13,6 @@
 #include "core/scene/bodies.hpp"
 #include "core/scene/check/check_scene.hpp"
 #include "core/scene/check/extremes.hpp"
-#include "core/scene/faults.hpp"
 #include "core/structure/body_modes.hpp"
 #include "core/structure/links/link_factor.hpp"
 #include "core/structure/masses/mass_properties.hpp"
@@ -273,6 +272,7 @@ std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Fau
   Structure structure;
   structure.mass_properties = check_physics(scene, faults);
   if (has_error(faults)) return std::nullopt;
+  structure.resolved = resolve(scene);
   warn_of_coincident_points(scene, faults);
   const bool is_sparse = path == SetupPath::kSparse;
   const auto report = [&](const char* what, double done) {

@@ -11,6 +11,7 @@
 
 #include "core/scene/scene.hpp"
 #include "core/structure/prestress/prestress.hpp"
+#include "core/structure/resolved_scene.hpp"
 
 namespace freeflex {
 
@@ -69,6 +70,7 @@ struct KeptModes {
 };
 
 struct Structure {
+  ResolvedScene resolved;
   MassProperties mass_properties;
   Eigen::VectorXd omega;  // [rad/s] (n) ascending; exactly 0 for mechanisms
   // [-] (3N x n) unit elastic displacements b of the points; for point masses sum m b.b = M   (THEORY 4.3)

@@ -2,6 +2,7 @@
 // refer.
 #pragma once
 
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -27,7 +28,10 @@ class SceneCatalogue {
   bool is_complete() const { return is_complete_; }
   /// Number of points that no page lists, because they are neither published, pushed nor loaded.
   /// \pre is_complete()
-  std::size_t num_unlisted() const { return points_.size() - num_listed_; }
+  std::size_t num_unlisted() const {
+    assert(is_complete());
+    return points_.size() - num_listed_;
+  }
   /// Returns the latest page. All pages agree in the fields before the lists, but the lists contain only the
   /// items of one page.
   const freeflex_msgs::scene_t& head() const { return head_; }

@@ -80,7 +80,7 @@ COUNTS = [
      files_with(r'#include "core/error/(?!verdict|tables|validity|command_loads)', "core", "service", "tools",
                 but=("core/error/", "core/motion.")), 0),
     ("files of core/step that include core/error", files_with(r'#include "core/error/', "core/step"), 0),
-    ("files that ask for a kind of link", files_with(r"get_if<|holds_alternative<", "core", "service", "tools"), 6),
+    ("files that ask for a kind of link", files_with(r"get_if<|holds_alternative<", "core", "service", "tools"), 5),
     ("comparisons of a kind of link by its name",
      occurrences(r'kind (==|!=) "(spring|bar|beam|matrix|bending|torsion|plate|rigid|dashpot)"', "core", "service",
                  "tools"), 0),
@@ -88,12 +88,12 @@ COUNTS = [
      occurrences(r"Fidelity::k[A-Z]", "core", "service", "tools",
                  but=("core/words.hpp", "tools/verification/stability/")), 9),
     ("includes of core/scene in core/plan and core/step",
-     occurrences(r'#include "core/scene/', "core/plan", "core/step"), 16),
-    ("casts to std::size_t in core, beside index()", occurrences(r"static_cast<std::size_t>", "core"), 111),
+     occurrences(r'#include "core/scene/', "core/plan", "core/step"), 1),
+    ("casts to std::size_t in core, beside index()", occurrences(r"static_cast<std::size_t>", "core"), 108),
     ("rooms of core with more than 17 files", crowded_rooms(), 0),
     ("files of more than 400 lines", long_files(), 16),
     ("functions of more than 70 lines", long_functions(), 0),
-    ("lines of core", [""] * sum(len(path.read_text().splitlines()) for path in sources("core")), 27750),
+    ("lines of core", [""] * sum(len(path.read_text().splitlines()) for path in sources("core")), 27853),
 ]
 
 failed = False

@@ -2,6 +2,7 @@
 // stepped.
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cmath>
 
 #include "core/plan/file/plan_check.hpp"
@@ -90,6 +91,7 @@ std::string find_in_kinetics(const StepPlan& plan) {
 }  // namespace
 
 std::string find_rung_inconsistency(const StepPlan& plan) {
+  assert(is_rung(plan.fidelity));
   if (std::string error = find_in_histories(plan); !error.empty()) return error;
   const PlanCoupled& coupled = plan.coupled;
   if (!is_coupled(plan))

@@ -1,6 +1,7 @@
 #include "core/plan/loads/groups.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -9,7 +10,6 @@
 
 #include "core/plan/arrays.hpp"
 #include "core/rounding.hpp"
-#include "core/scene/bodies.hpp"
 #include "core/structure/links/link_factor.hpp"
 #include "core/structure/masses/particles.hpp"
 #include "core/structure/modes/dense/decompositions.hpp"
@@ -60,8 +60,9 @@ class GroupMasses {
     std::vector<std::int32_t> masses;
     for (const int point : group.points) {
       const PointMass& each = scene_.points[index(point)];
-      if (!has_attitude(each) && each.mass > 0.0) masses.push_back(point);
-      if (has_attitude(each) && add(of_points_[point], masses) && is_coupled(plan_))
+      const bool has_attitude = structure_.resolved.has_attitude[index(point)];
+      if (!has_attitude && each.mass > 0.0) masses.push_back(point);
+      if (has_attitude && add(of_points_[point], masses) && is_coupled(plan_))
         plan_.coupled.kinetics.body_rotations.push_back(
             rotation_of_body(scene_, structure_, point, static_cast<int>(of_points_[point].size()), plan_));
     }
@@ -151,8 +152,9 @@ PlanGroup compile_group(const Group& group, std::span<const std::int32_t> masses
 }  // namespace
 
 void compile_groups(const Scene& scene, const Structure& structure, StepPlan& plan) {
+  assert(plan.points.size() == scene.points.size());
   const double largest = structure.mass_properties.r.cwiseAbs().maxCoeff();
-  const bool has_particles = !are_point_masses(scene);
+  const bool has_particles = !structure.resolved.are_point_masses;
   std::optional<GroupMasses> mass;
   if (has_particles && !scene.groups.empty()) mass.emplace(scene, structure, plan);
   for (const Group& group : scene.groups) {

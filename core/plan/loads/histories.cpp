@@ -1,5 +1,6 @@
 #include "core/plan/loads/histories.hpp"
 
+#include <cassert>
 #include <cmath>
 
 #include "core/faults.hpp"
@@ -120,6 +121,7 @@ SumsOnPoints sums_of(const Load& load, const StepPlan& plan) {
 }
 
 void compile_histories(const Scene& scene, const Structure& structure, StepPlan& plan, Faults& faults) {
+  assert(plan.points.size() == scene.points.size() && plan.groups.size() == scene.groups.size());
   for (const Load& load : scene.loads) {
     for (const WrenchLoad& each : load.wrenches) check_torque(scene, plan, load, each, faults);
     PlanHistory history;

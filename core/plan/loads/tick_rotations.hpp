@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/plan.hpp"
-#include "core/scene/scene.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex {
 

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "core/faults.hpp"
@@ -311,6 +312,7 @@ void set_split(StepPlan& plan) {
 }  // namespace
 
 void compile_modal_coupling(const Scene& scene, const Structure& structure, StepPlan& plan, Faults& faults) {
+  assert(plan.points.size() == scene.points.size() && plan.omega.size() == index(plan.num_padded));
   Eigen::MatrixXd R = structure.damping_rows;
   if (R.rows() > R.cols()) {
     // a QR factorization gives the same R^T R with no more rows than modes

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -23,6 +24,7 @@ using Phi = PhiOf<WideMatrix>;
 /// \pre z is square
 template <typename Matrix>
 PhiOf<Matrix> phi_functions(const Matrix& z) {
+  assert(z.rows() == z.cols());
   using Scalar = typename Matrix::Scalar;
   constexpr Scalar kSmall{0.5};
   constexpr int kTerms = 17;  // 0.5^17 / 19! is far below the rounding error

@@ -9,7 +9,6 @@
 #include "core/faults.hpp"
 #include "core/plan/arrays.hpp"
 #include "core/plan/omit/excitability.hpp"
-#include "core/scene/bodies.hpp"
 #include "core/structure/reduce.hpp"
 
 namespace freeflex {
@@ -180,13 +179,13 @@ class Unneeded {
 
 }  // namespace
 
-bool may_leave_out(const Scene& scene, Fidelity rung) {
-  return traits_of(rung).has_modes && !traits_of(rung).couples && are_point_masses(scene);
+bool may_leave_out(const Structure& structure, Fidelity rung) {
+  return traits_of(rung).has_modes && !traits_of(rung).couples && structure.resolved.are_point_masses;
 }
 
 bool may_leave_out_modes(const Scene& scene, const Structure& structure, Fidelity rung) {
   return traits_of(rung).couples && !traits_of(rung).has_true_geometry && scene.leave_out.tolerance > 0.0 &&
-         are_point_masses(scene) && structure.mass_properties.rigid_freedoms == 6;
+         structure.resolved.are_point_masses && structure.mass_properties.rigid_freedoms == 6;
 }
 
 ReducedSpec keep_all(const Scene& scene, const Structure& structure, const PlanSpec& spec) {
@@ -199,9 +198,10 @@ ReducedSpec keep_all(const Scene& scene, const Structure& structure, const PlanS
   return reduced;
 }
 
-std::vector<PlanFeature> report_on_full_plan(const Scene& scene, Fidelity rung, Faults& faults) {
+std::vector<PlanFeature> report_on_full_plan(const Scene& scene, const Structure& structure, Fidelity rung,
+                                             Faults& faults) {
   std::vector<PlanFeature> features = all_features();
-  const bool has_bodies = !are_point_masses(scene);
+  const bool has_bodies = !structure.resolved.are_point_masses;
   for (PlanFeature& feature : features)
     feature.why = has_bodies                ? "a scene with bodies or massless points is advanced whole"
                   : traits_of(rung).couples ? "the coupled rungs are advanced whole"
@@ -219,7 +219,7 @@ std::vector<PlanFeature> report_on_full_plan(const Scene& scene, Fidelity rung, 
 
 ReducedSpec leave_out_unneeded(const Scene& scene, const Structure& structure, const PlanSpec& spec,
                                const Plan& full) {
-  assert(may_leave_out(scene, spec.rung));
+  assert(may_leave_out(structure, spec.rung));
   return Unneeded(scene, structure, spec, full).find();
 }
 

@@ -28,7 +28,7 @@ struct ReducedSpec {
 
 /// Returns true for a scene of point masses on the rung `separated` or `spin-loaded`. Plans of such scenes
 /// may omit features.
-bool may_leave_out(const Scene& scene, Fidelity rung);
+bool may_leave_out(const Structure& structure, Fidelity rung);
 
 /// Returns true if a plan on the rung `coupled` may omit small modes. No other feature may be omitted by such
 /// a plan. The scene must consist of point masses that do not lie on a line, because for points on a line
@@ -41,11 +41,12 @@ ReducedSpec keep_all(const Scene& scene, const Structure& structure, const PlanS
 
 /// Returns the report on the features of a plan that omits nothing. Warns if the scene gives a tolerance,
 /// because the tolerance then has no effect.
-std::vector<PlanFeature> report_on_full_plan(const Scene& scene, Fidelity rung, Faults& faults);
+std::vector<PlanFeature> report_on_full_plan(const Scene& scene, const Structure& structure, Fidelity rung,
+                                             Faults& faults);
 
 /// Returns `spec` without the features that the scene does not need   (THEORY 14.2 to 14.5).
 /// \param full  plan compiled from `spec`, with all features
-/// \pre may_leave_out(scene, spec.rung)
+/// \pre may_leave_out(structure, spec.rung)
 ReducedSpec leave_out_unneeded(const Scene& scene, const Structure& structure, const PlanSpec& spec,
                                const Plan& full);
 

@@ -37,8 +37,8 @@ std::optional<Plan> plan_to_try(const Scene& scene, const Structure& structure, 
   // from the start of the run.
   set_horizon(2.0 * scene.automatic->horizon, *plan);
   const std::int32_t substeps = resolving_substeps(frequencies_of(structure), plan->period);
-  if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, best_rung_beside(rung, scene, structure),
-                  substeps, *plan, faults))
+  if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, best_rung_beside(rung, structure), substeps,
+                  *plan, faults))
     return std::nullopt;
   return plan;
 }
@@ -114,10 +114,10 @@ std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structu
                         " s or less, or a rung instead of auto"));
     return std::nullopt;
   }
-  warn_of_best_rung(scene, structure, "fidelity: auto", scene.automatic->origin, faults);
+  warn_of_best_rung(structure, "fidelity: auto", scene.automatic->origin, faults);
   std::vector<Tried> all;
   for (const RungTraits& each : kRungs) {
-    if (!each.is_tried || !carries(each.rung, scene, structure)) continue;
+    if (!each.is_tried || !carries(each.rung, structure)) continue;
     all.push_back(try_rung(scene, structure, each.rung, faults));
     tried.push_back(all.back().rung);
     if (has_error(faults)) return std::nullopt;

@@ -5,41 +5,39 @@
 #include "core/faults.hpp"
 #include "core/plan/compile.hpp"
 #include "core/plan/rungs/rates.hpp"
-#include "core/scene/bodies.hpp"
 
 namespace freeflex {
 
-bool carries(Fidelity rung, const Scene& scene, const Structure& structure) {
-  if (traits_of(rung).couples && std::ranges::any_of(scene.links, has_mass_matrix)) return false;
+bool carries(Fidelity rung, const Structure& structure) {
+  if (traits_of(rung).couples && structure.resolved.has_mass_matrices()) return false;
   return !traits_of(rung).has_true_geometry ||
-         (structure.num_constraints == 0 && are_point_masses(scene) && !structure.kept.is_subset);
+         (structure.num_constraints == 0 && structure.resolved.are_point_masses && !structure.kept.is_subset);
 }
 
 namespace {
 
 // Returns the highest rung that `fidelity: auto` tries and that supports the scene.
-Fidelity best_rung(const Scene& scene, const Structure& structure) {
+Fidelity best_rung(const Structure& structure) {
   for (auto each = kRungs.rbegin(); each != kRungs.rend(); ++each)
-    if (each->is_tried && carries(each->rung, scene, structure)) return each->rung;
+    if (each->is_tried && carries(each->rung, structure)) return each->rung;
   return kRungs.front().rung;
 }
 
 }  // namespace
 
-Fidelity best_rung_beside(Fidelity rung, const Scene& scene, const Structure& structure) {
-  return traits_of(rung).has_true_geometry ? rung : best_rung(scene, structure);
+Fidelity best_rung_beside(Fidelity rung, const Structure& structure) {
+  return traits_of(rung).has_true_geometry ? rung : best_rung(structure);
 }
 
-void warn_of_best_rung(const Scene& scene, const Structure& structure, const char* judge,
-                       const Origin& origin, Faults& faults) {
-  const RungTraits& best = traits_of(best_rung(scene, structure));
+void warn_of_best_rung(const Structure& structure, const char* judge, const Origin& origin, Faults& faults) {
+  const RungTraits& best = traits_of(best_rung(structure));
   if (best.has_true_geometry) return;
   add_warning(faults, origin,
               join_text(judge, ": the best rung that supports ",
-                        !best.couples                   ? "mass matrices"
-                        : structure.num_constraints > 0 ? "rigid links"
-                        : !are_point_masses(scene)      ? "bodies and massless points"
-                                                        : "the lowest modes alone",
+                        !best.couples                          ? "mass matrices"
+                        : structure.num_constraints > 0        ? "rigid links"
+                        : !structure.resolved.are_point_masses ? "bodies and massless points"
+                                                               : "the lowest modes alone",
                         " is ", best.name, ", and errors are relative to it. ",
                         best.couples ? "They do not include the second-order terms of the links' geometry"
                                      : "They include neither the effect of deformation on the body nor the "
@@ -87,8 +85,8 @@ void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, 
   const auto add = [&](PlanShadow::Kind kind, Fidelity of) {
     return add_shadow(scene, structure, kind, of, resolving, plan, faults);
   };
-  warn_of_best_rung(scene, structure, "error_budget", scene.error_budget.origin, faults);
-  const Fidelity best = best_rung_beside(plan.fidelity, scene, structure);
+  warn_of_best_rung(structure, "error_budget", scene.error_budget.origin, faults);
+  const Fidelity best = best_rung_beside(plan.fidelity, structure);
   if (!add(PlanShadow::Kind::kBest, best)) return;
   if (best != plan.fidelity && !add(PlanShadow::Kind::kFine, plan.fidelity)) return;
   const bool lacks_modes = rung.has_modes && !plan.mode_numbers.empty() &&

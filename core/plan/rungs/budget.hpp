@@ -17,19 +17,18 @@ bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind
 
 /// Returns true if a rung supports a scene. Rungs with true geometry support neither rigid links nor bodies
 /// nor massless points nor a subset of the modes. Coupled rungs do not support links with a mass matrix.
-bool carries(Fidelity rung, const Scene& scene, const Structure& structure);
+bool carries(Fidelity rung, const Structure& structure);
 
 /// Returns the rung with which the given rung is compared. A rung with true geometry is compared with itself.
 /// Any other rung is compared with `spin-loaded` if a link has a mass matrix. If not, it is compared with
 /// `coupled` if the scene has rigid links, bodies or massless points, or keeps only its lowest modes, and
 /// with `exact-bars` in all other scenes.
-Fidelity best_rung_beside(Fidelity rung, const Scene& scene, const Structure& structure);
+Fidelity best_rung_beside(Fidelity rung, const Structure& structure);
 
 /// Warns if the best rung is not `exact-bars`, because then no estimate includes the true lengths and
 /// directions of links.
 /// \param judge  key of the scene that asks for the comparison
-void warn_of_best_rung(const Scene& scene, const Structure& structure, const char* judge,
-                       const Origin& origin, Faults& faults);
+void warn_of_best_rung(const Structure& structure, const char* judge, const Origin& origin, Faults& faults);
 
 /// Fills plan.budget with the shadows that scene.error_budget asks for. Adds an error at the origin of the
 /// budget if the rung of a shadow does not support the scene, or if the plan has a fallback plan.

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "core/plan/arrays.hpp"
-#include "core/scene/bodies.hpp"
 #include "core/structure/masses/particles.hpp"
 
 namespace freeflex {
@@ -118,9 +117,9 @@ void compile_offsets(const Scene& scene, const Structure& structure, StepPlan& p
 
 }  // namespace
 
-PlanKinetics::Form kinetic_form(const Scene& scene, const StepPlan& plan) {
+PlanKinetics::Form kinetic_form(const Structure& structure, const StepPlan& plan) {
   using Form = PlanKinetics::Form;
-  if (!are_point_masses(scene)) return Form::kTables;
+  if (!structure.resolved.are_point_masses) return Form::kTables;
   const int num_points = static_cast<int>(plan.points.size());
   if (plan.num_elastic == 3 * num_points - plan.rigid_freedoms) return Form::kComplete;
   return kPointTables * plan.num_elastic < kTablesPerPoint * num_points ? Form::kTables : Form::kPoints;

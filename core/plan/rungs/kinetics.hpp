@@ -23,7 +23,7 @@ inline constexpr std::int32_t kMaxBodyModes = 1500;
 /// Returns the form in which a plan computes the kinetic energy. The form is `complete` for a complete set of
 /// modes of point masses, `tables` for bodies, and otherwise the form that costs less   (THEORY 12.52).
 /// \pre the modes and points of the plan are filled, and the plan's rung is coupled or above
-PlanKinetics::Form kinetic_form(const Scene& scene, const StepPlan& plan);
+PlanKinetics::Form kinetic_form(const Structure& structure, const StepPlan& plan);
 
 /// Fills plan.coupled.kinetics for the given form.
 /// \param shapes  [-] (3N x num) unit elastic displacements of the points, then constraint shapes

@@ -8,8 +8,6 @@
 #include "core/plan/modes/modal_coupling.hpp"
 #include "core/plan/modes/propagator.hpp"
 #include "core/plan/rungs/kinetics.hpp"
-#include "core/scene/bodies.hpp"
-#include "core/scene/link_kinds.hpp"
 #include "core/structure/modes/dense/decompositions.hpp"
 
 namespace freeflex {
@@ -63,15 +61,16 @@ double damper_rate(const StepPlan& plan) {
 
 // Returns a bar at true length and direction. A spring or bar has the tension D (l - L) (THEORY 12.17) and
 // the damping force c l' with c = (beta_R + tau) D. A dashpot has only the force c l'   (THEORY 12.19).
-PlanBar true_bar(const Scene& scene, int index) {
-  const Link& link = scene.links[static_cast<std::size_t>(index)];
-  const Eigen::Vector3d rest = span_of(scene, link);
+PlanBar true_bar(const Scene& scene, const ResolvedScene& resolved, int number) {
+  const Link& link = scene.links[index(number)];
+  const Eigen::Vector3d rest =
+      scene.points[index(link.points[1])].position - scene.points[index(link.points[0])].position;
   PlanBar bar;
-  bar.link = index;
+  bar.link = number;
   bar.first = link.points[0];
   bar.second = link.points[1];
   bar.length = rest.stableNorm();
-  const Axial axial = axial_of(scene, link);
+  const Axial& axial = resolved.links[index(number)].axial;
   bar.stiffness = axial.stiffness;
   bar.damping = axial.damping + (scene.damping.beta + link.viscous) * bar.stiffness;
   const Eigen::Vector3d direction = rest / bar.length;
@@ -85,10 +84,10 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
                      Faults& faults) {
   assert(is_coupled(plan));
   if (structure.num_constraints > 0 && traits_of(spec.rung).has_true_geometry)
-    for (const Link& link : scene.links)
-      if (traits_of(link).effect == LinkEffect::kForbids) {
+    for (std::size_t k = 0; k < scene.links.size(); ++k)
+      if (structure.resolved.links[k].is_rigid()) {
         add_error(
-            faults, link.origin,
+            faults, scene.links[k].origin,
             join_text(
                 "a rigid link cannot be combined with fidelity ", name_of(spec.rung),
                 ", because it is rigid to first order only and bars are at their true length; use a stiff "
@@ -104,7 +103,7 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
                         "both modes of each transverse pair, or set fidelity: spin-loaded or a lower rung"));
     return;
   }
-  if (!are_point_masses(scene) && plan.num_elastic > kMaxBodyModes) {
+  if (!structure.resolved.are_point_masses && plan.num_elastic > kMaxBodyModes) {
     add_error(faults, {},
               join_text("fidelity ", name_of(spec.rung),
                         " supports bodies and massless points with tables over pairs of modes, for at most ",
@@ -126,7 +125,8 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
   plan.coupled.substep_phase = spec.substep_phase;
   if (!traits_of(spec.rung).has_true_geometry) return;
   for (std::size_t k = 0; k < scene.links.size(); ++k)
-    if (traits_of(scene.links[k]).is_axial) plan.coupled.bars.push_back(true_bar(scene, static_cast<int>(k)));
+    if (structure.resolved.links[k].traits.is_axial)
+      plan.coupled.bars.push_back(true_bar(scene, structure.resolved, static_cast<int>(k)));
 }
 
 double rotation_rate(const StepPlan& plan) {

@@ -7,7 +7,6 @@
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/check/checker.hpp"
-#include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
 
 namespace freeflex {

@@ -6,7 +6,6 @@
 #include "core/limits.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/check/checker.hpp"
-#include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
 
 namespace freeflex {

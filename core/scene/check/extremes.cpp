@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
 
 namespace freeflex {

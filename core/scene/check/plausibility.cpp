@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
 
 namespace freeflex {

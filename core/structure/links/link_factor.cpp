@@ -10,7 +10,6 @@
 #include "core/limits.hpp"
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
-#include "core/scene/faults.hpp"
 #include "core/structure/links/superelement.hpp"
 #include "core/structure/modes/dense/decompositions.hpp"
 #include "core/structure/modes/dense/null_space.hpp"

@@ -1,6 +1,7 @@
 // The forces of links follow from elastic coordinates and their rates. The forces of rigid links depend on
 // the loads too.
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "core/scene/bodies.hpp"
@@ -104,6 +105,8 @@ Eigen::MatrixXd rigid_forces(const LinkFactor& factor, const Link& link, const s
 // dashpot: s = c_d u . (V_2' - V_1')   (THEORY 3.45); link with a relaxation time: s = D (e + tau e')
 // (THEORY 3.46)
 void set_link_forces(const Scene& scene, const LinkFactor& factor, Structure& structure) {
+  assert(structure.shapes.rows() == 3 * static_cast<Eigen::Index>(scene.points.size()) &&
+         structure.damping_rows.cols() == structure.shapes.cols());
   const Eigen::MatrixXd& b = structure.shapes;
   // constraints whose multipliers are the forces of published rigid links
   std::vector<int> columns;

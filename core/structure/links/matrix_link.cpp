@@ -3,7 +3,6 @@
 #include <limits>
 
 #include "core/rounding.hpp"
-#include "core/scene/faults.hpp"
 #include "core/structure/links/link_factor.hpp"
 #include "core/structure/modes/dense/decompositions.hpp"
 #include "core/structure/modes/dense/rigid_residual.hpp"

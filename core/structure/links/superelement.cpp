@@ -2,12 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
-#include "core/scene/faults.hpp"
 #include "core/structure/modes/dense/decompositions.hpp"
 
 namespace freeflex {
@@ -140,6 +140,8 @@ DeformationRows superelement_rows(const Scene& scene, int index, const Freedoms&
 
 // m_s = W_s diag(mu_s) W_s^T, A_m = diag(sqrt(mu_s)) W_s^T   (THEORY 16.17)
 DeformationRows superelement_mass_rows(const Scene& scene, int index, const Freedoms& freedoms) {
+  assert(!has_mass_matrix(scene.links[freeflex::index(index)]) ||
+         mass_matrix_problem(scene, scene.links[freeflex::index(index)]).empty());
   const MatrixLink& matrix = matrix_of(scene, index);
   if (matrix.mass.size() == 0) return {};
   const Coordinates z(scene, index, freedoms);
@@ -155,6 +157,8 @@ DeformationRows superelement_mass_rows(const Scene& scene, int index, const Free
 // momenta T_s^T m_s y   (THEORY 16.19); field moments of the spin load -m_s (w x (w x r_j), 0)
 // (THEORY 16.20)
 MatrixSums matrix_sums(const Scene& scene, const Freedoms& freedoms, const Structure& structure) {
+  assert(structure.shapes.rows() == freedoms.num_displacements() &&
+         structure.rotations.rows() == freedoms.num_rotations());
   const Eigen::Index n = structure.shapes.cols(), num_displacements = structure.shapes.rows();
   MatrixSums sums;
   for (int index = 0; index < static_cast<int>(scene.links.size()); ++index) {

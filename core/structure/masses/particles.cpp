@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <cassert>
 #include <cmath>
 
 #include "core/scene/bodies.hpp"
@@ -86,6 +87,8 @@ DeformationRows mass_rows(const Scene& scene, const Freedoms& freedoms, double l
 }
 
 Particles find_particles(const Scene& scene, const Freedoms& freedoms, const Structure& structure) {
+  assert(structure.shapes.rows() == freedoms.num_displacements() &&
+         structure.rotations.rows() == freedoms.num_rotations());
   const std::vector<CarriedMass> carried = carried_masses(scene, freedoms);
   const auto count = static_cast<Eigen::Index>(carried.size());
   const Eigen::MatrixXd &shapes = structure.shapes, &rotations = structure.rotations;

@@ -1,11 +1,13 @@
 #include "core/structure/prestress/axial_prestress.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 namespace freeflex {
 
 AxialOrders axial_orders(const Scene& scene, std::span<const int> links, const Eigen::MatrixXd& shapes,
                          const std::vector<Prestress::Pair>& pairs) {
+  assert(std::ranges::all_of(links, [&](int link) { return traits_of(scene.links[index(link)]).is_axial; }));
   const auto count = static_cast<Eigen::Index>(links.size());
   AxialOrders orders{Eigen::MatrixXd(count, shapes.cols()),
                      Eigen::MatrixXd(count, static_cast<Eigen::Index>(pairs.size()))};

@@ -1,6 +1,7 @@
 #include "core/structure/prestress/prestress.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <map>
 
@@ -318,6 +319,7 @@ Eigen::VectorXd root_quartic(const Structure& structure, const Prestress& prestr
 }  // namespace
 
 Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Structure& structure) {
+  assert(structure.shapes.cols() == structure.omega.size());
   Prestress prestress;
   choose_pairs(structure, prestress);
   const Eigen::Index n = structure.omega.size();
@@ -343,6 +345,7 @@ Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Str
 // (THEORY X145)
 std::vector<FollowerStiffness> find_follower_stiffness(const Scene& scene, const LinkFactor& factor,
                                                        const Structure& structure) {
+  assert(structure.shapes.cols() == structure.omega.size() && structure.shapes.rows() > 0);
   std::vector<FollowerStiffness> all;
   const auto n = static_cast<int>(structure.omega.size());
   const int num_modes = std::min(n, static_cast<int>(structure.mechanisms.size()) + kMostFollowed);

@@ -1,6 +1,7 @@
 #include "core/structure/prestress/true_deformation.hpp"
 
 #include <Eigen/Geometry>
+#include <cassert>
 #include <cmath>
 
 #include "core/scene/link_kinds.hpp"
@@ -44,6 +45,7 @@ double dihedral(const Eigen::Vector3d& a_1, const Eigen::Vector3d& a_2, const Ei
 }  // namespace
 
 TrueLink::TrueLink(const Scene& scene, int link_index, const Freedoms& freedoms) {
+  assert(!is_rigid(scene.links[index(link_index)]) && matrices_of(scene.links[index(link_index)]) == nullptr);
   const Link& link = scene.links[index(link_index)];
   const auto num_points = static_cast<Eigen::Index>(link.points.size());
   rest_.resize(3, num_points);

@@ -2,6 +2,7 @@
 // for editors is generated from it.
 #pragma once
 
+#include <cassert>
 #include <cstddef>
 #include <string_view>
 #include <vector>
@@ -63,7 +64,10 @@ struct Section {
   /// Returns the key, or nullptr if it is not in the section.
   const Key* find(std::string_view key) const;
   /// Returns the key. \pre the key is in the section
-  const Key& at(std::string_view key) const { return *find(key); }
+  const Key& at(std::string_view key) const {
+    assert(find(key) != nullptr);
+    return *find(key);
+  }
   std::vector<std::string_view> names() const;
 };
 

@@ -1,6 +1,7 @@
 #include "service/io/wire/codec.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 #include <exception>
@@ -83,6 +84,7 @@ Admission out_of_memory(Admission admission) {
 }  // namespace
 
 void fill_name_table(const Plan& plan, NameTable& table) {
+  assert(plan.groups.size() <= index(kMaxGroups));
   table = NameTable{};
   table.num_points = static_cast<std::int32_t>(plan.points.size());
   table.num_wheels = static_cast<std::int32_t>(plan.wheels.size());

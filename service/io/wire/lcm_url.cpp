@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cerrno>
 #include <charconv>
 #include <cstdint>
@@ -131,6 +132,7 @@ std::string check_lcm_url(const std::string& url) {
 }
 
 LcmAddress read_lcm_url(const std::string& url) {
+  assert(check_lcm_url(url).empty());
   const std::string checked = effective_url(url);
   const Parts parts = split(checked);
   const sockaddr_in group = *read_address(parts.address);
@@ -148,6 +150,7 @@ LcmAddress read_lcm_url(const std::string& url) {
 }
 
 std::string find_network_fault(const std::string& url) {
+  assert(check_lcm_url(url).empty());
   const std::string checked = effective_url(url);
   const sockaddr_in group = *read_address(split(checked).address);
   // the call of connect sends no packet: for a datagram socket it only queries the routing table

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "core/scene/bodies.hpp"
-#include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
 #include "core/structure/modes/dense/decompositions.hpp"
 #include "tools/verification/reference/cartesian.hpp"

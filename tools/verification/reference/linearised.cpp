@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "core/structure/modes/dense/decompositions.hpp"
@@ -33,6 +34,7 @@ long whole_steps(double span, double step) { return std::lround(std::ceil(span /
 
 std::unique_ptr<RivalMethod> Linearised::make(Rival rival, const CartesianSystem& system,
                                               std::string& error) {
+  assert(is_linearised(rival));
   if (system.attractor_mu > 0.0) error = "the linearised system does not support an attractor";
   for (const CartesianLink& link : system.links)
     if (link.damping > 0.0)

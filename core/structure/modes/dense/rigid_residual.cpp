@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "core/scene/faults.hpp"
 #include "core/structure/masses/mass_properties.hpp"
 #include "core/structure/modes/dense/decompositions.hpp"
 

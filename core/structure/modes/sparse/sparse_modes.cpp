@@ -1,6 +1,7 @@
 #include "core/structure/modes/sparse/sparse_modes.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "core/faults.hpp"
@@ -62,6 +63,7 @@ Eigen::VectorXd masses_of(const std::vector<PointMass>& points) {
 
 void find_sparse_modes(const Scene& scene, const LinkFactor& factor, const ModesWanted& wanted,
                        const SetupProgress& progress, Structure& structure, Faults& faults) {
+  assert(structure.mass_properties.mass > 0.0 && factor.is_sparse);
   const Freedoms freedoms(scene);
   const MassProperties& body = structure.mass_properties;
   const SparseSystem system = sparse_system(scene, freedoms, factor, body, faults);

@@ -9,7 +9,6 @@
 
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
-#include "core/scene/faults.hpp"
 #include "core/structure/body_modes.hpp"
 #include "core/structure/masses/mass_properties.hpp"
 #include "core/structure/masses/particles.hpp"

@@ -1,4 +1,4 @@
-#include "core/scene/faults.hpp"
+#include "core/scene/scene.hpp"
 
 #include <algorithm>
 

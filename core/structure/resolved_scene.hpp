@@ -1,0 +1,38 @@
+// The resolved scene holds the properties of points and links that follow from the scene alone. The set-up
+// finds them once, and every later stage reads them here.
+#pragma once
+
+#include <vector>
+
+#include "core/scene/link_kinds.hpp"
+
+namespace freeflex {
+
+/// Holds the properties of one link.
+struct ResolvedLink {
+  LinkTraits traits;
+  Axial axial;  // coefficients along the line of its two points
+  bool has_mass = false;
+  bool has_mass_matrix = false;  // the motion inside the link is unknown   (THEORY 16.17)
+  double inner_moment = 0.0;  // [kg m^2] second moment of mass about its first point, if the link has inner
+                              // coordinates; else 0
+
+  bool is_rigid() const { return traits.effect == LinkEffect::kForbids; }
+  /// Returns whether spin and loads strain the link in a way that no table has.
+  bool is_unquantified() const { return traits.hides_forces || has_mass; }
+};
+
+struct ResolvedScene {
+  bool are_point_masses = true;    // as are_point_masses(scene)
+  std::vector<bool> has_attitude;  // one entry for each point, as has_attitude(point)
+  std::vector<ResolvedLink> links;
+
+  /// Returns whether any link has mass, or a mass matrix.
+  bool have_links_mass() const;
+  bool has_mass_matrices() const;
+};
+
+/// Returns the properties of the points and links of a scene. \pre check_physics found no error
+ResolvedScene resolve(const Scene& scene);
+
+}  // namespace freeflex
