@@ -14,7 +14,8 @@ namespace freeflex {
 
 /// Holds what a service publishes of the motion, and the limits of one command.
 struct PlanService {
-  double state_rate = 0.0, points_rate = 0.0, loads_rate = 0.0, status_rate = 0.0;  // [Hz]
+  ChannelRates rates{};
+  double status_rate = 0.0;  // [Hz]
   std::vector<std::int32_t> published_points;
   std::vector<std::int32_t> published_groups;
   double force_limit = 0.0, torque_limit = 0.0;  // [N], [N m] for one command; 0: no limit

@@ -167,6 +167,29 @@ constexpr const LinkTypeTraits* find_link_type(std::string_view name) noexcept {
   return nullptr;
 }
 
+/// Holds the properties of a channel that publishes the motion at a rate of the scene. The scene names the
+/// channel by its key under `publish`.
+struct ChannelTraits {
+  const char* key;
+  const char* about;    // description for authors of scenes
+  double default_rate;  // [Hz]
+  bool lists_items;     // the scene may choose the published items, so the key has a mapping
+};
+inline constexpr std::array<ChannelTraits, 3> kMotionChannels{{
+    {"state", "Rate of the state; default 50, 0 switches it off.", 50.0, false},
+    {"points", "Positions, velocities and accelerations of points.", 50.0, true},
+    {"loads", "Forces of links.", 50.0, true},
+}};
+inline constexpr std::size_t kNumMotionChannels = kMotionChannels.size();
+inline constexpr std::size_t kStateChannel = 0, kPointsChannel = 1, kLoadsChannel = 2;
+/// Holds a rate [Hz] for each channel. A rate of 0 switches the channel off.
+using ChannelRates = std::array<double, kNumMotionChannels>;
+constexpr ChannelRates default_rates() noexcept {
+  ChannelRates rates{};
+  for (std::size_t i = 0; i < rates.size(); ++i) rates[i] = kMotionChannels[i].default_rate;
+  return rates;
+}
+
 /// Lists the axes of a load: world axes, body axes, or body axes rotated by the local elastic rotation
 /// (follower forces, THEORY 8.24).
 enum class Axes : std::int32_t { kWorld = 0, kBody = 1, kLocal = 2 };

@@ -65,8 +65,7 @@ Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& cl
   io::fill_name_table(plan, *names_);
   io::limit_holds(plan, *names_);
   free_.take(plan_, state());
-  for (std::size_t i = 0; i < every_.size(); ++i)
-    every_[i] = io::ticks_between(plan.*io::kMotionChannels[i].rate, plan.period);
+  for (std::size_t i = 0; i < every_.size(); ++i) every_[i] = io::ticks_between(plan.rates[i], plan.period);
 }
 
 void Simulation::run() noexcept {

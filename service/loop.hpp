@@ -97,8 +97,8 @@ class Simulation {
   InboundRing& inbound_;
   Output& output_;
   std::unique_ptr<io::NameTable> names_;  // own copy, because the copy in shared memory is not trusted
-  std::array<std::int64_t, io::kNumMotionChannels> every_{};  // [ticks] interval between two publications; 0:
-                                                              // off
+  std::array<std::int64_t, kNumMotionChannels> every_{};  // [ticks] interval between two publications; 0:
+                                                          // off
 
   Motion motion_;
   CommandQueue command_queue_;

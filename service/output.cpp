@@ -32,14 +32,14 @@ std::array<Queue<Snapshot>, sizeof...(I)> make_queues(const Plan& plan, Snapshot
                                                       std::size_t most_waiting, std::index_sequence<I...>) {
   const std::size_t num_places =
       std::min(most_waiting, std::max(Output::kLeastWaiting, Output::kMotionBytes / bytes_of(prototype)));
-  return {Queue<Snapshot>(prototype, plan.*io::kMotionChannels[I].rate > 0.0 ? num_places : 1)...};
+  return {Queue<Snapshot>(prototype, plan.rates[I] > 0.0 ? num_places : 1)...};
 }
 
 }  // namespace
 
 Output::Output(const Plan& plan, std::size_t most_waiting)
     : motion(make_queues(plan, make_snapshot(plan), most_waiting,
-                         std::make_index_sequence<io::kNumMotionChannels>{})),
+                         std::make_index_sequence<kNumMotionChannels>{})),
       status(make_snapshot(plan)) {}
 
 }  // namespace freeflex::service

@@ -97,11 +97,11 @@ struct Output {
   Ring<AckEntry, kNumOperatorAcks> operator_acks;
   Ring<AppliedEntry, kNumApplied> applied;
   Ring<PageRequest, kNumRequests> requests;
-  // no snapshot is lost while there is room. There is one queue for each of io::kMotionChannels, filled at
+  // no snapshot is lost while there is room. There is one queue for each of io::kEncoders, filled at
   // the channel's rate.
-  std::array<Queue<Snapshot>, io::kNumMotionChannels> motion;
+  std::array<Queue<Snapshot>, kNumMotionChannels> motion;
   // number of snapshots of each channel that were lost because its queue was full
-  std::array<std::atomic<std::int64_t>, io::kNumMotionChannels> num_dropped{};
+  std::array<std::atomic<std::int64_t>, kNumMotionChannels> num_dropped{};
   // number of pages of SCENE for the reduced and for the fallback plan; set before the simulation runs
   std::array<std::int32_t, 2> num_scene_pages{1, 1};
   // filled after the publisher has set is_status_wanted

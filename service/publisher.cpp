@@ -174,7 +174,7 @@ bool Publisher::send_all() {
 bool Publisher::send_motion() {
   bool has_any = false;
   for (std::size_t i = 0; i < output_.motion.size(); ++i) {
-    const io::MotionChannel& channel = io::kMotionChannels[i];
+    const io::ChannelEncoder& channel = io::kEncoders[i];
     const Snapshot* snapshot = output_.motion[i].front();
     has_any |= snapshot != nullptr;
     for (int n = 0; n < kBurst && snapshot != nullptr && snapshot->applied_count <= num_applied_; ++n) {

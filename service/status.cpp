@@ -65,8 +65,8 @@ void StatusReporter::fill_counts(freeflex_msgs::status_t& status) {
   }
   status.num_rejections = static_cast<std::int32_t>(status.rejections.size());
   status.answers_dropped = dropped_answers_.take(shared_.dropped_answers.load(std::memory_order_relaxed));
-  for (std::size_t i = 0; i < io::kNumMotionChannels; ++i)
-    status.*io::kMotionChannels[i].dropped = output_.num_dropped[i].load(std::memory_order_relaxed);
+  for (std::size_t i = 0; i < kNumMotionChannels; ++i)
+    status.*io::kEncoders[i].dropped = output_.num_dropped[i].load(std::memory_order_relaxed);
 }
 
 void StatusReporter::fill_timing(freeflex_msgs::status_t& status) const {

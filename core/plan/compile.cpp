@@ -290,9 +290,7 @@ void refuse_bodies(const Scene& scene, const ResolvedScene& resolved, Fidelity r
 }
 
 void compile_publication(const Publication& publication, Plan& plan) {
-  plan.state_rate = publication.state_rate;
-  plan.points_rate = publication.points_rate;
-  plan.loads_rate = publication.loads_rate;
+  plan.rates = publication.rates;
   plan.status_rate = publication.status_rate;
   plan.published_points = without_repeats(publication.points);
   plan.published_groups = without_repeats(publication.groups);

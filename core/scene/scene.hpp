@@ -292,11 +292,9 @@ struct LeaveOut {
   Origin origin{};
 };
 
-/// Published items and their rates. A rate of 0 switches a channel off.
+/// Published items and their rates.
 struct Publication {
-  double state_rate = 50.0;   // [Hz]
-  double points_rate = 50.0;  // [Hz]
-  double loads_rate = 50.0;   // [Hz]
+  ChannelRates rates = default_rates();
   double status_rate = 10.0;  // [Hz]
   std::vector<int> points;    // indices into Scene::points
   std::vector<int> links;     // indices into Scene::links

@@ -93,7 +93,7 @@ COUNTS = [
     ("rooms of core with more than 17 files", crowded_rooms(), 0),
     ("files of more than 400 lines", long_files(), 16),
     ("functions of more than 70 lines", long_functions(), 0),
-    ("lines of core", [""] * sum(len(path.read_text().splitlines()) for path in sources("core")), 27853),
+    ("lines of core", [""] * sum(len(path.read_text().splitlines()) for path in sources("core")), 27874),
 ]
 
 failed = False

@@ -132,17 +132,17 @@ TEST(Outbound, AStateMessageContainsTheStateOfTheCore) {
 TEST(Outbound, EachMotionChannelHasItsNameRateAndMessages) {
   Plan plan = make_plan();
   const State state = make_test_state(plan);
-  plan.state_rate = 50.0, plan.points_rate = 20.0, plan.loads_rate = 10.0;
+  plan.rates = {50.0, 20.0, 10.0};
   std::vector<std::string> names;
   std::vector<std::int64_t> ticks;
   std::vector<std::vector<std::vector<std::byte>>> sent;
-  for (const io::MotionChannel& channel : io::kMotionChannels) {
-    names.emplace_back(channel.suffix);
-    ticks.push_back(io::ticks_between(plan.*channel.rate, plan.period));
-    sent.push_back(channel.encode(plan, state, kStamp));
+  for (std::size_t i = 0; i < kNumMotionChannels; ++i) {
+    names.emplace_back(io::kEncoders[i].suffix);
+    ticks.push_back(io::ticks_between(plan.rates[i], plan.period));
+    sent.push_back(io::kEncoders[i].encode(plan, state, kStamp));
   }
   EXPECT_EQ(names, (std::vector<std::string>{"_STATE", "_POINTS", "_LOADS"}));
-  EXPECT_EQ(names[io::kStateChannel], channels::kState);
+  EXPECT_EQ(names[kStateChannel], channels::kState);
   EXPECT_EQ(ticks, (std::vector<std::int64_t>{20, 50, 100}));
   EXPECT_EQ(io::ticks_between(0.0, plan.period), 0) << "off";
   EXPECT_EQ(io::ticks_between(1e9, plan.period), 1) << "each tick at most once";

@@ -132,9 +132,9 @@ TEST(ReadScene, SelectionsKeepTheirWrittenOrder) {
   EXPECT_EQ(publication.points, (std::vector<int>{2, 0}));
   EXPECT_EQ(publication.links, (std::vector<int>{3, 0}));
   EXPECT_EQ(publication.groups, (std::vector<int>{1}));
-  EXPECT_EQ(publication.state_rate, 100.0);
-  EXPECT_EQ(publication.points_rate, 25.0);
-  EXPECT_EQ(publication.loads_rate, 0.0);
+  EXPECT_EQ(publication.rates[kStateChannel], 100.0);
+  EXPECT_EQ(publication.rates[kPointsChannel], 25.0);
+  EXPECT_EQ(publication.rates[kLoadsChannel], 0.0);
   EXPECT_EQ(publication.status_rate, 5.0);
   EXPECT_EQ(scene.pushable, (std::vector<int>{2, 1}));
   EXPECT_EQ(scene.force_limit, 1000.0);

@@ -284,7 +284,7 @@ TEST(Loop, StatesDroppedForLackOfRoomAreCountedAndOthersStayInOrder) {
   const std::vector<std::int64_t> wanted{0,   20,  40,  60,  80,  220, 240, 260,
                                          280, 300, 320, 340, 360, 380, 400, 400};
   EXPECT_EQ(arrived, wanted);
-  EXPECT_EQ(rig.output->num_dropped[io::kStateChannel].load(), 6);
+  EXPECT_EQ(rig.output->num_dropped[kStateChannel].load(), 6);
 }
 
 TEST(Loop, PassesOnRequestsOnlyForModesAndPagesThatExist) {

@@ -54,7 +54,7 @@ const service::Snapshot* Rig::take_motion() {
   for (std::size_t i = 0; i < output->motion.size(); ++i) {
     const service::Snapshot* const oldest = output->motion[i].front();
     if (oldest == nullptr) continue;
-    if (i == io::kStateChannel) taken = *oldest, has_state = true;
+    if (i == kStateChannel) taken = *oldest, has_state = true;
     output->motion[i].drop();
   }
   return has_state ? &taken : nullptr;

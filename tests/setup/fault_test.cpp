@@ -219,7 +219,7 @@ const std::vector<BadScene>& bad_scenes() {
          s.loads[0].history = TableHistory{{1.0, 0.0}, {1.0, 2.0}};
        }},
       {"publication names link index 99", [](Scene& s) { s.publication.links = {99}; }},
-      {"publication: state rate is -1 Hz", [](Scene& s) { s.publication.state_rate = -1.0; }},
+      {"publication: state rate is -1 Hz", [](Scene& s) { s.publication.rates[kStateChannel] = -1.0; }},
       {"the list of pushable points names point index 8", [](Scene& s) { s.pushable = {8}; }},
       {"this is point 200001 of 200010, but at most 200000 are allowed",
        [](Scene& s) {

@@ -19,7 +19,7 @@ using tools::RecordedSession;
 Plan every_20_ticks() {
   Plan plan;
   plan.period = 1e-3;
-  plan.state_rate = plan.points_rate = plan.loads_rate = 50.0;
+  plan.rates = {50.0, 50.0, 50.0};
   return plan;
 }
 
@@ -34,7 +34,7 @@ status_t dropped(std::int64_t states, std::int64_t points, std::int64_t tick = 0
 }
 
 void add_states(RecordedSession& session, std::initializer_list<std::int64_t> ticks) {
-  for (const std::int64_t tick : ticks) session.pages[io::kStateChannel].push_back({tick, 0, 0, 1});
+  for (const std::int64_t tick : ticks) session.pages[kStateChannel].push_back({tick, 0, 0, 1});
 }
 
 Loss loss_of(const RecordedSession& session, const char* channel = "STATE") {
@@ -93,7 +93,7 @@ TEST(Losses, AreCountedUpToTheLastTickOfTheDaemon) {
 
 TEST(Losses, ATickIsCompleteOnlyIfAllItsPagesAreThere) {
   RecordedSession session;
-  auto& pages = session.pages[io::kPointsChannel];
+  auto& pages = session.pages[kPointsChannel];
   for (const std::int64_t tick : {0, 20, 40, 60})
     for (const std::int32_t page : {2, 0, 1})
       if (tick != 40 || page != 1) pages.push_back({tick, 0, page, 3});

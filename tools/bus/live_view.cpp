@@ -202,7 +202,7 @@ std::string LiveView::header_text() const {
          alarming("overruns", status_->overruns) + "   " + alarming("slips", status_->slips) + "   " +
          alarming("ingress restarts", status_->ingress_restarts);
   std::int64_t num_lost = status_->answers_dropped + status_->sends_failed;
-  for (const io::MotionChannel& channel : io::kMotionChannels) num_lost += *status_.*channel.dropped;
+  for (const io::ChannelEncoder& channel : io::kEncoders) num_lost += *status_.*channel.dropped;
   if (num_lost > 0) out += "   " + alarming("not sent", num_lost);
   out += "\n\n";
   return out;

@@ -68,8 +68,7 @@ void UnsentCounts::take(const status_t& status) {
     range.first = has_any ? std::min(range.first, count) : count;
     range.last = has_any ? std::max(range.last, count) : count;
   };
-  for (std::size_t i = 0; i < io::kNumMotionChannels; ++i)
-    widen(dropped[i], status.*io::kMotionChannels[i].dropped);
+  for (std::size_t i = 0; i < kNumMotionChannels; ++i) widen(dropped[i], status.*io::kEncoders[i].dropped);
   widen(failed, status.sends_failed);
   if (status.mode == status_t::STOPPED) end_tick = std::max(end_tick, status.tick);
   has_any = true;
@@ -77,13 +76,12 @@ void UnsentCounts::take(const status_t& status) {
 
 std::vector<Loss> find_losses(const RecordedSession& session, const Plan& plan) {
   std::vector<Loss> losses;
-  for (std::size_t i = 0; i < io::kNumMotionChannels; ++i) {
-    const io::MotionChannel& channel = io::kMotionChannels[i];
-    const std::int64_t every = io::ticks_between(plan.*channel.rate, plan.period);
+  for (std::size_t i = 0; i < kNumMotionChannels; ++i) {
+    const std::int64_t every = io::ticks_between(plan.rates[i], plan.period);
     const std::vector<std::int64_t> ticks = whole_ticks(session.pages[i]);
     if (every == 0 || ticks.empty()) continue;
     Loss loss = find_loss(ticks, every, session.unsent.end_tick);
-    loss.channel = channel.suffix + 1;  // without the underscore
+    loss.channel = io::kEncoders[i].suffix + 1;  // without the underscore
     loss.num_unsent = std::min(loss.num_ticks - loss.num_before, session.unsent.dropped[i].size());
     losses.push_back(loss);
   }

@@ -32,8 +32,8 @@ struct UnsentCounts {
     std::int64_t size() const { return last - first; }
   };
   bool has_any = false;
-  std::array<Range, io::kNumMotionChannels> dropped;  // in the order of io::kMotionChannels
-  Range failed;                                       // messages on all channels that the network refused
+  std::array<Range, kNumMotionChannels> dropped;  // in the order of io::kEncoders
+  Range failed;                                   // messages on all channels that the network refused
   std::int64_t end_tick = -1;  // tick at which the daemon ended, if a STATUS reports it, else -1
 };
 

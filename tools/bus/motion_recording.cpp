@@ -173,11 +173,11 @@ class RecordedMotion : public MotionFile {
     std::set<std::string> others;
     while (log.next(event)) {
       if (event.channel == prefix_ + channels::kState) {
-        take_page<state_t>(event, io::kStateChannel);
+        take_page<state_t>(event, kStateChannel);
       } else if (event.channel == prefix_ + channels::kPoints) {
-        take_page<points_t>(event, io::kPointsChannel);
+        take_page<points_t>(event, kPointsChannel);
       } else if (event.channel == prefix_ + channels::kLoads) {
-        take_page<loads_t>(event, io::kLoadsChannel);
+        take_page<loads_t>(event, kLoadsChannel);
       } else if (event.channel == prefix_ + channels::kScene) {
         take_scene(event);
       } else {
@@ -195,12 +195,12 @@ class RecordedMotion : public MotionFile {
 
   std::unique_ptr<RowReader> open(std::size_t part) override {
     switch (channels_[part]) {
-      case io::kStateChannel:
-        return std::make_unique<PageReader<state_t>>(path_, indices_[io::kStateChannel]);
-      case io::kPointsChannel:
-        return std::make_unique<PageReader<points_t>>(path_, indices_[io::kPointsChannel]);
+      case kStateChannel:
+        return std::make_unique<PageReader<state_t>>(path_, indices_[kStateChannel]);
+      case kPointsChannel:
+        return std::make_unique<PageReader<points_t>>(path_, indices_[kPointsChannel]);
       default:
-        return std::make_unique<PageReader<loads_t>>(path_, indices_[io::kLoadsChannel]);
+        return std::make_unique<PageReader<loads_t>>(path_, indices_[kLoadsChannel]);
     }
   }
 
@@ -240,7 +240,7 @@ class RecordedMotion : public MotionFile {
   /// Returns an error if one tick of one epoch has two different states. Otherwise returns an empty text.
   std::string find_two_states() const {
     std::map<std::pair<std::int64_t, std::int64_t>, std::size_t> contents;
-    for (const PageAt& page : indices_[io::kStateChannel].pages)
+    for (const PageAt& page : indices_[kStateChannel].pages)
       if (contents.try_emplace({page.epoch, page.tick}, page.content).first->second != page.content)
         return path_ + ": the STATE at byte " + std::to_string(page.offset) +
                " differs from an earlier STATE of tick " + std::to_string(page.tick) +
@@ -267,9 +267,9 @@ class RecordedMotion : public MotionFile {
       parts_.push_back({name, std::move(columns)});
       channels_.push_back(channel);
     };
-    add(io::kStateChannel, "STATE", state_layout(log));
-    add(io::kPointsChannel, "POINTS", points_layout(log));
-    add(io::kLoadsChannel, "LOADS", loads_layout(log));
+    add(kStateChannel, "STATE", state_layout(log));
+    add(kPointsChannel, "POINTS", points_layout(log));
+    add(kLoadsChannel, "LOADS", loads_layout(log));
   }
 
   template <class Message>
@@ -293,7 +293,7 @@ class RecordedMotion : public MotionFile {
   }
 
   Columns state_layout(io::LogReader& log) {
-    Index& index = indices_[io::kStateChannel];
+    Index& index = indices_[kStateChannel];
     const std::vector<state_t> messages = first_tick<state_t>(log, index);
     if (messages.empty()) return {};
     index.num_elastic = messages[0].num_elastic;
@@ -302,7 +302,7 @@ class RecordedMotion : public MotionFile {
   }
 
   Columns points_layout(io::LogReader& log) {
-    Index& index = indices_[io::kPointsChannel];
+    Index& index = indices_[kPointsChannel];
     Columns columns;
     const std::vector<points_t> messages = first_tick<points_t>(log, index);
     std::set<std::int32_t> bodies;
@@ -324,7 +324,7 @@ class RecordedMotion : public MotionFile {
   }
 
   Columns loads_layout(io::LogReader& log) {
-    Index& index = indices_[io::kLoadsChannel];
+    Index& index = indices_[kLoadsChannel];
     Columns columns;
     for (const loads_t& message : first_tick<loads_t>(log, index))
       for (const auto& link : message.links) {
@@ -341,7 +341,7 @@ class RecordedMotion : public MotionFile {
   std::string path_, prefix_;
   std::int64_t session_;
   Names names_;
-  std::array<Index, io::kNumMotionChannels> indices_;
+  std::array<Index, kNumMotionChannels> indices_;
   std::vector<std::size_t> channels_;  // of the parts
 };
 

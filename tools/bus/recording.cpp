@@ -136,7 +136,7 @@ bool Indexer::read(const io::LogEvent& event) {
     RecordedSession& session = own_session_of(event, message.session);
     session.states.push_back(
         {message.epoch, message.tick, message.time, message.applied_count, event.offset});
-    session.pages[io::kStateChannel].push_back({message.tick, message.epoch, 0, 1});
+    session.pages[kStateChannel].push_back({message.tick, message.epoch, 0, 1});
   } else if (event.channel == scene_) {
     freeflex_msgs::scene_t message;
     if (!io::decode_message(event.bytes, message)) return false;
@@ -162,9 +162,9 @@ bool Indexer::take_pages(const io::LogEvent& event, std::size_t channel) {
 bool Indexer::take_other(const io::LogEvent& event) {
   bool is_read = false;
   if (event.channel == points_) {
-    is_read = take_pages<freeflex_msgs::points_t>(event, io::kPointsChannel);
+    is_read = take_pages<freeflex_msgs::points_t>(event, kPointsChannel);
   } else if (event.channel == loads_) {
-    is_read = take_pages<freeflex_msgs::loads_t>(event, io::kLoadsChannel);
+    is_read = take_pages<freeflex_msgs::loads_t>(event, kLoadsChannel);
   } else if (event.channel == status_) {
     freeflex_msgs::status_t status;
     is_read = io::decode_message(event.bytes, status);

@@ -176,11 +176,11 @@ class Replay {
   /// Adds the numbers of messages that are not compared, and warnings about messages that are missing in the
   /// log and about records after the last state.
   void count_rest() {
-    static constexpr std::array kBeside{io::kPointsChannel, io::kLoadsChannel};
+    static constexpr std::array kBeside{kPointsChannel, kLoadsChannel};
     for (const std::size_t channel : kBeside)
       if (const std::size_t count = session_.pages[channel].size(); count > 0)
         outcome_.not_compared.push_back(counted(static_cast<std::int64_t>(count), "message") + " of " +
-                                        (io::kMotionChannels[channel].suffix + 1));
+                                        (io::kEncoders[channel].suffix + 1));
     outcome_.losses = find_losses(session_, plan_);
     for (const Loss& loss : outcome_.losses)
       if (loss.num_ticks > 0) outcome_.warn(describe(loss, session_.unsent));

@@ -130,7 +130,7 @@ std::string find_idle_option(const CLI::App& command, const RunOptions& options)
 /// If a table would have no row, prints an error and returns false. If a log would have no STATE, prints a
 /// warning.
 bool has_states(const Plan& plan, const std::string& out) {
-  if (plan.state_rate > 0.0) return true;
+  if (plan.rates[kStateChannel] > 0.0) return true;
   const std::string what = "the scene publishes no state ('publish: {state: 0}')";
   const std::string remedy = "set 'publish: state' to a rate [Hz]";
   if (is_table(out)) return print_error(what + ", so the table would have no row; " + remedy), false;

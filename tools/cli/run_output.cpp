@@ -43,8 +43,7 @@ class LogOutput : public RunOutput {
         scene_every_(io::ticks_between(1.0, plan.period)),
         status_every_(io::ticks_between(std::max(plan.status_rate, kLeastStatusRate), plan.period)),
         motion_status_(plan) {
-    for (std::size_t i = 0; i < every_.size(); ++i)
-      every_[i] = io::ticks_between(plan.*io::kMotionChannels[i].rate, plan.period);
+    for (std::size_t i = 0; i < every_.size(); ++i) every_[i] = io::ticks_between(plan.rates[i], plan.period);
     std::error_code ignored;
     input_ = std::filesystem::absolute(input, ignored).lexically_normal().string();
     stamp_.session = 1;
@@ -58,7 +57,7 @@ class LogOutput : public RunOutput {
         put(channels::kScene, page);
     for (std::size_t i = 0; i < every_.size(); ++i) {
       if (!is_due(every_[i], state.tick, is_edge)) continue;
-      const io::MotionChannel& channel = io::kMotionChannels[i];
+      const io::ChannelEncoder& channel = io::kEncoders[i];
       for (const auto& message : channel.encode(plan_, state, stamp_))
         writer_.write(prefix_ + channel.suffix, stamp_.utime, message);
     }
@@ -130,8 +129,8 @@ class LogOutput : public RunOutput {
   std::string input_;
   io::LogWriter writer_;
   io::Stamp stamp_;
-  std::array<std::int64_t, io::kNumMotionChannels> every_{};  // [ticks]
-  std::int64_t scene_every_, status_every_;                   // [ticks]
+  std::array<std::int64_t, kNumMotionChannels> every_{};  // [ticks]
+  std::int64_t scene_every_, status_every_;               // [ticks]
   service::FreeMotion free_;
   service::MotionStatus motion_status_;
 };
@@ -141,7 +140,7 @@ class CsvOutput : public RunOutput {
   CsvOutput(const Plan& plan, const std::string& path)
       : plan_(plan),
         writer_(is_standard_output(path) ? io::CsvWriter(stdout, "standard output") : io::CsvWriter(path)),
-        every_(io::ticks_between(plan.state_rate, plan.period)) {
+        every_(io::ticks_between(plan.rates[kStateChannel], plan.period)) {
     Columns names{"tick"};
     std::vector<std::string> wheels;
     for (const PlanWheel& wheel : plan.wheels) wheels.push_back(wheel.name);

@@ -260,8 +260,8 @@ void fields(Archive& archive, T& p) {
 
 template <typename Archive, Is<PlanService> T>
 void fields(Archive& archive, T& s) {
-  all_of<PlanService>(archive, s.state_rate, s.points_rate, s.loads_rate, s.status_rate, s.published_points,
-                      s.published_groups, s.force_limit, s.torque_limit);
+  all_of<PlanService>(archive, s.rates, s.status_rate, s.published_points, s.published_groups, s.force_limit,
+                      s.torque_limit);
 }
 
 template <typename Archive, Is<PlanError> T>

@@ -406,8 +406,8 @@ void PlanCheck::check_fallback() {
 }
 
 std::string find_in_service(const Plan& plan) {
-  if (!is_at_least(plan.state_rate, 0.0) || !is_at_least(plan.points_rate, 0.0) ||
-      !is_at_least(plan.loads_rate, 0.0) || !is_at_least(plan.status_rate, 0.0))
+  const auto is_rate = [](double rate) { return is_at_least(rate, 0.0); };
+  if (!std::ranges::all_of(plan.rates, is_rate) || !is_rate(plan.status_rate))
     return "a publication rate is not >= 0";
   if (!is_at_least(plan.force_limit, 0.0) || !is_at_least(plan.torque_limit, 0.0))
     return "the force limit or the torque limit is not >= 0";

@@ -204,9 +204,8 @@ void Checker::check_initial() {
 
 void Checker::check_publication() {
   const Publication& publication = scene.publication;
-  not_negative({}, "publication: state rate", publication.state_rate, "Hz");
-  not_negative({}, "publication: points rate", publication.points_rate, "Hz");
-  not_negative({}, "publication: loads rate", publication.loads_rate, "Hz");
+  for (std::size_t i = 0; i < kNumMotionChannels; ++i)
+    not_negative({}, join_text("publication: ", kMotionChannels[i].key, " rate"), publication.rates[i], "Hz");
   not_negative({}, "publication: status rate", publication.status_rate, "Hz");
   for (const int index : publication.points) known_point({}, "publication", index);
   for (const int index : publication.groups) known_group({}, "publication", index);

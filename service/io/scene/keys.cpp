@@ -383,14 +383,28 @@ const Section kPublishedLoads{
      key("of", Form::kSelection, "Links; default: all, or none if the scene has more than 1000 points.")},
     "rate"};
 
-const Section kPublish{
-    "publish",
-    {number("state", kPublicationRate, "Rate of the state; default 50, 0 switches it off."),
-     mapping("points", kPublishedPoints, "Positions, velocities and accelerations of points."),
-     mapping("loads", kPublishedLoads, "Forces of links."),
-     key("groups", Form::kSelection, "Groups whose poses are published with the points; default: all."),
-     number("status", kPublicationRate,
-            "Rate of the status; default 10. At least 10 status messages a second are published.")}};
+namespace {
+
+std::vector<Key> publish_keys() {
+  std::vector<Key> keys;
+  for (std::size_t i = 0; i < kNumMotionChannels; ++i) {
+    const ChannelTraits& channel = kMotionChannels[i];
+    keys.push_back(
+        channel.lists_items
+            ? mapping(channel.key, i == kPointsChannel ? kPublishedPoints : kPublishedLoads, channel.about)
+            : number(channel.key, kPublicationRate, channel.about));
+  }
+  keys.push_back(
+      key("groups", Form::kSelection, "Groups whose poses are published with the points; default: all."));
+  keys.push_back(
+      number("status", kPublicationRate,
+             "Rate of the status; default 10. At least 10 status messages a second are published."));
+  return keys;
+}
+
+}  // namespace
+
+const Section kPublish{"publish", publish_keys()};
 
 const Section kCommands{
     "commands",

@@ -330,19 +330,23 @@ void SceneReader::read_publish(const Node* node) {
   }
   if (!node) return;
   const Fields fields(report_, *node, "publish", sections::kPublish);
-  fields.read("state", publication.state_rate);
+  for (std::size_t i = 0; i < kNumMotionChannels; ++i) {
+    if (kMotionChannels[i].lists_items) continue;
+    const std::string key = kMotionChannels[i].key;
+    fields.read(key, publication.rates[i]);
+    check_publication_rate(fields.find(key), "publish: " + key, publication.rates[i]);
+  }
   fields.read("status", publication.status_rate);
-  check_publication_rate(fields.find("state"), "publish: state", publication.state_rate);
   check_publication_rate(fields.find("status"), "publish: status", publication.status_rate);
   if (const Node* points = fields.find("points"))
     read_rate_and_selection(*points, "publish: points", sections::kPublishedPoints, points_, all_points,
-                            publication.points_rate, publication.points);
+                            publication.rates[kPointsChannel], publication.points);
   if (const Node* groups = fields.find("groups"))
     if (auto selection = read_selection(report_, *groups, "publish: groups", groups_))
       publication.groups = std::move(*selection);
   if (const Node* loads = fields.find("loads"))
     read_rate_and_selection(*loads, "publish: loads", sections::kPublishedLoads, links_, all_links,
-                            publication.loads_rate, publication.links);
+                            publication.rates[kLoadsChannel], publication.links);
 }
 
 void SceneReader::warn_of_defaults() {

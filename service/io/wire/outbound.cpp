@@ -116,13 +116,11 @@ freeflex_msgs::applied_t make_applied(std::int32_t kind, std::int64_t tick, std:
 
 }  // namespace
 
-constexpr std::array<MotionChannel, kNumMotionChannels> kMotionChannels{
-    {{channels::kState, &Plan::state_rate, encode_state, &freeflex_msgs::status_t::states_dropped},
-     {channels::kPoints, &Plan::points_rate, encode_pages<make_points_messages>,
-      &freeflex_msgs::status_t::points_dropped},
-     {channels::kLoads, &Plan::loads_rate, encode_pages<make_loads_messages>,
-      &freeflex_msgs::status_t::loads_dropped}}};
-static_assert(kMotionChannels.back().dropped != nullptr, "kMotionChannels lacks a row");
+constexpr std::array<ChannelEncoder, kNumMotionChannels> kEncoders{
+    {{channels::kState, encode_state, &freeflex_msgs::status_t::states_dropped},
+     {channels::kPoints, encode_pages<make_points_messages>, &freeflex_msgs::status_t::points_dropped},
+     {channels::kLoads, encode_pages<make_loads_messages>, &freeflex_msgs::status_t::loads_dropped}}};
+static_assert(kEncoders.back().dropped != nullptr, "kEncoders lacks a row");
 
 std::int64_t ticks_between(double rate, double period) {
   if (!(rate > 0.0)) return 0;

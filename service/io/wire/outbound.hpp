@@ -37,21 +37,17 @@ std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, cons
                                                           const Stamp& stamp);
 std::vector<freeflex_msgs::loads_t> make_loads_messages(const Plan& plan, const MotionState& state,
                                                         const Stamp& stamp);
-/// A channel that publishes the motion. The plan gives the rate of the channel in messages per simulated
-/// second.
-struct MotionChannel {
+/// Says how a channel publishes the motion.
+struct ChannelEncoder {
   const char* suffix;  // last part of the channel name
-  double Plan::*rate;  // [Hz] 0: off
   std::vector<std::vector<std::byte>> (*encode)(const Plan& plan, const MotionState& state,
                                                 const Stamp& stamp);  // returns the channel's messages
   // number of messages of the channel that were dropped because the publisher was late
   std::int64_t freeflex_msgs::status_t::*dropped;
 };
-inline constexpr std::size_t kNumMotionChannels = 3;
-/// STATE, POINTS, LOADS, in the order in which messages of one tick are sent. The daemon and `freeflex run`
-/// publish these channels.
-extern const std::array<MotionChannel, kNumMotionChannels> kMotionChannels;
-inline constexpr std::size_t kStateChannel = 0, kPointsChannel = 1, kLoadsChannel = 2;
+/// One encoder for each of kMotionChannels, in the order in which messages of one tick are sent. The daemon
+/// and `freeflex run` publish these channels at the rates of the plan.
+extern const std::array<ChannelEncoder, kNumMotionChannels> kEncoders;
 
 /// Returns the number of ticks between two publications at a rate [Hz], or 0 if the channel is off.
 std::int64_t ticks_between(double rate, double period);
