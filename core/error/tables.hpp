@@ -75,7 +75,7 @@ struct PlanNamed {
 /// them (THEORY X140, X141). "Products of the spin" below are the entries xx, yy, zz, xy, xz, yz of w w^T, in
 /// this order.
 struct PlanUnmodelled {
-  bool is_known = false;          // false: the plan file is of version 5 or before, which has no such tables
+  bool is_known = false;          // false: the plan is stepped beside another plan, so it has no tables
   bool is_rigid = false;          // true: the plan is on the rung `rigid`, but the structure has elastic
                                   // modes
   bool has_unquantified = false;  // true: the neglected terms of some items are not computed (matrices, rigid
