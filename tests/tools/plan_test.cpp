@@ -184,5 +184,19 @@ TEST(Plan, SteadyLoadsAreComputedWithAllModesEvenIfThePlanOmitsSome) {
   EXPECT_TRUE(contains(refused.err, "name the scene")) << refused.err;
 }
 
+TEST(Plan, CostsAreMeasuredForTorquesInLocalAxesAndForARigidRungWithFeedback) {
+  const TemporaryFolder folder;
+  const std::string points =
+      "points:\n  - {name: a, mass: 4, at: [0, 0, 0], inertia: [1, 1, 1]}\n  - {name: b, mass: 2, at: [3, 1, "
+      "0]}\n"
+      "links: [{beam: [a, b], EA: 6e7, GJ: 5e4, EIy: 7e4, EIz: 7e4}]\n";
+  for (const char* rest : {"loads: [{axes: local, torques: {a: [0, 0.1, 0]}}]\n",
+                           "fidelity: rigid\nfeedback: [{at: b, velocity: -1}]\n"}) {
+    write_text(folder / "scene.yaml", points + rest);
+    const Outcome outcome = run(kFreeflex + " plan --json " + folder / "scene.yaml");
+    EXPECT_EQ(outcome.exit_code, 0) << rest << outcome.err;
+  }
+}
+
 }  // namespace
 }  // namespace freeflex::testing

@@ -43,6 +43,7 @@ Array to_rows(const Eigen::MatrixXd& modal_rows, const StepPlan& plan) {
 // Returns B, the unit elastic displacements of the points on which feedback acts (3 f x n).
 Eigen::MatrixXd actuator_rows(const StepPlan& plan) {
   Eigen::MatrixXd rows(3 * static_cast<Eigen::Index>(plan.feedbacks.size()), plan.num_elastic);
+  if (plan.num_elastic == 0) return rows;  // there is no row length to divide by
   for (std::size_t f = 0; f < plan.feedbacks.size(); ++f)
     rows.middleRows<3>(3 * static_cast<Eigen::Index>(f)) =
         rows_of(plan.rows, static_cast<Eigen::Index>(plan.rows.size()) / plan.num_padded, plan)

@@ -46,6 +46,8 @@ Plan rigid_part(const Plan& plan) {
     array->clear();
   for (PlanHistory& history : rigid.histories) {
     history.followers.clear();
+    history.torques.clear();
+    history.stiffening = {};
     history.pattern.num_direct = 0;
     history.pattern.uses_table = false;
     history.pattern.table.clear();
