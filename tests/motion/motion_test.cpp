@@ -48,6 +48,20 @@ TEST(Motion, GivesTheBitsAndTheVerdictOfTheStepAndTheJudgementByHand) {
   EXPECT_NEAR(motion.time(), 120 * plan.period, 1e-15);
 }
 
+TEST(Motion, AfterAResetTheVerdictIsThatOfANewMotion) {
+  const Plan plan = truss_plan();
+  Motion motion(plan);
+  const Motion fresh(plan);
+  const ForceCommand command = push();
+  motion.advance({&command, 1});
+  for (int tick = 1; tick < 120; ++tick) motion.advance();
+  ASSERT_GT(motion.verdict().error, 0.0);
+  motion.reset();
+  EXPECT_EQ(motion.verdict().error, fresh.verdict().error);
+  EXPECT_EQ(motion.verdict().level, fresh.verdict().level);
+  EXPECT_EQ(motion.worst().tick, fresh.worst().tick);
+}
+
 TEST(Motion, ACopyContinuesWithTheSameBitsAndLeavesTheOriginalAlone) {
   const Plan plan = truss_plan();
   Motion motion(plan), whole(plan);
