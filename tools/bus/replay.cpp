@@ -226,7 +226,10 @@ std::optional<Plan> find_plan(const ReplayRequest& request, const RecordedSessio
   }
   std::optional<Plan> plan = load_or_explain(path, 0.0);
   if (!plan) {
-    outcome = refuse(path + " is not a plan; give the recorded one with --plan");
+    outcome = refuse(path +
+                     " is not a plan that this release reads; give the recorded one with --plan, or replay "
+                     "with the release that "
+                     "made the recording");
     return std::nullopt;
   }
   if (!session.plan_fingerprint) {
@@ -237,10 +240,12 @@ std::optional<Plan> find_plan(const ReplayRequest& request, const RecordedSessio
   const bool has_rate = session.rate >= kLeastRate && session.rate <= kMostRate;
   if (plan_fingerprint(*plan) != *session.plan_fingerprint && has_rate) set_rate(*plan, session.rate);
   if (plan_fingerprint(*plan) != *session.plan_fingerprint) {
-    outcome = refuse(path + ": its plan has fingerprint " + fingerprint_text(plan_fingerprint(*plan)) +
-                     ", but the recorded one has " + fingerprint_text(*session.plan_fingerprint) +
-                     "; the scene was changed or set up on another machine, so record from a plan "
-                     "('freeflex compile') and replay with that");
+    outcome = refuse(
+        path + ": its plan has fingerprint " + fingerprint_text(plan_fingerprint(*plan)) +
+        ", but the recorded one has " + fingerprint_text(*session.plan_fingerprint) +
+        "; the scene was changed, or the plan was set up on another machine or by another release. Replay "
+        "with the recorded plan and the release that made the recording; to be independent of "
+        "the machine, record from a plan ('freeflex compile')");
     return std::nullopt;
   }
   return plan;

@@ -385,6 +385,11 @@ const Section kPublishedLoads{
 
 namespace {
 
+// A further channel with a list needs a section here, and its own branch in SceneReader::read_publish.
+static_assert(std::ranges::count_if(kMotionChannels,
+                                    [](const ChannelTraits& each) { return each.lists_items; }) == 2,
+              "publish_keys and read_publish know the lists of points and loads");
+
 std::vector<Key> publish_keys() {
   std::vector<Key> keys;
   for (std::size_t i = 0; i < kNumMotionChannels; ++i) {

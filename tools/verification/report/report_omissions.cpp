@@ -28,6 +28,9 @@ void print_omissions(const Report& report) {
 }
 
 Json omissions_to_json(const Report& report) {
+  const auto size = [](double bytes) {
+    return std::isnan(bytes) ? Json() : Json(static_cast<std::int64_t>(bytes));
+  };
   Json rows = Json::array();
   for (const OmissionRow& row : report.omissions)
     rows.push_back({{"scene", row.scene},
@@ -37,8 +40,8 @@ Json omissions_to_json(const Report& report) {
                     {"ns_with", row.ns_with},
                     {"ns_without", row.ns_without},
                     {"ratio", row.ratio},
-                    {"bytes_with", row.bytes_with},
-                    {"bytes_without", row.bytes_without},
+                    {"bytes_with", size(row.bytes_with)},
+                    {"bytes_without", size(row.bytes_without)},
                     {"why", row.why}});
   return rows;
 }
