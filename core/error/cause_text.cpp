@@ -251,8 +251,7 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
     case Cause::kRigid:
       return "model: the rung is rigid and neglects the deformation due to loads and spin; set a higher rung";
     case Cause::kUnknown:
-      return "the plan file is of an older version and has no tables for the verdict; compile the scene "
-             "again";
+      return "the plan has no tables for the verdict; compile the scene again";
   }
   return {};
 }

@@ -58,9 +58,8 @@ struct PlanUnmodelledBodies {
                      // unknown internal forces
 };
 
-/// Holds the items that messages about a verdict name. The arrays are empty for plan files of version 7 and
-/// before. Links with unknown internal forces are matrices, rigid links, plates and links with mass, because
-/// no table gives the forces inside them.
+/// Holds the items that messages about a verdict name. Links with unknown internal forces are matrices, rigid
+/// links, plates and links with mass, because no table gives the forces inside them.
 struct PlanNamed {
   // (judged) for each mode, the link with unknown internal forces whose points move most in the mode, as an
   // index into Plan::links; -1: no such link
