@@ -10,6 +10,7 @@ import sys
 
 # tests that have another name now
 RENAMED = {
+    "Cause.TheCauseForAnOldPlanFileStatesThatTheFileIsOld": "Cause.TheCauseForAPlanWithoutTablesStatesThatItHasNone",
     "PlanBytes.PlansOfVersions5And7AreAccepted": "PlanBytes.PlansOfOtherVersionsAreRefusedWithARemedy",
 }
 

@@ -363,10 +363,10 @@ TEST(Cause, ErrorAfterACommandIsAttributedToTheCommandAndOmittedModes) {
                {"the commanded load", "mode "});
 }
 
-TEST(Cause, TheCauseForAnOldPlanFileStatesThatTheFileIsOld) {
+TEST(Cause, TheCauseForAPlanWithoutTablesStatesThatItHasNone) {
   Watched watched(free_beam(Fidelity::kSeparated));
   watched.plan.unmodelled = {};
-  expect_cause("old plan", causes_of(watched, 10), Cause::kUnknown, {"older version"});
+  expect_cause("no tables", causes_of(watched, 10), Cause::kUnknown, {"no tables for the verdict"});
 }
 
 // This is a regression test. On a scene without a matrix link and without a rigid link, a verdict reported
