@@ -232,11 +232,10 @@ std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body) {
 // The parts g have the kinetic energy of the link: int mu |V'|^2 / 2 dx = sum_g m_g |V_g'|^2 / 2, where mu is
 // the mass per length   (THEORY 16.10)
 std::vector<DistributedMass> distributed_masses(const Scene& scene, int index) {
-  assert(std::ranges::all_of(scene.links[freeflex::index(index)].points, [&](int point) {
-    return point >= 0 && freeflex::index(point) < scene.points.size();
-  }));
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   if (!has_mass(link)) return {};
+  assert(std::ranges::all_of(
+      link.points, [&](int point) { return point >= 0 && freeflex::index(point) < scene.points.size(); }));
   const double mass = mass_of(scene, link);
   std::vector<DistributedMass> all;
   const MassShape shape = mass_law_of(link).shape;

@@ -254,12 +254,12 @@ Reason check_wrenches(const ForceCommand& command, const NameTable& table, Text 
   const int known = std::clamp(table.num_groups, 0, kMaxGroups);
   for (int i = 0; i < command.num_wrenches; ++i) {
     const Wrench& entry = command.wrenches[index(i)];
-    const auto group = index(entry.group);
     if (entry.group < 0 || entry.group >= known) {
       print(text, "wrenches[%d]: group %d does not exist; the scene has %d groups, numbered from 0", i,
             entry.group, known);
       return Reason::kUnknownGroup;
     }
+    const auto group = index(entry.group);
     const NameTable::GroupTraits& traits = table.groups[group];
     if (traits.is_pushable == 0) {
       print(text,
