@@ -43,7 +43,6 @@ Array to_rows(const Eigen::MatrixXd& modal_rows, const StepPlan& plan) {
 // Returns B, the unit elastic displacements of the points on which feedback acts (3 f x n).
 Eigen::MatrixXd actuator_rows(const StepPlan& plan) {
   Eigen::MatrixXd rows(3 * static_cast<Eigen::Index>(plan.feedbacks.size()), plan.num_elastic);
-  if (plan.num_elastic == 0) return rows;  // there is no row length to divide by
   for (std::size_t f = 0; f < plan.feedbacks.size(); ++f)
     rows.middleRows<3>(3 * static_cast<Eigen::Index>(f)) =
         rows_of(plan.rows, static_cast<Eigen::Index>(plan.rows.size()) / plan.num_padded, plan)
@@ -334,7 +333,8 @@ void compile_modal_coupling(const Scene& scene, const Structure& structure, Step
   }
   plan.modal_coupling.num_damping = static_cast<std::int32_t>(R.rows());
   plan.modal_coupling.damping_rows = to_rows(R, plan);
-  if (!scene.feedbacks.empty()) compile_feedbacks(scene, structure, plan, faults);
+  // feedback of elastic motion has no effect if there are no modes
+  if (!scene.feedbacks.empty() && plan.num_elastic > 0) compile_feedbacks(scene, structure, plan, faults);
   if (R.rows() == 0 && plan.feedbacks.empty()) return;
   const std::size_t num_coupled = set_modal_coupling_path(plan);
   if (plan.modal_coupling.path != PlanModalCoupling::Path::kSplit) return;
