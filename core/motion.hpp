@@ -3,18 +3,21 @@
 //
 // One tick, Motion::advance:
 //
-//    commands            step (core/step/step.cpp)                                    error (core/error)
-//   ----------   ------------------------------------------------------   -----------------------------------
-//   ForceCommand ─> slots ─> LoadPattern ─┬─> resultant ─────> frame ──┐    shadows: the same commands on
-//                            built-in ────┤   [N], [N m]    p, q, v, H ├──> State ─┬─> better plans ─>
-//                            distance loads        │                    ^       │           │
-//                                         │                    │ (*)   │           └─> ErrorShadow,
-//                                         ModalErrors: └─> generalized ──> modes ───┘               error of
-//                                         neglected terms
-//                                             forces Q [N]    q, q'                             │
-//                                                                                        Judgement ─> Verdict
+// clang-format off
+//   step (core/step/step.cpp)
+//
+//   ForceCommand ─> slots ─┐                 ┌─> resultant [N], [N m] ──────> frame: p, q, v, H ─┐
+//                          ├─> LoadPattern ──┤                                  ^ (*)            ├─> State
+//         built-in loads ──┘                 └─> generalized forces Q [N] ────> modes: q, q' ────┘
+//
+//   error (core/error)
+//
+//   ForceCommand ─> shadows, the same motion on better plans ─> distance from the State ─┐
+//                                                                                        ├─> Judgement ─> Verdict
+//   State ─> ModalErrors, terms that the rung neglects ─> ErrorShadow, what they cause ──┘
 //
 //   (*) only on the rung `coupled` and above. Below, the elastic motion does not act back on the body.
+// clang-format on
 //
 // The motion depends only on the plan, the state and the commands. Shadows and verdict read the state and
 // never change it.

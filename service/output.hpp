@@ -97,7 +97,7 @@ struct Output {
   Ring<AckEntry, kNumOperatorAcks> operator_acks;
   Ring<AppliedEntry, kNumApplied> applied;
   Ring<PageRequest, kNumRequests> requests;
-  // no snapshot is lost while there is room. There is one queue for each of io::kEncoders, filled at
+  // no snapshot is lost while there is room. There is one queue for each of kMotionChannels, filled at
   // the channel's rate.
   std::array<Queue<Snapshot>, kNumMotionChannels> motion;
   // number of snapshots of each channel that were lost because its queue was full

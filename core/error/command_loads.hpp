@@ -11,10 +11,9 @@ namespace freeflex {
 std::size_t num_armed(const PlanUnmodelled& unmodelled) noexcept;
 
 /// Sets arms to the torque about the centre of mass that each elastic coordinate adds by displacing the
-/// loaded points, b_il x F_i [N m per m] (THEORY X148). Every loaded point must have
-/// rows.
+/// loaded points, b_il x F_i [N m per m]   (THEORY X148). Every loaded point must have rows.
 /// \param num_armed  number of elastic coordinates that get arms; these are the first of the plan
-/// \param arms  [N] (num_armed x kArmSize) torques per elastic coordinate
+/// \param arms  [N m per m] (num_armed x kArmSize) torques per elastic coordinate
 void set_arms(const StepPlan& plan, std::size_t num_armed, const SumsOnPoints& sums, Array& arms) noexcept;
 
 /// Returns the sum of |x| + |y| + |z| over all forces [N]. Forces do not cancel in this sum   (THEORY X143).
@@ -29,8 +28,10 @@ class CommandLoads {
   void clear() noexcept { changes_ = -1; }
   /// Computes arms and size of the active commands, if these commands have changed since the last update.
   void update(const State& state) noexcept;
-  const Array& arms() const noexcept { return arms_; }  // [N] (num_armed x kArmSize) result of set_arms
-  double size() const noexcept { return size_; }        // [N] result of size_of_forces
+  /// Returns the result of set_arms [N m per m] (num_armed x kArmSize).
+  const Array& arms() const noexcept { return arms_; }
+  /// Returns the result of size_of_forces [N].
+  double size() const noexcept { return size_; }
 
  private:
   const StepPlan& plan_;

@@ -166,7 +166,7 @@ void ErrorShadow::add_fourth_order() noexcept {
 }
 
 /// Adds a bound of the fourth-order force to F, as if all modes stretched the same links. The bound is used
-/// for plan files that do not contain the forms H_r (THEORY X146).
+/// if the plan does not contain the forms H_r (THEORY X146).
 void ErrorShadow::add_fourth_order_bound() noexcept {
   const Array& root = unmodelled_.root_quartic;
   double all = 0.0;

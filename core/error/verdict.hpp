@@ -63,9 +63,9 @@ struct Verdict {
     kUnquantified,  // an unquantified error, due to forces inside links, wheels or omitted small modes
     kNotKept,       // only the lowest modes were found, so the motion of the others is unknown
     kFastLoad,      // a load changes faster than the ticks resolve
-    kAttractor,     // the attractor is so near that the gradient of its field does not suffice
+    kAttractor,     // the attractor is so near that its field is not linear over the body
     kRigid,         // the rung is rigid, and loads or spin deform the body
-    kUnknown,       // the plan file has no tables for the verdict
+    kUnknown,       // the plan has no tables for the verdict
   };
   Level level = Level::kGood;
   Cause cause = Cause::kNone;

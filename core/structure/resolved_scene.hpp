@@ -22,13 +22,15 @@ struct ResolvedLink {
   bool is_unquantified() const { return traits.hides_forces || has_mass; }
 };
 
+/// Holds the properties of all points and links of a scene.
 struct ResolvedScene {
   bool are_point_masses = true;    // as are_point_masses(scene)
   std::vector<bool> has_attitude;  // one entry for each point, as has_attitude(point)
   std::vector<ResolvedLink> links;
 
-  /// Returns whether any link has mass, or a mass matrix.
+  /// Returns whether any link has mass.
   bool have_links_mass() const;
+  /// Returns whether any link has a mass matrix.
   bool has_mass_matrices() const;
 };
 

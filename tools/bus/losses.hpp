@@ -32,7 +32,7 @@ struct UnsentCounts {
     std::int64_t size() const { return last - first; }
   };
   bool has_any = false;
-  std::array<Range, kNumMotionChannels> dropped;  // in the order of io::kEncoders
+  std::array<Range, kNumMotionChannels> dropped;  // in the order of kMotionChannels
   Range failed;                                   // messages on all channels that the network refused
   std::int64_t end_tick = -1;  // tick at which the daemon ended, if a STATUS reports it, else -1
 };

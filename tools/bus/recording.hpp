@@ -37,7 +37,7 @@ struct RecordedSession {
   std::int64_t session = 0;
   std::vector<AppliedRecord> applied;  // ordered by sequence, without repeated records
   std::vector<StateRecord> states;     // ordered by epoch, then by tick
-  std::array<std::vector<PageRecord>, kNumMotionChannels> pages;  // in the order of io::kEncoders
+  std::array<std::vector<PageRecord>, kNumMotionChannels> pages;  // in the order of kMotionChannels
   UnsentCounts unsent;
   bool has_scene = false;  // true if the log contains a FREEFLEX_SCENE of the session
   std::string plan_file;   // from FREEFLEX_SCENE

@@ -108,8 +108,7 @@ struct CommandScope {
   bool lacks_rotation = false;
   bool lacks_out_of_plane = false;
   Vec3 normal_B{};  // [-] normal of a planar shape
-  Mat3 R_WB{};      // [-] initial attitude; later attitudes differ from it only by a rotation about the
-                    // normal
+  Mat3 R_WB{};      // [-] initial attitude; later attitudes are rotated from it about the normal only
 };
 
 /// Holds the loads that act without a command, and what commands must not do.
