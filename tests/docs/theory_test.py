@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """theory_test.py SOURCE: compares core/THEORY.md with the code. Each entry has one equation with the number of the entry, and
-the entries are in the order of their numbers. Each file in the *Code:* line of an entry exists and cites the number.
-Each number that the code or the page cites is an entry."""
+the entries are in the order of their numbers. Each file in the *Code:* line of an entry exists and cites the number, and
+the code has each function that the line names. Each number that the code or the page cites is an entry."""
 
 import os
 import re
@@ -50,13 +50,19 @@ def main():
     ordered = [number for number in numbers if number[0] != "X"]
     if ordered != sorted(ordered, key=lambda number: [int(part) for part in number.split(".")]):
         faults.append("the entries are not in the order of their numbers")
-    cites = {}
+    cites, words = {}, set()
+    for path in sources(top):
+        with open(path, encoding="utf-8") as file:
+            words |= set(re.findall(r"\w+", file.read()))
     for number, entry in zip(numbers, entries[2::2]):
         entry = re.split(r"^## ", entry, flags=re.M)[0]
         tags = re.findall(r"\\tag\{([^}]*)\}", entry)
         if number[0] != "X" and tags != [number]:
             faults.append(f"the entry {number} has equations {tags}, must have one, of its number")
         for line in re.findall(r"\*Code:\*((?:.|\n(?!\n|#))*)", entry):
+            for name in re.findall(r"`([\w:]+)`", line):
+                if name.split("::")[-1] not in words:
+                    faults.append(f"{number} names {name}, which is nowhere in the code")
             for name in re.findall(r"`([^`]*/[^`]*)`", line):
                 files = [path for path in (os.path.join(top, name + end) for end in (".hpp", ".cpp", ""))
                          if os.path.isfile(path)]
