@@ -56,7 +56,8 @@ struct TruePlate {
   /// Computes the energy and its derivatives   (THEORY 10.18, 10.19):
   ///   F = sum_i p_i g_i^T = R U,   E = sum_k D_k eps_k^2 / 2 + sum_m D_m (B_m theta)^2 / 2
   /// with p_i [m] the corners, g_i the gradients, R the axes in the plane, U the stretch, eps the strains of
-  /// U - 1 and theta [rad] the rotation vectors of the corners relative to the axes of the plate.
+  /// U - 1 and theta [rad] the tilts of the normals of the corners, and their rolls, relative to the axes of
+  /// the plate.
   /// \param d [m] displacement of each corner  \param ends  local axes of each corner as columns
   void evaluate(const std::array<Eigen::Vector3d, 3>& d, const std::array<Eigen::Matrix3d, 3>& ends,
                 bool with_stiffness, LinkGradient& result) const;

@@ -108,14 +108,19 @@ void TruePlate::evaluate(const std::array<Vector3d, 3>& d, const std::array<Matr
   for (Eigen::Index i = 0; i < 3; ++i)
     result.force[index(i)] = axes.leftCols<2>() * (stress * gradients.col(i));
 
-  // bending, over the rotation vectors theta of the corners relative to the axes of the plate
-  // (THEORY 10.19)
+  // bending, over the tilts and rolls of the corners relative to the axes of the plate   (THEORY 10.19)
   Eigen::Matrix<double, 9, 1> theta;
-  std::array<Matrix3d, 3> rates;  // rates of theta per angular velocity
+  std::array<Matrix3d, 3> rates;  // rates of tilts and roll per angular velocity
   for (std::size_t i = 0; i < 3; ++i) {
-    const Vector3d v = rotation_vector(axes.transpose() * ends[i]);
-    theta.segment<3>(3 * static_cast<Eigen::Index>(i)) = v;
-    rates[i] = spin_per_rate(v).inverse() * axes.transpose();
+    const Vector3d corner = ends[i].col(2), w = corner.cross(n);
+    const Vector3d tilt = -angle_over_sine(w.norm(), corner.dot(n)) * w;
+    const Vector3d x = smallest_rotation(corner, n) * ends[i].col(0);
+    theta.segment<3>(3 * static_cast<Eigen::Index>(i)) << tilt.dot(axes.col(0)), tilt.dot(axes.col(1)),
+        std::atan2(x.dot(axes.col(1)), x.dot(axes.col(0)));
+    // the corner rolls about the normal first and tilts then
+    Matrix3d spins;
+    spins << spin_per_rate(tilt) * axes.leftCols<2>(), corner;
+    rates[i] = spins.inverse();
   }
   const Eigen::Matrix<double, 9, 1> M = bending * theta;
   result.energy += 0.5 * M.dot(theta);
