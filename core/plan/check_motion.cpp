@@ -28,6 +28,18 @@ void warn_of_rigid(const Scene& scene, Faults& faults) {
                 "fidelity: separated or a higher rung");
 }
 
+// Warns if feedback has no effect, because it acts on elastic motion and the plan has none.
+void warn_of_idle_feedback(const Scene& scene, const Structure& structure, const Plan& plan, Faults& faults) {
+  if (scene.feedbacks.empty() || plan.num_elastic > 0) return;
+  const Feedback& first = scene.feedbacks.front();
+  const bool can_deform = structure.omega.size() > 0;
+  add_warning(faults, first.origin,
+              join_text("feedback ", quoted(first.name, 0),
+                        " has no effect, because it acts on elastic motion and the plan has no modes; ",
+                        can_deform ? "set fidelity: separated or a higher rung, and keep at least one mode"
+                                   : "the structure does not deform, so remove the feedback or add links"));
+}
+
 // Warns if feedback makes a motion grow. The coupled rungs do not advance coupled modes together, so the
 // exact step of these modes is made only for this check   (THEORY 8.34).
 void warn_of_driving_feedback(const Scene& scene, const Plan& plan, Faults& faults) {
@@ -62,6 +74,7 @@ void warn_of_driving_followers(const Scene& scene, const Plan& plan, Faults& fau
 void check_motion(const Scene& scene, const Structure& structure, const Plan& plan, Faults& faults) {
   const RungTraits& rung = traits_of(plan.fidelity);
   if (!rung.has_modes && structure.omega.size() > 0) warn_of_rigid(scene, faults);
+  warn_of_idle_feedback(scene, structure, plan, faults);
   warn_of_fast_spin(scene, structure, plan.fidelity, faults);
   if (rung.couples)
     warn_of_driving_feedback(scene, plan, faults);

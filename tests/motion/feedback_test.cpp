@@ -308,5 +308,16 @@ TEST(Feedback, FeedbackWithALargeSplittingErrorIsReported) {
                         "coupled modes are advanced by splitting, whose error grows with the square"));
 }
 
+// A plan without modes has no elastic motion that feedback could act on.
+TEST(Feedback, AWarningSaysThatFeedbackHasNoEffectWithoutModes) {
+  Scene scene = spring_pair(1.0, 2.0, 1.0, 100.0);
+  add_feedback(scene, 1, 0, Eigen::Matrix3d::Zero(), -Eigen::Matrix3d::Identity());
+  const std::string words = "feedback 'f0' has no effect, because it acts on elastic motion";
+  scene.fidelity = Fidelity::kSeparated;
+  EXPECT_FALSE(has_words(faults_on_its_rung(scene), Fault::Severity::kWarning, words));
+  scene.fidelity = Fidelity::kRigid;
+  EXPECT_TRUE(has_words(faults_on_its_rung(scene), Fault::Severity::kWarning, words));
+}
+
 }  // namespace
 }  // namespace freeflex::testing
