@@ -1,0 +1,129 @@
+#include "core/structure/masses/rigid_bodies.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <map>
+#include <numeric>
+
+#include "core/scene/link_kinds.hpp"
+
+namespace freeflex {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+// [-] A body whose smallest moment of inertia is below this share of the largest has no inertia about an
+// axis.
+constexpr double kThin = 1e-9;
+
+// Sets of points that turn as one body. Points with an attitude are sets of their own until a rigid link
+// joins them to others.
+class Sets {
+ public:
+  Sets(const Scene& scene, const ResolvedScene& resolved, Faults& faults) : parent_(scene.points.size()) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+    std::vector<int> link_of(scene.points.size(), -1);
+    for (int k = 0; k < static_cast<int>(scene.links.size()); ++k) {
+      const Link& link = scene.links[index(k)];
+      if (!is_rigid(link)) continue;
+      for (const int point : link.points) {
+        int& other = link_of[index(point)];
+        if (other >= 0 && !resolved.has_attitude[index(point)]) {
+          add_error(
+              faults, link.origin,
+              join_text("rigid links ", called(scene.links[index(other)], other), " and ", called(link, k),
+                        " share a point about which both may turn, which this fidelity does not support; "
+                        "give the point inertia, which joins them to one body, or use stiff springs"));
+          return;
+        }
+        other = k;
+        parent_[index(root(point))] = root(link.points.front());
+      }
+      rigid_.push_back(k);
+    }
+    for (std::size_t i = 0; i < scene.points.size(); ++i)
+      if (resolved.has_attitude[i] || link_of[i] >= 0)
+        sets_[root(static_cast<int>(i))].push_back(static_cast<int>(i));
+  }
+
+  const std::map<int, std::vector<int>>& all() const { return sets_; }
+
+ private:
+  int root(int i) const {
+    while (parent_[index(i)] != i) i = parent_[index(i)];
+    return i;
+  }
+  std::vector<int> parent_;
+  std::vector<int> rigid_;
+  std::map<int, std::vector<int>> sets_;
+};
+
+// (3 x n) elastic rotation of a body per coordinate: that of its first point with an attitude, otherwise that
+// which fits its points best.
+MatrixXd rotation_of(const Scene& scene, const Structure& structure, const Freedoms& freedoms,
+                     const std::vector<int>& points) {
+  for (const int point : points)
+    if (structure.resolved.has_attitude[index(point)])
+      return structure.rotations.middleRows<3>(freedoms.rotation(point) - freedoms.num_displacements());
+  const MatrixXd weights = body_rotation(scene, points);
+  MatrixXd rotation = MatrixXd::Zero(3, structure.shapes.cols());
+  for (std::size_t k = 0; k < points.size(); ++k)
+    rotation += weights.middleCols<3>(3 * static_cast<Eigen::Index>(k)) *
+                structure.shapes.middleRows<3>(3 * Eigen::Index{points[k]});
+  return rotation;
+}
+
+// Returns the body of a set of points.
+RigidBody body_of(const Scene& scene, const Structure& structure, const std::vector<int>& points,
+                  Faults& faults) {
+  const auto& centres = structure.mass_properties.centres;
+  RigidBody body;
+  body.points = points;
+  for (const int point : points) {
+    body.mass += scene.points[index(point)].mass;
+    body.centre += scene.points[index(point)].mass * centres.col(point);
+  }
+  body.centre /= body.mass;
+  for (const int point : points) {
+    const Vector3d d = centres.col(point) - body.centre;
+    body.inertia +=
+        scene.points[index(point)].inertia +
+        scene.points[index(point)].mass * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose());
+  }
+  const Vector3d moments =
+      Eigen::SelfAdjointEigenSolver<Matrix3d>(body.inertia, Eigen::EigenvaluesOnly).eigenvalues();
+  if (!(body.mass > 0.0) || !(moments[0] > kThin * moments[2]))
+    add_error(
+        faults, scene.points[index(points.front())].origin,
+        join_text(
+            "the body at point ", quoted(scene.points[index(points.front())].name, points.front()),
+            " has no inertia about one axis through its centre of mass, so its rotation about this axis "
+            "is not a motion; give it inertia about this axis, or set fidelity: coupled or a lower rung"));
+  return body;
+}
+
+}  // namespace
+
+std::vector<RigidBody> rigid_bodies(const Scene& scene, const Structure& structure, Faults& faults) {
+  std::vector<RigidBody> bodies;
+  const Sets sets(scene, structure.resolved, faults);
+  if (has_error(faults)) return bodies;
+  for (const auto& [root, points] : sets.all()) bodies.push_back(body_of(scene, structure, points, faults));
+  return bodies;
+}
+
+MatrixXd motions_of(const Scene& scene, const Structure& structure, const Freedoms& freedoms,
+                    const RigidBody& body) {
+  MatrixXd motions(6, structure.shapes.cols());
+  motions.bottomRows<3>() = rotation_of(scene, structure, freedoms, body.points);
+  const int first = body.points.front();
+  const Vector3d arm = body.centre - structure.mass_properties.r.col(first);
+  motions.topRows<3>() = structure.shapes.middleRows<3>(3 * Eigen::Index{first});
+  for (Eigen::Index l = 0; l < motions.cols(); ++l)
+    motions.col(l).head<3>() += Vector3d(motions.col(l).tail<3>()).cross(arm);
+  return motions;
+}
+
+}  // namespace freeflex

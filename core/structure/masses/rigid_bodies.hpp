@@ -1,0 +1,31 @@
+// The sets of points that turn as one body: points with an attitude, and the points of rigid links.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/faults.hpp"
+#include "core/structure/links/link_factor.hpp"
+#include "core/structure/structure.hpp"
+
+namespace freeflex {
+
+struct RigidBody {
+  std::vector<int> points;                            // ascending
+  double mass = 0.0;                                  // [kg]
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();   // [m] centre of mass from that of the structure
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // [kg m^2] about the centre of mass
+};
+
+/// Returns the bodies of a scene (THEORY 12.84), in the order of their lowest joined point. Adds an error for
+/// a body that cannot turn as a whole: points on one line, points without inertia about their centre of mass,
+/// and rigid links that share a point about which both may turn.
+std::vector<RigidBody> rigid_bodies(const Scene& scene, const Structure& structure, Faults& faults);
+
+/// Returns the unit motions of the modes at a body (6 x num modes): displacement of its centre of mass [-],
+/// then its rotation [1/m]. The rotation is that of its first point with an attitude, otherwise that which
+/// fits its points best.
+Eigen::MatrixXd motions_of(const Scene& scene, const Structure& structure, const Freedoms& freedoms,
+                           const RigidBody& body);
+
+}  // namespace freeflex
