@@ -1,0 +1,112 @@
+#include "core/step/links/beam.hpp"
+
+#include "core/step/links/rotations.hpp"
+
+namespace freeflex {
+namespace {
+
+/// Holds the rotation of an end relative to the chord u, which is normal to u: rho = -f n x u with f =
+/// angle / sine   (THEORY 12.60).
+struct EndOnChord {
+  Vec3 n_u;              // n x u
+  double cosine, f, df;  // n . u; f; derivative of f by the cosine
+  Vec3 y;                // y axis of the end after the smallest rotation that takes n to u
+};
+
+EndOnChord on_chord(const BeamEnd& end, const Vec3& u) noexcept {
+  EndOnChord result;
+  result.n_u = cross(end.n, u);
+  result.cosine = dot(end.n, u);
+  const double sine = length(result.n_u);
+  result.f = angle_per_sine(sine, result.cosine);
+  result.df = angle_per_sine_slope(sine, result.cosine, result.f);
+  result.y = add_scaled(end.y, -dot(u, end.y) / (1.0 + result.cosine), add(end.n, u));
+  return result;
+}
+
+}  // namespace
+
+BeamGradient gradient_of(const BeamConstants& beam, const Vec3& span, const Vec3& d, const BeamEnd& first,
+                         const BeamEnd& second) noexcept {
+  BeamGradient result;
+  const Vec3 chord = add(span, d);
+  const double l = length(chord);
+  const Vec3 u = scale(1.0 / l, chord);
+  const BeamEnd* const given[2] = {&first, &second};
+  const EndOnChord ends[2] = {on_chord(first, u), on_chord(second, u)};
+
+  // the axes y, z of the chord are half way between those of the two ends, and the twist tau is the roll from
+  // the first end to the second   (THEORY 12.61)
+  const Vec3 both = add(ends[0].y, ends[1].y);
+  const Vec3 y = scale(1.0 / length(both), both), z = cross(u, y);
+  const double sine = dot(u, cross(ends[0].y, ends[1].y)), cosine = dot(ends[0].y, ends[1].y);
+  const double twist = angle_per_sine(magnitude(sine), cosine) * sine;
+
+  // t_y = rho . y = -f n . z, t_z = rho . z = f n . y
+  double t[2][2], M[2][2], bow = 0.0;  // [end][plane]
+  for (std::size_t k = 0; k < 2; ++k) {
+    t[k][0] = -ends[k].f * dot(given[k]->n, z);
+    t[k][1] = ends[k].f * dot(given[k]->n, y);
+  }
+  for (std::size_t p = 0; p < 2; ++p)
+    bow += 2.0 * t[0][p] * t[0][p] - t[0][p] * t[1][p] + 2.0 * t[1][p] * t[1][p];
+  const double stretch = (2.0 * dot(span, d) + dot(d, d)) / (l + beam.length) + beam.length / 30.0 * bow;
+  const double N = beam.axial * stretch, bowing = N * beam.length / 30.0, T = beam.torsion * twist;
+  result.tension = N;
+  result.y = y;
+  result.energy = 0.5 * N * stretch + 0.5 * T * twist;
+  for (std::size_t p = 0; p < 2; ++p) {
+    const double bent = t[1][p] - t[0][p], skew = t[0][p] + t[1][p];
+    const double a = beam.symmetric[p] * bent, b = beam.antisymmetric[p] * skew;
+    result.energy += 0.5 * (a * bent + b * skew);
+    M[0][p] = b - a + bowing * (4.0 * t[0][p] - t[1][p]);
+    M[1][p] = b + a + bowing * (4.0 * t[1][p] - t[0][p]);
+  }
+
+  // With a = M_z y - M_y z, M . t = f n . a. The axes of the chord roll by the mean roll of both ends, so
+  // bending does the work P = f n . (u x a) per roll   (THEORY 12.63)
+  Vec3 a[2];
+  double P = 0.0;
+  for (std::size_t k = 0; k < 2; ++k) {
+    a[k] = add(scale(M[k][1], y), scale(-M[k][0], z));
+    P += ends[k].f * dot(a[k], ends[k].n_u);
+  }
+  Vec3 by_u{};
+  for (std::size_t k = 0; k < 2; ++k) {
+    const EndOnChord& end = ends[k];
+    const Vec3& n = given[k]->n;
+    const double slope = end.df * dot(n, a[k]);
+    const double roll = ((k == 0 ? -T : T) + 0.5 * P) / (1.0 + end.cosine);
+    result.moment[k] = add_scaled(cross(n, add(scale(slope, u), scale(end.f, a[k]))), roll, add(n, u));
+    by_u = add(by_u, add(scale(slope, n), scale(-end.f * end.cosine, a[k])));
+    by_u = add_scaled(by_u, -roll, end.n_u);
+  }
+  result.force = add_scaled(scale(N, u), 1.0 / l, add_scaled(by_u, -dot(u, by_u), u));
+  return result;
+}
+
+BeamGradient linear_gradient_of(const BeamConstants& beam, const Mat3& axes, const Vec3& d, const Vec3& first,
+                                const Vec3& second) noexcept {
+  BeamGradient result;
+  const Vec3 x{axes[0], axes[3], axes[6]},
+      across[2] = {{axes[1], axes[4], axes[7]}, {axes[2], axes[5], axes[8]}};
+  const Vec3 chord = scale(1.0 / beam.length, cross(x, d));  // rotation of the chord
+  const Vec3 rotation[2] = {sub(first, chord), sub(second, chord)};
+  const double N = beam.axial * dot(x, d), T = beam.torsion * dot(x, sub(second, first));
+  result.tension = N;
+  result.energy = 0.5 * (N * dot(x, d) + T * dot(x, sub(second, first)));
+  result.moment[0] = scale(-T, x), result.moment[1] = scale(T, x);
+  Vec3 on_chord{};
+  for (std::size_t p = 0; p < 2; ++p) {
+    const double t1 = dot(across[p], rotation[0]), t2 = dot(across[p], rotation[1]);
+    const double a = beam.symmetric[p] * (t2 - t1), b = beam.antisymmetric[p] * (t1 + t2);
+    result.energy += 0.5 * (a * (t2 - t1) + b * (t1 + t2));
+    result.moment[0] = add_scaled(result.moment[0], b - a, across[p]);
+    result.moment[1] = add_scaled(result.moment[1], b + a, across[p]);
+    on_chord = add_scaled(on_chord, 2.0 * b, across[p]);
+  }
+  result.force = add_scaled(scale(N, x), -1.0 / beam.length, cross(on_chord, x));
+  return result;
+}
+
+}  // namespace freeflex

@@ -1,0 +1,144 @@
+#include "core/step/links/joint_factor.hpp"
+
+#include <algorithm>
+
+namespace freeflex {
+namespace {
+
+// [-] A pivot below this share of its diagonal entry is not used.
+constexpr double kSmallestPivot = 1e-10;
+
+std::int32_t slot_of(const PlanJoints& joints, const JointFactor& factor, std::int32_t a, std::int32_t b) {
+  if (a < 0 || b < 0) return -1;
+  const std::int32_t first = factor.place[index(a)], second = factor.place[index(b)];
+  if (first == second) return first;
+  const std::size_t column = index(std::min(first, second));
+  const std::int32_t row = first > second ? a : b;
+  for (std::int32_t e = joints.starts[column]; e < joints.starts[column + 1]; ++e)
+    if (joints.below[index(e)] == row) return joints.num_rotations + e;
+  return -1;  // the column is that of an idle rotation
+}
+
+template <std::size_t n>
+void add_slots(const PlanJoints& joints, const std::array<std::int32_t, n>& unknowns, JointFactor& factor) {
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = 0; b <= a; ++b)
+      factor.slots.push_back(slot_of(joints, factor, unknowns[a], unknowns[b]));
+}
+
+std::int32_t unknown_of(const PlanLinkEnd& end, std::size_t axis, std::int32_t num_joints) noexcept {
+  return end.joint < num_joints ? 3 * end.joint + static_cast<std::int32_t>(axis) : -1;
+}
+
+}  // namespace
+
+std::array<std::int32_t, kBeamUnknowns> unknowns_of(const PlanTrueBeam& beam,
+                                                    std::int32_t num_joints) noexcept {
+  std::array<std::int32_t, kBeamUnknowns> result;
+  for (std::size_t end = 0; end < 2; ++end)
+    for (std::size_t a = 0; a < 3; ++a) {
+      result[3 * end + a] = unknown_of(beam.ends[end], a, num_joints);
+      result[6 + 3 * end + a] = beam.ends[end].released[a];
+    }
+  return result;
+}
+
+std::array<std::int32_t, kPlateUnknowns> unknowns_of(const PlanTruePlate& plate,
+                                                     std::int32_t num_joints) noexcept {
+  std::array<std::int32_t, kPlateUnknowns> result;
+  for (std::size_t end = 0; end < 3; ++end)
+    for (std::size_t a = 0; a < 3; ++a) result[3 * end + a] = unknown_of(plate.ends[end], a, num_joints);
+  return result;
+}
+
+JointFactor make_joint_factor(const PlanTrueLinks& links) {
+  const PlanJoints& joints = links.joints;
+  const std::size_t n = index(joints.num_rotations);
+  JointFactor factor;
+  factor.lower.resize(joints.lower.size());
+  for (auto* v : {&factor.inverse_pivots, &factor.diagonal}) v->resize(n);
+  for (auto* v : {&factor.place, &factor.at}) v->resize(n);
+  for (std::size_t k = 0; k < n; ++k) factor.place[index(joints.order[k])] = static_cast<std::int32_t>(k);
+  for (const PlanTrueBeam& beam : links.beams)
+    add_slots(joints, unknowns_of(beam, joints.num_joints), factor);
+  for (const PlanTruePlate& plate : links.plates)
+    add_slots(joints, unknowns_of(plate, joints.num_joints), factor);
+  return factor;
+}
+
+void clear_stiffness(JointFactor& factor) noexcept {
+  std::fill(factor.diagonal.begin(), factor.diagonal.end(), 0.0);
+  std::fill(factor.lower.begin(), factor.lower.end(), 0.0);
+}
+
+void add_stiffness(std::span<const std::int32_t> slots, std::span<const Vec3> axes,
+                   std::span<const std::uint8_t> ends, std::span<const double> K, std::size_t num_ends,
+                   JointFactor& factor) noexcept {
+  const std::size_t width = 3 * num_ends, n = factor.diagonal.size();
+  std::size_t next = 0;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    Vec3 row[3] = {};  // axes[a] times K
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < width; ++j)
+        row[j / 3][j % 3] += axes[a][i] * K[(3 * ends[a] + i) * width + j];
+    for (std::size_t b = 0; b <= a; ++b, ++next) {
+      if (slots[next] < 0) continue;
+      const std::size_t slot = index(slots[next]);
+      (slot < n ? factor.diagonal[slot] : factor.lower[slot - n]) += dot(row[ends[b]], axes[b]);
+    }
+  }
+}
+
+void factor_stiffness(const PlanJoints& joints, JointFactor& factor) noexcept {
+  const auto column_of = [&](std::size_t k) {
+    return std::pair{index(joints.starts[k]), index(joints.starts[k + 1])};
+  };
+  double largest = 0.0;
+  for (const double entry : factor.diagonal) largest = std::max(largest, magnitude(entry));
+  std::copy(factor.diagonal.begin(), factor.diagonal.end(), factor.inverse_pivots.begin());
+  for (std::size_t k = 0; k < factor.diagonal.size(); ++k) {
+    if (joints.inverse_pivots[k] == 0.0) {  // an idle rotation, whose column is empty
+      factor.inverse_pivots[k] = 0.0;
+      continue;
+    }
+    const auto [first, last] = column_of(k);
+    double below = 0.0;
+    for (std::size_t i = first; i < last; ++i) below = std::max(below, magnitude(factor.lower[i]));
+    // a pivot that bounds the entries of the factor, l^2 d <= largest; that of a definite K_tt is not changed
+    const double pivot = std::max({magnitude(factor.inverse_pivots[k]), below * (below / largest),
+                                   kSmallestPivot * magnitude(factor.diagonal[k])});
+    factor.inverse_pivots[k] = 1.0 / pivot;
+    for (std::size_t i = first; i < last; ++i) {
+      const std::size_t c = index(factor.place[index(joints.below[i])]);
+      const double value = factor.lower[i], share = value * factor.inverse_pivots[k];
+      factor.inverse_pivots[c] -= share * value;
+      const auto [first_of_c, last_of_c] = column_of(c);
+      for (std::size_t e = first_of_c; e < last_of_c; ++e)
+        factor.at[index(joints.below[e])] = static_cast<std::int32_t>(e);
+      if (first_of_c == last_of_c) continue;
+      for (std::size_t j = i + 1; j < last; ++j)
+        factor.lower[index(factor.at[index(joints.below[j])])] -= share * factor.lower[j];
+    }
+    for (std::size_t i = first; i < last; ++i) factor.lower[i] *= factor.inverse_pivots[k];
+  }
+  factor.is_renewed = true;
+}
+
+void solve_stiffness(const PlanJoints& joints, const JointFactor& factor, double* x) noexcept {
+  const std::vector<double>& lower = factor.is_renewed ? factor.lower : joints.lower;
+  const std::vector<double>& inverse = factor.is_renewed ? factor.inverse_pivots : joints.inverse_pivots;
+  const std::size_t n = index(joints.num_rotations);
+  for (std::size_t k = 0; k < n; ++k) {
+    const double value = x[index(joints.order[k])];
+    for (std::size_t e = index(joints.starts[k]); e < index(joints.starts[k + 1]); ++e)
+      x[index(joints.below[e])] -= lower[e] * value;
+  }
+  for (std::size_t k = n; k-- > 0;) {
+    double value = x[index(joints.order[k])] * inverse[k];
+    for (std::size_t e = index(joints.starts[k]); e < index(joints.starts[k + 1]); ++e)
+      value -= lower[e] * x[index(joints.below[e])];
+    x[index(joints.order[k])] = value;
+  }
+}
+
+}  // namespace freeflex

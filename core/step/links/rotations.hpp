@@ -1,0 +1,139 @@
+// Finite rotations for links at true geometry. All functions use + - * / and square roots only, so that every
+// machine computes the same bits. Each is accurate to some units in the last place.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "core/step/vector.hpp"
+
+namespace freeflex {
+
+/// Returns 1 + r_1 y (1 + r_2 y (1 + ...)), all terms if y >= kFewTerms, else the first ones, which give all
+/// digits.
+template <std::size_t count>
+constexpr double nested_series(const std::array<double, count>& ratios, double y) noexcept {
+  constexpr double kFewTerms = 1e-3;
+  double sum = 1.0;
+  for (std::size_t k = y < kFewTerms ? count / 2 : count; k-- > 0;) sum = 1.0 + ratios[k] * y * sum;
+  return sum;
+}
+
+/// The series of an angle over its sine and of its derivative, in the square of the sine, and the largest
+/// square for which they are used.
+inline constexpr double kSmallSquare = 0.05;
+inline constexpr auto kAngleRatios = [] {
+  std::array<double, 12> r{};
+  for (std::size_t k = 0; k < r.size(); ++k) {
+    const auto n = static_cast<double>(k + 1);
+    r[k] = (2.0 * n - 1.0) * (2.0 * n - 1.0) / (2.0 * n * (2.0 * n + 1.0));
+  }
+  return r;
+}();
+inline constexpr auto kSlopeRatios = [] {
+  std::array<double, 14> r{};
+  for (std::size_t k = 0; k < r.size(); ++k) {
+    const auto n = static_cast<double>(k + 1);
+    r[k] = 2.0 * n / (2.0 * n + 3.0);
+  }
+  return r;
+}();
+
+/// Returns the ratio of an angle in [0, pi) to its sine, from the sine >= 0 and the cosine. The ratio is 1 at
+/// angle 0   (THEORY 12.57).
+///   angle = 16 atan(t), where t is the tangent of a sixteenth of the angle
+inline double angle_per_sine(double sine, double cosine) noexcept {
+  if (cosine > 0.0 && sine * sine < kSmallSquare) return nested_series(kAngleRatios, sine * sine);
+  // tan(a / 2) = sin a / (1 + cos a), then tan(b / 2) = tan b / (1 + sqrt(1 + tan^2 b)) three times. All are
+  // multiples of the sine, so small angles keep their digits.
+  double factor = 1.0 / (1.0 + cosine);
+  for (int k = 0; k < 3; ++k) {
+    const double t = sine * factor;
+    factor = factor / (1.0 + __builtin_sqrt(1.0 + t * t));
+  }
+  // atan(t) / t = 1 - t^2 / 3 + t^4 / 5 - ..., with t^2 <= tan^2(pi / 16) = 0.0396
+  const double y = (sine * factor) * (sine * factor);
+  double sum = 1.0 / 25.0;
+  for (const double coefficient : {1.0 / 23, 1.0 / 21, 1.0 / 19, 1.0 / 17, 1.0 / 15, 1.0 / 13, 1.0 / 11,
+                                   1.0 / 9, 1.0 / 7, 1.0 / 5, 1.0 / 3, 1.0})
+    sum = coefficient - y * sum;
+  return 16.0 * factor * sum;
+}
+
+/// Returns the derivative of angle_per_sine with respect to the cosine, (cosine ratio - 1) / sine^2. For
+/// small angles the difference would lose digits.
+inline double angle_per_sine_slope(double sine, double cosine, double ratio) noexcept {
+  const double square = sine * sine;
+  if (cosine > 0.0 && square < kSmallSquare) return -nested_series(kSlopeRatios, square) / 3.0;
+  return (cosine * ratio - 1.0) / square;
+}
+
+/// Holds a rotation by a vector v of angle a = |v| < 2 pi.
+struct FiniteRotation {
+  Quat q{1.0, 0.0, 0.0, 0.0};
+  double half_sine = 0.5;  // [-] sin(a / 2) / a
+};
+/// Returns the quaternion exp(v / 2): a series for an eighth of the half angle, squared three times
+/// (THEORY 12.58).
+inline FiniteRotation rotation_of(const Vec3& v) noexcept {
+  constexpr double kFraction = 1.0 / 16.0;  // of the angle
+  const double y = kFraction * kFraction * dot(v, v);
+  double sine = 0.0, cosine = 0.0;  // of the fraction, the sine over the fraction
+  for (int k = 9; k >= 1; --k) {
+    sine = (1.0 - y / (2.0 * k * (2.0 * k + 1.0)) * (k == 9 ? 1.0 : sine));
+    cosine = (1.0 - y / ((2.0 * k - 1.0) * 2.0 * k) * (k == 9 ? 1.0 : cosine));
+  }
+  double factor = kFraction * sine, w = cosine;
+  for (int k = 0; k < 3; ++k) {  // (w, f v)^2 = (w^2 - f^2 a^2, 2 w f v)
+    const double doubled = 2.0 * w * factor;
+    w = 1.0 - 2.0 * (factor * factor) * dot(v, v);
+    factor = doubled;
+  }
+  return {{w, factor * v[0], factor * v[1], factor * v[2]}, factor};
+}
+
+/// Returns the matrix of a unit quaternion.
+inline Mat3 matrix_of(const Quat& q) noexcept {
+  const double w = q[0], x = q[1], y = q[2], z = q[3];
+  return {1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z),       2.0 * (x * z + w * y),
+          2.0 * (x * y + w * z),       1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
+          2.0 * (x * z - w * y),       2.0 * (y * z + w * x),       1.0 - 2.0 * (x * x + y * y)};
+}
+
+/// Returns the coefficients of T(v), which maps the rate v' to the angular velocity of exp(v) in the axes
+/// from which v rotates:
+///   T(v) = 1 + first [v x] + second [v x]^2,   first = (1 - cos a) / a^2, second = (a - sin a) / a^3
+/// (THEORY 12.59)
+struct TangentCoefficients {
+  double first, second;
+};
+inline TangentCoefficients tangent_of(const Vec3& v, const FiniteRotation& rotation) noexcept {
+  const double square = dot(v, v), f = rotation.half_sine;
+  const double first = 2.0 * f * f;
+  if (square < 1.0) {
+    double sum = 1.0;  // (a - sin a) / a^3 = (1 - a^2 / 20 (1 - a^2 / 42 (1 - ...))) / 6
+    for (int k = 9; k >= 1; --k) sum = 1.0 - square / ((2.0 * k + 2.0) * (2.0 * k + 3.0)) * sum;
+    return {first, sum / 6.0};
+  }
+  return {first, (1.0 - 2.0 * f * rotation.q[0]) / square};
+}
+/// Returns T(v)^T m, the generalized moments on v of a moment m.
+inline Vec3 transposed_tangent(const Vec3& v, const TangentCoefficients& c, const Vec3& m) noexcept {
+  const Vec3 once = cross(v, m);
+  return add_scaled(add_scaled(m, -c.first, once), c.second, cross(v, once));
+}
+
+/// Returns the coefficient of [v x]^2 in T(v)^-1 = 1 - [v x] / 2 + coefficient [v x]^2,
+///   (1 - (a / 2) cot(a / 2)) / a^2
+inline double inverse_tangent_coefficient(const Vec3& v, const FiniteRotation& rotation) noexcept {
+  const double square = dot(v, v);
+  if (square < 0.25) {  // 1 / 12 + a^2 / 720 + ..., Bernoulli numbers
+    double sum = 691.0 / 1307674368000.0;
+    for (const double coefficient : {1.0 / 47900160, 1.0 / 1209600, 1.0 / 30240, 1.0 / 720, 1.0 / 12})
+      sum = coefficient + square * sum;
+    return sum;
+  }
+  return (1.0 - rotation.q[0] / (2.0 * rotation.half_sine)) / square;
+}
+
+}  // namespace freeflex

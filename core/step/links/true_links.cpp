@@ -1,0 +1,387 @@
+#include "core/step/links/true_links.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/step/linear/kernels.hpp"
+#include "core/step/links/rotations.hpp"
+
+namespace freeflex {
+namespace {
+
+constexpr int kMostSweeps = 24;
+// [rad] A sweep that moves no joint by more than this is the last.
+constexpr double kConverged = 1e-7;
+constexpr double kLargestStep = 0.3;  // [rad] longer steps are shortened
+// [-] A sweep that is not shorter than this share of the one before is slow: the stiffness has changed, and
+// the factor is renewed.
+constexpr double kSlow = 0.1;
+// [-] A step after which the energy rises faster than this share of its first fall went too far, and is
+// shortened to where the slope is zero by interpolation, but at most to kShortest.
+constexpr double kOvershoot = 0.5;
+constexpr double kShortest = 0.1;
+
+/// Sets the present rotations of the joints.
+void set_rotations(const PlanJoints& joints, const JointState& state, JointWorkspace& w) noexcept {
+  for (std::size_t j = 0; j < index(joints.num_joints); ++j)
+    w.R[j] = matrix_of(multiply(w.turn[j].q, state.rotation[j]));
+}
+
+PresentEnd present(const PlanLinkEnd& end, const Mat3& rest, const PlanJoints& joints,
+                   const JointState& state, const JointWorkspace& w) noexcept {
+  return present(end, rest, w.R[index(end.joint)], [&](std::size_t unknown) {
+    return w.theta[unknown] + state.angle[unknown - 3 * index(joints.num_joints)];
+  });
+}
+
+bool is_body(const PlanLinkEnd& end, const PlanJoints& joints) noexcept {
+  return end.joint >= joints.num_joints;
+}
+std::size_t body_of(const PlanLinkEnd& end, const PlanJoints& joints) noexcept {
+  return index(end.joint - joints.num_joints);
+}
+
+/// Adds the moment on an end to the gradient over the unknown rotations, in the axes of the joint, or to the
+/// moment on a body.
+void add_moment(const PlanLinkEnd& end, const PresentEnd& at, const Vec3& moment, const PlanJoints& joints,
+                JointWorkspace& w) noexcept {
+  const Vec3 own = multiply_transposed(w.R[index(end.joint)], moment);
+  if (is_body(end, joints)) {
+    Vec3& on_body = w.on_body[body_of(end, joints)];
+    on_body = sub(on_body, own);
+  }
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!is_body(end, joints)) w.gradient[3 * index(end.joint) + a] += own[a];
+    if (end.released[a] >= 0) w.gradient[index(end.released[a])] += dot(at.spins[a], moment);
+  }
+}
+void add_linear_moment(const PlanLinkEnd& end, const Vec3& moment, const PlanJoints& joints,
+                       JointWorkspace& w) noexcept {
+  if (!is_body(end, joints)) return;
+  Vec3& on_body = w.linear_on_body[body_of(end, joints)];
+  on_body = sub(on_body, moment);
+}
+
+/// Returns the small rotation of an end in the linear structure.
+Vec3 linear_rotation(const PlanLinkEnd& end, const Mat3& rest, const PlanJoints& joints,
+                     const JointWorkspace& w) noexcept {
+  Vec3 rotation = is_body(end, joints)
+                      ? w.body_theta[body_of(end, joints)]
+                      : Vec3{w.theta[3 * index(end.joint)], w.theta[3 * index(end.joint) + 1],
+                             w.theta[3 * index(end.joint) + 2]};
+  for (std::size_t a = 0; a < 3; ++a)
+    if (end.released[a] >= 0)
+      rotation = add_scaled(rotation, w.theta[index(end.released[a])], {rest[a], rest[3 + a], rest[6 + a]});
+  return rotation;
+}
+
+/// Computes the gradient over the unknown rotations. Unless `force` is empty, adds the forces on points and
+/// moments on bodies, and those of the linear links.
+void add_gradients(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<const Vec3> linear_V,
+                   const JointState& state, JointWorkspace& w, std::span<Vec3> force,
+                   std::span<Vec3> linear_force) noexcept {
+  std::fill(w.gradient.begin(), w.gradient.end(), 0.0);
+  std::fill(w.on_body.begin(), w.on_body.end(), Vec3{});
+  std::fill(w.linear_on_body.begin(), w.linear_on_body.end(), Vec3{});
+  for (const PlanTrueBeam& beam : links.beams) {
+    const std::size_t i = index(beam.points[0]), j = index(beam.points[1]);
+    const Vec3 d = sub(V[j], V[i]);
+    const PresentEnd ends[2] = {present(beam.ends[0], beam.axes, links.joints, state, w),
+                                present(beam.ends[1], beam.axes, links.joints, state, w)};
+    const BeamGradient g = gradient_of(beam.constants, beam.span, d, beam_end(ends[0]), beam_end(ends[1]));
+    for (std::size_t k = 0; k < 2; ++k) add_moment(beam.ends[k], ends[k], g.moment[k], links.joints, w);
+    if (force.empty()) continue;
+    const Vec3 linear_d = sub(linear_V[j], linear_V[i]);
+    const BeamGradient linear = linear_gradient_of(beam.constants, beam.axes, linear_d,
+                                                   linear_rotation(beam.ends[0], beam.axes, links.joints, w),
+                                                   linear_rotation(beam.ends[1], beam.axes, links.joints, w));
+    force[i] = add(force[i], g.force), force[j] = sub(force[j], g.force);
+    linear_force[i] = add(linear_force[i], linear.force);
+    linear_force[j] = sub(linear_force[j], linear.force);
+    for (std::size_t k = 0; k < 2; ++k) add_linear_moment(beam.ends[k], linear.moment[k], links.joints, w);
+  }
+  for (const PlanTruePlate& plate : links.plates) {
+    Vec3 d[3], theta[3];
+    Mat3 axes[3];
+    PresentEnd ends[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      d[k] = V[index(plate.points[k])];
+      ends[k] = present(plate.ends[k], plate.axes, links.joints, state, w);
+      axes[k] = ends[k].axes;
+      theta[k] = linear_rotation(plate.ends[k], plate.axes, links.joints, w);
+    }
+    const PlateGradient g = gradient_of(plate.constants, d, axes);
+    for (std::size_t k = 0; k < 3; ++k) add_moment(plate.ends[k], ends[k], g.moment[k], links.joints, w);
+    if (force.empty()) continue;
+    for (std::size_t k = 0; k < 3; ++k) d[k] = linear_V[index(plate.points[k])];
+    const PlateGradient linear = linear_gradient_of(plate.constants, d, theta);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t point = index(plate.points[k]);
+      force[point] = sub(force[point], g.force[k]);
+      linear_force[point] = sub(linear_force[point], linear.force[k]);
+      add_linear_moment(plate.ends[k], linear.moment[k], links.joints, w);
+    }
+  }
+}
+
+/// Adds the forces of angle springs, which have no joints.
+void add_angles(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<const Vec3> linear_V,
+                std::span<const Vec3> rest, std::span<Vec3> force, std::span<Vec3> linear) noexcept {
+  for (const PlanTrueAngle& angle : links.angles) {
+    const std::size_t count = angle.constants.form == AngleConstants::Form::kDihedral ? 4 : 3;
+    Vec3 x[4];
+    for (std::size_t k = 0; k < count; ++k)
+      x[k] = add(rest[index(angle.points[k])], V[index(angle.points[k])]);
+    const AngleGradient g = gradient_of(angle.constants, x);
+    std::array<double, 2> s{};
+    for (std::size_t row = 0; row < index(angle.num_rows); ++row)
+      for (std::size_t k = 0; k < count; ++k)
+        s[row] += dot(angle.rows[row][k], linear_V[index(angle.points[k])]);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t point = index(angle.points[k]);
+      force[point] = sub(force[point], g.force[k]);
+      for (std::size_t row = 0; row < index(angle.num_rows); ++row)
+        linear[point] = add_scaled(linear[point], -s[row], angle.rows[row][k]);
+    }
+  }
+}
+
+constexpr double kProbe = 1e-7;  // [rad] rotation for the differences of moments
+
+/// Returns a vector after a rotation by kProbe about an axis of the body.
+Vec3 probe(const Vec3& a, std::size_t axis) noexcept {
+  Vec3 unit{};
+  unit[axis] = kProbe;
+  return add(a, cross(unit, a));
+}
+
+/// Sets K to the symmetric part of the derivative of the moments m_a, in axes that rotate with their end, by
+/// rotations of the ends:
+///   K_ab = dm_a / d(rotation of b) - delta_ab [e x] m_a   (THEORY 12.73)
+/// \param moments_at  returns the moments if end `b` is rotated about `axis` by kProbe
+/// \param K  [N m] (3 num_ends x 3 num_ends)
+template <std::size_t num_ends, typename MomentsAt>
+void set_stiffness(const std::array<Vec3, num_ends>& m, const MomentsAt& moments_at,
+                   std::span<double> K) noexcept {
+  constexpr std::size_t n = 3 * num_ends;
+  std::array<double, n * n> columns;
+  for (std::size_t b = 0; b < num_ends; ++b)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::array<Vec3, num_ends> probed = moments_at(b, axis);
+      Vec3 unit{};
+      unit[axis] = 1.0;
+      for (std::size_t a = 0; a < num_ends; ++a) {
+        Vec3 column = scale(1.0 / kProbe, sub(probed[a], m[a]));
+        if (a == b) column = sub(column, cross(unit, m[a]));
+        for (std::size_t i = 0; i < 3; ++i) columns[(3 * a + i) * n + 3 * b + axis] = column[i];
+      }
+    }
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j) K[i * n + j] = 0.5 * (columns[i * n + j] + columns[j * n + i]);
+}
+
+/// Sets the axes about which the unknown rotations of an end turn it, and the number of the end.
+template <std::size_t count>
+void set_spins(const PlanLinkEnd& end, const PresentEnd& at, std::uint8_t number, const JointWorkspace& w,
+               std::size_t releases_at, std::array<Vec3, count>& spins,
+               std::array<std::uint8_t, count>& end_of) noexcept {
+  const Mat3& R = w.R[index(end.joint)];
+  for (std::size_t a = 0; a < 3; ++a) {
+    spins[3 * number + a] = {R[a], R[3 + a], R[6 + a]};
+    end_of[3 * number + a] = number;
+    if (releases_at == 0) continue;
+    spins[releases_at + a] = at.spins[a];
+    end_of[releases_at + a] = number;
+  }
+}
+
+/// Sums the stiffness of all links over the present rotations, and factors it.
+void renew(const PlanTrueLinks& links, std::span<const Vec3> V, const JointState& state,
+           JointWorkspace& w) noexcept {
+  clear_stiffness(w.factor);
+  std::span<const std::int32_t> slots = w.factor.slots;
+  for (const PlanTrueBeam& beam : links.beams) {
+    const Vec3 d = sub(V[index(beam.points[1])], V[index(beam.points[0])]);
+    PresentEnd ends[2];
+    BeamEnd axes[2];
+    std::array<Vec3, kBeamUnknowns> spins;
+    std::array<std::uint8_t, kBeamUnknowns> end_of;
+    for (std::uint8_t k = 0; k < 2; ++k) {
+      ends[k] = present(beam.ends[k], beam.axes, links.joints, state, w);
+      axes[k] = beam_end(ends[k]);
+      set_spins(beam.ends[k], ends[k], k, w, 6U + 3U * k, spins, end_of);
+    }
+    const auto moments = [&](const BeamEnd& first, const BeamEnd& second) {
+      const BeamGradient g = gradient_of(beam.constants, beam.span, d, first, second);
+      return std::array<Vec3, 2>{g.moment[0], g.moment[1]};
+    };
+    std::array<double, 36> K;
+    set_stiffness<2>(
+        moments(axes[0], axes[1]),
+        [&](std::size_t b, std::size_t axis) {
+          BeamEnd turned[2] = {axes[0], axes[1]};
+          turned[b] = {probe(axes[b].n, axis), probe(axes[b].y, axis)};
+          return moments(turned[0], turned[1]);
+        },
+        K);
+    const std::size_t count = kBeamUnknowns * (kBeamUnknowns + 1) / 2;
+    add_stiffness(slots.first(count), spins, end_of, K, 2, w.factor);
+    slots = slots.subspan(count);
+  }
+  for (const PlanTruePlate& plate : links.plates) {
+    Vec3 d[3];
+    Mat3 axes[3];
+    std::array<Vec3, kPlateUnknowns> spins;
+    std::array<std::uint8_t, kPlateUnknowns> end_of;
+    for (std::uint8_t k = 0; k < 3; ++k) {
+      d[k] = V[index(plate.points[k])];
+      const PresentEnd end = present(plate.ends[k], plate.axes, links.joints, state, w);
+      axes[k] = end.axes;
+      set_spins(plate.ends[k], end, k, w, 0, spins, end_of);
+    }
+    const auto moments = [&](const Mat3(&ends)[3]) {
+      const PlateGradient g = gradient_of(plate.constants, d, ends);
+      return std::array<Vec3, 3>{g.moment[0], g.moment[1], g.moment[2]};
+    };
+    std::array<double, 81> K;
+    set_stiffness<3>(
+        moments(axes),
+        [&](std::size_t b, std::size_t axis) {
+          Mat3 turned[3] = {axes[0], axes[1], axes[2]};
+          for (std::size_t k = 0; k < 3; ++k) {
+            const Vec3 column = probe({axes[b][k], axes[b][3 + k], axes[b][6 + k]}, axis);
+            for (std::size_t i = 0; i < 3; ++i) turned[b][3 * i + k] = column[i];
+          }
+          return moments(turned);
+        },
+        K);
+    const std::size_t count = kPlateUnknowns * (kPlateUnknowns + 1) / 2;
+    add_stiffness(slots.first(count), spins, end_of, K, 3, w.factor);
+    slots = slots.subspan(count);
+  }
+  factor_stiffness(links.joints, w.factor);
+}
+
+/// Sets w.step to -K_tt^-1 gradient. Returns its largest component.
+double solve(const PlanJoints& joints, const JointState& state, JointWorkspace& w) noexcept {
+  const std::size_t n = index(joints.num_rotations);
+  double* const x = w.step.data();
+  for (std::size_t k = 0; k < n; ++k) x[k] = -w.gradient[k];
+  solve_stiffness(joints, w.factor, x);
+  // Rotations that strain no link stay those of the linear structure, so their part of C is taken out
+  // (THEORY 12.76).
+  for (const double* idle = joints.idle.data(); idle != joints.idle.data() + joints.idle.size(); idle += n) {
+    double share = 0.0;
+    for (std::size_t k = 0; k < n; ++k) {
+      const double present = k < 3 * index(joints.num_joints) ? 2.0 * state.rotation[k / 3][1 + k % 3]
+                                                              : state.angle[k - 3 * index(joints.num_joints)];
+      share += idle[k] * (x[k] + present);
+    }
+    for (std::size_t k = 0; k < n; ++k) x[k] -= share * idle[k];
+  }
+  double largest = 0.0;
+  for (std::size_t k = 0; k < n; ++k) largest = std::max(largest, magnitude(x[k]));
+  double sum = 0.0;  // NaN if a component is not finite, which std::max ignores
+  for (std::size_t k = 0; k < n; ++k) sum += x[k] - x[k];
+  return largest + sum;
+}
+
+void turn(const PlanJoints& joints, double share, JointState& state, const JointWorkspace& w) noexcept {
+  for (std::size_t j = 0; j < index(joints.num_joints); ++j) {
+    const Vec3 delta{share * w.step[3 * j], share * w.step[3 * j + 1], share * w.step[3 * j + 2]};
+    const Quat product = multiply(state.rotation[j], rotation_of(delta).q);
+    double norm = 0.0;
+    for (const double x : product) norm += x * x;
+    norm = 1.0 / __builtin_sqrt(norm);
+    for (std::size_t k = 0; k < 4; ++k) state.rotation[j][k] = norm * product[k];
+  }
+  for (std::size_t k = 0; k < state.angle.size(); ++k)
+    state.angle[k] += share * w.step[3 * index(joints.num_joints) + k];
+}
+
+/// Returns the derivative of the energy along the last step [N m].
+double slope_of(const JointWorkspace& w) noexcept {
+  double slope = 0.0;
+  for (std::size_t k = 0; k < w.step.size(); ++k) slope += w.step[k] * w.gradient[k];
+  return slope;
+}
+
+}  // namespace
+
+JointState make_joint_state(const PlanJoints& joints) {
+  return {std::vector<Quat>(index(joints.num_joints), Quat{1.0, 0.0, 0.0, 0.0}),
+          std::vector<double>(index(joints.num_rotations - 3 * joints.num_joints))};
+}
+
+JointWorkspace make_joint_workspace(const PlanTrueLinks& links, std::size_t num_bodies) {
+  const PlanJoints& joints = links.joints;
+  const std::size_t n = index(joints.num_rotations), m = index(joints.num_joints);
+  JointWorkspace w;
+  for (Array* each : {&w.theta, &w.gradient, &w.step}) each->resize(n);
+  w.before = make_joint_state(joints);
+  w.R.resize(m + num_bodies);
+  for (auto* each : {&w.body_theta, &w.on_body, &w.linear_on_body}) each->resize(num_bodies);
+  w.turn.resize(m);
+  w.factor = make_joint_factor(links);
+  return w;
+}
+
+double relax_joints(const PlanTrueLinks& links, std::size_t num_padded, const double* q,
+                    std::span<const Vec3> V, JointState& state, JointWorkspace& w) noexcept {
+  const PlanJoints& joints = links.joints;
+  if (joints.num_rotations == 0) return 0.0;
+  for (std::size_t k = 0; k < index(joints.num_rotations); ++k)
+    w.theta[k] = dot_lanes(joints.rows.data() + k * num_padded, q, num_padded);
+  for (std::size_t j = 0; j < index(joints.num_joints); ++j)
+    w.turn[j] = rotation_of({w.theta[3 * j], w.theta[3 * j + 1], w.theta[3 * j + 2]});
+  double largest = 0.0, slope = 0.0, share = 0.0;
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    set_rotations(joints, state, w);
+    add_gradients(links, V, V, state, w, {}, {});
+    if (const double rise = slope_of(w); sweep > 0 && rise > kOvershoot * -slope) {
+      share *= std::max(slope / (slope - rise), kShortest);
+      state = w.before;
+      turn(joints, share, state, w);
+      continue;
+    }
+    const double before = largest;
+    largest = solve(joints, state, w);
+    if (!(largest < std::numeric_limits<double>::max())) return std::numeric_limits<double>::quiet_NaN();
+    slope = slope_of(w);
+    share = largest > kLargestStep ? kLargestStep / largest : 1.0;
+    w.before = state;
+    turn(joints, share, state, w);
+    if (largest <= kConverged) break;
+    if (sweep == 0 || largest < kSlow * before) continue;
+    set_rotations(joints, state, w);
+    renew(links, V, state, w);
+  }
+  set_rotations(joints, state, w);
+  if (largest <= kConverged) return largest;
+  for (std::size_t k = 0; k < index(joints.num_rotations); ++k)
+    if (magnitude(w.step[k]) == largest) w.unsolved = static_cast<std::int32_t>(k / 3);
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+std::int32_t point_of_joint(const PlanJoints& joints, std::int32_t joint) noexcept {
+  const auto found = std::find(joints.of_points.begin(), joints.of_points.end(), joint);
+  return found == joints.of_points.end() ? -1 : static_cast<std::int32_t>(found - joints.of_points.begin());
+}
+
+void add_true_links(const PlanTrueLinks& links, std::size_t num_padded, std::span<const Vec3> V,
+                    std::span<const Vec3> linear_V, std::span<const Vec3> rest, const JointState& state,
+                    JointWorkspace& w, std::span<Vec3> force, std::span<Vec3> linear, double* Q) noexcept {
+  add_angles(links, V, linear_V, rest, force, linear);
+  const PlanJoints& joints = links.joints;
+  add_gradients(links, V, linear_V, state, w, force, linear);
+  for (std::size_t j = 0; j < index(joints.num_joints); ++j) {
+    const Vec3 theta{w.theta[3 * j], w.theta[3 * j + 1], w.theta[3 * j + 2]},
+        own{w.gradient[3 * j], w.gradient[3 * j + 1], w.gradient[3 * j + 2]};
+    const Vec3 moment = transposed_tangent(theta, tangent_of(theta, w.turn[j]), multiply(w.R[j], own));
+    combine_rows(joints.rows.data() + 3 * j * num_padded, scale(-1.0, moment), true, num_padded, Q);
+  }
+  for (std::size_t k = 3 * index(joints.num_joints); k < index(joints.num_rotations); ++k)
+    combine_one(joints.rows.data() + k * num_padded, -w.gradient[k], true, num_padded, Q);
+}
+
+}  // namespace freeflex

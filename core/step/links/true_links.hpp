@@ -1,0 +1,83 @@
+// The forces of links at true geometry, with joints that have no inertia and take the rotations of least
+// energy.
+#pragma once
+
+#include <span>
+
+#include "core/step/links/joint_factor.hpp"
+#include "core/step/links/rotations.hpp"
+#include "core/step/plan/links.hpp"
+
+namespace freeflex {
+
+struct JointWorkspace {
+  Array theta;  // [rad] (num_rotations) linear rotations
+  // (num_joints + num_bodies) present rotations; who calls relax_joints() sets those of bodies
+  std::vector<Mat3> R;
+  std::vector<Vec3> body_theta;  // [rad] (num_bodies) linear rotations of bodies
+  // [N m] (num_bodies) moments that links exert on bodies, in the axes of the body, and those of linear links
+  std::vector<Vec3> on_body, linear_on_body;
+  std::vector<FiniteRotation> turn;  // (num_joints) exp(theta)
+  Array gradient, step;              // [N m], [rad] (num_rotations)
+  JointState before;                 // rotations before the last step
+  std::int32_t unsolved =
+      -1;              // joint that turned most in the last sweep, if relax_joints() failed in this step
+  JointFactor factor;  // of the rest shape at the start of each step
+};
+
+/// Holds the present axes of an end: the axes of the link as columns, and the axes about which its released
+/// rotations turn it.
+struct PresentEnd {
+  Mat3 axes;
+  std::array<Vec3, 3> spins;
+};
+/// \param R  present rotation of the joint or body  \param angles  [rad] of released rotations, as numbered
+/// by the end  \param rest  rest axes of the link as columns
+template <typename AngleOf>
+PresentEnd present(const PlanLinkEnd& end, const Mat3& rest, const Mat3& R,
+                   const AngleOf& angle_of) noexcept {
+  PresentEnd result{multiply(R, rest), {}};
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (end.released[a] < 0) continue;
+    result.spins[a] = {result.axes[a], result.axes[3 + a], result.axes[6 + a]};
+    Vec3 about{};
+    about[a] = angle_of(index(end.released[a]));
+    result.axes = multiply(result.axes, matrix_of(rotation_of(about).q));
+  }
+  return result;
+}
+inline BeamEnd beam_end(const PresentEnd& end) noexcept {
+  return {{end.axes[0], end.axes[3], end.axes[6]}, {end.axes[1], end.axes[4], end.axes[7]}};
+}
+
+JointState make_joint_state(const PlanJoints& joints);
+JointWorkspace make_joint_workspace(const PlanTrueLinks& links, std::size_t num_bodies);
+
+/// Starts a step: the factor is that of the rest shape, and no joint has failed.
+inline void begin_joints(JointWorkspace& workspace) noexcept {
+  workspace.factor.is_renewed = false;
+  workspace.unsolved = -1;
+}
+/// Returns the first point of a joint, or -1.
+std::int32_t point_of_joint(const PlanJoints& joints, std::int32_t joint) noexcept;
+
+/// Finds the rotations of the joints at the coordinates q and the displacements V of the points, from those
+/// in `state`:
+///   R_j = exp([theta_j x]) C_j,   C_j <- C_j exp(delta_j),   delta = -K_tt^-1 [R_j^T m_j]
+///   (THEORY 12.72, 12.73)
+/// \param q  [m] (num_padded) elastic coordinates  \param V  [m] (num_points)
+/// \return  [rad] largest component of the last delta; NaN if the joints have not found their equilibrium
+double relax_joints(const PlanTrueLinks& links, std::size_t num_padded, const double* q,
+                    std::span<const Vec3> V, JointState& state, JointWorkspace& workspace) noexcept;
+
+/// Adds to `force` and `linear` [N], body axes   (THEORY 12.75), the forces on points of links at true
+/// geometry and those of the linear links. Sets w.on_body and w.linear_on_body to the moments on bodies. Adds
+/// to Q [N] (num_padded) the work of the moments that joints still carry, -rows^T T(theta)^T m
+/// (THEORY 12.74). \param linear_V  [m] (num_points) displacements of the linear structure, which differ from
+/// V on bodies \param rest  [m] (num_points) rest positions \pre relax_joints() was called with the same V
+void add_true_links(const PlanTrueLinks& links, std::size_t num_padded, std::span<const Vec3> V,
+                    std::span<const Vec3> linear_V, std::span<const Vec3> rest, const JointState& state,
+                    JointWorkspace& workspace, std::span<Vec3> force, std::span<Vec3> linear,
+                    double* Q) noexcept;
+
+}  // namespace freeflex

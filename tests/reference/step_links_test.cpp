@@ -1,0 +1,262 @@
+// The links at true geometry of core/step against those of the Cartesian reference, which shares no code with
+// them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "core/plan/make_plan.hpp"
+#include "core/step/links/rotations.hpp"
+#include "core/step/links/true_links.hpp"
+#include "core/structure/structure.hpp"
+#include "tools/verification/reference/rotations.hpp"
+#include "tools/verification/reference/true_geometry.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Eigen::Map;
+using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+  double one() { return std::uniform_real_distribution<double>(-1.0, 1.0)(engine_); }
+  Vector3d vector() { return {one(), one(), one()}; }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+Vec3 array_of(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+Vector3d vector_of(const Vec3& v) { return {v[0], v[1], v[2]}; }
+Mat3 array_of(const Matrix3d& m) {
+  Mat3 result;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) result[static_cast<std::size_t>(3 * i + j)] = m(i, j);
+  return result;
+}
+
+TEST(StepRotations, AgreeWithLibmToSomeUnitsInTheLastPlace) {
+  Random random(1);
+  for (int k = 0; k < 20000; ++k) {
+    const double angle = 3.0 * std::exp(10.0 * (random.one() - 1.0));
+    const double sine = std::sin(angle), cosine = std::cos(angle);
+    EXPECT_NEAR(angle_per_sine(sine, cosine) * sine, angle, 4e-16 + 3e-15 * angle);
+    const Vector3d v = 2.0 * angle * random.vector().normalized();
+    const Quat q = rotation_of(array_of(v)).q;
+    const Eigen::Quaterniond exact = quaternion_of(v);
+    EXPECT_LT((Eigen::Vector4d(q[0], q[1], q[2], q[3]) -
+               Eigen::Vector4d(exact.w(), exact.x(), exact.y(), exact.z()))
+                  .norm(),
+              3e-15);
+    const TangentCoefficients tangent = tangent_of(array_of(v), rotation_of(array_of(v)));
+    const Vector3d m = random.vector();
+    EXPECT_LT(
+        (vector_of(transposed_tangent(array_of(v), tangent, array_of(m))) - spin_per_rate(v).transpose() * m)
+            .norm(),
+        1e-11);  // spin_per_rate loses digits at 1e-2 rad
+  }
+}
+
+TEST(StepLinks, TheGradientOfABeamIsThatOfTheReferenceAtAnyRotation) {
+  Random random(2);
+  for (const double size : {1e-3, 0.1, 0.7})
+    for (int k = 0; k < 500; ++k) {
+      Beam beam;
+      beam.EA = 1e5 * (1.1 + random.one()), beam.GJ = 300.0 * (1.1 + random.one());
+      beam.EI_y = 500.0 * (1.1 + random.one()), beam.EI_z = 200.0 * (1.1 + random.one());
+      if (k % 2 == 0) beam.GA_y = 1e4;
+      if (k % 3 == 0) beam.GA_z = 2e4;
+      const Vector3d span = Vector3d(1.0, 0.0, 0.5) + 0.7 * random.vector();
+      const TrueBeam exact(beam, span);
+      const Matrix3d turn = quaternion_of(2.0 * random.vector()).toRotationMatrix();
+      const Vector3d d = turn * (span + size * 0.5 * random.vector()) - span;
+      std::array<Matrix3d, 2> ends;
+      for (Matrix3d& end : ends)
+        end = turn * quaternion_of(size * random.vector()).toRotationMatrix() * exact.rest;
+      LinkGradient expected;
+      exact.evaluate(d, ends, false, expected);
+      const BeamConstants constants{exact.length,
+                                    beam.EA / exact.length,
+                                    exact.torsion,
+                                    {exact.symmetric[0], exact.symmetric[1]},
+                                    {exact.antisymmetric[0], exact.antisymmetric[1]}};
+      const auto end_of = [](const Matrix3d& end) {
+        return BeamEnd{array_of(Vector3d(end.col(0))), array_of(Vector3d(end.col(1)))};
+      };
+      const BeamGradient found =
+          gradient_of(constants, array_of(span), array_of(d), end_of(ends[0]), end_of(ends[1]));
+      EXPECT_LT((vector_of(found.force) - expected.force[1]).norm(),
+                1e-11 * (expected.force[1].norm() + beam.EA));
+      for (std::size_t end = 0; end < 2; ++end)
+        EXPECT_LT((vector_of(found.moment[end]) - expected.moment[end]).norm(),
+                  1e-11 * (expected.moment[0].norm() + expected.moment[1].norm() + beam.EI_y));
+      EXPECT_NEAR(found.energy, expected.energy, 1e-11 * expected.energy);
+    }
+}
+
+TEST(StepLinks, SmallMotionsHaveTheForcesOfTheLinearLinks) {
+  Random random(3);
+  const BeamConstants beam{2.0, 5e4, 150.0, {250.0, 100.0}, {700.0, 300.0}};
+  const Matrix3d axes = quaternion_of({0.3, -0.4, 1.1}).toRotationMatrix();
+  const Vector3d span = 2.0 * axes.col(0), d = random.vector(), a = random.vector(), b = random.vector();
+  // the difference from the linear force is of second order, so it falls tenfold with the size
+  double before = 1.0;
+  for (const double size : {1e-3, 1e-4, 1e-5}) {
+    const auto end_of = [&](const Vector3d& v) {
+      const Matrix3d end = quaternion_of(size * v).toRotationMatrix() * axes;
+      return BeamEnd{array_of(Vector3d(end.col(0))), array_of(Vector3d(end.col(1)))};
+    };
+    const BeamGradient exact =
+        gradient_of(beam, array_of(span), array_of(Vector3d(size * d)), end_of(a), end_of(b));
+    const BeamGradient linear =
+        linear_gradient_of(beam, array_of(axes), array_of(Vector3d(size * d)), array_of(Vector3d(size * a)),
+                           array_of(Vector3d(size * b)));
+    const double off =
+        (vector_of(exact.force) - vector_of(linear.force)).norm() / vector_of(linear.force).norm();
+    EXPECT_LT(off, 0.2 * before);
+    before = off;
+  }
+}
+
+// Scenes of points joined by links of one kind, not in a line but where the name says so.
+Scene chain(bool is_straight, Random& random) {
+  Scene scene;
+  scene.fidelity = Fidelity::kCorotational;
+  for (int i = 0; i < 9; ++i) {
+    PointMass point;
+    point.mass = 1.0 + 0.3 * random.one();
+    point.position = Vector3d(i, 0.0, 0.0);
+    if (!is_straight) point.position += 0.4 * random.vector();
+    scene.points.push_back(point);
+  }
+  for (int i = 0; i < 8; ++i) {
+    Beam beam;
+    beam.EA = 1e7, beam.GJ = 2000.0, beam.EI_y = 2200.0, beam.EI_z = is_straight ? 2200.0 : 3300.0;
+    Link link;
+    link.kind = beam;
+    link.points = {i, i + 1};
+    scene.links.push_back(link);
+  }
+  return scene;
+}
+
+Scene with_release(Random& random) {
+  Scene scene = chain(false, random);
+  std::get<Beam>(scene.links[4].kind).released[0] = {false, true, true};
+  return scene;
+}
+
+Scene sheet(Random& random) {
+  Scene scene;
+  scene.fidelity = Fidelity::kCorotational;
+  for (int i = 0; i < 9; ++i) {
+    PointMass point;
+    point.mass = 1.0;
+    point.position = Vector3d(i % 3, i / 3, 0.1 * random.one());
+    scene.points.push_back(point);
+  }
+  for (const int corner : {0, 1, 3, 4})
+    for (const std::vector<int>& points : {std::vector<int>{corner, corner + 1, corner + 4},
+                                           std::vector<int>{corner, corner + 4, corner + 3}}) {
+      Plate plate;
+      plate.E = 1e7, plate.nu = 0.3, plate.thickness = 0.05;
+      Link link;
+      link.kind = plate;
+      link.points = points;
+      scene.links.push_back(link);
+    }
+  return scene;
+}
+
+Scene with_angles(Random& random) {
+  Scene scene = chain(false, random);
+  const auto add = [&](LinkKind kind, std::vector<int> points) {
+    Link link;
+    link.kind = kind;
+    link.points = std::move(points);
+    scene.links.push_back(link);
+  };
+  for (int i = 0; i < 6; i += 2) add(BendingSpring{300.0}, {i, i + 1, i + 2});
+  for (int i = 0; i < 5; i += 2) add(TorsionSpring{200.0}, {i, i + 1, i + 2, i + 3});
+  return scene;
+}
+
+// Holds the generalized forces of all links of a scene at coordinates q, by the reference and by the step.
+struct Forces {
+  VectorXd expected, found, linear;
+};
+
+Forces forces_at(const Scene& scene, double size, Random& random) {
+  Faults faults;
+  const std::optional<Structure> structure = build_structure(scene, faults);
+  const std::optional<Plan> plan = make_full_plan(scene, *structure, scene.fidelity, faults);
+  EXPECT_TRUE(plan) << (faults.empty() ? "" : faults.back().message);
+  const auto n = static_cast<Eigen::Index>(scene.points.size()), modes = structure->omega.size();
+  Array q(index(plan->num_padded), 0.0);
+  // the size of a mode falls with its frequency, so that no link is stretched beyond all reason
+  const double lowest =
+      *std::find_if(structure->omega.begin(), structure->omega.end(), [](double w) { return w > 0.0; });
+  for (Eigen::Index l = 0; l < modes; ++l)
+    q[index(l)] = structure->omega[l] > 0.0 ? size * random.one() * lowest / structure->omega[l] : 0.0;
+  const Map<const VectorXd> coordinates(q.data(), modes);
+  const VectorXd displacements = structure->shapes * coordinates;
+  const Matrix3Xd V = Map<const Matrix3Xd>(displacements.data(), 3, n);
+  VectorXd mass(n);
+  for (Eigen::Index i = 0; i < n; ++i) mass[i] = scene.points[index(i)].mass;
+  const TrueGeometry reference(scene, mass, structure->mass_properties.r);
+  Matrix3Xd force = Matrix3Xd::Zero(3, n);
+  reference.add_forces(V, force);
+
+  std::vector<Vec3> displaced(index(n)), rest(index(n)), excess(index(n));
+  for (Eigen::Index i = 0; i < n; ++i) {
+    displaced[index(i)] = array_of(Vector3d(V.col(i)));
+    rest[index(i)] = plan->points[index(i)].r;
+  }
+  const PlanTrueLinks& links = plan->coupled.links;
+  JointState joints = make_joint_state(links.joints);
+  JointWorkspace workspace = make_joint_workspace(links, 0);
+  Array Q(index(plan->num_padded), 0.0);
+  const double last = relax_joints(links, index(plan->num_padded), q.data(), displaced, joints, workspace);
+  EXPECT_LT(last, 1e-7);
+  std::vector<Vec3> linear(index(n));
+  add_true_links(links, index(plan->num_padded), displaced, displaced, rest, joints, workspace, excess,
+                 linear, Q.data());
+  for (std::size_t i = 0; i < index(n); ++i) excess[i] = sub(excess[i], linear[i]);
+  Matrix3Xd on_points(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) on_points.col(i) = vector_of(excess[index(i)]);
+  EXPECT_LT(on_points.rowwise().sum().norm(), 1e-12 * (1.0 + on_points.norm())) << "links act on each other";
+  Forces result;
+  result.expected = structure->shapes.transpose() * Map<const VectorXd>(force.data(), force.size());
+  result.linear = -plan->mass * structure->omega.array().square().matrix().cwiseProduct(coordinates);
+  result.found =
+      result.linear + structure->shapes.transpose() * Map<const VectorXd>(on_points.data(), on_points.size());
+  for (Eigen::Index l = 0; l < modes; ++l) result.found[l] += Q[index(l)];
+  return result;
+}
+
+TEST(StepLinks, ForcesOfFramesPlatesAndAnglesAreThoseOfTheReference) {
+  Random random(4);
+  const std::vector<std::pair<const char*, Scene>> scenes{
+      {"straight chain of beams", chain(true, random)},
+      {"bent chain of anisotropic beams", chain(false, random)},
+      {"beam with a hinge", with_release(random)},
+      {"sheet of plates", sheet(random)},
+      {"angle springs", with_angles(random)}};
+  for (const auto& [name, scene] : scenes)
+    for (const double share : {0.05, 0.25, 1.0}) {
+      // a sheet of two plates a side bends by more than a radian at 5 % of its size
+      const double size = share * (name == std::string_view("sheet of plates") ? 0.01 : 0.2);
+      const Forces forces = forces_at(scene, size, random);
+      const double scale = forces.expected.norm(), nonlinear = (forces.expected - forces.linear).norm();
+      EXPECT_GT(nonlinear, 1e-3 * scale) << name << ": the motion is too small to tell";
+      EXPECT_LT((forces.found - forces.expected).norm(), 1e-7 * scale) << name << " at " << size;
+    }
+}
+
+}  // namespace
+}  // namespace freeflex::testing
