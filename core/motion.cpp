@@ -39,4 +39,13 @@ void Motion::judge() noexcept {
   verdict_uses_budget_ ? judgement_->take(state_, budget_) : judgement_->take(state_);
 }
 
+std::string no_equilibrium_text(const Plan& plan, const StepReport& report, std::int64_t tick) {
+  std::string text = "in the step after tick " + std::to_string(tick) + " a joint";
+  if (report.joint_point >= 0) text += " at point '" + plan.points[index(report.joint_point)].name + "'";
+  return text +
+         " has no equilibrium, because a beam or plate there buckles or bends too far for one element; use "
+         "smaller "
+         "loads or more elements";
+}
+
 }  // namespace freeflex

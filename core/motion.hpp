@@ -26,6 +26,7 @@
 #include <cassert>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "core/error/budget.hpp"
 #include "core/error/judgement.hpp"
@@ -102,5 +103,8 @@ class Motion {
   std::optional<Judgement> judgement_;
   bool verdict_uses_budget_;
 };
+
+/// Returns what to tell a user about a tick that failed with kNoEquilibrium.  \param tick  the last tick
+std::string no_equilibrium_text(const Plan& plan, const StepReport& report, std::int64_t tick);
 
 }  // namespace freeflex

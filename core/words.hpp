@@ -17,7 +17,7 @@ enum class Fidelity : std::int32_t {
   kSeparated = 1,
   kSpinLoaded = 2,
   kCoupled = 3,
-  kExactBars = 4,
+  kCorotational = 4,
   kFull = 5,
 };
 
@@ -49,7 +49,7 @@ inline constexpr std::array<RungTraits, 6> kRungs{{
     {Fidelity::kCoupled, "coupled", true, false, true, false, false, true},
     // adds bars at true length and direction; the floating frame fails when the elastic displacements V reach
     // a tenth of the size of the structure
-    {Fidelity::kExactBars, "exact-bars", true, false, true, true, false, true},
+    {Fidelity::kCorotational, "corotational", true, false, true, true, false, true},
     {Fidelity::kFull, "full", true, false, true, true, true, false},
 }};
 

@@ -130,7 +130,7 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
   const std::int64_t tick = state().tick;
   const StepReport& report = motion_.advance(due);
   const auto num_clearances = index(command_queue_.num_due_clearances());
-  if (report.status != StepStatus::kOk) return enter_fault(due.subspan(num_clearances));
+  if (report.status != StepStatus::kOk) return enter_fault(due.subspan(num_clearances), report);
   // the entries follow the order of the step: ends, then clearances, then commands
   for (int i = 0; i < report.num_expiries; ++i) {
     const Expiry& expiry = report.expiries[index(i)];
@@ -179,11 +179,14 @@ void Simulation::push_applied(std::int32_t kind, const ForceCommand* command, co
 
 /// Puts the loop into Mode::kFault, in which it executes no tick. The loop keeps the state before the failed
 /// step, and the commands of the tick keep waiting, so that a reset answers them.
-void Simulation::enter_fault(std::span<const ForceCommand> due) noexcept {
+void Simulation::enter_fault(std::span<const ForceCommand> due, const StepReport& report) noexcept {
   has_faulted_ = true;
   ran_before_fault_ = steps_left_ == kForever;
   set_steps(0);
-  fault_ = {.tick = state().tick, .num_commands = static_cast<std::int32_t>(due.size())};
+  fault_ = {.tick = state().tick,
+            .num_commands = static_cast<std::int32_t>(due.size()),
+            .lacks_equilibrium = report.status == StepStatus::kNoEquilibrium,
+            .joint_point = report.joint_point};
   if (!due.empty()) {
     fault_.sender = due.back().sender;
     fault_.sequence = due.back().sequence;

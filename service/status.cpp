@@ -84,6 +84,12 @@ std::string fault_text(const Snapshot& snapshot) {
   const FaultNote& fault = snapshot.fault;
   std::string text = fmt::format("the state after tick {} is not finite, so the simulation holds at tick {}",
                                  fault.tick, fault.tick);
+  if (fault.lacks_equilibrium)
+    text = fmt::format(
+        "in the step after tick {} the joint at point {} has no equilibrium, so the simulation holds at tick "
+        "{}; a "
+        "beam or plate there buckles or bends too far for one element: use smaller loads or more elements",
+        fault.tick, fault.joint_point + 1, fault.tick);
   if (fault.num_commands > 0) {
     text += fmt::format("; {} command(s) began there, the last from {} with sequence number {}",
                         fault.num_commands, fault.sender.data(), fault.sequence);

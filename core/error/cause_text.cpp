@@ -113,7 +113,7 @@ std::string second_order_remedy(const Plan& plan) {
   const bool has_point_masses = plan.particles.all.empty() && plan.particles.attitude_points.empty();
   if (has_only_axial_links && has_point_masses && plan.wheels.empty() &&
       plan.unmodelled.lacks_modes != LacksModes::kNotKept && !traits_of(plan.fidelity).has_true_geometry)
-    return "; set fidelity: exact-bars";
+    return "; set fidelity: corotational";
   return "; reduce the loads or the spin, or stiffen the structure";
 }
 

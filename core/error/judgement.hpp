@@ -78,6 +78,9 @@ class Judgement {
     double angle = 0.0;  // [rad] angle by which the curve of the spin bends in a tick, decaying
   };
   SpinCurvature spin_curvature_;
+  // [m] sum of the estimates of steps, which decays like free vibration, and the sum of the state at the last
+  // tick
+  double integration_error_ = 0.0, steps_before_ = 0.0, filter_error_ = 0.0;
   // [m] error due to loads that rotate within a tick and that the step takes as linear
   double rotating_load_error_ = 0.0;
   // [m] The amplitude that steps do not resolve, and [rad] the rotation of the body while there is such an

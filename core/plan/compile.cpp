@@ -18,6 +18,7 @@
 #include "core/plan/start.hpp"
 #include "core/plan/unmodelled.hpp"
 #include "core/scene/check/extremes.hpp"
+#include "core/step/coupled/coupled.hpp"
 #include "core/step/rigid/principal.hpp"
 #include "core/step/vector.hpp"
 #include "core/structure/links/link_factor.hpp"
@@ -268,18 +269,13 @@ void refuse_bodies(const Scene& scene, const ResolvedScene& resolved, Fidelity r
               " does not support, because the motion inside the link is unknown; set fidelity: spin-loaded "
               "or a lower rung"));
   if (!traits_of(rung).has_true_geometry) return;
-  if (!scene.wheels.empty())
-    add_error(faults, scene.wheels.front().origin,
-              join_text("wheel ", quoted(scene.wheels.front().name, 0), " is not possible, because fidelity ",
-                        name_of(rung), " does not support wheels; set fidelity: coupled or a lower rung"));
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
-    if (point.mass > 0.0 && !resolved.has_attitude[i]) continue;
-    return add_error(faults, point.origin,
-                     join_text("point ", quoted(point.name, static_cast<int>(i)),
-                               resolved.has_attitude[i] ? " has inertia or an offset" : " has no mass",
-                               ", which fidelity ", name_of(rung),
-                               " does not support; set fidelity: coupled or a lower rung"));
+    if (point.mass > 0.0) continue;
+    return add_error(
+        faults, point.origin,
+        join_text("point ", quoted(point.name, static_cast<int>(i)), " has no mass, which fidelity ",
+                  name_of(rung), " does not support; set fidelity: coupled or a lower rung"));
   }
   for (std::size_t i = 0; i < scene.links.size(); ++i)
     if (resolved.links[i].has_mass)
@@ -287,6 +283,16 @@ void refuse_bodies(const Scene& scene, const ResolvedScene& resolved, Fidelity r
           faults, scene.links[i].origin,
           join_text("link ", called(scene.links[i], static_cast<int>(i)), " has mass, which fidelity ",
                     name_of(rung), " does not support; set fidelity: coupled or a lower rung"));
+}
+
+void compile_initial_joints(const Scene& scene, StepPlan& plan, Faults& faults) {
+  plan.initial.joints = relaxed_joints(plan, plan.initial.q);
+  for (const Quat& rotation : plan.initial.joints.rotation)
+    if (!std::isfinite(rotation[0]))
+      return add_error(
+          faults, scene.initial.origin,
+          "a joint has no equilibrium in the initial shape, because a beam or plate bends too far for one "
+          "element; use smaller initial displacements or more elements");
 }
 
 void compile_publication(const Publication& publication, Plan& plan) {
@@ -333,6 +339,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   compile_modal_coupling(scene, structure, plan, faults);
   if (is_coupled(plan)) compile_coupled(scene, structure, spec, plan, faults);
   if (is_coupled(plan)) compile_kinetics(scene, structure, shapes, kinetic_form(structure, plan), plan);
+  if (is_coupled(plan) && !has_error(faults)) compile_initial_joints(scene, plan, faults);
   if (spec.is_judged) compile_unmodelled(scene, whole, spec, plan);
   compile_gyroscopic(plan);
   if (has_error(faults)) return std::nullopt;

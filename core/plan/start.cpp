@@ -172,8 +172,8 @@ void check_start(const Scene& scene, const Structure& structure, Faults& faults)
   check_attractor(scene, body, faults);
 }
 
-// Below the rung `exact-bars`, the spin must be slow compared with the lowest vibration, because linear links
-// get no geometric stiffness from the spin.
+// Below the rung `corotational`, the spin must be slow compared with the lowest vibration, because linear
+// links get no geometric stiffness from the spin.
 void warn_of_fast_spin(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults) {
   if (traits_of(rung).has_true_geometry) return;
   const Origin& origin = scene.initial.origin;

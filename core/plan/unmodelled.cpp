@@ -274,7 +274,32 @@ void fill_spin_loads(const Structure& whole, const std::vector<int>& index_in_pl
   for (Eigen::Index row = 0; row < 6; ++row) append(left_out.row(row), unmodelled.spin_left_out);
 }
 
+// Appends a mode that the plan leaves out, with the loads and spins that displace it.
+void append_left_out(const Structure& whole, int mode, const Eigen::RowVectorXd& loads,
+                     const Products& products, PlanUnmodelled& unmodelled) {
+  const double c = whole.mass_properties.mass * whole.omega[mode] * whole.omega[mode];
+  append(Eigen::RowVectorXd(loads / c), unmodelled.left_out_rows);
+  append(Products(products / c), unmodelled.left_out_spin);
+  unmodelled.named.left_out.push_back(mode + 1);
+  unmodelled.named.left_out_frequency.push_back(whole.omega[mode] / (2.0 * M_PI));
+}
+
+// Sets the tables of what links at true geometry do not neglect to zero.
+void clear_neglected(PlanUnmodelled& unmodelled) {
+  for (Array* neglected :
+       {&unmodelled.load_rows, &unmodelled.rate_rows, &unmodelled.spin_rows, &unmodelled.root_quartic,
+        &unmodelled.shadow_rows, &unmodelled.quartic_forms, &unmodelled.bodies.unquantified_factor})
+    std::fill(neglected->begin(), neglected->end(), 0.0);
+}
+
 }  // namespace
+
+// Returns whether the rung has the true geometry of every link. A matrix has none.
+bool has_true_links_only(const Structure& structure, const RungTraits& rung) {
+  return rung.has_true_geometry &&
+         std::ranges::all_of(structure.resolved.links,
+                             [](const ResolvedLink& link) { return link.traits.follows_points; });
+}
 
 void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSpec& spec, Plan& plan) {
   assert(plan.omega.size() == index(plan.num_padded));
@@ -290,8 +315,9 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
   const bool damps = !rate_rows.isZero(0.0);
   // no table includes the effect of spin and loads on mass within links, on mass inside matrices, and on
   // wheels
-  unmodelled.has_unquantified =
-      prestress.has_unquantified || !scene.wheels.empty() || whole.resolved.have_links_mass();
+  const bool is_modelled = has_true_links_only(whole, rung);
+  unmodelled.has_unquantified = !is_modelled && (prestress.has_unquantified || !scene.wheels.empty() ||
+                                                 whole.resolved.have_links_mass());
   unmodelled.lacks_modes = lacks_modes(scene, whole, spec);
   std::vector<int> index_in_plan(index(whole.omega.size()), -1);
   for (std::size_t k = 0; k < spec.modes.size(); ++k)
@@ -306,14 +332,9 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
   for (std::size_t k = 0; k < prestress.pairs.size(); ++k) {
     const auto [l, u] = prestress.pairs[k];
     const int at_l = index_in_plan[index(l)], at_u = index_in_plan[index(u)];
-    if (l == u && at_l < 0 && whole.omega[l] > 0.0) {
-      const double c = whole.mass_properties.mass * whole.omega[l] * whole.omega[l];
-      const auto left_out = static_cast<Eigen::Index>(k);
-      append(Eigen::RowVectorXd(rows.row(left_out)(spec.modes) / c), unmodelled.left_out_rows);
-      append(Products(spin.row(left_out, l, u) / c), unmodelled.left_out_spin);
-      unmodelled.named.left_out.push_back(l + 1);
-      unmodelled.named.left_out_frequency.push_back(whole.omega[l] / (2.0 * M_PI));
-    }
+    if (l == u && at_l < 0 && whole.omega[l] > 0.0)
+      append_left_out(whole, l, rows.row(static_cast<Eigen::Index>(k))(spec.modes),
+                      spin.row(static_cast<Eigen::Index>(k), l, u), unmodelled);
     if (at_l < 0 || at_u < 0) continue;
     unmodelled.pairs.push_back({at_l, at_u});
     if (l == u) {
@@ -345,6 +366,7 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
     append(of_spin(field_of(whole, spec.modes[index(c)])), unmodelled.inertia_rows);
   fill_loads(scene, prestress.has_unquantified, plan);
   if (!rung.takes_spin_load && !rung.couples) fill_spin_loads(whole, index_in_plan, unmodelled);
+  if (is_modelled) clear_neglected(unmodelled);
 }
 
 }  // namespace freeflex

@@ -20,6 +20,7 @@ struct PlanInitial {
   Vec3 w_B{};                     // [rad/s] angular velocity, body axes
   Array q;                        // [m] (num_padded) elastic coordinates
   Array q_dot;                    // [m/s] (num_padded) rates of the elastic coordinates
+  JointState joints;              // rotations of joints without inertia, empty if there are none
 };
 
 /// Holds everything that the step reads. The future motion depends only on this plan, the state and the

@@ -4,8 +4,10 @@
 #include <cassert>
 
 #include "core/step/coupled/coupled.hpp"
+#include "core/step/coupled/link_readout.hpp"
 #include "core/step/coupled/stage.hpp"
 #include "core/step/linear/kernels.hpp"
+#include "core/step/links/bar.hpp"
 #include "core/step/loads/field.hpp"
 #include "core/step/vector.hpp"
 
@@ -19,11 +21,6 @@ const double* rows_of(const StepPlan& plan, std::int32_t point) noexcept {
 /// Returns the product of rows (3 x num_padded) with x.
 Vec3 contract(const StepPlan& plan, const double* rows, const Array& x) noexcept {
   return contract_rows(rows, x.data(), index(plan.num_padded));
-}
-
-/// Returns V_second - V_first of a bar. If q' is passed instead of q, returns the rate of this difference.
-Vec3 difference(const StepPlan& plan, const PlanBar& bar, const Array& q) noexcept {
-  return sub(contract(plan, rows_of(plan, bar.second), q), contract(plan, rows_of(plan, bar.first), q));
 }
 
 /// Returns the bar at true length that belongs to a link, or nullptr if there is none.
@@ -47,6 +44,7 @@ Mat3 rotation_matrix(const Quat& q) noexcept {
 }
 
 Vec3 wheel_momentum_B(const StepPlan& plan, const MotionState& state) noexcept {
+  if (turns(plan)) return wheel_momentum_in_frame(plan, state.wheel_momentum, state.q.data());
   if (is_coupled(plan)) return rotated_wheel_momentum(plan, state.wheel_momentum, state.q.data());
   Vec3 h{};
   for (std::size_t k = 0; k < plan.wheels.size(); ++k)
@@ -61,10 +59,59 @@ Vec3 angular_velocity(const StepPlan& plan, const MotionState& state) noexcept {
   return multiply(plan.inverse_inertia, H_B);
 }
 
+namespace {
+
+/// Returns the number of the turning body that holds a point; -1: none.
+std::int32_t body_of(const StepPlan& plan, int point) noexcept {
+  return turns(plan) ? plan.coupled.turning.of_points[index(point)] : -1;
+}
+
+/// Holds the motion of a point of a turning body, and its acceleration without that of the centre of mass of
+/// the structure, all in the axes of the frame.
+struct TurningPoint {
+  Vec3 x, v, a;
+};
+/// A point at the arm d of a body has v = v_c + R (s x d) and a = a_c + R (s' x d + s x (s x d)). With
+/// gamma = I^-1 sum r x F, a_c = gamma x r_c + sum_l b_cl q_l'' and s' = gamma + sum_l theta_l q_l''
+/// + J^-1 ((J s + h) x s)   (THEORY 12.93).
+TurningPoint read_turning_point(const StepPlan& plan, const MotionState& state, std::int32_t number,
+                                const Vec3& r) noexcept {
+  const PlanTurningBody& body = plan.coupled.turning.bodies[index(number)];
+  const TurningMotion at =
+      read_turning(plan, body, state.q.data(), state.q_dot.data(), angular_velocity(plan, state));
+  const auto accelerations = [&](const double* rows) {
+    return contract_motion(rows, plan, state.q.data(), state.q_dot.data(), state.Q.data()).V_ddot;
+  };
+  const Vec3 gamma = multiply(plan.inverse_inertia, state.coupled.balance_B);
+  const Vec3 a_c = add(cross(gamma, body.centre), accelerations(body.rows.data()));
+  Vec3 momentum = multiply(body.inertia, at.s);
+  for (std::size_t k = 0; k < plan.wheels.size(); ++k)
+    if (plan.coupled.turning.of_attitudes[index(plan.wheels[k].attitude_index)] == number)
+      momentum = add_scaled(momentum, state.wheel_momentum[k], plan.wheels[k].axis);
+  const Vec3 free = solve_by_adjugate(body.inertia, cross(momentum, at.s));
+  const Vec3 s_dot = add(add(gamma, free), accelerations(body.rows.data() + 3 * index(plan.num_padded)));
+  const Vec3 d = sub(r, body.centre), sd = cross(at.s, d);
+  return {position_on_body(body, at, r), add(at.v, multiply(at.R, sd)),
+          add(a_c, multiply(at.R, add(cross(s_dot, d), cross(at.s, sd))))};
+}
+
+PointState to_world(const StepPlan& plan, const MotionState& state, const Mat3& R, const Vec3& r,
+                    const Vec3& x, const Vec3& v_B, const Vec3& a_B) noexcept {
+  const Vec3 a_WB = add_scaled(gravity_at(plan, state.p_WB), 1.0 / plan.mass, state.force_W);
+  return {add(state.p_WB, multiply(R, x)), add(state.v_WB, multiply(R, v_B)), add(a_WB, multiply(R, a_B)),
+          sub(x, r)};
+}
+
+}  // namespace
+
 PointState read_point(const StepPlan& given, const MotionState& state, int point) noexcept {
   assert(given.points[index(point)].row >= 0);
   const StepPlan& plan = active_plan(given, state);
   const Mat3 R = rotation_matrix(state.q_WB);
+  if (const std::int32_t body = body_of(plan, point); body >= 0) {
+    const TurningPoint at = read_turning_point(plan, state, body, plan.points[index(point)].r);
+    return to_world(plan, state, R, plan.points[index(point)].r, at.x, at.v, at.a);
+  }
   const Vec3 w = angular_velocity(plan, state);
   const auto [V, V_dot, V_ddot] =
       contract_motion(rows_of(plan, point), plan, state.q.data(), state.q_dot.data(), state.Q.data());
@@ -73,13 +120,13 @@ PointState read_point(const StepPlan& given, const MotionState& state, int point
   // x = r + V (THEORY 2.13, 9.1). v_B and a_B are components in the rotating body axes   (THEORY 9.2).
   const Vec3 v_B = add(wx, V_dot);
   Vec3 a_B;
-  const bool is_complete = plan.coupled.kinetics.form == PlanKinetics::Form::kComplete;
-  if (is_coupled(plan) && is_complete) {
+  if (is_coupled(plan) && is_complete(plan.coupled.kinetics)) {
     // the acceleration is the force on the point divided by its mass; its first term, sum_j F_j / M, is added
     // below   (THEORY 12.21):
     // a = sum_j F_j / M + (I^-1 sum_j r_j x F_j) x r + sum_l b_l q_l'',
     // q_l'' = Q_l / M - omega^2 q_l - 2 decay q_l'
-    a_B = add(cross(multiply(plan.inverse_inertia, state.moment_B), plan.points[index(point)].r), V_ddot);
+    a_B = add(cross(multiply(plan.inverse_inertia, state.coupled.balance_B), plan.points[index(point)].r),
+              V_ddot);
   } else if (is_coupled(plan)) {
     // a = w' x x + w x (w x x) + 2 w x V' + V'', where w' and q'' were computed in the step   (THEORY 12.43)
     const Vec3 V_ddot_of_step = contract(plan, rows_of(plan, point), state.coupled.q_ddot);
@@ -98,6 +145,11 @@ PointState read_point(const StepPlan& given, const MotionState& state, int point
 BodyState read_body(const StepPlan& given, const MotionState& state, int point) noexcept {
   assert(attitude_index_of(given, point) >= 0);
   const StepPlan& plan = active_plan(given, state);
+  if (const std::int32_t number = body_of(plan, point); number >= 0) {
+    const TurningMotion at = read_turning(plan, plan.coupled.turning.bodies[index(number)], state.q.data(),
+                                          state.q_dot.data(), angular_velocity(plan, state));
+    return {multiply(state.q_WB, rotation_of(at.theta).q), at.s};
+  }
   const double* rows = rotation_rows(plan, attitude_index_of(plan, point));
   const Vec3 g = scale(0.5, contract(plan, rows, state.q)),
              g_dot = scale(0.5, contract(plan, rows, state.q_dot));
@@ -106,6 +158,72 @@ BodyState read_body(const StepPlan& given, const MotionState& state, int point) 
   const Vec3 of_frame = multiply_transposed(rotation_of_gibbs(g), angular_velocity(plan, state));
   return {multiply(state.q_WB, {1.0 / norm, g[0] / norm, g[1] / norm, g[2] / norm}), add(of_frame, own)};
 }
+
+namespace {
+
+/// Holds the elastic displacement of a carrier of mass and its rate, body axes.
+struct CarrierMotion {
+  Vec3 V, V_dot;
+};
+CarrierMotion read_carrier(const StepPlan& plan, const MotionState& state, std::int32_t carrier) noexcept {
+  const PlanPoint& point = mass_point(plan, carrier);
+  std::int32_t body = -1;
+  if (turns(plan)) {
+    const std::size_t i = index(carrier), num_points = plan.points.size();
+    body =
+        i < num_points ? plan.coupled.turning.of_points[i] : plan.coupled.turning.of_carriers[i - num_points];
+  }
+  if (body < 0) {
+    const double* rows = point_rows(plan, point.row);
+    return {contract(plan, rows, state.q), contract(plan, rows, state.q_dot)};
+  }
+  const PlanTurningBody& given = plan.coupled.turning.bodies[index(body)];
+  const Vec3 w = angular_velocity(plan, state);
+  const TurningMotion at = read_turning(plan, given, state.q.data(), state.q_dot.data(), w);
+  const Vec3 x = position_on_body(given, at, point.r);
+  const Vec3 v = add(at.v, multiply(at.R, cross(at.s, sub(point.r, given.centre))));
+  return {sub(x, point.r), sub(v, cross(w, x))};
+}
+
+/// Holds the rotation of a group relative to the frame, and its rate in body axes.
+struct GroupRotation {
+  Quat q;
+  Vec3 w;
+};
+/// Returns the rotation that fits the points of a group best, sum_i m_i d_i x R^T y_i = 0 with y_i the
+/// present arms, and its rate R ((tr S) 1 - S)^-1 sum_i m_i d_i x R^T y_i', S = sum_i m_i R^T y_i d_i^T
+/// (THEORY 9.10).
+GroupRotation fit_group(const StepPlan& plan, const MotionState& state, std::size_t number, const Vec3& shift,
+                        const Vec3& shift_dot) noexcept {
+  constexpr int kSweeps = 16;
+  const PlanGroup& group = plan.groups[number];
+  Quat q{1.0, 0.0, 0.0, 0.0};
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    const Mat3 R = matrix_of(q);
+    Vec3 sum{}, rate{};
+    Mat3 of_rate{};
+    for (const std::int32_t i : carriers_of_group(plan, number)) {
+      const PlanPoint& point = mass_point(plan, i);
+      const CarrierMotion motion = read_carrier(plan, state, i);
+      const Vec3 d = sub(point.r, group.centre);
+      const Vec3 y = multiply_transposed(R, add(d, sub(motion.V, shift)));
+      sum = add_scaled(sum, point.mass, cross(d, y));
+      if (sweep + 1 < kSweeps) continue;
+      rate = add_scaled(rate, point.mass, cross(d, multiply_transposed(R, sub(motion.V_dot, shift_dot))));
+      const double both = dot(d, y);
+      for (std::size_t a = 0; a < 3; ++a)
+        for (std::size_t b = 0; b < 3; ++b)
+          of_rate[3 * a + b] += point.mass * ((a == b ? both : 0.0) - y[a] * d[b]);
+    }
+    if (sweep + 1 == kSweeps)
+      return {q, multiply(R, group.torque_rank == 3 ? solve_by_adjugate(of_rate, rate)
+                                                    : multiply(group.inverse_inertia, rate))};
+    q = multiply(q, rotation_of(multiply(group.inverse_inertia, sum)).q);
+  }
+  return {q, {}};
+}
+
+}  // namespace
 
 GroupPose read_group(const StepPlan& given, const MotionState& state, int group_index) noexcept {
   const StepPlan& plan = active_plan(given, state);
@@ -116,23 +234,27 @@ GroupPose read_group(const StepPlan& given, const MotionState& state, int group_
   for (const std::int32_t i : carriers_of_group(plan, index(group_index))) {
     const PlanPoint& point = mass_point(plan, i);
     const Vec3 d = sub(point.r, group.centre);
-    const Vec3 V = contract(plan, point_rows(plan, point.row), state.q);
-    const Vec3 V_dot = contract(plan, point_rows(plan, point.row), state.q_dot);
+    const auto [V, V_dot] = read_carrier(plan, state, i);
     shift = add_scaled(shift, point.mass / group.mass, V);
     shift_dot = add_scaled(shift_dot, point.mass / group.mass, V_dot);
     theta = add_scaled(theta, point.mass, cross(d, V));
     theta_dot = add_scaled(theta_dot, point.mass, cross(d, V_dot));
   }
-  theta = multiply(group.inverse_inertia, theta);
-  theta_dot = multiply(group.inverse_inertia, theta_dot);
   const Mat3 R = rotation_matrix(state.q_WB);
   const Vec3 w = angular_velocity(plan, state);
   const Vec3 x = add(group.centre, shift);
+  const Vec3 p_W = add(state.p_WB, multiply(R, x)),
+             v_W = add(state.v_WB, multiply(R, add(cross(w, x), shift_dot)));
+  if (traits_of(plan.fidelity).has_true_geometry && group.torque_rank > 0) {
+    const GroupRotation fit = fit_group(plan, state, index(group_index), shift, shift_dot);
+    return {p_W, multiply(state.q_WB, fit.q), v_W, add(w, fit.w)};
+  }
+  theta = multiply(group.inverse_inertia, theta);
+  theta_dot = multiply(group.inverse_inertia, theta_dot);
   const Vec3 half = scale(0.5, theta);
   const double norm = __builtin_sqrt(1.0 + dot(half, half));
   const Quat q_WG = multiply(state.q_WB, {1.0 / norm, half[0] / norm, half[1] / norm, half[2] / norm});
-  return {add(state.p_WB, multiply(R, x)), q_WG, add(state.v_WB, multiply(R, add(cross(w, x), shift_dot))),
-          add(w, theta_dot)};
+  return {p_W, q_WG, v_W, add(w, theta_dot)};
 }
 
 void read_link(const StepPlan& given, const MotionState& state, int output, std::span<double> out) noexcept {
@@ -147,10 +269,11 @@ void read_link(const StepPlan& given, const MotionState& state, int output, std:
   };
   const PlanBar* bar = find_bar(plan, link.link);
   if (bar != nullptr) {
-    const Vec3 d = difference(plan, *bar, state.q);
-    out[0] = bar_force(*bar, d).tension;
-    if (bar->damping > 0.0) out[0] += damper_force(*bar, d, difference(plan, *bar, state.q_dot)).tension;
+    const BarMotion motion = read_bar(plan, state, *bar);
+    out[0] = bar_force(*bar, motion.d).tension;
+    if (bar->damping > 0.0) out[0] += damper_force(*bar, motion.d, motion.d_dot).tension;
   } else {
+    if (traits_of(plan.fidelity).has_true_geometry) read_true_link(plan, state, link.link, out);
     add(link.first_rate_row, state.q_dot);
   }
   add(link.first_load_row, state.Q);
@@ -169,16 +292,18 @@ Invariants read_invariants(const StepPlan& given, const MotionState& state) noex
   if (is_coupled(plan)) {
     // 2 E = w . H_B + M sum_l q_l' p_l, in which H_B does not contain the momenta of wheels
     // (THEORY 12.4, 16.32). The energy of a bar at true length is s^2 / (2 D). The sum over modes already
-    // contains its linear energy, so only the difference is added   (THEORY 12.17)
-    invariants.kinetic_elastic =
-        0.5 * (plan.mass * dot_lanes(state.q_dot.data(), state.coupled.momentum.data(), n) +
-               wheel_energy(plan, state.wheel_momentum, state.q.data(), state.q_dot.data()));
-    for (const PlanBar& bar : plan.coupled.bars) {
-      if (bar.stiffness == 0.0) continue;
-      const Vec3 d = difference(plan, bar, state.q);
-      const double tension = bar_force(bar, d).tension, linear = bar.stiffness * dot(bar.direction, d);
-      invariants.potential += 0.5 * (tension - linear) * ((tension + linear) / bar.stiffness);
-    }
+    // contains its linear energy, so only the difference is added   (THEORY 12.17). With turning bodies, the
+    // sum over points and bodies replaces the first equation   (THEORY 12.94)
+    if (turns(plan))
+      invariants.kinetic_elastic =
+          kinetic_energy_of_turning(plan, angular_velocity(plan, state), state.q.data(), state.q_dot.data()) -
+          0.5 * dot(H_B, angular_velocity(plan, state));
+    else
+      invariants.kinetic_elastic =
+          0.5 * (plan.mass * dot_lanes(state.q_dot.data(), state.coupled.momentum.data(), n) +
+                 wheel_energy(plan, state.wheel_momentum, state.q.data(), state.q_dot.data()));
+    if (traits_of(plan.fidelity).has_true_geometry)
+      invariants.potential += strain_energy_beyond_linear(plan, state);
   }
   invariants.linear_momentum_W = scale(plan.mass, state.v_WB);
   invariants.angular_momentum_W = state.H_W;

@@ -69,8 +69,16 @@ State make_state(const StepPlan& plan) {
   }
   if (is_coupled(plan))
     for (auto* v : {&state.coupled.momentum, &state.coupled.rate_q, &state.coupled.rate_p}) v->resize(n);
+  if (is_coupled(plan)) {
+    state.coupled.joints = make_joint_state(plan.coupled.links.joints);
+    for (auto* v : {&state.coupled.slow_q, &state.coupled.slow_p, &state.coupled.slow_change})
+      v->resize(plan.coupled.curve.modes.size());
+    for (auto* v : {&state.coupled.filtered_q, &state.coupled.filtered_p, &state.coupled.left_out_q,
+                    &state.coupled.left_out_p})
+      v->resize(plan.coupled.curve.modes.empty() ? 0 : n);
+  }
   for (auto* v : {&state.wheel_momentum, &state.wheel_momentum_low}) v->resize(plan.wheels.size());
-  if (plan.coupled.kinetics.form != PlanKinetics::Form::kComplete) state.coupled.q_ddot.resize(n);
+  if (!is_complete(plan.coupled.kinetics)) state.coupled.q_ddot.resize(n);
   state.slots.resize(kMaxSlots);
   state.commands_pattern = make_roomy_pattern(plan);
   set_initial(plan, state);

@@ -6,6 +6,9 @@
 #include <vector>
 
 #include "core/step/command.hpp"
+#include "core/step/coupled/curve.hpp"
+#include "core/step/coupled/turning.hpp"
+#include "core/step/links/true_links.hpp"
 #include "core/step/loads/loads.hpp"
 #include "core/step/plan.hpp"
 
@@ -28,10 +31,27 @@ struct CoupledState {
   Array rate_q, rate_p;
   Vec3 w_B{};       // [rad/s] angular velocity of the frame, body axes
   Vec3 moment_B{};  // [N m] moment of the loads about the centre of mass, with deformed arms r + V
+  // [N m] sum r x F over points and of torques in the axes of bodies, those of links included; on complete
+  // sets of modes, accelerations are computed from it
+  Vec3 balance_B{};
   // Used only if the modes are not a complete set for point masses. Otherwise the array is empty and the
   // value is zero   (THEORY 12.41, 12.42)
   Array q_ddot;    // [m/s^2] (num_padded) accelerations of the elastic coordinates
   Vec3 w_dot_B{};  // [rad/s^2] rate of w_B, body axes
+  // [m], [m/s] (PlanCurve::modes) slow motion of stiff modes, from which the filter measures, and its change
+  // over the last substep; empty without links that bend
+  Array slow_q, slow_p, slow_change;
+  // [m/s], [m/s^2] (num_padded) rates of the curvilinear coordinates at the filtered state, with which the
+  // next step begins, and those of the frame; empty without links that bend, and used with the filter only
+  Array filtered_q, filtered_p;
+  Vec3 filtered_w_B{}, filtered_moment_B{}, filtered_force_W{};
+  // [m], [m/s] (num_padded) motion that the filter has left out; empty without links that bend (THEORY 12.97)
+  Array left_out_q, left_out_p;
+  JointState joints;  // empty unless links at true geometry have joints
+  // [m] sum of the estimated errors of all steps since the start, rms over the mass; 0 without true geometry
+  // (THEORY 12.95)
+  double integration_error = 0.0;
+  double filter_error = 0.0;  // [m] size of the motion that the filter has left out, rms over the mass
   bool has_rates = false;
   bool operator==(const CoupledState&) const = default;
 };
@@ -104,6 +124,21 @@ struct CoupledWorkspace {
   // contribution with its rate times the mass [N]   (THEORY 16.30)
   std::vector<double> wheels;
   Array wheel_share;
+  CurveWorkspace curve;          // empty unless the plan has curvilinear coordinates
+  Mat3 spin{};                   // of angular_velocity()
+  Array rate_q_dot;              // (num_padded)
+  Array filtered_q, filtered_p;  // (num_padded)
+  Array slow_start;  // [m] (PlanCurve::modes) slow motion at the start of the substep; empty without filter
+  double slow_pace = 0.0;  // [m/s^2] by how much it moves in a substep, as forces over the mass
+  Array start_q, start_p;  // (num_padded) coordinates at the start of the step, if there are any
+  // of turning bodies; empty without them
+  std::vector<TurningMotion> bodies;
+  std::vector<Vec3> linear_V;  // [m] (num_points) displacements of the linear structure
+  std::vector<Vec3> linear;    // [N] (num_points) forces of the linear links
+  JointWorkspace joints;
+  double last_turn = 0.0;   // [rad] result of relax_joints()
+  JointState stage_joints;  // rotations of the joints at the last stage
+  std::vector<Vec3> rest;   // [m] (num_points) rest positions, if there are links at true geometry
   CoupledState next;
 };
 

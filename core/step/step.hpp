@@ -26,10 +26,14 @@ struct Expiry {
 enum class StepStatus : std::int32_t {
   kOk = 0,
   kNotFinite = 1,  // the next state would not be finite, so the state is unchanged
+  // the rotations of joints without inertia have no equilibrium that was found, so the state is unchanged
+  // (THEORY 12.73)
+  kNoEquilibrium = 2,
 };
 
 struct StepReport {
   StepStatus status = StepStatus::kOk;
+  std::int32_t joint_point = -1;  // kNoEquilibrium: point of the joint that rotated most in the last attempt
   std::int32_t num_expiries = 0;
   std::array<Expiry, kMaxSlots> expiries{};
 };

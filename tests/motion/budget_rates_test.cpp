@@ -57,7 +57,7 @@ Scene stiff_truss(double stiffness, double spin, double force) {
 // rotation. A best rung without substeps estimated a fifth of the true error or less at the lowest rates.
 TEST(Budget, EstimateCoversTheErrorIfTheTickDoesNotResolveTheSlowestMode) {
   expect_honest(stiff_truss(1e6, 3.0, 100.0), {25.0, 50.0, 100.0, 200.0, 400.0},
-                {Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars});
+                {Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kCorotational});
 }
 
 /// Returns two stiff trusses with a soft bay between them. The slowest mode is not excited. One end deforms
@@ -81,7 +81,7 @@ TEST(Budget, EstimateCoversTheErrorIfModesAboveTheLowestVibrate) {
   plain.initial.points = {{3, {0.0, 2e-5, 0.0}, {0.0, 0.0, 0.0}}, {17, {1e-5, 0.0, -2e-5}, {0.0, 0.0, 0.0}}};
   for (const Scene& scene : {plain, soft_in_the_middle()})
     expect_honest(scene, {25.0, 50.0, 100.0, 400.0},
-                  {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars});
+                  {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kCorotational});
 }
 
 // The scene has 114 modes, so a substep costs as much as three substeps with 64 modes.

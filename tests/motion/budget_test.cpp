@@ -14,7 +14,7 @@ namespace {
 
 TEST(Budget, LeavesEveryBitOfTheMotionUnchanged) {
   for (const Fidelity rung :
-       {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars}) {
+       {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kCorotational}) {
     const Scene scene = watched_truss(rung, 0.05);
     Watched watched(scene);
     watched.run(200);
@@ -107,8 +107,8 @@ TEST(Budget, TheReadingIsEmptyForAPlanWithoutABudget) {
 TEST(Budget, PositionAndAttitudeAreProportionalToTheDistanceFromTheBestRung) {
   Watched watched(watched_truss(Fidelity::kSeparated, 10.0));
   const BudgetReading reading = watched.run(400);
-  Scene scene = watched_truss(Fidelity::kExactBars, 0.0);
-  const Simulation best = run_rung(scene, Fidelity::kExactBars, 1e-3, 0.4),
+  Scene scene = watched_truss(Fidelity::kCorotational, 0.0);
+  const Simulation best = run_rung(scene, Fidelity::kCorotational, 1e-3, 0.4),
                    own = run_rung(scene, Fidelity::kSeparated, 1e-3, 0.4);
   const Eigen::Matrix3Xd off = own.positions_W() - best.positions_W();
   const double position = off.norm() / std::sqrt(static_cast<double>(off.cols()));
@@ -182,11 +182,11 @@ TEST(Budget, IsLostWhenTheReferenceShadowDiverges) {
 
 // No rung includes the second-order terms of beams, so all rungs agree on beams and may all be wrong. The
 // rungs do include the second-order terms of dashpots.
-TEST(Budget, VerdictAlsoUsesTheDisplacementOfLinksThatAllRungsLinearise) {
+TEST(Budget, VerdictUsesTheDisplacementOfMatricesWhichEveryRungLinearises) {
   using Level = Verdict::Level;
-  Scene springs = watched_truss(Fidelity::kExactBars, 10.0);
+  Scene springs = watched_truss(Fidelity::kCorotational, 10.0);
   springs.loads[0].forces[0].force = {0.0, 0.0, 10000.0};
-  Scene damped = springs, beam = springs;
+  Scene damped = springs, matrix = springs;
   Link dashpot;
   dashpot.name = "d";
   dashpot.points = {0, 19};
@@ -195,14 +195,18 @@ TEST(Budget, VerdictAlsoUsesTheDisplacementOfLinksThatAllRungsLinearise) {
   Link brace;
   brace.name = "b";
   brace.points = {0, 19};
-  brace.kind = Beam{.EA = 1e3, .GJ = 1.0, .EI_y = 1.0, .EI_z = 1.0, .y_axis = Eigen::Vector3d::UnitY()};
-  beam.links.push_back(brace);
+  const Eigen::Vector3d u = (springs.points[19].position - springs.points[0].position).normalized();
+  Eigen::MatrixXd stiffness(6, 6);
+  const Eigen::Matrix3d along = 100.0 * u * u.transpose();
+  stiffness << along, -along, -along, along;
+  brace.kind = MatrixLink{stiffness.sparseView(), false, false, 0};
+  matrix.links.push_back(brace);
   EXPECT_EQ(verdict_of(springs, 150).first.level, Level::kGood);
   EXPECT_EQ(verdict_of(damped, 150).first.level, Level::kGood);
-  const auto [verdict, cause] = verdict_of(beam, 150);
+  const auto [verdict, cause] = verdict_of(matrix, 150);
   EXPECT_NE(verdict.level, Level::kGood) << cause;
-  beam.loads[0].forces[0].force = {0.0, 0.0, 1.0};
-  EXPECT_EQ(verdict_of(beam, 150).first.level, Level::kGood);
+  matrix.loads[0].forces[0].force = {0.0, 0.0, 1.0};
+  EXPECT_EQ(verdict_of(matrix, 150).first.level, Level::kGood);
 }
 
 std::vector<Fault> faults_of(const Scene& scene) {
@@ -224,7 +228,7 @@ TEST(Budget, AutoRefusesTooManyTicksAndScenesWithoutAReferenceSolution) {
   scene.links[3].kind = Spring{1e15};
   faults = faults_of(scene);
   ASSERT_FALSE(faults.empty());
-  EXPECT_EQ(faults.back().message.find("fidelity: auto: the reference equations (fidelity exact-bars"), 0U)
+  EXPECT_EQ(faults.back().message.find("fidelity: auto: the reference equations (fidelity corotational"), 0U)
       << faults.back().message;
 }
 
@@ -295,10 +299,10 @@ TEST(Budget, ReportsThatAutoDidNotCheckTheToleranceAtThisRate) {
 TEST(Budget, WarnsThatAModeToleranceHasNoEffectIfEveryModeIsNeeded) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.leave_out.tolerance = 0.1;
-  scene.fidelity = Fidelity::kExactBars;
+  scene.fidelity = Fidelity::kCorotational;
   const std::vector<Fault> faults = faults_of(scene);
   ASSERT_EQ(faults.size(), 1U);
-  EXPECT_EQ(faults[0].message.find("leave_out: tolerance has no effect on fidelity exact-bars"), 0U)
+  EXPECT_EQ(faults[0].message.find("leave_out: tolerance has no effect on fidelity corotational"), 0U)
       << faults[0].message;
 }
 
@@ -308,7 +312,7 @@ TEST(Budget, WarnsOnCoupledRungsTooIfFeedbackMakesAMotionGrow) {
   scene.feedbacks.push_back(
       {"f", 3, 3, Eigen::Matrix3d::Zero(), 20.0 * Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero(), {}});
   for (const Fidelity rung :
-       {Fidelity::kSeparated, Fidelity::kCoupled, Fidelity::kExactBars, Fidelity::kFull}) {
+       {Fidelity::kSeparated, Fidelity::kCoupled, Fidelity::kCorotational, Fidelity::kFull}) {
     scene.fidelity = rung;
     const std::vector<Fault> faults = faults_of(scene);
     ASSERT_EQ(faults.size(), 1U) << name_of(rung);

@@ -147,7 +147,7 @@ TEST(DampedModes, ModesOfEqualFrequencyMatchAFreeDecay) {
 
 TEST(DampedModes, PrintedModesMatchAFreeDecayOnEveryRung) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
-                              Fidelity::kExactBars, Fidelity::kFull}) {
+                              Fidelity::kCorotational, Fidelity::kFull}) {
     Scene scene = random_structure(7, 8);
     for (Link& link : scene.links)
       if (const auto* bar = std::get_if<Bar>(&link.kind)) link.kind = Spring{bar->EA};
@@ -455,7 +455,7 @@ TEST(DampedModes, ModesAreUnknownIfFollowerForcesStrainExactBars) {
   load.axes = Axes::kLocal;
   load.forces = {{0, {0.0, 0.0, 10.0}}};
   scene.loads = {load};
-  scene.fidelity = Fidelity::kExactBars;
+  scene.fidelity = Fidelity::kCorotational;
   publish_everything(scene);
   const FreeMotion motion = free_motion(plan_of(scene));
   for (const DampedMode& mode : motion.modes) EXPECT_FALSE(mode.is_known);

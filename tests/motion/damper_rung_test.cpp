@@ -1,4 +1,4 @@
-// Dashpots and viscous springs act along their true direction (THEORY 12.19). On the rungs `exact-bars` and
+// Dashpots and viscous springs act along their true direction (THEORY 12.19). On the rungs `corotational` and
 // `full`, the motion agrees with the full system.
 #include "core/plan/make_plan.hpp"
 #include "core/step/readout.hpp"
@@ -41,7 +41,7 @@ TEST(DamperRung, ExactBarsWithDampingConvergeToTheFullSystemWithOrderFour) {
     const Truth truth = truth_of(scene, kEndTime);
     std::vector<double> errors;
     for (const double h : {2e-3, 1e-3, 0.5e-3, 0.25e-3})
-      errors.push_back(errors_of(run_rung(scene, Fidelity::kExactBars, h, kEndTime), truth).elastic);
+      errors.push_back(errors_of(run_rung(scene, Fidelity::kCorotational, h, kEndTime), truth).elastic);
     const Simulation full = run_rung(scene, Fidelity::kFull, 4e-3, kEndTime);
     const double undivided = errors_of(run_rung(scene, Fidelity::kCoupled, 0.25e-3, kEndTime), truth).elastic,
                  divided = errors_of(full, truth).elastic;
@@ -64,7 +64,7 @@ TEST(DamperRung, LinearDashpotsNextToExactBarsCauseADetectableError) {
   const Scene scene = damped_truss("dashpots");
   const Truth truth = truth_of(scene, kEndTime);
   Scene at_rate = scene;
-  at_rate.fidelity = Fidelity::kExactBars;
+  at_rate.fidelity = Fidelity::kCorotational;
   at_rate.rate = 4000.0;
   Plan plan = plan_of(at_rate);
   for (PlanBar& bar : plan.coupled.bars) bar.damping = 0.0;
@@ -80,7 +80,7 @@ TEST(DamperRung, ThePublishedForceActsAlongTheCurrentLine) {
   Scene scene = damped_truss("viscous");
   scene.links.push_back(dashpot_between(0, 18, 20.0));
   scene.publication.links = {0, 3, static_cast<int>(scene.links.size()) - 1};
-  const Simulation simulation = run_rung(scene, Fidelity::kExactBars, 1e-3, 0.1);
+  const Simulation simulation = run_rung(scene, Fidelity::kCorotational, 1e-3, 0.1);
   const Eigen::Matrix3Xd p = simulation.positions_W(), v = simulation.velocities_W();
   const Eigen::VectorXd forces = simulation.link_forces();
   ASSERT_EQ(forces.size(), 3);
@@ -105,7 +105,7 @@ TEST(DamperRung, ThePublishedForceActsAlongTheCurrentLine) {
 // The force of a dashpot acts along the line of its ends, so it has no resultant and no moment.
 TEST(DamperRung, KeepsMomentaAndOnlyDissipatesEnergy) {
   Scene scene = damped_truss("dashpots");
-  scene.fidelity = Fidelity::kExactBars;
+  scene.fidelity = Fidelity::kCorotational;
   scene.rate = 2000.0;
   Simulation simulation(scene);
   simulation.run(200);
@@ -134,16 +134,16 @@ TEST(DamperRung, DampingTooFastForTheStagesIsRefusedOnExactBars) {
   Scene scene = damped_truss("beta");
   scene.damping.beta = 10.0;  // critical damping at 0.2 rad/s
   scene.rate = 1000.0;
-  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars, Fidelity::kFull}) {
+  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kCorotational, Fidelity::kFull}) {
     scene.fidelity = rung;
     Faults faults;
     const auto structure = build_structure(scene, faults);
     const auto plan = make_full_plan(scene, *structure, scene.fidelity, faults);
-    EXPECT_EQ(plan.has_value(), rung != Fidelity::kExactBars) << static_cast<int>(rung);
+    EXPECT_EQ(plan.has_value(), rung != Fidelity::kCorotational) << static_cast<int>(rung);
     if (rung == Fidelity::kFull && plan) {
       EXPECT_GT(plan->coupled.num_substeps, 1);
     }
-    if (rung == Fidelity::kExactBars) {
+    if (rung == Fidelity::kCorotational) {
       EXPECT_NE(faults.back().message.find("the fastest decay of a mode, "), std::string::npos)
           << faults.back().message;
     }
@@ -160,7 +160,7 @@ TEST(DamperRung, TheMotionStaysBoundedUpToTheStabilityLimitOfTheStages) {
     // forces on three points in a row without resultant and moment
     const double force = 1e5 * share;
     scene.loads[0].forces = {{2, {0.0, 0.0, force}}, {10, {0.0, 0.0, -2.0 * force}}, {18, {0.0, 0.0, force}}};
-    scene.fidelity = Fidelity::kExactBars;
+    scene.fidelity = Fidelity::kCorotational;
     Simulation simulation(scene);
     double largest = 0.0, before = 0.0;
     for (int k = 0; k < 100; ++k) {

@@ -147,7 +147,7 @@ TEST(Followers, AccelerateTheBodyEquallyOnCoupledAndLowerRungs) {
   };
   const Eigen::Vector3d below = velocity(Fidelity::kSeparated, true);
   const double effect = (below - velocity(Fidelity::kSeparated, false)).norm();
-  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
+  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kCorotational}) {
     const double difference = (velocity(rung, true) - below).norm();
     std::printf("velocity due to the rotation of the force %.1e m/s, on a coupled rung off by %.1e\n", effect,
                 difference);

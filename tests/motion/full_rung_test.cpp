@@ -43,7 +43,7 @@ TEST(FullRung, ResolvesStiffBarsThatTheExactBarsRungDoesNotResolve) {
     const Truth truth = truth_of(scene, kEnd);
     const Simulation full = run_rung(scene, Fidelity::kFull, 1e-3, kEnd);
     const Errors errors = errors_of(full, truth);
-    const Errors undivided = errors_of(run_rung(scene, Fidelity::kExactBars, 1e-3, kEnd), truth);
+    const Errors undivided = errors_of(run_rung(scene, Fidelity::kCorotational, 1e-3, kEnd), truth);
     const double omega = full.plan.omega[static_cast<std::size_t>(full.plan.num_elastic) - 1];
     std::printf("omega_max h %5.1f, %3d substeps: elastic error %.1e, undivided %.1e\n", omega * 1e-3,
                 full.plan.coupled.num_substeps, errors.elastic, undivided.elastic);
@@ -69,7 +69,7 @@ TEST(FullRung, TheFullRungEqualsExactBarsAtTheRateOfItsSubsteps) {
   const Simulation full = run_rung(scene, Fidelity::kFull, 1.0 / 512.0, 0.25);
   const std::int32_t substeps = full.plan.coupled.num_substeps;
   ASSERT_GT(substeps, 4);
-  const Simulation fine = run_rung(scene, Fidelity::kExactBars, 1.0 / 512.0 / substeps, 0.25);
+  const Simulation fine = run_rung(scene, Fidelity::kCorotational, 1.0 / 512.0 / substeps, 0.25);
   EXPECT_EQ(elastic_of(scene, full), elastic_of(scene, fine));
   EXPECT_EQ(full.state.p_WB, fine.state.p_WB);
   EXPECT_EQ(full.state.q_WB, fine.state.q_WB);
@@ -81,7 +81,7 @@ TEST(FullRung, TheFullRungEqualsExactBarsAtTheRateOfItsSubsteps) {
 TEST(FullRung, DividesTheTickForDashpotsThatOtherRungsRefuse) {
   Scene scene = boxed_truss(0.0, 1e-3);
   scene.links.push_back(dashpot(2e4));
-  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
+  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kCorotational}) {
     const std::string message = refusal(scene, rung, 1000.0);
     for (const char* fragment :
          {"at 1000 Hz is not possible, because dashpots and feedback change the motion at ", "at stage times",
@@ -124,7 +124,7 @@ TEST(FullRung, TheBudgetIncludesTheIntegrationErrorOfTheFullRung) {
   for (int tick = 0; tick < 125; ++tick) step(plan, state, {}, workspace, budget, report);
   const BudgetReading reading = read_budget(plan, state, budget);
   const Simulation best =
-      run_rung(scene, Fidelity::kExactBars, 1.0 / 500.0 / plan.coupled.num_substeps / 8.0, 0.25);
+      run_rung(scene, Fidelity::kCorotational, 1.0 / 500.0 / plan.coupled.num_substeps / 8.0, 0.25);
   const Simulation own = run_rung(scene, Fidelity::kFull, 1.0 / 500.0, 0.25);
   const double error = elastic_error(elastic_of(scene, own), elastic_of(scene, best));
   std::printf("estimate %.2e, error %.2e\n", reading.total.elastic, error);

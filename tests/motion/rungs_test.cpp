@@ -1,4 +1,4 @@
-// These tests compare the rungs `coupled` and `exact-bars` with the full Cartesian system by errors, order
+// These tests compare the rungs `coupled` and `corotational` with the full Cartesian system by errors, order
 // and conserved quantities.
 #include "tests/motion/rung_cases.hpp"
 
@@ -12,7 +12,7 @@ TEST(Rungs, HaveTheExpectedErrorsOnASpinningTruss) {
   struct Row {
     double spin, force;
     std::array<double, 4> position;  // [m] rms on the rungs `separated`, `spin-loaded`, `coupled` and
-                                     // `exact-bars`; 0 if not checked
+                                     // `corotational`; 0 if not checked
     double coupled_elastic, exact_elastic;
   };
   constexpr double kWithin = 1.5;
@@ -22,7 +22,7 @@ TEST(Rungs, HaveTheExpectedErrorsOnASpinningTruss) {
                       {5.0, 1.0, {1.8e-2, 1.8e-2, 1.2e-3, 3.0e-9}, 1.2, 3e-6},
                       {0.0, 100.0, {1.5e-3, 1.5e-3, 1.1e-5, 2.8e-9}, 1.6e-2, 5e-6}};
   constexpr std::array kRungs{Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
-                              Fidelity::kExactBars};
+                              Fidelity::kCorotational};
   for (const Row& row : rows) {
     const Scene scene = boxed_truss(row.spin, row.force);
     const Truth truth = truth_of(scene, 2.0);
@@ -38,7 +38,7 @@ TEST(Rungs, HaveTheExpectedErrorsOnASpinningTruss) {
         EXPECT_LT(std::max(errors.elastic / row.coupled_elastic, row.coupled_elastic / errors.elastic),
                   kWithin);
       }
-      if (kRungs[k] == Fidelity::kExactBars && row.exact_elastic > 0.0) {
+      if (kRungs[k] == Fidelity::kCorotational && row.exact_elastic > 0.0) {
         EXPECT_LT(errors.elastic, kWithin * row.exact_elastic);
       }
     }
@@ -52,7 +52,7 @@ TEST(Rungs, CoupledRungsHaveOrderFourOverFourHalvingsOfTheStep) {
   constexpr double kEndTime = 0.512;
   Scene scene = boxed_truss(5.0, 10.0);
   scene.loads[0].history = PulseHistory{0.0, 0.128};
-  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
+  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kCorotational}) {
     constexpr double kLargest = 0.5e-3;
     const Eigen::Matrix3Xd best = elastic_of(scene, run_rung(scene, rung, kLargest / 128.0, kEndTime));
     std::vector<double> errors;
@@ -109,11 +109,13 @@ TEST(Rungs, ExactBarsLoseOrderButStayAccurateDespiteStiffBars) {
   for (const double ratio : {1.0, 1e2, 1e4, 1e6}) {
     Scene scene = boxed_truss(5.0, 10.0);
     for (std::size_t k = 1; k < scene.links.size(); k += 2) scene.links[k].kind = Spring{1e5 * ratio};
-    const auto u = [&](double h) { return elastic_of(scene, run_rung(scene, Fidelity::kExactBars, h, 0.5)); };
+    const auto u = [&](double h) {
+      return elastic_of(scene, run_rung(scene, Fidelity::kCorotational, h, 0.5));
+    };
     const Eigen::Matrix3Xd best = u(0.0625e-3);
     const double coarse = elastic_error(u(1e-3), best), fine = elastic_error(u(0.5e-3), best);
     scene.rate = 1000.0;
-    scene.fidelity = Fidelity::kExactBars;
+    scene.fidelity = Fidelity::kCorotational;
     const Plan plan = plan_of(scene);
     const double phase = plan.omega[static_cast<std::size_t>(plan.num_elastic) - 1] * 1e-3;
     std::printf("omega_max h %6.1f: elastic error %.1e, at half the step %.1e (order %.1f)\n", phase, coarse,
@@ -128,7 +130,7 @@ TEST(Rungs, ExactBarsLoseOrderButStayAccurateDespiteStiffBars) {
 // momentum (THEORY 12.11).
 TEST(Rungs, TheEnergyFallsByTheWorkOfTheDampers) {
   constexpr double kStep = 1e-4;
-  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
+  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kCorotational}) {
     Scene scene = boxed_truss(3.0, 10.0);
     scene.loads[0].history = PulseHistory{0.0, 0.05};
     scene.damping.modal_ratio = 0.02;
@@ -164,7 +166,7 @@ TEST(Rungs, TheEnergyFallsByTheWorkOfTheDampers) {
 
 // Velocities and accelerations agree with differences of positions.
 TEST(Rungs, VelocitiesAndAccelerationsAgreeWithDifferencesOfPositions) {
-  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
+  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kCorotational}) {
     Scene scene = boxed_truss(3.0, 50.0);
     scene.loads[0].history = SineHistory{3.0, 0.4};
     scene.gravity = {0.1, -0.2, 9.0};
@@ -195,7 +197,7 @@ TEST(Rungs, VelocitiesAndAccelerationsAgreeWithDifferencesOfPositions) {
 // The angular momentum about the centre of mass is the sum over the points at their current positions.
 TEST(Rungs, AngularMomentumIsTheSumOverThePoints) {
   Scene scene = boxed_truss(2.0, 20.0);
-  scene.fidelity = Fidelity::kExactBars;
+  scene.fidelity = Fidelity::kCorotational;
   Simulation simulation(scene);
   simulation.run(700);
   const Eigen::Matrix3Xd p = simulation.positions_W(), v = simulation.velocities_W();
@@ -208,7 +210,7 @@ TEST(Rungs, AngularMomentumIsTheSumOverThePoints) {
 TEST(Rungs, ExactBarsPublishTrueTensions) {
   Scene scene = boxed_truss(1.0, 100.0);
   for (int k = 0; k < 57; ++k) scene.publication.links.push_back(k);
-  scene.fidelity = Fidelity::kExactBars;
+  scene.fidelity = Fidelity::kCorotational;
   Simulation simulation(scene);
   simulation.run(150);
   const Eigen::VectorXd tensions = simulation.link_forces();
@@ -223,8 +225,8 @@ TEST(Rungs, ExactBarsPublishTrueTensions) {
   }
 }
 
-// Under wrenches, followers, feedback and dashpots, the rungs `coupled` and `exact-bars` give the same motion
-// as the rung `separated` if deformations are small.
+// Under wrenches, followers, feedback and dashpots, the rungs `coupled` and `corotational` give the same
+// motion as the rung `separated` if deformations are small.
 TEST(Rungs, CoupledRungsAgreeWithTheSeparatedRungForSmallDeformations) {
   Scene scene = boxed_truss(0.0, 1e-5);
   scene.loads[0].axes = Axes::kLocal;
@@ -247,7 +249,7 @@ TEST(Rungs, CoupledRungsAgreeWithTheSeparatedRungForSmallDeformations) {
   dashpot.kind = Dashpot{20.0};
   scene.links.push_back(dashpot);
   const Eigen::Matrix3Xd below = elastic_of(scene, run_rung(scene, Fidelity::kSeparated, 0.25e-3, 1.0));
-  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
+  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kCorotational}) {
     const double difference = elastic_error(elastic_of(scene, run_rung(scene, rung, 0.25e-3, 1.0)), below);
     std::printf("difference %.1e\n", difference);
     // the predictor of the separated step has order 2, which gives an error of (765 h)^2 / 12 of the effect

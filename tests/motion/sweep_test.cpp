@@ -111,7 +111,7 @@ TEST(Sweep, WithoutABudgetTheVerdictsFollowTheErrors) {
       const Scene scene = boxed_truss(spin, force);
       const Truth truth = truth_of(scene, 0.5);
       for (const Fidelity rung :
-           {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars}) {
+           {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kCorotational}) {
         Simulation simulation = run_rung(scene, rung, 1e-3, 0.0);
         Budget no_budget;
         Judgement judgement(simulation.plan);

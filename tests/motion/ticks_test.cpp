@@ -87,7 +87,7 @@ TEST(Ticks, TooLongTicksAreRatedOutsideAndASufficientRateIsReported) {
 TEST(Ticks, APointMassCirclesAnAttractorOnEveryRung) {
   constexpr double kMu = 3.986004418e14, kRadius = 6.78e6;
   for (const Fidelity rung : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded,
-                              Fidelity::kCoupled, Fidelity::kExactBars, Fidelity::kFull})
+                              Fidelity::kCoupled, Fidelity::kCorotational, Fidelity::kFull})
     for (const double rate : {1.0, 0.01}) {
       Scene scene;
       add_point(scene, 100.0, Vector3d::Zero());
@@ -148,7 +148,7 @@ TEST(Ticks, LoadsInBodyAxesMoveABodyWithoutModesOnEveryRung) {
       if (is_command && load->forces.empty()) continue;
       const State right = state_after(*scene, Fidelity::kSeparated, *load, is_command);
       EXPECT_GT(dot(right.v_WB, right.v_WB) + dot(right.H_W, right.H_W), 0.01);
-      for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars, Fidelity::kFull}) {
+      for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kCorotational, Fidelity::kFull}) {
         if (scene != &point && rung != Fidelity::kCoupled) continue;
         const State found = state_after(*scene, rung, *load, is_command);
         for (std::size_t c = 0; c < 3; ++c) {

@@ -17,10 +17,15 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         bad_line("UnknownRung", "fidelity: best",
                  {"scene.yaml:5:11: error: scene: fidelity is the text 'best', but must be rigid, separated, "
-                  "spin-loaded, coupled, exact-bars, full or auto"}),
-        bad_line("NearlyARung", "fidelity: exact_bars",
-                 {"scene.yaml:5:11: error: scene: fidelity is the text 'exact_bars', but must be rigid, "
-                  "separated, spin-loaded, coupled, exact-bars, full or auto (did you mean 'exact-bars'?)"}),
+                  "spin-loaded, coupled, corotational, full or auto"}),
+        bad_line(
+            "NearlyARung", "fidelity: corotationl",
+            {"scene.yaml:5:11: error: scene: fidelity is the text 'corotationl', but must be rigid, "
+             "separated, spin-loaded, coupled, corotational, full or auto (did you mean 'corotational'?)"}),
+        bad_line(
+            "FormerNameOfARung", "fidelity: exact-bars",
+            {"scene.yaml:5:11: error: scene: fidelity: exact-bars has become corotational, which also has "
+             "beams, plates, angle springs and rigid bodies at true geometry; write fidelity: corotational"}),
         bad_line(
             "AutoWithoutTolerance", "fidelity: auto",
             {"scene.yaml:5:11: error: scene: fidelity is auto without a tolerance; add tolerance: "

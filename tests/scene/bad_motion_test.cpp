@@ -12,12 +12,13 @@ TEST_P(Surroundings, EachFaultIsReportedInTheExpectedWords) { expect_refused(Get
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Surroundings,
     ::testing::Values(
-        bad_line("UnknownFidelity", "fidelity: spinloaded",
-                 {"scene.yaml:5:11: error: scene: fidelity is the text 'spinloaded', but must be rigid, "
-                  "separated, spin-loaded, coupled, exact-bars, full or auto (did you mean 'spin-loaded'?)"}),
+        bad_line(
+            "UnknownFidelity", "fidelity: spinloaded",
+            {"scene.yaml:5:11: error: scene: fidelity is the text 'spinloaded', but must be rigid, "
+             "separated, spin-loaded, coupled, corotational, full or auto (did you mean 'spin-loaded'?)"}),
         bad_line("FidelityIsAList", "fidelity: [separated]",
                  {"scene.yaml:5:11: error: scene: fidelity is a list, but must be rigid, separated, "
-                  "spin-loaded, coupled, exact-bars, full or auto"}),
+                  "spin-loaded, coupled, corotational, full or auto"}),
         bad_line("AttractorIsANumber", "attractor: 3.986e14",
                  {"scene.yaml:5:12: error: attractor is the text '3.986e14', but must be a mapping of at, "
                   "mu: write attractor: {mu: 3.986e14}"}),

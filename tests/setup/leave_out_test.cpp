@@ -308,7 +308,7 @@ TEST(LeaveOut, TheCoupledRungOmitsOnlySmallModes) {
 
 TEST(LeaveOut, TheRungExactBarsKeepsEveryMode) {
   Scene scene = loaded_scene(2);
-  scene.fidelity = Fidelity::kExactBars;
+  scene.fidelity = Fidelity::kCorotational;
   const Plan plan = reduced_plan_of(scene);
   EXPECT_EQ(plan.num_elastic, testing::plan_of(scene).num_elastic);
   for (const PlanFeature& feature : plan.features) EXPECT_FALSE(feature.is_left_out);

@@ -201,7 +201,8 @@ TEST(Loads, StaticLoadsAreComputedByTheLinearEquationsOnEveryRung) {
   };
   const std::string linear = answer("spin-loaded");
   EXPECT_TRUE(contains(linear, "c0")) << linear;
-  for (const char* rung : {"coupled", "exact-bars", "full", "auto\ntolerance: {elastic: 0.1, horizon: 0.01}"})
+  for (const char* rung :
+       {"coupled", "corotational", "full", "auto\ntolerance: {elastic: 0.1, horizon: 0.01}"})
     EXPECT_EQ(answer(rung), linear) << rung;
   const std::string plan = folder / "coupled.plan";
   write_text(folder / "scene.yaml", cube() + "fidelity: coupled\n");

@@ -112,7 +112,7 @@ TEST_F(ReportProgram, MeasuresEveryRungAndEveryOtherMethod) {
     EXPECT_GT(item["cpu_once"], 0.0);
     EXPECT_GE(item["elastic_error"], 0.0);
   }
-  for (const char* method : {"rigid", "separated", "spin-loaded", "coupled", "exact-bars", "full",
+  for (const char* method : {"rigid", "separated", "spin-loaded", "coupled", "corotational", "full",
                              "velocity Verlet", "Runge-Kutta 4", "Stoermer 8", "Stoermer 12", "Stoermer 16",
                              "Kahan-Li 8", "ARKODE explicit 4", "ARKODE explicit 8", "ARKODE implicit 5",
                              "CVODE Adams", "CVODE BDF", "leapfrog, linear", "Krylov, linear"})
@@ -155,7 +155,7 @@ TEST_F(ReportProgram, ModelErrorFallsFromRungToRungAndIsTheSameForAllLinearMetho
       << "the rigid rung has no elastic motion; the remainder is the rounding error of positions";
   EXPECT_LT(model["separated"], 0.01);
   EXPECT_LT(model["coupled"], model["separated"]);
-  EXPECT_LT(model["exact-bars"], 0.1 * model["coupled"]);
+  EXPECT_LT(model["corotational"], 0.1 * model["coupled"]);
   EXPECT_EQ(model["Krylov, linear"], model["spin-loaded"]);
   EXPECT_NEAR(least["Krylov, linear"] / model["spin-loaded"], 1.0, 0.05);
   EXPECT_EQ(model["Runge-Kutta 4"], 0.0);
@@ -193,7 +193,7 @@ TEST_F(ReportProgram, WritesATableAndAPageAndAPictureThatLoadNoOtherFile) {
       EXPECT_FALSE(contains(rest, part)) << part;
     EXPECT_FALSE(contains(text, "nan"));
   }
-  for (const char* part : {"tetrahedron", "exact-bars", "Krylov, linear", "<title>"})
+  for (const char* part : {"tetrahedron", "corotational", "Krylov, linear", "<title>"})
     EXPECT_TRUE(contains(svg, part)) << part;
 }
 
@@ -247,7 +247,7 @@ TEST(ReportArguments, PulseEdgesAndWrenchesActAlikeInEveryMethod) {
   const auto json = nlohmann::json::parse(outcome.out);
   int fine = 0;
   for (const auto& item : json["scenes"][0]["runs"])
-    if (item["method"] == "exact-bars" && item["step"] <= 1e-3) {
+    if (item["method"] == "corotational" && item["step"] <= 1e-3) {
       ++fine;
       EXPECT_LT(item["elastic_error"], 1e-6) << item;
       EXPECT_LT(item["model_error"], 1e-6) << item;

@@ -15,7 +15,7 @@ namespace {
 // "FFPLAN" and two bytes that text-mode transfers change
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 9;
+constexpr std::uint32_t kVersion = 10;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -133,7 +133,7 @@ void fields(Archive& archive, T& b) {
 
 template <typename Archive, Is<PlanBodyRotation> T>
 void fields(Archive& archive, T& t) {
-  all_of<PlanBodyRotation>(archive, t.first, t.count, t.centre, t.offset, t.rows);
+  all_of<PlanBodyRotation>(archive, t.first, t.count, t.point, t.centre, t.offset, t.rows);
 }
 
 template <typename Archive, Is<PlanOffset> T>
@@ -146,9 +146,83 @@ void fields(Archive& archive, T& k) {
   all_of<PlanKinetics>(archive, k.form, k.moments, k.num_tables, k.tables, k.body_rotations, k.offsets);
 }
 
+template <typename Archive, Is<BeamConstants> T>
+void fields(Archive& archive, T& b) {
+  all_of<BeamConstants>(archive, b.length, b.axial, b.torsion, b.symmetric, b.antisymmetric);
+}
+
+template <typename Archive, Is<PlateConstants> T>
+void fields(Archive& archive, T& p) {
+  all_of<PlateConstants>(archive, p.axis_x, p.axis_y, p.first, p.second, p.gradients, p.membrane, p.bending,
+                         p.curvature);
+}
+
+template <typename Archive, Is<AngleConstants> T>
+void fields(Archive& archive, T& a) {
+  all_of<AngleConstants>(archive, a.form, a.stiffness, a.rest_sine, a.rest_cosine);
+}
+
+template <typename Archive, Is<PlanLinkEnd> T>
+void fields(Archive& archive, T& e) {
+  all_of<PlanLinkEnd>(archive, e.joint, e.released);
+}
+
+template <typename Archive, Is<PlanTrueBeam> T>
+void fields(Archive& archive, T& b) {
+  all_of<PlanTrueBeam>(archive, b.link, b.points, b.ends, b.span, b.axes, b.constants);
+}
+
+template <typename Archive, Is<PlanTruePlate> T>
+void fields(Archive& archive, T& p) {
+  all_of<PlanTruePlate>(archive, p.link, p.points, p.ends, p.axes, p.constants);
+}
+
+template <typename Archive, Is<PlanTrueAngle> T>
+void fields(Archive& archive, T& a) {
+  all_of<PlanTrueAngle>(archive, a.link, a.points, a.constants, a.num_rows, a.rows, a.sign);
+}
+
+template <typename Archive, Is<PlanJoints> T>
+void fields(Archive& archive, T& j) {
+  all_of<PlanJoints>(archive, j.num_joints, j.num_rotations, j.of_points, j.rows, j.order, j.starts, j.below,
+                     j.lower, j.inverse_pivots, j.idle);
+}
+
+template <typename Archive, Is<PlanTrueLinks> T>
+void fields(Archive& archive, T& l) {
+  all_of<PlanTrueLinks>(archive, l.beams, l.plates, l.angles, l.joints);
+}
+
+template <typename Archive, Is<PlanTurningBody> T>
+void fields(Archive& archive, T& b) {
+  all_of<PlanTurningBody>(archive, b.mass, b.centre, b.inertia, b.rows, b.first, b.count);
+}
+
+template <typename Archive, Is<PlanTurning> T>
+void fields(Archive& archive, T& t) {
+  all_of<PlanTurning>(archive, t.bodies, t.points, t.of_points, t.of_carriers, t.of_attitudes);
+}
+
+template <typename Archive, Is<PlanCurveLink> T>
+void fields(Archive& archive, T& l) {
+  all_of<PlanCurveLink>(archive, l.points, l.joints, l.direction, l.length);
+}
+
+template <typename Archive, Is<PlanCurvePlate> T>
+void fields(Archive& archive, T& p) {
+  all_of<PlanCurvePlate>(archive, p.points, p.gradients);
+}
+
+template <typename Archive, Is<PlanCurve> T>
+void fields(Archive& archive, T& c) {
+  all_of<PlanCurve>(archive, c.links, c.plates, c.modes, c.is_axial, c.weights, c.stiff, c.is_filtered,
+                    c.filter);
+}
+
 template <typename Archive, Is<PlanCoupled> T>
 void fields(Archive& archive, T& c) {
-  all_of<PlanCoupled>(archive, c.functions, c.bars, c.substep_phase, c.num_substeps, c.kinetics);
+  all_of<PlanCoupled>(archive, c.functions, c.bars, c.links, c.turning, c.curve, c.substep_phase,
+                      c.num_substeps, c.kinetics);
 }
 
 template <typename Archive, Is<LoadSums> T>
@@ -194,9 +268,14 @@ void fields(Archive& archive, T& o) {
   all_of<PlanLinkOutput>(archive, o.link, o.num_rows, o.first_row, o.first_rate_row, o.first_load_row);
 }
 
+template <typename Archive, Is<JointState> T>
+void fields(Archive& archive, T& j) {
+  all_of<JointState>(archive, j.rotation, j.angle);
+}
+
 template <typename Archive, Is<PlanInitial> T>
 void fields(Archive& archive, T& i) {
-  all_of<PlanInitial>(archive, i.p_WB, i.v_WB, i.q_WB, i.w_B, i.q, i.q_dot);
+  all_of<PlanInitial>(archive, i.p_WB, i.v_WB, i.q_WB, i.w_B, i.q, i.q_dot, i.joints);
 }
 
 template <typename Archive, Is<PlanBudget> T>

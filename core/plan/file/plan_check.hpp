@@ -43,6 +43,11 @@ std::string find_own_inconsistency(const StepPlan& plan);
 /// \pre is_rung(plan.fidelity) is true, and modes and points are consistent
 std::string find_rung_inconsistency(const StepPlan& plan);
 
+/// Returns what is wrong with the links at true geometry, turning bodies and curvilinear coordinates of a
+/// plan. If they are consistent, the text is empty. (links_check.cpp)  \pre modes, points and particles are
+/// consistent
+std::string find_link_inconsistency(const StepPlan& plan);
+
 /// Returns what is wrong with the tables for the verdict on the motion of a plan. If the tables are
 /// consistent, the text is empty. (unmodelled_check.cpp)
 /// \pre modes and histories are consistent

@@ -51,17 +51,20 @@ std::string find_in_histories(const StepPlan& plan) {
 std::string find_in_kinetics(const StepPlan& plan) {
   using Form = PlanKinetics::Form;
   const PlanKinetics& kinetics = plan.coupled.kinetics;
-  if (kinetics.form < Form::kComplete || kinetics.form > Form::kTables)
+  if (kinetics.form < Form::kComplete || kinetics.form > Form::kTurning)
     return "the kinetic energy is of an unknown form";
   const auto num_points = static_cast<std::int64_t>(plan.points.size());
-  const bool is_complete =
-      plan.num_elastic == 3 * num_points - plan.rigid_freedoms && plan.num_padded == plan.num_moving;
-  if (kinetics.form == Form::kComplete && !is_complete)
+  const PlanTurning& turning = plan.coupled.turning;
+  const std::int64_t num_freedoms = 3 * (num_points - static_cast<std::int64_t>(turning.points.size())) +
+                                    6 * static_cast<std::int64_t>(turning.bodies.size());
+  const bool has_all_modes =
+      plan.num_elastic == num_freedoms - plan.rigid_freedoms && plan.num_padded == plan.num_moving;
+  if (is_complete(kinetics) && !has_all_modes)
     return "the kinetic energy has the form for a complete set of modes, but the set is not complete, or the "
            "plan has constraint shapes";
-  if (kinetics.form != Form::kComplete && traits_of(plan.fidelity).has_true_geometry)
-    return "the plan has true bars, but its modes are not a complete set";
-  if (kinetics.form != Form::kTables && !plan.particles.all.empty())
+  if (!is_complete(kinetics) && traits_of(plan.fidelity).has_true_geometry)
+    return "the plan has links at true geometry, but its modes are not a complete set";
+  if (kinetics.form != Form::kTables && kinetics.form != Form::kTurning && !plan.particles.all.empty())
     return "the plan has bodies on a coupled rung, but no tables for them";
   const bool has_tables = kinetics.form == Form::kTables;
   if (has_tables ? kinetics.num_tables != kPointTables && kinetics.num_tables != kBodyTables
@@ -79,6 +82,7 @@ std::string find_in_kinetics(const StepPlan& plan) {
   std::size_t next = 0;
   for (const PlanBodyRotation& body : kinetics.body_rotations) {
     if (body.first != static_cast<std::int32_t>(next) || body.count < 1 || body.rows.size() != 3 * n ||
+        body.point < -1 || body.point >= static_cast<std::int32_t>(plan.points.size()) ||
         !are_finite(body.rows) || !are_finite(body.centre) || !are_finite(body.offset))
       return "a body with an attitude is out of order, or its rows have the wrong size or are not finite";
     next += index(body.count);
@@ -123,7 +127,11 @@ std::string find_rung_inconsistency(const StepPlan& plan) {
   for (std::size_t k = 0; k < coupled.bars.size(); ++k)
     if (!is_bar(plan, coupled.bars[k]) || (k > 0 && coupled.bars[k - 1].link >= coupled.bars[k].link))
       return "a bar is out of range or out of order";
-  return {};
+  const bool has_links = coupled.links.has_joints() || !coupled.links.angles.empty() ||
+                         !coupled.turning.bodies.empty() || !coupled.curve.modes.empty();
+  if (has_links && !traits_of(plan.fidelity).has_true_geometry)
+    return "the plan has links at true geometry, which its rung does not use";
+  return find_link_inconsistency(plan);
 }
 
 std::string find_budget_inconsistency(const Plan& plan) {

@@ -24,6 +24,7 @@ PlanBodyRotation rotation_of_body(const Scene& scene, const Structure& structure
   PlanBodyRotation rotation;
   rotation.first = static_cast<std::int32_t>(plan.particles.all.size()) - count;
   rotation.count = count;
+  rotation.point = point;
   const Eigen::Vector3d offset = scene.points[index(point)].offset;
   rotation.offset = to_array(offset);
   rotation.centre = to_array(Eigen::Vector3d(structure.mass_properties.centres.col(point)));

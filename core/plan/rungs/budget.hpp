@@ -22,10 +22,10 @@ bool carries(Fidelity rung, const Structure& structure);
 /// Returns the rung with which the given rung is compared. A rung with true geometry is compared with itself.
 /// Any other rung is compared with `spin-loaded` if a link has a mass matrix. If not, it is compared with
 /// `coupled` if the scene has rigid links, bodies or massless points, or keeps only its lowest modes, and
-/// with `exact-bars` in all other scenes.
+/// with `corotational` in all other scenes.
 Fidelity best_rung_beside(Fidelity rung, const Structure& structure);
 
-/// Warns if the best rung is not `exact-bars`, because then no estimate includes the true lengths and
+/// Warns if the best rung is not `corotational`, because then no estimate includes the true lengths and
 /// directions of links.
 /// \param judge  key of the scene that asks for the comparison
 void warn_of_best_rung(const Structure& structure, const char* judge, const Origin& origin, Faults& faults);

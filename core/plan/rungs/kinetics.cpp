@@ -119,6 +119,7 @@ void compile_offsets(const Scene& scene, const Structure& structure, StepPlan& p
 
 PlanKinetics::Form kinetic_form(const Structure& structure, const StepPlan& plan) {
   using Form = PlanKinetics::Form;
+  if (!plan.coupled.turning.bodies.empty()) return Form::kTurning;
   if (!structure.resolved.are_point_masses) return Form::kTables;
   const int num_points = static_cast<int>(plan.points.size());
   if (plan.num_elastic == 3 * num_points - plan.rigid_freedoms) return Form::kComplete;

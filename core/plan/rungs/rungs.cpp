@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 
 #include "core/faults.hpp"
 #include "core/plan/modes/modal_coupling.hpp"
 #include "core/plan/modes/propagator.hpp"
 #include "core/plan/rungs/kinetics.hpp"
+#include "core/plan/rungs/true_links.hpp"
+#include "core/plan/rungs/turning.hpp"
 #include "core/structure/modes/dense/decompositions.hpp"
 
 namespace freeflex {
@@ -83,18 +86,6 @@ PlanBar true_bar(const Scene& scene, const ResolvedScene& resolved, int number) 
 void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, StepPlan& plan,
                      Faults& faults) {
   assert(is_coupled(plan));
-  if (structure.num_constraints > 0 && traits_of(spec.rung).has_true_geometry)
-    for (std::size_t k = 0; k < scene.links.size(); ++k)
-      if (structure.resolved.links[k].is_rigid()) {
-        add_error(
-            faults, scene.links[k].origin,
-            join_text(
-                "a rigid link cannot be combined with fidelity ", name_of(spec.rung),
-                ", because it is rigid to first order only and bars are at their true length; use a stiff "
-                "spring (a stiff mode that is not excited costs nothing there), or set fidelity: coupled "
-                "or a lower rung"));
-        return;
-      }
   if (!keeps_rotation_about_line(structure)) {
     add_error(faults, {},
               join_text("fidelity ", name_of(spec.rung),
@@ -103,7 +94,8 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
                         "both modes of each transverse pair, or set fidelity: spin-loaded or a lower rung"));
     return;
   }
-  if (!structure.resolved.are_point_masses && plan.num_elastic > kMaxBodyModes) {
+  if (!traits_of(spec.rung).has_true_geometry && !structure.resolved.are_point_masses &&
+      plan.num_elastic > kMaxBodyModes) {
     add_error(faults, {},
               join_text("fidelity ", name_of(spec.rung),
                         " supports bodies and massless points with tables over pairs of modes, for at most ",
@@ -124,6 +116,9 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
   plan.modal_coupling.modes.clear();
   plan.coupled.substep_phase = spec.substep_phase;
   if (!traits_of(spec.rung).has_true_geometry) return;
+  compile_large_rotations(scene, structure, plan, faults);
+  if (has_error(faults)) return;
+  compile_true_links(scene, structure, plan);
   for (std::size_t k = 0; k < scene.links.size(); ++k)
     if (structure.resolved.links[k].traits.is_axial)
       plan.coupled.bars.push_back(true_bar(scene, structure.resolved, static_cast<int>(k)));
@@ -155,6 +150,17 @@ void set_coupled_period(StepPlan& plan) {
            coupled.num_substeps < kMaxSubsteps)
       coupled.num_substeps *= 2;
   const double period = plan.period / coupled.num_substeps;
+  PlanCurve& curve = coupled.curve;
+  curve.stiff.clear();
+  curve.filter.clear();
+  curve.is_filtered = !curve.modes.empty() && plan.omega[index(curve.modes.back())] * period > kFilterPhase;
+  for (std::size_t k = 0; k < curve.modes.size(); ++k) {
+    const double phase = plan.omega[index(curve.modes[k])] * period;
+    if (phase <= (curve.is_axial[k] != 0 ? kResolvedPhase : kLongestPhase)) continue;
+    curve.stiff.push_back(static_cast<std::int32_t>(k));
+    const double average = phase < kLongestPhase ? std::sin(phase) / phase : 0.0;
+    curve.filter.push_back(average * average);
+  }
   const auto n = static_cast<std::size_t>(plan.num_padded);
   coupled.functions.assign(
       std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions} * n, 0.0);

@@ -1,6 +1,8 @@
 // Members of a plan that the coupled rungs of the fidelity ladder need   (THEORY section 12).
 #pragma once
 
+#include <numbers>
+
 #include "core/plan.hpp"
 #include "core/plan/spec.hpp"
 
@@ -13,7 +15,16 @@ namespace freeflex {
 void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, StepPlan& plan,
                      Faults& faults);
 
-/// Largest omega h of a mode on the rung `exact-bars` [-], omega_n h / n_sub <= 1000   (THEORY 12.32). The
+/// Largest omega h of a mode that a substep resolves [-]. Stiffer axial modes are curvilinear (THEORY 12.77).
+inline constexpr double kResolvedPhase = 1.0;
+
+/// Largest omega h of any mode that a substep takes without the filter [-]   (THEORY 12.82). Below 2 the filter
+/// costs accuracy and gains nothing.
+inline constexpr double kFilterPhase = 2.0;
+/// Largest omega h of a mode whose vibration acts on the other modes [-]: beyond, the filter takes it out.
+inline constexpr double kLongestPhase = std::numbers::pi;
+
+/// Largest omega h of a mode on the rung `corotational` [-], omega_n h / n_sub <= 1000   (THEORY 12.32). The
 /// difference between true and linear bar forces acts stage by stage, and with stiff bars the method loses
 /// its order. At this limit, the elastic error of a 20-point truss that rotates at 5 rad/s is some 1 %. The
 /// error grows with the square of omega h (tests/motion/rungs_test).

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/step/coupled/filtered.hpp"
 #include "core/step/coupled/stage.hpp"
 #include "core/step/linear/kernels.hpp"
 #include "core/step/readout.hpp"
@@ -21,17 +22,21 @@ Function function_of(const StepPlan& plan, PlanCoupled::Function function) noexc
   return {first, first + n, first + 2 * n, first + 3 * n};
 }
 
+/// Points to the coordinates at the start of the step (num_padded).
+struct Start {
+  const double *q, *p;
+};
 using Stages = std::array<std::array<const double*, 2>, 4>;  // rates of q and p at each stage
 
 /// Computes (q, p) at stage 2 or stage 3, which are both at the middle of the step   (THEORY 12.15):
 ///   Y_3 = exp(h L / 2) y + (h / 2) phi_1(h L / 2) N_1 + h phi_2(h L / 2) (N_2 - N_1)
 /// Y_2 does not have the last term.
 /// \param other  index of the stage whose rate is used as N_2; 0 for Y_2, so that the last term is zero
-void half_stage(const StepPlan& plan, const MotionState& state, const Stages& N, std::size_t other,
+void half_stage(const StepPlan& plan, const Start& start, const Stages& N, std::size_t other,
                 CoupledWorkspace& w) noexcept {
   const Function E = function_of(plan, PlanCoupled::kHalfStep), A = function_of(plan, PlanCoupled::kHalf1),
                  B = function_of(plan, PlanCoupled::kHalf2);
-  const double *q = state.q.data(), *p = state.coupled.momentum.data();
+  const double *q = start.q, *p = start.p;
   const double *a = N[0][0], *b = N[0][1], *c = N[other][0], *d = N[other][1];
   for (std::size_t l = 0; l < index(plan.num_moving); ++l) {
     const double x = c[l] - a[l], y = d[l] - b[l];
@@ -48,11 +53,11 @@ void half_stage(const StepPlan& plan, const MotionState& state, const Stages& N,
 ///   y^1 = exp(h L) y + h phi_1(h L) N_1 + h phi_2(h L) (-3 N_1 + 2 N_2 + 2 N_3 - N_4)
 ///         + 4 h phi_3(h L) (N_1 - N_2 - N_3 + N_4)
 /// In the code, x is the factor of h phi_2, and y that of h phi_3.
-void full_step(const StepPlan& plan, const MotionState& state, const Stages& N, bool is_last, double* q_out,
+void full_step(const StepPlan& plan, const Start& start, const Stages& N, bool is_last, double* q_out,
                double* p_out) noexcept {
   const Function E = function_of(plan, PlanCoupled::kStep), A = function_of(plan, PlanCoupled::kStep1),
                  B = function_of(plan, PlanCoupled::kStep2), C = function_of(plan, PlanCoupled::kStep3);
-  const double *q = state.q.data(), *p = state.coupled.momentum.data();
+  const double *q = start.q, *p = start.p;
   for (std::size_t l = 0; l < index(plan.num_moving); ++l) {
     std::array<double, 2> x{}, y{};
     for (std::size_t k = 0; k < 2; ++k) {
@@ -86,6 +91,56 @@ bool are_finite(const Array& values) noexcept {
   return sum == 0.0;
 }
 
+/// Returns what the difference of two rates changes the amplitudes in a step [m], rms over the mass. A fast
+/// mode averages its rate, so its share falls with omega h.
+double effect_of(const StepPlan& plan, double h, const std::array<const double*, 2>& rates,
+                 const std::array<Array, 2>& others) noexcept {
+  const std::size_t n = index(plan.num_elastic);
+  std::size_t first = 0;
+  while (first + 1 < n && plan.omega[first] == 0.0) ++first;
+  const double lowest = plan.omega[first];
+  double sum = 0.0;
+  for (std::size_t l = 0; l < n; ++l) {
+    const double omega = plan.omega[l] > lowest ? plan.omega[l] : lowest;
+    const double share = omega * h > 1.0 ? 1.0 / (omega * h) : 1.0;
+    const double by_q = share * (rates[0][l] - others[0][l]), by_p = share * (rates[1][l] - others[1][l]);
+    sum += by_q * by_q + (omega > 0.0 ? by_p * by_p / (omega * omega) : h * h * by_p * by_p);
+  }
+  return h * __builtin_sqrt(sum);
+}
+
+/// Returns an estimate of the error of a step [m], rms over the mass: a sixth of what the difference between
+/// the rates at the last stage and at the result changes the amplitudes   (THEORY 12.95). Sets w.start_q and
+/// w.start_p to the curvilinear rates at the result. \pre w.curve has the shapes of the result
+double step_error(const StepPlan& plan, double h, CoupledWorkspace& w) noexcept {
+  const CoupledState& next = w.next;
+  if (!is_curved(plan)) return effect_of(plan, h, {next.rate_q.data(), next.rate_p.data()}, w.rates[3]) / 6.0;
+  std::copy(next.rate_q.begin(), next.rate_q.end(), w.start_q.begin());
+  std::copy(next.rate_p.begin(), next.rate_p.end(), w.start_p.begin());
+  curve_rates(plan, w.start_q.data(), w.start_p.data(), w.curve);
+  if (!plan.coupled.curve.is_filtered)
+    return effect_of(plan, h, {w.start_q.data(), w.start_p.data()}, w.rates[3]) / 6.0;
+  return effect_of(plan, h, {next.filtered_q.data(), next.filtered_p.data()}, w.rates[3]) / 6.0;
+}
+
+/// Advances the motion that the filter has left out: the linear modes under the difference between the rates
+/// at the result, in w.start_q and w.start_p, and those at the filtered result   (THEORY 12.97). Returns its
+/// size [m], rms over the mass.
+double advance_left_out(const StepPlan& plan, const CoupledState& last, CoupledWorkspace& w) noexcept {
+  const Function E = function_of(plan, PlanCoupled::kStep), A = function_of(plan, PlanCoupled::kStep1);
+  CoupledState& next = w.next;
+  double sum = 0.0;
+  for (std::size_t l = 0; l < index(plan.num_moving); ++l) {
+    const double q = last.left_out_q[l], p = last.left_out_p[l];
+    const double a = w.start_q[l] - next.filtered_q[l], b = w.start_p[l] - next.filtered_p[l];
+    next.left_out_q[l] = q + ((E.qq[l] * q + E.qv[l] * p) + (A.qq[l] * a + A.qv[l] * b));
+    next.left_out_p[l] = p + ((E.vq[l] * q + E.vv[l] * p) + (A.vq[l] * a + A.vv[l] * b));
+    const double omega = plan.omega[l], x = next.left_out_q[l], y = next.left_out_p[l];
+    sum += x * x + (omega > 0.0 ? y * y / (omega * omega) : 0.0);
+  }
+  return __builtin_sqrt(sum);
+}
+
 /// Holds the rates of attitude and angular momentum at the four stages, in the axes that the body has at the
 /// start of the step:
 ///   g' = (w + g x w + g (g.w)) / 2   (THEORY 7.7),   H' = G(g) L_B   (THEORY 7.9)
@@ -108,6 +163,88 @@ struct AttitudeRates {
   }
 };
 
+/// The state of one stage: coordinates and momenta along the path (linear or curvilinear), the Gibbs vector
+/// of the rotation since the start of the step, the angular momentum in the axes of the start, and the time.
+struct StagePoint {
+  const double* q;
+  const double* p;
+  Vec3 g;
+  Vec3 H;
+  double t;  // [s] since the start of the step
+  StageTime stage_time;
+};
+
+/// Returns the position [m] of the body frame at time t [s] of the step, for the attractor.
+Vec3 position_at(const StepPlan& plan, const MotionState& state, double t) noexcept {
+  if (!may_orbit_far(plan, state)) return add_scaled(state.p_WB, t, state.v_WB);
+  return add(state.p_WB, fall(plan.attractor_mu, sub(state.p_WB, plan.attractor_W), state.v_WB, t).p);
+}
+
+/// Evaluates the rates at stage k.
+void visit(const StepLoads& step_loads, const MotionState& state, std::size_t k, const StagePoint& at,
+           AttitudeRates& attitude, Workspace& workspace) noexcept {
+  const StepPlan& plan = step_loads.plan;
+  CoupledWorkspace& w = workspace.coupled;
+  const Mat3 G = rotation_of_gibbs(at.g);
+  wheel_momenta_at(step_loads, state.wheel_momentum, at.stage_time, w.wheels);
+  StageRate rate{w.rates[k][0].data(), w.rates[k][1].data()};
+  const StageState stage{at.q,
+                         at.p,
+                         multiply_transposed(G, at.H),
+                         multiply(attitude.R_start, G),
+                         position_at(plan, state, at.t),
+                         at.stage_time,
+                         w.wheels};
+  if (!is_curved(plan))
+    evaluate(step_loads, stage, workspace, rate);
+  else if (!plan.coupled.curve.is_filtered)
+    evaluate_curved(step_loads, at.q, at.p, stage, workspace, rate);
+  else
+    evaluate_filtered(step_loads, at.q, at.p, stage, workspace, rate);
+  attitude.add_stage(k, at.g, rate);
+}
+
+/// Sets the rates of the first stage to those that the last step ended with.
+void take_last_rates(const StepPlan& plan, const MotionState& state, Stages& N, AttitudeRates& attitude,
+                     CoupledWorkspace& w) noexcept {
+  const CoupledState& last = state.coupled;
+  const bool is_filtered = plan.coupled.curve.is_filtered;
+  if (is_filtered) {
+    N[0] = {last.filtered_q.data(), last.filtered_p.data()};
+  } else if (is_curved(plan)) {
+    std::copy(last.rate_q.begin(), last.rate_q.end(), w.rates[0][0].begin());
+    std::copy(last.rate_p.begin(), last.rate_p.end(), w.rates[0][1].begin());
+    curve_rates(plan, w.rates[0][0].data(), w.rates[0][1].data(), w.curve);
+  } else {
+    N[0] = {last.rate_q.data(), last.rate_p.data()};
+  }
+  StageRate rate{nullptr, nullptr};
+  rate.w_B = is_filtered ? last.filtered_w_B : last.w_B;
+  rate.moment_B = is_filtered ? last.filtered_moment_B : last.moment_B;
+  rate.force_W = is_filtered ? last.filtered_force_W : state.force_W;
+  attitude.add_stage(0, {}, rate);
+}
+
+/// Returns the start of the step, in curvilinear coordinates where the plan has them, and begins the joints
+/// and the slow motion of the stages with those of the state.
+Start begin_step(const StepPlan& plan, const MotionState& state, CoupledWorkspace& w) noexcept {
+  Start start{state.q.data(), state.coupled.momentum.data()};
+  if (is_curved(plan)) {
+    to_curved(plan, start.q, start.p, w.start_q.data(), w.start_p.data(), w.curve);
+    start = {w.start_q.data(), w.start_p.data()};
+  }
+  w.stage_joints = state.coupled.joints;
+  begin_joints(w.joints);
+  w.curve.slow_q = state.coupled.slow_q;
+  w.curve.slow_p = state.coupled.slow_p;
+  if (plan.coupled.curve.is_filtered) {
+    w.slow_start = state.coupled.slow_q;
+    for (std::size_t k = 0; k < w.slow_start.size(); ++k) w.slow_start[k] -= state.coupled.slow_change[k];
+    w.slow_pace = pace_of_slow_motion(plan, w);
+  }
+  return start;
+}
+
 /// Advances the modes and the frame through the four stages   (THEORY 12.15, 12.16). The attitude of a stage
 /// is R_WB^0 G(g) (THEORY 7.8).
 Frame advance_stages(const StepLoads& step_loads, const MotionState& state, bool is_fresh,
@@ -117,43 +254,40 @@ Frame advance_stages(const StepLoads& step_loads, const MotionState& state, bool
   const double h = step_loads.period();
   AttitudeRates attitude{rotation_matrix(state.q_WB), {}};
   attitude.H_start = multiply_transposed(attitude.R_start, state.H_W);
-  const bool is_long_fall = may_orbit_far(plan, state);
-  const auto position_at = [&](double t) {
-    if (!is_long_fall) return add_scaled(state.p_WB, t, state.v_WB);
-    return add(state.p_WB, fall(plan.attractor_mu, sub(state.p_WB, plan.attractor_W), state.v_WB, t).p);
-  };
   Stages N{};
   for (std::size_t k = 0; k < 4; ++k) N[k] = {w.rates[k][0].data(), w.rates[k][1].data()};
-  const auto visit = [&](std::size_t k, const double* q, const double* p, const Vec3& g, const Vec3& H,
-                         double t, StageTime stage_time) {
-    const Mat3 G = rotation_of_gibbs(g);
-    wheel_momenta_at(step_loads, state.wheel_momentum, stage_time, w.wheels);
-    StageRate rate{w.rates[k][0].data(), w.rates[k][1].data()};
-    evaluate(step_loads,
-             {q, p, multiply_transposed(G, H), multiply(attitude.R_start, G), position_at(t), stage_time,
-              w.wheels},
-             workspace, rate);
-    attitude.add_stage(k, g, rate);
+  const Start start = begin_step(plan, state, w);
+  const auto visit_stage = [&](std::size_t k, const StagePoint& at) {
+    visit(step_loads, state, k, at, attitude, workspace);
   };
-  if (is_fresh || !state.coupled.has_rates) {
-    visit(0, state.q.data(), state.coupled.momentum.data(), {}, attitude.H_start, 0.0, StageTime::kStart);
-  } else {
-    N[0] = {state.coupled.rate_q.data(), state.coupled.rate_p.data()};
-    attitude.add_stage(
-        0, {}, {nullptr, nullptr, nullptr, state.coupled.w_B, state.coupled.moment_B, {}, state.force_W});
-  }
+  if (is_fresh || !state.coupled.has_rates)
+    visit_stage(0, {start.q, start.p, {}, attitude.H_start, 0.0, StageTime::kStart});
+  else
+    take_last_rates(plan, state, N, attitude, w);
   const auto H_at = [&](double t, std::size_t k) {
     return add_scaled(attitude.H_start, t, attitude.H_rate[k]);
   };
-  half_stage(plan, state, N, 0, w);
-  visit(1, w.q.data(), w.p.data(), scale(0.5 * h, attitude.g_rate[0]), H_at(0.5 * h, 0), 0.5 * h,
-        StageTime::kMiddle);
-  half_stage(plan, state, N, 1, w);
-  visit(2, w.q.data(), w.p.data(), scale(0.5 * h, attitude.g_rate[1]), H_at(0.5 * h, 1), 0.5 * h,
-        StageTime::kMiddle);
-  full_step(plan, state, N, false, w.q.data(), w.p.data());
-  visit(3, w.q.data(), w.p.data(), scale(h, attitude.g_rate[2]), H_at(h, 2), h, StageTime::kEnd);
-  full_step(plan, state, N, true, workspace.next_q.data(), w.next.momentum.data());
+  if (plan.coupled.curve.is_filtered) {
+    w.slow_start = w.curve.slow_q;
+    for (std::size_t k = 0; k < w.slow_start.size(); ++k)
+      w.curve.slow_q[k] += 0.5 * state.coupled.slow_change[k];
+  }
+  half_stage(plan, start, N, 0, w);
+  visit_stage(1, {w.q.data(), w.p.data(), scale(0.5 * h, attitude.g_rate[0]), H_at(0.5 * h, 0), 0.5 * h,
+                  StageTime::kMiddle});
+  half_stage(plan, start, N, 1, w);
+  visit_stage(2, {w.q.data(), w.p.data(), scale(0.5 * h, attitude.g_rate[1]), H_at(0.5 * h, 1), 0.5 * h,
+                  StageTime::kMiddle});
+  full_step(plan, start, N, false, w.q.data(), w.p.data());
+  for (std::size_t k = 0; k < w.slow_start.size(); ++k)
+    w.curve.slow_q[k] += w.curve.slow_q[k] - w.slow_start[k];
+  visit_stage(3, {w.q.data(), w.p.data(), scale(h, attitude.g_rate[2]), H_at(h, 2), h, StageTime::kEnd});
+  full_step(plan, start, N, true, workspace.next_q.data(), w.next.momentum.data());
+  if (is_curved(plan)) {
+    to_linear(plan, workspace.next_q.data(), w.next.momentum.data(), w.curve);
+    std::copy(w.curve.q.begin(), w.curve.q.end(), workspace.next_q.begin());
+    std::copy(w.curve.p.begin(), w.curve.p.end(), w.next.momentum.begin());
+  }
 
   Frame frame = state;
   rotate_attitude(scale(h, AttitudeRates::mean(attitude.g_rate)), frame);
@@ -166,20 +300,6 @@ Frame advance_stages(const StepLoads& step_loads, const MotionState& state, bool
 
 }  // namespace
 
-BarForce bar_force(const PlanBar& bar, const Vec3& d) noexcept {
-  const Vec3 x = add_scaled(d, bar.length, bar.direction);
-  const double along = dot(bar.direction, d), l = __builtin_sqrt(dot(x, x));
-  const double tension = bar.stiffness * ((2.0 * bar.length * along + dot(d, d)) / (l + bar.length));
-  return {tension, add_scaled(scale(tension / l, x), -bar.stiffness * along, bar.direction)};
-}
-
-BarForce damper_force(const PlanBar& bar, const Vec3& d, const Vec3& d_dot) noexcept {
-  const Vec3 x = add_scaled(d, bar.length, bar.direction);
-  const double l = __builtin_sqrt(dot(x, x)), tension = bar.damping * (dot(x, d_dot) / l);
-  return {tension,
-          add_scaled(scale(tension / l, x), -bar.damping * dot(bar.direction, d_dot), bar.direction)};
-}
-
 void set_coupled_motion(const StepPlan& plan, const Vec3& w_B, MotionState& state) noexcept {
   CoupledState& coupled = state.coupled;
   const std::size_t n = index(plan.num_padded);
@@ -188,7 +308,10 @@ void set_coupled_motion(const StepPlan& plan, const Vec3& w_B, MotionState& stat
   Vec3 H{};
   const bool has_tables = plan.coupled.kinetics.form == PlanKinetics::Form::kTables;
   if (has_tables) H = momenta_by_tables(plan, w, state.q.data(), state.q_dot.data(), coupled.momentum.data());
-  for (std::size_t i = 0; i < plan.points.size() && !has_tables; ++i) {
+  if (turns(plan))
+    H = momenta_of_turning(plan, state.wheel_momentum, w, state.q.data(), state.q_dot.data(),
+                           coupled.momentum.data());
+  for (std::size_t i = 0; i < plan.points.size() && !has_tables && !turns(plan); ++i) {
     const PlanPoint& point = plan.points[i];
     const double* rows = point_rows(plan, point.row);
     const Vec3 V = contract_rows(rows, state.q.data(), n), V_dot = contract_rows(rows, state.q_dot.data(), n);
@@ -197,7 +320,7 @@ void set_coupled_motion(const StepPlan& plan, const Vec3& w_B, MotionState& stat
     H = add_scaled(H, point.mass, add(cross(x, cross(w, x)), cross(V, V_dot)));
     combine_rows(rows, scale(point.mass / plan.mass, cross(w, V)), true, n, coupled.momentum.data());
   }
-  if (!plan.wheels.empty()) {
+  if (!plan.wheels.empty() && !turns(plan)) {
     H = add(H, rotated_wheel_momentum(plan, state.wheel_momentum, state.q.data()));
     add_wheel_momenta(plan, state.wheel_momentum, state.q.data(), -1.0, coupled.momentum.data());
   }
@@ -206,32 +329,16 @@ void set_coupled_motion(const StepPlan& plan, const Vec3& w_B, MotionState& stat
   state.H_W = multiply(rotation_matrix(state.q_WB), H);
   state.H_W_low = {};
   coupled.has_rates = false;
+  coupled.integration_error = 0.0;
+  coupled.joints = plan.initial.joints;
+  for (auto* v :
+       {&coupled.slow_q, &coupled.slow_p, &coupled.slow_change, &coupled.left_out_q, &coupled.left_out_p})
+    std::fill(v->begin(), v->end(), 0.0);
   // Accelerations without loads, to first order in the elastic displacements. The first step overwrites these
   // values.
   coupled.w_dot_B = multiply(plan.inverse_inertia, cross(H, w));
   for (std::size_t l = 0; l < coupled.q_ddot.size(); ++l)
     coupled.q_ddot[l] = -plan.omega[l] * (plan.omega[l] * state.q[l]) - 2.0 * plan.decay[l] * state.q_dot[l];
-}
-
-CoupledWorkspace make_coupled_workspace(const StepPlan& plan) {
-  CoupledWorkspace w;
-  const std::size_t n = index(plan.num_padded);
-  for (auto* v : {&w.V, &w.W, &w.drift}) v->resize(plan.points.size());
-  w.force.resize(plan.points.size() + plan.particles.all.size());
-  for (auto* v : {&w.q, &w.p, &w.q_dot, &w.Q}) v->resize(n);
-  for (auto& stage : w.rates)
-    for (Array& rate : stage) rate.resize(n);
-  for (auto* v : {&w.next.momentum, &w.next.rate_q, &w.next.rate_p}) v->resize(n);
-  const PlanKinetics& kinetics = plan.coupled.kinetics;
-  if (kinetics.form == PlanKinetics::Form::kComplete) return w;
-  w.C.resize(3 * n);
-  w.wheels.resize(plan.wheels.size());
-  if (!w.wheels.empty()) w.wheel_share.resize(n);
-  for (auto* v : {&w.load, &w.inertial, &w.C_dot_w, &w.spare, &w.next.q_ddot}) v->resize(n);
-  if (kinetics.form == PlanKinetics::Form::kPoints) w.arms.resize(plan.points.size());
-  w.sums.resize(index(kinetics.num_tables) * n);
-  w.sums_dot.resize(kinetics.num_tables > 0 ? 6 * n : 0);
-  return w;
 }
 
 bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state, bool is_fresh,
@@ -247,18 +354,34 @@ bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state,
     frame = advance_frame(plan, state, rotation_matrix(state.q_WB), loads);
   }
   const Mat3 R_end = rotation_matrix(frame.q_WB);
+  wheel_momenta_at(step_loads, state.wheel_momentum, StageTime::kEnd, w.wheels);
+  const StageState result{workspace.next_q.data(),
+                          w.next.momentum.data(),
+                          multiply_transposed(R_end, frame.H_W),
+                          R_end,
+                          frame.p_WB,
+                          StageTime::kEnd,
+                          w.wheels};
+  if (plan.coupled.curve.is_filtered) set_filtered_rates(step_loads, result, workspace);
   StageRate end{w.next.rate_q.data(), w.next.rate_p.data(), workspace.Q_left.data()};
   end.q_ddot = w.next.q_ddot.data();
-  wheel_momenta_at(step_loads, state.wheel_momentum, StageTime::kEnd, w.wheels);
-  evaluate(step_loads,
-           {workspace.next_q.data(), w.next.momentum.data(), multiply_transposed(R_end, frame.H_W), R_end,
-            frame.p_WB, StageTime::kEnd, w.wheels},
-           workspace, end);
+  evaluate(step_loads, result, workspace, end);
   for (std::size_t l = 0; l < index(plan.num_padded); ++l)
     workspace.next_q_dot[l] = w.next.momentum[l] + w.next.rate_q[l];
+  const bool is_true = traits_of(plan.fidelity).has_true_geometry;
+  const double h = step_loads.period();
+  w.next.integration_error =
+      state.coupled.integration_error + (is_true && plan.num_elastic > 0 ? step_error(plan, h, w) : 0.0);
+  if (plan.coupled.curve.is_filtered) w.next.filter_error = advance_left_out(plan, state.coupled, w);
+  w.next.joints = w.stage_joints;
+  w.next.slow_q = w.curve.slow_q;
+  for (std::size_t k = 0; k < w.slow_start.size(); ++k)
+    w.next.slow_change[k] = w.curve.slow_q[k] - w.slow_start[k];
+  w.next.slow_p = w.curve.slow_p;
   w.next.w_B = end.w_B;
   w.next.w_dot_B = end.w_dot_B;
   w.next.moment_B = end.moment_B;
+  w.next.balance_B = end.balance_B;
   w.next.has_rates = true;
   force_W = end.force_W;
   moment_B = end.rest_moment_B;

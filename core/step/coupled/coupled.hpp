@@ -28,18 +28,7 @@ CoupledWorkspace make_coupled_workspace(const StepPlan& plan);
 bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state, bool is_fresh,
                           Workspace& workspace, Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept;
 
-/// Holds the force of a bar at true length and direction.
-struct BarForce {
-  double tension = 0.0;  // [N]
-  Vec3 excess{};         // [N] force on the first point, minus the force of the linear bar
-};
-/// Returns the force of a bar. Here d = V_second - V_first, L is the rest length and u the rest direction:
-///   tension s = D (l - L),   l - L = (2 L u.d + d.d) / (l + L),   l = |L u + d|   (THEORY 12.17)
-///   excess s (L u + d) / l - D (u.d) u   (THEORY 12.18)
-BarForce bar_force(const PlanBar& bar, const Vec3& d) noexcept;
-/// Returns the damping force of a bar or dashpot, from the rate d' of d in body axes, which does not include
-/// the spin of the body:
-///   s = c (L u + d).d' / l,   excess s (L u + d) / l - c (u.d') u   (THEORY 12.19)
-BarForce damper_force(const PlanBar& bar, const Vec3& d, const Vec3& d_dot) noexcept;
+/// Returns the rotations of joints without inertia at coordinates q. They are NaN if no equilibrium is found.
+JointState relaxed_joints(const StepPlan& plan, const Array& q);
 
 }  // namespace freeflex

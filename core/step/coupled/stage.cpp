@@ -5,20 +5,13 @@
 
 #include "core/step/coupled/coupled.hpp"
 #include "core/step/linear/modal_coupling.hpp"
+#include "core/step/links/bar.hpp"
 #include "core/step/loads/field.hpp"
 #include "core/step/loads/history.hpp"
 #include "core/step/readout.hpp"
 
 namespace freeflex {
 namespace {
-
-/// Solves A x = b for a symmetric 3 x 3 matrix by its adjugate.
-Vec3 solve(const Mat3& A, const Vec3& b) noexcept {
-  const Vec3 x{A[0], A[1], A[2]}, y{A[3], A[4], A[5]}, z{A[6], A[7], A[8]};
-  const Vec3 yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
-  const double determinant = dot(x, yz);
-  return scale(1.0 / determinant, add_scaled(add_scaled(scale(b[0], yz), b[1], zx), b[2], xy));
-}
 
 /// Returns x minus its component along the unit vector `line`. Returns x if `line` is zero.
 Vec3 across(const Vec3& line, const Vec3& x) noexcept { return add_scaled(x, -dot(line, x), line); }
@@ -27,8 +20,7 @@ Vec3 across(const Vec3& line, const Vec3& x) noexcept { return add_scaled(x, -do
 /// displacements V_i, and W_i = sum_l b_il p_l:
 ///   J = I + sum_i m_i ((r_i . V_i) 1 - r_i V_i^T),   pi = sum_i m_i V_i x W_i   (THEORY 12.5, 12.6)
 ///   alpha = J^-1 (H_B - pi),   w = J^-1 I alpha   (THEORY 12.7, 12.8)
-Vec3 angular_velocity(const StepPlan& plan, const Vec3& H_B, const CoupledWorkspace& w,
-                      Vec3& alpha) noexcept {
+Vec3 angular_velocity(const StepPlan& plan, const Vec3& H_B, CoupledWorkspace& w, Vec3& alpha) noexcept {
   alpha = {};
   if (plan.rigid_freedoms == 3) return {};
   Mat3 J = plan.inertia;
@@ -45,9 +37,9 @@ Vec3 angular_velocity(const StepPlan& plan, const Vec3& H_B, const CoupledWorksp
     J[0] += arm - r[0] * mV[0], J[4] += arm - r[1] * mV[1], J[8] += arm - r[2] * mV[2];
     J[1] -= xy, J[3] -= xy, J[2] -= xz, J[6] -= xz, J[5] -= yz, J[7] -= yz;
   }
-  const Mat3 matrix = spin_matrix(plan, J);
-  alpha = solve_for_spin(plan, matrix, sub(H_B, pi));
-  return solve_for_spin(plan, matrix, multiply(plan.inertia, alpha));
+  w.spin = spin_matrix(plan, J);
+  alpha = solve_for_spin(plan, w.spin, sub(H_B, pi));
+  return solve_for_spin(plan, w.spin, multiply(plan.inertia, alpha));
 }
 
 /// Adds to the forces on points the difference between the force of each bar at true length and that of the
@@ -68,6 +60,10 @@ void add_bars(const StepPlan& plan, const Vec3& alpha, const Vec3& w_B, CoupledW
     w.force[i] = add(w.force[i], excess);
     w.force[j] = sub(w.force[j], excess);
   }
+}
+
+bool has_true_links(const StepPlan& plan) noexcept {
+  return !plan.coupled.links.angles.empty() || plan.coupled.links.has_joints();
 }
 
 /// Returns the point that owns a block of rows. On coupled rungs every point has one block, in the order of
@@ -101,6 +97,30 @@ void add_field_of_points(const StepPlan& plan, const StageState& stage, CoupledW
   }
 }
 
+/// Returns sum r x F of the forces on points, those of links beyond the linear ones included. With the linear
+/// ones, which have no such moment, it gives the accelerations of points   (THEORY 12.21).
+Vec3 moment_of_forces(const StepPlan& plan, const CoupledWorkspace& w) noexcept {
+  Vec3 moment{};
+  for (std::size_t i = 0; i < plan.points.size(); ++i)
+    moment = add(moment, cross(plan.points[i].r, w.force[i]));
+  return moment;
+}
+
+/// Sets rate.rate_q_dot: the rate of sum m b_l . (V x w) / M as the points move, with w' = J^-1 (H_B x w +
+/// L_B) (THEORY 12.83).
+void set_drift_rate(const StepPlan& plan, const StageState& stage, const Vec3& alpha, CoupledWorkspace& w,
+                    StageRate& rate) noexcept {
+  Vec3 w_dot{};
+  if (plan.rigid_freedoms != 3)
+    w_dot = solve_for_spin(plan, w.spin, add(cross(stage.H_B, rate.w_B), rate.moment_B));
+  for (std::size_t i = 0; i < plan.points.size(); ++i) {
+    const Vec3& r = plan.points[i].r;
+    const Vec3 V_dot = sub(add(w.W[i], cross(alpha, r)), cross(rate.w_B, add(r, w.V[i])));
+    w.drift[i] = scale(plan.points[i].mass / plan.mass, add(cross(V_dot, rate.w_B), cross(w.V[i], w_dot)));
+  }
+  project_points(plan, w.drift, w.drift, rate.rate_q_dot, w.Q.data());
+}
+
 /// Computes the rate at a stage for a complete set of modes of point masses, without the linear motion of
 /// each mode (THEORY 12.13). With z_i = W_i + alpha x r_i   (THEORY 12.9):
 ///   rate_q_l = sum_i m_i b_il . (V_i x w) / M   (THEORY 12.10)
@@ -113,11 +133,22 @@ void evaluate_complete(const StepLoads& step_loads, const StageState& stage, Wor
   contract_points(plan, stage.q, stage.p, w.V, w.W);
   Vec3 alpha;
   rate.w_B = angular_velocity(plan, stage.H_B, w, alpha);
+  const bool has_links = has_true_links(plan);
+  if (has_links) relax_links(plan, stage.q, w);
   gather_forces(step_loads, stage, w);
   if (plan.attractor_mu > 0.0) add_field_of_points(plan, stage, w);
   sum_forces(plan, stage, w, rate);
   add_bars(plan, alpha, rate.w_B, w);
-  if (rate.Q != nullptr) project_points(plan, w.force, w.force, rate.Q, rate.rate_p);
+  if (has_links) {
+    std::fill(w.linear.begin(), w.linear.end(), Vec3{});
+    add_links(plan, w);
+    for (std::size_t i = 0; i < plan.points.size(); ++i) w.force[i] = sub(w.force[i], w.linear[i]);
+  }
+  if (rate.Q != nullptr) {
+    project_points(plan, w.force, w.force, rate.Q, rate.rate_p);
+    rate.balance_B = rate.rest_moment_B;
+    if (traits_of(plan.fidelity).has_true_geometry) rate.balance_B = moment_of_forces(plan, w);
+  }
   const double inverse_mass = 1.0 / plan.mass;
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     const double share = plan.points[i].mass * inverse_mass;
@@ -128,6 +159,8 @@ void evaluate_complete(const StepLoads& step_loads, const StageState& stage, Wor
   project_points(plan, w.drift, w.force, rate.rate_q, rate.rate_p);
   const double* decay = plan.decay.data();
   for (std::size_t l = 0; l < index(plan.num_moving); ++l) rate.rate_p[l] -= 2.0 * decay[l] * rate.rate_q[l];
+  if (has_links) add_link_moments(plan, w, rate);
+  if (rate.rate_q_dot != nullptr) set_drift_rate(plan, stage, alpha, w, rate);
   add_modal_loads(step_loads, stage, workspace, rate);
 }
 
@@ -146,18 +179,36 @@ Mat3 spin_matrix(const StepPlan& plan, const Mat3& J) noexcept {
   return P;
 }
 
+Vec3 solve_by_adjugate(const Mat3& A, const Vec3& b) noexcept {
+  const Vec3 x{A[0], A[1], A[2]}, y{A[3], A[4], A[5]}, z{A[6], A[7], A[8]};
+  const Vec3 yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
+  const double determinant = dot(x, yz);
+  return scale(1.0 / determinant, add_scaled(add_scaled(scale(b[0], yz), b[1], zx), b[2], xy));
+}
+
 Vec3 solve_for_spin(const StepPlan& plan, const Mat3& matrix, const Vec3& b) noexcept {
-  if (plan.rigid_freedoms != 5) return solve(matrix, b);
-  return across(plan.line, solve(matrix, across(plan.line, b)));
+  if (plan.rigid_freedoms != 5) return solve_by_adjugate(matrix, b);
+  return across(plan.line, solve_by_adjugate(matrix, across(plan.line, b)));
 }
 
 void gather_forces(const StepLoads& step_loads, const StageState& stage, CoupledWorkspace& w) noexcept {
   const StepPlan& plan = step_loads.plan;
   step_loads.on_points(stage.stage_time, stage.R_WB, w.force);
+  const bool is_true = traits_of(plan.fidelity).has_true_geometry;
   for (const PlanHistory& history : plan.histories)
     for (const PlanFollower& follower : history.followers) {
       const Vec3 theta = contract_rows(follower.rotation_rows.data(), stage.q, index(plan.num_padded));
-      Vec3& force = w.force[point_of_row(plan, follower.row)];
+      const std::size_t point = point_of_row(plan, follower.row);
+      Vec3& force = w.force[point];
+      if (is_true) {
+        const PlanJoints& joints = plan.coupled.links.joints;
+        const bool has_joint = !joints.of_points.empty() && joints.of_points[point] >= 0;
+        const Mat3 R =
+            has_joint ? w.joints.R[index(joints.of_points[point])] : matrix_of(rotation_of(theta).q);
+        force = add_scaled(force, step_loads.amplitude(history, stage.stage_time),
+                           sub(multiply(R, follower.force_B), follower.force_B));
+        continue;
+      }
       force =
           add_scaled(force, step_loads.amplitude(history, stage.stage_time), cross(theta, follower.force_B));
     }
@@ -169,8 +220,9 @@ void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Works
   const bool has_modal_coupling = plan.modal_coupling.num_damping > 0 || !plan.feedbacks.empty();
   // if the modes are a complete set for point masses, add_field_of_points has already added the attractor
   // (THEORY 8.21)
-  const bool has_gradient = has_field(plan) && plan.coupled.kinetics.form != PlanKinetics::Form::kComplete;
+  const bool has_gradient = has_field(plan) && !is_complete(plan.coupled.kinetics);
   const bool has_followers =
+      !traits_of(plan.fidelity).has_true_geometry &&
       std::any_of(plan.histories.begin(), plan.histories.end(),
                   [](const PlanHistory& each) { return !each.stiffening.modes.empty(); });
   if (!has_gradient && !has_modal_coupling && !has_followers) return;
@@ -200,12 +252,41 @@ void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Works
   for (std::size_t l = 0; l < n; ++l) rate.Q[l] += w.Q[l];
 }
 
+void relax_links(const StepPlan& plan, const double* q, CoupledWorkspace& w) noexcept {
+  const PlanTrueLinks& links = plan.coupled.links;
+  for (std::size_t b = 0; b < w.bodies.size(); ++b) {
+    w.joints.R[index(links.joints.num_joints) + b] = w.bodies[b].R;
+    w.joints.body_theta[b] = w.bodies[b].theta;
+  }
+  w.last_turn = relax_joints(links, index(plan.num_padded), q, w.V, w.stage_joints, w.joints);
+}
+
+void add_links(const StepPlan& plan, CoupledWorkspace& w) noexcept {
+  std::fill(w.Q.begin(), w.Q.end(), 0.0);
+  const std::span<const Vec3> linear_V = w.bodies.empty() ? w.V : w.linear_V;
+  add_true_links(plan.coupled.links, index(plan.num_padded), w.V, linear_V, w.rest, w.stage_joints, w.joints,
+                 w.force, w.linear, w.Q.data());
+  for (double& Q : w.Q) Q += w.last_turn - w.last_turn;  // NaN if a joint has no equilibrium
+}
+
+void add_link_moments(const StepPlan& plan, const CoupledWorkspace& w, StageRate& rate) noexcept {
+  for (std::size_t l = 0; l < index(plan.num_padded); ++l) rate.rate_p[l] += w.Q[l] / plan.mass;
+  if (rate.Q == nullptr) return;
+  for (std::size_t l = 0; l < index(plan.num_padded); ++l) rate.Q[l] += w.Q[l];
+}
+
 void evaluate(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
               StageRate& rate) noexcept {
-  if (step_loads.plan.coupled.kinetics.form == PlanKinetics::Form::kComplete)
-    evaluate_complete(step_loads, stage, workspace, rate);
-  else
-    evaluate_incomplete(step_loads, stage, workspace, rate);
+  rate.moment_B = rate.rest_moment_B = rate.balance_B = {};  // they are summed
+  switch (step_loads.plan.coupled.kinetics.form) {
+    case PlanKinetics::Form::kComplete:
+      return evaluate_complete(step_loads, stage, workspace, rate);
+    case PlanKinetics::Form::kTurning:
+      return evaluate_turning(step_loads, stage, workspace, rate);
+    case PlanKinetics::Form::kPoints:
+    case PlanKinetics::Form::kTables:
+      return evaluate_incomplete(step_loads, stage, workspace, rate);
+  }
 }
 
 }  // namespace freeflex

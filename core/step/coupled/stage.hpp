@@ -21,14 +21,19 @@ struct StageState {
 struct StageRate {
   // [m/s], [m/s^2] (num_padded) Rates of q and p minus the linear motion of each mode: N in (THEORY 12.13)
   double *rate_q, *rate_p;
-  double* Q = nullptr;       // [N] (num_padded) generalized forces; nullptr: not needed
-  Vec3 w_B{};                // [rad/s] angular velocity of the frame
-  Vec3 moment_B{};           // [N m] moment of the loads with deformed arms, r + V
-  Vec3 rest_moment_B{};      // [N m] moment of the loads with rest arms, r
-  Vec3 force_W{};            // [N] resultant of the loads
+  double* Q = nullptr;   // [N] (num_padded) generalized forces; nullptr: not needed
+  Vec3 w_B{};            // [rad/s] angular velocity of the frame
+  Vec3 moment_B{};       // [N m] moment of the loads with deformed arms, r + V
+  Vec3 rest_moment_B{};  // [N m] moment of the loads with rest arms, r
+  Vec3 force_W{};        // [N] resultant of the loads
+  // [N m] sum r x F over points and of torques in the axes of bodies, those of links included; set with Q for
+  // complete sets of modes
+  Vec3 balance_B{};
   double* q_ddot = nullptr;  // [m/s^2] (num_padded) accelerations of the coordinates; written if Q is
                              // set and the modes are not a complete set
   Vec3 w_dot_B{};            // [rad/s^2] rate of w_B; set whenever q_ddot is written
+  // [m/s^2] (num_padded) rate of rate_q due to the motion of the points; nullptr: not needed
+  double* rate_q_dot = nullptr;
 };
 
 /// Computes the rate at a stage   (THEORY 12.5 to 12.13, 12.33 to 12.51).
@@ -43,6 +48,20 @@ void evaluate(const StepLoads& step_loads, const StageState& stage, Workspace& w
 /// Here C_l = sum_i m_i V_i x b_il is the angular momentum per rate of coordinate l   (THEORY 12.35, 12.49).
 void evaluate_incomplete(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
                          StageRate& rate) noexcept;
+
+/// Computes the rate at a stage for a complete set of modes with bodies that turn by any angle
+/// (THEORY 12.84 to 12.92).
+void evaluate_turning(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
+                      StageRate& rate) noexcept;
+
+/// Finds the rotations of joints without inertia at the displacements w.V and the bodies' rotations in
+/// w.bodies. If they are not found, the rates that follow are NaN.
+void relax_links(const StepPlan& plan, const double* q, CoupledWorkspace& w) noexcept;
+/// Adds to w.force and w.linear the forces on points of links at true geometry and of the linear links, and
+/// puts into w.Q the work of the moments that joints still carry.  \pre relax_links() was called
+void add_links(const StepPlan& plan, CoupledWorkspace& w) noexcept;
+/// Adds the moments of joints, which add_links() left in w.Q, to the rates and to Q.
+void add_link_moments(const StepPlan& plan, const CoupledWorkspace& w, StageRate& rate) noexcept;
 
 /// Returns the angular momentum H_B of a motion, computed from tables. On entry p holds q', and on return p
 /// holds the elastic momenta divided by the mass:
@@ -90,6 +109,9 @@ void gather_forces(const StepLoads& step_loads, const StageState& stage, Coupled
 /// points.
 void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
                      StageRate& rate) noexcept;
+
+/// Solves A x = b by the adjugate of A.
+Vec3 solve_by_adjugate(const Mat3& A, const Vec3& b) noexcept;
 
 /// Returns the matrix that solve_for_spin needs for an inertia J. For a collinear body, which has no spin
 /// about its line, the matrix contains the two equations normal to the line and a third equation that makes

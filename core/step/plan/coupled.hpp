@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/step/array.hpp"
+#include "core/step/plan/links.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {
@@ -25,6 +26,7 @@ struct PlanBar {
 /// (THEORY 12.53, 12.54).
 struct PlanBodyRotation {
   std::int32_t first = 0, count = 0;  // first particle in PlanParticles::all, and number of particles
+  std::int32_t point = -1;            // the point that carries them; -1: a link
   Vec3 centre{}, offset{};  // [m] rest position of its centre of mass; vector from its point to this centre
   Array rows;               // [1/m] (3 x num_padded) theta = rows q
 };
@@ -44,6 +46,7 @@ struct PlanKinetics {
     kComplete = 0,  // a complete set of modes of point masses   (THEORY 12.5 to 12.12)
     kPoints = 1,    // some of the modes of point masses, by sums over points   (THEORY 12.36)
     kTables = 2,    // bodies or omitted modes, by sums over pairs of modes   (THEORY 12.48, 12.49)
+    kTurning = 3,   // a complete set of modes of bodies that turn by any angle   (THEORY 12.84)
   };
   Form form = Form::kComplete;
   Array moments;                // [kg m] (6 x num_padded) Y_l,ab for ab = xx, yy, zz, xy, xz, yz
@@ -54,6 +57,10 @@ struct PlanKinetics {
   std::vector<PlanBodyRotation> body_rotations;  // the bodies together contain all particles, in order
   std::vector<PlanOffset> offsets;
 };
+/// Returns whether the modes are a complete set, so that a motion is one of points and bodies.
+inline bool is_complete(const PlanKinetics& kinetics) noexcept {
+  return kinetics.form == PlanKinetics::Form::kComplete || kinetics.form == PlanKinetics::Form::kTurning;
+}
 inline constexpr std::int32_t kPointTables = 9, kBodyTables = 12;  // PlanKinetics::num_tables
 
 /// Holds data that only the coupled rungs need. Below the coupled rungs these data are empty
@@ -68,6 +75,9 @@ struct PlanCoupled {
   enum Entry { kQq, kQv, kVq, kVv, kNumEntries };
   Array functions;  // (4 kNumFunctions x num_padded), row 4 * function + entry
   std::vector<PlanBar> bars;
+  PlanTrueLinks links;
+  PlanTurning turning;
+  PlanCurve curve;
   // [rad] largest allowed product of the fastest rate [rad/s] and the length of a substep [s]; 0: the step is
   // not divided   (THEORY 12.29)
   double substep_phase = 0.0;

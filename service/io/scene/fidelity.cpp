@@ -5,7 +5,13 @@ namespace freeflex::io::reader {
 
 void SceneReader::read_fidelity(const Fields& scene) {
   const Node *fidelity = scene.find("fidelity"), *tolerance = scene.find("tolerance");
-  const std::optional<std::size_t> word = scene.read_word("fidelity");
+  const bool is_former = fidelity != nullptr && fidelity->text == "exact-bars";
+  if (is_former)
+    report_.error(
+        fidelity->origin,
+        "scene: fidelity: exact-bars has become corotational, which also has beams, plates, angle springs "
+        "and rigid bodies at true geometry; write fidelity: corotational");
+  const std::optional<std::size_t> word = is_former ? std::nullopt : scene.read_word("fidelity");
   const bool is_auto = word && *word == kRungs.size();
   if (word && !is_auto) scene_.fidelity = kRungs[*word].rung;
   if (is_auto && !tolerance)

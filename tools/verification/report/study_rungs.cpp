@@ -302,16 +302,16 @@ double fine_step(const Bench& bench, std::string& why) {
 std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
                                        const std::vector<ExactRung>& below, Scene& scene, std::string& why) {
   if (traits_of(fidelity).divides_tick) {
-    // the rung `full` has the equations of `exact-bars`
+    // the rung `full` has the equations of `corotational`
     for (const ExactRung& each : below)
       if (traits_of(each.fidelity).has_true_geometry) return ExactRung{fidelity, each.p_W};
-    why = "it has the equations of exact-bars, and this scene is refused on exact-bars";
+    why = "it has the equations of corotational, and this scene is refused on corotational";
     return std::nullopt;
   }
   const double step = fine_step(bench, why);
   if (step == 0.0) return std::nullopt;
-  // if bars are stiff, the equations of `exact-bars` need substeps, which only the rung `full` makes
-  scene.fidelity = fidelity == Fidelity::kExactBars ? Fidelity::kFull : fidelity;
+  // if bars are stiff, the equations of `corotational` need substeps, which only the rung `full` makes
+  scene.fidelity = fidelity == Fidelity::kCorotational ? Fidelity::kFull : fidelity;
   const std::unique_ptr<Rung> fine = make_rung(bench, scene, step, why);
   scene.fidelity = fidelity;
   if (!fine) return std::nullopt;

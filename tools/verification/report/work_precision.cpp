@@ -30,7 +30,7 @@ constexpr std::array kStyles{Style{"rigid", "#888888", "circle", "", 2.0, 3.0},
                              Style{"separated", "#1f77d0", "circle", "", 1.6, 2.4},
                              Style{"spin-loaded", "#12a5c4", "square", "", 3.0, 4.2},
                              Style{"coupled", "#1a9850", "diamond", "", 4.4, 5.2},
-                             Style{"exact-bars", "#8a5cd6", "triangle", "", 5.8, 7.0},
+                             Style{"corotational", "#8a5cd6", "triangle", "", 5.8, 7.0},
                              Style{"full", "#b13fd1", "plus", "", 7.2, 8.5},
                              Style{"velocity Verlet", "#e0530b", "ring", "", 1.4},
                              Style{"Runge-Kutta 4", "#e8a200", "box", "", 1.4},
@@ -226,8 +226,8 @@ std::string explain(const std::string& method) {
       {"separated", "rigid and elastic motion are computed separately; the default rung"},
       {"spin-loaded", "the equations of separated and the centrifugal load of the spin"},
       {"coupled", "every term in the elastic displacements, between body and deformation in both directions"},
-      {"exact-bars", "the equations of coupled, with springs and bars at their true length and direction"},
-      {"full", "the equations of exact-bars, with as many substeps per tick as the fastest motion needs"}};
+      {"corotational", "the equations of coupled, with springs and bars at their true length and direction"},
+      {"full", "the equations of corotational, with as many substeps per tick as the fastest motion needs"}};
   const auto found = kKept.find(method);
   return found == kKept.end() ? std::string() : found->second;
 }

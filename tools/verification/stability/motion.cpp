@@ -173,19 +173,19 @@ void add_motion_cases(std::vector<StabilityCase>& cases) {
         kPerForce, 1e-12,
         [force](const StabilityOptions&) { return small_force(force, Fidelity::kSeparated); });
   for (const auto& [rung, name] :
-       {std::pair{Fidelity::kCoupled, "coupled"}, {Fidelity::kExactBars, "exact-bars"}})
+       {std::pair{Fidelity::kCoupled, "coupled"}, {Fidelity::kCorotational, "corotational"}})
     for (const double force : {1e-300, 1e-30})
       add(kForces, format_text("%g N, %s", force, name), kPerForce, 1e-12,
           [force, rung = rung](const StabilityOptions&) { return small_force(force, rung); });
   for (const auto& [rung, name] : {std::pair{Fidelity::kSeparated, "separated"},
                                    {Fidelity::kCoupled, "coupled"},
-                                   {Fidelity::kExactBars, "exact-bars"}})
+                                   {Fidelity::kCorotational, "corotational"}})
     add(kForces, format_text("1e-310 N, a denormal, %s", name),
         "displacement error, in units of the smallest double", 1e4,
         [rung = rung](const StabilityOptions&) { return denormal_force(rung); });
   for (const double size : {1e-9, 1e9})
     for (const auto& [rung, name] :
-         {std::pair{Fidelity::kSeparated, "separated"}, {Fidelity::kExactBars, "exact-bars"}})
+         {std::pair{Fidelity::kSeparated, "separated"}, {Fidelity::kCorotational, "corotational"}})
       add("size of structures", format_text("%g m across, %s", 2.0 * size, name),
           "elastic difference from a truss of 1 m, after 1 s", 1e-9,
           [size, rung = rung](const StabilityOptions& options) { return at_size(size, rung, options); });

@@ -105,15 +105,15 @@ Outcome unmet_tolerance() {
   std::vector<PlanRung> tried;
   const auto rung = choose_rung(scene, *structure, tried, faults);
   if (rung) return named(std::string("took ") + name_of(*rung), {"no rung meets"});
-  return named(faults.empty() ? "" : faults.back().message, {"no rung meets the tolerance", "exact-bars"});
+  return named(faults.empty() ? "" : faults.back().message, {"no rung meets the tolerance", "corotational"});
 }
 
 Outcome bars_at_a_long_period() {
   Scene scene = stiff_truss(1e15, 1.0);
-  scene.fidelity = Fidelity::kExactBars;
+  scene.fidelity = Fidelity::kCorotational;
   const Ride ride(scene);
   if (ride.has_plan()) return no_answer("a plan was made");
-  return named(ride.faults_text(), {"exact-bars", "the stiffest mode"});
+  return named(ride.faults_text(), {"corotational", "the stiffest mode"});
 }
 
 /// Checks a dashpot that is too fast for the tick. Rungs on which dashpots act at stage times must refuse the
@@ -142,7 +142,7 @@ Outcome unheld_period(const StabilityOptions& options) {
   constexpr double kRateOfScene = 1e6;  // [Hz] the highest rate that a scene may set
   constexpr std::int64_t kMostTicks = 20'000'000;
   Scene scene = square_truss(8, 1e5);
-  scene.fidelity = Fidelity::kExactBars;
+  scene.fidelity = Fidelity::kCorotational;
   scene.rate = kRateOfScene;
   Ride ride(scene);
   if (!ride.has_plan()) return no_answer(ride.faults_text());
@@ -176,11 +176,11 @@ void add_refusal_cases(std::vector<StabilityCase>& cases) {
   add("a force at force_limit is accepted", [](const Options&) { return too_much_force(false); });
   add("a force over force_limit", [](const Options&) { return too_much_force(true); });
   add("a tolerance that no rung meets", [](const Options&) { return unmet_tolerance(); });
-  add("exact-bars at too long a period", [](const Options&) { return bars_at_a_long_period(); });
+  add("corotational at too long a period", [](const Options&) { return bars_at_a_long_period(); });
   add("a dashpot too fast for the stages of the rung coupled",
       [](const Options&) { return dashpot_too_fast(Fidelity::kCoupled); });
-  add("a dashpot too fast for the stages of the rung exact-bars",
-      [](const Options&) { return dashpot_too_fast(Fidelity::kExactBars); });
+  add("a dashpot too fast for the stages of the rung corotational",
+      [](const Options&) { return dashpot_too_fast(Fidelity::kCorotational); });
   add("the same dashpot on the rung full is accepted",
       [](const Options&) { return dashpot_too_fast(Fidelity::kFull); });
   add("a period that this machine cannot hold",

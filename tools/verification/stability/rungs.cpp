@@ -58,7 +58,7 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
   const Ride probe(rotating_truss(Fidelity::kSeparated));
   if (!probe.has_plan()) return no_answer(probe.faults_text());
   const double top = probe.plan.omega[index(probe.plan.num_elastic) - 1];
-  // the rung `exact-bars` refuses omega h above 1000, so all rungs take k pi at steps near 0.4 ms
+  // the rung `corotational` refuses omega h above 1000, so all rungs take k pi at steps near 0.4 ms
   const double k0 = std::floor(0.4e-3 * top / std::numbers::pi);
   const std::int64_t ticks = options.is_quick ? 100 : 500;
   const Shape shape(rotating_truss(rung));
@@ -81,8 +81,8 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
     }
   outcome.message = format_text("36 steps, omega h of %.3g to %.4g; worst at %.6g pi", std::numbers::pi,
                                 (k0 + 1.0) * std::numbers::pi, at);
-  // compares other methods, at one of these steps, with our rung `exact-bars` at an eighth of that step
-  if (rung != Fidelity::kExactBars || !options.has_peers) return outcome;
+  // compares other methods, at one of these steps, with our rung `corotational` at an eighth of that step
+  if (rung != Fidelity::kCorotational || !options.has_peers) return outcome;
   const double step = k0 * std::numbers::pi / top;
   std::string why;
   const auto best = run_at(rung, 0.125 * step, 8 * ticks, why);
@@ -92,7 +92,7 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
   return outcome;
 }
 
-/// Compares the rung `full` with the rung `exact-bars` whose step is half a substep of `full`. The rung
+/// Compares the rung `full` with the rung `corotational` whose step is half a substep of `full`. The rung
 /// `full` halves its substeps until they are short enough, so at different steps their lengths differ by less
 /// than a factor of two.
 Outcome full_across_pi(const StabilityOptions& options) {
@@ -112,7 +112,7 @@ Outcome full_across_pi(const StabilityOptions& options) {
       while (phase > kFullPhase * static_cast<double>(substeps)) substeps *= 2;
       const double step = phase / top;
       const auto divided = run_at(Fidelity::kFull, step, kTicks, outcome.message),
-                 fine = run_at(Fidelity::kExactBars, 0.5 * step / static_cast<double>(substeps),
+                 fine = run_at(Fidelity::kCorotational, 0.5 * step / static_cast<double>(substeps),
                                2 * substeps * kTicks, outcome.message);
       if (!divided || !fine) return no_answer(outcome.message);
       outcome.measured = std::max(outcome.measured, shape.difference(*divided, *fine));
@@ -139,7 +139,7 @@ void add_rung_cases(std::vector<StabilityCase>& cases) {
         Row{Fidelity::kSeparated, "separated", kElastic, 1e-5},
         Row{Fidelity::kSpinLoaded, "spin-loaded", kElastic, 1e-5},
         Row{Fidelity::kCoupled, "coupled", kElastic, 1e-5},
-        Row{Fidelity::kExactBars, "exact-bars", kElastic, 1e-2}})
+        Row{Fidelity::kCorotational, "corotational", kElastic, 1e-2}})
     cases.push_back(
         {"steps across omega h = k pi", row.name, row.quantity, row.limit, false,
          [rung = row.rung](const StabilityOptions& options) { return across_pi(rung, options); }});

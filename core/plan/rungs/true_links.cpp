@@ -1,0 +1,372 @@
+#include "core/plan/rungs/true_links.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <map>
+#include <variant>
+
+#include "core/plan/arrays.hpp"
+#include "core/plan/rungs/joint_stiffness.hpp"
+#include "core/step/links/joint_factor.hpp"
+#include "core/structure/links/link_factor.hpp"
+
+namespace freeflex {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// K_tt and -K_tx b: the stiffness over the unknown rotations, and the moments of the unit displacements of
+// the modes.
+struct RotationStiffness {
+  Eigen::SparseMatrix<double> own;
+  MatrixXd moments;
+};
+
+// Numbers the joints without inertia, then the bodies, and the unknown rotations: three of each joint, then
+// those of releases.
+class Numbering {
+ public:
+  Numbering(const Scene& scene, const Freedoms& freedoms, const PlanTurning& turning)
+      : freedoms_(freedoms), unknown_(index(freedoms.num_rotations()), -1) {
+    const auto body_of = [&](int point) {
+      return turning.bodies.empty() ? -1 : turning.of_points[index(point)];
+    };
+    for (int point = 0; point < static_cast<int>(scene.points.size()); ++point) {
+      joint_.push_back(-1);
+      if (!freedoms.has_joint(point) || body_of(point) >= 0) continue;
+      joint_.back() = num_joints_++;
+      for (int axis = 0; axis < 3; ++axis)
+        unknown_[rotation(freedoms.rotation(point) + axis)] = num_unknowns_++;
+    }
+    for (int point = 0; point < static_cast<int>(scene.points.size()); ++point)
+      if (body_of(point) >= 0) joint_[index(point)] = num_joints_ + body_of(point);
+    for (int k = 0; k < static_cast<int>(scene.links.size()); ++k)
+      for (int end = 0; end < 2; ++end)
+        for (int axis = 0; axis < 3; ++axis)
+          if (const int freedom = freedoms.released(k, end, axis); freedom >= 0)
+            unknown_[rotation(freedom)] = num_unknowns_++;
+  }
+  int num_joints() const { return num_joints_; }
+  int num_unknowns() const { return num_unknowns_; }
+  /// Returns the joint or body of a point, or -1.
+  int joint(int point) const { return joint_[index(point)]; }
+  /// Returns the number of the unknown rotation of a freedom, or -1.
+  int unknown(int freedom) const {
+    return freedom < freedoms_.num_displacements() ? -1 : unknown_[rotation(freedom)];
+  }
+
+ private:
+  std::size_t rotation(int freedom) const { return index(freedom - freedoms_.num_displacements()); }
+  const Freedoms& freedoms_;
+  std::vector<int> joint_;    // (num_points)
+  std::vector<int> unknown_;  // (num_rotations of freedoms)
+  int num_joints_ = 0, num_unknowns_ = 0;
+};
+
+// Returns the unit motions of the modes over all freedoms. Unknown rotations are zero.
+MatrixXd known_motions(const Scene& scene, const Structure& structure, const Freedoms& freedoms,
+                       const PlanTurning& turning) {
+  MatrixXd known = MatrixXd::Zero(freedoms.num_all(), structure.shapes.cols());
+  known.topRows(structure.shapes.rows()) = structure.shapes;
+  for (int point = 0; point < static_cast<int>(scene.points.size()) && !turning.bodies.empty(); ++point) {
+    const std::int32_t body = turning.of_points[index(point)];
+    if (body < 0 || !freedoms.has_joint(point)) continue;
+    const Array& rows = turning.bodies[index(body)].rows;
+    const auto stride = static_cast<Eigen::Index>(rows.size()) / 6;
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      known.row(freedoms.rotation(point) + axis) =
+          Eigen::Map<const Eigen::RowVectorXd>(rows.data() + (3 + axis) * stride, structure.shapes.cols());
+  }
+  return known;
+}
+
+// In the rows of the structure a released rotation replaces that of the joint about the axis. The step
+// measures it from the joint instead, so the rotation of the joint is added: rho = rho_relative + axis .
+// theta.
+void measure_releases_from_joints(const Scene& scene, const Freedoms& freedoms, DeformationRows& rows) {
+  std::map<int, std::pair<int, Vector3d>> axis_of;  // released freedom -> first rotation of the joint, axis
+  for (int k = 0; k < static_cast<int>(scene.links.size()); ++k)
+    for (int end = 0; end < 2; ++end)
+      for (int axis = 0; axis < 3; ++axis)
+        if (const int freedom = freedoms.released(k, end, axis); freedom >= 0)
+          axis_of[freedom] = {freedoms.rotation(scene.links[index(k)].points[index(end)]),
+                              axes_of(scene, scene.links[index(k)]).col(axis)};
+  if (axis_of.empty()) return;
+  for (DeformationRow& row : rows) {
+    const auto given = row.coefficients;
+    for (const auto& [freedom, coefficient] : given)
+      if (const auto found = axis_of.find(freedom); found != axis_of.end())
+        add_vector(row, found->second.first, coefficient, found->second.second);
+  }
+}
+
+RotationStiffness rotation_stiffness(const LinkFactor& factor, const PlanTrueLinks& links,
+                                     const Numbering& numbering, const MatrixXd& known) {
+  const int count = numbering.num_unknowns();
+  std::vector<Eigen::Triplet<double>> entries;
+  RotationStiffness result{Eigen::SparseMatrix<double>(count, count), MatrixXd::Zero(count, known.cols())};
+  for (const DeformationRow& row : factor.natural) {
+    const double square = row.root_stiffness * row.root_stiffness;
+    Eigen::RowVectorXd strain = Eigen::RowVectorXd::Zero(known.cols());
+    bool has_rotation = false;
+    for (const auto& [freedom, coefficient] : row.coefficients) {
+      has_rotation = has_rotation || numbering.unknown(freedom) >= 0;
+      strain += coefficient * known.row(freedom);
+    }
+    if (!has_rotation) continue;
+    for (const auto& [a, of_a] : row.coefficients) {
+      const int at = numbering.unknown(a);
+      if (at < 0) continue;
+      result.moments.row(at) -= square * of_a * strain;
+      for (const auto& [b, of_b] : row.coefficients)
+        if (const int other = numbering.unknown(b); other >= 0)
+          entries.emplace_back(at, other, square * of_a * of_b);
+    }
+  }
+  // Zeros where a link couples two rotations only once it is deformed, so that the factor can be renewed
+  const auto add_zeros = [&](const auto& unknowns) {
+    for (const std::int32_t a : unknowns)
+      for (const std::int32_t b : unknowns)
+        if (a >= 0 && b >= 0) entries.emplace_back(a, b, 0.0);
+  };
+  for (const PlanTrueBeam& beam : links.beams) add_zeros(unknowns_of(beam, numbering.num_joints()));
+  for (const PlanTruePlate& plate : links.plates) add_zeros(unknowns_of(plate, numbering.num_joints()));
+  result.own.setFromTriplets(entries.begin(), entries.end());
+  return result;
+}
+
+PlanLinkEnd end_of(const Freedoms& freedoms, const Numbering& numbering, int link, int end, int point) {
+  PlanLinkEnd result;
+  result.joint = numbering.joint(point);
+  for (int axis = 0; axis < 3; ++axis)
+    if (const int released = end < 2 ? freedoms.released(link, end, axis) : -1; released >= 0)
+      result.released[index(axis)] = numbering.unknown(released);
+  return result;
+}
+
+PlanTrueBeam true_beam(const Scene& scene, const Freedoms& freedoms, const Numbering& numbering, int number,
+                       const Beam& beam) {
+  const Link& link = scene.links[index(number)];
+  PlanTrueBeam result;
+  result.link = number;
+  const Vector3d span = span_of(scene, link);
+  const double L = span.stableNorm();
+  result.span = to_array(span);
+  result.axes = to_array(axes_of(scene, link));
+  result.constants.length = L;
+  result.constants.axial = beam.EA / L;
+  result.constants.torsion = beam.GJ / L;
+  const ShearRatios phi = shear_ratios_of(link, L).value_or(ShearRatios{});
+  // rotation about y deflects along z, rotation about z along y   (THEORY 3.7, 3.8)
+  const std::array<double, 2> EI{beam.EI_y, beam.EI_z}, ratio{phi.along_z, phi.along_y};
+  for (std::size_t p = 0; p < 2; ++p) {
+    result.constants.symmetric[p] = EI[p] / L;
+    result.constants.antisymmetric[p] = 3.0 * EI[p] / (L * (1.0 + ratio[p]));
+  }
+  for (int k = 0; k < 2; ++k) {
+    result.points[index(k)] = link.points[index(k)];
+    result.ends[index(k)] = end_of(freedoms, numbering, number, k, link.points[index(k)]);
+  }
+  return result;
+}
+
+PlanTruePlate true_plate(const Scene& scene, const LinkFactor& factor, const Freedoms& freedoms,
+                         const Numbering& numbering, int number) {
+  const Link& link = scene.links[index(number)];
+  const auto at = [&](int k) -> const Vector3d& {
+    return scene.points[index(link.points[index(k)])].position;
+  };
+  PlanTruePlate result;
+  result.link = number;
+  const Vector3d first = at(1) - at(0), second = at(2) - at(0), normal = first.cross(second);
+  Matrix3d axes;
+  axes.col(0) = first.stableNormalized();
+  axes.col(2) = normal.stableNormalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  result.axes = to_array(axes);
+  PlateConstants& constants = result.constants;
+  constants.axis_x = to_array(Vector3d(axes.col(0)));
+  constants.axis_y = to_array(Vector3d(axes.col(1)));
+  constants.first = to_array(first);
+  constants.second = to_array(second);
+  for (int k = 0; k < 3; ++k) {
+    result.points[index(k)] = link.points[index(k)];
+    result.ends[index(k)] = end_of(freedoms, numbering, number, k, link.points[index(k)]);
+    const Vector3d gradient = axes.col(2).cross(Vector3d(at((k + 2) % 3) - at((k + 1) % 3))) /
+                              normal.stableNorm();  // (THEORY 3.28)
+    for (int a = 0; a < 2; ++a) constants.gradients[index(k)][index(a)] = axes.col(a).dot(gradient);
+  }
+  const RowRange range = factor.natural_of[index(number)];
+  Eigen::Matrix<double, 9, 9> bending = Eigen::Matrix<double, 9, 9>::Zero();
+  for (int row = 0; row < range.count; ++row) {
+    const DeformationRow& natural = natural_row(factor, range, row);
+    if (row < 3) {
+      constants.membrane[index(row)] = natural.root_stiffness * natural.root_stiffness;
+      continue;
+    }
+    // In the axes of the plate its corners have no deflections, so the rotations alone bend it.
+    Eigen::Matrix<double, 1, 9> local = Eigen::Matrix<double, 1, 9>::Zero();
+    for (const auto& [freedom, coefficient] : natural.coefficients)
+      for (int k = 0; k < 3; ++k)
+        if (const int component = freedom - freedoms.rotation(link.points[index(k)]);
+            freedom >= freedoms.num_displacements() && component >= 0 && component < 3)
+          local.segment<3>(3 * k) += coefficient * axes.row(component);
+    const Eigen::Matrix<double, 1, 9> force = natural.root_stiffness * natural.root_stiffness * local;
+    bending += local.transpose() * force;
+    for (Eigen::Index k = 0; k < 9 && row < 12; ++k)
+      constants.curvature[index(9 * ((row - 3) % 3) + k)] += force[k];
+  }
+  for (Eigen::Index a = 0; a < 9; ++a)
+    for (Eigen::Index b = 0; b < 9; ++b) constants.bending[index(9 * a + b)] = bending(a, b);
+  return result;
+}
+
+double root_of_sum(const std::array<Vec3, 4>& row) {
+  double sum = 0.0;
+  for (const Vec3& each : row) sum += dot(each, each);
+  return std::sqrt(sum);
+}
+
+PlanTrueAngle true_angle(const Scene& scene, const LinkFactor& factor, int number, double stiffness) {
+  const Link& link = scene.links[index(number)];
+  PlanTrueAngle result;
+  result.link = number;
+  const auto at = [&](std::size_t k) -> const Vector3d& {
+    return scene.points[index(link.points[k])].position;
+  };
+  for (std::size_t k = 0; k < link.points.size(); ++k) result.points[k] = link.points[k];
+  const RowRange range = factor.natural_of[index(number)];
+  result.num_rows = range.count;
+  for (int row = 0; row < range.count; ++row)
+    for (const auto& [freedom, coefficient] : natural_row(factor, range, row).coefficients)
+      for (std::size_t k = 0; k < link.points.size(); ++k)
+        if (freedom / 3 == link.points[k])
+          result.rows[index(row)][k][index(freedom % 3)] +=
+              natural_row(factor, range, row).root_stiffness * coefficient;
+  AngleConstants& constants = result.constants;
+  constants.stiffness = stiffness;
+  if (link.points.size() == 4) {
+    const Vector3d a1 = at(1) - at(0), a2 = at(2) - at(1), a3 = at(3) - at(2);
+    const Vector3d m = a1.cross(a2), n = a2.cross(a3);
+    const double size = m.stableNorm() * n.stableNorm();
+    constants.form = AngleConstants::Form::kDihedral;
+    constants.rest_sine = a2.stableNorm() * a1.dot(n) / size;
+    constants.rest_cosine = m.dot(n) / size;
+  } else {
+    const Vector3d a = (at(0) - at(1)).stableNormalized(), c = (at(2) - at(1)).stableNormalized();
+    constants.rest_sine = a.cross(c).norm();
+    constants.rest_cosine = a.dot(c);
+    constants.form = range.count == 1              ? AngleConstants::Form::kAngle
+                     : constants.rest_cosine < 0.0 ? AngleConstants::Form::kStraight
+                                                   : AngleConstants::Form::kFolded;
+  }
+  if (range.count == 1) {
+    // the change of the angle grows along the row, or falls
+    Vec3 x[4] = {};
+    for (std::size_t k = 0; k < link.points.size(); ++k)
+      x[k] = add_scaled(to_array(at(k)), 1e-6 * (at(1) - at(0)).stableNorm() / root_of_sum(result.rows[0]),
+                        result.rows[0][k]);
+    result.sign = change_of(constants, x) < 0.0 ? -1.0 : 1.0;
+  }
+  return result;
+}
+
+// Marks the modes with most of their strain energy in axial forces and membranes, and lists the shortening of
+// each strain that drives a mode   (THEORY 12.77, 12.78).
+void compile_curve(const Scene& scene, const Structure& structure, const LinkFactor& factor, StepPlan& plan) {
+  PlanCurve& curve = plan.coupled.curve;
+  const PlanTrueLinks& links = plan.coupled.links;
+  const MatrixXd& b = structure.shapes;
+  std::vector<Eigen::RowVectorXd> strains;
+  std::vector<double> stiffness;
+  const auto add_strain = [&](const DeformationRow& row) {
+    Eigen::RowVectorXd strain = Eigen::RowVectorXd::Zero(b.cols());
+    for (const auto& [freedom, coefficient] : row.coefficients) strain += coefficient * b.row(freedom);
+    strains.push_back(std::move(strain));
+    stiffness.push_back(row.root_stiffness * row.root_stiffness);
+  };
+  std::size_t next_beam = 0;
+  for (std::size_t k = 0; k < scene.links.size(); ++k) {
+    const Link& link = scene.links[k];
+    const bool is_beam = next_beam < links.beams.size() && links.beams[next_beam].link == static_cast<int>(k);
+    const double axial = structure.resolved.links[k].axial.stiffness;
+    if (!is_beam && axial == 0.0) continue;
+    const Vector3d span = span_of(scene, link);
+    PlanCurveLink each{{link.points[0], link.points[1]},
+                       {-1, -1},
+                       to_array(Vector3d(span.stableNormalized())),
+                       span.stableNorm()};
+    if (is_beam) {
+      each.joints = {links.beams[next_beam].ends[0].joint, links.beams[next_beam].ends[1].joint};
+      ++next_beam;
+    }
+    add_strain(natural_row(factor, factor.natural_of[k], 0));
+    curve.links.push_back(each);
+  }
+  for (const PlanTruePlate& plate : links.plates) {
+    for (int row = 0; row < 3; ++row)
+      add_strain(natural_row(factor, factor.natural_of[index(plate.link)], row));
+    curve.plates.push_back({plate.points, plate.constants.gradients});
+  }
+  const double M = structure.mass_properties.mass;
+  for (int mode = 0; mode < plan.num_elastic; ++mode) {
+    const double omega = structure.omega[mode];
+    double axial = 0.0;
+    for (std::size_t k = 0; k < strains.size(); ++k)
+      axial += stiffness[k] * strains[k][mode] * strains[k][mode];
+    if (omega == 0.0) continue;
+    curve.modes.push_back(mode);
+    curve.is_axial.push_back(axial > 0.5 * M * omega * omega ? 1 : 0);
+    Array weights(pad(strains.size()), 0.0);
+    for (std::size_t k = 0; k < strains.size(); ++k)
+      weights[k] = -stiffness[k] * strains[k][mode] / (M * omega * omega);
+    curve.weights.insert(curve.weights.end(), weights.begin(), weights.end());
+  }
+}
+
+}  // namespace
+
+void compile_true_links(const Scene& scene, const Structure& structure, StepPlan& plan) {
+  PlanTrueLinks& links = plan.coupled.links;
+  const PlanTurning& turning = plan.coupled.turning;
+  const Freedoms freedoms(scene);
+  const Numbering numbering(scene, freedoms, turning);
+  Faults none;  // build_structure() has reported them
+  LinkFactor factor = factor_links_sparse(scene, none);
+  measure_releases_from_joints(scene, freedoms, factor.natural);
+  for (int k = 0; k < static_cast<int>(scene.links.size()); ++k)
+    std::visit(
+        Cases{
+            [](const Spring&) {}, [](const Bar&) {}, [](const Dashpot&) {}, [](const Rigid&) {},
+            [](const MatrixLink&) {},
+            [&](const Beam& beam) { links.beams.push_back(true_beam(scene, freedoms, numbering, k, beam)); },
+            [&](const Plate&) { links.plates.push_back(true_plate(scene, factor, freedoms, numbering, k)); },
+            [&](const BendingSpring& spring) {
+              links.angles.push_back(true_angle(scene, factor, k, spring.stiffness));
+            },
+            [&](const TorsionSpring& spring) {
+              links.angles.push_back(true_angle(scene, factor, k, spring.stiffness));
+            }},
+        scene.links[index(k)].kind);
+  PlanJoints& joints = links.joints;
+  joints.num_joints = numbering.num_joints();
+  joints.num_rotations = numbering.num_unknowns();
+  if (links.has_joints() || !turning.bodies.empty())
+    for (int point = 0; point < static_cast<int>(scene.points.size()); ++point)
+      joints.of_points.push_back(numbering.joint(point));
+  if (joints.num_rotations > 0) {
+    const RotationStiffness stiffness =
+        rotation_stiffness(factor, links, numbering, known_motions(scene, structure, freedoms, turning));
+    const MatrixXd rows = factor_joints(stiffness.own, stiffness.moments, joints);
+    for (Eigen::Index k = 0; k < rows.rows(); ++k) append_row(plan, row_of(rows, k), joints.rows);
+  }
+  // a truss has no bending that would shorten links between its points
+  if (links.has_joints() || !links.angles.empty()) compile_curve(scene, structure, factor, plan);
+}
+
+}  // namespace freeflex

@@ -1,0 +1,66 @@
+// Rigid bodies that turn by any angle, in a complete set of modes. The unknowns are the velocities of points
+// and centres of mass, and the spins of bodies in their own axes   (THEORY 12.84 to 12.92).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/step/links/rotations.hpp"
+#include "core/step/plan.hpp"
+
+namespace freeflex {
+
+/// Returns whether a plan has bodies that turn by any angle.
+inline bool turns(const StepPlan& plan) noexcept { return !plan.coupled.turning.bodies.empty(); }
+
+/// Returns whether a point is a point mass, which belongs to no body. \pre turns(plan)
+inline bool is_free(const StepPlan& plan, std::size_t point) noexcept {
+  return plan.coupled.turning.of_points[point] < 0;
+}
+
+/// Holds the motion of one body.
+struct TurningMotion {
+  Vec3 V{}, theta{};  // [m] elastic displacement of its centre; [rad] rotation vector, body axes
+  Vec3 W{}, S{};  // [m/s], [rad/s] velocity and spin of the momenta p, sum_l b_cl p_l and sum_l theta_l p_l
+  Mat3 R{};       // exp(theta)
+  double inverse_tangent = 0.0;  // coefficient of [theta x]^2 in N(theta)
+  Vec3 v{}, s{};           // [m/s] velocity of the centre, axes of the frame; [rad/s] spin, axes of the body
+  Vec3 wheels{};           // [N m s] momentum of its wheels, axes of the body
+  Vec3 force{}, torque{};  // [N], [N m] loads, axes of the frame; the torque is about its centre
+};
+
+/// Returns N(theta) s, the rate of a rotation vector from the spin in the axes of the body:
+///   N = 1 + [theta x] / 2 + coefficient [theta x]^2   (THEORY 12.86)
+inline Vec3 rate_of_rotation(const TurningMotion& body, const Vec3& s) noexcept {
+  const Vec3 once = cross(body.theta, s);
+  return add_scaled(add_scaled(s, 0.5, once), body.inverse_tangent, cross(body.theta, once));
+}
+
+/// Sets the displacements and rotations of the bodies at coordinates q, and the displacements of their
+/// points:
+///   V_i = V_c + (R - 1) d_i   (THEORY 12.85).
+/// \param V  [m] (num_points) those of point masses are set already
+void place_bodies(const StepPlan& plan, const double* q, std::span<Vec3> V,
+                  std::span<TurningMotion> bodies) noexcept;
+
+/// Returns the present position of a point or particle of a body, from the centre of mass of the structure.
+/// \param r  [m] its rest position
+Vec3 position_on_body(const PlanTurningBody& plan, const TurningMotion& body, const Vec3& r) noexcept;
+
+/// Returns the motion of a body of a state on a complete set of modes, without momenta and loads.
+/// \param w  [rad/s] angular velocity of the frame, body axes
+TurningMotion read_turning(const StepPlan& plan, const PlanTurningBody& body, const double* q,
+                           const double* q_dot, const Vec3& w) noexcept;
+
+/// Returns the angular momentum of a motion [kg m^2/s], body axes, with that of wheels, and sets the momenta
+/// p [m/s] (num_padded) from q'   (THEORY 12.87, 12.89).
+Vec3 momenta_of_turning(const StepPlan& plan, std::span<const double> wheels, const Vec3& w, const double* q,
+                        const double* q_dot, double* p) noexcept;
+/// Returns the momentum of the wheels, sum R h a [N m s], body axes.
+Vec3 wheel_momentum_in_frame(const StepPlan& plan, std::span<const double> momentum,
+                             const double* q) noexcept;
+/// Returns the kinetic energy about the centre of mass without that of wheels [J].
+double kinetic_energy_of_turning(const StepPlan& plan, const Vec3& w, const double* q,
+                                 const double* q_dot) noexcept;
+
+}  // namespace freeflex
