@@ -101,6 +101,8 @@ void add_motion(const State& s, Hash& hash) {
     hash.add(*a);
   hash.add(s.coupled.w_B);
   hash.add(s.coupled.moment_B);
+  for (const Quat& rotation : s.coupled.joints.rotation) hash.add(rotation);
+  hash.add(s.coupled.joints.angle);
   hash.add(s.wheel_momentum);
   hash.add(s.wheel_momentum_low);
 }

@@ -1,0 +1,354 @@
+// The rung `corotational` against the Cartesian reference at true geometry, which shares neither frame,
+// coordinates, integrator nor code with it.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+
+#include "core/motion.hpp"
+#include "core/step/readout.hpp"
+#include "tests/reference/true_geometry.hpp"
+#include "tools/verification/reference/integrate.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+class Random {
+ public:
+  explicit Random(unsigned seed) : engine_(seed) {}
+  double one() { return std::uniform_real_distribution<double>(-1.0, 1.0)(engine_); }
+  Vector3d vector() { return {one(), one(), one()}; }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+const Beam kBeam{.EA = 2e5, .GJ = 300.0, .EI_y = 200.0, .EI_z = 400.0, .y_axis = {0.1, 0.9, -0.2}};
+
+Scene chain(Random& random) {
+  Scene scene;
+  for (int i = 0; i < 7; ++i)
+    add_point(scene, 1.0 + 0.3 * random.one(), Vector3d(i, 0.0, 0.0) + 0.3 * random.vector());
+  for (int i = 0; i < 6; ++i) add_link(scene, i, i + 1, kBeam);
+  return scene;
+}
+
+Scene hinged(Random& random) {
+  Scene scene = chain(random);
+  std::get<Beam>(scene.links[3].kind).released[0] = {false, true, true};
+  return scene;
+}
+
+Scene sheet(Random& random) {
+  Scene scene;
+  for (int i = 0; i < 9; ++i) add_point(scene, 1.0, Vector3d(i % 3, i / 3, 0.1 * random.one()));
+  for (const int corner : {0, 1, 3, 4}) {
+    const Plate plate{1e6, 0.3, 0.05};
+    add_link(scene, {corner, corner + 1, corner + 4}, plate);
+    add_link(scene, {corner, corner + 4, corner + 3}, plate);
+  }
+  return scene;
+}
+
+Scene angles(Random& random) {
+  Scene scene;
+  for (int i = 0; i < 7; ++i) add_point(scene, 1.0, Vector3d(i, 0.0, 0.0) + 0.4 * random.vector());
+  for (int i = 0; i < 6; ++i) add_link(scene, i, i + 1, Spring{2e4});
+  for (int i = 0; i < 5; ++i) add_link(scene, {i, i + 1, i + 2}, BendingSpring{300.0});
+  for (int i = 0; i < 4; ++i) add_link(scene, {i, i + 1, i + 2, i + 3}, TorsionSpring{200.0});
+  return scene;
+}
+
+// Three rigid bodies of four points each, joined by beams and a spring.
+Scene bodies(Random& random) {
+  Scene scene;
+  for (int b = 0; b < 3; ++b) {
+    const Vector3d at(2.5 * b, 0.3 * b, 0.0);
+    std::vector<int> points;
+    for (const Vector3d& corner :
+         {Vector3d(0.0, 0.0, 0.0), Vector3d(0.6, 0.0, 0.1), Vector3d(0.1, 0.5, 0.0), Vector3d(0.0, 0.1, 0.4)})
+      points.push_back(add_point(scene, 1.0 + 0.4 * random.one(), at + corner));
+    add_link(scene, points, Rigid{});
+  }
+  const int middle = add_point(scene, 0.8, {1.5, 0.2, 0.1});
+  add_link(scene, 1, middle, kBeam);
+  add_link(scene, middle, 4, kBeam);
+  add_link(scene, 5, 8, kBeam);
+  add_link(scene, 2, 10, Spring{3e3});
+  return scene;
+}
+
+// Two rigid bodies joined by springs alone.
+Scene sprung(Random& random) {
+  Scene scene;
+  std::vector<int> points[2];
+  for (int b = 0; b < 2; ++b) {
+    for (const Vector3d& corner :
+         {Vector3d(0.0, 0.0, 0.0), Vector3d(0.6, 0.0, 0.1), Vector3d(0.1, 0.5, 0.0), Vector3d(0.0, 0.1, 0.4)})
+      points[b].push_back(
+          add_point(scene, 1.0 + 0.4 * random.one(), Vector3d(1.5 * b, 0.3 * b, 0.0) + corner));
+    add_link(scene, points[b], Rigid{});
+  }
+  for (int i = 0; i < 4; ++i)
+    for (int j = 4; j < 8; ++j) add_link(scene, i, j, Spring{3e2});
+  return scene;
+}
+
+// Pushes points along axes of all kinds, so that the loads alone would displace them by about `size` times
+// the length of a link at the lowest frequency [rad/s].
+void push_points(Scene& scene, Random& random, double lowest, double size) {
+  const double force = 0.3 * size * lowest * lowest;
+  // local axes at a point without attitude turn by the rotation of its neighbours to first order only
+  const bool has_attitude =
+      scene.links[0].points.size() > 2 || std::holds_alternative<Beam>(scene.links[0].kind);
+  push(scene, 0, has_attitude ? Axes::kLocal : Axes::kBody, force * random.vector());
+  // The body axes of rigid bodies meet sum m r x V + sum J theta = 0, those of the reference fit the points
+  // best. They differ by third order in the rotation, which was 2e-4 of the displacement here.
+  push(scene, 2, scene.links[0].points.size() > 3 ? Axes::kWorld : Axes::kBody, force * random.vector());
+  scene.loads.back().history = SineHistory{0.7 * lowest / (2.0 * M_PI), 0.4};
+  push(scene, 4, Axes::kWorld, force * random.vector());
+  scene.loads.back().history = PulseHistory{0.1, 0.2};
+}
+
+// Returns the error of the positions relative to the elastic displacement. Sets `estimate` to that of the
+// steps.
+double error_at(Scene scene, double rate, double end, const Matrix3Xd& truth, double scale,
+                double& estimate) {
+  scene.rate = rate;
+  const Plan plan = compile(scene);
+  Motion motion(plan, kMotionAlone);
+  for (long k = 0; k < std::lround(end * rate); ++k)
+    if (motion.advance().status != StepStatus::kOk) return HUGE_VAL;
+  const CoupledState& steps = motion.state().coupled;
+  estimate = (steps.integration_error + steps.filter_error) / scale;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    const PointState point = read_point(plan, motion.state(), static_cast<int>(i));
+    const auto p = Eigen::Map<const Vector3d>(point.p_W.data());
+    sum += (p - truth.col(static_cast<Eigen::Index>(i))).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(scene.points.size())) / scale;
+}
+
+struct Case {
+  const char* name;
+  Scene (*make)(Random&);
+  double size;  // [-] of the initial rates and loads
+  // [-] errors at 250, 1000 and 4000 Hz, twice those that were measured
+  std::array<double, 3> bounds;
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
+class Corotational : public ::testing::TestWithParam<Case> {};
+
+// The motion begins with a large rotation rate and vibration, and is pushed by loads along axes of all kinds.
+// At 250 Hz the filter acts on beams and hinges.
+TEST_P(Corotational, ConvergesToTheReference) {
+  const Case& c = GetParam();
+  Random random(7);
+  Scene scene = c.make(random);
+  scene.fidelity = Fidelity::kCorotational;
+  scene.initial.angular_velocity = c.size * Vector3d(0.8, -1.1, 1.7);
+  const Structure structure = build(scene);
+  const double lowest =
+      *std::find_if(structure.omega.begin(), structure.omega.end(), [](double w) { return w > 0.0; });
+  Eigen::VectorXd V = Eigen::VectorXd::Zero(structure.shapes.rows());
+  for (Eigen::Index l = 0; l < std::min<Eigen::Index>(6, structure.omega.size()); ++l)
+    V +=
+        0.1 * c.size * random.one() * lowest / std::max(lowest, structure.omega[l]) * structure.shapes.col(l);
+  for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)
+    scene.initial.points.push_back({i, Vector3d::Zero(), lowest * V.segment<3>(3 * Eigen::Index{i})});
+  push_points(scene, random, lowest, 0.1 * c.size);
+  std::string error;
+  const auto system = make_true_geometry(scene, error);
+  ASSERT_TRUE(system) << error;
+  ReferenceOptions options;
+  options.tolerance = 1e-10;
+  const double end = 0.5;
+  const double times[] = {end};
+  const ReferenceRun run = integrate(*system, times, options);
+  ASSERT_TRUE(run.error.empty()) << run.error;
+  std::printf("%-7s omega %.1f to %.0f rad/s:", c.name, lowest, structure.omega.maxCoeff());
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double rate = 250.0 * std::pow(4.0, static_cast<double>(k));
+    double estimate = 0.0;
+    const double found = error_at(scene, rate, end, run.states[0].p_W, run.scale.displacement, estimate);
+    std::printf("  %.1e (estimate %.0e) at %g Hz", found, estimate, rate);
+    EXPECT_LT(found, c.bounds[k]);
+    // the verdict takes three times the estimate (THEORY 12.95). Below 1e-6 the reference and the rounding
+    // count
+    EXPECT_LT(found, 3.0 * estimate + 1e-6);
+  }
+  std::printf("\n");
+}
+
+// The body axes of rigid bodies meet sum m r x V + sum J theta = 0, those of the reference fit the points
+// best. They differ by third order in the rotation, so the error of the bodies ends near 1e-6.
+INSTANTIATE_TEST_SUITE_P(EveryKindOfLink, Corotational,
+                         ::testing::Values(Case{"beams", chain, 1.0, {5e-4, 9e-7, 4e-9}},
+                                           Case{"hinge", hinged, 1.0, {2e-2, 5e-5, 3e-7}},
+                                           Case{"plates", sheet, 0.1, {8e-7, 2e-9, 4e-10}},
+                                           Case{"angles", angles, 1.0, {3e-6, 2e-8, 1e-10}},
+                                           Case{"bodies", bodies, 1.0, {4e-4, 4e-8, 2e-10}},
+                                           Case{"sprung", sprung, 1.0, {1e-8, 5e-11, 5e-11}}),
+                         [](const auto& instance) { return instance.param.name; });
+
+// Velocities and accelerations of points are those of their published positions. The differences over two
+// ticks of 1/8000 s have an error of order h^2.
+TEST_P(Corotational, ReadsTheRatesOfThePublishedPositions) {
+  const Case& c = GetParam();
+  Random random(7);
+  Scene scene = c.make(random);
+  scene.fidelity = Fidelity::kFull;
+  scene.rate = 8000.0;
+  scene.initial.angular_velocity = c.size * Vector3d(0.8, -1.1, 1.7);
+  push(scene, 2, Axes::kBody, c.size * random.vector());
+  push(scene, 4, Axes::kWorld, c.size * random.vector());
+  const Plan plan = compile(scene);
+  Motion motion(plan, kMotionAlone);
+  std::vector<PointState> states[3];
+  for (long k = 0; k < 2402; ++k) {
+    ASSERT_EQ(motion.advance().status, StepStatus::kOk);
+    if (k < 2399) continue;
+    for (std::size_t i = 0; i < scene.points.size(); ++i)
+      states[k - 2399].push_back(read_point(plan, motion.state(), static_cast<int>(i)));
+  }
+  double of_v = 0.0, of_a = 0.0, v = 0.0, a = 0.0;
+  const auto at = [](const Vec3& x) { return Eigen::Map<const Vector3d>(x.data()); };
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    const PointState &before = states[0][i], &now = states[1][i], &after = states[2][i];
+    const Vector3d mean = 0.5 * scene.rate * (at(after.p_W) - at(before.p_W));
+    const Vector3d gain = 0.5 * scene.rate * (at(after.v_W) - at(before.v_W));
+    of_v = std::max(of_v, (mean - at(now.v_W)).norm());
+    of_a = std::max(of_a, (gain - at(now.a_W)).norm());
+    v = std::max(v, at(now.v_W).norm());
+    a = std::max(a, at(now.a_W).norm());
+  }
+  std::printf("%-7s velocity off by %.1e of %.2g m/s, acceleration by %.1e of %.2g m/s^2\n", c.name, of_v, v,
+              of_a, a);
+  EXPECT_LT(of_v, 1e-5 * v);
+  EXPECT_LT(of_a, 5e-4 * a);
+}
+
+// A hub with inertia, an offset and a wheel, and a boom. The reference has no wheels, so conservation judges.
+TEST(TurningBodies, ABodyWithAWheelAndABoomConservesEnergyAndMomentum) {
+  Scene scene;
+  for (int i = 0; i < 4; ++i) add_point(scene, i == 0 ? 6.0 : 0.8, {1.2 * i, 0.1 * i, 0.0});
+  scene.points[0].inertia << 3.0, 0.2, 0.1, 0.2, 2.0, 0.0, 0.1, 0.0, 4.0;
+  scene.points[0].offset = {0.05, -0.1, 0.02};
+  for (int i = 0; i < 3; ++i) add_link(scene, i, i + 1, Beam{2e5, 300.0, 60.0, 90.0, {0.0, 1.0, 0.2}});
+  Wheel wheel;
+  wheel.name = "wheel";
+  wheel.point = 0;
+  wheel.axis = Vector3d(0.3, -0.5, 0.8).normalized();
+  wheel.momentum = 1.5;
+  scene.wheels = {wheel};
+  scene.fidelity = Fidelity::kFull;
+  scene.initial.angular_velocity = {0.7, -0.4, 1.1};
+  scene.initial.points = {{3, {0.0, 0.0, 0.0}, {0.0, 0.1, 0.3}}};
+  double before = 0.0;
+  for (const double rate : {500.0, 1000.0}) {
+    scene.rate = rate;
+    const Plan plan = compile(scene);
+    ASSERT_EQ(plan.coupled.turning.bodies.size(), 1U);
+    Motion motion(plan, kMotionAlone);
+    const auto energy = [&] {
+      const Invariants all = read_invariants(plan, motion.state());
+      return all.kinetic_rigid + all.kinetic_elastic + all.potential;
+    };
+    motion.advance();
+    const double start = energy();
+    double most = 0.0, strain = 0.0;
+    for (int k = 0; k < 4 * static_cast<int>(rate); ++k) {
+      ASSERT_EQ(motion.advance().status, StepStatus::kOk);
+      most = std::max(most, std::abs(energy() - start));
+      strain = std::max(strain, read_invariants(plan, motion.state()).potential);
+    }
+    std::printf("%4.0f Hz, %d substeps: energy %.9f J, changes by %.1e of the largest strain energy %.3f J\n",
+                rate, plan.coupled.num_substeps, start, most / strain, strain);
+    if (before > 0.0 && plan.coupled.num_substeps == 1) {
+      EXPECT_LT(most, 0.2 * before);
+    }
+    EXPECT_LT(most, 1e-6 * strain);
+    before = most;
+  }
+}
+
+// A random frame of 5 to 9 points with beams, and a plate or a body with inertia. `phase` is that of its
+// fastest mode in a tick.
+Scene frame(unsigned seed, double phase, double& lowest) {
+  Random random(seed);
+  const auto between = [&](double a, double b) { return a * std::pow(b / a, 0.5 * (random.one() + 1.0)); };
+  Scene scene;
+  const int count = 5 + static_cast<int>(seed % 5);
+  for (int i = 0; i < count; ++i)
+    add_point(scene, between(0.5, 5.0), Vector3d(i % 3, i / 3 % 3, i / 9.0) + 0.3 * random.vector());
+  const double EA = between(1e4, 1e8);
+  const auto beam = [&] {
+    const double EI = between(50.0, 2000.0);
+    return Beam{EA * between(0.5, 2.0), EI * between(0.3, 1.5), EI, EI * between(0.4, 2.5), {0.3, 0.2, 0.9}};
+  };
+  for (int i = 0; i + 1 < count; ++i) add_link(scene, i, i + 1, beam());
+  for (int k = 0; k < static_cast<int>(seed % 4); ++k) add_link(scene, k, count - 1 - k % 2, beam());
+  if (seed % 3 == 1) add_link(scene, {0, 1, 3}, Plate{between(1e6, 1e9), 0.3, 0.02});
+  if (seed % 3 == 2) {
+    scene.points[0].inertia = between(0.01, 3.0) * Vector3d(1.0, 1.2, 1.5).asDiagonal();
+    scene.points[0].offset = {0.05, 0.02, -0.03};
+  }
+  scene.fidelity = Fidelity::kCorotational;
+  const Structure structure = build(scene);
+  Eigen::Index first = 0;
+  while (structure.omega[first] == 0.0) ++first;
+  lowest = structure.omega[first];
+  scene.rate = structure.omega.maxCoeff() / phase;
+  scene.initial.angular_velocity = 0.3 * std::min(lowest, 20.0) * random.vector();
+  Eigen::VectorXd V = Eigen::VectorXd::Zero(3 * count);
+  for (Eigen::Index l = first; l < std::min(first + 6, structure.omega.size()); ++l)
+    V += random.one() * lowest / structure.omega[l] * structure.shapes.col(l).head(3 * count);
+  const double size = structure.mass_properties.r.colwise().norm().maxCoeff();
+  V *= 0.01 * size * std::sqrt(static_cast<double>(count)) / V.norm();
+  for (int i = 0; i < count; ++i)
+    scene.initial.points.push_back({i, Vector3d::Zero(), lowest * V.segment<3>(3 * Eigen::Index{i})});
+  return scene;
+}
+
+// The energy of undamped motion must not grow, however coarse the tick is for the stiff modes. Without the
+// filter 3 of 40 such frames failed and the energy of 4 more rose by over 5 % at 6 rad a tick.
+TEST(Filter, UndampedVibrationsOfRandomFramesDoNotGrow) {
+  double worst = 0.0;
+  for (const double phase : {3.1, 6.0, 20.0, 60.0})
+    for (unsigned seed = 0; seed < 10; ++seed) {
+      double lowest = 0.0;
+      const Scene scene = frame(seed, phase, lowest);
+      const Plan plan = compile(scene);
+      ASSERT_TRUE(plan.coupled.curve.is_filtered);
+      Motion motion(plan, kMotionAlone);
+      const auto energy = [&](double& elastic) {
+        const Invariants all = read_invariants(plan, motion.state());
+        elastic = all.kinetic_elastic + all.potential;
+        return all.kinetic_rigid + elastic;
+      };
+      double elastic = 0.0;
+      motion.advance();
+      const double start = energy(elastic);
+      double most = elastic, rise = 0.0;
+      const long ticks = std::lround(std::min(10.0 * 2.0 * M_PI / lowest * scene.rate, 5000.0));
+      for (long k = 0; k < ticks; ++k) {
+        ASSERT_EQ(motion.advance().status, StepStatus::kOk) << "seed " << seed << " phase " << phase;
+        if (k % 20 != 0) continue;
+        rise = std::max(rise, energy(elastic) - start);
+        most = std::max(most, elastic);
+      }
+      worst = std::max(worst, rise / most);
+      EXPECT_LT(rise, 5e-3 * most) << "seed " << seed << ", " << phase << " rad a tick";
+    }
+  std::printf("largest rise of the energy %.1e of the elastic energy\n", worst);
+}
+
+}  // namespace
+}  // namespace freeflex::testing
