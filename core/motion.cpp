@@ -39,7 +39,13 @@ void Motion::judge() noexcept {
   verdict_uses_budget_ ? judgement_->take(state_, budget_) : judgement_->take(state_);
 }
 
-std::string no_equilibrium_text(const Plan& plan, const StepReport& report, std::int64_t tick) {
+std::string lost_shape_text(const Plan& plan, const StepReport& report, std::int64_t tick) {
+  if (report.status == StepStatus::kNoFrame)
+    return "in the step after tick " + std::to_string(tick) +
+           " the axes of the body are lost, because bodies have turned against each other so far (by some 90 "
+           "degrees) that the deformation no longer defines these axes; use smaller loads, or give mass off "
+           "the "
+           "line between the bodies to points that turn less";
   std::string text = "in the step after tick " + std::to_string(tick) + " a joint";
   if (report.joint_point >= 0) text += " at point '" + plan.points[index(report.joint_point)].name + "'";
   return text +

@@ -49,6 +49,7 @@ struct FaultNote {
   std::int64_t tick = 0;                   // tick of the last finite state, which is kept
   std::int32_t num_commands = 0;           // commands due at that tick
   bool lacks_equilibrium = false;          // true: joints without inertia have no equilibrium
+  bool lacks_frame = false;                // true: the deformation no longer defines the axes of the body
   std::int32_t joint_point = -1;           // point of such a joint, if it is known
   std::array<char, kSenderSize> sender{};  // sender of the last of these commands
   std::int64_t sequence = 0;

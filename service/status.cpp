@@ -90,6 +90,14 @@ std::string fault_text(const Snapshot& snapshot) {
         "{}; a "
         "beam or plate there buckles or bends too far for one element: use smaller loads or more elements",
         fault.tick, fault.joint_point + 1, fault.tick);
+  if (fault.lacks_frame)
+    text = fmt::format(
+        "in the step after tick {} the axes of the body are lost, so the simulation holds at tick {}; bodies "
+        "have "
+        "turned against each other by some 90 degrees: use smaller loads, or give mass off the line between "
+        "them to "
+        "points that turn less",
+        fault.tick, fault.tick);
   if (fault.num_commands > 0) {
     text += fmt::format("; {} command(s) began there, the last from {} with sequence number {}",
                         fault.num_commands, fault.sender.data(), fault.sequence);

@@ -246,7 +246,9 @@ void step_in(const StepPlan& plan, State& state, const Inputs& inputs, Workspace
                                          : advance_separated(step_loads, state, is_changed, workspace);
   if (!result.is_finite) {
     report = {.status = StepStatus::kNotFinite};
-    if (is_coupled(plan) && workspace.coupled.joints.unsolved >= 0) {
+    if (is_coupled(plan) && workspace.coupled.has_no_frame) {
+      report.status = StepStatus::kNoFrame;
+    } else if (is_coupled(plan) && workspace.coupled.joints.unsolved >= 0) {
       report.status = StepStatus::kNoEquilibrium;
       report.joint_point = point_of_joint(plan.coupled.links.joints, workspace.coupled.joints.unsolved);
     }

@@ -29,6 +29,9 @@ enum class StepStatus : std::int32_t {
   // the rotations of joints without inertia have no equilibrium that was found, so the state is unchanged
   // (THEORY 12.73)
   kNoEquilibrium = 2,
+  // bodies have turned so far that the deformation no longer defines the axes of the frame, so the state is
+  // unchanged (THEORY 12.87)
+  kNoFrame = 3,
 };
 
 struct StepReport {

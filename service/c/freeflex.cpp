@@ -442,9 +442,9 @@ int freeflex_motion_step(freeflex_motion* motion, std::int64_t ticks) noexcept {
                   "the number of ticks is " + std::to_string(ticks) + ", but must be 0 or more");
     for (std::int64_t k = 0; k < ticks; ++k) {
       const StepReport& report = motion->motion.advance(motion->pending);
-      if (report.status == StepStatus::kNoEquilibrium)
+      if (report.status != StepStatus::kOk && report.status != StepStatus::kNotFinite)
         return fail(FREEFLEX_NOT_FINITE,
-                    no_equilibrium_text(motion->motion.plan(), report, motion->motion.state().tick));
+                    lost_shape_text(motion->motion.plan(), report, motion->motion.state().tick));
       if (report.status != StepStatus::kOk)
         return fail(FREEFLEX_NOT_FINITE,
                     "the state after tick " + std::to_string(motion->motion.state().tick) +

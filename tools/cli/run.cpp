@@ -244,8 +244,8 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
     if (report.status != StepStatus::kOk) {
       if (feed != nullptr && feed->next_kind(tick) == applied_t::RESET) continue;
       extremes.take(state);
-      if (report.status == StepStatus::kNoEquilibrium)
-        return {kExitDiffers, no_equilibrium_text(plan, report, tick), tick};
+      if (report.status != StepStatus::kOk && report.status != StepStatus::kNotFinite)
+        return {kExitDiffers, lost_shape_text(plan, report, tick), tick};
       return {kExitDiffers,
               "the state after tick " + std::to_string(tick) + " is not finite (the verdict before it was " +
                   describe(plan, motion.worst().tick < 0 ? motion.verdict() : motion.worst()) +

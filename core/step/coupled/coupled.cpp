@@ -385,8 +385,9 @@ bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state,
   w.next.has_rates = true;
   force_W = end.force_W;
   moment_B = end.rest_moment_B;
-  return are_finite(workspace.next_q) && are_finite(w.next.momentum) && are_finite(w.next.rate_q) &&
-         are_finite(w.next.rate_p);
+  w.has_no_frame = turns(plan) && w.joints.unsolved < 0 && !has_frame(plan, w.frame);
+  return !w.has_no_frame && are_finite(workspace.next_q) && are_finite(w.next.momentum) &&
+         are_finite(w.next.rate_q) && are_finite(w.next.rate_p);
 }
 
 }  // namespace freeflex

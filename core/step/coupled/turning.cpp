@@ -73,7 +73,8 @@ Vec3 frame_velocity(const StepPlan& plan, const Vec3& H_B, CoupledWorkspace& w, 
     rest = sub(rest, scale(body.mass, cross(at.V, at.W)));
     rest = sub(rest, sub(multiply(at.R, add(JS, at.wheels)), JS));
   }
-  alpha = solve_for_spin(plan, spin_matrix(plan, of_alpha), rest);
+  w.frame = spin_matrix(plan, of_alpha);
+  alpha = solve_for_spin(plan, w.frame, rest);
   Vec3 right = multiply(plan.inertia, alpha);
   for (std::size_t b = 0; b < turning.bodies.size(); ++b) {
     TurningMotion& at = w.bodies[b];

@@ -18,6 +18,11 @@ inline bool is_free(const StepPlan& plan, std::size_t point) noexcept {
   return plan.coupled.turning.of_points[point] < 0;
 }
 
+/// Returns whether the matrix A of alpha in (THEORY 12.87) defines the axes of the frame: no rotation of the
+/// body at rest corresponds to an alpha that is more than 10 times faster. Two bodies on a line lose the axis
+/// along it if both turn across it by 90 degrees. \pre turns(plan)
+bool has_frame(const StepPlan& plan, const Mat3& A) noexcept;
+
 /// Holds the motion of one body.
 struct TurningMotion {
   Vec3 V{}, theta{};  // [m] elastic displacement of its centre; [rad] rotation vector, body axes

@@ -34,6 +34,17 @@ Vec3 position_on_body(const PlanTurningBody& plan, const TurningMotion& body, co
   return add(add(plan.centre, body.V), multiply(body.R, sub(r, plan.centre)));
 }
 
+bool has_frame(const StepPlan& plan, const Mat3& A) noexcept {
+  constexpr double kFastest = 10.0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    Vec3 unit{};
+    unit[axis] = 1.0;
+    const Vec3 alpha = solve_for_spin(plan, A, multiply(plan.inertia, unit));
+    if (!(dot(alpha, alpha) <= kFastest * kFastest)) return false;
+  }
+  return true;
+}
+
 TurningMotion read_turning(const StepPlan& plan, const PlanTurningBody& body, const double* q,
                            const double* q_dot, const Vec3& w) noexcept {
   TurningMotion at;
