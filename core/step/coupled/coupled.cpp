@@ -329,7 +329,7 @@ void set_coupled_motion(const StepPlan& plan, const Vec3& w_B, MotionState& stat
   state.H_W = multiply(rotation_matrix(state.q_WB), H);
   state.H_W_low = {};
   coupled.has_rates = false;
-  coupled.integration_error = 0.0;
+  coupled.integration_error = coupled.filter_error = 0.0;
   coupled.joints = plan.initial.joints;
   for (auto* v :
        {&coupled.slow_q, &coupled.slow_p, &coupled.slow_change, &coupled.left_out_q, &coupled.left_out_p})

@@ -1,7 +1,7 @@
-// Curvilinear coordinates of stiff axial modes. A bending deflection shortens the chord of a link by an
-// amount of second order. In linear coordinates the stiff axial modes follow this shortening one stage late,
-// and steps of more than a fraction of their period fail. Measured from the shortening, they have nothing to
-// follow   (THEORY 12.77 to 12.82).
+// Curvilinear coordinates of stiff modes, most of them axial, and their filter. A bending deflection shortens
+// the chord of a link by an amount of second order. In linear coordinates the stiff axial modes follow this
+// shortening one stage late, and steps of more than a fraction of their period fail. So these modes are
+// measured from the shortening   (THEORY 12.77 to 12.83, 12.96).
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ struct CurveWorkspace {
   std::vector<Vec3> V, W;  // [m], [m/s] (num_points)
   Array soft, other;       // (num_padded) coordinates without those of the curvilinear modes
   Array theta;             // (num_rotations)
-  Array strain;            // (num strains)
+  Array strain;            // [m] of links, then [-] three of each plate (num strains)   (THEORY 12.78)
   Array s, s_dot;          // [m], [m/s] (num modes) foreshortening and its rate
   Array q, p;              // (num_padded) linear coordinates of a stage
   // [m], [m/s] (num modes) slow motion of the curvilinear modes, from which the filter measures, and what was
@@ -46,7 +46,7 @@ inline bool is_curved(const StepPlan& plan) noexcept { return !plan.coupled.curv
 
 /// Sets w.s, w.s_dot and the shapes of q and p, and with them the linear coordinates w.q, w.p:
 ///   q_f = y_f + s_f(q_S),   p_f = v_f + s_f'(q_S) p_S   (THEORY 12.79)
-/// \param y, v  (num_padded) the curvilinear coordinates of stiff axial modes, the linear ones of all others
+/// \param y, v  (num_padded) the curvilinear coordinates of stiff modes, the linear ones of all others
 void to_linear(const StepPlan& plan, const double* y, const double* v, CurveWorkspace& w) noexcept;
 /// Sets y and v from linear coordinates, which it copies to w.q and w.p.
 void to_curved(const StepPlan& plan, const double* q, const double* p, double* y, double* v,
@@ -54,7 +54,7 @@ void to_curved(const StepPlan& plan, const double* q, const double* p, double* y
 
 /// Sets q and p to y and v with those of curvilinear modes filtered towards the slow motion w.slow_q,
 /// w.slow_p:
-///   y_hat + sigma (y - y_hat),   sigma = sin(omega h / 2) / (omega h / 2), 0 beyond pi   (THEORY 12.82)
+///   y_hat + sigma (y - y_hat),   sigma = (sin(omega h) / (omega h))^2, 0 beyond pi   (THEORY 12.82)
 void filter(const StepPlan& plan, const double* y, const double* v, Array& q, Array& p,
             const CurveWorkspace& w) noexcept;
 

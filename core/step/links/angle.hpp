@@ -19,8 +19,8 @@ struct AngleGradient {
   Vec3 force[4] = {};   // [N]
 };
 
-/// Computes the gradient of D (angle - rest)^2 / 2 at the positions x [m] of three points, or of four if the
-/// angle is a dihedral one   (THEORY 12.69 to 12.71).
+/// Computes the gradient of D (angle - rest)^2 / 2 at the positions x [m] of its three points, or of its four
+/// points for a dihedral angle   (THEORY 12.69 to 12.71).
 AngleGradient gradient_of(const AngleConstants& angle, const Vec3 (&x)[4]) noexcept;
 
 /// Returns the change of the angle [rad].  \pre the form is kAngle or kDihedral

@@ -44,9 +44,9 @@ void clear_stiffness(JointFactor& factor) noexcept;
 void add_stiffness(std::span<const std::int32_t> slots, std::span<const Vec3> axes,
                    std::span<const std::uint8_t> ends, std::span<const double> K, std::size_t num_ends,
                    JointFactor& factor) noexcept;
-/// Factors the sum   (THEORY 12.73). If it is not positive definite, the factor is that of the sum with larger
-/// diagonal entries, so that a step with it still leads downhill (Gill, Murray and Wright 1981, Practical
-/// Optimization, section 4.4.2.2).
+/// Factors the sum   (THEORY 12.73). If it is not positive definite, the factor is that of the sum with
+/// larger diagonal entries, so that a step with it still leads downhill (Gill, Murray and Wright 1981,
+/// Practical Optimization, section 4.4.2.2).
 void factor_stiffness(const PlanJoints& joints, JointFactor& factor) noexcept;
 
 /// Replaces the right side b by K_tt^-1 b. Idle rotations stay zero.  \param x  (num_rotations)

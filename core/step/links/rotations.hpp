@@ -68,7 +68,7 @@ inline double angle_per_sine_slope(double sine, double cosine, double ratio) noe
   return (cosine * ratio - 1.0) / square;
 }
 
-/// Holds a rotation by a vector v of angle a = |v| < 2 pi.
+/// Holds the rotation about a vector v by the angle a = |v|, which is less than 2 pi.
 struct FiniteRotation {
   Quat q{1.0, 0.0, 0.0, 0.0};
   double half_sine = 0.5;  // [-] sin(a / 2) / a
@@ -84,7 +84,9 @@ inline FiniteRotation rotation_of(const Vec3& v) noexcept {
     cosine = (1.0 - y / ((2.0 * k - 1.0) * 2.0 * k) * (k == 9 ? 1.0 : cosine));
   }
   double factor = kFraction * sine, w = cosine;
-  for (int k = 0; k < 3; ++k) {  // (w, f v)^2 = (w^2 - f^2 a^2, 2 w f v)
+  // three squares of the quaternion (w, f v), each of which is (w^2 - f^2 a^2, 2 w f v), with w^2 = 1 - f^2
+  // a^2
+  for (int k = 0; k < 3; ++k) {
     const double doubled = 2.0 * w * factor;
     w = 1.0 - 2.0 * (factor * factor) * dot(v, v);
     factor = doubled;

@@ -41,8 +41,8 @@ std::size_t body_of(const PlanLinkEnd& end, const PlanJoints& joints) noexcept {
   return index(end.joint - joints.num_joints);
 }
 
-/// Adds the moment on an end to the gradient over the unknown rotations, in the axes of the joint, or to the
-/// moment on a body.
+/// Adds the moment on an end. If a joint turns the end, it goes to the gradient over the rotations of the
+/// joint, in the axes of the joint; if a body turns it, to the moment on this body.
 void add_moment(const PlanLinkEnd& end, const PresentEnd& at, const Vec3& moment, const PlanJoints& joints,
                 JointWorkspace& w) noexcept {
   const Vec3 own = multiply_transposed(w.R[index(end.joint)], moment);
