@@ -18,8 +18,8 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
 /// Largest omega h of a mode that a substep resolves [-]. Stiffer axial modes are curvilinear (THEORY 12.77).
 inline constexpr double kResolvedPhase = 1.0;
 
-/// Largest omega h of any mode that a substep takes without the filter [-]   (THEORY 12.82). Below 2 the filter
-/// costs accuracy and gains nothing.
+/// Largest omega h of any mode that a substep takes without the filter [-]   (THEORY 12.82). Below 2 the
+/// filter costs accuracy and gains nothing.
 inline constexpr double kFilterPhase = 2.0;
 /// Largest omega h of a mode whose vibration acts on the other modes [-]: beyond, the filter takes it out.
 inline constexpr double kLongestPhase = std::numbers::pi;
