@@ -27,6 +27,11 @@ INSTANTIATE_TEST_SUITE_P(
             {"scene.yaml:5:11: error: scene: fidelity: exact-bars has become corotational, which also has "
              "beams, plates, angle springs and rigid bodies at true geometry; write fidelity: corotational"}),
         bad_line(
+            "FormerNameOfARungWithATolerance", "fidelity: exact-bars\ntolerance: {displacement: 1e-5}",
+            {"scene.yaml:5:11: error: scene: fidelity: exact-bars has become corotational, which also has "
+             "beams, plates, angle springs and rigid bodies at true geometry; write fidelity: "
+             "corotational"}),
+        bad_line(
             "AutoWithoutTolerance", "fidelity: auto",
             {"scene.yaml:5:11: error: scene: fidelity is auto without a tolerance; add tolerance: "
              "{position: [m], attitude: [rad], elastic: fraction, horizon: [s]}, with at least one of the "

@@ -23,7 +23,8 @@ void SceneReader::read_fidelity(const Fields& scene) {
   const Fields fields(report_, *tolerance, "tolerance", sections::kTolerance);
   if (!fields.is_mapping()) return;
   fields.read("displacement", scene_.tolerance);
-  if ((!fidelity || word) && !is_auto) {
+  if (fidelity && !word) return;  // which keys are allowed is not known
+  if (!is_auto) {
     for (const char* key : {"position", "attitude", "elastic", "horizon"})
       if (const Node* node = fields.find(key))
         report_.error(node->origin,
