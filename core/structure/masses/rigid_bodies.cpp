@@ -97,10 +97,14 @@ RigidBody body_of(const Scene& scene, const Structure& structure, const std::vec
   if (!(body.mass > 0.0) || !(moments[0] > kThin * moments[2]))
     add_error(
         faults, scene.points[index(points.front())].origin,
-        join_text(
-            "the body at point ", quoted(scene.points[index(points.front())].name, points.front()),
-            " has no inertia about one axis through its centre of mass, so its rotation about this axis "
-            "is not a motion; give it inertia about this axis, or set fidelity: coupled or a lower rung"));
+        join_text("the body at point ", quoted(scene.points[index(points.front())].name, points.front()),
+                  " has no inertia about one axis through its centre of mass, so no equation determines its "
+                  "rotation "
+                  "about this axis; ",
+                  points.size() == 2
+                      ? "use a stiff bar in place of a rigid link of two points, give one of them inertia"
+                      : "give it inertia about this axis",
+                  ", or set fidelity: coupled or a lower rung"));
   return body;
 }
 
