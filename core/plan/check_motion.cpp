@@ -69,6 +69,27 @@ void warn_of_driving_followers(const Scene& scene, const Plan& plan, Faults& fau
                         "; use a smaller load, more stiffness or more damping"));
 }
 
+// Warns of loads in local axes at points that no beam, plate or body turns, if links have their true
+// geometry. These axes turn with the neighbours of the point to first order only   (THEORY 8.24).
+void warn_of_local_axes(const Scene& scene, const Plan& plan, Faults& faults) {
+  if (!traits_of(plan.fidelity).has_true_geometry) return;
+  const std::vector<std::int32_t>& joints = plan.coupled.links.joints.of_points;
+  for (std::size_t k = 0; k < scene.loads.size(); ++k) {
+    if (scene.loads[k].axes != Axes::kLocal) continue;
+    for (const PointLoad& each : scene.loads[k].forces) {
+      if (!joints.empty() && joints[index(each.point)] >= 0) continue;
+      add_warning(
+          faults, scene.loads[k].origin,
+          join_text("load ", quoted(scene.loads[k].name, static_cast<int>(k)),
+                    " acts in local axes at point ", quoted(scene.points[index(each.point)].name, each.point),
+                    ", which no beam, plate or rigid body turns, so these axes turn with the neighbours "
+                    "of the point to first order only; if they turn by more than some 0.1 rad, give the "
+                    "point inertia or join a beam to it"));
+      break;
+    }
+  }
+}
+
 }  // namespace
 
 void check_motion(const Scene& scene, const Structure& structure, const Plan& plan, Faults& faults) {
@@ -81,6 +102,7 @@ void check_motion(const Scene& scene, const Structure& structure, const Plan& pl
   else
     check_growth(scene, plan, faults);
   warn_of_driving_followers(scene, plan, faults);
+  warn_of_local_axes(scene, plan, faults);
   warn_of_ticks(scene, plan, faults);
   warn_of_tick_rotations(scene, plan, faults);
 }
