@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "core/plan/make_plan.hpp"
 #include "core/step/links/rotations.hpp"
 #include "core/step/links/true_links.hpp"
 #include "core/structure/structure.hpp"
+#include "tests/reference/random.hpp"
 #include "tools/verification/reference/rotations.hpp"
 #include "tools/verification/reference/true_geometry.hpp"
 
@@ -20,16 +20,6 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double one() { return std::uniform_real_distribution<double>(-1.0, 1.0)(engine_); }
-  Vector3d vector() { return {one(), one(), one()}; }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 Vec3 array_of(const Vector3d& v) { return {v[0], v[1], v[2]}; }
 Vector3d vector_of(const Vec3& v) { return {v[0], v[1], v[2]}; }
@@ -256,6 +246,41 @@ TEST(StepLinks, ForcesOfFramesPlatesAndAnglesAreThoseOfTheReference) {
       EXPECT_GT(nonlinear, 1e-3 * scale) << name << ": the motion is too small to tell";
       EXPECT_LT((forces.found - forces.expected).norm(), 1e-7 * scale) << name << " at " << size;
     }
+}
+
+// The factor of an indefinite stiffness has bounded entries, l^2 d <= the largest diagonal entry, and its
+// steps lead downhill. That of a definite stiffness is exact.
+TEST(JointFactor, OfAnIndefiniteStiffnessIsBounded) {
+  PlanTrueLinks links;
+  PlanJoints& joints = links.joints;
+  joints.num_joints = 1;
+  joints.num_rotations = 3;
+  joints.order = {0, 1, 2};
+  joints.starts = {0, 2, 3, 3};
+  joints.below = {1, 2, 2};
+  joints.lower = {0.0, 0.0, 0.0};
+  joints.inverse_pivots = {1.0, 1.0, 1.0};
+  JointFactor factor = make_joint_factor(links);
+  const auto solve = [&](double first, double coupling) {
+    factor.diagonal = {first, 1.0, 1.0};
+    factor.lower = {coupling, coupling, 0.0};
+    factor_stiffness(joints, factor);
+    std::array<double, 3> x{1.0, -2.0, 0.5};
+    solve_stiffness(joints, factor, x.data());
+    return x;
+  };
+  const std::array<double, 3> exact = solve(2.0, 0.1);
+  EXPECT_NEAR(2.0 * exact[0] + 0.1 * exact[1] + 0.1 * exact[2], 1.0, 1e-15);
+  EXPECT_NEAR(0.1 * exact[0] + exact[1], -2.0, 1e-15);
+  for (const double first : {1e-8, -1e-8, -0.5}) {
+    const std::array<double, 3> x = solve(first, 1.0);
+    EXPECT_GT(x[0] - 2.0 * x[1] + 0.5 * x[2], 0.0) << first;
+    for (std::size_t column = 0; column < 3; ++column)
+      for (std::int32_t e = joints.starts[column]; e < joints.starts[column + 1]; ++e) {
+        const double entry = factor.lower[static_cast<std::size_t>(e)];
+        EXPECT_LE(entry * entry / factor.inverse_pivots[column], 1.0 + 1e-15) << first;
+      }
+  }
 }
 
 }  // namespace
