@@ -8,7 +8,7 @@
 
 #include "core/motion.hpp"
 #include "core/step/readout.hpp"
-#include "tests/reference/random.hpp"
+#include "tests/reference/structures.hpp"
 #include "tests/reference/true_geometry.hpp"
 #include "tools/verification/reference/integrate.hpp"
 
@@ -17,77 +17,6 @@ namespace {
 
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
-
-const Beam kBeam{.EA = 2e5, .GJ = 300.0, .EI_y = 200.0, .EI_z = 400.0, .y_axis = {0.1, 0.9, -0.2}};
-
-Scene chain(Random& random) {
-  Scene scene;
-  for (int i = 0; i < 7; ++i)
-    add_point(scene, 1.0 + 0.3 * random.one(), Vector3d(i, 0.0, 0.0) + 0.3 * random.vector());
-  for (int i = 0; i < 6; ++i) add_link(scene, i, i + 1, kBeam);
-  return scene;
-}
-
-Scene hinged(Random& random) {
-  Scene scene = chain(random);
-  std::get<Beam>(scene.links[3].kind).released[0] = {false, true, true};
-  return scene;
-}
-
-Scene sheet(Random& random) {
-  Scene scene;
-  for (int i = 0; i < 9; ++i) add_point(scene, 1.0, Vector3d(i % 3, i / 3, 0.1 * random.one()));
-  for (const int corner : {0, 1, 3, 4}) {
-    const Plate plate{1e6, 0.3, 0.05};
-    add_link(scene, {corner, corner + 1, corner + 4}, plate);
-    add_link(scene, {corner, corner + 4, corner + 3}, plate);
-  }
-  return scene;
-}
-
-Scene angles(Random& random) {
-  Scene scene;
-  for (int i = 0; i < 7; ++i) add_point(scene, 1.0, Vector3d(i, 0.0, 0.0) + 0.4 * random.vector());
-  for (int i = 0; i < 6; ++i) add_link(scene, i, i + 1, Spring{2e4});
-  for (int i = 0; i < 5; ++i) add_link(scene, {i, i + 1, i + 2}, BendingSpring{300.0});
-  for (int i = 0; i < 4; ++i) add_link(scene, {i, i + 1, i + 2, i + 3}, TorsionSpring{200.0});
-  return scene;
-}
-
-// Three rigid bodies of four points each, joined by beams and a spring.
-Scene bodies(Random& random) {
-  Scene scene;
-  for (int b = 0; b < 3; ++b) {
-    const Vector3d at(2.5 * b, 0.3 * b, 0.0);
-    std::vector<int> points;
-    for (const Vector3d& corner :
-         {Vector3d(0.0, 0.0, 0.0), Vector3d(0.6, 0.0, 0.1), Vector3d(0.1, 0.5, 0.0), Vector3d(0.0, 0.1, 0.4)})
-      points.push_back(add_point(scene, 1.0 + 0.4 * random.one(), at + corner));
-    add_link(scene, points, Rigid{});
-  }
-  const int middle = add_point(scene, 0.8, {1.5, 0.2, 0.1});
-  add_link(scene, 1, middle, kBeam);
-  add_link(scene, middle, 4, kBeam);
-  add_link(scene, 5, 8, kBeam);
-  add_link(scene, 2, 10, Spring{3e3});
-  return scene;
-}
-
-// Two rigid bodies joined by springs alone.
-Scene sprung(Random& random) {
-  Scene scene;
-  std::vector<int> points[2];
-  for (int b = 0; b < 2; ++b) {
-    for (const Vector3d& corner :
-         {Vector3d(0.0, 0.0, 0.0), Vector3d(0.6, 0.0, 0.1), Vector3d(0.1, 0.5, 0.0), Vector3d(0.0, 0.1, 0.4)})
-      points[b].push_back(
-          add_point(scene, 1.0 + 0.4 * random.one(), Vector3d(1.5 * b, 0.3 * b, 0.0) + corner));
-    add_link(scene, points[b], Rigid{});
-  }
-  for (int i = 0; i < 4; ++i)
-    for (int j = 4; j < 8; ++j) add_link(scene, i, j, Spring{3e2});
-  return scene;
-}
 
 // Pushes points along axes of all kinds, so that the loads alone would displace them by about `size` times
 // the length of a link at the lowest frequency [rad/s].

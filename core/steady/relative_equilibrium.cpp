@@ -1,0 +1,293 @@
+#include "core/steady/relative_equilibrium.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/faults.hpp"
+#include "core/step/coupled/coupled.hpp"
+#include "core/step/coupled/stage.hpp"
+#include "core/step/linear/kernels.hpp"
+#include "core/step/links/rotations.hpp"
+#include "core/step/readout.hpp"
+
+namespace freeflex {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// [-] Step of finite differences over the size of the body, for the lowest mode. The steps of all modes have
+// the same energy: a step of this size along an axial mode would press slender beams beyond their buckling
+// load.
+constexpr double kDifference = 1e-5;
+constexpr double kLonger = 3.0;  // [-] factor of the steps that check the finite differences
+constexpr int kMostIterations = 40;
+// [-] Newton's method has converged when a step is below kFound of the size, or below kNoise and no longer
+// decreasing.
+constexpr double kFound = 1e-12, kNoise = 1e-8;
+constexpr double kLongestStep = 0.1;  // [-] longer steps are shortened to this share of the size
+// [-] directions of the unknowns whose residual is below this share of the largest are free: the axis in the
+// plane of two equal moments of inertia, and mechanisms
+constexpr double kIndifferent = 1e-7;
+constexpr double kMostTilt = 10.0;  // [deg] between the axis that was asked for and the one that was found
+// [-] A moment is not balanced if it turns the body by more than this angle within 1 rad of the lowest mode.
+constexpr double kUnbalanced = 1e-6;
+// [-] rates below this share of the lowest frequency are rounding errors of zero
+constexpr double kZeroRate = 1e-5;
+constexpr double kJointsFound = 1e-13;  // [rad] last step of the joints
+constexpr int kMostRelaxations = 40;
+
+Vec3 vec3_of(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+Vector3d vector_of(const Vec3& v) { return {v[0], v[1], v[2]}; }
+
+/// Returns the derivative of f at 0 by central differences of order 4.
+template <typename Function>
+VectorXd derivative(double step, const Function& f) {
+  const auto odd = [&](double k) { return (f(k * step) - f(-k * step)).eval(); };
+  return (8.0 * odd(1.0) - odd(2.0)) / (12.0 * step);
+}
+
+bool has_world_loads(const StepPlan& plan) {
+  const auto acts = [](const Vec3& v) { return !is_zero(v); };
+  return std::any_of(plan.histories.begin(), plan.histories.end(), [&](const PlanHistory& history) {
+    const LoadSums& sums = history.pattern.sums;
+    return std::any_of(sums.force_W.begin(), sums.force_W.end(), acts) ||
+           std::any_of(sums.group_force_W.begin(), sums.group_force_W.end(), acts) ||
+           std::any_of(sums.group_torque_W.begin(), sums.group_torque_W.end(), acts) ||
+           std::any_of(sums.torque_W.begin(), sums.torque_W.end(), acts);
+  });
+}
+
+std::string axis_text(const Vector3d& v) { return join_text(v[0], ",", v[1], ",", v[2]); }
+
+}  // namespace
+
+RelativeEquilibria::RelativeEquilibria(const StepPlan& plan, std::optional<double> loads_at)
+    : plan_(plan), n_(plan.num_elastic) {
+  plan_.attractor_mu = 0.0;
+  if (!loads_at) plan_.histories.clear();
+  tick_ = std::llround(loads_at.value_or(0.0) / plan.period);
+  has_world_loads_ = has_world_loads(plan_);
+  state_ = make_state(plan_);
+  workspace_ = make_workspace(plan_);
+  for (const PlanPoint& point : plan_.points) size_ = std::max(size_, length(point.r));
+  double lowest = std::numeric_limits<double>::infinity();
+  for (Index l = 0; l < n_; ++l)
+    if (plan_.omega[index(l)] > 0.0) lowest = std::min(lowest, plan_.omega[index(l)]);
+  scale_.resize(n_), step_.resize(n_);
+  for (Index l = 0; l < n_; ++l) {
+    scale_[l] = std::max(plan_.omega[index(l)], lowest);
+    // the largest displacement at q_l = 1, and the largest rotation of a body times the size
+    double most = 0.0;
+    for (const PlanPoint& point : plan_.points)
+      for (std::size_t a = 0; a < 3; ++a)
+        most = std::max(most, std::abs(point_rows(plan_, point.row)[a * index(plan_.num_padded) + index(l)]));
+    for (const PlanTurningBody& body : plan_.coupled.turning.bodies)
+      for (std::size_t a = 0; a < 6; ++a)
+        most = std::max(most,
+                        (a < 3 ? 1.0 : size_) * std::abs(body.rows[a * index(plan_.num_padded) + index(l)]));
+    step_[l] = kDifference * size_ / most * lowest / scale_[l];
+  }
+  q_ = Vector::Zero(n_);
+}
+
+// Why the motion cannot be steady, or an empty text.
+std::string RelativeEquilibria::refusal(const Vector3d& spin) const {
+  if (n_ == 0) return "the body has no elastic freedom";
+  if (plan_.rigid_freedoms == 5 && std::abs(spin.dot(vector_of(plan_.line))) > 1e-6 * spin.norm())
+    return "all points lie on a line, about which the body has no inertia; give a spin across this line";
+  if (has_world_loads_ && spin.norm() > 0.0)
+    return "loads in world axes are not steady while the body rotates; write them in body or local axes, or "
+           "leave --spin out";
+  return {};
+}
+
+// Coordinates and momenta of a motion without elastic rates   (THEORY 12.98).
+RelativeEquilibria::Vector RelativeEquilibria::steady_state(const Vector& q, const Vector3d& spin) {
+  std::copy(q.begin(), q.end(), state_.q.begin());
+  std::fill(state_.q_dot.begin(), state_.q_dot.end(), 0.0);
+  state_.q_WB = {1.0, 0.0, 0.0, 0.0};
+  set_coupled_motion(plan_, vec3_of(spin), state_);
+  Vector z = Vector::Zero(2 * n_ + 6);
+  z.head(n_) = q;
+  for (Index l = 0; l < n_; ++l) z[n_ + l] = state_.coupled.momentum[index(l)];
+  z.segment<3>(2 * n_) = vector_of(state_.H_W);
+  return z;
+}
+
+// Rates of q, p, H_B and the rotation of the body against axes that rotate with `spin`   (THEORY 12.99).
+RelativeEquilibria::Vector RelativeEquilibria::rates(const Vector& z, const Vector3d& spin) {
+  CoupledWorkspace& w = workspace_.coupled;
+  std::copy_n(z.begin(), n_, w.q.begin());
+  std::copy_n(z.begin() + n_, n_, w.p.begin());
+  const Vector3d H = z.segment<3>(2 * n_), turn = z.tail<3>();
+  const Mat3 R_0 = rotation_matrix(plan_.initial.q_WB);
+  const Mat3 R_WB = multiply(R_0, matrix_of(rotation_of(vec3_of(turn)).q));
+  for (std::size_t k = 0; k < w.wheels.size(); ++k) w.wheels[k] = plan_.wheels[k].momentum;
+  const StageState stage{w.q.data(), w.p.data(), vec3_of(H), R_WB, {}, StageTime::kStart, w.wheels};
+  StageRate rate{w.rates[0][0].data(), w.rates[0][1].data()};
+  const StepLoads loads{plan_, state_.commands_pattern, tick_};
+  for (int k = 0; k < kMostRelaxations; ++k) {
+    evaluate(loads, stage, workspace_, rate);
+    if (!(w.last_turn > kJointsFound)) break;
+  }
+  Vector z_dot(z.size());
+  for (Index l = 0; l < n_; ++l) {
+    const double omega = plan_.omega[index(l)], q = z[l], p = z[n_ + l];
+    z_dot[l] = p + rate.rate_q[l];
+    z_dot[n_ + l] = -omega * (omega * q) - 2.0 * plan_.decay[index(l)] * p + rate.rate_p[l];
+  }
+  const Vector3d omega_B = vector_of(rate.w_B);
+  z_dot.segment<3>(2 * n_) = H.cross(omega_B) + vector_of(rate.moment_B);
+  z_dot.tail<3>() = omega_B - spin - spin.cross(turn);
+  return z_dot;
+}
+
+// Renews the factor of the joints near z if they converge slowly there, so that all rates near z have joints
+// without error. The joints come from a shape at some distance, because the rate of convergence is seen only
+// over several sweeps.
+void RelativeEquilibria::renew_joints(const Vector& z, const Vector3d& spin) {
+  begin_joints(workspace_.coupled.joints);
+  Vector near = z;
+  near.head(n_) *= 0.99;
+  rates(near, spin);
+  rates(z, spin);
+}
+
+// Newton's method for q and the axis of the spin. Without spin, q alone is unknown   (THEORY 12.98).
+std::string RelativeEquilibria::solve(double rate, Vector& q, Vector3d& spin) {
+  const Index num_axis = rate > 0.0 ? 3 : 0;
+  // unknowns: scale_ q over the size, w over the rate; residuals: p' over scale_ and the size, H' over that
+  // of a point mass at the size, and |w|^2
+  const double moment = plan_.mass * size_ * size_ * rate * rate;
+  const auto residual = [&](const Vector& at_q, const Vector3d& w) {
+    const Vector z_dot = rates(steady_state(at_q, w), w);
+    Vector r(n_ + (num_axis > 0 ? 4 : 0));
+    r.head(n_) = z_dot.segment(n_, n_).cwiseQuotient(scale_) / size_;
+    if (num_axis > 0) r.tail<4>() << z_dot.segment<3>(2 * n_) / moment, w.squaredNorm() / (rate * rate) - 1.0;
+    return r;
+  };
+  double last = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < kMostIterations; ++k) {
+    renew_joints(steady_state(q, spin), spin);
+    const Vector r = residual(q, spin);
+    if (!r.allFinite()) return "no steady motion was found: the accelerations are not finite";
+    MatrixXd J(r.size(), n_ + num_axis);
+    for (Index l = 0; l < n_; ++l)
+      J.col(l) = derivative(step_[l], [&](double x) { return residual(q + x * Vector::Unit(n_, l), spin); }) *
+                 size_ / scale_[l];
+    for (Index a = 0; a < num_axis; ++a)
+      J.col(n_ + a) =
+          derivative(1e-4 * rate, [&](double x) { return residual(q, spin + x * Vector3d::Unit(a)); }) * rate;
+    Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
+    solver.setThreshold(kIndifferent);
+    const Vector step = -solver.compute(J).solve(r);
+    if (!step.allFinite()) return "no steady motion was found: the accelerations are not finite";
+    const Vector in_q = step.head(n_).cwiseQuotient(scale_) * size_;
+    double length = in_q.cwiseQuotient(step_).lpNorm<Eigen::Infinity>() * kDifference;
+    if (num_axis > 0) length = std::max(length, step.tail<3>().norm());
+    const double share = std::min(1.0, kLongestStep / length);
+    q += share * in_q;
+    if (num_axis > 0) spin += share * rate * step.tail<3>();
+    if (length < kFound || (length < kNoise && length > 0.5 * last)) return {};
+    last = length;
+  }
+  return "no steady motion was found: Newton's method does not converge; try a smaller spin or smaller loads";
+}
+
+// Jacobian of the rates, in coordinates that all are velocities [1/s]   (THEORY 12.100).
+MatrixXd RelativeEquilibria::linearise(const Vector& z, const Vector3d& spin, double stretch) {
+  const Index size = 2 * n_ + 3 + (has_world_loads_ ? 3 : 0);
+  const double lowest = scale_.minCoeff(), mass_size = plan_.mass * size_;
+  Vector step(size), scale(size);
+  step.head(n_) = step_, scale.head(n_) = scale_;
+  step.segment(n_, n_) = scale_.cwiseProduct(step_), scale.segment(n_, n_).setOnes();
+  step.segment<3>(2 * n_).setConstant(1e-4 * lowest * mass_size * size_);
+  scale.segment<3>(2 * n_).setConstant(1.0 / mass_size);
+  if (has_world_loads_) step.tail<3>().setConstant(1e-4), scale.tail<3>().setConstant(size_ * lowest);
+  MatrixXd A(size, size);
+  for (Index k = 0; k < size; ++k)
+    A.col(k) =
+        derivative(stretch * step[k],
+                   [&](double x) { return rates(z + x * Vector::Unit(z.size(), k), spin).head(size).eval(); })
+            .cwiseProduct(scale) /
+        scale[k];
+  return A;
+}
+
+// Rates and shares of the eigenvectors   (THEORY 12.101). Returns the error, or an empty text.
+std::string RelativeEquilibria::set_motions(const Vector& z, RelativeEquilibrium& motion) {
+  const double lowest = scale_.minCoeff();
+  renew_joints(z, motion.spin);
+  const MatrixXd A = linearise(z, motion.spin, 1.0), longer = linearise(z, motion.spin, kLonger);
+  if (!A.allFinite() || !longer.allFinite())
+    return "the small motions were not found: the accelerations near the steady motion are not finite";
+  const Eigen::EigenSolver<MatrixXd> eigen(A), check(longer, false);
+  if (eigen.info() != Eigen::Success || check.info() != Eigen::Success)
+    return "the small motions were not found: their eigenvalues do not converge";
+  const Eigen::Matrix3d inverse_inertia =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(plan_.inverse_inertia.data());
+  for (Index k = 0; k < eigen.eigenvalues().size(); ++k) {
+    SmallMotion small;
+    small.rate = eigen.eigenvalues()[k];
+    if (small.rate.imag() < 0.0) continue;
+    const Eigen::VectorXcd v = eigen.eigenvectors().col(k);
+    const Vector energy = v.head(n_).cwiseAbs2() + v.segment(n_, n_).cwiseAbs2();
+    // H^T I^-1 H over the mass
+    const Eigen::Vector3cd H = v.segment<3>(2 * n_) * size_;
+    const double of_body = plan_.mass * std::real(H.dot(inverse_inertia * H));
+    Index mode = 0;
+    const double most = energy.maxCoeff(&mode);
+    small.mode = of_body > most ? -1 : static_cast<std::int32_t>(mode);
+    small.share = std::max(most, of_body) / (energy.sum() + of_body);
+    const bool is_mechanism = small.mode >= 0 && plan_.omega[index(small.mode)] == 0.0;
+    if (std::abs(small.rate) < kZeroRate * lowest && !is_mechanism) continue;
+    const double change = (check.eigenvalues().array() - small.rate).abs().minCoeff();
+    motion.accuracy = std::max(motion.accuracy, change / std::max(std::abs(small.rate), kZeroRate * lowest));
+    motion.motions.push_back(small);
+  }
+  std::sort(motion.motions.begin(), motion.motions.end(), [](const SmallMotion& a, const SmallMotion& b) {
+    return std::pair(a.rate.imag(), a.rate.real()) < std::pair(b.rate.imag(), b.rate.real());
+  });
+  return {};
+}
+
+RelativeEquilibrium RelativeEquilibria::find(const Vector3d& asked) {
+  RelativeEquilibrium motion;
+  motion.spin = asked;
+  const double rate = asked.norm();
+  motion.error = refusal(asked);
+  Vector q = q_;
+  if (motion.error.empty()) motion.error = solve(rate, q, motion.spin);
+  if (!motion.error.empty()) return motion;
+  const double tilt = rate > 0.0 ? std::atan2(motion.spin.cross(asked).norm(), motion.spin.dot(asked)) : 0.0;
+  if (tilt * 180.0 / std::numbers::pi > kMostTilt) {
+    motion.error =
+        join_text("a free body rotates steadily only about a principal axis, and the nearest one is ",
+                  axis_text(motion.spin.normalized()), ", ", tilt * 180.0 / std::numbers::pi,
+                  " degrees from the axis of --spin; give a spin about a principal axis, which "
+                  "freeflex modes prints");
+    return motion;
+  }
+  const Vector z = steady_state(q, motion.spin);
+  const Vector3d moment = rates(z, motion.spin).segment<3>(2 * n_);
+  const double lowest = scale_.minCoeff();
+  if (moment.norm() > kUnbalanced * plan_.mass * size_ * size_ * lowest * lowest) {
+    motion.error = join_text("the loads turn the body: their moment is ", axis_text(moment),
+                             " N m about the centre of mass of the deformed body; steady loads have none");
+    return motion;
+  }
+  q_ = q;
+  motion.displacements.resize(3, static_cast<Index>(plan_.points.size()));
+  for (std::size_t i = 0; i < plan_.points.size(); ++i)
+    motion.displacements.col(static_cast<Index>(i)) = vector_of(workspace_.coupled.V[i]);
+  motion.error = set_motions(z, motion);
+  return motion;
+}
+
+}  // namespace freeflex

@@ -1,0 +1,74 @@
+// Steady motions of a plan with true geometry, and the small motions about them   (THEORY 12.98 to 12.101).
+#pragma once
+
+#include <Eigen/Core>
+#include <complex>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/step/plan.hpp"
+#include "core/step/loads/step_loads.hpp"
+
+namespace freeflex {
+
+/// Holds a small motion exp(rate t).
+struct SmallMotion {
+  std::complex<double> rate;  // [1/s]
+  // index of the mode with the largest share of its energy; -1: the rotation of the body has the largest
+  std::int32_t mode = -1;
+  double share = 0.0;  // [-] this share
+};
+
+/// Holds a steady motion: in its own axes the body rotates at a constant rate with a constant deformation.
+struct RelativeEquilibrium {
+  std::string error;               // why no steady motion was found; empty if one was found
+  Eigen::Vector3d spin;            // [rad/s] body axes
+  Eigen::Matrix3Xd displacements;  // [m] (3 x num_points) body axes
+  // ascending in |Im rate|, one of each conjugate pair; motions that only continue the steady motion with
+  // another attitude or spin are left out
+  std::vector<SmallMotion> motions;
+  // [-] largest relative change of a rate if the finite differences take three times longer steps
+  double accuracy = 0.0;
+};
+
+/// Finds steady motions of a plan with true geometry, and linearises the equations of the step about them
+/// (THEORY 12.98 to 12.101). Feedback and damping act, and wheels keep their initial momenta. The attractor
+/// is left out.
+/// \pre the rung has true geometry
+class RelativeEquilibria {
+ public:
+  /// \param loads_at  [s] time at which built-in loads have the values that they keep; nullopt: no load acts
+  RelativeEquilibria(const StepPlan& plan, std::optional<double> loads_at);
+
+  /// Finds the steady motion at the rate |spin| whose axis is near that of `spin`, by Newton's method from
+  /// the steady motion that was found last or from the shape at rest. Then finds the small motions about it.
+  /// \param spin  [rad/s] body axes
+  RelativeEquilibrium find(const Eigen::Vector3d& spin);
+
+ private:
+  // q, p over the mass, H_B and the small rotation of the attitude: (n + n + 3 + 3)
+  using Vector = Eigen::VectorXd;
+
+  std::string refusal(const Eigen::Vector3d& spin) const;
+  Vector steady_state(const Vector& q, const Eigen::Vector3d& spin);
+  Vector rates(const Vector& z, const Eigen::Vector3d& spin);
+  void renew_joints(const Vector& z, const Eigen::Vector3d& spin);
+  std::string solve(double rate, Vector& q, Eigen::Vector3d& spin);
+  Eigen::MatrixXd linearise(const Vector& z, const Eigen::Vector3d& spin, double stretch);
+  std::string set_motions(const Vector& z, RelativeEquilibrium& motion);
+
+  StepPlan plan_;
+  std::int64_t tick_ = 0;
+  Eigen::Index n_;
+  double size_ = 0.0;  // [m] largest distance of a point from the centre of mass
+  Vector scale_;       // [rad/s] (n) frequency of each mode, or the lowest one of all
+  Vector step_;        // [m] (n) step of finite differences
+  bool has_world_loads_ = false;
+  Vector q_;  // [m] (n) of the last steady motion
+  State state_;
+  Workspace workspace_;
+};
+
+}  // namespace freeflex

@@ -1,0 +1,289 @@
+// Small motions about steady motions, from the equations of the step: against the reference, which linearises
+// the Cartesian equations, against published figures, and against the motion itself.
+#include "core/steady/relative_equilibrium.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/motion.hpp"
+#include "core/plan/make_plan.hpp"
+#include "core/step/readout.hpp"
+#include "core/structure/structure.hpp"
+#include "tests/reference/structures.hpp"
+#include "tests/reference/true_geometry.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// [-] The frequencies must agree with those of the reference to this share. Both come from finite
+// differences: 2e-10 was measured on frames, and up to 5e-7 on the rocket, whose EA is 1e6 times EI / L^2.
+constexpr double kSame = 1e-6;
+
+Plan true_plan(const Scene& scene) {
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  EXPECT_TRUE(structure.has_value());
+  auto plan = make_full_plan(scene, *structure, Fidelity::kCorotational, faults);
+  EXPECT_TRUE(plan.has_value());
+  return *plan;
+}
+
+RelativeEquilibrium equilibrium_of(const Scene& scene, const Vector3d& spin) {
+  RelativeEquilibria equilibria(true_plan(scene), scene.loads.empty() ? std::nullopt : std::optional(0.0));
+  RelativeEquilibrium found = equilibria.find(spin);
+  EXPECT_EQ(found.error, "");
+  EXPECT_LT(found.accuracy, kSame);
+  return found;
+}
+
+// Returns the largest distance of a rate from the nearest one of the reference, over its size, and checks
+// that no rate of the reference beyond those of rigid motion is missing.
+double compare(const Scene& scene, const RelativeEquilibrium& found) {
+  CartesianSystem system = true_geometry_of(scene);
+  system.spin = found.spin;
+  const VectorXd e = found.displacements.reshaped();
+  const SteadyMotion expected = steady_motion(system, e);
+  EXPECT_EQ(expected.error, "");
+  double worst = 0.0;
+  for (const SmallMotion& small : found.motions) {
+    double nearest = HUGE_VAL;
+    for (const std::complex<double> rate : expected.rates)
+      nearest = std::min(nearest, std::abs(rate - small.rate) / std::abs(small.rate));
+    worst = std::max(worst, nearest);
+  }
+  for (const std::complex<double> rate : expected.rates) {
+    // The carrier rotates with the body, so a body at another place or attitude moves at 0 and at the spin.
+    const double spin = found.spin.norm();
+    if (rate.imag() < 0.0 || std::abs(rate) < (spin > 0.0 ? 1e-2 * spin : 0.1) ||
+        std::abs(rate - std::complex<double>(0.0, spin)) < 1e-2 * spin)
+      continue;
+    double nearest = HUGE_VAL;
+    for (const SmallMotion& small : found.motions)
+      nearest = std::min(nearest, std::abs(rate - small.rate) / std::abs(rate));
+    EXPECT_LT(nearest, kSame) << rate << " is missing";
+  }
+  return worst;
+}
+
+TEST(RelativeEquilibrium, ARocketUnderThrustHasTheFrequenciesOfTheReference) {
+  for (const double thrust : {0.0, 20.0, 60.0, 100.0, 110.5}) {
+    Scene scene = beam_of(20, kAxial);
+    push(scene, 0, Axes::kLocal, {thrust, 0.0, 0.0});
+    const RelativeEquilibrium found = equilibrium_of(scene, Vector3d::Zero());
+    const double worst = compare(scene, found);
+    std::printf("T %5.1f: %zu motions, off by %.1e\n", thrust, found.motions.size(), worst);
+    EXPECT_LT(worst, kSame);
+    const bool grows = std::any_of(found.motions.begin(), found.motions.end(),
+                                   [](const SmallMotion& small) { return small.rate.real() > 1e-3; });
+    EXPECT_EQ(grows, thrust == 110.5);
+  }
+}
+
+TEST(RelativeEquilibrium, ASpinningBeamHasTheFrequenciesOfTheReference) {
+  for (const double share : {0.05, 0.1, 0.5, 1.0}) {
+    const Scene scene = beam_of(20, kAxial);
+    const RelativeEquilibrium found = equilibrium_of(scene, {0.0, 0.0, share * 22.3733});
+    const double worst = compare(scene, found);
+    std::printf("Omega %.2f: %zu motions, off by %.1e\n", share, found.motions.size(), worst);
+    EXPECT_LT(worst, kSame);
+  }
+}
+
+// Checks that frequencies of lumped beams of 20, 40 and 80 elements converge to those of the continuous beam
+// with the square of the mesh.
+template <typename Find>
+void check_slope(const std::vector<double>& expected, std::size_t first, std::size_t every,
+                 const Find& find) {
+  std::array<RelativeEquilibrium, 3> found;
+  for (int k = 0; k < 3; ++k) {
+    // the thrust shortens the beam by at most 1e-5, which changes frequencies by 4e-5
+    found[static_cast<std::size_t>(k)] = find(beam_of(20 << k, 1e7));
+  }
+  for (std::size_t row = 0; row < expected.size(); ++row) {
+    const double omega = expected[row];
+    std::array<double, 3> error{};
+    for (std::size_t k = 0; k < 3; ++k)
+      error[k] = std::abs(found[k].motions[first + row * every].rate.imag() / omega - 1.0);
+    const double coarse = std::log2(error[0] / error[1]), fine = std::log2(error[1] / error[2]);
+    std::printf("%9.4f: errors %.1e %.1e %.1e, slopes %.2f %.2f\n", omega, error[0], error[1], error[2],
+                coarse, fine);
+    EXPECT_NEAR(fine, 2.0, 0.2);
+  }
+}
+
+// The frequencies of the continuous beam were computed with 60 Hermite elements of consistent mass
+// (true_beam_test).
+TEST(RelativeEquilibrium, LumpedBeamsConvergeToTheContinuousBeam) {
+  struct Thrust {
+    double thrust;
+    std::vector<double> omega;
+  };
+  const std::array<Thrust, 3> thrusts{
+      {{0.0, {22.3733, 61.6728}}, {20.0, {19.5294, 57.7753}}, {100.0, {13.9483, 34.0619}}}};
+  for (const auto& [thrust, omega] : thrusts)
+    // two planes have the same frequencies
+    check_slope(omega, 0, 2, [&](Scene scene) {
+      push(scene, 0, Axes::kLocal, {thrust, 0.0, 0.0});
+      return equilibrium_of(scene, Vector3d::Zero());
+    });
+  constexpr double kFirst = 22.3733;
+  constexpr double spins[][4] = {{0.05, 1.003805, 2.759439, 5.406541},
+                                 {0.1, 1.015134, 2.768118, 5.414389},
+                                 {0.5, 1.327300, 3.032316, 5.659362},
+                                 {1.0, 2.010022, 3.735482, 6.359921}};
+  for (const auto& row : spins) {
+    const double spin = row[0] * kFirst;
+    std::vector<double> omega;
+    for (int mode = 1; mode < 4; ++mode) {
+      // in the plane of the spin, then out of it
+      omega.push_back(std::sqrt(row[mode] * row[mode] * kFirst * kFirst - spin * spin));
+      omega.push_back(row[mode] * kFirst);
+    }
+    check_slope(omega, 0, 1, [&](const Scene& scene) { return equilibrium_of(scene, {0.0, 0.0, spin}); });
+  }
+}
+
+// The body spins about the axis of its largest moment of inertia, which moves as the body deforms.
+TEST(RelativeEquilibrium, EveryKindOfLinkHasTheFrequenciesOfTheReference) {
+  struct Kind {
+    const char* name;
+    Scene (*make)(Random&);
+  };
+  constexpr std::array<Kind, 6> kKinds{{{"beams", chain},
+                                        {"hinge", hinged},
+                                        {"plates", sheet},
+                                        {"angles", angles},
+                                        {"bodies", bodies},
+                                        {"sprung", sprung}}};
+  for (const auto& [name, make] : kKinds)
+    for (const double damping : {0.0, 50.0}) {
+      Random random(11);
+      Scene scene = make(random);
+      if (damping > 0.0) add_link(scene, 0, 2, Dashpot{damping});
+      const Structure structure = build(scene);
+      const double lowest =
+          *std::find_if(structure.omega.begin(), structure.omega.end(), [](double w) { return w > 0.0; });
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(structure.mass_properties.inertia);
+      const RelativeEquilibrium found = equilibrium_of(scene, 0.3 * lowest * axes.eigenvectors().col(2));
+      const double worst = compare(scene, found);
+      std::printf("%-6s %2zu motions, displacements up to %.1e m, off by %.1e\n", name, found.motions.size(),
+                  found.displacements.cwiseAbs().maxCoeff(), worst);
+      EXPECT_LT(worst, kSame);
+      EXPECT_GT(found.displacements.cwiseAbs().maxCoeff(), 1e-3);
+    }
+}
+
+// Forces along axes of the world press the ends together. The column tips, which the attitude decides.
+TEST(RelativeEquilibrium, DeadEndLoadsTipAColumn) {
+  Scene scene = beam_of(10, kAxial);
+  push(scene, 0, Axes::kWorld, {5.0, 0.0, 0.0});
+  push(scene, 10, Axes::kWorld, {-5.0, 0.0, 0.0});
+  const RelativeEquilibrium found = equilibrium_of(scene, Vector3d::Zero());
+  EXPECT_LT(compare(scene, found), kSame);
+  // a rigid bar of length L and inertia I tips at sqrt(P L / I); the lumped inertia is 0.085, and bending
+  // makes it faster
+  double fastest = 0.0;
+  for (const SmallMotion& small : found.motions) fastest = std::max(fastest, small.rate.real());
+  std::printf("tips at %.4f 1/s\n", fastest);
+  EXPECT_GT(fastest, std::sqrt(5.0 / 0.085));
+}
+
+// The motion of the step itself, begun at the steady motion with a displacement of 1e-5 of the length along
+// the lowest mode out of the plane of spin, crosses zero at the frequency that the linearised equations have.
+TEST(RelativeEquilibrium, TheMotionVibratesAtTheseFrequencies) {
+  constexpr double kSpin = 0.5 * 22.3733;
+  Scene scene = beam_of(10, kAxial);
+  const RelativeEquilibrium found = equilibrium_of(scene, {0.0, 0.0, kSpin});
+  CartesianSystem system = true_geometry_of(scene);
+  system.spin = found.spin;
+  const SteadyMotion expected = steady_motion(system, found.displacements.reshaped());
+  const double omega = frequencies_along(expected, 2, 1.01 * kSpin)[0];
+  Eigen::Index mode = 0;
+  (expected.rates.array() - std::complex<double>(0.0, omega)).abs().minCoeff(&mode);
+  VectorXd shape = (expected.shapes.col(mode) / expected.shapes(2, mode)).real();
+  scene.fidelity = Fidelity::kCorotational;
+  scene.rate = 20000.0;
+  scene.initial.angular_velocity = found.spin;
+  for (Eigen::Index i = 0; i < 11; ++i) {
+    const Vector3d V = found.displacements.col(i) + 1e-5 * shape.segment<3>(3 * i);
+    scene.initial.points.push_back({static_cast<int>(i), V, Vector3d::Zero()});
+  }
+  const Plan plan = true_plan(scene);
+  Motion motion(plan, kMotionAlone);
+  std::vector<double> crossings;
+  double last = 1.0;
+  for (long k = 1; crossings.size() < 41; ++k) {
+    ASSERT_EQ(motion.advance().status, StepStatus::kOk);
+    const double z = read_point(plan, motion.state(), 0).V_B[2];
+    if ((z > 0.0) != (last > 0.0) && k > 1)
+      crossings.push_back((static_cast<double>(k) - z / (z - last)) / scene.rate);
+    last = z;
+  }
+  const double measured = 40.0 * M_PI / (crossings.back() - crossings.front());
+  double nearest = HUGE_VAL;
+  for (const SmallMotion& small : found.motions)
+    nearest = std::min(nearest, std::abs(small.rate.imag() - measured));
+  std::printf("%.8f rad/s measured, %.8f of the reference, linearised off by %.1e\n", measured, omega,
+              nearest / measured);
+  EXPECT_LT(nearest, kSame * measured);
+}
+
+// A gyrostat: an axisymmetric body with moments A across and C along its axis, which spins at W with a wheel
+// of momentum h along this axis, nutates at ((C - A) W + h) / A in its own axes. Its two light tips hang on
+// stiff beams.
+TEST(RelativeEquilibrium, AGyrostatNutatesAsARigidBody) {
+  constexpr double kSpin = 0.4, kMomentum = 5.0, kTip = 0.01, kArm = 0.5;
+  Scene scene;
+  add_point(scene, 8.0, Vector3d::Zero());
+  scene.points[0].inertia = Vector3d(2.0, 2.0, 3.0).asDiagonal();
+  for (const double z : {kArm, -kArm}) {
+    const int tip = add_point(scene, kTip, {0.0, 0.0, z});
+    add_link(scene, 0, tip, Beam{1e6, 1e6, 1e6, 1e6, {1.0, 0.0, 0.0}});
+  }
+  scene.wheels.push_back({.name = "wheel", .point = 0, .axis = {0.0, 0.0, 1.0}, .momentum = kMomentum});
+  const RelativeEquilibrium found = equilibrium_of(scene, {0.0, 0.0, kSpin});
+  const double A = 2.0 + 2.0 * kTip * kArm * kArm, expected = ((3.0 - A) * kSpin + kMomentum) / A;
+  ASSERT_FALSE(found.motions.empty());
+  std::printf("nutates at %.9f for %.9f rad/s, %.0f %% of the energy in the body\n",
+              found.motions[0].rate.imag(), expected, 100.0 * found.motions[0].share);
+  EXPECT_EQ(found.motions[0].mode, -1);
+  // the tips bend by (spin / omega)^2 of their rotation, omega = 49,000 rad/s
+  EXPECT_NEAR(found.motions[0].rate.imag(), expected, 1e-8 * expected);
+}
+
+TEST(RelativeEquilibrium, AMotionThatIsNotSteadyIsRefused) {
+  Random random(3);
+  const Scene scene = chain(random);
+  RelativeEquilibria equilibria(true_plan(scene), std::nullopt);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(build(scene).mass_properties.inertia);
+  const Vector3d between = axes.eigenvectors().col(0) + axes.eigenvectors().col(2);
+  EXPECT_NE(equilibria.find(0.1 * between).error.find("only about a principal axis"), std::string::npos)
+      << equilibria.find(0.1 * between).error;
+  Scene pushed = scene;
+  push(pushed, 0, Axes::kBody, {0.0, 0.0, 1.0});
+  EXPECT_NE(RelativeEquilibria(true_plan(pushed), 0.0).find(Vector3d::Zero()).error.find("turn the body"),
+            std::string::npos);
+  pushed.loads[0].axes = Axes::kWorld;
+  EXPECT_NE(RelativeEquilibria(true_plan(pushed), 0.0)
+                .find(axes.eigenvectors().col(2))
+                .error.find("world axes are not steady"),
+            std::string::npos);
+  const Scene row = beam_of(4, kAxial);
+  EXPECT_NE(RelativeEquilibria(true_plan(row), std::nullopt).find({0.1, 0.0, 1.0}).error.find("on a line"),
+            std::string::npos);
+  // the load acts only when it is asked for, and only while its history acts
+  EXPECT_EQ(RelativeEquilibria(true_plan(pushed), std::nullopt).find(Vector3d::Zero()).error, "");
+  pushed.loads[0].history = PulseHistory{1.0, 2.0};
+  EXPECT_EQ(RelativeEquilibria(true_plan(pushed), 0.0).find(Vector3d::Zero()).error, "");
+  EXPECT_NE(RelativeEquilibria(true_plan(pushed), 1.5).find(Vector3d::Zero()).error, "");
+}
+
+}  // namespace
+}  // namespace freeflex::testing

@@ -1,0 +1,82 @@
+// Random structures of every kind of link.
+#pragma once
+
+#include <vector>
+
+#include "tests/reference/random.hpp"
+#include "tests/setup/make_scene.hpp"
+
+namespace freeflex::testing {
+
+inline const Beam kBeam{.EA = 2e5, .GJ = 300.0, .EI_y = 200.0, .EI_z = 400.0, .y_axis = {0.1, 0.9, -0.2}};
+
+inline Scene chain(Random& random) {
+  Scene scene;
+  for (int i = 0; i < 7; ++i)
+    add_point(scene, 1.0 + 0.3 * random.one(), Eigen::Vector3d(i, 0.0, 0.0) + 0.3 * random.vector());
+  for (int i = 0; i < 6; ++i) add_link(scene, i, i + 1, kBeam);
+  return scene;
+}
+
+inline Scene hinged(Random& random) {
+  Scene scene = chain(random);
+  std::get<Beam>(scene.links[3].kind).released[0] = {false, true, true};
+  return scene;
+}
+
+inline Scene sheet(Random& random) {
+  Scene scene;
+  for (int i = 0; i < 9; ++i) add_point(scene, 1.0, Eigen::Vector3d(i % 3, i / 3, 0.1 * random.one()));
+  for (const int corner : {0, 1, 3, 4}) {
+    const Plate plate{1e6, 0.3, 0.05};
+    add_link(scene, {corner, corner + 1, corner + 4}, plate);
+    add_link(scene, {corner, corner + 4, corner + 3}, plate);
+  }
+  return scene;
+}
+
+inline Scene angles(Random& random) {
+  Scene scene;
+  for (int i = 0; i < 7; ++i) add_point(scene, 1.0, Eigen::Vector3d(i, 0.0, 0.0) + 0.4 * random.vector());
+  for (int i = 0; i < 6; ++i) add_link(scene, i, i + 1, Spring{2e4});
+  for (int i = 0; i < 5; ++i) add_link(scene, {i, i + 1, i + 2}, BendingSpring{300.0});
+  for (int i = 0; i < 4; ++i) add_link(scene, {i, i + 1, i + 2, i + 3}, TorsionSpring{200.0});
+  return scene;
+}
+
+// Three rigid bodies of four points each, joined by beams and a spring.
+inline Scene bodies(Random& random) {
+  Scene scene;
+  for (int b = 0; b < 3; ++b) {
+    const Eigen::Vector3d at(2.5 * b, 0.3 * b, 0.0);
+    std::vector<int> points;
+    for (const Eigen::Vector3d& corner : {Eigen::Vector3d(0.0, 0.0, 0.0), Eigen::Vector3d(0.6, 0.0, 0.1),
+                                          Eigen::Vector3d(0.1, 0.5, 0.0), Eigen::Vector3d(0.0, 0.1, 0.4)})
+      points.push_back(add_point(scene, 1.0 + 0.4 * random.one(), at + corner));
+    add_link(scene, points, Rigid{});
+  }
+  const int middle = add_point(scene, 0.8, {1.5, 0.2, 0.1});
+  add_link(scene, 1, middle, kBeam);
+  add_link(scene, middle, 4, kBeam);
+  add_link(scene, 5, 8, kBeam);
+  add_link(scene, 2, 10, Spring{3e3});
+  return scene;
+}
+
+// Two rigid bodies joined by springs alone.
+inline Scene sprung(Random& random) {
+  Scene scene;
+  std::vector<int> points[2];
+  for (int b = 0; b < 2; ++b) {
+    for (const Eigen::Vector3d& corner : {Eigen::Vector3d(0.0, 0.0, 0.0), Eigen::Vector3d(0.6, 0.0, 0.1),
+                                          Eigen::Vector3d(0.1, 0.5, 0.0), Eigen::Vector3d(0.0, 0.1, 0.4)})
+      points[b].push_back(
+          add_point(scene, 1.0 + 0.4 * random.one(), Eigen::Vector3d(1.5 * b, 0.3 * b, 0.0) + corner));
+    add_link(scene, points[b], Rigid{});
+  }
+  for (int i = 0; i < 4; ++i)
+    for (int j = 4; j < 8; ++j) add_link(scene, i, j, Spring{3e2});
+  return scene;
+}
+
+}  // namespace freeflex::testing
