@@ -20,6 +20,8 @@ enum class Fidelity : std::int32_t {
   kCorotational = 4,
   kFull = 5,
 };
+/// The cheapest rung on which links have their true geometry.
+inline constexpr Fidelity kTrueGeometry = Fidelity::kCorotational;
 
 /// Holds the properties of a rung. Code that needs a property reads it here and does not rely on the order of
 /// the rungs.

@@ -27,6 +27,7 @@ using Eigen::VectorXd;
 constexpr double kDifference = 1e-5;
 constexpr double kLonger = 3.0;  // [-] factor of the steps that check the finite differences
 constexpr int kMostIterations = 40;
+constexpr int kMostSteps = 16;  // from rest to the spin, if Newton's method fails in one step
 // [-] Newton's method has converged when a step is below kFound of the size, or below kNoise and no longer
 // decreasing.
 constexpr double kFound = 1e-12, kNoise = 1e-8;
@@ -63,7 +64,10 @@ bool has_world_loads(const StepPlan& plan) {
   });
 }
 
-std::string axis_text(const Vector3d& v) { return join_text(v[0], ",", v[1], ",", v[2]); }
+std::string axis_text(const Vector3d& v) {
+  const Vector3d x = (v.array().abs() < 1e-12 * v.norm()).select(Vector3d::Zero(), v);  // no rounding errors
+  return join_text(x[0], ",", x[1], ",", x[2]);
+}
 
 }  // namespace
 
@@ -257,27 +261,42 @@ std::string RelativeEquilibria::set_motions(const Vector& z, RelativeEquilibrium
   return {};
 }
 
+// Follows the steady motion from the shape of `q` to the whole spin in equal steps. Returns the error, or an
+// empty text.
+std::string RelativeEquilibria::follow(const Vector3d& asked, int num_steps, Vector& q, Vector3d& spin) {
+  const double rate = asked.norm();
+  spin = asked;
+  for (int k = 1; k <= num_steps; ++k) {
+    const double share = static_cast<double>(k) / num_steps;
+    spin *= rate > 0.0 ? share * rate / spin.norm() : 1.0;
+    if (std::string error = solve(share * rate, q, spin); !error.empty()) return error;
+  }
+  const double tilt =
+      rate > 0.0 ? std::atan2(spin.cross(asked).norm(), spin.dot(asked)) * 180.0 / std::numbers::pi : 0.0;
+  if (tilt <= kMostTilt) return {};
+  return join_text(
+      "a free body rotates steadily only about a principal axis, and the nearest one is ",
+      axis_text(spin.normalized()), ", ", tilt,
+      " degrees from the axis of --spin; give a spin about a principal axis, which freeflex modes "
+      "prints");
+}
+
 RelativeEquilibrium RelativeEquilibria::find(const Vector3d& asked) {
   RelativeEquilibrium motion;
   motion.spin = asked;
-  const double rate = asked.norm();
   motion.error = refusal(asked);
-  Vector q = q_;
-  if (motion.error.empty()) motion.error = solve(rate, q, motion.spin);
   if (!motion.error.empty()) return motion;
-  const double tilt = rate > 0.0 ? std::atan2(motion.spin.cross(asked).norm(), motion.spin.dot(asked)) : 0.0;
-  if (tilt * 180.0 / std::numbers::pi > kMostTilt) {
-    motion.error =
-        join_text("a free body rotates steadily only about a principal axis, and the nearest one is ",
-                  axis_text(motion.spin.normalized()), ", ", tilt * 180.0 / std::numbers::pi,
-                  " degrees from the axis of --spin; give a spin about a principal axis, which "
-                  "freeflex modes prints");
-    return motion;
+  Vector q = q_;
+  motion.error = follow(asked, 1, q, motion.spin);
+  if (!motion.error.empty() && asked.norm() > 0.0) {
+    q.setZero();
+    motion.error = follow(asked, kMostSteps, q, motion.spin);
   }
+  if (!motion.error.empty()) return motion;
   const Vector z = steady_state(q, motion.spin);
   const Vector3d moment = rates(z, motion.spin).segment<3>(2 * n_);
-  const double lowest = scale_.minCoeff();
-  if (moment.norm() > kUnbalanced * plan_.mass * size_ * size_ * lowest * lowest) {
+  if (const double lowest = scale_.minCoeff();
+      moment.norm() > kUnbalanced * plan_.mass * size_ * size_ * lowest * lowest) {
     motion.error = join_text("the loads turn the body: their moment is ", axis_text(moment),
                              " N m about the centre of mass of the deformed body; steady loads have none");
     return motion;

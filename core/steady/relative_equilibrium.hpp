@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/step/plan.hpp"
 #include "core/step/loads/step_loads.hpp"
+#include "core/step/plan.hpp"
 
 namespace freeflex {
 
@@ -56,6 +56,7 @@ class RelativeEquilibria {
   Vector rates(const Vector& z, const Eigen::Vector3d& spin);
   void renew_joints(const Vector& z, const Eigen::Vector3d& spin);
   std::string solve(double rate, Vector& q, Eigen::Vector3d& spin);
+  std::string follow(const Eigen::Vector3d& asked, int num_steps, Vector& q, Eigen::Vector3d& spin);
   Eigen::MatrixXd linearise(const Vector& z, const Eigen::Vector3d& spin, double stretch);
   std::string set_motions(const Vector& z, RelativeEquilibrium& motion);
 

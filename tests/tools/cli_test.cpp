@@ -28,6 +28,10 @@ TEST(CommandLine, WrongUsageGivesExitTwo) {
                                 "nonsense",
                                 "check",
                                 "modes --count x a.yaml",
+                                "modes --spin 1,2 a.yaml",
+                                "modes --spin 0..0 a.yaml",
+                                "modes --at 1 a.yaml",
+                                "modes --spin 1 --plot a.svg a.yaml",
                                 "run a.yaml",
                                 "push",
                                 "push --point a --control run",
@@ -291,6 +295,42 @@ TEST(Modes, TheRepeatedFrequencyOfTheRotorIsMarked) {
   const Json modes = Json::parse(outcome.out)["modes"];
   EXPECT_EQ(modes[0]["cluster"], modes[1]["cluster"]);
   EXPECT_NE(modes[1]["cluster"], modes[2]["cluster"]);
+}
+
+// Eleven points of 1 kg on beams with EI = 2200 N m^2. A follower thrust of 20 EI / L^2 = 440 N at one end
+// lowers the lowest frequency to 7.4125 rad/s, a spin of 0.34 of 8.7853 rad/s raises it to 10.2314 rad/s
+// (true_beam_test).
+TEST(Modes, ASpinningBeamAndARocketHaveOtherFrequencies) {
+  const TemporaryFolder folder;
+  std::string text = "rate: 1000\npoints:\n";
+  for (int i = 0; i < 11; ++i)
+    text += "  - {name: p" + std::to_string(i) + ", mass: 1, at: [" + std::to_string(i) + ", 0, 0]}\n";
+  text += "links:\n";
+  for (int i = 0; i < 10; ++i)
+    text += "  - {beam: [p" + std::to_string(i) + ", p" + std::to_string(i + 1) +
+            "], EA: 1e7, GJ: 2200, EIy: 2200, EIz: 2200, y_axis: [0, 1, 0]}\n";
+  text += "loads: [{name: thrust, axes: local, forces: {p0: [440, 0, 0]}}]\n";
+  write_text(folder / "beam.yaml", text);
+  const auto motions = [&](const std::string& arguments) {
+    const Outcome outcome = run(kFreeflex + " modes --json " + folder / "beam.yaml" + arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return Json::parse(outcome.out)["steady"];
+  };
+  const Json rocket = motions(" --loads");
+  ASSERT_EQ(rocket.size(), 1u);
+  EXPECT_NEAR(2.0 * M_PI * rocket[0]["motions"][0]["frequency"].get<double>(), 7.4125, 1e-4);
+  const Json spinning = motions(" --spin 0,0,2.987");
+  EXPECT_NEAR(2.0 * M_PI * spinning[0]["motions"][1]["frequency"].get<double>(), 10.2314, 1e-4);
+  EXPECT_LT(spinning[0]["accuracy"], 1e-8);
+  const Json range = motions(" --spin 0..2.987 --plot " + folder / "campbell.svg");
+  ASSERT_EQ(range.size(), 41u);
+  EXPECT_NEAR(range[0]["motions"][0]["frequency"].get<double>() * 2.0 * M_PI, 8.7853, 1e-4);
+  EXPECT_TRUE(contains(read_text(folder / "campbell.svg"), "<svg"));
+  const std::string table = run(kFreeflex + " modes " + folder / "beam.yaml" + " --spin 0..2.987").out;
+  EXPECT_TRUE(contains(table, "axis of spin       0 0 1 (body axes), at 2.987 rad/s\n")) << table;
+  const Outcome refused = run(kFreeflex + " modes " + folder / "beam.yaml" + " --spin 1,0,0");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_TRUE(contains(refused.err, "all points lie on a line")) << refused.err;
 }
 
 // The angle between the two springs is a mechanism, on which feedback acts. The angle oscillates if the

@@ -58,6 +58,7 @@ TEST_F(Help, ListsTheJsonFieldsOfCommandsThatExamineAScene) {
   expect_documented("check --json bad.yaml", 2);
   expect_documented("modes --json scene.yaml");
   expect_documented("modes --json " + kGolden + "chain.yaml");
+  expect_documented("modes --json " + kScenes + "boom.yaml --spin 1");
   expect_documented("inspect --json scene.yaml");
   expect_documented("inspect --json " + kGolden + "chain.yaml");
   expect_documented("loads --json scene.yaml --force d=1,0,0");

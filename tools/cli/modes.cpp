@@ -12,6 +12,7 @@
 #include "core/plan/modes/free_forces.hpp"
 #include "core/structure/modes/dense/decompositions.hpp"
 #include "tools/cli/commands.hpp"
+#include "tools/cli/steady_modes.hpp"
 #include "tools/plot/chart.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"
@@ -27,11 +28,15 @@ struct ModesOptions {
   std::string plot;  // picture file, empty for no picture
   int count = 30;
   bool json = false;
+  bool has_loads = false;
+  double at = 0.0;  // [s]
+  std::string spin;
 };
 
 constexpr const char* kModesFooter = R"(Example:
   freeflex modes service/scenes/rotor.yaml --count 8
   freeflex modes boom.yaml --set points.tip.mass=3
+  freeflex modes boom.yaml --spin 0..2 --plot campbell.svg
 JSON fields:
   name, points, links, rigid_freedoms, elastic_freedoms
                the last four are counts
@@ -50,7 +55,11 @@ JSON fields:
   coupling     what couples the modes, as a text;  dependent_loads: names of loads that depend on the elastic
                motion
   step_error   largest splitting error of a tick, relative to the damping in that tick;  null: no splitting
-Exit codes: 0 done, 1 the picture was not written, 2 the scene or plan has errors.)";
+JSON fields with --spin or --loads: name, and
+  steady       for each spin: spin [rad/s], body axes; displacement [m], the largest of a point; accuracy [-] of
+               the motions; motions, for each: frequency [Hz], damping_ratio, decay_rate [1/s], mode and share
+               (number of the mode with most of its energy, null for the rotation of the body, and its share)
+Exit codes: 0 done, 1 the picture was not written or there is no steady motion, 2 the scene or plan has errors.)";
 
 struct Frequency {
   double hertz = 0.0;  // [Hz] frequency of the structure alone
@@ -326,6 +335,10 @@ int plot_modes(const ModesOptions& options) {
 }
 
 int modes(const ModesOptions& options) {
+  if (!options.spin.empty() || options.has_loads)
+    return steady_modes({options.input, options.settings, options.spin,
+                         options.has_loads ? std::optional(options.at) : std::nullopt, options.plot,
+                         options.count, options.json});
   if (!options.plot.empty())
     if (const int code = plot_modes(options); code != kExitOk) return code;
   const std::optional<Plan> plan = load_or_explain(options.input, 0.0, {}, options.settings);
@@ -398,7 +411,26 @@ void add_modes(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(whole_number(0, kMost<int>))
       ->type_name("N");
-  command->add_option("--plot", options->plot, std::string("shapes of the lowest 12 modes: ") + kPictures)
+  command
+      ->add_option("--spin", options->spin,
+                   "instead the small motions about a steady rotation at X,Y,Z [rad/s], body axes, with true "
+                   "geometry; W for the axis of the largest moment of inertia; 0..X,Y,Z or 0..W for a range")
+      ->check(check_spin)
+      ->type_name("SPIN");
+  CLI::Option* loads =
+      command->add_flag("--loads", options->has_loads,
+                        "instead the small motions under the built-in loads, with true geometry");
+  command
+      ->add_option("--at", options->at, "time [s] at which --loads takes the values of the loads, default 0")
+      ->needs(loads)
+      ->check(not_negative())
+      ->type_name("SECONDS");
+  command
+      ->add_option(
+          "--plot", options->plot,
+          std::string(
+              "shapes of the lowest 12 modes, or with a range of --spin frequency and damping over spin: ") +
+              kPictures)
       ->check([](const std::string& path) {
         return is_picture(path) ? std::string() : "the value is '" + path + "', but must be " + kPictures;
       })

@@ -1,0 +1,361 @@
+#include "tools/cli/steady_modes.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <vector>
+
+#include "core/plan/make_plan.hpp"
+#include "core/steady/relative_equilibrium.hpp"
+#include "core/structure/structure.hpp"
+#include "tools/cli/commands.hpp"
+#include "tools/plot/chart.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/terminal/json.hpp"
+#include "tools/terminal/usage.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kNumSpins = 41;          // of a range, with its ends
+constexpr std::size_t kMostDrawn = 6;  // branches in a picture and in the table of a range
+constexpr double kAccurate = 1e-4;     // [-] a worse accuracy is a warning
+// [-] A motion grows if its rate exceeds this share of its frequency. Less is the rounding error of equal
+// frequencies.
+constexpr double kGrowth = 1e-7;
+// The work grows with the cube of the number of freedoms. 1,000 take some two minutes.
+constexpr int kMostFreedoms = 1000;
+
+struct Spin {
+  Vector3d value = Vector3d::Zero();  // [rad/s] body axes
+  bool is_range = false;
+};
+
+/// The numbers of --spin: three, or one for the axis of the largest moment of inertia.
+struct SpinNumbers {
+  std::vector<double> numbers;
+  bool is_range = false;
+};
+std::optional<SpinNumbers> parse_spin(std::string text) {
+  SpinNumbers result;
+  if (text.starts_with("0..")) result.is_range = true, text.erase(0, 3);
+  for (const std::size_t count : {1U, 3U}) {
+    const auto parsed = parse_named_numbers("spin=" + text, count);
+    if (!parsed) continue;
+    result.numbers = parsed->numbers;
+    const bool is_zero =
+        std::all_of(result.numbers.begin(), result.numbers.end(), [](double x) { return x == 0.0; });
+    if (is_zero && result.is_range) return std::nullopt;
+    return result;
+  }
+  return std::nullopt;
+}
+
+/// Returns the unit vector of the axis of the largest moment of inertia, whose largest component is positive.
+Vector3d axis_of_largest_inertia(const StepPlan& plan) {
+  const Eigen::Matrix3d inertia =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(plan.inertia.data());
+  Vector3d axis = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia).eigenvectors().col(2);
+  Eigen::Index largest = 0;
+  axis.cwiseAbs().maxCoeff(&largest);
+  return axis[largest] < 0.0 ? -axis : axis;
+}
+
+Spin spin_of(const std::string& text, const StepPlan& plan) {
+  if (text.empty()) return {};
+  const SpinNumbers parsed = *parse_spin(text);  // check_spin() has checked it
+  if (parsed.numbers.size() == 1) return {parsed.numbers[0] * axis_of_largest_inertia(plan), parsed.is_range};
+  return {Eigen::Map<const Vector3d>(parsed.numbers.data()), parsed.is_range};
+}
+
+/// Returns the full plan with true geometry. Prints the faults.
+std::optional<Plan> load(const std::string& path, const io::Settings& settings) {
+  if (io::is_plan_file(path)) {
+    print_error(path + " is a plan; --spin and --loads need the scene that it was made from");
+    return std::nullopt;
+  }
+  io::SceneResult read = io::read_scene(path, settings);
+  std::optional<Plan> plan;
+  if (read.scene) {
+    const Progress progress("set-up");
+    const auto structure = build_structure(*read.scene, read.faults);
+    if (structure && structure->omega.size() <= kMostFreedoms) {
+      read.scene->fidelity = kTrueGeometry;
+      plan = make_full_plan(*read.scene, *structure, kTrueGeometry, read.faults);
+    } else if (structure) {
+      add_error(read.faults, {},
+                join_text("the scene has ", structure->omega.size(),
+                          " elastic freedoms, but --spin and --loads take at "
+                          "most ",
+                          kMostFreedoms, "; use a coarser mesh"));
+    }
+  }
+  print_faults(read.faults, read.sources);
+  if (!plan && read.scene)
+    print_error("--spin and --loads linearise the rung corotational, which does not take this scene");
+  return plan;
+}
+
+bool grows(const SmallMotion& small) { return small.rate.real() > kGrowth * std::abs(small.rate); }
+double hertz(const SmallMotion& small) { return small.rate.imag() / (2.0 * std::numbers::pi); }
+double ratio(const SmallMotion& small) {
+  const double size = std::abs(small.rate);
+  return size > 0.0 ? -small.rate.real() / size : 0.0;
+}
+int number_of(const Plan& plan, int mode) {
+  return plan.mode_numbers.empty() ? mode + 1 : plan.mode_numbers[index(mode)];
+}
+
+Json json_of(const Plan& plan, const RelativeEquilibrium& found) {
+  Json motions = Json::array();
+  for (const SmallMotion& small : found.motions)
+    motions.push_back({{"frequency", hertz(small)},
+                       {"damping_ratio", ratio(small)},
+                       {"decay_rate", -small.rate.real()},
+                       {"mode", small.mode < 0 ? Json() : Json(number_of(plan, small.mode))},
+                       {"share", small.share}});
+  return {{"spin", {found.spin[0], found.spin[1], found.spin[2]}},
+          {"displacement", found.displacements.colwise().norm().maxCoeff()},
+          {"accuracy", found.accuracy},
+          {"motions", motions}};
+}
+
+void warn_of_accuracy(const RelativeEquilibrium& found) {
+  if (found.accuracy > kAccurate)
+    print_warning(format_text(
+        "the frequencies are accurate to %.2g only, because the stiffest links are very stiff beside "
+        "the softest; lower the stiffness of links that hardly stretch",
+        found.accuracy));
+}
+
+std::string loads_text(const SteadyOptions& options) {
+  return options.loads_at ? format_text("as at %.10g s", *options.loads_at) : "none";
+}
+
+/// Returns the components as text. Rounding errors are shown as zero.
+std::string vector_text(const Vector3d& v) {
+  const Vector3d x = (v.array().abs() < 1e-12 * v.norm()).select(Vector3d::Zero(), v);
+  return format_text("%.10g %.10g %.10g", x[0], x[1], x[2]);
+}
+
+void print_motion(const Plan& plan, const SmallMotion& small) {
+  const bool oscillates = small.rate.imag() > 0.0;
+  const std::string like =
+      small.mode < 0 ? "rotation of the body" : "mode " + std::to_string(number_of(plan, small.mode));
+  std::printf(
+      "  %-16s  %-12s  %-12.4g  %s, %.0f %%\n", oscillates ? format_text("%.10g", hertz(small)).c_str() : "-",
+      oscillates
+          ? format_text("%.4g",
+                        std::abs(small.rate.real()) < kGrowth * std::abs(small.rate) ? 0.0 : ratio(small))
+                .c_str()
+          : "-",
+      std::abs(small.rate.real()) < kGrowth * std::abs(small.rate) ? 0.0 : small.rate.real(), like.c_str(),
+      100.0 * small.share);
+}
+
+int show_one(const Plan& plan, const SteadyOptions& options, const Spin& spin) {
+  const RelativeEquilibrium found = [&] {
+    const Progress progress("small motions");
+    return RelativeEquilibria(plan, options.loads_at).find(spin.value);
+  }();
+  if (!found.error.empty()) return print_error(found.error), kExitDiffers;
+  warn_of_accuracy(found);
+  if (options.json) {
+    Json out{{"name", plan.name}};
+    out["steady"] = Json::array({json_of(plan, found)});
+    print_json(out);
+    return kExitOk;
+  }
+  Eigen::Index point = 0;
+  const double largest = found.displacements.colwise().norm().maxCoeff(&point);
+  std::printf("%s\n", plan.name.c_str());
+  std::printf("spin               %s rad/s (body axes)\n", vector_text(found.spin).c_str());
+  const bool is_idle = options.loads_at && largest == 0.0;
+  std::printf("loads              %s%s\n", loads_text(options).c_str(), is_idle ? ", when none acts" : "");
+  std::printf("displacement       up to %.4g m, of point '%s'\n", largest,
+              plan.points[index(point)].name.c_str());
+  std::printf(
+      "small motions      about this steady motion, in the axes of the body, to a relative accuracy of "
+      "%.1g\n",
+      found.accuracy);
+  std::printf("  frequency [Hz]    damping       growth [1/s]  most of the energy\n");
+  const std::size_t shown =
+      options.count > 0 ? std::min(index(options.count), found.motions.size()) : found.motions.size();
+  for (std::size_t k = 0; k < shown; ++k) print_motion(plan, found.motions[k]);
+  if (shown < found.motions.size())
+    std::printf("  ... %zu more up to %.10g Hz (--count 0 shows all)\n", found.motions.size() - shown,
+                hertz(found.motions.back()));
+  if (std::any_of(found.motions.begin(), found.motions.end(), grows))
+    std::printf("unstable           some motions grow, see the column growth\n");
+  return kExitOk;
+}
+
+/// A motion followed over a range of spins; NaN where it does not exist.
+struct Branch {
+  std::string name;
+  std::vector<std::complex<double>> rates;  // [1/s]
+};
+constexpr std::complex<double> kMissing{std::numeric_limits<double>::quiet_NaN(),
+                                        std::numeric_limits<double>::quiet_NaN()};
+
+/// Follows the motions from spin to spin: each continues the branch whose linear extrapolation is nearest.
+std::vector<Branch> branches_of(const Plan& plan, const std::vector<RelativeEquilibrium>& all) {
+  std::vector<Branch> branches;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const std::vector<SmallMotion>& motions = all[k].motions;
+    struct Pair {
+      double distance;
+      std::size_t branch, motion;
+    };
+    std::vector<Pair> pairs;
+    for (std::size_t b = 0; b < branches.size(); ++b) {
+      const auto& rates = branches[b].rates;
+      if (std::isnan(rates[k - 1].real())) continue;
+      const bool has_two = k > 1 && !std::isnan(rates[k - 2].real());
+      const std::complex<double> next = has_two ? 2.0 * rates[k - 1] - rates[k - 2] : rates[k - 1];
+      for (std::size_t m = 0; m < motions.size(); ++m)
+        pairs.push_back({std::abs(motions[m].rate - next), b, m});
+    }
+    std::sort(pairs.begin(), pairs.end(),
+              [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
+    std::vector<bool> is_taken(motions.size());
+    for (Branch& branch : branches) branch.rates.push_back(kMissing);
+    for (const Pair& pair : pairs) {
+      if (is_taken[pair.motion] || !std::isnan(branches[pair.branch].rates[k].real())) continue;
+      is_taken[pair.motion] = true;
+      branches[pair.branch].rates[k] = motions[pair.motion].rate;
+    }
+    for (std::size_t m = 0; m < motions.size(); ++m) {
+      if (is_taken[m]) continue;
+      Branch& fresh = branches.emplace_back();
+      fresh.name = motions[m].mode < 0 ? "body"
+                   : k == 0            ? "mode " + std::to_string(number_of(plan, static_cast<int>(m)))
+                                       : "-";
+      fresh.rates.assign(k, kMissing);
+      fresh.rates.push_back(motions[m].rate);
+    }
+  }
+  // the lowest first, by the first frequency that is not zero
+  const auto lowest = [](const Branch& branch) {
+    for (const auto rate : branch.rates)
+      if (rate.imag() > 0.0) return rate.imag();
+    return HUGE_VAL;
+  };
+  std::stable_sort(branches.begin(), branches.end(),
+                   [&](const Branch& a, const Branch& b) { return lowest(a) < lowest(b); });
+  return branches;
+}
+
+std::string draw(const Plan& plan, const std::string& path, const std::vector<double>& spins,
+                 const std::vector<Branch>& branches) {
+  Panel frequency{"frequency [Hz]", spins, {}, {}},
+      damping{"damping ratio [-], negative where a motion grows", spins, {}, {0.0}};
+  for (const Branch& branch : branches) {
+    Series of_frequency{branch.name, {}}, of_damping{branch.name, {}};
+    for (const std::complex<double> rate : branch.rates) {
+      of_frequency.y.push_back(rate.imag() / (2.0 * std::numbers::pi));
+      const double size = std::abs(rate), growth = std::abs(rate.real()) < kGrowth * size ? 0.0 : rate.real();
+      of_damping.y.push_back(std::isnan(size) ? size : -growth / size);
+    }
+    frequency.series.push_back(std::move(of_frequency));
+    damping.series.push_back(std::move(of_damping));
+  }
+  Series once{"once a turn", {}};
+  for (const double spin : spins) once.y.push_back(spin / (2.0 * std::numbers::pi));
+  frequency.series.push_back(std::move(once));
+  return plot_panels(path, plan.name + ": small motions over spin, body axes", "spin [rad/s]",
+                     {frequency, damping});
+}
+
+void print_range(const Plan& plan, const SteadyOptions& options, const std::vector<double>& spins,
+                 const std::vector<Branch>& branches, const RelativeEquilibrium& last) {
+  std::printf("%s\n", plan.name.c_str());
+  std::printf("axis of spin       %s (body axes), at %.10g rad/s\n",
+              vector_text(last.spin.normalized()).c_str(), spins.back());
+  std::printf("loads              %s\n", loads_text(options).c_str());
+  std::printf("small motions      frequencies [Hz] in the axes of the body, to a relative accuracy of %.1g\n",
+              last.accuracy);
+  std::printf("  %-14s", "spin [rad/s]");
+  for (const Branch& branch : branches) std::printf("  %-14s", branch.name.c_str());
+  std::printf("\n");
+  bool has_growth = false;
+  for (std::size_t k = 0; k < spins.size(); k += 4) {
+    std::printf("  %-14.6g", spins[k]);
+    for (const Branch& branch : branches) {
+      const std::complex<double> rate = branch.rates[k];
+      const bool is_growing = rate.real() > kGrowth * std::abs(rate);
+      has_growth = has_growth || is_growing;
+      std::printf("  %-14s",
+                  std::isnan(rate.real())
+                      ? "-"
+                      : format_text("%.8g%s", rate.imag() / (2.0 * std::numbers::pi), is_growing ? " *" : "")
+                            .c_str());
+    }
+    std::printf("\n");
+  }
+  if (has_growth) std::printf("unstable           motions marked * grow\n");
+}
+
+int show_range(const Plan& plan, const SteadyOptions& options, const Spin& spin) {
+  std::vector<RelativeEquilibrium> all;
+  std::vector<double> spins;
+  {
+    Progress progress("small motions");
+    RelativeEquilibria equilibria(plan, options.loads_at);
+    for (int k = 0; k < kNumSpins; ++k) {
+      const double share = static_cast<double>(k) / (kNumSpins - 1);
+      all.push_back(equilibria.find(share * spin.value));
+      spins.push_back(share * spin.value.norm());
+      if (!all.back().error.empty()) break;
+      progress.update(share);
+    }
+  }
+  if (!all.back().error.empty()) {
+    print_error(format_text("at a spin of %.6g rad/s: ", spins.back()) + all.back().error);
+    return kExitDiffers;
+  }
+  warn_of_accuracy(all.back());
+  std::vector<Branch> branches = branches_of(plan, all);
+  branches.resize(
+      std::min({kMostDrawn, branches.size(), options.count > 0 ? index(options.count) : kMostDrawn}));
+  if (!options.plot.empty())
+    if (const std::string error = draw(plan, options.plot, spins, branches); !error.empty())
+      return print_error(error), kExitDiffers;
+  if (options.json) {
+    Json out{{"name", plan.name}};
+    out["steady"] = Json::array();
+    for (const RelativeEquilibrium& found : all) out["steady"].push_back(json_of(plan, found));
+    print_json(out);
+    return kExitOk;
+  }
+  print_range(plan, options, spins, branches, all.back());
+  return kExitOk;
+}
+
+}  // namespace
+
+std::string check_spin(const std::string& text) {
+  if (parse_spin(text)) return {};
+  return "the value is '" + text +
+         "', but must be X,Y,Z or W [rad/s], or 0..X,Y,Z or 0..W for a range that ends above zero";
+}
+
+int steady_modes(const SteadyOptions& options) {
+  const bool is_range = options.spin.starts_with("0..");
+  if (!options.plot.empty() && !is_range) {
+    print_error("--plot draws frequencies over a range of spins; give --spin 0..X,Y,Z or 0..W");
+    return kExitUsage;
+  }
+  const std::optional<Plan> plan = load(options.scene, options.settings);
+  if (!plan) return kExitUsage;
+  if (plan->attractor_mu > 0.0)
+    print_warning("the small motions do not include the attraction of the attractor");
+  const Spin spin = spin_of(options.spin, *plan);
+  return spin.is_range ? show_range(*plan, options, spin) : show_one(*plan, options, spin);
+}
+
+}  // namespace freeflex::tools
