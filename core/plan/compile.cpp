@@ -269,13 +269,17 @@ void refuse_bodies(const Scene& scene, const ResolvedScene& resolved, Fidelity r
               " does not support, because the motion inside the link is unknown; set fidelity: spin-loaded "
               "or a lower rung"));
   if (!traits_of(rung).has_true_geometry) return;
+  std::vector<bool> is_on_body(scene.points.size());
+  for (const Link& link : scene.links)
+    for (const int point : link.points) is_on_body[index(point)] = is_on_body[index(point)] || is_rigid(link);
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
-    if (point.mass > 0.0) continue;
+    if (point.mass > 0.0 || is_on_body[i]) continue;
     return add_error(
         faults, point.origin,
-        join_text("point ", quoted(point.name, static_cast<int>(i)), " has no mass, which fidelity ",
-                  name_of(rung), " does not support; set fidelity: coupled or a lower rung"));
+        join_text(
+            "point ", quoted(point.name, static_cast<int>(i)), " has no mass, which fidelity ", name_of(rung),
+            " supports on rigid links only; give it some mass, or set fidelity: coupled or a lower rung"));
   }
   for (std::size_t i = 0; i < scene.links.size(); ++i)
     if (resolved.links[i].has_mass)

@@ -303,6 +303,56 @@ Scene light_bodies(double phase, double kick, double& lowest) {
   return scene;
 }
 
+// A hub with inertia carries a jet and the foot of a boom on a rigid link. Jet and foot have the mass `mass`.
+Scene craft(double mass) {
+  Scene scene;
+  add_point(scene, 6.0, Vector3d::Zero());
+  scene.points[0].inertia << 3.0, 0.2, 0.1, 0.2, 2.0, 0.0, 0.1, 0.0, 4.0;
+  scene.points[0].offset = {0.05, -0.1, 0.15};
+  add_point(scene, mass, {-0.4, 0.3, 0.2});
+  add_point(scene, mass, {0.5, 0.0, 0.1});
+  add_link(scene, {0, 1, 2}, Rigid{});
+  for (int i = 3; i < 6; ++i) {
+    add_point(scene, 0.8, {1.2 * i - 2.4, 0.1 * i, 0.0});
+    add_link(scene, i - 1, i, kBeam);
+  }
+  scene.fidelity = Fidelity::kCorotational;
+  scene.rate = 1000.0;
+  scene.initial.angular_velocity = {0.7, -0.3, 0.5};
+  return scene;
+}
+
+Vector3d tip_after(const Scene& scene, double time) {
+  const Plan plan = compile(scene);
+  Motion motion(plan, kMotionAlone);
+  for (long k = 0; k < std::lround(time * scene.rate); ++k)
+    EXPECT_EQ(motion.advance().status, StepStatus::kOk);
+  const PointState tip = read_point(plan, motion.state(), static_cast<int>(scene.points.size()) - 1);
+  return {tip.p_W[0], tip.p_W[1], tip.p_W[2]};
+}
+
+TEST(TurningBodies, AMasslessPointOfABodyMovesAndIsPushedWithIt) {
+  const Vector3d force(3.0, -8.0, 5.0);
+  Scene scene = craft(0.0);
+  push(scene, 1, Axes::kLocal, force);
+  const Vector3d tip = tip_after(scene, 1.0);
+  // the same wrench on the hub
+  Scene wrench = craft(0.0);
+  push(wrench, 0, Axes::kLocal, force);
+  wrench.loads[0].torques.push_back({0, (scene.points[1].position - scene.points[0].position).cross(force)});
+  EXPECT_LT((tip_after(wrench, 1.0) - tip).norm(), 1e-12);
+  // the limit of light points: the difference is of the order of their mass
+  const auto of_mass = [&](double mass) {
+    Scene light = craft(mass);
+    push(light, 1, Axes::kLocal, force);
+    return (tip_after(light, 1.0) - tip).norm();
+  };
+  const double coarse = of_mass(1e-5), fine = of_mass(1e-6);
+  std::printf("points of 1e-5 and 1e-6 kg change the motion by %.2e and %.2e m\n", coarse, fine);
+  EXPECT_LT(coarse, 1e-4);
+  EXPECT_NEAR(coarse / fine, 10.0, 0.1);
+}
+
 struct Growth {
   double rise = 0.0;  // [-] largest rise of the energy over the largest elastic energy
   StepStatus status = StepStatus::kOk;
