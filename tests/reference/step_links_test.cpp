@@ -70,11 +70,16 @@ TEST(StepLinks, TheGradientOfABeamIsThatOfTheReferenceAtAnyRotation) {
         end = turn * quaternion_of(size * random.vector()).toRotationMatrix() * exact.rest;
       LinkGradient expected;
       exact.evaluate(d, ends, false, expected);
-      const BeamConstants constants{exact.length,
-                                    beam.EA / exact.length,
-                                    exact.torsion,
-                                    {exact.symmetric[0], exact.symmetric[1]},
-                                    {exact.antisymmetric[0], exact.antisymmetric[1]}};
+      BeamConstants constants{exact.length,
+                              beam.EA / exact.length,
+                              exact.torsion,
+                              {exact.symmetric[0], exact.symmetric[1]},
+                              {exact.antisymmetric[0], exact.antisymmetric[1]}};
+      for (std::size_t plane = 0; plane < 2; ++plane) {
+        const double phi = exact.phi[plane], bending = 1.0 / (1.0 + phi);
+        constants.shear[plane] = phi * bending;
+        constants.skew_bow[plane] = bending * bending * (1.0 / 40.0 - phi * phi / 8.0);
+      }
       const auto end_of = [](const Matrix3d& end) {
         return BeamEnd{array_of(Vector3d(end.col(0))), array_of(Vector3d(end.col(1)))};
       };

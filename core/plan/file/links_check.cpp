@@ -112,7 +112,8 @@ class LinksCheck {
       if (!is_link(beam.link) || !is_point(beam.points[0]) || !is_point(beam.points[1]) ||
           !is_end(beam.ends[0]) || !is_end(beam.ends[1]) || !are_finite(beam.span) ||
           !are_finite(beam.axes) || !std::isfinite(c.length) || !std::isfinite(c.axial) ||
-          !std::isfinite(c.torsion) || !are_finite(c.symmetric) || !are_finite(c.antisymmetric))
+          !std::isfinite(c.torsion) || !are_finite(c.symmetric) || !are_finite(c.antisymmetric) ||
+          !are_finite(c.shear) || !are_finite(c.skew_bow))
         return false;
     }
     for (const PlanTruePlate& plate : links_.plates) {

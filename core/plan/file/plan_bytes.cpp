@@ -148,7 +148,8 @@ void fields(Archive& archive, T& k) {
 
 template <typename Archive, Is<BeamConstants> T>
 void fields(Archive& archive, T& b) {
-  all_of<BeamConstants>(archive, b.length, b.axial, b.torsion, b.symmetric, b.antisymmetric);
+  all_of<BeamConstants>(archive, b.length, b.axial, b.torsion, b.symmetric, b.antisymmetric, b.shear,
+                        b.skew_bow);
 }
 
 template <typename Archive, Is<PlateConstants> T>
@@ -205,7 +206,7 @@ void fields(Archive& archive, T& t) {
 
 template <typename Archive, Is<PlanCurveLink> T>
 void fields(Archive& archive, T& l) {
-  all_of<PlanCurveLink>(archive, l.points, l.joints, l.direction, l.length);
+  all_of<PlanCurveLink>(archive, l.points, l.joints, l.direction, l.length, l.skew_bow);
 }
 
 template <typename Archive, Is<PlanCurvePlate> T>

@@ -167,6 +167,9 @@ PlanTrueBeam true_beam(const Scene& scene, const Freedoms& freedoms, const Numbe
   for (std::size_t p = 0; p < 2; ++p) {
     result.constants.symmetric[p] = EI[p] / L;
     result.constants.antisymmetric[p] = 3.0 * EI[p] / (L * (1.0 + ratio[p]));
+    const double bending = 1.0 / (1.0 + ratio[p]), shear = ratio[p] / (1.0 + ratio[p]);
+    result.constants.shear[p] = shear;
+    result.constants.skew_bow[p] = bending * bending / 40.0 - shear * shear / 8.0;
   }
   for (int k = 0; k < 2; ++k) {
     result.points[index(k)] = link.points[index(k)];
@@ -302,7 +305,9 @@ void compile_curve(const Scene& scene, const Structure& structure, const LinkFac
                        to_array(Vector3d(span.stableNormalized())),
                        span.stableNorm()};
     if (is_beam) {
-      each.joints = {links.beams[next_beam].ends[0].joint, links.beams[next_beam].ends[1].joint};
+      const PlanTrueBeam& beam = links.beams[next_beam];
+      each.joints = {beam.ends[0].joint, beam.ends[1].joint};
+      each.skew_bow = 0.5 * (beam.constants.skew_bow[0] + beam.constants.skew_bow[1]);
       ++next_beam;
     }
     add_strain(natural_row(factor, factor.natural_of[k], 0));

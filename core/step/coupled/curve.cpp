@@ -42,8 +42,10 @@ void set_shape(const StepPlan& plan, const double* soft, std::span<const Vec3> V
     bend.across = across(d);
     if (link.joints[0] < 0) continue;
     const Vec3 chord = scale(1.0 / link.length, cross(u, d));
-    bend.first = sub(across(rotation(link.joints[0])), chord);
-    bend.second = sub(across(rotation(link.joints[1])), chord);
+    const Vec3 first = sub(across(rotation(link.joints[0])), chord);
+    const Vec3 second = sub(across(rotation(link.joints[1])), chord);
+    bend.bent = sub(second, first);
+    bend.skew = add(first, second);
   }
   for (std::size_t k = 0; k < curve.plates.size(); ++k) {
     const PlanCurvePlate& plate = curve.plates[k];
@@ -57,15 +59,14 @@ void set_shape(const StepPlan& plan, const double* soft, std::span<const Vec3> V
 
 /// Adds `factor` times the second derivative of the strains, applied to two shapes, to w.strain
 /// (THEORY 12.78):
-///   eps = |d|^2 / (2 L) + L (2 t_1^2 - t_1 . t_2 + 2 t_2^2) / 30 of a link
+///   eps = |d|^2 / (2 L) + L (|t_2 - t_1|^2 / 24 + skew_bow |t_1 + t_2|^2) of a link
 void add_strains(const PlanCurve& curve, double factor, const CurveShape& a, const CurveShape& b,
                  Array& strain) noexcept {
   for (std::size_t k = 0; k < curve.links.size(); ++k) {
     const CurveShape::Bend &x = a.bends[k], &y = b.bends[k];
     const double L = curve.links[k].length;
-    const double bow = 4.0 * dot(x.first, y.first) - dot(x.first, y.second) - dot(x.second, y.first) +
-                       4.0 * dot(x.second, y.second);
-    strain[k] += factor * (dot(x.across, y.across) / L + L / 30.0 * bow);
+    const double bow = dot(x.bent, y.bent) / 12.0 + 2.0 * curve.links[k].skew_bow * dot(x.skew, y.skew);
+    strain[k] += factor * (dot(x.across, y.across) / L + L * bow);
   }
   double* at = strain.data() + curve.links.size();
   for (std::size_t k = 0; k < curve.plates.size(); ++k, at += 3) {

@@ -15,8 +15,9 @@ namespace freeflex {
 /// Holds the linear deformation of the soft modes that shortens links, per link and plate.
 struct CurveShape {
   struct Bend {
-    Vec3 across{}, first{},
-        second{};  // [m] across the link; [rad] rotations of its ends relative to the chord
+    Vec3 across{};  // [m] displacement of the second point across the link
+    // [rad] difference and sum of the rotations of its ends relative to the chord
+    Vec3 bent{}, skew{};
   };
   struct Slope {
     Vec3 x{}, y{};  // [-] gradients of the displacement along the local axes of a plate

@@ -24,6 +24,33 @@ EndOnChord on_chord(const BeamEnd& end, const Vec3& u) noexcept {
   return result;
 }
 
+/// Sets the energy without torsion [J] and its derivatives M by the rotations t of the ends [N m]. Returns
+/// the tension [N], its derivative by the length of the chord   (THEORY 12.62). \param elongation  [m] of the
+/// chord  \param t  [rad] relative to the chord, [end][plane]
+double bend(const BeamConstants& beam, double elongation, const double (&t)[2][2], double& energy,
+            double (&M)[2][2]) noexcept {
+  const double L = beam.length;
+  double bent[2], skew[2], bow = 0.0,
+                           sheared = 0.0;  // `sheared` is L times what the shear adds to the tension
+  for (std::size_t p = 0; p < 2; ++p) {
+    bent[p] = t[1][p] - t[0][p], skew[p] = t[0][p] + t[1][p];
+    bow += bent[p] * bent[p] / 24.0 + beam.skew_bow[p] * (skew[p] * skew[p]);
+    sheared += beam.shear[p] * beam.antisymmetric[p] * (skew[p] * skew[p]);
+  }
+  const double stretch = elongation + L * bow;
+  const double N = beam.axial * stretch + sheared / L;
+  energy = 0.5 * (beam.axial * stretch * stretch) + sheared * stretch / L;
+  for (std::size_t p = 0; p < 2; ++p) {
+    const double a = beam.symmetric[p] * bent[p], b = beam.antisymmetric[p] * skew[p];
+    energy += 0.5 * (a * bent[p] + b * skew[p]);
+    const double of_bent = a + N * L / 12.0 * bent[p];
+    const double of_skew = b + 2.0 * (beam.shear[p] * stretch / L * b + N * L * beam.skew_bow[p] * skew[p]);
+    M[0][p] = of_skew - of_bent;
+    M[1][p] = of_skew + of_bent;
+  }
+  return N;
+}
+
 }  // namespace
 
 BeamGradient gradient_of(const BeamConstants& beam, const Vec3& span, const Vec3& d, const BeamEnd& first,
@@ -42,26 +69,17 @@ BeamGradient gradient_of(const BeamConstants& beam, const Vec3& span, const Vec3
   const double sine = dot(u, cross(ends[0].y, ends[1].y)), cosine = dot(ends[0].y, ends[1].y);
   const double twist = angle_per_sine(magnitude(sine), cosine) * sine;
 
-  // t_y = rho . y = -f n . z, t_z = rho . z = f n . y
-  double t[2][2], M[2][2], bow = 0.0;  // [end][plane]
+  // t_y = rho . y = -f n . z, t_z = rho . z = f n . y   (THEORY 12.60)
+  double t[2][2], M[2][2];  // [end][plane]
   for (std::size_t k = 0; k < 2; ++k) {
     t[k][0] = -ends[k].f * dot(given[k]->n, z);
     t[k][1] = ends[k].f * dot(given[k]->n, y);
   }
-  for (std::size_t p = 0; p < 2; ++p)
-    bow += 2.0 * t[0][p] * t[0][p] - t[0][p] * t[1][p] + 2.0 * t[1][p] * t[1][p];
-  const double stretch = (2.0 * dot(span, d) + dot(d, d)) / (l + beam.length) + beam.length / 30.0 * bow;
-  const double N = beam.axial * stretch, bowing = N * beam.length / 30.0, T = beam.torsion * twist;
-  result.tension = N;
+  const double elongation = (2.0 * dot(span, d) + dot(d, d)) / (l + beam.length);
+  const double N = result.tension = bend(beam, elongation, t, result.energy, M);
+  const double T = beam.torsion * twist;
   result.y = y;
-  result.energy = 0.5 * N * stretch + 0.5 * T * twist;
-  for (std::size_t p = 0; p < 2; ++p) {
-    const double bent = t[1][p] - t[0][p], skew = t[0][p] + t[1][p];
-    const double a = beam.symmetric[p] * bent, b = beam.antisymmetric[p] * skew;
-    result.energy += 0.5 * (a * bent + b * skew);
-    M[0][p] = b - a + bowing * (4.0 * t[0][p] - t[1][p]);
-    M[1][p] = b + a + bowing * (4.0 * t[1][p] - t[0][p]);
-  }
+  result.energy += 0.5 * T * twist;
 
   // With a = M_z y - M_y z, M . t = f n . a. The axes of the chord roll by the mean roll of both ends, so
   // bending does the work P = f n . (u x a) per roll   (THEORY 12.63)

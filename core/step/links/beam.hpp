@@ -13,6 +13,9 @@ struct BeamConstants {
   double axial = 0.0;                                  // [N/m] EA / L
   double torsion = 0.0;                                // [N m] GJ / L
   std::array<double, 2> symmetric{}, antisymmetric{};  // [N m] EI / L, 3 EI / (L (1 + phi))
+  // [-] shear's share of the antisymmetric energy, phi / (1 + phi), and the strain of the axis per square of
+  // t_1 + t_2   (THEORY 12.62)
+  std::array<double, 2> shear{}, skew_bow{};
 };
 
 /// Holds the local axes of one end, columns of its present rotation: n along the beam, and y.
@@ -31,8 +34,8 @@ struct BeamGradient {
 
 /// Computes the gradient of the energy   (THEORY 12.60 to 12.64):
 ///   E = EA e^2 / (2 L) + GJ tau^2 / (2 L) + sum over planes (EI (t_2 - t_1)^2 / (2 L)
-///       + 3 EI (t_1 + t_2)^2 / (2 L (1 + phi)))
-///   e = l - L + L sum over planes (2 t_1^2 - t_1 t_2 + 2 t_2^2) / 30
+///       + 3 EI (t_1 + t_2)^2 (1 + 2 shear e / L) / (2 L (1 + phi)))
+///   e = l - L + L sum over planes ((t_2 - t_1)^2 / 24 + skew_bow (t_1 + t_2)^2)
 /// \param span  [m] rest vector from the first to the second point  \param d  [m] its change
 BeamGradient gradient_of(const BeamConstants& beam, const Vec3& span, const Vec3& d, const BeamEnd& first,
                          const BeamEnd& second) noexcept;

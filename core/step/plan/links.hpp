@@ -106,6 +106,7 @@ struct PlanCurveLink {
   std::array<std::int32_t, 2> joints{-1, -1};  // of a beam
   Vec3 direction{};                            // [-] from the first to the second point
   double length = 0.0;                         // [m]
+  double skew_bow = 0.0;  // [-] mean of those of a beam in its two planes   (THEORY 12.78)
 };
 
 /// Holds a plate, whose membrane makes modes stiff.

@@ -31,6 +31,7 @@ struct TrueBeam {
   double EA;                                       // [N]
   double torsion;                                  // [N m] GJ / L
   std::array<double, 2> symmetric, antisymmetric;  // [N m] EI / L, 3 EI / (L (1 + phi)), about y and about z
+  std::array<double, 2> phi;                       // [-] ratio of shear, about y and about z
 
   /// Computes the energy and its derivatives   (THEORY 10.17):
   ///   E = EA e^2 / (2 L) + GJ t_x^2 / (2 L) + sum_{a = y, z} (EI_a (t_2a - t_1a)^2 / (2 L)

@@ -43,6 +43,21 @@ struct EndOnChord {
                       // sin(angle)) n x u
 };
 
+/// The strain of the axis of a beam whose ends have the rotations t_1, t_2 relative to the chord:
+/// of_squares (t_1^2 + t_2^2) + of_product t_1 t_2. The axis has the slope of bending, and the strain of
+/// Reissner (1972) is along the normal of the sections, which shear turns by gamma from the axis. Half of the
+/// mean square of the slope is L^-1 int w'^2 dx / 2 with w = s x (L - x) / L in symmetric bending and a cubic
+/// in antisymmetric bending   (THEORY 10.17).
+struct Bow {
+  explicit Bow(double phi) {
+    const double slope = 1.0 / (1.0 + phi), gamma = phi / (1.0 + phi);  // per (t_1 + t_2) / 2
+    const double antisymmetric = slope * slope / 10.0 - 0.5 * gamma * gamma;
+    of_squares = (1.0 / 6.0 + antisymmetric) / 4.0;
+    of_product = (antisymmetric - 1.0 / 6.0) / 2.0;
+  }
+  double of_squares, of_product;
+};
+
 /// Returns the second derivative of the energy with respect to t_y, t_z and roll of both ends (THEORY 10.17).
 /// \param N  [N] tension  \param bow  [m] derivatives of the length of the bowed axis, [end][plane]
 Eigen::Matrix<double, 6, 6> natural_stiffness(const TrueBeam& beam, double N,
@@ -50,8 +65,11 @@ Eigen::Matrix<double, 6, 6> natural_stiffness(const TrueBeam& beam, double N,
   Eigen::Matrix<double, 6, 6> natural = Eigen::Matrix<double, 6, 6>::Zero();
   for (Eigen::Index p = 0; p < 2; ++p) {
     const auto plane = index(p);
-    const double own = beam.symmetric[plane] + beam.antisymmetric[plane] + 4.0 * N * beam.length / 30.0;
-    const double other = beam.antisymmetric[plane] - beam.symmetric[plane] - N * beam.length / 30.0;
+    const Bow shape(beam.phi[plane]);
+    const double own =
+        beam.symmetric[plane] + beam.antisymmetric[plane] + 2.0 * N * beam.length * shape.of_squares;
+    const double other =
+        beam.antisymmetric[plane] - beam.symmetric[plane] + N * beam.length * shape.of_product;
     natural(p, p) = natural(3 + p, 3 + p) = own;
     natural(p, 3 + p) = natural(3 + p, p) = other;
   }
@@ -62,6 +80,38 @@ Eigen::Matrix<double, 6, 6> natural_stiffness(const TrueBeam& beam, double N,
   natural += beam.EA / beam.length * bows * bows.transpose();
   return natural;
 }
+
+/// Energy and its derivatives with respect to the end rotations t_1, t_2 about y and about z (THEORY 10.17).
+struct Bending {
+  using PerEnd = std::array<std::array<double, 2>, 2>;  // [end][plane]
+  /// \param elongation  [m] of the chord  \param t  [rad] rotations of the ends relative to the chord
+  Bending(const TrueBeam& beam, double elongation, const PerEnd& t) {
+    const double length = beam.length;
+    double stretch = elongation, shear_energy = 0.0;
+    for (std::size_t p = 0; p < 2; ++p) {
+      const Bow shape(beam.phi[p]);
+      const double t1 = t[0][p], t2 = t[1][p], skew = t1 + t2;
+      stretch += length * (shape.of_squares * (t1 * t1 + t2 * t2) + shape.of_product * t1 * t2);
+      bow[0][p] = length * (2.0 * shape.of_squares * t1 + shape.of_product * t2);
+      bow[1][p] = length * (2.0 * shape.of_squares * t2 + shape.of_product * t1);
+      shear_energy += beam.phi[p] / (1.0 + beam.phi[p]) * 0.5 * beam.antisymmetric[p] * skew * skew;
+    }
+    // The shear strain of Reissner is (1 + e / L) gamma, so a stretch raises the energy of shear G A L
+    // gamma^2 / 2 by the factor (1 + e / L)^2, here to first order.
+    N = beam.EA / length * stretch + 2.0 * shear_energy / length;
+    energy = 0.5 * beam.EA / length * stretch * stretch + 2.0 * shear_energy * stretch / length;
+    for (std::size_t p = 0; p < 2; ++p) {
+      const double bent = t[1][p] - t[0][p], skew = t[0][p] + t[1][p];
+      energy += 0.5 * beam.symmetric[p] * bent * bent + 0.5 * beam.antisymmetric[p] * skew * skew;
+      const double stiffened =
+          beam.antisymmetric[p] * (1.0 + 2.0 * beam.phi[p] / (1.0 + beam.phi[p]) * stretch / length) * skew;
+      M[0][p] = -beam.symmetric[p] * bent + stiffened + N * bow[0][p];
+      M[1][p] = beam.symmetric[p] * bent + stiffened + N * bow[1][p];
+    }
+  }
+  double N = 0.0, energy = 0.0;  // [N] by the length of the chord; [J] without torsion
+  PerEnd bow{}, M{};             // [m] of the length of the axis; [N m]
+};
 
 }  // namespace
 
@@ -75,9 +125,9 @@ TrueBeam::TrueBeam(const Beam& beam, const Vector3d& given_span)
   // (THEORY 3.10)
   const std::array<double, 2> EI{beam.EI_y, beam.EI_z}, GA{beam.GA_z, beam.GA_y};
   for (std::size_t plane = 0; plane < 2; ++plane) {
-    const double phi = GA[plane] > 0.0 ? 12.0 * EI[plane] / (GA[plane] * length * length) : 0.0;
+    phi[plane] = GA[plane] > 0.0 ? 12.0 * EI[plane] / (GA[plane] * length * length) : 0.0;
     symmetric[plane] = EI[plane] / length;
-    antisymmetric[plane] = 3.0 * EI[plane] / (length * (1.0 + phi));
+    antisymmetric[plane] = 3.0 * EI[plane] / (length * (1.0 + phi[plane]));
   }
 }
 
@@ -95,27 +145,13 @@ void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, 
                                   on_chord[0].axes.col(1).dot(on_chord[1].axes.col(1)));
   const std::array<Vector3d, 2> across{y, z};
 
-  // energy and its derivatives with respect to the end rotations t_1, t_2 about y and about z (THEORY 10.17)
-  std::array<std::array<double, 2>, 2> t{}, bow{}, M{};  // [end][plane]
-  double bow_length = 0.0;                               // [m] length of the bowed axis minus the chord
-  for (std::size_t p = 0; p < 2; ++p) {
-    const double t1 = across[p].dot(on_chord[0].rotation), t2 = across[p].dot(on_chord[1].rotation);
-    t[0][p] = t1;
-    t[1][p] = t2;
-    bow_length += length * (2.0 * t1 * t1 - t1 * t2 + 2.0 * t2 * t2) / 30.0;
-    bow[0][p] = length * (4.0 * t1 - t2) / 30.0;
-    bow[1][p] = length * (4.0 * t2 - t1) / 30.0;
-  }
+  std::array<std::array<double, 2>, 2> t{};  // [end][plane]
+  for (std::size_t k = 0; k < 2; ++k)
+    for (std::size_t p = 0; p < 2; ++p) t[k][p] = across[p].dot(on_chord[k].rotation);
   // l - L without a difference of lengths   (THEORY 10.3)
-  const double stretch = (2.0 * span.dot(d) + d.squaredNorm()) / (l + length) + bow_length;
-  const double N = EA / length * stretch;
-  result.energy = 0.5 * N * stretch + 0.5 * torsion * twist * twist;
-  for (std::size_t p = 0; p < 2; ++p) {
-    const double bent = t[1][p] - t[0][p], skew = t[0][p] + t[1][p];
-    result.energy += 0.5 * symmetric[p] * bent * bent + 0.5 * antisymmetric[p] * skew * skew;
-    M[0][p] = -symmetric[p] * bent + antisymmetric[p] * skew + N * bow[0][p];
-    M[1][p] = symmetric[p] * bent + antisymmetric[p] * skew + N * bow[1][p];
-  }
+  const Bending bending(*this, (2.0 * span.dot(d) + d.squaredNorm()) / (l + length), t);
+  const auto& [N, energy, bow, M] = bending;
+  result.energy = energy + 0.5 * torsion * twist * twist;
 
   // The angular velocity of an end relative to the chord has three components: the rates of its rotation
   // about y and about z, and the rate of its roll. The axes y and z roll by the mean roll of both ends, so
