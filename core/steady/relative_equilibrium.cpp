@@ -1,6 +1,6 @@
 #include "core/steady/relative_equilibrium.hpp"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,6 +12,7 @@
 #include "core/step/linear/kernels.hpp"
 #include "core/step/links/rotations.hpp"
 #include "core/step/readout.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
 
 namespace freeflex {
 namespace {

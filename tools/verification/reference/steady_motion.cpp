@@ -1,12 +1,12 @@
 #include "tools/verification/reference/steady_motion.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "core/structure/modes/dense/decompositions.hpp"
 #include "tools/verification/reference/rotations.hpp"
 
 namespace freeflex {

@@ -6,6 +6,9 @@ template class HouseholderQR<MatrixXd>;
 template class ColPivHouseholderQR<MatrixXd>;
 template class JacobiSVD<MatrixXd>;
 template class BDCSVD<MatrixXd>;
+template class RealSchur<MatrixXd>;
+template class EigenSolver<MatrixXd>;
+template EigenSolver<MatrixXd>& EigenSolver<MatrixXd>::compute(const EigenBase<MatrixXd>&, bool);
 template class SelfAdjointEigenSolver<MatrixXd>;
 template class SelfAdjointEigenSolver<Matrix3d>;
 template SelfAdjointEigenSolver<MatrixXd>& SelfAdjointEigenSolver<MatrixXd>::compute(

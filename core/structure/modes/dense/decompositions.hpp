@@ -14,6 +14,9 @@ extern template class HouseholderQR<MatrixXd>;
 extern template class ColPivHouseholderQR<MatrixXd>;
 extern template class JacobiSVD<MatrixXd>;
 extern template class BDCSVD<MatrixXd>;
+extern template class RealSchur<MatrixXd>;
+extern template class EigenSolver<MatrixXd>;
+extern template EigenSolver<MatrixXd>& EigenSolver<MatrixXd>::compute(const EigenBase<MatrixXd>&, bool);
 extern template class SelfAdjointEigenSolver<MatrixXd>;
 extern template class SelfAdjointEigenSolver<Matrix3d>;
 extern template SelfAdjointEigenSolver<MatrixXd>& SelfAdjointEigenSolver<MatrixXd>::compute(
