@@ -33,14 +33,25 @@ constexpr int kMostSteps = 16;  // from rest to the spin, if Newton's method fai
 // decreasing.
 constexpr double kFound = 1e-12, kNoise = 1e-8;
 constexpr double kLongestStep = 0.1;  // [-] longer steps are shortened to this share of the size
-// [-] directions of the unknowns whose residual is below this share of the largest are free: the axis in the
-// plane of two equal moments of inertia, and mechanisms
-constexpr double kIndifferent = 1e-7;
+// [-] A motion is steady if what is left of each equation displaces a mode by less than this share of the
+// size, or changes the angular momentum and the spin by less than this share.
+constexpr double kSteady = 1e-7;
+// [-] weight of the steps of unknowns that may be free: the axis in the plane of two equal moments of
+// inertia, and mechanisms
+constexpr double kMaybeFree = 1e-6;
 constexpr double kMostTilt = 10.0;  // [deg] between the axis that was asked for and the one that was found
-// [-] A moment is not balanced if it turns the body by more than this angle within 1 rad of the lowest mode.
+// [rad] A moment is not balanced if it turns the body by more than this within 1 rad of the lowest mode.
 constexpr double kUnbalanced = 1e-6;
-// [-] rates below this share of the lowest frequency are rounding errors of zero
-constexpr double kZeroRate = 1e-5;
+// [-] Rates below this share of the lowest frequency are rounding errors of zero, and so are rates below this
+// share of the spin, or of the rate at which loads turn the body, if that is less. Twice the zero eigenvalue
+// of a free axis is a root of the rounding error.
+constexpr double kZeroRate = 1e-5, kZeroOfBody = 1e-4;
+// [-] moments below this share of the loads times the size are rounding errors
+constexpr double kZeroMoment = 1e-9;
+// [-] The accuracy of rates below this share of the lowest frequency and of the spin is relative to that
+// share: near buckling a rate goes to zero.
+constexpr double kSlow = 1e-2;
+constexpr double kUsable = 1e-2;        // [-] motions with a worse accuracy are not reported
 constexpr double kJointsFound = 1e-13;  // [rad] last step of the joints
 constexpr int kMostRelaxations = 40;
 
@@ -54,15 +65,10 @@ VectorXd derivative(double step, const Function& f) {
   return (8.0 * odd(1.0) - odd(2.0)) / (12.0 * step);
 }
 
-bool has_world_loads(const StepPlan& plan) {
-  const auto acts = [](const Vec3& v) { return !is_zero(v); };
-  return std::any_of(plan.histories.begin(), plan.histories.end(), [&](const PlanHistory& history) {
-    const LoadSums& sums = history.pattern.sums;
-    return std::any_of(sums.force_W.begin(), sums.force_W.end(), acts) ||
-           std::any_of(sums.group_force_W.begin(), sums.group_force_W.end(), acts) ||
-           std::any_of(sums.group_torque_W.begin(), sums.group_torque_W.end(), acts) ||
-           std::any_of(sums.torque_W.begin(), sums.torque_W.end(), acts);
-  });
+double sum_of(const std::vector<Vec3>& vectors) {
+  double sum = 0.0;
+  for (const Vec3& each : vectors) sum += length(each);
+  return sum;
 }
 
 std::string axis_text(const Vector3d& v) {
@@ -77,7 +83,6 @@ RelativeEquilibria::RelativeEquilibria(const StepPlan& plan, std::optional<doubl
   plan_.attractor_mu = 0.0;
   if (!loads_at) plan_.histories.clear();
   tick_ = std::llround(loads_at.value_or(0.0) / plan.period);
-  has_world_loads_ = has_world_loads(plan_);
   state_ = make_state(plan_);
   workspace_ = make_workspace(plan_);
   for (const PlanPoint& point : plan_.points) size_ = std::max(size_, length(point.r));
@@ -99,6 +104,19 @@ RelativeEquilibria::RelativeEquilibria(const StepPlan& plan, std::optional<doubl
     step_[l] = kDifference * size_ / most * lowest / scale_[l];
   }
   q_ = Vector::Zero(n_);
+  const StepLoads loads{plan_, state_.commands_pattern, tick_};
+  for (const PlanHistory& history : plan_.histories) {
+    const double amplitude = std::abs(loads.amplitude(history, StageTime::kStart));
+    const LoadSums& sums = history.pattern.sums;
+    const double world = sum_of(sums.force_W) + sum_of(sums.group_force_W) +
+                         (sum_of(sums.torque_W) + sum_of(sums.group_torque_W)) / size_;
+    const double body = sum_of(sums.force_B) + sum_of(sums.group_force_B) +
+                        (sum_of(sums.torque_B) + sum_of(sums.group_torque_B)) / size_;
+    has_world_loads_ = has_world_loads_ || amplitude * world > 0.0;
+    load_size_ += amplitude * (world + body);
+    for (const double torque : history.pattern.wheel_torques)
+      has_motor_ = has_motor_ || amplitude * torque != 0.0;
+  }
 }
 
 // Why the motion cannot be steady, or an empty text.
@@ -106,6 +124,10 @@ std::string RelativeEquilibria::refusal(const Vector3d& spin) const {
   if (n_ == 0) return "the body has no elastic freedom";
   if (plan_.rigid_freedoms == 5 && std::abs(spin.dot(vector_of(plan_.line))) > 1e-6 * spin.norm())
     return "all points lie on a line, about which the body has no inertia; give a spin across this line";
+  if (has_motor_)
+    return "a load drives a wheel, whose momentum changes; steady loads do not, so take this load out or "
+           "give "
+           "another --at";
   if (has_world_loads_ && spin.norm() > 0.0)
     return "loads in world axes are not steady while the body rotates; write them in body or local axes, or "
            "leave --spin out";
@@ -189,9 +211,7 @@ std::string RelativeEquilibria::solve(double rate, Vector& q, Vector3d& spin) {
     for (Index a = 0; a < num_axis; ++a)
       J.col(n_ + a) =
           derivative(1e-4 * rate, [&](double x) { return residual(q, spin + x * Vector3d::Unit(a)); }) * rate;
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> solver;
-    solver.setThreshold(kIndifferent);
-    const Vector step = -solver.compute(J).solve(r);
+    const Vector step = step_of(J, r);
     if (!step.allFinite()) return "no steady motion was found: the accelerations are not finite";
     const Vector in_q = step.head(n_).cwiseQuotient(scale_) * size_;
     double length = in_q.cwiseQuotient(step_).lpNorm<Eigen::Infinity>() * kDifference;
@@ -199,10 +219,40 @@ std::string RelativeEquilibria::solve(double rate, Vector& q, Vector3d& spin) {
     const double share = std::min(1.0, kLongestStep / length);
     q += share * in_q;
     if (num_axis > 0) spin += share * rate * step.tail<3>();
-    if (length < kFound || (length < kNoise && length > 0.5 * last)) return {};
+    if (length < kFound || (length < kNoise && length > 0.5 * last)) {
+      const Vector left = residual(q, spin);
+      const double of_q = left.head(n_).cwiseQuotient(scale_).lpNorm<Eigen::Infinity>();
+      const double of_spin = num_axis > 0 ? left.tail<4>().lpNorm<Eigen::Infinity>() : 0.0;
+      if (std::max(of_q, of_spin) < kSteady) return {};
+      break;
+    }
     last = length;
   }
-  return "no steady motion was found: Newton's method does not converge; try a smaller spin or smaller loads";
+  return "no steady motion was found: the links do not hold this spin or these loads, or Newton's method "
+         "does "
+         "not converge; try a smaller spin or smaller loads";
+}
+
+// The step that solves J step = -r. Unknowns that no equation determines stay.
+RelativeEquilibria::Vector RelativeEquilibria::step_of(const MatrixXd& J, const Vector& r) const {
+  const Index count = J.cols();
+  MatrixXd weighted(J.rows() + count, count);
+  weighted << J, MatrixXd::Zero(count, count);
+  for (Index k = 0; k < count; ++k)
+    if (k >= n_ || plan_.omega[index(k)] == 0.0) weighted(J.rows() + k, k) = kMaybeFree;
+  Vector right = Vector::Zero(J.rows() + count);
+  right.head(J.rows()) = -r;
+  return Eigen::CompleteOrthogonalDecomposition<MatrixXd>(weighted).solve(right);
+}
+
+// The rate below which eigenvalues are rounding errors of zero [1/s].
+double RelativeEquilibria::zero_rate(const MatrixXd& A, double spin) const {
+  const double lowest = scale_.minCoeff();
+  // the rate at which loads along axes of the world turn the body
+  const double turned =
+      has_world_loads_ ? std::sqrt(lowest * A.block<3, 3>(2 * n_, 2 * n_ + 3).cwiseAbs().maxCoeff()) : 0.0;
+  const double of_body = kZeroOfBody * std::max(spin, turned);
+  return of_body > 0.0 ? std::min(of_body, kZeroRate * lowest) : kZeroRate * lowest;
 }
 
 // Jacobian of the rates, in coordinates that all are velocities [1/s]   (THEORY 12.100).
@@ -227,7 +277,6 @@ MatrixXd RelativeEquilibria::linearise(const Vector& z, const Vector3d& spin, do
 
 // Rates and shares of the eigenvectors   (THEORY 12.101). Returns the error, or an empty text.
 std::string RelativeEquilibria::set_motions(const Vector& z, RelativeEquilibrium& motion) {
-  const double lowest = scale_.minCoeff();
   renew_joints(z, motion.spin);
   const MatrixXd A = linearise(z, motion.spin, 1.0), longer = linearise(z, motion.spin, kLonger);
   if (!A.allFinite() || !longer.allFinite())
@@ -237,6 +286,8 @@ std::string RelativeEquilibria::set_motions(const Vector& z, RelativeEquilibrium
     return "the small motions were not found: their eigenvalues do not converge";
   const Eigen::Matrix3d inverse_inertia =
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(plan_.inverse_inertia.data());
+  const double spin = motion.spin.norm(), zero = zero_rate(A, spin), lowest = scale_.minCoeff();
+  const double slow = kSlow * (spin > 0.0 ? std::min(spin, lowest) : lowest);
   for (Index k = 0; k < eigen.eigenvalues().size(); ++k) {
     SmallMotion small;
     small.rate = eigen.eigenvalues()[k];
@@ -247,15 +298,20 @@ std::string RelativeEquilibria::set_motions(const Vector& z, RelativeEquilibrium
     const Eigen::Vector3cd H = v.segment<3>(2 * n_) * size_;
     const double of_body = plan_.mass * std::real(H.dot(inverse_inertia * H));
     Index mode = 0;
-    const double most = energy.maxCoeff(&mode);
+    const double most = energy.maxCoeff(&mode), sum = energy.sum() + of_body;
     small.mode = of_body > most ? -1 : static_cast<std::int32_t>(mode);
-    small.share = std::max(most, of_body) / (energy.sum() + of_body);
-    const bool is_mechanism = small.mode >= 0 && plan_.omega[index(small.mode)] == 0.0;
-    if (std::abs(small.rate) < kZeroRate * lowest && !is_mechanism) continue;
+    small.share = sum > 0.0 ? std::max(most, of_body) / sum : 1.0;
+    // a body with another attitude or spin, or another shape of a mechanism, moves steadily too
+    if (std::abs(small.rate) < zero) continue;
     const double change = (check.eigenvalues().array() - small.rate).abs().minCoeff();
-    motion.accuracy = std::max(motion.accuracy, change / std::max(std::abs(small.rate), kZeroRate * lowest));
+    motion.accuracy = std::max(motion.accuracy, change / std::max(std::abs(small.rate), slow));
     motion.motions.push_back(small);
   }
+  if (motion.accuracy > kUsable)
+    return join_text(
+        "the small motions were not found: differences determine them to ", motion.accuracy,
+        " only, because some links are much stiffer than others, or because the points of a mechanism "
+        "have come to a line");
   std::sort(motion.motions.begin(), motion.motions.end(), [](const SmallMotion& a, const SmallMotion& b) {
     return std::pair(a.rate.imag(), a.rate.real()) < std::pair(b.rate.imag(), b.rate.real());
   });
@@ -296,10 +352,16 @@ RelativeEquilibrium RelativeEquilibria::find(const Vector3d& asked) {
   if (!motion.error.empty()) return motion;
   const Vector z = steady_state(q, motion.spin);
   const Vector3d moment = rates(z, motion.spin).segment<3>(2 * n_);
-  if (const double lowest = scale_.minCoeff();
-      moment.norm() > kUnbalanced * plan_.mass * size_ * size_ * lowest * lowest) {
-    motion.error = join_text("the loads turn the body: their moment is ", axis_text(moment),
-                             " N m about the centre of mass of the deformed body; steady loads have none");
+  if (moment.norm() > kZeroMoment * load_size_ * size_) {
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> inverse(
+        plan_.inverse_inertia.data());
+    motion.acceleration = inverse * moment;
+  }
+  if (const double lowest = scale_.minCoeff(); motion.acceleration.norm() > kUnbalanced * lowest * lowest) {
+    motion.error =
+        join_text("the loads turn the body: their moment about the centre of mass of the deformed body is ",
+                  axis_text(moment), " N m, which accelerates it by ", motion.acceleration.norm(),
+                  " rad/s^2; steady loads have no moment");
     return motion;
   }
   q_ = q;

@@ -26,6 +26,9 @@ struct RelativeEquilibrium {
   std::string error;               // why no steady motion was found; empty if one was found
   Eigen::Vector3d spin;            // [rad/s] body axes
   Eigen::Matrix3Xd displacements;  // [m] (3 x num_points) body axes
+  // [rad/s^2] acceleration of the rotation by a moment of the loads that is too small to matter beside the
+  // elastic motion, body axes; zero if there is none
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
   // ascending in |Im rate|, one of each conjugate pair; motions that only continue the steady motion with
   // another attitude or spin are left out
   std::vector<SmallMotion> motions;
@@ -39,13 +42,17 @@ struct RelativeEquilibrium {
 /// \pre the rung has true geometry
 class RelativeEquilibria {
  public:
-  /// \param loads_at  [s] time at which built-in loads have the values that they keep; nullopt: no load acts
+  /// \param loads_at  [s] time at which built-in loads have the values that they keep, rounded to a tick;
+  ///   nullopt: no load acts
   RelativeEquilibria(const StepPlan& plan, std::optional<double> loads_at);
 
   /// Finds the steady motion at the rate |spin| whose axis is near that of `spin`, by Newton's method from
   /// the steady motion that was found last or from the shape at rest. Then finds the small motions about it.
   /// \param spin  [rad/s] body axes
   RelativeEquilibrium find(const Eigen::Vector3d& spin);
+
+  /// Returns the time of the loads [s], a multiple of the period of the plan.
+  double time() const { return static_cast<double>(tick_) * plan_.period; }
 
  private:
   // q, p over the mass, H_B and the small rotation of the attitude: (n + n + 3 + 3)
@@ -56,6 +63,8 @@ class RelativeEquilibria {
   Vector rates(const Vector& z, const Eigen::Vector3d& spin);
   void renew_joints(const Vector& z, const Eigen::Vector3d& spin);
   std::string solve(double rate, Vector& q, Eigen::Vector3d& spin);
+  Vector step_of(const Eigen::MatrixXd& J, const Vector& r) const;
+  double zero_rate(const Eigen::MatrixXd& A, double spin) const;
   std::string follow(const Eigen::Vector3d& asked, int num_steps, Vector& q, Eigen::Vector3d& spin);
   Eigen::MatrixXd linearise(const Vector& z, const Eigen::Vector3d& spin, double stretch);
   std::string set_motions(const Vector& z, RelativeEquilibrium& motion);
@@ -66,8 +75,9 @@ class RelativeEquilibria {
   double size_ = 0.0;  // [m] largest distance of a point from the centre of mass
   Vector scale_;       // [rad/s] (n) frequency of each mode, or the lowest one of all
   Vector step_;        // [m] (n) step of finite differences
-  bool has_world_loads_ = false;
-  Vector q_;  // [m] (n) of the last steady motion
+  bool has_world_loads_ = false, has_motor_ = false;
+  double load_size_ = 0.0;  // [N] sum of the sizes of all loads
+  Vector q_;                // [m] (n) of the last steady motion
   State state_;
   Workspace workspace_;
 };
