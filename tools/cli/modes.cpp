@@ -407,7 +407,9 @@ void add_modes(CLI::App& app, int& exit_code) {
       app.add_subcommand("modes", "mass, principal moments, freedoms, frequencies and mechanisms");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
   add_settings(*command, options->settings);
-  command->add_option("--count", options->count, "frequencies to print, 0 for all")
+  command
+      ->add_option("--count", options->count,
+                   "frequencies to print, 0 for all; at most 6 with a range of --spin")
       ->capture_default_str()
       ->check(whole_number(0, kMost<int>))
       ->type_name("N");
@@ -421,7 +423,8 @@ void add_modes(CLI::App& app, int& exit_code) {
       command->add_flag("--loads", options->has_loads,
                         "instead the small motions under the built-in loads, with true geometry");
   command
-      ->add_option("--at", options->at, "time [s] at which --loads takes the values of the loads, default 0")
+      ->add_option("--at", options->at,
+                   "time [s] at which --loads takes the values of the loads, rounded to a tick; default 0")
       ->needs(loads)
       ->check(not_negative())
       ->type_name("SECONDS");

@@ -10,8 +10,8 @@
 #include "core/plan/make_plan.hpp"
 #include "core/steady/relative_equilibrium.hpp"
 #include "core/structure/structure.hpp"
+#include "tools/cli/branches.hpp"
 #include "tools/cli/commands.hpp"
-#include "tools/plot/chart.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
@@ -24,9 +24,8 @@ using Eigen::Vector3d;
 constexpr int kNumSpins = 41;          // of a range, with its ends
 constexpr std::size_t kMostDrawn = 6;  // branches in a picture and in the table of a range
 constexpr double kAccurate = 1e-4;     // [-] a worse accuracy is a warning
-// [-] A motion grows if its rate exceeds this share of its frequency. Less is the rounding error of equal
-// frequencies.
-constexpr double kGrowth = 1e-7;
+constexpr double kMostSpin = 1e9;      // [rad/s] of each number of --spin
+constexpr double kMostTicks = 1e15;
 // The work grows with the cube of the number of freedoms. 1,000 take some two minutes.
 constexpr int kMostFreedoms = 1000;
 
@@ -50,6 +49,9 @@ std::optional<SpinNumbers> parse_spin(std::string text) {
     const bool is_zero =
         std::all_of(result.numbers.begin(), result.numbers.end(), [](double x) { return x == 0.0; });
     if (is_zero && result.is_range) return std::nullopt;
+    if (std::any_of(result.numbers.begin(), result.numbers.end(),
+                    [](double x) { return std::abs(x) > kMostSpin; }))
+      return std::nullopt;
     return result;
   }
   return std::nullopt;
@@ -96,20 +98,18 @@ std::optional<Plan> load(const std::string& path, const io::Settings& settings) 
   }
   print_faults(read.faults, read.sources);
   if (!plan && read.scene)
-    print_error("--spin and --loads linearise the rung corotational, which does not take this scene");
+    print_error(
+        "--spin and --loads use the rung corotational whatever the fidelity of the scene, and it does not "
+        "take "
+        "this scene");
   return plan;
 }
 
-bool grows(const SmallMotion& small) { return small.rate.real() > kGrowth * std::abs(small.rate); }
 double hertz(const SmallMotion& small) { return small.rate.imag() / (2.0 * std::numbers::pi); }
 double ratio(const SmallMotion& small) {
   const double size = std::abs(small.rate);
   return size > 0.0 ? -small.rate.real() / size : 0.0;
 }
-int number_of(const Plan& plan, int mode) {
-  return plan.mode_numbers.empty() ? mode + 1 : plan.mode_numbers[index(mode)];
-}
-
 Json json_of(const Plan& plan, const RelativeEquilibrium& found) {
   Json motions = Json::array();
   for (const SmallMotion& small : found.motions)
@@ -126,20 +126,20 @@ Json json_of(const Plan& plan, const RelativeEquilibrium& found) {
 
 void warn_of_accuracy(const RelativeEquilibrium& found) {
   if (found.accuracy > kAccurate)
-    print_warning(format_text(
-        "the frequencies are accurate to %.2g only, because the stiffest links are very stiff beside "
-        "the softest; lower the stiffness of links that hardly stretch",
-        found.accuracy));
+    print_warning(
+        format_text("the frequencies are accurate to %.2g only, because some links are much stiffer than "
+                    "others; lower the stiffness of links that hardly stretch",
+                    found.accuracy));
 }
 
-std::string loads_text(const SteadyOptions& options) {
-  return options.loads_at ? format_text("as at %.10g s", *options.loads_at) : "none";
+std::string loads_text(const SteadyOptions& options, const RelativeEquilibria& equilibria) {
+  return options.loads_at ? format_text("as at %.10g s", equilibria.time()) : "none";
 }
 
 /// Returns the components as text. Rounding errors are shown as zero.
 std::string vector_text(const Vector3d& v) {
   const Vector3d x = (v.array().abs() < 1e-12 * v.norm()).select(Vector3d::Zero(), v);
-  return format_text("%.10g %.10g %.10g", x[0], x[1], x[2]);
+  return format_text("%.10g %.10g %.10g", x[0] + 0.0, x[1] + 0.0, x[2] + 0.0);
 }
 
 void print_motion(const Plan& plan, const SmallMotion& small) {
@@ -158,9 +158,10 @@ void print_motion(const Plan& plan, const SmallMotion& small) {
 }
 
 int show_one(const Plan& plan, const SteadyOptions& options, const Spin& spin) {
+  RelativeEquilibria equilibria(plan, options.loads_at);
   const RelativeEquilibrium found = [&] {
     const Progress progress("small motions");
-    return RelativeEquilibria(plan, options.loads_at).find(spin.value);
+    return equilibria.find(spin.value);
   }();
   if (!found.error.empty()) return print_error(found.error), kExitDiffers;
   warn_of_accuracy(found);
@@ -175,7 +176,8 @@ int show_one(const Plan& plan, const SteadyOptions& options, const Spin& spin) {
   std::printf("%s\n", plan.name.c_str());
   std::printf("spin               %s rad/s (body axes)\n", vector_text(found.spin).c_str());
   const bool is_idle = options.loads_at && largest == 0.0;
-  std::printf("loads              %s%s\n", loads_text(options).c_str(), is_idle ? ", when none acts" : "");
+  std::printf("loads              %s%s\n", loads_text(options, equilibria).c_str(),
+              is_idle ? ", when none acts" : "");
   std::printf("displacement       up to %.4g m, of point '%s'\n", largest,
               plan.points[index(point)].name.c_str());
   std::printf(
@@ -189,123 +191,62 @@ int show_one(const Plan& plan, const SteadyOptions& options, const Spin& spin) {
   if (shown < found.motions.size())
     std::printf("  ... %zu more up to %.10g Hz (--count 0 shows all)\n", found.motions.size() - shown,
                 hertz(found.motions.back()));
-  if (std::any_of(found.motions.begin(), found.motions.end(), grows))
+  if (std::any_of(found.motions.begin(), found.motions.end(),
+                  [](const SmallMotion& small) { return grows(small.rate); }))
     std::printf("unstable           some motions grow, see the column growth\n");
   return kExitOk;
 }
 
-/// A motion followed over a range of spins; NaN where it does not exist.
-struct Branch {
-  std::string name;
-  std::vector<std::complex<double>> rates;  // [1/s]
-};
-constexpr std::complex<double> kMissing{std::numeric_limits<double>::quiet_NaN(),
-                                        std::numeric_limits<double>::quiet_NaN()};
-
-/// Follows the motions from spin to spin: each continues the branch whose linear extrapolation is nearest.
-std::vector<Branch> branches_of(const Plan& plan, const std::vector<RelativeEquilibrium>& all) {
-  std::vector<Branch> branches;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    const std::vector<SmallMotion>& motions = all[k].motions;
-    struct Pair {
-      double distance;
-      std::size_t branch, motion;
-    };
-    std::vector<Pair> pairs;
-    for (std::size_t b = 0; b < branches.size(); ++b) {
-      const auto& rates = branches[b].rates;
-      if (std::isnan(rates[k - 1].real())) continue;
-      const bool has_two = k > 1 && !std::isnan(rates[k - 2].real());
-      const std::complex<double> next = has_two ? 2.0 * rates[k - 1] - rates[k - 2] : rates[k - 1];
-      for (std::size_t m = 0; m < motions.size(); ++m)
-        pairs.push_back({std::abs(motions[m].rate - next), b, m});
+/// Prints at which spins of a range some motion grows, shown or not.
+void print_growth(const std::vector<double>& spins, const std::vector<RelativeEquilibrium>& all) {
+  double first = -1.0, last = 0.0, most = 0.0, at = 0.0;
+  for (std::size_t k = 0; k < all.size(); ++k)
+    for (const SmallMotion& small : all[k].motions) {
+      if (!grows(small.rate)) continue;
+      if (first < 0.0) first = spins[k];
+      last = spins[k];
+      if (small.rate.real() > most) most = small.rate.real(), at = spins[k];
     }
-    std::sort(pairs.begin(), pairs.end(),
-              [](const Pair& a, const Pair& b) { return a.distance < b.distance; });
-    std::vector<bool> is_taken(motions.size());
-    for (Branch& branch : branches) branch.rates.push_back(kMissing);
-    for (const Pair& pair : pairs) {
-      if (is_taken[pair.motion] || !std::isnan(branches[pair.branch].rates[k].real())) continue;
-      is_taken[pair.motion] = true;
-      branches[pair.branch].rates[k] = motions[pair.motion].rate;
-    }
-    for (std::size_t m = 0; m < motions.size(); ++m) {
-      if (is_taken[m]) continue;
-      Branch& fresh = branches.emplace_back();
-      fresh.name = motions[m].mode < 0 ? "body"
-                   : k == 0            ? "mode " + std::to_string(number_of(plan, static_cast<int>(m)))
-                                       : "-";
-      fresh.rates.assign(k, kMissing);
-      fresh.rates.push_back(motions[m].rate);
-    }
-  }
-  // the lowest first, by the first frequency that is not zero
-  const auto lowest = [](const Branch& branch) {
-    for (const auto rate : branch.rates)
-      if (rate.imag() > 0.0) return rate.imag();
-    return HUGE_VAL;
-  };
-  std::stable_sort(branches.begin(), branches.end(),
-                   [&](const Branch& a, const Branch& b) { return lowest(a) < lowest(b); });
-  return branches;
+  if (first >= 0.0)
+    std::printf(
+        "unstable           motions marked * grow; at spins from %.6g to %.6g rad/s some motion grows, at "
+        "most "
+        "by %.4g 1/s at %.6g rad/s\n",
+        first, last, most, at);
 }
 
-std::string draw(const Plan& plan, const std::string& path, const std::vector<double>& spins,
-                 const std::vector<Branch>& branches) {
-  Panel frequency{"frequency [Hz]", spins, {}, {}},
-      damping{"damping ratio [-], negative where a motion grows", spins, {}, {0.0}};
-  for (const Branch& branch : branches) {
-    Series of_frequency{branch.name, {}}, of_damping{branch.name, {}};
-    for (const std::complex<double> rate : branch.rates) {
-      of_frequency.y.push_back(rate.imag() / (2.0 * std::numbers::pi));
-      const double size = std::abs(rate), growth = std::abs(rate.real()) < kGrowth * size ? 0.0 : rate.real();
-      of_damping.y.push_back(std::isnan(size) ? size : -growth / size);
-    }
-    frequency.series.push_back(std::move(of_frequency));
-    damping.series.push_back(std::move(of_damping));
-  }
-  Series once{"once a turn", {}};
-  for (const double spin : spins) once.y.push_back(spin / (2.0 * std::numbers::pi));
-  frequency.series.push_back(std::move(once));
-  return plot_panels(path, plan.name + ": small motions over spin, body axes", "spin [rad/s]",
-                     {frequency, damping});
-}
-
-void print_range(const Plan& plan, const SteadyOptions& options, const std::vector<double>& spins,
-                 const std::vector<Branch>& branches, const RelativeEquilibrium& last) {
-  std::printf("%s\n", plan.name.c_str());
+void print_range(const std::string& name, const std::string& loads, const std::vector<double>& spins,
+                 const std::vector<Branch>& branches, const std::vector<RelativeEquilibrium>& all) {
+  const RelativeEquilibrium& last = all.back();
+  std::printf("%s\n", name.c_str());
   std::printf("axis of spin       %s (body axes), at %.10g rad/s\n",
               vector_text(last.spin.normalized()).c_str(), spins.back());
-  std::printf("loads              %s\n", loads_text(options).c_str());
+  std::printf("loads              %s\n", loads.c_str());
   std::printf("small motions      frequencies [Hz] in the axes of the body, to a relative accuracy of %.1g\n",
               last.accuracy);
   std::printf("  %-14s", "spin [rad/s]");
   for (const Branch& branch : branches) std::printf("  %-14s", branch.name.c_str());
   std::printf("\n");
-  bool has_growth = false;
   for (std::size_t k = 0; k < spins.size(); k += 4) {
     std::printf("  %-14.6g", spins[k]);
     for (const Branch& branch : branches) {
       const std::complex<double> rate = branch.rates[k];
-      const bool is_growing = rate.real() > kGrowth * std::abs(rate);
-      has_growth = has_growth || is_growing;
-      std::printf("  %-14s",
-                  std::isnan(rate.real())
-                      ? "-"
-                      : format_text("%.8g%s", rate.imag() / (2.0 * std::numbers::pi), is_growing ? " *" : "")
-                            .c_str());
+      const bool is_growing = grows(rate);
+      const std::string text =
+          format_text("%.8g%s", rate.imag() / (2.0 * std::numbers::pi), is_growing ? " *" : "");
+      std::printf("  %-14s", std::isnan(rate.real()) ? "-" : text.c_str());
     }
     std::printf("\n");
   }
-  if (has_growth) std::printf("unstable           motions marked * grow\n");
+  print_growth(spins, all);
 }
 
 int show_range(const Plan& plan, const SteadyOptions& options, const Spin& spin) {
   std::vector<RelativeEquilibrium> all;
   std::vector<double> spins;
+  RelativeEquilibria equilibria(plan, options.loads_at);
   {
     Progress progress("small motions");
-    RelativeEquilibria equilibria(plan, options.loads_at);
     for (int k = 0; k < kNumSpins; ++k) {
       const double share = static_cast<double>(k) / (kNumSpins - 1);
       all.push_back(equilibria.find(share * spin.value));
@@ -322,17 +263,18 @@ int show_range(const Plan& plan, const SteadyOptions& options, const Spin& spin)
   std::vector<Branch> branches = branches_of(plan, all);
   branches.resize(
       std::min({kMostDrawn, branches.size(), options.count > 0 ? index(options.count) : kMostDrawn}));
-  if (!options.plot.empty())
-    if (const std::string error = draw(plan, options.plot, spins, branches); !error.empty())
-      return print_error(error), kExitDiffers;
   if (options.json) {
     Json out{{"name", plan.name}};
     out["steady"] = Json::array();
     for (const RelativeEquilibrium& found : all) out["steady"].push_back(json_of(plan, found));
     print_json(out);
-    return kExitOk;
+  } else {
+    print_range(plan.name, loads_text(options, equilibria), spins, branches, all);
   }
-  print_range(plan, options, spins, branches, all.back());
+  if (options.plot.empty()) return kExitOk;
+  const std::string error =
+      draw_branches(plan.name + ": small motions over spin, body axes", options.plot, spins, branches);
+  if (!error.empty()) return print_error(error), kExitDiffers;
   return kExitOk;
 }
 
@@ -341,7 +283,8 @@ int show_range(const Plan& plan, const SteadyOptions& options, const Spin& spin)
 std::string check_spin(const std::string& text) {
   if (parse_spin(text)) return {};
   return "the value is '" + text +
-         "', but must be X,Y,Z or W [rad/s], or 0..X,Y,Z or 0..W for a range that ends above zero";
+         "', but must be X,Y,Z or W [rad/s], or 0..X,Y,Z or 0..W for a range that ends above zero, "
+         "with numbers of at most 1e9";
 }
 
 int steady_modes(const SteadyOptions& options) {
@@ -352,6 +295,11 @@ int steady_modes(const SteadyOptions& options) {
   }
   const std::optional<Plan> plan = load(options.scene, options.settings);
   if (!plan) return kExitUsage;
+  if (options.loads_at.value_or(0.0) > kMostTicks * plan->period) {
+    print_error(format_text("--at is %.10g s, but must be at most %.3g s, 1e15 ticks", *options.loads_at,
+                            kMostTicks * plan->period));
+    return kExitUsage;
+  }
   if (plan->attractor_mu > 0.0)
     print_warning("the small motions do not include the attraction of the attractor");
   const Spin spin = spin_of(options.spin, *plan);
