@@ -43,6 +43,17 @@ RelativeEquilibrium equilibrium_of(const Scene& scene, const Vector3d& spin) {
   return found;
 }
 
+// A box of eight points whose edges and diagonals are springs; those of one face have the stiffness
+// `stiffness`, the others 1e2 N/m.
+Scene craft_of_springs(double stiffness) {
+  Scene scene;
+  for (int i = 0; i < 8; ++i)
+    add_point(scene, 1.0 + 0.1 * i, {2.0 * (i % 2), 1.3 * (i / 2 % 2), 0.8 * (i / 4)});
+  for (int i = 0; i < 8; ++i)
+    for (int j = 0; j < i; ++j) add_link(scene, j, i, Spring{i < 4 ? stiffness : 1e2});
+  return scene;
+}
+
 // Returns the largest distance of a rate from the nearest one of the reference, over its size, and checks
 // that no rate of the reference beyond those of rigid motion is missing.
 double compare(const Scene& scene, const RelativeEquilibrium& found) {
@@ -258,6 +269,39 @@ TEST(RelativeEquilibrium, AGyrostatNutatesAsARigidBody) {
   EXPECT_NEAR(found.motions[0].rate.imag(), expected, 1e-8 * expected);
 }
 
+// A spin about the axis of intermediate inertia grows at w sqrt((J_2 - J_1) (J_3 - J_2) / (J_1 J_3)), however
+// slow it is beside the lowest frequency.
+TEST(RelativeEquilibrium, SlowMotionsOfTheBodyAreFound) {
+  const Scene scene = craft_of_springs(1e3);
+  const Structure structure = build(scene);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(structure.mass_properties.inertia);
+  const Vector3d J = axes.eigenvalues();
+  const double share = std::sqrt((J[1] - J[0]) * (J[2] - J[1]) / (J[0] * J[2]));
+  for (const double spin : {0.3, 1e-3, 1e-5}) {
+    const RelativeEquilibrium found = equilibrium_of(scene, spin * axes.eigenvectors().col(1));
+    double fastest = 0.0;
+    for (const SmallMotion& small : found.motions) fastest = std::max(fastest, small.rate.real());
+    // the springs of 1e2 N/m stretch by (spin / omega)^2
+    EXPECT_NEAR(fastest, share * spin, 0.02 * share * spin) << spin;
+  }
+}
+
+// The stiffest springs are 1e7 times as stiff as the softest. The shape under spin hardly depends on them.
+TEST(RelativeEquilibrium, StiffLinksDoNotHideSoftDirections) {
+  const auto lowest_at = [](double stiffness) {
+    const Scene scene = craft_of_springs(stiffness);
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(build(scene).mass_properties.inertia);
+    const RelativeEquilibrium found = equilibrium_of(scene, 1.5 * axes.eigenvectors().col(2));
+    double lowest = HUGE_VAL;
+    for (const SmallMotion& small : found.motions)
+      if (small.mode >= 0) lowest = std::min(lowest, small.rate.imag());
+    return lowest;
+  };
+  const double soft = lowest_at(1e6), stiff = lowest_at(1e9);
+  std::printf("lowest frequency %.6f and %.6f rad/s\n", soft, stiff);
+  EXPECT_NEAR(soft, stiff, 1e-3 * stiff);
+}
+
 TEST(RelativeEquilibrium, AMotionThatIsNotSteadyIsRefused) {
   Random random(3);
   const Scene scene = chain(random);
@@ -277,6 +321,26 @@ TEST(RelativeEquilibrium, AMotionThatIsNotSteadyIsRefused) {
             std::string::npos);
   const Scene row = beam_of(4, kAxial);
   EXPECT_NE(RelativeEquilibria(true_plan(row), std::nullopt).find({0.1, 0.0, 1.0}).error.find("on a line"),
+            std::string::npos);
+  // two masses on a spring do not hold a spin above sqrt(2 k / m)
+  Scene pair;
+  for (const double x : {-1.0, 1.0}) add_point(pair, 1.0, {x, 0.0, 0.0});
+  add_link(pair, 0, 1, Spring{1e3});
+  RelativeEquilibria pairs(true_plan(pair), std::nullopt);
+  EXPECT_EQ(pairs.find({0.0, 0.0, 40.0}).error, "");
+  for (const double spin : {45.0, 1e3, 1e9})
+    EXPECT_NE(pairs.find({0.0, 0.0, spin}).error.find("do not hold this spin"), std::string::npos) << spin;
+  // a motor changes the momentum of its wheel
+  Scene craft;
+  add_point(craft, 8.0, Vector3d::Zero());
+  craft.points[0].inertia = Vector3d(2.0, 2.0, 3.0).asDiagonal();
+  add_point(craft, 0.1, {0.0, 0.0, 1.0});
+  add_link(craft, 0, 1, Beam{1e6, 1e6, 1e6, 1e6, {1.0, 0.0, 0.0}});
+  craft.wheels.push_back({.name = "wheel", .point = 0, .axis = {0.0, 0.0, 1.0}, .momentum = 1.0});
+  Load motor;
+  motor.wheels.push_back({0, 0.5});
+  craft.loads.push_back(motor);
+  EXPECT_NE(RelativeEquilibria(true_plan(craft), 0.0).find(Vector3d::Zero()).error.find("drives a wheel"),
             std::string::npos);
   // the load acts only when it is asked for, and only while its history acts
   EXPECT_EQ(RelativeEquilibria(true_plan(pushed), std::nullopt).find(Vector3d::Zero()).error, "");

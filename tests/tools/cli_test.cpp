@@ -333,6 +333,17 @@ TEST(Modes, ASpinningBeamAndARocketHaveOtherFrequencies) {
   EXPECT_TRUE(contains(refused.err, "all points lie on a line")) << refused.err;
 }
 
+// The box tumbles at every spin about its axis of intermediate inertia (closed form 0.57735 1/s at 1 rad/s).
+TEST(Modes, ARangeOfSpinsSaysWhereAMotionGrows) {
+  const Outcome outcome =
+      run(kFreeflex + " modes " + kScenes + "gallery/tumbling_box.yaml --spin 0..0,1,0 --count 1");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.out, "  1               0 *  ")) << outcome.out;
+  EXPECT_TRUE(
+      contains(outcome.out, "from 0.025 to 1 rad/s some motion grows, at most by 0.5774 1/s at 1 rad/s"))
+      << outcome.out;
+}
+
 // The angle between the two springs is a mechanism, on which feedback acts. The angle oscillates if the
 // feedback pulls it back, and grows if the feedback pushes it away.
 TEST(Modes, AMechanismUnderFeedbackIsListed) {
