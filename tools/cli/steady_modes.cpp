@@ -84,6 +84,7 @@ std::optional<Plan> load(const std::string& path, const io::Settings& settings) 
   std::optional<Plan> plan;
   if (read.scene) {
     const Progress progress("set-up");
+    read.scene->modes = {};  // the rung needs all modes
     const auto structure = build_structure(*read.scene, read.faults);
     if (structure && structure->omega.size() <= kMostFreedoms) {
       read.scene->fidelity = kTrueGeometry;
