@@ -94,8 +94,8 @@ std::string draw_branches(const std::string& title, const std::string& path, con
     Series of_frequency{branch.name, {}}, of_damping{branch.name, {}};
     for (const std::complex<double> rate : branch.rates) {
       of_frequency.y.push_back(rate.imag() / (2.0 * std::numbers::pi));
-      const double size = std::abs(rate), growth = std::abs(rate.real()) < kGrowth * size ? 0.0 : rate.real();
-      of_damping.y.push_back(std::isnan(size) ? size : -growth / size);
+      const double size = std::abs(rate);
+      of_damping.y.push_back(std::isnan(size) ? size : -growth_of(rate) / size);
     }
     frequency.series.push_back(std::move(of_frequency));
     damping.series.push_back(std::move(of_damping));

@@ -15,6 +15,11 @@ namespace freeflex::tools {
 inline constexpr double kGrowth = 1e-7;
 inline bool grows(std::complex<double> rate) { return rate.real() > kGrowth * std::abs(rate); }
 
+/// Returns the growth [1/s] of a motion, negative if it decays. Rounding errors are zero.
+inline double growth_of(std::complex<double> rate) {
+  return std::abs(rate.real()) < kGrowth * std::abs(rate) ? 0.0 : rate.real();
+}
+
 /// Returns the number of a mode in the scene, from 1.
 inline int number_of(const StepPlan& plan, int mode) {
   return plan.mode_numbers.empty() ? mode + 1 : plan.mode_numbers[index(mode)];

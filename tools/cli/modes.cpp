@@ -56,8 +56,9 @@ JSON fields:
                motion
   step_error   largest splitting error of a tick, relative to the damping in that tick;  null: no splitting
 JSON fields with --spin or --loads: name, and
-  steady       for each spin: spin [rad/s], body axes; displacement [m], the largest of a point; accuracy [-] of
-               the motions; motions, for each: frequency [Hz], damping_ratio, decay_rate [1/s], mode and share
+  steady       for each spin: spin [rad/s], body axes; displacement [m], the largest of a point;
+               acceleration [rad/s^2] of the rotation by a small moment of the loads; accuracy [-] of the motions;
+               motions, for each: frequency [Hz], damping_ratio, decay_rate [1/s], mode and share
                (number of the mode with most of its energy, null for the rotation of the body, and its share)
 Exit codes: 0 done, 1 the picture was not written or there is no steady motion, 2 the scene or plan has errors.)";
 

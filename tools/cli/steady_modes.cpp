@@ -25,7 +25,7 @@ constexpr int kNumSpins = 41;          // of a range, with its ends
 constexpr std::size_t kMostDrawn = 6;  // branches in a picture and in the table of a range
 constexpr double kAccurate = 1e-4;     // [-] a worse accuracy is a warning
 constexpr double kMostSpin = 1e9;      // [rad/s] of each number of --spin
-constexpr double kMostTicks = 1e15;
+constexpr double kMostTicks = 1e15;    // of --at; a double holds each exactly
 // The work grows with the cube of the number of freedoms. 1,000 take some two minutes.
 constexpr int kMostFreedoms = 1000;
 
@@ -92,17 +92,15 @@ std::optional<Plan> load(const std::string& path, const io::Settings& settings) 
     } else if (structure) {
       add_error(read.faults, {},
                 join_text("the scene has ", structure->omega.size(),
-                          " elastic freedoms, but --spin and --loads take at "
-                          "most ",
-                          kMostFreedoms, "; use a coarser mesh"));
+                          " elastic freedoms, but --spin and --loads take at most ", kMostFreedoms,
+                          "; use a coarser mesh"));
     }
   }
   print_faults(read.faults, read.sources);
   if (!plan && read.scene)
     print_error(
-        "--spin and --loads use the rung corotational whatever the fidelity of the scene, and it does not "
-        "take "
-        "this scene");
+        "--spin and --loads use the rung corotational whatever the fidelity of the scene, "
+        "and it does not take this scene");
   return plan;
 }
 
@@ -121,16 +119,23 @@ Json json_of(const Plan& plan, const RelativeEquilibrium& found) {
                        {"share", small.share}});
   return {{"spin", {found.spin[0], found.spin[1], found.spin[2]}},
           {"displacement", found.displacements.colwise().norm().maxCoeff()},
+          {"acceleration", {found.acceleration[0], found.acceleration[1], found.acceleration[2]}},
           {"accuracy", found.accuracy},
           {"motions", motions}};
 }
 
-void warn_of_accuracy(const RelativeEquilibrium& found) {
-  if (found.accuracy > kAccurate)
+void warn_of_accuracy(double accuracy) {
+  if (accuracy > kAccurate)
     print_warning(
         format_text("the frequencies are accurate to %.2g only, because some links are much stiffer than "
                     "others; lower the stiffness of links that hardly stretch",
-                    found.accuracy));
+                    accuracy));
+}
+
+double worst_accuracy(const std::vector<RelativeEquilibrium>& all) {
+  double worst = 0.0;
+  for (const RelativeEquilibrium& each : all) worst = std::max(worst, each.accuracy);
+  return worst;
 }
 
 std::string loads_text(const SteadyOptions& options, const RelativeEquilibria& equilibria) {
@@ -144,18 +149,14 @@ std::string vector_text(const Vector3d& v) {
 }
 
 void print_motion(const Plan& plan, const SmallMotion& small) {
+  const double size = std::abs(small.rate), growth = growth_of(small.rate);
   const bool oscillates = small.rate.imag() > 0.0;
+  const std::string frequency = oscillates ? format_text("%.10g", hertz(small)) : "-";
+  const std::string damping = oscillates ? format_text("%.4g", 0.0 - growth / size) : "-";
   const std::string like =
       small.mode < 0 ? "rotation of the body" : "mode " + std::to_string(number_of(plan, small.mode));
-  std::printf(
-      "  %-16s  %-12s  %-12.4g  %s, %.0f %%\n", oscillates ? format_text("%.10g", hertz(small)).c_str() : "-",
-      oscillates
-          ? format_text("%.4g",
-                        std::abs(small.rate.real()) < kGrowth * std::abs(small.rate) ? 0.0 : ratio(small))
-                .c_str()
-          : "-",
-      std::abs(small.rate.real()) < kGrowth * std::abs(small.rate) ? 0.0 : small.rate.real(), like.c_str(),
-      100.0 * small.share);
+  std::printf("  %-16s  %-12s  %-12.4g  %s, %.0f %%\n", frequency.c_str(), damping.c_str(), growth,
+              like.c_str(), 100.0 * small.share);
 }
 
 int show_one(const Plan& plan, const SteadyOptions& options, const Spin& spin) {
@@ -165,7 +166,7 @@ int show_one(const Plan& plan, const SteadyOptions& options, const Spin& spin) {
     return equilibria.find(spin.value);
   }();
   if (!found.error.empty()) return print_error(found.error), kExitDiffers;
-  warn_of_accuracy(found);
+  warn_of_accuracy(found.accuracy);
   if (options.json) {
     Json out{{"name", plan.name}};
     out["steady"] = Json::array({json_of(plan, found)});
@@ -181,6 +182,9 @@ int show_one(const Plan& plan, const SteadyOptions& options, const Spin& spin) {
               is_idle ? ", when none acts" : "");
   std::printf("displacement       up to %.4g m, of point '%s'\n", largest,
               plan.points[index(point)].name.c_str());
+  if (!found.acceleration.isZero(0.0))
+    std::printf("not quite steady   the loads accelerate the rotation by %s rad/s^2\n",
+                vector_text(found.acceleration).c_str());
   std::printf(
       "small motions      about this steady motion, in the axes of the body, to a relative accuracy of "
       "%.1g\n",
@@ -210,9 +214,8 @@ void print_growth(const std::vector<double>& spins, const std::vector<RelativeEq
     }
   if (first >= 0.0)
     std::printf(
-        "unstable           motions marked * grow; at spins from %.6g to %.6g rad/s some motion grows, at "
-        "most "
-        "by %.4g 1/s at %.6g rad/s\n",
+        "unstable           motions marked * grow; at spins from %.6g to %.6g rad/s some motion grows, "
+        "at most by %.4g 1/s at %.6g rad/s\n",
         first, last, most, at);
 }
 
@@ -224,7 +227,7 @@ void print_range(const std::string& name, const std::string& loads, const std::v
               vector_text(last.spin.normalized()).c_str(), spins.back());
   std::printf("loads              %s\n", loads.c_str());
   std::printf("small motions      frequencies [Hz] in the axes of the body, to a relative accuracy of %.1g\n",
-              last.accuracy);
+              worst_accuracy(all));
   std::printf("  %-14s", "spin [rad/s]");
   for (const Branch& branch : branches) std::printf("  %-14s", branch.name.c_str());
   std::printf("\n");
@@ -260,7 +263,7 @@ int show_range(const Plan& plan, const SteadyOptions& options, const Spin& spin)
     print_error(format_text("at a spin of %.6g rad/s: ", spins.back()) + all.back().error);
     return kExitDiffers;
   }
-  warn_of_accuracy(all.back());
+  warn_of_accuracy(worst_accuracy(all));
   std::vector<Branch> branches = branches_of(plan, all);
   branches.resize(
       std::min({kMostDrawn, branches.size(), options.count > 0 ? index(options.count) : kMostDrawn}));
