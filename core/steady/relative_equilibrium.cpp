@@ -43,8 +43,8 @@ constexpr double kMostTilt = 10.0;  // [deg] between the axis that was asked for
 // [rad] A moment is not balanced if it turns the body by more than this within 1 rad of the lowest mode.
 constexpr double kUnbalanced = 1e-6;
 // [-] Rates below this share of the lowest frequency are rounding errors of zero, and so are rates below this
-// share of the spin, or of the rate at which loads turn the body, if that is less. Twice the zero eigenvalue
-// of a free axis is a root of the rounding error.
+// share of the spin, or of the rate at which loads turn the body, if that is less. A free axis has a double
+// eigenvalue of zero, whose rounding error is the square root of that of the rates.
 constexpr double kZeroRate = 1e-5, kZeroOfBody = 1e-4;
 // [-] moments below this share of the loads times the size are rounding errors
 constexpr double kZeroMoment = 1e-9;
@@ -125,9 +125,8 @@ std::string RelativeEquilibria::refusal(const Vector3d& spin) const {
   if (plan_.rigid_freedoms == 5 && std::abs(spin.dot(vector_of(plan_.line))) > 1e-6 * spin.norm())
     return "all points lie on a line, about which the body has no inertia; give a spin across this line";
   if (has_motor_)
-    return "a load drives a wheel, whose momentum changes; steady loads do not, so take this load out or "
-           "give "
-           "another --at";
+    return "a load drives a wheel, whose momentum changes; steady loads do not, so take this load out "
+           "or give another --at";
   if (has_world_loads_ && spin.norm() > 0.0)
     return "loads in world axes are not steady while the body rotates; write them in body or local axes, or "
            "leave --spin out";
@@ -352,7 +351,8 @@ RelativeEquilibrium RelativeEquilibria::find(const Vector3d& asked) {
   if (!motion.error.empty()) return motion;
   const Vector z = steady_state(q, motion.spin);
   const Vector3d moment = rates(z, motion.spin).segment<3>(2 * n_);
-  if (moment.norm() > kZeroMoment * load_size_ * size_) {
+  // under spin, solve() has checked the moment
+  if (asked.isZero(0.0) && moment.norm() > kZeroMoment * load_size_ * size_) {
     const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> inverse(
         plan_.inverse_inertia.data());
     motion.acceleration = inverse * moment;

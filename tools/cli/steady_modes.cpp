@@ -26,7 +26,7 @@ constexpr std::size_t kMostDrawn = 6;  // branches in a picture and in the table
 constexpr double kAccurate = 1e-4;     // [-] a worse accuracy is a warning
 constexpr double kMostSpin = 1e9;      // [rad/s] of each number of --spin
 constexpr double kMostTicks = 1e15;    // of --at; a double holds each exactly
-// The work grows with the cube of the number of freedoms. 1,000 take some two minutes.
+// The work grows with the cube of the number of freedoms. 988 took 160 s.
 constexpr int kMostFreedoms = 1000;
 
 struct Spin {
