@@ -195,7 +195,7 @@ void set_spins(const PlanLinkEnd& end, const PresentEnd& at, std::uint8_t number
   }
 }
 
-/// Sums the stiffness of all links over the present rotations, and factors it.
+/// Sums the stiffness of all links over the rotations of joints, at the present shape, and factors the sum.
 void renew(const PlanTrueLinks& links, std::span<const Vec3> V, const JointState& state,
            JointWorkspace& w) noexcept {
   clear_stiffness(w.factor);

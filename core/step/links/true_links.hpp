@@ -12,7 +12,7 @@ namespace freeflex {
 
 struct JointWorkspace {
   Array theta;  // [rad] (num_rotations) linear rotations
-  // (num_joints + num_bodies) present rotations; who calls relax_joints() sets those of bodies
+  // (num_joints + num_bodies) present rotations; the caller of relax_joints() sets those of bodies
   std::vector<Mat3> R;
   std::vector<Vec3> body_theta;  // [rad] (num_bodies) linear rotations of bodies
   // [N m] (num_bodies) moments that links exert on bodies, in the axes of the body, and those of linear links
