@@ -285,8 +285,10 @@ void refuse_bodies(const Scene& scene, const ResolvedScene& resolved, Fidelity r
     if (resolved.links[i].has_mass)
       return add_error(
           faults, scene.links[i].origin,
-          join_text("link ", called(scene.links[i], static_cast<int>(i)), " has mass, which fidelity ",
-                    name_of(rung), " does not support; set fidelity: coupled or a lower rung"));
+          join_text("link ", called(scene.links[i], static_cast<int>(i)), " has spread mass, which fidelity ",
+                    name_of(rung),
+                    " does not support; add lumped: true to the link, which puts its mass on its points, or "
+                    "set fidelity: coupled or a lower rung"));
 }
 
 void compile_initial_joints(const Scene& scene, StepPlan& plan, Faults& faults) {

@@ -80,6 +80,32 @@ double mass_of(const Scene& scene, const Link& link) {
   return law.density * 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).stableNorm();
 }
 
+namespace {
+
+// Adds a point mass at a point. With the offset c of the body from the point, the new centre is at
+// m c / (m + dm), and the inertia about it grows by m dm / (m + dm) ((c . c) 1 - c c^T).
+void add_mass(PointMass& point, double mass) {
+  const double all = point.mass + mass;
+  const Eigen::Vector3d& c = point.offset;
+  point.inertia +=
+      point.mass * (mass / all) * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose()).eval();
+  point.offset *= point.mass / all;
+  point.mass = all;
+}
+
+}  // namespace
+
+void place_lumped_masses(Scene& scene) {
+  for (Link& link : scene.links) {
+    if (mass_distribution_of(link) != MassDistribution::kLumped || !has_mass(link)) continue;
+    const double part = mass_of(scene, link) / static_cast<double>(link.points.size());
+    for (const int point : link.points) add_mass(scene.points[index(point)], part);
+    if (auto* bar = std::get_if<Bar>(&link.kind)) bar->mass_per_length = 0.0;
+    if (auto* beam = std::get_if<Beam>(&link.kind)) beam->mass_per_length = 0.0;
+    if (auto* plate = std::get_if<Plate>(&link.kind)) plate->density = 0.0;
+  }
+}
+
 bool has_mass_matrix(const Link& link) { return mass_law_of(link).shape == MassShape::kMatrix; }
 
 MassDistribution mass_distribution_of(const Link& link) { return mass_law_of(link).distribution; }
@@ -236,15 +262,13 @@ std::vector<DistributedMass> distributed_masses(const Scene& scene, int index) {
   if (!has_mass(link)) return {};
   assert(std::ranges::all_of(
       link.points, [&](int point) { return point >= 0 && freeflex::index(point) < scene.points.size(); }));
+  assert(mass_distribution_of(link) != MassDistribution::kLumped);
   const double mass = mass_of(scene, link);
   std::vector<DistributedMass> all;
   const MassShape shape = mass_law_of(link).shape;
   if (shape == MassShape::kMatrix) {
     for (const Eigen::Vector3d& arm : corners_of(rigid_body_of(scene, link)))
       all.push_back({index, 0.25 * mass, {{link.points[0], 1.0}}, arm});
-  } else if (mass_distribution_of(link) == MassDistribution::kLumped) {
-    for (const int point : link.points)
-      all.push_back({index, mass / static_cast<double>(link.points.size()), {{point, 1.0}}});
   } else if (shape == MassShape::kTriangle) {
     static const std::vector<TrianglePoint> kPoints = triangle_points();
     for (const TrianglePoint& each : kPoints)

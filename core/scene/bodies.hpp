@@ -34,8 +34,8 @@ struct DistributedMass {
 
 /// Returns the parts of the mass of all links, in the order of the links. The parts of consistent mass are at
 /// the Gauss points of beams and bars and at Dunavant's points of plates, because these points integrate the
-/// squares of the deformation shapes exactly. The parts of lumped mass are at the points of the link. A
-/// superelement has four parts at the corners of its rigid body (THEORY 16.4). \pre all points of links exist
+/// squares of the deformation shapes exactly. A superelement has four parts at the corners of its rigid body
+/// (THEORY 16.4). \pre all points of links exist, and place_lumped_masses() was called
 std::vector<DistributedMass> distributed_masses(const Scene& scene);
 /// Returns the parts of the mass of one link.
 std::vector<DistributedMass> distributed_masses(const Scene& scene, int link);
@@ -48,6 +48,11 @@ bool has_mass_matrix(const Link& link);
 bool has_mass(const Link& link);
 /// Returns how the mass of a link is distributed. Returns kConsistent for links without mass.
 MassDistribution mass_distribution_of(const Link& link);
+
+/// Moves the lumped mass of links to their points, in equal parts. Such links have no mass afterwards. A part
+/// on a body with an offset moves the centre of mass of the body towards the point and adds to its inertia.
+/// \pre all points of links exist
+void place_lumped_masses(Scene& scene);
 
 /// Returns the mass of a link [kg]. Returns 0 if the link has no mass.
 double mass_of(const Scene& scene, const Link& link);

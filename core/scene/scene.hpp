@@ -43,7 +43,7 @@ struct PointMass {
 /// Distribution of the mass of a link   (THEORY 16.10 to 16.12).
 enum class MassDistribution {
   kConsistent,  // consistent mass matrix, from the deformation shapes of the link
-  kLumped,      // lumped mass, in equal parts at the points of the link
+  kLumped,      // lumped mass: place_lumped_masses() moves it to the points of the link, in equal parts
   kMeanAxial,   // for motion across the link the consistent mass matrix, for motion along the link the mean
                 // of the lumped and the consistent mass matrix
 };

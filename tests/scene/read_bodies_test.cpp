@@ -53,8 +53,11 @@ TEST(ReadBodies, LinksHaveTheMassAndDistributionThatTheirKeysGive) {
       "  - {beam: [b, c], EA: 1e5, GJ: 1e3, EIy: 1e3, EIz: 1e3, mass_per_length: 1, lumped: false}\n");
   EXPECT_DOUBLE_EQ(mass_of(scene, scene.links[0]), 6.0);
   EXPECT_EQ(mass_distribution_of(scene.links[0]), MassDistribution::kMeanAxial);
-  EXPECT_DOUBLE_EQ(mass_of(scene, scene.links[1]), 2.0);
-  EXPECT_EQ(mass_distribution_of(scene.links[1]), MassDistribution::kLumped);
+  EXPECT_FALSE(has_mass(scene.links[1]));  // its 2 kg are on b and c, 1 kg each
+  const Scene bare =
+      read_good(kPoints + "links: [{beam: [hub, b, c], EA: 1e5, GJ: 1e3, EIy: 1e3, EIz: 1e3}]\n");
+  for (const std::size_t k : {0U, 1U, 2U})
+    EXPECT_DOUBLE_EQ(scene.points[k].mass - bare.points[k].mass, k == 0U ? 0.0 : 1.0) << k;
   EXPECT_DOUBLE_EQ(mass_of(scene, scene.links[2]), 1.0);
   EXPECT_EQ(mass_distribution_of(scene.links[2]), MassDistribution::kConsistent);
   EXPECT_EQ(mass_distribution_of(scene.links[3]), MassDistribution::kConsistent);

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "core/scene/bodies.hpp"
 #include "core/structure/masses/particles.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/setup/plate_mesh.hpp"
@@ -88,6 +89,7 @@ TEST(DistributedMass, FrequenciesAlongAChainHaveTheClosedFormOfEachKindOfMass) {
       beam.mass_distribution = distribution;
       for (int i = 0; i < kSpans; ++i)
         add_link(scene, i, i + 1, is_bar ? LinkKind(Bar{1e4, 1.0, distribution}) : LinkKind(beam));
+      place_lumped_masses(scene);
       const Structure structure = build(scene);
       for (int k = 1; k <= kSpans; ++k) {
         const double c = std::cos(k * M_PI / kSpans), rate = 1e4 * kSpans * kSpans;
@@ -104,12 +106,37 @@ TEST(DistributedMass, LumpedMassEqualsPointMasses) {
   Beam lumped = slender(3.0), bare = slender(0.0);
   lumped.mass_distribution = MassDistribution::kLumped;
   Scene spread = consistent_beam(7, lumped), points = consistent_beam(7, bare);
+  place_lumped_masses(spread);
   for (std::size_t i = 0; i < points.points.size(); ++i)
     points.points[i].mass = 3.0 / 7.0 * (i == 0 || i == 7 ? 0.5 : 1.0);
   const Structure a = build(spread), b = build(points);
   ASSERT_EQ(a.omega.size(), b.omega.size());
   EXPECT_LT(((a.omega - b.omega).array() / b.omega.array()).abs().maxCoeff(), 1e-12);
   EXPECT_NEAR(a.mass_properties.principal[2], b.mass_properties.principal[2], 1e-14);
+}
+
+// A part of the mass of a link at a point whose body has its centre elsewhere: mass, centre and inertia are
+// those of the body and a point mass together, by Huygens' theorem.
+TEST(DistributedMass, LumpedMassOnABodyWithAnOffsetMovesItsCentreAndAddsInertia) {
+  Scene scene;
+  add_point(scene, 3.0, {0.0, 0.0, 0.0});
+  add_point(scene, 1.0, {2.0, 0.0, 0.0});
+  PointMass& body = scene.points[0];
+  body.offset = {0.1, -0.2, 0.3};
+  body.inertia = Eigen::Vector3d(0.4, 0.5, 0.6).asDiagonal();
+  const Eigen::Vector3d c = body.offset;
+  const Eigen::Matrix3d J = body.inertia;
+  Beam lumped = slender(1.0);
+  lumped.mass_distribution = MassDistribution::kLumped;
+  add_link(scene, 0, 1, lumped);
+  place_lumped_masses(scene);
+  EXPECT_DOUBLE_EQ(body.mass, 4.0);
+  EXPECT_DOUBLE_EQ(scene.points[1].mass, 2.0);
+  const auto about_point = [](double m, const Eigen::Vector3d& d) {
+    return (m * (d.squaredNorm() * Eigen::Matrix3d::Identity() - d * d.transpose())).eval();
+  };
+  EXPECT_LT((4.0 * body.offset - 3.0 * c).norm(), 1e-15);
+  EXPECT_LT((body.inertia + about_point(4.0, body.offset) - J - about_point(3.0, c)).norm(), 1e-15);
 }
 
 TEST(DistributedMass, TheMassOfABeamHasTheInertiaOfARodInAnyDirection) {

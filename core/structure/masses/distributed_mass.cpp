@@ -177,12 +177,6 @@ void add_plate_rows(const Scene& scene, const Freedoms& freedoms, int index, Def
 std::array<Displacement, 3> displacement_of(const Scene& scene, const Freedoms& freedoms,
                                             const DistributedMass& part) {
   const Link& link = scene.links[static_cast<std::size_t>(part.link)];
-  if (mass_distribution_of(link) == MassDistribution::kLumped) {
-    std::array<Displacement, 3> rows;
-    for (int axis = 0; axis < 3; ++axis)
-      rows[static_cast<std::size_t>(axis)].emplace_back(3 * part.shares[0].first + axis, 1.0);
-    return rows;
-  }
   if (traits_of(link).is_surface) {
     const Sheet sheet(scene, freedoms, part.link);
     return to_scene_axes(sheet.axes, sheet.at(corner_weights(part)));
@@ -195,15 +189,10 @@ std::array<Displacement, 3> displacement_of(const Scene& scene, const Freedoms& 
 DeformationRows distributed_mass_rows(const Scene& scene, const Freedoms& freedoms, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   DeformationRows rows;
-  if (mass_distribution_of(link) == MassDistribution::kLumped) {
-    for (const DistributedMass& part : distributed_masses(scene, index))
-      for (int axis = 0; axis < 3; ++axis)
-        rows.push_back(mass_row(part.mass, {{3 * part.shares[0].first + axis, 1.0}}));
-  } else if (traits_of(link).is_surface) {
+  if (traits_of(link).is_surface)
     add_plate_rows(scene, freedoms, index, rows);
-  } else {
+  else
     add_line_rows(scene, freedoms, index, rows);
-  }
   return rows;
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <numeric>
 
+#include "core/scene/bodies.hpp"
 #include "core/scene/check/plausibility.hpp"
 #include "core/scene/link_kinds.hpp"
 #include "service/io/scene/input.hpp"
@@ -43,6 +44,7 @@ SceneResult read_source(reader::Report& report, std::optional<int> source, const
   // fault
   if (!is_read && scene_reader.is_judged())
     reader::report_physics(scene, scene_reader.other_places(), report);
+  if (is_read) place_lumped_masses(scene);
   if (is_read) report_implausible(scene, report);
   if (is_read) result.scene = std::move(scene);
   result.faults = report.take_faults();
