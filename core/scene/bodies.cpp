@@ -100,9 +100,7 @@ void place_lumped_masses(Scene& scene) {
     if (mass_distribution_of(link) != MassDistribution::kLumped || !has_mass(link)) continue;
     const double part = mass_of(scene, link) / static_cast<double>(link.points.size());
     for (const int point : link.points) add_mass(scene.points[index(point)], part);
-    if (auto* bar = std::get_if<Bar>(&link.kind)) bar->mass_per_length = 0.0;
-    if (auto* beam = std::get_if<Beam>(&link.kind)) beam->mass_per_length = 0.0;
-    if (auto* plate = std::get_if<Plate>(&link.kind)) plate->density = 0.0;
+    remove_mass(link);
   }
 }
 

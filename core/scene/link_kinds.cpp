@@ -69,6 +69,12 @@ bool is_body(const Link& link) {
   return traits_of(link).effect == LinkEffect::kForbids && link.points.size() > 2;
 }
 
+void remove_mass(Link& link) {
+  if (auto* bar = std::get_if<Bar>(&link.kind)) bar->mass_per_length = 0.0;
+  if (auto* beam = std::get_if<Beam>(&link.kind)) beam->mass_per_length = 0.0;
+  if (auto* plate = std::get_if<Plate>(&link.kind)) plate->density = 0.0;
+}
+
 const MatrixLink* matrices_of(const Link& link) { return std::get_if<MatrixLink>(&link.kind); }
 
 int num_inner(const Link& link) {

@@ -84,6 +84,9 @@ bool is_body(const Link& link);
 /// Returns whether a link forbids displacements: a rigid link or a rigid body.
 inline bool is_rigid(const Link& link) { return traits_of(link).effect == LinkEffect::kForbids; }
 
+/// Sets the mass of a bar, beam or plate to zero.
+void remove_mass(Link& link);
+
 /// Returns the matrices of a link that is given by matrices, or nullptr for any other link.
 const MatrixLink* matrices_of(const Link& link);
 
