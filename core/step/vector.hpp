@@ -47,6 +47,22 @@ constexpr Mat3 multiply(const Mat3& A, const Mat3& B) noexcept {
   return C;
 }
 
+/// Returns A^T B.
+constexpr Mat3 multiply_transposed(const Mat3& A, const Mat3& B) noexcept {
+  Mat3 C{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      C[3 * i + j] = A[i] * B[j] + A[3 + i] * B[3 + j] + A[6 + i] * B[6 + j];
+  return C;
+}
+/// Solves A x = b by the adjugate of A.
+constexpr Vec3 solve_by_adjugate(const Mat3& A, const Vec3& b) noexcept {
+  const Vec3 x{A[0], A[1], A[2]}, y{A[3], A[4], A[5]}, z{A[6], A[7], A[8]};
+  const Vec3 yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
+  const double determinant = dot(x, yz);
+  return scale(1.0 / determinant, add_scaled(add_scaled(scale(b[0], yz), b[1], zx), b[2], xy));
+}
+
 /// Returns the Hamilton product of two quaternions, scalar first.
 constexpr Quat multiply(const Quat& a, const Quat& b) noexcept {
   return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],

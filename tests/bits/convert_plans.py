@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""convert_plans.py FILE.plan [RECORDING.log FINGERPRINT]: rewrites a saved plan of version 9 as version 10.
+"""convert_plans.py FILE.plan [RECORDING.log FINGERPRINT]: rewrites a saved plan of version 10 as version 11.
 
-No number is computed anew, except for the checksum and the fingerprint. The members that version 10 adds are empty: a
-plan of version 9 has no link but springs and bars at true geometry. In the recording, FINGERPRINT, the old one of the
+No number is computed anew, except for the checksum and the fingerprint. The member that version 11 adds, the
+matrix links at true geometry, is empty; a plan with matrices on the rung corotational must be compiled again. In the recording, FINGERPRINT, the old one of the
 plan, is replaced by the new one. The script prints how many numbers it read and wrote, and how many fingerprints it
 replaced.
 """
@@ -53,11 +53,35 @@ FIELDS = {
                       ("impulse_q_dot_rows", ["d"]), ("impulse_out", ["d"])],
     "Bar": [("link", "i"), ("first", "i"), ("second", "i"), ("stiffness", "d"), ("damping", "d"), ("length", "d"),
             ("direction", D3)],
-    "BodyRotation": [("first", "i"), ("count", "i"), ("centre", D3), ("offset", D3), ("rows", ["d"])],
+    "BodyRotation": [("first", "i"), ("count", "i"), ("point", "i"), ("centre", D3), ("offset", D3), ("rows", ["d"])],
     "Offset": [("mass", "d"), ("offset", D3), ("rows", ["d"])],
     "Kinetics": [("form", "i"), ("moments", ["d"]), ("num_tables", "i"), ("tables", ["d"]),
                  ("body_rotations", ["BodyRotation"]), ("offsets", ["Offset"])],
-    "Coupled": [("functions", ["d"]), ("bars", ["Bar"]), ("substep_phase", "d"), ("num_substeps", "i"),
+    "BeamConstants": [("scalars", ("d", 3)), ("symmetric", ("d", 2)), ("antisymmetric", ("d", 2)), ("shear", ("d", 2)),
+                      ("skew_bow", ("d", 2))],
+    "PlateConstants": [("axis_x", D3), ("axis_y", D3), ("first", D3), ("second", D3), ("gradients", ("d", 6)),
+                       ("membrane", D3), ("bending", ("d", 81)), ("curvature", ("d", 27))],
+    "AngleConstants": [("form", "i"), ("stiffness", "d"), ("rest", ("d", 2))],
+    "LinkEnd": [("joint", "i"), ("released", ("i", 3))],
+    "TrueBeam": [("link", "i"), ("points", ("i", 2)), ("ends", ("LinkEnd", 2)), ("span", D3), ("axes", D9),
+                 ("constants", "BeamConstants")],
+    "TruePlate": [("link", "i"), ("points", ("i", 3)), ("ends", ("LinkEnd", 3)), ("axes", D9),
+                  ("constants", "PlateConstants")],
+    "TrueAngle": [("link", "i"), ("points", ("i", 4)), ("constants", "AngleConstants"), ("num_rows", "i"),
+                  ("rows", ("d", 24)), ("sign", "d")],
+    "Joints": [("num_joints", "i"), ("num_rotations", "i"), ("of_points", ["i"]), ("rows", ["d"]), ("order", ["i"]),
+               ("starts", ["i"]), ("below", ["i"]), ("lower", ["d"]), ("inverse_pivots", ["d"]), ("idle", ["d"])],
+    "TrueLinks": [("beams", ["TrueBeam"]), ("plates", ["TruePlate"]), ("angles", ["TrueAngle"]), ("joints", "Joints")],
+    "RigidBody": [("mass", "d"), ("centre", D3), ("inertia", D9), ("rows", ["d"]), ("first", "i"), ("count", "i")],
+    "Turning": [("bodies", ["RigidBody"]), ("points", ["i"]), ("of_points", ["i"]), ("of_carriers", ["i"]),
+                ("of_attitudes", ["i"])],
+    "CurveLink": [("points", ("i", 2)), ("joints", ("i", 2)), ("direction", D3), ("length", "d"), ("skew_bow", "d")],
+    "CurvePlate": [("points", ("i", 3)), ("gradients", ("d", 6))],
+    "Curve": [("links", ["CurveLink"]), ("plates", ["CurvePlate"]), ("modes", ["i"]), ("is_axial", ["B"]),
+              ("weights", ["d"]), ("stiff", ["i"]), ("is_filtered", "B"), ("filter", ["d"])],
+    "JointState": [("rotation", [D4]), ("angle", ["d"])],
+    "Coupled": [("functions", ["d"]), ("bars", ["Bar"]), ("links", "TrueLinks"), ("turning", "Turning"),
+                ("curve", "Curve"), ("substep_phase", "d"), ("num_substeps", "i"),
                 ("kinetics", "Kinetics")],
     "Wheel": [("name", "s"), ("attitude_index", "i"), ("axis", D3), ("momentum", "d")],
     "Rung": [("rung", "i"), ("position", "d"), ("attitude", "d"), ("elastic", "d"), ("is_finite", "B"),
@@ -69,7 +93,8 @@ FIELDS = {
                 ("torques", ["Torque"])],
     "LinkOutput": [("link", "i"), ("num_rows", "i"), ("first_row", "i"), ("first_rate_row", "i"),
                    ("first_load_row", "i")],
-    "Initial": [("p_WB", D3), ("v_WB", D3), ("q_WB", D4), ("w_B", D3), ("q", ["d"]), ("q_dot", ["d"])],
+    "Initial": [("p_WB", D3), ("v_WB", D3), ("q_WB", D4), ("w_B", D3), ("q", ["d"]), ("q_dot", ["d"]),
+                ("joints", "JointState")],
     "Budget": [("horizon", "d"), ("horizon_ticks", "q"), ("shadows", ["Shadow"])],
     "CommandLimits": [("max_age", "d"), ("sender_share", "d"), ("max_hold", "d")],
     "Bodies": [("push_rows", ["d"]), ("inner_load", "d"), ("unquantified_factor", ["d"]), ("load_sizes", ["d"])],
@@ -100,14 +125,8 @@ REST = [("command_limits", "CommandLimits"), ("unmodelled", "Unmodelled"), ("fal
         ("tried_rungs", ["Rung"]), ("frequency_accuracy", "d"), ("conditioning", "d")]
 FIELDS["Fingerprinted"] = [("name", "s"), ("scene_hash", "Q")] + FIELDS["StepPlan"] + SERVICE
 FIELDS["Rest"] = REST
-# what version 10 writes after a member, as bytes: the structures are empty sequences and zeros
-COUNT, INT = bytes(8), bytes(4)
-JOINTS = 2 * INT + 8 * COUNT            # num_joints, num_rotations, of_points to idle
-LINKS = 3 * COUNT + JOINTS              # beams, plates, angles
-TURNING = 5 * COUNT                     # bodies, points, of_points, of_carriers, of_attitudes
-CURVE = 6 * COUNT + bytes(1) + COUNT  # links, plates, modes, is_axial, weights, stiff; is_filtered; filter
-ADDED = {("BodyRotation", "count"): struct.pack("<i", -1), ("Coupled", "bars"): LINKS + TURNING + CURVE,
-         ("Initial", "q_dot"): 2 * COUNT}
+# what version 11 writes after a member, as bytes: the empty sequence of matrices
+ADDED = {("TrueLinks", "angles"): bytes(8)}
 
 
 class Converter:
@@ -151,15 +170,15 @@ def main():
     assert data[:8] == MAGIC
     version, length, check = struct.unpack("<IQQ", data[8:28])
     content = data[28:]
-    assert version == 9 and len(content) == length and checksum(content) == check
+    assert version == 10 and len(content) == length and checksum(content) == check
     converter = Converter(content)
     converter.copy("Fingerprinted")
     fingerprint = checksum(converter.out)
     converter.copy("Rest")
     assert converter.at == len(content), "bytes are left"
     with open(path, "wb") as file:
-        file.write(MAGIC + struct.pack("<IQQ", 10, len(converter.out), checksum(converter.out)) + converter.out)
-    print(f"{path}: version 9 to 10, {converter.numbers} numbers copied, {len(converter.out) - length} bytes added, "
+        file.write(MAGIC + struct.pack("<IQQ", 11, len(converter.out), checksum(converter.out)) + converter.out)
+    print(f"{path}: version 10 to 11, {converter.numbers} numbers copied, {len(converter.out) - length} bytes added, "
           f"fingerprint {fingerprint:016x}")
     if len(sys.argv) == 4:
         old, new = struct.pack(">Q", int(sys.argv[3], 16)), struct.pack(">Q", fingerprint)

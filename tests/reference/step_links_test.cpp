@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/plan/make_plan.hpp"
+#include "core/step/links/matrix_link.hpp"
 #include "core/step/links/rotations.hpp"
 #include "core/step/links/true_links.hpp"
 #include "core/structure/structure.hpp"
@@ -92,6 +93,151 @@ TEST(StepLinks, TheGradientOfABeamIsThatOfTheReferenceAtAnyRotation) {
                   1e-11 * (expected.moment[0].norm() + expected.moment[1].norm() + beam.EI_y));
       EXPECT_NEAR(found.energy, expected.energy, 1e-11 * expected.energy);
     }
+}
+
+// Points on a line or in space, and a random stiffness that rigid motions do not strain. On a line without
+// rotations it is the same in all directions across the line.
+MatrixConstants random_matrix(Random& random, Eigen::Index num_points, bool on_line, bool has_rotations) {
+  MatrixConstants matrix;
+  matrix.has_rotations = has_rotations;
+  Matrix3Xd d(3, num_points);
+  const Vector3d line = random.vector().normalized();
+  for (Eigen::Index k = 0; k < num_points; ++k)
+    d.col(k) = on_line ? Vector3d((static_cast<double>(k) + 0.3 * random.one()) * line) : random.vector();
+  d.colwise() -= Vector3d(d.rowwise().mean());
+  const Eigen::Index width = has_rotations ? 6 : 3, n = width * num_points;
+  Eigen::MatrixXd rigid = Eigen::MatrixXd::Zero(n, 6), round;
+  for (Eigen::Index k = 0; k < num_points; ++k) {
+    matrix.arms.push_back(array_of(Vector3d(d.col(k))));
+    rigid.block<3, 3>(width * k, 0).setIdentity();
+    for (Eigen::Index a = 0; a < 3; ++a)
+      rigid.block<3, 1>(width * k, 3 + a) = Vector3d::Unit(a).cross(Vector3d(d.col(k)));
+    if (has_rotations) rigid.block<3, 3>(width * k + 3, 3).setIdentity();
+  }
+  const bool is_round = on_line && !has_rotations;  // the same across the line in all directions
+  if (is_round) {
+    Eigen::MatrixXd of_line(num_points, 2);
+    of_line << Eigen::VectorXd::Ones(num_points), d.transpose() * line;
+    const Eigen::MatrixXd Q = Eigen::HouseholderQR<Eigen::MatrixXd>(of_line).householderQ();
+    const auto stiffness = [&](Eigen::Index num_rigid) {
+      const Eigen::MatrixXd across = Q.rightCols(num_points - num_rigid);
+      const Eigen::VectorXd values =
+          Eigen::VectorXd::NullaryExpr(across.cols(), [&] { return 1.1 + random.one(); });
+      return (1e3 * across * values.asDiagonal() * across.transpose()).eval();
+    };
+    const Eigen::MatrixXd along = stiffness(1), bending = stiffness(2);
+    round = Eigen::MatrixXd::Zero(n, n);
+    for (Eigen::Index i = 0; i < num_points; ++i)
+      for (Eigen::Index j = 0; j < num_points; ++j)
+        round.block<3, 3>(3 * i, 3 * j) = along(i, j) * line * line.transpose() +
+                                          bending(i, j) * (Matrix3d::Identity() - line * line.transpose());
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rigid);
+  const Eigen::MatrixXd Q = qr.householderQ();
+  const Eigen::MatrixXd across = Q.rightCols(n - qr.rank()),
+                        root = Eigen::MatrixXd::NullaryExpr(across.cols(), across.cols(),
+                                                            [&] { return random.one(); });
+  const Eigen::MatrixXd K =
+      is_round ? round : Eigen::MatrixXd(1e3 * across * (root.transpose() * root) * across.transpose());
+  const auto padded = static_cast<Eigen::Index>(pad(static_cast<std::size_t>(n)));
+  for (Eigen::Index row = 0; row < n; ++row)
+    for (Eigen::Index column = 0; column < padded; ++column)
+      matrix.stiffness.push_back(column < n ? K(row, column) : 0.0);
+  const Matrix3d square = d * d.transpose();
+  if (!on_line) {
+    matrix.inverse = array_of(Matrix3d((square.trace() * Matrix3d::Identity() - square).inverse()));
+    return matrix;
+  }
+  matrix.line = array_of(line);
+  matrix.inverse = array_of(
+      Matrix3d((Matrix3d::Identity() - line * line.transpose()) / square.trace() +
+               (has_rotations ? 1.0 / static_cast<double>(num_points) : 0.0) * line * line.transpose()));
+  return matrix;
+}
+
+// Forces and moments are the derivatives of the energy, by differences of order 4, and balance each other; a
+// rotation of all turns them and keeps the energy. The rotations reach 2 rad, the deformations 0.3.
+TEST(StepLinks, TheGradientOfAMatrixIsThatOfItsEnergyAtAnyRotation) {
+  Random random(11);
+  for (int k = 0; k < 400; ++k) {
+    const Eigen::Index num_points = 2 + k % 4;
+    const bool has_rotations = k % 3 == 0, on_line = num_points == 2 || k % 5 == 0;
+    const MatrixConstants matrix = random_matrix(random, num_points, on_line, has_rotations);
+    const double size = k % 2 == 0 ? 0.3 : 1e-3;
+    std::vector<Vec3> x;
+    std::vector<Mat3> R;
+    const Matrix3d turn = quaternion_of(2.0 * random.vector()).toRotationMatrix();
+    for (Eigen::Index i = 0; i < num_points; ++i) {
+      x.push_back(array_of(Vector3d(
+          turn * (vector_of(matrix.arms[static_cast<std::size_t>(i)]) + 0.3 * size * random.vector()))));
+      if (has_rotations)
+        R.push_back(array_of(Matrix3d(turn * quaternion_of(size * random.vector()).toRotationMatrix())));
+    }
+    MatrixGradient found, other;
+    set_gradient(matrix, x, R, found);
+    const auto energy_at = [&](const std::vector<Vec3>& at, const std::vector<Mat3>& ends) {
+      set_gradient(matrix, at, ends, other);
+      return other.energy;
+    };
+    double scale = 0.0;
+    for (std::size_t i = 0; i < x.size(); ++i)
+      scale = std::max(
+          {scale, vector_of(found.force[i]).norm(), has_rotations ? vector_of(found.moment[i]).norm() : 0.0});
+    const double h = 1e-3 * size, bound = 1e-8 * scale;
+    const auto slope = [&](const auto& energy_of) {
+      return (8.0 * (energy_of(h) - energy_of(-h)) - (energy_of(2.0 * h) - energy_of(-2.0 * h))) / (12.0 * h);
+    };
+    Vector3d sum = Vector3d::Zero(), moment = Vector3d::Zero();
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      sum += vector_of(found.force[i]);
+      moment += vector_of(x[i]).cross(vector_of(found.force[i]));
+      if (has_rotations) moment += vector_of(found.moment[i]);
+      for (std::size_t a = 0; a < 3; ++a) {
+        EXPECT_NEAR(found.force[i][a], slope([&](double by) {
+                      std::vector<Vec3> moved = x;
+                      moved[i][a] += by;
+                      return energy_at(moved, R);
+                    }),
+                    bound)
+            << k;
+        if (!has_rotations) continue;
+        EXPECT_NEAR(found.moment[i][a], slope([&](double by) {
+                      std::vector<Mat3> turned = R;
+                      Vec3 v{};
+                      v[a] = by;
+                      turned[i] = multiply(matrix_of(rotation_of(v).q), R[i]);
+                      return energy_at(x, turned);
+                    }),
+                    bound)
+            << k;
+      }
+    }
+    EXPECT_LT(sum.norm(), 1e-12 * scale * static_cast<double>(num_points));
+    EXPECT_LT(moment.norm(), 1e-11 * scale * static_cast<double>(num_points));
+  }
+}
+
+// A matrix that is only turned has no forces, whatever the angle.
+TEST(StepLinks, AMatrixThatTurnsAsAWholeHasNoForces) {
+  Random random(12);
+  for (int k = 0; k < 200; ++k) {
+    const bool has_rotations = k % 2 == 0;
+    const MatrixConstants matrix = random_matrix(random, 2 + k % 3, k % 3 == 0, has_rotations);
+    const Matrix3d turn = quaternion_of(3.1 * random.one() * random.vector().normalized()).toRotationMatrix();
+    std::vector<Vec3> x;
+    for (const Vec3& d : matrix.arms) x.push_back(array_of(Vector3d(turn * vector_of(d))));
+    const std::vector<Mat3> R(has_rotations ? x.size() : 0, array_of(turn));
+    MatrixGradient found;
+    set_gradient(matrix, x, R, found);
+    double largest = 0.0;
+    for (const double each : matrix.stiffness) largest = std::max(largest, std::abs(each));
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      EXPECT_LT(vector_of(found.force[i]).norm(), 1e-13 * largest) << k;
+      if (has_rotations) {
+        EXPECT_LT(vector_of(found.moment[i]).norm(), 1e-13 * largest) << k;
+      }
+    }
+  }
 }
 
 TEST(StepLinks, SmallMotionsHaveTheForcesOfTheLinearLinks) {

@@ -79,4 +79,44 @@ inline Scene sprung(Random& random) {
   return scene;
 }
 
+// Three blocks of four points, each with a stiffness matrix, joined by springs.
+inline Scene matrices(Random& random) {
+  Scene scene;
+  for (int b = 0; b < 3; ++b) {
+    std::vector<int> points;
+    for (const Eigen::Vector3d& corner : {Eigen::Vector3d(0.0, 0.0, 0.0), Eigen::Vector3d(0.6, 0.0, 0.1),
+                                          Eigen::Vector3d(0.1, 0.5, 0.0), Eigen::Vector3d(0.0, 0.1, 0.4)})
+      points.push_back(
+          add_point(scene, 1.0 + 0.4 * random.one(), Eigen::Vector3d(1.2 * b, 0.3 * b, 0.0) + corner));
+    Eigen::MatrixXd K = Eigen::MatrixXd::Zero(12, 12);
+    for (std::size_t i = 0; i < 4; ++i)
+      for (std::size_t j = 0; j < i; ++j) {
+        const auto at = [&](std::size_t k) -> const Eigen::Vector3d& {
+          return scene.points[index(points[k])].position;
+        };
+        Eigen::VectorXd row = Eigen::VectorXd::Zero(12);
+        row.segment<3>(3 * static_cast<Eigen::Index>(i)) = (at(i) - at(j)).normalized();
+        row.segment<3>(3 * static_cast<Eigen::Index>(j)) = (at(j) - at(i)).normalized();
+        K += 2e3 * (1.2 + random.one()) * row * row.transpose();
+      }
+    MatrixLink link;
+    link.matrix = K.sparseView();
+    add_link(scene, points, link);
+  }
+  for (const auto& [i, j] : {std::pair{1, 4},
+                             {1, 6},
+                             {1, 7},
+                             {2, 4},
+                             {2, 6},
+                             {3, 7},
+                             {5, 8},
+                             {5, 10},
+                             {5, 11},
+                             {6, 8},
+                             {6, 10},
+                             {7, 11}})
+    add_link(scene, i, j, Spring{3e2});
+  return scene;
+}
+
 }  // namespace freeflex::testing

@@ -139,7 +139,24 @@ class LinksCheck {
         if (!is_point(angle.points[k]) || !are_finite(angle.rows[0][k]) || !are_finite(angle.rows[1][k]))
           return false;
     }
-    return true;
+    return std::ranges::all_of(links_.matrices, [&](const PlanTrueMatrix& each) { return is_matrix(each); });
+  }
+  bool is_matrix(const PlanTrueMatrix& matrix) const {
+    const MatrixConstants& c = matrix.constants;
+    const std::size_t count = matrix.points.size(), width = (c.has_rotations ? 6 : 3) * count;
+    return is_link(matrix.link) && count >= 2 && count <= kMostMatrixPoints &&
+           std::ranges::all_of(matrix.points, [&](auto point) { return is_point(point); }) &&
+           matrix.ends.size() == (c.has_rotations ? count : 0) &&
+           std::ranges::all_of(matrix.ends,
+                               [&](const PlanLinkEnd& end) {
+                                 return is_end(end) && std::ranges::all_of(end.released, [](auto each) {
+                                          return each == -1;
+                                        });
+                               }) &&
+           c.arms.size() == count &&
+           std::ranges::all_of(c.arms, [](const Vec3& d) { return are_finite(d); }) &&
+           c.stiffness.size() == width * pad(width) && are_finite(c.stiffness) && are_finite(c.inverse) &&
+           are_finite(c.line);
   }
 
   bool are_bodies() const {

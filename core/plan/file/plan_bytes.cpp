@@ -15,7 +15,7 @@ namespace {
 // "FFPLAN" and two bytes that text-mode transfers change
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 10;
+constexpr std::uint32_t kVersion = 11;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -189,9 +189,19 @@ void fields(Archive& archive, T& j) {
                      j.lower, j.inverse_pivots, j.idle);
 }
 
+template <typename Archive, Is<MatrixConstants> T>
+void fields(Archive& archive, T& m) {
+  all_of<MatrixConstants>(archive, m.has_rotations, m.stiffness, m.arms, m.inverse, m.line);
+}
+
+template <typename Archive, Is<PlanTrueMatrix> T>
+void fields(Archive& archive, T& m) {
+  all_of<PlanTrueMatrix>(archive, m.link, m.points, m.ends, m.constants);
+}
+
 template <typename Archive, Is<PlanTrueLinks> T>
 void fields(Archive& archive, T& l) {
-  all_of<PlanTrueLinks>(archive, l.beams, l.plates, l.angles, l.joints);
+  all_of<PlanTrueLinks>(archive, l.beams, l.plates, l.angles, l.matrices, l.joints);
 }
 
 template <typename Archive, Is<PlanTurningBody> T>

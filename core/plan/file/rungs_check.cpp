@@ -128,7 +128,8 @@ std::string find_rung_inconsistency(const StepPlan& plan) {
     if (!is_bar(plan, coupled.bars[k]) || (k > 0 && coupled.bars[k - 1].link >= coupled.bars[k].link))
       return "a bar is out of range or out of order";
   const bool has_links = coupled.links.has_joints() || !coupled.links.angles.empty() ||
-                         !coupled.turning.bodies.empty() || !coupled.curve.modes.empty();
+                         !coupled.links.matrices.empty() || !coupled.turning.bodies.empty() ||
+                         !coupled.curve.modes.empty();
   if (has_links && !traits_of(plan.fidelity).has_true_geometry)
     return "the plan has links at true geometry, which its rung does not use";
   return find_link_inconsistency(plan);

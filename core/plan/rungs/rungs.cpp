@@ -118,7 +118,8 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
   if (!traits_of(spec.rung).has_true_geometry) return;
   compile_large_rotations(scene, structure, plan, faults);
   if (has_error(faults)) return;
-  compile_true_links(scene, structure, plan);
+  compile_true_links(scene, structure, plan, faults);
+  if (has_error(faults)) return;
   for (std::size_t k = 0; k < scene.links.size(); ++k)
     if (structure.resolved.links[k].traits.is_axial)
       plan.coupled.bars.push_back(true_bar(scene, structure.resolved, static_cast<int>(k)));

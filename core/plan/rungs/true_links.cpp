@@ -136,6 +136,7 @@ RotationStiffness rotation_stiffness(const LinkFactor& factor, const PlanTrueLin
   };
   for (const PlanTrueBeam& beam : links.beams) add_zeros(unknowns_of(beam, numbering.num_joints()));
   for (const PlanTruePlate& plate : links.plates) add_zeros(unknowns_of(plate, numbering.num_joints()));
+  for (const PlanTrueMatrix& matrix : links.matrices) add_zeros(unknowns_of(matrix, numbering.num_joints()));
   result.own.setFromTriplets(entries.begin(), entries.end());
   return result;
 }
@@ -336,7 +337,7 @@ void compile_curve(const Scene& scene, const Structure& structure, const LinkFac
 
 }  // namespace
 
-void compile_true_links(const Scene& scene, const Structure& structure, StepPlan& plan) {
+void compile_true_links(const Scene& scene, const Structure& structure, StepPlan& plan, Faults& faults) {
   PlanTrueLinks& links = plan.coupled.links;
   const PlanTurning& turning = plan.coupled.turning;
   const Freedoms freedoms(scene);
@@ -348,7 +349,12 @@ void compile_true_links(const Scene& scene, const Structure& structure, StepPlan
     std::visit(
         Cases{
             [](const Spring&) {}, [](const Bar&) {}, [](const Dashpot&) {}, [](const Rigid&) {},
-            [](const MatrixLink&) {},
+            [&](const MatrixLink& matrix) {
+              links.matrices.push_back(true_matrix(scene, factor, freedoms, k, matrix.has_rotations, faults));
+              if (!matrix.has_rotations) return;
+              for (const int point : scene.links[index(k)].points)
+                links.matrices.back().ends.push_back(end_of(freedoms, numbering, k, 2, point));
+            },
             [&](const Beam& beam) { links.beams.push_back(true_beam(scene, freedoms, numbering, k, beam)); },
             [&](const Plate&) { links.plates.push_back(true_plate(scene, factor, freedoms, numbering, k)); },
             [&](const BendingSpring& spring) {
@@ -358,6 +364,7 @@ void compile_true_links(const Scene& scene, const Structure& structure, StepPlan
               links.angles.push_back(true_angle(scene, factor, k, spring.stiffness));
             }},
         scene.links[index(k)].kind);
+  if (has_error(faults)) return;
   PlanJoints& joints = links.joints;
   joints.num_joints = numbering.num_joints();
   joints.num_rotations = numbering.num_unknowns();

@@ -103,6 +103,25 @@ double linear_energy_of(const PlanTruePlate& plate, const Shape& shape) noexcept
   return linear_gradient_of(plate.constants, d, theta).energy;
 }
 
+/// Sets the gradient of a matrix link. Returns the energy of the linear link.
+double set_gradient(const PlanTrueMatrix& matrix, const Shape& shape, MatrixGradient& result) noexcept {
+  const std::size_t count = matrix.points.size(), num_ends = matrix.ends.size();
+  std::array<Vec3, kMostMatrixPoints> x, theta;
+  std::array<Mat3, kMostMatrixPoints> R;
+  for (std::size_t i = 0; i < count; ++i) {
+    x[i] = shape.linear_V(matrix.points[i]);
+    if (num_ends > 0) theta[i] = shape.linear_end(matrix.ends[i], {});
+  }
+  set_linear_gradient(matrix.constants, {x.data(), count}, {theta.data(), num_ends}, result);
+  const double linear_energy = result.energy;
+  for (std::size_t i = 0; i < count; ++i) {
+    x[i] = add(matrix.constants.arms[i], shape.V(matrix.points[i]));
+    if (num_ends > 0) R[i] = shape.end(matrix.ends[i], {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0}).axes;
+  }
+  freeflex::set_gradient(matrix.constants, {x.data(), count}, {R.data(), num_ends}, result);
+  return linear_energy;
+}
+
 std::size_t num_points(const PlanTrueAngle& angle) noexcept {
   return angle.constants.form == AngleConstants::Form::kDihedral ? 4 : 3;
 }
@@ -168,6 +187,14 @@ void read(const PlanTrueAngle& angle, const StepPlan& plan, const Shape& shape,
   }
 }
 
+/// Sets the forces on the points of a matrix link, in body axes.
+void read(const PlanTrueMatrix& matrix, const Shape& shape, std::span<double> out) noexcept {
+  MatrixGradient g;
+  set_gradient(matrix, shape, g);
+  for (std::size_t i = 0; i < matrix.points.size(); ++i)
+    for (std::size_t a = 0; a < 3; ++a) out[3 * i + a] = -g.force[i][a];
+}
+
 template <typename Links>
 auto find(const Links& links, std::int32_t link) noexcept {
   const auto found =
@@ -187,6 +214,8 @@ bool read_true_link(const StepPlan& plan, const MotionState& state, std::int32_t
     read(*plate, shape, out);
   else if (const auto* angle = find(links.angles, link))
     read(*angle, plan, shape, out);
+  else if (const auto* matrix = find(links.matrices, link))
+    read(*matrix, shape, out);
   else
     return false;
   return true;
@@ -207,6 +236,11 @@ double strain_energy_beyond_linear(const StepPlan& plan, const MotionState& stat
   for (const PlanTruePlate& plate : plan.coupled.links.plates)
     sum += gradient_of(plate, shape).energy - linear_energy_of(plate, shape);
   for (const PlanTrueAngle& angle : plan.coupled.links.angles) sum += energy_beyond_linear(angle, shape);
+  for (const PlanTrueMatrix& matrix : plan.coupled.links.matrices) {
+    MatrixGradient g;
+    const double linear = set_gradient(matrix, shape, g);
+    sum += g.energy - linear;
+  }
   for (const PlanBar& bar : plan.coupled.bars) {
     if (bar.stiffness == 0.0) continue;
     // the energy of a bar is s^2 / (2 D)   (THEORY 12.17)

@@ -63,7 +63,8 @@ void add_bars(const StepPlan& plan, const Vec3& alpha, const Vec3& w_B, CoupledW
 }
 
 bool has_true_links(const StepPlan& plan) noexcept {
-  return !plan.coupled.links.angles.empty() || plan.coupled.links.has_joints();
+  const PlanTrueLinks& links = plan.coupled.links;
+  return !links.angles.empty() || !links.matrices.empty() || links.has_joints();
 }
 
 /// Returns the point that owns a block of rows. On coupled rungs every point has one block, in the order of
@@ -177,13 +178,6 @@ Mat3 spin_matrix(const StepPlan& plan, const Mat3& J) noexcept {
     for (std::size_t b = 0; b < 3; ++b) P[3 * b + a] = column[b] + trace * plan.line[b] * plan.line[a];
   }
   return P;
-}
-
-Vec3 solve_by_adjugate(const Mat3& A, const Vec3& b) noexcept {
-  const Vec3 x{A[0], A[1], A[2]}, y{A[3], A[4], A[5]}, z{A[6], A[7], A[8]};
-  const Vec3 yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
-  const double determinant = dot(x, yz);
-  return scale(1.0 / determinant, add_scaled(add_scaled(scale(b[0], yz), b[1], zx), b[2], xy));
 }
 
 Vec3 solve_for_spin(const StepPlan& plan, const Mat3& matrix, const Vec3& b) noexcept {

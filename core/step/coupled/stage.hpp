@@ -110,9 +110,6 @@ void gather_forces(const StepLoads& step_loads, const StageState& stage, Coupled
 void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
                      StageRate& rate) noexcept;
 
-/// Solves A x = b by the adjugate of A.
-Vec3 solve_by_adjugate(const Mat3& A, const Vec3& b) noexcept;
-
 /// Returns the matrix that solve_for_spin needs for an inertia J. For a collinear body, which has no spin
 /// about its line, the matrix contains the two equations normal to the line and a third equation that makes
 /// the matrix regular.

@@ -19,11 +19,16 @@ std::int32_t slot_of(const PlanJoints& joints, const JointFactor& factor, std::i
   return -1;  // the column is that of an idle rotation
 }
 
-template <std::size_t n>
-void add_slots(const PlanJoints& joints, const std::array<std::int32_t, n>& unknowns, JointFactor& factor) {
-  for (std::size_t a = 0; a < n; ++a)
+void add_slots(const PlanJoints& joints, std::span<const std::int32_t> unknowns, JointFactor& factor) {
+  for (std::size_t a = 0; a < unknowns.size(); ++a)
     for (std::size_t b = 0; b <= a; ++b)
       factor.slots.push_back(slot_of(joints, factor, unknowns[a], unknowns[b]));
+}
+
+void add_to_slot(std::int32_t slot, double value, JointFactor& factor) noexcept {
+  const std::size_t n = factor.diagonal.size();
+  if (slot < 0) return;
+  (index(slot) < n ? factor.diagonal[index(slot)] : factor.lower[index(slot) - n]) += value;
 }
 
 std::int32_t unknown_of(const PlanLinkEnd& end, std::size_t axis, std::int32_t num_joints) noexcept {
@@ -51,6 +56,13 @@ std::array<std::int32_t, kPlateUnknowns> unknowns_of(const PlanTruePlate& plate,
   return result;
 }
 
+std::vector<std::int32_t> unknowns_of(const PlanTrueMatrix& matrix, std::int32_t num_joints) {
+  std::vector<std::int32_t> result;
+  for (const PlanLinkEnd& end : matrix.ends)
+    for (std::size_t a = 0; a < 3; ++a) result.push_back(unknown_of(end, a, num_joints));
+  return result;
+}
+
 JointFactor make_joint_factor(const PlanTrueLinks& links) {
   const PlanJoints& joints = links.joints;
   const std::size_t n = index(joints.num_rotations);
@@ -63,6 +75,8 @@ JointFactor make_joint_factor(const PlanTrueLinks& links) {
     add_slots(joints, unknowns_of(beam, joints.num_joints), factor);
   for (const PlanTruePlate& plate : links.plates)
     add_slots(joints, unknowns_of(plate, joints.num_joints), factor);
+  for (const PlanTrueMatrix& matrix : links.matrices)
+    add_slots(joints, unknowns_of(matrix, joints.num_joints), factor);
   return factor;
 }
 
@@ -74,7 +88,7 @@ void clear_stiffness(JointFactor& factor) noexcept {
 void add_stiffness(std::span<const std::int32_t> slots, std::span<const Vec3> axes,
                    std::span<const std::uint8_t> ends, std::span<const double> K, std::size_t num_ends,
                    JointFactor& factor) noexcept {
-  const std::size_t width = 3 * num_ends, n = factor.diagonal.size();
+  const std::size_t width = 3 * num_ends;
   std::size_t next = 0;
   for (std::size_t a = 0; a < axes.size(); ++a) {
     Vec3 row[3] = {};  // axes[a] times K
@@ -82,11 +96,31 @@ void add_stiffness(std::span<const std::int32_t> slots, std::span<const Vec3> ax
       for (std::size_t j = 0; j < width; ++j)
         row[j / 3][j % 3] += axes[a][i] * K[(3 * ends[a] + i) * width + j];
     for (std::size_t b = 0; b <= a; ++b, ++next) {
-      if (slots[next] < 0) continue;
-      const std::size_t slot = index(slots[next]);
-      (slot < n ? factor.diagonal[slot] : factor.lower[slot - n]) += dot(row[ends[b]], axes[b]);
+      add_to_slot(slots[next], dot(row[ends[b]], axes[b]), factor);
     }
   }
+}
+
+void add_stiffness(std::span<const std::int32_t> slots, const MatrixConstants& matrix,
+                   std::span<const Mat3> turns, JointFactor& factor) noexcept {
+  const std::size_t n = 6 * turns.size(), width = pad(n);
+  const auto entry = [&](std::size_t a, std::size_t i, std::size_t b, std::size_t j) {
+    return matrix.stiffness[(6 * a + 3 + i) * width + 6 * b + 3 + j];
+  };
+  for (std::size_t a = 0; a < turns.size(); ++a)
+    for (std::size_t b = 0; b <= a; ++b) {
+      Mat3 K;
+      for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3; ++j) K[3 * i + j] = entry(a, i, b, j);
+      const Mat3 right = multiply(K, turns[b]);
+      for (std::size_t i = 0; i < 3; ++i)
+        for (std::size_t j = 0; j < 3 && 3 * b + j <= 3 * a + i; ++j) {
+          const std::size_t row = 3 * a + i;
+          const Mat3& O = turns[a];
+          add_to_slot(slots[row * (row + 1) / 2 + 3 * b + j],
+                      O[i] * right[j] + O[3 + i] * right[3 + j] + O[6 + i] * right[6 + j], factor);
+        }
+    }
 }
 
 void factor_stiffness(const PlanJoints& joints, JointFactor& factor) noexcept {

@@ -20,6 +20,7 @@ std::array<std::int32_t, kBeamUnknowns> unknowns_of(const PlanTrueBeam& beam,
                                                     std::int32_t num_joints) noexcept;
 std::array<std::int32_t, kPlateUnknowns> unknowns_of(const PlanTruePlate& plate,
                                                      std::int32_t num_joints) noexcept;
+std::vector<std::int32_t> unknowns_of(const PlanTrueMatrix& matrix, std::int32_t num_joints);
 
 /// Holds a factor K_tt = L D L^T and where the stiffness of each link goes in it. Made once, without an
 /// allocation afterwards.
@@ -44,6 +45,10 @@ void clear_stiffness(JointFactor& factor) noexcept;
 void add_stiffness(std::span<const std::int32_t> slots, std::span<const Vec3> axes,
                    std::span<const std::uint8_t> ends, std::span<const double> K, std::size_t num_ends,
                    JointFactor& factor) noexcept;
+/// Adds the stiffness of a matrix link over the rotations of its ends, without that of its present forces.
+/// \param turns  rotations of the ends in the axes of the turned link
+void add_stiffness(std::span<const std::int32_t> slots, const MatrixConstants& matrix,
+                   std::span<const Mat3> turns, JointFactor& factor) noexcept;
 /// Factors the sum   (THEORY 12.73). If it is not positive definite, the factor is that of the sum with
 /// larger diagonal entries, so that a step with it still leads downhill (Gill, Murray and Wright 1981,
 /// Practical Optimization, section 4.4.2.2).

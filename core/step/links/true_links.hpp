@@ -50,6 +50,13 @@ inline BeamEnd beam_end(const PresentEnd& end) noexcept {
   return {{end.axes[0], end.axes[3], end.axes[6]}, {end.axes[1], end.axes[4], end.axes[7]}};
 }
 
+inline PresentEnd present(const PlanLinkEnd& end, const Mat3& rest, const PlanJoints& joints,
+                          const JointState& state, const JointWorkspace& w) noexcept {
+  return present(end, rest, w.R[index(end.joint)], [&](std::size_t unknown) {
+    return w.theta[unknown] + state.angle[unknown - 3 * index(joints.num_joints)];
+  });
+}
+
 JointState make_joint_state(const PlanJoints& joints);
 JointWorkspace make_joint_workspace(const PlanTrueLinks& links, std::size_t num_bodies);
 
@@ -60,6 +67,10 @@ inline void begin_joints(JointWorkspace& workspace) noexcept {
 }
 /// Returns the first point of a joint, or -1.
 std::int32_t point_of_joint(const PlanJoints& joints, std::int32_t joint) noexcept;
+
+/// Sums the stiffness of all links over the rotations of joints, at the present shape, and factors the sum.
+void renew_factor(const PlanTrueLinks& links, std::span<const Vec3> V, const JointState& state,
+                  JointWorkspace& workspace) noexcept;
 
 /// Finds the rotations of the joints at the coordinates q and the displacements V of the points, from those
 /// in `state`:

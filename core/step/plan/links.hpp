@@ -1,6 +1,7 @@
 // The part of a plan with links at true geometry and the joints that they share.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "core/step/array.hpp"
 #include "core/step/links/angle.hpp"
 #include "core/step/links/beam.hpp"
+#include "core/step/links/matrix_link.hpp"
 #include "core/step/links/plate.hpp"
 #include "core/step/vector.hpp"
 
@@ -50,6 +52,13 @@ struct PlanTrueAngle {
       1.0;  // of the change of the angle for a positive published moment, except for straight angles
 };
 
+struct PlanTrueMatrix {
+  std::int32_t link = -1;
+  std::vector<std::int32_t> points;
+  std::vector<PlanLinkEnd> ends;  // (num_points) empty if the matrix has no rotations
+  MatrixConstants constants;
+};
+
 /// Holds the joints at which beams and plates meet. A joint has no inertia. Its unknown rotations, numbered
 /// 3 * joint + axis, are followed by those of released ends   (THEORY 12.72 to 12.76).
 struct PlanJoints {
@@ -77,8 +86,12 @@ struct PlanTrueLinks {
   std::vector<PlanTrueBeam> beams;
   std::vector<PlanTruePlate> plates;
   std::vector<PlanTrueAngle> angles;
+  std::vector<PlanTrueMatrix> matrices;
   PlanJoints joints;
-  bool has_joints() const { return !beams.empty() || !plates.empty(); }
+  bool has_joints() const {
+    return !beams.empty() || !plates.empty() ||
+           std::ranges::any_of(matrices, [](const PlanTrueMatrix& each) { return !each.ends.empty(); });
+  }
 };
 
 /// Holds a rigid body: a point with inertia, or the points of a rigid link   (THEORY 12.84).

@@ -1,0 +1,107 @@
+// Matrix links that turn as one piece   (THEORY 12.102).
+#include <map>
+
+#include "core/plan/arrays.hpp"
+#include "core/plan/rungs/true_links.hpp"
+#include "core/structure/modes/dense/decompositions.hpp"
+
+namespace freeflex {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// [-] points whose second moment across a line is below this share of that along it are on the line
+constexpr double kLine = 1e-12;
+
+// Returns whether a stiffness over displacements of points on a line is the same in all directions across it.
+bool is_round(const MatrixXd& K, const Vector3d& line) {
+  constexpr double kRound = 1e-6;  // [-] of the largest entry, as for asymmetry (THEORY 3.11)
+  const Matrix3d along = line * line.transpose(), across = Matrix3d::Identity() - along;
+  for (Eigen::Index i = 0; i < K.rows(); i += 3)
+    for (Eigen::Index j = 0; j < K.cols(); j += 3) {
+      const Matrix3d block = K.block<3, 3>(i, j);
+      const double of_line = line.dot(block * line), mean = 0.5 * (block.trace() - of_line);
+      if ((block - of_line * along - mean * across).cwiseAbs().maxCoeff() > kRound * K.cwiseAbs().maxCoeff())
+        return false;
+    }
+  return true;
+}
+
+void refuse_line(const Scene& scene, int number, Faults& faults) {
+  const Link& link = scene.links[index(number)];
+  add_error(faults, link.origin,
+            join_text("link ", called(link, number),
+                      ": its points are on a line, and its stiffness differs between directions across this "
+                      "line, but nothing determines how the link turns about the line, which this fidelity "
+                      "needs; give a matrix with rotations: true, or set fidelity: coupled or a lower rung"));
+}
+
+void refuse_size(const Scene& scene, int number, Faults& faults) {
+  const Link& link = scene.links[index(number)];
+  add_error(faults, link.origin,
+            join_text("link ", called(link, number), " has ", link.points.size(),
+                      " points, but on this fidelity a matrix has at most ", kMostMatrixPoints,
+                      "; divide it, or set fidelity: coupled or a lower rung"));
+}
+
+}  // namespace
+
+PlanTrueMatrix true_matrix(const Scene& scene, const LinkFactor& factor, const Freedoms& freedoms, int number,
+                           bool has_rotations, Faults& faults) {
+  const Link& link = scene.links[index(number)];
+  if (link.points.size() > kMostMatrixPoints) {
+    refuse_size(scene, number, faults);
+    return {};
+  }
+  PlanTrueMatrix result;
+  result.link = number;
+  const auto count = static_cast<Eigen::Index>(link.points.size());
+  const Eigen::Index per_point = has_rotations ? 6 : 3, n = per_point * count;
+  std::map<int, Eigen::Index> column_of;  // freedom -> row and column of the stiffness
+  Eigen::Matrix3Xd d(3, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const int point = link.points[index(k)];
+    result.points.push_back(point);
+    d.col(k) = scene.points[index(point)].position;
+    for (int axis = 0; axis < 3; ++axis) {
+      column_of[3 * point + axis] = per_point * k + axis;
+      if (has_rotations) column_of[freedoms.rotation(point) + axis] = per_point * k + 3 + axis;
+    }
+  }
+  MatrixXd K = MatrixXd::Zero(n, n);
+  const RowRange range = factor.natural_of[index(number)];
+  for (int row = 0; row < range.count; ++row) {
+    const DeformationRow& natural = natural_row(factor, range, row);
+    VectorXd e = VectorXd::Zero(n);
+    for (const auto& [freedom, coefficient] : natural.coefficients)
+      e[column_of.at(freedom)] += natural.root_stiffness * coefficient;
+    K += e * e.transpose();
+  }
+  MatrixConstants& constants = result.constants;
+  constants.has_rotations = has_rotations;
+  for (Eigen::Index row = 0; row < n; ++row) {
+    constants.stiffness.insert(constants.stiffness.end(), K.row(row).begin(), K.row(row).end());
+    constants.stiffness.resize(index(row + 1) * pad(index(n)), 0.0);
+  }
+  d.colwise() -= Vector3d(d.rowwise().mean());
+  for (Eigen::Index k = 0; k < count; ++k) constants.arms.push_back(to_array(Vector3d(d.col(k))));
+  const Matrix3d square = d * d.transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(square);
+  const double along = eigen.eigenvalues()[2];
+  if (eigen.eigenvalues()[1] > kLine * along) {
+    constants.inverse = to_array(Matrix3d((square.trace() * Matrix3d::Identity() - square).inverse()));
+    return result;
+  }
+  const Vector3d line = eigen.eigenvectors().col(2);
+  constants.line = to_array(line);
+  if (!has_rotations && !is_round(K, line)) refuse_line(scene, number, faults);
+  const Matrix3d of_line = line * line.transpose();
+  constants.inverse = to_array(Matrix3d((Matrix3d::Identity() - of_line) / along +
+                                        (has_rotations ? 1.0 / static_cast<double>(count) : 0.0) * of_line));
+  return result;
+}
+
+}  // namespace freeflex

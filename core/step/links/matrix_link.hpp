@@ -1,0 +1,49 @@
+// Links given by a stiffness matrix, which turn as one piece.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/step/array.hpp"
+#include "core/step/vector.hpp"
+
+namespace freeflex {
+
+inline constexpr std::size_t kMostMatrixPoints = 256;
+
+/// Holds the stiffness of a matrix link over the displacements [m] of its points, or over a displacement and
+/// a rotation [rad] of each.
+struct MatrixConstants {
+  bool has_rotations = false;
+  // (n x n padded to lanes) rest axes; n is 3 per point, 6 with rotations. Rigid motions have no force
+  Array stiffness;
+  std::vector<Vec3> arms;  // [m] (num_points) from the mean of the points to each of them, at rest
+  Mat3 inverse{};          // [1/m^2] inverse of sum d.d 1 - d d^T over the arms, see `line`
+  Vec3 line{};             // unit vector of points on one line, along which `inverse` is that of the mean
+                           // of the rotations; otherwise zero
+};
+
+/// Holds the derivatives of the energy by displacements and rotations of the points, and the rotation of the
+/// link.
+struct MatrixGradient {
+  double energy = 0.0;                         // [J]
+  std::array<Vec3, kMostMatrixPoints> force;   // [N]
+  std::array<Vec3, kMostMatrixPoints> moment;  // [N m]
+  Mat3 R{};
+};
+
+/// Computes the gradient at the positions x [m] of the points and the rotations of their ends
+/// (THEORY 12.102 to 12.106).
+/// \param rotations  (num_points), empty without rotations
+/// \pre the link has at most kMostMatrixPoints points
+void set_gradient(const MatrixConstants& matrix, std::span<const Vec3> x, std::span<const Mat3> rotations,
+                  MatrixGradient& result) noexcept;
+
+/// Computes the gradient of the linear structure, whose link does not turn: f = K (V, theta).
+/// \param V  [m] (num_points) displacements  \param theta  [rad] (num_points), empty without rotations
+void set_linear_gradient(const MatrixConstants& matrix, std::span<const Vec3> V, std::span<const Vec3> theta,
+                         MatrixGradient& result) noexcept;
+
+}  // namespace freeflex
