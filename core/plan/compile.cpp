@@ -257,7 +257,8 @@ std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
 // Adds errors for mass matrices, wheels, bodies, massless points and links with mass that a rung does not
 // support. Bars at true length need the true positions of their points, but the rotation of a body moves its
 // points to first order only.
-void refuse_bodies(const Scene& scene, const ResolvedScene& resolved, Fidelity rung, Faults& faults) {
+void refuse_bodies(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults) {
+  const ResolvedScene& resolved = structure.resolved;
   if (!traits_of(rung).couples) return;
   for (std::size_t i = 0; i < scene.links.size(); ++i)
     if (resolved.links[i].has_mass_matrix)
@@ -269,20 +270,18 @@ void refuse_bodies(const Scene& scene, const ResolvedScene& resolved, Fidelity r
               " does not support, because the motion inside the link is unknown; set fidelity: spin-loaded "
               "or a lower rung"));
   if (!traits_of(rung).has_true_geometry) return;
-  std::vector<bool> is_on_body(scene.points.size());
-  for (const Link& link : scene.links)
-    for (const int point : link.points) is_on_body[index(point)] = is_on_body[index(point)] || is_rigid(link);
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
-    if (point.mass > 0.0 || is_on_body[i]) continue;
+    if (resolved.moves_mass[i]) continue;
     return add_error(
         faults, point.origin,
-        join_text(
-            "point ", quoted(point.name, static_cast<int>(i)), " has no mass, which fidelity ", name_of(rung),
-            " supports on rigid links only; give it some mass, or set fidelity: coupled or a lower rung"));
+        join_text("point ", quoted(point.name, static_cast<int>(i)), " has no mass, which fidelity ",
+                  name_of(rung),
+                  " supports only on rigid links and on links with mass; give it some mass, or set fidelity: "
+                  "coupled or a lower rung"));
   }
   for (std::size_t i = 0; i < scene.links.size(); ++i)
-    if (resolved.links[i].has_mass)
+    if (resolved.links[i].has_mass && !structure.has_static_joints)
       return add_error(
           faults, scene.links[i].origin,
           join_text("link ", called(scene.links[i], static_cast<int>(i)), " has spread mass, which fidelity ",
@@ -312,7 +311,7 @@ void compile_publication(const Publication& publication, Plan& plan) {
 
 std::optional<Plan> compile(const Scene& scene, const Structure& whole, const PlanSpec& spec,
                             Faults& faults) {
-  refuse_bodies(scene, whole.resolved, spec.rung, faults);
+  refuse_bodies(scene, whole, spec.rung, faults);
   if (has_error(faults)) return std::nullopt;
   const std::shared_ptr<const Structure> kept = structure_of(whole, spec);
   const Structure& structure = *kept;

@@ -69,6 +69,15 @@ bool has_mass(const Link& link) {
   return law.density > 0.0 || law.shape == MassShape::kMatrix;
 }
 
+std::vector<bool> points_that_move_mass(const Scene& scene) {
+  std::vector<bool> moves;
+  for (const PointMass& point : scene.points) moves.push_back(point.mass > 0.0);
+  for (const Link& link : scene.links)
+    for (const int point : link.points)
+      if (has_mass(link) || is_rigid(link)) moves[index(point)] = true;
+  return moves;
+}
+
 double mass_of(const Scene& scene, const Link& link) {
   if (!has_mass(link)) return 0.0;
   const LinkMass law = mass_law_of(link);

@@ -79,6 +79,12 @@ TurningPoint read_turning_point(const StepPlan& plan, const MotionState& state, 
   const PlanTurningBody& body = plan.coupled.turning.bodies[index(number)];
   const TurningMotion at =
       read_turning(plan, body, state.q.data(), state.q_dot.data(), angular_velocity(plan, state));
+  if (has_spread_mass(plan)) {
+    const auto [a_c, s_dot] = read_spread_rates(plan, state, body, at);
+    const Vec3 d = sub(r, body.centre), sd = cross(at.s, d);
+    return {position_on_body(body, at, r), add(at.v, multiply(at.R, sd)),
+            add(a_c, multiply(at.R, add(cross(s_dot, d), cross(at.s, sd))))};
+  }
   const auto accelerations = [&](const double* rows) {
     return contract_motion(rows, plan, state.q.data(), state.q_dot.data(), state.Q.data()).V_ddot;
   };
@@ -294,14 +300,16 @@ Invariants read_invariants(const StepPlan& given, const MotionState& state) noex
     // (THEORY 12.4, 16.32). The energy of a bar at true length is s^2 / (2 D). The sum over modes already
     // contains its linear energy, so only the difference is added   (THEORY 12.17). With turning bodies, the
     // sum over points and bodies replaces the first equation   (THEORY 12.94)
-    if (turns(plan))
+    if (turns(plan) && !has_spread_mass(plan))
       invariants.kinetic_elastic =
           kinetic_energy_of_turning(plan, angular_velocity(plan, state), state.q.data(), state.q_dot.data()) -
           0.5 * dot(H_B, angular_velocity(plan, state));
     else
       invariants.kinetic_elastic =
-          0.5 * (plan.mass * dot_lanes(state.q_dot.data(), state.coupled.momentum.data(), n) +
-                 wheel_energy(plan, state.wheel_momentum, state.q.data(), state.q_dot.data()));
+          0.5 *
+          (plan.mass * dot_lanes(state.q_dot.data(), state.coupled.momentum.data(), n) +
+           (turns(plan) ? 0.0
+                        : wheel_energy(plan, state.wheel_momentum, state.q.data(), state.q_dot.data())));
     if (traits_of(plan.fidelity).has_true_geometry)
       invariants.potential += strain_energy_beyond_linear(plan, state);
   }

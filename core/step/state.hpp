@@ -7,6 +7,7 @@
 
 #include "core/step/command.hpp"
 #include "core/step/coupled/curve.hpp"
+#include "core/step/coupled/spread.hpp"
 #include "core/step/coupled/turning.hpp"
 #include "core/step/links/true_links.hpp"
 #include "core/step/loads/loads.hpp"
@@ -133,7 +134,8 @@ struct CoupledWorkspace {
   Array start_q, start_p;  // (num_padded) coordinates at the start of the step, if there are any
   // of turning bodies; empty without them
   std::vector<TurningMotion> bodies;
-  Mat3 frame{};                // [kg m^2] factor of alpha in (THEORY 12.87) at the last evaluation
+  Mat3 frame{};  // [kg m^2] factor of alpha in (THEORY 12.87) at the last evaluation
+  SpreadWorkspace spread;
   bool has_no_frame = false;   // true: the last step failed with StepStatus::kNoFrame
   std::vector<Vec3> linear_V;  // [m] (num_points) displacements of the linear structure
   std::vector<Vec3> linear;    // [N] (num_points) forces of the linear links

@@ -93,19 +93,51 @@ AllFreedoms all_freedoms(const Scene& scene, const Freedoms& freedoms, const Lin
   return all;
 }
 
+// Returns the null space of motions in which only joints without inertia turn   (THEORY 12.107).
+// \param freedom_of  the freedom of each coordinate  \param mass_rows  over the coordinates
+NullSpace turns_of_joints(const Scene& scene, const Freedoms& freedoms, const std::vector<int>& freedom_of,
+                          const Eigen::MatrixXd& mass_rows) {
+  std::vector<bool> is_joint(index(freedoms.num_all()), false);
+  std::fill(is_joint.begin() + freedoms.num_displacements(), is_joint.end(), true);
+  std::vector<bool> is_on_body(scene.points.size());
+  for (std::size_t i = 0; i < is_on_body.size(); ++i) is_on_body[i] = has_attitude(scene.points[i]);
+  for (const Link& link : scene.links)
+    for (const int point : link.points) is_on_body[index(point)] = is_on_body[index(point)] || is_rigid(link);
+  for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)
+    for (int axis = 0; axis < 3 && is_on_body[index(i)] && freedoms.has_joint(i); ++axis)
+      is_joint[index(freedoms.rotation(i) + axis)] = false;
+  NullSpace joints;
+  for (int k = 0; k < static_cast<int>(freedom_of.size()); ++k) {
+    const bool turns_nothing = is_joint[index(freedom_of[index(k)])] || mass_rows.col(k).isZero(0.0);
+    (turns_nothing ? joints.free : joints.pivots).push_back(k);
+  }
+  joints.basis = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(freedom_of.size()),
+                                       static_cast<Eigen::Index>(joints.free.size()));
+  for (std::size_t k = 0; k < joints.free.size(); ++k)
+    joints.basis(joints.free[k], static_cast<Eigen::Index>(k)) = 1.0;
+  return joints;
+}
+
 // The coordinates z_1 of motions that move mass and that rigid links allow: y = Z_C z (THEORY 16.6),
 // z = P_1 z_1 + Z_0 z_0 (THEORY 16.7). The massless coordinates z_0 are condensed. In the code z_1 is s, z_0
 // is w, Z_C is held_.basis, Z_0 is massless_.basis.
 class Coordinates {
  public:
-  Coordinates(const Scene& scene, const Freedoms& freedoms, AllFreedoms all, Faults& faults) {
+  Coordinates(const Scene& scene, const Freedoms& freedoms, AllFreedoms all, bool has_static_joints,
+              Faults& faults) {
     const double rounding = 4.0 * static_cast<double>(freedoms.num_all()) * direction_rounding(scene);
     has_constraints_ = all.constraints.rows() > 0;
     if (has_constraints_) held_ = null_space(all.constraints, rounding);
     if (has_constraints_)
       for (Eigen::MatrixXd* each : {&all.rows, &all.unit_rows, &all.mass_rows, &all.unit_mass_rows})
         *each = (*each * held_.basis).eval();
-    massless_ = null_space(all.unit_mass_rows, rounding);
+    std::vector<int> freedom_of = held_.free;
+    if (!has_constraints_) {
+      freedom_of.resize(index(freedoms.num_all()));
+      std::iota(freedom_of.begin(), freedom_of.end(), 0);
+    }
+    massless_ = has_static_joints ? turns_of_joints(scene, freedoms, freedom_of, all.unit_mass_rows)
+                                  : null_space(all.unit_mass_rows, rounding);
     const Eigen::MatrixXd massless_rows = all.unit_rows * massless_.basis;
     const auto num_kept = static_cast<Eigen::Index>(massless_.pivots.size());
     const auto split = [&](const Eigen::MatrixXd& rows) {
@@ -118,6 +150,7 @@ class Coordinates {
     condensed_ = condense(split(all.rows), num_kept, unit.rank, true);
     unit_rows_ = unit.rows;
     mass_rows_ = all.mass_rows(Eigen::all, massless_.pivots);
+    if (has_static_joints) mass_rows_ += all.mass_rows * massless_.basis * condensed_.recovery;
   }
 
   const Eigen::MatrixXd& rows() const { return condensed_.rows; }
@@ -160,6 +193,13 @@ class Coordinates {
   Eigen::MatrixXd unit_rows_, mass_rows_;
   bool has_constraints_ = false;
 };
+
+// Returns whether the rung of the scene needs the rotations of joints as functions of the displacements.
+bool wants_static_joints(const Scene& scene) {
+  return !scene.automatic && traits_of(scene.fidelity).has_true_geometry &&
+         std::ranges::any_of(scene.links, [](const Link& link) { return has_mass(link); }) &&
+         std::ranges::all_of(points_that_move_mass(scene), [](bool moves) { return moves; });
+}
 
 // returns the points and, for each point with an attitude, three additional sample points on rigid arms
 SamplePoints sample_points_of(const Scene& scene, const Freedoms& freedoms, const MassProperties& body,
@@ -215,7 +255,8 @@ void find_body_modes(const Scene& scene, const LinkFactor& factor, Structure& st
   const Freedoms freedoms(scene);
   const MassProperties& body = structure.mass_properties;
   const AllFreedoms all = all_freedoms(scene, freedoms, factor, body);
-  const Coordinates coordinates(scene, freedoms, all, faults);
+  structure.has_static_joints = wants_static_joints(scene);
+  const Coordinates coordinates(scene, freedoms, all, structure.has_static_joints, faults);
   if (has_error(faults)) return;
   const Eigen::MatrixXd rigid = coordinates.coordinates_of(all.rigid);
   Mechanisms mechanisms = find_mechanisms(coordinates.unit_rows(), rigid,

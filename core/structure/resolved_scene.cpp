@@ -29,6 +29,7 @@ ResolvedScene resolve(const Scene& scene) {
   resolved.are_point_masses = are_point_masses(scene);
   resolved.has_attitude.reserve(scene.points.size());
   for (const PointMass& point : scene.points) resolved.has_attitude.push_back(has_attitude(point));
+  resolved.moves_mass = points_that_move_mass(scene);
   resolved.links.reserve(scene.links.size());
   for (const Link& link : scene.links)
     resolved.links.push_back({traits_of(link), axial_of(scene, link), has_mass(link), has_mass_matrix(link),

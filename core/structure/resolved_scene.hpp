@@ -26,6 +26,7 @@ struct ResolvedLink {
 struct ResolvedScene {
   bool are_point_masses = true;    // as are_point_masses(scene)
   std::vector<bool> has_attitude;  // one entry for each point, as has_attitude(point)
+  std::vector<bool> moves_mass;    // one entry for each point, as points_that_move_mass()
   std::vector<ResolvedLink> links;
 
   /// Returns whether any link has mass.

@@ -82,6 +82,9 @@ struct Structure {
   std::vector<Mechanism> mechanisms;
   double frequency_accuracy = 0.0;  // [-] stated relative accuracy of the lowest nonzero frequency
   double conditioning = 0.0;        // [-] omega_max / omega_min over nonzero modes
+  // true: the rotations of joints are those of least energy in every motion, so that the mass of links moves
+  // with the displacements of points alone   (THEORY 12.107)
+  bool has_static_joints = false;
   KeptModes kept;
   int num_constraints = 0;           // number of freedoms that rigid links remove
   Eigen::MatrixXd damping_rows;      // [sqrt(N s/m)] (num x n) R = A_d b   (THEORY 3.49)

@@ -85,9 +85,10 @@ std::optional<Plan> load(const std::string& path, const io::Settings& settings) 
   if (read.scene) {
     const Progress progress("set-up");
     read.scene->modes = {};  // the rung needs all modes
+    read.scene->fidelity = kTrueGeometry;
+    read.scene->automatic = {};
     const auto structure = build_structure(*read.scene, read.faults);
     if (structure && structure->omega.size() <= kMostFreedoms) {
-      read.scene->fidelity = kTrueGeometry;
       plan = make_full_plan(*read.scene, *structure, kTrueGeometry, read.faults);
     } else if (structure) {
       add_error(read.faults, {},

@@ -161,11 +161,14 @@ class LinksCheck {
 
   bool are_bodies() const {
     const auto is_body = [&](std::int32_t body) { return is_index(body, num_bodies_); };
-    if (turning_.of_points.size() != (num_bodies_ > 0 ? plan_.points.size() : 0) ||
-        turning_.of_carriers.size() != (num_bodies_ > 0 ? plan_.particles.all.size() : 0) ||
+    const bool is_spread = plan_.coupled.kinetics.form == PlanKinetics::Form::kSpread;
+    const bool has_any = num_bodies_ > 0 || is_spread;
+    if (turning_.of_points.size() != (has_any ? plan_.points.size() : 0) ||
+        turning_.of_carriers.size() != (has_any ? plan_.particles.all.size() : 0) ||
         turning_.of_attitudes.size() != (num_bodies_ > 0 ? plan_.particles.attitude_points.size() : 0) ||
         !std::ranges::all_of(turning_.of_points, [&](auto body) { return body == -1 || is_body(body); }) ||
-        !std::ranges::all_of(turning_.of_carriers, is_body) ||
+        !std::ranges::all_of(turning_.of_carriers,
+                             [&](auto body) { return is_body(body) || (is_spread && body == -1); }) ||
         !std::ranges::all_of(turning_.of_attitudes, is_body))
       return false;
     std::size_t next = 0;

@@ -51,7 +51,7 @@ std::string find_in_histories(const StepPlan& plan) {
 std::string find_in_kinetics(const StepPlan& plan) {
   using Form = PlanKinetics::Form;
   const PlanKinetics& kinetics = plan.coupled.kinetics;
-  if (kinetics.form < Form::kComplete || kinetics.form > Form::kTurning)
+  if (kinetics.form < Form::kComplete || kinetics.form > Form::kSpread)
     return "the kinetic energy is of an unknown form";
   const auto num_points = static_cast<std::int64_t>(plan.points.size());
   const PlanTurning& turning = plan.coupled.turning;
@@ -59,25 +59,28 @@ std::string find_in_kinetics(const StepPlan& plan) {
                                     6 * static_cast<std::int64_t>(turning.bodies.size());
   const bool has_all_modes =
       plan.num_elastic == num_freedoms - plan.rigid_freedoms && plan.num_padded == plan.num_moving;
-  if (is_complete(kinetics) && !has_all_modes)
+  const bool is_spread = kinetics.form == Form::kSpread;
+  if ((is_complete(kinetics) || is_spread) && !has_all_modes)
     return "the kinetic energy has the form for a complete set of modes, but the set is not complete, or the "
            "plan has constraint shapes";
-  if (!is_complete(kinetics) && traits_of(plan.fidelity).has_true_geometry)
+  if (!is_complete(kinetics) && !is_spread && traits_of(plan.fidelity).has_true_geometry)
     return "the plan has links at true geometry, but its modes are not a complete set";
-  if (kinetics.form != Form::kTables && kinetics.form != Form::kTurning && !plan.particles.all.empty())
+  if (is_spread && !traits_of(plan.fidelity).has_true_geometry)
+    return "the plan has mass spread over links at true geometry, which its rung does not use";
+  if (!has_tables(kinetics) && kinetics.form != Form::kTurning && !plan.particles.all.empty())
     return "the plan has bodies on a coupled rung, but no tables for them";
-  const bool has_tables = kinetics.form == Form::kTables;
-  if (has_tables ? kinetics.num_tables != kPointTables && kinetics.num_tables != kBodyTables
-                 : kinetics.num_tables != 0)
+  const bool uses_tables = has_tables(kinetics);
+  if (uses_tables ? kinetics.num_tables != kPointTables && (is_spread || kinetics.num_tables != kBodyTables)
+                  : kinetics.num_tables != 0)
     return "the number of tables over pairs of modes is wrong";
   const auto n = index(plan.num_padded), moving = index(plan.num_moving);
-  if (kinetics.moments.size() != (has_tables ? 6 * n : 0) ||
+  if (kinetics.moments.size() != (uses_tables ? 6 * n : 0) ||
       kinetics.tables.size() != moving * index(kinetics.num_tables) * n || !are_finite(kinetics.moments) ||
       !are_finite(kinetics.tables))
     return "the sums over pairs of modes have the wrong size or are not finite";
   for (const PlanOffset& body : kinetics.offsets)
-    if (!has_tables || body.rows.size() != 3 * n || !are_finite(body.rows) || !are_finite(body.offset) ||
-        !std::isfinite(body.mass))
+    if (!uses_tables || is_spread || body.rows.size() != 3 * n || !are_finite(body.rows) ||
+        !are_finite(body.offset) || !std::isfinite(body.mass))
       return "the rows of a body with an offset have the wrong size or are not finite";
   std::size_t next = 0;
   for (const PlanBodyRotation& body : kinetics.body_rotations) {

@@ -10,9 +10,44 @@
 namespace freeflex {
 namespace {
 
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Axes2 = std::array<int, 2>;
 constexpr std::array<Axes2, 6> kProducts{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
 constexpr std::array<Axes2, 3> kCross{{{1, 2}, {2, 0}, {0, 1}}};  // along x, a x b is a_1 b_2 - a_2 b_1
+
+// The particles whose displacements are linear in the coordinates.
+struct LinearMass {
+  Eigen::VectorXd mass;  // [kg] (P)
+  Eigen::Matrix3Xd r;    // [m] (3 x P)
+  Eigen::MatrixXd b;     // [-] (3P x num modes)
+};
+
+// Returns the particles of all but the rotations of bodies: point masses, centres of mass of bodies and parts
+// of links   (THEORY 12.108).
+LinearMass spread_mass(const Scene& scene, const Structure& structure, const PlanTurning& turning) {
+  const std::vector<CarriedMass> carried = carried_masses(scene, Freedoms(scene));
+  std::vector<Eigen::Index> kept;
+  for (std::size_t p = 0; p < carried.size(); ++p)
+    if (carried[p].link >= 0 || turning.of_points[index(carried[p].point)] < 0)
+      kept.push_back(static_cast<Eigen::Index>(p));
+  const auto num_kept = static_cast<Eigen::Index>(kept.size()), n = structure.shapes.cols();
+  const auto count = num_kept + static_cast<Eigen::Index>(turning.bodies.size());
+  LinearMass all{Eigen::VectorXd(count), Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, n)};
+  for (Eigen::Index k = 0; k < num_kept; ++k) {
+    const Eigen::Index p = kept[index(k)];
+    all.mass[k] = structure.particles.mass[p];
+    all.r.col(k) = structure.particles.r.col(p);
+    all.b.middleRows<3>(3 * k) = structure.particles.shapes.middleRows<3>(3 * p);
+  }
+  for (Eigen::Index k = num_kept; k < count; ++k) {
+    const PlanTurningBody& body = turning.bodies[index(k - num_kept)];
+    const auto stride = static_cast<Eigen::Index>(body.rows.size()) / 6;
+    all.mass[k] = body.mass;
+    all.r.col(k) = Eigen::Map<const Eigen::Vector3d>(body.centre.data());
+    all.b.middleRows<3>(3 * k) = Eigen::Map<const RowMatrix>(body.rows.data(), 3, stride).leftCols(n);
+  }
+  return all;
+}
 
 // Returns the shapes of all particles, first of the modes, then of the constraints. The constraint shapes are
 // zero if there are bodies.
@@ -35,18 +70,15 @@ Eigen::MatrixXd along(const Eigen::MatrixXd& shapes, int axis) {
 //   Z_kl,ab = sum m (b_k,a b_l,b + r_a g_kl,b), symmetric in a and b.
 class Tables {
  public:
-  Tables(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes, StepPlan& plan)
-      : plan_(plan), num_(plan.num_elastic), num_all_(shapes.cols()) {
-    const Eigen::MatrixXd b = shapes_of_mass(structure, shapes);
-    const Eigen::VectorXd& mass = structure.particles.mass;
-    const std::vector<RotatingBody> bodies = rotating_bodies(scene, structure);
+  Tables(const LinearMass& all, const std::vector<RotatingBody>& bodies, StepPlan& plan)
+      : plan_(plan), num_(plan.num_elastic), num_all_(all.b.cols()) {
     plan.coupled.kinetics.num_tables = bodies.empty() ? kPointTables : kBodyTables;
     for (int axis = 0; axis < 3; ++axis) {
       const auto i = index(axis);
-      b_[i] = along(b, axis);
-      weighted_[i] = mass.asDiagonal() * b_[i].leftCols(num_);
+      b_[i] = along(all.b, axis);
+      weighted_[i] = all.mass.asDiagonal() * b_[i].leftCols(num_);
     }
-    set_moments(structure);
+    set_moments(all);
     plan.coupled.kinetics.tables.assign(index(plan.num_moving) * stride(), 0.0);
     for (int k = 0; k < 3; ++k) put(k, outer(kCross[at(k)]) - outer(flipped(kCross[at(k)])));
     for (int k = 0; k < 6; ++k) {
@@ -64,8 +96,8 @@ class Tables {
   std::size_t stride() const { return at(plan_.coupled.kinetics.num_tables) * index(plan_.num_padded); }
 
   // Y_l,ab = sum m r_a b_l,b, symmetric in a and b   (THEORY 8.15)
-  void set_moments(const Structure& structure) {
-    const Eigen::Matrix3Xd mr = structure.particles.r * structure.particles.mass.asDiagonal();
+  void set_moments(const LinearMass& all) {
+    const Eigen::Matrix3Xd mr = all.r * all.mass.asDiagonal();
     for (const auto& [a, b] : kProducts)
       append_row(plan_, Eigen::RowVectorXd(0.5 * (mr.row(a) * b_[at(b)] + mr.row(b) * b_[at(a)])),
                  plan_.coupled.kinetics.moments);
@@ -119,6 +151,8 @@ void compile_offsets(const Scene& scene, const Structure& structure, StepPlan& p
 
 PlanKinetics::Form kinetic_form(const Structure& structure, const StepPlan& plan) {
   using Form = PlanKinetics::Form;
+  if (traits_of(plan.fidelity).has_true_geometry && structure.resolved.have_links_mass())
+    return Form::kSpread;
   if (!plan.coupled.turning.bodies.empty()) return Form::kTurning;
   if (!structure.resolved.are_point_masses) return Form::kTables;
   const int num_points = static_cast<int>(plan.points.size());
@@ -130,8 +164,14 @@ void compile_kinetics(const Scene& scene, const Structure& structure, const Eige
                       PlanKinetics::Form form, StepPlan& plan) {
   assert(is_coupled(plan));
   plan.coupled.kinetics.form = form;
-  if (form != PlanKinetics::Form::kTables) return;
-  const Tables tables(scene, structure, shapes, plan);  // the constructor writes the tables into the plan
+  if (!has_tables(plan.coupled.kinetics)) return;
+  // the constructor writes the tables into the plan
+  if (form == PlanKinetics::Form::kSpread) {
+    const Tables tables(spread_mass(scene, structure, plan.coupled.turning), {}, plan);
+    return;
+  }
+  const LinearMass all{structure.particles.mass, structure.particles.r, shapes_of_mass(structure, shapes)};
+  const Tables tables(all, rotating_bodies(scene, structure), plan);
   compile_offsets(scene, structure, plan);
 }
 

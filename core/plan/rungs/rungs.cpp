@@ -94,8 +94,8 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
                         "both modes of each transverse pair, or set fidelity: spin-loaded or a lower rung"));
     return;
   }
-  if (!traits_of(spec.rung).has_true_geometry && !structure.resolved.are_point_masses &&
-      plan.num_elastic > kMaxBodyModes) {
+  if ((!traits_of(spec.rung).has_true_geometry || structure.resolved.have_links_mass()) &&
+      !structure.resolved.are_point_masses && plan.num_elastic > kMaxBodyModes) {
     add_error(faults, {},
               join_text("fidelity ", name_of(spec.rung),
                         " supports bodies and massless points with tables over pairs of modes, for at most ",

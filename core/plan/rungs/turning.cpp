@@ -23,7 +23,7 @@ PlanTurningBody plan_body(const RigidBody& body, const MatrixXd& motions, const 
 void compile_large_rotations(const Scene& scene, const Structure& structure, StepPlan& plan, Faults& faults) {
   PlanTurning& turning = plan.coupled.turning;
   const std::vector<RigidBody> bodies = rigid_bodies(scene, structure, faults);
-  if (has_error(faults) || bodies.empty()) return;
+  if (has_error(faults) || (bodies.empty() && !structure.resolved.have_links_mass())) return;
   const Freedoms freedoms(scene);
   turning.of_points.assign(scene.points.size(), -1);
   for (const RigidBody& body : bodies) {

@@ -308,7 +308,10 @@ void set_coupled_motion(const StepPlan& plan, const Vec3& w_B, MotionState& stat
   Vec3 H{};
   const bool has_tables = plan.coupled.kinetics.form == PlanKinetics::Form::kTables;
   if (has_tables) H = momenta_by_tables(plan, w, state.q.data(), state.q_dot.data(), coupled.momentum.data());
-  if (turns(plan))
+  if (has_spread_mass(plan))
+    H = add(momenta_of_spread(plan, w, state.q.data(), state.q_dot.data(), coupled.momentum.data()),
+            wheel_momentum_in_frame(plan, state.wheel_momentum, state.q.data()));
+  else if (turns(plan))
     H = momenta_of_turning(plan, state.wheel_momentum, w, state.q.data(), state.q_dot.data(),
                            coupled.momentum.data());
   for (std::size_t i = 0; i < plan.points.size() && !has_tables && !turns(plan); ++i) {

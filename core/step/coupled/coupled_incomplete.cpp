@@ -4,13 +4,11 @@
 #include <algorithm>
 
 #include "core/step/coupled/stage.hpp"
+#include "core/step/coupled/tables.hpp"
 #include "core/step/linear/kernels.hpp"
 
 namespace freeflex {
 namespace {
-
-/// Holds a symmetric matrix as xx, yy, zz, xy, xz, yz.
-using Symmetric = std::array<double, 6>;
 
 /// Adds s (a b^T + b a^T) to P.
 void add_products(double s, const Vec3& a, const Vec3& b, Symmetric& P) noexcept {
@@ -18,18 +16,6 @@ void add_products(double s, const Vec3& a, const Vec3& b, Symmetric& P) noexcept
   P[3] += s * (a[0] * b[1] + a[1] * b[0]);
   P[4] += s * (a[0] * b[2] + a[2] * b[0]);
   P[5] += s * (a[1] * b[2] + a[2] * b[1]);
-}
-
-/// Returns the inertia (tr P) 1 - P of a mass whose second moment is P.
-Mat3 inertia_of(const Symmetric& P) noexcept {
-  return {P[1] + P[2], -P[3], -P[4], -P[3], P[0] + P[2], -P[5], -P[4], -P[5], P[0] + P[1]};
-}
-
-bool has_tables(const StepPlan& plan) noexcept {
-  return plan.coupled.kinetics.form == PlanKinetics::Form::kTables;
-}
-bool has_body_tables(const StepPlan& plan) noexcept {
-  return plan.coupled.kinetics.num_tables == kBodyTables;
 }
 
 /// Returns the change of the second moment of the mass, P(q) - P(0), and computes C point by point:
@@ -56,36 +42,20 @@ Symmetric sum_points(const StepPlan& plan, CoupledWorkspace& w) noexcept {
   return P;
 }
 
-/// Returns P(q) - P(0) and computes C from tables. Does not project loads:
-///   C_l = sum_k q_k (X_kl + G_kl),   P = P(0) + 2 sum_k q_k Y_k + sum_kl q_k q_l Z_kl   (THEORY 12.49)
-Symmetric sum_tables(const StepPlan& plan, const StageState& stage, CoupledWorkspace& w) noexcept {
-  const std::size_t n = index(plan.num_padded);
-  const PlanKinetics& kinetics = plan.coupled.kinetics;
-  const std::size_t block = index(kinetics.num_tables) * n;
-  sum_rows(kinetics.tables.data(), block, stage.q, index(plan.num_moving), block, w.sums.data());
-  std::copy_n(w.sums.begin(), 3 * n, w.C.begin());
-  if (has_body_tables(plan)) combine_one(w.sums.data() + 9 * n, 1.0, true, 3 * n, w.C.data());
-  Symmetric P{};
-  for (std::size_t k = 0; k < 6; ++k)
-    P[k] = 2.0 * dot_lanes(kinetics.moments.data() + k * n, stage.q, n) +
-           dot_lanes(w.sums.data() + (3 + k) * n, stage.q, n);
-  return P;
-}
-
 /// Returns the resultant of the loads on points. Adds their moments to `rate` and, if the plan has tables,
 /// their generalized forces to w.load.
 Vec3 sum_point_loads(const StepPlan& plan, const StageState& stage, CoupledWorkspace& w,
                      StageRate& rate) noexcept {
   const std::size_t n = index(plan.num_padded);
-  if (has_tables(plan)) std::fill(w.load.begin(), w.load.end(), 0.0);
+  if (has_tables(plan.coupled.kinetics)) std::fill(w.load.begin(), w.load.end(), 0.0);
   Vec3 resultant{};
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     const Vec3& force = w.force[i];
     if (is_zero(force)) continue;
     const PlanPoint& point = plan.points[i];
     const double* rows = point_rows(plan, point.row);
-    const Vec3 V = has_tables(plan) ? contract_rows(rows, stage.q, n) : w.V[i];
-    if (has_tables(plan)) combine_rows(rows, force, true, n, w.load.data());
+    const Vec3 V = has_tables(plan.coupled.kinetics) ? contract_rows(rows, stage.q, n) : w.V[i];
+    if (has_tables(plan.coupled.kinetics)) combine_rows(rows, force, true, n, w.load.data());
     resultant = add(resultant, force);
     rate.rest_moment_B = add(rate.rest_moment_B, cross(point.r, force));
     rate.moment_B = add(rate.moment_B, cross(add(point.r, V), force));
@@ -174,37 +144,6 @@ Symmetric rates_by_points(const StepPlan& plan, const Vec3& w_B, CoupledWorkspac
   return P_dot;
 }
 
-/// Returns P'. Computes the sums of rates_by_points from tables. With S = (w.w) 1 - w w^T, X'_l = sum_k q_k'
-/// X_kl and G'_l = sum_k q_k' G_kl:
-///   dE_kin/dq_l = S . (Y_l + sum_k q_k Z_kl) - w . (X'_l - G'_l)   (THEORY 12.50)
-///   w . C'_l = w . (X'_l + G'_l)   (THEORY 12.51)
-Symmetric rates_by_tables(const StepPlan& plan, const Vec3& w_B, CoupledWorkspace& w) noexcept {
-  const std::size_t n = index(plan.num_padded), count = index(plan.num_moving);
-  const PlanKinetics& kinetics = plan.coupled.kinetics;
-  const std::size_t block = index(kinetics.num_tables) * n;
-  const double *Y = kinetics.moments.data(), *Z = w.sums.data() + 3 * n;
-  double *X_dot = w.sums_dot.data(), *G_dot = X_dot + 3 * n, *force = w.inertial.data();
-  sum_rows(kinetics.tables.data(), block, w.q_dot.data(), count, 3 * n, X_dot);
-  const Vec3 diagonal{w_B[1] * w_B[1] + w_B[2] * w_B[2], w_B[0] * w_B[0] + w_B[2] * w_B[2],
-                      w_B[0] * w_B[0] + w_B[1] * w_B[1]};
-  const Vec3 off{-2.0 * w_B[0] * w_B[1], -2.0 * w_B[0] * w_B[2], -2.0 * w_B[1] * w_B[2]};
-  combine_rows(Y, diagonal, false, n, force);
-  combine_rows(Y + 3 * n, off, true, n, force);
-  combine_rows(Z, diagonal, true, n, force);
-  combine_rows(Z + 3 * n, off, true, n, force);
-  combine_rows(X_dot, scale(-1.0, w_B), true, n, force);
-  combine_rows(X_dot, w_B, false, n, w.C_dot_w.data());
-  if (has_body_tables(plan)) {
-    sum_rows(kinetics.tables.data() + 9 * n, block, w.q_dot.data(), count, 3 * n, G_dot);
-    combine_rows(G_dot, w_B, true, n, force);
-    combine_rows(G_dot, w_B, true, n, w.C_dot_w.data());
-  }
-  Symmetric P_dot{};
-  for (std::size_t k = 0; k < 6; ++k)
-    P_dot[k] = 2.0 * (dot_lanes(Y + k * n, w.q_dot.data(), n) + dot_lanes(Z + k * n, w.q_dot.data(), n));
-  return P_dot;
-}
-
 }  // namespace
 
 // Q_l -= m theta_l . (d x (a x theta) + (theta x d) x a) / 2,   a = F / M   (THEORY 12.55)
@@ -272,10 +211,10 @@ void evaluate_incomplete(const StepLoads& step_loads, const StageState& stage, W
   const std::size_t n = index(plan.num_padded), moving = index(plan.num_moving);
   const double inverse_mass = 1.0 / plan.mass;
   gather_forces(step_loads, stage, w);
-  if (!has_tables(plan)) contract_points(plan, stage.q, stage.q, w.V, w.W);
+  if (!has_tables(plan.coupled.kinetics)) contract_points(plan, stage.q, stage.q, w.V, w.W);
   sum_loads(plan, stage, w, rate);
   // w = (I(q) - C C^T / M)^-1 (H_B - C p),   q' = p - C^T w / M   (THEORY 12.37, 12.38)
-  const Symmetric P = has_tables(plan) ? sum_tables(plan, stage, w) : sum_points(plan, w);
+  const Symmetric P = has_tables(plan.coupled.kinetics) ? sum_tables(plan, stage, w) : sum_points(plan, w);
   if (!plan.particles.attitude_points.empty()) add_torques(step_loads, stage, w, rate);
   Mat3 J = inertia_of(P);
   for (std::size_t k = 0; k < 9; ++k) J[k] += plan.inertia[k];
@@ -299,8 +238,8 @@ void evaluate_incomplete(const StepLoads& step_loads, const StageState& stage, W
   for (std::size_t l = 0; l < w.wheel_share.size(); ++l) rate.rate_q[l] += w.wheel_share[l];
   std::fill(rate.rate_q + moving, rate.rate_q + n, 0.0);
   for (std::size_t l = 0; l < n; ++l) w.q_dot[l] = stage.p[l] + rate.rate_q[l];
-  const Symmetric P_dot =
-      has_tables(plan) ? rates_by_tables(plan, rate.w_B, w) : rates_by_points(plan, rate.w_B, w);
+  const Symmetric P_dot = has_tables(plan.coupled.kinetics) ? rates_by_tables(plan, rate.w_B, {}, w)
+                                                            : rates_by_points(plan, rate.w_B, w);
   if (!w.wheels.empty()) add_wheel_forces(step_loads, stage, rate.w_B, w.q_dot.data(), w.load.data());
   for (std::size_t l = 0; l < n; ++l)
     rate.rate_p[l] = inverse_mass * (w.inertial[l] + w.load[l]) - 2.0 * plan.decay[l] * rate.rate_q[l];

@@ -214,7 +214,9 @@ void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Works
   const bool has_modal_coupling = plan.modal_coupling.num_damping > 0 || !plan.feedbacks.empty();
   // if the modes are a complete set for point masses, add_field_of_points has already added the attractor
   // (THEORY 8.21)
-  const bool has_gradient = has_field(plan) && !is_complete(plan.coupled.kinetics);
+  const PlanKinetics& kinetics = plan.coupled.kinetics;
+  const bool has_gradient =
+      has_field(plan) && !is_complete(kinetics) && kinetics.form != PlanKinetics::Form::kSpread;
   const bool has_followers =
       !traits_of(plan.fidelity).has_true_geometry &&
       std::any_of(plan.histories.begin(), plan.histories.end(),
@@ -276,6 +278,7 @@ void evaluate(const StepLoads& step_loads, const StageState& stage, Workspace& w
     case PlanKinetics::Form::kComplete:
       return evaluate_complete(step_loads, stage, workspace, rate);
     case PlanKinetics::Form::kTurning:
+    case PlanKinetics::Form::kSpread:
       return evaluate_turning(step_loads, stage, workspace, rate);
     case PlanKinetics::Form::kPoints:
     case PlanKinetics::Form::kTables:

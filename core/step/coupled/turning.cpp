@@ -132,7 +132,7 @@ void load_bodies(const StepLoads& step_loads, const StageState& stage, CoupledWo
   const PlanTurning& turning = plan.coupled.turning;
   for (std::size_t k = 0; k < plan.particles.all.size(); ++k) {
     const Vec3& force = w.force[plan.points.size() + k];
-    if (is_zero(force)) continue;
+    if (is_zero(force) || turning.of_carriers[k] < 0) continue;
     const std::size_t b = index(turning.of_carriers[k]);
     TurningMotion& at = w.bodies[b];
     const Vec3 arm = multiply(at.R, sub(plan.particles.all[k].r, turning.bodies[b].centre));
@@ -168,6 +168,12 @@ void sum_loads_on_bodies(const StepPlan& plan, const StageState& stage, const Co
     rate.moment_B = add(rate.moment_B, cross(add(r, V), force));
   };
   for (std::size_t i = 0; i < plan.points.size(); ++i) add_force(plan.points[i].r, w.V[i], w.force[i]);
+  for (std::size_t k = 0; k < plan.particles.all.size(); ++k) {  // parts of links
+    const PlanPoint& part = plan.particles.all[k];
+    const Vec3& force = w.force[plan.points.size() + k];
+    if (plan.coupled.turning.of_carriers[k] < 0 && !is_zero(force))
+      add_force(part.r, contract_rows(point_rows(plan, part.row), stage.q, index(plan.num_padded)), force);
+  }
   for (std::size_t b = 0; b < w.bodies.size(); ++b) {
     const TurningMotion& at = w.bodies[b];
     add_force(plan.coupled.turning.bodies[b].centre, at.V, at.force);
@@ -208,8 +214,9 @@ void add_true_bars(const StepPlan& plan, const Vec3& w_B, CoupledWorkspace& w) n
   }
 }
 
-/// Sets force and torque of each body to what acts on its momenta beyond the linear links: the force in the
-/// axes of the frame, and the torque in those of the body   (THEORY 12.91).
+/// Sets the force of each body to what acts on its momenta beyond the linear links, in the axes of the frame,
+/// the torque to that of all links in the axes of the body, and the torque of the linear links
+/// (THEORY 12.91).
 void sum_body_forces(const StepPlan& plan, CoupledWorkspace& w) noexcept {
   const PlanTurning& turning = plan.coupled.turning;
   for (std::size_t b = 0; b < turning.bodies.size(); ++b) {
@@ -223,7 +230,8 @@ void sum_body_forces(const StepPlan& plan, CoupledWorkspace& w) noexcept {
       at.torque = add(at.torque, cross(multiply(at.R, arm), w.force[i]));
       linear_torque = add(linear_torque, cross(arm, w.linear[i]));
     }
-    at.torque = sub(add(multiply_transposed(at.R, at.torque), w.joints.on_body[b]), linear_torque);
+    at.torque = add(multiply_transposed(at.R, at.torque), w.joints.on_body[b]);
+    at.linear_torque = linear_torque;
   }
 }
 
@@ -233,7 +241,7 @@ void add_body_forces(const StepPlan& plan, const CoupledWorkspace& w, double* Q)
   for (std::size_t b = 0; b < w.bodies.size(); ++b) {
     const double* rows = plan.coupled.turning.bodies[b].rows.data();
     combine_rows(rows, w.bodies[b].force, true, n, Q);
-    combine_rows(rows + 3 * n, w.bodies[b].torque, true, n, Q);
+    combine_rows(rows + 3 * n, sub(w.bodies[b].torque, w.bodies[b].linear_torque), true, n, Q);
   }
 }
 
@@ -263,8 +271,8 @@ void set_rates(const StepPlan& plan, CoupledWorkspace& w, StageRate& rate) noexc
     const Vec3 momentum = add(multiply(body.inertia, at.s), at.wheels);
     const Vec3 force = add_scaled(at.force, body.mass, cross(at.v, w_B));
     combine_rows(of_centre, scale(inverse_mass, force), true, n, rate.rate_p);
-    combine_rows(of_rotation, scale(inverse_mass, add(at.torque, cross(momentum, at.s))), true, n,
-                 rate.rate_p);
+    const Vec3 torque = sub(at.torque, at.linear_torque);
+    combine_rows(of_rotation, scale(inverse_mass, add(torque, cross(momentum, at.s))), true, n, rate.rate_p);
   }
   for (std::size_t l = 0; l < index(plan.num_moving); ++l)
     rate.rate_p[l] -= 2.0 * plan.decay[l] * rate.rate_q[l];
@@ -290,6 +298,15 @@ void set_drift_rate_of_bodies(const StepPlan& plan, const StageState& stage, Cou
   }
 }
 
+/// Sets rate.rate_q_dot from the rate of C^T w   (THEORY 12.83, 12.109).
+void set_drift_rate_of_spread(const StepPlan& plan, const StageState& stage, const CoupledWorkspace& w,
+                              StageRate& rate) noexcept {
+  const std::size_t n = index(plan.num_padded);
+  const Vec3 w_dot = solve_for_spin(plan, w.spin, add(cross(stage.H_B, rate.w_B), rate.moment_B));
+  combine_rows(w.C.data(), scale(-1.0 / plan.mass, w_dot), false, n, rate.rate_q_dot);
+  combine_one(w.C_dot_w.data(), -1.0 / plan.mass, true, n, rate.rate_q_dot);
+}
+
 }  // namespace
 
 void evaluate_turning(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
@@ -305,15 +322,20 @@ void evaluate_turning(const StepLoads& step_loads, const StageState& stage, Work
     TurningMotion& at = w.bodies[b];
     const double* rows = plan.coupled.turning.bodies[b].rows.data();
     at.W = contract_rows(rows, stage.p, n), at.S = contract_rows(rows + 3 * n, stage.p, n);
-    at.force = at.torque = {};
+    at.force = at.torque = at.motors = {};
   }
-  Vec3 alpha;
-  rate.w_B = frame_velocity(plan, stage.H_B, w, alpha);
-  set_velocities(plan, alpha, w);
+  const bool is_spread = has_spread_mass(plan);
+  if (is_spread) {
+    set_spread_velocities(plan, stage, w, rate);
+  } else {
+    Vec3 alpha;
+    rate.w_B = frame_velocity(plan, stage.H_B, w, alpha);
+    set_velocities(plan, alpha, w);
+  }
   relax_links(plan, stage.q, w);
   gather_forces(step_loads, stage, w);
   load_bodies(step_loads, stage, w);
-  if (plan.attractor_mu > 0.0) attract_bodies(plan, stage, w);
+  if (plan.attractor_mu > 0.0 && !is_spread) attract_bodies(plan, stage, w);
   sum_loads_on_bodies(plan, stage, w, rate);
   std::fill(w.linear.begin(), w.linear.end(), Vec3{});
   add_true_bars(plan, rate.w_B, w);
@@ -322,7 +344,16 @@ void evaluate_turning(const StepLoads& step_loads, const StageState& stage, Work
   for (std::size_t k = 0; k < plan.wheels.size(); ++k) {
     const PlanWheel& wheel = plan.wheels[k];
     TurningMotion& at = w.bodies[index(plan.coupled.turning.of_attitudes[index(wheel.attitude_index)])];
-    at.torque = add_scaled(at.torque, -step_loads.wheel_torque(k, stage.stage_time), wheel.axis);
+    at.motors = add_scaled(at.motors, -step_loads.wheel_torque(k, stage.stage_time), wheel.axis);
+  }
+  for (TurningMotion& at : w.bodies) at.torque = add(at.torque, at.motors);
+  if (is_spread) {
+    set_spread_rates(plan, stage, w, rate);
+    add_link_moments(plan, w, rate);
+    if (rate.rate_q_dot != nullptr) set_drift_rate_of_spread(plan, stage, w, rate);
+    add_modal_loads(step_loads, stage, workspace, rate);
+    if (rate.Q != nullptr) accelerate_spread(plan, stage, w, rate);
+    return;
   }
   if (rate.Q != nullptr) {
     for (std::size_t i = 0; i < plan.points.size(); ++i)
@@ -333,7 +364,8 @@ void evaluate_turning(const StepLoads& step_loads, const StageState& stage, Work
       rate.balance_B = add(rate.balance_B, cross(plan.points[i].r, w.drift[i]));
     for (std::size_t b = 0; b < w.bodies.size(); ++b) {
       const Vec3& centre = plan.coupled.turning.bodies[b].centre;
-      rate.balance_B = add(rate.balance_B, add(cross(centre, w.bodies[b].force), w.bodies[b].torque));
+      const Vec3 torque = sub(w.bodies[b].torque, w.bodies[b].linear_torque);
+      rate.balance_B = add(rate.balance_B, add(cross(centre, w.bodies[b].force), torque));
     }
   }
   set_rates(plan, w, rate);

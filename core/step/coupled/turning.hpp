@@ -10,8 +10,14 @@
 
 namespace freeflex {
 
-/// Returns whether a plan has bodies that turn by any angle.
-inline bool turns(const StepPlan& plan) noexcept { return !plan.coupled.turning.bodies.empty(); }
+/// Returns whether a plan has mass that is spread over links at true geometry.
+inline bool has_spread_mass(const StepPlan& plan) noexcept {
+  return plan.coupled.kinetics.form == PlanKinetics::Form::kSpread;
+}
+/// Returns whether a plan has bodies that turn by any angle, or spread mass.
+inline bool turns(const StepPlan& plan) noexcept {
+  return !plan.coupled.turning.bodies.empty() || has_spread_mass(plan);
+}
 
 /// Returns whether a point is a point mass, which belongs to no body. \pre turns(plan)
 inline bool is_free(const StepPlan& plan, std::size_t point) noexcept {
@@ -32,6 +38,8 @@ struct TurningMotion {
   Vec3 v{}, s{};           // [m/s] velocity of the centre, axes of the frame; [rad/s] spin, axes of the body
   Vec3 wheels{};           // [N m s] momentum of its wheels, axes of the body
   Vec3 force{}, torque{};  // [N], [N m] loads, axes of the frame; the torque is about its centre
+  Vec3 linear_torque{};    // [N m] of the linear links, rest axes
+  Vec3 motors{};           // [N m] torque of the motors of its wheels on the body, axes of the body
 };
 
 /// Returns N(theta) s, the rate of a rotation vector from the spin in the axes of the body:

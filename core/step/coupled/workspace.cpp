@@ -36,6 +36,7 @@ CoupledWorkspace make_coupled_workspace(const StepPlan& plan) {
   const PlanKinetics& kinetics = plan.coupled.kinetics;
   w.wheels.resize(plan.wheels.size());
   if (is_complete(kinetics)) return w;
+  w.spread = make_spread_workspace(plan);
   w.C.resize(3 * n);
   if (!w.wheels.empty()) w.wheel_share.resize(n);
   for (auto* v : {&w.load, &w.inertial, &w.C_dot_w, &w.spare, &w.next.q_ddot}) v->resize(n);

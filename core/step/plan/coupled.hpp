@@ -47,6 +47,7 @@ struct PlanKinetics {
     kPoints = 1,    // some of the modes of point masses, by sums over points   (THEORY 12.36)
     kTables = 2,    // bodies or omitted modes, by sums over pairs of modes   (THEORY 12.48, 12.49)
     kTurning = 3,   // a complete set of modes of bodies that turn by any angle   (THEORY 12.84)
+    kSpread = 4,    // the same with mass spread over links, by sums over pairs of modes   (THEORY 12.108)
   };
   Form form = Form::kComplete;
   Array moments;                // [kg m] (6 x num_padded) Y_l,ab for ab = xx, yy, zz, xy, xz, yz
@@ -57,9 +58,14 @@ struct PlanKinetics {
   std::vector<PlanBodyRotation> body_rotations;  // the bodies together contain all particles, in order
   std::vector<PlanOffset> offsets;
 };
-/// Returns whether the modes are a complete set, so that a motion is one of points and bodies.
+/// Returns whether the modes are a complete set, so that a motion is one of points and bodies. With mass
+/// spread over links it is not, although all modes are there.
 inline bool is_complete(const PlanKinetics& kinetics) noexcept {
   return kinetics.form == PlanKinetics::Form::kComplete || kinetics.form == PlanKinetics::Form::kTurning;
+}
+/// Returns whether the sums over the mass are taken from tables over pairs of modes.
+inline bool has_tables(const PlanKinetics& kinetics) noexcept {
+  return kinetics.form == PlanKinetics::Form::kTables || kinetics.form == PlanKinetics::Form::kSpread;
 }
 inline constexpr std::int32_t kPointTables = 9, kBodyTables = 12;  // PlanKinetics::num_tables
 
