@@ -54,8 +54,8 @@ MassDistribution mass_distribution_of(const Link& link);
 /// \pre all points of links exist
 void place_lumped_masses(Scene& scene);
 
-/// Returns for each point whether its motion moves mass: its own, that of a link, or that of a body to which a
-/// rigid link joins it.
+/// Returns for each point whether its motion moves mass: its own, that of a link, or that of a body to which
+/// a rigid link joins it.
 std::vector<bool> points_that_move_mass(const Scene& scene);
 
 /// Returns the mass of a link [kg]. Returns 0 if the link has no mass.

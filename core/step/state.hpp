@@ -7,11 +7,11 @@
 
 #include "core/step/command.hpp"
 #include "core/step/coupled/curve.hpp"
-#include "core/step/coupled/spread.hpp"
-#include "core/step/coupled/turning.hpp"
 #include "core/step/links/true_links.hpp"
 #include "core/step/loads/loads.hpp"
 #include "core/step/plan.hpp"
+#include "core/step/turning/spread.hpp"
+#include "core/step/turning/turning.hpp"
 
 namespace freeflex {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "core/step/coupled/coupled.hpp"
-#include "core/step/coupled/turning.hpp"
 #include "core/step/linear/kernels.hpp"
 #include "core/step/links/bar.hpp"
+#include "core/step/turning/turning.hpp"
 
 namespace freeflex {
 namespace {

@@ -4,8 +4,8 @@
 #include "core/step/coupled/coupled.hpp"
 #include "core/step/coupled/curve.hpp"
 #include "core/step/coupled/stage.hpp"
-#include "core/step/coupled/turning.hpp"
 #include "core/step/linear/kernels.hpp"
+#include "core/step/turning/turning.hpp"
 
 namespace freeflex {
 

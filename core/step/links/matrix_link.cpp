@@ -126,7 +126,7 @@ void set_gradient(const MatrixConstants& matrix, std::span<const Vec3> x, std::s
     for (std::size_t a = 0; a < 3; ++a) u[6 * i + 3 + a] = phi[i][a];
   }
   result.energy = multiply_stiffness(matrix, u, result);  // (THEORY 12.103)
-  Vec3 rest{};  // minus the moment of all forces about the mean
+  Vec3 rest{};                                            // minus the moment of all forces about the mean
   for (std::size_t i = 0; i < x.size(); ++i) {
     rest = sub(rest, cross(fit.z[i], result.force[i]));
     if (rotations.empty()) continue;

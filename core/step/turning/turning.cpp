@@ -1,4 +1,4 @@
-#include "core/step/coupled/turning.hpp"
+#include "core/step/turning/turning.hpp"
 
 #include <algorithm>
 

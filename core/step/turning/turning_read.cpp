@@ -2,8 +2,8 @@
 #include <algorithm>
 
 #include "core/step/coupled/stage.hpp"
-#include "core/step/coupled/turning.hpp"
 #include "core/step/linear/kernels.hpp"
+#include "core/step/turning/turning.hpp"
 
 namespace freeflex {
 namespace {

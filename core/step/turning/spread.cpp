@@ -1,12 +1,12 @@
-#include "core/step/coupled/spread.hpp"
+#include "core/step/turning/spread.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include "core/step/coupled/stage.hpp"
 #include "core/step/coupled/tables.hpp"
-#include "core/step/coupled/turning.hpp"
 #include "core/step/linear/kernels.hpp"
+#include "core/step/turning/turning.hpp"
 
 namespace freeflex {
 namespace {
