@@ -15,6 +15,8 @@ using Eigen::VectorXd;
 
 // [-] points whose second moment across a line is below this share of that along it are on the line
 constexpr double kLine = 1e-12;
+// [-] Below this share, displacements of points turn a link about the line more than its ends do
+constexpr double kNarrow = 1e-3;
 
 // Returns whether a stiffness over displacements of points on a line is the same in all directions across it.
 bool is_round(const MatrixXd& K, const Vector3d& line) {
@@ -32,11 +34,14 @@ bool is_round(const MatrixXd& K, const Vector3d& line) {
 
 void refuse_line(const Scene& scene, int number, Faults& faults) {
   const Link& link = scene.links[index(number)];
-  add_error(faults, link.origin,
-            join_text("link ", called(link, number),
-                      ": its points are on a line, and its stiffness differs between directions across this "
-                      "line, but nothing determines how the link turns about the line, which this fidelity "
-                      "needs; give a matrix with rotations: true, or set fidelity: coupled or a lower rung"));
+  add_error(
+      faults, link.origin,
+      join_text(
+          "link ", called(link, number),
+          ": its points are on a line or nearly so, so that their displacements do not tell how the link "
+          "turns "
+          "about this line, which this fidelity needs; give a matrix with rotations: true or one that is the "
+          "same in all directions across the line, or set fidelity: coupled or a lower rung"));
 }
 
 void refuse_size(const Scene& scene, int number, Faults& faults) {
@@ -91,16 +96,20 @@ PlanTrueMatrix true_matrix(const Scene& scene, const LinkFactor& factor, const F
   const Matrix3d square = d * d.transpose();
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(square);
   const double along = eigen.eigenvalues()[2];
-  if (eigen.eigenvalues()[1] > kLine * along) {
-    constants.inverse = to_array(Matrix3d((square.trace() * Matrix3d::Identity() - square).inverse()));
-    return result;
-  }
+  const double width = eigen.eigenvalues()[1];
   const Vector3d line = eigen.eigenvectors().col(2);
-  constants.line = to_array(line);
-  if (!has_rotations && !is_round(K, line)) refuse_line(scene, number, faults);
-  const Matrix3d of_line = line * line.transpose();
-  constants.inverse = to_array(Matrix3d((Matrix3d::Identity() - of_line) / along +
-                                        (has_rotations ? 1.0 / static_cast<double>(count) : 0.0) * of_line));
+  if (has_rotations) {
+    // about the line the ends count as much as points at the distance of the ends
+    constants.line = to_array(line);
+    constants.turn_weight = along / static_cast<double>(count);
+  } else if (width < kNarrow * along) {
+    if (width > kLine * along || !is_round(K, line)) refuse_line(scene, number, faults);
+    constants.line = to_array(line);
+  }
+  const Matrix3d of_line = line * line.transpose(), inertia = square.trace() * Matrix3d::Identity() - square;
+  constants.inverse = has_rotations           ? to_array(Matrix3d((inertia + along * of_line).inverse()))
+                      : width < kLine * along ? to_array(Matrix3d((Matrix3d::Identity() - of_line) / along))
+                                              : to_array(Matrix3d(inertia.inverse()));
   return result;
 }
 

@@ -27,6 +27,15 @@ Vec3 vector_of(const Mat3& Q) noexcept {
 }
 Mat3 transposed(const Mat3& A) noexcept { return {A[0], A[3], A[6], A[1], A[4], A[7], A[2], A[5], A[8]}; }
 
+/// Returns whether the symmetric part of A is positive definite, so that Newton's method leads to the best
+/// fit and not to the worst.
+bool is_definite(const Mat3& A) noexcept {
+  const double xy = 0.5 * (A[1] + A[3]), xz = 0.5 * (A[2] + A[6]), yz = 0.5 * (A[5] + A[7]);
+  const double minor = A[0] * A[4] - xy * xy;
+  return A[0] > 0.0 && minor > 0.0 &&
+         minor * A[8] + xz * (xy * yz - A[4] * xz) - yz * (A[0] * yz - xy * xz) > 0.0;
+}
+
 /// The condition F(R) = 0 for the rotation of a link and its derivative A by rotations of the link
 /// (THEORY 12.102, 12.104).
 class Fit {
@@ -36,6 +45,25 @@ class Fit {
     Vec3 mean{};
     for (const Vec3& each : x) mean = add_scaled(mean, 1.0 / static_cast<double>(x.size()), each);
     for (std::size_t i = 0; i < x.size(); ++i) y_[i] = sub(x[i], mean);
+  }
+
+  /// Returns the identity or a half turn about an axis, whichever fits best. Every rotation is within 120
+  /// degrees of one of them.
+  Mat3 start() const noexcept {
+    Vec3 along{};  // diagonal of sum y d^T
+    for (std::size_t i = 0; i < matrix_.arms.size(); ++i)
+      for (std::size_t a = 0; a < 3; ++a) along[a] += y_[i][a] * matrix_.arms[i][a];
+    const double all = along[0] + along[1] + along[2];
+    Mat3 best{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+    double most = all;
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double fit = 2.0 * along[a] - all;
+      if (!(fit > most)) continue;
+      most = fit;
+      best = {-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, -1.0};
+      best[4 * a] = 1.0;
+    }
+    return best;
   }
 
   void set(const Mat3& R) noexcept {
@@ -55,11 +83,10 @@ class Fit {
       if (rotations_.empty()) continue;
       own[i] = multiply_transposed(R, rotations_[i]);
       if (!has_line) continue;
-      // the line component of the axial vectors of R^T R_i takes the place of the missing equation
-      F = add_scaled(F, dot(line, axial_of(own[i])), line);
+      F = add_scaled(F, matrix_.turn_weight * dot(line, axial_of(own[i])), line);
       const Vec3 slope = turn_slope(i);
       for (std::size_t a = 0; a < 3; ++a)
-        for (std::size_t b = 0; b < 3; ++b) A[3 * a + b] += line[a] * slope[b];
+        for (std::size_t b = 0; b < 3; ++b) A[3 * a + b] += matrix_.turn_weight * (line[a] * slope[b]);
     }
     if (!has_line || !rotations_.empty()) return;
     for (std::size_t a = 0; a < 3; ++a)
@@ -104,14 +131,15 @@ void set_gradient(const MatrixConstants& matrix, std::span<const Vec3> x, std::s
   const std::size_t per_point = matrix.has_rotations ? 6 : 3;
   Fit fit(matrix, x, rotations);
   Mat3& R = result.R;
-  R = rotations.empty() ? Mat3{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0} : rotations.front();
+  R = rotations.empty() ? fit.start() : rotations.front();
   bool is_found = false;
   for (int k = 0; k < kMostTurns && !is_found; ++k) {
     fit.set(R);
     Vec3 turn = multiply(matrix.inverse, fit.F);
-    if (dot(turn, turn) < kNear * kNear) turn = solve_by_adjugate(fit.A, fit.F);
+    const bool is_near = dot(turn, turn) < kNear * kNear && is_definite(fit.A);
+    if (is_near) turn = solve_by_adjugate(fit.A, fit.F);
     R = multiply(R, matrix_of(rotation_of(turn).q));
-    is_found = dot(turn, turn) < kTurnFound * kTurnFound;
+    is_found = is_near && dot(turn, turn) < kTurnFound * kTurnFound;
   }
   if (!is_found) R.fill(std::numeric_limits<double>::quiet_NaN());  // the rates of the step are not finite
   fit.set(R);
@@ -143,7 +171,8 @@ void set_gradient(const MatrixConstants& matrix, std::span<const Vec3> x, std::s
     result.force[i] = multiply(R, add(result.force[i], cross(lambda, matrix.arms[i])));
     if (rotations.empty()) continue;
     if (dot(matrix.line, matrix.line) > 0.0)
-      result.moment[i] = add_scaled(result.moment[i], dot(matrix.line, lambda), fit.turn_slope(i));
+      result.moment[i] =
+          add_scaled(result.moment[i], matrix.turn_weight * dot(matrix.line, lambda), fit.turn_slope(i));
     result.moment[i] = multiply(R, result.moment[i]);
   }
 }
