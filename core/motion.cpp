@@ -46,6 +46,12 @@ std::string lost_shape_text(const Plan& plan, const StepReport& report, std::int
            "degrees) that the deformation no longer defines these axes; use smaller loads, or give mass off "
            "the "
            "line between the bodies to points that turn less";
+  if (report.status == StepStatus::kTurnedTooFar)
+    return "in the step after tick " + std::to_string(tick) + " the body at point '" +
+           plan.points[index(report.joint_point)].name +
+           "' has turned by more than 315 degrees against the axes of the structure, which this fidelity "
+           "does "
+           "not support; end the run before, or give the body as points joined by springs";
   std::string text = "in the step after tick " + std::to_string(tick) + " a joint";
   if (report.joint_point >= 0) text += " at point '" + plan.points[index(report.joint_point)].name + "'";
   return text +

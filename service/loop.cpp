@@ -187,6 +187,7 @@ void Simulation::enter_fault(std::span<const ForceCommand> due, const StepReport
             .num_commands = static_cast<std::int32_t>(due.size()),
             .lacks_equilibrium = report.status == StepStatus::kNoEquilibrium,
             .lacks_frame = report.status == StepStatus::kNoFrame,
+            .turned_too_far = report.status == StepStatus::kTurnedTooFar,
             .joint_point = report.joint_point};
   if (!due.empty()) {
     fault_.sender = due.back().sender;

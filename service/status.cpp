@@ -98,6 +98,12 @@ std::string fault_text(const Snapshot& snapshot) {
         "them to "
         "points that turn less",
         fault.tick, fault.tick);
+  if (fault.turned_too_far)
+    text = fmt::format(
+        "in the step after tick {} the body at point {} has turned by more than 315 degrees against the axes "
+        "of "
+        "the structure, which this fidelity does not support, so the simulation holds at tick {}",
+        fault.tick, fault.joint_point + 1, fault.tick);
   if (fault.num_commands > 0) {
     text += fmt::format("; {} command(s) began there, the last from {} with sequence number {}",
                         fault.num_commands, fault.sender.data(), fault.sequence);

@@ -67,7 +67,7 @@ void ResponsibleFinder::project_load(const StepPlan& plan, const LoadPattern& pa
   std::fill(Q_.begin(), Q_.end(), 0.0);
   if (is_coupled(plan)) {
     std::fill(forces_.begin(), forces_.end(), Vec3{});
-    add_point_forces(plan, pattern, R_WB, 1.0, forces_);
+    add_point_forces(plan, pattern, R_WB, 1.0, {}, forces_);
     for (std::size_t i = 0; i < forces_.size(); ++i)
       if (!is_zero(forces_[i]))
         combine_rows(point_rows(plan, mass_point(plan, static_cast<std::int32_t>(i)).row), forces_[i], true,

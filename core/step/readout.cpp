@@ -279,8 +279,9 @@ void read_link(const StepPlan& given, const MotionState& state, int output, std:
     out[0] = bar_force(*bar, motion.d).tension;
     if (bar->damping > 0.0) out[0] += damper_force(*bar, motion.d, motion.d_dot).tension;
   } else {
-    if (traits_of(plan.fidelity).has_true_geometry) read_true_link(plan, state, link.link, out);
-    add(link.first_rate_row, state.q_dot);
+    // the rows of damping are about the rest directions, so they are those of linear links alone
+    if (!traits_of(plan.fidelity).has_true_geometry || !read_true_link(plan, state, link.link, out))
+      add(link.first_rate_row, state.q_dot);
   }
   add(link.first_load_row, state.Q);
 }

@@ -136,13 +136,19 @@ struct CoupledWorkspace {
   std::vector<TurningMotion> bodies;
   Mat3 frame{};  // [kg m^2] factor of alpha in (THEORY 12.87) at the last evaluation
   SpreadWorkspace spread;
-  bool has_no_frame = false;   // true: the last step failed with StepStatus::kNoFrame
-  std::vector<Vec3> linear_V;  // [m] (num_points) displacements of the linear structure
-  std::vector<Vec3> linear;    // [N] (num_points) forces of the linear links
+  std::int32_t turned_body = -1;  // body that made the last step fail with StepStatus::kTurnedTooFar
+  bool has_no_frame = false;      // true: the last step failed with StepStatus::kNoFrame
+  std::vector<Vec3> x;            // [m] (num_points + num_particles) present positions, for torques on groups
+  std::vector<Vec3> linear_V;     // [m] (num_points) displacements of the linear structure
+  std::vector<Vec3> linear;       // [N] (num_points) forces of the linear links
   JointWorkspace joints;
   double last_turn = 0.0;   // [rad] result of relax_joints()
   JointState stage_joints;  // rotations of the joints at the last stage
   std::vector<Vec3> rest;   // [m] (num_points) rest positions, if there are links at true geometry
+  // of add_strain_damping(): a workspace for a shape nearby, and the rates of the elastic forces beyond the
+  // linear ones [N/s] (num_padded), of all links and of springs and bars; empty without such damping
+  std::vector<CoupledWorkspace> probe;
+  std::array<Array, 2> excess_rate;
   CoupledState next;
 };
 

@@ -246,7 +246,11 @@ void step_in(const StepPlan& plan, State& state, const Inputs& inputs, Workspace
                                          : advance_separated(step_loads, state, is_changed, workspace);
   if (!result.is_finite) {
     report = {.status = StepStatus::kNotFinite};
-    if (is_coupled(plan) && workspace.coupled.has_no_frame) {
+    if (is_coupled(plan) && workspace.coupled.turned_body >= 0) {
+      const PlanTurning& turning = plan.coupled.turning;
+      report.status = StepStatus::kTurnedTooFar;
+      report.joint_point = turning.points[index(turning.bodies[index(workspace.coupled.turned_body)].first)];
+    } else if (is_coupled(plan) && workspace.coupled.has_no_frame) {
       report.status = StepStatus::kNoFrame;
     } else if (is_coupled(plan) && workspace.coupled.joints.unsolved >= 0) {
       report.status = StepStatus::kNoEquilibrium;

@@ -32,11 +32,16 @@ enum class StepStatus : std::int32_t {
   // bodies have turned so far that the deformation no longer defines the axes of the frame, so the state is
   // unchanged (THEORY 12.87)
   kNoFrame = 3,
+  // a body has turned against the frame by more than its rotation vector can hold, so the state is unchanged
+  // (THEORY 12.86)
+  kTurnedTooFar = 4,
 };
 
 struct StepReport {
   StepStatus status = StepStatus::kOk;
-  std::int32_t joint_point = -1;  // kNoEquilibrium: point of the joint that rotated most in the last attempt
+  // kNoEquilibrium: point of the joint that rotated most in the last attempt; kTurnedTooFar: first point of
+  // the body
+  std::int32_t joint_point = -1;
   std::int32_t num_expiries = 0;
   std::array<Expiry, kMaxSlots> expiries{};
 };

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """convert_plans.py FILE.plan [RECORDING.log FINGERPRINT]: rewrites a saved plan of version 10 as version 11.
 
-No number is computed anew, except for the checksum and the fingerprint. The member that version 11 adds, the
-matrix links at true geometry, is empty; a plan with matrices on the rung corotational must be compiled again. In the recording, FINGERPRINT, the old one of the
+No number is computed anew, except for the checksum and the fingerprint. The members that version 11 adds, the
+matrix links and the damping of strains at true geometry, are empty; a plan of the rung corotational or full with matrices
+or damping is compiled again, because its motion changes. In the recording, FINGERPRINT, the old one of the
 plan, is replaced by the new one. The script prints how many numbers it read and wrote, and how many fingerprints it
 replaced.
 """
@@ -125,8 +126,8 @@ REST = [("command_limits", "CommandLimits"), ("unmodelled", "Unmodelled"), ("fal
         ("tried_rungs", ["Rung"]), ("frequency_accuracy", "d"), ("conditioning", "d")]
 FIELDS["Fingerprinted"] = [("name", "s"), ("scene_hash", "Q")] + FIELDS["StepPlan"] + SERVICE
 FIELDS["Rest"] = REST
-# what version 11 writes after a member, as bytes: the empty sequence of matrices
-ADDED = {("TrueLinks", "angles"): bytes(8)}
+# what version 11 writes after a member, as bytes: the empty sequence of matrices, and no damping of strains
+ADDED = {("TrueLinks", "angles"): bytes(8), ("Coupled", "curve"): bytes(17)}
 
 
 class Converter:

@@ -71,7 +71,7 @@ Drift drift_of(Scene scene, double rate) {
 }
 
 // The change of energy is of order 4 in the substep.
-TEST(SpreadMass, AHubWithAWheelAndABoomConservesEnergy) {
+TEST(MassOfLinks, AHubWithAWheelAndABoomConservesEnergy) {
   double before = 0.0;
   for (const double rate : {4000.0, 8000.0}) {
     const Drift drift = drift_of(hub_and_boom(4, 0.8), rate);
@@ -86,7 +86,7 @@ TEST(SpreadMass, AHubWithAWheelAndABoomConservesEnergy) {
 }
 
 // Velocities and accelerations of points, on bodies and free, are those of their published positions.
-TEST(SpreadMass, ReadsTheRatesOfThePublishedPositions) {
+TEST(MassOfLinks, ReadsTheRatesOfThePublishedPositions) {
   Scene scene = hub_and_boom(4, 0.8);
   scene.rate = 8000.0;
   const Plan plan = compile(scene);
@@ -108,7 +108,7 @@ TEST(SpreadMass, ReadsTheRatesOfThePublishedPositions) {
 
 // Large motion of a boom with spread mass against that with ever more point masses: the elements with spread
 // mass are nearer to the limit.
-TEST(SpreadMass, ConvergesToTheLimitOfManyPointMasses) {
+TEST(MassOfLinks, ConvergesToTheLimitOfManyPointMasses) {
   const auto tip_at_end = [](int num_elements, bool is_lumped) {
     Scene scene = hub_and_boom(num_elements, 4.0);
     scene.initial.points.clear();
@@ -141,7 +141,7 @@ TEST(SpreadMass, ConvergesToTheLimitOfManyPointMasses) {
 
 // A free beam that spins at its lowest frequency. The limits are those of 60 Hermite elements, to which the
 // frequencies of lumped beams converge in `relative_equilibrium_test`, in units of sqrt(EI / (m L^4)).
-TEST(SpreadMass, ASpinningBeamOf40ElementsHasTheFrequenciesOfTheContinuum) {
+TEST(MassOfLinks, ASpinningBeamOf40ElementsHasTheFrequenciesOfTheContinuum) {
   Scene scene;
   for (int i = 0; i <= 40; ++i) add_point(scene, 0.0, {i / 40.0, 0.0, 0.0});
   Beam beam{1e6, 1.0, 1.0, 1.0, {0.0, 1.0, 0.0}};

@@ -143,7 +143,7 @@ TEST(RungPlan, TheRoundTripOfAPlanWithBodiesIsExact) {
 TEST(RungPlan, ContentThatDoesNotFitAPlanWithBodiesIsRefused) {
   using Form = PlanKinetics::Form;
   const auto error_of = [](const auto& spoil) { return error_of_spoilt(body_plan(), spoil); };
-  expect_named(error_of([](Plan& p) { p.coupled.kinetics.form = static_cast<Form>(4); }), "an unknown form");
+  expect_named(error_of([](Plan& p) { p.coupled.kinetics.form = static_cast<Form>(5); }), "an unknown form");
   expect_named(error_of([](Plan& p) { p.coupled.kinetics.form = Form::kPoints; }), "no tables for them");
   expect_named(error_of([](Plan& p) { p.coupled.kinetics.num_tables = 10; }), "number of tables");
   expect_named(error_of([](Plan& p) { p.coupled.kinetics.tables.pop_back(); }), "sums over pairs of modes");

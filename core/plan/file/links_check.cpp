@@ -156,7 +156,7 @@ class LinksCheck {
            c.arms.size() == count &&
            std::ranges::all_of(c.arms, [](const Vec3& d) { return are_finite(d); }) &&
            c.stiffness.size() == width * pad(width) && are_finite(c.stiffness) && are_finite(c.inverse) &&
-           are_finite(c.line);
+           are_finite(c.line) && std::isfinite(c.turn_weight) && c.turn_weight >= 0.0;
   }
 
   bool are_bodies() const {

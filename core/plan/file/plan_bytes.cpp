@@ -191,7 +191,7 @@ void fields(Archive& archive, T& j) {
 
 template <typename Archive, Is<MatrixConstants> T>
 void fields(Archive& archive, T& m) {
-  all_of<MatrixConstants>(archive, m.has_rotations, m.stiffness, m.arms, m.inverse, m.line);
+  all_of<MatrixConstants>(archive, m.has_rotations, m.stiffness, m.arms, m.inverse, m.line, m.turn_weight);
 }
 
 template <typename Archive, Is<PlanTrueMatrix> T>
@@ -232,8 +232,8 @@ void fields(Archive& archive, T& c) {
 
 template <typename Archive, Is<PlanCoupled> T>
 void fields(Archive& archive, T& c) {
-  all_of<PlanCoupled>(archive, c.functions, c.bars, c.links, c.turning, c.curve, c.substep_phase,
-                      c.num_substeps, c.kinetics);
+  all_of<PlanCoupled>(archive, c.functions, c.bars, c.links, c.turning, c.curve, c.strain_times,
+                      c.damps_true_strains, c.bar_beta, c.substep_phase, c.num_substeps, c.kinetics);
 }
 
 template <typename Archive, Is<LoadSums> T>

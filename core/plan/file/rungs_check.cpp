@@ -123,6 +123,11 @@ std::string find_rung_inconsistency(const StepPlan& plan) {
       std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions};
   if (coupled.functions.size() != kRows * index(plan.num_padded) || !are_finite(coupled.functions))
     return "the functions of the modes have the wrong size or are not finite";
+  const std::size_t num_times = coupled.strain_times.size();
+  if ((num_times != 0 && num_times != index(plan.num_padded)) || !are_finite(coupled.strain_times) ||
+      !std::isfinite(coupled.bar_beta) || (num_times > 0 && !traits_of(plan.fidelity).has_true_geometry) ||
+      (coupled.damps_true_strains && num_times == 0))
+    return "the damping of strains has the wrong size or is not finite, or the rung does not use it";
   if (plan.modal_coupling.path != PlanModalCoupling::Path::kNone)
     return "a coupled rung has modal coupling, which only other rungs use";
   for (const PlanFeedback& feedback : plan.feedbacks)

@@ -81,6 +81,36 @@ PlanBar true_bar(const Scene& scene, const ResolvedScene& resolved, int number) 
   return bar;
 }
 
+// The times t_l = 2 (decay_l - alpha_R / 2) / omega_l^2   (THEORY 12.114).
+void compile_strain_times(const Scene& scene, StepPlan& plan) {
+  Array times(index(plan.num_padded), 0.0);
+  bool has_any = false;
+  for (std::size_t l = 0; l < index(plan.num_elastic); ++l) {
+    if (!(plan.omega[l] > 0.0)) continue;
+    // decay_l is a sum, so a difference of rounding errors is no damping
+    const double of_strain = plan.decay[l] - 0.5 * scene.damping.alpha;
+    if (of_strain > 1e-12 * plan.decay[l]) times[l] = 2.0 * of_strain / (plan.omega[l] * plan.omega[l]);
+    has_any = has_any || times[l] > 0.0;
+  }
+  if (!has_any) return;
+  plan.coupled.strain_times = std::move(times);
+  plan.coupled.bar_beta = scene.damping.beta;
+}
+
+// Warns of viscous links that are damped along their rest directions.
+void warn_of_viscous_links(const Scene& scene, const ResolvedScene& resolved, Faults& faults) {
+  for (std::size_t k = 0; k < scene.links.size(); ++k) {
+    const Link& link = scene.links[k];
+    if (link.viscous == 0.0 || resolved.links[k].traits.is_axial) continue;
+    return add_warning(
+        faults, link.origin,
+        join_text("link ", called(link, static_cast<int>(k)),
+                  ": viscous damps beams, plates, angle springs and matrices along their rest "
+                  "directions, which brakes parts that turn or bend far; use 'rayleigh', 'ratio' "
+                  "or 'loss_factor', which do not"));
+  }
+}
+
 }  // namespace
 
 void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, StepPlan& plan,
@@ -116,6 +146,8 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
   plan.modal_coupling.modes.clear();
   plan.coupled.substep_phase = spec.substep_phase;
   if (!traits_of(spec.rung).has_true_geometry) return;
+  compile_strain_times(scene, plan);
+  warn_of_viscous_links(scene, structure.resolved, faults);
   compile_large_rotations(scene, structure, plan, faults);
   if (has_error(faults)) return;
   compile_true_links(scene, structure, plan, faults);
@@ -155,6 +187,7 @@ void set_coupled_period(StepPlan& plan) {
   curve.stiff.clear();
   curve.filter.clear();
   curve.is_filtered = !curve.modes.empty() && plan.omega[index(curve.modes.back())] * period > kFilterPhase;
+  coupled.damps_true_strains = !coupled.strain_times.empty() && top_frequency(plan) * period <= kFilterPhase;
   for (std::size_t k = 0; k < curve.modes.size(); ++k) {
     const double phase = plan.omega[index(curve.modes[k])] * period;
     if (phase <= (curve.is_axial[k] != 0 ? kResolvedPhase : kLongestPhase)) continue;
@@ -176,6 +209,14 @@ void check_stages(const Scene& scene, const StepPlan& plan, Faults& faults) {
   const double substep = plan.period / plan.coupled.num_substeps;
   const std::string at =
       join_text("fidelity ", name_of(plan.fidelity), " at ", hertz, " Hz is not possible, because ");
+  const PlanCoupled& coupled = plan.coupled;
+  if (!coupled.strain_times.empty() && !coupled.damps_true_strains)
+    add_warning(
+        faults, scene.damping.origin,
+        join_text("damping: at ", hertz, " Hz a tick does not resolve the stiffest mode, ", omega,
+                  " rad/s, so damping acts on linear strains, which brakes parts that turn or bend far; "
+                  "if they turn by more than some 0.1 rad, raise the rate to ",
+                  std::ceil(omega / kFilterPhase), " Hz or more, or set fidelity: full"));
   const double decay = damper_rate(plan);
   if (plan.coupled.substep_phase > 0.0) {
     if (std::max(omega, rate) * substep > plan.coupled.substep_phase || decay * substep > kMaxBarPhase)

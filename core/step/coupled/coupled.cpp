@@ -235,6 +235,7 @@ Start begin_step(const StepPlan& plan, const MotionState& state, CoupledWorkspac
   }
   w.stage_joints = state.coupled.joints;
   begin_joints(w.joints);
+  for (CoupledWorkspace& probe : w.probe) begin_joints(probe.joints);
   w.curve.slow_q = state.coupled.slow_q;
   w.curve.slow_p = state.coupled.slow_p;
   if (plan.coupled.curve.is_filtered) {
@@ -388,6 +389,8 @@ bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state,
   w.next.has_rates = true;
   force_W = end.force_W;
   moment_B = end.rest_moment_B;
+  w.turned_body = body_turned_too_far(w.bodies);
+  if (w.turned_body >= 0) return false;
   w.has_no_frame = turns(plan) && w.joints.unsolved < 0 && !has_frame(plan, w.frame);
   return !w.has_no_frame && are_finite(workspace.next_q) && are_finite(w.next.momentum) &&
          are_finite(w.next.rate_q) && are_finite(w.next.rate_p);

@@ -4,6 +4,7 @@
 #include <cassert>
 
 #include "core/step/coupled/coupled.hpp"
+#include "core/step/coupled/strain_damping.hpp"
 #include "core/step/linear/modal_coupling.hpp"
 #include "core/step/links/bar.hpp"
 #include "core/step/loads/field.hpp"
@@ -163,6 +164,21 @@ void evaluate_complete(const StepLoads& step_loads, const StageState& stage, Wor
   if (has_links) add_link_moments(plan, w, rate);
   if (rate.rate_q_dot != nullptr) set_drift_rate(plan, stage, alpha, w, rate);
   add_modal_loads(step_loads, stage, workspace, rate);
+  add_strain_damping(plan, stage, w, rate);
+}
+
+/// Sets w.x to the present positions of points and particles.
+void set_positions(const StepPlan& plan, const StageState& stage, CoupledWorkspace& w) noexcept {
+  const std::size_t num_points = plan.points.size();
+  for (std::size_t i = 0; i < num_points; ++i) w.x[i] = add(plan.points[i].r, w.V[i]);
+  for (std::size_t k = 0; k < plan.particles.all.size(); ++k) {
+    const PlanPoint& particle = plan.particles.all[k];
+    const std::int32_t b = plan.coupled.turning.of_carriers[k];
+    w.x[num_points + k] =
+        b < 0
+            ? add(particle.r, contract_rows(point_rows(plan, particle.row), stage.q, index(plan.num_padded)))
+            : position_on_body(plan.coupled.turning.bodies[index(b)], w.bodies[index(b)], particle.r);
+  }
 }
 
 }  // namespace
@@ -187,8 +203,11 @@ Vec3 solve_for_spin(const StepPlan& plan, const Mat3& matrix, const Vec3& b) noe
 
 void gather_forces(const StepLoads& step_loads, const StageState& stage, CoupledWorkspace& w) noexcept {
   const StepPlan& plan = step_loads.plan;
-  step_loads.on_points(stage.stage_time, stage.R_WB, w.force);
   const bool is_true = traits_of(plan.fidelity).has_true_geometry;
+  const bool needs_positions = is_true && step_loads.turn_groups();
+  if (needs_positions) set_positions(plan, stage, w);
+  step_loads.on_points(stage.stage_time, stage.R_WB,
+                       needs_positions ? std::span<const Vec3>(w.x) : std::span<const Vec3>(), w.force);
   for (const PlanHistory& history : plan.histories)
     for (const PlanFollower& follower : history.followers) {
       const Vec3 theta = contract_rows(follower.rotation_rows.data(), stage.q, index(plan.num_padded));

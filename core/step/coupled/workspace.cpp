@@ -9,7 +9,9 @@
 
 namespace freeflex {
 
-CoupledWorkspace make_coupled_workspace(const StepPlan& plan) {
+namespace {
+
+CoupledWorkspace make_workspace_without_probe(const StepPlan& plan) {
   CoupledWorkspace w;
   const std::size_t n = index(plan.num_padded);
   for (auto* v : {&w.V, &w.W, &w.drift}) v->resize(plan.points.size());
@@ -23,6 +25,7 @@ CoupledWorkspace make_coupled_workspace(const StepPlan& plan) {
   w.joints = make_joint_workspace(links, w.bodies.size());
   for (auto* v : {&w.linear_V, &w.linear})
     v->resize(traits_of(plan.fidelity).has_true_geometry ? plan.points.size() : 0);
+  w.x.resize(traits_of(plan.fidelity).has_true_geometry ? w.force.size() : 0);
   w.curve = make_curve_workspace(plan);
   for (auto* v : {&w.start_q, &w.start_p, &w.filtered_q, &w.filtered_p, &w.rate_q_dot, &w.next.filtered_q,
                   &w.next.filtered_p, &w.next.left_out_q, &w.next.left_out_p})
@@ -43,6 +46,16 @@ CoupledWorkspace make_coupled_workspace(const StepPlan& plan) {
   if (kinetics.form == PlanKinetics::Form::kPoints) w.arms.resize(plan.points.size());
   w.sums.resize(index(kinetics.num_tables) * n);
   w.sums_dot.resize(kinetics.num_tables > 0 ? 6 * n : 0);
+  return w;
+}
+
+}  // namespace
+
+CoupledWorkspace make_coupled_workspace(const StepPlan& plan) {
+  CoupledWorkspace w = make_workspace_without_probe(plan);
+  if (!plan.coupled.damps_true_strains) return w;
+  w.probe.push_back(make_workspace_without_probe(plan));
+  for (Array& each : w.excess_rate) each.resize(index(plan.num_padded));
   return w;
 }
 

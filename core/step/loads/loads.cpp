@@ -313,8 +313,43 @@ BodyResultant body_resultant(const StepPlan& plan, const LoadPattern& pattern) n
   return all;
 }
 
+namespace {
+
+/// Returns J_g^-1 T of a group at the present positions of its carriers, and their centre of mass. A group
+/// whose points were on a line at rest takes no torque about the line that they are nearest to now
+/// (THEORY 8.8, 8.9).
+Vec3 present_acceleration(const StepPlan& plan, std::size_t number, std::span<const Vec3> x, Vec3 torque,
+                          Vec3& centre) noexcept {
+  const PlanGroup& group = plan.groups[number];
+  centre = {};
+  for (const std::int32_t i : carriers_of_group(plan, number))
+    centre = add_scaled(centre, mass_point(plan, i).mass / group.mass, x[index(i)]);
+  if (group.torque_rank == 0) return {};
+  Mat3 J{};
+  Vec3 line{};
+  for (const std::int32_t i : carriers_of_group(plan, number)) {
+    const PlanPoint& point = mass_point(plan, i);
+    const Vec3 y = sub(x[index(i)], centre);
+    const double square = dot(y, y);
+    for (std::size_t a = 0; a < 3; ++a)
+      for (std::size_t b = 0; b < 3; ++b)
+        J[3 * a + b] += point.mass * ((a == b ? square : 0.0) - y[a] * y[b]);
+    line = add_scaled(line, point.mass * dot(sub(point.r, group.centre), group.line), y);
+  }
+  if (group.torque_rank == 2) {
+    line = scale(1.0 / length(line), line);
+    torque = add_scaled(torque, -dot(line, torque), line);
+    const double trace = J[0] + J[4] + J[8];
+    for (std::size_t a = 0; a < 3; ++a)
+      for (std::size_t b = 0; b < 3; ++b) J[3 * a + b] += trace * line[a] * line[b];
+  }
+  return solve_by_adjugate(J, torque);
+}
+
+}  // namespace
+
 void add_point_forces(const StepPlan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
-                      std::span<Vec3> forces) noexcept {
+                      std::span<const Vec3> x, std::span<Vec3> forces) noexcept {
   if (!pattern.has_world && !pattern.has_body) return;
   const LoadSums& sums = pattern.sums;
   const auto in_body_axes = [&](const Vec3& W, const Vec3& B) {
@@ -326,12 +361,15 @@ void add_point_forces(const StepPlan& plan, const LoadPattern& pattern, const Ma
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
     const PlanGroup& group = plan.groups[k];
     const Vec3 force = in_body_axes(sums.group_force_W[k], sums.group_force_B[k]);
-    const Vec3 theta =
-        multiply(group.inverse_inertia, in_body_axes(sums.group_torque_W[k], sums.group_torque_B[k]));
-    if (!has_load(force, theta)) continue;
+    const Vec3 torque = in_body_axes(sums.group_torque_W[k], sums.group_torque_B[k]);
+    if (!has_load(force, torque)) continue;
+    Vec3 centre = group.centre;
+    const Vec3 theta = x.empty() || is_zero(torque) ? multiply(group.inverse_inertia, torque)
+                                                    : present_acceleration(plan, k, x, torque, centre);
     for (const std::int32_t i : carriers_of_group(plan, k)) {
       const PlanPoint& point = mass_point(plan, i);
-      const Vec3 a = add_scaled(cross(theta, sub(point.r, group.centre)), 1.0 / group.mass, force);
+      const Vec3 arm = sub(x.empty() || is_zero(torque) ? point.r : x[index(i)], centre);
+      const Vec3 a = add_scaled(cross(theta, arm), 1.0 / group.mass, force);
       forces[index(i)] = add_scaled(forces[index(i)], point.mass, a);
     }
   }

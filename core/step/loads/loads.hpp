@@ -71,8 +71,11 @@ bool project(const StepPlan& plan, const LoadPattern& pattern, const Mat3& R_WB,
 
 /// For coupled rungs: adds amplitude times the forces of the pattern to the forces on each point, body axes.
 /// Wrenches are distributed over their groups: F_i = (m_i / m_g) F_g + m_i (J_g^-1 T_g) x d_i   (THEORY 8.8).
+/// \param x  [m] (num_points + num_particles) present positions, body axes, from which the arms d_i and J_g
+/// of
+///   the torques follow; empty: those at rest
 /// \param forces  [N] (num_points + num_particles) forces on the points, then on the particles
 void add_point_forces(const StepPlan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
-                      std::span<Vec3> forces) noexcept;
+                      std::span<const Vec3> x, std::span<Vec3> forces) noexcept;
 
 }  // namespace freeflex

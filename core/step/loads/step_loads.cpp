@@ -143,11 +143,24 @@ void StepLoads::generalized(StageTime stage_time, const Frame& frame, const Mat3
   add_wheels(*this, stage_time, multiply(plan.inverse_inertia, multiply_transposed(R_WB, H_W)), momentum, Q);
 }
 
-void StepLoads::on_points(StageTime stage_time, const Mat3& R_WB, std::span<Vec3> forces) const noexcept {
+bool StepLoads::turn_groups() const noexcept {
+  const auto turns_group = [](const LoadPattern& pattern) {
+    const auto is_any = [](const std::vector<Vec3>& torques) {
+      return std::any_of(torques.begin(), torques.end(), [](const Vec3& each) { return !is_zero(each); });
+    };
+    return is_any(pattern.sums.group_torque_W) || is_any(pattern.sums.group_torque_B);
+  };
+  return turns_group(commands) ||
+         std::any_of(plan.histories.begin(), plan.histories.end(),
+                     [&](const PlanHistory& history) { return turns_group(history.pattern); });
+}
+
+void StepLoads::on_points(StageTime stage_time, const Mat3& R_WB, std::span<const Vec3> x,
+                          std::span<Vec3> forces) const noexcept {
   std::fill(forces.begin(), forces.end(), Vec3{});
-  add_point_forces(plan, commands, R_WB, 1.0, forces);
+  add_point_forces(plan, commands, R_WB, 1.0, x, forces);
   for (const PlanHistory& history : plan.histories)
-    add_point_forces(plan, history.pattern, R_WB, amplitude(history, stage_time), forces);
+    add_point_forces(plan, history.pattern, R_WB, amplitude(history, stage_time), x, forces);
 }
 
 }  // namespace freeflex

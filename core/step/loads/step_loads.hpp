@@ -61,7 +61,11 @@ struct StepLoads {
 
   /// On the coupled rungs, computes the forces on the points [N] (num_points), body axes, without the forces
   /// of followers, dashpots and feedback.
-  void on_points(StageTime stage_time, const Mat3& R_WB, std::span<Vec3> forces) const noexcept;
+  /// \param x  [m] present positions of points and particles for the torques on groups; empty: those at rest
+  void on_points(StageTime stage_time, const Mat3& R_WB, std::span<const Vec3> x,
+                 std::span<Vec3> forces) const noexcept;
+  /// Returns whether a command or a built-in load has a torque on a group.
+  bool turn_groups() const noexcept;
 };
 
 }  // namespace freeflex

@@ -30,7 +30,7 @@ HalfAngle half_angle(double angle) noexcept {
   return {sine_of_cycles(0.25 + x), sine_of_cycles(x)};
 }
 
-Mat3 rotation_of(const Quat& q) noexcept {
+Mat3 matrix_of_flow(const Quat& q) noexcept {
   const double w = q[0], x = q[1], y = q[2], z = q[3];
   return {1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z),       2.0 * (x * z + w * y),
           2.0 * (x * y + w * z),       1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x),
@@ -134,7 +134,7 @@ class Flows {
   /// translate applies.
   void apply_impulse(double share, double s) noexcept {
     const double h = share * plan_.period;
-    const Mat3 G = rotation_of(rotation_);
+    const Mat3 G = matrix_of_flow(rotation_);
     const Shares w = loads_.later ? shares_at(s) : Shares{1.0, 0.0, 0.0};
     Vec3 L = scale(w.start, at(moments_[0], G));
     if (loads_.later) L = add_scaled(add_scaled(L, w.middle, at(moments_[1], G)), w.end, at(moments_[2], G));

@@ -4,6 +4,7 @@
 
 #include "core/step/coupled/coupled.hpp"
 #include "core/step/coupled/stage.hpp"
+#include "core/step/coupled/strain_damping.hpp"
 #include "core/step/linear/kernels.hpp"
 #include "core/step/links/bar.hpp"
 #include "core/step/loads/field.hpp"
@@ -214,37 +215,6 @@ void add_true_bars(const StepPlan& plan, const Vec3& w_B, CoupledWorkspace& w) n
   }
 }
 
-/// Sets the force of each body to what acts on its momenta beyond the linear links, in the axes of the frame,
-/// the torque to that of all links in the axes of the body, and the torque of the linear links
-/// (THEORY 12.91).
-void sum_body_forces(const StepPlan& plan, CoupledWorkspace& w) noexcept {
-  const PlanTurning& turning = plan.coupled.turning;
-  for (std::size_t b = 0; b < turning.bodies.size(); ++b) {
-    const PlanTurningBody& body = turning.bodies[b];
-    TurningMotion& at = w.bodies[b];
-    Vec3 linear_torque = w.joints.linear_on_body[b];
-    for (std::int32_t k = body.first; k < body.first + body.count; ++k) {
-      const std::size_t i = index(turning.points[index(k)]);
-      const Vec3 arm = sub(plan.points[i].r, body.centre);
-      at.force = add(at.force, sub(w.force[i], w.linear[i]));
-      at.torque = add(at.torque, cross(multiply(at.R, arm), w.force[i]));
-      linear_torque = add(linear_torque, cross(arm, w.linear[i]));
-    }
-    at.torque = add(multiply_transposed(at.R, at.torque), w.joints.on_body[b]);
-    at.linear_torque = linear_torque;
-  }
-}
-
-/// Adds the forces on bodies to Q.
-void add_body_forces(const StepPlan& plan, const CoupledWorkspace& w, double* Q) noexcept {
-  const std::size_t n = index(plan.num_padded);
-  for (std::size_t b = 0; b < w.bodies.size(); ++b) {
-    const double* rows = plan.coupled.turning.bodies[b].rows.data();
-    combine_rows(rows, w.bodies[b].force, true, n, Q);
-    combine_rows(rows + 3 * n, sub(w.bodies[b].torque, w.bodies[b].linear_torque), true, n, Q);
-  }
-}
-
 /// Sets the rates from the forces beyond the linear links   (THEORY 12.91, 12.92).
 void set_rates(const StepPlan& plan, CoupledWorkspace& w, StageRate& rate) noexcept {
   const std::size_t n = index(plan.num_padded);
@@ -309,6 +279,33 @@ void set_drift_rate_of_spread(const StepPlan& plan, const StageState& stage, con
 
 }  // namespace
 
+void sum_body_forces(const StepPlan& plan, CoupledWorkspace& w) noexcept {
+  const PlanTurning& turning = plan.coupled.turning;
+  for (std::size_t b = 0; b < turning.bodies.size(); ++b) {
+    const PlanTurningBody& body = turning.bodies[b];
+    TurningMotion& at = w.bodies[b];
+    Vec3 linear_torque = w.joints.linear_on_body[b];
+    for (std::int32_t k = body.first; k < body.first + body.count; ++k) {
+      const std::size_t i = index(turning.points[index(k)]);
+      const Vec3 arm = sub(plan.points[i].r, body.centre);
+      at.force = add(at.force, sub(w.force[i], w.linear[i]));
+      at.torque = add(at.torque, cross(multiply(at.R, arm), w.force[i]));
+      linear_torque = add(linear_torque, cross(arm, w.linear[i]));
+    }
+    at.torque = add(multiply_transposed(at.R, at.torque), w.joints.on_body[b]);
+    at.linear_torque = linear_torque;
+  }
+}
+
+void add_body_forces(const StepPlan& plan, const CoupledWorkspace& w, double* Q) noexcept {
+  const std::size_t n = index(plan.num_padded);
+  for (std::size_t b = 0; b < w.bodies.size(); ++b) {
+    const double* rows = plan.coupled.turning.bodies[b].rows.data();
+    combine_rows(rows, w.bodies[b].force, true, n, Q);
+    combine_rows(rows + 3 * n, sub(w.bodies[b].torque, w.bodies[b].linear_torque), true, n, Q);
+  }
+}
+
 void evaluate_turning(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
                       StageRate& rate) noexcept {
   const StepPlan& plan = step_loads.plan;
@@ -352,6 +349,7 @@ void evaluate_turning(const StepLoads& step_loads, const StageState& stage, Work
     add_link_moments(plan, w, rate);
     if (rate.rate_q_dot != nullptr) set_drift_rate_of_spread(plan, stage, w, rate);
     add_modal_loads(step_loads, stage, workspace, rate);
+    add_strain_damping(plan, stage, w, rate);
     if (rate.Q != nullptr) accelerate_spread(plan, stage, w, rate);
     return;
   }
@@ -372,6 +370,7 @@ void evaluate_turning(const StepLoads& step_loads, const StageState& stage, Work
   add_link_moments(plan, w, rate);
   if (rate.rate_q_dot != nullptr) set_drift_rate_of_bodies(plan, stage, w, rate);
   add_modal_loads(step_loads, stage, workspace, rate);
+  add_strain_damping(plan, stage, w, rate);
 }
 
 }  // namespace freeflex

@@ -29,6 +29,8 @@ inline bool is_free(const StepPlan& plan, std::size_t point) noexcept {
 /// along it if both turn across it by 90 degrees. \pre turns(plan)
 bool has_frame(const StepPlan& plan, const Mat3& A) noexcept;
 
+struct CoupledWorkspace;
+
 /// Holds the motion of one body.
 struct TurningMotion {
   Vec3 V{}, theta{};  // [m] elastic displacement of its centre; [rad] rotation vector, body axes
@@ -41,6 +43,12 @@ struct TurningMotion {
   Vec3 linear_torque{};    // [N m] of the linear links, rest axes
   Vec3 motors{};           // [N m] torque of the motors of its wheels on the body, axes of the body
 };
+
+/// [rad] Largest rotation of a body against the frame. At 2 pi the rotation vector has no rate
+/// (THEORY 12.86).
+inline constexpr double kMostRotationOfBody = 5.5;
+/// Returns the first body that has turned further, or -1.
+std::int32_t body_turned_too_far(std::span<const TurningMotion> bodies) noexcept;
 
 /// Returns N(theta) s, the rate of a rotation vector from the spin in the axes of the body:
 ///   N = 1 + [theta x] / 2 + coefficient [theta x]^2   (THEORY 12.86)
@@ -55,6 +63,13 @@ inline Vec3 rate_of_rotation(const TurningMotion& body, const Vec3& s) noexcept 
 /// \param V  [m] (num_points) those of point masses are set already
 void place_bodies(const StepPlan& plan, const double* q, std::span<Vec3> V,
                   std::span<TurningMotion> bodies) noexcept;
+
+/// Sets the force of each body to what acts on its momenta beyond the linear links, in the axes of the frame,
+/// the torque to that of all links in the axes of the body, and the torque of the linear links
+/// (THEORY 12.91).
+void sum_body_forces(const StepPlan& plan, CoupledWorkspace& w) noexcept;
+/// Adds the forces on bodies to Q.
+void add_body_forces(const StepPlan& plan, const CoupledWorkspace& w, double* Q) noexcept;
 
 /// Returns the present position of a point or particle of a body, from the centre of mass of the structure.
 /// \param r  [m] its rest position

@@ -34,6 +34,13 @@ Vec3 position_on_body(const PlanTurningBody& plan, const TurningMotion& body, co
   return add(add(plan.centre, body.V), multiply(body.R, sub(r, plan.centre)));
 }
 
+std::int32_t body_turned_too_far(std::span<const TurningMotion> bodies) noexcept {
+  for (std::size_t b = 0; b < bodies.size(); ++b)
+    if (dot(bodies[b].theta, bodies[b].theta) > kMostRotationOfBody * kMostRotationOfBody)
+      return static_cast<std::int32_t>(b);
+  return -1;
+}
+
 bool has_frame(const StepPlan& plan, const Mat3& A) noexcept {
   constexpr double kFastest = 10.0;
   for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -1,0 +1,111 @@
+#include "core/step/coupled/strain_damping.hpp"
+
+#include <algorithm>
+
+#include "core/step/linear/kernels.hpp"
+#include "core/step/links/bar.hpp"
+#include "core/step/turning/turning.hpp"
+
+namespace freeflex {
+namespace {
+
+// [-] Displacement of the differences of forces over the size of the structure. The joints are found to 1e-7
+// rad or better, and the differences are of second order.
+constexpr double kProbed = 1e-4;
+
+/// Returns what q' t displaces a point at most in the time t = 1 s [m], rotations of bodies included.
+double speed_of(const StepPlan& plan, const double* q_dot, CoupledWorkspace& probe, double size) noexcept {
+  const std::size_t n = index(plan.num_padded);
+  contract_points(plan, q_dot, q_dot, probe.V, probe.W);
+  double largest = 0.0;
+  for (const Vec3& V_dot : probe.V) largest = std::max(largest, dot(V_dot, V_dot));
+  for (const PlanTurningBody& body : plan.coupled.turning.bodies) {
+    const Vec3 theta_dot = contract_rows(body.rows.data() + 3 * n, q_dot, n);
+    largest = std::max(largest, size * size * dot(theta_dot, theta_dot));
+  }
+  return __builtin_sqrt(largest);
+}
+
+/// Adds the elastic forces of springs and bars.
+void add_elastic_bars(const StepPlan& plan, CoupledWorkspace& probe) noexcept {
+  const std::span<const Vec3> linear_V = probe.bodies.empty() ? probe.V : probe.linear_V;
+  for (const PlanBar& bar : plan.coupled.bars) {
+    const std::size_t i = index(bar.first), j = index(bar.second);
+    const auto along = [&](const Vec3& d) {
+      return scale(bar.stiffness * dot(bar.direction, d), bar.direction);
+    };
+    const Vec3 d = sub(probe.V[j], probe.V[i]);
+    const Vec3 exact = add(bar_force(bar, d).excess, along(d)), linear = along(sub(linear_V[j], linear_V[i]));
+    probe.force[i] = add(probe.force[i], exact), probe.force[j] = sub(probe.force[j], exact);
+    probe.linear[i] = add(probe.linear[i], linear), probe.linear[j] = sub(probe.linear[j], linear);
+  }
+}
+
+/// Adds `share` times the projection of the forces beyond the linear ones to `out`, and clears the forces.
+void project_excess(const StepPlan& plan, double share, CoupledWorkspace& probe, Array& out) noexcept {
+  const bool has_bodies = turns(plan);
+  for (std::size_t i = 0; i < plan.points.size(); ++i)
+    probe.drift[i] = !has_bodies || is_free(plan, i) ? sub(probe.force[i], probe.linear[i]) : Vec3{};
+  project_points(plan, probe.drift, probe.drift, probe.q.data(), probe.p.data());
+  for (TurningMotion& at : probe.bodies) at.force = at.torque = {};
+  sum_body_forces(plan, probe);
+  add_body_forces(plan, probe, probe.q.data());
+  combine_one(probe.q.data(), share, true, out.size(), out.data());
+  std::fill(probe.force.begin(), probe.force.end(), Vec3{});
+  std::fill(probe.linear.begin(), probe.linear.end(), Vec3{});
+}
+
+/// Adds `share` times the elastic forces beyond the linear ones at the coordinates probe.q_dot to out[0],
+/// and, if springs and bars are damped by Rayleigh's beta already, those of springs and bars to out[1].
+void add_excess(const StepPlan& plan, double share, CoupledWorkspace& probe,
+                std::array<Array, 2>& out) noexcept {
+  const double* const q = probe.q_dot.data();
+  contract_points(plan, q, q, probe.V, probe.W);
+  if (!probe.bodies.empty()) {
+    std::copy(probe.V.begin(), probe.V.end(), probe.linear_V.begin());
+    place_bodies(plan, q, probe.V, probe.bodies);
+  }
+  std::fill(probe.force.begin(), probe.force.end(), Vec3{});
+  std::fill(probe.linear.begin(), probe.linear.end(), Vec3{});
+  std::fill(probe.joints.on_body.begin(), probe.joints.on_body.end(), Vec3{});
+  std::fill(probe.joints.linear_on_body.begin(), probe.joints.linear_on_body.end(), Vec3{});
+  add_elastic_bars(plan, probe);
+  project_excess(plan, share, probe, out[1]);
+  relax_links(plan, q, probe);
+  add_links(plan, probe);
+  combine_one(probe.Q.data(), share, true, out[0].size(), out[0].data());
+  project_excess(plan, share, probe, out[0]);
+}
+
+}  // namespace
+
+void add_strain_damping(const StepPlan& plan, const StageState& stage, CoupledWorkspace& w,
+                        StageRate& rate) noexcept {
+  if (w.probe.empty()) return;
+  CoupledWorkspace& probe = w.probe.front();
+  const std::size_t n = index(plan.num_padded);
+  for (std::size_t l = 0; l < n; ++l) w.q_dot[l] = stage.p[l] + rate.rate_q[l];
+  double size = 0.0;
+  for (const PlanPoint& point : plan.points) size = std::max(size, dot(point.r, point.r));
+  size = __builtin_sqrt(size);
+  const double speed = speed_of(plan, w.q_dot.data(), probe, size);
+  if (!(speed > 0.0)) return;
+  const double step = kProbed * size / speed;
+  for (Array& each : w.excess_rate) std::fill(each.begin(), each.end(), 0.0);
+  for (const double sign : {1.0, -1.0}) {
+    probe.stage_joints = w.stage_joints;
+    for (std::size_t l = 0; l < n; ++l) probe.q_dot[l] = stage.q[l] + sign * step * w.q_dot[l];
+    add_excess(plan, sign * 0.5 / step, probe, w.excess_rate);
+    if (probe.joints.unsolved >= 0) w.joints.unsolved = probe.joints.unsolved;
+  }
+  // N_p += (t_l E'_l - beta E'_l of springs and bars) / M   (THEORY 12.114)
+  const double beta = plan.coupled.bar_beta;
+  for (std::size_t l = 0; l < n; ++l) {
+    const double time = plan.coupled.strain_times[l], of_bars = w.excess_rate[1][l];
+    const double force = time * (w.excess_rate[0][l] + of_bars) - beta * of_bars;
+    rate.rate_p[l] += force / plan.mass;
+    if (rate.Q != nullptr) rate.Q[l] += force;
+  }
+}
+
+}  // namespace freeflex
