@@ -279,8 +279,10 @@ void read_link(const StepPlan& given, const MotionState& state, int output, std:
     out[0] = bar_force(*bar, motion.d).tension;
     if (bar->damping > 0.0) out[0] += damper_force(*bar, motion.d, motion.d_dot).tension;
   } else {
-    // the rows of damping are about the rest directions, so they are those of linear links alone
-    if (!traits_of(plan.fidelity).has_true_geometry || !read_true_link(plan, state, link.link, out))
+    // the rows of damping are those of linear strains, which Rayleigh's beta does not damp here
+    const bool is_true =
+        traits_of(plan.fidelity).has_true_geometry && read_true_link(plan, state, link.link, out);
+    if (!is_true || !plan.coupled.damps_true_strains || plan.coupled.bar_beta == 0.0)
       add(link.first_rate_row, state.q_dot);
   }
   add(link.first_load_row, state.Q);

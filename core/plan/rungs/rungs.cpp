@@ -105,7 +105,7 @@ void warn_of_viscous_links(const Scene& scene, const ResolvedScene& resolved, Fa
     return add_warning(
         faults, link.origin,
         join_text("link ", called(link, static_cast<int>(k)),
-                  ": viscous damps beams, plates, angle springs and matrices along their rest "
+                  ": viscous damps angle springs and matrices along their rest "
                   "directions, which brakes parts that turn or bend far; use 'rayleigh', 'ratio' "
                   "or 'loss_factor', which do not"));
   }
