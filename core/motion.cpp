@@ -1,5 +1,7 @@
 #include "core/motion.hpp"
 
+#include "core/step/turning/turning.hpp"
+
 namespace freeflex {
 
 Motion::Motion(const Plan& plan, Watch watch)
@@ -49,9 +51,13 @@ std::string lost_shape_text(const Plan& plan, const StepReport& report, std::int
   if (report.status == StepStatus::kTurnedTooFar)
     return "in the step after tick " + std::to_string(tick) + " the body at point '" +
            plan.points[index(report.joint_point)].name +
-           "' has turned by more than 315 degrees against the axes of the structure, which this fidelity "
-           "does "
-           "not support; end the run before, or give the body as points joined by springs";
+           (has_spread_mass(plan)
+                ? "' has turned by more than 57 degrees against the axes of the structure, which this "
+                  "fidelity "
+                  "does not support for links with spread mass; write lumped: true for the links with mass"
+                : "' has turned by more than 315 degrees against the axes of the structure, which this "
+                  "fidelity "
+                  "does not support; end the run before, or give the body as points joined by springs");
   std::string text = "in the step after tick " + std::to_string(tick) + " a joint";
   if (report.joint_point >= 0) text += " at point '" + plan.points[index(report.joint_point)].name + "'";
   return text +

@@ -100,7 +100,7 @@ std::string fault_text(const Snapshot& snapshot) {
         fault.tick, fault.tick);
   if (fault.turned_too_far)
     text = fmt::format(
-        "in the step after tick {} the body at point {} has turned by more than 315 degrees against the axes "
+        "in the step after tick {} the body at point {} has turned too far against the axes "
         "of "
         "the structure, which this fidelity does not support, so the simulation holds at tick {}",
         fault.tick, fault.joint_point + 1, fault.tick);

@@ -282,7 +282,7 @@ void read_link(const StepPlan& given, const MotionState& state, int output, std:
     // the rows of damping are those of linear strains, which Rayleigh's beta does not damp here
     const bool is_true =
         traits_of(plan.fidelity).has_true_geometry && read_true_link(plan, state, link.link, out);
-    if (!is_true || !plan.coupled.damps_true_strains || plan.coupled.bar_beta == 0.0)
+    if (!is_true || !plan.coupled.damps_true_strains || plan.coupled.beta == 0.0)
       add(link.first_rate_row, state.q_dot);
   }
   add(link.first_load_row, state.Q);

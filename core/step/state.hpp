@@ -146,7 +146,7 @@ struct CoupledWorkspace {
   JointState stage_joints;  // rotations of the joints at the last stage
   std::vector<Vec3> rest;   // [m] (num_points) rest positions, if there are links at true geometry
   // of add_strain_damping(): a workspace for a shape nearby, and the rates of the elastic forces beyond the
-  // linear ones [N/s] (num_padded), of all links and of springs and bars; empty without such damping
+  // linear ones [N/s] (num_padded), of other links and of springs and bars; empty without such damping
   std::vector<CoupledWorkspace> probe;
   std::array<Array, 2> excess_rate;
   CoupledState next;

@@ -233,7 +233,7 @@ void fields(Archive& archive, T& c) {
 template <typename Archive, Is<PlanCoupled> T>
 void fields(Archive& archive, T& c) {
   all_of<PlanCoupled>(archive, c.functions, c.bars, c.links, c.turning, c.curve, c.strain_times,
-                      c.damps_true_strains, c.bar_beta, c.substep_phase, c.num_substeps, c.kinetics);
+                      c.damps_true_strains, c.beta, c.substep_phase, c.num_substeps, c.kinetics);
 }
 
 template <typename Archive, Is<LoadSums> T>

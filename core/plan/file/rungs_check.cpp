@@ -125,7 +125,7 @@ std::string find_rung_inconsistency(const StepPlan& plan) {
     return "the functions of the modes have the wrong size or are not finite";
   const std::size_t num_times = coupled.strain_times.size();
   if ((num_times != 0 && num_times != index(plan.num_padded)) || !are_finite(coupled.strain_times) ||
-      !std::isfinite(coupled.bar_beta) || (num_times > 0 && !traits_of(plan.fidelity).has_true_geometry) ||
+      !std::isfinite(coupled.beta) || (num_times > 0 && !traits_of(plan.fidelity).has_true_geometry) ||
       (coupled.damps_true_strains && num_times == 0))
     return "the damping of strains has the wrong size or is not finite, or the rung does not use it";
   if (plan.modal_coupling.path != PlanModalCoupling::Path::kNone)

@@ -81,20 +81,19 @@ PlanBar true_bar(const Scene& scene, const ResolvedScene& resolved, int number) 
   return bar;
 }
 
-// The times t_l = 2 (decay_l - alpha_R / 2) / omega_l^2   (THEORY 12.114).
-void compile_strain_times(const Scene& scene, StepPlan& plan) {
-  Array times(index(plan.num_padded), 0.0);
-  bool has_any = false;
-  for (std::size_t l = 0; l < index(plan.num_elastic); ++l) {
-    if (!(plan.omega[l] > 0.0)) continue;
-    // decay_l is a sum, so a difference of rounding errors is no damping
-    const double of_strain = plan.decay[l] - 0.5 * scene.damping.alpha;
-    if (of_strain > 1e-12 * plan.decay[l]) times[l] = 2.0 * of_strain / (plan.omega[l] * plan.omega[l]);
-    has_any = has_any || times[l] > 0.0;
-  }
-  if (!has_any) return;
-  plan.coupled.strain_times = std::move(times);
-  plan.coupled.bar_beta = scene.damping.beta;
+// The times t_l = 2 zeta_l / omega_l, from the ratios that scenes and loss factors give   (THEORY 12.114).
+// The decays of the plan are not used, because they contain dashpots, which act in their true direction
+// already.
+void compile_strain_times(const Scene& scene, const Structure& structure, StepPlan& plan) {
+  Eigen::VectorXd ratio = Eigen::VectorXd::Constant(structure.omega.size(), scene.damping.modal_ratio);
+  for (const auto& [mode, zeta] : scene.damping.mode_ratios) ratio[mode - 1] = zeta;
+  ratio += structure.structural_ratio;
+  if (ratio.isZero(0.0) && scene.damping.beta == 0.0) return;
+  plan.coupled.strain_times.assign(index(plan.num_padded), 0.0);
+  for (std::size_t l = 0; l < index(plan.num_elastic); ++l)
+    if (plan.omega[l] > 0.0)
+      plan.coupled.strain_times[l] = 2.0 * ratio[static_cast<Eigen::Index>(l)] / plan.omega[l];
+  plan.coupled.beta = scene.damping.beta;
 }
 
 // Warns of viscous links that are damped along their rest directions.
@@ -146,7 +145,7 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
   plan.modal_coupling.modes.clear();
   plan.coupled.substep_phase = spec.substep_phase;
   if (!traits_of(spec.rung).has_true_geometry) return;
-  compile_strain_times(scene, plan);
+  compile_strain_times(scene, structure, plan);
   warn_of_viscous_links(scene, structure.resolved, faults);
   compile_large_rotations(scene, structure, plan, faults);
   if (has_error(faults)) return;

@@ -389,7 +389,7 @@ bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state,
   w.next.has_rates = true;
   force_W = end.force_W;
   moment_B = end.rest_moment_B;
-  w.turned_body = body_turned_too_far(w.bodies);
+  w.turned_body = body_turned_too_far(plan, w.bodies);
   if (w.turned_body >= 0) return false;
   w.has_no_frame = turns(plan) && w.joints.unsolved < 0 && !has_frame(plan, w.frame);
   return !w.has_no_frame && are_finite(workspace.next_q) && are_finite(w.next.momentum) &&

@@ -98,11 +98,11 @@ void add_strain_damping(const StepPlan& plan, const StageState& stage, CoupledWo
     add_excess(plan, sign * 0.5 / step, probe, w.excess_rate);
     if (probe.joints.unsolved >= 0) w.joints.unsolved = probe.joints.unsolved;
   }
-  // N_p += (t_l E'_l - beta E'_l of springs and bars) / M   (THEORY 12.114)
-  const double beta = plan.coupled.bar_beta;
+  // N_p += ((t_l + beta) E'_l + t_l E'_l of springs and bars) / M   (THEORY 12.114)
   for (std::size_t l = 0; l < n; ++l) {
-    const double time = plan.coupled.strain_times[l], of_bars = w.excess_rate[1][l];
-    const double force = time * (w.excess_rate[0][l] + of_bars) - beta * of_bars;
+    if (plan.omega[l] == 0.0) continue;  // mechanisms have no strain
+    const double time = plan.coupled.strain_times[l];
+    const double force = (time + plan.coupled.beta) * w.excess_rate[0][l] + time * w.excess_rate[1][l];
     rate.rate_p[l] += force / plan.mass;
     if (rate.Q != nullptr) rate.Q[l] += force;
   }

@@ -84,12 +84,12 @@ struct PlanCoupled {
   PlanTrueLinks links;
   PlanTurning turning;
   PlanCurve curve;
-  // [s] (num_padded) 2 (decay_l - alpha_R / 2) / omega_l^2, the time by which elastic forces lead; empty
-  // without damping of strains. Springs and bars have Rayleigh's beta [s] in PlanBar::damping (THEORY 12.114)
+  // [s] (num_padded) 2 zeta_l / omega_l, and Rayleigh's beta [s]: the times by which elastic forces lead.
+  // Springs and bars have beta in PlanBar::damping. Empty without damping of strains   (THEORY 12.114)
   Array strain_times;
   // false: the substep does not resolve all modes, so damping acts on linear strains
   bool damps_true_strains = false;
-  double bar_beta = 0.0;
+  double beta = 0.0;
   // [rad] largest allowed product of the fastest rate [rad/s] and the length of a substep [s]; 0: the step is
   // not divided   (THEORY 12.29)
   double substep_phase = 0.0;

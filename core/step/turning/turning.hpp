@@ -47,8 +47,10 @@ struct TurningMotion {
 /// [rad] Largest rotation of a body against the frame. At 2 pi the rotation vector has no rate
 /// (THEORY 12.86).
 inline constexpr double kMostRotationOfBody = 5.5;
+/// [rad] The same with spread mass, whose displacements are linear in the rotation vectors (THEORY 12.107).
+inline constexpr double kMostRotationWithSpreadMass = 1.0;
 /// Returns the first body that has turned further, or -1.
-std::int32_t body_turned_too_far(std::span<const TurningMotion> bodies) noexcept;
+std::int32_t body_turned_too_far(const StepPlan& plan, std::span<const TurningMotion> bodies) noexcept;
 
 /// Returns N(theta) s, the rate of a rotation vector from the spin in the axes of the body:
 ///   N = 1 + [theta x] / 2 + coefficient [theta x]^2   (THEORY 12.86)

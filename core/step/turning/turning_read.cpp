@@ -34,10 +34,10 @@ Vec3 position_on_body(const PlanTurningBody& plan, const TurningMotion& body, co
   return add(add(plan.centre, body.V), multiply(body.R, sub(r, plan.centre)));
 }
 
-std::int32_t body_turned_too_far(std::span<const TurningMotion> bodies) noexcept {
+std::int32_t body_turned_too_far(const StepPlan& plan, std::span<const TurningMotion> bodies) noexcept {
+  const double most = has_spread_mass(plan) ? kMostRotationWithSpreadMass : kMostRotationOfBody;
   for (std::size_t b = 0; b < bodies.size(); ++b)
-    if (dot(bodies[b].theta, bodies[b].theta) > kMostRotationOfBody * kMostRotationOfBody)
-      return static_cast<std::int32_t>(b);
+    if (dot(bodies[b].theta, bodies[b].theta) > most * most) return static_cast<std::int32_t>(b);
   return -1;
 }
 
