@@ -185,9 +185,7 @@ void Simulation::enter_fault(std::span<const ForceCommand> due, const StepReport
   set_steps(0);
   fault_ = {.tick = state().tick,
             .num_commands = static_cast<std::int32_t>(due.size()),
-            .lacks_equilibrium = report.status == StepStatus::kNoEquilibrium,
-            .lacks_frame = report.status == StepStatus::kNoFrame,
-            .turned_too_far = report.status == StepStatus::kTurnedTooFar,
+            .status = report.status,
             .joint_point = report.joint_point};
   if (!due.empty()) {
     fault_.sender = due.back().sender;

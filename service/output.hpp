@@ -46,13 +46,11 @@ struct AppliedEntry {
 
 /// Circumstances of Mode::kFault.
 struct FaultNote {
-  std::int64_t tick = 0;                   // tick of the last finite state, which is kept
-  std::int32_t num_commands = 0;           // commands due at that tick
-  bool lacks_equilibrium = false;          // true: joints without inertia have no equilibrium
-  bool lacks_frame = false;                // true: the deformation no longer defines the axes of the body
-  bool turned_too_far = false;             // true: a body has turned too far against the frame
-  std::int32_t joint_point = -1;           // point of such a joint or body, if it is known
-  std::array<char, kSenderSize> sender{};  // sender of the last of these commands
+  std::int64_t tick = 0;                       // tick of the last finite state, which is kept
+  std::int32_t num_commands = 0;               // commands due at that tick
+  StepStatus status = StepStatus::kNotFinite;  // why the step failed
+  std::int32_t joint_point = -1;               // point of such a joint or body, if it is known
+  std::array<char, kSenderSize> sender{};      // sender of the last of these commands
   std::int64_t sequence = 0;
 };
 

@@ -84,13 +84,13 @@ std::string fault_text(const Snapshot& snapshot) {
   const FaultNote& fault = snapshot.fault;
   std::string text = fmt::format("the state after tick {} is not finite, so the simulation holds at tick {}",
                                  fault.tick, fault.tick);
-  if (fault.lacks_equilibrium)
+  if (fault.status == StepStatus::kNoEquilibrium)
     text = fmt::format(
         "in the step after tick {} the joint at point {} has no equilibrium, so the simulation holds at tick "
         "{}; a "
         "beam or plate there buckles or bends too far for one element: use smaller loads or more elements",
         fault.tick, fault.joint_point + 1, fault.tick);
-  if (fault.lacks_frame)
+  if (fault.status == StepStatus::kNoFrame)
     text = fmt::format(
         "in the step after tick {} the axes of the body are lost, so the simulation holds at tick {}; bodies "
         "have "
@@ -98,7 +98,7 @@ std::string fault_text(const Snapshot& snapshot) {
         "them to "
         "points that turn less",
         fault.tick, fault.tick);
-  if (fault.turned_too_far)
+  if (fault.status == StepStatus::kTurnedTooFar)
     text = fmt::format(
         "in the step after tick {} the body at point {} has turned too far against the axes "
         "of "

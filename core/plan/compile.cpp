@@ -81,15 +81,12 @@ void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
   plan.attractor_W = to_array(scene.attractor.position);
 }
 
-// Returns decay_l = zeta_l omega_l + alpha_R / 2 + beta_R omega_l^2 / 2 of all modes of a structure [1/s].
-// Here zeta_l is the damping ratio given for the mode plus the ratio that follows from loss factors
-// (THEORY 4.23, 4.24).
+// Returns decay_l = zeta_l omega_l + alpha_R / 2 + beta_R omega_l^2 / 2 of all modes of a structure [1/s]
+// (THEORY 4.23).
 Eigen::VectorXd decays(const Damping& damping, const Structure& structure) {
-  const Eigen::VectorXd& omega = structure.omega;
-  Eigen::VectorXd ratio = Eigen::VectorXd::Constant(omega.size(), damping.modal_ratio);
-  for (const auto& [mode, zeta] : damping.mode_ratios) ratio[mode - 1] = zeta;
-  ratio += structure.structural_ratio;
-  return ratio.array() * omega.array() + 0.5 * damping.alpha + 0.5 * damping.beta * omega.array().square();
+  const auto omega = structure.omega.array();
+  return damping_ratios(damping, structure).array() * omega + 0.5 * damping.alpha +
+         0.5 * damping.beta * omega.square();
 }
 
 void compile_modes(const Structure& structure, const Eigen::VectorXd& decay, Plan& plan) {

@@ -42,9 +42,10 @@ constexpr double kMaybeFree = 1e-6;
 constexpr double kMostTilt = 10.0;  // [deg] between the axis that was asked for and the one that was found
 // [rad] A moment is not balanced if it turns the body by more than this within 1 rad of the lowest mode.
 constexpr double kUnbalanced = 1e-6;
-// [-] Rates below this share of the lowest frequency are rounding errors of zero, and so are rates below this
-// share of the spin, or of the rate at which loads turn the body, if that is less. A free axis has a double
-// eigenvalue of zero, whose rounding error is the square root of that of the rates.
+// [-] A rate is a rounding error of zero if it is below both the first share of the lowest frequency and the
+// second share of the faster of the spin and the turning by loads. Without spin and turning the first counts
+// alone. A double eigenvalue of zero, that of a free axis, has the square root of the rounding error of the
+// rates.
 constexpr double kZeroRate = 1e-5, kZeroOfBody = 1e-4;
 // [-] moments below this share of the loads times the size are rounding errors
 constexpr double kZeroMoment = 1e-9;

@@ -47,6 +47,10 @@ constexpr Mat3 multiply(const Mat3& A, const Mat3& B) noexcept {
   return C;
 }
 
+/// Returns A^T.
+constexpr Mat3 transpose(const Mat3& A) noexcept {
+  return {A[0], A[3], A[6], A[1], A[4], A[7], A[2], A[5], A[8]};
+}
 /// Returns A^T B.
 constexpr Mat3 multiply_transposed(const Mat3& A, const Mat3& B) noexcept {
   Mat3 C{};

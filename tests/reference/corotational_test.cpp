@@ -8,6 +8,7 @@
 
 #include "core/motion.hpp"
 #include "core/step/readout.hpp"
+#include "tests/reference/energy_drift.hpp"
 #include "tests/reference/structures.hpp"
 #include "tests/reference/true_geometry.hpp"
 #include "tools/verification/reference/integrate.hpp"
@@ -179,19 +180,7 @@ TEST(TurningBodies, ABodyWithAWheelAndABoomConservesEnergy) {
     scene.rate = rate;
     const Plan plan = compile(scene);
     ASSERT_EQ(plan.coupled.turning.bodies.size(), 1U);
-    Motion motion(plan, kMotionAlone);
-    const auto energy = [&] {
-      const Invariants all = read_invariants(plan, motion.state());
-      return all.kinetic_rigid + all.kinetic_elastic + all.potential;
-    };
-    motion.advance();
-    const double start = energy();
-    double most = 0.0, strain = 0.0;
-    for (int k = 0; k < 4 * static_cast<int>(rate); ++k) {
-      ASSERT_EQ(motion.advance().status, StepStatus::kOk);
-      most = std::max(most, std::abs(energy() - start));
-      strain = std::max(strain, read_invariants(plan, motion.state()).potential);
-    }
+    const auto [start, most, strain] = energy_drift(plan, 4 * static_cast<int>(rate));
     std::printf("%4.0f Hz, %d substeps: energy %.9f J, changes by %.1e of the largest strain energy %.3f J\n",
                 rate, plan.coupled.num_substeps, start, most / strain, strain);
     if (before > 0.0 && plan.coupled.num_substeps == 1) {

@@ -2,6 +2,7 @@
 // of a large vibration is that of a small one.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/motion.hpp"
@@ -130,6 +131,25 @@ TEST(StrainDamping, DashpotsDoNotAddEnergy) {
   std::printf("speed %.6f m/s, %.6f after 3 s\n", first, last);
   EXPECT_LT(last, first);
   EXPECT_GT(last, 0.98 * first);
+}
+
+// Where a tick does not resolve the stiffest mode, damping acts on linear strains, and a warning says so.
+TEST(StrainDamping, ATickThatIsTooLongForItIsAWarning) {
+  for (const double rate : {200.0, 20000.0}) {
+    Scene scene;
+    for (int i = 0; i < 4; ++i) add_point(scene, 1.0, {1.0 * i, 0.1 * i * i, 0.0});
+    for (int i = 0; i < 3; ++i) add_link(scene, i, i + 1, Beam{1e6, 200.0, 200.0, 200.0});
+    scene.damping.modal_ratio = 0.01;
+    scene.rate = rate;
+    scene.fidelity = Fidelity::kCorotational;
+    Faults warnings;
+    const Plan plan = compile(scene, &warnings);
+    const bool warns = std::any_of(warnings.begin(), warnings.end(), [](const Fault& fault) {
+      return fault.message.find("damping acts on linear strains") != std::string::npos;
+    });
+    EXPECT_EQ(warns, rate == 200.0);
+    EXPECT_EQ(plan.coupled.damps_true_strains, rate == 20000.0);
+  }
 }
 
 }  // namespace

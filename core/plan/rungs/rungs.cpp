@@ -85,9 +85,7 @@ PlanBar true_bar(const Scene& scene, const ResolvedScene& resolved, int number) 
 // The decays of the plan are not used, because they contain dashpots, which act in their true direction
 // already.
 void compile_strain_times(const Scene& scene, const Structure& structure, StepPlan& plan) {
-  Eigen::VectorXd ratio = Eigen::VectorXd::Constant(structure.omega.size(), scene.damping.modal_ratio);
-  for (const auto& [mode, zeta] : scene.damping.mode_ratios) ratio[mode - 1] = zeta;
-  ratio += structure.structural_ratio;
+  const Eigen::VectorXd ratio = damping_ratios(scene.damping, structure);
   if (ratio.isZero(0.0) && scene.damping.beta == 0.0) return;
   plan.coupled.strain_times.assign(index(plan.num_padded), 0.0);
   for (std::size_t l = 0; l < index(plan.num_elastic); ++l)
@@ -111,6 +109,12 @@ void warn_of_viscous_links(const Scene& scene, const ResolvedScene& resolved, Fa
 }
 
 }  // namespace
+
+Eigen::VectorXd damping_ratios(const Damping& damping, const Structure& structure) {
+  Eigen::VectorXd ratio = Eigen::VectorXd::Constant(structure.omega.size(), damping.modal_ratio);
+  for (const auto& [mode, zeta] : damping.mode_ratios) ratio[mode - 1] = zeta;
+  return ratio + structure.structural_ratio;
+}
 
 void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, StepPlan& plan,
                      Faults& faults) {

@@ -24,6 +24,10 @@ inline constexpr double kFilterPhase = 2.0;
 /// Largest omega h of a mode whose vibration acts on the other modes [-]: beyond, the filter takes it out.
 inline constexpr double kLongestPhase = std::numbers::pi;
 
+/// Returns the damping ratios zeta_l [-] of all modes of a structure: those that the scene gives plus those
+/// that follow from loss factors   (THEORY 4.23, 4.24).
+Eigen::VectorXd damping_ratios(const Damping& damping, const Structure& structure);
+
 /// Largest omega h of a mode on the rung `corotational` [-], omega_n h / n_sub <= 1000   (THEORY 12.32). The
 /// difference between true and linear bar forces acts stage by stage, and with stiff bars the method loses
 /// its order. At this limit, the elastic error of a 20-point truss that rotates at 5 rad/s is some 1 %. The

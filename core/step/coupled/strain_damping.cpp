@@ -13,8 +13,10 @@ namespace {
 // rad or better, and the differences are of second order.
 constexpr double kProbed = 1e-4;
 
-/// Returns what q' t displaces a point at most in the time t = 1 s [m], rotations of bodies included.
-double speed_of(const StepPlan& plan, const double* q_dot, CoupledWorkspace& probe, double size) noexcept {
+/// Returns the largest speed of a point in the frame [m/s]. A body counts with its spin times the size.
+/// \param size  [m]
+double largest_speed(const StepPlan& plan, const double* q_dot, CoupledWorkspace& probe,
+                     double size) noexcept {
   const std::size_t n = index(plan.num_padded);
   contract_points(plan, q_dot, q_dot, probe.V, probe.W);
   double largest = 0.0;
@@ -41,7 +43,8 @@ void add_elastic_bars(const StepPlan& plan, CoupledWorkspace& probe) noexcept {
   }
 }
 
-/// Adds `share` times the projection of the forces beyond the linear ones to `out`, and clears the forces.
+/// Adds `share` times the projection of the forces beyond the linear ones to `out` [N], and clears the
+/// forces.
 void project_excess(const StepPlan& plan, double share, CoupledWorkspace& probe, Array& out) noexcept {
   const bool has_bodies = turns(plan);
   for (std::size_t i = 0; i < plan.points.size(); ++i)
@@ -55,8 +58,8 @@ void project_excess(const StepPlan& plan, double share, CoupledWorkspace& probe,
   std::fill(probe.linear.begin(), probe.linear.end(), Vec3{});
 }
 
-/// Adds `share` times the elastic forces beyond the linear ones at the coordinates probe.q_dot to out[0],
-/// and, if springs and bars are damped by Rayleigh's beta already, those of springs and bars to out[1].
+/// Adds `share` times the elastic forces beyond the linear ones [N] at the coordinates probe.q_dot: those of
+/// springs and bars, which Rayleigh's beta damps already, to out[1], and those of other links to out[0].
 void add_excess(const StepPlan& plan, double share, CoupledWorkspace& probe,
                 std::array<Array, 2>& out) noexcept {
   const double* const q = probe.q_dot.data();
@@ -88,7 +91,7 @@ void add_strain_damping(const StepPlan& plan, const StageState& stage, CoupledWo
   double size = 0.0;
   for (const PlanPoint& point : plan.points) size = std::max(size, dot(point.r, point.r));
   size = __builtin_sqrt(size);
-  const double speed = speed_of(plan, w.q_dot.data(), probe, size);
+  const double speed = largest_speed(plan, w.q_dot.data(), probe, size);
   if (!(speed > 0.0)) return;
   const double step = kProbed * size / speed;
   for (Array& each : w.excess_rate) std::fill(each.begin(), each.end(), 0.0);

@@ -45,7 +45,7 @@ void clear_stiffness(JointFactor& factor) noexcept;
 void add_stiffness(std::span<const std::int32_t> slots, std::span<const Vec3> axes,
                    std::span<const std::uint8_t> ends, std::span<const double> K, std::size_t num_ends,
                    JointFactor& factor) noexcept;
-/// Adds the stiffness of a matrix link over the rotations of its ends, without that of its present forces.
+/// Adds the stiffness of a matrix link over the rotations of its ends, without its geometric stiffness.
 /// \param turns  rotations of the ends in the axes of the turned link
 void add_stiffness(std::span<const std::int32_t> slots, const MatrixConstants& matrix,
                    std::span<const Mat3> turns, JointFactor& factor) noexcept;

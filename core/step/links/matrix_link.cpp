@@ -25,7 +25,6 @@ Vec3 vector_of(const Mat3& Q) noexcept {
   const Vec3 sine = axial_of(Q);
   return scale(angle_per_sine(length(sine), 0.5 * (Q[0] + Q[4] + Q[8] - 1.0)), sine);
 }
-Mat3 transposed(const Mat3& A) noexcept { return {A[0], A[3], A[6], A[1], A[4], A[7], A[2], A[5], A[8]}; }
 
 /// Returns whether the symmetric part of A is positive definite, so that Newton's method leads to the best
 /// fit and not to the worst.
@@ -166,7 +165,7 @@ void set_gradient(const MatrixConstants& matrix, std::span<const Vec3> x, std::s
     rest = sub(rest, m);
   }
   // (THEORY 12.105, 12.106)
-  const Vec3 lambda = solve_by_adjugate(transposed(fit.A), rest);
+  const Vec3 lambda = solve_by_adjugate(transpose(fit.A), rest);
   for (std::size_t i = 0; i < x.size(); ++i) {
     result.force[i] = multiply(R, add(result.force[i], cross(lambda, matrix.arms[i])));
     if (rotations.empty()) continue;

@@ -20,15 +20,15 @@ struct MatrixConstants {
   // (n x n padded to lanes) rest axes; n is 3 per point, 6 with rotations. Rigid motions have no force
   Array stiffness;
   std::vector<Vec3> arms;  // [m] (num_points) from the mean of the points to each of them, at rest
-  Mat3 inverse{};          // [1/m^2] inverse of sum d.d 1 - d d^T over the arms and of the weight of turns
-  // unit vector along which the points are widest, about which the rotations of the ends turn the link too,
-  // and their weight; without rotations, the line of points on a line, otherwise zero
+  Mat3 inverse{};          // [1/m^2] inverse of A at rest   (THEORY 12.104)
+  // unit vector n of (THEORY 12.102): with rotations, the direction in which the points lie farthest apart;
+  // without, the line of points on a line, otherwise zero
   Vec3 line{};
-  double turn_weight = 0.0;  // [m^2]
+  double turn_weight = 0.0;  // [m^2] kappa of (THEORY 12.102); 0 without rotations
 };
 
-/// Holds the derivatives of the energy by displacements and rotations of the points, and the rotation of the
-/// link.
+/// Holds the derivatives of the energy with respect to displacements and rotations of the points, and the
+/// rotation R of the link.
 struct MatrixGradient {
   double energy = 0.0;                         // [J]
   std::array<Vec3, kMostMatrixPoints> force;   // [N]

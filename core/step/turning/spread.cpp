@@ -17,7 +17,6 @@ Mat3 sum(const Mat3& A, double s, const Mat3& B) noexcept {
   for (std::size_t k = 0; k < 9; ++k) C[k] = A[k] + s * B[k];
   return C;
 }
-Mat3 transpose(const Mat3& A) noexcept { return {A[0], A[3], A[6], A[1], A[4], A[7], A[2], A[5], A[8]}; }
 
 /// Derivatives of the coefficients of T(v) by the square of the angle   (THEORY 12.59).
 TangentCoefficients tangent_slopes(const Vec3& v, const FiniteRotation& rotation) noexcept {
@@ -73,7 +72,7 @@ struct Tangent {
   }
 };
 
-/// Factors 1 + coupling D, with the largest pivot of each column.
+/// Factors 1 + K D of (THEORY 12.110), with the largest pivot of each column.
 void factor_bodies(SpreadWorkspace& s) noexcept {
   const std::size_t n = 3 * s.bodies.size();
   double* const F = s.factor.data();
@@ -97,6 +96,7 @@ void factor_bodies(SpreadWorkspace& s) noexcept {
     }
   }
 }
+/// Replaces the right side x by (1 + K D)^-1 x.  \param x  (3B)
 void solve_bodies(const SpreadWorkspace& s, double* x) noexcept {
   const std::size_t n = 3 * s.bodies.size();
   const double* const F = s.factor.data();
@@ -109,7 +109,7 @@ void solve_bodies(const SpreadWorkspace& s, double* x) noexcept {
   }
 }
 
-/// Sets A, D, E of a body.
+/// Sets A, D, E of a body   (THEORY 12.108, 12.109).
 void set_body_terms(const PlanTurningBody& plan, const TurningMotion& at,
                     SpreadWorkspace::Body& body) noexcept {
   const Mat3& J = plan.inertia;

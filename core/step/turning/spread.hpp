@@ -12,13 +12,13 @@ namespace freeflex {
 /// Holds what a stage needs to find the velocities from the momenta; empty without spread mass.
 struct SpreadWorkspace {
   struct Body {
-    Mat3 A{};        // [-] spin of the body relative to the frame per rate of its rotation vector
-    Mat3 D{}, E{};   // [kg m^2] of (THEORY 12.109)
-    Mat3 G{};        // [m] Theta C^T / M
-    Mat3 to_spin{};  // [kg m^2] E^T - G^T D
-    Mat3 by_spin{};  // [-] change of theta' per angular velocity of the frame, with a minus sign
-    Vec3 theta{};    // [rad/s], [rad/s^2] theta' or theta'' that was found last
-    Vec3 theta_dot{};
+    Mat3 A{};          // [-] spin of the body relative to the frame per rate of its rotation vector
+    Mat3 D{}, E{};     // [kg m^2] of (THEORY 12.109)
+    Mat3 G{};          // [-] Theta C^T / M
+    Mat3 to_spin{};    // [kg m^2] E^T - G^T D
+    Mat3 by_spin{};    // [-] (1 + K D)^-1 (G + K E): minus the change of theta' per angular velocity
+    Vec3 theta{};      // [rad/s], [rad/s^2] theta' or theta'' that was found last
+    Vec3 theta_dot{};  // [rad/s] rate of the rotation vector at the last evaluation
   };
   std::vector<Body> bodies;
   std::vector<double> coupling;      // [1/(kg m^2)] (3B x 3B) Theta Theta^T / M
