@@ -28,7 +28,7 @@ using Eigen::VectorXd;
 constexpr double kDifference = 1e-5;
 constexpr double kLonger = 3.0;  // [-] factor of the steps that check the finite differences
 constexpr int kMostIterations = 40;
-constexpr int kMostSteps = 16;  // from rest to the spin, if Newton's method fails in one step
+constexpr int kMostSteps = 16;  // from rest to the spin and loads, if Newton's method fails in one step
 // [-] Newton's method has converged when a step is below kFound of the size, or below kNoise and no longer
 // decreasing.
 constexpr double kFound = 1e-12, kNoise = 1e-8;
@@ -106,8 +106,11 @@ RelativeEquilibria::RelativeEquilibria(const StepPlan& plan, std::optional<doubl
   }
   q_ = Vector::Zero(n_);
   const StepLoads loads{plan_, state_.commands_pattern, tick_};
-  for (const PlanHistory& history : plan_.histories) {
+  amplitudes_.resize(static_cast<Index>(plan_.histories.size()));
+  for (std::size_t k = 0; k < plan_.histories.size(); ++k) {
+    const PlanHistory& history = plan_.histories[k];
     const double amplitude = std::abs(loads.amplitude(history, StageTime::kStart));
+    amplitudes_[static_cast<Index>(k)] = loads.amplitude(history, StageTime::kStart);
     const LoadSums& sums = history.pattern.sums;
     const double world = sum_of(sums.force_W) + sum_of(sums.group_force_W) +
                          (sum_of(sums.torque_W) + sum_of(sums.group_torque_W)) / size_;
@@ -117,6 +120,16 @@ RelativeEquilibria::RelativeEquilibria(const StepPlan& plan, std::optional<doubl
     load_size_ += amplitude * (world + body);
     for (const double torque : history.pattern.wheel_torques)
       has_motor_ = has_motor_ || amplitude * torque != 0.0;
+  }
+}
+
+// Gives each built-in load a constant share of the value that it keeps.
+void RelativeEquilibria::scale_loads(double share) {
+  for (std::size_t k = 0; k < plan_.histories.size(); ++k) {
+    PlanHistory& history = plan_.histories[k];
+    history.kind = PlanHistory::Kind::kTable;
+    history.times = {0.0};
+    history.values = {share * amplitudes_[static_cast<Index>(k)]};
   }
 }
 
@@ -318,14 +331,15 @@ std::string RelativeEquilibria::set_motions(const Vector& z, RelativeEquilibrium
   return {};
 }
 
-// Follows the steady motion from the shape of `q` to the whole spin in equal steps. Returns the error, or an
-// empty text.
+// Follows the steady motion from the shape of `q` to the whole spin and loads in equal steps. Returns the
+// error, or an empty text.
 std::string RelativeEquilibria::follow(const Vector3d& asked, int num_steps, Vector& q, Vector3d& spin) {
   const double rate = asked.norm();
   spin = asked;
   for (int k = 1; k <= num_steps; ++k) {
     const double share = static_cast<double>(k) / num_steps;
     spin *= rate > 0.0 ? share * rate / spin.norm() : 1.0;
+    scale_loads(share);
     if (std::string error = solve(share * rate, q, spin); !error.empty()) return error;
   }
   const double tilt =
@@ -345,7 +359,7 @@ RelativeEquilibrium RelativeEquilibria::find(const Vector3d& asked) {
   if (!motion.error.empty()) return motion;
   Vector q = q_;
   motion.error = follow(asked, 1, q, motion.spin);
-  if (!motion.error.empty() && asked.norm() > 0.0) {
+  if (!motion.error.empty() && (asked.norm() > 0.0 || load_size_ > 0.0)) {
     q.setZero();
     motion.error = follow(asked, kMostSteps, q, motion.spin);
   }

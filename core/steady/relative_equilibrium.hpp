@@ -47,7 +47,8 @@ class RelativeEquilibria {
   RelativeEquilibria(const StepPlan& plan, std::optional<double> loads_at);
 
   /// Finds the steady motion at the rate |spin| whose axis is near that of `spin`, by Newton's method from
-  /// the steady motion that was found last or from the shape at rest. Then finds the small motions about it.
+  /// the steady motion that was found last or from the shape at rest. If it fails, it follows the motion from
+  /// rest as spin and loads grow in equal steps. Then finds the small motions about it.
   /// \param spin  [rad/s] body axes
   RelativeEquilibrium find(const Eigen::Vector3d& spin);
 
@@ -59,6 +60,7 @@ class RelativeEquilibria {
   using Vector = Eigen::VectorXd;
 
   std::string refusal(const Eigen::Vector3d& spin) const;
+  void scale_loads(double share);
   Vector steady_state(const Vector& q, const Eigen::Vector3d& spin);
   Vector rates(const Vector& z, const Eigen::Vector3d& spin);
   void renew_joints(const Vector& z, const Eigen::Vector3d& spin);
@@ -77,6 +79,7 @@ class RelativeEquilibria {
   Vector step_;        // [m] (n) step of finite differences
   bool has_world_loads_ = false, has_motor_ = false;
   double load_size_ = 0.0;  // [N] sum of the sizes of all loads
+  Vector amplitudes_;       // [-] of each history at the time of the loads
   Vector q_;                // [m] (n) of the last steady motion
   State state_;
   Workspace workspace_;
