@@ -133,23 +133,44 @@ TEST(StrainDamping, DashpotsDoNotAddEnergy) {
   EXPECT_GT(last, 0.98 * first);
 }
 
+Scene bent_beams(double rate) {
+  Scene scene;
+  for (int i = 0; i < 4; ++i) add_point(scene, 1.0, {1.0 * i, 0.1 * i * i, 0.0});
+  for (int i = 0; i < 3; ++i) add_link(scene, i, i + 1, Beam{1e6, 200.0, 200.0, 200.0});
+  scene.rate = rate;
+  scene.fidelity = Fidelity::kCorotational;
+  return scene;
+}
+bool warns_of(const Faults& warnings, const char* text) {
+  return std::any_of(warnings.begin(), warnings.end(),
+                     [&](const Fault& fault) { return fault.message.find(text) != std::string::npos; });
+}
+
 // Where a tick does not resolve the stiffest mode, damping acts on linear strains, and a warning says so.
 TEST(StrainDamping, ATickThatIsTooLongForItIsAWarning) {
   for (const double rate : {200.0, 20000.0}) {
-    Scene scene;
-    for (int i = 0; i < 4; ++i) add_point(scene, 1.0, {1.0 * i, 0.1 * i * i, 0.0});
-    for (int i = 0; i < 3; ++i) add_link(scene, i, i + 1, Beam{1e6, 200.0, 200.0, 200.0});
+    Scene scene = bent_beams(rate);
     scene.damping.modal_ratio = 0.01;
-    scene.rate = rate;
-    scene.fidelity = Fidelity::kCorotational;
     Faults warnings;
     const Plan plan = compile(scene, &warnings);
-    const bool warns = std::any_of(warnings.begin(), warnings.end(), [](const Fault& fault) {
-      return fault.message.find("damping acts on linear strains") != std::string::npos;
-    });
-    EXPECT_EQ(warns, rate == 200.0);
+    EXPECT_EQ(warns_of(warnings, "damping acts on linear strains"), rate == 200.0);
     EXPECT_EQ(plan.coupled.damps_true_strains, rate == 20000.0);
   }
+}
+
+// Where a tick resolves the stiffest mode but not its decay, a warning names the rate that does.
+TEST(StrainDamping, ADecayThatIsTooFastForATickIsAWarning) {
+  Scene scene = bent_beams(2000.0);
+  scene.damping.beta = 1e-2;
+  Faults warnings;
+  Plan plan = compile(scene, &warnings);
+  const double omega = *std::max_element(plan.omega.begin(), plan.omega.end());
+  EXPECT_TRUE(plan.coupled.damps_true_strains);
+  EXPECT_TRUE(warns_of(warnings, "steps may become unstable"));
+  scene.rate = 1.01 * 0.5 * scene.damping.beta * omega * omega;
+  warnings.clear();
+  plan = compile(scene, &warnings);
+  EXPECT_FALSE(warns_of(warnings, "steps may become unstable"));
 }
 
 }  // namespace

@@ -207,6 +207,15 @@ void set_coupled_period(StepPlan& plan) {
   }
 }
 
+/// Returns the largest (t_l + beta_R) omega_l^2 [1/s], at which (12.114) would let a mode decay.
+double fastest_strain_decay(const StepPlan& plan) {
+  double decay = 0.0;
+  for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l)
+    decay =
+        std::max(decay, (plan.coupled.strain_times[l] + plan.coupled.beta) * plan.omega[l] * plan.omega[l]);
+  return decay;
+}
+
 void check_stages(const Scene& scene, const StepPlan& plan, Faults& faults) {
   const double omega = top_frequency(plan), rate = stage_rate(plan), hertz = 1.0 / plan.period;
   const double substep = plan.period / plan.coupled.num_substeps;
@@ -220,6 +229,15 @@ void check_stages(const Scene& scene, const StepPlan& plan, Faults& faults) {
                   " rad/s, so damping acts on linear strains, which brakes parts that turn or bend far; "
                   "if they turn by more than some 0.1 rad, raise the rate to ",
                   std::ceil(omega / kFilterPhase), " Hz or more, or set fidelity: full"));
+  const double strain_decay = coupled.damps_true_strains ? fastest_strain_decay(plan) : 0.0;
+  if (strain_decay * substep > kFilterPhase)
+    add_warning(
+        faults, scene.damping.origin,
+        join_text(
+            "damping: in a tick of ", hertz, " Hz the fastest mode would decay by ", strain_decay * substep,
+            " time constants; if parts turn by more than some 0.1 rad, the steps may become unstable; raise "
+            "the rate to ",
+            std::ceil(strain_decay / kFilterPhase * substep * hertz), " Hz or more, or reduce the damping"));
   const double decay = damper_rate(plan);
   if (plan.coupled.substep_phase > 0.0) {
     if (std::max(omega, rate) * substep > plan.coupled.substep_phase || decay * substep > kMaxBarPhase)
