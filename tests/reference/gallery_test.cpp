@@ -64,6 +64,44 @@ TEST(Gallery, GreatBend) {
   EXPECT_NEAR(-bent.y(), 0.710576, 1e-6);
 }
 
+// A polygon of chords of equal length that each turn by 2 pi / 8 against the last one is closed.
+TEST(Gallery, RollUp) {
+  const RelativeEquilibrium found = RelativeEquilibria(read_gallery("roll_up"), 6.0).find(Vector3d::Zero());
+  ASSERT_EQ(found.error, "");
+  const Vector3d ends = Vector3d::UnitX() + found.displacements.col(8) - found.displacements.col(0);
+  EXPECT_LT(ends.norm(), 1e-9);
+  for (const SmallMotion& small : found.motions) EXPECT_LT(small.rate.real(), 1e-6);
+}
+
+TEST(Gallery, RollUpUnderSofterTorsionIsUnstable) {
+  const Plan plan =
+      read_gallery("roll_up", {*io::parse_setting("links.*.GJ=3"), *io::parse_setting("links.*.EIy=3"),
+                               *io::parse_setting("damping.rayleigh.beta=0")});
+  const RelativeEquilibrium found = RelativeEquilibria(plan, 6.0).find(Vector3d::Zero());
+  ASSERT_EQ(found.error, "");
+  double growth = 0.0;
+  for (const SmallMotion& small : found.motions) growth = std::max(growth, small.rate.real());
+  EXPECT_NEAR(growth, 6.43, 0.05);
+}
+
+// Impulses of force and torque give the momenta; the figures at 2.5 s and 5 s are those of the page.
+TEST(Gallery, FreeFlyingBeam) {
+  const Plan plan = read_gallery("free_flying_beam");
+  Motion motion(plan, kMotionAlone);
+  for (long tick = 1; tick <= std::lround(5.0 / plan.period); ++tick) {
+    ASSERT_EQ(motion.advance().status, StepStatus::kOk);
+    const PointState end = read_point(plan, motion.state(), 0);
+    if (tick * 2 == std::lround(5.0 / plan.period)) {
+      EXPECT_NEAR(end.p_W[0], 8.96369, 1e-5);
+      EXPECT_NEAR(end.p_W[1], 7.53243, 1e-5);
+    }
+  }
+  const PointState end = read_point(plan, motion.state(), 0);
+  EXPECT_NEAR(motion.state().p_WB[0], 3.0 + 0.5 * 0.8 * 2.5 * 2.5 + 2.0 * 2.5, 1e-9);  // 0.8 m/s^2 for 2.5 s
+  EXPECT_NEAR(end.p_W[0], 6.57405, 1e-4);
+  EXPECT_NEAR(end.p_W[1], 1.00410, 1e-4);
+}
+
 TEST(Gallery, TumblingBox) {
   const auto fastest = [](const Plan& plan) {
     const RelativeEquilibrium found = RelativeEquilibria(plan, std::nullopt).find({0.0, 1.0, 0.0});

@@ -123,6 +123,85 @@ TEST(LargeMotion, GreatBendOfACantilever) {
   EXPECT_NEAR(v, 0.71056836, 1e-4 * 0.71056836);
 }
 
+// The rod of Reissner (1981), Z. Angew. Math. Phys. 32, 734-744, with its root clamped and a dead force at
+// its tip: position r and axes R along the arc, R' = R [k x], r' = R g, with the curvatures k and strains g -
+// e_x of the moment (r_tip - r) x P and the force P. Newton's method finds r_tip by shooting.
+struct Tip {
+  Vector3d r = Vector3d::Zero();
+  Matrix3d R = Matrix3d::Identity();
+};
+Tip shoot(const Beam& beam, double length, const Vector3d& P, const Vector3d& tip) {
+  constexpr int kNumSteps = 500;
+  const Vector3d bending(beam.GJ, beam.EI_y, beam.EI_z), stretching(beam.EA, beam.GA_y, beam.GA_z);
+  const auto curvature = [&](const Vector3d& r, const Matrix3d& R) {
+    return (R.transpose() * (tip - r).cross(P)).cwiseQuotient(bending).eval();
+  };
+  const auto tangent = [&](const Matrix3d& R) {
+    return (R * (Vector3d::UnitX() + (R.transpose() * P).cwiseQuotient(stretching))).eval();
+  };
+  const auto turned = [](const Matrix3d& R, const Vector3d& angle) {
+    return (R * Eigen::AngleAxisd(angle.norm(), angle.stableNormalized())).eval();
+  };
+  Tip at;
+  const double h = length / kNumSteps;
+  for (int k = 0; k < kNumSteps; ++k) {  // the midpoint rule on the rotation group
+    const Matrix3d middle = turned(at.R, 0.5 * h * curvature(at.r, at.R));
+    const Vector3d r_middle = at.r + 0.5 * h * tangent(at.R);
+    at.r += h * tangent(middle);
+    at.R = turned(at.R, h * curvature(r_middle, middle));
+  }
+  return at;
+}
+Tip bent_rod(const Beam& beam, double length, const Vector3d& P) {
+  Vector3d tip(length, 0.0, 0.0);
+  for (int k = 0; k < 100; ++k) {
+    Matrix3d J;
+    const Vector3d off = shoot(beam, length, P, tip).r - tip;
+    if (off.norm() < 1e-13) break;
+    for (int a = 0; a < 3; ++a) {
+      constexpr double kStep = 1e-6;
+      const Vector3d moved = tip + kStep * Vector3d::Unit(a);
+      J.col(a) = (shoot(beam, length, P, moved).r - moved - off) / kStep;
+    }
+    const Vector3d step = -J.partialPivLu().solve(off);
+    tip += step * std::min(1.0, 0.1 * length / step.norm());
+  }
+  return shoot(beam, length, P, tip);
+}
+
+// The beam of the Princeton experiment (Dowell and Traybar 1975) under 2 and 3 lb at angles from its
+// strong axis, against Reissner's rod.
+TEST(LargeMotion, PrincetonBeam) {
+  constexpr double kLength = 0.508;
+  Beam beam{2.8419e6, 3.1038, 2.4287, 36.279, {0.0, 1.0, 0.0}};
+  beam.GA_y = beam.GA_z = 9.0391e5;
+  for (const double pounds : {2.0, 3.0}) {
+    for (const double degrees : {0.0, 30.0, 60.0, 90.0}) {
+      if (pounds == 3.0 && degrees != 30.0) continue;
+      const double angle = degrees * M_PI / 180.0, size = 4.448 * pounds;
+      const Vector3d P(0.0, size * std::cos(angle), size * std::sin(angle));
+      std::array<Vector3d, 2> tip;
+      for (std::size_t k = 0; k < 2; ++k) {
+        const int num_elements = k == 0 ? 8 : 16;
+        Scene scene = beam_on_hub(num_elements, kLength, 0.056, beam);
+        Load load;
+        load.axes = Axes::kBody;
+        load.forces.push_back({num_elements, P});
+        scene.loads.push_back(load);
+        const RelativeEquilibrium bent = RelativeEquilibria(plan_of(scene, 1e5), 0.0).find(Vector3d::Zero());
+        ASSERT_EQ(bent.error, "");
+        tip[k] = bent.displacements.col(num_elements) - bent.displacements.col(0);
+      }
+      const Vector3d limit = tip[1] + (tip[1] - tip[0]) / 3.0;
+      const Vector3d exact = bent_rod(beam, kLength, P).r - kLength * Vector3d::UnitX();
+      std::printf("%.0f lb at %2.0f degrees: %.5f %.5f %.5f m, 16 elements %.1e off, limit %.1e\n", pounds,
+                  degrees, exact[0], exact[1], exact[2], (tip[1] - exact).norm(), (limit - exact).norm());
+      EXPECT_LT((tip[1] - exact).norm(), 1e-4 * exact.norm());  // 5.3e-5 with 3 lb at 30 degrees
+      EXPECT_LT((limit - exact).norm(), 1e-5 * exact.norm());   // 5e-6
+    }
+  }
+}
+
 // A thin ring grows by rho w^2 r^3 / E as it spins: diameter 49 mm, section 2 x 2 mm, 15,000 rpm.
 TEST(LargeMotion, SpinningRingGrows) {
   constexpr double kE = 70e9, kRho = 2700.0, kRadius = 24.5e-3, kSide = 2e-3;
