@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 
+#include "core/step/linear/widths.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {
@@ -17,6 +18,15 @@ constexpr double nested_series(const std::array<double, count>& ratios, double y
   double sum = 1.0;
   for (std::size_t k = y < kFewTerms ? count / 2 : count; k-- > 0;) sum = 1.0 + ratios[k] * y * sum;
   return sum;
+}
+
+/// Returns the same from r_(first + 1) on, with all terms and without a branch.
+template <std::size_t first, std::size_t count>
+FREEFLEX_KERNEL constexpr double all_terms(const std::array<double, count>& ratios, double y) noexcept {
+  if constexpr (first == count)
+    return 1.0;
+  else
+    return 1.0 + ratios[first] * y * all_terms<first + 1>(ratios, y);
 }
 
 /// The series of an angle over its sine and of its derivative, in the square of the sine, and the largest
@@ -39,11 +49,16 @@ inline constexpr auto kSlopeRatios = [] {
   return r;
 }();
 
+/// Returns whether these series give the angle. \param square  of the sine
+inline bool is_small_angle(double square, double cosine) noexcept {
+  return cosine > 0.0 && square < kSmallSquare;
+}
+
 /// Returns the ratio of an angle in [0, pi) to its sine, from the sine >= 0 and the cosine. The ratio is 1 at
 /// angle 0   (THEORY 12.57).
 ///   angle = 16 atan(t), where t is the tangent of a sixteenth of the angle
 inline double angle_per_sine(double sine, double cosine) noexcept {
-  if (cosine > 0.0 && sine * sine < kSmallSquare) return nested_series(kAngleRatios, sine * sine);
+  if (is_small_angle(sine * sine, cosine)) return nested_series(kAngleRatios, sine * sine);
   // tan(a / 2) = sin a / (1 + cos a), then tan(b / 2) = tan b / (1 + sqrt(1 + tan^2 b)) three times. All are
   // multiples of the sine, so small angles keep their digits.
   double factor = 1.0 / (1.0 + cosine);
@@ -64,7 +79,7 @@ inline double angle_per_sine(double sine, double cosine) noexcept {
 /// small angles the difference would lose digits.
 inline double angle_per_sine_slope(double sine, double cosine, double ratio) noexcept {
   const double square = sine * sine;
-  if (cosine > 0.0 && square < kSmallSquare) return -nested_series(kSlopeRatios, square) / 3.0;
+  if (is_small_angle(square, cosine)) return -nested_series(kSlopeRatios, square) / 3.0;
   return (cosine * ratio - 1.0) / square;
 }
 

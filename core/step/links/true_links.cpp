@@ -34,19 +34,18 @@ std::size_t body_of(const PlanLinkEnd& end, const PlanJoints& joints) noexcept {
   return index(end.joint - joints.num_joints);
 }
 
-/// Adds the moment on an end. If a joint turns the end, it goes to the gradient over the rotations of the
-/// joint, in the axes of the joint; if a body turns it, to the moment on this body.
-void add_moment(const PlanLinkEnd& end, const PresentEnd& at, const Vec3& moment, const PlanJoints& joints,
+bool is_released(const PlanLinkEnd& end) noexcept {
+  return end.released[0] >= 0 || end.released[1] >= 0 || end.released[2] >= 0;
+}
+
+/// Adds the moment on an end to that on its joint or body, and its work to the gradient over released
+/// rotations.
+void add_moment(const PlanLinkEnd& end, const PresentEnd& at, const Vec3& moment,
                 JointWorkspace& w) noexcept {
-  const Vec3 own = multiply_transposed(w.R[index(end.joint)], moment);
-  if (is_body(end, joints)) {
-    Vec3& on_body = w.on_body[body_of(end, joints)];
-    on_body = sub(on_body, own);
-  }
-  for (std::size_t a = 0; a < 3; ++a) {
-    if (!is_body(end, joints)) w.gradient[3 * index(end.joint) + a] += own[a];
+  Vec3& sum = w.moment[index(end.joint)];
+  sum = add(sum, moment);
+  for (std::size_t a = 0; a < 3; ++a)
     if (end.released[a] >= 0) w.gradient[index(end.released[a])] += dot(at.spins[a], moment);
-  }
 }
 void add_linear_moment(const PlanLinkEnd& end, const Vec3& moment, const PlanJoints& joints,
                        JointWorkspace& w) noexcept {
@@ -82,7 +81,7 @@ void add_matrix(const PlanTrueMatrix& matrix, std::span<const Vec3> V, std::span
   }
   MatrixGradient g;
   set_gradient(matrix.constants, {x.data(), count}, {R.data(), num_ends}, g);
-  for (std::size_t i = 0; i < num_ends; ++i) add_moment(matrix.ends[i], {}, g.moment[i], joints, w);
+  for (std::size_t i = 0; i < num_ends; ++i) add_moment(matrix.ends[i], {}, g.moment[i], w);
   if (force.empty()) return;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t point = index(matrix.points[i]);
@@ -98,31 +97,50 @@ void add_matrix(const PlanTrueMatrix& matrix, std::span<const Vec3> V, std::span
   }
 }
 
-/// Computes the gradient over the unknown rotations. Unless `force` is empty, adds the forces on points and
-/// moments on bodies, and those of the linear links.
-void add_gradients(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<const Vec3> linear_V,
-                   const JointState& state, JointWorkspace& w, std::span<Vec3> force,
-                   std::span<Vec3> linear_force) noexcept {
-  std::fill(w.gradient.begin(), w.gradient.end(), 0.0);
-  std::fill(w.on_body.begin(), w.on_body.end(), Vec3{});
-  std::fill(w.linear_on_body.begin(), w.linear_on_body.end(), Vec3{});
-  for (const PlanTrueBeam& beam : links.beams) {
-    const std::size_t i = index(beam.points[0]), j = index(beam.points[1]);
-    const Vec3 d = sub(V[j], V[i]);
-    const PresentEnd ends[2] = {present(beam.ends[0], beam.axes, links.joints, state, w),
-                                present(beam.ends[1], beam.axes, links.joints, state, w)};
-    const BeamGradient g = gradient_of(beam.constants, beam.span, d, beam_end(ends[0]), beam_end(ends[1]));
-    for (std::size_t k = 0; k < 2; ++k) add_moment(beam.ends[k], ends[k], g.moment[k], links.joints, w);
+/// Returns the local axes of one end of a beam.
+BeamEnd axes_of(const PlanLinkEnd& end, const Mat3& rest, const PlanJoints& joints, const JointState& state,
+                const JointWorkspace& w) noexcept {
+  if (is_released(end)) return beam_end(present(end, rest, joints, state, w));
+  const Mat3& R = w.R[index(end.joint)];
+  return {multiply(R, Vec3{rest[0], rest[3], rest[6]}), multiply(R, Vec3{rest[1], rest[4], rest[7]})};
+}
+
+/// Adds the gradients of beams.
+void add_beams(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<const Vec3> linear_V,
+               const JointState& state, JointWorkspace& w, std::span<Vec3> force,
+               std::span<Vec3> linear_force) noexcept {
+  const PlanJoints& joints = links.joints;
+  for (std::size_t b = 0; b < links.beams.size(); ++b) {
+    const PlanTrueBeam& beam = links.beams[b];
+    set_beam(b, sub(V[index(beam.points[1])], V[index(beam.points[0])]),
+             axes_of(beam.ends[0], beam.axes, joints, state, w),
+             axes_of(beam.ends[1], beam.axes, joints, state, w), w.beams);
+  }
+  set_gradients(links.beams, w.beams);
+  for (std::size_t b = 0; b < links.beams.size(); ++b) {
+    const PlanTrueBeam& beam = links.beams[b];
+    const BeamGradient g = gradient_in(w.beams, b);
+    for (std::size_t k = 0; k < 2; ++k)
+      add_moment(
+          beam.ends[k],
+          is_released(beam.ends[k]) ? present(beam.ends[k], beam.axes, joints, state, w) : PresentEnd{},
+          g.moment[k], w);
     if (force.empty()) continue;
-    const Vec3 linear_d = sub(linear_V[j], linear_V[i]);
-    const BeamGradient linear = linear_gradient_of(beam.constants, beam.axes, linear_d,
-                                                   linear_rotation(beam.ends[0], beam.axes, links.joints, w),
-                                                   linear_rotation(beam.ends[1], beam.axes, links.joints, w));
+    const std::size_t i = index(beam.points[0]), j = index(beam.points[1]);
+    const BeamGradient linear = linear_gradient_of(beam.constants, beam.axes, sub(linear_V[j], linear_V[i]),
+                                                   linear_rotation(beam.ends[0], beam.axes, joints, w),
+                                                   linear_rotation(beam.ends[1], beam.axes, joints, w));
     force[i] = add(force[i], g.force), force[j] = sub(force[j], g.force);
     linear_force[i] = add(linear_force[i], linear.force);
     linear_force[j] = sub(linear_force[j], linear.force);
-    for (std::size_t k = 0; k < 2; ++k) add_linear_moment(beam.ends[k], linear.moment[k], links.joints, w);
+    for (std::size_t k = 0; k < 2; ++k) add_linear_moment(beam.ends[k], linear.moment[k], joints, w);
   }
+}
+
+/// Adds the gradients of plates.
+void add_plates(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<const Vec3> linear_V,
+                const JointState& state, JointWorkspace& w, std::span<Vec3> force,
+                std::span<Vec3> linear_force) noexcept {
   for (const PlanTruePlate& plate : links.plates) {
     Vec3 d[3], theta[3];
     Mat3 axes[3];
@@ -134,7 +152,7 @@ void add_gradients(const PlanTrueLinks& links, std::span<const Vec3> V, std::spa
       theta[k] = linear_rotation(plate.ends[k], plate.axes, links.joints, w);
     }
     const PlateGradient g = gradient_of(plate.constants, d, axes);
-    for (std::size_t k = 0; k < 3; ++k) add_moment(plate.ends[k], ends[k], g.moment[k], links.joints, w);
+    for (std::size_t k = 0; k < 3; ++k) add_moment(plate.ends[k], ends[k], g.moment[k], w);
     if (force.empty()) continue;
     for (std::size_t k = 0; k < 3; ++k) d[k] = linear_V[index(plate.points[k])];
     const PlateGradient linear = linear_gradient_of(plate.constants, d, theta);
@@ -145,8 +163,29 @@ void add_gradients(const PlanTrueLinks& links, std::span<const Vec3> V, std::spa
       add_linear_moment(plate.ends[k], linear.moment[k], links.joints, w);
     }
   }
+}
+
+/// Sums the moments on joints and bodies, and takes them into the axes of each: those on joints to the
+/// gradient over the unknown rotations. Unless `force` is empty, adds the forces on points, and those of the
+/// linear links.
+void add_gradients(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<const Vec3> linear_V,
+                   const JointState& state, JointWorkspace& w, std::span<Vec3> force,
+                   std::span<Vec3> linear_force) noexcept {
+  std::fill(w.gradient.begin(), w.gradient.end(), 0.0);
+  std::fill(w.moment.begin(), w.moment.end(), Vec3{});
+  std::fill(w.linear_on_body.begin(), w.linear_on_body.end(), Vec3{});
+  add_beams(links, V, linear_V, state, w, force, linear_force);
+  add_plates(links, V, linear_V, state, w, force, linear_force);
   for (const PlanTrueMatrix& matrix : links.matrices)
     add_matrix(matrix, V, linear_V, links.joints, w, force, linear_force);
+  const std::size_t num_joints = index(links.joints.num_joints);
+  for (std::size_t j = 0; j < w.moment.size(); ++j) {
+    const Vec3 own = multiply_transposed(w.R[j], w.moment[j]);
+    if (j < num_joints)
+      std::copy(own.begin(), own.end(), w.gradient.begin() + static_cast<std::ptrdiff_t>(3 * j));
+    else
+      w.on_body[j - num_joints] = scale(-1.0, own);
+  }
 }
 
 /// Adds the forces of angle springs, which have no joints.
@@ -229,6 +268,8 @@ JointWorkspace make_joint_workspace(const PlanTrueLinks& links, std::size_t num_
   for (Array* each : {&w.theta, &w.gradient, &w.step}) each->resize(n);
   w.before = make_joint_state(joints);
   w.R.resize(m + num_bodies);
+  w.moment.resize(m + num_bodies);
+  w.beams = make_beam_batch(links.beams);
   for (auto* each : {&w.body_theta, &w.on_body, &w.linear_on_body}) each->resize(num_bodies);
   w.turn.resize(m);
   w.factor = make_joint_factor(links);
@@ -284,9 +325,8 @@ void add_true_links(const PlanTrueLinks& links, std::size_t num_padded, std::spa
   const PlanJoints& joints = links.joints;
   add_gradients(links, V, linear_V, state, w, force, linear);
   for (std::size_t j = 0; j < index(joints.num_joints); ++j) {
-    const Vec3 theta{w.theta[3 * j], w.theta[3 * j + 1], w.theta[3 * j + 2]},
-        own{w.gradient[3 * j], w.gradient[3 * j + 1], w.gradient[3 * j + 2]};
-    const Vec3 moment = transposed_tangent(theta, tangent_of(theta, w.turn[j]), multiply(w.R[j], own));
+    const Vec3 theta{w.theta[3 * j], w.theta[3 * j + 1], w.theta[3 * j + 2]};
+    const Vec3 moment = transposed_tangent(theta, tangent_of(theta, w.turn[j]), w.moment[j]);
     combine_rows(joints.rows.data() + 3 * j * num_padded, scale(-1.0, moment), true, num_padded, Q);
   }
   for (std::size_t k = 3 * index(joints.num_joints); k < index(joints.num_rotations); ++k)

@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "core/step/links/beam_batch.hpp"
 #include "core/step/links/joint_factor.hpp"
 #include "core/step/links/rotations.hpp"
 #include "core/step/plan/links.hpp"
@@ -14,6 +15,9 @@ struct JointWorkspace {
   Array theta;  // [rad] (num_rotations) linear rotations
   // (num_joints + num_bodies) present rotations; the caller of relax_joints() sets those of bodies
   std::vector<Mat3> R;
+  // [N m] (num_joints + num_bodies) derivatives of the energy of links by small rotations, in body axes
+  std::vector<Vec3> moment;
+  BeamBatch beams;
   std::vector<Vec3> body_theta;  // [rad] (num_bodies) linear rotations of bodies
   // [N m] (num_bodies) moments that links exert on bodies, in the axes of the body, and those of linear links
   std::vector<Vec3> on_body, linear_on_body;
