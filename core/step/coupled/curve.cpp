@@ -18,17 +18,25 @@ void copy_soft(const StepPlan& plan, const double* from, Array& to) noexcept {
   for_each_mode(plan.coupled.curve, [&](std::size_t, std::size_t mode) { to[mode] = 0.0; });
 }
 
-/// Sets the shape of displacements V and of the coordinates from which they follow.
-void set_shape(const StepPlan& plan, const double* soft, std::span<const Vec3> V, Array& theta,
-               CurveShape& shape) noexcept {
-  const PlanCurve& curve = plan.coupled.curve;
-  const PlanJoints& joints = plan.coupled.links.joints;
+/// Sets w.V, w.W and w.theta, w.other_theta: the displacements of points and the rotations of joints and
+/// bodies at the coordinates w.soft and w.other.
+void set_displacements(const StepPlan& plan, CurveWorkspace& w) noexcept {
   const std::size_t n = index(plan.num_padded);
-  for (std::size_t k = 0; k < 3 * index(joints.num_joints); ++k)
-    theta[k] = dot_lanes(joints.rows.data() + k * n, soft, n);
-  const auto& bodies = plan.coupled.turning.bodies;
-  for (std::size_t k = 0; k < 3 * bodies.size(); ++k)
-    theta[3 * index(joints.num_joints) + k] = dot_lanes(bodies[k / 3].rows.data() + (3 + k % 3) * n, soft, n);
+  const double *a = w.soft.data(), *b = w.other.data();
+  contract_points(plan, a, b, w.V, w.W);
+  const PlanJoints& joints = plan.coupled.links.joints;
+  double *x = w.theta.data(), *y = w.other_theta.data();
+  contract_two(joints.rows.data(), 3 * index(joints.num_joints), n, n, a, b, x, y);
+  x += 3 * joints.num_joints, y += 3 * joints.num_joints;
+  for (const PlanTurningBody& body : plan.coupled.turning.bodies) {
+    contract_two(body.rows.data() + 3 * n, 3, n, n, a, b, x, y);
+    x += 3, y += 3;
+  }
+}
+
+/// Sets the shape of displacements V and of rotations theta.
+void set_shape(const PlanCurve& curve, std::span<const Vec3> V, const Array& theta,
+               CurveShape& shape) noexcept {
   const auto rotation = [&](std::int32_t joint) {
     const double* at = theta.data() + 3 * index(joint);
     return Vec3{at[0], at[1], at[2]};
@@ -87,9 +95,9 @@ void set_shapes(const StepPlan& plan, const double* q, const double* p, CurveWor
   const PlanCurve& curve = plan.coupled.curve;
   copy_soft(plan, q, w.soft);
   copy_soft(plan, p, w.other);
-  contract_points(plan, w.soft.data(), w.other.data(), w.V, w.W);
-  set_shape(plan, w.soft.data(), w.V, w.theta, w.of_q);
-  set_shape(plan, w.other.data(), w.W, w.theta, w.of_p);
+  set_displacements(plan, w);
+  set_shape(curve, w.V, w.theta, w.of_q);
+  set_shape(curve, w.W, w.other_theta, w.of_p);
   std::fill(w.strain.begin(), w.strain.end(), 0.0);
   add_strains(curve, 0.5, w.of_q, w.of_q, w.strain);
   for_each_mode(curve, [&](std::size_t k, std::size_t) { w.s[k] = share_of(curve, k, w.strain); });
@@ -114,7 +122,8 @@ CurveWorkspace make_curve_workspace(const StepPlan& plan) {
   for (Array* a :
        {&w.s, &w.s_dot, &w.slow_q, &w.slow_p, &w.miss, &w.tried[0], &w.tried[1], &w.missed[0], &w.missed[1]})
     a->resize(m);
-  w.theta.resize(3 * (index(plan.coupled.links.joints.num_joints) + plan.coupled.turning.bodies.size()));
+  for (Array* a : {&w.theta, &w.other_theta})
+    a->resize(3 * (index(plan.coupled.links.joints.num_joints) + plan.coupled.turning.bodies.size()));
   w.strain.resize(pad(curve.links.size() + 3 * curve.plates.size()));
   return w;
 }
@@ -224,9 +233,9 @@ void curve_rates(const StepPlan& plan, double* rate_q, double* rate_p, CurveWork
   for (std::size_t l = 0; l < w.other.size(); ++l)
     w.other[l] = rate_p[l] - plan.omega[l] * (plan.omega[l] * w.q[l]) - 2.0 * plan.decay[l] * w.p[l];
   for_each_mode(curve, [&](std::size_t, std::size_t mode) { w.other[mode] = 0.0; });
-  contract_points(plan, w.soft.data(), w.other.data(), w.V, w.W);
-  set_shape(plan, w.soft.data(), w.V, w.theta, w.of_rate);
-  set_shape(plan, w.other.data(), w.W, w.theta, w.of_acceleration);
+  set_displacements(plan, w);
+  set_shape(curve, w.V, w.theta, w.of_rate);
+  set_shape(curve, w.W, w.other_theta, w.of_acceleration);
   std::fill(w.strain.begin(), w.strain.end(), 0.0);
   add_strains(curve, 1.0, w.of_q, w.of_rate, w.strain);
   for_each_mode(curve,

@@ -28,12 +28,12 @@ struct CurveShape {
 
 struct CurveWorkspace {
   CurveShape of_q, of_p, of_rate, of_acceleration;
-  std::vector<Vec3> V, W;  // [m], [m/s] (num_points)
-  Array soft, other;       // (num_padded) coordinates without those of the curvilinear modes
-  Array theta;             // (num_rotations)
-  Array strain;            // [m] of links, then [-] three of each plate (num strains)   (THEORY 12.78)
-  Array s, s_dot;          // [m], [m/s] (num modes) foreshortening and its rate
-  Array q, p;              // (num_padded) linear coordinates of a stage
+  std::vector<Vec3> V, W;    // [m], [m/s] (num_points)
+  Array soft, other;         // (num_padded) coordinates without those of the curvilinear modes
+  Array theta, other_theta;  // (3 num_joints + 3 num_bodies) rotations at these
+  Array strain;              // [m] of links, then [-] three of each plate (num strains)   (THEORY 12.78)
+  Array s, s_dot;            // [m], [m/s] (num modes) foreshortening and its rate
+  Array q, p;                // (num_padded) linear coordinates of a stage
   // [m], [m/s] (num modes) slow motion of the curvilinear modes, from which the filter measures, and what was
   // tried before: slow motions and how far their images are from them
   Array slow_q, slow_p;

@@ -200,40 +200,50 @@ FREEFLEX_KERNEL void contract_motion_to(const double* rows, const StepPlan* plan
     }
 }
 
-/// Computes the products of the three rows of each point with two vectors   (THEORY 2.14), in the lanes of
-/// sum_in_lanes.
-template <class V>
-FREEFLEX_KERNEL void contract_points_to(const StepPlan* plan, const double* a, const double* b, Vec3* a_out,
-                                        Vec3* b_out, std::size_t num_points) noexcept {
-  const std::size_t n = index(plan->num_moving), stride = index(plan->num_padded);
+/// Computes the products of the first kRows rows with kVectors vectors, in the lanes of sum_in_lanes.
+template <class V, std::size_t kRows, std::size_t kVectors>
+FREEFLEX_KERNEL void contract_block_to(const double* rows, std::size_t stride, std::size_t n,
+                                       const double* const* x, double* const* y) noexcept {
   constexpr std::size_t kLanesOfV = sizeof(V) / sizeof(double);
-  const double* rows = plan->rows.data();
-  for (std::size_t i = 0; i < num_points; ++i, rows += 3 * stride) {
-    double sums[2][3][kLanes];
-    for (std::size_t chunk = 0; chunk < kLanes; chunk += kLanesOfV) {
-      V sum[2][3]{};
-      for (std::size_t l = chunk; l < n; l += kLanes) {
-        V x, y;
-        load_to(x, a, l);
-        load_to(y, b, l);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          V row;
-          load_to(row, rows + axis * stride, l);
-          sum[0][axis] += row * x;
-          sum[1][axis] += row * y;
-        }
+  double sums[kVectors][kRows][kLanes];
+  for (std::size_t chunk = 0; chunk < kLanes; chunk += kLanesOfV) {
+    V sum[kVectors][kRows]{};
+    for (std::size_t l = chunk; l < n; l += kLanes) {
+      V value[kVectors];
+      for (std::size_t k = 0; k < kVectors; ++k) load_to(value[k], x[k], l);
+      for (std::size_t i = 0; i < kRows; ++i) {
+        V row;
+        load_to(row, rows + i * stride, l);
+        for (std::size_t k = 0; k < kVectors; ++k) sum[k][i] += row * value[k];
       }
-      for (std::size_t k = 0; k < 2; ++k)
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          __builtin_memcpy(sums[k][axis] + chunk, &sum[k][axis], sizeof(V));
     }
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto total = [](const double* s) {
-        return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
-      };
-      a_out[i][axis] = total(sums[0][axis]);
-      b_out[i][axis] = total(sums[1][axis]);
+    for (std::size_t k = 0; k < kVectors; ++k)
+      for (std::size_t i = 0; i < kRows; ++i) __builtin_memcpy(sums[k][i] + chunk, &sum[k][i], sizeof(V));
+  }
+  for (std::size_t k = 0; k < kVectors; ++k)
+    for (std::size_t i = 0; i < kRows; ++i) {
+      const double* s = sums[k][i];
+      y[k][i] = ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
     }
+}
+
+/// Computes the products of all rows with kVectors vectors, three rows at a time.
+template <class V, std::size_t kVectors>
+FREEFLEX_KERNEL void contract_to(const double* rows, std::size_t num_rows, std::size_t stride, std::size_t n,
+                                 const double* const* x, double* const* y) noexcept {
+  double* to[kVectors];
+  for (std::size_t k = 0; k < kVectors; ++k) to[k] = y[k];
+  const auto advance_by = [&](std::size_t count) {
+    rows += count * stride;
+    for (double*& each : to) each += count;
+  };
+  for (; num_rows >= 3; num_rows -= 3) {
+    contract_block_to<V, 3, kVectors>(rows, stride, n, x, to);
+    advance_by(3);
+  }
+  for (; num_rows > 0; --num_rows) {
+    contract_block_to<V, 1, kVectors>(rows, stride, n, x, to);
+    advance_by(1);
   }
 }
 
@@ -312,10 +322,24 @@ PointMotion contract_motion(const double* rows, const StepPlan& plan, const doub
   return motion;
 }
 
+void contract_two(const double* rows, std::size_t num_rows, std::size_t stride, std::size_t n,
+                  const double* a, const double* b, double* x, double* y) noexcept {
+  const double* from[2] = {a, b};
+  double* to[2] = {x, y};
+  run_widest<contract_to<Pair, 2>, contract_to<Quad, 2>, contract_to<Oct, 2>>(
+      rows, num_rows, stride, n, static_cast<const double* const*>(from), static_cast<double* const*>(to));
+}
+
+void contract_one(const double* rows, std::size_t num_rows, std::size_t n, const double* a,
+                  double* x) noexcept {
+  run_widest<contract_to<Pair, 1>, contract_to<Quad, 1>, contract_to<Oct, 1>>(
+      rows, num_rows, n, n, static_cast<const double* const*>(&a), static_cast<double* const*>(&x));
+}
+
 void contract_points(const StepPlan& plan, const double* a, const double* b, std::span<Vec3> V,
                      std::span<Vec3> W) noexcept {
-  run_widest<contract_points_to<Pair>, contract_points_to<Quad>, contract_points_to<Oct>>(
-      &plan, a, b, V.data(), W.data(), V.size());
+  contract_two(plan.rows.data(), 3 * V.size(), index(plan.num_padded), index(plan.num_moving), a, b,
+               V.data()->data(), W.data()->data());
 }
 
 void project_columns(const StepPlan& plan, std::size_t n, std::span<const Vec3> f, std::span<const Vec3> g,

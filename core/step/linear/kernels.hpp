@@ -48,6 +48,13 @@ void combine_one(const double* x, double s, bool accumulate, std::size_t n, doub
 /// Adds rows_a F_b to table_ab. The array `rows` is (3 x n), and `table` is (9 x n).
 void add_outer(const double* rows, const Vec3& F, std::size_t n, double* table) noexcept;
 
+/// Computes x = rows a and y = rows b, in the same lanes as dot_lanes. Uses the first n columns of rows
+/// (num_rows x stride).
+void contract_two(const double* rows, std::size_t num_rows, std::size_t stride, std::size_t n,
+                  const double* a, const double* b, double* x, double* y) noexcept;
+/// Computes x = rows a, in the same lanes as dot_lanes. The array `rows` is (num_rows x n).
+void contract_one(const double* rows, std::size_t num_rows, std::size_t n, const double* a,
+                  double* x) noexcept;
 /// Computes V = rows a and W = rows b over all points, in the same lanes as dot_lanes. Uses the first
 /// num_moving columns of rows (3 num_points x num_padded).
 void contract_points(const StepPlan& plan, const double* a, const double* b, std::span<Vec3> V,

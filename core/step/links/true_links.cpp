@@ -280,8 +280,7 @@ double relax_joints(const PlanTrueLinks& links, std::size_t num_padded, const do
                     std::span<const Vec3> V, JointState& state, JointWorkspace& w) noexcept {
   const PlanJoints& joints = links.joints;
   if (joints.num_rotations == 0) return 0.0;
-  for (std::size_t k = 0; k < index(joints.num_rotations); ++k)
-    w.theta[k] = dot_lanes(joints.rows.data() + k * num_padded, q, num_padded);
+  contract_one(joints.rows.data(), index(joints.num_rotations), num_padded, q, w.theta.data());
   for (std::size_t j = 0; j < index(joints.num_joints); ++j)
     w.turn[j] = rotation_of({w.theta[3 * j], w.theta[3 * j + 1], w.theta[3 * j + 2]});
   double largest = 0.0, slope = 0.0, share = 0.0;
