@@ -83,6 +83,20 @@ inline double angle_per_sine_slope(double sine, double cosine, double ratio) noe
   return (cosine * ratio - 1.0) / square;
 }
 
+/// The ratios of the terms of the sine over the angle, of the cosine, and of (a - sin a) / a^3, in the square
+/// of the angle: -1 / (2 k (2 k + 1)), -1 / ((2 k - 1) 2 k) and -1 / ((2 k + 2) (2 k + 3)), k = 1, 2, ...
+template <std::size_t count>
+constexpr std::array<double, count> ratios_from(int offset) {
+  std::array<double, count> r{};
+  for (std::size_t k = 0; k < count; ++k) {
+    const double n = 2.0 * static_cast<double>(k + 1) + offset;
+    r[k] = -1.0 / (n * (n + 1.0));
+  }
+  return r;
+}
+inline constexpr auto kSineRatios = ratios_from<7>(0), kCosineRatios = ratios_from<7>(-1);
+inline constexpr auto kTangentRatios = ratios_from<9>(2);
+
 /// Holds the rotation about a vector v by the angle a = |v|, which is less than 2 pi.
 struct FiniteRotation {
   Quat q{1.0, 0.0, 0.0, 0.0};
@@ -92,18 +106,14 @@ struct FiniteRotation {
 /// (THEORY 12.58).
 inline FiniteRotation rotation_of(const Vec3& v) noexcept {
   constexpr double kFraction = 1.0 / 16.0;  // of the angle
-  const double y = kFraction * kFraction * dot(v, v);
-  double sine = 0.0, cosine = 0.0;  // of the fraction, the sine over the fraction
-  for (int k = 9; k >= 1; --k) {
-    sine = (1.0 - y / (2.0 * k * (2.0 * k + 1.0)) * (k == 9 ? 1.0 : sine));
-    cosine = (1.0 - y / ((2.0 * k - 1.0) * 2.0 * k) * (k == 9 ? 1.0 : cosine));
-  }
+  const double square = dot(v, v), y = kFraction * kFraction * square;
+  const double sine = all_terms<0>(kSineRatios, y), cosine = all_terms<0>(kCosineRatios, y);
   double factor = kFraction * sine, w = cosine;
   // three squares of the quaternion (w, f v), each of which is (w^2 - f^2 a^2, 2 w f v), with w^2 = 1 - f^2
   // a^2
   for (int k = 0; k < 3; ++k) {
     const double doubled = 2.0 * w * factor;
-    w = 1.0 - 2.0 * (factor * factor) * dot(v, v);
+    w = 1.0 - 2.0 * (factor * factor) * square;
     factor = doubled;
   }
   return {{w, factor * v[0], factor * v[1], factor * v[2]}, factor};
@@ -128,9 +138,8 @@ inline TangentCoefficients tangent_of(const Vec3& v, const FiniteRotation& rotat
   const double square = dot(v, v), f = rotation.half_sine;
   const double first = 2.0 * f * f;
   if (square < 1.0) {
-    double sum = 1.0;  // (a - sin a) / a^3 = (1 - a^2 / 20 (1 - a^2 / 42 (1 - ...))) / 6
-    for (int k = 9; k >= 1; --k) sum = 1.0 - square / ((2.0 * k + 2.0) * (2.0 * k + 3.0)) * sum;
-    return {first, sum / 6.0};
+    // (a - sin a) / a^3 = (1 - a^2 / 20 (1 - a^2 / 42 (1 - ...))) / 6
+    return {first, all_terms<0>(kTangentRatios, square) / 6.0};
   }
   return {first, (1.0 - 2.0 * f * rotation.q[0]) / square};
 }
