@@ -38,12 +38,14 @@ bool is_released(const PlanLinkEnd& end) noexcept {
   return end.released[0] >= 0 || end.released[1] >= 0 || end.released[2] >= 0;
 }
 
-/// Adds the moment on an end to that on its joint or body, and its work to the gradient over released
-/// rotations.
-void add_moment(const PlanLinkEnd& end, const PresentEnd& at, const Vec3& moment,
-                JointWorkspace& w) noexcept {
+/// Adds the moment on an end to that on its joint or body.
+void add_moment(const PlanLinkEnd& end, const Vec3& moment, JointWorkspace& w) noexcept {
   Vec3& sum = w.moment[index(end.joint)];
   sum = add(sum, moment);
+}
+/// Adds the work of the moment on an end to the gradient over its released rotations.
+void add_released_work(const PlanLinkEnd& end, const PresentEnd& at, const Vec3& moment,
+                       JointWorkspace& w) noexcept {
   for (std::size_t a = 0; a < 3; ++a)
     if (end.released[a] >= 0) w.gradient[index(end.released[a])] += dot(at.spins[a], moment);
 }
@@ -81,7 +83,7 @@ void add_matrix(const PlanTrueMatrix& matrix, std::span<const Vec3> V, std::span
   }
   MatrixGradient g;
   set_gradient(matrix.constants, {x.data(), count}, {R.data(), num_ends}, g);
-  for (std::size_t i = 0; i < num_ends; ++i) add_moment(matrix.ends[i], {}, g.moment[i], w);
+  for (std::size_t i = 0; i < num_ends; ++i) add_moment(matrix.ends[i], g.moment[i], w);
   if (force.empty()) return;
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t point = index(matrix.points[i]);
@@ -120,11 +122,11 @@ void add_beams(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<co
   for (std::size_t b = 0; b < links.beams.size(); ++b) {
     const PlanTrueBeam& beam = links.beams[b];
     const BeamGradient g = gradient_in(w.beams, b);
-    for (std::size_t k = 0; k < 2; ++k)
-      add_moment(
-          beam.ends[k],
-          is_released(beam.ends[k]) ? present(beam.ends[k], beam.axes, joints, state, w) : PresentEnd{},
-          g.moment[k], w);
+    for (std::size_t k = 0; k < 2; ++k) {
+      const PlanLinkEnd& end = beam.ends[k];
+      add_moment(end, g.moment[k], w);
+      if (is_released(end)) add_released_work(end, present(end, beam.axes, joints, state, w), g.moment[k], w);
+    }
     if (force.empty()) continue;
     const std::size_t i = index(beam.points[0]), j = index(beam.points[1]);
     const BeamGradient linear = linear_gradient_of(beam.constants, beam.axes, sub(linear_V[j], linear_V[i]),
@@ -152,7 +154,7 @@ void add_plates(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<c
       theta[k] = linear_rotation(plate.ends[k], plate.axes, links.joints, w);
     }
     const PlateGradient g = gradient_of(plate.constants, d, axes);
-    for (std::size_t k = 0; k < 3; ++k) add_moment(plate.ends[k], ends[k], g.moment[k], w);
+    for (std::size_t k = 0; k < 3; ++k) add_moment(plate.ends[k], g.moment[k], w);
     if (force.empty()) continue;
     for (std::size_t k = 0; k < 3; ++k) d[k] = linear_V[index(plate.points[k])];
     const PlateGradient linear = linear_gradient_of(plate.constants, d, theta);
