@@ -73,8 +73,8 @@ State make_state(const StepPlan& plan) {
     state.coupled.joints = make_joint_state(plan.coupled.links.joints);
     for (auto* v : {&state.coupled.slow_q, &state.coupled.slow_p, &state.coupled.slow_change})
       v->resize(plan.coupled.curve.modes.size());
-    for (auto* v : {&state.coupled.filtered_q, &state.coupled.filtered_p, &state.coupled.left_out_q,
-                    &state.coupled.left_out_p})
+    for (auto* v : {&state.coupled.curved_q, &state.coupled.curved_p, &state.coupled.curved_rate_q,
+                    &state.coupled.curved_rate_p, &state.coupled.left_out_q, &state.coupled.left_out_p})
       v->resize(plan.coupled.curve.modes.empty() ? 0 : n);
   }
   for (auto* v : {&state.wheel_momentum, &state.wheel_momentum_low}) v->resize(plan.wheels.size());

@@ -42,9 +42,11 @@ struct CoupledState {
   // [m], [m/s] (PlanCurve::modes) slow motion of stiff modes, from which the filter measures, and its change
   // over the last substep; empty without links that bend
   Array slow_q, slow_p, slow_change;
-  // [m/s], [m/s^2] (num_padded) rates of the curvilinear coordinates at the filtered state, with which the
-  // next step begins, and those of the frame; empty without links that bend, and used with the filter only
-  Array filtered_q, filtered_p;
+  // [m], [m/s] (num_padded) curvilinear coordinates   (THEORY 12.79), and [m/s], [m/s^2] their rates with
+  // which the next step begins, those at the filtered state if there is a filter; empty without links that
+  // bend
+  Array curved_q, curved_p, curved_rate_q, curved_rate_p;
+  // rates of the frame at the filtered state
   Vec3 filtered_w_B{}, filtered_moment_B{}, filtered_force_W{};
   // [m], [m/s] (num_padded) motion that the filter has left out; empty without links that bend (THEORY 12.97)
   Array left_out_q, left_out_p;

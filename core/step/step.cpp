@@ -228,7 +228,8 @@ void commit(const StepLoads& step_loads, const Result& result, State& state, Wor
   if (state.tick % kFlushTicks == 0) {
     flush(state.q, state.q_low);
     flush(state.q_dot, state.q_dot_low);
-    if (is_coupled(plan)) flush(state.coupled.momentum, state.q_dot_low);
+    for (Array* each : {&state.coupled.momentum, &state.coupled.curved_q, &state.coupled.curved_p})
+      flush(*each, state.q_dot_low);
   }
 }
 

@@ -111,16 +111,16 @@ double effect_of(const StepPlan& plan, double h, const std::array<const double*,
 
 /// Returns an estimate of the error of a step [m], rms over the mass: a sixth of what the difference between
 /// the rates at the last stage and at the result changes the amplitudes   (THEORY 12.95). Sets w.start_q and
-/// w.start_p to the curvilinear rates at the result. \pre w.curve has the shapes of the result
+/// w.start_p to the curvilinear rates at the result, with which the next step begins if there is no filter.
+/// \pre w.curve has the shapes of the result
 double step_error(const StepPlan& plan, double h, CoupledWorkspace& w) noexcept {
-  const CoupledState& next = w.next;
+  CoupledState& next = w.next;
   if (!is_curved(plan)) return effect_of(plan, h, {next.rate_q.data(), next.rate_p.data()}, w.rates[3]) / 6.0;
   std::copy(next.rate_q.begin(), next.rate_q.end(), w.start_q.begin());
   std::copy(next.rate_p.begin(), next.rate_p.end(), w.start_p.begin());
   curve_rates(plan, w.start_q.data(), w.start_p.data(), w.curve);
-  if (!plan.coupled.curve.is_filtered)
-    return effect_of(plan, h, {w.start_q.data(), w.start_p.data()}, w.rates[3]) / 6.0;
-  return effect_of(plan, h, {next.filtered_q.data(), next.filtered_p.data()}, w.rates[3]) / 6.0;
+  if (!plan.coupled.curve.is_filtered) next.curved_rate_q = w.start_q, next.curved_rate_p = w.start_p;
+  return effect_of(plan, h, {next.curved_rate_q.data(), next.curved_rate_p.data()}, w.rates[3]) / 6.0;
 }
 
 /// Advances the motion that the filter has left out: the linear modes under the difference between the rates
@@ -132,7 +132,7 @@ double advance_left_out(const StepPlan& plan, const CoupledState& last, CoupledW
   double sum = 0.0;
   for (std::size_t l = 0; l < index(plan.num_moving); ++l) {
     const double q = last.left_out_q[l], p = last.left_out_p[l];
-    const double a = w.start_q[l] - next.filtered_q[l], b = w.start_p[l] - next.filtered_p[l];
+    const double a = w.start_q[l] - next.curved_rate_q[l], b = w.start_p[l] - next.curved_rate_p[l];
     next.left_out_q[l] = q + ((E.qq[l] * q + E.qv[l] * p) + (A.qq[l] * a + A.qv[l] * b));
     next.left_out_p[l] = p + ((E.vq[l] * q + E.vv[l] * p) + (A.vq[l] * a + A.vv[l] * b));
     const double omega = plan.omega[l], x = next.left_out_q[l], y = next.left_out_p[l];
@@ -205,19 +205,14 @@ void visit(const StepLoads& step_loads, const MotionState& state, std::size_t k,
 }
 
 /// Sets the rates of the first stage to those that the last step ended with.
-void take_last_rates(const StepPlan& plan, const MotionState& state, Stages& N, AttitudeRates& attitude,
-                     CoupledWorkspace& w) noexcept {
+void take_last_rates(const StepPlan& plan, const MotionState& state, Stages& N,
+                     AttitudeRates& attitude) noexcept {
   const CoupledState& last = state.coupled;
   const bool is_filtered = plan.coupled.curve.is_filtered;
-  if (is_filtered) {
-    N[0] = {last.filtered_q.data(), last.filtered_p.data()};
-  } else if (is_curved(plan)) {
-    std::copy(last.rate_q.begin(), last.rate_q.end(), w.rates[0][0].begin());
-    std::copy(last.rate_p.begin(), last.rate_p.end(), w.rates[0][1].begin());
-    curve_rates(plan, w.rates[0][0].data(), w.rates[0][1].data(), w.curve);
-  } else {
+  if (is_curved(plan))
+    N[0] = {last.curved_rate_q.data(), last.curved_rate_p.data()};
+  else
     N[0] = {last.rate_q.data(), last.rate_p.data()};
-  }
   StageRate rate{nullptr, nullptr};
   rate.w_B = is_filtered ? last.filtered_w_B : last.w_B;
   rate.moment_B = is_filtered ? last.filtered_moment_B : last.moment_B;
@@ -229,7 +224,9 @@ void take_last_rates(const StepPlan& plan, const MotionState& state, Stages& N, 
 /// and the slow motion of the stages with those of the state.
 Start begin_step(const StepPlan& plan, const MotionState& state, CoupledWorkspace& w) noexcept {
   Start start{state.q.data(), state.coupled.momentum.data()};
-  if (is_curved(plan)) {
+  if (is_curved(plan) && state.coupled.has_rates) {
+    start = {state.coupled.curved_q.data(), state.coupled.curved_p.data()};
+  } else if (is_curved(plan)) {
     to_curved(plan, start.q, start.p, w.start_q.data(), w.start_p.data(), w.curve);
     start = {w.start_q.data(), w.start_p.data()};
   }
@@ -264,7 +261,7 @@ Frame advance_stages(const StepLoads& step_loads, const MotionState& state, bool
   if (is_fresh || !state.coupled.has_rates)
     visit_stage(0, {start.q, start.p, {}, attitude.H_start, 0.0, StageTime::kStart});
   else
-    take_last_rates(plan, state, N, attitude, w);
+    take_last_rates(plan, state, N, attitude);
   const auto H_at = [&](double t, std::size_t k) {
     return add_scaled(attitude.H_start, t, attitude.H_rate[k]);
   };
@@ -285,7 +282,9 @@ Frame advance_stages(const StepLoads& step_loads, const MotionState& state, bool
   visit_stage(3, {w.q.data(), w.p.data(), scale(h, attitude.g_rate[2]), H_at(h, 2), h, StageTime::kEnd});
   full_step(plan, start, N, true, workspace.next_q.data(), w.next.momentum.data());
   if (is_curved(plan)) {
-    to_linear(plan, workspace.next_q.data(), w.next.momentum.data(), w.curve);
+    w.next.curved_q = workspace.next_q;
+    w.next.curved_p = w.next.momentum;
+    to_linear(plan, w.next.curved_q.data(), w.next.curved_p.data(), w.curve);
     std::copy(w.curve.q.begin(), w.curve.q.end(), workspace.next_q.begin());
     std::copy(w.curve.p.begin(), w.curve.p.end(), w.next.momentum.begin());
   }

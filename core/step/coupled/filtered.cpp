@@ -51,9 +51,8 @@ void evaluate_filtered(const StepLoads& step_loads, const double* q, const doubl
 void set_filtered_rates(const StepLoads& step_loads, const StageState& result,
                         Workspace& workspace) noexcept {
   CoupledWorkspace& w = workspace.coupled;
-  to_curved(step_loads.plan, result.q, result.p, w.start_q.data(), w.start_p.data(), w.curve);
-  StageRate rate{w.next.filtered_q.data(), w.next.filtered_p.data()};
-  evaluate_filtered(step_loads, w.start_q.data(), w.start_p.data(), result, workspace, rate);
+  StageRate rate{w.next.curved_rate_q.data(), w.next.curved_rate_p.data()};
+  evaluate_filtered(step_loads, w.next.curved_q.data(), w.next.curved_p.data(), result, workspace, rate);
   w.next.filtered_w_B = rate.w_B;
   w.next.filtered_moment_B = rate.moment_B;
   w.next.filtered_force_W = rate.force_W;

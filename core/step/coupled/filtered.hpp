@@ -19,7 +19,7 @@ void evaluate_filtered(const StepLoads& step_loads, const double* q, const doubl
                        Workspace& workspace, StageRate& rate) noexcept;
 
 /// Sets the filtered rates of workspace.coupled.next at the result of a step, with which the next step
-/// begins.
+/// begins.  \pre workspace.coupled.next has the curvilinear coordinates of the result
 void set_filtered_rates(const StepLoads& step_loads, const StageState& result, Workspace& workspace) noexcept;
 
 }  // namespace freeflex

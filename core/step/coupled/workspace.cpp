@@ -27,8 +27,9 @@ CoupledWorkspace make_workspace_without_probe(const StepPlan& plan) {
     v->resize(traits_of(plan.fidelity).has_true_geometry ? plan.points.size() : 0);
   w.x.resize(traits_of(plan.fidelity).has_true_geometry ? w.force.size() : 0);
   w.curve = make_curve_workspace(plan);
-  for (auto* v : {&w.start_q, &w.start_p, &w.filtered_q, &w.filtered_p, &w.rate_q_dot, &w.next.filtered_q,
-                  &w.next.filtered_p, &w.next.left_out_q, &w.next.left_out_p})
+  for (auto* v : {&w.start_q, &w.start_p, &w.filtered_q, &w.filtered_p, &w.rate_q_dot, &w.next.curved_q,
+                  &w.next.curved_p, &w.next.curved_rate_q, &w.next.curved_rate_p, &w.next.left_out_q,
+                  &w.next.left_out_p})
     v->resize(plan.coupled.curve.modes.empty() ? 0 : n);
   if (plan.coupled.curve.is_filtered) w.slow_start.resize(plan.coupled.curve.modes.size());
   for (auto* v : {&w.next.slow_q, &w.next.slow_p, &w.next.slow_change})
