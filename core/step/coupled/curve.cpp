@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/step/linear/columns.hpp"
 #include "core/step/linear/kernels.hpp"
 
 namespace freeflex {
@@ -12,6 +13,9 @@ template <typename F>
 void for_each_mode(const PlanCurve& curve, const F& f) noexcept {
   for (const std::int32_t k : curve.stiff) f(index(k), index(curve.modes[index(k)]));
 }
+
+/// Returns the component of a across the unit vector u.
+FREEFLEX_KERNEL Vec3 normal_to(const Vec3& u, const Vec3& a) noexcept { return add_scaled(a, -dot(u, a), u); }
 
 void copy_soft(const StepPlan& plan, const double* from, Array& to) noexcept {
   std::copy_n(from, to.size(), to.begin());
@@ -34,8 +38,41 @@ void set_displacements(const StepPlan& plan, CurveWorkspace& w) noexcept {
   }
 }
 
+constexpr std::size_t kNumBends = 9, kNumLinkRows = 6;  // rows of a block of links
+
+FREEFLEX_KERNEL void bend_blocks(const double* __restrict links, std::size_t count,
+                                 double* __restrict bends) noexcept {
+  for (std::size_t first = 0; first < count; first += kBlock) {
+    for (std::size_t lane = 0; lane < kBlock; ++lane) {
+      const double* const link = links + lane;
+      double* const bend = bends + lane;
+      const Vec3 u = vector_at(link, 0), d = vector_at(bend, 0), difference = vector_at(bend, 3),
+                 sum = vector_at(bend, 6);
+      put(normal_to(u, d), bend, 0);
+      put(normal_to(u, difference), bend, 3);
+      put(add_scaled(normal_to(u, sum), -2.0 * entry(link, 3), cross(u, d)), bend, 6);
+    }
+    links += kNumLinkRows * kBlock, bends += kNumBends * kBlock;
+  }
+}
+
+FREEFLEX_KERNEL void add_link_strains(const double* __restrict links, const double* __restrict a,
+                                      const double* __restrict b, double factor, std::size_t count,
+                                      double* __restrict strain) noexcept {
+  for (std::size_t first = 0; first < count; first += kBlock) {
+    for (std::size_t lane = 0; lane < kBlock; ++lane) {
+      const double *link = links + lane, *x = a + lane, *y = b + lane;
+      const double by_displacement = entry(link, 3) * dot(vector_at(x, 0), vector_at(y, 0)),
+                   by_bend = entry(link, 4) * dot(vector_at(x, 3), vector_at(y, 3)),
+                   by_skew = entry(link, 5) * dot(vector_at(x, 6), vector_at(y, 6));
+      strain[lane] += factor * (by_displacement + (by_bend + by_skew));
+    }
+    links += kNumLinkRows * kBlock, a += kNumBends * kBlock, b += kNumBends * kBlock, strain += kBlock;
+  }
+}
+
 /// Sets the shape of displacements V and of rotations theta.
-void set_shape(const PlanCurve& curve, std::span<const Vec3> V, const Array& theta,
+void set_shape(const PlanCurve& curve, const Array& links, std::span<const Vec3> V, const Array& theta,
                CurveShape& shape) noexcept {
   const auto rotation = [&](std::int32_t joint) {
     const double* at = theta.data() + 3 * index(joint);
@@ -43,18 +80,15 @@ void set_shape(const PlanCurve& curve, std::span<const Vec3> V, const Array& the
   };
   for (std::size_t k = 0; k < curve.links.size(); ++k) {
     const PlanCurveLink& link = curve.links[k];
-    const Vec3& u = link.direction;
-    const auto across = [&](const Vec3& a) { return add_scaled(a, -dot(u, a), u); };
-    const Vec3 d = sub(V[index(link.points[1])], V[index(link.points[0])]);
-    CurveShape::Bend& bend = shape.bends[k];
-    bend.across = across(d);
-    if (link.joints[0] < 0) continue;
-    const Vec3 chord = scale(1.0 / link.length, cross(u, d));
-    const Vec3 first = sub(across(rotation(link.joints[0])), chord);
-    const Vec3 second = sub(across(rotation(link.joints[1])), chord);
-    bend.bent = sub(second, first);
-    bend.skew = add(first, second);
+    double* const bend = column_of(shape.bends.data(), k, kNumBends);
+    put(sub(V[index(link.points[1])], V[index(link.points[0])]), bend, 0);
+    const bool is_beam = link.joints[0] >= 0;
+    const Vec3 first = is_beam ? rotation(link.joints[0]) : Vec3{},
+               second = is_beam ? rotation(link.joints[1]) : Vec3{};
+    put(sub(second, first), bend, 3);
+    put(add(first, second), bend, 6);
   }
+  run_auto<bend_blocks>(links.data(), curve.links.size(), shape.bends.data());
   for (std::size_t k = 0; k < curve.plates.size(); ++k) {
     const PlanCurvePlate& plate = curve.plates[k];
     shape.slopes[k] = {};
@@ -65,17 +99,13 @@ void set_shape(const PlanCurve& curve, std::span<const Vec3> V, const Array& the
   }
 }
 
-/// Adds `factor` times the second derivative of the strains, applied to two shapes, to w.strain
+/// Adds `factor` times the second derivative of the strains, applied to two shapes, to `strain`
 /// (THEORY 12.78):
 ///   eps = |d|^2 / (2 L) + L (|t_2 - t_1|^2 / 24 + skew_bow |t_1 + t_2|^2) of a link
-void add_strains(const PlanCurve& curve, double factor, const CurveShape& a, const CurveShape& b,
-                 Array& strain) noexcept {
-  for (std::size_t k = 0; k < curve.links.size(); ++k) {
-    const CurveShape::Bend &x = a.bends[k], &y = b.bends[k];
-    const double L = curve.links[k].length;
-    const double bow = dot(x.bent, y.bent) / 12.0 + 2.0 * curve.links[k].skew_bow * dot(x.skew, y.skew);
-    strain[k] += factor * (dot(x.across, y.across) / L + L * bow);
-  }
+void add_strains(const PlanCurve& curve, const Array& links, double factor, const CurveShape& a,
+                 const CurveShape& b, Array& strain) noexcept {
+  run_auto<add_link_strains>(links.data(), a.bends.data(), b.bends.data(), factor, curve.links.size(),
+                             strain.data());
   double* at = strain.data() + curve.links.size();
   for (std::size_t k = 0; k < curve.plates.size(); ++k, at += 3) {
     const CurveShape::Slope &x = a.slopes[k], &y = b.slopes[k];
@@ -86,8 +116,13 @@ void add_strains(const PlanCurve& curve, double factor, const CurveShape& a, con
   }
 }
 
-double share_of(const PlanCurve& curve, std::size_t k, const Array& strain) noexcept {
-  return dot_lanes(curve.weights.data() + k * strain.size(), strain.data(), strain.size());
+/// Sets a and b to the shares of w.strain in the foreshortening of curvilinear modes; those of modes between
+/// them are set too, but not used.
+void set_shares(const PlanCurve& curve, const CurveWorkspace& w, Array& a, Array& b) noexcept {
+  const std::size_t n = w.strain[0].size(), first = index(curve.stiff.front()),
+                    count = index(curve.stiff.back()) + 1 - first;
+  contract_two(curve.weights.data() + first * n, count, n, n, w.strain[0].data(), w.strain[1].data(),
+               a.data() + first, b.data() + first);
 }
 
 /// Sets the shapes of q and p, and s and its rate.
@@ -96,14 +131,12 @@ void set_shapes(const StepPlan& plan, const double* q, const double* p, CurveWor
   copy_soft(plan, q, w.soft);
   copy_soft(plan, p, w.other);
   set_displacements(plan, w);
-  set_shape(curve, w.V, w.theta, w.of_q);
-  set_shape(curve, w.W, w.other_theta, w.of_p);
-  std::fill(w.strain.begin(), w.strain.end(), 0.0);
-  add_strains(curve, 0.5, w.of_q, w.of_q, w.strain);
-  for_each_mode(curve, [&](std::size_t k, std::size_t) { w.s[k] = share_of(curve, k, w.strain); });
-  std::fill(w.strain.begin(), w.strain.end(), 0.0);
-  add_strains(curve, 1.0, w.of_q, w.of_p, w.strain);
-  for_each_mode(curve, [&](std::size_t k, std::size_t) { w.s_dot[k] = share_of(curve, k, w.strain); });
+  set_shape(curve, w.links, w.V, w.theta, w.of_q);
+  set_shape(curve, w.links, w.W, w.other_theta, w.of_p);
+  for (Array& each : w.strain) std::fill(each.begin(), each.end(), 0.0);
+  add_strains(curve, w.links, 0.5, w.of_q, w.of_q, w.strain[0]);
+  add_strains(curve, w.links, 1.0, w.of_q, w.of_p, w.strain[1]);
+  set_shares(curve, w, w.s, w.s_dot);
 }
 
 }  // namespace
@@ -114,7 +147,7 @@ CurveWorkspace make_curve_workspace(const StepPlan& plan) {
   if (curve.modes.empty()) return w;
   const std::size_t n = index(plan.num_padded), m = curve.modes.size();
   for (CurveShape* shape : {&w.of_q, &w.of_p, &w.of_rate, &w.of_acceleration}) {
-    shape->bends.resize(curve.links.size());
+    shape->bends.resize(kNumBends * pad(curve.links.size()));
     shape->slopes.resize(curve.plates.size());
   }
   for (auto* v : {&w.V, &w.W}) v->resize(plan.points.size());
@@ -124,7 +157,17 @@ CurveWorkspace make_curve_workspace(const StepPlan& plan) {
     a->resize(m);
   for (Array* a : {&w.theta, &w.other_theta})
     a->resize(3 * (index(plan.coupled.links.joints.num_joints) + plan.coupled.turning.bodies.size()));
-  w.strain.resize(pad(curve.links.size() + 3 * curve.plates.size()));
+  for (Array& each : w.strain) each.resize(pad(curve.links.size() + 3 * curve.plates.size()));
+  for (Array& each : w.share) each.resize(m);
+  w.links.resize(kNumLinkRows * pad(curve.links.size()));
+  for (std::size_t k = 0; k < curve.links.size(); ++k) {
+    const PlanCurveLink& link = curve.links[k];
+    double* const to = column_of(w.links.data(), k, kNumLinkRows);
+    put(link.direction, to, 0);
+    put(1.0 / link.length, to, 3);
+    if (link.joints[0] < 0) continue;
+    put(link.length / 12.0, to, 4), put(2.0 * link.length * link.skew_bow, to, 5);
+  }
   return w;
 }
 
@@ -234,19 +277,18 @@ void curve_rates(const StepPlan& plan, double* rate_q, double* rate_p, CurveWork
     w.other[l] = rate_p[l] - plan.omega[l] * (plan.omega[l] * w.q[l]) - 2.0 * plan.decay[l] * w.p[l];
   for_each_mode(curve, [&](std::size_t, std::size_t mode) { w.other[mode] = 0.0; });
   set_displacements(plan, w);
-  set_shape(curve, w.V, w.theta, w.of_rate);
-  set_shape(curve, w.W, w.other_theta, w.of_acceleration);
-  std::fill(w.strain.begin(), w.strain.end(), 0.0);
-  add_strains(curve, 1.0, w.of_q, w.of_rate, w.strain);
-  for_each_mode(curve,
-                [&](std::size_t k, std::size_t mode) { rate_q[mode] -= share_of(curve, k, w.strain); });
-  std::fill(w.strain.begin(), w.strain.end(), 0.0);
-  add_strains(curve, 1.0, w.of_q, w.of_acceleration, w.strain);
-  add_strains(curve, 1.0, w.of_p, w.of_p, w.strain);
-  add_strains(curve, 1.0, w.of_rate, w.of_p, w.strain);
+  set_shape(curve, w.links, w.V, w.theta, w.of_rate);
+  set_shape(curve, w.links, w.W, w.other_theta, w.of_acceleration);
+  for (Array& each : w.strain) std::fill(each.begin(), each.end(), 0.0);
+  add_strains(curve, w.links, 1.0, w.of_q, w.of_rate, w.strain[0]);
+  add_strains(curve, w.links, 1.0, w.of_q, w.of_acceleration, w.strain[1]);
+  add_strains(curve, w.links, 1.0, w.of_p, w.of_p, w.strain[1]);
+  add_strains(curve, w.links, 1.0, w.of_rate, w.of_p, w.strain[1]);
+  set_shares(curve, w, w.share[0], w.share[1]);
   for_each_mode(curve, [&](std::size_t k, std::size_t mode) {
-    rate_p[mode] -= plan.omega[mode] * (plan.omega[mode] * w.s[k]) + 2.0 * plan.decay[mode] * w.s_dot[k] +
-                    share_of(curve, k, w.strain);
+    rate_q[mode] -= w.share[0][k];
+    rate_p[mode] -=
+        plan.omega[mode] * (plan.omega[mode] * w.s[k]) + 2.0 * plan.decay[mode] * w.s_dot[k] + w.share[1][k];
   });
 }
 

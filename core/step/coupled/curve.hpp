@@ -14,15 +14,12 @@ namespace freeflex {
 
 /// Holds the linear deformation of the soft modes that shortens links, per link and plate.
 struct CurveShape {
-  struct Bend {
-    Vec3 across{};  // [m] displacement of the second point across the link
-    // [rad] difference and sum of the rotations of its ends relative to the chord
-    Vec3 bent{}, skew{};
-  };
   struct Slope {
     Vec3 x{}, y{};  // [-] gradients of the displacement along the local axes of a plate
   };
-  std::vector<Bend> bends;
+  // (9 x kLanes in each block of links) [m] displacement of the second point across the link, [rad]
+  // difference and sum of the rotations of its ends relative to the chord
+  Array bends;
   std::vector<Slope> slopes;
 };
 
@@ -31,9 +28,13 @@ struct CurveWorkspace {
   std::vector<Vec3> V, W;    // [m], [m/s] (num_points)
   Array soft, other;         // (num_padded) coordinates without those of the curvilinear modes
   Array theta, other_theta;  // (3 num_joints + 3 num_bodies) rotations at these
-  Array strain;              // [m] of links, then [-] three of each plate (num strains)   (THEORY 12.78)
-  Array s, s_dot;            // [m], [m/s] (num modes) foreshortening and its rate
-  Array q, p;                // (num_padded) linear coordinates of a stage
+  Array links;  // (6 x kLanes in each block of links) direction, then 1 / L, L / 12, 2 L skew_bow; no bow of
+                // bars
+  // [m] of links, then [-] three of each plate (num strains)   (THEORY 12.78)
+  std::array<Array, 2> strain;
+  std::array<Array, 2> share;  // [m] (num modes) of these strains in the foreshortening
+  Array s, s_dot;              // [m], [m/s] (num modes) foreshortening and its rate
+  Array q, p;                  // (num_padded) linear coordinates of a stage
   // [m], [m/s] (num modes) slow motion of the curvilinear modes, from which the filter measures, and what was
   // tried before: slow motions and how far their images are from them
   Array slow_q, slow_p;

@@ -2,29 +2,13 @@
 
 #include <algorithm>
 
+#include "core/step/linear/columns.hpp"
 #include "core/step/links/beam_gradient.hpp"
 
 namespace freeflex {
 namespace {
 
-// Blocks of kLanes beams. In a block, each value is a row with one column for each beam.
-constexpr std::size_t kBlock = kLanes, kNumConstants = 14, kNumEnds = 15, kNumResults = 11;
-
-/// Returns the column of a beam in blocks of `rows` rows.
-template <class Real>
-Real* column_of(Real* blocks, std::size_t beam, std::size_t rows) noexcept {
-  return blocks + beam / kBlock * (rows * kBlock) + beam % kBlock;
-}
-FREEFLEX_KERNEL double entry(const double* column, std::size_t row) noexcept { return column[row * kBlock]; }
-FREEFLEX_KERNEL Vec3 vector_at(const double* column, std::size_t row) noexcept {
-  return {entry(column, row), entry(column, row + 1), entry(column, row + 2)};
-}
-FREEFLEX_KERNEL void put(double value, double* column, std::size_t row) noexcept {
-  column[row * kBlock] = value;
-}
-FREEFLEX_KERNEL void put(const Vec3& v, double* column, std::size_t row) noexcept {
-  put(v[0], column, row), put(v[1], column, row + 1), put(v[2], column, row + 2);
-}
+constexpr std::size_t kNumConstants = 14, kNumEnds = 15, kNumResults = 11;  // rows of a block
 
 FREEFLEX_KERNEL void set_block_to(const double* __restrict constants, const double* __restrict ends,
                                   double* __restrict results) noexcept {
