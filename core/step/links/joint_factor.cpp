@@ -35,6 +35,19 @@ std::int32_t unknown_of(const PlanLinkEnd& end, std::size_t axis, std::int32_t n
   return end.joint < num_joints ? 3 * end.joint + static_cast<std::int32_t>(axis) : -1;
 }
 
+/// Returns whether three columns from k on have the same rows below them.
+bool have_same_rows(const PlanJoints& joints, std::size_t k) {
+  if (k + 3 > index(joints.num_rotations)) return false;
+  const auto rows = [&](std::size_t column) {
+    return std::span(joints.below)
+        .subspan(index(joints.starts[column]), index(joints.starts[column + 1] - joints.starts[column]));
+  };
+  const auto a = rows(k), b = rows(k + 1), c = rows(k + 2);
+  return a.size() == c.size() + 2 && b.size() == c.size() + 1 && a[0] == joints.order[k + 1] &&
+         a[1] == joints.order[k + 2] && b[0] == joints.order[k + 2] && std::ranges::equal(c, a.subspan(2)) &&
+         std::ranges::equal(c, b.subspan(1));
+}
+
 }  // namespace
 
 std::array<std::int32_t, kBeamUnknowns> unknowns_of(const PlanTrueBeam& beam,
@@ -71,6 +84,9 @@ JointFactor make_joint_factor(const PlanTrueLinks& links) {
   for (auto* v : {&factor.inverse_pivots, &factor.diagonal}) v->resize(n);
   for (auto* v : {&factor.place, &factor.at}) v->resize(n);
   for (std::size_t k = 0; k < n; ++k) factor.place[index(joints.order[k])] = static_cast<std::int32_t>(k);
+
+  for (std::size_t k = 0; k < n; k += factor.widths.back())
+    factor.widths.push_back(have_same_rows(joints, k) ? 3 : 1);
   for (const PlanTrueBeam& beam : links.beams)
     add_slots(joints, unknowns_of(beam, joints.num_joints), factor);
   for (const PlanTruePlate& plate : links.plates)
@@ -158,20 +174,60 @@ void factor_stiffness(const PlanJoints& joints, JointFactor& factor) noexcept {
   factor.is_renewed = true;
 }
 
+namespace {
+
+/// Points to three columns of a factor that have the same rows below them: a, b and c without the entries
+/// among the three, which are b_a, c_a and c_b.
+struct ThreeColumns {
+  const double *a, *b, *c;
+  double b_a, c_a, c_b;
+  std::span<const std::int32_t> rows;
+};
+ThreeColumns three_columns(const PlanJoints& joints, const double* lower, std::size_t k) noexcept {
+  const double *a = lower + joints.starts[k], *b = lower + joints.starts[k + 1],
+               *c = lower + joints.starts[k + 2];
+  const auto first = joints.below.begin() + joints.starts[k + 2],
+             last = joints.below.begin() + joints.starts[k + 3];
+  return {a + 2, b + 1, c, a[0], a[1], b[0], {first, last}};
+}
+
+}  // namespace
+
 void solve_stiffness(const PlanJoints& joints, const JointFactor& factor, double* x) noexcept {
-  const std::vector<double>& lower = factor.is_renewed ? factor.lower : joints.lower;
-  const std::vector<double>& inverse = factor.is_renewed ? factor.inverse_pivots : joints.inverse_pivots;
-  const std::size_t n = index(joints.num_rotations);
-  for (std::size_t k = 0; k < n; ++k) {
-    const double value = x[index(joints.order[k])];
-    for (std::size_t e = index(joints.starts[k]); e < index(joints.starts[k + 1]); ++e)
-      x[index(joints.below[e])] -= lower[e] * value;
+  const double* const lower = (factor.is_renewed ? factor.lower : joints.lower).data();
+  const double* const inverse = (factor.is_renewed ? factor.inverse_pivots : joints.inverse_pivots).data();
+  const auto at = [&](std::size_t k) -> double& { return x[index(joints.order[k])]; };
+  std::size_t k = 0;
+  for (const std::uint8_t width : factor.widths) {
+    if (width == 3) {
+      const ThreeColumns L = three_columns(joints, lower, k);
+      const double x_a = at(k), x_b = at(k + 1) -= L.b_a * x_a;
+      const double x_c = at(k + 2) -= L.c_a * x_a + L.c_b * x_b;
+      for (std::size_t i = 0; i < L.rows.size(); ++i)
+        x[index(L.rows[i])] -= L.a[i] * x_a + L.b[i] * x_b + L.c[i] * x_c;
+    } else {
+      const double value = at(k);
+      for (std::size_t e = index(joints.starts[k]); e < index(joints.starts[k + 1]); ++e)
+        x[index(joints.below[e])] -= lower[e] * value;
+    }
+    k += width;
   }
-  for (std::size_t k = n; k-- > 0;) {
-    double value = x[index(joints.order[k])] * inverse[k];
-    for (std::size_t e = index(joints.starts[k]); e < index(joints.starts[k + 1]); ++e)
-      value -= lower[e] * x[index(joints.below[e])];
-    x[index(joints.order[k])] = value;
+  for (auto width = factor.widths.rbegin(); width != factor.widths.rend(); ++width) {
+    k -= *width;
+    if (*width == 3) {
+      const ThreeColumns L = three_columns(joints, lower, k);
+      Vec3 sums{};
+      for (std::size_t i = 0; i < L.rows.size(); ++i)
+        sums = add_scaled(sums, x[index(L.rows[i])], {L.a[i], L.b[i], L.c[i]});
+      const double x_c = at(k + 2) = at(k + 2) * inverse[k + 2] - sums[2];
+      const double x_b = at(k + 1) = at(k + 1) * inverse[k + 1] - (sums[1] + L.c_b * x_c);
+      at(k) = at(k) * inverse[k] - (sums[0] + L.b_a * x_b + L.c_a * x_c);
+    } else {
+      double value = at(k) * inverse[k];
+      for (std::size_t e = index(joints.starts[k]); e < index(joints.starts[k + 1]); ++e)
+        value -= lower[e] * x[index(joints.below[e])];
+      at(k) = value;
+    }
   }
 }
 

@@ -30,6 +30,9 @@ struct JointFactor {
   std::vector<double> diagonal;               // [N m] (num_rotations) in the order of the factor
   std::vector<std::int32_t> place;            // (num_rotations) position of each unknown in the order
   std::vector<std::int32_t> at;               // (num_rotations) entry of each row of the column at work
+  // numbers of columns that are solved together, from the first to the last: 3 if the rows below three are
+  // the same, as for most joints, else 1
+  std::vector<std::uint8_t> widths;
   // for each link and each pair of its unknowns (first >= second): k for the diagonal of place k,
   // num_rotations + e for entry e of `lower`, -1 for none
   std::vector<std::int32_t> slots;
