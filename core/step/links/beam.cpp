@@ -34,4 +34,13 @@ BeamGradient linear_gradient_of(const BeamConstants& beam, const Mat3& axes, con
   return result;
 }
 
+Vec3 linear_force_of(const BeamConstants& beam, const Mat3& axes, const Vec3& d, const Vec3& both) noexcept {
+  const Vec3 x{axes[0], axes[3], axes[6]}, y{axes[1], axes[4], axes[7]}, z{axes[2], axes[5], axes[8]};
+  const double twice = 2.0 / beam.length;  // the chord rotates by (-z . d, y . d) / L about y and z
+  const double about_y = beam.antisymmetric[0] * (dot(y, both) + twice * dot(z, d));
+  const double about_z = beam.antisymmetric[1] * (dot(z, both) - twice * dot(y, d));
+  const Vec3 across = add(scale(twice * about_y, z), scale(-twice * about_z, y));
+  return add_scaled(across, beam.axial * dot(x, d), x);
+}
+
 }  // namespace freeflex

@@ -44,5 +44,7 @@ BeamGradient gradient_of(const BeamConstants& beam, const Vec3& span, const Vec3
 /// \param axes  rest axes of the beam as columns  \param theta  [rad] small rotations of the ends
 BeamGradient linear_gradient_of(const BeamConstants& beam, const Mat3& axes, const Vec3& d, const Vec3& first,
                                 const Vec3& second) noexcept;
+/// Returns the force of this gradient alone.  \param both  [rad] sum of the rotations of the ends
+Vec3 linear_force_of(const BeamConstants& beam, const Mat3& axes, const Vec3& d, const Vec3& both) noexcept;
 
 }  // namespace freeflex

@@ -129,13 +129,15 @@ void add_beams(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<co
     }
     if (force.empty()) continue;
     const std::size_t i = index(beam.points[0]), j = index(beam.points[1]);
-    const BeamGradient linear = linear_gradient_of(beam.constants, beam.axes, sub(linear_V[j], linear_V[i]),
-                                                   linear_rotation(beam.ends[0], beam.axes, joints, w),
-                                                   linear_rotation(beam.ends[1], beam.axes, joints, w));
+    const Vec3 linear_d = sub(linear_V[j], linear_V[i]),
+               first = linear_rotation(beam.ends[0], beam.axes, joints, w),
+               second = linear_rotation(beam.ends[1], beam.axes, joints, w);
+    const Vec3 linear = linear_force_of(beam.constants, beam.axes, linear_d, add(first, second));
     force[i] = add(force[i], g.force), force[j] = sub(force[j], g.force);
-    linear_force[i] = add(linear_force[i], linear.force);
-    linear_force[j] = sub(linear_force[j], linear.force);
-    for (std::size_t k = 0; k < 2; ++k) add_linear_moment(beam.ends[k], linear.moment[k], joints, w);
+    linear_force[i] = add(linear_force[i], linear), linear_force[j] = sub(linear_force[j], linear);
+    if (!is_body(beam.ends[0], joints) && !is_body(beam.ends[1], joints)) continue;
+    const BeamGradient on_bodies = linear_gradient_of(beam.constants, beam.axes, linear_d, first, second);
+    for (std::size_t k = 0; k < 2; ++k) add_linear_moment(beam.ends[k], on_bodies.moment[k], joints, w);
   }
 }
 
