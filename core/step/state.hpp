@@ -150,6 +150,7 @@ struct CoupledWorkspace {
   // of add_strain_damping(): a workspace for a shape nearby, and the rates of the elastic forces beyond the
   // linear ones [N/s] (num_padded), of other links and of springs and bars; empty without such damping
   std::vector<CoupledWorkspace> probe;
+  JointState probe_turn;  // difference of the rotations of joints to those of the last stage
   std::array<Array, 2> excess_rate;
   CoupledState next;
 };

@@ -4,6 +4,7 @@
 
 #include "core/step/coupled/filtered.hpp"
 #include "core/step/coupled/stage.hpp"
+#include "core/step/coupled/strain_damping.hpp"
 #include "core/step/linear/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/rigid/kepler.hpp"
@@ -232,7 +233,7 @@ Start begin_step(const StepPlan& plan, const MotionState& state, CoupledWorkspac
   }
   w.stage_joints = state.coupled.joints;
   begin_joints(w.joints);
-  for (CoupledWorkspace& probe : w.probe) begin_joints(probe.joints);
+  begin_strain_damping(w);
   w.curve.slow_q = state.coupled.slow_q;
   w.curve.slow_p = state.coupled.slow_p;
   if (plan.coupled.curve.is_filtered) {

@@ -80,7 +80,20 @@ void add_excess(const StepPlan& plan, double share, CoupledWorkspace& probe,
   project_excess(plan, share, probe, out[0]);
 }
 
+/// Sets `to` to a + s b, component by component. relax_joints() makes the quaternions unit again.
+void add_turns(const JointState& a, double s, const JointState& b, JointState& to) noexcept {
+  for (std::size_t j = 0; j < a.rotation.size(); ++j)
+    for (std::size_t k = 0; k < 4; ++k) to.rotation[j][k] = a.rotation[j][k] + s * b.rotation[j][k];
+  for (std::size_t k = 0; k < a.angle.size(); ++k) to.angle[k] = a.angle[k] + s * b.angle[k];
+}
+
 }  // namespace
+
+void begin_strain_damping(CoupledWorkspace& w) noexcept {
+  for (CoupledWorkspace& probe : w.probe) begin_joints(probe.joints);
+  std::fill(w.probe_turn.rotation.begin(), w.probe_turn.rotation.end(), Quat{});
+  std::fill(w.probe_turn.angle.begin(), w.probe_turn.angle.end(), 0.0);
+}
 
 void add_strain_damping(const StepPlan& plan, const StageState& stage, CoupledWorkspace& w,
                         StageRate& rate) noexcept {
@@ -96,9 +109,11 @@ void add_strain_damping(const StepPlan& plan, const StageState& stage, CoupledWo
   const double step = kProbed * size / speed;
   for (Array& each : w.excess_rate) std::fill(each.begin(), each.end(), 0.0);
   for (const double sign : {1.0, -1.0}) {
-    probe.stage_joints = w.stage_joints;
+    // the joints turn by about as much as at the last stage, and in the other direction for the other sign
+    add_turns(w.stage_joints, sign, w.probe_turn, probe.stage_joints);
     for (std::size_t l = 0; l < n; ++l) probe.q_dot[l] = stage.q[l] + sign * step * w.q_dot[l];
     add_excess(plan, sign * 0.5 / step, probe, w.excess_rate);
+    if (sign > 0.0) add_turns(probe.stage_joints, -1.0, w.stage_joints, w.probe_turn);
     if (probe.joints.unsolved >= 0) w.joints.unsolved = probe.joints.unsolved;
   }
   // N_p += ((t_l + beta) E'_l + t_l E'_l of springs and bars) / M   (THEORY 12.114)

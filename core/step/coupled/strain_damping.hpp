@@ -5,6 +5,8 @@
 
 namespace freeflex {
 
+/// Begins a step.
+void begin_strain_damping(CoupledWorkspace& w) noexcept;
 /// Adds to rate.rate_p, and to rate.Q if it is set, the difference between damping by the rates of the true
 /// elastic forces and by those of the linear ones. Does nothing in plans without such damping.
 /// \pre rate.rate_q is set, and w.stage_joints are the rotations at the stage

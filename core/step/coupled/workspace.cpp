@@ -56,6 +56,7 @@ CoupledWorkspace make_coupled_workspace(const StepPlan& plan) {
   CoupledWorkspace w = make_workspace_without_probe(plan);
   if (!plan.coupled.damps_true_strains) return w;
   w.probe.push_back(make_workspace_without_probe(plan));
+  w.probe_turn = w.stage_joints;
   for (Array& each : w.excess_rate) each.resize(index(plan.num_padded));
   return w;
 }
