@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/faults.hpp"
 #include "core/scene/scene.hpp"
 #include "tools/verification/reference/true_geometry.hpp"
 
@@ -80,6 +81,18 @@ std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::st
 /// (THEORY 10.12 to 10.25). Returns nullopt and sets `error` for bodies with inertia, feedback and initial
 /// modes. If the shape is collinear, the smallest rotation from the rest shape gives the body axes.
 std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error);
+
+/// Returns the reason why a scene has no full system with which `freeflex report` compares, or nullopt.
+/// Bodies with inertia, points without mass, distributed mass, wheels, feedback, initial modes and more than
+/// kMostTruePoints at true geometry are refused.
+std::optional<Fault> find_no_full_system(const Scene& scene);
+/// Makes the system with which `freeflex report` compares: make_cartesian_system for springs and bars without
+/// dissipation and attractor, else make_true_geometry.  \pre find_no_full_system(scene) is empty
+CartesianSystem make_full_system(const Scene& scene);
+
+/// Largest number of points at true geometry. Up to it, the set-up computes all frequencies, and the highest
+/// frequency limits the steps of the other methods.
+inline constexpr std::size_t kMostTruePoints = 150;
 
 /// Makes a system from the masses, springs, bars, dashpots, loads and initial state of a scene. The other
 /// links of the scene are ignored.

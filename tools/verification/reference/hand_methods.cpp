@@ -1,4 +1,4 @@
-// Steps of the hand-written methods   (THEORY 13.2 to 13.6).
+// Steps of the hand-written methods   (THEORY 13.2 to 13.6, 13.20).
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -46,9 +46,9 @@ void stage(std::size_t n, double s, double s2, const double* __restrict inverse_
 ///   x += gamma_k h v,   v += (gamma_k + gamma_{k+1}) (h / 2) M^-1 F(x)
 class Composition : public HandWritten {
  public:
-  Composition(std::vector<double> weights, bool reads_by_quintic, SpringNetwork network)
+  Composition(std::vector<double> weights, bool reads_by_quintic, std::unique_ptr<SecondOrderSystem> system)
       : HandWritten({static_cast<long>(weights.size()), 3, 0.5 * weights.front(), true, reads_by_quintic},
-                    std::move(network)),
+                    std::move(system)),
         weights_(std::move(weights)) {}
 
  private:
@@ -59,8 +59,8 @@ class Composition : public HandWritten {
       const double next = weights_[k + 1 < weights_.size() ? k + 1 : 0];
       fraction += weights_[k];
       drift(n, h * weights_[k], v_.data(), x_.data());
-      network_.forces(t + h * fraction, x_.data(), f_.data());
-      accelerate(n, h * (0.5 * (weights_[k] + next)), network_.inverse_mass().data(), f_.data(), v_.data());
+      system_->forces(t + h * fraction, x_.data(), v_.data(), f_.data());
+      accelerate(n, h * (0.5 * (weights_[k] + next)), system_->inverse_mass().data(), f_.data(), v_.data());
     }
   }
 
@@ -99,7 +99,8 @@ void finish(std::size_t n, double h, const double* __restrict inverse_mass, cons
 /// x + h v / 2 + h^2 a1 / 4 and x + h v + h^2 a2 / 2.
 class RungeKutta : public HandWritten {
  public:
-  explicit RungeKutta(SpringNetwork network) : HandWritten({4, 7, 0.0, false, false}, std::move(network)) {
+  explicit RungeKutta(std::unique_ptr<SecondOrderSystem> system)
+      : HandWritten({4, 7, 0.0, false, false}, std::move(system)) {
     for (auto* values : {&x_at_, &a1_, &a2_, &a3_}) values->resize(x_.size());
   }
 
@@ -107,21 +108,31 @@ class RungeKutta : public HandWritten {
   void step(double t, double h) override {
     const std::size_t n = x_.size();
     double *x = x_.data(), *v = v_.data(), *at = x_at_.data(), *f = f_.data();
-    const double* inverse_mass = network_.inverse_mass().data();
+    const double* inverse_mass = system_->inverse_mass().data();
     const double half = 0.5 * h;
-    network_.forces(t, x, f);
+    system_->forces(t, x, v, f);
     stage(n, half, 0.0, inverse_mass, f, x, v, nullptr, a1_.data(), at);
-    network_.forces(t + half, at, f);
+    system_->forces(t + half, at, v, f);
     stage(n, half, half * half, inverse_mass, f, x, v, a1_.data(), a2_.data(), at);
-    network_.forces(t + half, at, f);
+    system_->forces(t + half, at, v, f);
     stage(n, h, h * half, inverse_mass, f, x, v, a2_.data(), a3_.data(), at);
-    network_.forces(t + h, at, f);
+    system_->forces(t + h, at, v, f);
     finish(n, h, inverse_mass, f, a1_.data(), a2_.data(), a3_.data(), x, v);
   }
 
   std::vector<double> x_at_;  // positions of a stage
   std::vector<double> a1_, a2_, a3_;
 };
+
+/// Returns the weight of a column, w_j = prod_{i != j} j^2 / (j^2 - i^2). The results of the columns are
+/// taken as a polynomial in the square of the length of a substep, and w_j is Lagrange's weight of column j
+/// at length 0   (THEORY 13.5)
+double extrapolation_weight(int j, int columns) {
+  double weight = 1.0;
+  for (int i = 1; i <= columns; ++i)
+    if (i != j) weight *= static_cast<double>(j * j) / static_cast<double>(j * j - i * i);
+  return weight;
+}
 
 /// Evaluates the forces in two columns of Stoermer's method at the same time, and says what each column does
 /// next. A column advances over the whole step in substeps of equal length. All lengths are fractions of the
@@ -187,8 +198,8 @@ void end_and_begin_columns(std::size_t n, double h, const Evaluation& evaluation
 /// little more than evaluating the forces of one column.
 class Stoermer : public HandWritten {
  public:
-  Stoermer(int columns, SpringNetwork network)
-      : HandWritten({columns * (columns + 1) / 2 + 1, 15, 0.0, true, true}, std::move(network)) {
+  Stoermer(int columns, std::unique_ptr<SecondOrderSystem> system)
+      : HandWritten({columns * (columns + 1) / 2 + 1, 15, 0.0, true, true}, std::move(system)) {
     for (auto* values : {&f_at_, &u_, &d_, &at_, &sum_u_, &sum_d_}) values->resize(x_.size());
     schedule(columns);
   }
@@ -198,7 +209,7 @@ class Stoermer : public HandWritten {
 
   void step(double t, double h) override {
     const std::size_t n = x_.size();
-    const Columns columns{network_.inverse_mass().data(),
+    const Columns columns{system_->inverse_mass().data(),
                           x_.data(),
                           v_.data(),
                           f_.data(),
@@ -212,7 +223,7 @@ class Stoermer : public HandWritten {
     std::fill(sum_d_.begin(), sum_d_.end(), Pair{});
     end_and_begin_columns(n, h, start_, columns);
     for (const Evaluation& evaluation : evaluations_) {
-      network_.forces(t + h * evaluation.fraction, at_.data(), f_at_.data());
+      system_->forces(t + h * evaluation.fraction, at_.data(), f_at_.data());
       if (evaluation.ends_column)
         end_and_begin_columns(n, h, evaluation, columns);
       else
@@ -223,7 +234,7 @@ class Stoermer : public HandWritten {
       x_[i] += sum_d_[i][0] + sum_d_[i][1];
       v_[i] = sum_u_[i][0] + sum_u_[i][1];
     }
-    network_.forces(t + h, x_.data(), f_.data());
+    system_->forces(t + h, x_.data(), v_.data(), f_.data());
   }
 
   Evaluation start_;                     // begins the first column of each side of the pairs
@@ -248,19 +259,13 @@ void Stoermer::schedule(int columns) {
     auto evaluation = evaluations_.begin();
     for (std::size_t c = 0; c < sides[side].size(); ++c) {
       const int j = sides[side][c];
-      // w_j = prod_{i != j} j^2 / (j^2 - i^2): the results of the columns are taken as a polynomial in the
-      // square of the length of a substep, and w_j is Lagrange's weight of column j at length 0
-      // (THEORY 13.5)
-      double weight = 1.0;
-      for (int i = 1; i <= columns; ++i)
-        if (i != j) weight *= static_cast<double>(j * j) / static_cast<double>(j * j - i * i);
       for (int k = 1; k <= j; ++k, ++evaluation) {
         evaluation->fraction[side] = static_cast<double>(k) / j;
         evaluation->substep[side] = evaluation->next_substep[side] = 1.0 / j;
         evaluation->continues[side] = 1.0;
       }
       Evaluation& last = *std::prev(evaluation);
-      last.weight[side] = weight;
+      last.weight[side] = extrapolation_weight(j, columns);
       last.continues[side] = 0.0;
       last.next_substep[side] = c + 1 < sides[side].size() ? 1.0 / sides[side][c + 1] : 0.0;
     }
@@ -269,23 +274,101 @@ void Stoermer::schedule(int columns) {
     evaluation.ends_column = evaluation.weight[0] != 0.0 || evaluation.weight[1] != 0.0;
 }
 
+/// Makes a substep of the midpoint rule and the positions and velocities of the next evaluation
+/// (THEORY 13.20):
+///   D_- += 2 h_j (v + W),   W_- += 2 h_j M^-1 f;   D_- and W_- are then the newer values
+///   x_at = x + D,   v_at = v + W
+void midpoint_substep(std::size_t n, double twice, const double* __restrict inverse_mass,
+                      const double* __restrict f, const double* __restrict x, const double* __restrict v,
+                      const double* __restrict W, double* __restrict D_before, double* __restrict W_before,
+                      double* __restrict x_at, double* __restrict v_at) {
+  for (std::size_t i = 0; i < n; ++i) {
+    D_before[i] += twice * (v[i] + W[i]);
+    W_before[i] += twice * (inverse_mass[i] * f[i]);
+    x_at[i] = x[i] + D_before[i];
+    v_at[i] = v[i] + W_before[i];
+  }
+}
+
+/// The midpoint rule with extrapolation, for forces that depend on velocities. Column j advances over the
+/// step in 2 j substeps, and the columns are extrapolated with the weights of Stoermer's method. The step is
+/// not smoothed, because an even number of substeps gives errors in even powers without it   (THEORY 13.20).
+class Midpoint : public HandWritten {
+ public:
+  Midpoint(int columns, std::unique_ptr<SecondOrderSystem> system)
+      : HandWritten({columns * columns + 1, 11, 0.0, true, true}, std::move(system)) {
+    for (auto* values : {&f_at_, &x_at_, &v_at_, &D_, &W_, &D_before_, &W_before_, &sum_D_, &sum_W_})
+      values->resize(x_.size());
+    for (int j = 1; j <= columns; ++j) weights_.push_back(extrapolation_weight(j, columns));
+  }
+
+ private:
+  void step(double t, double h) override {
+    const std::size_t n = x_.size();
+    std::fill(sum_D_.begin(), sum_D_.end(), 0.0);
+    std::fill(sum_W_.begin(), sum_W_.end(), 0.0);
+    for (std::size_t j = 1; j <= weights_.size(); ++j) {
+      column(t, h / static_cast<double>(2 * j), 2 * j);
+      for (std::size_t i = 0; i < n; ++i) {
+        sum_D_[i] += weights_[j - 1] * D_[i];
+        sum_W_[i] += weights_[j - 1] * W_[i];
+      }
+    }
+    for (std::size_t i = 0; i < n; ++i) {
+      x_[i] += sum_D_[i];
+      v_[i] += sum_W_[i];
+    }
+    system_->forces(t + h, x_.data(), v_.data(), f_.data());
+  }
+
+  /// Computes the displacement D_ and the change of velocity W_ over `count` substeps of h_j [s].
+  void column(double t, double h_j, std::size_t count) {
+    const std::size_t n = x_.size();
+    const double *inverse_mass = system_->inverse_mass().data(), *x = x_.data(), *v = v_.data();
+    std::fill(D_before_.begin(), D_before_.end(), 0.0);
+    std::fill(W_before_.begin(), W_before_.end(), 0.0);
+    for (std::size_t i = 0; i < n; ++i) {  // the first substep is Euler's
+      D_[i] = h_j * v[i];
+      W_[i] = h_j * (inverse_mass[i] * f_[i]);
+      x_at_[i] = x[i] + D_[i];
+      v_at_[i] = v[i] + W_[i];
+    }
+    for (std::size_t m = 1; m < count; ++m) {
+      system_->forces(t + static_cast<double>(m) * h_j, x_at_.data(), v_at_.data(), f_at_.data());
+      midpoint_substep(n, 2.0 * h_j, inverse_mass, f_at_.data(), x, v, W_.data(), D_before_.data(),
+                       W_before_.data(), x_at_.data(), v_at_.data());
+      D_.swap(D_before_);
+      W_.swap(W_before_);
+    }
+  }
+
+  std::vector<double> weights_;
+  std::vector<double> f_at_, x_at_, v_at_, D_, W_, D_before_, W_before_, sum_D_, sum_W_;
+};
+
 }  // namespace
 
-std::unique_ptr<HandWritten> make_hand_written(Rival rival, SpringNetwork network) {
+std::unique_ptr<HandWritten> make_hand_written(Rival rival, std::unique_ptr<SecondOrderSystem> system) {
   assert(is_by_hand(rival));
   switch (rival) {
     case Rival::kRungeKutta4:
-      return std::make_unique<RungeKutta>(std::move(network));
+      return std::make_unique<RungeKutta>(std::move(system));
     case Rival::kKahanLi8:
-      return std::make_unique<Composition>(kahan_li_weights(), true, std::move(network));
+      return std::make_unique<Composition>(kahan_li_weights(), true, std::move(system));
     case Rival::kStoermer8:
-      return std::make_unique<Stoermer>(4, std::move(network));
+      return std::make_unique<Stoermer>(4, std::move(system));
     case Rival::kStoermer12:
-      return std::make_unique<Stoermer>(6, std::move(network));
+      return std::make_unique<Stoermer>(6, std::move(system));
     case Rival::kStoermer16:
-      return std::make_unique<Stoermer>(8, std::move(network));
+      return std::make_unique<Stoermer>(8, std::move(system));
+    case Rival::kMidpoint8:
+      return std::make_unique<Midpoint>(4, std::move(system));
+    case Rival::kMidpoint12:
+      return std::make_unique<Midpoint>(6, std::move(system));
+    case Rival::kMidpoint16:
+      return std::make_unique<Midpoint>(8, std::move(system));
     default:
-      return std::make_unique<Composition>(std::vector<double>{1.0}, false, std::move(network));
+      return std::make_unique<Composition>(std::vector<double>{1.0}, false, std::move(system));
   }
 }
 

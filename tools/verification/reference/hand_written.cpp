@@ -45,16 +45,16 @@ bool is_finite(const std::vector<double>& values) {
 
 }  // namespace
 
-HandWritten::HandWritten(const HandTraits& traits, SpringNetwork network)
-    : traits_(traits), network_(std::move(network)) {
+HandWritten::HandWritten(const HandTraits& traits, std::unique_ptr<SecondOrderSystem> system)
+    : traits_(traits), system_(std::move(system)) {
   for (auto* values : {&x_, &v_, &f_, &start_.x, &start_.v, &end_.v, &x_read_, &v_read_})
-    values->resize(network_.size());
+    values->resize(system_->size());
   if (traits_.reads_by_quintic)
-    for (auto* values : {&start_.a, &end_.a}) values->resize(network_.size());
+    for (auto* values : {&start_.a, &end_.a}) values->resize(system_->size());
 }
 
 void HandWritten::read_end(double h, End& end) const {
-  const std::vector<double>& inverse_mass = network_.inverse_mass();
+  const std::vector<double>& inverse_mass = system_->inverse_mass();
   const double lead = traits_.lead * h;
   for (std::size_t i = 0; i < end.v.size(); ++i) end.v[i] = v_[i] - lead * (inverse_mass[i] * f_[i]);
   for (std::size_t i = 0; i < end.a.size(); ++i) end.a[i] = inverse_mass[i] * f_[i];
@@ -63,8 +63,8 @@ void HandWritten::read_end(double h, End& end) const {
 void HandWritten::start_piece(double start, double h) {
   if (!traits_.keeps_forces) return;
   const double lead = traits_.lead * h;
-  network_.forces(start, x_.data(), f_.data());
-  for (std::size_t i = 0; i < x_.size(); ++i) v_[i] += lead * (network_.inverse_mass()[i] * f_[i]);
+  system_->forces(start, x_.data(), v_.data(), f_.data());
+  for (std::size_t i = 0; i < x_.size(); ++i) v_[i] += lead * (system_->inverse_mass()[i] * f_[i]);
 }
 
 void HandWritten::step_and_read(double t, double h, std::span<const double> times, std::size_t& next,
@@ -86,7 +86,7 @@ void HandWritten::step_and_read(double t, double h, std::span<const double> time
       x_read_[i] += x.a0 * start_.a[i] + x.a1 * end_.a[i];
       v_read_[i] += v.a0 * start_.a[i] + v.a1 * end_.a[i];
     }
-    network_.to_world(times[next], x_read_, v_read_, state_);
+    system_->to_world(times[next], x_read_, v_read_, state_);
     sink(next, state_);
   }
 }
@@ -95,12 +95,14 @@ RivalRun HandWritten::run(std::span<const double> times, const RivalOptions& opt
   // number of steps between two checks of is_stopped and of x for finite numbers
   constexpr long kLookEvery = 256;
   RivalRun run;
-  run.memory = network_.memory() + traits_.arrays * x_.size() * sizeof(double);
-  network_.initial(x_, v_);
+  run.memory = system_->memory() + traits_.arrays * x_.size() * sizeof(double);
+  system_->initial(x_, v_);
+  constexpr double kFraction = 1e-9;  // [-] of the deformation
+  system_->set_accuracy(kFraction * options.scale.displacement);
   std::size_t next = 0;
   double start = 0.0;
-  for (const double end : piece_ends(network_.system(), times.back())) {
-    network_.begin_piece(start, end);
+  for (const double end : piece_ends(system_->system(), times.back())) {
+    system_->begin_piece(start, end);
     const long count = std::lround(std::ceil((end - start) / options.step * (1.0 - kSlack)));
     const double h = (end - start) / static_cast<double>(count);
     start_piece(start, h);

@@ -1,11 +1,12 @@
-// The common part of the hand-written methods of fixed step on the full system   (THEORY 13.2 to 13.6).
+// The common part of the hand-written methods of fixed step on the full system   (THEORY 13.2 to 13.6,
+// 13.20).
 #pragma once
 
 #include <memory>
 #include <vector>
 
 #include "tools/verification/reference/rivals.hpp"
-#include "tools/verification/reference/spring_network.hpp"
+#include "tools/verification/reference/second_order_system.hpp"
 
 namespace freeflex {
 
@@ -25,12 +26,12 @@ class HandWritten : public RivalMethod {
   RivalRun run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) override;
 
  protected:
-  HandWritten(const HandTraits& traits, SpringNetwork network);
+  HandWritten(const HandTraits& traits, std::unique_ptr<SecondOrderSystem> system);
   /// Advances x_, v_ and f_ from t to t + h [s].
   virtual void step(double t, double h) = 0;
 
   HandTraits traits_;
-  SpringNetwork network_;
+  std::unique_ptr<SecondOrderSystem> system_;
   std::vector<double> x_, v_, f_;  // [m], [m/s], [N] (3N each)
 
  private:
@@ -50,6 +51,6 @@ class HandWritten : public RivalMethod {
 };
 
 /// Makes a hand-written method.  \pre is_by_hand(rival)
-std::unique_ptr<HandWritten> make_hand_written(Rival rival, SpringNetwork network);
+std::unique_ptr<HandWritten> make_hand_written(Rival rival, std::unique_ptr<SecondOrderSystem> system);
 
 }  // namespace freeflex

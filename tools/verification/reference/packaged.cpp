@@ -23,37 +23,40 @@ ReferenceMethod method_of(Rival rival) {
   }
 }
 
-SmoothProblem make_problem(const SpringNetwork& network, const SparsePattern& pattern) {
+SmoothProblem make_problem(SecondOrderSystem& system, const SparsePattern& pattern) {
   SmoothProblem problem;
-  problem.slope = [&network](double t, std::span<const double> y, std::span<double> y_dot) {
-    const std::size_t n = network.size();
+  problem.slope = [&system](double t, std::span<const double> y, std::span<double> y_dot) {
+    const std::size_t n = system.size();
     std::copy_n(y.data() + n, n, y_dot.data());
     double* a = y_dot.data() + n;
-    network.forces(t, y.data(), a);
-    for (std::size_t i = 0; i < n; ++i) a[i] *= network.inverse_mass()[i];
+    system.forces(t, y.data(), y.data() + n, a);
+    for (std::size_t i = 0; i < n; ++i) a[i] *= system.inverse_mass()[i];
   };
   if (pattern.rows.empty()) return problem;
   problem.column_starts = pattern.column_starts;
   problem.rows = pattern.rows;
-  problem.jacobian = [&network](std::span<const double> y, std::span<double> values) {
-    network.jacobian(y.data(), values);
+  problem.jacobian = [&system](std::span<const double> y, std::span<double> values) {
+    system.jacobian(y.data(), y.data() + system.size(), values);
   };
   return problem;
 }
 
 }  // namespace
 
-Packaged::Packaged(Rival rival, SpringNetwork network)
-    : method_(method_of(rival)), network_(std::move(network)) {
-  if (rival == Rival::kDirk5 || rival == Rival::kBdf) pattern_ = network_.make_pattern();
+Packaged::Packaged(Rival rival, std::unique_ptr<SecondOrderSystem> system)
+    : method_(method_of(rival)), system_(std::move(system)) {
+  if (rival == Rival::kDirk5 || rival == Rival::kBdf) pattern_ = system_->make_pattern();
 }
 
 RivalRun Packaged::run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) {
   RivalRun run;
-  const std::size_t n = network_.size();
+  // [-] of the error of a step. A larger error of the forces makes the solver shorten its steps
+  constexpr double kFraction = 1e-6;
+  system_->set_accuracy(kFraction * options.tolerance * options.scale.displacement);
+  const std::size_t n = system_->size();
   std::vector<double> y(2 * n);
-  network_.initial(std::span(y).first(n), std::span(y).subspan(n));
-  SmoothProblem problem = make_problem(network_, pattern_);
+  system_->initial(std::span(y).first(n), std::span(y).subspan(n));
+  SmoothProblem problem = make_problem(*system_, pattern_);
   problem.is_stopped = options.is_stopped;
   ReferenceOptions solver_options;
   solver_options.method = method_;
@@ -62,11 +65,11 @@ RivalRun Packaged::run(std::span<const double> times, const RivalOptions& option
   std::vector<double> y_read(2 * n);
   std::size_t next = 0;
   double start = 0.0;
-  for (const double end : piece_ends(network_.system(), times.back())) {
-    network_.begin_piece(start, end);
+  for (const double end : piece_ends(system_->system(), times.back())) {
+    system_->begin_piece(start, end);
     SundialsSolver solver(problem, solver_options, options.scale, start, y);
     const auto read = [&](const std::vector<double>& from) {
-      network_.to_world(times[next], std::span(from).first(n), std::span(from).subspan(n), state);
+      system_->to_world(times[next], std::span(from).first(n), std::span(from).subspan(n), state);
       sink(next++, state);
     };
     while (run.error.empty() && times[next] < end) {
@@ -76,7 +79,7 @@ RivalRun Packaged::run(std::span<const double> times, const RivalOptions& option
     if (run.error.empty()) run.error = solver.interpolate(end, end, y);
     run.num_steps += solver.num_steps();
     run.num_evaluations += solver.num_evaluations();
-    run.memory = std::max(run.memory, solver.memory() + network_.memory());
+    run.memory = std::max(run.memory, solver.memory() + system_->memory());
     if (!run.error.empty()) break;
     if (times[next] == end) read(y);
     start = end;

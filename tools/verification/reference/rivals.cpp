@@ -5,15 +5,39 @@
 #include "tools/verification/reference/hand_written.hpp"
 #include "tools/verification/reference/linearised.hpp"
 #include "tools/verification/reference/packaged.hpp"
+#include "tools/verification/reference/spring_network.hpp"
+#include "tools/verification/reference/true_system.hpp"
 
 namespace freeflex {
 
+namespace {
+
+std::unique_ptr<SecondOrderSystem> make_system(Rival rival, const CartesianSystem& system,
+                                               std::string& error) {
+  if (!system.true_geometry) return SpringNetwork::make(system, error);
+  auto made = std::make_unique<TrueSystem>(system);
+  if (is_midpoint(rival) && !made->depends_on_velocities())
+    error = "the forces depend on positions alone, for which Stoermer's method is faster";
+  else if (is_by_hand(rival) && !is_midpoint(rival) && made->depends_on_velocities())
+    error = "the forces depend on velocities, for which the method is not made";
+  return error.empty() ? std::move(made) : nullptr;
+}
+
+}  // namespace
+
 std::unique_ptr<RivalMethod> make_rival(Rival rival, const CartesianSystem& system, std::string& error) {
-  if (is_linearised(rival)) return Linearised::make(rival, system, error);
-  std::optional<SpringNetwork> network = SpringNetwork::make(system, error);
-  if (!network) return nullptr;
-  if (is_by_hand(rival)) return make_hand_written(rival, std::move(*network));
-  return std::make_unique<Packaged>(rival, std::move(*network));
+  error.clear();
+  if (is_linearised(rival) && system.true_geometry)
+    error = "the method multiplies spring by spring, and is made for springs and bars only";
+  else if (is_linearised(rival))
+    return Linearised::make(rival, system, error);
+  else if (is_midpoint(rival) && !system.true_geometry)
+    error = "Stoermer's method is faster on springs and bars";
+  if (!error.empty()) return nullptr;
+  std::unique_ptr<SecondOrderSystem> made = make_system(rival, system, error);
+  if (!made) return nullptr;
+  if (is_by_hand(rival)) return make_hand_written(rival, std::move(made));
+  return std::make_unique<Packaged>(rival, std::move(made));
 }
 
 }  // namespace freeflex

@@ -19,11 +19,14 @@ enum class Rival {
   kStoermer12,   // Stoermer's method to order 12
   kStoermer16,   // Stoermer's method to order 16
   kKahanLi8,     // Verlet composed to order 8 (Kahan and Li 1997) by hand, full system; fixed step
+  kMidpoint8,    // midpoint rule by hand, extrapolated to order 8, system at true geometry; fixed step
+  kMidpoint12,   // midpoint rule to order 12
+  kMidpoint16,   // midpoint rule to order 16
   kErk4,         // ARKODE, Zonneveld 4(3), full system
   kErk8,         // ARKODE, Fehlberg 7(8), full system
-  kDirk5,        // ARKODE, diagonally implicit of order 5, sparse Jacobian, full system
+  kDirk5,        // ARKODE, diagonally implicit of order 5, with Jacobian, full system
   kAdams,        // CVODE, Adams-Moulton with fixed-point iteration, full system
-  kBdf,          // CVODE, BDF with sparse Jacobian, full system
+  kBdf,          // CVODE, BDF with Jacobian, full system
   kLeapfrog,     // linearised system, sparse; fixed step
   kKrylov,  // linearised system, sparse; exponential functions by Lanczos' method; fixed step and tolerance
 };
@@ -58,11 +61,16 @@ class RivalMethod {
   virtual RivalRun run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) = 0;
 };
 
-/// Makes the method for a system. Returns nullptr and sets `error` if the method cannot represent the system.
+/// Makes the method for a system. A system of springs and bars that conserves energy runs on SpringNetwork,
+/// any other system on TrueSystem. Returns nullptr and sets `error` if the method cannot represent the
+/// system.
 std::unique_ptr<RivalMethod> make_rival(Rival rival, const CartesianSystem& system, std::string& error);
 
 /// Returns whether a method is written by hand. Such methods run on the full system with a fixed step.
-inline bool is_by_hand(Rival rival) { return rival >= Rival::kVerlet && rival <= Rival::kKahanLi8; }
+inline bool is_by_hand(Rival rival) { return rival >= Rival::kVerlet && rival <= Rival::kMidpoint16; }
+
+/// Returns whether a method is the extrapolated midpoint rule, which is for forces that depend on velocities.
+inline bool is_midpoint(Rival rival) { return rival >= Rival::kMidpoint8 && rival <= Rival::kMidpoint16; }
 
 /// Returns whether a method runs on the linearised system. The difference between this system and the full
 /// system is not an error of the method.

@@ -30,25 +30,23 @@ Pair root(Pair square) { return Pair{std::sqrt(square[0]), std::sqrt(square[1])}
 
 }  // namespace
 
-std::optional<SpringNetwork> SpringNetwork::make(const CartesianSystem& system, std::string& error) {
+std::unique_ptr<SpringNetwork> SpringNetwork::make(const CartesianSystem& system, std::string& error) {
   if (system.attractor_mu > 0.0) {
     error = "these methods do not support an attractor";
-    return std::nullopt;
+    return nullptr;
   }
-  SpringNetwork network;
-  network.system_ = &system;
+  std::unique_ptr<SpringNetwork> network(new SpringNetwork(system));
   for (const CartesianLink& link : system.links) {
     if (link.damping > 0.0) {
       error = "these methods support springs and bars only, without dissipation";
-      return std::nullopt;
+      return nullptr;
     }
-    network.ends_.push_back({3 * link.first, 3 * link.second});
-    network.stiffness_.push_back(link.stiffness);
-    network.stiffness_length_.push_back(link.stiffness * link.length);
+    network->ends_.push_back({3 * link.first, 3 * link.second});
+    network->stiffness_.push_back(link.stiffness);
+    network->stiffness_length_.push_back(link.stiffness * link.length);
   }
-  for (Eigen::Index i = 0; i < system.mass.size(); ++i)
-    network.inverse_mass_.insert(network.inverse_mass_.end(), 3, 1.0 / system.mass[i]);
-  for (auto* values : {&network.constant_, &network.x_one_, &network.f_one_}) values->resize(network.size());
+  for (auto* values : {&network->constant_, &network->x_one_, &network->f_one_})
+    values->resize(network->size());
   return network;
 }
 
@@ -100,7 +98,7 @@ void SpringNetwork::add_springs(const Number* x, Number* f) const {
   }
 }
 
-void SpringNetwork::forces(double t, const double* x, double* f) const {
+void SpringNetwork::forces(double t, const double* x, const double*, double* f) {
   std::copy(constant_.begin(), constant_.end(), f);
   add_springs(x, f);
   if (!varying_.empty()) add_varying(t, x, f);
@@ -158,7 +156,7 @@ SparsePattern SpringNetwork::make_pattern() {
   return pattern;
 }
 
-void SpringNetwork::jacobian(const double* x, std::span<double> values) const {
+void SpringNetwork::jacobian(const double* x, const double*, std::span<double> values) {
   std::fill(values.begin(), values.end(), 0.0);
   for (std::size_t s = 0; s < ends_.size(); ++s) {
     const auto [first, second] = ends_[s];
@@ -167,7 +165,7 @@ void SpringNetwork::jacobian(const double* x, std::span<double> values) const {
     const Matrix3d S =
         (stiffness_[s] - kL_over_l) * Matrix3d::Identity() + kL_over_l / (l * l) * d * d.transpose();
     const auto add = [&](std::int64_t start, std::int32_t row, std::int32_t column, double sign) {
-      const double weight = sign * inverse_mass_[index(row)];
+      const double weight = sign * inverse_mass()[index(row)];
       const std::int64_t stride = column_sizes_[index(column / 3)];
       for (std::int64_t b = 0; b < 3; ++b)
         for (std::int64_t a = 0; a < 3; ++a) values[index(start + b * stride + a)] += weight * S(a, b);

@@ -61,8 +61,8 @@ int slope(realtype t, N_Vector y, N_Vector y_dot, void* user) {
     members.message = "stopped";
     return -1;
   }
-  // A value that is not finite is unrecoverable, because no smaller step repairs it
-  return std::all_of(out, out + size, [](double value) { return std::isfinite(value); }) ? 0 : -1;
+  // if a trial step is too long, joints may find no equilibrium; a positive value asks for a shorter step
+  return std::all_of(out, out + size, [](double value) { return std::isfinite(value); }) ? 0 : 1;
 }
 
 int jacobian(realtype, N_Vector y, N_Vector, SUNMatrix J, void* user, N_Vector, N_Vector, N_Vector) {

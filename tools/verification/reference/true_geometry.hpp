@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <array>
 #include <utility>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "core/scene/scene.hpp"
 #include "tools/verification/reference/fitted_frame.hpp"
 #include "tools/verification/reference/rotating_links.hpp"
+#include "tools/verification/reference/rotation_factor.hpp"
 
 namespace freeflex {
 
@@ -107,6 +107,15 @@ class TrueGeometry {
   /// that meets the constraints   (THEORY 10.23).
   void set_correction(double rate) { correction_ = rate; }
 
+  /// Sets the estimated error [rad] of the rotations of joints at which Newton's method stops (THEORY 13.19).
+  /// Without it, Newton's method stops at rounding errors.
+  void set_tolerance(double angle) { tolerance_ = angle; }
+  /// Returns whether the forces or the constraints depend on velocities.
+  bool depends_on_velocities() const { return damping_.size() > 0 || has_rigid_links(); }
+  bool is_damped() const { return damping_.size() > 0; }
+
+  std::size_t memory() const;  // [bytes] memory that the forces read
+
   int num_links() const { return num_links_; }
   /// Returns the rotation from rest axes to present axes of the point's joint or, if the point has no joint,
   /// the mean rotation of its surroundings   (THEORY 8.24).
@@ -124,6 +133,9 @@ class TrueGeometry {
     std::size_t num_spins = 0;
     void add(int index, const Eigen::Vector3d& spin) { spins[num_spins++] = {index, spin}; }
   };
+  /// Second derivative of the energy with respect to rotations: none, in closed form for the rest shape, or
+  /// by differences of moments at the present rotations.
+  enum class Tangent { kNone, kAtRest, kPresent };
   void add_beam(const Scene& scene, int index, const Beam& beam);
   void add_plate(const Scene& scene, int index, const Plate& plate);
   int add_joint(int point);
@@ -139,13 +151,14 @@ class TrueGeometry {
   void follow_bodies(const PointVectors& e) const;
   /// Adds the forces of beams and plates and computes the gradient of their energy over the unknown rotations
   /// and, on request, its second derivative. Returns the energy [J].
-  double assemble(const PointVectors& e, bool with_stiffness, Forces force, Eigen::VectorXd* energies) const;
+  double assemble(const PointVectors& e, Tangent tangent, Forces force, Eigen::VectorXd* energies) const;
   template <typename Kind>
-  double assemble(const RotatingLink<Kind>& link, const PointVectors& e, bool with_stiffness,
-                  Forces force) const;
+  double assemble(const RotatingLink<Kind>& link, const PointVectors& e, Tangent tangent, Forces force) const;
   void factor() const;
-  Eigen::VectorXd newton_step(const PointVectors& e) const;
-  void rotate(const Eigen::VectorXd& step) const;
+  std::vector<std::pair<int, int>> pairs_of_rotations() const;
+  /// Computes the next step of Newton's method, in rotations_.step.  \param R_body  rotation of the body
+  void newton_step(const Eigen::Matrix3d& R_body) const;
+  void rotate() const;
   bool relax(const PointVectors& e) const;
   double add_angles(const PointVectors& e, const Forces& force, Eigen::VectorXd* energies) const;
   double add_matrices(const PointVectors& e, const Forces& force, Eigen::VectorXd* energies) const;
@@ -169,6 +182,7 @@ class TrueGeometry {
   Eigen::MatrixXd idle_;   // (num_rotations x k) orthonormal, scaled rotations that strain no link
   Eigen::MatrixXd damping_;
   double correction_ = 0.0;
+  double tolerance_ = 0.0;  // [rad]
 
   // the last rotations found, from which Newton's method starts the next time, and work arrays
   struct Rotations {
@@ -177,7 +191,10 @@ class TrueGeometry {
     Eigen::VectorXd angle;                       // [rad] (num_rotations) of released ends
     Eigen::VectorXd gradient;
     Eigen::MatrixXd stiffness;
-    Eigen::PartialPivLU<Eigen::MatrixXd> factor;
+    RotationFactor factor;
+    Eigen::VectorXd right, step;  // of Newton's method, scaled; [rad] (num_rotations)
+    double ratio = 0.0;           // [-] largest of two steps since the last factor; 0: not known
+    Eigen::Matrix3Xd force;       // [N] forces that are not used
     std::vector<Eigen::Vector3d> body_moment;
     std::vector<FittedFrame::Fit> body_fit;
   };

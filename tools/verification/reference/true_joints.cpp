@@ -1,7 +1,6 @@
 // The rotations of joints have no inertia. Newton's method finds the rotations with the least strain energy
 // at given positions (THEORY 10.12):
 //   R_j = argmin E_el(p, R_j)
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -31,6 +30,26 @@ void evaluate(const RotatingLink<TruePlate>& link, const TrueGeometry::PointVect
                      {frames[0].axes, frames[1].axes, frames[2].axes}, with_stiffness, result);
 }
 
+/// Computes the second derivative with respect to rotations of ends, with the terms that contain moments, by
+/// differences of the moments. Without these terms Newton's method converges slowly if links bend far.
+void difference_moments(const auto& link, const TrueGeometry::PointVectors& e, auto frames,
+                        LinkGradient& result) {
+  // [rad] truncation error 1e-6, rounding error 1e-10
+  constexpr double kAngle = 1e-6;
+  LinkGradient rotated;
+  for (std::size_t j = 0; j < link.ends.size(); ++j) {
+    const Matrix3d axes = frames[j].axes;
+    for (int a = 0; a < 3; ++a) {
+      frames[j].axes = Eigen::AngleAxisd(kAngle, Vector3d::Unit(a)) * axes;
+      evaluate(link, e, frames, false, rotated);
+      for (std::size_t i = 0; i < link.ends.size(); ++i)
+        result.stiffness.block<3, 1>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j) + a) =
+            (rotated.moment[i] - result.moment[i]) / kAngle;
+    }
+    frames[j].axes = axes;
+  }
+}
+
 }  // namespace
 
 TrueGeometry::Frame TrueGeometry::frame_of_end(const LinkEnd& end) const {
@@ -53,12 +72,12 @@ TrueGeometry::Frame TrueGeometry::frame_of_end(const LinkEnd& end) const {
 }
 
 template <typename Kind>
-double TrueGeometry::assemble(const RotatingLink<Kind>& link, const PointVectors& e, bool with_stiffness,
+double TrueGeometry::assemble(const RotatingLink<Kind>& link, const PointVectors& e, Tangent tangent,
                               Forces force) const {
   std::array<Frame, 3> frames;
   for (std::size_t i = 0; i < link.ends.size(); ++i) frames[i] = frame_of_end(link.ends[i]);
   LinkGradient result;
-  evaluate(link, e, frames, with_stiffness, result);
+  evaluate(link, e, frames, tangent == Tangent::kAtRest, result);
   for (std::size_t i = 0; i < link.ends.size(); ++i) {
     force.col(link.points[i]) -= result.force[i];
     const int body = joints_[static_cast<std::size_t>(link.ends[i].joint)].body;
@@ -66,7 +85,8 @@ double TrueGeometry::assemble(const RotatingLink<Kind>& link, const PointVectors
     for (std::size_t k = 0; k < frames[i].num_spins; ++k)
       rotations_.gradient[frames[i].spins[k].first] += frames[i].spins[k].second.dot(result.moment[i]);
   }
-  if (!with_stiffness) return result.energy;
+  if (tangent == Tangent::kNone) return result.energy;
+  if (tangent == Tangent::kPresent) difference_moments(link, e, frames, result);
   for (std::size_t i = 0; i < link.ends.size(); ++i)
     for (std::size_t j = 0; j < link.ends.size(); ++j) {
       const Matrix3d block =
@@ -81,14 +101,14 @@ double TrueGeometry::assemble(const RotatingLink<Kind>& link, const PointVectors
   return result.energy;
 }
 
-double TrueGeometry::assemble(const PointVectors& e, bool with_stiffness, Forces force,
+double TrueGeometry::assemble(const PointVectors& e, Tangent tangent, Forces force,
                               VectorXd* energies) const {
   rotations_.gradient.setZero(num_rotations_);
-  if (with_stiffness) rotations_.stiffness.setZero(num_rotations_, num_rotations_);
+  if (tangent != Tangent::kNone) rotations_.stiffness.setZero(num_rotations_, num_rotations_);
   rotations_.body_moment.assign(bodies_.size(), Vector3d::Zero());
   double energy = 0.0;
   const auto add = [&](const auto& link) {
-    const double one = assemble(link, e, with_stiffness, force);
+    const double one = assemble(link, e, tangent, force);
     if (energies != nullptr) (*energies)[link.link] += one;
     energy += one;
   };
@@ -113,7 +133,7 @@ void TrueGeometry::find_idle_rotations() {
   const Matrix3Xd rest = Matrix3Xd::Zero(3, r_.cols());
   Matrix3Xd unused = rest;
   rotations_.body_fit = fit_bodies(rest);
-  assemble(rest, true, unused, nullptr);
+  assemble(rest, Tangent::kAtRest, unused, nullptr);
   scale_ = rotations_.stiffness.diagonal().cwiseSqrt();
   for (double& scale : scale_)
     if (scale <= 0.0) scale = std::max(scale_.maxCoeff(), 1.0);
@@ -124,27 +144,41 @@ void TrueGeometry::find_idle_rotations() {
   constexpr double kIdle = 1e-11;
   const auto count = (eigen.eigenvalues().array() < kIdle).count();
   idle_ = eigen.eigenvectors().leftCols(count);
+  rotations_.factor = RotationFactor(pairs_of_rotations(), idle_);
+  rotations_.right.resize(num_rotations_ + count);
+  rotations_.force.resize(3, r_.cols());
   factor();
 }
 
-void TrueGeometry::factor() const {
-  const VectorXd inverse = scale_.cwiseInverse();
-  MatrixXd scaled = inverse.asDiagonal() * rotations_.stiffness * inverse.asDiagonal();
-  if (idle_.cols() > 0) {
-    scaled -= (idle_ * (idle_.transpose() * scaled)).eval();
-    scaled -= ((scaled * idle_) * idle_.transpose()).eval();
-    scaled += idle_ * idle_.transpose();
-  }
-  rotations_.factor.compute(scaled);
+std::vector<std::pair<int, int>> TrueGeometry::pairs_of_rotations() const {
+  std::vector<std::pair<int, int>> pairs;
+  const auto add = [&](const auto& link) {
+    std::vector<int> own;  // rotations of the link
+    for (const LinkEnd& end : link.ends) {
+      const Frame frame = frame_of_end(end);
+      for (std::size_t k = 0; k < frame.num_spins; ++k) own.push_back(frame.spins[k].first);
+    }
+    for (const int row : own)
+      for (const int column : own) pairs.emplace_back(row, column);
+  };
+  for (const auto& beam : beams_) add(beam);
+  for (const auto& plate : plates_) add(plate);
+  return pairs;
 }
 
-VectorXd TrueGeometry::newton_step(const PointVectors& e) const {
-  const VectorXd inverse = scale_.cwiseInverse();
-  VectorXd right = -inverse.cwiseProduct(rotations_.gradient);
-  if (idle_.cols() > 0) {
+void TrueGeometry::factor() const {
+  rotations_.factor.compute(rotations_.stiffness, scale_);
+  rotations_.ratio = 0.0;
+}
+
+void TrueGeometry::newton_step(const Matrix3d& R_body) const {
+  const Eigen::Index idle = idle_.cols();
+  VectorXd& right = rotations_.right;
+  right.head(num_rotations_) = -rotations_.gradient.cwiseQuotient(scale_);
+  if (idle > 0) {
     // rotations that strain no link follow the body as a whole
-    VectorXd present = rotations_.angle;
-    const Matrix3d R_body = body_.fit(r_ + e).R;
+    VectorXd& present = rotations_.step;
+    present = rotations_.angle;
     for (std::size_t k = 0; k < joints_.size(); ++k) {
       const TrueJoint& joint = joints_[k];
       const Vector3d vector = rotation_vector(R_body.transpose() * rotations_.matrix[k]);
@@ -152,15 +186,18 @@ VectorXd TrueGeometry::newton_step(const PointVectors& e) const {
       if (joint.num == 1)
         present[joint.first] = vector.dot(bodies_[static_cast<std::size_t>(joint.body)].frame.line());
     }
-    right -= idle_ * (idle_.transpose() * (right + scale_.cwiseProduct(present)));
+    present.array() *= scale_.array();
+    right.tail(idle).noalias() = -idle_.transpose() * present;
   }
-  return inverse.cwiseProduct(rotations_.factor.solve(right));
+  rotations_.factor.solve({right.data(), static_cast<std::size_t>(right.size())});
+  rotations_.step = right.head(num_rotations_).cwiseQuotient(scale_);
 }
 
-void TrueGeometry::rotate(const VectorXd& step) const {
+void TrueGeometry::rotate() const {
   constexpr double kLargest = 0.5;  // [rad] largest rotation in one step
-  const double largest = step.cwiseAbs().maxCoeff();
-  const VectorXd taken = largest > kLargest ? VectorXd(step * (kLargest / largest)) : step;
+  VectorXd& taken = rotations_.step;
+  const double largest = taken.cwiseAbs().maxCoeff();
+  if (largest > kLargest) taken *= kLargest / largest;
   rotations_.angle += taken;  // used for released ends only
   for (std::size_t k = 0; k < joints_.size(); ++k) {
     const TrueJoint& joint = joints_[k];
@@ -199,24 +236,36 @@ void TrueGeometry::follow_bodies(const PointVectors& e) const {
 
 bool TrueGeometry::relax(const PointVectors& e) const {
   constexpr int kMost = 60;  // steps
-  // [rad] steps of at most this size are below the rounding error of rotations
+  // [rad] a step of at most this size is below the rounding error of rotations
   constexpr double kSmall = 1e-14;
   // [rad] below this size, a step that no longer shrinks is a rounding error
   constexpr double kRounding = 1e-10;
+  // [rad] below this size, a new factor is not worth its cost
+  constexpr double kWorth = 1e-12;
   // [-] if a step is larger than this fraction of the previous step, a new factor is needed
   constexpr double kSlow = 0.05;
-  double last = std::numeric_limits<double>::infinity();
-  bool with_stiffness = false;
-  Matrix3Xd unused = Matrix3Xd::Zero(3, r_.cols());
+  double last = 0.0;
+  Tangent tangent = Tangent::kNone;
+  const Matrix3d R_body = idle_.cols() > 0 ? body_.fit(r_ + e).R : Matrix3d::Identity();
   for (int k = 0; k < kMost; ++k) {
-    assemble(e, with_stiffness, unused, nullptr);
-    if (with_stiffness) factor();
-    const VectorXd step = newton_step(e);
-    const double size = step.cwiseAbs().maxCoeff();
+    assemble(e, tangent, rotations_.force, nullptr);
+    if (tangent != Tangent::kNone) factor();
+    newton_step(R_body);
+    const double size = rotations_.step.cwiseAbs().maxCoeff();
     if (!std::isfinite(size)) return false;
-    rotate(step);
-    if (size <= kSmall || (size < kRounding && size > 0.5 * last)) return true;
-    with_stiffness = size > kSlow * last || size > kSlow;
+    rotate();
+    // The steps form a geometric series with the ratio of this step to the last. The first step takes the
+    // largest ratio since the last factor, with a factor of ten for safety   (THEORY 13.19)
+    double ratio = rotations_.ratio > 0.0 ? 10.0 * rotations_.ratio : 1.0;
+    if (k > 0) {
+      ratio = size / last;
+      if (last > kWorth) rotations_.ratio = std::max(rotations_.ratio, ratio);
+    }
+    if (size <= kSmall || (ratio < kSlow && size * ratio <= tolerance_) ||
+        (k > 0 && size < kRounding && ratio > 0.5))
+      return true;
+    const bool is_slow = size > kWorth && ((k > 0 && ratio > kSlow) || size > kSlow);
+    tangent = is_slow ? Tangent::kPresent : Tangent::kNone;
     last = size;
   }
   return false;
@@ -235,7 +284,7 @@ double TrueGeometry::add_forces(const PointVectors& e, Forces force) const {
     follow_bodies(e);
     if (!relax(e)) force.setConstant(std::numeric_limits<double>::quiet_NaN());
   }
-  energy += assemble(e, false, force, nullptr);
+  energy += assemble(e, Tangent::kNone, force, nullptr);
   return energy;
 }
 
@@ -245,8 +294,14 @@ VectorXd TrueGeometry::energies(const PointVectors& e) const {
   add_forces(e, unused);
   add_angles(e, unused, &energies);
   add_matrices(e, unused, &energies);
-  if (!joints_.empty()) assemble(e, false, unused, &energies);
+  if (!joints_.empty()) assemble(e, Tangent::kNone, unused, &energies);
   return energies;
+}
+
+std::size_t TrueGeometry::memory() const {
+  const auto entries = static_cast<std::size_t>(damping_.size() + 2 * rotations_.stiffness.size());
+  return entries * sizeof(double) + beams_.size() * sizeof(beams_[0]) + plates_.size() * sizeof(plates_[0]) +
+         (angles_.size() + dihedrals_.size()) * sizeof(TrueAngle) + joints_.size() * sizeof(TrueJoint);
 }
 
 Matrix3d TrueGeometry::local_rotation(int point, const PointVectors& e) const {

@@ -241,17 +241,50 @@ MatrixXd damping_matrix(const Scene& scene, const CartesianSystem& system) {
   return C + weighted * rate.asDiagonal() * weighted.transpose();
 }
 
+/// Returns the first item of the scene that the reference does not have.
+std::optional<Fault> find_refusal(const Scene& scene) {
+  const auto fault = [](const Origin& origin, const auto&... parts) {
+    return Fault{Fault::Severity::kError, origin, join_text(parts...)};
+  };
+  for (std::size_t k = 0; k < scene.points.size(); ++k) {
+    const PointMass& point = scene.points[k];
+    const std::string who = "point " + quoted(point.name, static_cast<int>(k));
+    if (has_attitude(point))
+      return fault(
+          point.origin, who,
+          " has inertia or an offset, but the reference has point masses only; replace the body by at "
+          "least three point masses on a rigid link");
+    if (point.mass <= 0.0)
+      return fault(point.origin, who, " has the mass ", point.mass,
+                   " kg, but every point of the reference must have mass; give it mass");
+  }
+  for (std::size_t k = 0; k < scene.links.size(); ++k)
+    if (has_mass(scene.links[k]))
+      return fault(
+          scene.links[k].origin, "link ", called(scene.links[k], static_cast<int>(k)),
+          " has distributed mass, but the reference has mass at points only; give the mass to points, "
+          "or set lumped: true for a beam, bar or plate");
+  if (!scene.wheels.empty())
+    return fault(scene.wheels[0].origin, "wheel ", quoted(scene.wheels[0].name, 0),
+                 " has momentum, but the reference has no wheels; remove it");
+  if (!scene.feedbacks.empty())
+    return fault(scene.feedbacks[0].origin, "feedback ", quoted(scene.feedbacks[0].name, 0),
+                 " acts on elastic displacements, which the reference does not have; remove it");
+  if (!scene.initial.modes.empty())
+    return fault({},
+                 "initial.modes sets modes, which the reference does not have; give the initial elastic "
+                 "state by points");
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error) {
   error.clear();
-  if (!are_point_masses(scene))
-    error = "the Cartesian reference supports point masses only";
-  else if (!scene.feedbacks.empty())
-    error = "feedback acts on elastic displacements, which the Cartesian reference does not have";
-  if (!scene.initial.modes.empty())
-    error = "the Cartesian reference has no modes; give the initial elastic state by points";
-  if (!error.empty()) return std::nullopt;
+  if (const auto fault = find_refusal(scene)) {
+    error = fault->message;
+    return std::nullopt;
+  }
   CartesianSystem system = make_axial_system(scene);
   system.true_geometry.emplace(scene, system.mass, system.r);
   TrueGeometry& geometry = *system.true_geometry;
@@ -271,6 +304,38 @@ std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::strin
     geometry.set_correction(rate);
   }
   return system;
+}
+
+namespace {
+
+/// Returns the system of springs and bars without dissipation and attractor, or nullopt for other scenes.
+std::optional<CartesianSystem> make_conservative_axial(const Scene& scene) {
+  std::string error;
+  std::optional<CartesianSystem> system = make_cartesian_system(scene, error);
+  const auto is_damped = [](const CartesianLink& link) { return link.damping > 0.0; };
+  const bool fits = system && system->attractor_mu == 0.0 &&
+                    std::none_of(system->links.begin(), system->links.end(), is_damped);
+  return fits ? std::move(system) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Fault> find_no_full_system(const Scene& scene) {
+  if (make_conservative_axial(scene)) return std::nullopt;
+  if (scene.points.size() > kMostTruePoints)
+    return Fault{
+        Fault::Severity::kError,
+        {},
+        join_text("the scene has ", scene.points.size(), " points, but at most ", kMostTruePoints,
+                  " are allowed with damping, an attractor, or links other than springs and bars; use "
+                  "a coarser mesh")};
+  return find_refusal(scene);
+}
+
+CartesianSystem make_full_system(const Scene& scene) {
+  if (auto axial = make_conservative_axial(scene)) return std::move(*axial);
+  std::string error;
+  return make_true_geometry(scene, error).value();
 }
 
 }  // namespace freeflex
