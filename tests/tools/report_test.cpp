@@ -117,6 +117,9 @@ TEST_F(ReportProgram, MeasuresEveryRungAndEveryOtherMethod) {
                              "Kahan-Li 8", "ARKODE explicit 4", "ARKODE explicit 8", "ARKODE implicit 5",
                              "CVODE Adams", "CVODE BDF", "leapfrog, linear", "Krylov, linear"})
     EXPECT_TRUE(methods.count(method)) << method;
+  EXPECT_EQ(methods.size(), 19u) << "springs and bars need no method for forces that depend on velocities";
+  EXPECT_TRUE(scene["evaluation_cpu"].is_null());
+  EXPECT_FALSE(contains(scene["left_out"].dump(), "midpoint"));
   for (const char* key : {"processor", "compiler", "flags", "commit", "date"})
     EXPECT_FALSE(json["machine"][key].get<std::string>().empty()) << key;
   EXPECT_FALSE(json["findings"].empty());
@@ -195,6 +198,92 @@ TEST_F(ReportProgram, WritesATableAndAPageAndAPictureThatLoadNoOtherFile) {
   }
   for (const char* part : {"tetrahedron", "corotational", "Krylov, linear", "<title>"})
     EXPECT_TRUE(contains(svg, part)) << part;
+}
+
+/// Holds three beams in space that spin, and a pulse of force of 20 ms.
+const std::string kBeams =
+    "name: beams\nrate: 1000\npoints:\n"
+    "  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
+    "  - {name: c, mass: 1, at: [1, 1, 0]}\n  - {name: d, mass: 2, at: [1, 1, 1]}\n"
+    "links:\n  - {beam: [a, b, c, d], EA: 2e4, GJ: 500, EIy: 600, EIz: 600}\n"
+    "loads:\n  - {name: kick, forces: {d: [30, 50, 20]}, pulse: {start: 0, duration: 0.02}}\n"
+    "initial: {angular_velocity: [0.2, 0.1, 0.5]}\n";
+
+/// Returns the scene in the JSON of a short report on kBeams with `more` at its end.
+nlohmann::json report_beams(const std::string& more) {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.yaml", kBeams + more);
+  const Outcome outcome =
+      run(kFreeflex + " report --repeats 1 --until 0.05 --budget 0.1 --json " + folder / "scene.yaml");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  if (outcome.exit_code != 0) return {};
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_TRUE(contains(json["findings"].dump(), "upper bounds"));
+  return json["scenes"][0];
+}
+
+std::map<std::string, double> least_errors(const nlohmann::json& scene) {
+  std::map<std::string, double> least;
+  for (const auto& item : scene["runs"]) {
+    if (item.contains("failure")) continue;
+    auto [found, is_new] = least.try_emplace(item["method"], item["elastic_error"]);
+    if (!is_new) found->second = std::min(found->second, item["elastic_error"].get<double>());
+  }
+  return least;
+}
+
+// The rung `corotational` and every method by hand must come to the motion of the reference
+TEST(ReportTrueGeometry, BeamsShowTheRungsBesideTheMethodsByHand) {
+  const auto scene = report_beams("");
+  EXPECT_LT(scene["reference"]["accuracy"], 1e-8);
+  EXPECT_TRUE(contains(scene["reference"]["method"].dump(), "Stoermer 16 with steps of"));
+  EXPECT_GT(scene["evaluation_cpu"], 0.0);
+  auto least = least_errors(scene);
+  for (const char* method : {"separated", "spin-loaded", "coupled"})
+    EXPECT_GT(least.at(method), 1e-4) << method;
+  EXPECT_LT(least.at("corotational"), 1e-5);
+  EXPECT_LT(least.at("full"), 1e-5);
+  for (const char* method : {"Stoermer 8", "Stoermer 12", "Stoermer 16", "Kahan-Li 8", "ARKODE explicit 8"})
+    EXPECT_LT(least.at(method), 1e-7) << method;
+  for (const char* method : {"velocity Verlet", "Runge-Kutta 4", "ARKODE explicit 4", "ARKODE implicit 5",
+                             "CVODE Adams", "CVODE BDF"})
+    EXPECT_LT(least.at(method), 1e-3) << method;
+  EXPECT_FALSE(least.count("midpoint 8"));
+  EXPECT_TRUE(contains(scene["left_out"].dump(), "for which Stoermer's method is faster"));
+  for (const auto& item : scene["runs"]) {
+    EXPECT_EQ(item["evaluations"].is_null(), item["family"] == "freeflex") << item;
+    if (item["method"] == "corotational" && !item["energy_drift"].is_null() && item["step"] <= 1e-3) {
+      EXPECT_LT(item["energy_drift"], 1e-5);
+    }
+  }
+}
+
+TEST(ReportTrueGeometry, DampedBeamsRunWithTheMidpointRule) {
+  const auto scene = report_beams("damping: {ratio: 0.02}\n");
+  auto least = least_errors(scene);
+  for (const char* method : {"midpoint 8", "midpoint 12", "midpoint 16"})
+    EXPECT_LT(least.at(method), 1e-7) << method;
+  EXPECT_LT(least.at("corotational"), 1e-3);
+  EXPECT_FALSE(least.count("Stoermer 8"));
+  EXPECT_TRUE(contains(scene["left_out"].dump(), "the forces depend on velocities"));
+}
+
+// Points of a rigid body that turns are read at their true positions; linear rows would give an error of 1e-4
+TEST(ReportTrueGeometry, PointsOfTurningBodiesAreReadAtTheirTruePositions) {
+  const TemporaryFolder folder;
+  std::string scene = kTetrahedron;
+  const std::size_t links = scene.find("links:");
+  scene.replace(links, std::string::npos,
+                "  - {name: e, mass: 1, at: [2, 0, 0]}\n  - {name: f, mass: 1, at: [3, 0.2, 0]}\nlinks:\n"
+                "  - {rigid: [a, b, c, d]}\n  - {beam: [b, e, f], EA: 1e5, GJ: 500, EIy: 600, EIz: 600}\n"
+                "loads:\n  - {name: kick, forces: {f: [3, 5, 20]}, pulse: {start: 0, duration: 0.02}}\n");
+  write_text(folder / "scene.yaml", scene);
+  const Outcome outcome =
+      run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --json " + folder / "scene.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto read = nlohmann::json::parse(outcome.out)["scenes"][0];
+  EXPECT_TRUE(contains(read["reference"]["method"].dump(), "midpoint 16 with steps of"));
+  EXPECT_LT(least_errors(read).at("corotational"), 1e-6);
 }
 
 TEST(ReportEstimates, AreOnThePageAndInTheTableAndInTheJson) {
@@ -283,16 +372,31 @@ TEST(ReportArguments, InputFilesAreNotOverwritten) {
 
 TEST(ReportArguments, ScenesAndOptionsThatCannotBeReportedAreRefused) {
   const TemporaryFolder folder;
-  write_text(folder / "beam.yaml",
-             "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
+  write_text(folder / "body.yaml",
+             "points:\n  - {name: a, mass: 1, at: [0, 0, 0], inertia: [1, 1, 1]}\n"
+             "  - {name: b, mass: 1, at: [1, 0, 0]}\n"
              "links:\n  - {beam: [a, b], EA: 1, GJ: 1, EIy: 1, EIz: 1}\n");
-  const Outcome beam = run(kFreeflex + " report " + folder / "beam.yaml");
-  EXPECT_EQ(beam.exit_code, 2);
-  EXPECT_TRUE(contains(beam.err, "full system")) << beam.err;
+  const Outcome body = run(kFreeflex + " report " + folder / "body.yaml");
+  EXPECT_EQ(body.exit_code, 2);
+  EXPECT_TRUE(
+      contains(body.err,
+               "body.yaml:2:5: error: point 'a' has inertia or an offset, but the reference has point "
+               "masses only; replace the body by at least three point masses on a rigid link"))
+      << body.err;
+  EXPECT_TRUE(contains(body.err, "there is no full system to compare with")) << body.err;
+  write_text(folder / "mass.yaml",
+             "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
+             "links:\n  - {name: tube, beam: [a, b], EA: 1, GJ: 1, EIy: 1, EIz: 1, mass_per_length: 1}\n");
+  const Outcome mass = run(kFreeflex + " report " + folder / "mass.yaml");
+  EXPECT_EQ(mass.exit_code, 2);
+  EXPECT_TRUE(contains(mass.err,
+                       "has distributed mass, but the reference has mass at points only; give the mass to "
+                       "points, or set lumped: true"))
+      << mass.err;
   EXPECT_EQ(run(kFreeflex + " report " + folder / "none.yaml").exit_code, 2);
   EXPECT_EQ(run(kFreeflex + " report").exit_code, 2);
-  EXPECT_EQ(run(kFreeflex + " report --until -1 " + folder / "beam.yaml").exit_code, 2);
-  const Outcome times = run(kFreeflex + " report --until 1,2 " + folder / "beam.yaml");
+  EXPECT_EQ(run(kFreeflex + " report --until -1 " + folder / "body.yaml").exit_code, 2);
+  const Outcome times = run(kFreeflex + " report --until 1,2 " + folder / "body.yaml");
   EXPECT_EQ(times.exit_code, 2);
   EXPECT_TRUE(
       contains(times.err, "2 times for 1 scenes; give one time for all scenes, or one for each scene"))

@@ -41,12 +41,13 @@ JSON fields:
   machine      processor, cores, system, compiler, flags, version, commit, date
   scenes       for each: scene, file, points, links, elastic_freedoms, lowest_frequency and top_frequency
                [rad/s], spin [rad/s], end [s], reference (method, accuracy of its elastic error, cpu [s]),
-               complete, runs, left_out (what, why), comparisons
+               evaluation_cpu [s] of the forces at true geometry (null: springs and bars), complete, runs,
+               left_out (what, why), comparisons
   runs         for each: family, method, step and free_step [s], tolerance, repeats, and failure, or else
                elastic_error, integration_error, model_error (relative to the elastic displacements),
                position_error [m rms], attitude_error [rad], frequency_error, energy_drift, CPU time
-               cpu_once, cpu_10ms, cpu_1ms [s] per simulated second by read-out, steps, ns_per_step, set_up
-               [s], memory [bytes]; null: not applicable
+               cpu_once, cpu_10ms, cpu_1ms [s] per simulated second by read-out, steps, evaluations of the
+               forces (null: a rung), ns_per_step, set_up [s], memory [bytes]; null: not applicable
   comparisons  for each: level, read_out, rung (null: none reaches the level), step and free_step [s],
                elastic_error, model_error, error_asked_of_others, cpu [s/s], and best_other, hand_written,
                packaged, linearised (null, or method, cpu, ratio to ours)
@@ -78,10 +79,9 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files, bool is_co
     io::SceneResult read = io::read_scene(file);
     print_faults(read.faults, read.sources);
     if (!read.scene || has_error(read.faults)) return {};
-    std::string why_not;
-    if (is_compared && !make_cartesian_system(*read.scene, why_not)) {
-      print_error(format_text("%s: there is no full system to compare with, because %s", file.c_str(),
-                              why_not.c_str()));
+    if (const auto fault = is_compared ? find_no_full_system(*read.scene) : std::nullopt) {
+      print_faults({*fault}, read.sources);
+      print_error(file + ": there is no full system to compare with");
       return {};
     }
     scenes.push_back(std::move(*read.scene));
@@ -204,7 +204,8 @@ int report(const ReportOptions& options) {
 void add_report(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReportOptions>();
   CLI::App* command = app.add_subcommand(kReport.name, kReport.meaning);
-  command->add_option("SCENE", options->scenes, "scene files of springs and bars");
+  command->add_option("SCENE", options->scenes,
+                      "scene files with links of any kind, but without bodies with inertia");
   command
       ->add_option("--estimates", options->num_estimates,
                    "random scenes on which the error estimate is compared with the full system")

@@ -81,6 +81,11 @@ double total_energy(const CartesianSystem& system, const CartesianState& state) 
     const double elongation = (d.squaredNorm() - link.length * link.length) / (d.norm() + link.length);
     energy += 0.5 * link.stiffness * elongation * elongation;
   }
+  if (system.true_geometry) {
+    Eigen::Matrix3Xd unused = Eigen::Matrix3Xd::Zero(3, state.p_W.cols());
+    energy +=
+        system.true_geometry->add_forces(elastic_displacements(system.mass, system.r, state.p_W), unused);
+  }
   return energy;
 }
 
@@ -186,7 +191,8 @@ std::optional<double> ErrorMeter::frequency(const Trajectory& motion) const {
 
 std::optional<double> ErrorMeter::energy_drift(const Trajectory& motion) const {
   // defined only for a system without damping and external fields
-  const bool conserves = system_.gravity_W.isZero() && system_.attractor_mu == 0.0 &&
+  const bool is_damped = system_.true_geometry && system_.true_geometry->is_damped();
+  const bool conserves = !is_damped && system_.gravity_W.isZero() && system_.attractor_mu == 0.0 &&
                          std::all_of(system_.links.begin(), system_.links.end(),
                                      [](const CartesianLink& link) { return link.damping == 0.0; });
   if (!conserves || !motion.energy_start || !motion.energy_end || !(elastic_energy_ > 0.0))

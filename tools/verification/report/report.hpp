@@ -29,6 +29,10 @@ struct Report {
 /// Returns the CPU time of a step with the first read-out [ns], or NaN if the run failed.
 double ns_per_step(const Study& study, const Run& run);
 
+/// Returns what one evaluation of the forces costs the other methods at true geometry, or an empty text for
+/// springs and bars.
+std::string forces_note(const Study& study);
+
 /// Returns the conclusions, one sentence each: which other method is the cheapest relative to freeflex, and
 /// on which scenes freeflex is slower than another method.
 std::vector<std::string> findings(const Report& report);

@@ -33,6 +33,7 @@ Json to_json(const Study& study, const Run& run) {
   json["cpu_10ms"] = optional(run.cpu[1]);
   json["cpu_1ms"] = optional(run.cpu[2]);
   json["steps"] = run.steps;
+  json["evaluations"] = run.evaluations > 0 ? Json(run.evaluations) : Json(nullptr);
   json["ns_per_step"] = optional(ns_per_step(study, run));
   json["set_up"] = run.set_up;
   json["memory"] = run.memory;
@@ -87,6 +88,7 @@ Json to_json(const Study& study) {
   json["reference"] = {{"method", study.reference},
                        {"accuracy", optional(study.reference_accuracy)},
                        {"cpu", study.reference_cpu}};
+  json["evaluation_cpu"] = study.evaluation_cpu > 0.0 ? Json(study.evaluation_cpu) : Json(nullptr);
   json["complete"] = !study.is_interrupted;
   json["runs"] = Json::array();
   for (const Run& run : study.runs) json["runs"].push_back(to_json(study, run));

@@ -114,6 +114,7 @@ std::string study_section(const Study& study) {
       escaped(study.reference) +
       format_text(", with an elastic error of at most %.0e, %.1f s of CPU time.</p>\n",
                   study.reference_accuracy, study.reference_cpu);
+  if (const std::string note = forces_note(study); !note.empty()) text += "<p>" + escaped(note) + ".</p>\n";
   text += run_table(study);
   if (study.left_out.empty()) return text;
   text += "<p>Left out:</p><ul>\n";
@@ -126,10 +127,11 @@ constexpr const char* kColumns =
     "<h2>Terms and columns</h2><dl>\n<dt>rung</dt><dd>One of the six sets of equations that a scene "
     "chooses by <i>fidelity</i>. Each keeps more terms than the one before; the legend above lists them. A "
     "plan is one rung at one rate.</dd>\n<dt>full system</dt><dd>Newton's equations of every point with "
-    "springs, bars and dashpots at their true length and direction: the reference for the rungs.</dd>\n"
-    "<dt>by hand, packaged</dt><dd>Integrators of the full system. By hand: written for it, with its "
-    "forces inlined (Verlet, Runge-Kutta, Stoermer extrapolated, Kahan and Li), packaged: those of "
-    "SUNDIALS (ARKODE, CVODE), with a sparse Jacobian for implicit methods.</dd>\n<dt>level</dt><dd>The "
+    "links of every kind at their true geometry: the reference for the rungs.</dd>\n"
+    "<dt>by hand, packaged</dt><dd>Integrators of the full system. By hand: written for it (Verlet, "
+    "Runge-Kutta, Stoermer extrapolated, Kahan and Li; the midpoint rule extrapolated if forces depend on "
+    "velocities), packaged: those of SUNDIALS (ARKODE, CVODE), with a Jacobian for implicit "
+    "methods.</dd>\n<dt>level</dt><dd>The "
     "required elastic error.</dd>\n<dt>read-out</dt><dd>How often all points are read: once at the end, "
     "each 10 ms or each 1 ms.</dd>\n<dt>elastic error</dt><dd>|u &minus; u<sub>ref</sub>| / "
     "|u<sub>ref</sub>| at the end, u the displacements relative to the best fitting rigid motion. A "

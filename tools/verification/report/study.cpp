@@ -43,8 +43,8 @@ struct Reference {
   double accuracy = 0.0;  // [-] elastic error of a coarser run, relative to this run
 };
 
-Reference find_reference(const CartesianSystem& system, const StudyOptions& options, double top_frequency,
-                         const std::function<bool()>& is_stopped) {
+Reference integrate_reference(CartesianSystem system, const StudyOptions& options, double top_frequency,
+                              const std::function<bool()>& is_stopped) {
   constexpr double kTolerance = 1e-12;
   constexpr double kStiff = 2e4;                      // [rad] phase of the fastest mode over the study
   constexpr double kPhase = 2.0, kCoarsePhase = 3.0;  // [rad] phase of the fastest mode in a step; both
@@ -59,6 +59,10 @@ Reference find_reference(const CartesianSystem& system, const StudyOptions& opti
   if (top_frequency * options.end < kStiff) {
     settings.tolerance = kTolerance;
     reference.method = format_text("Fehlberg 7(8), tolerance %g of the deformation", kTolerance);
+    if (system.true_geometry) {  // check_independently() finds the accuracy
+      reference.run = integrate(system, times, settings);
+      return reference;
+    }
     reference.run = integrate_with_estimate(system, times, settings);
     reference.accuracy = reference.run.accuracy;
     return reference;
@@ -90,6 +94,39 @@ Reference find_reference(const CartesianSystem& system, const StudyOptions& opti
   return reference;
 }
 
+/// Compares the end of the reference with an extrapolated method of order 16, which shares no step with
+/// SUNDIALS. Raises the stated error of the reference to the difference.
+void check_independently(const CartesianSystem& system, double top_frequency, double end,
+                         const std::function<bool()>& is_stopped, Reference& reference) {
+  constexpr double kPhase = 2.0;  // [rad] phase of the fastest mode in a step
+  std::string error;
+  auto method = make_rival(Rival::kStoermer16, system, error);
+  const char* name = method ? "Stoermer 16" : "midpoint 16";
+  if (!method) method = make_rival(Rival::kMidpoint16, system, error);
+  RivalOptions options{kPhase / top_frequency, 0.0, reference.run.scale, is_stopped};
+  CartesianState state;
+  const double at_end[] = {end};
+  const RivalRun run =
+      method->run(at_end, options, [&](std::size_t, const CartesianState& read) { state = read; });
+  if (!run.error.empty()) {
+    reference.run.error = std::string(name) + " failed, which checks the reference: " + run.error;
+    return;
+  }
+  const auto u = elastic_displacements(system.mass, system.r, reference.run.states.back().p_W);
+  const double difference = elastic_error(elastic_displacements(system.mass, system.r, state.p_W), u);
+  reference.method +=
+      format_text("; %s with steps of %.3g s differs by %.1e", name, options.step, difference);
+  reference.accuracy = std::max(reference.accuracy, difference);
+}
+
+Reference find_reference(const CartesianSystem& system, const StudyOptions& options, double top_frequency,
+                         const std::function<bool()>& is_stopped) {
+  Reference reference = integrate_reference(system, options, top_frequency, is_stopped);
+  if (system.true_geometry && reference.run.error.empty())
+    check_independently(system, top_frequency, options.end, is_stopped, reference);
+  return reference;
+}
+
 Trajectory motion_of(const CartesianSystem& system, const ReferenceRun& run, double free_from) {
   Trajectory motion;
   for (const CartesianState& state : run.states) {
@@ -117,8 +154,12 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
                   const std::function<bool(double)>& report_progress) {
   Study study;
   describe(file, scene, options, study);
-  const auto system = make_cartesian_system(scene, study.error);
-  if (!system) return study;
+  if (const auto fault = find_no_full_system(scene)) {
+    study.error = fault->message;
+    return study;
+  }
+  const CartesianSystem system = make_full_system(scene);
+  study.has_true_geometry = system.true_geometry.has_value();
   Faults faults;
   double start = thread_cpu();
   const auto structure = build_structure(scene, faults);
@@ -138,7 +179,7 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
   bool stops = !report_progress(0.02);
   start = thread_cpu();
   Reference reference =
-      find_reference(*system, options, study.top_frequency, [&] { return stops || !report_progress(-1.0); });
+      find_reference(system, options, study.top_frequency, [&] { return stops || !report_progress(-1.0); });
   study.reference_cpu = thread_cpu() - start;
   study.reference = reference.method;
   study.reference_accuracy = reference.accuracy;
@@ -150,13 +191,13 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
     study.error = "the reference failed: " + reference.run.error;
     return study;
   }
-  if (!deforms(*system, reference.run)) {
+  if (!deforms(system, reference.run)) {
     study.error =
         format_text("nothing deforms within %g s, so there is no elastic error to compare", options.end);
     return study;
   }
-  const double free_from = end_of_loads(*system, options.end);
-  const ErrorMeter meter(*system, *structure, free_from, motion_of(*system, reference.run, free_from));
+  const double free_from = end_of_loads(system, options.end);
+  const ErrorMeter meter(system, *structure, free_from, motion_of(system, reference.run, free_from));
   // fractions of the progress bar for the reference, the rungs and the other methods, in this order
   constexpr double kReferencePart = 0.1, kRungsPart = 0.25;
   const auto advance = [&](double done) {
@@ -164,7 +205,7 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
     return !stops;
   };
   const Bench bench{
-      scene, *system, *structure, meter, options, structure_cpu, free_from, reference.run.scale, [&] {
+      scene, system, *structure, meter, options, structure_cpu, free_from, reference.run.scale, [&] {
         return stops || !report_progress(-1.0);
       }};
   const std::vector<ExactRung> exact =
@@ -178,6 +219,25 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
     });
   study.is_interrupted = stops;
   return study;
+}
+
+// Sets the errors of a run. The integration error is the difference of the run from the exact motion of its
+// rung. The model error is the error of that exact motion (THEORY 13.15).
+void set_errors(const Bench& bench, const Trajectory& motion, const Eigen::Matrix3Xd* exact, Run& run) {
+  const Eigen::Matrix3Xd& p_W = motion.end.p_W;
+  run.elastic_error = bench.meter.elastic(p_W);
+  run.position_error = bench.meter.position(p_W);
+  run.attitude_error = bench.meter.attitude(p_W);
+  run.frequency_error = bench.meter.frequency(motion);
+  run.energy_drift = bench.meter.energy_drift(motion);
+  // a method on the full system has no model error, so its whole error is integration error
+  run.integration_error = run.elastic_error;
+  if (exact == nullptr) return;
+  run.model_error = bench.meter.elastic(*exact);
+  // a rigid body has no displacements to compare, only rounding errors
+  const Eigen::Matrix3Xd u = bench.meter.displacements(*exact);
+  run.integration_error =
+      std::abs(run.model_error - 1.0) < 1e-6 ? NAN : elastic_error(bench.meter.displacements(p_W), u);
 }
 
 const char* name_of(Family family) {

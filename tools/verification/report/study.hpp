@@ -29,7 +29,8 @@ struct Run {
   double tolerance = 0.0;  // [-] 0 if the step is fixed
   std::string failure;     // reason why the run failed; empty if it reached its end
   long steps = 0;
-  double set_up = 0.0;  // [s] CPU time before the first step
+  long evaluations = 0;  // of the forces of all links; 0 for a rung, and for methods that do not count them
+  double set_up = 0.0;   // [s] CPU time before the first step
   // [bytes] memory of plan and state of a rung, or of the arrays of method and system
   std::size_t memory = 0;
   // [s] CPU time per simulated second, median of the repeats
@@ -60,6 +61,10 @@ struct Study {
   double spin = 0.0;           // [rad/s] at the start
   double top_frequency = 0.0;  // [rad/s]
   double lowest_frequency = 0.0;
+  bool has_true_geometry =
+      false;  // true: the full system has other links than springs and bars, or dissipates
+  // [s] CPU time of one evaluation of the forces in other methods at true geometry; 0: not measured
+  double evaluation_cpu = 0.0;
   std::string reference;            // method and settings
   double reference_accuracy = 0.0;  // [-] elastic
   double reference_cpu = 0.0;       // [s]
