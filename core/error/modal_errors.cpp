@@ -21,10 +21,6 @@ constexpr double kUnquantifiedSpin = 4.0, kUnquantifiedLoad = 4.0;
 // forces that accelerate the beam need only 3. The ratio of these two is 4.2.
 constexpr double kCancellingForces = 4.2;
 
-// [-] The plan is assumed to include this fraction of the geometric stiffness due to followers. The rest is
-// treated as neglected.
-constexpr double kFollowerFraction = 0.9;
-
 // [rad] The largest phase of a mode between two steps. Up to this phase, the steps resolve a stiffness that
 // pulsates at twice the frequency of the mode.
 constexpr double kResolved = 0.5;
@@ -33,17 +29,6 @@ double square(double x) { return x * x; }
 // std::abs of a complex number guards against overflow. The guard takes longer than the rest of the work in a
 // tick.
 double length(const std::complex<double>& z) { return std::sqrt(std::norm(z)); }
-
-/// Returns the geometric stiffness [N/m] of a pair of modes due to followers at amplitude 1, as far as the
-/// plan is assumed to include it: 0.9 E_lu   (THEORY X145).
-double followed(const PlanHistory& history, std::int32_t l, std::int32_t u) noexcept {
-  const std::vector<std::int32_t>& modes = history.stiffening.modes;
-  const auto at_l = std::lower_bound(modes.begin(), modes.end(), l),
-             at_u = std::lower_bound(modes.begin(), modes.end(), u);
-  if (at_l == modes.end() || *at_l != l || at_u == modes.end() || *at_u != u) return 0.0;
-  const auto row = index(at_l - modes.begin()), column = index(at_u - modes.begin());
-  return kFollowerFraction * history.stiffening.rows[row * modes.size() + column];
-}
 
 double dot(const double* a, const double* b, std::size_t n) {
   double sums[4] = {};
@@ -78,8 +63,12 @@ ModalErrors::ModalErrors(const StepPlan& plan, const PlanUnmodelled& unmodelled)
     flexibility_[l] = 1.0 / (plan.mass * square(plan.omega[l]));
     if (omega_1_ == 0.0 || plan.omega[l] < omega_1_) omega_1_ = plan.omega[l];
   }
-  for (const PlanHistory& history : plan.histories)
-    if (!history.stiffening.modes.empty()) followers_.push_back({&history, 0.0});
+  std::size_t first = 0;
+  for (const PlanHistory& history : plan.histories) {
+    const std::size_t count = history.stiffening.components.size();
+    if (count > 0) stiffeners_.push_back({&history, first, 0.0});
+    first += count * unmodelled.pairs.size();
+  }
   for (const PlanPoint& point : plan.points) size_of_body_ = std::max(size_of_body_, norm(point.r));
   const std::size_t num_pairs = unmodelled.pairs.size();
   for (std::size_t l = 0; l < num_judged; ++l) {
@@ -191,8 +180,9 @@ void ModalErrors::take(const State& state) noexcept {
     }
     // Q contains no loads before the first step
     const std::int64_t age = state.tick - state.epoch_start_tick;
-    for (Follower& follower : followers_)
-      follower.amplitude = age == 0 ? 0.0 : amplitude_left(*follower.history, plan_.period, age);
+    R_WB_ = rotation_matrix(state.q_WB);
+    for (Stiffener& each : stiffeners_)
+      each.amplitude = age == 0 ? 0.0 : amplitude_left(*each.history, plan_.period, age);
     // rms over the mass, because a force on one light point gives a large acceleration to that point alone
     const double pull = std::max(std::sqrt(loads), internal_forces(state, age)) + norm(state.force_W),
                  acceleration = pull / plan_.mass;
@@ -225,7 +215,7 @@ void ModalErrors::settle(const State& state) noexcept {
 }
 
 /// Returns the stiffness of a pair of modes that the rung neglects [N/m]   (THEORY X140, X141):
-///   E_lu = sum_v (C_lu,v q_s,v + R_lu,v q_v') + spin_rows . w w + push_rows . (a_B, w') - E of followers.
+///   E_lu = sum_v (C_lu,v q_s,v + R_lu,v q_v') + spin_rows . w w + push_rows . (a_B, w') - E of the plan.
 double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
   const std::size_t n = flexibility_.size();
   const double* const load_row = unmodelled_.load_rows.data() + pair * n;
@@ -239,10 +229,22 @@ double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
   if (const Array& rows = unmodelled_.bodies.push_rows; !rows.empty())
     for (std::size_t k = 0; k < 3; ++k)
       sum += rows[6 * pair + k] * acceleration_[k] + rows[6 * pair + 3 + k] * w_dot_[k];
-  // the plan already includes the stiffness due to followers, to first order and for the lowest modes
+  // the plan already includes the stiffness due to its loads, to first order and for the lowest modes
   // (THEORY X145)
-  const auto [l, u] = unmodelled_.pairs[pair];
-  for (const Follower& follower : followers_) sum -= follower.amplitude * followed(*follower.history, l, u);
+  for (const Stiffener& each : stiffeners_) sum -= each.amplitude * stiffened(each, pair);
+  return sum;
+}
+
+/// Returns the stiffness of a pair of modes that the plan has from a load at amplitude 1 [N/m].
+double ModalErrors::stiffened(const Stiffener& stiffener, std::size_t pair) const noexcept {
+  const std::vector<std::int32_t>& components = stiffener.history->stiffening.components;
+  const double* at = unmodelled_.stiffened_rows.data() + stiffener.first + pair;
+  if (components.size() == 1) return *at;
+  double sum = 0.0;  // a load in world axes
+  for (const std::int32_t component : components) {
+    sum += R_WB_[index(component)] * *at;
+    at += unmodelled_.pairs.size();
+  }
   return sum;
 }
 
@@ -557,8 +559,11 @@ double ModalErrors::stiffness_by(const JudgedMode& named, const double* Q) const
   return sum;
 }
 
-double ModalErrors::followed_by(const JudgedMode& named, const PlanHistory& history) const noexcept {
-  return named.mode < 0 || named.is_left_out ? 0.0 : followed(history, named.mode, named.mode);
+double ModalErrors::stiffened_by(const JudgedMode& named, const PlanHistory& history) const noexcept {
+  const std::size_t l = named.mode < 0 || named.is_left_out ? modes_.size() : judged_index(named.mode);
+  for (const Stiffener& each : stiffeners_)
+    if (each.history == &history && l < modes_.size()) return stiffened(each, l);
+  return 0.0;
 }
 
 StiffnessChanges ModalErrors::stiffness_changes(const JudgedMode& named,

@@ -73,9 +73,9 @@ class ModalErrors {
   /// The stiffness is relative [-] for an omitted mode, and 0 for a mode that is not judged. \param Q  [N]
   /// (num_elastic)
   double stiffness_by(const JudgedMode& named, const double* Q) const noexcept;
-  /// Returns the part of the geometric stiffness due to follower loads that the plan includes
+  /// Returns the part of the geometric stiffness by a load at amplitude 1 that the plan includes
   /// (THEORY X145).
-  double followed_by(const JudgedMode& named, const PlanHistory& history) const noexcept;
+  double stiffened_by(const JudgedMode& named, const PlanHistory& history) const noexcept;
   /// Returns 1 / (M omega^2) of each mode [m/N], 0 for mechanisms.
   const std::vector<double>& flexibility() const noexcept { return flexibility_; }
 
@@ -100,10 +100,12 @@ class ModalErrors {
   struct Partner {
     std::size_t pair, u;  // index of the pair in the plan, judged mode
   };
-  struct Follower {
+  struct Stiffener {
     const PlanHistory* history;
-    double amplitude;  // [-] amplitude in the present round of mode updates
+    std::size_t first;  // first entry in PlanUnmodelled::stiffened_rows
+    double amplitude;   // [-] amplitude in the present round of mode updates
   };
+  double stiffened(const Stiffener& stiffener, std::size_t pair) const noexcept;
   std::size_t judged_index(std::int32_t mode) const noexcept;
   const double* load_row(const JudgedMode& named) const noexcept;
   void update_mode(std::size_t l, const MotionState& state) noexcept;
@@ -152,7 +154,8 @@ class ModalErrors {
   std::vector<double> second_;        // [N] generalized forces of second order
   // [m] modal amplitudes of the judged modes, q - q_s + i q' / omega
   std::vector<std::complex<double>> amplitudes_;
-  std::vector<Follower> followers_;
+  std::vector<Stiffener> stiffeners_;
+  Mat3 R_WB_{};                       // attitude in the present round
   std::array<double, 6> products_{};  // [1/s^2] products of the components of w_
   Vec3 w_{};                          // [rad/s] angular velocity, body axes
   Vec3 acceleration_{}, w_dot_{};     // [m/s^2], [rad/s^2] accelerations of the frame due to loads, body axes

@@ -123,6 +123,9 @@ struct PlanUnmodelled {
   // coupling per unit of momentum of each wheel   (THEORY 16.24)
   Array gyroscopic;
   PlanNamed named;
+  // (components of PlanHistory::stiffening of each history in turn x pairs) [N/m] the part of the stiffness
+  // of load_rows by the loads that the plan has
+  Array stiffened_rows;
 };
 
 /// Holds the tables for the verdict on a motion.

@@ -11,6 +11,7 @@
 #include "core/plan/file/plan_bytes.hpp"
 #include "core/plan/loads/groups.hpp"
 #include "core/plan/loads/histories.hpp"
+#include "core/plan/loads/stiffening.hpp"
 #include "core/plan/modes/modal_coupling.hpp"
 #include "core/plan/rungs/kinetics.hpp"
 #include "core/plan/rungs/rates.hpp"
@@ -337,6 +338,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   plan.initial.q = padded(plan, spec.initial.q(spec.modes));
   plan.initial.q_dot = padded(plan, spec.initial.q_dot(spec.modes));
   compile_publication(scene.publication, plan);
+  compile_field_stiffening(structure, plan);
   compile_histories(scene, structure, plan, faults);
   compile_modal_coupling(scene, structure, plan, faults);
   if (is_coupled(plan)) compile_coupled(scene, structure, spec, plan, faults);

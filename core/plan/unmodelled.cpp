@@ -8,6 +8,7 @@
 
 #include "core/error/command_loads.hpp"
 #include "core/plan/loads/histories.hpp"
+#include "core/structure/links/link_factor.hpp"
 #include "core/structure/masses/particles.hpp"
 
 namespace freeflex {
@@ -15,50 +16,16 @@ namespace {
 
 constexpr double kLeastSeparation = 0.05;  // [-] smallest |omega_u^2 - omega_l^2| / omega_l^2 in a divisor
 
-constexpr std::array<std::array<int, 2>, 6> kSpinProducts{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
 using Products = Eigen::Matrix<double, 1, 6>;
 
 // Returns the coefficients of the products of the components of w in S . X, with S = (w.w) 1 - w w^T.
 Products of_spin(const Eigen::Matrix3d& X) {
   Products row;
   for (Eigen::Index k = 0; k < 6; ++k) {
-    const auto [a, b] = kSpinProducts[index(k)];
+    const auto [a, b] = kAxisPairs[index(k)];
     row[k] = a == b ? X.trace() - X(a, a) : -(X(a, b) + X(b, a));
   }
   return row;
-}
-
-Eigen::Matrix3d field_of(const Structure& structure, Eigen::Index mode) {
-  Eigen::Matrix3d Y = Eigen::Matrix3d::Zero();  // Y_l,ab = sum m r_a b_l,b   (THEORY 8.15)
-  const Particles& particles = structure.particles;
-  const Eigen::MatrixXd& shapes = particle_shapes(structure);
-  for (Eigen::Index i = 0; i < particles.mass.size(); ++i)
-    Y += particles.mass[i] * particles.r.col(i) * shapes.block<3, 1>(3 * i, mode).transpose();
-  Y = (0.5 * (Y + Y.transpose())).eval();
-  if (structure.matrix_sums.field.rows() > 0) {
-    const Eigen::VectorXd own = structure.matrix_sums.field.col(mode);
-    Y += (Eigen::Matrix3d() << own[0], own[3], own[4], own[3], own[1], own[5], own[4], own[5], own[2])
-             .finished();
-  }
-  return Y;
-}
-
-// Returns the symmetric part of sum m b_l b_u^T / M, including the second-order displacement due to the
-// rotation of bodies, sum m r g_lu / M (THEORY 12.46).
-Eigen::Matrix3d outer_of(const Structure& structure, const std::vector<RotatingBody>& bodies, int l, int u) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  const Particles& particles = structure.particles;
-  const Eigen::MatrixXd& shapes = particle_shapes(structure);
-  for (Eigen::Index i = 0; i < particles.mass.size(); ++i) {
-    const double share = particles.mass[i] / structure.mass_properties.mass;
-    const Eigen::Vector3d b = shapes.block<3, 1>(3 * i, l), c = shapes.block<3, 1>(3 * i, u);
-    sum += 0.5 * share * (b * c.transpose() + c * b.transpose());
-  }
-  for (const RotatingBody& body : bodies) {
-    const Eigen::Matrix3d second_order = second_order_of_pair(body, l, u) / structure.mass_properties.mass;
-    sum += 0.5 * (second_order + second_order.transpose());
-  }
-  return sum;
 }
 
 // Returns s_lu = sum m b_l x b_u / M, with one column for each mode u.
@@ -76,6 +43,17 @@ Eigen::Matrix3Xd crosses_of(const Structure& structure, int l) {
   return rows * shapes;
 }
 
+// Returns the index of a pair of modes in Prestress::pairs.
+Eigen::Index row_of(const Prestress& prestress, int l, int u) {
+  const Prestress::Pair pair{std::min(l, u), std::max(l, u)};
+  return std::find(prestress.pairs.begin(), prestress.pairs.end(), pair) - prestress.pairs.begin();
+}
+
+// Returns the number of lowest modes that have a geometric stiffness by loads.
+int num_stiffened(const Structure& whole) {
+  return whole.load_stiffness.empty() ? 0 : static_cast<int>(whole.load_stiffness.front().modes.size());
+}
+
 // Computes the stiffness of each pair of modes due to the spin, per product of the components of w. It is the
 // geometric stiffness due to the quasi-static response to the centrifugal load. Below the coupled rungs,
 // w^T (sum m (b.b 1 - b b^T)) w is subtracted (THEORY X141).
@@ -85,7 +63,7 @@ class SpinRows {
       : whole_(whole), rung_(rung), bodies_(rotating_bodies(scene, whole)) {
     // rungs with the spin load already have this stiffness, because it follows from their loads
     prestress_ = Eigen::MatrixXd::Zero(rows.rows(), 6);
-    if (rung.takes_spin_load) return;
+    if (rung_.takes_spin_load) return;
     const Prestress& prestress = whole.prestress;
     for (Eigen::Index v = 0; v < whole.omega.size(); ++v)
       if (const double c = whole.mass_properties.mass * whole.omega[v] * whole.omega[v]; c > 0.0) {
@@ -95,13 +73,14 @@ class SpinRows {
           if (prestress.pairs[k][0] < prestress.num_shadowed &&
               prestress.pairs[k][1] < prestress.num_shadowed)
             column[static_cast<Eigen::Index>(k)] = 0.0;
-        prestress_ += column * of_spin(field_of(whole, v) / c);
+        prestress_ += column * of_spin(field_moments(whole, v) / c);
       }
   }
 
   Products row(Eigen::Index pair, int l, int u) const {
     Products row = prestress_.row(pair);
-    if (!rung_.couples) row -= whole_.mass_properties.mass * of_spin(outer_of(whole_, bodies_, l, u));
+    if (!rung_.couples)
+      row -= whole_.mass_properties.mass * of_spin(displacement_moments(whole_, bodies_, l, u));
     return row;
   }
 
@@ -110,6 +89,90 @@ class SpinRows {
   const RungTraits& rung_;
   std::vector<RotatingBody> bodies_;
   Eigen::MatrixXd prestress_;  // (pairs x 6)
+};
+
+// The stiffness of pairs of modes that the plan has from fields and loads (THEORY 8.49), as far as load_rows
+// and the spin make it appear in the estimate: the part by the modes of the plan, less a part of the true
+// one (THEORY X145).
+class StiffenedRows {
+ public:
+  StiffenedRows(const Scene& scene, const Structure& whole, const PlanSpec& spec, const Plan& plan,
+                const Eigen::MatrixXd& rows) {
+    const Freedoms freedoms(scene);
+    for (const int mode : spec.modes) {
+      const double stiffness = whole.mass_properties.mass * whole.omega[mode] * whole.omega[mode];
+      flexibility_.push_back(stiffness > 0.0 ? 1.0 / stiffness : 0.0);
+    }
+    for (const LoadStiffness& each : whole.load_stiffness) {
+      const bool is_field = each.reference.load < 0;
+      const PlanStiffening& stiffening =
+          is_field ? plan.field_stiffening : plan.histories[index(each.reference.load)].stiffening;
+      if (stiffening.modes.empty()) continue;
+      Eigen::VectorXd Q(static_cast<Eigen::Index>(spec.modes.size()));
+      if (is_field) {
+        const auto [a, b] = kAxisPairs[index(each.reference.component)];
+        for (Eigen::Index l = 0; l < Q.size(); ++l)
+          Q[l] = (a == b ? 1.0 : 2.0) * field_moments(whole, spec.modes[index(l)])(a, b);
+      } else {
+        const Eigen::VectorXd f = forces_of(scene, freedoms, whole.mass_properties.r, each.reference);
+        Q = whole.shapes(Eigen::all, spec.modes).transpose() * f.head(whole.shapes.rows());
+        if (whole.rotations.rows() > 0)
+          Q += whole.rotations(Eigen::all, spec.modes).transpose() * f.tail(whole.rotations.rows());
+      }
+      const double soft = softest_of_load(whole.omega);
+      for (Eigen::Index l = 0; l < Q.size(); ++l)
+        Q[l] = whole.omega[spec.modes[index(l)]] > soft ? Q[l] * flexibility_[index(l)] : 0.0;
+      Eigen::VectorXd row = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(whole.prestress.pairs.size()));
+      for (std::size_t k = 0; k < whole.prestress.pairs.size(); ++k) {
+        const auto [l, u] = whole.prestress.pairs[k];
+        const auto pair = static_cast<Eigen::Index>(k);
+        if (std::max(l, u) >= num_stiffened(whole)) continue;
+        row[pair] =
+            rows(pair, spec.modes).dot(Q) - left_out(std::max(l, u), num_stiffened(whole)) * each.rows(l, u);
+        if (std::max(l, u) >= whole.prestress.num_shadowed) continue;
+        // the third derivatives of the integrated modes contain the displaced geometry too   (THEORY X147)
+        for (std::size_t v = 0; v < spec.modes.size() && spec.modes[v] < whole.prestress.num_shadowed; ++v)
+          row[pair] += (rows(row_of(whole.prestress, l, spec.modes[v]), u) +
+                        rows(row_of(whole.prestress, u, spec.modes[v]), l)) *
+                       Q[static_cast<Eigen::Index>(v)];
+      }
+      (is_field ? fields_ : loads_).push_back(row);
+    }
+    plan_pairs(whole, spec);
+  }
+
+  // per product of the components of w
+  Products by_spin(Eigen::Index pair) const {
+    if (fields_.empty()) return Products::Zero();
+    Eigen::Matrix3d X;
+    for (std::size_t k = 0; k < 6; ++k) {
+      const auto [a, b] = kAxisPairs[k];
+      X(a, b) = X(b, a) = (a == b ? 1.0 : 0.5) * fields_[k][pair];
+    }
+    return of_spin(X);
+  }
+
+  void append_loads(PlanUnmodelled& unmodelled) const {
+    for (const Eigen::VectorXd& row : loads_)
+      for (const Eigen::Index pair : pairs_) unmodelled.stiffened_rows.push_back(row[pair]);
+  }
+
+ private:
+  // Returns the part of the stiffness of the plan that counts as neglected [-]: the higher modes lack the
+  // stiffness that they have with modes beyond the stiffened ones.
+  static double left_out(int mode, int num_modes) {
+    const double height = static_cast<double>(mode) / num_modes;
+    return 0.1 + 0.9 * height * height;
+  }
+  void plan_pairs(const Structure& whole, const PlanSpec& spec) {
+    const auto has = [&](int mode) { return std::ranges::binary_search(spec.modes, mode); };
+    for (std::size_t k = 0; k < whole.prestress.pairs.size(); ++k)
+      if (has(whole.prestress.pairs[k][0]) && has(whole.prestress.pairs[k][1]))
+        pairs_.push_back(static_cast<Eigen::Index>(k));
+  }
+  std::vector<double> flexibility_;              // [m/N] of the modes of the plan
+  std::vector<Eigen::VectorXd> fields_, loads_;  // [N/m] (pairs)
+  std::vector<Eigen::Index> pairs_;              // pairs of the plan
 };
 
 // Holds the effect of Coriolis forces on mode l through the modes that are not partners of l, per product of
@@ -130,7 +193,7 @@ FarCoriolis far_coriolis(const Structure& whole, const Prestress& prestress, int
       separation = std::copysign(kLeastSeparation * square, separation);
     const Eigen::Vector3d s = crosses.col(u);
     for (Eigen::Index k = 0; k < 6; ++k) {
-      const auto [a, b] = kSpinProducts[index(k)];
+      const auto [a, b] = kAxisPairs[index(k)];
       const double product = (a == b ? 4.0 : 8.0) * square * s[a] * s[b];
       far.shift[k] -= product / separation;
       far.transfer[k] += product / (separation * separation);
@@ -213,10 +276,6 @@ void append(const Row& row, Array& rows) {
 // (THEORY X146).
 void fill_high_orders(const Prestress& prestress, const Eigen::MatrixXd& rows, const Eigen::MatrixXd& quartic,
                       const std::vector<int>& modes, PlanUnmodelled& unmodelled) {
-  const auto row_of = [&](int l, int u) {
-    const Prestress::Pair pair{std::min(l, u), std::max(l, u)};
-    return std::find(prestress.pairs.begin(), prestress.pairs.end(), pair) - prestress.pairs.begin();
-  };
   const auto n = index(std::lower_bound(modes.begin(), modes.end(), prestress.num_shadowed) - modes.begin());
   unmodelled.num_shadowed = static_cast<std::int32_t>(n);
   for (Eigen::Index form = 0; form < quartic.rows(); form += quartic.cols())
@@ -227,7 +286,7 @@ void fill_high_orders(const Prestress& prestress, const Eigen::MatrixXd& rows, c
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t b = 0; b < n; ++b)
       row(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) =
-          static_cast<int>(row_of(modes[a], modes[b]));
+          static_cast<int>(row_of(prestress, modes[a], modes[b]));
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t b = a; b < n; ++b)
       for (std::size_t c = 0; c < n; ++c) {
@@ -264,7 +323,7 @@ void fill_spin_loads(const Structure& whole, const std::vector<int>& index_in_pl
                      PlanUnmodelled& unmodelled) {
   Eigen::Matrix<double, 6, 6> left_out = Eigen::Matrix<double, 6, 6>::Zero();
   for (int mode = 0; mode < static_cast<int>(whole.omega.size()); ++mode) {
-    const Products load = of_spin(field_of(whole, mode));
+    const Products load = of_spin(field_moments(whole, mode));
     const double stiffness = whole.mass_properties.mass * whole.omega[mode] * whole.omega[mode];
     if (index_in_plan[index(mode)] >= 0)
       append(load, unmodelled.spin_loads);
@@ -325,6 +384,7 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
   const bool has_unquantified_link = std::ranges::any_of(
       whole.resolved.links, [](const ResolvedLink& link) { return link.is_unquantified(); });
   const SpinRows spin(scene, whole, rung, rows);
+  const StiffenedRows stiffened(scene, whole, spec, plan, rows);
   const std::vector<RotatingBody> bodies = rotating_bodies(scene, whole);
   unmodelled.bodies.inner_load = inner_load(whole, spec.modes);
   int crossed = -1;
@@ -349,7 +409,7 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
     const auto pair = static_cast<Eigen::Index>(k);
     append(Eigen::RowVectorXd(rows.row(pair)(spec.modes)), unmodelled.load_rows);
     if (damps) append(Eigen::RowVectorXd(rate_rows.row(pair)(spec.modes)), unmodelled.rate_rows);
-    Products products = spin.row(pair, l, u);
+    Products products = spin.row(pair, l, u) - stiffened.by_spin(pair);
     if (std::exchange(crossed, l) != l) crosses = crosses_of(whole, l);
     if (l == u && !rung.couples) {
       const FarCoriolis far = far_coriolis(whole, prestress, l, crosses);
@@ -360,10 +420,11 @@ void compile_unmodelled(const Scene& scene, const Structure& whole, const PlanSp
     if (!bodies.empty() && !rung.couples) append(push_row(bodies, l, u), unmodelled.bodies.push_rows);
     append(Eigen::Vector3d(crosses.col(u)), unmodelled.coriolis_rows);
   }
+  stiffened.append_loads(unmodelled);
   fill_high_orders(prestress, rows, rung.has_true_geometry ? prestress.bent_quartic : prestress.quartic,
                    spec.modes, unmodelled);
   for (std::int32_t c = 0; c < unmodelled.num_shadowed; ++c)
-    append(of_spin(field_of(whole, spec.modes[index(c)])), unmodelled.inertia_rows);
+    append(of_spin(field_moments(whole, spec.modes[index(c)])), unmodelled.inertia_rows);
   fill_loads(scene, prestress.has_unquantified, plan);
   if (!rung.takes_spin_load && !rung.couples) fill_spin_loads(whole, index_in_plan, unmodelled);
   if (is_modelled) clear_neglected(unmodelled);

@@ -7,6 +7,7 @@
 #include "core/step/coupled/link_readout.hpp"
 #include "core/step/coupled/stage.hpp"
 #include "core/step/linear/kernels.hpp"
+#include "core/step/linear/modal_coupling.hpp"
 #include "core/step/links/bar.hpp"
 #include "core/step/loads/field.hpp"
 #include "core/step/vector.hpp"
@@ -292,12 +293,15 @@ Invariants read_invariants(const StepPlan& given, const MotionState& state) noex
   const StepPlan& plan = active_plan(given, state);
   const std::size_t n = index(plan.num_padded);
   Invariants invariants;
-  Vec3 H_B = multiply_transposed(rotation_matrix(state.q_WB), state.H_W);
+  const Mat3 R_WB = rotation_matrix(state.q_WB);
+  Vec3 H_B = multiply_transposed(R_WB, state.H_W);
+  const FieldStiffness field =
+      stiffen_by_fields(plan, R_WB, H_B, state.wheel_momentum, state.p_WB, state.q.data(), nullptr);
   if (!plan.wheels.empty()) H_B = sub(H_B, wheel_momentum_B(plan, state));
-  invariants.kinetic_rigid =
-      0.5 * (plan.mass * dot(state.v_WB, state.v_WB) + dot(H_B, angular_velocity(plan, state)));
+  const Vec3 w = sub(angular_velocity(plan, state), field.w_B);
+  invariants.kinetic_rigid = 0.5 * (plan.mass * dot(state.v_WB, state.v_WB) + dot(H_B, w));
   invariants.kinetic_elastic = 0.5 * plan.mass * dot_lanes(state.q_dot.data(), state.q_dot.data(), n);
-  invariants.potential = 0.5 * plan.mass * dot_squares(plan.omega.data(), state.q.data(), n);
+  invariants.potential = 0.5 * plan.mass * dot_squares(plan.omega.data(), state.q.data(), n) + field.energy;
   if (is_coupled(plan)) {
     // 2 E = w . H_B + M sum_l q_l' p_l, in which H_B does not contain the momenta of wheels
     // (THEORY 12.4, 16.32). The energy of a bar at true length is s^2 / (2 D). The sum over modes already

@@ -110,9 +110,10 @@ struct State : MotionState {
 
 /// Holds scratch memory of one step on the coupled rungs.
 struct CoupledWorkspace {
-  std::vector<Vec3> V, W;                     // [m], [m/s] (num_points)
-  std::vector<Vec3> force, drift;             // [N], [m/s] (num_points; force also num_particles)
-  Array q, p, q_dot, Q;                       // (num_padded) of a stage
+  std::vector<Vec3> V, W;          // [m], [m/s] (num_points)
+  std::vector<Vec3> force, drift;  // [N], [m/s] (num_points; force also num_particles)
+  Array q, p, q_dot, Q;            // (num_padded) of a stage
+  Vec3 stiffened_w{};  // [rad/s] change of the angular velocity by the stiffness by fields   (THEORY 8.52)
   std::array<std::array<Array, 2>, 4> rates;  // [m/s], [m/s^2] (num_padded) of q and p at each stage
   // used only if the modes are not a complete set for point masses; otherwise empty
   Array C;                 // [kg m] (3 x num_padded) chi, angular momentum per rate of each coordinate

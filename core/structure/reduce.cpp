@@ -44,8 +44,8 @@ Structure reduce(const Structure& structure, const std::vector<int>& modes) {
   for (const LinkForceRows& force : structure.link_forces)
     few.link_forces.push_back(
         {force.link, columns(force.rows, modes), columns(force.rate_rows, modes), force.load_rows});
-  few.follower_stiffness = structure.follower_stiffness;
-  for (FollowerStiffness& stiffness : few.follower_stiffness) reduce_follower_stiffness(modes, stiffness);
+  few.load_stiffness = structure.load_stiffness;
+  for (LoadStiffness& stiffness : few.load_stiffness) reduce_load_stiffness(modes, stiffness);
   // mechanisms are the first modes
   for (const int mode : modes)
     if (const auto k = index(mode); k < structure.mechanisms.size())

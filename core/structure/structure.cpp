@@ -222,13 +222,13 @@ void find_all_modes(const Scene& scene, const LinkFactor& factor, Structure& str
 
 // finds the modes that the scene requests, by default at most kModesByDefault modes below half the tick rate
 void find_lowest_modes(const Scene& scene, const LinkFactor& factor, const SetupProgress& progress,
-                       Structure& structure, Faults& faults) {
+                       Structure& structure, StaticResponses& responses, Faults& faults) {
   refuse_rigid_forces(scene, faults);
   if (has_error(faults)) return;
   structure.num_constraints = static_cast<int>(factor.constraint_rows.size());
   ModesWanted wanted{scene.modes.below, scene.modes.count};
   if (!scene.modes.is_asked()) wanted = {0.5 * scene.rate, kModesByDefault};
-  find_sparse_modes(scene, factor, wanted, progress, structure, faults);
+  responses = find_sparse_modes(scene, factor, wanted, progress, structure, faults);
   if (!has_error(faults)) check_modes(scene, static_cast<int>(structure.omega.size()), faults);
 }
 
@@ -251,7 +251,8 @@ Structure keep_asked(const Scene& scene, Structure structure) {
   return structure;
 }
 
-void fill_rest(const Scene& scene, const LinkFactor& factor, Structure& structure, Faults& faults) {
+void fill_rest(const Scene& scene, const LinkFactor& factor, const StaticResponses& responses,
+               Structure& structure, Faults& faults) {
   // R = A_d b   (THEORY 3.49)
   structure.damping_rows = factor.is_sparse ? rows_times(factor.damping, structure.shapes)
                                             : Eigen::MatrixXd(factor.damping_rows * structure.shapes);
@@ -262,7 +263,7 @@ void fill_rest(const Scene& scene, const LinkFactor& factor, Structure& structur
   structure.local_rotations = local_rotations(scene, factor, structure);
   set_link_forces(scene, factor, structure);
   structure.prestress = find_prestress(scene, factor, structure);
-  structure.follower_stiffness = find_follower_stiffness(scene, factor, structure);
+  structure.load_stiffness = find_load_stiffness(scene, factor, structure, responses);
 }
 
 // Builds the structure and reports each stage to `progress`. The return value of `progress` can end only the
@@ -284,12 +285,14 @@ std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Fau
   const LinkFactor factor =
       is_sparse ? factor_links_sparse(scene, faults) : factor_links(scene, needs_recovery(scene), faults);
   if (has_error(faults)) return std::nullopt;
+  StaticResponses responses;
   if (!is_sparse) report("all modes", 0.0);
   if (is_sparse)
-    find_lowest_modes(scene, factor, progress, structure, faults);
+    find_lowest_modes(scene, factor, progress, structure, responses, faults);
   else
     find_all_modes(scene, factor, structure, faults);
   if (has_error(faults)) return std::nullopt;
+  if (!is_sparse) responses = static_responses(scene, structure);
   if (!is_sparse && scene.modes.is_asked()) {
     structure = keep_asked(scene, std::move(structure));
     check_modes(scene, static_cast<int>(structure.omega.size()), faults);
@@ -297,7 +300,7 @@ std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Fau
   }
   warn_of_mechanisms(scene, structure.mechanisms, faults);
   if (!report("forces of links", 0.0)) return std::nullopt;
-  fill_rest(scene, factor, structure, faults);
+  fill_rest(scene, factor, responses, structure, faults);
   if (has_error(faults)) return std::nullopt;
   return structure;
 }

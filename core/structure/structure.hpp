@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/scene/scene.hpp"
+#include "core/structure/prestress/load_stiffness.hpp"
 #include "core/structure/prestress/prestress.hpp"
 #include "core/structure/resolved_scene.hpp"
 
@@ -97,7 +98,7 @@ struct Structure {
   // axes (THEORY 8.24)
   std::map<int, Eigen::Matrix3Xd> local_rotations;
   Prestress prestress;
-  std::vector<FollowerStiffness> follower_stiffness;  // stiffness of loads in local axes
+  std::vector<LoadStiffness> load_stiffness;  // geometric stiffness of loads and fields
 };
 
 /// Returns whether particles have displacements of their own. If not, the points are the particles. If only

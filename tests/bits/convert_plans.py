@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""convert_plans.py FILE.plan [RECORDING.log FINGERPRINT]: rewrites a saved plan of version 10 as version 11.
+"""convert_plans.py FILE.plan [RECORDING.log FINGERPRINT]: rewrites a saved plan of version 11 as version 12.
 
-No number is computed anew, except for the checksum and the fingerprint. The members that version 11 adds, the
-matrix links and the damping of strains at true geometry, are empty; a plan of the rung corotational or full with matrices
-or damping is compiled again, because its motion changes. In the recording, FINGERPRINT, the old one of the
+No number is computed anew, except for the checksum and the fingerprint. The members that version 12 adds, the
+geometric stiffness by fields and its tables, are empty. The stiffness by followers has one component and rows padded to
+eight. In the recording, FINGERPRINT, the old one of the
 plan, is replaced by the new one. The script prints how many numbers it read and wrote, and how many fingerprints it
 replaced.
 """
@@ -72,7 +72,8 @@ FIELDS = {
                   ("rows", ("d", 24)), ("sign", "d")],
     "Joints": [("num_joints", "i"), ("num_rotations", "i"), ("of_points", ["i"]), ("rows", ["d"]), ("order", ["i"]),
                ("starts", ["i"]), ("below", ["i"]), ("lower", ["d"]), ("inverse_pivots", ["d"]), ("idle", ["d"])],
-    "TrueLinks": [("beams", ["TrueBeam"]), ("plates", ["TruePlate"]), ("angles", ["TrueAngle"]), ("joints", "Joints")],
+    "TrueLinks": [("beams", ["TrueBeam"]), ("plates", ["TruePlate"]), ("angles", ["TrueAngle"]), ("matrices", "none"),
+                  ("joints", "Joints")],
     "RigidBody": [("mass", "d"), ("centre", D3), ("inertia", D9), ("rows", ["d"]), ("first", "i"), ("count", "i")],
     "Turning": [("bodies", ["RigidBody"]), ("points", ["i"]), ("of_points", ["i"]), ("of_carriers", ["i"]),
                 ("of_attitudes", ["i"])],
@@ -82,7 +83,8 @@ FIELDS = {
               ("weights", ["d"]), ("stiff", ["i"]), ("is_filtered", "B"), ("filter", ["d"])],
     "JointState": [("rotation", [D4]), ("angle", ["d"])],
     "Coupled": [("functions", ["d"]), ("bars", ["Bar"]), ("links", "TrueLinks"), ("turning", "Turning"),
-                ("curve", "Curve"), ("substep_phase", "d"), ("num_substeps", "i"),
+                ("curve", "Curve"), ("strain_times", ["d"]), ("damps_true_strains", "B"), ("beta", "d"),
+                ("substep_phase", "d"), ("num_substeps", "i"),
                 ("kinetics", "Kinetics")],
     "Wheel": [("name", "s"), ("attitude_index", "i"), ("axis", D3), ("momentum", "d")],
     "Rung": [("rung", "i"), ("position", "d"), ("attitude", "d"), ("elastic", "d"), ("is_finite", "B"),
@@ -126,8 +128,9 @@ REST = [("command_limits", "CommandLimits"), ("unmodelled", "Unmodelled"), ("fal
         ("tried_rungs", ["Rung"]), ("frequency_accuracy", "d"), ("conditioning", "d")]
 FIELDS["Fingerprinted"] = [("name", "s"), ("scene_hash", "Q")] + FIELDS["StepPlan"] + SERVICE
 FIELDS["Rest"] = REST
-# what version 11 writes after a member, as bytes: the empty sequence of matrices, and no damping of strains
-ADDED = {("TrueLinks", "angles"): bytes(8), ("Coupled", "curve"): bytes(17)}
+# what version 12 writes after a member, as bytes: no stiffness by fields, and no table of the stiffness by loads
+ADDED = {("StepPlan", "field_rows"): bytes(32), ("Fingerprinted", "field_rows"): bytes(32),
+         ("Unmodelled", "named"): bytes(8)}
 
 
 class Converter:
@@ -146,6 +149,24 @@ class Converter:
     def count(self):
         return struct.unpack("<Q", self.take(8))[0]
 
+    def copy_stiffening(self):
+        """Adds the component 0, pads the rows, and adds a share, which the step does not use for loads."""
+        modes = self.count()
+        self.copy(("i", modes))
+        if modes == 0:
+            assert self.count() == 0
+            self.out += bytes(16)
+            return
+        padded = -(-modes // 8) * 8
+        self.out += struct.pack("<Qi", 1, 0)
+        assert struct.unpack("<Q", self.content[self.at:self.at + 8])[0] == modes * modes
+        self.at += 8
+        self.out += struct.pack("<Q", modes * padded)
+        for _ in range(modes):
+            self.copy(("d", modes))
+            self.out += bytes(8 * (padded - modes))
+        self.out += struct.pack("<Qd", 1, 1.0)
+
     def copy(self, kind):
         if isinstance(kind, list):
             for _ in range(self.count()):
@@ -153,6 +174,10 @@ class Converter:
         elif isinstance(kind, tuple):
             for _ in range(kind[1]):
                 self.copy(kind[0])
+        elif kind == "none":
+            assert self.count() == 0, "plans with such members are compiled again"
+        elif kind == "Stiffening":
+            self.copy_stiffening()
         elif kind == "s":
             self.take(self.count())
         elif kind in FIELDS:
@@ -171,15 +196,15 @@ def main():
     assert data[:8] == MAGIC
     version, length, check = struct.unpack("<IQQ", data[8:28])
     content = data[28:]
-    assert version == 10 and len(content) == length and checksum(content) == check
+    assert version == 11 and len(content) == length and checksum(content) == check
     converter = Converter(content)
     converter.copy("Fingerprinted")
     fingerprint = checksum(converter.out)
     converter.copy("Rest")
     assert converter.at == len(content), "bytes are left"
     with open(path, "wb") as file:
-        file.write(MAGIC + struct.pack("<IQQ", 11, len(converter.out), checksum(converter.out)) + converter.out)
-    print(f"{path}: version 10 to 11, {converter.numbers} numbers copied, {len(converter.out) - length} bytes added, "
+        file.write(MAGIC + struct.pack("<IQQ", 12, len(converter.out), checksum(converter.out)) + converter.out)
+    print(f"{path}: version 11 to 12, {converter.numbers} numbers copied, {len(converter.out) - length} bytes added, "
           f"fingerprint {fingerprint:016x}")
     if len(sys.argv) == 4:
         old, new = struct.pack(">Q", int(sys.argv[3], 16)), struct.pack(">Q", fingerprint)

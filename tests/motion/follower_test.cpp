@@ -92,7 +92,8 @@ TEST(Followers, TheElasticMotionUnderFollowerForcesHasSecondOrder) {
   A.block(n, 0, n, n) = -b.transpose() * cross.cast<long double>() * theta / M;
   for (Eigen::Index l = 0; l < n; ++l)
     A(n + l, l) -= static_cast<long double>(structure->omega[l]) * structure->omega[l];
-  const FollowerStiffness& stiffness = structure->follower_stiffness.at(0);
+  const LoadStiffness& stiffness = structure->load_stiffness.back();
+  ASSERT_EQ(stiffness.reference.load, 0);
   for (std::size_t l = 0; l < stiffness.modes.size(); ++l)
     for (std::size_t u = 0; u < stiffness.modes.size(); ++u)
       A(n + stiffness.modes[l], stiffness.modes[u]) -=

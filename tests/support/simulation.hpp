@@ -33,6 +33,15 @@ struct Simulation {
   StepReport report;
 };
 
+/// Returns a plan without the stiffness by loads and spin, so that sums over points give its momenta and
+/// energy.
+inline Plan without_load_stiffness(Plan plan) {
+  plan.field_stiffening = {};
+  for (PlanHistory& history : plan.histories) history.stiffening = {};
+  plan.unmodelled.stiffened_rows.clear();
+  return plan;
+}
+
 /// Returns a command without loads from sender "test" that takes effect at the next tick and never ends.
 /// add_force adds forces to it.
 ForceCommand make_command(int slot, std::int64_t sequence, Axes axes = Axes::kWorld,

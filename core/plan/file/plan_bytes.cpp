@@ -15,7 +15,7 @@ namespace {
 // "FFPLAN" and two bytes that text-mode transfers change
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 11;
+constexpr std::uint32_t kVersion = 12;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -254,7 +254,7 @@ void fields(Archive& archive, T& t) {
 
 template <typename Archive, Is<PlanStiffening> T>
 void fields(Archive& archive, T& s) {
-  all_of<PlanStiffening>(archive, s.modes, s.rows);
+  all_of<PlanStiffening>(archive, s.modes, s.components, s.rows, s.shares);
 }
 
 template <typename Archive, Is<PlanRung> T>
@@ -316,7 +316,7 @@ void fields(Archive& archive, T& n) {
                          n.coriolis_rows, n.coriolis_transfer, n.spin_loads, n.spin_left_out, n.root_quartic,
                          n.num_shadowed, n.left_out, n.inertia_rows, n.load_arms, n.shadow_rows,
                          n.left_out_rows, n.left_out_spin, n.bodies, n.quartic_forms, n.gyroscopic,
-                         n.error_per_force, n.named);
+                         n.error_per_force, n.named, n.stiffened_rows);
 }
 
 template <typename Archive, Is<PlanFrame> T>
@@ -333,7 +333,8 @@ void fields(Archive& archive, T& m) {
 
 template <typename Archive, Is<PlanLoads> T>
 void fields(Archive& archive, T& l) {
-  all_of<PlanLoads>(archive, l.has_spin_load, l.field_rows, l.histories, l.feedbacks, l.scope);
+  all_of<PlanLoads>(archive, l.has_spin_load, l.field_rows, l.field_stiffening, l.histories, l.feedbacks,
+                    l.scope);
 }
 
 template <typename Archive, Is<PlanRows> T>

@@ -83,6 +83,8 @@ class PlanCheck {
   void check_links();
   void check_groups();
   void check_pattern(const LoadPattern& pattern, const std::string& who);
+  void check_stiffening(const PlanStiffening& stiffening, std::int32_t num_coefficients,
+                        const std::string& who);
   void check_histories();
   void check_feedbacks();
   void check_modal_coupling();
@@ -173,6 +175,7 @@ void PlanCheck::check_points() {
   require_rows(plan_.eckart_rows, 6, "the Eckart rows");
   const bool has_field = plan_.has_spin_load || plan_.attractor_mu > 0.0;
   require_rows(plan_.field_rows, has_field ? 6 : 0, "the rows of fields");
+  check_stiffening(plan_.field_stiffening, 6, "a field");
   for (const PlanWheel& wheel : plan_.wheels)
     require(is_index(wheel.attitude_index, attitude_points.size()) && are_finite(wheel.axis) &&
                 std::isfinite(wheel.momentum),
@@ -243,6 +246,18 @@ void PlanCheck::check_groups() {
   }
 }
 
+void PlanCheck::check_stiffening(const PlanStiffening& stiffening, std::int32_t num_coefficients,
+                                 const std::string& who) {
+  const std::size_t n = stiffening.modes.size();
+  require(are_ascending(stiffening.modes) && n <= PlanStiffening::kMostModes &&
+              are_indices(stiffening.modes, static_cast<std::size_t>(plan_.num_elastic)) &&
+              are_indices(stiffening.components, static_cast<std::size_t>(num_coefficients)) &&
+              stiffening.rows.size() == stiffening.components.size() * n * pad(n) &&
+              (n == 0) == stiffening.components.empty() && are_finite(stiffening.rows) &&
+              stiffening.shares.size() == stiffening.components.size() && are_finite(stiffening.shares),
+          who + " has a geometric stiffness without one row and column for each of its modes");
+}
+
 void PlanCheck::check_pattern(const LoadPattern& pattern, const std::string& who) {
   require(are_finite(pattern.force_W) && are_finite(pattern.moment_W) && are_finite(pattern.force_B) &&
               are_finite(pattern.torque_B),
@@ -292,14 +307,7 @@ void PlanCheck::check_histories() {
           who +
               " has a follower torque on a point without an attitude, or one with a component that is not "
               "finite");
-    const PlanStiffening& stiffening = history.stiffening;
-    require(are_ascending(stiffening.modes) &&
-                are_indices(stiffening.modes, static_cast<std::size_t>(plan_.num_elastic)) &&
-                stiffening.rows.size() == stiffening.modes.size() * stiffening.modes.size() &&
-                are_finite(stiffening.rows),
-            who +
-                " has a matrix of its followers' stiffness without one row and column for each of "
-                "its modes");
+    check_stiffening(history.stiffening, 9, who);
     for (const PlanFollower& follower : history.followers) {
       require(is_index(follower.row, num_blocks_), who + " has a follower force on a point without rows");
       require(are_finite(follower.r) && are_finite(follower.force_B),

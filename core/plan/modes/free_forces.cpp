@@ -58,7 +58,7 @@ struct Kind {
 };
 
 // Adds a follower load. The load consists of the force theta x f_B at each point (THEORY 8.24), the torque
-// theta x T_B on each body (THEORY 16.14), and the geometric stiffness -E q (THEORY X145). As rows of by_q
+// theta x T_B on each body (THEORY 16.14), and the geometric stiffness -E q (THEORY 8.49). As rows of by_q
 // these parts are -[f_B]x Theta, -kappa [T_B]x Theta and -E   (THEORY 8.46).
 void add_followers(const StepPlan& plan, const PlanHistory& history, Kind& forces) {
   const Eigen::Index n = plan.num_elastic;
@@ -78,10 +78,13 @@ void add_followers(const StepPlan& plan, const PlanHistory& history, Kind& force
     add(theta, -share * cross_matrix(vector(each.torque_B)) * theta);
   }
   const PlanStiffening& stiffening = history.stiffening;
-  const auto m = static_cast<Eigen::Index>(stiffening.modes.size());
+  if (stiffening.components.size() != 1) return;
+  const auto m = static_cast<Eigen::Index>(stiffening.modes.size()),
+             padded = static_cast<Eigen::Index>(pad(stiffening.modes.size()));
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(m, n), by_q = out;
   for (Eigen::Index l = 0; l < m; ++l) out(l, stiffening.modes[index(l)]) = 1.0;
-  if (m > 0) by_q(Eigen::all, stiffening.modes) = -Eigen::Map<const RowMatrix>(stiffening.rows.data(), m, m);
+  by_q(Eigen::all, stiffening.modes) =
+      -Eigen::Map<const RowMatrix>(stiffening.rows.data(), m, padded).leftCols(m);
   add(out, by_q);
 }
 

@@ -225,8 +225,8 @@ std::shared_ptr<const Structure> align_modes(const Scene& scene, const Eigen::Ma
       rotate_columns(alignment, first, force.rate_rows);
     }
     rotate_prestress(alignment, cluster.first, structure.prestress);
-    for (FollowerStiffness& stiffness : structure.follower_stiffness)
-      rotate_follower_stiffness(alignment, cluster.first, stiffness);
+    for (LoadStiffness& stiffness : structure.load_stiffness)
+      rotate_load_stiffness(alignment, cluster.first, stiffness);
     const Eigen::VectorXd squares =
         alignment.cwiseAbs2().transpose() * structure.omega.segment(first, count).cwiseAbs2();
     structure.omega.segment(first, count) = squares.cwiseSqrt();

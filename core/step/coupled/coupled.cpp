@@ -6,6 +6,7 @@
 #include "core/step/coupled/stage.hpp"
 #include "core/step/coupled/strain_damping.hpp"
 #include "core/step/linear/kernels.hpp"
+#include "core/step/linear/modal_coupling.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/rigid/kepler.hpp"
 #include "core/step/rigid/tick_rotation.hpp"
@@ -299,9 +300,8 @@ Frame advance_stages(const StepLoads& step_loads, const MotionState& state, bool
   return frame;
 }
 
-}  // namespace
-
-void set_coupled_motion(const StepPlan& plan, const Vec3& w_B, MotionState& state) noexcept {
+/// Sets the momenta of a motion whose angular velocity has no share of the stiffness by fields.
+void set_momenta(const StepPlan& plan, const Vec3& w_B, MotionState& state) noexcept {
   CoupledState& coupled = state.coupled;
   const std::size_t n = index(plan.num_padded);
   const Vec3& w = coupled.w_B = w_B;
@@ -343,6 +343,21 @@ void set_coupled_motion(const StepPlan& plan, const Vec3& w_B, MotionState& stat
   coupled.w_dot_B = multiply(plan.inverse_inertia, cross(H, w));
   for (std::size_t l = 0; l < coupled.q_ddot.size(); ++l)
     coupled.q_ddot[l] = -plan.omega[l] * (plan.omega[l] * state.q[l]) - 2.0 * plan.decay[l] * state.q_dot[l];
+}
+
+}  // namespace
+
+void set_coupled_motion(const StepPlan& plan, const Vec3& w_B, MotionState& state) noexcept {
+  Vec3 stiffened{};  // of second order in the displacements   (THEORY 8.52)
+  for (int pass = 0; pass < 8; ++pass) {
+    set_momenta(plan, sub(w_B, stiffened), state);
+    if (plan.field_stiffening.modes.empty()) break;
+    const Mat3 R_WB = rotation_matrix(state.q_WB);
+    stiffened = stiffen_by_fields(plan, R_WB, multiply_transposed(R_WB, state.H_W), state.wheel_momentum,
+                                  state.p_WB, state.q.data(), nullptr)
+                    .w_B;
+  }
+  state.coupled.w_B = w_B;
 }
 
 bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state, bool is_fresh,

@@ -236,11 +236,11 @@ void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Works
   const PlanKinetics& kinetics = plan.coupled.kinetics;
   const bool has_gradient =
       has_field(plan) && !is_complete(kinetics) && kinetics.form != PlanKinetics::Form::kSpread;
-  const bool has_followers =
-      !traits_of(plan.fidelity).has_true_geometry &&
+  const bool has_stiffening =
+      !plan.field_stiffening.modes.empty() ||
       std::any_of(plan.histories.begin(), plan.histories.end(),
                   [](const PlanHistory& each) { return !each.stiffening.modes.empty(); });
-  if (!has_gradient && !has_modal_coupling && !has_followers) return;
+  if (!has_gradient && !has_modal_coupling && !has_stiffening) return;
   CoupledWorkspace& w = workspace.coupled;
   const std::size_t n = index(plan.num_padded);
   std::fill(w.Q.begin(), w.Q.end(), 0.0);
@@ -251,9 +251,12 @@ void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Works
     rate.moment_B = add(rate.moment_B, torque);
     rate.rest_moment_B = add(rate.rest_moment_B, torque);
   }
-  if (has_followers)
+  if (has_stiffening) {
+    w.stiffened_w =
+        stiffen_by_fields(plan, stage.R_WB, stage.H_B, stage.wheels, stage.p_WB, stage.q, w.Q.data()).w_B;
     for (const PlanHistory& history : plan.histories)
-      stiffen(history, step_loads.amplitude(history, stage.stage_time), stage.q, w.Q.data());
+      stiffen(history, step_loads.amplitude(history, stage.stage_time), stage.R_WB, stage.q, w.Q.data());
+  }
   if (has_modal_coupling) {
     for (std::size_t l = 0; l < n; ++l) w.q_dot[l] = stage.p[l] + rate.rate_q[l];
     add_modal_coupling_forces(plan, stage.q, w.q_dot.data(), workspace.scratch, w.Q.data());
@@ -293,16 +296,20 @@ void add_link_moments(const StepPlan& plan, const CoupledWorkspace& w, StageRate
 void evaluate(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
               StageRate& rate) noexcept {
   rate.moment_B = rate.rest_moment_B = rate.balance_B = {};  // they are summed
+  workspace.coupled.stiffened_w = {};
   switch (step_loads.plan.coupled.kinetics.form) {
     case PlanKinetics::Form::kComplete:
-      return evaluate_complete(step_loads, stage, workspace, rate);
+      evaluate_complete(step_loads, stage, workspace, rate);
+      break;
     case PlanKinetics::Form::kTurning:
     case PlanKinetics::Form::kSpread:
       return evaluate_turning(step_loads, stage, workspace, rate);
     case PlanKinetics::Form::kPoints:
     case PlanKinetics::Form::kTables:
-      return evaluate_incomplete(step_loads, stage, workspace, rate);
+      evaluate_incomplete(step_loads, stage, workspace, rate);
+      break;
   }
+  rate.w_B = add(rate.w_B, workspace.coupled.stiffened_w);  // (THEORY 8.52)
 }
 
 }  // namespace freeflex

@@ -1,7 +1,9 @@
 #include "core/step/linear/modal_coupling.hpp"
 
 #include <algorithm>
+#include <array>
 
+#include "core/step/loads/field.hpp"
 #include "core/step/loads/history.hpp"
 #include "core/step/vector.hpp"
 
@@ -17,6 +19,16 @@ Vec3 feedback_force(const PlanFeedback& feedback, std::size_t n, const double* q
   return force;
 }
 
+bool has_dependent_loads(const PlanHistory& history) noexcept {
+  return !history.followers.empty() || !history.torques.empty();
+}
+
+using Coordinates = std::array<double, PlanStiffening::kMostModes>;
+/// Gathers the coordinates that a stiffness has.
+void gather(const PlanStiffening& stiffening, const double* q, Coordinates& in) noexcept {
+  for (std::size_t u = 0; u < stiffening.modes.size(); ++u) in[u] = q[index(stiffening.modes[u])];
+}
+
 /// Returns the length of a column of PlanModalCoupling::columns.
 std::size_t stride_of(const PlanModalCoupling& coupling) noexcept { return pad(2 * coupling.modes.size()); }
 
@@ -25,7 +37,7 @@ std::size_t stride_of(const PlanModalCoupling& coupling) noexcept { return pad(2
 bool has_dependent_loads(const StepPlan& plan) noexcept {
   if (!plan.feedbacks.empty()) return true;
   for (const PlanHistory& history : plan.histories)
-    if (!history.followers.empty() || !history.torques.empty()) return true;
+    if (has_dependent_loads(history)) return true;
   return false;
 }
 
@@ -43,14 +55,60 @@ void add(const DependentStep& dependent, RigidLoads& loads) noexcept {
   add(end, loads.later->end);
 }
 
-void stiffen(const PlanHistory& history, double amplitude, const double* q, double* Q) noexcept {
-  const std::size_t n = history.stiffening.modes.size();
-  for (std::size_t l = 0; l < n; ++l) {
-    double force = 0.0;
-    for (std::size_t u = 0; u < n; ++u)
-      force += history.stiffening.rows[l * n + u] * q[index(history.stiffening.modes[u])];
-    Q[index(history.stiffening.modes[l])] -= amplitude * force;
+void stiffen(const PlanHistory& history, double amplitude, const Mat3& R_WB, const double* q,
+             double* Q) noexcept {
+  const PlanStiffening& stiffening = history.stiffening;
+  if (stiffening.modes.empty()) return;
+  Mat3 coefficients{amplitude};
+  if (stiffening.components.size() > 1)  // a load in world axes
+    for (std::size_t k = 0; k < coefficients.size(); ++k) coefficients[k] = amplitude * R_WB[k];
+  Coordinates in{};
+  gather(stiffening, q, in);
+  const double* row = stiffening.rows.data();
+  const std::size_t n = stiffening.modes.size(), padded = pad(n);
+  for (const std::int32_t component : stiffening.components)
+    for (std::size_t l = 0; l < n; ++l, row += padded)
+      Q[index(stiffening.modes[l])] -= coefficients[index(component)] * dot_lanes(row, in.data(), padded);
+}
+
+FieldStiffness stiffen_by_fields(const StepPlan& plan, const Mat3& R_WB, const Vec3& H_B,
+                                 std::span<const double> wheels, const Vec3& p_W, const double* q,
+                                 double* Q) noexcept {
+  const PlanStiffening& stiffening = plan.field_stiffening;
+  if (stiffening.modes.empty()) return {};
+  Vec3 H = H_B;
+  for (std::size_t k = 0; k < wheels.size(); ++k) H = add_scaled(H, -wheels[k], plan.wheels[k].axis);
+  const Vec3 w = multiply(plan.inverse_inertia, H);
+  const std::array<double, 6> S = field_of(plan, R_WB, w, p_W);
+  double change = 0.0;
+  for (std::size_t k = 0; k < stiffening.components.size(); ++k) {
+    const double component = S[index(stiffening.components[k])];
+    change += (component < 0.0 ? -component : component) * stiffening.shares[k];
   }
+  if (change < PlanStiffening::kNegligible) return {};
+  Coordinates in{};
+  gather(stiffening, q, in);
+  std::array<double, 6> e{};  // q^T E_k q / 2
+  const double* row = stiffening.rows.data();
+  const std::size_t n = stiffening.modes.size(), padded = pad(n);
+  for (const std::int32_t component : stiffening.components)
+    for (std::size_t l = 0; l < n; ++l, row += padded) {
+      const double force = dot_lanes(row, in.data(), padded);
+      if (Q != nullptr) Q[index(stiffening.modes[l])] -= S[index(component)] * force;
+      e[index(component)] += 0.5 * in[l] * force;
+    }
+  FieldStiffness field;
+  for (std::size_t k = 0; k < e.size(); ++k) field.energy += S[k] * e[k];
+  // derivative of the energy with respect to w
+  const Vec3 slope{2.0 * w[0] * (e[1] + e[2]) - w[1] * e[3] - w[2] * e[4],
+                   2.0 * w[1] * (e[0] + e[2]) - w[0] * e[3] - w[2] * e[5],
+                   2.0 * w[2] * (e[0] + e[1]) - w[0] * e[4] - w[1] * e[5]};
+  // far beyond small displacements, more than the whole inertia would be taken away
+  constexpr double kLargestShare = 0.5;
+  const Vec3 faster = multiply(plan.inverse_inertia, slope);
+  const double square = dot(faster, faster), most = kLargestShare * kLargestShare * dot(w, w);
+  field.w_B = square > most ? scale(__builtin_sqrt(most / square), faster) : faster;
+  return field;
 }
 
 DependentLoad follow(const StepPlan& plan, const double* q, std::int64_t tick, bool at_end,
@@ -58,10 +116,10 @@ DependentLoad follow(const StepPlan& plan, const double* q, std::int64_t tick, b
   const std::size_t n = index(plan.num_padded);
   DependentLoad sum;
   for (const PlanHistory& history : plan.histories) {
-    if (history.followers.empty() && history.torques.empty()) continue;
+    if (!has_dependent_loads(history)) continue;
     const double amplitude =
         at_end ? amplitude_left(history, plan.period, tick + 1) : amplitude_right(history, plan.period, tick);
-    stiffen(history, amplitude, q, Q);
+    stiffen(history, amplitude, {}, q, Q);  // only loads in local axes have a stiffness here
     for (const PlanFollower& follower : history.followers) {
       const Vec3 theta = contract_rows(follower.rotation_rows.data(), q, n);
       const Vec3 force = scale(amplitude, cross(theta, follower.force_B));

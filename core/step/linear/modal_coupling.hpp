@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "core/step/linear/kernels.hpp"
 #include "core/step/rigid/frame.hpp"
@@ -27,13 +28,27 @@ struct DependentStep {
 /// \pre loads.later is set
 void add(const DependentStep& dependent, RigidLoads& loads) noexcept;
 
-/// Adds to Q the forces of the geometric stiffness that is due to the internal forces under the followers of
-/// a load: Q_l -= amplitude sum_u E_lu q_u [N] (THEORY X145).
-void stiffen(const PlanHistory& history, double amplitude, const double* q, double* Q) noexcept;
+/// Adds to Q the forces of geometric stiffness by a load: Q_l -= sum_k c_k sum_u E_k,lu q_u [N]
+/// (THEORY 8.49). The coefficients c_k are the amplitude, times R_WB if the load is in world axes.
+void stiffen(const PlanHistory& history, double amplitude, const Mat3& R_WB, const double* q,
+             double* Q) noexcept;
+
+/// The energy of the geometric stiffness by fields, and its derivative with respect to the angular momentum.
+struct FieldStiffness {
+  Vec3 w_B{};           // [rad/s] change of the angular velocity of the frame, body axes   (THEORY 8.52)
+  double energy = 0.0;  // [J] sum_k c_k q^T E_k q / 2
+};
+/// Adds to Q the forces of geometric stiffness by the fields of the spin and the attractor   (THEORY 8.49).
+/// \param H_B  [kg m^2/s] angular momentum with the wheels, body axes
+/// \param wheels  [N m s] (num_wheels) momenta of the wheels
+/// \param Q    nullptr: the forces are not wanted
+FieldStiffness stiffen_by_fields(const StepPlan& plan, const Mat3& R_WB, const Vec3& H_B,
+                                 std::span<const double> wheels, const Vec3& p_W, const double* q,
+                                 double* Q) noexcept;
 
 /// Returns the load on the body that followers add to their loads in body axes, because they rotate with
-/// their points. Adds its generalized forces to Q. A is the amplitude, theta the elastic rotation at the
-/// point, and f or T the force or torque at amplitude 1:
+/// their points. Adds its generalized forces to Q, and those of geometric stiffness. A is the amplitude,
+/// theta the elastic rotation at the point, and f or T the force or torque at amplitude 1:
 ///   force: A theta x f, moment A r x (theta x f), Q_l += A b_l . (theta x f)   (THEORY 8.24, 8.25)
 ///   torque: A theta x T, Q_l += A theta_l . (theta x T)   (THEORY 16.14)
 DependentLoad follow(const StepPlan& plan, const double* q, std::int64_t tick, bool at_end,

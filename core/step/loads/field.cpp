@@ -26,14 +26,11 @@ Vec3 gradient_torque(const StepPlan& plan, const Vec3& rho) noexcept {
                cross(rho, multiply(plan.inertia, rho)));
 }
 
-void add_field(const StepPlan& plan, const Mat3& R_WB, const Vec3& H_W, const Vec3& p_W, double* Q) noexcept {
-  Vec3 diagonal{}, off{};  // S_xx S_yy S_zz, S_xy S_xz S_yz
-  if (plan.has_spin_load) {
-    // -w x (w x r) = (w.w) r - w (w.r)
-    const Vec3 w = multiply(plan.inverse_inertia, multiply_transposed(R_WB, H_W));
-    diagonal = {w[1] * w[1] + w[2] * w[2], w[0] * w[0] + w[2] * w[2], w[0] * w[0] + w[1] * w[1]};
-    off = {-w[0] * w[1], -w[0] * w[2], -w[1] * w[2]};
-  }
+std::array<double, 6> field_of(const StepPlan& plan, const Mat3& R_WB, const Vec3& w,
+                               const Vec3& p_W) noexcept {
+  // -w x (w x r) = (w.w) r - w (w.r)
+  Vec3 diagonal{w[1] * w[1] + w[2] * w[2], w[0] * w[0] + w[2] * w[2], w[0] * w[0] + w[1] * w[1]};
+  Vec3 off{-w[0] * w[1], -w[0] * w[2], -w[1] * w[2]};
   if (plan.attractor_mu > 0.0) {
     // Gamma = mu / |rho|^3 (3 e e^T - 1)   (THEORY 8.19)
     const Vec3 rho = multiply_transposed(R_WB, sub(p_W, plan.attractor_W));
@@ -43,9 +40,15 @@ void add_field(const StepPlan& plan, const Mat3& R_WB, const Vec3& H_W, const Ve
     for (std::size_t a = 0; a < 3; ++a) diagonal[a] += along * rho[a] * rho[a] - gradient;
     off = add_scaled(off, along, {rho[0] * rho[1], rho[0] * rho[2], rho[1] * rho[2]});
   }
+  return {diagonal[0], diagonal[1], diagonal[2], off[0], off[1], off[2]};
+}
+
+void add_field(const StepPlan& plan, const Mat3& R_WB, const Vec3& H_W, const Vec3& p_W, double* Q) noexcept {
+  const Vec3 w = plan.has_spin_load ? multiply(plan.inverse_inertia, multiply_transposed(R_WB, H_W)) : Vec3{};
+  const std::array<double, 6> S = field_of(plan, R_WB, w, p_W);
   const auto n = index(plan.num_padded);
-  combine_rows(plan.field_rows.data(), diagonal, true, n, Q);
-  combine_rows(plan.field_rows.data() + 3 * n, scale(2.0, off), true, n, Q);
+  combine_rows(plan.field_rows.data(), {S[0], S[1], S[2]}, true, n, Q);
+  combine_rows(plan.field_rows.data() + 3 * n, scale(2.0, {S[3], S[4], S[5]}), true, n, Q);
 }
 
 }  // namespace freeflex

@@ -68,11 +68,21 @@ struct PlanTorque {
   Vec3 torque_B{};                   // [N m] at amplitude 1
 };
 
-/// Holds the geometric stiffness E that is due to the internal forces under the followers of a load:
-/// Q -= amplitude * E q (THEORY X145).
+/// Holds the geometric stiffness due to the static internal forces under a load or a field:
+/// Q_l -= sum_k c_k sum_u E_k,lu q_u. The coefficients are S_xx S_yy S_zz S_xy S_xz S_yz of a field, the
+/// amplitude times R_WB of a load in world axes, and the amplitude of any other load   (THEORY 8.49).
 struct PlanStiffening {
-  std::vector<std::int32_t> modes;
-  Array rows;  // [N/m] (modes x modes) E at amplitude 1
+  static constexpr std::size_t kMostModes = 64;
+  // [-] A field that changes every omega_l^2 by less than this share of it does not act: a frequency that is
+  // off by half of it is off by 5e-3 rad after 1e6 rad.
+  static constexpr double kNegligible = 1e-8;
+  std::vector<std::int32_t> modes;       // ascending, at most kMostModes
+  std::vector<std::int32_t> components;  // index of each coefficient c_k
+  // (components x modes x padded modes) E_k: [N/m] at amplitude 1, [kg] of a field
+  Array rows;
+  // (components) the largest |E_k,ll| / (M omega_l^2): [-] at amplitude 1, [s^2] of a field; the largest
+  // number if a mechanism has a stiffness
+  Array shares;
 };
 
 /// Holds a built-in load, that is, its pattern and its amplitude over ticks since the epoch began
@@ -118,6 +128,8 @@ struct PlanLoads {
   // [kg m] (6 x num_padded) Y_l,ab = sum m_i r_i,a b_il,b for ab = xx, yy, zz, xy, xz, yz   (THEORY 8.15);
   // empty if there is neither spin load nor attractor
   Array field_rows;
+  // stiffness by the fields of the spin and the attractor; empty except on the rung kCoupled
+  PlanStiffening field_stiffening;
   std::vector<PlanHistory> histories;
   std::vector<PlanFeedback> feedbacks;
   CommandScope scope;

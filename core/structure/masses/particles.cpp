@@ -166,4 +166,36 @@ Eigen::Vector3d moved_centre(const RotatingBody& body, Eigen::Index k, Eigen::In
   return arm_operator(body, k, l) * body.arm;
 }
 
+Eigen::Matrix3d field_moments(const Structure& structure, Eigen::Index mode) {
+  Eigen::Matrix3d Y = Eigen::Matrix3d::Zero();
+  const Particles& particles = structure.particles;
+  const Eigen::MatrixXd& shapes = particle_shapes(structure);
+  for (Eigen::Index i = 0; i < particles.mass.size(); ++i)
+    Y += particles.mass[i] * particles.r.col(i) * shapes.block<3, 1>(3 * i, mode).transpose();
+  Y = (0.5 * (Y + Y.transpose())).eval();
+  if (structure.matrix_sums.field.rows() > 0) {
+    const Eigen::VectorXd own = structure.matrix_sums.field.col(mode);
+    Y += (Eigen::Matrix3d() << own[0], own[3], own[4], own[3], own[1], own[5], own[4], own[5], own[2])
+             .finished();
+  }
+  return Y;
+}
+
+Eigen::Matrix3d displacement_moments(const Structure& structure, const std::vector<RotatingBody>& bodies,
+                                     int l, int u) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  const Particles& particles = structure.particles;
+  const Eigen::MatrixXd& shapes = particle_shapes(structure);
+  for (Eigen::Index i = 0; i < particles.mass.size(); ++i) {
+    const double share = particles.mass[i] / structure.mass_properties.mass;
+    const Eigen::Vector3d b = shapes.block<3, 1>(3 * i, l), c = shapes.block<3, 1>(3 * i, u);
+    sum += 0.5 * share * (b * c.transpose() + c * b.transpose());
+  }
+  for (const RotatingBody& body : bodies) {
+    const Eigen::Matrix3d second_order = second_order_of_pair(body, l, u) / structure.mass_properties.mass;
+    sum += 0.5 * (second_order + second_order.transpose());
+  }
+  return sum;
+}
+
 }  // namespace freeflex

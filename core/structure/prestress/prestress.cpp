@@ -8,6 +8,7 @@
 #include "core/structure/links/link_factor.hpp"
 #include "core/structure/modes/sparse/sparse_system.hpp"
 #include "core/structure/prestress/axial_prestress.hpp"
+#include "core/structure/prestress/local_shapes.hpp"
 #include "core/structure/prestress/quartic.hpp"
 #include "core/structure/prestress/true_deformation.hpp"
 
@@ -27,10 +28,6 @@ constexpr int kMostPartners = 2;
 // Number of modes whose error is integrated at every tick. The cost grows with the cube of this number.
 constexpr int kMostShadowed = 16;
 
-// The number of modes with geometric stiffness due to follower loads. For a free beam under end thrust, the
-// frequencies from eight modes have a relative error below 1e-4.
-constexpr int kMostFollowed = 24;
-
 void choose_pairs(const Structure& structure, Prestress& prestress) {
   const auto num_mechanisms = static_cast<int>(structure.mechanisms.size());
   const auto n = static_cast<int>(structure.omega.size());
@@ -46,71 +43,6 @@ void choose_pairs(const Structure& structure, Prestress& prestress) {
          u < std::min(num_modes, l + 1 + kMostPartners); ++u)
       if (structure.omega[u] - structure.omega[l] <= kNear * structure.omega[u]) pairs.push_back({l, u});
 }
-
-// Displacements of points and rotations of joints of single links, in every mode.
-class LocalShapes {
- public:
-  LocalShapes(const Scene& scene, const Freedoms& freedoms, const LinkFactor& factor,
-              const Structure& structure)
-      : scene_(scene), freedoms_(freedoms), shapes_(structure.shapes) {
-    if (structure.rotations.rows() > 0) rotations_ = structure.rotations;
-    if (factor.recovery.rows() == 0) return;
-    rotations_ = factor.recovery * shapes_;
-    rotate_with_bodies(scene, freedoms, shapes_, rotations_);
-  }
-
-  // returns the natural deformation of a row in every mode
-  Eigen::RowVectorXd deformation(const DeformationRow& row) const {
-    Eigen::RowVectorXd e = Eigen::RowVectorXd::Zero(shapes_.cols());
-    if (e.size() == 0) return e;  // a row of a matrix without columns begins at an offset from a null pointer
-    for (const auto& [freedom, coefficient] : row.coefficients)
-      e += coefficient * (freedom < freedoms_.num_displacements()
-                              ? shapes_.row(freedom)
-                              : rotations_.row(freedom - freedoms_.num_displacements()));
-    return e;
-  }
-
-  Eigen::Matrix3Xd displacements(const Link& link, int mode) const {
-    Eigen::Matrix3Xd V(3, static_cast<Eigen::Index>(link.points.size()));
-    for (Eigen::Index k = 0; k < V.cols(); ++k)
-      V.col(k) = shapes_.block<3, 1>(3 * Eigen::Index{link.points[static_cast<std::size_t>(k)]}, mode);
-    V.colwise() -= Eigen::Vector3d(V.col(0));
-    return V;
-  }
-
-  // returns the rotations of the joints at the points of a link
-  Eigen::Matrix3Xd rotations(int index, int mode) const {
-    const Link& link = scene_.links[static_cast<std::size_t>(index)];
-    Eigen::Matrix3Xd theta = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(link.points.size()));
-    if (!traits_of(link).has_joint_rotations) return theta;
-    const int before = freedoms_.num_displacements();
-    for (Eigen::Index k = 0; k < theta.cols(); ++k)
-      theta.col(k) =
-          rotations_.block<3, 1>(freedoms_.rotation(link.points[static_cast<std::size_t>(k)]) - before, mode);
-    return theta;
-  }
-
-  // returns the rotations of the ends of a beam relative to their joints, about released axes
-  Eigen::Matrix3Xd own_rotations(int index, int mode) const {
-    const Link& link = scene_.links[static_cast<std::size_t>(index)];
-    if (releases_of(link) == Releases{}) return {};
-    const Eigen::Matrix3Xd theta = rotations(index, mode);
-    Eigen::Matrix3Xd own = Eigen::Matrix3Xd::Zero(3, 2);
-    const Eigen::Matrix3d axes = axes_of(scene_, link);
-    for (int end = 0; end < 2; ++end)
-      for (int axis = 0; axis < 3; ++axis)
-        if (const int freedom = freedoms_.released(index, end, axis); freedom >= 0)
-          own.col(end) += axes.col(axis) * (rotations_(freedom - freedoms_.num_displacements(), mode) -
-                                            axes.col(axis).dot(theta.col(end)));
-    return own;
-  }
-
- private:
-  const Scene& scene_;
-  const Freedoms& freedoms_;
-  const Eigen::MatrixXd& shapes_;
-  Eigen::MatrixXd rotations_;  // [1/m] (num_rotations x n)
-};
 
 // motion of a link in a mode
 struct LocalShape {
@@ -171,11 +103,11 @@ class SecondOrders {
   std::map<Prestress::Pair, Eigen::VectorXd> known_;
 };
 
-// Geometric stiffness E_lu of pairs of modes under static responses. The stiffness from axial links (axial)
+// Geometric stiffness E_lu of pairs of modes per elastic coordinate. The stiffness from axial links (axial)
 // is separate from the stiffness from all other links (bent) (THEORY X140).
 struct PairStiffness {
-  Eigen::MatrixXd axial, bent;  // (pairs x responses)
-  // (pairs x responses) per rate of the responses, from dashpots and viscous links
+  Eigen::MatrixXd axial, bent;  // (pairs x n)
+  // (pairs x n) per rate of the elastic coordinates, from dashpots and viscous links
   Eigen::MatrixXd axial_rate, bent_rate;
   Eigen::VectorXd axial_quartic, bent_quartic;  // [N/m^3] (pairs) sum D h_lu^2
   SquareSums axial_squares, bent_squares;       // for the pairs in `squared`
@@ -195,10 +127,10 @@ class AxialSums {
     links_.push_back(link);
     if (links_.size() == kAtOnce) flush();
   }
-  void finish(const Eigen::MatrixXd& responses) {
+  void finish() {
     flush();
-    if (!held_.isZero(0.0)) stiffness_.axial += held_ * responses;
-    if (!damped_.isZero(0.0)) stiffness_.axial_rate += damped_ * responses;
+    stiffness_.axial += held_;
+    stiffness_.axial_rate += damped_;
   }
 
  private:
@@ -228,18 +160,16 @@ class AxialSums {
   Eigen::MatrixXd held_, damped_;  // (pairs x n)
 };
 
-// returns E_lu = sum_links sum_k s_k h_k,lu   (THEORY X140)
-// \param responses  [m] (n x responses) elastic coordinates that strain the links
+// returns E_lu = sum_links sum_k s_k h_k,lu per elastic coordinate   (THEORY X140)
 // \param squared    indices into `pairs` for which SquareSums are computed
 PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const Structure& structure,
-                           const std::vector<Prestress::Pair>& pairs, const Eigen::MatrixXd& responses,
-                           const std::vector<int>& squared) {
+                           const std::vector<Prestress::Pair>& pairs, const std::vector<int>& squared) {
   PairStiffness stiffness{{}, {}, {}, {}, {}, {}, SquareSums(squared), SquareSums(squared)};
-  stiffness.axial = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(pairs.size()), responses.cols());
+  stiffness.axial = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(pairs.size()), structure.omega.size());
   stiffness.bent = stiffness.axial_rate = stiffness.bent_rate = stiffness.axial;
   stiffness.axial_quartic = stiffness.bent_quartic = Eigen::VectorXd::Zero(stiffness.axial.rows());
   const Freedoms freedoms(scene);
-  const LocalShapes local(scene, freedoms, factor, structure);
+  const LocalShapes local(scene, freedoms, factor, structure.shapes, structure.rotations);
   AxialSums axial(scene, structure, pairs, stiffness);
   for (int index = 0; index < static_cast<int>(scene.links.size()); ++index) {
     const Link& link = scene.links[static_cast<std::size_t>(index)];
@@ -271,7 +201,7 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
       const auto [l, u] = pairs[static_cast<std::size_t>(pair)];
       h.col(pair) = second.of(l, u);
     }
-    const Eigen::MatrixXd added = h.transpose() * (forces * responses);
+    const Eigen::MatrixXd added = h.transpose() * forces;
     if (damps || link.viscous > 0.0)
       (kind.is_axial ? stiffness.axial_rate : stiffness.bent_rate) += (damps ? 1.0 : link.viscous) * added;
     if (damps) continue;
@@ -279,7 +209,7 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
     (kind.is_axial ? stiffness.axial_quartic : stiffness.bent_quartic) += h.cwiseAbs2().transpose() * D;
     (kind.is_axial ? stiffness.axial_squares : stiffness.bent_squares).add(h, D);
   }
-  axial.finish(responses);
+  axial.finish();
   return stiffness;
 }
 
@@ -322,9 +252,8 @@ Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Str
   assert(structure.shapes.cols() == structure.omega.size());
   Prestress prestress;
   choose_pairs(structure, prestress);
-  const Eigen::Index n = structure.omega.size();
-  PairStiffness stiffness = stiffness_of(scene, factor, structure, prestress.pairs,
-                                         Eigen::MatrixXd::Identity(n, n), shadowed_pairs(prestress));
+  PairStiffness stiffness =
+      stiffness_of(scene, factor, structure, prestress.pairs, shadowed_pairs(prestress));
   prestress.has_unquantified = stiffness.has_unquantified;
   prestress.rows = stiffness.axial + stiffness.bent;
   prestress.bent_rows = std::move(stiffness.bent);
@@ -339,73 +268,6 @@ Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Str
       quartic_forms(structure, prestress, stiffness.axial_squares.finish() + bent, prestress.rows);
   prestress.bent_quartic = quartic_forms(structure, prestress, bent, prestress.bent_rows);
   return prestress;
-}
-
-// returns the stiffness E_lu due to the quasi-static internal forces under each follower load at amplitude 1
-// (THEORY X145)
-std::vector<FollowerStiffness> find_follower_stiffness(const Scene& scene, const LinkFactor& factor,
-                                                       const Structure& structure) {
-  assert(structure.shapes.cols() == structure.omega.size() && structure.shapes.rows() > 0);
-  std::vector<FollowerStiffness> all;
-  const auto n = static_cast<int>(structure.omega.size());
-  const int num_modes = std::min(n, static_cast<int>(structure.mechanisms.size()) + kMostFollowed);
-  std::vector<Prestress::Pair> pairs;
-  for (int l = 0; l < num_modes; ++l)
-    for (int u = l; u < num_modes; ++u) pairs.push_back({l, u});
-  Eigen::VectorXd flexibility = Eigen::VectorXd::Zero(n);
-  for (int l = 0; l < n; ++l)
-    if (const double omega = structure.omega[l]; omega > 0.0)
-      flexibility[l] = 1.0 / (structure.mass_properties.mass * omega * omega);
-  Eigen::MatrixXd responses(n, 0);
-  for (int load = 0; load < static_cast<int>(scene.loads.size()); ++load) {
-    const Load& each = scene.loads[static_cast<std::size_t>(load)];
-    if (each.axes != Axes::kLocal) continue;
-    Eigen::VectorXd Q = Eigen::VectorXd::Zero(n);
-    for (const PointLoad& force : each.forces)
-      Q += structure.shapes.middleRows<3>(3 * Eigen::Index{force.point}).transpose() * force.force;
-    responses.conservativeResize(n, responses.cols() + 1);
-    responses.rightCols<1>() = flexibility.cwiseProduct(Q);
-    all.push_back({load, {}, Eigen::MatrixXd(num_modes, num_modes), Eigen::MatrixXd(num_modes, num_modes)});
-    for (int l = 0; l < num_modes; ++l) all.back().modes.push_back(l);
-  }
-  if (all.empty()) return all;
-  const PairStiffness stiffness = stiffness_of(scene, factor, structure, pairs, responses, {});
-  for (std::size_t k = 0; k < all.size(); ++k)
-    for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
-      const auto [l, u] = pairs[pair];
-      const auto row = static_cast<Eigen::Index>(pair), column = static_cast<Eigen::Index>(k);
-      const double bent = stiffness.bent(row, column), total = bent + stiffness.axial(row, column);
-      all[k].bent_rows(l, u) = all[k].bent_rows(u, l) = bent;
-      all[k].rows(l, u) = all[k].rows(u, l) = total;
-    }
-  return all;
-}
-
-void rotate_follower_stiffness(const Eigen::MatrixXd& rotation, int first, FollowerStiffness& stiffness) {
-  const auto begin = std::lower_bound(stiffness.modes.begin(), stiffness.modes.end(), first);
-  const auto end = std::lower_bound(begin, stiffness.modes.end(), first + static_cast<int>(rotation.rows()));
-  if (begin == end) return;
-  // if the stiffness contains only some of the rotated modes, only the block of the rotation for these modes
-  // is used
-  const Eigen::Index at = begin - stiffness.modes.begin(), count = end - begin;
-  for (Eigen::MatrixXd* rows : {&stiffness.rows, &stiffness.bent_rows}) {
-    const Eigen::MatrixXd part = rotation.topLeftCorner(count, count);
-    rows->middleCols(at, count) = (rows->middleCols(at, count) * part).eval();
-    rows->middleRows(at, count) = (part.transpose() * rows->middleRows(at, count)).eval();
-  }
-}
-
-void reduce_follower_stiffness(const std::vector<int>& kept, FollowerStiffness& stiffness) {
-  std::vector<int> positions, modes;
-  for (std::size_t k = 0; k < stiffness.modes.size(); ++k) {
-    const auto found = std::lower_bound(kept.begin(), kept.end(), stiffness.modes[k]);
-    if (found == kept.end() || *found != stiffness.modes[k]) continue;
-    positions.push_back(static_cast<int>(k));
-    modes.push_back(static_cast<int>(found - kept.begin()));
-  }
-  stiffness.rows = stiffness.rows(positions, positions).eval();
-  stiffness.bent_rows = stiffness.bent_rows(positions, positions).eval();
-  stiffness.modes = std::move(modes);
 }
 
 void rotate_prestress(const Eigen::MatrixXd& rotation, int first, Prestress& prestress) {

@@ -33,28 +33,13 @@ struct Prestress {
   Eigen::MatrixXd quartic, bent_quartic;
 };
 
-/// The geometric stiffness of the lowest modes due to the internal forces under one follower load at
-/// amplitude 1 (THEORY X145).
-struct FollowerStiffness {
-  int load = -1;              // index into Scene::loads
-  std::vector<int> modes;     // ascending
-  Eigen::MatrixXd rows;       // [N/m] (modes x modes) due to all links except matrices and rigid links
-  Eigen::MatrixXd bent_rows;  // [N/m] (modes x modes) due to the same links except springs, bars and dashpots
-};
-
 struct LinkFactor;
 struct Structure;
 /// Returns the geometric stiffness of a structure.  \pre structure.omega and shapes are filled;
 /// factor.recovery is filled
 Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Structure& structure);
-/// Returns the geometric stiffness due to each load in local axes.  \pre as for find_prestress()
-std::vector<FollowerStiffness> find_follower_stiffness(const Scene& scene, const LinkFactor& factor,
-                                                       const Structure& structure);
 
 /// Transforms the geometric stiffness for new modes b <- b rotation, which replace the modes from `first` on.
 void rotate_prestress(const Eigen::MatrixXd& rotation, int first, Prestress& prestress);
-void rotate_follower_stiffness(const Eigen::MatrixXd& rotation, int first, FollowerStiffness& stiffness);
-/// Restricts the stiffness to some modes, in ascending order, and renumbers them.
-void reduce_follower_stiffness(const std::vector<int>& kept, FollowerStiffness& stiffness);
 
 }  // namespace freeflex

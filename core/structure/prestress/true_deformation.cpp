@@ -130,27 +130,34 @@ double TrueLink::elongation(const Eigen::Vector3d& d) const {
   return (2.0 * span.dot(d) + d.dot(d)) / ((span + d).norm() + span.norm());
 }
 
-// A corotational beam (M. A. Crisfield, 1990). The rotations of the ends are relative to a frame along the
-// chord, and this frame rolls by the mean roll of both ends. The bow shortens the chord: e_1 = |l| - L + L (2
-// a^2 - a b + 2 b^2) / 30 in each plane, where a and b are the rotations of the ends   (THEORY X140).
+// A corotational beam. The rotations of the ends against the chord, and its axes half way between the ends,
+// are those of (THEORY 12.60, 12.61). The bow shortens the chord: e_1 = |l| - L + L (2 a^2 - a b + 2 b^2) /
+// 30 in each plane, where a and b are the rotations of the ends   (THEORY X140).
 Eigen::VectorXd TrueLink::of_beam(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta,
                                   const Eigen::Matrix3Xd& own) const {
-  const Eigen::Vector3d d = V.col(1) - V.col(0), span = rest_.col(1);
-  const Eigen::Matrix3d chord = smallest_rotation(axes_.col(0), (span + d).normalized()) * axes_;
-  const auto rotation_of_end = [&](Eigen::Index end, const Eigen::Matrix3d& frame) {
+  const Eigen::Vector3d d = V.col(1) - V.col(0), span = rest_.col(1), chord = (span + d).normalized();
+  Eigen::Matrix<double, 3, 2> turn,
+      across;  // rotation of each end against the chord, and its y axis on the chord
+  for (Eigen::Index end = 0; end < 2; ++end) {
     // rotation of the joint, then the rotation of the end relative to the joint
     const Eigen::Matrix3d joint = rotation_of(theta.col(end));
-    return vector_of(frame.transpose() *
-                     (own.cols() > 0 ? Eigen::Matrix3d(joint * rotation_of(own.col(end))) : joint) * axes_);
-  };
-  const double roll = 0.5 * (rotation_of_end(0, chord)[0] + rotation_of_end(1, chord)[0]);
-  const Eigen::Matrix3d frame = chord * Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()).toRotationMatrix();
-  const Eigen::Vector3d a = rotation_of_end(0, frame), b = rotation_of_end(1, frame);
+    const Eigen::Matrix3d axes =
+        (own.cols() > 0 ? Eigen::Matrix3d(joint * rotation_of(own.col(end))) : joint) * axes_;
+    const Eigen::Vector3d sine = chord.cross(axes.col(0));
+    const double size = sine.norm(), angle = std::atan2(size, chord.dot(axes.col(0)));
+    turn.col(end) = size == 0.0 ? sine : Eigen::Vector3d(angle / size * sine);
+    across.col(end) = smallest_rotation(axes.col(0), chord) * axes.col(1);
+  }
+  const Eigen::Vector3d y = (across.col(0) + across.col(1)).normalized(), z = chord.cross(y);
+  const double twist =
+      std::atan2(chord.dot(across.col(0).cross(across.col(1))), across.col(0).dot(across.col(1)));
+  const Eigen::Vector2d about_y = turn.transpose() * y, about_z = turn.transpose() * z;
   double bow = 0.0;
-  for (const int axis : {1, 2}) bow += 2.0 * a[axis] * a[axis] - a[axis] * b[axis] + 2.0 * b[axis] * b[axis];
+  for (const Eigen::Vector2d& t : {about_y, about_z})
+    bow += 2.0 * t[0] * t[0] - t[0] * t[1] + 2.0 * t[1] * t[1];
   Eigen::VectorXd e(6);
-  e << elongation(d) + span.norm() / 30.0 * bow, b[0] - a[0], b[2] - a[2], a[2] + b[2], b[1] - a[1],
-      a[1] + b[1];
+  e << elongation(d) + span.norm() / 30.0 * bow, twist, about_z[1] - about_z[0], about_z.sum(),
+      about_y[1] - about_y[0], about_y.sum();
   return e;
 }
 

@@ -15,6 +15,8 @@ class TrueLink {
   TrueLink(const Scene& scene, int link, const Freedoms& freedoms);
 
   int num_deformations() const { return num_deformations_; }
+  /// Returns the local axes of a beam or plate as columns; for other links those of the scene.
+  const Eigen::Matrix3d& axes() const { return axes_; }
   /// Returns the natural deformations in the order of the rows of the link, zero if the link is undeformed
   /// [m], [rad], [-].
   /// \param V      [m] (3 x points) displacements

@@ -61,15 +61,15 @@ Eigen::VectorXd masses_of(const std::vector<PointMass>& points) {
 
 }  // namespace
 
-void find_sparse_modes(const Scene& scene, const LinkFactor& factor, const ModesWanted& wanted,
-                       const SetupProgress& progress, Structure& structure, Faults& faults) {
+StaticResponses find_sparse_modes(const Scene& scene, const LinkFactor& factor, const ModesWanted& wanted,
+                                  const SetupProgress& progress, Structure& structure, Faults& faults) {
   assert(structure.mass_properties.mass > 0.0 && factor.is_sparse);
   const Freedoms freedoms(scene);
   const MassProperties& body = structure.mass_properties;
   const SparseSystem system = sparse_system(scene, freedoms, factor, body, faults);
-  if (has_error(faults)) return;
+  if (has_error(faults)) return {};
   LowestModes modes(scene, system, progress, faults);
-  if (!modes.find(wanted)) return;
+  if (!modes.find(wanted)) return {};
   structure.omega = modes.omega();
   Eigen::MatrixXd x = modes.take_shapes();
   const double rounding = direction_rounding(scene);
@@ -89,6 +89,13 @@ void find_sparse_modes(const Scene& scene, const LinkFactor& factor, const Modes
   structure.particles = {masses_of(scene.points), body.r, {}};
   if (!are_point_masses(scene)) structure.particles = find_particles(scene, freedoms, structure);
   structure.matrix_sums = matrix_sums(scene, freedoms, structure);
+  ShiftedInverse* const inverse = modes.lowest_inverse();
+  if (inverse == nullptr || reference_loads(scene, true).empty()) return {};
+  if (progress.report && !progress.report("static responses to loads", 0.0)) {
+    add_error(faults, scene.points.front().origin, kSetupEnded);
+    return {};
+  }
+  return static_responses(scene, freedoms, system, body.r, x, structure.omega, *inverse);
 }
 
 }  // namespace freeflex

@@ -21,7 +21,8 @@ inline constexpr const char* kSetupEnded = "the set-up was ended";
 /// memory is insufficient, if the Sturm sequence does not verify the number of modes, or if `progress`
 /// requests the end.
 /// \pre structure.mass_properties is filled; factor is from factor_links_sparse()
-void find_sparse_modes(const Scene& scene, const LinkFactor& factor, const ModesWanted& wanted,
-                       const SetupProgress& progress, Structure& structure, Faults& faults);
+/// \return the static responses to the reference loads of the scene
+StaticResponses find_sparse_modes(const Scene& scene, const LinkFactor& factor, const ModesWanted& wanted,
+                                  const SetupProgress& progress, Structure& structure, Faults& faults);
 
 }  // namespace freeflex

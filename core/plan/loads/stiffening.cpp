@@ -1,0 +1,68 @@
+#include "core/plan/loads/stiffening.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <variant>
+
+namespace freeflex {
+namespace {
+
+// Returns the largest size that the history of a load reaches [-].
+double largest_amplitude(const History& history) {
+  return std::visit(
+      [](const auto& each) {
+        double most = 1.0;
+        if constexpr (requires { each.values; }) {
+          most = 0.0;
+          for (const double value : each.values) most = std::max(most, std::abs(value));
+        }
+        return most;
+      },
+      history);
+}
+
+// Appends a matrix E_k to a stiffening. All matrices of a stiffening have the same modes.
+void append(const LoadStiffness& stiffness, const StepPlan& plan, PlanStiffening& stiffening) {
+  const Eigen::MatrixXd& E = stiffness.rows;
+  stiffening.modes.assign(stiffness.modes.begin(), stiffness.modes.end());
+  stiffening.components.push_back(stiffness.reference.component);
+  const std::size_t padded = pad(stiffening.modes.size());
+  double share = 0.0;
+  for (Eigen::Index l = 0; l < E.rows(); ++l) {
+    const std::size_t begin = stiffening.rows.size();
+    stiffening.rows.resize(begin + padded, 0.0);
+    for (Eigen::Index u = 0; u < E.cols(); ++u) stiffening.rows[begin + index(u)] = E(l, u);
+    const double omega = plan.omega[index(stiffness.modes[index(l)])];
+    if (E(l, l) != 0.0) share = std::max(share, std::abs(E(l, l)) / (plan.mass * omega * omega));
+  }
+  stiffening.shares.push_back(std::min(share, std::numeric_limits<double>::max()));
+}
+
+}  // namespace
+
+void compile_field_stiffening(const Structure& structure, StepPlan& plan) {
+  const RungTraits& rung = traits_of(plan.fidelity);
+  const bool has_field = plan.has_rotation || plan.attractor_mu != 0.0;
+  if (!rung.couples || rung.has_true_geometry || plan.num_elastic == 0 || !has_field) return;
+  for (const LoadStiffness& each : structure.load_stiffness)
+    if (each.reference.load < 0 && !each.modes.empty()) append(each, plan, plan.field_stiffening);
+}
+
+PlanStiffening load_stiffening(const Scene& scene, const Structure& structure, int load,
+                               const StepPlan& plan) {
+  PlanStiffening stiffening;
+  const RungTraits& rung = traits_of(plan.fidelity);
+  const Load& of = scene.loads[index(load)];
+  // below the rung `coupled`, only a load that turns with the structure changes the stiffness
+  const bool is_taken = of.axes == Axes::kLocal || rung.couples;
+  if (rung.has_true_geometry || !is_taken || plan.num_elastic == 0) return stiffening;
+  for (const LoadStiffness& each : structure.load_stiffness)
+    if (each.reference.load == load && !each.modes.empty()) append(each, plan, stiffening);
+  const double change = std::accumulate(stiffening.shares.begin(), stiffening.shares.end(), 0.0);
+  if (change * largest_amplitude(of.history) < PlanStiffening::kNegligible) return {};
+  return stiffening;
+}
+
+}  // namespace freeflex
