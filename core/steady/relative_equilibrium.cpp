@@ -96,7 +96,7 @@ RelativeEquilibria::RelativeEquilibria(const StepPlan& plan, std::optional<doubl
     // the largest displacement at q_l = 1, and the largest rotation of a body times the size
     double most = 0.0;
     for (const PlanPoint& point : plan_.points)
-      for (std::size_t a = 0; a < 3; ++a)
+      for (std::size_t a = 0; a < 3 && point.row >= 0; ++a)
         most = std::max(most, std::abs(point_rows(plan_, point.row)[a * index(plan_.num_padded) + index(l)]));
     for (const PlanTurningBody& body : plan_.coupled.turning.bodies)
       for (std::size_t a = 0; a < 6; ++a)
@@ -331,6 +331,16 @@ std::string RelativeEquilibria::set_motions(const Vector& z, RelativeEquilibrium
   return {};
 }
 
+// Elastic displacement of a point [m]. Without true geometry it is linear, and zero if the plan has no rows
+// of the point.
+Vector3d RelativeEquilibria::displacement(std::size_t point) const {
+  if (traits_of(plan_.fidelity).has_true_geometry) return vector_of(workspace_.coupled.V[point]);
+  const std::int32_t row = plan_.points[point].row;
+  const Vec3 V =
+      row < 0 ? Vec3{} : contract_rows(point_rows(plan_, row), state_.q.data(), index(plan_.num_padded));
+  return vector_of(V);
+}
+
 // Follows the steady motion from the shape of `q` to the whole spin and loads in equal steps. Returns the
 // error, or an empty text.
 std::string RelativeEquilibria::follow(const Vector3d& asked, int num_steps, Vector& q, Vector3d& spin) {
@@ -382,7 +392,7 @@ RelativeEquilibrium RelativeEquilibria::find(const Vector3d& asked) {
   q_ = q;
   motion.displacements.resize(3, static_cast<Index>(plan_.points.size()));
   for (std::size_t i = 0; i < plan_.points.size(); ++i)
-    motion.displacements.col(static_cast<Index>(i)) = vector_of(workspace_.coupled.V[i]);
+    motion.displacements.col(static_cast<Index>(i)) = displacement(i);
   motion.error = set_motions(z, motion);
   return motion;
 }

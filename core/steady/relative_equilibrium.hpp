@@ -1,4 +1,4 @@
-// Steady motions of a plan with true geometry, and the small motions about them   (THEORY 12.98 to 12.101).
+// Steady motions of a plan on a coupled rung, and the small motions about them   (THEORY 12.98 to 12.101).
 #pragma once
 
 #include <Eigen/Core>
@@ -36,10 +36,10 @@ struct RelativeEquilibrium {
   double accuracy = 0.0;
 };
 
-/// Finds steady motions of a plan with true geometry, and linearises the equations of the step about them
+/// Finds steady motions of a plan on a coupled rung, and linearises the equations of the step about them
 /// (THEORY 12.98 to 12.101). Feedback and damping act, and wheels keep their initial momenta. The attractor
 /// is left out.
-/// \pre the rung has true geometry
+/// \pre the rung is coupled
 class RelativeEquilibria {
  public:
   /// \param loads_at  [s] time at which built-in loads have the values that they keep, rounded to a tick;
@@ -69,6 +69,7 @@ class RelativeEquilibria {
   double zero_rate(const Eigen::MatrixXd& A, double spin) const;
   std::string follow(const Eigen::Vector3d& asked, int num_steps, Vector& q, Eigen::Vector3d& spin);
   Eigen::MatrixXd linearise(const Vector& z, const Eigen::Vector3d& spin, double stretch);
+  Eigen::Vector3d displacement(std::size_t point) const;
   std::string set_motions(const Vector& z, RelativeEquilibrium& motion);
 
   StepPlan plan_;

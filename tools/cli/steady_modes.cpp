@@ -75,6 +75,12 @@ Spin spin_of(const std::string& text, const StepPlan& plan) {
 }
 
 /// Returns the full plan with true geometry. Prints the faults.
+/// Returns the coupled rung with linear links.
+Fidelity linear_coupled_rung() {
+  return std::ranges::find_if(kRungs,
+                              [](const RungTraits& rung) { return rung.couples && !rung.has_true_geometry; })
+      ->rung;
+}
 std::optional<Plan> load(const std::string& path, const io::Settings& settings) {
   if (io::is_plan_file(path)) {
     print_error(path + " is a plan; --spin and --loads need the scene that it was made from");
@@ -84,24 +90,27 @@ std::optional<Plan> load(const std::string& path, const io::Settings& settings) 
   std::optional<Plan> plan;
   if (read.scene) {
     const Progress progress("set-up");
-    read.scene->modes = {};  // the rung needs all modes
-    read.scene->fidelity = kTrueGeometry;
+    // the rung corotational needs all modes; a larger scene keeps its lowest ones on the rung coupled
+    const bool is_large = 3 * read.scene->points.size() > std::size_t{kMostFreedoms} + 6;
+    if (!is_large) read.scene->modes = {};
+    read.scene->fidelity = is_large ? linear_coupled_rung() : kTrueGeometry;
     read.scene->automatic = {};
     const auto structure = build_structure(*read.scene, read.faults);
     if (structure && structure->omega.size() <= kMostFreedoms) {
-      plan = make_full_plan(*read.scene, *structure, kTrueGeometry, read.faults);
+      plan = make_full_plan(*read.scene, *structure, read.scene->fidelity, read.faults);
     } else if (structure) {
       add_error(read.faults, {},
                 join_text("the scene has ", structure->omega.size(),
                           " elastic freedoms, but --spin and --loads take at most ", kMostFreedoms,
-                          "; use a coarser mesh"));
+                          "; keep fewer modes (modes: {count: N}), or use a coarser mesh"));
     }
   }
   print_faults(read.faults, read.sources);
   if (!plan && read.scene)
     print_error(
-        "--spin and --loads use the rung corotational whatever the fidelity of the scene, "
-        "and it does not take this scene");
+        "--spin and --loads use the rung corotational whatever the fidelity of the scene, or the rung "
+        "coupled "
+        "with the lowest modes of a large scene, and it does not take this scene");
   return plan;
 }
 
@@ -179,6 +188,9 @@ int show_one(const Plan& plan, const SteadyOptions& options, const Spin& spin) {
   std::printf("%s\n", plan.name.c_str());
   std::printf("spin               %s rad/s (body axes)\n", vector_text(found.spin).c_str());
   const bool is_idle = options.loads_at && largest == 0.0;
+  if (!traits_of(plan.fidelity).has_true_geometry)
+    std::printf("modes              the %d lowest, linear, with the geometric stiffness of spin and loads\n",
+                plan.num_elastic);
   std::printf("loads              %s%s\n", loads_text(options, equilibria).c_str(),
               is_idle ? ", when none acts" : "");
   std::printf("displacement       up to %.4g m, of point '%s'\n", largest,
