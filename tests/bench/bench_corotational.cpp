@@ -1,6 +1,6 @@
-// This program measures the cost of a tick on the rung `corotational`: a frame of 20 points and 40 beams (54
-// modes) and a line of 100 beams (298 modes), with ticks that need the filter of stiff modes (THEORY 12.82)
-// or not, and with damping of true strains (THEORY 12.114).
+// This program measures the cost of a tick on the rung `corotational`, on a frame of 20 points and 40 beams
+// (54 modes) and on a line of 100 beams (298 modes). Each is measured with short ticks, with ticks that are
+// so long that stiff modes are filtered (THEORY 12.82), and with damping of true strains (THEORY 12.114).
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

@@ -102,6 +102,18 @@ TEST(Gallery, FreeFlyingBeam) {
   EXPECT_NEAR(end.p_W[1], 1.00410, 1e-4);
 }
 
+// The moments grow slowly, and damping brings the ends together.
+TEST(Gallery, RollUpInMotion) {
+  const Plan plan = read_gallery("roll_up");
+  Motion motion(plan, kMotionAlone);
+  for (long tick = 1; tick <= std::lround(18.0 / plan.period); ++tick)
+    ASSERT_EQ(motion.advance().status, StepStatus::kOk);
+  const PointState first = read_point(plan, motion.state(), 0), last = read_point(plan, motion.state(), 8);
+  const double gap = (Vector3d(first.p_W.data()) - Vector3d(last.p_W.data())).norm();
+  std::printf("gap after 18 s: %.1e m\n", gap);
+  EXPECT_LT(gap, 1e-6);
+}
+
 TEST(Gallery, TumblingBox) {
   const auto fastest = [](const Plan& plan) {
     const RelativeEquilibrium found = RelativeEquilibria(plan, std::nullopt).find({0.0, 1.0, 0.0});

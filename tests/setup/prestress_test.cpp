@@ -6,6 +6,8 @@
 #include <random>
 
 #include "core/plan/make_plan.hpp"
+#include "core/structure/links/link_factor.hpp"
+#include "core/structure/prestress/load_stiffness.hpp"
 #include "core/structure/prestress/true_deformation.hpp"
 #include "tests/setup/make_scene.hpp"
 
@@ -208,6 +210,87 @@ TEST(Prestress, GeometricStiffnessOfAColumnGivesEulersLoad) {
   std::printf("by the mode without load %.4f of Euler's load\n", critical / euler);
   EXPECT_GT(critical, 0.999 * euler);
   EXPECT_LT(critical, 1.07 * euler);
+}
+
+// Returns a random frame of point masses with beams, springs and an angle spring.
+Scene mixed_frame() {
+  std::mt19937_64 engine(5);
+  Scene scene;
+  for (int k = 0; k < 6; ++k)
+    add_point(scene, 1.0 + 0.2 * k, 0.3 * random_vector(engine) + Eigen::Vector3d(k, k % 2, k % 3));
+  for (int k = 0; k < 4; ++k)
+    add_link(scene, {k, k + 1}, Beam{.EA = 1e5, .GJ = 50.0, .EI_y = 60.0, .EI_z = 80.0});
+  add_link(scene, {4, 5}, Spring{1e4});
+  for (int k = 0; k < 3; ++k) add_link(scene, {5, k}, Spring{5e3});
+  add_link(scene, {3, 4, 5}, BendingSpring{20.0});
+  return scene;
+}
+
+// A translation does not see the change of stiffness E under a static response u_s with the forces f. A
+// rotation phi turns the forces against the structure, and u_s with them: phi . E u = -f . (phi x u) - u . K
+// (phi x u_s).
+TEST(LoadStiffness, RigidMotionsChangeItOnlyAsTheyTurnTheForces) {
+  Scene scene = mixed_frame();
+  Load load;
+  load.axes = Axes::kBody;
+  load.forces = {{0, {30.0, 10.0, -5.0}}, {5, {-20.0, 4.0, 8.0}}};
+  scene.loads = {load};
+  Faults faults;
+  const Structure structure = build(scene);
+  const StaticResponses responses = static_responses(scene, structure);
+  const LinkFactor factor = factor_links(scene, true, faults);
+  ASSERT_TRUE(faults.empty());
+  // three translations and three rotations before the modes
+  const Eigen::Index n = structure.omega.size();
+  Eigen::VectorXd mass(structure.shapes.rows());
+  for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = scene.points[static_cast<std::size_t>(i / 3)].mass;
+  Structure moved = structure;
+  moved.omega.setZero(6 + n);
+  moved.shapes.setZero(structure.shapes.rows(), 6 + n);
+  for (Eigen::Index i = 0; i < structure.shapes.rows() / 3; ++i)
+    for (Eigen::Index a = 0; a < 3; ++a) {
+      moved.shapes(3 * i + a, a) = 1.0;
+      moved.shapes.block<3, 1>(3 * i, 3 + a) =
+          Eigen::Vector3d::Unit(a).cross(Eigen::Vector3d(structure.mass_properties.r.col(i)));
+    }
+  moved.shapes.rightCols(n) = structure.shapes;
+  const std::vector<LoadStiffness> all = find_load_stiffness(scene, factor, moved, responses);
+  ASSERT_EQ(all.size(), 7U);  // six fields and the load
+  double of_translations = 0.0, of_rotations = 0.0, size = 0.0;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const Eigen::MatrixXd& E = all[k].rows;
+    const double largest = E.bottomRightCorner(E.rows() - 6, E.cols() - 6).cwiseAbs().maxCoeff();
+    of_translations = std::max(of_translations, E.topRows(3).cwiseAbs().maxCoeff() / largest);
+    const Eigen::VectorXd u_s = responses.shapes.col(static_cast<Eigen::Index>(k));
+    const auto turned = [](const Eigen::VectorXd& v, Eigen::Index axis) {
+      Eigen::VectorXd out(v.size());
+      for (Eigen::Index i = 0; i < v.size(); i += 3)
+        out.segment<3>(i) = Eigen::Vector3d::Unit(axis).cross(Eigen::Vector3d(v.segment<3>(i)));
+      return out;
+    };
+    // K v = sum omega_l^2 m b_l (m b_l . v) / M over all modes
+    const auto K = [&](const Eigen::VectorXd& v) {
+      Eigen::VectorXd out = Eigen::VectorXd::Zero(v.size());
+      for (Eigen::Index l = 0; l < n; ++l) {
+        const Eigen::VectorXd momentum = mass.cwiseProduct(structure.shapes.col(l));
+        out += structure.omega[l] * structure.omega[l] / structure.mass_properties.mass * momentum.dot(v) *
+               momentum;
+      }
+      return out;
+    };
+    const Eigen::VectorXd f = K(u_s);
+    for (Eigen::Index a = 0; a < 3; ++a)
+      for (Eigen::Index u = 6; u < E.cols(); ++u) {
+        const Eigen::VectorXd shape = moved.shapes.col(u);
+        const double expected = -f.dot(turned(shape, a)) - shape.dot(K(turned(u_s, a)));
+        of_rotations = std::max(of_rotations, std::abs(E(3 + a, u) - expected) / largest);
+        size = std::max(size, std::abs(expected) / largest);
+      }
+  }
+  std::printf("translations %.1e, rotations off by %.1e of %.1e\n", of_translations, of_rotations, size);
+  EXPECT_LT(of_translations, 1e-12);
+  EXPECT_LT(of_rotations, 1e-6);  // the differences of (THEORY 8.50)
+  EXPECT_GT(size, 0.01);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ JSON fields:
   coupling     what couples the modes, as a text;  dependent_loads: names of loads that depend on the elastic
                motion
   step_error   largest splitting error of a tick, relative to the damping in that tick;  null: no splitting
-JSON fields with --spin or --loads: name, and
+JSON fields with --spin or --loads: name, rung (corotational, or coupled for a large scene), and
   steady       for each spin: spin [rad/s], body axes; displacement [m], the largest of a point;
                acceleration [rad/s^2] of the rotation by a small moment of the loads; accuracy [-] of the motions;
                motions, for each: frequency [Hz], damping_ratio, decay_rate [1/s], mode and share
@@ -417,12 +417,13 @@ void add_modes(CLI::App& app, int& exit_code) {
   command
       ->add_option("--spin", options->spin,
                    "instead the small motions about a steady rotation at X,Y,Z [rad/s], body axes, with true "
-                   "geometry; W for the axis of the largest moment of inertia; 0..X,Y,Z or 0..W for a range")
+                   "geometry, or with the lowest modes of a large scene on the rung coupled; W for the axis "
+                   "of the largest moment of inertia; 0..X,Y,Z or 0..W for a range")
       ->check(check_spin)
       ->type_name("SPIN");
-  CLI::Option* loads =
-      command->add_flag("--loads", options->has_loads,
-                        "instead the small motions under the built-in loads, with true geometry");
+  CLI::Option* loads = command->add_flag(
+      "--loads", options->has_loads,
+      "instead the small motions under the built-in loads, with the same equations as --spin");
   command
       ->add_option("--at", options->at,
                    "time [s] at which --loads takes the values of the loads, rounded to a tick; default 0")

@@ -178,7 +178,7 @@ int show_one(const Plan& plan, const SteadyOptions& options, const Spin& spin) {
   if (!found.error.empty()) return print_error(found.error), kExitDiffers;
   warn_of_accuracy(found.accuracy);
   if (options.json) {
-    Json out{{"name", plan.name}};
+    Json out{{"name", plan.name}, {"rung", name_of(plan.fidelity)}};
     out["steady"] = Json::array({json_of(plan, found)});
     print_json(out);
     return kExitOk;
@@ -189,8 +189,10 @@ int show_one(const Plan& plan, const SteadyOptions& options, const Spin& spin) {
   std::printf("spin               %s rad/s (body axes)\n", vector_text(found.spin).c_str());
   const bool is_idle = options.loads_at && largest == 0.0;
   if (!traits_of(plan.fidelity).has_true_geometry)
-    std::printf("modes              the %d lowest, linear, with the geometric stiffness of spin and loads\n",
-                plan.num_elastic);
+    std::printf(
+        "equations          the rung coupled with the %d lowest modes; the displacement is that of these "
+        "modes alone\n",
+        plan.num_elastic);
   std::printf("loads              %s%s\n", loads_text(options, equilibria).c_str(),
               is_idle ? ", when none acts" : "");
   std::printf("displacement       up to %.4g m, of point '%s'\n", largest,
@@ -281,7 +283,7 @@ int show_range(const Plan& plan, const SteadyOptions& options, const Spin& spin)
   branches.resize(
       std::min({kMostDrawn, branches.size(), options.count > 0 ? index(options.count) : kMostDrawn}));
   if (options.json) {
-    Json out{{"name", plan.name}};
+    Json out{{"name", plan.name}, {"rung", name_of(plan.fidelity)}};
     out["steady"] = Json::array();
     for (const RelativeEquilibrium& found : all) out["steady"].push_back(json_of(plan, found));
     print_json(out);

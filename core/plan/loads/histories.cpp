@@ -59,8 +59,7 @@ void set_kind(const History& history, PlanHistory& plan) {
 
 // Returns the rows of the local rotation theta at each point of a load in local axes, whose force is f = f_B
 // + theta x f_B (THEORY 8.24). If the load stiffens the lowest modes only, theta has only these modes: in
-// higher modes the two effects nearly cancel, and one without the other lowered a frequency by 2 %
-// (THEORY 8.49).
+// higher modes the two effects nearly cancel (THEORY 8.49).
 std::vector<PlanFollower> followers(const Load& load, const PlanStiffening& stiffening,
                                     const Structure& structure, const StepPlan& plan) {
   std::vector<PlanFollower> all;

@@ -348,8 +348,11 @@ void set_momenta(const StepPlan& plan, const Vec3& w_B, MotionState& state) noex
 }  // namespace
 
 void set_coupled_motion(const StepPlan& plan, const Vec3& w_B, MotionState& state) noexcept {
-  Vec3 stiffened{};  // of second order in the displacements   (THEORY 8.52)
-  for (int pass = 0; pass < 8; ++pass) {
+  // of second order in the displacements (THEORY 8.52), so that each pass leaves a small share of the error
+  // of the last one
+  constexpr int kPasses = 8;
+  Vec3 stiffened{};
+  for (int pass = 0; pass < kPasses; ++pass) {
     set_momenta(plan, sub(w_B, stiffened), state);
     if (plan.field_stiffening.modes.empty()) break;
     const Mat3 R_WB = rotation_matrix(state.q_WB);

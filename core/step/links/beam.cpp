@@ -12,7 +12,8 @@ namespace {
 // With SmallAngle, the functions for the gradient have no branches, so that the compiler puts a loop over
 // beams into vector registers.
 
-/// Holds the bounds of the angles of one beam: SmallAngle applies if is_small_angle() is true for them.
+/// Holds the largest angles of one beam, by their sines and cosines. SmallAngle may be used for the beam if
+/// is_small_angle() is true for them.
 struct BeamAngles {
   double largest_square, smallest_cosine;  // of the sines and of the cosines
 };

@@ -6,7 +6,7 @@
 namespace freeflex {
 
 /// Holds the constants of all beams, the present axes of their ends and the results, in blocks of kLanes
-/// beams. Made once, without an allocation afterwards.
+/// beams. The arrays are allocated when the workspace is made; the step allocates nothing.
 struct BeamBatch {
   Array constants;  // (14 x kLanes in each block) rest vector, then the members of BeamConstants
   Array ends;       // (15 x kLanes in each block) d [m], then n and y of both ends [-]

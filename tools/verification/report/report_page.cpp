@@ -114,7 +114,7 @@ std::string study_section(const Study& study) {
       escaped(study.reference) +
       format_text(", with an elastic error of at most %.0e, %.1f s of CPU time.</p>\n",
                   study.reference_accuracy, study.reference_cpu);
-  if (const std::string note = forces_note(study); !note.empty()) text += "<p>" + escaped(note) + ".</p>\n";
+  if (const std::string note = forces_note(study); !note.empty()) text += "<p>" + escaped(note) + "</p>\n";
   text += run_table(study);
   if (study.left_out.empty()) return text;
   text += "<p>Left out:</p><ul>\n";

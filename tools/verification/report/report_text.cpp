@@ -129,13 +129,15 @@ double ns_per_step(const Study& study, const Run& run) {
 
 std::string forces_note(const Study& study) {
   if (!(study.evaluation_cpu > 0.0)) return {};
+  const double us = 1e6 * study.evaluation_cpu;
   return format_text(
-      "on %s the other methods evaluate the forces of the reference at true geometry, which take %.2g us "
-      "each, "
-      "so their costs and the ratios are upper bounds; at a ratio of x, they would be as cheap as freeflex "
-      "with "
-      "an evaluation in %.2g us / x",
-      study.scene.c_str(), 1e6 * study.evaluation_cpu, 1e6 * study.evaluation_cpu);
+      "%s: the other methods evaluate the forces of the reference at true geometry, and one evaluation takes "
+      "%.2g us. Faster code for the forces would make these methods cheaper, so their costs, and the ratios "
+      "of "
+      "their costs to ours, are upper bounds. A method with the ratio r would cost as much as freeflex if "
+      "one "
+      "evaluation took %.2g us / r.",
+      study.scene.c_str(), us, us);
 }
 
 std::vector<std::string> findings(const Report& report) {
@@ -169,10 +171,7 @@ std::vector<std::string> findings(const Report& report) {
         "(below 1, we lose): " +
         least_ratios(report) + ".");
   for (const Study& study : report.studies)
-    if (std::string note = forces_note(study); !note.empty()) {
-      note[0] = 'O';
-      sentences.push_back(note + ".");
-    }
+    if (const std::string note = forces_note(study); !note.empty()) sentences.push_back(note);
   sentences.push_back(
       std::string(
           "If all points of a large structure are read often, a rung with modes is the wrong tool, because "
