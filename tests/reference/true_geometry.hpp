@@ -100,4 +100,53 @@ inline void set_masses(Scene& scene, double density_thickness) {
   }
 }
 
+/// Returns a strip of length 1 along x, one pair of plates wide, with Poisson's ratio zero, so that it is a
+/// beam.
+inline Scene strip_of_plates(int elements, double thickness) {
+  constexpr double kWidth = 0.04;
+  Scene scene;
+  for (int i = 0; i <= elements; ++i)
+    for (const double side : {-0.5, 0.5})
+      add_point(scene, 1.0, {static_cast<double>(i) / elements, side * kWidth, 0.0});
+  // EI = 1
+  const Plate plate{12.0 / (kWidth * std::pow(thickness, 3)), 0.0, thickness};
+  for (int i = 0; i < elements; ++i) {
+    const int k = 2 * i;
+    // the diagonals alternate
+    if (i % 2 == 0) {
+      add_plate(scene, {k, k + 2, k + 3}, plate);
+      add_plate(scene, {k, k + 3, k + 1}, plate);
+    } else {
+      add_plate(scene, {k, k + 2, k + 1}, plate);
+      add_plate(scene, {k + 2, k + 3, k + 1}, plate);
+    }
+  }
+  set_masses(scene, 1.0 / kWidth);
+  return scene;
+}
+
+/// Returns a disc of radius 1 and of 1 kg/m^2, of plates between concentric rings of points. It has next to
+/// no bending stiffness.
+inline Scene disc_of_plates(int rings, double nu) {
+  Scene scene;
+  add_point(scene, 1.0, Eigen::Vector3d::Zero());
+  // ring j has 6 j points, which begin at index 1 + 3 j (j - 1)
+  for (int j = 1; j <= rings; ++j)
+    for (int i = 0; i < 6 * j; ++i) {
+      const double angle = M_PI / 3.0 * i / j, radius = static_cast<double>(j) / rings;
+      add_point(scene, 1.0, {radius * std::cos(angle), radius * std::sin(angle), 0.0});
+    }
+  const Plate plate{1e4 / 1e-4, nu, 1e-4};  // E h is 1e4 times the density per area times Omega^2 a^2
+  const auto at = [](int j, int i) { return j == 0 ? 0 : 1 + 3 * j * (j - 1) + (i + 6 * j) % (6 * j); };
+  for (int j = 1; j <= rings; ++j)
+    for (int sector = 0; sector < 6; ++sector)
+      for (int i = 0; i < j; ++i) {
+        const int outer = sector * j + i, inner = sector * (j - 1) + i;
+        add_plate(scene, {at(j - 1, inner), at(j, outer), at(j, outer + 1)}, plate);
+        if (i > 0) add_plate(scene, {at(j - 1, inner - 1), at(j, outer), at(j - 1, inner)}, plate);
+      }
+  set_masses(scene, 1.0);
+  return scene;
+}
+
 }  // namespace freeflex::testing

@@ -88,25 +88,7 @@ TEST(TruePlate, SpinningDiscAgreesWithLambAndSouthwell) {
   std::array<std::vector<double>, 3> found;
   constexpr std::array<int, 3> kRings{3, 4, 5};
   for (std::size_t mesh = 0; mesh < 3; ++mesh) {
-    const int rings = kRings[mesh];
-    Scene scene;
-    add_point(scene, 1.0, Vector3d::Zero());
-    // ring j has 6 j points, which begin at index 1 + 3 j (j - 1)
-    for (int j = 1; j <= rings; ++j)
-      for (int i = 0; i < 6 * j; ++i) {
-        const double angle = M_PI / 3.0 * i / j, radius = static_cast<double>(j) / rings;
-        add_point(scene, 1.0, {radius * std::cos(angle), radius * std::sin(angle), 0.0});
-      }
-    const Plate plate{1e4 / 1e-4, kNu, 1e-4};  // E h is 1e4 times the density per area times Omega^2 a^2
-    const auto at = [](int j, int i) { return j == 0 ? 0 : 1 + 3 * j * (j - 1) + (i + 6 * j) % (6 * j); };
-    for (int j = 1; j <= rings; ++j)
-      for (int sector = 0; sector < 6; ++sector)
-        for (int i = 0; i < j; ++i) {
-          const int outer = sector * j + i, inner = sector * (j - 1) + i;
-          add_plate(scene, {at(j - 1, inner), at(j, outer), at(j, outer + 1)}, plate);
-          if (i > 0) add_plate(scene, {at(j - 1, inner - 1), at(j, outer), at(j - 1, inner)}, plate);
-        }
-    set_masses(scene, 1.0);
+    Scene scene = disc_of_plates(kRings[mesh], kNu);
     scene.initial.angular_velocity = {0.0, 0.0, kSpin};
     found[mesh] = frequencies_along(steady_motion_of(scene), 2, 1.1 * kSpin);
   }

@@ -67,31 +67,6 @@ TEST(TruePlate, UniformCurvaturePassesThePatchTest) {
   EXPECT_NEAR(energy, expected, 1e-6 * expected);
 }
 
-// Returns a strip of length 1 along x, one pair of plates wide, with Poisson's ratio zero, so that it is a
-// beam.
-Scene strip(int elements, double thickness) {
-  constexpr double kWidth = 0.04;
-  Scene scene;
-  for (int i = 0; i <= elements; ++i)
-    for (const double side : {-0.5, 0.5})
-      add_point(scene, 1.0, {static_cast<double>(i) / elements, side * kWidth, 0.0});
-  // EI = 1
-  const Plate plate{12.0 / (kWidth * std::pow(thickness, 3)), 0.0, thickness};
-  for (int i = 0; i < elements; ++i) {
-    const int k = 2 * i;
-    // the diagonals alternate
-    if (i % 2 == 0) {
-      add_plate(scene, {k, k + 2, k + 3}, plate);
-      add_plate(scene, {k, k + 3, k + 1}, plate);
-    } else {
-      add_plate(scene, {k, k + 2, k + 1}, plate);
-      add_plate(scene, {k + 2, k + 3, k + 1}, plate);
-    }
-  }
-  set_masses(scene, 1.0 / kWidth);
-  return scene;
-}
-
 TEST(TruePlate, ASpinningStripVibratesLikeABeam) {
   constexpr double kFirst = 22.3733;
   // expected first frequency, as a ratio to omega_1, of the continuous beam at rest and of the beam that
@@ -99,7 +74,7 @@ TEST(TruePlate, ASpinningStripVibratesLikeABeam) {
   for (const auto& [share, expected] : {std::pair{0.0, 1.0}, {0.5, 1.327300}}) {
     std::array<double, 2> found{};
     for (std::size_t k = 0; k < 2; ++k) {
-      Scene scene = strip(k == 0 ? 12 : 24, 2e-3);
+      Scene scene = strip_of_plates(k == 0 ? 12 : 24, 2e-3);
       scene.initial.angular_velocity = {0.0, 0.0, share * kFirst};
       const SteadyMotion motion = steady_motion_of(scene);
       found[k] = frequencies_along(motion, 2, std::max(1.05 * share, 0.5) * kFirst)[0] / kFirst;
