@@ -9,8 +9,7 @@
 #include "core/step/links/beam.hpp"
 #include "core/step/readout.hpp"
 #include "tests/reference/energy_drift.hpp"
-#include "tests/reference/random.hpp"
-#include "tests/setup/make_scene.hpp"
+#include "tests/reference/structures.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -18,47 +17,23 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-constexpr double kEA = 1e5, kGJ = 300.0, kEI_y = 200.0, kEI_z = 400.0;
-
-// The stiffness (12 x 12) of a straight beam over displacements and rotations of its ends, from the closed
-// forms of Przemieniecki (1968, section 5.6) without shear.
-MatrixXd beam_stiffness(const Eigen::Matrix3d& axes, double L) {
-  MatrixXd K = MatrixXd::Zero(12, 12);
-  const auto pair = [&](Eigen::Index a, double k) {
-    K(a, a) += k, K(a + 6, a + 6) += k, K(a, a + 6) -= k, K(a + 6, a) -= k;
-  };
-  pair(0, kEA / L);
-  pair(3, kGJ / L);
-  for (const auto& [v, r, EI, sign] : {std::tuple{1, 5, kEI_z, 1.0}, {2, 4, kEI_y, -1.0}}) {
-    pair(v, 12.0 * EI / (L * L * L));
-    for (const int end : {r, r + 6}) {
-      K(v, end) += sign * 6.0 * EI / (L * L), K(end, v) += sign * 6.0 * EI / (L * L);
-      K(v + 6, end) -= sign * 6.0 * EI / (L * L), K(end, v + 6) -= sign * 6.0 * EI / (L * L);
-    }
-    K(r, r) += 4.0 * EI / L, K(r + 6, r + 6) += 4.0 * EI / L;
-    K(r, r + 6) += 2.0 * EI / L, K(r + 6, r) += 2.0 * EI / L;
-  }
-  MatrixXd turn = MatrixXd::Zero(12, 12);
-  for (Eigen::Index k = 0; k < 4; ++k) turn.block<3, 3>(3 * k, 3 * k) = axes;
-  return turn * K * turn.transpose();
-}
+const Beam kBoomBeam{1e5, 300.0, 200.0, 400.0, {0.0, 1.0, 0.0}};
 
 // A chain of six beams, of which two may be superelements.
 Scene boom(bool has_matrices) {
   Scene scene;
-  const Vector3d y(0.0, 1.0, 0.0);
   for (int i = 0; i < 7; ++i) add_point(scene, 1.0, {0.9 * i, 0.0, 0.05 * i * i});
   for (int i = 0; i < 6; ++i) {
     const Vector3d span = scene.points[index(i + 1)].position - scene.points[index(i)].position;
     Eigen::Matrix3d axes;
-    axes << span.normalized(), y, span.normalized().cross(y);
+    axes << span.normalized(), kBoomBeam.y_axis, span.normalized().cross(kBoomBeam.y_axis);
     MatrixLink matrix;
     matrix.has_rotations = true;
-    matrix.matrix = beam_stiffness(axes, span.norm()).sparseView();
+    matrix.matrix = beam_stiffness(kBoomBeam, axes, span.norm()).sparseView();
     if (has_matrices && (i == 1 || i == 4))
       add_link(scene, i, i + 1, matrix);
     else
-      add_link(scene, i, i + 1, Beam{kEA, kGJ, kEI_y, kEI_z, y});
+      add_link(scene, i, i + 1, kBoomBeam);
   }
   scene.fidelity = Fidelity::kCorotational;
   return scene;

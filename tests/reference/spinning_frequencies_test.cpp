@@ -3,6 +3,8 @@
 #include <array>
 
 #include "tests/reference/relative_equilibria.hpp"
+#include "tests/reference/structures.hpp"
+#include "tests/support/mixed_structures.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -107,6 +109,60 @@ TEST(SpinningFrequencies, AStripOfPlatesUnderEndLoadsVibratesLikeAColumn) {
     EXPECT_NEAR(std::log2(error[1] / error[2]), 2.0, 0.2);
     EXPECT_LT(std::abs(limit), 2e-3);
   }
+}
+
+// Expects that the rung vibrates at rest with the frequencies of the modes [rad/s].
+void expect_frequencies(const Scene& scene, const Eigen::VectorXd& omega, const char* name) {
+  const RelativeEquilibrium found = equilibrium_of(scene, Vector3d::Zero());
+  std::vector<double> rates;
+  for (const SmallMotion& small : found.motions) rates.push_back(small.rate.imag());
+  std::sort(rates.begin(), rates.end());
+  ASSERT_EQ(rates.size(), static_cast<std::size_t>(omega.size())) << name;
+  double worst = 0.0;
+  for (std::size_t k = 0; k < rates.size(); ++k)
+    worst = std::max(worst, std::abs(rates[k] / omega[static_cast<Eigen::Index>(k)] - 1.0));
+  std::printf("%s: off by %.1e\n", name, worst);
+  // 3e-10 was measured
+  EXPECT_LT(worst, 1e-8) << name;
+}
+
+// Links of every kind, some of which end on a rigid body of three point masses. If the plates ignored the
+// rotation of the body, frequencies would be up to 4 % off.
+TEST(SmallMotions, LinksOnRigidBodiesHaveTheFrequenciesOfTheReference) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Scene scene = random_mixture(seed, 8);
+    if (scene.links.back().points.size() < 3) continue;
+    expect_frequencies(scene, rest_modes(true_geometry_of(scene)).omega, scene.name.c_str());
+  }
+}
+
+// Two superelements, made of a beam each, end on a rigid body.
+TEST(SmallMotions, SuperelementsOnARigidBodyHaveTheFrequenciesOfBeams) {
+  Scene beams;
+  for (const Vector3d& at : {Vector3d(0.0, 0.0, 0.0), Vector3d(0.6, 0.0, 0.1), Vector3d(0.1, 0.5, 0.0),
+                             Vector3d(1.6, 0.2, 0.3), Vector3d(-0.2, 1.5, 0.4)})
+    add_point(beams, 1.0, at);
+  add_link(beams, {0, 1, 2}, Rigid{});
+  const Beam beam{.EA = 1e5, .GJ = 300.0, .EI_y = 200.0, .EI_z = 200.0};
+  Scene matrices = beams;
+  for (const auto& [i, j] : {std::pair{1, 3}, {2, 4}, {3, 4}}) {
+    add_link(beams, i, j, beam);
+    if (i == 3) {
+      add_link(matrices, i, j, beam);
+      continue;
+    }
+    const Vector3d span = beams.points[index(j)].position - beams.points[index(i)].position;
+    MatrixLink matrix;
+    matrix.has_rotations = true;
+    matrix.matrix =
+        beam_stiffness(beam, Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitX(), span).toRotationMatrix(),
+                       span.norm())
+            .sparseView();
+    add_link(matrices, i, j, matrix);
+  }
+  const Eigen::VectorXd omega = rest_modes(true_geometry_of(beams)).omega;
+  expect_frequencies(beams, omega, "beams");
+  expect_frequencies(matrices, omega, "superelements");
 }
 
 }  // namespace

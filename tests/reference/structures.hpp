@@ -1,6 +1,8 @@
 // Random structures of every kind of link.
 #pragma once
 
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "tests/reference/random.hpp"
@@ -117,6 +119,30 @@ inline Scene matrices(Random& random) {
                              {7, 11}})
     add_link(scene, i, j, Spring{3e2});
   return scene;
+}
+
+// Returns the stiffness (12 x 12) of a straight beam over displacements and rotations of its ends, from the
+// closed forms of Przemieniecki (1968, section 5.6) without shear. The columns of `axes` are the axes of the
+// beam.
+inline Eigen::MatrixXd beam_stiffness(const Beam& beam, const Eigen::Matrix3d& axes, double L) {
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(12, 12);
+  const auto pair = [&](Eigen::Index a, double k) {
+    K(a, a) += k, K(a + 6, a + 6) += k, K(a, a + 6) -= k, K(a + 6, a) -= k;
+  };
+  pair(0, beam.EA / L);
+  pair(3, beam.GJ / L);
+  for (const auto& [v, r, EI, sign] : {std::tuple{1, 5, beam.EI_z, 1.0}, {2, 4, beam.EI_y, -1.0}}) {
+    pair(v, 12.0 * EI / (L * L * L));
+    for (const int end : {r, r + 6}) {
+      K(v, end) += sign * 6.0 * EI / (L * L), K(end, v) += sign * 6.0 * EI / (L * L);
+      K(v + 6, end) -= sign * 6.0 * EI / (L * L), K(end, v + 6) -= sign * 6.0 * EI / (L * L);
+    }
+    K(r, r) += 4.0 * EI / L, K(r + 6, r + 6) += 4.0 * EI / L;
+    K(r, r + 6) += 2.0 * EI / L, K(r + 6, r) += 2.0 * EI / L;
+  }
+  Eigen::MatrixXd turn = Eigen::MatrixXd::Zero(12, 12);
+  for (Eigen::Index k = 0; k < 4; ++k) turn.block<3, 3>(3 * k, 3 * k) = axes;
+  return turn * K * turn.transpose();
 }
 
 }  // namespace freeflex::testing

@@ -179,8 +179,8 @@ PlanTrueBeam true_beam(const Scene& scene, const Freedoms& freedoms, const Numbe
   return result;
 }
 
-PlanTruePlate true_plate(const Scene& scene, const LinkFactor& factor, const Freedoms& freedoms,
-                         const Numbering& numbering, int number) {
+PlanTruePlate true_plate(const Scene& scene, const Freedoms& freedoms, const Numbering& numbering,
+                         int number) {
   const Link& link = scene.links[index(number)];
   const auto at = [&](int k) -> const Vector3d& {
     return scene.points[index(link.points[index(k)])].position;
@@ -205,10 +205,11 @@ PlanTruePlate true_plate(const Scene& scene, const LinkFactor& factor, const Fre
                               normal.stableNorm();  // (THEORY 3.28)
     for (int a = 0; a < 2; ++a) constants.gradients[index(k)][index(a)] = axes.col(a).dot(gradient);
   }
-  const RowRange range = factor.natural_of[index(number)];
+  // In the rows of the factor, displacements of a rigid body replace the rotations of corners on it.
+  const DeformationRows rows = plate_rows(scene, link, freedoms);
   Eigen::Matrix<double, 9, 9> bending = Eigen::Matrix<double, 9, 9>::Zero();
-  for (int row = 0; row < range.count; ++row) {
-    const DeformationRow& natural = natural_row(factor, range, row);
+  for (int row = 0; row < static_cast<int>(rows.size()); ++row) {
+    const DeformationRow& natural = rows[index(row)];
     if (row < 3) {
       constants.membrane[index(row)] = natural.root_stiffness * natural.root_stiffness;
       continue;
@@ -356,7 +357,7 @@ void compile_true_links(const Scene& scene, const Structure& structure, StepPlan
                 links.matrices.back().ends.push_back(end_of(freedoms, numbering, k, 2, point));
             },
             [&](const Beam& beam) { links.beams.push_back(true_beam(scene, freedoms, numbering, k, beam)); },
-            [&](const Plate&) { links.plates.push_back(true_plate(scene, factor, freedoms, numbering, k)); },
+            [&](const Plate&) { links.plates.push_back(true_plate(scene, freedoms, numbering, k)); },
             [&](const BendingSpring& spring) {
               links.angles.push_back(true_angle(scene, factor, k, spring.stiffness));
             },

@@ -3,6 +3,7 @@
 
 #include "core/plan/arrays.hpp"
 #include "core/plan/rungs/true_links.hpp"
+#include "core/structure/links/superelement.hpp"
 #include "core/structure/modes/dense/decompositions.hpp"
 
 namespace freeflex {
@@ -77,9 +78,17 @@ PlanTrueMatrix true_matrix(const Scene& scene, const LinkFactor& factor, const F
     }
   }
   MatrixXd K = MatrixXd::Zero(n, n);
-  const RowRange range = factor.natural_of[index(number)];
-  for (int row = 0; row < range.count; ++row) {
-    const DeformationRow& natural = natural_row(factor, range, row);
+  DeformationRows rows;
+  if (has_rotations) {
+    // In the rows of the factor, displacements of a rigid body replace the rotations of ends on it.
+    MatrixLimits limits;
+    Faults reported_before;
+    rows = superelement_rows(scene, number, freedoms, limits, reported_before);
+  } else {
+    const RowRange range = factor.natural_of[index(number)];
+    for (int row = 0; row < range.count; ++row) rows.push_back(natural_row(factor, range, row));
+  }
+  for (const DeformationRow& natural : rows) {
     VectorXd e = VectorXd::Zero(n);
     for (const auto& [freedom, coefficient] : natural.coefficients)
       e[column_of.at(freedom)] += natural.root_stiffness * coefficient;
