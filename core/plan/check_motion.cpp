@@ -90,6 +90,26 @@ void warn_of_local_axes(const Scene& scene, const Plan& plan, Faults& faults) {
   }
 }
 
+// Warns of feedback that senses or acts at a point of a body that turns. The displacement of the sensor, and
+// the forces on modes and on the rotation of the body, are then those of small rotations   (THEORY 8.26).
+void warn_of_feedback_on_bodies(const Scene& scene, const Plan& plan, Faults& faults) {
+  const std::vector<std::int32_t>& bodies = plan.coupled.turning.of_points;
+  if (bodies.empty()) return;
+  for (std::size_t k = 0; k < scene.feedbacks.size(); ++k) {
+    const Feedback& feedback = scene.feedbacks[k];
+    const bool acts = bodies[index(feedback.point)] >= 0;
+    if (!acts && bodies[index(feedback.sensor)] < 0) continue;
+    const int point = acts ? feedback.point : feedback.sensor;
+    add_warning(faults, feedback.origin,
+                join_text("feedback ", quoted(feedback.name, static_cast<int>(k)),
+                          acts ? " acts at point " : " senses at point ",
+                          quoted(scene.points[index(point)].name, point),
+                          " of a rigid body, and uses the rotation of the body to first order only; if the "
+                          "body turns against the rest by more than some 0.1 rad, let a point sense and act "
+                          "that is not on a rigid body"));
+  }
+}
+
 }  // namespace
 
 void check_motion(const Scene& scene, const Structure& structure, const Plan& plan, Faults& faults) {
@@ -103,6 +123,7 @@ void check_motion(const Scene& scene, const Structure& structure, const Plan& pl
     check_growth(scene, plan, faults);
   warn_of_driving_followers(scene, plan, faults);
   warn_of_local_axes(scene, plan, faults);
+  warn_of_feedback_on_bodies(scene, plan, faults);
   warn_of_ticks(scene, plan, faults);
   warn_of_tick_rotations(scene, plan, faults);
 }

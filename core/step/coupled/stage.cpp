@@ -262,7 +262,10 @@ void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Works
     add_modal_coupling_forces(plan, stage.q, w.q_dot.data(), workspace.scratch, w.Q.data());
     const DependentLoad feedback = feed_back(plan, stage.q, w.q_dot.data(), w.Q.data());
     rate.moment_B = add(rate.moment_B, feedback.torque_B);
+    rate.moment_B =
+        add(rate.moment_B, feedback_on_displaced_points(plan, stage.q, w.q_dot.data(), w.Q.data()));
     rate.rest_moment_B = add(rate.rest_moment_B, feedback.torque_B);
+    rate.balance_B = add(rate.balance_B, feedback.torque_B);
     rate.force_W = add(rate.force_W, multiply(stage.R_WB, feedback.force_B));
   }
   for (std::size_t l = 0; l < n; ++l) rate.rate_p[l] += w.Q[l] / plan.mass;

@@ -149,6 +149,17 @@ DependentLoad feed_back(const StepPlan& plan, const double* q, const double* q_d
   return sum;
 }
 
+Vec3 feedback_on_displaced_points(const StepPlan& plan, const double* q, const double* q_dot,
+                                  const double* Q) noexcept {
+  const std::size_t n = index(plan.num_padded);
+  Vec3 moment{};
+  for (const PlanFeedback& feedback : plan.feedbacks) {
+    const Vec3 V = contract_rows(point_rows(plan, feedback.row), q, n);
+    moment = freeflex::add(moment, cross(V, feedback_force(feedback, n, q, q_dot, Q)));
+  }
+  return moment;
+}
+
 DependentStep feed_back_over_step(const StepPlan& plan, const double* q, const double* q_dot,
                                   const double* Q0, const double* Q1) noexcept {
   const PlanModalCoupling& coupling = plan.modal_coupling;

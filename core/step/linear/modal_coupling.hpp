@@ -58,6 +58,10 @@ DependentLoad follow(const StepPlan& plan, const double* q, std::int64_t tick, b
 /// propagator already includes the generalized forces of feedback.
 /// \param Q  [N] (num_padded) generalized forces of the loads, including those of followers
 DependentLoad feed_back(const StepPlan& plan, const double* q, const double* q_dot, const double* Q) noexcept;
+/// Returns the moment of feedback on the displacements of its points, sum V_j x f [N m], body axes. With that
+/// of feed_back it is the moment with deformed arms   (THEORY 12.12).
+Vec3 feedback_on_displaced_points(const StepPlan& plan, const double* q, const double* q_dot,
+                                  const double* Q) noexcept;
 
 /// Returns the load of feedback on the body over a step that starts at q and q' under generalized forces that
 /// go linearly from Q^0 to Q^1. The returned load is linear in time. Its impulse J and the integral K of the
