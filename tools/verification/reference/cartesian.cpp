@@ -121,6 +121,12 @@ void accelerations(const CartesianSystem& system, double t, double piece_time, s
         add_load(load, scale, R_CW, R_CB, force);
     }
   }
+  if (system.change_forces) {
+    const Matrix3Xd x = system.r + E;
+    Matrix3Xd v = E_dot;
+    for (Eigen::Index i = 0; i < n; ++i) v.col(i) += system.spin.cross(Vector3d(x.col(i)));
+    system.change_forces(t, x, v, force);
+  }
   for (Eigen::Index i = 0; i < n; ++i) force.col(i) /= system.mass[i];
   if (system.attractor_mu > 0.0) {
     // The carrier falls with the constant acceleration g_W, which is the attraction at the start. So each

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -70,6 +71,12 @@ struct CartesianSystem {
   Eigen::Vector3d spin = Eigen::Vector3d::Zero();            // [rad/s] w_C of the carrier, body axes
   Eigen::VectorXd initial;                                   // (6N) e then e'
   bool needs_body_axes = false;                              // true: at least one load rotates with the body
+  // Changes the forces on the points [N] (3 x N) at time t [s], in carrier axes, after all links and loads;
+  // empty: nothing. Positions x [m] and velocities v [m/s] are those in space, along the axes of the carrier,
+  // from the origin of the carrier. Tests add what scenes of the reference cannot have.
+  std::function<void(double t, const Eigen::Matrix3Xd& x, const Eigen::Matrix3Xd& v,
+                     Eigen::Ref<Eigen::Matrix3Xd> force)>
+      change_forces;
 };
 
 /// Makes the Cartesian system of a scene of point masses, springs, bars and dashpots. Returns nullopt and

@@ -27,7 +27,8 @@ TrueSystem::TrueSystem(const CartesianSystem& system)
   const auto is_damped = [](const CartesianLink& link) { return link.damping > 0.0; };
   const auto& geometry = system.true_geometry;
   depends_on_velocities_ = std::any_of(system.links.begin(), system.links.end(), is_damped) ||
-                           (geometry && geometry->depends_on_velocities());
+                           (geometry && geometry->depends_on_velocities()) ||
+                           static_cast<bool>(system.change_forces);
   for (auto* values : {&x_one_, &v_one_, &f_one_, &f_before_}) values->resize(size());
   size_ = system.r.colwise().norm().maxCoeff();
   double stiffest = 0.0;  // [N/m]
