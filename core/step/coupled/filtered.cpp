@@ -19,8 +19,9 @@ void evaluate_curved(const StepLoads& step_loads, const double* q, const double*
 namespace {
 
 // [-] The rates at a slow motion are used if its image is nearer than this share of what the slow motion
-// moves in a substep. The rest acts like a delay of the force, which makes vibrations grow   (THEORY 12.96).
-constexpr double kSlowMiss = 0.02;
+// moves in a substep. The rest acts like a delay of the force, which makes vibrations grow or decay
+// (THEORY 12.96).
+constexpr double kSlowMiss = 0.002;
 // [-] A slow motion that moves by less than this share of itself counts as moving by this share. The joints
 // are found to 1e-7 rad.
 constexpr double kSlowFloor = 1e-7;
