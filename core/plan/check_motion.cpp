@@ -1,5 +1,6 @@
 #include "core/plan/check_motion.hpp"
 
+#include <Eigen/LU>
 #include <cmath>
 
 #include "core/faults.hpp"
@@ -9,6 +10,7 @@
 #include "core/plan/modes/free_forces.hpp"
 #include "core/plan/modes/modal_coupling.hpp"
 #include "core/plan/start.hpp"
+#include "core/structure/links/link_factor.hpp"
 
 namespace freeflex {
 namespace {
@@ -69,8 +71,16 @@ void warn_of_driving_followers(const Scene& scene, const Plan& plan, Faults& fau
                         "; use a smaller load, more stiffness or more damping"));
 }
 
-// Warns of loads in local axes at points that no beam, plate or body turns, if links have their true
-// geometry. These axes turn with the neighbours of the point to first order only   (THEORY 8.24).
+// Returns whether a point and its neighbours are on a line, and a force at the point has a share across it.
+bool has_force_across_line(const Scene& scene, const PointLoad& load) {
+  const Eigen::Matrix3Xd rotation = rotation_of_neighbours(scene, load.point);
+  const Eigen::FullPivLU<Eigen::Matrix3d> rows(rotation * rotation.transpose());
+  return rows.rank() < 3 && (rows.rank() == 0 || rows.kernel().col(0).normalized().cross(load.force).norm() >
+                                                     1e-9 * load.force.norm());
+}
+
+// Warns of loads in local axes that nothing turns about a line, if links have their true geometry
+// (THEORY 8.53).
 void warn_of_local_axes(const Scene& scene, const Plan& plan, Faults& faults) {
   if (!traits_of(plan.fidelity).has_true_geometry) return;
   const std::vector<std::int32_t>& joints = plan.coupled.links.joints.of_points;
@@ -78,13 +88,14 @@ void warn_of_local_axes(const Scene& scene, const Plan& plan, Faults& faults) {
     if (scene.loads[k].axes != Axes::kLocal) continue;
     for (const PointLoad& each : scene.loads[k].forces) {
       if (!joints.empty() && joints[index(each.point)] >= 0) continue;
+      if (!has_force_across_line(scene, each)) continue;
       add_warning(
           faults, scene.loads[k].origin,
           join_text("load ", quoted(scene.loads[k].name, static_cast<int>(k)),
                     " acts in local axes at point ", quoted(scene.points[index(each.point)].name, each.point),
-                    ", which no beam, plate or rigid body turns, so these axes turn with the neighbours "
-                    "of the point to first order only; if they turn by more than some 0.1 rad, give the "
-                    "point inertia or join a beam to it"));
+                    ", which is on a line with the points that links join to it, so nothing turns the load "
+                    "about this line; give the point inertia, or join a beam to it or a spring to a point "
+                    "beside the line"));
       break;
     }
   }

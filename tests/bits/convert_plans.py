@@ -1,11 +1,9 @@
 #!/usr/bin/env python3
-"""convert_plans.py FILE.plan [RECORDING.log FINGERPRINT]: rewrites a saved plan of version 11 as version 12.
+"""convert_plans.py FILE.plan [RECORDING.log FINGERPRINT]: rewrites a saved plan of version 12 as version 13.
 
-No number is computed anew, except for the checksum and the fingerprint. The members that version 12 adds, the
-geometric stiffness by fields and its tables, are empty. The stiffness by followers has one component and rows padded to
-eight. In the recording, FINGERPRINT, the old one of the
-plan, is replaced by the new one. The script prints how many numbers it read and wrote, and how many fingerprints it
-replaced.
+No number is computed anew, except for the checksum and the fingerprint. The member that version 13 adds, the neighbours
+of a force in local axes, is empty. In the recording, FINGERPRINT, the old one of the plan, is replaced by the new one.
+The script prints how many numbers it read and wrote, and how many fingerprints it replaced.
 """
 
 import ctypes
@@ -47,7 +45,7 @@ FIELDS = {
                 ("wheel_torques", ["d"])],
     "Follower": [("row", "i"), ("r", D3), ("force_B", D3), ("rotation_rows", ["d"])],
     "Torque": [("attitude_index", "i"), ("torque_B", D3)],
-    "Stiffening": [("modes", ["i"]), ("rows", ["d"])],
+    "Stiffening": [("modes", ["i"]), ("components", ["i"]), ("rows", ["d"]), ("shares", ["d"])],
     "Feedback": [("name", "s"), ("row", "i"), ("r", D3), ("q_rows", ["d"]), ("q_dot_rows", ["d"]), ("Q_rows", ["d"])],
     "ModalCoupling": [("path", "i"), ("damping_rows", ["d"]), ("num_damping", "i"), ("modes", ["i"]),
                       ("columns", ["d"]), ("load_columns", ["d"]), ("num_impulses", "i"), ("impulse_q_rows", ["d"]),
@@ -109,13 +107,14 @@ FIELDS = {
                    ("root_quartic", ["d"]), ("num_shadowed", "i"), ("left_out", "d"), ("inertia_rows", ["d"]),
                    ("load_arms", ["d"]), ("shadow_rows", ["d"]), ("left_out_rows", ["d"]), ("left_out_spin", ["d"]),
                    ("bodies", "Bodies"), ("quartic_forms", ["d"]), ("gyroscopic", ["d"]), ("error_per_force", "d"),
-                   ("named", "Named")],
+                   ("named", "Named"), ("stiffened_rows", ["d"])],
     "StepPlan": [("mass", "d"), ("rigid_freedoms", "i"), ("p_SB", D3), ("inertia", D9), ("inverse_inertia", D9),
                  ("line", D3), ("gravity_W", D3), ("attractor_mu", "d"), ("attractor_W", D3), ("has_gravity", "B"),
                  ("has_rotation", "B"), ("num_elastic", "i"), ("num_moving", "i"), ("num_padded", "i"),
                  ("omega", ["d"]), ("decay", ["d"]), ("has_damping", "B"), ("propagator", "Propagator"),
                  ("modal_coupling", "ModalCoupling"), ("coupled", "Coupled"), ("mode_numbers", ["i"]),
-                 ("mechanisms", [["i"]]), ("has_spin_load", "B"), ("field_rows", ["d"]), ("histories", ["History"]),
+                 ("mechanisms", [["i"]]), ("has_spin_load", "B"), ("field_rows", ["d"]),
+                 ("field_stiffening", "Stiffening"), ("histories", ["History"]),
                  ("feedbacks", ["Feedback"]), ("scope", "Scope"), ("points", ["Point"]), ("links", ["Link"]),
                  ("groups", ["Group"]), ("particles", "Particles"), ("wheels", ["Wheel"]), ("rows", ["d"]),
                  ("eckart_rows", ["d"]), ("link_rows", ["d"]), ("link_outputs", ["LinkOutput"]), ("period", "d"),
@@ -128,9 +127,8 @@ REST = [("command_limits", "CommandLimits"), ("unmodelled", "Unmodelled"), ("fal
         ("tried_rungs", ["Rung"]), ("frequency_accuracy", "d"), ("conditioning", "d")]
 FIELDS["Fingerprinted"] = [("name", "s"), ("scene_hash", "Q")] + FIELDS["StepPlan"] + SERVICE
 FIELDS["Rest"] = REST
-# what version 12 writes after a member, as bytes: no stiffness by fields, and no table of the stiffness by loads
-ADDED = {("StepPlan", "field_rows"): bytes(32), ("Fingerprinted", "field_rows"): bytes(32),
-         ("Unmodelled", "named"): bytes(8)}
+# what version 13 writes after a member, as bytes: no neighbours
+ADDED = {("Follower", "rotation_rows"): bytes(8)}
 
 
 class Converter:
@@ -149,24 +147,6 @@ class Converter:
     def count(self):
         return struct.unpack("<Q", self.take(8))[0]
 
-    def copy_stiffening(self):
-        """Adds the component 0, pads the rows, and adds a share, which the step does not use for loads."""
-        modes = self.count()
-        self.copy(("i", modes))
-        if modes == 0:
-            assert self.count() == 0
-            self.out += bytes(16)
-            return
-        padded = -(-modes // 8) * 8
-        self.out += struct.pack("<Qi", 1, 0)
-        assert struct.unpack("<Q", self.content[self.at:self.at + 8])[0] == modes * modes
-        self.at += 8
-        self.out += struct.pack("<Q", modes * padded)
-        for _ in range(modes):
-            self.copy(("d", modes))
-            self.out += bytes(8 * (padded - modes))
-        self.out += struct.pack("<Qd", 1, 1.0)
-
     def copy(self, kind):
         if isinstance(kind, list):
             for _ in range(self.count()):
@@ -176,8 +156,6 @@ class Converter:
                 self.copy(kind[0])
         elif kind == "none":
             assert self.count() == 0, "plans with such members are compiled again"
-        elif kind == "Stiffening":
-            self.copy_stiffening()
         elif kind == "s":
             self.take(self.count())
         elif kind in FIELDS:
@@ -196,15 +174,15 @@ def main():
     assert data[:8] == MAGIC
     version, length, check = struct.unpack("<IQQ", data[8:28])
     content = data[28:]
-    assert version == 11 and len(content) == length and checksum(content) == check
+    assert version == 12 and len(content) == length and checksum(content) == check
     converter = Converter(content)
     converter.copy("Fingerprinted")
     fingerprint = checksum(converter.out)
     converter.copy("Rest")
     assert converter.at == len(content), "bytes are left"
     with open(path, "wb") as file:
-        file.write(MAGIC + struct.pack("<IQQ", 12, len(converter.out), checksum(converter.out)) + converter.out)
-    print(f"{path}: version 11 to 12, {converter.numbers} numbers copied, {len(converter.out) - length} bytes added, "
+        file.write(MAGIC + struct.pack("<IQQ", 13, len(converter.out), checksum(converter.out)) + converter.out)
+    print(f"{path}: version 12 to 13, {converter.numbers} numbers copied, {len(converter.out) - length} bytes added, "
           f"fingerprint {fingerprint:016x}")
     if len(sys.argv) == 4:
         old, new = struct.pack(">Q", int(sys.argv[3], 16)), struct.pack(">Q", fingerprint)

@@ -15,7 +15,7 @@ namespace {
 // "FFPLAN" and two bytes that text-mode transfers change
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 12;
+constexpr std::uint32_t kVersion = 13;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -109,9 +109,14 @@ void fields(Archive& archive, T& p) {
                       p.sums, p.wheel_torques);
 }
 
+template <typename Archive, Is<PlanFollower::Neighbour> T>
+void fields(Archive& archive, T& n) {
+  all_of<PlanFollower::Neighbour>(archive, n.point, n.turn);
+}
+
 template <typename Archive, Is<PlanFollower> T>
 void fields(Archive& archive, T& f) {
-  all_of<PlanFollower>(archive, f.row, f.r, f.force_B, f.rotation_rows);
+  all_of<PlanFollower>(archive, f.row, f.r, f.force_B, f.rotation_rows, f.neighbours);
 }
 
 template <typename Archive, Is<PlanFeedback> T>

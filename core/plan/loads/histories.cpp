@@ -8,6 +8,7 @@
 #include "core/plan/loads/stiffening.hpp"
 #include "core/step/loads/history.hpp"
 #include "core/step/loads/loads.hpp"
+#include "core/structure/links/link_factor.hpp"
 
 namespace freeflex {
 namespace {
@@ -57,10 +58,23 @@ void set_kind(const History& history, PlanHistory& plan) {
              history);
 }
 
+// Returns the points whose rotation a force in local axes follows, with their shares; none if a joint or a
+// rigid body turns the force   (THEORY 8.53).
+std::vector<PlanFollower::Neighbour> neighbours_of(const Scene& scene, int point) {
+  std::vector<PlanFollower::Neighbour> all;
+  const Freedoms freedoms(scene);
+  if (freedoms.has_joint(point) || freedoms.body_of(point) >= 0) return all;
+  const Eigen::MatrixXd rotation = rotation_of_neighbours(scene, point);
+  for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(scene.points.size()); ++i)
+    if (const Eigen::Matrix3d turn = rotation.middleCols<3>(3 * i); !turn.isZero(0.0))
+      all.push_back({static_cast<std::int32_t>(i), to_array(turn)});
+  return all;
+}
+
 // Returns the rows of the local rotation theta at each point of a load in local axes, whose force is f = f_B
 // + theta x f_B (THEORY 8.24). If the load stiffens the lowest modes only, theta has only these modes: in
 // higher modes the two effects nearly cancel (THEORY 8.49).
-std::vector<PlanFollower> followers(const Load& load, const PlanStiffening& stiffening,
+std::vector<PlanFollower> followers(const Load& load, const Scene& scene, const PlanStiffening& stiffening,
                                     const Structure& structure, const StepPlan& plan) {
   std::vector<PlanFollower> all;
   if (load.axes != Axes::kLocal) return all;
@@ -77,6 +91,7 @@ std::vector<PlanFollower> followers(const Load& load, const PlanStiffening& stif
       if (stiffening.modes.empty()) std::copy(row.begin(), row.end(), to);
       for (const std::int32_t mode : stiffening.modes) to[mode] = row[mode];
     }
+    if (traits_of(plan.fidelity).has_true_geometry) follower.neighbours = neighbours_of(scene, each.point);
     all.push_back(std::move(follower));
   }
   return all;
@@ -125,7 +140,7 @@ void compile_histories(const Scene& scene, const Structure& structure, StepPlan&
     // its followers.
     history.pattern = build_pattern(plan, sums_of(load, plan));
     history.stiffening = load_stiffening(scene, structure, static_cast<int>(plan.histories.size()), plan);
-    history.followers = followers(load, history.stiffening, structure, plan);
+    history.followers = followers(load, scene, history.stiffening, structure, plan);
     if (load.axes == Axes::kLocal)
       for (const TorqueLoad& each : load.torques)
         history.torques.push_back({attitude_index_of(plan, each.point), to_array(each.torque)});

@@ -167,6 +167,26 @@ void evaluate_complete(const StepLoads& step_loads, const StageState& stage, Wor
   add_strain_damping(plan, stage, w, rate);
 }
 
+/// Returns the rotation of the points around a force in local axes, from a first guess   (THEORY 8.53):
+///   phi = sum_k turn_k R^T (r_k + V_k - r - V),   R <- R exp(phi)
+Mat3 rotation_of_neighbours(const StepPlan& plan, const PlanFollower& follower, std::size_t point, Mat3 R,
+                            const CoupledWorkspace& w) noexcept {
+  constexpr int kMostSweeps = 30;
+  constexpr double kFound = 1e-28;  // [-] square of the last phi
+  const Vec3 centre = add(follower.r, w.V[point]);
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    Vec3 phi{};
+    for (const PlanFollower::Neighbour& each : follower.neighbours) {
+      const std::size_t k = index(each.point);
+      const Vec3 arm = sub(add(plan.points[k].r, w.V[k]), centre);
+      phi = add(phi, multiply(each.turn, multiply_transposed(R, arm)));
+    }
+    R = multiply(R, matrix_of(rotation_of(phi).q));
+    if (!(dot(phi, phi) > kFound)) break;
+  }
+  return R;
+}
+
 /// Sets w.x to the present positions of points and particles.
 void set_positions(const StepPlan& plan, const StageState& stage, CoupledWorkspace& w) noexcept {
   const std::size_t num_points = plan.points.size();
@@ -217,7 +237,8 @@ void gather_forces(const StepLoads& step_loads, const StageState& stage, Coupled
         const PlanJoints& joints = plan.coupled.links.joints;
         const bool has_joint = !joints.of_points.empty() && joints.of_points[point] >= 0;
         const Mat3 R =
-            has_joint ? w.joints.R[index(joints.of_points[point])] : matrix_of(rotation_of(theta).q);
+            has_joint ? w.joints.R[index(joints.of_points[point])]
+                      : rotation_of_neighbours(plan, follower, point, matrix_of(rotation_of(theta).q), w);
         force = add_scaled(force, step_loads.amplitude(history, stage.stage_time),
                            sub(multiply(R, follower.force_B), follower.force_B));
         continue;

@@ -55,10 +55,18 @@ struct LoadPattern {
 /// Holds a force that rotates with the elastic rotation theta at its point. In addition to force_B in body
 /// axes, theta x force_B acts   (THEORY 8.24).
 struct PlanFollower {
+  /// Holds the share of a point in the mean rotation of the points around a force, sum_k turn_k V_k.
+  struct Neighbour {
+    std::int32_t point = -1;
+    Mat3 turn{};  // [1/m]
+  };
   std::int32_t row = -1;  // block of rows of the point
   Vec3 r{};               // [m] rest position of the point
   Vec3 force_B{};         // [N] at amplitude 1
   Array rotation_rows;    // [1/m] (3 x num_padded) theta = rotation_rows q
+  // at true geometry, if no joint or body turns the force: the points whose rotation it follows (THEORY
+  // 8.53). Otherwise empty
+  std::vector<Neighbour> neighbours;
 };
 
 /// Holds a torque that rotates with the body on which it acts, by the elastic rotation theta. Therefore

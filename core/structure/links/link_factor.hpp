@@ -229,6 +229,10 @@ void rotate_with_bodies(const Scene& scene, const Freedoms& freedoms, const Eige
 /// points of the bodies.
 void rotate_with_bodies(const Scene& scene, const Freedoms& freedoms, DeformationRows& rows);
 
+/// Returns the mean rotation of a point and the points that links join to it, per displacement (3 x 3N)
+/// (THEORY 8.24). If they are on a line, the rotation about it is left out.
+Eigen::MatrixXd rotation_of_neighbours(const Scene& scene, int point);
+
 /// Returns Structure::local_rotations   (THEORY 8.24): for each point with a follower force, the rotation of
 /// its joint. A point without a joint has the rotation of its rigid body. A point with neither a joint nor a
 /// rigid body has the mean rotation of the point and its neighbours.  \pre structure.shapes is filled

@@ -32,7 +32,8 @@ Eigen::MatrixXd over_all(const Scene& scene, const std::vector<int>& points, con
   return rotation;
 }
 
-// returns the mean rotation of a point and its neighbours
+}  // namespace
+
 Eigen::MatrixXd rotation_of_neighbours(const Scene& scene, int point) {
   std::set<int> star{point};
   for (const Link& link : scene.links)
@@ -40,6 +41,8 @@ Eigen::MatrixXd rotation_of_neighbours(const Scene& scene, int point) {
   const std::vector<int> points(star.begin(), star.end());
   return over_all(scene, points, mean_rotation(scene, points, kNearlyLine));
 }
+
+namespace {
 
 // returns the rotation of the surroundings of a point per displacement (3 x 3N)   (THEORY 8.24)
 Eigen::MatrixXd rotation_at(const Scene& scene, const LinkFactor& factor, const Freedoms& freedoms,
