@@ -314,8 +314,10 @@ void PlanCheck::check_histories() {
               who + " has a follower force that is not finite");
       require_rows(follower.rotation_rows, 3, "the rows of rotation of a follower force of " + who);
       for (const PlanFollower::Neighbour& each : follower.neighbours)
-        require(is_index(each.point, plan_.points.size()) && are_finite(each.turn),
-                who + " has a follower force that turns with a point that does not exist, or by a share that is "
+        require(
+            is_index(each.point, plan_.points.size()) && are_finite(each.turn),
+            who +
+                " has a follower force that turns with a point that does not exist, or by a share that is "
                 "not finite");
     }
     if (!error_.empty()) return;

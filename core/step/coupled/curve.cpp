@@ -287,8 +287,10 @@ void curve_rates(const StepPlan& plan, double* rate_q, double* rate_p, CurveWork
   set_shares(curve, w, w.share[0], w.share[1]);
   for_each_mode(curve, [&](std::size_t k, std::size_t mode) {
     rate_q[mode] -= w.share[0][k];
+    // damping acts on q' if it is that of true strains, and otherwise on y'   (THEORY 12.80)
+    const double damped = plan.coupled.damps_true_strains ? w.s_dot[k] : -w.share[0][k];
     rate_p[mode] -=
-        plan.omega[mode] * (plan.omega[mode] * w.s[k]) + 2.0 * plan.decay[mode] * w.s_dot[k] + w.share[1][k];
+        plan.omega[mode] * (plan.omega[mode] * w.s[k]) + 2.0 * plan.decay[mode] * damped + w.share[1][k];
   });
 }
 
