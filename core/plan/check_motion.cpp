@@ -9,6 +9,7 @@
 #include "core/plan/modes/damped_modes.hpp"
 #include "core/plan/modes/free_forces.hpp"
 #include "core/plan/modes/modal_coupling.hpp"
+#include "core/plan/rungs/rungs.hpp"
 #include "core/plan/start.hpp"
 #include "core/structure/links/link_factor.hpp"
 
@@ -135,6 +136,8 @@ void check_motion(const Scene& scene, const Structure& structure, const Plan& pl
   warn_of_driving_followers(scene, plan, faults);
   warn_of_local_axes(scene, plan, faults);
   warn_of_feedback_on_bodies(scene, plan, faults);
+  if (const std::string damping = find_unresolved_damping(plan); !damping.empty())
+    add_warning(faults, scene.damping.origin, damping);
   warn_of_ticks(scene, plan, faults);
   warn_of_tick_rotations(scene, plan, faults);
 }

@@ -1,5 +1,6 @@
 #include "core/plan/loads/histories.hpp"
 
+#include <Eigen/Geometry>
 #include <cassert>
 #include <cmath>
 
@@ -27,14 +28,25 @@ constexpr double kIdleTorque = 1e-9;
 void check_torque(const Scene& scene, const StepPlan& plan, const Load& load, const WrenchLoad& wrench,
                   Faults& faults) {
   const PlanGroup& group = plan.groups[index(wrench.group)];
-  // If the points lie on a line, only a torque in body axes can be checked at the set-up. In other axes, the
-  // component about the line depends on the attitude.
-  if (group.torque_rank == 2 && load.axes != Axes::kBody) return;
+  const std::string who =
+      join_text("load ", quoted(load.name, static_cast<int>(&load - scene.loads.data())), ": ");
+  // If the points lie on a line, the component about it of a torque in other axes depends on the attitude.
+  if (group.torque_rank == 2 && load.axes != Axes::kBody) {
+    const Eigen::Vector4d& q = scene.initial.attitude;
+    const Eigen::Quaterniond q_WB(q[0], q[1], q[2], q[3]);
+    const Eigen::Vector3d torque =
+        load.axes == Axes::kWorld ? Eigen::Vector3d(q_WB.inverse() * wrench.torque) : wrench.torque;
+    if (!refused_torque(group, to_array(torque)).empty())
+      add_warning(
+          faults, load.origin,
+          join_text(who, "the component of the torque about the line through the points of group '",
+                    group.name, "' is left out, because forces on these points cannot exert it; it is ",
+                    std::abs(torque.dot(Eigen::Vector3d(group.line[0], group.line[1], group.line[2]))),
+                    " N m at the start; add a point beside the line to the group"));
+    return;
+  }
   const std::string idle = refused_torque(group, to_array(wrench.torque));
-  if (!idle.empty())
-    add_error(
-        faults, load.origin,
-        join_text("load ", quoted(load.name, static_cast<int>(&load - scene.loads.data())), ": ", idle));
+  if (!idle.empty()) add_error(faults, load.origin, who + idle);
 }
 
 // Sets the kind of a history and the parameters of its amplitude   (THEORY 8.10 to 8.13).

@@ -216,28 +216,28 @@ double fastest_strain_decay(const StepPlan& plan) {
   return decay;
 }
 
+std::string find_unresolved_damping(const StepPlan& plan) {
+  const PlanCoupled& coupled = plan.coupled;
+  if (coupled.strain_times.empty()) return "";
+  const double omega = top_frequency(plan), hertz = 1.0 / plan.period;
+  if (!coupled.damps_true_strains)
+    return join_text("damping: at ", hertz, " Hz a tick does not resolve the stiffest mode, ", omega,
+                     " rad/s, so damping acts on linear strains, which brakes parts that turn far; if they "
+                     "turn by more than some 0.1 rad, raise the rate to ",
+                     std::ceil(omega / kFilterPhase), " Hz or more, or set fidelity: full");
+  const double substep = plan.period / coupled.num_substeps, decay = fastest_strain_decay(plan);
+  if (decay * substep <= kFilterPhase) return "";
+  return join_text("damping: in a tick of ", hertz, " Hz the fastest mode would decay by ", decay * substep,
+                   " time constants; if parts turn by more than some 0.1 rad, the steps may become unstable; "
+                   "raise the rate to ",
+                   std::ceil(decay / kFilterPhase * substep * hertz), " Hz or more, or reduce the damping");
+}
+
 void check_stages(const Scene& scene, const StepPlan& plan, Faults& faults) {
   const double omega = top_frequency(plan), rate = stage_rate(plan), hertz = 1.0 / plan.period;
   const double substep = plan.period / plan.coupled.num_substeps;
   const std::string at =
       join_text("fidelity ", name_of(plan.fidelity), " at ", hertz, " Hz is not possible, because ");
-  const PlanCoupled& coupled = plan.coupled;
-  if (!coupled.strain_times.empty() && !coupled.damps_true_strains)
-    add_warning(
-        faults, scene.damping.origin,
-        join_text("damping: at ", hertz, " Hz a tick does not resolve the stiffest mode, ", omega,
-                  " rad/s, so damping acts on linear strains, which brakes parts that turn or bend far; "
-                  "if they turn by more than some 0.1 rad, raise the rate to ",
-                  std::ceil(omega / kFilterPhase), " Hz or more, or set fidelity: full"));
-  const double strain_decay = coupled.damps_true_strains ? fastest_strain_decay(plan) : 0.0;
-  if (strain_decay * substep > kFilterPhase)
-    add_warning(
-        faults, scene.damping.origin,
-        join_text(
-            "damping: in a tick of ", hertz, " Hz the fastest mode would decay by ", strain_decay * substep,
-            " time constants; if parts turn by more than some 0.1 rad, the steps may become unstable; raise "
-            "the rate to ",
-            std::ceil(strain_decay / kFilterPhase * substep * hertz), " Hz or more, or reduce the damping"));
   const double decay = damper_rate(plan);
   if (plan.coupled.substep_phase > 0.0) {
     if (std::max(omega, rate) * substep > plan.coupled.substep_phase || decay * substep > kMaxBarPhase)

@@ -58,6 +58,10 @@ double rotation_rate(const StepPlan& plan);
 /// (THEORY 12.14, 12.29, 12.30).
 void set_coupled_period(StepPlan& plan);
 
+/// Returns a warning if the period is too long for the damping of true strains (THEORY 12.114), and an empty
+/// text otherwise.  \pre set_coupled_period was called
+std::string find_unresolved_damping(const StepPlan& plan);
+
 /// Adds an error if the period is too long for forces that act stage by stage   (THEORY 12.32).
 /// \pre set_coupled_period was called
 void check_stages(const Scene& scene, const StepPlan& plan, Faults& faults);

@@ -15,6 +15,7 @@
 #include "core/plan/make_plan.hpp"
 #include "core/plan/rungs/automatic.hpp"
 #include "core/plan/rungs/rates.hpp"
+#include "core/plan/rungs/rungs.hpp"
 #include "core/structure/structure.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/scene/report.hpp"
@@ -157,6 +158,9 @@ PlanResult load_plan(const std::string& path, double rate, const SetupProgress& 
   if (!settings.empty()) return refuse_settings(path, settings);
   PlanResult result = load_plan_file(path);
   if (result.plan && rate > 0.0) change_rate(rate, result);
+  if (!result.plan) return result;
+  if (const std::string damping = find_unresolved_damping(*result.plan); !damping.empty())
+    result.faults.push_back({Fault::Severity::kWarning, {0, 0, 0}, damping});
   return result;
 }
 
