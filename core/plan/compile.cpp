@@ -252,6 +252,27 @@ std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
   return kept;
 }
 
+// Returns what keeps a massless point from a position of least energy at true geometry, or an empty text.
+std::string massless_refusal(const Scene& scene, const Structure& structure, int point) {
+  for (std::size_t k = 0; k < scene.links.size(); ++k) {
+    const Link& link = scene.links[k];
+    const ResolvedLink& resolved = structure.resolved.links[k];
+    const std::string who = join_text("link ", called(link, static_cast<int>(k)));
+    if (resolved.has_mass) return who + " has spread mass (lumped: true puts it on its points)";
+    if (std::ranges::find(link.points, point) == link.points.end()) continue;
+    if (resolved.axial.damping > 0.0) return who + " damps it";
+    if (link.viscous > 0.0) return who + " is viscous";
+  }
+  for (const Feedback& feedback : scene.feedbacks)
+    if (feedback.point == point) return "feedback acts on it";
+  for (std::size_t k = 0; k < scene.loads.size(); ++k)
+    for (const PointLoad& each : scene.loads[k].forces)
+      if (each.point == point && scene.loads[k].axes == Axes::kLocal)
+        return join_text("load ", quoted(scene.loads[k].name, static_cast<int>(k)),
+                         " acts on it in local axes");
+  return {};
+}
+
 // Adds errors for mass matrices, wheels, bodies, massless points and links with mass that a rung does not
 // support. Bars at true length need the true positions of their points, but the rotation of a body moves its
 // points to first order only.
@@ -271,12 +292,13 @@ void refuse_bodies(const Scene& scene, const Structure& structure, Fidelity rung
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
     if (resolved.moves_mass[i]) continue;
-    return add_error(
-        faults, point.origin,
-        join_text("point ", quoted(point.name, static_cast<int>(i)), " has no mass, which fidelity ",
-                  name_of(rung),
-                  " supports only on rigid links and on links with mass; give it some mass, or set fidelity: "
-                  "coupled or a lower rung"));
+    const std::string cause = massless_refusal(scene, structure, static_cast<int>(i));
+    if (!cause.empty())
+      return add_error(faults, point.origin,
+                       join_text("point ", quoted(point.name, static_cast<int>(i)), " has no mass, and ",
+                                 cause, ", which fidelity ", name_of(rung),
+                                 " does not support; give it some mass, or set fidelity: coupled or a lower "
+                                 "rung"));
   }
   for (std::size_t i = 0; i < scene.links.size(); ++i)
     if (resolved.links[i].has_mass && !structure.has_static_joints)
@@ -290,8 +312,15 @@ void refuse_bodies(const Scene& scene, const Structure& structure, Fidelity rung
 
 void compile_initial_joints(const Scene& scene, StepPlan& plan, Faults& faults) {
   plan.initial.joints = relaxed_joints(plan, plan.initial.q);
-  for (const Quat& rotation : plan.initial.joints.rotation)
-    if (!std::isfinite(rotation[0]))
+  const JointState& joints = plan.initial.joints;
+  const auto is_lost = [](double value) { return !std::isfinite(value); };
+  if (std::ranges::any_of(joints.angle, is_lost))
+    return add_error(
+        faults, scene.initial.origin,
+        "a joint, release or massless point has no equilibrium in the initial shape; use smaller "
+        "initial displacements or more elements");
+  for (const Quat& rotation : joints.rotation)
+    if (is_lost(rotation[0]))
       return add_error(
           faults, scene.initial.origin,
           "a joint has no equilibrium in the initial shape, because a beam or plate bends too far for one "

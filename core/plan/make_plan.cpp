@@ -205,7 +205,8 @@ std::optional<Plan> make_checked_plan(const Scene& scene, const Structure& struc
                                       Faults& faults) {
   check_start(scene, structure, faults);
   check_kept(scene, structure, faults);
-  warn_of_massless_loads(scene, structure.resolved, faults);
+  if (scene.automatic || !traits_of(scene.fidelity).has_true_geometry)
+    warn_of_massless_loads(scene, structure.resolved, faults);
   warn_of_massless_start(scene, structure.resolved, faults);
   if (scene.leave_out.tolerance > 0.0)
     warn_of_late_loads(scene, "leave_out: tolerance", scene.leave_out.horizon, faults);

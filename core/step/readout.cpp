@@ -67,58 +67,55 @@ std::int32_t body_of(const StepPlan& plan, int point) noexcept {
   return turns(plan) ? plan.coupled.turning.of_points[index(point)] : -1;
 }
 
-/// Holds the motion of a point of a turning body, and its acceleration without that of the centre of mass of
-/// the structure, all in the axes of the frame.
-struct TurningPoint {
-  Vec3 x, v, a;
-};
+/// Returns sum_l rows_l q_l''.
+Vec3 second_rates(const StepPlan& plan, const MotionState& state, const double* rows) noexcept {
+  return contract_motion(rows, plan, state.q.data(), state.q_dot.data(), state.Q.data()).V_ddot;
+}
+
 /// A point at the arm d of a body has v = v_c + R (s x d) and a = a_c + R (s' x d + s x (s x d)). With
 /// gamma = I^-1 sum r x F, a_c = gamma x r_c + sum_l b_cl q_l'' and s' = gamma + sum_l theta_l q_l''
 /// + J^-1 ((J s + h) x s)   (THEORY 12.93).
-TurningPoint read_turning_point(const StepPlan& plan, const MotionState& state, std::int32_t number,
-                                const Vec3& r) noexcept {
+FrameMotion read_turning_point(const StepPlan& plan, const MotionState& state, std::int32_t number,
+                               const Vec3& r) noexcept {
   const PlanTurningBody& body = plan.coupled.turning.bodies[index(number)];
   const TurningMotion at =
       read_turning(plan, body, state.q.data(), state.q_dot.data(), angular_velocity(plan, state));
   if (has_spread_mass(plan)) {
     const auto [a_c, s_dot] = read_spread_rates(plan, state, body, at);
     const Vec3 d = sub(r, body.centre), sd = cross(at.s, d);
-    return {position_on_body(body, at, r), add(at.v, multiply(at.R, sd)),
-            add(a_c, multiply(at.R, add(cross(s_dot, d), cross(at.s, sd))))};
+    const Vec3 x = position_on_body(body, at, r);
+    return {x, add(at.v, multiply(at.R, sd)), add(a_c, multiply(at.R, add(cross(s_dot, d), cross(at.s, sd)))),
+            sub(x, r)};
   }
-  const auto accelerations = [&](const double* rows) {
-    return contract_motion(rows, plan, state.q.data(), state.q_dot.data(), state.Q.data()).V_ddot;
-  };
   const Vec3 gamma = multiply(plan.inverse_inertia, state.coupled.balance_B);
-  const Vec3 a_c = add(cross(gamma, body.centre), accelerations(body.rows.data()));
-  Vec3 momentum = multiply(body.inertia, at.s);
-  for (std::size_t k = 0; k < plan.wheels.size(); ++k)
-    if (plan.coupled.turning.of_attitudes[index(plan.wheels[k].attitude_index)] == number)
-      momentum = add_scaled(momentum, state.wheel_momentum[k], plan.wheels[k].axis);
-  const Vec3 free = solve_by_adjugate(body.inertia, cross(momentum, at.s));
-  const Vec3 s_dot = add(add(gamma, free), accelerations(body.rows.data() + 3 * index(plan.num_padded)));
+  const Vec3 a_c = add(cross(gamma, body.centre), second_rates(plan, state, body.rows.data()));
+  const Vec3 s_dot = read_body_rates(plan, state, number).s_dot;
   const Vec3 d = sub(r, body.centre), sd = cross(at.s, d);
-  return {position_on_body(body, at, r), add(at.v, multiply(at.R, sd)),
-          add(a_c, multiply(at.R, add(cross(s_dot, d), cross(at.s, sd))))};
-}
-
-PointState to_world(const StepPlan& plan, const MotionState& state, const Mat3& R, const Vec3& r,
-                    const Vec3& x, const Vec3& v_B, const Vec3& a_B) noexcept {
-  const Vec3 a_WB = add_scaled(gravity_at(plan, state.p_WB), 1.0 / plan.mass, state.force_W);
-  return {add(state.p_WB, multiply(R, x)), add(state.v_WB, multiply(R, v_B)), add(a_WB, multiply(R, a_B)),
+  const Vec3 x = position_on_body(body, at, r);
+  return {x, add(at.v, multiply(at.R, sd)), add(a_c, multiply(at.R, add(cross(s_dot, d), cross(at.s, sd)))),
           sub(x, r)};
 }
 
 }  // namespace
 
-PointState read_point(const StepPlan& given, const MotionState& state, int point) noexcept {
-  assert(given.points[index(point)].row >= 0);
-  const StepPlan& plan = active_plan(given, state);
-  const Mat3 R = rotation_matrix(state.q_WB);
-  if (const std::int32_t body = body_of(plan, point); body >= 0) {
-    const TurningPoint at = read_turning_point(plan, state, body, plan.points[index(point)].r);
-    return to_world(plan, state, R, plan.points[index(point)].r, at.x, at.v, at.a);
-  }
+BodyRates read_body_rates(const StepPlan& plan, const MotionState& state, std::int32_t number) noexcept {
+  const PlanTurningBody& body = plan.coupled.turning.bodies[index(number)];
+  const Vec3 s =
+      read_turning(plan, body, state.q.data(), state.q_dot.data(), angular_velocity(plan, state)).s;
+  const Vec3 gamma = multiply(plan.inverse_inertia, state.coupled.balance_B);
+  Vec3 momentum = multiply(body.inertia, s);
+  for (std::size_t k = 0; k < plan.wheels.size(); ++k)
+    if (plan.coupled.turning.of_attitudes[index(plan.wheels[k].attitude_index)] == number)
+      momentum = add_scaled(momentum, state.wheel_momentum[k], plan.wheels[k].axis);
+  const Vec3 free = solve_by_adjugate(body.inertia, cross(momentum, s));
+  return {s, add(add(gamma, free), second_rates(plan, state, body.rows.data() + 3 * index(plan.num_padded)))};
+}
+
+FrameMotion read_in_frame(const StepPlan& plan, const MotionState& state, int point) noexcept {
+  if (const std::int32_t body = body_of(plan, point); body >= 0)
+    return read_turning_point(plan, state, body, plan.points[index(point)].r);
+  if (const MasslessMotion* at = find_massless(state.coupled.massless, point))
+    return {add(plan.points[index(point)].r, at->V), at->v, at->a, at->V};
   const Vec3 w = angular_velocity(plan, state);
   const auto [V, V_dot, V_ddot] =
       contract_motion(rows_of(plan, point), plan, state.q.data(), state.q_dot.data(), state.Q.data());
@@ -129,7 +126,7 @@ PointState read_point(const StepPlan& given, const MotionState& state, int point
   Vec3 a_B;
   if (is_coupled(plan) && is_complete(plan.coupled.kinetics)) {
     // the acceleration is the force on the point divided by its mass; its first term, sum_j F_j / M, is added
-    // below   (THEORY 12.21):
+    // later   (THEORY 12.21):
     // a = sum_j F_j / M + (I^-1 sum_j r_j x F_j) x r + sum_l b_l q_l'',
     // q_l'' = Q_l / M - omega^2 q_l - 2 decay q_l'
     a_B = add(cross(multiply(plan.inverse_inertia, state.coupled.balance_B), plan.points[index(point)].r),
@@ -141,12 +138,21 @@ PointState read_point(const StepPlan& given, const MotionState& state, int point
               add_scaled(V_ddot_of_step, 2.0, cross(w, V_dot)));
   } else {
     // w' = I^-1 (L_B - w x R_WB^T H_W) (THEORY 9.4), from which a follows (THEORY 9.3)
-    const Vec3 H_B = multiply_transposed(R, state.H_W);
+    const Vec3 H_B = multiply_transposed(rotation_matrix(state.q_WB), state.H_W);
     const Vec3 w_dot = multiply(plan.inverse_inertia, sub(state.moment_B, cross(w, H_B)));
     a_B = add(add(cross(w_dot, x), cross(w, wx)), add_scaled(V_ddot, 2.0, cross(w, V_dot)));
   }
+  return {x, v_B, a_B, V};
+}
+
+PointState read_point(const StepPlan& given, const MotionState& state, int point) noexcept {
+  assert(given.points[index(point)].row >= 0);
+  const StepPlan& plan = active_plan(given, state);
+  const FrameMotion at = read_in_frame(plan, state, point);
+  const Mat3 R = rotation_matrix(state.q_WB);
   const Vec3 a_WB = add_scaled(gravity_at(plan, state.p_WB), 1.0 / plan.mass, state.force_W);
-  return {add(state.p_WB, multiply(R, x)), add(state.v_WB, multiply(R, v_B)), add(a_WB, multiply(R, a_B)), V};
+  return {add(state.p_WB, multiply(R, at.x)), add(state.v_WB, multiply(R, at.v)),
+          add(a_WB, multiply(R, at.a)), at.V};
 }
 
 BodyState read_body(const StepPlan& given, const MotionState& state, int point) noexcept {

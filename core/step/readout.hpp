@@ -34,6 +34,18 @@ struct PointState {
 /// \pre plan.points[point].row >= 0
 PointState read_point(const StepPlan& plan, const MotionState& state, int point) noexcept;
 
+/// Holds the motion of a point relative to the centre of mass of the structure, axes of the frame.
+struct FrameMotion {
+  Vec3 x{}, v{}, a{};  // [m], [m/s], [m/s^2]
+  Vec3 V{};            // [m] elastic displacement
+};
+FrameMotion read_in_frame(const StepPlan& plan, const MotionState& state, int point) noexcept;
+/// Holds the spin of a turning body [rad/s] and its rate [rad/s^2], axes of the body   (THEORY 12.93).
+struct BodyRates {
+  Vec3 s, s_dot;
+};
+BodyRates read_body_rates(const StepPlan& plan, const MotionState& state, std::int32_t number) noexcept;
+
 struct BodyState {
   Quat q_WP{1.0, 0.0, 0.0, 0.0};  // attitude of the body at the point
   Vec3 w_P{};  // [rad/s] angular velocity of the body at the point, in the axes of this body

@@ -4,6 +4,7 @@
 
 #include "core/step/coupled/coupled.hpp"
 #include "core/step/linear/modal_coupling.hpp"
+#include "core/step/massless/massless_motion.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 
@@ -71,6 +72,7 @@ State make_state(const StepPlan& plan) {
     for (auto* v : {&state.coupled.momentum, &state.coupled.rate_q, &state.coupled.rate_p}) v->resize(n);
   if (is_coupled(plan)) {
     state.coupled.joints = make_joint_state(plan.coupled.links.joints);
+    state.coupled.massless = make_massless_motion(plan);
     for (auto* v : {&state.coupled.slow_q, &state.coupled.slow_p, &state.coupled.slow_change})
       v->resize(plan.coupled.curve.modes.size());
     for (auto* v : {&state.coupled.curved_q, &state.coupled.curved_p, &state.coupled.curved_rate_q,

@@ -51,6 +51,8 @@ struct CoupledState {
   // [m], [m/s] (num_padded) motion that the filter has left out; empty without links that bend (THEORY 12.97)
   Array left_out_q, left_out_p;
   JointState joints;  // empty unless links at true geometry have joints
+  // empty unless points without mass are held by links at true geometry   (THEORY 12.115)
+  std::vector<MasslessMotion> massless;
   // [m] sum of the estimated errors of all steps since the start, rms over the mass; 0 without true geometry
   // (THEORY 12.95)
   double integration_error = 0.0;
@@ -155,6 +157,13 @@ struct CoupledWorkspace {
   std::array<Array, 2> excess_rate;
   CoupledState next;
 };
+
+/// Returns whether a workspace is that of a plan with massless points.
+inline bool has_massless(const CoupledWorkspace& w) noexcept { return !w.joints.massless.empty(); }
+/// Returns the displacements of the linear structure, which differ from w.V on bodies and massless points.
+inline std::span<const Vec3> linear_displacements(const CoupledWorkspace& w) noexcept {
+  return w.bodies.empty() && !has_massless(w) ? w.V : w.linear_V;
+}
 
 /// Holds scratch memory of one step. The step writes its results to the workspace and swaps them with the
 /// state once they are known to be finite. From one step to the next, the workspace keeps no motion. It keeps

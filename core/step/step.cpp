@@ -13,6 +13,7 @@
 #include "core/step/loads/field.hpp"
 #include "core/step/loads/slots.hpp"
 #include "core/step/loads/step_loads.hpp"
+#include "core/step/massless/massless_motion.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/scope.hpp"
 #include "core/step/vector.hpp"
@@ -223,7 +224,11 @@ void commit(const StepLoads& step_loads, const Result& result, State& state, Wor
     add_modal_coupling_forces(plan, state.q.data(), state.q_dot.data(), workspace.scratch, state.Q.data());
   state.force_W = result.force_W;
   state.moment_B = result.moment_B;
-  if (is_coupled(plan)) std::swap(state.coupled, workspace.coupled.next);
+  if (is_coupled(plan)) {
+    std::swap(state.coupled, workspace.coupled.next);
+    const StepLoads last{plan, step_loads.commands, step_loads.tick, plan.coupled.num_substeps - 1};
+    set_massless_motion(last, workspace.coupled, state);
+  }
   ++state.tick;
   if (state.tick % kFlushTicks == 0) {
     flush(state.q, state.q_low);
@@ -255,7 +260,7 @@ void step_in(const StepPlan& plan, State& state, const Inputs& inputs, Workspace
       report.status = StepStatus::kNoFrame;
     } else if (is_coupled(plan) && workspace.coupled.joints.unsolved >= 0) {
       report.status = StepStatus::kNoEquilibrium;
-      report.joint_point = point_of_joint(plan.coupled.links.joints, workspace.coupled.joints.unsolved);
+      report.joint_point = unsolved_point(plan.coupled.links.joints, workspace.coupled.joints);
     }
     return;
   }

@@ -27,6 +27,23 @@ Scene craft_of_springs(double stiffness) {
   return scene;
 }
 
+// A spinning box of springs with a massless node, and a beam under thrust with massless joints.
+TEST(RelativeEquilibrium, MasslessPointsHaveTheFrequenciesOfTheReference) {
+  Scene box = craft_of_springs(1e2);
+  const int node = add_point(box, 0.0, {0.9, 0.5, 0.6});
+  for (int i = 0; i < 8; ++i) add_link(box, i, node, Spring{2e2});
+  const Vector3d spin = 3.0 * build(box).mass_properties.principal_axes.col(2);
+  const RelativeEquilibrium of_box = equilibrium_of(box, spin);
+  const double off_box = compare(box, of_box);
+  Scene rocket = beam_of(8, 1e4);
+  for (const int i : {2, 5}) rocket.points[static_cast<std::size_t>(i)].mass = 0.0;
+  push(rocket, 0, Axes::kLocal, {40.0, 0.0, 0.0});
+  const double off_rocket = compare(rocket, equilibrium_of(rocket, Vector3d::Zero()));
+  std::printf("rates off by %.1e and %.1e\n", off_box, off_rocket);
+  EXPECT_LT(off_box, kSame);
+  EXPECT_LT(off_rocket, kSame);
+}
+
 TEST(RelativeEquilibrium, ARocketUnderThrustHasTheFrequenciesOfTheReference) {
   for (const double thrust : {0.0, 20.0, 60.0, 100.0, 110.5}) {
     Scene scene = beam_of(20, kAxial);

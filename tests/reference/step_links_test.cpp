@@ -370,7 +370,8 @@ Forces forces_at(const Scene& scene, double size, Random& random) {
   JointState joints = make_joint_state(links.joints);
   JointWorkspace workspace = make_joint_workspace(links, 0);
   Array Q(index(plan->num_padded), 0.0);
-  const double last = relax_joints(links, index(plan->num_padded), q.data(), displaced, joints, workspace);
+  const double last =
+      relax_joints(links, {}, rest, index(plan->num_padded), q.data(), displaced, joints, workspace);
   EXPECT_LT(last, 1e-7);
   std::vector<Vec3> linear(index(n));
   add_true_links(links, index(plan->num_padded), displaced, displaced, rest, joints, workspace, excess,

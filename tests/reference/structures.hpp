@@ -145,4 +145,17 @@ inline Eigen::MatrixXd beam_stiffness(const Beam& beam, const Eigen::Matrix3d& a
   return turn * K * turn.transpose();
 }
 
+// Beams, a plate and springs with massless points: two joints along a chain, and a node of springs alone.
+inline Scene massless(Random& random) {
+  Scene scene;
+  for (int i = 0; i < 7; ++i)
+    add_point(scene, i == 2 || i == 4 ? 0.0 : 1.0 + 0.3 * random.one(),
+              Eigen::Vector3d(i, 0.0, 0.0) + 0.3 * random.vector());
+  for (int i = 0; i < 6; ++i) add_link(scene, i, i + 1, kBeam);
+  const int corner = add_point(scene, 0.7, {5.2, 1.1, 0.2}), node = add_point(scene, 0.0, {1.1, 1.0, 0.5});
+  add_link(scene, {4, 5, corner}, Plate{1e6, 0.3, 0.05});
+  for (const int other : {0, 1, 3, corner}) add_link(scene, node, other, Spring{2e3});
+  return scene;
+}
+
 }  // namespace freeflex::testing

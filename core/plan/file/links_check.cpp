@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/plan/file/plan_check.hpp"
+#include "core/step/massless/massless.hpp"
 
 namespace freeflex {
 namespace {
@@ -17,7 +18,9 @@ class LinksCheck {
         joints_(links_.joints),
         turning_(plan.coupled.turning),
         curve_(plan.coupled.curve),
-        num_bodies_(turning_.bodies.size()) {}
+        num_bodies_(turning_.bodies.size()) {
+    for (std::size_t i = 0; i < plan.points.size(); ++i) num_massless_ += is_massless(plan, i) ? 1 : 0;
+  }
 
   std::string find() {
     if (!are_joints()) return "the joints have the wrong size, are out of range or are not finite";
@@ -25,7 +28,7 @@ class LinksCheck {
     if (!are_bodies()) return "a turning body is out of range or not finite";
     if (!is_curve()) return "the curvilinear coordinates have the wrong size or are out of range";
     const JointState& initial = plan_.initial.joints;
-    if (initial.rotation.size() != index(joints_.num_joints) || initial.angle.size() != num_released() ||
+    if (initial.rotation.size() != index(joints_.num_joints) || initial.angle.size() != num_other() ||
         !are_finite(initial.angle) ||
         !std::ranges::all_of(initial.rotation, [](const Quat& q) { return are_finite(q); }))
       return "the initial rotations of joints have the wrong size or are not finite";
@@ -35,14 +38,16 @@ class LinksCheck {
  private:
   std::size_t n() const { return index(plan_.num_padded); }
   std::size_t num_rotations() const { return index(joints_.num_rotations); }
-  std::size_t num_released() const { return num_rotations() - 3 * index(joints_.num_joints); }
+  // of releases and massless points
+  std::size_t num_other() const { return num_rotations() - 3 * index(joints_.num_joints); }
   bool is_point(std::int32_t point) const { return is_index(point, plan_.points.size()); }
   bool is_link(std::int32_t link) const { return is_index(link, plan_.links.size()); }
   bool is_joint(std::int32_t joint) const { return is_index(joint, index(joints_.num_joints) + num_bodies_); }
 
   bool are_joints() {
     if (joints_.num_joints < 0 || joints_.num_rotations < 0 ||
-        std::int64_t{joints_.num_rotations} < 3 * std::int64_t{joints_.num_joints})
+        std::int64_t{joints_.num_rotations} <
+            3 * (std::int64_t{joints_.num_joints} + static_cast<std::int64_t>(num_massless_)))
       return false;
     const std::size_t count = num_rotations();
     const bool has_any = links_.has_joints() || num_bodies_ > 0;
@@ -102,8 +107,8 @@ class LinksCheck {
 
   bool is_end(const PlanLinkEnd& end) const {
     return is_joint(end.joint) && std::ranges::all_of(end.released, [&](std::int32_t released) {
-             return released == -1 ||
-                    (released >= 3 * joints_.num_joints && is_index(released, num_rotations()));
+             return released == -1 || (released >= 3 * joints_.num_joints &&
+                                       is_index(released, num_rotations() - 3 * num_massless_));
            });
   }
   bool are_links() const {
@@ -218,7 +223,7 @@ class LinksCheck {
   const PlanJoints& joints_;
   const PlanTurning& turning_;
   const PlanCurve& curve_;
-  std::size_t num_bodies_;
+  std::size_t num_bodies_, num_massless_ = 0;
   std::vector<std::int32_t> place_;  // (num_rotations) place of each unknown in the order
 };
 

@@ -7,6 +7,7 @@
 
 #include "core/plan/file/plan_check.hpp"
 #include "core/plan/rungs/rungs.hpp"
+#include "core/step/massless/massless.hpp"
 
 namespace freeflex {
 namespace {
@@ -55,8 +56,11 @@ std::string find_in_kinetics(const StepPlan& plan) {
     return "the kinetic energy is of an unknown form";
   const auto num_points = static_cast<std::int64_t>(plan.points.size());
   const PlanTurning& turning = plan.coupled.turning;
-  const std::int64_t num_freedoms = 3 * (num_points - static_cast<std::int64_t>(turning.points.size())) +
-                                    6 * static_cast<std::int64_t>(turning.bodies.size());
+  const auto num_in_bodies = static_cast<std::int64_t>(turning.points.size());
+  std::int64_t num_massless = 0;
+  for (std::size_t i = 0; i < plan.points.size(); ++i) num_massless += is_massless(plan, i) ? 1 : 0;
+  const std::int64_t num_freedoms =
+      3 * (num_points - num_in_bodies - num_massless) + 6 * static_cast<std::int64_t>(turning.bodies.size());
   const bool has_all_modes =
       plan.num_elastic == num_freedoms - plan.rigid_freedoms && plan.num_padded == plan.num_moving;
   const bool is_spread = kinetics.form == Form::kSpread;

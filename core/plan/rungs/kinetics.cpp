@@ -154,6 +154,8 @@ PlanKinetics::Form kinetic_form(const Structure& structure, const StepPlan& plan
   if (traits_of(plan.fidelity).has_true_geometry && structure.resolved.have_links_mass())
     return Form::kSpread;
   if (!plan.coupled.turning.bodies.empty()) return Form::kTurning;
+  // without bodies all points are point masses or have no mass   (THEORY 12.115)
+  if (traits_of(plan.fidelity).has_true_geometry) return Form::kComplete;
   if (!structure.resolved.are_point_masses) return Form::kTables;
   const int num_points = static_cast<int>(plan.points.size());
   if (plan.num_elastic == 3 * num_points - plan.rigid_freedoms) return Form::kComplete;

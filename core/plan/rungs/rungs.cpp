@@ -76,6 +76,9 @@ PlanBar true_bar(const Scene& scene, const ResolvedScene& resolved, int number) 
   const Axial& axial = resolved.links[index(number)].axial;
   bar.stiffness = axial.stiffness;
   bar.damping = axial.damping + (scene.damping.beta + link.viscous) * bar.stiffness;
+  // at a massless point, whose rate is not known, beta acts on the true strain   (THEORY 12.114)
+  if (std::ranges::any_of(link.points, [&](int point) { return !resolved.moves_mass[index(point)]; }))
+    bar.damping = 0.0;
   const Eigen::Vector3d direction = rest / bar.length;
   bar.direction = {direction.x(), direction.y(), direction.z()};
   return bar;
@@ -153,11 +156,10 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
   warn_of_viscous_links(scene, structure.resolved, faults);
   compile_large_rotations(scene, structure, plan, faults);
   if (has_error(faults)) return;
-  compile_true_links(scene, structure, plan, faults);
-  if (has_error(faults)) return;
   for (std::size_t k = 0; k < scene.links.size(); ++k)
     if (structure.resolved.links[k].traits.is_axial)
       plan.coupled.bars.push_back(true_bar(scene, structure.resolved, static_cast<int>(k)));
+  compile_true_links(scene, structure, plan, faults);
 }
 
 double rotation_rate(const StepPlan& plan) {

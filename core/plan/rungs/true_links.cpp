@@ -10,6 +10,7 @@
 #include "core/plan/arrays.hpp"
 #include "core/plan/rungs/joint_stiffness.hpp"
 #include "core/step/links/joint_factor.hpp"
+#include "core/step/massless/massless.hpp"
 #include "core/structure/links/link_factor.hpp"
 
 namespace freeflex {
@@ -27,12 +28,13 @@ struct RotationStiffness {
   MatrixXd moments;
 };
 
-// Numbers the joints without inertia, then the bodies, and the unknown rotations: three of each joint, then
-// those of releases.
+// Numbers the joints without inertia, then the bodies, and the unknowns: three rotations of each joint, those
+// of releases, then three displacements of each massless point.
 class Numbering {
  public:
-  Numbering(const Scene& scene, const Freedoms& freedoms, const PlanTurning& turning)
-      : freedoms_(freedoms), unknown_(index(freedoms.num_rotations()), -1) {
+  Numbering(const Scene& scene, const Structure& structure, const Freedoms& freedoms,
+            const PlanTurning& turning)
+      : unknown_(index(freedoms.num_all()), -1) {
     const auto body_of = [&](int point) {
       return turning.bodies.empty() ? -1 : turning.of_points[index(point)];
     };
@@ -40,8 +42,7 @@ class Numbering {
       joint_.push_back(-1);
       if (!freedoms.has_joint(point) || body_of(point) >= 0) continue;
       joint_.back() = num_joints_++;
-      for (int axis = 0; axis < 3; ++axis)
-        unknown_[rotation(freedoms.rotation(point) + axis)] = num_unknowns_++;
+      for (int axis = 0; axis < 3; ++axis) unknown_[index(freedoms.rotation(point) + axis)] = num_unknowns_++;
     }
     for (int point = 0; point < static_cast<int>(scene.points.size()); ++point)
       if (body_of(point) >= 0) joint_[index(point)] = num_joints_ + body_of(point);
@@ -49,30 +50,34 @@ class Numbering {
       for (int end = 0; end < 2; ++end)
         for (int axis = 0; axis < 3; ++axis)
           if (const int freedom = freedoms.released(k, end, axis); freedom >= 0)
-            unknown_[rotation(freedom)] = num_unknowns_++;
+            unknown_[index(freedom)] = num_unknowns_++;
+    for (int point = 0; point < static_cast<int>(scene.points.size()); ++point) {
+      if (structure.resolved.moves_mass[index(point)]) continue;
+      massless_.push_back(point);
+      for (int axis = 0; axis < 3; ++axis) unknown_[index(3 * point + axis)] = num_unknowns_++;
+    }
   }
   int num_joints() const { return num_joints_; }
   int num_unknowns() const { return num_unknowns_; }
   /// Returns the joint or body of a point, or -1.
   int joint(int point) const { return joint_[index(point)]; }
-  /// Returns the number of the unknown rotation of a freedom, or -1.
-  int unknown(int freedom) const {
-    return freedom < freedoms_.num_displacements() ? -1 : unknown_[rotation(freedom)];
-  }
+  /// Returns the number of the unknown of a freedom, or -1.
+  int unknown(int freedom) const { return unknown_[index(freedom)]; }
+  const std::vector<int>& massless() const { return massless_; }
 
  private:
-  std::size_t rotation(int freedom) const { return index(freedom - freedoms_.num_displacements()); }
-  const Freedoms& freedoms_;
-  std::vector<int> joint_;    // (num_points)
-  std::vector<int> unknown_;  // (num_rotations of freedoms)
+  std::vector<int> joint_;     // (num_points)
+  std::vector<int> unknown_;   // (num_all freedoms)
+  std::vector<int> massless_;  // points
   int num_joints_ = 0, num_unknowns_ = 0;
 };
 
-// Returns the unit motions of the modes over all freedoms. Unknown rotations are zero.
+// Returns the unit motions of the modes over all freedoms. Unknowns are zero.
 MatrixXd known_motions(const Scene& scene, const Structure& structure, const Freedoms& freedoms,
-                       const PlanTurning& turning) {
+                       const Numbering& numbering, const PlanTurning& turning) {
   MatrixXd known = MatrixXd::Zero(freedoms.num_all(), structure.shapes.cols());
   known.topRows(structure.shapes.rows()) = structure.shapes;
+  for (const int point : numbering.massless()) known.middleRows<3>(3 * Eigen::Index{point}).setZero();
   for (int point = 0; point < static_cast<int>(scene.points.size()) && !turning.bodies.empty(); ++point) {
     const std::int32_t body = turning.of_points[index(point)];
     if (body < 0 || !freedoms.has_joint(point)) continue;
@@ -105,40 +110,79 @@ void measure_releases_from_joints(const Scene& scene, const Freedoms& freedoms, 
   }
 }
 
+// \param unit  (num_unknowns) 1 for a rotation [rad], the length [m] of a massless point for a displacement
 RotationStiffness rotation_stiffness(const LinkFactor& factor, const PlanTrueLinks& links,
-                                     const Numbering& numbering, const MatrixXd& known) {
+                                     const std::vector<PlanBar>& bars, const Numbering& numbering,
+                                     const VectorXd& unit, const MatrixXd& known) {
   const int count = numbering.num_unknowns();
   std::vector<Eigen::Triplet<double>> entries;
   RotationStiffness result{Eigen::SparseMatrix<double>(count, count), MatrixXd::Zero(count, known.cols())};
   for (const DeformationRow& row : factor.natural) {
     const double square = row.root_stiffness * row.root_stiffness;
     Eigen::RowVectorXd strain = Eigen::RowVectorXd::Zero(known.cols());
-    bool has_rotation = false;
+    bool has_unknown = false;
     for (const auto& [freedom, coefficient] : row.coefficients) {
-      has_rotation = has_rotation || numbering.unknown(freedom) >= 0;
+      has_unknown = has_unknown || numbering.unknown(freedom) >= 0;
       strain += coefficient * known.row(freedom);
     }
-    if (!has_rotation) continue;
+    if (!has_unknown) continue;
     for (const auto& [a, of_a] : row.coefficients) {
       const int at = numbering.unknown(a);
       if (at < 0) continue;
-      result.moments.row(at) -= square * of_a * strain;
+      result.moments.row(at) -= unit[at] * square * of_a * strain;
       for (const auto& [b, of_b] : row.coefficients)
         if (const int other = numbering.unknown(b); other >= 0)
-          entries.emplace_back(at, other, square * of_a * of_b);
+          entries.emplace_back(at, other, unit[at] * unit[other] * square * of_a * of_b);
     }
   }
   // Zeros where a link couples two rotations only once it is deformed, so that the factor can be renewed
-  const auto add_zeros = [&](const auto& unknowns) {
+  const auto add_zeros = [&](const auto& rotations, const auto& points) {
+    std::vector<std::int32_t> unknowns(rotations.begin(), rotations.end());
+    for (const std::int32_t point : points)
+      for (int axis = 0; axis < 3 && point >= 0; ++axis)
+        unknowns.push_back(numbering.unknown(3 * point + axis));
     for (const std::int32_t a : unknowns)
       for (const std::int32_t b : unknowns)
         if (a >= 0 && b >= 0) entries.emplace_back(a, b, 0.0);
   };
-  for (const PlanTrueBeam& beam : links.beams) add_zeros(unknowns_of(beam, numbering.num_joints()));
-  for (const PlanTruePlate& plate : links.plates) add_zeros(unknowns_of(plate, numbering.num_joints()));
-  for (const PlanTrueMatrix& matrix : links.matrices) add_zeros(unknowns_of(matrix, numbering.num_joints()));
+  const std::array<std::int32_t, 0> none{};
+  const int num_joints = numbering.num_joints();
+  for (const PlanBar& bar : bars) add_zeros(none, std::array{bar.first, bar.second});
+  for (const PlanTrueAngle& angle : links.angles) add_zeros(none, angle.points);
+  for (const PlanTrueBeam& beam : links.beams) add_zeros(unknowns_of(beam, num_joints), beam.points);
+  for (const PlanTruePlate& plate : links.plates) add_zeros(unknowns_of(plate, num_joints), plate.points);
+  for (const PlanTrueMatrix& matrix : links.matrices)
+    add_zeros(unknowns_of(matrix, num_joints), matrix.points);
   result.own.setFromTriplets(entries.begin(), entries.end());
   return result;
+}
+
+// Returns the units of the unknowns   (THEORY 12.115).
+VectorXd units_of(const Numbering& numbering, const StepPlan& plan) {
+  VectorXd unit = VectorXd::Ones(numbering.num_unknowns());
+  if (numbering.massless().empty()) return unit;
+  for (const MasslessPoint& each : find_massless_points(plan))
+    for (int axis = 0; axis < 3; ++axis) unit[numbering.unknown(3 * each.point + axis)] = each.length;
+  return unit;
+}
+
+// Adds an error if massless points can move without strain of a link. Links hold them in every direction,
+// except that all of them may turn about a line of points with mass.
+void refuse_idle_points(const Scene& scene, const Numbering& numbering, const PlanJoints& joints,
+                        Faults& faults) {
+  constexpr double kMoves = 1e-6;  // [-] of a unit vector
+  const auto n = index(joints.num_rotations);
+  for (std::size_t first = 0; first < joints.idle.size(); first += n)
+    for (const int point : numbering.massless())
+      for (int axis = 0; axis < 3; ++axis) {
+        if (std::abs(joints.idle[first + index(numbering.unknown(3 * point + axis))]) < kMoves) continue;
+        return add_error(
+            faults, scene.points[index(point)].origin,
+            join_text("point ", quoted(scene.points[index(point)].name, point),
+                      " has no mass, and it can turn about the line of the points with mass without strain "
+                      "of a link, so no equation determines its position; give it some mass, or set "
+                      "fidelity: coupled or a lower rung"));
+      }
 }
 
 PlanLinkEnd end_of(const Freedoms& freedoms, const Numbering& numbering, int link, int end, int point) {
@@ -231,56 +275,6 @@ PlanTruePlate true_plate(const Scene& scene, const Freedoms& freedoms, const Num
   return result;
 }
 
-double root_of_sum(const std::array<Vec3, 4>& row) {
-  double sum = 0.0;
-  for (const Vec3& each : row) sum += dot(each, each);
-  return std::sqrt(sum);
-}
-
-PlanTrueAngle true_angle(const Scene& scene, const LinkFactor& factor, int number, double stiffness) {
-  const Link& link = scene.links[index(number)];
-  PlanTrueAngle result;
-  result.link = number;
-  const auto at = [&](std::size_t k) -> const Vector3d& {
-    return scene.points[index(link.points[k])].position;
-  };
-  for (std::size_t k = 0; k < link.points.size(); ++k) result.points[k] = link.points[k];
-  const RowRange range = factor.natural_of[index(number)];
-  result.num_rows = range.count;
-  for (int row = 0; row < range.count; ++row)
-    for (const auto& [freedom, coefficient] : natural_row(factor, range, row).coefficients)
-      for (std::size_t k = 0; k < link.points.size(); ++k)
-        if (freedom / 3 == link.points[k])
-          result.rows[index(row)][k][index(freedom % 3)] +=
-              natural_row(factor, range, row).root_stiffness * coefficient;
-  AngleConstants& constants = result.constants;
-  constants.stiffness = stiffness;
-  if (link.points.size() == 4) {
-    const Vector3d a1 = at(1) - at(0), a2 = at(2) - at(1), a3 = at(3) - at(2);
-    const Vector3d m = a1.cross(a2), n = a2.cross(a3);
-    const double size = m.stableNorm() * n.stableNorm();
-    constants.form = AngleConstants::Form::kDihedral;
-    constants.rest_sine = a2.stableNorm() * a1.dot(n) / size;
-    constants.rest_cosine = m.dot(n) / size;
-  } else {
-    const Vector3d a = (at(0) - at(1)).stableNormalized(), c = (at(2) - at(1)).stableNormalized();
-    constants.rest_sine = a.cross(c).norm();
-    constants.rest_cosine = a.dot(c);
-    constants.form = range.count == 1              ? AngleConstants::Form::kAngle
-                     : constants.rest_cosine < 0.0 ? AngleConstants::Form::kStraight
-                                                   : AngleConstants::Form::kFolded;
-  }
-  if (range.count == 1) {
-    // the change of the angle grows along the row, or falls
-    Vec3 x[4] = {};
-    for (std::size_t k = 0; k < link.points.size(); ++k)
-      x[k] = add_scaled(to_array(at(k)), 1e-6 * (at(1) - at(0)).stableNorm() / root_of_sum(result.rows[0]),
-                        result.rows[0][k]);
-    result.sign = change_of(constants, x) < 0.0 ? -1.0 : 1.0;
-  }
-  return result;
-}
-
 // Marks the modes with most of their strain energy in axial forces and membranes, and lists the shortening of
 // each strain that drives a mode   (THEORY 12.77, 12.78).
 void compile_curve(const Scene& scene, const Structure& structure, const LinkFactor& factor, StepPlan& plan) {
@@ -342,7 +336,7 @@ void compile_true_links(const Scene& scene, const Structure& structure, StepPlan
   PlanTrueLinks& links = plan.coupled.links;
   const PlanTurning& turning = plan.coupled.turning;
   const Freedoms freedoms(scene);
-  const Numbering numbering(scene, freedoms, turning);
+  const Numbering numbering(scene, structure, freedoms, turning);
   Faults none;  // build_structure() has reported them
   LinkFactor factor = factor_links_sparse(scene, none);
   measure_releases_from_joints(scene, freedoms, factor.natural);
@@ -374,8 +368,10 @@ void compile_true_links(const Scene& scene, const Structure& structure, StepPlan
       joints.of_points.push_back(numbering.joint(point));
   if (joints.num_rotations > 0) {
     const RotationStiffness stiffness =
-        rotation_stiffness(factor, links, numbering, known_motions(scene, structure, freedoms, turning));
+        rotation_stiffness(factor, links, plan.coupled.bars, numbering, units_of(numbering, plan),
+                           known_motions(scene, structure, freedoms, numbering, turning));
     const MatrixXd rows = factor_joints(stiffness.own, stiffness.moments, joints);
+    refuse_idle_points(scene, numbering, joints, faults);
     for (Eigen::Index k = 0; k < rows.rows(); ++k) append_row(plan, row_of(rows, k), joints.rows);
   }
   // a truss has no bending that would shorten links between its points

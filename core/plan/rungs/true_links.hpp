@@ -17,4 +17,7 @@ void compile_true_links(const Scene& scene, const Structure& structure, StepPlan
 PlanTrueMatrix true_matrix(const Scene& scene, const LinkFactor& factor, const Freedoms& freedoms, int number,
                            bool has_rotations, Faults& faults);
 
+/// Returns angle spring `number` of a scene.
+PlanTrueAngle true_angle(const Scene& scene, const LinkFactor& factor, int number, double stiffness);
+
 }  // namespace freeflex

@@ -1,4 +1,5 @@
-// Matrix links that turn as one piece   (THEORY 12.102).
+// Matrix links that turn as one piece   (THEORY 12.102), and angle springs at their true angle
+// (THEORY 12.69).
 #include <map>
 
 #include "core/plan/arrays.hpp"
@@ -119,6 +120,56 @@ PlanTrueMatrix true_matrix(const Scene& scene, const LinkFactor& factor, const F
   constants.inverse = has_rotations           ? to_array(Matrix3d((inertia + along * of_line).inverse()))
                       : width < kLine * along ? to_array(Matrix3d((Matrix3d::Identity() - of_line) / along))
                                               : to_array(Matrix3d(inertia.inverse()));
+  return result;
+}
+
+static double root_of_sum(const std::array<Vec3, 4>& row) {
+  double sum = 0.0;
+  for (const Vec3& each : row) sum += dot(each, each);
+  return std::sqrt(sum);
+}
+
+PlanTrueAngle true_angle(const Scene& scene, const LinkFactor& factor, int number, double stiffness) {
+  const Link& link = scene.links[index(number)];
+  PlanTrueAngle result;
+  result.link = number;
+  const auto at = [&](std::size_t k) -> const Vector3d& {
+    return scene.points[index(link.points[k])].position;
+  };
+  for (std::size_t k = 0; k < link.points.size(); ++k) result.points[k] = link.points[k];
+  const RowRange range = factor.natural_of[index(number)];
+  result.num_rows = range.count;
+  for (int row = 0; row < range.count; ++row)
+    for (const auto& [freedom, coefficient] : natural_row(factor, range, row).coefficients)
+      for (std::size_t k = 0; k < link.points.size(); ++k)
+        if (freedom / 3 == link.points[k])
+          result.rows[index(row)][k][index(freedom % 3)] +=
+              natural_row(factor, range, row).root_stiffness * coefficient;
+  AngleConstants& constants = result.constants;
+  constants.stiffness = stiffness;
+  if (link.points.size() == 4) {
+    const Vector3d a1 = at(1) - at(0), a2 = at(2) - at(1), a3 = at(3) - at(2);
+    const Vector3d m = a1.cross(a2), n = a2.cross(a3);
+    const double size = m.stableNorm() * n.stableNorm();
+    constants.form = AngleConstants::Form::kDihedral;
+    constants.rest_sine = a2.stableNorm() * a1.dot(n) / size;
+    constants.rest_cosine = m.dot(n) / size;
+  } else {
+    const Vector3d a = (at(0) - at(1)).stableNormalized(), c = (at(2) - at(1)).stableNormalized();
+    constants.rest_sine = a.cross(c).norm();
+    constants.rest_cosine = a.dot(c);
+    constants.form = range.count == 1              ? AngleConstants::Form::kAngle
+                     : constants.rest_cosine < 0.0 ? AngleConstants::Form::kStraight
+                                                   : AngleConstants::Form::kFolded;
+  }
+  if (range.count == 1) {
+    // the change of the angle grows along the row, or falls
+    Vec3 x[4] = {};
+    for (std::size_t k = 0; k < link.points.size(); ++k)
+      x[k] = add_scaled(to_array(at(k)), 1e-6 * (at(1) - at(0)).stableNorm() / root_of_sum(result.rows[0]),
+                        result.rows[0][k]);
+    result.sign = change_of(constants, x) < 0.0 ? -1.0 : 1.0;
+  }
   return result;
 }
 

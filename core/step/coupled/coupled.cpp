@@ -7,6 +7,7 @@
 #include "core/step/coupled/strain_damping.hpp"
 #include "core/step/linear/kernels.hpp"
 #include "core/step/linear/modal_coupling.hpp"
+#include "core/step/massless/massless_motion.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/rigid/kepler.hpp"
 #include "core/step/rigid/tick_rotation.hpp"
@@ -338,6 +339,7 @@ void set_momenta(const StepPlan& plan, const Vec3& w_B, MotionState& state) noex
   for (auto* v :
        {&coupled.slow_q, &coupled.slow_p, &coupled.slow_change, &coupled.left_out_q, &coupled.left_out_p})
     std::fill(v->begin(), v->end(), 0.0);
+  start_massless_motion(plan, state);
   // Accelerations without loads, to first order in the elastic displacements. The first step overwrites these
   // values.
   coupled.w_dot_B = multiply(plan.inverse_inertia, cross(H, w));

@@ -20,6 +20,7 @@ class Shape {
   }
   Vec3 V(std::int32_t point) const noexcept {
     const std::int32_t body = turns(plan_) ? plan_.coupled.turning.of_points[index(point)] : -1;
+    if (const MasslessMotion* massless = find_massless(state_.coupled.massless, point)) return massless->V;
     if (body < 0) return linear_V(point);
     const Vec3& r = plan_.points[index(point)].r;
     return sub(position_on_body(plan_.coupled.turning.bodies[index(body)], motion(body), r), r);
@@ -27,6 +28,8 @@ class Shape {
   /// Returns the rate of V in body axes. \param w  [rad/s] angular velocity of the frame
   Vec3 V_dot(std::int32_t point, const Vec3& w) const noexcept {
     const std::int32_t body = turns(plan_) ? plan_.coupled.turning.of_points[index(point)] : -1;
+    if (const MasslessMotion* massless = find_massless(state_.coupled.massless, point))
+      return sub(massless->v, cross(w, x(point)));
     if (body < 0)
       return contract_rows(point_rows(plan_, plan_.points[index(point)].row), state_.q_dot.data(), n());
     const PlanTurningBody& given = plan_.coupled.turning.bodies[index(body)];

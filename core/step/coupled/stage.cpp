@@ -53,6 +53,8 @@ void add_bars(const StepPlan& plan, const Vec3& alpha, const Vec3& w_B, CoupledW
     const std::size_t i = index(bar.first), j = index(bar.second);
     const Vec3 d = sub(w.V[j], w.V[i]);
     Vec3 excess = bar_force(bar, d).excess;
+    if (w.joints.massless.holds(bar))
+      excess = sub(elastic_force(bar, d), linear_elastic_force(bar, sub(w.linear_V[j], w.linear_V[i])));
     if (bar.damping > 0.0) {
       const Vec3 d_dot =
           sub(add(sub(w.W[j], w.W[i]), cross(slip, scale(bar.length, bar.direction))), cross(w_B, d));
@@ -65,7 +67,8 @@ void add_bars(const StepPlan& plan, const Vec3& alpha, const Vec3& w_B, CoupledW
 
 bool has_true_links(const StepPlan& plan) noexcept {
   const PlanTrueLinks& links = plan.coupled.links;
-  return !links.angles.empty() || !links.matrices.empty() || links.has_joints();
+  return !links.angles.empty() || !links.matrices.empty() || links.joints.num_rotations > 0 ||
+         links.has_joints();
 }
 
 /// Returns the point that owns a block of rows. On coupled rungs every point has one block, in the order of
@@ -133,9 +136,11 @@ void evaluate_complete(const StepLoads& step_loads, const StageState& stage, Wor
   const StepPlan& plan = step_loads.plan;
   CoupledWorkspace& w = workspace.coupled;
   contract_points(plan, stage.q, stage.p, w.V, w.W);
+  if (has_massless(w)) std::copy(w.V.begin(), w.V.end(), w.linear_V.begin());
   Vec3 alpha;
   rate.w_B = angular_velocity(plan, stage.H_B, w, alpha);
   const bool has_links = has_true_links(plan);
+  load_massless(step_loads, stage, w);
   if (has_links) relax_links(plan, stage.q, w);
   gather_forces(step_loads, stage, w);
   if (plan.attractor_mu > 0.0) add_field_of_points(plan, stage, w);
@@ -300,12 +305,22 @@ void relax_links(const StepPlan& plan, const double* q, CoupledWorkspace& w) noe
     w.joints.R[index(links.joints.num_joints) + b] = w.bodies[b].R;
     w.joints.body_theta[b] = w.bodies[b].theta;
   }
-  w.last_turn = relax_joints(links, index(plan.num_padded), q, w.V, w.stage_joints, w.joints);
+  w.last_turn = relax_joints(links, plan.coupled.bars, w.rest, index(plan.num_padded), q, w.V, w.stage_joints,
+                             w.joints);
+}
+
+void load_massless(const StepLoads& step_loads, const StageState& stage, CoupledWorkspace& w) noexcept {
+  if (!has_massless(w)) return;
+  // no load on a massless point depends on its displacement
+  gather_forces(step_loads, stage, w);
+  MasslessPoints& massless = w.joints.massless;
+  for (std::size_t k = 0; k < massless.points.size(); ++k)
+    massless.load[k] = w.force[index(massless.points[k].point)];
 }
 
 void add_links(const StepPlan& plan, CoupledWorkspace& w) noexcept {
   std::fill(w.Q.begin(), w.Q.end(), 0.0);
-  const std::span<const Vec3> linear_V = w.bodies.empty() ? w.V : w.linear_V;
+  const std::span<const Vec3> linear_V = linear_displacements(w);
   add_true_links(plan.coupled.links, index(plan.num_padded), w.V, linear_V, w.rest, w.stage_joints, w.joints,
                  w.force, w.linear, w.Q.data());
   for (double& Q : w.Q) Q += w.last_turn - w.last_turn;  // NaN if a joint has no equilibrium

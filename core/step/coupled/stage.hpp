@@ -54,8 +54,11 @@ void evaluate_incomplete(const StepLoads& step_loads, const StageState& stage, W
 void evaluate_turning(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
                       StageRate& rate) noexcept;
 
-/// Finds the rotations of joints without inertia at the displacements w.V and the bodies' rotations in
-/// w.bodies. If they are not found, the rates that follow are NaN.
+/// Takes the loads on massless points from those of a stage. Overwrites w.force.
+void load_massless(const StepLoads& step_loads, const StageState& stage, CoupledWorkspace& w) noexcept;
+/// Finds the rotations of joints without inertia and the massless points at the displacements w.V and the
+/// bodies' rotations in w.bodies. If they are not found, the rates that follow are NaN. \pre load_massless()
+/// was called, and if there are bodies, their displacements are set
 void relax_links(const StepPlan& plan, const double* q, CoupledWorkspace& w) noexcept;
 /// Adds to w.force and w.linear the forces on points of links at true geometry and of the linear links, and
 /// puts into w.Q the work of the moments that joints still carry.  \pre relax_links() was called

@@ -29,10 +29,11 @@ double largest_speed(const StepPlan& plan, const double* q_dot, CoupledWorkspace
   return __builtin_sqrt(largest);
 }
 
-/// Adds the elastic forces of springs and bars.
-void add_elastic_bars(const StepPlan& plan, CoupledWorkspace& probe) noexcept {
-  const std::span<const Vec3> linear_V = probe.bodies.empty() ? probe.V : probe.linear_V;
+/// Adds the elastic forces of springs and bars that end at massless points, or of all others.
+void add_elastic_bars(const StepPlan& plan, bool at_massless, CoupledWorkspace& probe) noexcept {
+  const std::span<const Vec3> linear_V = linear_displacements(probe);
   for (const PlanBar& bar : plan.coupled.bars) {
+    if (probe.joints.massless.holds(bar) != at_massless) continue;
     const std::size_t i = index(bar.first), j = index(bar.second);
     const auto along = [&](const Vec3& d) {
       return scale(bar.stiffness * dot(bar.direction, d), bar.direction);
@@ -61,21 +62,23 @@ void project_excess(const StepPlan& plan, double share, CoupledWorkspace& probe,
 
 /// Adds `share` times the elastic forces beyond the linear ones [N] at the coordinates probe.q_dot: those of
 /// springs and bars, which Rayleigh's beta damps already, to out[1], and those of other links to out[0].
+/// Springs and bars that end at massless points count as other links, because the rates of these points are
+/// not known.
 void add_excess(const StepPlan& plan, double share, CoupledWorkspace& probe,
                 std::array<Array, 2>& out) noexcept {
   const double* const q = probe.q_dot.data();
   contract_points(plan, q, q, probe.V, probe.W);
-  if (!probe.bodies.empty()) {
+  if (!probe.bodies.empty() || has_massless(probe))
     std::copy(probe.V.begin(), probe.V.end(), probe.linear_V.begin());
-    place_bodies(plan, q, probe.V, probe.bodies);
-  }
+  if (!probe.bodies.empty()) place_bodies(plan, q, probe.V, probe.bodies);
+  relax_links(plan, q, probe);
   std::fill(probe.force.begin(), probe.force.end(), Vec3{});
   std::fill(probe.linear.begin(), probe.linear.end(), Vec3{});
   std::fill(probe.joints.on_body.begin(), probe.joints.on_body.end(), Vec3{});
   std::fill(probe.joints.linear_on_body.begin(), probe.joints.linear_on_body.end(), Vec3{});
-  add_elastic_bars(plan, probe);
+  add_elastic_bars(plan, false, probe);
   project_excess(plan, share, probe, out[1]);
-  relax_links(plan, q, probe);
+  add_elastic_bars(plan, true, probe);
   add_links(plan, probe);
   combine_one(probe.Q.data(), share, true, out[0].size(), out[0].data());
   project_excess(plan, share, probe, out[0]);
@@ -108,6 +111,7 @@ void add_strain_damping(const StepPlan& plan, const StageState& stage, CoupledWo
   const double speed = largest_speed(plan, w.q_dot.data(), probe, size);
   if (!(speed > 0.0)) return;
   const double step = kProbed * size / speed;
+  probe.joints.massless.load = w.joints.massless.load;
   for (Array& each : w.excess_rate) std::fill(each.begin(), each.end(), 0.0);
   for (const double sign : {1.0, -1.0}) {
     // the joints turn by about as much as at the last stage, and in the other direction for the other sign

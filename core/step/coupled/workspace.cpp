@@ -5,6 +5,7 @@
 #include "core/step/coupled/curve.hpp"
 #include "core/step/coupled/stage.hpp"
 #include "core/step/linear/kernels.hpp"
+#include "core/step/massless/massless_motion.hpp"
 #include "core/step/turning/turning.hpp"
 
 namespace freeflex {
@@ -22,7 +23,8 @@ CoupledWorkspace make_workspace_without_probe(const StepPlan& plan) {
   for (auto* v : {&w.next.momentum, &w.next.rate_q, &w.next.rate_p}) v->resize(n);
   const PlanTrueLinks& links = plan.coupled.links;
   w.bodies.resize(plan.coupled.turning.bodies.size());
-  w.joints = make_joint_workspace(links, w.bodies.size());
+  w.joints = make_joint_workspace(links, w.bodies.size(), make_massless_points(plan));
+  w.next.massless = make_massless_motion(plan);
   for (auto* v : {&w.linear_V, &w.linear})
     v->resize(traits_of(plan.fidelity).has_true_geometry ? plan.points.size() : 0);
   w.x.resize(traits_of(plan.fidelity).has_true_geometry ? w.force.size() : 0);
@@ -62,13 +64,15 @@ CoupledWorkspace make_coupled_workspace(const StepPlan& plan) {
 }
 
 JointState relaxed_joints(const StepPlan& plan, const Array& q) {
-  if (!plan.coupled.links.has_joints()) return make_joint_state(plan.coupled.links.joints);
+  if (plan.coupled.links.joints.num_rotations == 0) return make_joint_state(plan.coupled.links.joints);
   CoupledWorkspace w = make_coupled_workspace(plan);
   contract_points(plan, q.data(), q.data(), w.V, w.W);
   if (turns(plan)) place_bodies(plan, q.data(), w.V, w.bodies);
   relax_links(plan, q.data(), w);
-  if (!(w.last_turn < 1.0))
+  if (!(w.last_turn < 1.0)) {
     for (Quat& rotation : w.stage_joints.rotation) rotation[0] = std::numeric_limits<double>::quiet_NaN();
+    for (double& angle : w.stage_joints.angle) angle = std::numeric_limits<double>::quiet_NaN();
+  }
   return w.stage_joints;
 }
 

@@ -8,7 +8,8 @@ namespace {
 // [-] A pivot below this share of its diagonal entry is not used.
 constexpr double kSmallestPivot = 1e-10;
 
-std::int32_t slot_of(const PlanJoints& joints, const JointFactor& factor, std::int32_t a, std::int32_t b) {
+std::int32_t slot_of(const PlanJoints& joints, const JointFactor& factor, std::int32_t a,
+                     std::int32_t b) noexcept {
   if (a < 0 || b < 0) return -1;
   const std::int32_t first = factor.place[index(a)], second = factor.place[index(b)];
   if (first == second) return first;
@@ -94,6 +95,11 @@ JointFactor make_joint_factor(const PlanTrueLinks& links) {
   for (const PlanTrueMatrix& matrix : links.matrices)
     add_slots(joints, unknowns_of(matrix, joints.num_joints), factor);
   return factor;
+}
+
+void add_to_entry(const PlanJoints& joints, std::int32_t a, std::int32_t b, double value,
+                  JointFactor& factor) noexcept {
+  add_to_slot(slot_of(joints, factor, a, b), value, factor);
 }
 
 void clear_stiffness(JointFactor& factor) noexcept {

@@ -40,6 +40,9 @@ struct JointFactor {
 
 JointFactor make_joint_factor(const PlanTrueLinks& links);
 
+/// Adds to the entry of two unknowns. -1: a rotation that is not unknown.
+void add_to_entry(const PlanJoints& joints, std::int32_t a, std::int32_t b, double value,
+                  JointFactor& factor) noexcept;
 /// Sets the stiffness to zero, so that add_stiffness() can sum that of all links.
 void clear_stiffness(JointFactor& factor) noexcept;
 /// Adds the stiffness of one link.

@@ -140,14 +140,15 @@ void add_matrix_stiffness(const PlanTrueMatrix& matrix, std::span<const Vec3> V,
 
 }  // namespace
 
-void renew_factor(const PlanTrueLinks& links, std::span<const Vec3> V, const JointState& state,
-                  JointWorkspace& w) noexcept {
+void renew_factor(const PlanTrueLinks& links, std::span<const PlanBar> bars, std::span<const Vec3> rest,
+                  std::span<const Vec3> V, const JointState& state, JointWorkspace& w) noexcept {
   clear_stiffness(w.factor);
   std::span<const std::int32_t> slots = w.factor.slots;
   for (const PlanTrueBeam& beam : links.beams) add_beam_stiffness(beam, links.joints, V, state, slots, w);
   for (const PlanTruePlate& plate : links.plates)
     add_plate_stiffness(plate, links.joints, V, state, slots, w);
   for (const PlanTrueMatrix& matrix : links.matrices) add_matrix_stiffness(matrix, V, slots, w);
+  if (!w.massless.empty()) add_massless_stiffness(links, bars, rest, V, state, w);
   factor_stiffness(links.joints, w.factor);
 }
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "core/step/linear/kernels.hpp"
+#include "core/step/links/bar.hpp"
 #include "core/step/links/rotations.hpp"
 
 namespace freeflex {
@@ -88,9 +90,11 @@ void add_matrix(const PlanTrueMatrix& matrix, std::span<const Vec3> V, std::span
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t point = index(matrix.points[i]);
     force[point] = sub(force[point], g.force[i]);
+    if (linear_force.empty()) continue;
     x[i] = linear_V[point];
     if (num_ends > 0) theta[i] = linear_rotation(matrix.ends[i], {}, joints, w);
   }
+  if (linear_force.empty()) return;
   set_linear_gradient(matrix.constants, {x.data(), count}, {theta.data(), num_ends}, g);
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t point = index(matrix.points[i]);
@@ -129,11 +133,12 @@ void add_beams(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<co
     }
     if (force.empty()) continue;
     const std::size_t i = index(beam.points[0]), j = index(beam.points[1]);
+    force[i] = add(force[i], g.force), force[j] = sub(force[j], g.force);
+    if (linear_force.empty()) continue;
     const Vec3 linear_d = sub(linear_V[j], linear_V[i]),
                first = linear_rotation(beam.ends[0], beam.axes, joints, w),
                second = linear_rotation(beam.ends[1], beam.axes, joints, w);
     const Vec3 linear = linear_force_of(beam.constants, beam.axes, linear_d, add(first, second));
-    force[i] = add(force[i], g.force), force[j] = sub(force[j], g.force);
     linear_force[i] = add(linear_force[i], linear), linear_force[j] = sub(linear_force[j], linear);
     if (!is_body(beam.ends[0], joints) && !is_body(beam.ends[1], joints)) continue;
     const BeamGradient on_bodies = linear_gradient_of(beam.constants, beam.axes, linear_d, first, second);
@@ -158,11 +163,15 @@ void add_plates(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<c
     const PlateGradient g = gradient_of(plate.constants, d, axes);
     for (std::size_t k = 0; k < 3; ++k) add_moment(plate.ends[k], g.moment[k], w);
     if (force.empty()) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t point = index(plate.points[k]);
+      force[point] = sub(force[point], g.force[k]);
+    }
+    if (linear_force.empty()) continue;
     for (std::size_t k = 0; k < 3; ++k) d[k] = linear_V[index(plate.points[k])];
     const PlateGradient linear = linear_gradient_of(plate.constants, d, theta);
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t point = index(plate.points[k]);
-      force[point] = sub(force[point], g.force[k]);
       linear_force[point] = sub(linear_force[point], linear.force[k]);
       add_linear_moment(plate.ends[k], linear.moment[k], links.joints, w);
     }
@@ -170,8 +179,8 @@ void add_plates(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<c
 }
 
 /// Sums the moments on joints and bodies, and takes them into the axes of each: those on joints to the
-/// gradient over the unknown rotations. Unless `force` is empty, adds the forces on points, and those of the
-/// linear links.
+/// gradient over the unknown rotations. Unless `force` is empty, adds the forces on points, and, unless
+/// `linear_force` is empty, those of the linear links.
 void add_gradients(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<const Vec3> linear_V,
                    const JointState& state, JointWorkspace& w, std::span<Vec3> force,
                    std::span<Vec3> linear_force) noexcept {
@@ -201,6 +210,11 @@ void add_angles(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<c
     for (std::size_t k = 0; k < count; ++k)
       x[k] = add(rest[index(angle.points[k])], V[index(angle.points[k])]);
     const AngleGradient g = gradient_of(angle.constants, x);
+    if (linear.empty()) {
+      for (std::size_t k = 0; k < count; ++k)
+        force[index(angle.points[k])] = sub(force[index(angle.points[k])], g.force[k]);
+      continue;
+    }
     std::array<double, 2> s{};
     for (std::size_t row = 0; row < index(angle.num_rows); ++row)
       for (std::size_t k = 0; k < count; ++k)
@@ -211,6 +225,29 @@ void add_angles(const PlanTrueLinks& links, std::span<const Vec3> V, std::span<c
       for (std::size_t row = 0; row < index(angle.num_rows); ++row)
         linear[point] = add_scaled(linear[point], -s[row], angle.rows[row][k]);
     }
+  }
+}
+
+/// Sums the gradient over all unknowns at the displacements V.
+void set_gradient(const PlanTrueLinks& links, std::span<const PlanBar> bars, std::span<const Vec3> rest,
+                  std::span<const Vec3> V, const JointState& state, JointWorkspace& w) noexcept {
+  MasslessPoints& massless = w.massless;
+  std::fill(massless.force.begin(), massless.force.end(), Vec3{});
+  add_gradients(links, V, V, state, w, massless.force, {});
+  if (massless.empty()) return;
+  add_angles(links, V, V, rest, massless.force, {});
+  for (const PlanBar& bar : bars) {
+    if (!massless.holds(bar)) continue;
+    const std::size_t i = index(bar.first), j = index(bar.second);
+    const Vec3 force = elastic_force(bar, sub(V[j], V[i]));
+    massless.force[i] = add(massless.force[i], force);
+    massless.force[j] = sub(massless.force[j], force);
+  }
+  double* gradient = w.gradient.data() + w.gradient.size() - 3 * massless.points.size();
+  for (std::size_t k = 0; k < massless.points.size(); ++k) {
+    const MasslessPoint& each = massless.points[k];
+    for (std::size_t a = 0; a < 3; ++a)
+      *gradient++ = -each.length * (massless.force[index(each.point)][a] + massless.load[k][a]);
   }
 }
 
@@ -236,6 +273,16 @@ double solve(const PlanJoints& joints, const JointState& state, JointWorkspace& 
   double sum = 0.0;  // NaN if a component is not finite, which std::max ignores
   for (std::size_t k = 0; k < n; ++k) sum += x[k] - x[k];
   return largest + sum;
+}
+
+/// Sets the displacements of massless points.
+void place_massless(const PlanJoints& joints, const JointState& state, const JointWorkspace& w,
+                    std::span<Vec3> V) noexcept {
+  std::size_t unknown = w.theta.size() - 3 * w.massless.points.size();
+  for (const MasslessPoint& each : w.massless.points)
+    for (std::size_t a = 0; a < 3; ++a, ++unknown)
+      V[index(each.point)][a] =
+          each.length * (w.theta[unknown] + state.angle[unknown - 3 * index(joints.num_joints)]);
 }
 
 void turn(const PlanJoints& joints, double share, JointState& state, const JointWorkspace& w) noexcept {
@@ -265,7 +312,8 @@ JointState make_joint_state(const PlanJoints& joints) {
           std::vector<double>(index(joints.num_rotations - 3 * joints.num_joints))};
 }
 
-JointWorkspace make_joint_workspace(const PlanTrueLinks& links, std::size_t num_bodies) {
+JointWorkspace make_joint_workspace(const PlanTrueLinks& links, std::size_t num_bodies,
+                                    MasslessPoints massless) {
   const PlanJoints& joints = links.joints;
   const std::size_t n = index(joints.num_rotations), m = index(joints.num_joints);
   JointWorkspace w;
@@ -277,11 +325,13 @@ JointWorkspace make_joint_workspace(const PlanTrueLinks& links, std::size_t num_
   for (auto* each : {&w.body_theta, &w.on_body, &w.linear_on_body}) each->resize(num_bodies);
   w.turn.resize(m);
   w.factor = make_joint_factor(links);
+  w.massless = std::move(massless);
   return w;
 }
 
-double relax_joints(const PlanTrueLinks& links, std::size_t num_padded, const double* q,
-                    std::span<const Vec3> V, JointState& state, JointWorkspace& w) noexcept {
+double relax_joints(const PlanTrueLinks& links, std::span<const PlanBar> bars, std::span<const Vec3> rest,
+                    std::size_t num_padded, const double* q, std::span<Vec3> V, JointState& state,
+                    JointWorkspace& w) noexcept {
   const PlanJoints& joints = links.joints;
   if (joints.num_rotations == 0) return 0.0;
   contract_one(joints.rows.data(), index(joints.num_rotations), num_padded, q, w.theta.data());
@@ -290,7 +340,8 @@ double relax_joints(const PlanTrueLinks& links, std::size_t num_padded, const do
   double largest = 0.0, slope = 0.0, share = 0.0;
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     set_rotations(joints, state, w);
-    add_gradients(links, V, V, state, w, {}, {});
+    place_massless(joints, state, w, V);
+    set_gradient(links, bars, rest, V, state, w);
     if (const double rise = slope_of(w); sweep > 0 && rise > kOvershoot * -slope) {
       share *= std::max(slope / (slope - rise), kShortest);
       state = w.before;
@@ -307,17 +358,23 @@ double relax_joints(const PlanTrueLinks& links, std::size_t num_padded, const do
     if (largest <= kConverged) break;
     if (sweep == 0 || largest < kSlow * before) continue;
     set_rotations(joints, state, w);
-    renew_factor(links, V, state, w);
+    place_massless(joints, state, w, V);
+    renew_factor(links, bars, rest, V, state, w);
   }
   set_rotations(joints, state, w);
+  place_massless(joints, state, w, V);
   if (largest <= kConverged) return largest;
   for (std::size_t k = 0; k < index(joints.num_rotations); ++k)
-    if (magnitude(w.step[k]) == largest) w.unsolved = static_cast<std::int32_t>(k / 3);
+    if (magnitude(w.step[k]) == largest) w.unsolved = static_cast<std::int32_t>(k);
   return std::numeric_limits<double>::quiet_NaN();
 }
 
-std::int32_t point_of_joint(const PlanJoints& joints, std::int32_t joint) noexcept {
-  const auto found = std::find(joints.of_points.begin(), joints.of_points.end(), joint);
+std::int32_t unsolved_point(const PlanJoints& joints, const JointWorkspace& w) noexcept {
+  const std::size_t unknown = index(w.unsolved), num_massless = w.massless.points.size();
+  if (unknown + 3 * num_massless >= index(joints.num_rotations))
+    return w.massless.points[(unknown + 3 * num_massless - index(joints.num_rotations)) / 3].point;
+  const auto found =
+      std::find(joints.of_points.begin(), joints.of_points.end(), static_cast<std::int32_t>(unknown / 3));
   return found == joints.of_points.end() ? -1 : static_cast<std::int32_t>(found - joints.of_points.begin());
 }
 
@@ -332,7 +389,9 @@ void add_true_links(const PlanTrueLinks& links, std::size_t num_padded, std::spa
     const Vec3 moment = transposed_tangent(theta, tangent_of(theta, w.turn[j]), w.moment[j]);
     combine_rows(joints.rows.data() + 3 * j * num_padded, scale(-1.0, moment), true, num_padded, Q);
   }
-  for (std::size_t k = 3 * index(joints.num_joints); k < index(joints.num_rotations); ++k)
+  // the forces that massless points still carry are among those on points
+  for (std::size_t k = 3 * index(joints.num_joints);
+       k < index(joints.num_rotations) - 3 * w.massless.points.size(); ++k)
     combine_one(joints.rows.data() + k * num_padded, -w.gradient[k], true, num_padded, Q);
 }
 

@@ -7,6 +7,7 @@
 #include "core/step/links/beam_batch.hpp"
 #include "core/step/links/joint_factor.hpp"
 #include "core/step/links/rotations.hpp"
+#include "core/step/massless/massless.hpp"
 #include "core/step/plan/links.hpp"
 
 namespace freeflex {
@@ -24,8 +25,9 @@ struct JointWorkspace {
   std::vector<FiniteRotation> turn;  // (num_joints) exp(theta)
   Array gradient, step;              // [N m], [rad] (num_rotations)
   JointState before;                 // rotations before the last step
-  std::int32_t unsolved =
-      -1;              // joint that turned most in the last sweep, if relax_joints() failed in this step
+  // unknown that changed most in the last sweep, if relax_joints() failed in this step
+  std::int32_t unsolved = -1;
+  MasslessPoints massless;
   JointFactor factor;  // of the rest shape at the start of each step
 };
 
@@ -62,28 +64,39 @@ inline PresentEnd present(const PlanLinkEnd& end, const Mat3& rest, const PlanJo
 }
 
 JointState make_joint_state(const PlanJoints& joints);
-JointWorkspace make_joint_workspace(const PlanTrueLinks& links, std::size_t num_bodies);
+JointWorkspace make_joint_workspace(const PlanTrueLinks& links, std::size_t num_bodies,
+                                    MasslessPoints massless = {});
 
 /// Starts a step: the factor is that of the rest shape, and no joint has failed.
 inline void begin_joints(JointWorkspace& workspace) noexcept {
   workspace.factor.is_renewed = false;
   workspace.unsolved = -1;
 }
-/// Returns the first point of a joint, or -1.
-std::int32_t point_of_joint(const PlanJoints& joints, std::int32_t joint) noexcept;
+/// Returns the massless point, or the first point of the joint, that has not found its equilibrium, or -1.
+std::int32_t unsolved_point(const PlanJoints& joints, const JointWorkspace& workspace) noexcept;
 
-/// Sums the stiffness of all links over the rotations of joints, at the present shape, and factors the sum.
-void renew_factor(const PlanTrueLinks& links, std::span<const Vec3> V, const JointState& state,
-                  JointWorkspace& workspace) noexcept;
+/// Sums the stiffness of all links over the unknowns, at the present shape, and factors the sum.
+/// \param bars  those of the plan, which matter at massless points only  \param rest  [m] (num_points) rest
+/// positions
+void renew_factor(const PlanTrueLinks& links, std::span<const PlanBar> bars, std::span<const Vec3> rest,
+                  std::span<const Vec3> V, const JointState& state, JointWorkspace& workspace) noexcept;
 
-/// Finds the rotations of the joints at the coordinates q and the displacements V of the points, from those
-/// in `state`:
+/// Adds the stiffness over the displacements of massless points and between them and the rotations of joints,
+/// by differences of forces and moments   (THEORY 12.116).
+void add_massless_stiffness(const PlanTrueLinks& links, std::span<const PlanBar> bars,
+                            std::span<const Vec3> rest, std::span<const Vec3> V, const JointState& state,
+                            JointWorkspace& workspace) noexcept;
+
+/// Finds the rotations of the joints and the displacements of massless points at the coordinates q and the
+/// displacements V of the other points, from those in `state`:
 ///   R_j = exp([theta_j x]) C_j,   C_j <- C_j exp(delta_j),   delta = -K_tt^-1 [R_j^T m_j]
-///   (THEORY 12.72, 12.73)
-/// \param q  [m] (num_padded) elastic coordinates  \param V  [m] (num_points)
+///   (THEORY 12.72, 12.73, 12.115)
+/// \param q  [m] (num_padded) elastic coordinates  \param V  [m] (num_points); sets those of massless points
+/// \pre workspace.massless.load is set
 /// \return  [rad] largest component of the last delta; NaN if the joints have not found their equilibrium
-double relax_joints(const PlanTrueLinks& links, std::size_t num_padded, const double* q,
-                    std::span<const Vec3> V, JointState& state, JointWorkspace& workspace) noexcept;
+double relax_joints(const PlanTrueLinks& links, std::span<const PlanBar> bars, std::span<const Vec3> rest,
+                    std::size_t num_padded, const double* q, std::span<Vec3> V, JointState& state,
+                    JointWorkspace& workspace) noexcept;
 
 /// Adds to `force` and `linear` [N], body axes   (THEORY 12.75), the forces on points of links at true
 /// geometry and those of the linear links. Sets w.on_body and w.linear_on_body to the moments on bodies. Adds

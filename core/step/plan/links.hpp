@@ -60,9 +60,10 @@ struct PlanTrueMatrix {
 };
 
 /// Holds the joints at which beams and plates meet. A joint has no inertia. Its unknown rotations, numbered
-/// 3 * joint + axis, are followed by those of released ends   (THEORY 12.72 to 12.76).
+/// 3 * joint + axis, are followed by those of released ends   (THEORY 12.72 to 12.76), then by the
+/// displacements of massless points over their lengths, in the order of the points   (THEORY 12.115).
 struct PlanJoints {
-  std::int32_t num_joints = 0, num_rotations = 0;
+  std::int32_t num_joints = 0, num_rotations = 0;  // num_rotations is the number of all unknowns
   // (num_points) joint or body of each point, as in PlanLinkEnd; -1: none. Empty without joints
   std::vector<std::int32_t> of_points;
   Array rows;  // [1/m] (num_rotations x num_padded) theta = rows q, the rotations of the linear structure
@@ -77,7 +78,9 @@ struct PlanJoints {
 /// that few sweeps suffice.
 struct JointState {
   std::vector<Quat> rotation;  // (num_joints) C_j
-  std::vector<double> angle;   // [rad] (num_rotations - 3 num_joints) of released ends
+  // [rad] (num_rotations - 3 num_joints) of released ends, then [-] displacements of massless points over
+  // their lengths
+  std::vector<double> angle;
   bool operator==(const JointState&) const = default;
 };
 

@@ -329,6 +329,7 @@ void evaluate_turning(const StepLoads& step_loads, const StageState& stage, Work
     rate.w_B = frame_velocity(plan, stage.H_B, w, alpha);
     set_velocities(plan, alpha, w);
   }
+  load_massless(step_loads, stage, w);
   relax_links(plan, stage.q, w);
   gather_forces(step_loads, stage, w);
   load_bodies(step_loads, stage, w);

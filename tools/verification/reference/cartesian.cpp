@@ -1,5 +1,6 @@
 #include "tools/verification/reference/cartesian.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -95,13 +96,16 @@ void add_load(const CartesianLoad& load, double scale, const Matrix3d& R_CW, con
   }
 }
 
-void accelerations(const CartesianSystem& system, double t, double piece_time, std::span<const double> e,
-                   std::span<const double> e_dot, std::span<double> e_ddot) {
+namespace {
+
+/// Computes the forces of links and loads [N].
+void set_forces(const CartesianSystem& system, double t, double piece_time, std::span<const double> e,
+                std::span<const double> e_dot, std::span<double> result) {
   const Eigen::Index n = system.mass.size();
   const Map<const Matrix3Xd> E(e.data(), 3, n), E_dot(e_dot.data(), 3, n);
-  Map<Matrix3Xd> force(e_ddot.data(), 3, n);
+  Map<Matrix3Xd> force(result.data(), 3, n);
   force.setZero();
-  add_link_forces(system, e, e_dot, e_ddot);
+  add_link_forces(system, e, e_dot, result);
   if (system.true_geometry) {
     system.true_geometry->add_forces(E, force);
     system.true_geometry->add_damping(E, E_dot, force);
@@ -127,7 +131,72 @@ void accelerations(const CartesianSystem& system, double t, double piece_time, s
     for (Eigen::Index i = 0; i < n; ++i) v.col(i) += system.spin.cross(Vector3d(x.col(i)));
     system.change_forces(t, x, v, force);
   }
-  for (Eigen::Index i = 0; i < n; ++i) force.col(i) /= system.mass[i];
+}
+
+}  // namespace
+
+void place_massless(const CartesianSystem& system, double t, double piece_time, std::span<double> e) {
+  constexpr int kMost = 60;  // steps
+  // [-] over the size: of the differences; of the last step; of a step for which a new inverse is not worth
+  // it
+  constexpr double kDifference = 1e-7, kLast = 1e-15, kWorth = 1e-10;
+  constexpr double kLongest = 0.05;  // [-] longer steps are shortened, over the size
+  constexpr double kSlow = 0.05;     // [-] the inverse is renewed after a step that is longer than this share
+  CartesianMassless& held = system.massless;
+  if (held.points.empty()) return;
+  const Eigen::Index count = 3 * static_cast<Eigen::Index>(held.points.size());
+  const double size = system.r.colwise().norm().maxCoeff();
+  const std::vector<double> e_dot(e.size(), 0.0);
+  std::vector<double> force(e.size());
+  if (held.e.size() != count || !held.e.allFinite()) held.e = Eigen::VectorXd::Zero(count);
+  const auto forces_at = [&](const Eigen::VectorXd& x) {
+    Eigen::VectorXd f(count);
+    for (Eigen::Index k = 0; k < count; ++k) e[3 * index(held.points[index(k / 3)]) + index(k % 3)] = x[k];
+    set_forces(system, t, piece_time, e, e_dot, force);
+    for (Eigen::Index k = 0; k < count; ++k)
+      f[k] = force[3 * index(held.points[index(k / 3)]) + index(k % 3)];
+    return f;
+  };
+  double last = 0.0;
+  bool is_slow = false;
+  for (int step = 0; step < kMost; ++step) {
+    const Eigen::VectorXd f = forces_at(held.e);
+    if (held.inverse.cols() != count || is_slow) {
+      Eigen::MatrixXd K(count, count);
+      for (Eigen::Index k = 0; k < count; ++k)
+        K.col(k) = (forces_at(held.e - kDifference * size * Eigen::VectorXd::Unit(count, k)) - f) /
+                   (kDifference * size);
+      held.inverse = K.inverse();
+    }
+    Eigen::VectorXd change = held.inverse * f;
+    const double length = change.cwiseAbs().maxCoeff();
+    if (length > kLongest * size) change *= kLongest * size / length;
+    held.e += change;
+    if (length <= kLast * size || (step > 0 && length < kWorth * size && length > 0.5 * last)) {
+      forces_at(held.e);
+      return;
+    }
+    is_slow = (step > 0 || length > kLongest * size) && length > kWorth * size && length > kSlow * last;
+    last = length;
+  }
+  forces_at(Eigen::VectorXd::Constant(count, std::nan("")));
+}
+
+void accelerations(const CartesianSystem& system, double t, double piece_time, std::span<const double> given,
+                   std::span<const double> e_dot, std::span<double> e_ddot) {
+  std::vector<double> placed;
+  std::span<const double> e = given;
+  if (!system.massless.points.empty()) {
+    placed.assign(given.begin(), given.end());
+    place_massless(system, t, piece_time, placed);
+    e = placed;
+  }
+  set_forces(system, t, piece_time, e, e_dot, e_ddot);
+  const Eigen::Index n = system.mass.size();
+  const Map<const Matrix3Xd> E(e.data(), 3, n), E_dot(e_dot.data(), 3, n);
+  Map<Matrix3Xd> force(e_ddot.data(), 3, n);
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (system.mass[i] > 0.0) force.col(i) /= system.mass[i];
   if (system.attractor_mu > 0.0) {
     // The carrier falls with the constant acceleration g_W, which is the attraction at the start. So each
     // point accelerates relative to the carrier by its own attraction minus g_W:
@@ -144,6 +213,7 @@ void accelerations(const CartesianSystem& system, double t, double piece_time, s
     force.col(i) -= system.spin.cross(2.0 * Vector3d(E_dot.col(i)) + system.spin.cross(x));
   }
   if (system.true_geometry) system.true_geometry->constrain(E, E_dot, force);
+  for (const int point : system.massless.points) force.col(point).setZero();
 }
 
 std::vector<double> discontinuities(const CartesianSystem& system, double end) {
@@ -164,8 +234,10 @@ std::vector<double> discontinuities(const CartesianSystem& system, double end) {
   return times;
 }
 
-CartesianState to_world(const CartesianSystem& system, double t, std::span<const double> y) {
+CartesianState to_world(const CartesianSystem& system, double t, std::span<const double> given) {
   const Eigen::Index n = system.mass.size();
+  std::vector<double> y(given.begin(), given.end());
+  place_massless(system, t, t, std::span(y).first(3 * index(n)));
   const Map<const Matrix3Xd> E(y.data(), 3, n), E_dot(y.data() + 3 * n, 3, n);
   const Matrix3d R = carrier_rotation(system, t);
   const Vector3d p = system.p_WB + t * system.v_WB + 0.5 * t * t * system.gravity_W;
@@ -179,7 +251,9 @@ CartesianState to_world(const CartesianSystem& system, double t, std::span<const
   return state;
 }
 
-double strain_energy(const CartesianSystem& system, std::span<const double> e) {
+double strain_energy(const CartesianSystem& system, std::span<const double> given) {
+  std::vector<double> e(given.begin(), given.end());
+  place_massless(system, 0.0, 0.0, e);
   const Map<const Matrix3Xd> E(e.data(), 3, system.mass.size());
   double energy = 0.0;
   for (const CartesianLink& link : system.links) {

@@ -48,6 +48,14 @@ struct CartesianLink {
   double damping = 0.0;
 };
 
+/// Points without mass, at which the forces of links and loads balance   (THEORY 10.28). The displacements
+/// and the inverse of the stiffness that were found last are kept, from which Newton's method starts.
+struct CartesianMassless {
+  std::vector<int> points;
+  Eigen::VectorXd e;        // [m] (3 points)
+  Eigen::MatrixXd inverse;  // [m/N] (3 points x 3 points); empty: not known
+};
+
 /// The unknowns are the displacements e_i [m] of every point in the carrier frame C and their rates e_i'
 /// [m/s]. The carrier starts as the body frame, falls with gravity, keeps the initial velocity of the centre
 /// of mass and rotates at the constant initial angular velocity w_C. While the motion stays near the motion
@@ -70,6 +78,7 @@ struct CartesianSystem {
   Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();  // attitude at the start
   Eigen::Vector3d spin = Eigen::Vector3d::Zero();            // [rad/s] w_C of the carrier, body axes
   Eigen::VectorXd initial;                                   // (6N) e then e'
+  mutable CartesianMassless massless;
   bool needs_body_axes = false;                              // true: at least one load rotates with the body
   // Changes the forces on the points [N] (3 x N) at time t [s], in carrier axes, after all links and loads;
   // empty: nothing. Positions x [m] and velocities v [m/s] are those in space, along the axes of the carrier,
@@ -111,6 +120,10 @@ CartesianSystem make_axial_system(const Scene& scene);
 /// at both ends of the piece the loads are the limits from inside the piece.
 void accelerations(const CartesianSystem& system, double t, double piece_time, std::span<const double> e,
                    std::span<const double> e_dot, std::span<double> e_ddot);
+
+/// Sets the displacements of massless points to those at which the forces on them are zero, or to NaN if none
+/// are found. Their accelerations are zero in accelerations(), and the given ones have no effect.
+void place_massless(const CartesianSystem& system, double t, double piece_time, std::span<double> e);
 
 /// Returns the amplitude [-] of a history at t [s]. A pulse is on if `piece_time` [s] lies inside the pulse.
 double amplitude(const History& history, double t, double piece_time);

@@ -40,8 +40,11 @@ double step_of_differences(const CartesianSystem& system) {
       system.r, system.true_geometry ? system.true_geometry->stiffnesses() : std::vector<double>{});
 }
 
+/// Returns the mass of each coordinate, 1 kg for those of massless points, which allowed() excludes.
 VectorXd masses(const CartesianSystem& system) {
-  return system.mass.transpose().replicate<3, 1>().reshaped();
+  VectorXd mass = system.mass;
+  for (const int point : system.massless.points) mass[point] = 1.0;
+  return mass.transpose().replicate<3, 1>().reshaped();
 }
 
 /// Returns the derivative of f at x along a direction, by central differences of order six.
@@ -59,15 +62,18 @@ VectorXd acceleration(const CartesianSystem& system, const VectorXd& e, const Ve
   return result;
 }
 
-/// Returns orthonormal columns in y = sqrt(m) V, orthogonal to the motions that rigid links forbid and,
-/// unless `with_rigid`, to the rigid motions.
+/// Returns orthonormal columns in y = sqrt(m) V, orthogonal to the motions that rigid links forbid, to those
+/// of massless points and, unless `with_rigid`, to the rigid motions.
 MatrixXd allowed(const CartesianSystem& system, const VectorXd& e, bool with_rigid) {
   const Eigen::Index n = system.mass.size();
   const Map<const Matrix3Xd> E(e.data(), 3, n);
   const Eigen::Index num_rigid = with_rigid ? 0 : 6;
   const MatrixXd forbidden = system.true_geometry ? system.true_geometry->forbidden(E) : MatrixXd(0, 3 * n);
-  MatrixXd columns(3 * n, num_rigid + forbidden.rows());
+  const auto num_massless = 3 * static_cast<Eigen::Index>(system.massless.points.size());
+  MatrixXd columns = MatrixXd::Zero(3 * n, num_rigid + num_massless + forbidden.rows());
   columns.rightCols(forbidden.rows()) = forbidden.transpose();
+  for (Eigen::Index k = 0; k < num_massless; ++k)
+    columns(3 * system.massless.points[index(k / 3)] + k % 3, num_rigid + k) = 1.0;
   if (!with_rigid) {
     const double size = system.r.cwiseAbs().maxCoeff();
     for (Eigen::Index i = 0; i < n; ++i)

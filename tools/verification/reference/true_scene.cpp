@@ -242,7 +242,8 @@ MatrixXd damping_matrix(const Scene& scene, const CartesianSystem& system) {
 }
 
 /// Returns the first item of the scene that the reference does not have.
-std::optional<Fault> find_refusal(const Scene& scene) {
+/// \param takes_massless  true: massless points are allowed where nothing damps them
+std::optional<Fault> find_refusal(const Scene& scene, bool takes_massless) {
   const auto fault = [](const Origin& origin, const auto&... parts) {
     return Fault{Fault::Severity::kError, origin, join_text(parts...)};
   };
@@ -254,7 +255,13 @@ std::optional<Fault> find_refusal(const Scene& scene) {
           point.origin, who,
           " has inertia or an offset, but the reference has point masses only; replace the body by at "
           "least three point masses on a rigid link");
-    if (point.mass <= 0.0)
+    const auto holds = [&](const Link& link) {
+      return contains(link.points, static_cast<int>(k)) &&
+             (link.viscous > 0.0 || traits_of(link).effect != LinkEffect::kStrains);
+    };
+    const bool is_damped = scene.damping.beta + scene.damping.alpha + scene.damping.modal_ratio > 0.0 ||
+                           !scene.damping.mode_ratios.empty() || std::ranges::any_of(scene.links, holds);
+    if (point.mass <= 0.0 && (!takes_massless || is_damped))
       return fault(point.origin, who, " has the mass ", point.mass,
                    " kg, but every point of the reference must have mass; give it mass");
   }
@@ -281,11 +288,13 @@ std::optional<Fault> find_refusal(const Scene& scene) {
 
 std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error) {
   error.clear();
-  if (const auto fault = find_refusal(scene)) {
+  if (const auto fault = find_refusal(scene, true)) {
     error = fault->message;
     return std::nullopt;
   }
   CartesianSystem system = make_axial_system(scene);
+  for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)
+    if (scene.points[static_cast<std::size_t>(i)].mass == 0.0) system.massless.points.push_back(i);
   system.true_geometry.emplace(scene, system.mass, system.r);
   TrueGeometry& geometry = *system.true_geometry;
   const MatrixXd C = damping_matrix(scene, system);
@@ -329,7 +338,7 @@ std::optional<Fault> find_no_full_system(const Scene& scene) {
         join_text("the scene has ", scene.points.size(), " points, but at most ", kMostTruePoints,
                   " are allowed with damping, an attractor, or links other than springs and bars; use "
                   "a coarser mesh")};
-  return find_refusal(scene);
+  return find_refusal(scene, false);
 }
 
 CartesianSystem make_full_system(const Scene& scene) {
