@@ -72,6 +72,20 @@ void warn_of_driving_followers(const Scene& scene, const Plan& plan, Faults& fau
                         "; use a smaller load, more stiffness or more damping"));
 }
 
+// Warns if forces of rigid links are not published, which are bodies at true geometry.
+void warn_of_rigid_forces(const Scene& scene, const Structure& structure, const Plan& plan, Faults& faults) {
+  if (!traits_of(plan.fidelity).has_true_geometry) return;
+  for (const int number : scene.publication.links) {
+    if (!structure.resolved.links[index(number)].is_rigid()) continue;
+    const Link& link = scene.links[index(number)];
+    return add_warning(
+        faults, link.origin,
+        join_text("link ", called(link, number), " is rigid, and fidelity ", name_of(plan.fidelity),
+                  " does not compute forces of rigid links, so they are not published; use a "
+                  "stiff bar to read a force, or leave the link out of publish: loads"));
+  }
+}
+
 // Returns whether a point and its neighbours are on a line, and a force at the point has a share across it.
 bool has_force_across_line(const Scene& scene, const PointLoad& load) {
   const Eigen::Matrix3Xd rotation = rotation_of_neighbours(scene, load.point);
@@ -127,6 +141,7 @@ void warn_of_feedback_on_bodies(const Scene& scene, const Plan& plan, Faults& fa
 void check_motion(const Scene& scene, const Structure& structure, const Plan& plan, Faults& faults) {
   const RungTraits& rung = traits_of(plan.fidelity);
   if (!rung.has_modes && structure.omega.size() > 0) warn_of_rigid(scene, faults);
+  warn_of_rigid_forces(scene, structure, plan, faults);
   warn_of_idle_feedback(scene, structure, plan, faults);
   warn_of_fast_spin(scene, structure, plan.fidelity, faults);
   if (rung.couples)

@@ -32,6 +32,13 @@ namespace {
 // keeps all of them.
 std::shared_ptr<const Structure> structure_of(const Structure& whole, const PlanSpec& spec) {
   const bool has_links = !whole.link_forces.empty() || whole.constraint_shapes.cols() > 0;
+  if (traits_of(spec.rung).has_true_geometry && whole.constraint_shapes.cols() > 0) {
+    // the forces of rigid links would need the accelerations without them (check_motion warns)
+    auto few = std::make_shared<Structure>(reduce(whole, spec.modes));
+    std::erase_if(few->link_forces, [](const LinkForceRows& each) { return each.load_rows.cols() > 0; });
+    few->constraint_shapes.resize(few->shapes.rows(), 0);
+    return few;
+  }
   if (spec.static_modes.empty() && (spec.publishes_links || !has_links))
     return share_reduced(whole, spec.modes);
   auto few = std::make_shared<Structure>(reduce(whole, spec.modes));

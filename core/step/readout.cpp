@@ -107,7 +107,12 @@ BodyRates read_body_rates(const StepPlan& plan, const MotionState& state, std::i
   for (std::size_t k = 0; k < plan.wheels.size(); ++k)
     if (plan.coupled.turning.of_attitudes[index(plan.wheels[k].attitude_index)] == number)
       momentum = add_scaled(momentum, state.wheel_momentum[k], plan.wheels[k].axis);
-  const Vec3 free = solve_by_adjugate(body.inertia, cross(momentum, s));
+  // the roll of a rod has no equation, and moves nothing
+  Mat3 inertia = body.inertia;
+  const Vec3 line = line_of(plan, body);
+  const double trace = inertia[0] + inertia[4] + inertia[8];
+  for (std::size_t a = 0; a < 9 && !is_zero(line); ++a) inertia[a] += trace * line[a / 3] * line[a % 3];
+  const Vec3 free = solve_by_adjugate(inertia, cross(momentum, s));
   return {s, add(add(gamma, free), second_rates(plan, state, body.rows.data() + 3 * index(plan.num_padded)))};
 }
 

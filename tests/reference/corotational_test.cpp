@@ -115,7 +115,8 @@ INSTANTIATE_TEST_SUITE_P(EveryKindOfLink, Corotational,
                                            Case{"bodies", bodies, 1.0, {4e-4, 4e-8, 2e-10}},
                                            Case{"matrices", matrices, 1.0, {4e-7, 2e-9, 1e-10}},
                                            Case{"sprung", sprung, 1.0, {1e-8, 5e-11, 5e-11}},
-                                           Case{"massless", massless, 1.0, {2e-4, 5e-6, 3e-8}}),
+                                           Case{"massless", massless, 1.0, {2e-4, 5e-6, 3e-8}},
+                                           Case{"rods", rods, 1.0, {2e-4, 5e-7, 3e-9}}),
                          [](const auto& instance) { return instance.param.name; });
 
 struct Momenta {

@@ -1,4 +1,4 @@
-// Massless points on the rung `corotational`. corotational_test compares a random structure with the
+// Massless points and rods on the rung `corotational`. corotational_test compares a random structure with the
 // reference.
 #include <gtest/gtest.h>
 
@@ -11,6 +11,7 @@
 #include "tests/reference/energy_drift.hpp"
 #include "tests/reference/structures.hpp"
 #include "tests/reference/true_geometry.hpp"
+#include "tools/verification/reference/integrate.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -176,6 +177,87 @@ TEST(MasslessPoints, ThatTurnAboutALineAreRefused) {
   EXPECT_FALSE(make_full_plan(scene, build(scene), Fidelity::kCorotational, faults).has_value());
   EXPECT_NE(faults.back().message.find("can turn about the line"), std::string::npos)
       << faults.back().message;
+}
+
+// A rod of two points is tied at one end to a heavy tetrahedron, and turns about it.
+Scene pendulum() {
+  Scene scene;
+  for (const Vector3d& p : {Vector3d(0.0, 0.0, 0.0), Vector3d(-1.0, 0.6, 0.0), Vector3d(-1.0, -0.6, 0.4),
+                            Vector3d(-1.0, 0.0, -0.7)})
+    add_point(scene, 40.0, p);
+  add_link(scene, {0, 1, 2, 3}, Rigid{});
+  add_point(scene, 1.0, {0.3, 0.0, 0.0});
+  add_point(scene, 2.0, {1.3, 0.2, 0.1});
+  add_link(scene, {4, 5}, Rigid{});
+  for (int i = 0; i < 4; ++i) add_link(scene, i, 4, Spring{4e3});
+  scene.fidelity = Fidelity::kFull;
+  scene.rate = 1000.0;
+  scene.initial.points = {{5, Vector3d::Zero(), {0.0, 1.0, 2.0}}};
+  return scene;
+}
+
+TEST(Rods, TurnFarUntilTheirRotationVectorEnds) {
+  const Scene scene = pendulum();
+  const CartesianSystem system = true_geometry_of(scene);
+  ReferenceOptions options;
+  options.tolerance = 1e-10;
+  const Plan plan = compile(scene);
+  Motion motion(plan, kMotionAlone);
+  const auto direction = [&] {
+    return Vector3d(vector_at(read_point(plan, motion.state(), 5).p_W) -
+                    vector_at(read_point(plan, motion.state(), 4).p_W));
+  };
+  const auto body = [&] {
+    return Vector3d(vector_at(read_point(plan, motion.state(), 0).p_W) -
+                    vector_at(read_point(plan, motion.state(), 1).p_W));
+  };
+  const double start = std::acos(direction().normalized().dot(body().normalized()));
+  StepStatus status = StepStatus::kOk;
+  double turned = 0.0, off = 0.0;
+  for (int k = 1; k < 5000 && status == StepStatus::kOk; ++k) {
+    status = motion.advance().status;
+    turned = std::acos(direction().normalized().dot(body().normalized())) - start;
+    if (k != 1300) continue;
+    const double times[] = {1.3};
+    const ReferenceRun run = integrate(system, times, options);
+    ASSERT_TRUE(run.error.empty()) << run.error;
+    for (int i = 0; i < 6; ++i)
+      off = std::max(off,
+                     (vector_at(read_point(plan, motion.state(), i).p_W) - run.states[0].p_W.col(i)).norm());
+    std::printf("off by %.1e m at %.2f rad\n", off, turned);
+    EXPECT_GT(turned, 1.5);
+    EXPECT_LT(off, 3e-8);
+  }
+  EXPECT_NEAR(direction().norm(), Vector3d(1.0, 0.2, 0.1).norm(), 1e-12);
+  EXPECT_EQ(status, StepStatus::kTurnedTooFar);
+}
+
+// What a rod cannot be is refused by name.
+TEST(Rods, BodiesWithoutInertiaThatWouldNeedItAreRefused) {
+  const auto message = [](const auto& change) {
+    Scene scene = pendulum();
+    scene.initial.points.clear();
+    change(scene);
+    Faults faults;
+    EXPECT_FALSE(make_full_plan(scene, build(scene), Fidelity::kCorotational, faults).has_value());
+    return faults.empty() ? std::string() : faults.back().message;
+  };
+  const std::string beam = message([](Scene& scene) {
+    scene.links[1].points.push_back(add_point(scene, 1.0, {2.3, 0.4, 0.2}));
+    add_link(scene, 5, add_point(scene, 1.0, {1.5, 1.0, 0.0}), kBeam);
+  });
+  EXPECT_NE(beam.find("turns the beam or plate at point"), std::string::npos) << beam;
+  const std::string point = message([](Scene& scene) {
+    scene.points[5].mass = 0.0;
+    for (int i = 0; i < 4; ++i) add_link(scene, i, 5, Spring{4e3});
+  });
+  EXPECT_NE(point.find("give mass to a second point of it"), std::string::npos) << point;
+  const std::string thin = message([](Scene& scene) {
+    scene.points[5].inertia = Vector3d(0.0, 1.0, 1.0).asDiagonal();
+    scene.links.erase(scene.links.begin() + 1);
+    add_link(scene, 5, 0, kBeam);
+  });
+  EXPECT_NE(thin.find("give it inertia about this axis"), std::string::npos) << thin;
 }
 
 }  // namespace

@@ -27,6 +27,24 @@ Scene craft_of_springs(double stiffness) {
   return scene;
 }
 
+// Rods at every angle in a spinning frame, and two rods on one line with a spring between them, whose line
+// has no inertia.
+TEST(RelativeEquilibrium, RodsHaveTheFrequenciesOfTheReference) {
+  Random random(7);
+  const Scene frame = rods(random);
+  const double off_frame =
+      compare(frame, equilibrium_of(frame, 0.8 * build(frame).mass_properties.principal_axes.col(2)));
+  Scene line;
+  for (int i = 0; i < 4; ++i) add_point(line, 1.0 + 0.2 * i, {1.0 * i, 0.0, 0.0});
+  add_link(line, {0, 1}, Rigid{});
+  add_link(line, 1, 2, Spring{100.0});
+  add_link(line, {2, 3}, Rigid{});
+  const double off_line = compare(line, equilibrium_of(line, {0.0, 0.0, 2.0}));
+  std::printf("rates off by %.1e and %.1e\n", off_frame, off_line);
+  EXPECT_LT(off_frame, kSame);
+  EXPECT_LT(off_line, kSame);
+}
+
 // A spinning box of springs with a massless node, and a beam under thrust with massless joints.
 TEST(RelativeEquilibrium, MasslessPointsHaveTheFrequenciesOfTheReference) {
   Scene box = craft_of_springs(1e2);

@@ -158,4 +158,29 @@ inline Scene massless(Random& random) {
   return scene;
 }
 
+// Rods of two and three points, held by beams with free joints at the ends of one rod, by springs, and by a
+// rigid body of four points.
+inline Scene rods(Random& random) {
+  Scene scene;
+  const auto point = [&](double x, double y, double z) {
+    return add_point(scene, 1.0 + 0.4 * random.one(), {x, y, z});
+  };
+  std::vector<int> body;
+  for (const Eigen::Vector3d& corner : {Eigen::Vector3d(0.0, 0.0, 0.0), Eigen::Vector3d(0.6, 0.0, 0.1),
+                                        Eigen::Vector3d(0.1, 0.5, 0.0), Eigen::Vector3d(0.0, 0.1, 0.4)})
+    body.push_back(point(1.0 + corner.x(), 1.5 + corner.y(), 0.3 + corner.z()));
+  const int a = point(0.0, 0.0, 0.0), b = point(0.9, 0.1, 0.2), c = point(1.8, -0.2, 0.1);
+  const int d = point(2.6, 0.3, 0.4), e = point(2.9, 0.5, 0.55), f = point(3.2, 0.7, 0.7);
+  add_link(scene, body, Rigid{});
+  add_link(scene, {b, c}, Rigid{});
+  add_link(scene, {d, e, f}, Rigid{});
+  add_link(scene, a, b, kBeam);
+  add_link(scene, c, body[1], kBeam);
+  for (const int from : {a, c, body[1], body[3]})
+    for (const int to : {d, e, f}) add_link(scene, from, to, Spring{4e2});
+  for (const int from : {a, b, c})
+    for (const int to : {body[0], body[2], body[3]}) add_link(scene, from, to, Spring{4e2});
+  return scene;
+}
+
 }  // namespace freeflex::testing

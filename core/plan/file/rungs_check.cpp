@@ -8,6 +8,7 @@
 #include "core/plan/file/plan_check.hpp"
 #include "core/plan/rungs/rungs.hpp"
 #include "core/step/massless/massless.hpp"
+#include "core/step/turning/turning.hpp"
 
 namespace freeflex {
 namespace {
@@ -49,6 +50,16 @@ std::string find_in_histories(const StepPlan& plan) {
   return {};
 }
 
+/// Returns whether the first and the last point of a body are points of the plan.
+bool has_points(const StepPlan& plan, const PlanTurningBody& body) {
+  const std::vector<std::int32_t>& points = plan.coupled.turning.points;
+  if (body.first < 0 || body.count < 1 || index(body.first) + index(body.count) > points.size()) return false;
+  const auto is_point = [&](std::int32_t k) {
+    return points[index(k)] >= 0 && index(points[index(k)]) < plan.points.size();
+  };
+  return is_point(body.first) && is_point(body.first + body.count - 1);
+}
+
 std::string find_in_kinetics(const StepPlan& plan) {
   using Form = PlanKinetics::Form;
   const PlanKinetics& kinetics = plan.coupled.kinetics;
@@ -59,8 +70,9 @@ std::string find_in_kinetics(const StepPlan& plan) {
   const auto num_in_bodies = static_cast<std::int64_t>(turning.points.size());
   std::int64_t num_massless = 0;
   for (std::size_t i = 0; i < plan.points.size(); ++i) num_massless += is_massless(plan, i) ? 1 : 0;
-  const std::int64_t num_freedoms =
-      3 * (num_points - num_in_bodies - num_massless) + 6 * static_cast<std::int64_t>(turning.bodies.size());
+  std::int64_t num_freedoms = 3 * (num_points - num_in_bodies - num_massless);
+  for (const PlanTurningBody& body : turning.bodies)
+    num_freedoms += has_points(plan, body) && !is_zero(line_of(plan, body)) ? 5 : 6;
   const bool has_all_modes =
       plan.num_elastic == num_freedoms - plan.rigid_freedoms && plan.num_padded == plan.num_moving;
   const bool is_spread = kinetics.form == Form::kSpread;

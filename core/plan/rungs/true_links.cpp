@@ -11,6 +11,7 @@
 #include "core/plan/rungs/joint_stiffness.hpp"
 #include "core/step/links/joint_factor.hpp"
 #include "core/step/massless/massless.hpp"
+#include "core/step/turning/turning.hpp"
 #include "core/structure/links/link_factor.hpp"
 
 namespace freeflex {
@@ -28,6 +29,18 @@ struct RotationStiffness {
   MatrixXd moments;
 };
 
+// Returns the body that turns the joint of a point, or -1. A rod turns none   (THEORY 12.118).
+std::int32_t turned_by(const Scene& scene, const PlanTurning& turning, int point) {
+  const std::int32_t body = turning.bodies.empty() ? -1 : turning.of_points[index(point)];
+  if (body < 0) return -1;
+  const auto position = [&](std::int32_t k) -> const Vector3d& {
+    return scene.points[index(turning.points[index(k)])].position;
+  };
+  const PlanTurningBody& given = turning.bodies[index(body)];
+  const Vector3d along = position(given.first + given.count - 1) - position(given.first);
+  return is_rod(given, to_array(along)) ? -1 : body;
+}
+
 // Numbers the joints without inertia, then the bodies, and the unknowns: three rotations of each joint, those
 // of releases, then three displacements of each massless point.
 class Numbering {
@@ -35,9 +48,7 @@ class Numbering {
   Numbering(const Scene& scene, const Structure& structure, const Freedoms& freedoms,
             const PlanTurning& turning)
       : unknown_(index(freedoms.num_all()), -1) {
-    const auto body_of = [&](int point) {
-      return turning.bodies.empty() ? -1 : turning.of_points[index(point)];
-    };
+    const auto body_of = [&](int point) { return turned_by(scene, turning, point); };
     for (int point = 0; point < static_cast<int>(scene.points.size()); ++point) {
       joint_.push_back(-1);
       if (!freedoms.has_joint(point) || body_of(point) >= 0) continue;
@@ -79,7 +90,7 @@ MatrixXd known_motions(const Scene& scene, const Structure& structure, const Fre
   known.topRows(structure.shapes.rows()) = structure.shapes;
   for (const int point : numbering.massless()) known.middleRows<3>(3 * Eigen::Index{point}).setZero();
   for (int point = 0; point < static_cast<int>(scene.points.size()) && !turning.bodies.empty(); ++point) {
-    const std::int32_t body = turning.of_points[index(point)];
+    const std::int32_t body = turned_by(scene, turning, point);
     if (body < 0 || !freedoms.has_joint(point)) continue;
     const Array& rows = turning.bodies[index(body)].rows;
     const auto stride = static_cast<Eigen::Index>(rows.size()) / 6;

@@ -51,6 +51,7 @@ void set_wheels(const StepPlan& plan, std::span<const double> momentum,
 /// Returns the angular velocity w of the frame, and sets alpha:
 ///   H_B = (sum m ((x . r) 1 - r x^T) + sum R J) alpha + sum m V x W + sum ((R - 1) J S + R h)
 ///   (sum m ((r . x) 1 - x r^T) + sum J N R^T) w = I alpha + sum J (N - 1) s   (THEORY 12.87, 12.88)
+/// Sets the spins of bodies, those of rods with their roll   (THEORY 12.118).
 Vec3 frame_velocity(const StepPlan& plan, const Vec3& H_B, CoupledWorkspace& w, Vec3& alpha) noexcept {
   const PlanTurning& turning = plan.coupled.turning;
   Mat3 of_alpha{}, of_w{};
@@ -84,7 +85,13 @@ Vec3 frame_velocity(const StepPlan& plan, const Vec3& H_B, CoupledWorkspace& w, 
     right = add(right, multiply(turning.bodies[b].inertia, beyond));
   }
   w.spin = spin_matrix(plan, of_w);
-  return solve_for_spin(plan, w.spin, right);
+  const Vec3 w_B = solve_for_spin(plan, w.spin, right);
+  for (TurningMotion& at : w.bodies) {
+    if (is_zero(at.line)) continue;
+    const Vec3 rate = rate_with_roll(at, sub(at.s, multiply_transposed(at.R, w_B)));
+    at.s = add_scaled(at.s, -dot(at.line, rate) / at.roll_rate, at.line);
+  }
+  return w_B;
 }
 
 /// Sets the velocities of all points and centres of mass, v = W + alpha x r, in w.W and in the bodies

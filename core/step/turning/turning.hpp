@@ -37,6 +37,8 @@ struct TurningMotion {
   Vec3 W{}, S{};  // [m/s], [rad/s] velocity and spin of the momenta p, sum_l b_cl p_l and sum_l theta_l p_l
   Mat3 R{};       // exp(theta)
   double inverse_tangent = 0.0;  // coefficient of [theta x]^2 in N(theta)
+  Vec3 line{};                   // [-] unit vector along a rod, axes of the body; zero for other bodies
+  double roll_rate = 1.0;        // l . N l of a rod with the line l
   Vec3 v{}, s{};           // [m/s] velocity of the centre, axes of the frame; [rad/s] spin, axes of the body
   Vec3 wheels{};           // [N m s] momentum of its wheels, axes of the body
   Vec3 force{}, torque{};  // [N], [N m] loads, axes of the frame; the torque is about its centre
@@ -47,6 +49,8 @@ struct TurningMotion {
 /// [rad] Largest rotation of a body against the frame. At 2 pi the rotation vector has no rate
 /// (THEORY 12.86).
 inline constexpr double kMostRotationOfBody = 5.5;
+/// [rad] The same of a rod, the direction of which has no rotation vector at pi   (THEORY 12.118).
+inline constexpr double kMostRotationOfRod = 2.8;
 /// [rad] The same with spread mass, whose displacements are linear in the rotation vectors (THEORY 12.107).
 inline constexpr double kMostRotationWithSpreadMass = 1.0;
 /// Returns the first body that has turned further, or -1.
@@ -54,10 +58,28 @@ std::int32_t body_turned_too_far(const StepPlan& plan, std::span<const TurningMo
 
 /// Returns N(theta) s, the rate of a rotation vector from the spin in the axes of the body:
 ///   N = 1 + [theta x] / 2 + coefficient [theta x]^2   (THEORY 12.86)
-inline Vec3 rate_of_rotation(const TurningMotion& body, const Vec3& s) noexcept {
+inline Vec3 rate_with_roll(const TurningMotion& body, const Vec3& s) noexcept {
   const Vec3 once = cross(body.theta, s);
   return add_scaled(add_scaled(s, 0.5, once), body.inverse_tangent, cross(body.theta, once));
 }
+/// Returns the same for the roll of a rod at which its rotation vector stays normal to its line:
+///   N s - N l (l . N s) / (l . N l)   (THEORY 12.118)
+inline Vec3 rate_of_rotation(const TurningMotion& body, const Vec3& s) noexcept {
+  const Vec3 rate = rate_with_roll(body, s);
+  if (is_zero(body.line)) return rate;
+  return add_scaled(rate, -dot(body.line, rate) / body.roll_rate, rate_with_roll(body, body.line));
+}
+
+/// Returns whether a body has no inertia about a line.
+/// \param along  [m] from the first to the last of its points
+inline bool is_rod(const PlanTurningBody& body, const Vec3& along) noexcept {
+  constexpr double kNone = 1e-12;  // [-] of the trace of the inertia
+  const Vec3 J = multiply(body.inertia, along);
+  const double trace = body.inertia[0] + body.inertia[4] + body.inertia[8];
+  return dot(J, J) <= kNone * kNone * trace * trace * dot(along, along) && !is_zero(along);
+}
+/// Returns the unit vector along a rod, or zero for other bodies.
+Vec3 line_of(const StepPlan& plan, const PlanTurningBody& body) noexcept;
 
 /// Sets the displacements and rotations of the bodies at coordinates q, and the displacements of their
 /// points:

@@ -15,6 +15,8 @@ void place(const StepPlan& plan, const PlanTurningBody& body, const double* q, T
   const FiniteRotation turn = rotation_of(at.theta);
   at.R = matrix_of(turn.q);
   at.inverse_tangent = inverse_tangent_coefficient(at.theta, turn);
+  at.line = line_of(plan, body);
+  if (!is_zero(at.line)) at.roll_rate = dot(at.line, rate_with_roll(at, at.line));
 }
 
 /// Sets v and s from q'.
@@ -30,14 +32,24 @@ void set_velocity(const StepPlan& plan, const PlanTurningBody& body, const doubl
 
 }  // namespace
 
+// (THEORY 12.118)
+Vec3 line_of(const StepPlan& plan, const PlanTurningBody& body) noexcept {
+  const std::vector<std::int32_t>& points = plan.coupled.turning.points;
+  const Vec3 along = sub(plan.points[index(points[index(body.first + body.count - 1)])].r,
+                         plan.points[index(points[index(body.first)])].r);
+  return is_rod(body, along) ? scale(1.0 / length(along), along) : Vec3{};
+}
+
 Vec3 position_on_body(const PlanTurningBody& plan, const TurningMotion& body, const Vec3& r) noexcept {
   return add(add(plan.centre, body.V), multiply(body.R, sub(r, plan.centre)));
 }
 
 std::int32_t body_turned_too_far(const StepPlan& plan, std::span<const TurningMotion> bodies) noexcept {
   const double most = has_spread_mass(plan) ? kMostRotationWithSpreadMass : kMostRotationOfBody;
-  for (std::size_t b = 0; b < bodies.size(); ++b)
-    if (dot(bodies[b].theta, bodies[b].theta) > most * most) return static_cast<std::int32_t>(b);
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    const double limit = is_zero(bodies[b].line) ? most : kMostRotationOfRod;
+    if (dot(bodies[b].theta, bodies[b].theta) > limit * limit) return static_cast<std::int32_t>(b);
+  }
   return -1;
 }
 

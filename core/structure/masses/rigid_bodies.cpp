@@ -75,6 +75,29 @@ MatrixXd rotation_of(const Scene& scene, const Structure& structure, const Freed
   return rotation;
 }
 
+// Returns why a body without inertia about an axis is no rod, with the remedy, or an empty text. The roll of
+// a rod moves nothing and turns nothing   (THEORY 12.118).
+std::string thin_refusal(const Scene& scene, const Structure& structure, const RigidBody& body,
+                         const Vector3d& moments) {
+  if (!(moments[1] > kThin * moments[2]))
+    return ", so no equation determines its rotation; give mass to a second point of it";
+  const Freedoms freedoms(scene);
+  for (const int point : body.points) {
+    const std::string who = join_text("point ", quoted(scene.points[index(point)].name, point));
+    if (structure.resolved.has_attitude[index(point)])
+      return join_text(" through its centre of mass, but ", who,
+                       " has inertia or an offset, so its attitude would need an equation about this axis; "
+                       "give it inertia about this axis");
+    if (body.points.size() > 2 && freedoms.has_joint(point))
+      return join_text(", and it turns the beam or plate at ", who,
+                       ", so no equation determines its rotation about the line of its points; add a point "
+                       "with mass off the line");
+  }
+  if (structure.resolved.have_links_mass())
+    return ", which cannot be combined with links that have spread mass; add lumped: true to these links";
+  return {};
+}
+
 // Returns the body of a set of points.
 RigidBody body_of(const Scene& scene, const Structure& structure, const std::vector<int>& points,
                   Faults& faults) {
@@ -92,19 +115,21 @@ RigidBody body_of(const Scene& scene, const Structure& structure, const std::vec
         scene.points[index(point)].inertia +
         scene.points[index(point)].mass * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose());
   }
-  const Vector3d moments =
-      Eigen::SelfAdjointEigenSolver<Matrix3d>(body.inertia, Eigen::EigenvaluesOnly).eigenvalues();
-  if (!(body.mass > 0.0) || !(moments[0] > kThin * moments[2]))
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(body.inertia);
+  const Vector3d& moments = eigen.eigenvalues();
+  if (body.mass > 0.0 && moments[0] > kThin * moments[2]) return body;
+  if (const std::string cause = thin_refusal(scene, structure, body, moments); !cause.empty()) {
     add_error(
         faults, scene.points[index(points.front())].origin,
         join_text("the body at point ", quoted(scene.points[index(points.front())].name, points.front()),
-                  " has no inertia about one axis through its centre of mass, so no equation determines its "
-                  "rotation "
-                  "about this axis; ",
-                  points.size() == 2
-                      ? "use a stiff bar in place of a rigid link of two points, give one of them inertia"
-                      : "give it inertia about this axis",
+                  " has no inertia about ",
+                  moments[1] > kThin * moments[2] ? "one axis" : "its centre of mass", cause,
                   ", or set fidelity: coupled or a lower rung"));
+    return body;
+  }
+  body.line = (centres.col(points.back()) - centres.col(points.front())).stableNormalized();
+  const Matrix3d across = Matrix3d::Identity() - body.line * body.line.transpose();
+  body.inertia = 0.5 * (moments[1] + moments[2]) * across;
   return body;
 }
 
@@ -122,6 +147,7 @@ MatrixXd motions_of(const Scene& scene, const Structure& structure, const Freedo
                     const RigidBody& body) {
   MatrixXd motions(6, structure.shapes.cols());
   motions.bottomRows<3>() = rotation_of(scene, structure, freedoms, body.points);
+  motions.bottomRows<3>() -= body.line * (body.line.transpose() * motions.bottomRows<3>()).eval();
   const int first = body.points.front();
   const Vector3d arm = body.centre - structure.mass_properties.r.col(first);
   motions.topRows<3>() = structure.shapes.middleRows<3>(3 * Eigen::Index{first});

@@ -15,11 +15,15 @@ struct RigidBody {
   double mass = 0.0;                                  // [kg]
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();   // [m] centre of mass from that of the structure
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  // [kg m^2] about the centre of mass
+  // [-] unit vector along a rod: a body of point masses on one line, whose roll moves nothing; zero for other
+  // bodies   (THEORY 12.118)
+  Eigen::Vector3d line = Eigen::Vector3d::Zero();
 };
 
 /// Returns the bodies of a scene (THEORY 12.84), in the order of their lowest joined point. Adds an error for
-/// a body that cannot turn as a whole: points on one line, points without inertia about their centre of mass,
-/// and rigid links that share a point about which both may turn.
+/// a body that cannot turn as a whole: bodies with inertia about two axes only, rods of three or more points
+/// that turn beams, bodies with mass at one point only, and rigid links that share a point about which both
+/// may turn.
 std::vector<RigidBody> rigid_bodies(const Scene& scene, const Structure& structure, Faults& faults);
 
 /// Returns the unit motions of the modes at a body (6 x num modes): displacement of its centre of mass [-],
