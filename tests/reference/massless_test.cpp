@@ -260,5 +260,49 @@ TEST(Rods, BodiesWithoutInertiaThatWouldNeedItAreRefused) {
   EXPECT_NE(thin.find("give it inertia about this axis"), std::string::npos) << thin;
 }
 
+// Two rigid bodies that share a point, and the remedy of the refusal: bars from this point to three points of
+// one body. The distance from the reference with the ball joint is proportional to their flexibility.
+TEST(BallJoints, StiffBarsReplaceThem) {
+  const auto scene_of = [](double EA) {
+    Scene scene;
+    for (const Vector3d& p : {Vector3d(0.0, 0.0, 0.0), Vector3d(0.5, 0.4, 0.0), Vector3d(0.5, 0.0, 0.3),
+                              Vector3d(1.0, 0.0, 0.0), Vector3d(1.5, 0.3, 0.0), Vector3d(2.0, 0.0, 0.4)})
+      add_point(scene, 2.0, p);
+    if (EA == 0.0) add_link(scene, {0, 1, 2, 3}, Rigid{});
+    if (EA > 0.0) add_link(scene, {0, 1, 2}, Rigid{});
+    add_link(scene, {3, 4, 5}, Rigid{});
+    for (int i = 0; i < 3 && EA > 0.0; ++i) add_link(scene, i, 3, Bar{EA});
+    scene.fidelity = Fidelity::kFull;
+    scene.rate = 1000.0;
+    scene.initial.angular_velocity = {0.3, 1.0, 2.0};
+    return scene;
+  };
+  Faults faults;
+  EXPECT_FALSE(make_full_plan(scene_of(0.0), build(scene_of(0.0)), Fidelity::kFull, faults).has_value());
+  EXPECT_NE(faults.back().message.find("share point 'p3', a ball joint"), std::string::npos)
+      << faults.back().message;
+  ReferenceOptions options;
+  options.tolerance = 1e-10;
+  const double times[] = {0.6};
+  const ReferenceRun run = integrate(true_geometry_of(scene_of(0.0)), times, options);
+  ASSERT_TRUE(run.error.empty()) << run.error;
+  double before = 0.0;
+  for (const double EA : {1e4, 1e5, 1e6}) {
+    const Plan plan = compile(scene_of(EA));
+    Motion motion(plan, kMotionAlone);
+    for (int k = 0; k < 600; ++k) ASSERT_EQ(motion.advance().status, StepStatus::kOk);
+    double off = 0.0;
+    for (int i = 0; i < 6; ++i)
+      off = std::max(off,
+                     (vector_at(read_point(plan, motion.state(), i).p_W) - run.states[0].p_W.col(i)).norm());
+    std::printf("EA %.0e N: off by %.1e m\n", EA, off);
+    if (before > 0.0) {
+      EXPECT_LT(off, 0.2 * before);
+    }
+    before = off;
+  }
+  EXPECT_LT(before, 5e-5);
+}
+
 }  // namespace
 }  // namespace freeflex::testing

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <map>
 #include <numeric>
 
@@ -34,8 +35,14 @@ class Sets {
           add_error(
               faults, link.origin,
               join_text("rigid links ", called(scene.links[index(other)], other), " and ", called(link, k),
-                        " share a point about which both may turn, which this fidelity does not support; "
-                        "give the point inertia, which joins them to one body, or use stiff springs"));
+                        " share point ", quoted(scene.points[index(point)].name, point),
+                        ", a ball joint about which both may turn, which this fidelity does not support; ",
+                        std::min(link.points.size(), scene.links[index(other)].points.size()) == 2
+                            ? "use a stiff bar in place of the rigid link of two points"
+                            : "leave the point out of one link and tie it to three other points of that link "
+                              "by stiff bars",
+                        ", give the point inertia, which joins the links to one body, or set fidelity: "
+                        "coupled or a lower rung"));
           return;
         }
         other = k;
