@@ -266,6 +266,7 @@ std::string massless_refusal(const Scene& scene, const Structure& structure, int
     const ResolvedLink& resolved = structure.resolved.links[k];
     const std::string who = join_text("link ", called(link, static_cast<int>(k)));
     if (resolved.has_mass) return who + " has spread mass (lumped: true puts it on its points)";
+    if (has_mass_matrix(link)) return who + " has a mass matrix";
     if (std::ranges::find(link.points, point) == link.points.end()) continue;
     if (resolved.axial.damping > 0.0) return who + " damps it";
     if (link.viscous > 0.0) return who + " is viscous";
@@ -280,21 +281,10 @@ std::string massless_refusal(const Scene& scene, const Structure& structure, int
   return {};
 }
 
-// Adds errors for mass matrices, wheels, bodies, massless points and links with mass that a rung does not
-// support. Bars at true length need the true positions of their points, but the rotation of a body moves its
-// points to first order only.
+// Adds errors for massless points and links with mass that a rung does not support. Bars at true length need
+// the true positions of their points, but the rotation of a body moves its points to first order only.
 void refuse_bodies(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults) {
   const ResolvedScene& resolved = structure.resolved;
-  if (!traits_of(rung).couples) return;
-  for (std::size_t i = 0; i < scene.links.size(); ++i)
-    if (resolved.links[i].has_mass_matrix)
-      add_error(
-          faults, scene.links[i].origin,
-          join_text(
-              "link ", called(scene.links[i], static_cast<int>(i)), " has a mass matrix, which fidelity ",
-              name_of(rung),
-              " does not support, because the motion inside the link is unknown; set fidelity: spin-loaded "
-              "or a lower rung"));
   if (!traits_of(rung).has_true_geometry) return;
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];

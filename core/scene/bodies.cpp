@@ -115,6 +115,31 @@ void place_lumped_masses(Scene& scene) {
 
 bool has_mass_matrix(const Link& link) { return mass_law_of(link).shape == MassShape::kMatrix; }
 
+bool moves_with_its_point(const Link& link) {
+  return has_mass_matrix(link) && link.points.size() == 1 && std::get<MatrixLink>(link.kind).has_rotations;
+}
+
+std::vector<bool> points_with_rotary_mass(const Scene& scene) {
+  constexpr double kRounding = 1e-12;  // [-] of the largest moment of inertia in the matrix
+  std::vector<bool> found(scene.points.size(), false);
+  for (const Link& link : scene.links) {
+    if (!has_mass_matrix(link)) continue;
+    const auto& matrix = std::get<MatrixLink>(link.kind);
+    if (!matrix.has_rotations) continue;
+    const auto moment = [&](std::size_t k, int axis) {
+      const Eigen::Index row = 6 * static_cast<Eigen::Index>(k) + 3 + axis;
+      return matrix.mass.coeff(row, row);
+    };
+    double largest = 0.0;
+    for (std::size_t k = 0; k < 3 * link.points.size(); ++k)
+      largest = std::max(largest, moment(k / 3, static_cast<int>(k % 3)));
+    for (std::size_t k = 0; k < 3 * link.points.size(); ++k)
+      if (moment(k / 3, static_cast<int>(k % 3)) > kRounding * largest)
+        found[index(link.points[k / 3])] = true;
+  }
+  return found;
+}
+
 MassDistribution mass_distribution_of(const Link& link) { return mass_law_of(link).distribution; }
 
 namespace {

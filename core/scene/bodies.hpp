@@ -44,6 +44,13 @@ std::vector<DistributedMass> distributed_masses(const Scene& scene, int link);
 /// (THEORY 16.17).
 bool has_mass_matrix(const Link& link);
 
+/// Returns whether a link is a superelement with a mass matrix and rotations on one point, so that its rigid
+/// body turns with this point.
+bool moves_with_its_point(const Link& link);
+
+/// Returns, for each point, whether a mass matrix gives its rotation mass   (THEORY 12.119).
+std::vector<bool> points_with_rotary_mass(const Scene& scene);
+
 /// Returns whether a link has mass.
 bool has_mass(const Link& link);
 /// Returns how the mass of a link is distributed. Returns kConsistent for links without mass.

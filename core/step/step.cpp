@@ -254,8 +254,9 @@ void step_in(const StepPlan& plan, State& state, const Inputs& inputs, Workspace
     report = {.status = StepStatus::kNotFinite};
     if (is_coupled(plan) && workspace.coupled.turned_body >= 0) {
       const PlanTurning& turning = plan.coupled.turning;
+      const PlanTurningBody& body = turning.bodies[index(workspace.coupled.turned_body)];
       report.status = StepStatus::kTurnedTooFar;
-      report.joint_point = turning.points[index(turning.bodies[index(workspace.coupled.turned_body)].first)];
+      report.joint_point = body.count > 0 ? turning.points[index(body.first)] : body.first;
     } else if (is_coupled(plan) && workspace.coupled.has_no_frame) {
       report.status = StepStatus::kNoFrame;
     } else if (is_coupled(plan) && workspace.coupled.joints.unsolved >= 0) {

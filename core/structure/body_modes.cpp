@@ -8,7 +8,7 @@
 
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
-#include "core/structure/links/superelement.hpp"
+#include "core/structure/masses/matrix_mass.hpp"
 #include "core/structure/masses/particles.hpp"
 #include "core/structure/modes/dense/mechanisms.hpp"
 #include "core/structure/modes/dense/normal_modes.hpp"
@@ -93,16 +93,36 @@ AllFreedoms all_freedoms(const Scene& scene, const Freedoms& freedoms, const Lin
   return all;
 }
 
+// Adds to the null space of joints the motions of its pivots that move no mass: rotations of ends about which
+// a mass matrix has no inertia   (THEORY 12.119).
+void add_massless(const Eigen::MatrixXd& mass_rows, double rounding, NullSpace& joints) {
+  const NullSpace rest = null_space(mass_rows(Eigen::all, joints.pivots), rounding);
+  if (rest.free.empty()) return;
+  const std::vector<int> moving = joints.pivots;
+  const Eigen::Index before = joints.basis.cols();
+  joints.basis.conservativeResize(Eigen::NoChange, before + rest.basis.cols());
+  joints.basis.rightCols(rest.basis.cols()).setZero();
+  for (std::size_t k = 0; k < moving.size(); ++k)
+    joints.basis.row(moving[k]).tail(rest.basis.cols()) = rest.basis.row(static_cast<Eigen::Index>(k));
+  for (const int each : rest.free) joints.free.push_back(moving[index(each)]);
+  joints.pivots.clear();
+  for (const int each : rest.pivots) joints.pivots.push_back(moving[index(each)]);
+}
+
 // Returns the null space of motions in which only joints without inertia turn   (THEORY 12.107).
 // \param freedom_of  the freedom of each coordinate  \param mass_rows  over the coordinates
 NullSpace turns_of_joints(const Scene& scene, const Freedoms& freedoms, const std::vector<int>& freedom_of,
-                          const Eigen::MatrixXd& mass_rows) {
+                          const Eigen::MatrixXd& mass_rows, double rounding) {
   std::vector<bool> is_joint(index(freedoms.num_all()), false);
   std::fill(is_joint.begin() + freedoms.num_displacements(), is_joint.end(), true);
-  std::vector<bool> is_on_body(scene.points.size());
-  for (std::size_t i = 0; i < is_on_body.size(); ++i) is_on_body[i] = has_attitude(scene.points[i]);
+  std::vector<bool> is_on_body = points_with_rotary_mass(scene);
+  for (std::size_t i = 0; i < is_on_body.size(); ++i)
+    is_on_body[i] = is_on_body[i] || has_attitude(scene.points[i]);
   for (const Link& link : scene.links)
     for (const int point : link.points) is_on_body[index(point)] = is_on_body[index(point)] || is_rigid(link);
+  for (int k = 0; k < static_cast<int>(scene.links.size()); ++k)
+    if (const int count = num_inner(scene.links[index(k)]); count > 0)
+      std::fill_n(is_joint.begin() + freedoms.inner(k), count, false);
   for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)
     for (int axis = 0; axis < 3 && is_on_body[index(i)] && freedoms.has_joint(i); ++axis)
       is_joint[index(freedoms.rotation(i) + axis)] = false;
@@ -115,6 +135,7 @@ NullSpace turns_of_joints(const Scene& scene, const Freedoms& freedoms, const st
                                        static_cast<Eigen::Index>(joints.free.size()));
   for (std::size_t k = 0; k < joints.free.size(); ++k)
     joints.basis(joints.free[k], static_cast<Eigen::Index>(k)) = 1.0;
+  if (std::ranges::any_of(scene.links, has_mass_matrix)) add_massless(mass_rows, rounding, joints);
   return joints;
 }
 
@@ -136,7 +157,7 @@ class Coordinates {
       freedom_of.resize(index(freedoms.num_all()));
       std::iota(freedom_of.begin(), freedom_of.end(), 0);
     }
-    massless_ = has_static_joints ? turns_of_joints(scene, freedoms, freedom_of, all.unit_mass_rows)
+    massless_ = has_static_joints ? turns_of_joints(scene, freedoms, freedom_of, all.unit_mass_rows, rounding)
                                   : null_space(all.unit_mass_rows, rounding);
     const Eigen::MatrixXd massless_rows = all.unit_rows * massless_.basis;
     const auto num_kept = static_cast<Eigen::Index>(massless_.pivots.size());

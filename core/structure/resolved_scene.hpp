@@ -13,7 +13,6 @@ struct ResolvedLink {
   LinkTraits traits;
   Axial axial;  // coefficients along the line of its two points
   bool has_mass = false;
-  bool has_mass_matrix = false;  // the motion inside the link is unknown   (THEORY 16.17)
   double inner_moment = 0.0;  // [kg m^2] second moment of mass about its first point, if the link has inner
                               // coordinates; else 0
 
@@ -24,15 +23,14 @@ struct ResolvedLink {
 
 /// Holds the properties of all points and links of a scene.
 struct ResolvedScene {
-  bool are_point_masses = true;    // as are_point_masses(scene)
-  std::vector<bool> has_attitude;  // one entry for each point, as has_attitude(point)
-  std::vector<bool> moves_mass;    // one entry for each point, as points_that_move_mass()
+  bool are_point_masses = true;       // as are_point_masses(scene)
+  std::vector<bool> has_attitude;     // one entry for each point, as has_attitude(point)
+  std::vector<bool> moves_mass;       // one entry for each point, as points_that_move_mass()
+  std::vector<bool> has_rotary_mass;  // one entry for each point, as points_with_rotary_mass()
   std::vector<ResolvedLink> links;
 
   /// Returns whether any link has mass.
   bool have_links_mass() const;
-  /// Returns whether any link has a mass matrix.
-  bool has_mass_matrices() const;
 };
 
 /// Returns the properties of the points and links of a scene. \pre check_physics found no error

@@ -179,9 +179,10 @@ class LinksCheck {
     std::size_t next = 0;
     for (std::size_t b = 0; b < num_bodies_; ++b) {
       const PlanTurningBody& body = turning_.bodies[b];
-      if (index(std::max(body.first, 0)) != next || body.count < 1 || body.rows.size() != 6 * n() ||
-          !are_finite(body.rows) || !are_finite(body.centre) || !are_finite(body.inertia) ||
-          !std::isfinite(body.mass))
+      const bool is_matrix = is_spread && body.count == 0;  // first is a point
+      if ((is_matrix ? !is_point(body.first) : index(std::max(body.first, 0)) != next || body.count < 1) ||
+          body.rows.size() != 6 * n() || !are_finite(body.rows) || !are_finite(body.centre) ||
+          !are_finite(body.inertia) || !std::isfinite(body.mass))
         return false;
       next += index(body.count);
       if (next > turning_.points.size()) return false;

@@ -70,12 +70,18 @@ std::string find_in_kinetics(const StepPlan& plan) {
   const auto num_in_bodies = static_cast<std::int64_t>(turning.points.size());
   std::int64_t num_massless = 0;
   for (std::size_t i = 0; i < plan.points.size(); ++i) num_massless += is_massless(plan, i) ? 1 : 0;
-  std::int64_t num_freedoms = 3 * (num_points - num_in_bodies - num_massless);
-  for (const PlanTurningBody& body : turning.bodies)
+  std::int64_t num_freedoms = 3 * (num_points - num_in_bodies - num_massless), least = num_freedoms;
+  for (const PlanTurningBody& body : turning.bodies) {
+    if (body.count == 0) continue;
     num_freedoms += has_points(plan, body) && !is_zero(line_of(plan, body)) ? 5 : 6;
-  const bool has_all_modes =
-      plan.num_elastic == num_freedoms - plan.rigid_freedoms && plan.num_padded == plan.num_moving;
+    least += 3;
+  }
+  const std::int64_t num_modes = std::int64_t{plan.num_elastic} + plan.rigid_freedoms;
   const bool is_spread = kinetics.form == Form::kSpread;
+  // mass matrices have inner coordinates, and ends without inertia about an axis
+  const bool has_all_modes =
+      (is_spread ? num_modes >= least : num_modes == num_freedoms) &&
+      plan.num_padded == plan.num_moving;
   if ((is_complete(kinetics) || is_spread) && !has_all_modes)
     return "the kinetic energy has the form for a complete set of modes, but the set is not complete, or the "
            "plan has constraint shapes";

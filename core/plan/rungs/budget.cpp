@@ -9,7 +9,6 @@
 namespace freeflex {
 
 bool carries(Fidelity rung, const Structure& structure) {
-  if (traits_of(rung).couples && structure.resolved.has_mass_matrices()) return false;
   return !traits_of(rung).has_true_geometry ||
          (structure.num_constraints == 0 && structure.resolved.are_point_masses && !structure.kept.is_subset);
 }
@@ -34,15 +33,12 @@ void warn_of_best_rung(const Structure& structure, const char* judge, const Orig
   if (best.has_true_geometry) return;
   add_warning(faults, origin,
               join_text(judge, ": the best rung that supports ",
-                        !best.couples                          ? "mass matrices"
-                        : structure.num_constraints > 0        ? "rigid links"
+                        structure.num_constraints > 0          ? "rigid links"
                         : !structure.resolved.are_point_masses ? "bodies and massless points"
                                                                : "the lowest modes alone",
-                        " is ", best.name, ", and errors are relative to it. ",
-                        best.couples ? "They do not include the second-order terms of the links' geometry"
-                                     : "They include neither the effect of deformation on the body nor the "
-                                       "second-order terms of the links' geometry",
-                        "; see the verdict"));
+                        " is ", best.name,
+                        ", and errors are relative to it. They do not include the second-order terms of the "
+                        "links' geometry; see the verdict"));
 }
 
 std::span<const double> frequencies_of(const Structure& structure) {

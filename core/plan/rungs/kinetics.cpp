@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <ranges>
 
 #include "core/plan/arrays.hpp"
+#include "core/structure/masses/matrix_mass.hpp"
 #include "core/structure/masses/particles.hpp"
 
 namespace freeflex {
@@ -15,47 +17,62 @@ using Axes2 = std::array<int, 2>;
 constexpr std::array<Axes2, 6> kProducts{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
 constexpr std::array<Axes2, 3> kCross{{{1, 2}, {2, 0}, {0, 1}}};  // along x, a x b is a_1 b_2 - a_2 b_1
 
-// The particles whose displacements are linear in the coordinates.
-struct LinearMass {
-  Eigen::VectorXd mass;  // [kg] (P)
-  Eigen::Matrix3Xd r;    // [m] (3 x P)
-  Eigen::MatrixXd b;     // [-] (3P x num modes)
-};
+// Puts the particles of mass matrices into the rows from the given particle on.
+void append_matrices(const std::vector<MatrixMass>& matrices, Eigen::Index next, LinearParticles& all) {
+  for (const auto& [mass, r, b] : matrices | std::views::transform(&MatrixMass::beyond)) {
+    all.mass.segment(next, mass.size()) = mass;
+    all.r.middleCols(next, mass.size()) = r;
+    all.b.middleRows(3 * next, b.rows()).leftCols(b.cols()) = b;
+    next += mass.size();
+  }
+}
 
 // Returns the particles of all but the rotations of bodies: point masses, centres of mass of bodies and parts
-// of links   (THEORY 12.108).
-LinearMass spread_mass(const Scene& scene, const Structure& structure, const PlanTurning& turning) {
+// of links   (THEORY 12.108), and what mass matrices add   (THEORY 12.121).
+LinearParticles spread_mass(const Scene& scene, const Structure& structure, const PlanTurning& turning,
+                            const std::vector<MatrixMass>& matrices) {
   const std::vector<CarriedMass> carried = carried_masses(scene, Freedoms(scene));
   std::vector<Eigen::Index> kept;
   for (std::size_t p = 0; p < carried.size(); ++p)
     if (carried[p].link >= 0 || turning.of_points[index(carried[p].point)] < 0)
       kept.push_back(static_cast<Eigen::Index>(p));
   const auto num_kept = static_cast<Eigen::Index>(kept.size()), n = structure.shapes.cols();
-  const auto count = num_kept + static_cast<Eigen::Index>(turning.bodies.size());
-  LinearMass all{Eigen::VectorXd(count), Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, n)};
+  const auto num_linear = num_kept + static_cast<Eigen::Index>(turning.bodies.size());
+  Eigen::Index count = num_linear;
+  for (const MatrixMass& matrix : matrices) count += matrix.beyond.mass.size();
+  LinearParticles all{Eigen::VectorXd(count), Eigen::Matrix3Xd(3, count), Eigen::MatrixXd(3 * count, n)};
   for (Eigen::Index k = 0; k < num_kept; ++k) {
     const Eigen::Index p = kept[index(k)];
     all.mass[k] = structure.particles.mass[p];
     all.r.col(k) = structure.particles.r.col(p);
     all.b.middleRows<3>(3 * k) = structure.particles.shapes.middleRows<3>(3 * p);
   }
-  for (Eigen::Index k = num_kept; k < count; ++k) {
+  for (Eigen::Index k = num_kept; k < num_linear; ++k) {
     const PlanTurningBody& body = turning.bodies[index(k - num_kept)];
     const auto stride = static_cast<Eigen::Index>(body.rows.size()) / 6;
     all.mass[k] = body.mass;
     all.r.col(k) = Eigen::Map<const Eigen::Vector3d>(body.centre.data());
     all.b.middleRows<3>(3 * k) = Eigen::Map<const RowMatrix>(body.rows.data(), 3, stride).leftCols(n);
   }
+  append_matrices(matrices, num_linear, all);
   return all;
 }
 
-// Returns the shapes of all particles, first of the modes, then of the constraints. The constraint shapes are
+// Returns all particles. Their shapes are first those of the modes, then those of the constraints, which are
 // zero if there are bodies.
-Eigen::MatrixXd shapes_of_mass(const Structure& structure, const Eigen::MatrixXd& shapes) {
-  const Eigen::MatrixXd& of_particles = structure.particles.shapes;
-  if (of_particles.rows() == 0) return shapes;
-  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(of_particles.rows(), shapes.cols());
-  all.leftCols(of_particles.cols()) = of_particles;
+LinearParticles all_mass(const Structure& structure, const std::vector<MatrixMass>& matrices,
+                         const Eigen::MatrixXd& shapes) {
+  const Particles& particles = structure.particles;
+  if (particles.shapes.rows() == 0 && matrices.empty()) return {particles.mass, particles.r, shapes};
+  const Eigen::Index first = particles.mass.size();
+  Eigen::Index count = first;
+  for (const MatrixMass& matrix : matrices) count += matrix.beyond.mass.size();
+  LinearParticles all{Eigen::VectorXd(count), Eigen::Matrix3Xd(3, count),
+                      Eigen::MatrixXd::Zero(3 * count, shapes.cols())};
+  all.mass.head(first) = particles.mass;
+  all.r.leftCols(first) = particles.r;
+  all.b.topLeftCorner(3 * first, structure.omega.size()) = particles.shapes;
+  append_matrices(matrices, first, all);
   return all;
 }
 
@@ -70,7 +87,8 @@ Eigen::MatrixXd along(const Eigen::MatrixXd& shapes, int axis) {
 //   Z_kl,ab = sum m (b_k,a b_l,b + r_a g_kl,b), symmetric in a and b.
 class Tables {
  public:
-  Tables(const LinearMass& all, const std::vector<RotatingBody>& bodies, StepPlan& plan)
+  Tables(const LinearParticles& all, const std::vector<MatrixMass>& matrices,
+         const std::vector<RotatingBody>& bodies, StepPlan& plan)
       : plan_(plan), num_(plan.num_elastic), num_all_(all.b.cols()) {
     plan.coupled.kinetics.num_tables = bodies.empty() ? kPointTables : kBodyTables;
     for (int axis = 0; axis < 3; ++axis) {
@@ -78,7 +96,7 @@ class Tables {
       b_[i] = along(all.b, axis);
       weighted_[i] = all.mass.asDiagonal() * b_[i].leftCols(num_);
     }
-    set_moments(all);
+    set_moments(all, matrices);
     plan.coupled.kinetics.tables.assign(index(plan.num_moving) * stride(), 0.0);
     for (int k = 0; k < 3; ++k) put(k, outer(kCross[at(k)]) - outer(flipped(kCross[at(k)])));
     for (int k = 0; k < 6; ++k) {
@@ -96,11 +114,15 @@ class Tables {
   std::size_t stride() const { return at(plan_.coupled.kinetics.num_tables) * index(plan_.num_padded); }
 
   // Y_l,ab = sum m r_a b_l,b, symmetric in a and b   (THEORY 8.15)
-  void set_moments(const LinearMass& all) {
+  void set_moments(const LinearParticles& all, const std::vector<MatrixMass>& matrices) {
     const Eigen::Matrix3Xd mr = all.r * all.mass.asDiagonal();
-    for (const auto& [a, b] : kProducts)
-      append_row(plan_, Eigen::RowVectorXd(0.5 * (mr.row(a) * b_[at(b)] + mr.row(b) * b_[at(a)])),
-                 plan_.coupled.kinetics.moments);
+    for (std::size_t k = 0; k < kProducts.size(); ++k) {
+      const auto& [a, b] = kProducts[k];
+      Eigen::RowVectorXd row = 0.5 * (mr.row(a) * b_[at(b)] + mr.row(b) * b_[at(a)]);
+      for (const MatrixMass& matrix : matrices)
+        row.head(matrix.moments.cols()) += matrix.moments.row(static_cast<Eigen::Index>(k));
+      append_row(plan_, row, plan_.coupled.kinetics.moments);
+    }
   }
 
   // Returns the sum m b_k,a b_l,b.
@@ -134,7 +156,8 @@ class Tables {
 
 namespace {
 
-void compile_offsets(const Scene& scene, const Structure& structure, StepPlan& plan) {
+void compile_offsets(const Scene& scene, const Structure& structure, const std::vector<MatrixMass>& matrices,
+                     StepPlan& plan) {
   const Freedoms freedoms(scene);
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
@@ -143,6 +166,13 @@ void compile_offsets(const Scene& scene, const Structure& structure, StepPlan& p
     const int first = freedoms.rotation(static_cast<int>(i)) - freedoms.num_displacements();
     for (int axis = 0; axis < 3; ++axis)
       append_row(plan, row_of(structure.rotations, first + axis), body.rows);
+    plan.coupled.kinetics.offsets.push_back(std::move(body));
+  }
+  for (const MatrixMass& matrix : matrices) {
+    const RotatingBody rest = rotating_body(scene, structure, matrix);
+    if (rest.arm.isZero(0.0)) continue;
+    PlanOffset body{matrix.mass, to_array(Eigen::Vector3d(rest.arm / matrix.mass)), {}};
+    for (Eigen::Index axis = 0; axis < 3; ++axis) append_row(plan, row_of(rest.theta, axis), body.rows);
     plan.coupled.kinetics.offsets.push_back(std::move(body));
   }
 }
@@ -169,12 +199,16 @@ void compile_kinetics(const Scene& scene, const Structure& structure, const Eige
   if (!has_tables(plan.coupled.kinetics)) return;
   // the constructor writes the tables into the plan
   if (form == PlanKinetics::Form::kSpread) {
-    const Tables tables(spread_mass(scene, structure, plan.coupled.turning), {}, plan);
+    const std::vector<MatrixMass> matrices = matrix_masses(scene, structure, true);
+    const Tables tables(spread_mass(scene, structure, plan.coupled.turning, matrices), matrices, {}, plan);
     return;
   }
-  const LinearMass all{structure.particles.mass, structure.particles.r, shapes_of_mass(structure, shapes)};
-  const Tables tables(all, rotating_bodies(scene, structure), plan);
-  compile_offsets(scene, structure, plan);
+  const std::vector<MatrixMass> matrices = matrix_masses(scene, structure, false);
+  std::vector<RotatingBody> bodies = rotating_bodies(scene, structure);
+  for (const MatrixMass& matrix : matrices)
+    if (matrix.mass > 0.0) bodies.push_back(rotating_body(scene, structure, matrix));
+  const Tables tables(all_mass(structure, matrices, shapes), matrices, bodies, plan);
+  compile_offsets(scene, structure, matrices, plan);
 }
 
 bool keeps_rotation_about_line(const Structure& structure) {

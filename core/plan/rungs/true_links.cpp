@@ -356,6 +356,7 @@ void compile_true_links(const Scene& scene, const Structure& structure, StepPlan
         Cases{
             [](const Spring&) {}, [](const Bar&) {}, [](const Dashpot&) {}, [](const Rigid&) {},
             [&](const MatrixLink& matrix) {
+              if (scene.links[index(k)].points.size() == 1) return;  // only its inner coordinates strain it
               links.matrices.push_back(true_matrix(scene, factor, freedoms, k, matrix.has_rotations, faults));
               if (!matrix.has_rotations) return;
               for (const int point : scene.links[index(k)].points)

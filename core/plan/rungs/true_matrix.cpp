@@ -34,6 +34,16 @@ bool is_round(const MatrixXd& K, const Vector3d& line) {
   return true;
 }
 
+// Returns the stiffness of n coordinates while the inner ones after them are in equilibrium. The inner
+// coordinates are measured from there, so their own forces stay linear   (THEORY 12.122).
+MatrixXd without_inner(const MatrixXd& K, Eigen::Index n) {
+  const Eigen::Index inner = K.rows() - n;
+  const MatrixXd cross = K.bottomLeftCorner(inner, n);
+  const MatrixXd recovery =
+      Eigen::ColPivHouseholderQR<MatrixXd>(K.bottomRightCorner(inner, inner)).solve(cross);
+  return K.topLeftCorner(n, n) - cross.transpose() * recovery;
+}
+
 void refuse_line(const Scene& scene, int number, Faults& faults) {
   const Link& link = scene.links[index(number)];
   add_error(
@@ -78,7 +88,9 @@ PlanTrueMatrix true_matrix(const Scene& scene, const LinkFactor& factor, const F
       if (has_rotations) column_of[freedoms.rotation(point) + axis] = per_point * k + 3 + axis;
     }
   }
-  MatrixXd K = MatrixXd::Zero(n, n);
+  const Eigen::Index num_inner = freeflex::num_inner(link), all = n + num_inner;
+  for (int k = 0; k < num_inner; ++k) column_of[freedoms.inner(number) + k] = n + k;
+  MatrixXd K = MatrixXd::Zero(all, all);
   DeformationRows rows;
   if (has_rotations) {
     // In the rows of the factor, displacements of a rigid body replace the rotations of ends on it.
@@ -90,11 +102,12 @@ PlanTrueMatrix true_matrix(const Scene& scene, const LinkFactor& factor, const F
     for (int row = 0; row < range.count; ++row) rows.push_back(natural_row(factor, range, row));
   }
   for (const DeformationRow& natural : rows) {
-    VectorXd e = VectorXd::Zero(n);
+    VectorXd e = VectorXd::Zero(all);
     for (const auto& [freedom, coefficient] : natural.coefficients)
       e[column_of.at(freedom)] += natural.root_stiffness * coefficient;
     K += e * e.transpose();
   }
+  if (num_inner > 0) K = without_inner(K, n);
   MatrixConstants& constants = result.constants;
   constants.has_rotations = has_rotations;
   for (Eigen::Index row = 0; row < n; ++row) {

@@ -99,11 +99,13 @@ struct PlanTrueLinks {
 
 /// Holds a rigid body: a point with inertia, or the points of a rigid link   (THEORY 12.84).
 struct PlanTurningBody {
-  double mass = 0.0;                  // [kg]
-  Vec3 centre{};                      // [m] rest position of its centre of mass
-  Mat3 inertia{};                     // [kg m^2] about its centre of mass, rest axes
-  Array rows;                         // (6 x num_padded) displacement [-] of its centre, then rotation [1/m]
-  std::int32_t first = 0, count = 0;  // its points, in PlanTurning::points
+  double mass = 0.0;  // [kg]
+  Vec3 centre{};      // [m] rest position of its centre of mass
+  Mat3 inertia{};     // [kg m^2] about its centre of mass, rest axes
+  Array rows;         // (6 x num_padded) displacement [-] of its centre, then rotation [1/m]
+  // Its points, in PlanTurning::points. A mass matrix has no points that turn with it, so count is 0, and
+  // first is its first point   (THEORY 12.121)
+  std::int32_t first = 0, count = 0;
 };
 
 /// Holds the bodies that turn as a whole, which makes their rotations part of the motion. Empty if all points

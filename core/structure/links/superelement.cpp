@@ -154,44 +154,17 @@ DeformationRows superelement_mass_rows(const Scene& scene, int index, const Free
   return rows;
 }
 
-// momenta T_s^T m_s y   (THEORY 16.19); field moments of the spin load -m_s (w x (w x r_j), 0)
-// (THEORY 16.20)
-MatrixSums matrix_sums(const Scene& scene, const Freedoms& freedoms, const Structure& structure) {
-  assert(structure.shapes.rows() == freedoms.num_displacements() &&
-         structure.rotations.rows() == freedoms.num_rotations());
-  const Eigen::Index n = structure.shapes.cols(), num_displacements = structure.shapes.rows();
-  MatrixSums sums;
-  for (int index = 0; index < static_cast<int>(scene.links.size()); ++index) {
-    const Link& link = scene.links[static_cast<std::size_t>(index)];
-    if (!has_mass_matrix(link)) continue;
-    if (sums.momenta.size() == 0) sums.momenta = sums.field = Eigen::MatrixXd::Zero(6, n);
-    const MatrixLink& matrix = matrix_of(scene, index);
-    const Coordinates z(scene, index, freedoms);
-    Eigen::MatrixXd y(matrix.mass.rows(), n);
-    for (Eigen::Index k = 0; k < y.rows(); ++k) {
-      const int freedom = z.freedom[static_cast<std::size_t>(k)];
-      y.row(k) = freedom < num_displacements ? structure.shapes.row(freedom)
-                                             : structure.rotations.row(freedom - num_displacements);
-    }
-    const Eigen::MatrixXd My = matrix.mass * y;
-    const Eigen::Index per_point = matrix.has_rotations ? 6 : 3;
-    for (std::size_t k = 0; k < link.points.size(); ++k) {
-      const Eigen::Vector3d r = structure.mass_properties.r.col(link.points[k]);
-      for (Eigen::Index mode = 0; mode < n; ++mode) {
-        const Eigen::Vector3d p = My.block<3, 1>(per_point * static_cast<Eigen::Index>(k), mode);
-        sums.momenta.block<3, 1>(0, mode) += p;
-        sums.momenta.block<3, 1>(3, mode) += r.cross(p);
-        if (matrix.has_rotations)
-          sums.momenta.block<3, 1>(3, mode) +=
-              My.block<3, 1>(per_point * static_cast<Eigen::Index>(k) + 3, mode);
-        const Eigen::Matrix3d Y = 0.5 * (r * p.transpose() + p * r.transpose());
-        sums.field.col(mode) +=
-            (Eigen::Matrix<double, 6, 1>() << Y(0, 0), Y(1, 1), Y(2, 2), Y(0, 1), Y(0, 2), Y(1, 2))
-                .finished();
-      }
-    }
+Eigen::MatrixXd superelement_motions(const Scene& scene, int index, const Freedoms& freedoms,
+                                     const Structure& structure) {
+  const Coordinates z(scene, index, freedoms);
+  const Eigen::Index num_displacements = structure.shapes.rows();
+  Eigen::MatrixXd y(z.scale.size(), structure.shapes.cols());
+  for (Eigen::Index k = 0; k < y.rows(); ++k) {
+    const int freedom = z.freedom[static_cast<std::size_t>(k)];
+    y.row(k) = freedom < num_displacements ? structure.shapes.row(freedom)
+                                           : structure.rotations.row(freedom - num_displacements);
   }
-  return sums;
+  return y;
 }
 
 }  // namespace freeflex

@@ -17,7 +17,9 @@ DeformationRows superelement_rows(const Scene& scene, int link, const Freedoms& 
 /// \pre mass_matrix_problem() is empty
 DeformationRows superelement_mass_rows(const Scene& scene, int link, const Freedoms& freedoms);
 
-/// Returns Structure::matrix_sums   (THEORY 16.19, 16.20).  \pre structure.shapes and rotations are filled
-MatrixSums matrix_sums(const Scene& scene, const Freedoms& freedoms, const Structure& structure);
+/// Returns the coordinates of a superelement in the unit motions of the modes, in the order of its matrices
+/// (num_rows x num modes).  \pre structure.shapes and rotations are filled
+Eigen::MatrixXd superelement_motions(const Scene& scene, int link, const Freedoms& freedoms,
+                                     const Structure& structure);
 
 }  // namespace freeflex

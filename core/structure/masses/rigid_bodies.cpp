@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 
+#include "core/scene/bodies.hpp"
 #include "core/scene/link_kinds.hpp"
 
 namespace freeflex {
@@ -18,6 +19,12 @@ using Eigen::Vector3d;
 // [-] A body whose smallest moment of inertia is below this share of the largest has no inertia about an
 // axis.
 constexpr double kThin = 1e-9;
+
+// Returns whether a point has a rotation of its own that moves mass: with an attitude, or at the end of a
+// mass matrix.
+bool turns_with(const ResolvedScene& resolved, std::size_t point) {
+  return resolved.has_attitude[point] || resolved.has_rotary_mass[point];
+}
 
 // Sets of points that turn as one body. Points with an attitude are sets of their own until a rigid link
 // joins them to others.
@@ -51,7 +58,7 @@ class Sets {
       rigid_.push_back(k);
     }
     for (std::size_t i = 0; i < scene.points.size(); ++i)
-      if (resolved.has_attitude[i] || link_of[i] >= 0)
+      if (turns_with(resolved, i) || link_of[i] >= 0)
         sets_[root(static_cast<int>(i))].push_back(static_cast<int>(i));
   }
 
@@ -72,7 +79,7 @@ class Sets {
 MatrixXd rotation_of(const Scene& scene, const Structure& structure, const Freedoms& freedoms,
                      const std::vector<int>& points) {
   for (const int point : points)
-    if (structure.resolved.has_attitude[index(point)])
+    if (turns_with(structure.resolved, index(point)))
       return structure.rotations.middleRows<3>(freedoms.rotation(point) - freedoms.num_displacements());
   const MatrixXd weights = body_rotation(scene, points);
   MatrixXd rotation = MatrixXd::Zero(3, structure.shapes.cols());
@@ -105,23 +112,44 @@ std::string thin_refusal(const Scene& scene, const Structure& structure, const R
   return {};
 }
 
+// Returns the bodies of the mass matrices whose only point is among the given ones. They turn with it
+// (THEORY 12.121). Their offsets are from the centre of mass of the structure.
+std::vector<PointMass> matrices_on(const Scene& scene, const Structure& structure,
+                                   const std::vector<int>& points) {
+  std::vector<PointMass> bodies;
+  for (const Link& link : scene.links) {
+    if (!moves_with_its_point(link) || !std::ranges::binary_search(points, link.points.front())) continue;
+    bodies.push_back(rigid_body_of(scene, link));
+    bodies.back().offset += structure.mass_properties.r.col(link.points.front());
+  }
+  return bodies;
+}
+
 // Returns the body of a set of points.
 RigidBody body_of(const Scene& scene, const Structure& structure, const std::vector<int>& points,
                   Faults& faults) {
-  const auto& centres = structure.mass_properties.centres;
+  std::vector<PointMass> parts = matrices_on(scene, structure, points);
+  for (const int point : points) {
+    parts.push_back(scene.points[index(point)]);
+    parts.back().offset = structure.mass_properties.centres.col(point);
+  }
   RigidBody body;
   body.points = points;
-  for (const int point : points) {
-    body.mass += scene.points[index(point)].mass;
-    body.centre += scene.points[index(point)].mass * centres.col(point);
+  for (const PointMass& part : parts) {
+    body.mass += part.mass;
+    body.centre += part.mass * part.offset;
   }
-  body.centre /= body.mass;
-  for (const int point : points) {
-    const Vector3d d = centres.col(point) - body.centre;
-    body.inertia +=
-        scene.points[index(point)].inertia +
-        scene.points[index(point)].mass * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose());
+  if (body.mass > 0.0)
+    body.centre /= body.mass;
+  else
+    body.centre = structure.mass_properties.r.col(points.front());
+  for (const PointMass& part : parts) {
+    const Vector3d d = part.offset - body.centre;
+    body.inertia += part.inertia + part.mass * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose());
   }
+  // a mass matrix has the inertia of its ends
+  if (std::ranges::any_of(points, [&](int i) { return structure.resolved.has_rotary_mass[index(i)]; }))
+    return body;
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(body.inertia);
   const Vector3d& moments = eigen.eigenvalues();
   if (body.mass > 0.0 && moments[0] > kThin * moments[2]) return body;
@@ -134,7 +162,8 @@ RigidBody body_of(const Scene& scene, const Structure& structure, const std::vec
                   ", or set fidelity: coupled or a lower rung"));
     return body;
   }
-  body.line = (centres.col(points.back()) - centres.col(points.front())).stableNormalized();
+  body.line = (structure.mass_properties.centres.col(points.back()) -
+               structure.mass_properties.centres.col(points.front())).stableNormalized();
   const Matrix3d across = Matrix3d::Identity() - body.line * body.line.transpose();
   body.inertia = 0.5 * (moments[1] + moments[2]) * across;
   return body;

@@ -20,15 +20,15 @@ struct RigidBody {
   Eigen::Vector3d line = Eigen::Vector3d::Zero();
 };
 
-/// Returns the bodies of a scene (THEORY 12.84), in the order of their lowest joined point. Adds an error for
-/// a body that cannot turn as a whole: bodies with inertia about two axes only, rods of three or more points
-/// that turn beams, bodies with mass at one point only, and rigid links that share a point about which both
-/// may turn.
+/// Returns the bodies of a scene (THEORY 12.84), in the order of their lowest joined point. The ends of mass
+/// matrices are bodies too, whose inertia is in the matrix (THEORY 12.119). Adds an error for a body that
+/// cannot turn as a whole: bodies with inertia about two axes only, rods of three or more points that turn
+/// beams, bodies with mass at one point only, and rigid links that share a point about which both may turn.
 std::vector<RigidBody> rigid_bodies(const Scene& scene, const Structure& structure, Faults& faults);
 
 /// Returns the unit motions of the modes at a body (6 x num modes): displacement of its centre of mass [-],
-/// then its rotation [1/m]. The rotation is that of its first point with an attitude, otherwise that which
-/// fits its points best.
+/// then its rotation [1/m]. The rotation is that of its first point with an attitude or at the end of a mass
+/// matrix, otherwise that which fits its points best.
 Eigen::MatrixXd motions_of(const Scene& scene, const Structure& structure, const Freedoms& freedoms,
                            const RigidBody& body);
 

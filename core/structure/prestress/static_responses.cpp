@@ -1,5 +1,6 @@
 #include "core/structure/prestress/static_responses.hpp"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 

@@ -7,7 +7,7 @@
 #include "core/faults.hpp"
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
-#include "core/structure/links/superelement.hpp"
+#include "core/structure/masses/matrix_mass.hpp"
 #include "core/structure/masses/particles.hpp"
 #include "core/structure/modes/dense/decompositions.hpp"
 #include "core/structure/modes/dense/normal_modes.hpp"
