@@ -80,8 +80,7 @@ std::string find_in_kinetics(const StepPlan& plan) {
   const bool is_spread = kinetics.form == Form::kSpread;
   // mass matrices have inner coordinates, and ends without inertia about an axis
   const bool has_all_modes =
-      (is_spread ? num_modes >= least : num_modes == num_freedoms) &&
-      plan.num_padded == plan.num_moving;
+      (is_spread ? num_modes >= least : num_modes == num_freedoms) && plan.num_padded == plan.num_moving;
   if ((is_complete(kinetics) || is_spread) && !has_all_modes)
     return "the kinetic energy has the form for a complete set of modes, but the set is not complete, or the "
            "plan has constraint shapes";

@@ -163,7 +163,8 @@ RigidBody body_of(const Scene& scene, const Structure& structure, const std::vec
     return body;
   }
   body.line = (structure.mass_properties.centres.col(points.back()) -
-               structure.mass_properties.centres.col(points.front())).stableNormalized();
+               structure.mass_properties.centres.col(points.front()))
+                  .stableNormalized();
   const Matrix3d across = Matrix3d::Identity() - body.line * body.line.transpose();
   body.inertia = 0.5 * (moments[1] + moments[2]) * across;
   return body;
