@@ -35,6 +35,8 @@ void set_velocity(const StepPlan& plan, const PlanTurningBody& body, const doubl
 // (THEORY 12.118)
 Vec3 line_of(const StepPlan& plan, const PlanTurningBody& body) noexcept {
   const std::vector<std::int32_t>& points = plan.coupled.turning.points;
+  // in scenes with spread mass there are no rods, but bodies without points
+  if (has_spread_mass(plan)) return {};
   const Vec3 along = sub(plan.points[index(points[index(body.first + body.count - 1)])].r,
                          plan.points[index(points[index(body.first)])].r);
   return is_rod(body, along) ? scale(1.0 / length(along), along) : Vec3{};
