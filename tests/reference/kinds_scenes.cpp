@@ -510,8 +510,8 @@ const std::vector<Kind>& all_kinds() {
       {"springs with damped strain", strain_damped_springs, 1.5e-8, 3.5},
       // the step takes the rates of strains as differences over 1e-4 of the size (THEORY 12.114), which does
       // not depend on the tick
-      {"beams with damped strain", strain_damped_beams, 5e-6, kNoOrder},
-      {"modal damping", modal_damping, 2e-5, kNoOrder},
+      {"beams with damped strain", strain_damped_beams, 2e-7, kNoOrder},
+      {"modal damping", modal_damping, 2e-7, kNoOrder},
       {"feedback", feedback, 4e-7, 3.5},
       // the displacement and the force on a body are those of small rotations, of which the set-up warns
       {"feedback between bodies", feedback_of_bodies, 1e-2, kNoOrder},
