@@ -88,7 +88,8 @@ std::string fault_text(const Snapshot& snapshot) {
     text = fmt::format(
         "in the step after tick {} the joint at point {} has no equilibrium, so the simulation holds at tick "
         "{}; a "
-        "beam or plate there buckles or bends too far for one element: use smaller loads or more elements",
+        "beam or plate there buckles or bends too far for one element, or a massless point snaps to another "
+        "shape: use smaller loads or more elements, or give mass to the point",
         fault.tick, fault.joint_point + 1, fault.tick);
   if (fault.status == StepStatus::kNoFrame)
     text = fmt::format(

@@ -304,5 +304,33 @@ TEST(BallJoints, StiffBarsReplaceThem) {
   EXPECT_LT(before, 5e-5);
 }
 
+// Four springs hold a massless apex above the corners of a square. A load presses it through their plane: at
+// the fold it has no equilibrium nearby. It must not snap to the other side, which would take the energy out
+// of the motion without a word.
+TEST(MasslessPoints, AnApexThatSnapsIsAFault) {
+  Scene scene;
+  for (int i = 0; i < 4; ++i) add_point(scene, 1.0, {i % 2 * 2.0 - 1.0, i / 2 * 2.0 - 1.0, 0.0});
+  add_point(scene, 1.0, {0.0, 0.0, -1.5});
+  const int apex = add_point(scene, 0.0, {0.0, 0.0, 0.2});
+  for (int i = 0; i < 5; ++i)
+    for (int j = 0; j < i; ++j) add_link(scene, i, j, Spring{1e5});
+  for (int i = 0; i < 4; ++i) add_link(scene, i, apex, Spring{1e3});
+  scene.fidelity = Fidelity::kCorotational;
+  scene.rate = 1000.0;
+  const auto status_under = [&](double force) {
+    scene.loads.clear();
+    push(scene, apex, Axes::kBody, {0.0, 0.0, -force});
+    scene.loads[0].history = TableHistory{{0.0, 1.0}, {0.0, 1.0}};
+    const Plan plan = compile(scene);
+    Motion motion(plan, kMotionAlone);
+    StepReport report;
+    for (int k = 0; k < 1000 && report.status == StepStatus::kOk; ++k) report = motion.advance();
+    EXPECT_EQ(report.joint_point, report.status == StepStatus::kOk ? -1 : apex);
+    return report.status;
+  };
+  EXPECT_EQ(status_under(2.0), StepStatus::kOk);  // the fold is near 3 N
+  EXPECT_EQ(status_under(5.0), StepStatus::kNoEquilibrium);
+}
+
 }  // namespace
 }  // namespace freeflex::testing

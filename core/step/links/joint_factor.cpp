@@ -149,6 +149,7 @@ void factor_stiffness(const PlanJoints& joints, JointFactor& factor) noexcept {
   const auto column_of = [&](std::size_t k) {
     return std::pair{index(joints.starts[k]), index(joints.starts[k + 1])};
   };
+  factor.is_definite = true;
   double largest = 0.0;
   for (const double entry : factor.diagonal) largest = std::max(largest, magnitude(entry));
   std::copy(factor.diagonal.begin(), factor.diagonal.end(), factor.inverse_pivots.begin());
@@ -157,6 +158,7 @@ void factor_stiffness(const PlanJoints& joints, JointFactor& factor) noexcept {
       factor.inverse_pivots[k] = 0.0;
       continue;
     }
+    if (factor.inverse_pivots[k] < 0.0) factor.is_definite = false;
     const auto [first, last] = column_of(k);
     double below = 0.0;
     for (std::size_t i = first; i < last; ++i) below = std::max(below, magnitude(factor.lower[i]));

@@ -26,6 +26,7 @@ std::vector<std::int32_t> unknowns_of(const PlanTrueMatrix& matrix, std::int32_t
 /// allocation afterwards.
 struct JointFactor {
   bool is_renewed = false;                    // false: the factor is that of the rest shape, in the plan
+  bool is_definite = true;                    // false: the last stiffness that was factored was not
   std::vector<double> lower, inverse_pivots;  // of the renewed factor, in the pattern of the plan
   std::vector<double> diagonal;               // [N m] (num_rotations) in the order of the factor
   std::vector<std::int32_t> place;            // (num_rotations) position of each unknown in the order

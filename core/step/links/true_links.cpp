@@ -360,6 +360,11 @@ double relax_joints(const PlanTrueLinks& links, std::span<const PlanBar> bars, s
     set_rotations(joints, state, w);
     place_massless(joints, state, w, V);
     renew_factor(links, bars, rest, V, state, w);
+    // a massless point that leaves a fold would snap to another equilibrium and take the energy with it
+    if (!w.massless.points.empty() && !w.factor.is_definite) {
+      w.unsolved = static_cast<std::int32_t>(index(joints.num_rotations) - 3 * w.massless.points.size());
+      return std::numeric_limits<double>::quiet_NaN();
+    }
   }
   set_rotations(joints, state, w);
   place_massless(joints, state, w, V);
