@@ -265,7 +265,8 @@ std::string massless_refusal(const Scene& scene, const Structure& structure, int
     const Link& link = scene.links[k];
     const ResolvedLink& resolved = structure.resolved.links[k];
     const std::string who = join_text("link ", called(link, static_cast<int>(k)));
-    if (resolved.has_mass) return who + " has mass (lumped: true puts that of a beam, bar or plate on its points)";
+    if (resolved.has_mass)
+      return who + " has mass (lumped: true puts that of a beam, bar or plate on its points)";
     if (std::ranges::find(link.points, point) == link.points.end()) continue;
     if (resolved.axial.damping > 0.0) return who + " damps it";
     if (link.viscous > 0.0) return who + " is viscous";
