@@ -10,7 +10,6 @@
 
 namespace freeflex {
 namespace {
-
 constexpr int kMostSweeps = 24;
 // [rad] A sweep that moves no joint by more than this is the last.
 constexpr double kConverged = 1e-7;
@@ -304,7 +303,6 @@ double slope_of(const JointWorkspace& w) noexcept {
   for (std::size_t k = 0; k < w.step.size(); ++k) slope += w.step[k] * w.gradient[k];
   return slope;
 }
-
 }  // namespace
 
 JointState make_joint_state(const PlanJoints& joints) {
@@ -360,11 +358,10 @@ double relax_joints(const PlanTrueLinks& links, std::span<const PlanBar> bars, s
     set_rotations(joints, state, w);
     place_massless(joints, state, w, V);
     renew_factor(links, bars, rest, V, state, w);
-    // a massless point that leaves a fold would snap to another equilibrium and take the energy with it
-    if (!w.massless.points.empty() && !w.factor.is_definite) {
-      w.unsolved = static_cast<std::int32_t>(index(joints.num_rotations) - 3 * w.massless.points.size());
-      return std::numeric_limits<double>::quiet_NaN();
-    }
+    // a massless point that leaves a fold would snap to another equilibrium, which loses energy
+    if (w.massless.points.empty() || w.factor.is_definite) continue;
+    w.unsolved = static_cast<std::int32_t>(index(joints.num_rotations) - 3 * w.massless.points.size());
+    return std::numeric_limits<double>::quiet_NaN();
   }
   set_rotations(joints, state, w);
   place_massless(joints, state, w, V);

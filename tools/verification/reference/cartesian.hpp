@@ -79,7 +79,7 @@ struct CartesianSystem {
   Eigen::Vector3d spin = Eigen::Vector3d::Zero();            // [rad/s] w_C of the carrier, body axes
   Eigen::VectorXd initial;                                   // (6N) e then e'
   mutable CartesianMassless massless;
-  bool needs_body_axes = false;                              // true: at least one load rotates with the body
+  bool needs_body_axes = false;  // true: at least one load rotates with the body
   // Changes the forces on the points [N] (3 x N) at time t [s], in carrier axes, after all links and loads;
   // empty: nothing. Positions x [m] and velocities v [m/s] are those in space, along the axes of the carrier,
   // from the origin of the carrier. Tests add what scenes of the reference cannot have.
