@@ -368,8 +368,9 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   compile_histories(scene, structure, plan, faults);
   compile_modal_coupling(scene, structure, plan, faults);
   if (is_coupled(plan)) compile_coupled(scene, structure, spec, plan, faults);
+  if (has_error(faults)) return std::nullopt;
   if (is_coupled(plan)) compile_kinetics(scene, structure, shapes, kinetic_form(structure, plan), plan);
-  if (is_coupled(plan) && !has_error(faults)) compile_initial_joints(scene, plan, faults);
+  if (is_coupled(plan)) compile_initial_joints(scene, plan, faults);
   if (spec.is_judged) compile_unmodelled(scene, whole, spec, plan);
   compile_gyroscopic(plan);
   if (has_error(faults)) return std::nullopt;

@@ -332,5 +332,24 @@ TEST(MasslessPoints, AnApexThatSnapsIsAFault) {
   EXPECT_EQ(status_under(5.0), StepStatus::kNoEquilibrium);
 }
 
+// The refusal does not depend on spread mass elsewhere. The set-up went on after the error and crashed.
+TEST(BallJoints, AreRefusedBesideSpreadMass) {
+  Scene scene;
+  for (const Vector3d& p : {Vector3d(0.0, 0.0, 0.0), Vector3d(1.0, 0.0, 0.0), Vector3d(1.0, 1.0, 0.0),
+                            Vector3d(2.0, 0.0, 1.0), Vector3d(2.0, 1.0, 1.0), Vector3d(3.0, 1.0, 1.0)})
+    add_point(scene, 1.0, p);
+  add_link(scene, {0, 1, 2}, Rigid{});
+  add_link(scene, {2, 3, 4}, Rigid{});
+  Beam beam = kBeam;
+  beam.mass_per_length = 1.0;
+  add_link(scene, 4, 5, beam);
+  scene.fidelity = Fidelity::kCorotational;
+  Faults faults;
+  EXPECT_FALSE(make_full_plan(scene, build(scene), Fidelity::kCorotational, faults).has_value());
+  EXPECT_TRUE(std::ranges::any_of(faults, [](const Fault& fault) {
+    return fault.message.find("share point 'p2', a ball joint") != std::string::npos;
+  }));
+}
+
 }  // namespace
 }  // namespace freeflex::testing
