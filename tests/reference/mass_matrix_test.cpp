@@ -366,5 +366,28 @@ TEST(MassMatrices, AStiffSuperelementTumblesLikeARigidBody) {
   }
 }
 
+// A rigid link of two point masses is a rod, about whose ends it does not turn, but an end of a mass matrix
+// is a body, so the two are refused together. A rigid link of three points turns the end: its small
+// motion is that on the rung `coupled`.
+TEST(MassMatrices, RigidLinksAtTheirEnds) {
+  Scene scene = with_outer_half(hub_and_boom(0.5), 6);
+  scene.points[4].mass = 0.3;
+  const int side = add_point(scene, 0.5, {2.0, 0.7, 0.2});
+  Scene rod = scene, body = scene;
+  add_link(rod, {4, side}, Rigid{});
+  Faults faults;
+  const auto structure = build_structure(rod, faults);
+  ASSERT_TRUE(structure.has_value());
+  EXPECT_FALSE(make_plan(rod, *structure, faults).has_value());
+  EXPECT_NE(faults.back().message.find("use a stiff bar in place of the rigid link"), std::string::npos);
+  add_link(body, {4, side, add_point(body, 0.4, {2.0, 0.2, -0.5})}, Rigid{});
+  push(body, 5, {0.1, 0.4, -0.3}, 0.05);
+  Scene coupled = body;
+  coupled.fidelity = Fidelity::kCoupled;
+  const Difference found = difference_of(body, {0, 4, 5, side}, coupled, {0, 4, 5, side}, 1200);
+  std::printf("off by %.1e of %.4f m\n", found.most, found.motion);
+  EXPECT_LT(found.most, 0.03 * found.motion);  // 1.3e-2: terms of second order in the links
+}
+
 }  // namespace
 }  // namespace freeflex::testing

@@ -29,10 +29,12 @@ struct RotationStiffness {
   MatrixXd moments;
 };
 
-// Returns the body that turns the joint of a point, or -1. A rod turns none   (THEORY 12.118).
-std::int32_t turned_by(const Scene& scene, const PlanTurning& turning, int point) {
+// Returns the body that turns the joint of a point, or -1. A rod turns none (THEORY 12.118). In scenes with
+// spread mass there are no rods, and the inertia of an end of a mass matrix is in the matrix (THEORY 12.119).
+std::int32_t turned_by(const Scene& scene, const Structure& structure, const PlanTurning& turning,
+                       int point) {
   const std::int32_t body = turning.bodies.empty() ? -1 : turning.of_points[index(point)];
-  if (body < 0) return -1;
+  if (body < 0 || structure.resolved.have_links_mass()) return body;
   const auto position = [&](std::int32_t k) -> const Vector3d& {
     return scene.points[index(turning.points[index(k)])].position;
   };
@@ -48,7 +50,7 @@ class Numbering {
   Numbering(const Scene& scene, const Structure& structure, const Freedoms& freedoms,
             const PlanTurning& turning)
       : unknown_(index(freedoms.num_all()), -1) {
-    const auto body_of = [&](int point) { return turned_by(scene, turning, point); };
+    const auto body_of = [&](int point) { return turned_by(scene, structure, turning, point); };
     for (int point = 0; point < static_cast<int>(scene.points.size()); ++point) {
       joint_.push_back(-1);
       if (!freedoms.has_joint(point) || body_of(point) >= 0) continue;
@@ -90,7 +92,7 @@ MatrixXd known_motions(const Scene& scene, const Structure& structure, const Fre
   known.topRows(structure.shapes.rows()) = structure.shapes;
   for (const int point : numbering.massless()) known.middleRows<3>(3 * Eigen::Index{point}).setZero();
   for (int point = 0; point < static_cast<int>(scene.points.size()) && !turning.bodies.empty(); ++point) {
-    const std::int32_t body = turned_by(scene, turning, point);
+    const std::int32_t body = turned_by(scene, structure, turning, point);
     if (body < 0 || !freedoms.has_joint(point)) continue;
     const Array& rows = turning.bodies[index(body)].rows;
     const auto stride = static_cast<Eigen::Index>(rows.size()) / 6;

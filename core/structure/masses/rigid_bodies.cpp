@@ -125,6 +125,21 @@ std::vector<PointMass> matrices_on(const Scene& scene, const Structure& structur
   return bodies;
 }
 
+// Adds an error if rigid links join an end of a mass matrix to point masses on one line. Such a link is a rod
+// (THEORY 12.118), about whose ends it does not turn, but the end is a body.
+void refuse_rod_at_end(const Scene& scene, const Structure& structure, const std::vector<int>& points,
+                       int end, Faults& faults) {
+  const auto has_attitude = [&](int i) { return bool{structure.resolved.has_attitude[index(i)]}; };
+  if (points.size() < 2 || std::ranges::any_of(points, has_attitude) || line_of(scene, points).isZero(0.0))
+    return;
+  add_error(
+      faults, scene.points[index(end)].origin,
+      join_text("point ", quoted(scene.points[index(end)].name, end),
+                " is an end of a mass matrix and of a rigid link whose points are on one line, which this "
+                "fidelity does not support; use a stiff bar in place of the rigid link, add a point "
+                "beside the line to it, or set fidelity: coupled or a lower rung"));
+}
+
 // Returns the body of a set of points.
 RigidBody body_of(const Scene& scene, const Structure& structure, const std::vector<int>& points,
                   Faults& faults) {
@@ -148,8 +163,12 @@ RigidBody body_of(const Scene& scene, const Structure& structure, const std::vec
     body.inertia += part.inertia + part.mass * (d.squaredNorm() * Matrix3d::Identity() - d * d.transpose());
   }
   // a mass matrix has the inertia of its ends
-  if (std::ranges::any_of(points, [&](int i) { return structure.resolved.has_rotary_mass[index(i)]; }))
+  if (const auto end = std::ranges::find_if(
+          points, [&](int i) { return bool{structure.resolved.has_rotary_mass[index(i)]}; });
+      end != points.end()) {
+    refuse_rod_at_end(scene, structure, points, *end, faults);
     return body;
+  }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> eigen(body.inertia);
   const Vector3d& moments = eigen.eigenvalues();
   if (body.mass > 0.0 && moments[0] > kThin * moments[2]) return body;
