@@ -396,6 +396,7 @@ bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state,
   const double h = step_loads.period();
   w.next.integration_error =
       state.coupled.integration_error + (is_true && plan.num_elastic > 0 ? step_error(plan, h, w) : 0.0);
+  if (is_curved(plan)) undamp_foreshortening(plan, w.curve, workspace.Q_left, w.next.q_ddot);
   if (plan.coupled.curve.is_filtered) w.next.filter_error = advance_left_out(plan, state.coupled, w);
   w.next.joints = w.stage_joints;
   w.next.slow_q = w.curve.slow_q;

@@ -294,4 +294,13 @@ void curve_rates(const StepPlan& plan, double* rate_q, double* rate_p, CurveWork
   });
 }
 
+void undamp_foreshortening(const StepPlan& plan, const CurveWorkspace& w, Array& Q, Array& q_ddot) noexcept {
+  if (plan.coupled.damps_true_strains) return;
+  for_each_mode(plan.coupled.curve, [&](std::size_t k, std::size_t mode) {
+    const double acceleration = 2.0 * plan.decay[mode] * (w.s_dot[k] + w.share[0][k]);
+    Q[mode] += plan.mass * acceleration;
+    if (!q_ddot.empty()) q_ddot[mode] += acceleration;
+  });
+}
+
 }  // namespace freeflex

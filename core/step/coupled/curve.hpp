@@ -78,4 +78,9 @@ double distance_of_slow_motion(const StepPlan& plan, const CurveWorkspace& w, co
 /// \pre w has the shapes of the same q and p
 void curve_rates(const StepPlan& plan, double* rate_q, double* rate_p, CurveWorkspace& w) noexcept;
 
+/// Adds to the generalized forces Q [N] and to the accelerations, if there are any, what damping of y' in
+/// place of q' changes: 2 decay s'(q_S) q_S'   (THEORY 12.80).  \pre curve_rates() was called at the same q
+/// and p
+void undamp_foreshortening(const StepPlan& plan, const CurveWorkspace& w, Array& Q, Array& q_ddot) noexcept;
+
 }  // namespace freeflex
