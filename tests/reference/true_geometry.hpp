@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -147,6 +148,41 @@ inline Scene disc_of_plates(int rings, double nu) {
       }
   set_masses(scene, 1.0);
   return scene;
+}
+
+/// Expects that the frequencies of three meshes of a spinning disc, extrapolated, are those of Lamb and
+/// Southwell (1921, Proc. R. Soc. A 99, 272-280) for transverse motions of a free disc whose only stiffness
+/// comes from its spin. With s nodal circles, n nodal diameters and k = n + 2 s, in rotating axes,
+///   8 omega^2 / Omega^2 = (3 + nu) k (k + 2) - (1 + 3 nu) n^2
+/// \param rings  of each mesh of disc_of_plates
+/// \param found  [rad/s] frequencies of each mesh, ascending: 2 nodal diameters (a pair), 1 nodal circle, 3
+///               nodal diameters
+/// \param share  [-] largest error of the limits
+inline void expect_lamb_and_southwell(const std::array<int, 3>& rings,
+                                      const std::array<std::vector<double>, 3>& found, double spin, double nu,
+                                      double share) {
+  const auto expected = [&](int n, int s) {
+    const double k = n + 2.0 * s;
+    return spin * std::sqrt(((3.0 + nu) * k * (k + 2.0) - (1.0 + 3.0 * nu) * n * n) / 8.0);
+  };
+  // the inscribed polygon, lumped masses and flat plates cause errors of order h^2 and h^4, which the
+  // extrapolation from three meshes eliminates
+  std::array<double, 3> weight{1.0, 1.0, 1.0};
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t other = 0; other < 3; ++other)
+      if (other != k) {
+        const double here = std::pow(rings[k], 2), there = std::pow(rings[other], 2);
+        weight[k] *= here / (here - there);
+      }
+  const std::pair<std::size_t, double> modes[] = {
+      {0, expected(2, 0)}, {2, expected(0, 1)}, {3, expected(3, 0)}};
+  for (const auto& [index, frequency] : modes) {
+    double limit = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) limit += weight[k] * found[k][index];
+    std::printf("%.5f %.5f %.5f, limit %.5f for %.5f, off by %.1e\n", found[0][index], found[1][index],
+                found[2][index], limit, frequency, limit / frequency - 1.0);
+    EXPECT_NEAR(limit, frequency, share * frequency);
+  }
 }
 
 }  // namespace freeflex::testing

@@ -85,7 +85,7 @@ std::vector<PlanFollower::Neighbour> neighbours_of(const Scene& scene, int point
 
 // Returns the rows of the local rotation theta at each point of a load in local axes, whose force is f = f_B
 // + theta x f_B (THEORY 8.24). If the load stiffens the lowest modes only, theta has only these modes: in
-// higher modes the two effects nearly cancel (THEORY 8.49).
+// higher modes the stiffness and the rotation of the load nearly cancel (THEORY 8.49).
 std::vector<PlanFollower> followers(const Load& load, const Scene& scene, const PlanStiffening& stiffening,
                                     const Structure& structure, const StepPlan& plan) {
   std::vector<PlanFollower> all;

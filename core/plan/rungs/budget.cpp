@@ -38,7 +38,7 @@ void warn_of_best_rung(const Structure& structure, const char* judge, const Orig
                                                                : "the lowest modes alone",
                         " is ", best.name,
                         ", and errors are relative to it. They do not include the second-order terms of the "
-                        "links' geometry; see the verdict"));
+                        "geometry of links, which the verdict estimates"));
 }
 
 std::span<const double> frequencies_of(const Structure& structure) {

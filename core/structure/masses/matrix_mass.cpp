@@ -88,9 +88,9 @@ void append_rigid(double mass, const Vector3d& position, const Vector3d& centre,
   all.b.bottomRows<3>() = motion.topRows<3>() - cross_matrix(position - centre) * motion.bottomRows<3>();
 }
 
-// Returns the largest matrix of masses on points, the same in all directions, that leaves m_s without it
-// positive semidefinite (points x points). The other coordinates follow at the least kinetic energy
-// (THEORY 12.120).
+// Returns the masses on points [kg] (points x points), the same for each axis, that are subtracted from m_s.
+// They are as large as possible while the rest of m_s has no negative eigenvalue. For this, the other
+// coordinates move so that the kinetic energy is least   (THEORY 12.120).
 MatrixXd masses_of_points(const Piece& piece) {
   const MatrixXd &M = piece.mass, cross = M(piece.others, piece.displacements);
   // the other coordinates have different units, so they are scaled to a diagonal of ones
@@ -229,8 +229,8 @@ std::vector<MatrixMass> matrix_masses(const Scene& scene, const Structure& struc
   return all;
 }
 
-// momenta T_s^T m_s y about the centre of mass of the structure   (THEORY 16.19); field moments of all parts
-// (THEORY 16.20)
+// The sums are the momenta T_s^T m_s y about the centre of mass of the structure (THEORY 16.19) and the field
+// moments of all parts (THEORY 16.20).
 MatrixSums matrix_sums(const Scene& scene, const Freedoms& freedoms, const Structure& structure) {
   MatrixSums sums;
   const std::vector<MatrixMass> all = matrix_masses(scene, structure, false);
