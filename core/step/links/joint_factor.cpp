@@ -5,7 +5,7 @@
 namespace freeflex {
 namespace {
 
-// [-] A pivot below this share of its diagonal entry is not used.
+// [-] A pivot below this share of its diagonal entry is not used: it may be a rounding error.
 constexpr double kSmallestPivot = 1e-10;
 
 std::int32_t slot_of(const PlanJoints& joints, const JointFactor& factor, std::int32_t a,
@@ -158,7 +158,7 @@ void factor_stiffness(const PlanJoints& joints, JointFactor& factor) noexcept {
       factor.inverse_pivots[k] = 0.0;
       continue;
     }
-    if (factor.inverse_pivots[k] < 0.0) factor.is_definite = false;
+    if (factor.inverse_pivots[k] < -kSmallestPivot * factor.diagonal[k]) factor.is_definite = false;
     const auto [first, last] = column_of(k);
     double below = 0.0;
     for (std::size_t i = first; i < last; ++i) below = std::max(below, magnitude(factor.lower[i]));
