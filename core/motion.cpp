@@ -61,9 +61,9 @@ std::string lost_shape_text(const Plan& plan, const StepReport& report, std::int
   std::string text = "in the step after tick " + std::to_string(tick) + " a joint";
   if (report.joint_point >= 0) text += " at point '" + plan.points[index(report.joint_point)].name + "'";
   return text +
-         " has no equilibrium, because a beam or plate there buckles or bends too far for one element, or a "
-         "massless point snaps to another shape; use smaller loads or more elements, or give mass to the "
-         "point";
+         " has no equilibrium: a massless point snaps to another shape or hardly resists its load, or a beam "
+         "or plate there buckles or bends too far for one element; use smaller loads or more elements, or "
+         "give mass to the point";
 }
 
 }  // namespace freeflex

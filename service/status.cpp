@@ -87,9 +87,9 @@ std::string fault_text(const Snapshot& snapshot) {
   if (fault.status == StepStatus::kNoEquilibrium)
     text = fmt::format(
         "in the step after tick {} the joint at point {} has no equilibrium, so the simulation holds at tick "
-        "{}; a "
-        "beam or plate there buckles or bends too far for one element, or a massless point snaps to another "
-        "shape: use smaller loads or more elements, or give mass to the point",
+        "{}; a massless point snaps to another shape or hardly resists its load, or a beam or plate there "
+        "buckles or bends too far for one element: use smaller loads or more elements, or give mass to the "
+        "point",
         fault.tick, fault.joint_point + 1, fault.tick);
   if (fault.status == StepStatus::kNoFrame)
     text = fmt::format(

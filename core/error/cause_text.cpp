@@ -245,9 +245,8 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
       return "integration: " + agent_text(plan, named) +
              " changes faster than the ticks resolve; raise the rate";
     case Cause::kAttractor:
-      return "model: only the gravity gradient is modelled, and the attractor is near, so the position error "
-             "may "
-             "exceed the estimate; check the position with another program";
+      return "model: the attractor is so near that the position error may exceed the estimate; check the "
+             "position with another program";
     case Cause::kRigid:
       return "model: the rung is rigid and neglects the deformation due to loads and spin; set a higher rung";
     case Cause::kUnknown:
