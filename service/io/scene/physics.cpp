@@ -1,8 +1,10 @@
 // Reports faults of physics together with faults of reading, so that the user sees all of them at once.
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <tuple>
 
+#include "core/scene/bodies.hpp"
 #include "core/scene/check/check_scene.hpp"
 #include "core/structure/structure.hpp"
 #include "service/io/scene/reader.hpp"
@@ -29,6 +31,20 @@ std::set<Place> find_items(const Scene& scene) {
   places.insert(place_of(scene.initial.origin));
   places.insert(place_of(scene.attractor.origin));
   return places;
+}
+
+// Returns a scene whose lumped masses of links are at their points, as in a scene that was read without a
+// fault. If a link with lumped mass has no valid mass or points, the scene is unchanged. check_physics() then
+// computes no masses.
+Scene with_lumped_masses(Scene scene) {
+  const auto is_known = [&](int point) { return point >= 0 && index(point) < scene.points.size(); };
+  const bool are_valid = std::ranges::all_of(scene.links, [&](const Link& link) {
+    return mass_distribution_of(link) != MassDistribution::kLumped || !has_mass(link) ||
+           (link.points.size() >= traits_of(link).least && std::ranges::all_of(link.points, is_known) &&
+            std::isfinite(mass_of(scene, link)));
+  });
+  if (are_valid) place_lumped_masses(scene);
+  return scene;
 }
 
 }  // namespace
@@ -58,7 +74,7 @@ void report_physics(const Scene& scene, const std::vector<Origin>& other_places,
                   [&](const PointMass& point) { return broken.contains(place_of(point.origin)); });
   if (has_broken_point) return report_num_points(scene, true, report);
   Faults found;
-  check_physics(scene, found);
+  check_physics(with_lumped_masses(scene), found);
   for (const Fault& fault : found)
     if (fault.severity == Fault::Severity::kError &&
         (fault.origin.line > 0 || report.is_setting(fault.origin.source)) &&
