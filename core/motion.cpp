@@ -48,6 +48,12 @@ std::string lost_shape_text(const Plan& plan, const StepReport& report, std::int
            "degrees) that the deformation no longer defines these axes; use smaller loads, or give mass off "
            "the "
            "line between the bodies to points that turn less";
+  if (report.status == StepStatus::kOpenJoint)
+    return "in the step after tick " + std::to_string(tick) + " the ball joint at point '" +
+           plan.points[index(report.joint_point)].name +
+           "', or one that hangs together with it, could not be closed, because its bodies have turned too "
+           "far "
+           "against the axes of the structure; end the run before, or use stiff bars in place of the joint";
   if (report.status == StepStatus::kTurnedTooFar)
     return "in the step after tick " + std::to_string(tick) + " the body at point '" +
            plan.points[index(report.joint_point)].name +

@@ -104,8 +104,8 @@ class Motion {
   bool verdict_uses_budget_;
 };
 
-/// Returns what to tell a user about a tick that failed with kNoEquilibrium, kNoFrame or
-/// kTurnedTooFar.  \param tick  the
+/// Returns what to tell a user about a tick that failed with kNoEquilibrium, kNoFrame,
+/// kTurnedTooFar or kOpenJoint.  \param tick  the
 /// last tick
 std::string lost_shape_text(const Plan& plan, const StepReport& report, std::int64_t tick);
 

@@ -99,6 +99,12 @@ std::string fault_text(const Snapshot& snapshot) {
         "them to "
         "points that turn less",
         fault.tick, fault.tick);
+  if (fault.status == StepStatus::kOpenJoint)
+    text = fmt::format(
+        "in the step after tick {} the ball joint at point {} could not be closed, so the simulation holds "
+        "at "
+        "tick {}; its bodies have turned too far against the axes of the structure",
+        fault.tick, fault.joint_point + 1, fault.tick);
   if (fault.status == StepStatus::kTurnedTooFar)
     text = fmt::format(
         "in the step after tick {} the body at point {} has turned too far against the axes "

@@ -23,6 +23,7 @@
 #include "core/step/rigid/principal.hpp"
 #include "core/step/vector.hpp"
 #include "core/structure/links/link_factor.hpp"
+#include "core/structure/masses/rigid_bodies.hpp"
 #include "core/structure/reduce.hpp"
 
 namespace freeflex {
@@ -97,10 +98,13 @@ Eigen::VectorXd decays(const Damping& damping, const Structure& structure) {
          0.5 * damping.beta * omega.square();
 }
 
-void compile_modes(const Structure& structure, const Eigen::VectorXd& decay, Plan& plan) {
+void compile_modes(const Scene& scene, const Structure& structure, const Eigen::VectorXd& decay, Plan& plan) {
   plan.num_elastic = static_cast<std::int32_t>(structure.omega.size());
   plan.num_moving = pad(plan.num_elastic);
-  plan.num_padded = plan.num_moving + pad(static_cast<std::int32_t>(structure.constraint_shapes.cols()));
+  auto num_others = static_cast<std::int32_t>(structure.constraint_shapes.cols());
+  // ball joints have their coordinates in the place of constraint shapes   (THEORY 12.123)
+  if (traits_of(plan.fidelity).has_true_geometry) num_others += 3 * num_ball_joints(scene, structure);
+  plan.num_padded = plan.num_moving + pad(num_others);
   plan.omega = padded(plan, structure.omega);
   plan.decay = padded(plan, decay);
   plan.frequency_accuracy = structure.frequency_accuracy;
@@ -308,6 +312,11 @@ void refuse_bodies(const Scene& scene, const Structure& structure, Fidelity rung
 }
 
 void compile_initial_joints(const Scene& scene, StepPlan& plan, Faults& faults) {
+  close_at_start(plan, plan.initial.q.data(), plan.initial.q_dot.data());
+  if (std::ranges::any_of(plan.initial.q, [](double value) { return !std::isfinite(value); }))
+    return add_error(faults, scene.initial.origin,
+                     "a ball joint between rigid links cannot be closed in the initial shape; use smaller "
+                     "initial displacements");
   plan.initial.joints = relaxed_joints(plan, plan.initial.q);
   const JointState& joints = plan.initial.joints;
   const auto is_lost = [](double value) { return !std::isfinite(value); };
@@ -346,7 +355,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   plan.has_rotation = spec.has_rotation;
   plan.scope = spec.scope;
   compile_body(scene, structure.mass_properties, plan);
-  compile_modes(structure, decays(scene.damping, whole)(spec.modes), plan);
+  compile_modes(scene, structure, decays(scene.damping, whole)(spec.modes), plan);
   if (spec.numbers_modes)
     for (const int mode : spec.modes) plan.mode_numbers.push_back(mode + 1);
   const AllShapes both(structure);

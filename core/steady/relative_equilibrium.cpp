@@ -90,6 +90,7 @@ RelativeEquilibria::RelativeEquilibria(const StepPlan& plan, std::optional<doubl
   double lowest = std::numeric_limits<double>::infinity();
   for (Index l = 0; l < n_; ++l)
     if (plan_.omega[index(l)] > 0.0) lowest = std::min(lowest, plan_.omega[index(l)]);
+  if (!(lowest < std::numeric_limits<double>::infinity())) lowest = 1.0;  // rigid bodies on joints alone
   scale_.resize(n_), step_.resize(n_);
   for (Index l = 0; l < n_; ++l) {
     scale_[l] = std::max(plan_.omega[index(l)], lowest);

@@ -69,7 +69,12 @@ std::int32_t body_of(const StepPlan& plan, int point) noexcept {
 
 /// Returns sum_l rows_l q_l''.
 Vec3 second_rates(const StepPlan& plan, const MotionState& state, const double* rows) noexcept {
-  return contract_motion(rows, plan, state.q.data(), state.q_dot.data(), state.Q.data()).V_ddot;
+  Vec3 sum = contract_motion(rows, plan, state.q.data(), state.q_dot.data(), state.Q.data()).V_ddot;
+  // coordinates of ball joints   (THEORY 12.123)
+  const std::size_t n = index(plan.num_padded);
+  for (std::size_t l = index(plan.num_moving); l < n; ++l)
+    sum = add_scaled(sum, state.Q[l] / plan.mass, {rows[l], rows[n + l], rows[2 * n + l]});
+  return sum;
 }
 
 /// A point at the arm d of a body has v = v_c + R (s x d) and a = a_c + R (s' x d + s x (s x d)). With

@@ -10,6 +10,7 @@
 #include "core/step/links/true_links.hpp"
 #include "core/step/loads/loads.hpp"
 #include "core/step/plan.hpp"
+#include "core/step/turning/ball_joints.hpp"
 #include "core/step/turning/spread.hpp"
 #include "core/step/turning/turning.hpp"
 
@@ -141,6 +142,7 @@ struct CoupledWorkspace {
   std::vector<TurningMotion> bodies;
   Mat3 frame{};  // [kg m^2] factor of alpha in (THEORY 12.87) at the last evaluation
   SpreadWorkspace spread;
+  BallJoints ball_joints;
   std::int32_t turned_body = -1;  // body that made the last step fail with StepStatus::kTurnedTooFar
   bool has_no_frame = false;      // true: the last step failed with StepStatus::kNoFrame
   std::vector<Vec3> x;            // [m] (num_points + num_particles) present positions, for torques on groups

@@ -252,7 +252,11 @@ void step_in(const StepPlan& plan, State& state, const Inputs& inputs, Workspace
                                          : advance_separated(step_loads, state, is_changed, workspace);
   if (!result.is_finite) {
     report = {.status = StepStatus::kNotFinite};
-    if (is_coupled(plan) && workspace.coupled.turned_body >= 0) {
+    const BallJoints* ball_joints = is_coupled(plan) ? &workspace.coupled.ball_joints : nullptr;
+    if (ball_joints != nullptr && ball_joints->is_open) {
+      report.status = StepStatus::kOpenJoint;
+      report.joint_point = ball_joints->all[index(ball_joints->widest)].point;
+    } else if (is_coupled(plan) && workspace.coupled.turned_body >= 0) {
       const PlanTurning& turning = plan.coupled.turning;
       const PlanTurningBody& body = turning.bodies[index(workspace.coupled.turned_body)];
       report.status = StepStatus::kTurnedTooFar;

@@ -35,12 +35,14 @@ enum class StepStatus : std::int32_t {
   // a body has turned against the frame by more than its rotation vector can hold, so the state is unchanged
   // (THEORY 12.86)
   kTurnedTooFar = 4,
+  // a ball joint between rigid bodies could not be closed, so the state is unchanged (THEORY 12.124)
+  kOpenJoint = 5,
 };
 
 struct StepReport {
   StepStatus status = StepStatus::kOk;
   // kNoEquilibrium: point of the joint that rotated most in the last attempt; kTurnedTooFar: first point of
-  // the body
+  // the body; kOpenJoint: point of a ball joint
   std::int32_t joint_point = -1;
   std::int32_t num_expiries = 0;
   std::array<Expiry, kMaxSlots> expiries{};

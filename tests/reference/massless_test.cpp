@@ -260,8 +260,9 @@ TEST(Rods, BodiesWithoutInertiaThatWouldNeedItAreRefused) {
   EXPECT_NE(thin.find("give it inertia about this axis"), std::string::npos) << thin;
 }
 
-// Two rigid bodies that share a point, and the remedy of the refusal: bars from this point to three points of
-// one body. The distance from the reference with the ball joint is proportional to their flexibility.
+// Two rigid bodies that share a point, and the joint in place of which stand stiff bars: bars from this point
+// to three points of one body. The distance from the reference with the ball joint is proportional to their
+// flexibility.
 TEST(BallJoints, StiffBarsReplaceThem) {
   const auto scene_of = [](double EA) {
     Scene scene;
@@ -277,10 +278,6 @@ TEST(BallJoints, StiffBarsReplaceThem) {
     scene.initial.angular_velocity = {0.3, 1.0, 2.0};
     return scene;
   };
-  Faults faults;
-  EXPECT_FALSE(make_full_plan(scene_of(0.0), build(scene_of(0.0)), Fidelity::kFull, faults).has_value());
-  EXPECT_NE(faults.back().message.find("share point 'p3', a ball joint"), std::string::npos)
-      << faults.back().message;
   ReferenceOptions options;
   options.tolerance = 1e-10;
   const double times[] = {0.6};

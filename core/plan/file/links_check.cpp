@@ -187,8 +187,9 @@ class LinksCheck {
       next += index(body.count);
       if (next > turning_.points.size()) return false;
       for (std::size_t k = next - index(body.count); k < next; ++k)
-        if (!is_point(turning_.points[k]) ||
-            turning_.of_points[index(turning_.points[k])] != static_cast<std::int32_t>(b))
+        // a ball joint is in the lists of its bodies, and belongs to the first
+        if (!is_point(turning_.points[k]) || turning_.of_points[index(turning_.points[k])] < 0 ||
+            turning_.of_points[index(turning_.points[k])] > static_cast<std::int32_t>(b))
           return false;
     }
     return next == turning_.points.size();

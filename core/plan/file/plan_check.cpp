@@ -51,12 +51,15 @@ class PlanCheck {
   void require(bool holds, const std::string& what) {
     if (!holds && error_.empty()) error_ = what;
   }
-  // Requires one finite value for each mode, and zero in the padding.
-  void require_modal(const Array& values, const std::string& what) {
+  // Requires one finite value for each mode, and zero in the padding. The coordinates of ball joints have
+  // values in the place of constraint shapes   (THEORY 12.123).
+  void require_modal(const Array& values, const std::string& what, bool may_have_joints = false) {
     require(values.size() == num_padded(), what + " does not have one value for each mode");
     require(are_finite(values), what + " is not finite");
     if (!error_.empty()) return;
-    require(std::all_of(values.begin() + plan_.num_elastic, values.end(), [](double v) { return v == 0.0; }),
+    const bool has_joints = may_have_joints && !plan_.coupled.turning.bodies.empty();
+    const auto end = has_joints ? values.begin() + plan_.num_moving : values.end();
+    require(std::all_of(values.begin() + plan_.num_elastic, end, [](double v) { return v == 0.0; }),
             what + " is not zero in the padding");
   }
   // Requires finite rows of num_padded values each.
@@ -374,8 +377,8 @@ void PlanCheck::check_initial() {
   double norm2 = 0.0;
   for (const double component : initial.q_WB) norm2 += component * component;
   require(std::abs(norm2 - 1.0) < 1e-12, "the initial attitude is not a unit quaternion");
-  require_modal(initial.q, "the initial q");
-  require_modal(initial.q_dot, "the initial q_dot");
+  require_modal(initial.q, "the initial q", true);
+  require_modal(initial.q_dot, "the initial q_dot", true);
 }
 
 void PlanCheck::check_scope() {

@@ -8,6 +8,7 @@
 #include "core/plan/file/plan_check.hpp"
 #include "core/plan/rungs/rungs.hpp"
 #include "core/step/massless/massless.hpp"
+#include "core/step/turning/ball_joints.hpp"
 #include "core/step/turning/turning.hpp"
 
 namespace freeflex {
@@ -67,7 +68,8 @@ std::string find_in_kinetics(const StepPlan& plan) {
     return "the kinetic energy is of an unknown form";
   const auto num_points = static_cast<std::int64_t>(plan.points.size());
   const PlanTurning& turning = plan.coupled.turning;
-  const auto num_in_bodies = static_cast<std::int64_t>(turning.points.size());
+  const std::size_t num_joints = find_ball_joints(plan).size();
+  const auto num_in_bodies = static_cast<std::int64_t>(turning.points.size() - num_joints);
   std::int64_t num_massless = 0;
   for (std::size_t i = 0; i < plan.points.size(); ++i) num_massless += is_massless(plan, i) ? 1 : 0;
   std::int64_t num_freedoms = 3 * (num_points - num_in_bodies - num_massless), least = num_freedoms;
@@ -76,11 +78,13 @@ std::string find_in_kinetics(const StepPlan& plan) {
     num_freedoms += has_points(plan, body) && !is_zero(line_of(plan, body)) ? 5 : 6;
     least += 3;
   }
+  num_freedoms -= 3 * static_cast<std::int64_t>(num_joints);
   const std::int64_t num_modes = std::int64_t{plan.num_elastic} + plan.rigid_freedoms;
   const bool is_spread = kinetics.form == Form::kSpread;
   // mass matrices have inner coordinates, and ends without inertia about an axis
   const bool has_all_modes =
-      (is_spread ? num_modes >= least : num_modes == num_freedoms) && plan.num_padded == plan.num_moving;
+      (is_spread ? num_modes >= least : num_modes == num_freedoms) &&
+      plan.num_padded == plan.num_moving + pad(static_cast<std::int32_t>(3 * num_joints));
   if ((is_complete(kinetics) || is_spread) && !has_all_modes)
     return "the kinetic energy has the form for a complete set of modes, but the set is not complete, or the "
            "plan has constraint shapes";

@@ -234,6 +234,8 @@ Start begin_step(const StepPlan& plan, const MotionState& state, CoupledWorkspac
     start = {w.start_q.data(), w.start_p.data()};
   }
   w.stage_joints = state.coupled.joints;
+  w.ball_joints.is_open = false;
+  if (!w.ball_joints.empty()) w.ball_joints.q = state.q;
   begin_joints(w.joints);
   begin_strain_damping(w);
   w.curve.slow_q = state.coupled.slow_q;
@@ -330,6 +332,7 @@ void set_momenta(const StepPlan& plan, const Vec3& w_B, MotionState& state) noex
     add_wheel_momenta(plan, state.wheel_momentum, state.q.data(), -1.0, coupled.momentum.data());
   }
   // Constraint shapes come after the modes in the arrays, and they do not move.
+  // So do the coordinates of ball joints, whose momenta follow from the others.
   std::fill(coupled.momentum.begin() + plan.num_moving, coupled.momentum.end(), 0.0);
   state.H_W = multiply(rotation_matrix(state.q_WB), H);
   state.H_W_low = {};
@@ -354,6 +357,7 @@ void set_coupled_motion(const StepPlan& plan, const Vec3& w_B, MotionState& stat
   // of the last one
   constexpr int kPasses = 8;
   Vec3 stiffened{};
+  close_at_start(plan, state.q.data(), state.q_dot.data());
   for (int pass = 0; pass < kPasses; ++pass) {
     set_momenta(plan, sub(w_B, stiffened), state);
     if (plan.field_stiffening.modes.empty()) break;
@@ -390,6 +394,7 @@ bool advance_coupled_rung(const StepLoads& step_loads, const MotionState& state,
   StageRate end{w.next.rate_q.data(), w.next.rate_p.data(), workspace.Q_left.data()};
   end.q_ddot = w.next.q_ddot.data();
   evaluate(step_loads, result, workspace, end);
+  if (!w.ball_joints.empty()) workspace.next_q = w.ball_joints.q, w.next.momentum = w.ball_joints.p;
   for (std::size_t l = 0; l < index(plan.num_padded); ++l)
     workspace.next_q_dot[l] = w.next.momentum[l] + w.next.rate_q[l];
   const bool is_true = traits_of(plan.fidelity).has_true_geometry;

@@ -304,6 +304,11 @@ void relax_links(const StepPlan& plan, const double* q, CoupledWorkspace& w) noe
   for (std::size_t b = 0; b < w.bodies.size(); ++b) {
     w.joints.R[index(links.joints.num_joints) + b] = w.bodies[b].R;
     w.joints.body_theta[b] = w.bodies[b].theta;
+    // that of the linear structure, to which coordinates of ball joints do not belong   (THEORY 12.123)
+    const double* rows = plan.coupled.turning.bodies[b].rows.data() + 3 * index(plan.num_padded);
+    for (std::size_t l = index(plan.num_moving); l < index(plan.num_padded); ++l)
+      for (std::size_t a = 0; a < 3; ++a)
+        w.joints.body_theta[b][a] -= rows[a * index(plan.num_padded) + l] * q[l];
   }
   w.last_turn = relax_joints(links, plan.coupled.bars, w.rest, index(plan.num_padded), q, w.V, w.stage_joints,
                              w.joints);

@@ -25,6 +25,7 @@ CoupledWorkspace make_workspace_without_probe(const StepPlan& plan) {
   w.bodies.resize(plan.coupled.turning.bodies.size());
   w.joints = make_joint_workspace(links, w.bodies.size(), make_massless_points(plan));
   w.next.massless = make_massless_motion(plan);
+  w.ball_joints = make_ball_joints(plan);
   for (auto* v : {&w.linear_V, &w.linear})
     v->resize(traits_of(plan.fidelity).has_true_geometry ? plan.points.size() : 0);
   w.x.resize(traits_of(plan.fidelity).has_true_geometry ? w.force.size() : 0);

@@ -222,6 +222,17 @@ void add_true_bars(const StepPlan& plan, const Vec3& w_B, CoupledWorkspace& w) n
   }
 }
 
+/// Adds sum r x F over points and bodies, and the torques on bodies. \pre w.drift has the forces on points
+void add_balance(const StepPlan& plan, const CoupledWorkspace& w, StageRate& rate) noexcept {
+  for (std::size_t i = 0; i < plan.points.size(); ++i)
+    rate.balance_B = add(rate.balance_B, cross(plan.points[i].r, w.drift[i]));
+  for (std::size_t b = 0; b < w.bodies.size(); ++b) {
+    const Vec3& centre = plan.coupled.turning.bodies[b].centre;
+    const Vec3 torque = sub(w.bodies[b].torque, w.bodies[b].linear_torque);
+    rate.balance_B = add(rate.balance_B, add(cross(centre, w.bodies[b].force), torque));
+  }
+}
+
 /// Sets the rates from the forces beyond the linear links   (THEORY 12.91, 12.92).
 void set_rates(const StepPlan& plan, CoupledWorkspace& w, StageRate& rate) noexcept {
   const std::size_t n = index(plan.num_padded);
@@ -237,6 +248,8 @@ void set_rates(const StepPlan& plan, CoupledWorkspace& w, StageRate& rate) noexc
     w.force[i] = add_scaled(scale(inverse_mass, sub(w.force[i], w.linear[i])), share, cross(w.W[i], w_B));
   }
   project_points(plan, w.drift, w.force, rate.rate_q, rate.rate_p);
+  // ball joints are on bodies alone
+  for (double* each : {rate.rate_q, rate.rate_p}) std::fill(each + plan.num_moving, each + n, 0.0);
   for (std::size_t b = 0; b < w.bodies.size(); ++b) {
     const PlanTurningBody& body = plan.coupled.turning.bodies[b];
     const TurningMotion& at = w.bodies[b];
@@ -294,6 +307,7 @@ void sum_body_forces(const StepPlan& plan, CoupledWorkspace& w) noexcept {
     Vec3 linear_torque = w.joints.linear_on_body[b];
     for (std::int32_t k = body.first; k < body.first + body.count; ++k) {
       const std::size_t i = index(turning.points[index(k)]);
+      if (index(turning.of_points[i]) != b) continue;  // a ball joint, whose point is on another body
       const Vec3 arm = sub(plan.points[i].r, body.centre);
       at.force = add(at.force, sub(w.force[i], w.linear[i]));
       at.torque = add(at.torque, cross(multiply(at.R, arm), w.force[i]));
@@ -313,11 +327,14 @@ void add_body_forces(const StepPlan& plan, const CoupledWorkspace& w, double* Q)
   }
 }
 
-void evaluate_turning(const StepLoads& step_loads, const StageState& stage, Workspace& workspace,
+void evaluate_turning(const StepLoads& step_loads, const StageState& given, Workspace& workspace,
                       StageRate& rate) noexcept {
   const StepPlan& plan = step_loads.plan;
   CoupledWorkspace& w = workspace.coupled;
   const std::size_t n = index(plan.num_padded);
+  const bool has_ball_joints = !w.ball_joints.empty();
+  StageState stage = given;
+  if (has_ball_joints) close_joints(plan, stage, w);
   contract_points(plan, stage.q, stage.p, w.V, w.W);
   std::copy(w.V.begin(), w.V.end(), w.linear_V.begin());
   place_bodies(plan, stage.q, w.V, w.bodies);
@@ -334,6 +351,10 @@ void evaluate_turning(const StepLoads& step_loads, const StageState& stage, Work
   } else {
     Vec3 alpha;
     rate.w_B = frame_velocity(plan, stage.H_B, w, alpha);
+    if (has_ball_joints) {
+      add_joint_momenta(plan, alpha, w);
+      rate.w_B = frame_velocity(plan, stage.H_B, w, alpha);
+    }
     set_velocities(plan, alpha, w);
   }
   load_massless(step_loads, stage, w);
@@ -366,19 +387,15 @@ void evaluate_turning(const StepLoads& step_loads, const StageState& stage, Work
       w.drift[i] = is_free(plan, i) ? sub(w.force[i], w.linear[i]) : Vec3{};
     project_points(plan, w.drift, w.drift, rate.Q, rate.rate_p);
     add_body_forces(plan, w, rate.Q);
-    for (std::size_t i = 0; i < plan.points.size(); ++i)
-      rate.balance_B = add(rate.balance_B, cross(plan.points[i].r, w.drift[i]));
-    for (std::size_t b = 0; b < w.bodies.size(); ++b) {
-      const Vec3& centre = plan.coupled.turning.bodies[b].centre;
-      const Vec3 torque = sub(w.bodies[b].torque, w.bodies[b].linear_torque);
-      rate.balance_B = add(rate.balance_B, add(cross(centre, w.bodies[b].force), torque));
-    }
+    add_balance(plan, w, rate);
   }
   set_rates(plan, w, rate);
+  if (has_ball_joints) std::copy_n(rate.rate_p, n, w.ball_joints.field_rate.begin());
   add_link_moments(plan, w, rate);
   if (rate.rate_q_dot != nullptr) set_drift_rate_of_bodies(plan, stage, w, rate);
   add_modal_loads(step_loads, stage, workspace, rate);
   add_strain_damping(plan, stage, w, rate);
+  if (has_ball_joints) add_joint_forces(plan, stage, w, rate);
 }
 
 }  // namespace freeflex

@@ -81,6 +81,9 @@ inline bool is_rod(const PlanTurningBody& body, const Vec3& along) noexcept {
 /// Returns the unit vector along a rod, or zero for other bodies.
 Vec3 line_of(const StepPlan& plan, const PlanTurningBody& body) noexcept;
 
+/// Sets the displacement and the rotation of a body at coordinates q.
+void place_body(const StepPlan& plan, const PlanTurningBody& body, const double* q,
+                TurningMotion& at) noexcept;
 /// Sets the displacements and rotations of the bodies at coordinates q, and the displacements of their
 /// points:
 ///   V_i = V_c + (R - 1) d_i   (THEORY 12.85).

@@ -6,9 +6,9 @@
 #include "core/step/turning/turning.hpp"
 
 namespace freeflex {
-namespace {
 
-void place(const StepPlan& plan, const PlanTurningBody& body, const double* q, TurningMotion& at) noexcept {
+void place_body(const StepPlan& plan, const PlanTurningBody& body, const double* q,
+                TurningMotion& at) noexcept {
   const std::size_t n = index(plan.num_padded);
   at.V = contract_rows(body.rows.data(), q, n);
   at.theta = contract_rows(body.rows.data() + 3 * n, q, n);
@@ -18,6 +18,8 @@ void place(const StepPlan& plan, const PlanTurningBody& body, const double* q, T
   at.line = line_of(plan, body);
   if (!is_zero(at.line)) at.roll_rate = dot(at.line, rate_with_roll(at, at.line));
 }
+
+namespace {
 
 /// Sets v and s from q'.
 void set_velocity(const StepPlan& plan, const PlanTurningBody& body, const double* q_dot, const Vec3& w,
@@ -69,7 +71,7 @@ bool has_frame(const StepPlan& plan, const Mat3& A) noexcept {
 TurningMotion read_turning(const StepPlan& plan, const PlanTurningBody& body, const double* q,
                            const double* q_dot, const Vec3& w) noexcept {
   TurningMotion at;
-  place(plan, body, q, at);
+  place_body(plan, body, q, at);
   set_velocity(plan, body, q_dot, w, at);
   return at;
 }
@@ -80,9 +82,10 @@ void place_bodies(const StepPlan& plan, const double* q, std::span<Vec3> V,
   for (std::size_t b = 0; b < turning.bodies.size(); ++b) {
     const PlanTurningBody& body = turning.bodies[b];
     TurningMotion& at = bodies[b];
-    place(plan, body, q, at);
+    place_body(plan, body, q, at);
     for (std::int32_t k = body.first; k < body.first + body.count; ++k) {
       const std::size_t i = index(turning.points[index(k)]);
+      if (index(turning.of_points[i]) != b) continue;  // a ball joint, whose point is on another body
       V[i] = sub(position_on_body(body, at, plan.points[i].r), plan.points[i].r);
     }
   }
@@ -122,7 +125,7 @@ Vec3 wheel_momentum_in_frame(const StepPlan& plan, std::span<const double> momen
     const PlanWheel& wheel = plan.wheels[k];
     const PlanTurning& turning = plan.coupled.turning;
     TurningMotion at;
-    place(plan, turning.bodies[index(turning.of_attitudes[index(wheel.attitude_index)])], q, at);
+    place_body(plan, turning.bodies[index(turning.of_attitudes[index(wheel.attitude_index)])], q, at);
     sum = add_scaled(sum, momentum[k], multiply(at.R, wheel.axis));
   }
   return sum;

@@ -27,50 +27,80 @@ bool turns_with(const ResolvedScene& resolved, std::size_t point) {
 }
 
 // Sets of points that turn as one body. Points with an attitude are sets of their own until a rigid link
-// joins them to others.
+// joins them to others. A point without attitude that rigid links of several sets share is a ball joint, and
+// belongs to each of them   (THEORY 12.123).
 class Sets {
  public:
-  Sets(const Scene& scene, const ResolvedScene& resolved, Faults& faults) : parent_(scene.points.size()) {
+  Sets(const Scene& scene, const ResolvedScene& resolved, Faults& faults)
+      : parent_(scene.points.size() + scene.links.size()), links_of_(scene.points.size()) {
     std::iota(parent_.begin(), parent_.end(), 0);
-    std::vector<int> link_of(scene.points.size(), -1);
+    const int num_points = static_cast<int>(scene.points.size());
+    for (int k = 0; k < static_cast<int>(scene.links.size()); ++k)
+      if (is_rigid(scene.links[index(k)]))
+        for (const int point : scene.links[index(k)].points) links_of_[index(point)].push_back(k);
     for (int k = 0; k < static_cast<int>(scene.links.size()); ++k) {
       const Link& link = scene.links[index(k)];
       if (!is_rigid(link)) continue;
-      for (const int point : link.points) {
-        int& other = link_of[index(point)];
-        if (other >= 0 && !resolved.has_attitude[index(point)]) {
-          add_error(
-              faults, link.origin,
-              join_text("rigid links ", called(scene.links[index(other)], other), " and ", called(link, k),
-                        " share point ", quoted(scene.points[index(point)].name, point),
-                        ", a ball joint about which both may turn, which this fidelity does not support; ",
-                        std::min(link.points.size(), scene.links[index(other)].points.size()) == 2
-                            ? "use a stiff bar in place of the rigid link of two points"
-                            : "leave the point out of one link and tie it to three other points of that link "
-                              "by stiff bars",
-                        ", give the point inertia, which joins the links to one body, or set fidelity: "
-                        "coupled or a lower rung"));
-          return;
-        }
-        other = k;
-        parent_[index(root(point))] = root(link.points.front());
-      }
-      rigid_.push_back(k);
+      // a link whose points are all joints has a set without a point of its own
+      const auto is_own = [&](int point) { return !may_be_joint(resolved, point); };
+      const auto own = std::ranges::find_if(link.points, is_own);
+      const int first = own == link.points.end() ? num_points + k : *own;
+      parent_[index(root(num_points + k))] = root(first);
+      for (const int point : link.points)
+        if (is_own(point)) parent_[index(root(point))] = root(first);
     }
-    for (std::size_t i = 0; i < scene.points.size(); ++i)
-      if (turns_with(resolved, i) || link_of[i] >= 0)
-        sets_[root(static_cast<int>(i))].push_back(static_cast<int>(i));
+    for (int i = 0; i < num_points; ++i) add_point(scene, resolved, i, num_points, faults);
   }
 
   const std::map<int, std::vector<int>>& all() const { return sets_; }
+  // Returns the number of sets that a point belongs to.
+  int count(int point) const {
+    if (links_of_[index(point)].size() < 2) return 1;
+    int count = 0;
+    for (const auto& [root, points] : sets_) count += std::ranges::binary_search(points, point) ? 1 : 0;
+    return count;
+  }
 
  private:
+  bool may_be_joint(const ResolvedScene& resolved, int point) const {
+    return links_of_[index(point)].size() > 1 && !resolved.has_attitude[index(point)];
+  }
+  void add_point(const Scene& scene, const ResolvedScene& resolved, int point, int num_points,
+                 Faults& faults) {
+    if (!may_be_joint(resolved, point)) {
+      if (turns_with(resolved, index(point)) || !links_of_[index(point)].empty())
+        sets_[root(point)].push_back(point);
+      return;
+    }
+    std::vector<int> roots;
+    for (const int k : links_of_[index(point)])
+      if (std::ranges::find(roots, root(num_points + k)) == roots.end())
+        roots.push_back(root(num_points + k));
+    for (const int each : roots) sets_[each].push_back(point);
+    if (roots.size() > 1 && (resolved.have_links_mass() || resolved.has_rotary_mass[index(point)]))
+      refuse(scene, point,
+             "which cannot be combined with mass matrices or links that have spread mass; "
+             "add lumped: true to these links",
+             faults);
+    if (roots.size() > 1 && !scene.feedbacks.empty())
+      refuse(scene, point, "which cannot be combined with feedback; take the feedback out", faults);
+  }
+  void refuse(const Scene& scene, int point, const std::string& cause, Faults& faults) const {
+    const std::vector<int>& links = links_of_[index(point)];
+    const Link &one = scene.links[index(links[0])], &other = scene.links[index(links[1])];
+    add_error(
+        faults, other.origin,
+        join_text("rigid links ", called(one, links[0]), " and ", called(other, links[1]), " share point ",
+                  quoted(scene.points[index(point)].name, point), ", a ball joint, ", cause,
+                  ", give the point inertia, which joins the links to one body, or set fidelity: "
+                  "coupled or a lower rung"));
+  }
   int root(int i) const {
     while (parent_[index(i)] != i) i = parent_[index(i)];
     return i;
   }
   std::vector<int> parent_;
-  std::vector<int> rigid_;
+  std::vector<std::vector<int>> links_of_;  // rigid links of each point
   std::map<int, std::vector<int>> sets_;
 };
 
@@ -141,12 +171,14 @@ void refuse_rod_at_end(const Scene& scene, const Structure& structure, const std
 }
 
 // Returns the body of a set of points.
-RigidBody body_of(const Scene& scene, const Structure& structure, const std::vector<int>& points,
-                  Faults& faults) {
+RigidBody body_of(const Scene& scene, const Structure& structure, const Sets& sets,
+                  const std::vector<int>& points, Faults& faults) {
   std::vector<PointMass> parts = matrices_on(scene, structure, points);
   for (const int point : points) {
     parts.push_back(scene.points[index(point)]);
     parts.back().offset = structure.mass_properties.centres.col(point);
+    // the bodies of a ball joint share its mass
+    if (const int count = sets.count(point); count > 1) parts.back().mass /= count;
   }
   RigidBody body;
   body.points = points;
@@ -191,11 +223,36 @@ RigidBody body_of(const Scene& scene, const Structure& structure, const std::vec
 
 }  // namespace
 
+int num_ball_joints(const Scene& scene, const Structure& structure) {
+  Faults faults;
+  const Sets sets(scene, structure.resolved, faults);
+  int count = 0;
+  for (int point = 0; point < static_cast<int>(scene.points.size()); ++point)
+    count += std::max(0, sets.count(point) - 1);
+  return count;
+}
+
 std::vector<RigidBody> rigid_bodies(const Scene& scene, const Structure& structure, Faults& faults) {
   std::vector<RigidBody> bodies;
   const Sets sets(scene, structure.resolved, faults);
   if (has_error(faults)) return bodies;
-  for (const auto& [root, points] : sets.all()) bodies.push_back(body_of(scene, structure, points, faults));
+  for (const auto& [root, points] : sets.all())
+    bodies.push_back(body_of(scene, structure, sets, points, faults));
+  if (has_error(faults)) return bodies;
+  // a beam or plate at a ball joint is turned by a body, but it would be open by which
+  const Freedoms freedoms(scene);
+  for (const RigidBody& body : bodies)
+    for (const int point : body.points)
+      if (sets.count(point) > 1 && freedoms.has_joint(point) && body.line.isZero(0.0)) {
+        add_error(
+            faults, scene.points[index(point)].origin,
+            join_text("point ", quoted(scene.points[index(point)].name, point),
+                      " is a ball joint of rigid links and turns a beam or plate, which this fidelity does "
+                      "not support; join the beam or plate to another point of the link that shall turn "
+                      "it, give the point inertia, which joins the links to one body, or set fidelity: "
+                      "coupled or a lower rung"));
+        return bodies;
+      }
   return bodies;
 }
 
