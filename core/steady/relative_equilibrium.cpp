@@ -42,10 +42,9 @@ constexpr double kMaybeFree = 1e-6;
 constexpr double kMostTilt = 10.0;  // [deg] between the axis that was asked for and the one that was found
 // [rad] A moment is not balanced if it turns the body by more than this within 1 rad of the lowest mode.
 constexpr double kUnbalanced = 1e-6;
-// [-] A rate is a rounding error of zero if it is below both the first share of the lowest frequency and the
-// second share of the faster of the spin and the turning by loads. Without spin and turning the first counts
-// alone. A double eigenvalue of zero, that of a free axis, has the square root of the rounding error of the
-// rates.
+// [-] A rate is a rounding error of zero if it is below the first share of the lowest frequency and the
+// second share of the faster of the spin and the turning by loads, if there are any. A double eigenvalue of
+// zero, that of a free axis, has the square root of the rounding error of the rates.
 constexpr double kZeroRate = 1e-5, kZeroOfBody = 1e-4;
 // [-] moments below this share of the loads times the size are rounding errors
 constexpr double kZeroMoment = 1e-9;

@@ -108,7 +108,7 @@ std::vector<TurningMotion> bodies_at_rest(const StepPlan& plan) {
   return bodies;
 }
 
-void place_at(const StepPlan& plan, const double* q, std::span<TurningMotion> bodies) noexcept {
+void set_places(const StepPlan& plan, const double* q, std::span<TurningMotion> bodies) noexcept {
   for (std::size_t b = 0; b < bodies.size(); ++b)
     place_body(plan, plan.coupled.turning.bodies[b], q, bodies[b]);
 }
@@ -123,7 +123,7 @@ double set_gaps(const StepPlan& plan, std::span<const TurningMotion> bodies, Bal
 bool close_all(const StepPlan& plan, double* q, std::span<TurningMotion> bodies, BallJoints& s) noexcept {
   double last = std::numeric_limits<double>::infinity();
   for (int k = 0; k <= kMostClosings; ++k) {
-    place_at(plan, q, bodies);
+    set_places(plan, q, bodies);
     const double gap = set_gaps(plan, bodies, s);
     if (gap <= kClosed * s.size || (gap <= kMostGap * s.size && gap >= 0.5 * last)) return true;
     if (!(gap < std::numeric_limits<double>::infinity()) || !factor_gaps(plan, bodies, s)) return false;
@@ -265,7 +265,7 @@ void close_at_start(const StepPlan& plan, double* q, double* q_dot) {
   if (s.empty()) return;
   const std::size_t n = index(plan.num_padded), moving = index(plan.num_moving);
   std::vector<TurningMotion> bodies(plan.coupled.turning.bodies.size());
-  place_at(plan, q, bodies);
+  set_places(plan, q, bodies);
   const bool is_closed = set_gaps(plan, bodies, s) <= kAtStart * s.size || close_all(plan, q, bodies, s);
   if (!is_closed || !factor_gaps(plan, bodies, s)) return set_not_a_number(q + moving, q + n);
   std::fill(q_dot + moving, q_dot + n, 0.0);

@@ -351,10 +351,8 @@ void evaluate_turning(const StepLoads& step_loads, const StageState& given, Work
   } else {
     Vec3 alpha;
     rate.w_B = frame_velocity(plan, stage.H_B, w, alpha);
-    if (has_ball_joints) {
-      add_joint_momenta(plan, alpha, w);
-      rate.w_B = frame_velocity(plan, stage.H_B, w, alpha);
-    }
+    if (has_ball_joints)
+      add_joint_momenta(plan, alpha, w), rate.w_B = frame_velocity(plan, stage.H_B, w, alpha);
     set_velocities(plan, alpha, w);
   }
   load_massless(step_loads, stage, w);
