@@ -30,6 +30,8 @@ class CommandLoads {
   void update(const State& state) noexcept;
   /// Returns the result of set_arms [N m per m] (num_armed x kArmSize).
   const Array& arms() const noexcept { return arms_; }
+  /// Returns the sums of the active commands.
+  const LoadSums& sums() const noexcept { return sums_; }
   /// Returns the result of size_of_forces [N].
   double size() const noexcept { return size_; }
 

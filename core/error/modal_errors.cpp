@@ -6,6 +6,7 @@
 
 #include "core/error/validity.hpp"
 #include "core/step/loads/history.hpp"
+#include "core/step/loads/loads.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 
@@ -69,6 +70,7 @@ ModalErrors::ModalErrors(const StepPlan& plan, const PlanUnmodelled& unmodelled)
     if (count > 0) stiffeners_.push_back({&history, first, 0.0});
     first += count * unmodelled.pairs.size();
   }
+  command_stiffeners_.reserve(plan.command_stiffening.components.size());
   for (const PlanPoint& point : plan.points) size_of_body_ = std::max(size_of_body_, norm(point.r));
   const std::size_t num_pairs = unmodelled.pairs.size();
   for (std::size_t l = 0; l < num_judged; ++l) {
@@ -181,8 +183,7 @@ void ModalErrors::take(const State& state) noexcept {
     // Q contains no loads before the first step
     const std::int64_t age = state.tick - state.epoch_start_tick;
     R_WB_ = rotation_matrix(state.q_WB);
-    for (Stiffener& each : stiffeners_)
-      each.amplitude = age == 0 ? 0.0 : amplitude_left(*each.history, plan_.period, age);
+    update_stiffeners(state, age);
     // rms over the mass, because a force on one light point gives a large acceleration to that point alone
     const double pull = std::max(std::sqrt(loads), internal_forces(state, age)) + norm(state.force_W),
                  acceleration = pull / plan_.mass;
@@ -232,6 +233,30 @@ double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
   // the plan already includes the stiffness due to its loads, to first order and for the lowest modes
   // (THEORY X145)
   for (const Stiffener& each : stiffeners_) sum -= each.amplitude * stiffened(each, pair);
+  return sum - stiffened_by_commands(pair);
+}
+
+/// Sets the coefficients of the stiffness that the plan has from loads. No load has acted at age 0.
+void ModalErrors::update_stiffeners(const State& state, std::int64_t age) noexcept {
+  for (Stiffener& each : stiffeners_)
+    each.amplitude = age == 0 ? 0.0 : amplitude_left(*each.history, plan_.period, age);
+  command_stiffeners_.clear();
+  const std::vector<std::int32_t>& commands = plan_.command_stiffening.components;
+  if (state.num_slots == 0 || age == 0 || commands.empty()) return;
+  const CommandComponents components(plan_);
+  std::size_t first = unmodelled_.stiffened_rows.size() - commands.size() * unmodelled_.pairs.size();
+  for (const std::int32_t component : commands) {
+    const double c = command_coefficient(components, commands_.sums(), R_WB_, index(component));
+    if (c != 0.0) command_stiffeners_.push_back({first, c});
+    first += unmodelled_.pairs.size();
+  }
+}
+
+/// Returns the stiffness of a pair of modes that the plan has from the commands that act [N/m].
+double ModalErrors::stiffened_by_commands(std::size_t pair) const noexcept {
+  double sum = 0.0;
+  for (const CommandStiffener& each : command_stiffeners_)
+    sum += each.coefficient * unmodelled_.stiffened_rows[each.first + pair];
   return sum;
 }
 
@@ -242,7 +267,7 @@ double ModalErrors::stiffened(const Stiffener& stiffener, std::size_t pair) cons
   if (components.size() == 1) return *at;
   double sum = 0.0;  // a load in world axes
   for (const std::int32_t component : components) {
-    sum += R_WB_[index(component)] * *at;
+    sum += (component == PlanStiffening::kMotors ? 1.0 : R_WB_[index(component)]) * *at;
     at += unmodelled_.pairs.size();
   }
   return sum;
@@ -564,6 +589,11 @@ double ModalErrors::stiffened_by(const JudgedMode& named, const PlanHistory& his
   for (const Stiffener& each : stiffeners_)
     if (each.history == &history && l < modes_.size()) return stiffened(each, l);
   return 0.0;
+}
+
+double ModalErrors::stiffened_by_commands(const JudgedMode& named) const noexcept {
+  const std::size_t l = named.mode < 0 || named.is_left_out ? modes_.size() : judged_index(named.mode);
+  return l < modes_.size() ? stiffened_by_commands(l) : 0.0;
 }
 
 StiffnessChanges ModalErrors::stiffness_changes(const JudgedMode& named,

@@ -76,6 +76,8 @@ class ModalErrors {
   /// Returns the part of the geometric stiffness by a load at amplitude 1 that the plan includes
   /// (THEORY X145).
   double stiffened_by(const JudgedMode& named, const PlanHistory& history) const noexcept;
+  /// Returns the part of the geometric stiffness by the commands that act that the plan includes.
+  double stiffened_by_commands(const JudgedMode& named) const noexcept;
   /// Returns 1 / (M omega^2) of each mode [m/N], 0 for mechanisms.
   const std::vector<double>& flexibility() const noexcept { return flexibility_; }
 
@@ -106,6 +108,8 @@ class ModalErrors {
     double amplitude;   // [-] amplitude in the present round of mode updates
   };
   double stiffened(const Stiffener& stiffener, std::size_t pair) const noexcept;
+  double stiffened_by_commands(std::size_t pair) const noexcept;
+  void update_stiffeners(const State& state, std::int64_t age) noexcept;
   std::size_t judged_index(std::int32_t mode) const noexcept;
   const double* load_row(const JudgedMode& named) const noexcept;
   void update_mode(std::size_t l, const MotionState& state) noexcept;
@@ -155,10 +159,15 @@ class ModalErrors {
   // [m] modal amplitudes of the judged modes, q - q_s + i q' / omega
   std::vector<std::complex<double>> amplitudes_;
   std::vector<Stiffener> stiffeners_;
-  Mat3 R_WB_{};                       // attitude in the present round
-  std::array<double, 6> products_{};  // [1/s^2] products of the components of w_
-  Vec3 w_{};                          // [rad/s] angular velocity, body axes
-  Vec3 acceleration_{}, w_dot_{};     // [m/s^2], [rad/s^2] accelerations of the frame due to loads, body axes
+  struct CommandStiffener {
+    std::size_t first;   // first entry in PlanUnmodelled::stiffened_rows
+    double coefficient;  // [N], [N m] in the present round of mode updates
+  };
+  std::vector<CommandStiffener> command_stiffeners_;  // of the components that act
+  Mat3 R_WB_{};                                       // attitude in the present round
+  std::array<double, 6> products_{};                  // [1/s^2] products of the components of w_
+  Vec3 w_{};                                          // [rad/s] angular velocity, body axes
+  Vec3 acceleration_{}, w_dot_{};  // [m/s^2], [rad/s^2] accelerations of the frame due to loads, body axes
   // [1/s per N m s] bounds of the phase rate per momentum of a wheel. Each wheel has (judged + 1) bounds, one
   // for each judged mode, then the largest bound of the modes that are not judged. The array is empty on
   // coupled rungs.

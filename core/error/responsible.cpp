@@ -134,7 +134,8 @@ Responsible ResponsibleFinder::most_of_stiffness(const ModalErrors& errors, cons
       for (std::size_t u = 0; u < flexibility.size(); ++u) change += squared(Q_[u] * flexibility[u]);
       change = std::abs(largest) * std::sqrt(change);
     } else {
-      const double of_plan = history != nullptr ? errors.stiffened_by(mode, *history) : 0.0;
+      const double of_plan =
+          history != nullptr ? errors.stiffened_by(mode, *history) : errors.stiffened_by_commands(mode);
       change = largest * (errors.stiffness_by(mode, Q_.data()) - of_plan);
       // A load that stiffens the mode does not soften it, but a sine stiffens and softens it alternately.
       const bool pulsates = history != nullptr && history->kind == PlanHistory::Kind::kSine;

@@ -374,6 +374,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   plan.initial.q_dot = padded(plan, spec.initial.q_dot(spec.modes));
   compile_publication(scene.publication, plan);
   compile_field_stiffening(structure, plan);
+  compile_command_stiffening(structure, plan);
   compile_histories(scene, structure, plan, faults);
   compile_modal_coupling(scene, structure, plan, faults);
   if (is_coupled(plan)) compile_coupled(scene, structure, spec, plan, faults);

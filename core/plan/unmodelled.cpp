@@ -104,9 +104,11 @@ class StiffenedRows {
       flexibility_.push_back(stiffness > 0.0 ? 1.0 / stiffness : 0.0);
     }
     for (const LoadStiffness& each : whole.load_stiffness) {
-      const bool is_field = each.reference.load < 0;
-      const PlanStiffening& stiffening =
-          is_field ? plan.field_stiffening : plan.histories[index(each.reference.load)].stiffening;
+      const bool is_field = each.reference.is_field();
+      const PlanStiffening& stiffening = is_field ? plan.field_stiffening
+                                         : each.reference.is_command()
+                                             ? plan.command_stiffening
+                                             : plan.histories[index(each.reference.item)].stiffening;
       if (stiffening.modes.empty()) continue;
       Eigen::VectorXd Q(static_cast<Eigen::Index>(spec.modes.size()));
       if (is_field) {

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""convert_plans.py FILE.plan [RECORDING.log FINGERPRINT]: rewrites a saved plan of version 12 as version 13.
+"""convert_plans.py FILE.plan [RECORDING.log FINGERPRINT]: rewrites a saved plan of version 13 as version 14.
 
-No number is computed anew, except for the checksum and the fingerprint. The member that version 13 adds, the neighbours
-of a force in local axes, is empty. In the recording, FINGERPRINT, the old one of the plan, is replaced by the new one.
+No number is computed anew, except for the checksum and the fingerprint. The member that version 14 adds, the stiffness by
+commands, is empty. In the recording, FINGERPRINT, the old one of the plan, is replaced by the new one.
 The script prints how many numbers it read and wrote, and how many fingerprints it replaced.
 """
 
@@ -43,7 +43,9 @@ FIELDS = {
                 ("direct_row", ("i", 3)), ("direct_force_W", (D3, 3)), ("uses_table", "B"), ("table", ["d"]),
                 ("force_B", D3), ("torque_B", D3), ("has_body", "B"), ("Q_B", ["d"]), ("sums", "Sums"),
                 ("wheel_torques", ["d"])],
-    "Follower": [("row", "i"), ("r", D3), ("force_B", D3), ("rotation_rows", ["d"])],
+    "Follower": [("row", "i"), ("r", D3), ("force_B", D3), ("rotation_rows", ["d"]),
+                 ("neighbours", ["Neighbour"])],
+    "Neighbour": [("point", "i"), ("turn", D9)],
     "Torque": [("attitude_index", "i"), ("torque_B", D3)],
     "Stiffening": [("modes", ["i"]), ("components", ["i"]), ("rows", ["d"]), ("shares", ["d"])],
     "Feedback": [("name", "s"), ("row", "i"), ("r", D3), ("q_rows", ["d"]), ("q_dot_rows", ["d"]), ("Q_rows", ["d"])],
@@ -68,9 +70,12 @@ FIELDS = {
                   ("constants", "PlateConstants")],
     "TrueAngle": [("link", "i"), ("points", ("i", 4)), ("constants", "AngleConstants"), ("num_rows", "i"),
                   ("rows", ("d", 24)), ("sign", "d")],
+    "MatrixConstants": [("has_rotations", "B"), ("stiffness", ["d"]), ("arms", [D3]), ("inverse", D9), ("line", D3),
+                        ("turn_weight", "d")],
+    "TrueMatrix": [("link", "i"), ("points", ["i"]), ("ends", ["LinkEnd"]), ("constants", "MatrixConstants")],
     "Joints": [("num_joints", "i"), ("num_rotations", "i"), ("of_points", ["i"]), ("rows", ["d"]), ("order", ["i"]),
                ("starts", ["i"]), ("below", ["i"]), ("lower", ["d"]), ("inverse_pivots", ["d"]), ("idle", ["d"])],
-    "TrueLinks": [("beams", ["TrueBeam"]), ("plates", ["TruePlate"]), ("angles", ["TrueAngle"]), ("matrices", "none"),
+    "TrueLinks": [("beams", ["TrueBeam"]), ("plates", ["TruePlate"]), ("angles", ["TrueAngle"]), ("matrices", ["TrueMatrix"]),
                   ("joints", "Joints")],
     "RigidBody": [("mass", "d"), ("centre", D3), ("inertia", D9), ("rows", ["d"]), ("first", "i"), ("count", "i")],
     "Turning": [("bodies", ["RigidBody"]), ("points", ["i"]), ("of_points", ["i"]), ("of_carriers", ["i"]),
@@ -127,8 +132,8 @@ REST = [("command_limits", "CommandLimits"), ("unmodelled", "Unmodelled"), ("fal
         ("tried_rungs", ["Rung"]), ("frequency_accuracy", "d"), ("conditioning", "d")]
 FIELDS["Fingerprinted"] = [("name", "s"), ("scene_hash", "Q")] + FIELDS["StepPlan"] + SERVICE
 FIELDS["Rest"] = REST
-# what version 13 writes after a member, as bytes: no neighbours
-ADDED = {("Follower", "rotation_rows"): bytes(8)}
+# what version 14 writes after a member, as bytes: no stiffness by commands
+ADDED = {(kind, "field_stiffening"): bytes(32) for kind in ("StepPlan", "Fingerprinted")}
 
 
 class Converter:
@@ -174,15 +179,15 @@ def main():
     assert data[:8] == MAGIC
     version, length, check = struct.unpack("<IQQ", data[8:28])
     content = data[28:]
-    assert version == 12 and len(content) == length and checksum(content) == check
+    assert version == 13 and len(content) == length and checksum(content) == check
     converter = Converter(content)
     converter.copy("Fingerprinted")
     fingerprint = checksum(converter.out)
     converter.copy("Rest")
     assert converter.at == len(content), "bytes are left"
     with open(path, "wb") as file:
-        file.write(MAGIC + struct.pack("<IQQ", 13, len(converter.out), checksum(converter.out)) + converter.out)
-    print(f"{path}: version 12 to 13, {converter.numbers} numbers copied, {len(converter.out) - length} bytes added, "
+        file.write(MAGIC + struct.pack("<IQQ", 14, len(converter.out), checksum(converter.out)) + converter.out)
+    print(f"{path}: version 13 to 14, {converter.numbers} numbers copied, {len(converter.out) - length} bytes added, "
           f"fingerprint {fingerprint:016x}")
     if len(sys.argv) == 4:
         old, new = struct.pack(">Q", int(sys.argv[3], 16)), struct.pack(">Q", fingerprint)

@@ -93,7 +93,7 @@ TEST(Followers, TheElasticMotionUnderFollowerForcesHasSecondOrder) {
   for (Eigen::Index l = 0; l < n; ++l)
     A(n + l, l) -= static_cast<long double>(structure->omega[l]) * structure->omega[l];
   const LoadStiffness& stiffness = structure->load_stiffness.back();
-  ASSERT_EQ(stiffness.reference.load, 0);
+  ASSERT_EQ(stiffness.reference.item, 0);
   for (std::size_t l = 0; l < stiffness.modes.size(); ++l)
     for (std::size_t u = 0; u < stiffness.modes.size(); ++u)
       A(n + stiffness.modes[l], stiffness.modes[u]) -=

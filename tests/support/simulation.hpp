@@ -36,7 +36,7 @@ struct Simulation {
 /// Returns a plan without the stiffness by loads and spin, so that sums over points give its momenta and
 /// energy.
 inline Plan without_load_stiffness(Plan plan) {
-  plan.field_stiffening = {};
+  plan.field_stiffening = plan.command_stiffening = {};
   for (PlanHistory& history : plan.histories) history.stiffening = {};
   plan.unmodelled.stiffened_rows.clear();
   return plan;

@@ -15,7 +15,7 @@ namespace {
 // "FFPLAN" and two bytes that text-mode transfers change
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 13;
+constexpr std::uint32_t kVersion = 14;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -338,8 +338,8 @@ void fields(Archive& archive, T& m) {
 
 template <typename Archive, Is<PlanLoads> T>
 void fields(Archive& archive, T& l) {
-  all_of<PlanLoads>(archive, l.has_spin_load, l.field_rows, l.field_stiffening, l.histories, l.feedbacks,
-                    l.scope);
+  all_of<PlanLoads>(archive, l.has_spin_load, l.field_rows, l.field_stiffening, l.command_stiffening,
+                    l.histories, l.feedbacks, l.scope);
 }
 
 template <typename Archive, Is<PlanRows> T>

@@ -9,6 +9,7 @@
 #include "core/limits.hpp"
 #include "core/plan/file/plan_bytes.hpp"
 #include "core/plan/rungs/rungs.hpp"
+#include "core/step/loads/loads.hpp"
 #include "core/step/rigid/principal.hpp"
 
 namespace freeflex {
@@ -179,6 +180,10 @@ void PlanCheck::check_points() {
   const bool has_field = plan_.has_spin_load || plan_.attractor_mu > 0.0;
   require_rows(plan_.field_rows, has_field ? 6 : 0, "the rows of fields");
   check_stiffening(plan_.field_stiffening, 6, "a field");
+  check_stiffening(plan_.command_stiffening, static_cast<std::int32_t>(CommandComponents(plan_).count),
+                   "the commands");
+  require(plan_.command_stiffening.components.empty() || is_coupled(plan_),
+          "commands have a geometric stiffness below the coupled rungs");
   for (const PlanWheel& wheel : plan_.wheels)
     require(is_index(wheel.attitude_index, attitude_points.size()) && are_finite(wheel.axis) &&
                 std::isfinite(wheel.momentum),
@@ -310,7 +315,7 @@ void PlanCheck::check_histories() {
           who +
               " has a follower torque on a point without an attitude, or one with a component that is not "
               "finite");
-    check_stiffening(history.stiffening, 9, who);
+    check_stiffening(history.stiffening, PlanStiffening::kMotors + 1, who);
     for (const PlanFollower& follower : history.followers) {
       require(is_index(follower.row, num_blocks_), who + " has a follower force on a point without rows");
       require(are_finite(follower.r) && are_finite(follower.force_B),

@@ -75,7 +75,7 @@ std::string find_unmodelled_inconsistency(const StepPlan& plan, const PlanUnmode
               (unmodelled.bodies.push_rows.empty() || unmodelled.bodies.push_rows.size() == num_pairs * 6) &&
               (unmodelled.spin_left_out.empty() || unmodelled.spin_left_out.size() == 36),
           "the tables of unmodelled terms have the wrong size");
-  std::size_t num_stiffenings = 0;
+  std::size_t num_stiffenings = plan.command_stiffening.components.size();
   for (const PlanHistory& history : plan.histories) num_stiffenings += history.stiffening.components.size();
   require((!unmodelled.is_known || unmodelled.stiffened_rows.size() == num_stiffenings * num_pairs) &&
               are_finite(unmodelled.stiffened_rows),

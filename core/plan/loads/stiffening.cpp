@@ -6,6 +6,8 @@
 #include <numeric>
 #include <variant>
 
+#include "core/step/loads/loads.hpp"
+
 namespace freeflex {
 namespace {
 
@@ -23,11 +25,33 @@ double largest_amplitude(const History& history) {
       history);
 }
 
+// Returns the index of a component in the numbering of command_coefficient.
+std::int32_t component_of(const ReferenceLoad& reference, const StepPlan& plan) {
+  const CommandComponents at(plan);
+  switch (reference.kind) {
+    case ReferenceLoad::Kind::kForce:
+      return static_cast<std::int32_t>(3 * index(reference.item)) + reference.component;
+    case ReferenceLoad::Kind::kTorque:
+      return static_cast<std::int32_t>(at.torques) + 3 * attitude_index_of(plan, reference.item) +
+             reference.component;
+    case ReferenceLoad::Kind::kGroupForce:
+      return static_cast<std::int32_t>(at.group_forces) + 3 * reference.item + reference.component;
+    case ReferenceLoad::Kind::kGroupTorque:
+      return static_cast<std::int32_t>(at.group_torques) + 3 * reference.item + reference.component;
+    case ReferenceLoad::Kind::kMotor:
+      return static_cast<std::int32_t>(at.motors) + reference.item;
+    case ReferenceLoad::Kind::kField:
+    case ReferenceLoad::Kind::kBuiltIn:
+      break;
+  }
+  return reference.component;
+}
+
 // Appends a matrix E_k to a stiffening. All matrices of a stiffening have the same modes.
 void append(const LoadStiffness& stiffness, const StepPlan& plan, PlanStiffening& stiffening) {
   const Eigen::MatrixXd& E = stiffness.rows;
   stiffening.modes.assign(stiffness.modes.begin(), stiffness.modes.end());
-  stiffening.components.push_back(stiffness.reference.component);
+  stiffening.components.push_back(component_of(stiffness.reference, plan));
   const std::size_t padded = pad(stiffening.modes.size());
   double share = 0.0;
   for (Eigen::Index l = 0; l < E.rows(); ++l) {
@@ -47,7 +71,14 @@ void compile_field_stiffening(const Structure& structure, StepPlan& plan) {
   const bool has_field = plan.has_rotation || plan.attractor_mu != 0.0;
   if (!rung.couples || rung.has_true_geometry || plan.num_elastic == 0 || !has_field) return;
   for (const LoadStiffness& each : structure.load_stiffness)
-    if (each.reference.load < 0 && !each.modes.empty()) append(each, plan, plan.field_stiffening);
+    if (each.reference.is_field() && !each.modes.empty()) append(each, plan, plan.field_stiffening);
+}
+
+void compile_command_stiffening(const Structure& structure, StepPlan& plan) {
+  const RungTraits& rung = traits_of(plan.fidelity);
+  if (!rung.couples || rung.has_true_geometry || plan.num_elastic == 0) return;
+  for (const LoadStiffness& each : structure.load_stiffness)
+    if (each.reference.is_command() && !each.modes.empty()) append(each, plan, plan.command_stiffening);
 }
 
 PlanStiffening load_stiffening(const Scene& scene, const Structure& structure, int load,
@@ -59,7 +90,9 @@ PlanStiffening load_stiffening(const Scene& scene, const Structure& structure, i
   const bool is_taken = of.axes == Axes::kLocal || rung.couples;
   if (rung.has_true_geometry || !is_taken || plan.num_elastic == 0) return stiffening;
   for (const LoadStiffness& each : structure.load_stiffness)
-    if (each.reference.load == load && !each.modes.empty()) append(each, plan, stiffening);
+    if (each.reference.kind == ReferenceLoad::Kind::kBuiltIn && each.reference.item == load &&
+        !each.modes.empty())
+      append(each, plan, stiffening);
   const double change = std::accumulate(stiffening.shares.begin(), stiffening.shares.end(), 0.0);
   if (change * largest_amplitude(of.history) < PlanStiffening::kNegligible) return {};
   return stiffening;

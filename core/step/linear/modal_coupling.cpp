@@ -5,6 +5,7 @@
 
 #include "core/step/loads/field.hpp"
 #include "core/step/loads/history.hpp"
+#include "core/step/loads/loads.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {
@@ -59,9 +60,10 @@ void stiffen(const PlanHistory& history, double amplitude, const Mat3& R_WB, con
              double* Q) noexcept {
   const PlanStiffening& stiffening = history.stiffening;
   if (stiffening.modes.empty()) return;
-  Mat3 coefficients{amplitude};
+  std::array<double, PlanStiffening::kMotors + 1> coefficients{amplitude};
   if (stiffening.components.size() > 1)  // a load in world axes
-    for (std::size_t k = 0; k < coefficients.size(); ++k) coefficients[k] = amplitude * R_WB[k];
+    for (std::size_t k = 0; k < R_WB.size(); ++k) coefficients[k] = amplitude * R_WB[k];
+  coefficients[PlanStiffening::kMotors] = amplitude;
   Coordinates in{};
   gather(stiffening, q, in);
   const double* row = stiffening.rows.data();
@@ -69,6 +71,26 @@ void stiffen(const PlanHistory& history, double amplitude, const Mat3& R_WB, con
   for (const std::int32_t component : stiffening.components)
     for (std::size_t l = 0; l < n; ++l, row += padded)
       Q[index(stiffening.modes[l])] -= coefficients[index(component)] * dot_lanes(row, in.data(), padded);
+}
+
+void stiffen_by_commands(const StepPlan& plan, const LoadPattern& commands, const Mat3& R_WB, const double* q,
+                         double* Q) noexcept {
+  const PlanStiffening& stiffening = plan.command_stiffening;
+  if (stiffening.modes.empty()) return;
+  bool acts = commands.has_world || commands.has_body;
+  for (const double torque : commands.wheel_torques) acts |= torque != 0.0;
+  if (!acts) return;
+  Coordinates in{};
+  gather(stiffening, q, in);
+  const CommandComponents components(plan);
+  const std::size_t n = stiffening.modes.size(), padded = pad(n);
+  for (std::size_t k = 0; k < stiffening.components.size(); ++k) {
+    const double c = command_coefficient(components, commands.sums, R_WB, index(stiffening.components[k]));
+    if (c == 0.0) continue;
+    const double* row = stiffening.rows.data() + k * n * padded;
+    for (std::size_t l = 0; l < n; ++l, row += padded)
+      Q[index(stiffening.modes[l])] -= c * dot_lanes(row, in.data(), padded);
+  }
 }
 
 FieldStiffness stiffen_by_fields(const StepPlan& plan, const Mat3& R_WB, const Vec3& H_B,

@@ -29,9 +29,15 @@ struct DependentStep {
 void add(const DependentStep& dependent, RigidLoads& loads) noexcept;
 
 /// Adds to Q the forces of geometric stiffness by a load: Q_l -= sum_k c_k sum_u E_k,lu q_u [N]
-/// (THEORY 8.49). The coefficients c_k are the amplitude, times R_WB if the load is in world axes.
+/// (THEORY 8.49). The coefficients c_k are the amplitude, times R_WB if a force or torque is in world axes.
 void stiffen(const PlanHistory& history, double amplitude, const Mat3& R_WB, const double* q,
              double* Q) noexcept;
+
+/// Adds to Q the forces of geometric stiffness by the commands of a pattern [N]   (THEORY 8.49). Each
+/// component that acts costs one product with a matrix over the stiffened modes. \pre the rung has a
+/// stiffness by commands only if it is coupled
+void stiffen_by_commands(const StepPlan& plan, const LoadPattern& commands, const Mat3& R_WB, const double* q,
+                         double* Q) noexcept;
 
 /// The energy of the geometric stiffness by fields, and its derivative with respect to the angular momentum.
 struct FieldStiffness {

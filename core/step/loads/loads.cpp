@@ -214,6 +214,28 @@ void add_loads(const StepPlan& plan, const LoadSet& loads, LoadSums& sums) noexc
   for (const WheelTorque& w : loads.wheels) sums.wheel_torques[index(w.wheel)] += w.torque;
 }
 
+CommandComponents::CommandComponents(const StepPlan& plan) noexcept
+    : torques(3 * plan.points.size()),
+      group_forces(torques + 3 * plan.particles.attitude_points.size()),
+      group_torques(group_forces + 3 * plan.groups.size()),
+      motors(group_torques + 3 * plan.groups.size()),
+      count(motors + plan.wheels.size()) {}
+
+double command_coefficient(const CommandComponents& components, const LoadSums& sums, const Mat3& R_WB,
+                           std::size_t component) noexcept {
+  const auto of = [&](std::size_t first, const std::vector<Vec3>& world, const std::vector<Vec3>& body) {
+    const std::size_t item = (component - first) / 3, axis = (component - first) % 3;
+    const Vec3& W = world[item];
+    return body[item][axis] + ((R_WB[axis] * W[0] + R_WB[3 + axis] * W[1]) + R_WB[6 + axis] * W[2]);
+  };
+  if (component < components.torques) return of(0, sums.force_W, sums.force_B);
+  if (component < components.group_forces) return of(components.torques, sums.torque_W, sums.torque_B);
+  if (component < components.group_torques)
+    return of(components.group_forces, sums.group_force_W, sums.group_force_B);
+  if (component >= components.motors) return sums.wheel_torques[component - components.motors];
+  return of(components.group_torques, sums.group_torque_W, sums.group_torque_B);
+}
+
 Array make_group_rows(const StepPlan& plan) {
   const std::size_t n = index(plan.num_padded);
   Array rows(6 * plan.groups.size() * n, 0.0);

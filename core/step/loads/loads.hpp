@@ -32,6 +32,18 @@ struct LoadSet {
 /// \pre every index in `loads` is valid in the plan, and the sums were sized for the plan
 void add_loads(const StepPlan& plan, const LoadSet& loads, LoadSums& sums) noexcept;
 
+/// The numbering of the components of commands along the axes of the body: three forces on each point, three
+/// torques on each point with an attitude, three forces and then three torques on each group, one torque of
+/// each motor. The members are the first indices of each kind.
+struct CommandComponents {
+  explicit CommandComponents(const StepPlan& plan) noexcept;
+  std::size_t torques, group_forces, group_torques, motors, count;
+};
+/// Returns a component of the loads of commands [N], [N m] at attitude R_WB   (THEORY 8.49).
+/// \pre is_coupled(plan): sums has a force for each point
+double command_coefficient(const CommandComponents& components, const LoadSums& sums, const Mat3& R_WB,
+                           std::size_t component) noexcept;
+
 /// Returns the generalized forces of unit wrenches on each group (6*num_groups x num_padded). For each group
 /// there are three rows for unit forces, and three rows for unit torques, along the body axes. Every
 /// point of a group must have rows.

@@ -78,8 +78,10 @@ struct PlanTorque {
 
 /// Holds the geometric stiffness due to the static internal forces under a load or a field:
 /// Q_l -= sum_k c_k sum_u E_k,lu q_u. The coefficients are S_xx S_yy S_zz S_xy S_xz S_yz of a field, the
-/// amplitude times R_WB of a load in world axes, and the amplitude of any other load   (THEORY 8.49).
+/// amplitude times R_WB of a load in world axes, then the amplitude for its motors, the components of
+/// commands, and the amplitude of any other load   (THEORY 8.49).
 struct PlanStiffening {
+  static constexpr std::int32_t kMotors = 9;  // component: the motors of a load in world axes
   static constexpr std::size_t kMostModes = 64;
   // [-] A field that changes every omega_l^2 by less than this share of it does not act: a frequency that is
   // off by half of it is off by 5e-3 rad after 1e6 rad.
@@ -138,6 +140,9 @@ struct PlanLoads {
   Array field_rows;
   // stiffness by the fields of the spin and the attractor; empty except on the rung kCoupled
   PlanStiffening field_stiffening;
+  // stiffness by the components of commands, in the numbering of CommandComponents; empty except on the rung
+  // kCoupled
+  PlanStiffening command_stiffening;
   std::vector<PlanHistory> histories;
   std::vector<PlanFeedback> feedbacks;
   CommandScope scope;

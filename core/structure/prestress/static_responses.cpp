@@ -3,7 +3,9 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <set>
 
+#include "core/scene/bodies.hpp"
 #include "core/structure/masses/particles.hpp"
 #include "core/structure/modes/sparse/sparse_system.hpp"
 #include "core/structure/structure.hpp"
@@ -15,6 +17,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
+using Kind = ReferenceLoad::Kind;
 
 // [-] The response by the sparse factor has converged when its residual is below this share.
 constexpr double kConverged = 1e-9;
@@ -68,17 +71,36 @@ double softest_of_load(const Eigen::VectorXd& omega) {
   return kStiff * lowest;
 }
 
+std::vector<ReferenceLoad> command_components(const Scene& scene) {
+  std::vector<ReferenceLoad> all;
+  const auto add = [&](Kind kind, int item) {
+    for (int axis = 0; axis < 3; ++axis) all.push_back({kind, item, axis});
+  };
+  const std::set<int> pushable(scene.pushable.begin(), scene.pushable.end());
+  for (const int point : pushable) {
+    add(Kind::kForce, point);
+    if (has_attitude(scene.points[index(point)])) add(Kind::kTorque, point);
+  }
+  for (int group = 0; group < static_cast<int>(scene.groups.size()); ++group)
+    add(Kind::kGroupForce, group), add(Kind::kGroupTorque, group);
+  for (int wheel = 0; wheel < static_cast<int>(scene.wheels.size()); ++wheel)
+    if (pushable.contains(scene.wheels[index(wheel)].point)) all.push_back({Kind::kMotor, wheel, 0});
+  return all;
+}
+
 std::vector<ReferenceLoad> reference_loads(const Scene& scene, bool is_large) {
   std::vector<ReferenceLoad> all;
   const RungTraits& rung = traits_of(scene.fidelity);
   // the error budget and `fidelity: auto` use the rung `coupled` where others are not possible
-  const bool is_full = !is_large || (rung.couples && !rung.has_true_geometry) || scene.automatic ||
-                       scene.error_budget.horizon > 0.0;
+  const bool may_couple =
+      (rung.couples && !rung.has_true_geometry) || scene.automatic || scene.error_budget.horizon > 0.0;
+  const bool is_full = !is_large || may_couple;
   if (is_full)
-    for (int component = 0; component < 6; ++component) all.push_back({-1, component});
+    for (int component = 0; component < 6; ++component) all.push_back({Kind::kField, -1, component});
   for (int k = 0; k < static_cast<int>(scene.loads.size()); ++k) {
     const Load& load = scene.loads[index(k)];
-    if (load.axes == Axes::kLocal || (is_full && load.axes == Axes::kBody)) all.push_back({k, 0});
+    if (load.axes == Axes::kLocal || (is_full && load.axes == Axes::kBody))
+      all.push_back({Kind::kBuiltIn, k, 0});
     if (!is_full || load.axes != Axes::kWorld) continue;
     for (int a = 0; a < 3; ++a) {
       double most = 0.0;
@@ -86,21 +108,63 @@ std::vector<ReferenceLoad> reference_loads(const Scene& scene, bool is_large) {
       for (const TorqueLoad& each : load.torques) most = std::max(most, std::abs(each.torque[a]));
       for (const WrenchLoad& each : load.wrenches)
         most = std::max({most, std::abs(each.force[a]), std::abs(each.torque[a])});
-      for (int b = 0; b < 3 && most > 0.0; ++b) all.push_back({k, 3 * a + b});
+      for (int b = 0; b < 3 && most > 0.0; ++b) all.push_back({Kind::kBuiltIn, k, 3 * a + b});
     }
+    if (!load.wheels.empty()) all.push_back({Kind::kBuiltIn, k, ReferenceLoad::kMotorsOnly});
   }
+  if (!may_couple) return all;
+  const std::vector<ReferenceLoad> commands = command_components(scene);
+  if (commands.size() <= kMostCommandComponents) all.insert(all.end(), commands.begin(), commands.end());
   return all;
 }
 
+namespace {
+
+// Returns a component of a command as a load in body axes.
+Load command_load(const ReferenceLoad& reference) {
+  Load load;
+  load.axes = Axes::kBody;
+  const Vector3d unit = Vector3d::Unit(reference.component), zero = Vector3d::Zero();
+  switch (reference.kind) {
+    case Kind::kForce:
+      load.forces.push_back({reference.item, unit});
+      break;
+    case Kind::kTorque:
+      load.torques.push_back({reference.item, unit});
+      break;
+    case Kind::kGroupForce:
+      load.wrenches.push_back({reference.item, unit, zero});
+      break;
+    case Kind::kGroupTorque:
+      load.wrenches.push_back({reference.item, zero, unit});
+      break;
+    case Kind::kMotor:
+      load.wheels.push_back({reference.item, 1.0});
+      break;
+    case Kind::kField:
+    case Kind::kBuiltIn:
+      break;
+  }
+  return load;
+}
+
+}  // namespace
+
 VectorXd forces_of(const Scene& scene, const Freedoms& freedoms, const Eigen::Matrix3Xd& r,
                    const ReferenceLoad& reference) {
-  const Load& load = scene.loads[index(reference.load)];
+  const Load load = reference.is_command() ? command_load(reference) : scene.loads[index(reference.item)];
+  const bool is_world = load.axes == Axes::kWorld,
+             has_motors = !is_world || reference.component == ReferenceLoad::kMotorsOnly;
   VectorXd f = VectorXd::Zero(freedoms.num_all());
   const auto acting = [&](const Vector3d& v) {
-    return load.axes == Axes::kWorld
-               ? Vector3d(v[reference.component / 3] * Vector3d::Unit(reference.component % 3))
-               : v;
+    return is_world ? Vector3d(v[reference.component / 3] * Vector3d::Unit(reference.component % 3)) : v;
   };
+  for (const WheelLoad& each : load.wheels) {
+    if (!has_motors) break;
+    const Wheel& wheel = scene.wheels[index(each.wheel)];
+    f.segment<3>(freedoms.rotation(wheel.point)) -= each.torque * wheel.axis;
+  }
+  if (is_world && has_motors) return f;
   for (const PointLoad& each : load.forces) f.segment<3>(3 * Index{each.point}) += acting(each.force);
   for (const TorqueLoad& each : load.torques)
     f.segment<3>(freedoms.rotation(each.point)) += acting(each.torque);
@@ -136,7 +200,7 @@ StaticResponses static_responses(const Scene& scene, const Structure& structure)
   for (std::size_t k = 0; k < responses.loads.size(); ++k) {
     const ReferenceLoad& reference = responses.loads[k];
     auto Q = q.col(static_cast<Index>(k));
-    if (reference.load < 0) {
+    if (reference.is_field()) {
       const auto [a, b] = kAxisPairs[index(reference.component)];
       for (Index l = 0; l < n; ++l) Q[l] = (a == b ? 1.0 : 2.0) * field_moments(structure, l)(a, b);
     } else {
@@ -165,7 +229,7 @@ StaticResponses static_responses(const Scene& scene, const Freedoms& freedoms, c
   MatrixXd f(system.num_all(), count);
   for (Index k = 0; k < count; ++k) {
     const ReferenceLoad& reference = responses.loads[index(k)];
-    if (reference.load >= 0) {
+    if (!reference.is_field()) {
       f.col(k) = forces_of(scene, freedoms, r, reference);
       f.col(k).tail(freedoms.num_rotations()) /= system.length;  // per y = length theta
       continue;

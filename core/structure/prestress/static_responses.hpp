@@ -13,21 +13,38 @@ namespace freeflex {
 inline constexpr std::array<std::array<int, 2>, 6> kAxisPairs{
     {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
 
-/// A load of size one that may act: a field of accelerations S r, or a built-in load at amplitude 1
-/// (THEORY 8.49).
+/// A load of size one that may act: a field of accelerations S r, a built-in load at amplitude 1, or one
+/// component of a command (THEORY 8.49).
 struct ReferenceLoad {
-  int load = -1;  // index into Scene::loads; -1: a field
-  // field: index into kAxisPairs of the components S_ab = S_ba. Load in world axes: 3 a + b, component a of
-  // each force and torque, acting along axis b of the body. Other loads: 0
+  enum class Kind { kField, kBuiltIn, kForce, kTorque, kGroupForce, kGroupTorque, kMotor };
+  static constexpr int kMotorsOnly = 9;  // component: the motors of a load in world axes
+  Kind kind = Kind::kField;
+  // index into Scene::loads (kBuiltIn), points (kForce, kTorque), groups (kGroupForce, kGroupTorque) or
+  // wheels (kMotor); field: -1
+  int item = -1;
+  // field: index into kAxisPairs of the components S_ab = S_ba. Built-in load in world axes: 3 a + b,
+  // component a of each force and torque, acting along axis b of the body, or kMotorsOnly. Command: axis of
+  // the body, with 1 N or 1 N m. Others: 0
   int component = 0;
+
+  bool is_field() const { return kind == Kind::kField; }
+  bool is_command() const { return kind != Kind::kField && kind != Kind::kBuiltIn; }
 };
 
-/// Returns the loads whose geometric stiffness some rung takes. Motors of wheels are left out.
+/// The most components of commands that have a stiffness, 64 points without inertia. A scene with more has no
+/// stiffness by commands: the set-up computes one static response for each component.
+inline constexpr std::size_t kMostCommandComponents = 192;
+
+/// Returns the components of the loads that commands may have: forces on Scene::pushable, torques on those
+/// with an attitude, wrenches on groups and motors of wheels on pushable points.
+std::vector<ReferenceLoad> command_components(const Scene& scene);
+
+/// Returns the loads whose geometric stiffness some rung takes.
 /// \param is_large  true: only those that the rung of the scene takes
 std::vector<ReferenceLoad> reference_loads(const Scene& scene, bool is_large);
 
 class Freedoms;
-/// Returns the forces [N] and torques [N m] of a built-in load over all freedoms.
+/// Returns the forces [N] and torques [N m] of a reference load over all freedoms.  \pre it is no field
 /// \param r  [m] (3 x N) rest positions from the centre of mass
 Eigen::VectorXd forces_of(const Scene& scene, const Freedoms& freedoms, const Eigen::Matrix3Xd& r,
                           const ReferenceLoad& reference);
