@@ -77,17 +77,13 @@ class Curvature {
   bool has_own_;
 };
 
-// The local motions y of a link, its natural deformations and its natural forces.
+// The local motions y of a link, and its natural forces.
 struct LinkMotion {
-  MatrixXd modes;      // (motions x modes)
-  MatrixXd responses;  // (motions x loads)
-  MatrixXd strains;    // (deformations x modes)
-  MatrixXd forces;     // [N], [N m] (deformations x loads) under the responses
-  VectorXd stiffness;  // (deformations) D
+  MatrixXd modes;   // (motions x modes)
+  MatrixXd forces;  // [N], [N m] (deformations x loads) under the responses
 };
 
-// Sums y^T (sum_k s_k H_k) y + sum_k D_k (e_k g_k^T + g_k e_k^T), g_k = y^T H_k y_s, over links for each
-// reference load with the response y_s   (THEORY 8.50).
+// Sums y^T (sum_k s_k H_k) y over links for each reference load   (THEORY 8.50).
 class StiffnessSums {
  public:
   StiffnessSums(Index num_modes, Index num_loads, bool uses_blas)
@@ -97,24 +93,17 @@ class StiffnessSums {
         sums_(index(num_loads), MatrixXd::Zero(num_modes, num_modes)) {}
 
   void add(const LinkMotion& link, const std::vector<MatrixXd>& H) {
-    const Index size = link.modes.rows(), count = link.strains.rows();
-    if (at_ + size + count > kRows) flush();
+    const Index size = link.modes.rows();
+    if (at_ + size > kRows) flush();
     motions_.middleRows(at_, size) = link.modes;
-    motions_.middleRows(at_ + size, count) = link.strains;
     MatrixXd K(size, size);
     for (std::size_t load = 0; load < pulled_.size(); ++load) {
       const auto column = static_cast<Index>(load);
       K.setZero();
-      for (std::size_t k = 0; k < H.size(); ++k) {
-        const auto row = static_cast<Index>(k);
-        K += link.forces(row, column) * H[k];
-        // finish() takes the symmetric part
-        pulled_[load].row(at_ + size + row).noalias() =
-            2.0 * link.stiffness[row] * (H[k] * link.responses.col(column)).transpose() * link.modes;
-      }
+      for (std::size_t k = 0; k < H.size(); ++k) K += link.forces(static_cast<Index>(k), column) * H[k];
       pulled_[load].middleRows(at_, size).noalias() = K * link.modes;
     }
-    at_ += size + count;
+    at_ += size;
   }
   std::vector<MatrixXd> finish() {
     flush();
@@ -161,15 +150,12 @@ class LinkMotions {
     const Link& link = scene_.links[index(at)];
     const RowRange range = factor_.natural_of[index(at)];
     LinkMotion motion;
-    motion.stiffness.resize(range.count);
-    MatrixXd strains(range.count, shapes_.cols());
+    motion.forces.resize(range.count, shapes_.cols() - num_modes_);
     for (int k = 0; k < range.count; ++k) {
       const DeformationRow& row = natural_row(factor_, range, k);
-      motion.stiffness[k] = row.root_stiffness * row.root_stiffness;
-      strains.row(k) = local_->deformation(row);
+      motion.forces.row(k) =
+          row.root_stiffness * row.root_stiffness * local_->deformation(row).tail(motion.forces.cols());
     }
-    motion.strains = strains.leftCols(num_modes_);
-    motion.forces = motion.stiffness.asDiagonal() * strains.rightCols(shapes_.cols() - num_modes_);
     if (!traits_of(link).is_axial) return add_bent(at, link, motion, sums);
     // h = (d . d - (u . d)^2) / L   (THEORY 16.46)
     const Vector3d span = span_of(scene_, link), u = span.stableNormalized();
@@ -181,10 +167,8 @@ class LinkMotions {
  private:
   template <typename Function>
   void set_motions(Index size, const Function& motion_in, LinkMotion& motion) const {
-    motion.modes.resize(size, num_modes_), motion.responses.resize(size, shapes_.cols() - num_modes_);
-    for (Index l = 0; l < shapes_.cols(); ++l)
-      (l < num_modes_ ? motion.modes.col(l) : motion.responses.col(l - num_modes_)) =
-          motion_in(static_cast<int>(l));
+    motion.modes.resize(size, num_modes_);
+    for (Index l = 0; l < num_modes_; ++l) motion.modes.col(l) = motion_in(static_cast<int>(l));
   }
 
   void add_bent(int at, const Link& link, LinkMotion& motion, StiffnessSums& sums) {
