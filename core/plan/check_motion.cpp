@@ -12,6 +12,7 @@
 #include "core/plan/rungs/rungs.hpp"
 #include "core/plan/start.hpp"
 #include "core/structure/links/link_factor.hpp"
+#include "core/structure/prestress/static_responses.hpp"
 
 namespace freeflex {
 namespace {
@@ -70,6 +71,22 @@ void warn_of_driving_followers(const Scene& scene, const Plan& plan, Faults& fau
                         std::isfinite(per_second) ? per_second : rate,
                         std::isfinite(per_second) ? " a second" : " e-folds a second",
                         "; use a smaller load, more stiffness or more damping"));
+}
+
+// Warns if commands have too many components for a geometric stiffness   (THEORY 8.49).
+void warn_of_many_commands(const Scene& scene, const Plan& plan, Faults& faults) {
+  const RungTraits& rung = traits_of(plan.fidelity);
+  if (!rung.couples || rung.has_true_geometry || plan.num_elastic == 0) return;
+  const std::size_t count = command_components(scene).size();
+  if (count <= kMostCommandComponents) return;
+  add_warning(
+      faults, {},
+      join_text(
+          "commands may have ", count, " components of force and torque, but the rung ",
+          name_of(plan.fidelity), " computes the change of the stiffness by commands for at most ",
+          kMostCommandComponents,
+          ", so commands do not change the stiffness; if they press or stretch the structure much, name "
+          "the points to push in commands: points, or set fidelity: corotational"));
 }
 
 // Warns if forces of rigid links are not published, which are bodies at true geometry.
@@ -150,6 +167,7 @@ void check_motion(const Scene& scene, const Structure& structure, const Plan& pl
     check_growth(scene, plan, faults);
   warn_of_driving_followers(scene, plan, faults);
   warn_of_local_axes(scene, plan, faults);
+  warn_of_many_commands(scene, plan, faults);
   warn_of_feedback_on_bodies(scene, plan, faults);
   if (const std::string damping = find_unresolved_damping(plan); !damping.empty())
     add_warning(faults, scene.damping.origin, damping);

@@ -10,6 +10,8 @@
 #include <span>
 
 #include "core/motion.hpp"
+#include "core/plan/check_motion.hpp"
+#include "core/plan/file/plan_bytes.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/steady/relative_equilibrium.hpp"
 #include "core/step/readout.hpp"
@@ -226,7 +228,7 @@ TEST(LoadStiffness, ACommandHasTheStiffnessOfTheSameBuiltInLoad) {
                 axes == Axes::kBody ? "body" : "world", from_built_in, from_truth, of_built_in, without);
     EXPECT_LT(from_built_in, 1e-11);
     EXPECT_LT(from_truth, 1.01 * of_built_in);
-    EXPECT_LT(from_truth, 1e-2);
+    EXPECT_LT(from_truth, 1e-3);  // 2.1e-4
     EXPECT_GT(without, 0.1);
   }
 }
@@ -247,6 +249,149 @@ TEST(LoadStiffness, TheVerdictKnowsTheStiffnessByCommands) {
               worst(bare));
   EXPECT_EQ(worst(commanded), worst(loaded));
   EXPECT_LT(worst(commanded), worst(bare));
+}
+
+// Returns a boom whose ends are bodies with inertia, with a small bending load. It buckles under torques of
+// 2 pi EI / L = 104 N m if its ends are supported.
+Scene boom_of_bodies() {
+  Scene scene;
+  for (int i = 0; i < 11; ++i) {
+    add_point(scene, 1.12, {0.4 * i, 0.0, 0.0});
+    if (i > 0) add_link(scene, i - 1, i, Beam{6.5e5, 2e3, 65.9, 65.9, {0.0, 0.0, 1.0}});
+  }
+  for (const int end : {0, 10}) scene.points[index(end)].inertia = 0.2 * Eigen::Matrix3d::Identity();
+  push(scene, 5, Axes::kBody, {0.0, 0.01, 0.02});
+  scene.rate = 1000.0, scene.damping.modal_ratio = 0.02;
+  scene.pushable = {0, 10};
+  return scene;
+}
+
+// Expects that a commanded motion on `coupled` is nearer to that on `corotational` than `with`, and without
+// the stiffness further than `without`.
+void expect_distances(const char* what, const Scene& scene, const ForceCommand& command, double with,
+                      double without) {
+  const std::span<const ForceCommand> commands(&command, 1);
+  const Plan plan = plan_on(scene, Fidelity::kCoupled), truth = plan_on(scene, Fidelity::kCorotational);
+  const double found = distance_of(scene, plan, commands, truth, commands, 0.3),
+               bare = distance_of(scene, without_load_stiffness(plan), commands, truth, commands, 0.3);
+  std::printf("%s: off by %.1e, without the stiffness by %.1e\n", what, found, bare);
+  EXPECT_LT(found, with);
+  EXPECT_GT(bare, without);
+}
+
+TEST(LoadStiffness, TorquesAndMotorsHaveAStiffness) {
+  Scene scene = boom_of_bodies();
+  ForceCommand twist = make_command(0, 1, Axes::kBody);
+  twist.num_torques = 2;
+  twist.torques[0] = {0, 0, {30.0, 0.0, 0.0}};
+  twist.torques[1] = {10, 0, {-30.0, 0.0, 0.0}};
+  expect_distances("torques on bodies", scene, twist, 1e-2, 0.05);  // 4.8e-3, 0.11
+  scene.wheels.push_back({"first", 0, Vector3d::UnitX(), 0.0, {}});
+  scene.wheels.push_back({"last", 10, Vector3d::UnitX(), 0.0, {}});
+  ForceCommand motors = make_command(0, 1, Axes::kBody);
+  motors.num_wheels = 2;
+  motors.wheels[0] = {0, 0, 30.0};
+  motors.wheels[1] = {1, 0, -30.0};
+  expect_distances("motors", scene, motors, 1e-2, 0.05);  // 5.2e-3, 0.10
+}
+
+TEST(LoadStiffness, WrenchesOnGroupsHaveAStiffness) {
+  Scene scene = pressed_boom(Axes::kWorld, false);
+  scene.groups = {{"first", {0, 1, 2}, {}}, {"last", {8, 9, 10}, {}}};
+  ForceCommand press_groups = make_command(0, 1, Axes::kWorld);
+  press_groups.num_wrenches = 2;
+  press_groups.wrenches[0] = {0, 0, {12.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+  press_groups.wrenches[1] = {1, 0, {-12.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+  expect_distances("forces on groups", scene, press_groups, 1e-3, 0.03);  // 1.1e-4, 0.06
+}
+
+// Torques of 3 N m bend the boom by 2 % of its length. The stiffness must not make such a motion worse: with
+// the displaced geometry of the response in E it is off by 93 %, because the modes have no terms of the
+// third order that would cancel the stretching.
+TEST(LoadStiffness, CommandsThatBendDoNotSoftenABoom) {
+  Scene scene = pressed_boom(Axes::kBody, false);
+  scene.loads.clear();
+  scene.groups = {{"first", {0, 1, 2}, {}}, {"last", {8, 9, 10}, {}}};
+  ForceCommand bend = make_command(0, 1, Axes::kBody);
+  bend.num_wrenches = 2;
+  bend.wrenches[0] = {0, 0, {0.0, 0.0, 0.0}, {0.0, 3.0, 0.0}};
+  bend.wrenches[1] = {1, 0, {0.0, 0.0, 0.0}, {0.0, -3.0, 0.0}};
+  expect_distances("torques on groups", scene, bend, 0.07, 0.0);  // 0.053
+}
+
+// The stiffness by torsional torques on a straight boom couples its modes, but stiffens none of them alone.
+TEST(LoadStiffness, ALoadThatOnlyCouplesModesIsKept) {
+  Scene scene = boom_of_bodies();
+  scene.loads.front().torques = {{0, {30.0, 0.0, 0.0}}, {10, {-30.0, 0.0, 0.0}}};
+  const Plan plan = plan_on(scene, Fidelity::kCoupled);
+  const PlanStiffening& stiffening = plan.histories.front().stiffening;
+  ASSERT_FALSE(stiffening.modes.empty());
+  const std::size_t n = stiffening.modes.size(), padded = pad(n);
+  double diagonal = 0.0, largest = 0.0;
+  for (std::size_t l = 0; l < n; ++l)
+    for (std::size_t u = 0; u < n; ++u) {
+      const double entry = std::abs(stiffening.rows[l * padded + u]);
+      largest = std::max(largest, entry);
+      if (u == l) diagonal = std::max(diagonal, entry);
+    }
+  std::printf("largest entry %.1e N/m, on the diagonal %.1e; share %.1e\n", largest, diagonal,
+              stiffening.shares.front());
+  EXPECT_GT(stiffening.shares.front(), 0.1);
+}
+
+// The bits of a commanded motion on a read plan are those on the saved one, and those of a copied motion.
+TEST(LoadStiffness, ACommandedMotionRepeatsItsBits) {
+  for (const Axes axes : {Axes::kBody, Axes::kWorld}) {
+    Scene scene = pressed_boom(axes, false);
+    scene.initial.angular_velocity = {0.0, 0.3, 0.2};
+    const Plan plan = plan_on(scene, Fidelity::kCoupled);
+    std::string error;
+    const auto read = plan_from_bytes(plan_to_bytes(plan), error);
+    ASSERT_TRUE(read.has_value()) << error;
+    EXPECT_EQ(read->command_stiffening.rows, plan.command_stiffening.rows);
+    ForceCommand command = press(axes);
+    command.duration_ticks = 200;
+    Motion first(plan), second(*read);
+    for (int tick = 0; tick < 150; ++tick) {
+      const std::span<const ForceCommand> commands(&command, tick == 10 ? 1 : 0);
+      ASSERT_EQ(first.advance(commands).status, StepStatus::kOk);
+      ASSERT_EQ(second.advance(commands).status, StepStatus::kOk);
+    }
+    Motion third(first);
+    for (int tick = 150; tick < 400; ++tick) first.advance(), second.advance(), third.advance();
+    for (const Motion* other : {&second, &third}) {
+      EXPECT_EQ(first.state().q, other->state().q);
+      EXPECT_EQ(first.state().q_dot, other->state().q_dot);
+      EXPECT_EQ(first.state().H_W, other->state().H_W);
+      EXPECT_EQ(first.state().q_WB, other->state().q_WB);
+      EXPECT_EQ(first.verdict().level, other->verdict().level);
+    }
+  }
+}
+
+// 64 pushable points have 192 components. With more, commands have no stiffness, and a warning says so.
+TEST(LoadStiffness, AWarningSaysThatTooManyPointsMayBePushed) {
+  for (const int num_points : {64, 65}) {
+    Scene scene = beam_of(70, 1e6);
+    scene.fidelity = Fidelity::kCoupled;
+    scene.modes.count = 8;
+    for (int i = 0; i < num_points; ++i) scene.pushable.push_back(i);
+    Faults faults;
+    const Structure structure = build(scene);
+    const auto plan = make_full_plan(scene, structure, scene.fidelity, faults);
+    ASSERT_TRUE(plan.has_value());
+    check_motion(scene, structure, *plan, faults);
+    const bool warns = std::ranges::any_of(faults, [](const Fault& fault) {
+      return fault.severity == Fault::Severity::kWarning &&
+             fault.message.starts_with(
+                 "commands may have 195 components of force and torque, but the rung "
+                 "coupled computes the change of the stiffness by commands for at most "
+                 "192") &&
+             fault.message.find("name the points to push in commands: points") != std::string::npos;
+    });
+    EXPECT_EQ(warns, num_points == 65);
+    EXPECT_EQ(plan->command_stiffening.components.size(), num_points == 65 ? 0U : 192U);
+  }
 }
 
 }  // namespace

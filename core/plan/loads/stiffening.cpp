@@ -57,9 +57,13 @@ void append(const LoadStiffness& stiffness, const StepPlan& plan, PlanStiffening
   for (Eigen::Index l = 0; l < E.rows(); ++l) {
     const std::size_t begin = stiffening.rows.size();
     stiffening.rows.resize(begin + padded, 0.0);
-    for (Eigen::Index u = 0; u < E.cols(); ++u) stiffening.rows[begin + index(u)] = E(l, u);
-    const double omega = plan.omega[index(stiffness.modes[index(l)])];
-    if (E(l, l) != 0.0) share = std::max(share, std::abs(E(l, l)) / (plan.mass * omega * omega));
+    for (Eigen::Index u = 0; u < E.cols(); ++u) {
+      stiffening.rows[begin + index(u)] = E(l, u);
+      // a torsional torque on a straight beam couples modes, but stiffens none of them alone
+      const double omegas =
+          plan.omega[index(stiffness.modes[index(l)])] * plan.omega[index(stiffness.modes[index(u)])];
+      if (E(l, u) != 0.0) share = std::max(share, std::abs(E(l, u)) / (plan.mass * omegas));
+    }
   }
   stiffening.shares.push_back(std::min(share, std::numeric_limits<double>::max()));
 }

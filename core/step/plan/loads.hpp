@@ -90,8 +90,8 @@ struct PlanStiffening {
   std::vector<std::int32_t> components;  // index of each coefficient c_k
   // (components x modes x padded modes) E_k: [N/m] at amplitude 1, [kg] of a field
   Array rows;
-  // (components) the largest |E_k,ll| / (M omega_l^2): [-] at amplitude 1, [s^2] of a field; the largest
-  // number if a mechanism has a stiffness
+  // (components) the largest |E_k,lu| / (M omega_l omega_u): [-] at amplitude 1, [s^2] of a field; the
+  // largest number if a mechanism has a stiffness
   Array shares;
 };
 
