@@ -121,7 +121,7 @@ TEST(TrueRivals, ExplainWhichMethodTheForcesNeed) {
   std::string error;
   EXPECT_EQ(make_rival(Rival::kMidpoint8, beams, error), nullptr);
   EXPECT_EQ(error, "the forces depend on positions alone, for which Stoermer's method is faster");
-  EXPECT_EQ(make_rival(Rival::kStoermer8, turning, error), nullptr);
+  EXPECT_EQ(make_rival(Rival::kRungeKutta4, turning, error), nullptr);
   EXPECT_EQ(error, "the forces depend on velocities, for which the method is not made");
   EXPECT_EQ(make_rival(Rival::kKrylov, beams, error), nullptr);
   EXPECT_EQ(error, "the method multiplies spring by spring, and is made for springs and bars only");

@@ -282,8 +282,31 @@ TEST(ReportTrueGeometry, PointsOfTurningBodiesAreReadAtTheirTruePositions) {
       run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --json " + folder / "scene.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const auto read = nlohmann::json::parse(outcome.out)["scenes"][0];
-  EXPECT_TRUE(contains(read["reference"]["method"].dump(), "midpoint 16 with steps of"));
+  EXPECT_TRUE(contains(read["reference"]["method"].dump(), "Stoermer 16 with steps of"));
   EXPECT_LT(least_errors(read).at("corotational"), 1e-6);
+}
+
+// The rival by hand has one body with a quaternion and a wheel; the reference has point masses on rigid links
+TEST(ReportTrueGeometry, BodiesWithInertiaAndWheelsAreTaken) {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.yaml",
+             "name: wheel\nrate: 1000\npoints:\n"
+             "  - {name: hub, mass: 10, inertia: [1, 2, 2.5], at: [0, 0, 0]}\n"
+             "  - {name: a, mass: 1, at: [1, 0, 0]}\n  - {name: b, mass: 1, at: [2, 0.2, 0]}\n"
+             "links: [{beam: [hub, a, b], EA: 1e5, GJ: 500, EIy: 600, EIz: 600}]\n"
+             "wheels: [{name: w, at: hub, axis: [0, 0.6, 0.8], momentum: 2}]\n"
+             "loads:\n  - {name: kick, forces: {b: [3, 5, 20]}, pulse: {start: 0, duration: 0.02}}\n"
+             "  - {name: motor, wheels: {w: 5}, pulse: {start: 0, duration: 0.02}}\n"
+             "initial: {angular_velocity: [0.2, 0.1, 0.5]}\n");
+  const Outcome outcome =
+      run(kFreeflex + " report --repeats 1 --until 0.1 --budget 0.3 --json " + folder / "scene.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto read = nlohmann::json::parse(outcome.out)["scenes"][0];
+  EXPECT_LT(read["reference"]["accuracy"], 1e-8);
+  auto least = least_errors(read);
+  EXPECT_LT(least.at("corotational"), 1e-6);
+  for (const char* method : {"Stoermer 8", "Stoermer 12", "midpoint 12"})
+    EXPECT_LT(least.at(method), 1e-7) << method;
 }
 
 TEST(ReportEstimates, AreOnThePageAndInTheTableAndInTheJson) {

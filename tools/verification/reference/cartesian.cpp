@@ -54,15 +54,14 @@ Vector3d attraction(const CartesianSystem& system, const Vector3d& p_W) {
   return -system.attractor_mu / std::pow(rho.norm(), 3) * rho;
 }
 
-// R_WC = R_WB(0) exp([w_C x] t)   (THEORY 10.1)
+}  // namespace
+
 Matrix3d carrier_rotation(const CartesianSystem& system, double t) {
   const double rate = system.spin.norm();
   if (rate == 0.0) return system.q_WB.toRotationMatrix();
   const Eigen::AngleAxisd rotation(rate * t, system.spin / rate);
   return system.q_WB.toRotationMatrix() * rotation.toRotationMatrix();
 }
-
-}  // namespace
 
 double amplitude(const History& history, double t, double piece_time) {
   return std::visit(
@@ -96,11 +95,86 @@ void add_load(const CartesianLoad& load, double scale, const Matrix3d& R_CW, con
   }
 }
 
+double impulse(const History& history, double t, double piece_time) {
+  return std::visit(
+      Cases{[&](const ConstantHistory&) { return t; },
+            [&](const PulseHistory& pulse) {
+              if (piece_time < pulse.start) return 0.0;
+              return piece_time < pulse.start + pulse.duration ? t - pulse.start : pulse.duration;
+            },
+            [&](const SineHistory& sine) {
+              const double rate = 2.0 * M_PI * sine.frequency;
+              return (std::cos(sine.phase) - std::cos(rate * t + sine.phase)) / rate;
+            },
+            [&](const TableHistory& table) {
+              // the amplitude is linear between the rows, so trapezoids are exact
+              double sum = 0.0, from = 0.0;
+              for (const double time : table.times) {
+                const double to = std::clamp(time, 0.0, t);
+                sum += 0.5 * (to - from) * (amplitude(history, from, from) + amplitude(history, to, to));
+                from = to;
+              }
+              return sum + (t - from) * amplitude(history, t, t);
+            }},
+      history);
+}
+
+bool has_body_moments(const CartesianSystem& system) {
+  return !system.wheels.empty() || std::ranges::any_of(system.loads, [](const CartesianLoad& load) {
+    return !load.body_torques.empty();
+  });
+}
+
+BodyMoments moments_on_body(const CartesianSystem& system, int body, double t, double piece_time,
+                            const Matrix3d& R, const Matrix3d& R_CW, const Matrix3d& R_CB) {
+  BodyMoments moments;
+  for (const CartesianWheel& wheel : system.wheels)
+    if (wheel.body == body) moments.momentum += wheel.momentum * wheel.axis;
+  for (const CartesianLoad& load : system.loads) {
+    for (const auto& [wheel, torque] : load.wheel_torques) {
+      const CartesianWheel& on = system.wheels[index(wheel)];
+      if (on.body != body) continue;
+      moments.momentum += torque * impulse(load.history, t, piece_time) * on.axis;
+      moments.motor += torque * amplitude(load.history, t, piece_time) * on.axis;
+    }
+    for (const auto& [on, torque] : load.body_torques) {
+      if (on != body) continue;
+      const Matrix3d& axes = load.axes == Axes::kWorld ? R_CW : load.axes == Axes::kBody ? R_CB : R;
+      moments.load += amplitude(load.history, t, piece_time) * (R.transpose() * (axes * torque));
+    }
+  }
+  return moments;
+}
+
+Matrix3d body_rotation(const CartesianSystem& system, const Eigen::Ref<const Matrix3Xd>& e) {
+  if (!system.needs_body_axes) return Matrix3d::Identity();
+  const Vector3d mean = e * system.mass / system.mass.sum();
+  return fit_rotation(system.mass, system.r, (system.r + e).colwise() - mean);
+}
+
 namespace {
 
-/// Computes the forces of links and loads [N].
+/// Adds the moments of wheels and loads on bodies as forces on their points   (THEORY 10.29):
+///   L = T - tau a - w x (h a)
+void add_body_moments(const CartesianSystem& system, double t, double piece_time, const Matrix3Xd& E,
+                      const Matrix3Xd& E_dot, const Matrix3d& R_CW, const Matrix3d& R_CB,
+                      Map<Matrix3Xd>& force) {
+  Matrix3Xd v = E_dot;
+  for (Eigen::Index i = 0; i < v.cols(); ++i)
+    v.col(i) += system.spin.cross(Vector3d(system.r.col(i) + E.col(i)));
+  for (int body = 0; body < system.true_geometry->num_bodies(); ++body) {
+    const FittedFrame& frame = system.true_geometry->body_frame(body);
+    if (frame.points().size() < 3) continue;
+    const FittedFrame::Fit fit = frame.fit(system.r + E);
+    const BodyMoments moments = moments_on_body(system, body, t, piece_time, fit.R, R_CW, R_CB);
+    frame.add_moment(fit, moments.load - moments.motor - frame.spin(fit, v).cross(moments.momentum), force);
+  }
+}
+
+}  // namespace
+
 void set_forces(const CartesianSystem& system, double t, double piece_time, std::span<const double> e,
-                std::span<const double> e_dot, std::span<double> result) {
+                std::span<const double> e_dot, bool leaves_moments, std::span<double> result) {
   const Eigen::Index n = system.mass.size();
   const Map<const Matrix3Xd> E(e.data(), 3, n), E_dot(e_dot.data(), 3, n);
   Map<Matrix3Xd> force(result.data(), 3, n);
@@ -110,12 +184,8 @@ void set_forces(const CartesianSystem& system, double t, double piece_time, std:
     system.true_geometry->add_forces(E, force);
     system.true_geometry->add_damping(E, E_dot, force);
   }
-  if (!system.loads.empty()) {
-    const Matrix3d R_CW = carrier_rotation(system, t).transpose();
-    const Matrix3d R_CB = system.needs_body_axes
-                              ? fit_rotation(system.mass, system.r,
-                                             (system.r + E).colwise() - E * system.mass / system.mass.sum())
-                              : Matrix3d::Identity();
+  if (!system.loads.empty() || !system.wheels.empty()) {
+    const Matrix3d R_CW = carrier_rotation(system, t).transpose(), R_CB = body_rotation(system, E);
     for (const CartesianLoad& load : system.loads) {
       const double scale = amplitude(load.history, t, piece_time);
       if (scale == 0.0) continue;
@@ -124,6 +194,8 @@ void set_forces(const CartesianSystem& system, double t, double piece_time, std:
       else
         add_load(load, scale, R_CW, R_CB, force);
     }
+    if (!leaves_moments && has_body_moments(system))
+      add_body_moments(system, t, piece_time, E, E_dot, R_CW, R_CB, force);
   }
   if (system.change_forces) {
     const Matrix3Xd x = system.r + E;
@@ -132,8 +204,6 @@ void set_forces(const CartesianSystem& system, double t, double piece_time, std:
     system.change_forces(t, x, v, force);
   }
 }
-
-}  // namespace
 
 void place_massless(const CartesianSystem& system, double t, double piece_time, std::span<double> e) {
   constexpr int kMost = 60;  // steps
@@ -152,7 +222,7 @@ void place_massless(const CartesianSystem& system, double t, double piece_time, 
   const auto forces_at = [&](const Eigen::VectorXd& x) {
     Eigen::VectorXd f(count);
     for (Eigen::Index k = 0; k < count; ++k) e[3 * index(held.points[index(k / 3)]) + index(k % 3)] = x[k];
-    set_forces(system, t, piece_time, e, e_dot, force);
+    set_forces(system, t, piece_time, e, e_dot, false, force);
     for (Eigen::Index k = 0; k < count; ++k)
       f[k] = force[3 * index(held.points[index(k / 3)]) + index(k % 3)];
     return f;
@@ -182,6 +252,19 @@ void place_massless(const CartesianSystem& system, double t, double piece_time, 
   forces_at(Eigen::VectorXd::Constant(count, std::nan("")));
 }
 
+// The carrier falls with the constant acceleration g_W, which is the attraction at the start. So each point
+// accelerates relative to the carrier by its own attraction minus g_W:
+//   e'' += R_WC^T (g(p_W,i) - g_W)   (THEORY 10.7)
+Matrix3Xd attractions(const CartesianSystem& system, double t, const Eigen::Ref<const Matrix3Xd>& e) {
+  const Matrix3d R_WC = carrier_rotation(system, t);
+  const Vector3d p_WC = system.p_WB + t * system.v_WB + 0.5 * t * t * system.gravity_W;
+  Matrix3Xd result(3, e.cols());
+  for (Eigen::Index i = 0; i < e.cols(); ++i)
+    result.col(i) = R_WC.transpose() *
+                    (attraction(system, p_WC + R_WC * (system.r.col(i) + e.col(i))) - system.gravity_W);
+  return result;
+}
+
 void accelerations(const CartesianSystem& system, double t, double piece_time, std::span<const double> given,
                    std::span<const double> e_dot, std::span<double> e_ddot) {
   std::vector<double> placed;
@@ -191,22 +274,13 @@ void accelerations(const CartesianSystem& system, double t, double piece_time, s
     place_massless(system, t, piece_time, placed);
     e = placed;
   }
-  set_forces(system, t, piece_time, e, e_dot, e_ddot);
+  set_forces(system, t, piece_time, e, e_dot, false, e_ddot);
   const Eigen::Index n = system.mass.size();
   const Map<const Matrix3Xd> E(e.data(), 3, n), E_dot(e_dot.data(), 3, n);
   Map<Matrix3Xd> force(e_ddot.data(), 3, n);
   for (Eigen::Index i = 0; i < n; ++i)
     if (system.mass[i] > 0.0) force.col(i) /= system.mass[i];
-  if (system.attractor_mu > 0.0) {
-    // The carrier falls with the constant acceleration g_W, which is the attraction at the start. So each
-    // point accelerates relative to the carrier by its own attraction minus g_W:
-    //   e'' += R_WC^T (g(p_W,i) - g_W)   (THEORY 10.7)
-    const Matrix3d R_WC = carrier_rotation(system, t);
-    const Vector3d p_WC = system.p_WB + t * system.v_WB + 0.5 * t * t * system.gravity_W;
-    for (Eigen::Index i = 0; i < n; ++i)
-      force.col(i) += R_WC.transpose() *
-                      (attraction(system, p_WC + R_WC * (system.r.col(i) + E.col(i))) - system.gravity_W);
-  }
+  if (system.attractor_mu > 0.0) force += attractions(system, t, E);
   // Coriolis and centrifugal acceleration in the rotating carrier   (THEORY 10.6)
   for (Eigen::Index i = 0; i < n && !system.spin.isZero(0.0); ++i) {
     const Vector3d x = system.r.col(i) + E.col(i);

@@ -9,10 +9,12 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/faults.hpp"
 #include "core/scene/scene.hpp"
+#include "tools/verification/reference/point_copy.hpp"
 #include "tools/verification/reference/true_geometry.hpp"
 
 namespace freeflex {
@@ -34,7 +36,16 @@ struct CartesianLoad {
     std::vector<Eigen::Matrix3d> force_per_torque;  // [1/m] -m_i [d_i x] J_g^-1
   };
   std::vector<Torque> torques;
+  std::vector<std::pair<int, Eigen::Vector3d>> body_torques;  // body and torque [N m] in `axes`
+  std::vector<std::pair<int, double>> wheel_torques;          // wheel and torque of its motor [N m]
   History history;
+};
+
+/// A wheel on a body, which is an index into the bodies of TrueGeometry   (THEORY 10.29).
+struct CartesianWheel {
+  int body = -1;
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();  // [-] in the rest axes of the body
+  double momentum = 0.0;                           // [N m s] at the start
 };
 
 /// An axial link from its first to its second point.
@@ -70,6 +81,9 @@ struct CartesianSystem {
   // a time may use a system
   std::optional<TrueGeometry> true_geometry;
   std::vector<CartesianLoad> loads;
+  std::vector<CartesianWheel> wheels;
+  // the last points, which copy the inertia of bodies; the other points are those of the scene
+  std::vector<CarriedPoint> carried;
   Eigen::Vector3d gravity_W = Eigen::Vector3d::Zero();    // [m/s^2] uniform, or the attraction at the start
   double attractor_mu = 0.0;                              // [m^3/s^2] 0: no attractor   (THEORY 10.7)
   Eigen::Vector3d attractor_W = Eigen::Vector3d::Zero();  // [m]
@@ -94,13 +108,14 @@ struct CartesianSystem {
 std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::string& error);
 
 /// Makes the system of a scene with links of every kind at true geometry and damping of every kind
-/// (THEORY 10.12 to 10.25). Returns nullopt and sets `error` for bodies with inertia, feedback and initial
-/// modes. If the shape is collinear, the smallest rotation from the rest shape gives the body axes.
+/// (THEORY 10.12 to 10.25, 10.29). Returns nullopt and sets `error` for feedback, initial modes and bodies
+/// that copy_bodies() refuses. If the shape is collinear, the smallest rotation from the rest shape gives the
+/// body axes.
 std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error);
 
 /// Returns the reason why a scene has no full system with which `freeflex report` compares, or nullopt.
-/// Bodies with inertia, points without mass, distributed mass, wheels, feedback, initial modes and more than
-/// kMostTruePoints at true geometry are refused.
+/// Bodies that copy_bodies() refuses, points without mass off bodies, distributed mass, feedback, initial
+/// modes and more than kMostTruePoints at true geometry are refused.
 std::optional<Fault> find_no_full_system(const Scene& scene);
 /// Makes the system with which `freeflex report` compares: make_cartesian_system for springs and bars without
 /// dissipation and attractor, else make_true_geometry.  \pre find_no_full_system(scene) is empty
@@ -127,6 +142,34 @@ void place_massless(const CartesianSystem& system, double t, double piece_time, 
 
 /// Returns the amplitude [-] of a history at t [s]. A pulse is on if `piece_time` [s] lies inside the pulse.
 double amplitude(const History& history, double t, double piece_time);
+
+/// Returns the integral of amplitude() from the start to t [s].
+double impulse(const History& history, double t, double piece_time);
+
+/// Angular momentum [N m s] of the wheels of a body, the torque [N m] of their motors, and the torque of
+/// loads on the body, all in the axes of the body   (THEORY 10.29).
+struct BodyMoments {
+  Eigen::Vector3d momentum = Eigen::Vector3d::Zero(), motor = Eigen::Vector3d::Zero(),
+                  load = Eigen::Vector3d::Zero();
+};
+/// \param R  rotation of the body, from its rest axes to the carrier  \param R_CW, R_CB  see add_load()
+BodyMoments moments_on_body(const CartesianSystem& system, int body, double t, double piece_time,
+                            const Eigen::Matrix3d& R, const Eigen::Matrix3d& R_CW,
+                            const Eigen::Matrix3d& R_CB);
+/// Returns whether wheels or torques act on bodies.
+bool has_body_moments(const CartesianSystem& system);
+
+/// Computes the forces of links and loads [N] (3N), without the constraints of rigid links. Moments on
+/// bodies are added as forces on their points, unless `leaves_moments` is true.
+void set_forces(const CartesianSystem& system, double t, double piece_time, std::span<const double> e,
+                std::span<const double> e_dot, bool leaves_moments, std::span<double> result);
+/// Accelerations [m/s^2] of the points towards the attractor, less that of the carrier   (THEORY 10.7).
+Eigen::Matrix3Xd attractions(const CartesianSystem& system, double t,
+                             const Eigen::Ref<const Eigen::Matrix3Xd>& e);
+/// Rotation from the carrier's axes to the world, R_WC = R_WB(0) exp([w_C x] t)   (THEORY 10.1).
+Eigen::Matrix3d carrier_rotation(const CartesianSystem& system, double t);
+/// Rotation from body axes to the carrier, or the identity if no load needs it.
+Eigen::Matrix3d body_rotation(const CartesianSystem& system, const Eigen::Ref<const Eigen::Matrix3Xd>& e);
 
 /// Adds the forces [N] of one load times `scale`, in carrier axes. R_CW and R_CB rotate world and body
 /// vectors into the carrier.  \param force (3 x N)

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "tools/verification/reference/cartesian.hpp"
@@ -61,6 +62,7 @@ class SecondOrderSystem {
   explicit SecondOrderSystem(const CartesianSystem& system) {
     for (const double mass : system.mass) inverse_mass_.insert(inverse_mass_.end(), 3, 1.0 / mass);
   }
+  explicit SecondOrderSystem(std::vector<double> inverse_mass) : inverse_mass_(std::move(inverse_mass)) {}
 
  private:
   std::vector<double> inverse_mass_;

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -114,6 +115,17 @@ class TrueGeometry {
   bool depends_on_velocities() const { return damping_.size() > 0 || has_rigid_links(); }
   bool is_damped() const { return damping_.size() > 0; }
 
+  int num_bodies() const { return static_cast<int>(bodies_.size()); }
+  const FittedFrame& body_frame(int body) const { return bodies_[static_cast<std::size_t>(body)].frame; }
+  /// Sets the rotations of all bodies, which are fitted to their points otherwise. The moments of joints on
+  /// bodies are then left to body_moments()   (THEORY 13.22).
+  void set_body_rotations(std::span<const Eigen::Matrix3d> R) { given_.assign(R.begin(), R.end()); }
+  /// Returns the moment [N m] of the joints on a body that add_forces() found last.
+  Eigen::Vector3d body_moment(int body) const {
+    return joints_.empty() ? Eigen::Vector3d(Eigen::Vector3d::Zero())
+                           : rotations_.body_moment[static_cast<std::size_t>(body)];
+  }
+
   std::size_t memory() const;  // [bytes] memory that the forces read
 
   int num_links() const { return num_links_; }
@@ -181,6 +193,7 @@ class TrueGeometry {
   Eigen::VectorXd scale_;  // (num_rotations) square roots of the diagonal of the stiffness in the rest shape
   Eigen::MatrixXd idle_;   // (num_rotations x k) orthonormal, scaled rotations that strain no link
   Eigen::MatrixXd damping_;
+  std::vector<Eigen::Matrix3d> given_;  // rotations of bodies, or empty
   double correction_ = 0.0;
   double tolerance_ = 0.0;  // [rad]
 

@@ -116,7 +116,7 @@ double TrueGeometry::assemble(const PointVectors& e, Tangent tangent, Forces for
   for (const auto& plate : plates_) add(plate);
   // A body carries the moments on its joints. On a collinear body the moment about the line is zero, because
   // the joint rotates freely about the line
-  for (std::size_t k = 0; k < bodies_.size(); ++k) {
+  for (std::size_t k = 0; k < bodies_.size() && given_.empty(); ++k) {
     if (rotations_.body_moment[k].isZero(0.0)) continue;
     const FittedFrame::Fit& fit = rotations_.body_fit[k];
     bodies_[k].frame.add_moment(fit, fit.R.transpose() * rotations_.body_moment[k], force);
@@ -220,12 +220,12 @@ std::vector<FittedFrame::Fit> TrueGeometry::fit_bodies(const PointVectors& e) co
 }
 
 void TrueGeometry::follow_bodies(const PointVectors& e) const {
-  rotations_.body_fit = fit_bodies(e);
+  if (given_.empty()) rotations_.body_fit = fit_bodies(e);
   for (std::size_t k = 0; k < joints_.size(); ++k) {
     const TrueJoint& joint = joints_[k];
     if (joint.body < 0) continue;
     const auto body = static_cast<std::size_t>(joint.body);
-    const Matrix3d& R_body = rotations_.body_fit[body].R;
+    const Matrix3d& R_body = given_.empty() ? rotations_.body_fit[body].R : given_[body];
     Matrix3d& R = rotations_.matrix[k];
     const Vector3d& line = bodies_[body].frame.line();
     // a collinear body determines the direction of its line, and the joint keeps its rotation about this line

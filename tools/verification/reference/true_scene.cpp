@@ -250,11 +250,6 @@ std::optional<Fault> find_refusal(const Scene& scene, bool takes_massless) {
   for (std::size_t k = 0; k < scene.points.size(); ++k) {
     const PointMass& point = scene.points[k];
     const std::string who = "point " + quoted(point.name, static_cast<int>(k));
-    if (has_attitude(point))
-      return fault(
-          point.origin, who,
-          " has inertia or an offset, but the reference has point masses only; replace the body by at "
-          "least three point masses on a rigid link");
     const auto holds = [&](const Link& link) {
       return contains(link.points, static_cast<int>(k)) &&
              (link.viscous > 0.0 || traits_of(link).effect != LinkEffect::kStrains);
@@ -271,9 +266,6 @@ std::optional<Fault> find_refusal(const Scene& scene, bool takes_massless) {
           scene.links[k].origin, "link ", called(scene.links[k], static_cast<int>(k)),
           " has distributed mass, but the reference has mass at points only; give the mass to points, "
           "or set lumped: true for a beam, bar or plate");
-  if (!scene.wheels.empty())
-    return fault(scene.wheels[0].origin, "wheel ", quoted(scene.wheels[0].name, 0),
-                 " has momentum, but the reference has no wheels; remove it");
   if (!scene.feedbacks.empty())
     return fault(scene.feedbacks[0].origin, "feedback ", quoted(scene.feedbacks[0].name, 0),
                  " acts on elastic displacements, which the reference does not have; remove it");
@@ -286,8 +278,29 @@ std::optional<Fault> find_refusal(const Scene& scene, bool takes_massless) {
 
 }  // namespace
 
-std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error) {
-  error.clear();
+namespace {
+
+/// Adds the wheels and the torques on bodies of a scene to the system of its copy   (THEORY 10.29).
+void add_moments(const Scene& scene, CartesianSystem& system) {
+  const TrueGeometry& geometry = *system.true_geometry;
+  const auto body_at = [&](int point) {
+    int body = 0;
+    while (!contains(geometry.body_frame(body).points(), point)) ++body;
+    return body;
+  };
+  for (const Wheel& wheel : scene.wheels)
+    system.wheels.push_back({body_at(wheel.point), wheel.axis, wheel.momentum});
+  for (std::size_t k = 0; k < scene.loads.size(); ++k) {
+    CartesianLoad& load = system.loads[k];
+    for (const TorqueLoad& each : scene.loads[k].torques)
+      load.body_torques.emplace_back(body_at(each.point), each.torque);
+    for (const WheelLoad& each : scene.loads[k].wheels)
+      load.wheel_torques.emplace_back(each.wheel, each.torque);
+    if (load.axes == Axes::kBody && !load.body_torques.empty()) system.needs_body_axes = true;
+  }
+}
+
+std::optional<CartesianSystem> make_of_points(const Scene& scene, std::string& error) {
   if (const auto fault = find_refusal(scene, true)) {
     error = fault->message;
     return std::nullopt;
@@ -315,10 +328,25 @@ std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::strin
   return system;
 }
 
+}  // namespace
+
+std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error) {
+  error.clear();
+  if (!has_bodies(scene)) return make_of_points(scene, error);
+  const std::optional<PointCopy> copy = copy_bodies(scene, error);
+  if (!copy) return std::nullopt;
+  auto system = make_of_points(copy->scene, error);
+  if (!system) return std::nullopt;
+  system->carried = copy->carried;
+  add_moments(scene, *system);
+  return system;
+}
+
 namespace {
 
 /// Returns the system of springs and bars without dissipation and attractor, or nullopt for other scenes.
 std::optional<CartesianSystem> make_conservative_axial(const Scene& scene) {
+  if (has_bodies(scene)) return std::nullopt;
   std::string error;
   std::optional<CartesianSystem> system = make_cartesian_system(scene, error);
   const auto is_damped = [](const CartesianLink& link) { return link.damping > 0.0; };
@@ -338,7 +366,11 @@ std::optional<Fault> find_no_full_system(const Scene& scene) {
         join_text("the scene has ", scene.points.size(), " points, but at most ", kMostTruePoints,
                   " are allowed with damping, an attractor, or links other than springs and bars; use "
                   "a coarser mesh")};
-  return find_refusal(scene, false);
+  if (!has_bodies(scene)) return find_refusal(scene, false);
+  std::string error;
+  const std::optional<PointCopy> copy = copy_bodies(scene, error);
+  if (!copy) return Fault{Fault::Severity::kError, {}, error};
+  return find_refusal(copy->scene, false);
 }
 
 CartesianSystem make_full_system(const Scene& scene) {

@@ -140,7 +140,8 @@ std::vector<double> ErrorMeter::coordinate(const Trajectory& motion, const Eigen
 void ErrorMeter::choose_mode(const Structure& structure) {
   constexpr std::size_t kFewest = 12;  // smallest number of frames
   constexpr double kFastest = 2.5;     // [rad] largest phase of the mode between two frames
-  if (reference_.frames.size() < first_frame_ + kFewest) return;
+  // the shapes of modes do not give the points that carry the inertia of bodies
+  if (reference_.frames.size() < first_frame_ + kFewest || !system_.carried.empty()) return;
   std::vector<Eigen::VectorXd> u;
   for (std::size_t k = first_frame_; k < reference_.frames.size(); ++k) {
     const Eigen::Matrix3Xd now = displacements(reference_.frames[k]);

@@ -32,22 +32,21 @@ constexpr std::array kFullSteps{0.01, 0.001};  // [s]
 struct Rung {
   Plan plan;
   std::optional<Plan> free_plan;
+  std::vector<CarriedPoint> carried;  // points of the reference on bodies, after those of the plan
   Motion motion;
 
   std::vector<Vec3> V, V_dot;  // [m], [m/s] (num_points) body axes
 
   Rung(const Rung&) = delete;  // the motion refers to the plan
-  explicit Rung(Plan given)
+  Rung(Plan given, const CartesianSystem& system)
       : plan(std::move(given)),
+        carried(system.carried),
         motion(plan, kMotionAlone),
         V(plan.points.size()),
         V_dot(plan.points.size()) {}
 
   /// Returns to the initial values of the plan.
-  void restart() {
-    motion.set_plan(plan);
-    motion.reset();
-  }
+  void restart() { motion.set_plan(plan), motion.reset(); }
   /// Advances by ticks. Returns false if the state is not finite.
   bool advance(std::int64_t ticks) { return advance(plan, ticks); }
 
@@ -58,7 +57,6 @@ struct Rung {
   }
 
   bool advance_freely() { return advance(*free_plan, 1); }
-
   bool advance(const Plan& at, std::int64_t ticks) {
     motion.set_plan(at);
     for (std::int64_t k = 0; k < ticks; ++k)
@@ -69,6 +67,20 @@ struct Rung {
   /// Reads positions and velocities of all points into the form that other methods use.
   /// \pre mode-shape row i belongs to point i
   void read(CartesianState& to) {
+    read_points(to);
+    for (std::size_t k = 0; k < carried.size(); ++k) {
+      const auto [point, arm] = carried[k];
+      const auto column = static_cast<Eigen::Index>(plan.points.size() + k);
+      const BodyState body = read_body(plan, motion.state(), point);
+      const Eigen::Quaterniond R(body.q_WP[0], body.q_WP[1], body.q_WP[2], body.q_WP[3]);
+      to.p_W.col(column) = to.p_W.col(point) + R * arm;
+      to.v_W.col(column) =
+          to.v_W.col(point) + R * Eigen::Map<const Eigen::Vector3d>(body.w_P.data()).cross(arm);
+    }
+  }
+  std::size_t num_read() const { return plan.points.size() + carried.size(); }
+
+  void read_points(CartesianState& to) {
     const State& state = motion.state();
     if (!plan.coupled.turning.bodies.empty()) {  // rows do not give the positions of points on turning bodies
       for (int i = 0; i < static_cast<int>(plan.points.size()); ++i) {
@@ -95,7 +107,6 @@ struct Rung {
     const Invariants now = read_invariants(plan, motion.state());
     return now.kinetic_rigid + now.kinetic_elastic + now.potential;
   }
-
   std::size_t memory() const {
     const State& state = motion.state();
     const std::size_t arrays =
@@ -128,7 +139,7 @@ bool follow(const Bench& bench, Rung& rung, Trajectory& motion) {
   const double period = rung.plan.period;
   rung.restart();
   const auto ticks = loaded_ticks(bench, rung);
-  const auto points = static_cast<Eigen::Index>(rung.plan.points.size());
+  const auto points = static_cast<Eigen::Index>(rung.num_read());
   motion.end = {bench.options.end, Eigen::Matrix3Xd(3, points), Eigen::Matrix3Xd(3, points)};
   const bool has_frames = period <= kFramePeriod * (1.0 + 1e-9) && is_whole(kFramePeriod / period);
   const std::int64_t per_frame = has_frames ? std::llround(kFramePeriod / period) : 0;
@@ -151,8 +162,7 @@ bool follow(const Bench& bench, Rung& rung, Trajectory& motion) {
 void time_read_outs(const Bench& bench, Rung& rung, Run& run) {
   const double period = rung.plan.period;
   const auto ticks = loaded_ticks(bench, rung);
-  CartesianState now{0.0, Eigen::Matrix3Xd(3, rung.plan.points.size()),
-                     Eigen::Matrix3Xd(3, rung.plan.points.size())};
+  CartesianState now{0.0, Eigen::Matrix3Xd(3, rung.num_read()), Eigen::Matrix3Xd(3, rung.num_read())};
   constexpr std::array<double, kReadOuts> kEvery{0.0, 0.01, 0.001};  // [s]
   for (std::size_t load = 0; load < kReadOuts; ++load) {
     std::int64_t every = ticks;
@@ -211,7 +221,7 @@ std::unique_ptr<Rung> make_rung(const Bench& bench, Scene& scene, double step, s
   Faults faults;
   scene.rate = 1.0 / step;
   std::optional<Plan> plan = make_full_plan(scene, bench.structure, scene.fidelity, faults);
-  if (plan && !has_error(faults)) return std::make_unique<Rung>(std::move(*plan));
+  if (plan && !has_error(faults)) return std::make_unique<Rung>(std::move(*plan), bench.system);
   why = first_error(faults);
   return nullptr;
 }
