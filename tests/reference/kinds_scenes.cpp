@@ -454,6 +454,25 @@ Specimen mixture(Random& random) {
   return moving(scene, random, 0.5);
 }
 
+// Massless points on springs, whose forces balance at every moment.
+Specimen massless_nodes(Random& random) {
+  Scene scene = box(random);
+  for (int k = 0; k < 3; ++k) {
+    const int node = add_point(scene, 0.0, Eigen::Vector3d(0.5 + 0.5 * k, 0.8, 0.6) + 0.2 * random.vector());
+    for (const int corner : {0, 1, 3, 4, 6, 7})
+      add_link(scene, node, corner, Spring{1e3 * (1.2 + random.one())});
+  }
+  push_and_spin(scene, random, 1.0);
+  return {scene};
+}
+
+// Rigid links of points on a line, which have no roll   (THEORY 12.118).
+Specimen rod_links(Random& random) {
+  Scene scene = rods(random);
+  kick(scene, random, 1.0);
+  return {scene};
+}
+
 // Two pairs of beams are superelements over displacements and rotations of three points each. The whole
 // structure has the beams.
 Specimen superelements(Random& random) {
@@ -501,6 +520,8 @@ const std::vector<Kind>& all_kinds() {
       {"bending springs", bending_springs, 8e-8, 3.5},
       {"torsion springs", torsion_springs, 2e-8, 3.5},
       {"rigid links", rigid_bodies, 1.5e-7, 3.5},
+      {"rods", rod_links, 2e-7, 3.5},
+      {"massless points on springs", massless_nodes, 3e-8, 3.5},
       {"stiffness matrices", matrix_links, 4e-9, 3.5},
       {"flexibility matrices", flexibility_links, 4e-9, 3.5},
       {"superelements", superelements, 5e-7, 3.5},
