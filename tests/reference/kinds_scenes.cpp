@@ -520,7 +520,7 @@ const std::vector<Kind>& all_kinds() {
       {"bending springs", bending_springs, 8e-8, 3.5},
       {"torsion springs", torsion_springs, 2e-8, 3.5},
       {"rigid links", rigid_bodies, 1.5e-7, 3.5},
-      {"rods", rod_links, 2e-7, 3.5},
+      {"rods", rod_links, 8e-7, 3.5},
       {"massless points on springs", massless_nodes, 3e-8, 3.5},
       {"stiffness matrices", matrix_links, 4e-9, 3.5},
       {"flexibility matrices", flexibility_links, 4e-9, 3.5},
