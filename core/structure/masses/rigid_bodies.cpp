@@ -131,7 +131,7 @@ std::string thin_refusal(const Scene& scene, const Structure& structure, const R
     if (structure.resolved.has_attitude[index(point)])
       return join_text(" through its centre of mass, but ", who,
                        " has inertia or an offset, so its attitude would need an equation about this axis; "
-                       "give it inertia about this axis");
+                       "give it inertia about this axis, of which 1e-3 of the largest is enough");
     if (body.points.size() > 2 && freedoms.has_joint(point))
       return join_text(", and it turns the beam or plate at ", who,
                        ", so no equation determines its rotation about the line of its points; add a point "
