@@ -201,7 +201,7 @@ class LinksCheck {
     if (curve_.weights.size() != count * padded || !are_finite(curve_.weights) ||
         curve_.is_axial.size() != count || curve_.filter.size() != curve_.stiff.size() ||
         !are_finite(curve_.filter) || !std::ranges::is_sorted(curve_.modes) ||
-        !std::ranges::is_sorted(curve_.stiff))
+        !std::ranges::is_sorted(curve_.stiff) || (curve_.is_filtered && curve_.stiff.empty()))
       return false;
     for (const std::int32_t k : curve_.stiff)
       if (k < 0 || index(k) >= count) return false;

@@ -191,7 +191,6 @@ void set_coupled_period(StepPlan& plan) {
   PlanCurve& curve = coupled.curve;
   curve.stiff.clear();
   curve.filter.clear();
-  curve.is_filtered = !curve.modes.empty() && plan.omega[index(curve.modes.back())] * period > kFilterPhase;
   coupled.damps_true_strains = !coupled.strain_times.empty() && top_frequency(plan) * period <= kFilterPhase;
   for (std::size_t k = 0; k < curve.modes.size(); ++k) {
     const double phase = plan.omega[index(curve.modes[k])] * period;
@@ -200,6 +199,7 @@ void set_coupled_period(StepPlan& plan) {
     const double average = phase < kLongestPhase ? std::sin(phase) / phase : 0.0;
     curve.filter.push_back(average * average);
   }
+  curve.is_filtered = !curve.stiff.empty() && plan.omega[index(curve.modes.back())] * period > kFilterPhase;
   const auto n = static_cast<std::size_t>(plan.num_padded);
   coupled.functions.assign(
       std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions} * n, 0.0);
