@@ -204,8 +204,7 @@ int report(const ReportOptions& options) {
 void add_report(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReportOptions>();
   CLI::App* command = app.add_subcommand(kReport.name, kReport.meaning);
-  command->add_option("SCENE", options->scenes,
-                      "scene files with links of any kind, but without bodies with inertia");
+  command->add_option("SCENE", options->scenes, "scene files with links of any kind");
   command
       ->add_option("--estimates", options->num_estimates,
                    "random scenes on which the error estimate is compared with the full system")

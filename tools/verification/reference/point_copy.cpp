@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
-#include "core/faults.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/link_kinds.hpp"
 
@@ -40,28 +39,35 @@ class Copier {
     for (Load& load : copy_.scene.loads) load.torques.clear(), load.wheels.clear();
   }
 
-  std::optional<PointCopy> make(std::string& error) {
-    for (int i = 0; i < static_cast<int>(given_.points.size()) && error_.empty(); ++i)
+  std::optional<PointCopy> make(Fault& why) {
+    for (int i = 0; i < static_cast<int>(given_.points.size()) && !fault_; ++i)
       if (has_attitude(given_.points[index(i)])) add(i);
-    if (error_.empty()) check_loads();
-    error = error_;
-    return error.empty() ? std::optional(std::move(copy_)) : std::nullopt;
+    if (!fault_) check_loads();
+    if (!fault_) return std::move(copy_);
+    why = *fault_;
+    return std::nullopt;
   }
 
  private:
   std::string called_point(int point) const {
     return "point " + quoted(given_.points[index(point)].name, point);
   }
+  void refuse(const Origin& origin, std::string message) {
+    fault_ = Fault{Fault::Severity::kError, origin, std::move(message)};
+  }
+  void refuse(int point, const char* cause) {
+    refuse(given_.points[index(point)].origin, called_point(point) + cause);
+  }
 
   /// Returns the rigid link of a body, to which the copy adds one if there is none. Returns nullptr and sets
-  /// the error if there are two.
+  /// the fault if there are two.
   Link* rigid_link_of(int point) {
     Link* found = nullptr;
     for (Link& link : copy_.scene.links) {
       if (!is_rigid(link) || !std::ranges::count(link.points, point)) continue;
       if (found != nullptr) {
-        error_ = called_point(point) +
-                 " has inertia and is on two rigid links, but the reference takes one; join them in one link";
+        refuse(point,
+               " has inertia and is on two rigid links, but the reference takes one; join them in one link");
         return nullptr;
       }
       found = &link;
@@ -79,10 +85,9 @@ class Copier {
     const PointMass& body = given_.points[index(point)];
     const Vector3d moments = Solver(second_moment(body)).eigenvalues();
     if (moments[1] <= kThin * moments[2] || moments[2] <= 0.0) {
-      error_ =
-          called_point(point) +
-          " has inertia about two axes only or none with an offset, but the reference needs inertia about "
-          "three; give the third axis at least 1e-6 of the largest";
+      refuse(point,
+             " has inertia about two axes only or none with an offset, but the reference needs inertia about "
+             "three; give it inertia about three axes, where 1e-3 of the largest is enough for the third");
       return;
     }
     Link* link = rigid_link_of(point);
@@ -124,28 +129,30 @@ class Copier {
       }
       return;
     }
-    error_ = called_point(point) +
-             " has the inertia of a flat body, but a point on the body lies outside of its plane; give the "
-             "body inertia across the plane";
+    refuse(point,
+           " has the inertia of a flat body, but a point on the body lies outside of its plane; give the "
+           "body inertia across the plane");
   }
 
   void check_loads() {
     if (!given_.initial.points.empty())
-      error_ =
+      refuse(
+          Origin{},
           "initial.points gives displacements, which the reference takes for point masses only; start from "
-          "rest and push";
+          "rest and push");
     for (const Load& load : given_.loads)
       for (const WrenchLoad& wrench : load.wrenches)
         for (const int point : given_.groups[index(wrench.group)].points)
           if (has_attitude(given_.points[index(point)]) || given_.points[index(point)].mass == 0.0)
-            error_ =
-                "load " + quoted(load.name, 0) + " is a wrench on a group with " + called_point(point) +
-                ", which the reference takes for point masses only; use a force and a torque on the body";
+            refuse(load.origin, "load " + quoted(load.name, 0) + " is a wrench on a group with " +
+                                    called_point(point) +
+                                    ", which the reference takes for point masses only; use a force and a "
+                                    "torque on the body");
   }
 
   const Scene& given_;
   PointCopy copy_;
-  std::string error_;
+  std::optional<Fault> fault_;
 };
 
 }  // namespace
@@ -154,8 +161,6 @@ bool has_bodies(const Scene& scene) {
   return !scene.wheels.empty() || std::ranges::any_of(scene.points, has_attitude);
 }
 
-std::optional<PointCopy> copy_bodies(const Scene& scene, std::string& error) {
-  return Copier(scene).make(error);
-}
+std::optional<PointCopy> copy_bodies(const Scene& scene, Fault& why) { return Copier(scene).make(why); }
 
 }  // namespace freeflex

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/faults.hpp"
 #include "core/scene/scene.hpp"
 
 namespace freeflex {
@@ -26,9 +27,9 @@ bool has_bodies(const Scene& scene);
 
 /// Makes the copy of a scene. Each body with inertia, and each massless point on a rigid link with it, gets a
 /// small part of the mass of the body. Four point masses on the same rigid link have the rest, so that mass,
-/// centre of mass and inertia are those of the body   (THEORY 10.29). Returns nullopt and sets `error` for
+/// centre of mass and inertia are those of the body   (THEORY 10.29). Returns nullopt and sets `why` for
 /// bodies whose inertia is that of a line or a point, bodies on two rigid links, wrenches on groups with such
 /// bodies, and initial displacements.
-std::optional<PointCopy> copy_bodies(const Scene& scene, std::string& error);
+std::optional<PointCopy> copy_bodies(const Scene& scene, Fault& why);
 
 }  // namespace freeflex

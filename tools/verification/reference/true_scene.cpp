@@ -333,8 +333,12 @@ std::optional<CartesianSystem> make_of_points(const Scene& scene, std::string& e
 std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error) {
   error.clear();
   if (!has_bodies(scene)) return make_of_points(scene, error);
-  const std::optional<PointCopy> copy = copy_bodies(scene, error);
-  if (!copy) return std::nullopt;
+  Fault why;
+  const std::optional<PointCopy> copy = copy_bodies(scene, why);
+  if (!copy) {
+    error = why.message;
+    return std::nullopt;
+  }
   auto system = make_of_points(copy->scene, error);
   if (!system) return std::nullopt;
   system->carried = copy->carried;
@@ -367,9 +371,9 @@ std::optional<Fault> find_no_full_system(const Scene& scene) {
                   " are allowed with damping, an attractor, or links other than springs and bars; use "
                   "a coarser mesh")};
   if (!has_bodies(scene)) return find_refusal(scene, false);
-  std::string error;
-  const std::optional<PointCopy> copy = copy_bodies(scene, error);
-  if (!copy) return Fault{Fault::Severity::kError, {}, error};
+  Fault why;
+  const std::optional<PointCopy> copy = copy_bodies(scene, why);
+  if (!copy) return why;
   return find_refusal(copy->scene, false);
 }
 
