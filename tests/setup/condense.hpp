@@ -11,7 +11,7 @@ namespace freeflex::testing {
 
 /// Replaces the links `first` to the last, and the points that only they have, by a superelement on the given
 /// points with `num_modes` modes of vibration between fixed ends. The points that are removed must be the
-/// last of the scene but for the given ones, which keep their order.
+/// last of the scene but for the given ones, which keep their order. Their masses go into the superelement.
 /// \param ends  points of the superelement, ascending; all points that remain are listed by `remain`
 inline Scene condensed(const Scene& whole, std::size_t first_link, const std::vector<int>& ends,
                        const std::vector<int>& remain, int num_modes) {
@@ -19,7 +19,10 @@ inline Scene condensed(const Scene& whole, std::size_t first_link, const std::ve
   part.links.erase(part.links.begin(), part.links.begin() + static_cast<std::ptrdiff_t>(first_link));
   const Freedoms freedoms(part);
   Faults faults;
-  for (PointMass& point : part.points) point.mass = 0.0, point.inertia.setZero(), point.offset.setZero();
+  for (const int k : remain) {
+    PointMass& point = part.points[index(k)];
+    point.mass = 0.0, point.inertia.setZero(), point.offset.setZero();
+  }
   const Freedoms own(part);
   const LinkFactor factor = factor_links(part, false, faults);
   const Eigen::Index size = own.num_all();
