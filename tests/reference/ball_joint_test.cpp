@@ -295,6 +295,24 @@ TEST(BallJoints, WhatTheyCannotDoIsRefused) {
   add_link(spread, 4, 7, with_mass);
   EXPECT_NE(message(spread).find("a ball joint, which cannot be combined with"), std::string::npos)
       << message(spread);
+  for (int kind = 0; kind < 3; ++kind) {  // each was taken before, and wrong by up to 0.8 of the displacement
+    Scene damped = tree(2.0);
+    if (kind == 0) damped.damping.beta = 0.1;
+    if (kind == 1) damped.damping.modal_ratio = 0.01;
+    if (kind == 2) add_link(damped, 4, 7, Dashpot{1.0});
+    EXPECT_NE(message(damped).find("cannot be combined with dashpots or damping"), std::string::npos)
+        << message(damped);
+  }
+  // two masses, and the massless joint beside their line
+  Scene beside;
+  add_point(beside, 10.0, {0.0, 0.0, 0.0});
+  beside.points[0].inertia.setIdentity();
+  add_point(beside, 0.0, {0.5, 0.0, 0.0});
+  add_point(beside, 1.0, {1.0, 0.3, 0.0});
+  add_point(beside, 1.0, {1.0, -0.3, 0.0});
+  add_link(beside, {0, 1}, Rigid{});
+  add_link(beside, {1, 2, 3}, Rigid{});
+  EXPECT_NE(message(beside).find("has a point beside this line"), std::string::npos) << message(beside);
   Scene light = tree(2.0);
   light.points[5].mass = 0.0;
   EXPECT_NE(message(light).find("give mass to a second point"), std::string::npos) << message(light);

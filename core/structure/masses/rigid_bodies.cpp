@@ -26,6 +26,15 @@ bool turns_with(const ResolvedScene& resolved, std::size_t point) {
   return resolved.has_attitude[point] || resolved.has_rotary_mass[point];
 }
 
+bool is_damped(const Scene& scene) {
+  const Damping& damping = scene.damping;
+  return damping.modal_ratio > 0.0 || !damping.mode_ratios.empty() || damping.alpha > 0.0 ||
+         damping.beta > 0.0 || std::ranges::any_of(scene.links, [](const Link& link) {
+           return traits_of(link).effect == LinkEffect::kDamps || link.viscous > 0.0 ||
+                  link.loss_factor > 0.0;
+         });
+}
+
 // Sets of points that turn as one body. Points with an attitude are sets of their own until a rigid link
 // joins them to others. A point without attitude that rigid links of several sets share is a ball joint, and
 // belongs to each of them   (THEORY 12.123).
@@ -82,6 +91,9 @@ class Sets {
              "which cannot be combined with mass matrices or links that have spread mass; "
              "add lumped: true to these links",
              faults);
+    if (roots.size() > 1 && is_damped(scene))
+      refuse(scene, point,
+             "which cannot be combined with dashpots or damping of links or modes; take these out", faults);
     if (roots.size() > 1 && !scene.feedbacks.empty())
       refuse(scene, point, "which cannot be combined with feedback; take the feedback out", faults);
   }
@@ -137,6 +149,10 @@ std::string thin_refusal(const Scene& scene, const Structure& structure, const R
                        ", so no equation determines its rotation about the line of its points; add a point "
                        "with mass off the line");
   }
+  if (line_of(scene, body.points).isZero(0.0))
+    return ", the line of its masses, but has a point beside this line, so no equation determines its "
+           "rotation "
+           "about the line; give mass to that point, of which 1e-3 of the largest is enough";
   if (structure.resolved.have_links_mass())
     return ", which cannot be combined with links that have spread mass; add lumped: true to these links";
   return {};
