@@ -407,6 +407,12 @@ TEST(ReportArguments, ScenesAndOptionsThatCannotBeReportedAreRefused) {
                        "inertia about three"))
       << body.err;
   EXPECT_TRUE(contains(body.err, "there is no full system to compare with")) << body.err;
+  write_text(folder / "chain.yaml",
+             "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
+             "  - {name: c, mass: 1, at: [2, 0, 0]}\nlinks:\n  - rigid: [a, b]\n  - rigid: [b, c]\n");
+  const Outcome chain = run(kFreeflex + " report --until 0.1 " + folder / "chain.yaml");
+  EXPECT_EQ(chain.exit_code, 2);
+  EXPECT_TRUE(contains(chain.err, "no link resists a deformation")) << chain.err;
   write_text(folder / "mass.yaml",
              "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
              "links:\n  - {name: tube, beam: [a, b], EA: 1, GJ: 1, EIy: 1, EIz: 1, mass_per_length: 1}\n");

@@ -148,6 +148,15 @@ void describe(const std::string& file, const Scene& scene, const StudyOptions& o
   study.spin = scene.initial.angular_velocity.norm();
 }
 
+/// Returns why a structure has no elastic error, or an empty text.
+std::string nothing_to_compare(const Structure& structure) {
+  if (structure.omega.size() == 0)
+    return "the scene has no elastic freedoms, so there is no elastic error to compare";
+  if (!(structure.omega.maxCoeff() > 0.0))
+    return "no link resists a deformation, so there is no elastic error to compare; use `freeflex run`";
+  return {};
+}
+
 }  // namespace
 
 Study study_scene(const std::string& file, const Scene& scene, const StudyOptions& options,
@@ -169,10 +178,8 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
     return study;
   }
   study.elastic_freedoms = index(structure->omega.size());
-  if (study.elastic_freedoms == 0) {
-    study.error = "the scene has no elastic freedoms, so there is no elastic error to compare";
-    return study;
-  }
+  study.error = nothing_to_compare(*structure);
+  if (!study.error.empty()) return study;
   study.top_frequency = structure->omega.maxCoeff();
   for (const double omega : structure->omega)
     if (omega > 0.0 && study.lowest_frequency == 0.0) study.lowest_frequency = omega;
