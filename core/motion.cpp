@@ -51,10 +51,9 @@ std::string lost_shape_text(const Plan& plan, const StepReport& report, std::int
   if (report.status == StepStatus::kOpenJoint)
     return "in the step after tick " + std::to_string(tick) + " the ball joint at point '" +
            plan.points[index(report.joint_point)].name +
-           "', or one that hangs together with it, could not be closed, because its bodies have turned too "
-           "far against the axes of the structure for the mass that they have there; end the run before, "
-           "give "
-           "the joint more mass, or use stiff bars in its place";
+           "', or one that its bodies share with others, could not be closed, because the bodies have turned "
+           "too far against the axes of the structure; bodies with little mass at the joint may turn less; "
+           "end the run before, give the joint more mass, or use stiff bars in its place";
   if (report.status == StepStatus::kTurnedTooFar)
     return "in the step after tick " + std::to_string(tick) + " the body at point '" +
            plan.points[index(report.joint_point)].name +

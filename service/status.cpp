@@ -103,8 +103,9 @@ std::string fault_text(const Snapshot& snapshot) {
     text = fmt::format(
         "in the step after tick {} the ball joint at point {} could not be closed, so the simulation holds "
         "at "
-        "tick {}; its bodies have turned too far against the axes of the structure for the mass that they "
-        "have there: give the joint more mass, or use stiff bars in its place",
+        "tick {}; its bodies have turned too far against the axes of the structure, and bodies with little "
+        "mass "
+        "at the joint may turn less: give the joint more mass, or use stiff bars in its place",
         fault.tick, fault.joint_point + 1, fault.tick);
   if (fault.status == StepStatus::kTurnedTooFar)
     text = fmt::format(

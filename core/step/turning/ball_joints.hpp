@@ -32,8 +32,8 @@ struct BallJoints {
   Array q, p;                  // (num_padded) coordinates and momenta of a stage with those of the joints
   Array field_rate;            // [m/s^2] (num_padded) rate of p by forces on points and bodies
   std::vector<double> matrix;  // (3J x 3J) row-major; its factor after factor_of_joints()
-  std::vector<double>
-      at_rest;  // (3J x 3J) rates of the gaps by the rates of their coordinates, in the rest shape
+  // (3J x 3J) rates of the gaps by the rates of their coordinates, in the rest shape
+  std::vector<double> at_rest;
   std::vector<double> right;         // (3J)
   std::vector<std::int32_t> pivots;  // (3J)
   std::int32_t widest = 0;           // index into `all` of the joint with the widest gap
@@ -54,7 +54,7 @@ void close_joints(const StepPlan& plan, StageState& stage, CoupledWorkspace& w) 
 /// \param alpha  [rad/s] that of the momenta without the joints  \pre w.frame, and W and S of bodies, are set
 void add_joint_momenta(const StepPlan& plan, const Vec3& alpha, CoupledWorkspace& w) noexcept;
 /// Adds the forces of the joints to the rates, after all other forces   (THEORY 12.126).
-void add_joint_forces(const StepPlan& plan, const StageState& stage, CoupledWorkspace& w,
-                      StageRate& rate) noexcept;
+/// \pre nothing is damped
+void add_joint_forces(const StepPlan& plan, CoupledWorkspace& w, StageRate& rate) noexcept;
 
 }  // namespace freeflex

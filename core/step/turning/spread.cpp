@@ -5,6 +5,7 @@
 
 #include "core/step/coupled/stage.hpp"
 #include "core/step/coupled/tables.hpp"
+#include "core/step/linear/dense_lu.hpp"
 #include "core/step/linear/kernels.hpp"
 #include "core/step/turning/turning.hpp"
 
@@ -82,32 +83,10 @@ void factor_bodies(SpreadWorkspace& s) noexcept {
       const Mat3& D = s.bodies[b / 3].D;
       F[a * n + b] = (a == b ? 1.0 : 0.0) + row[0] * D[b % 3] + row[1] * D[3 + b % 3] + row[2] * D[6 + b % 3];
     }
-  for (std::size_t k = 0; k < n; ++k) {
-    std::size_t pivot = k;
-    for (std::size_t i = k + 1; i < n; ++i)
-      if (magnitude(F[i * n + k]) > magnitude(F[pivot * n + k])) pivot = i;
-    s.pivots[k] = static_cast<std::int32_t>(pivot);
-    if (pivot != k)
-      for (std::size_t j = 0; j < n; ++j) std::swap(F[k * n + j], F[pivot * n + j]);
-    for (std::size_t i = k + 1; i < n; ++i) {
-      const double share = F[i * n + k] / F[k * n + k];
-      F[i * n + k] = share;
-      for (std::size_t j = k + 1; j < n; ++j) F[i * n + j] -= share * F[k * n + j];
-    }
-  }
+  factor_dense(F, s.pivots);
 }
 /// Replaces the right side x by (1 + K D)^-1 x.  \param x  (3B)
-void solve_bodies(const SpreadWorkspace& s, double* x) noexcept {
-  const std::size_t n = 3 * s.bodies.size();
-  const double* const F = s.factor.data();
-  for (std::size_t k = 0; k < n; ++k) std::swap(x[k], x[index(s.pivots[k])]);
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < i; ++j) x[i] -= F[i * n + j] * x[j];
-  for (std::size_t i = n; i-- > 0;) {
-    for (std::size_t j = i + 1; j < n; ++j) x[i] -= F[i * n + j] * x[j];
-    x[i] /= F[i * n + i];
-  }
-}
+void solve_bodies(const SpreadWorkspace& s, double* x) noexcept { solve_dense(s.factor.data(), s.pivots, x); }
 
 /// Sets A, D, E of a body   (THEORY 12.108, 12.109).
 void set_body_terms(const PlanTurningBody& plan, const TurningMotion& at,

@@ -393,7 +393,7 @@ void evaluate_turning(const StepLoads& step_loads, const StageState& given, Work
   if (rate.rate_q_dot != nullptr) set_drift_rate_of_bodies(plan, stage, w, rate);
   add_modal_loads(step_loads, stage, workspace, rate);
   add_strain_damping(plan, stage, w, rate);
-  if (has_ball_joints) add_joint_forces(plan, stage, w, rate);
+  if (has_ball_joints) add_joint_forces(plan, w, rate);
 }
 
 }  // namespace freeflex

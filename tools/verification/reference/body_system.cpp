@@ -27,7 +27,7 @@ Matrix3d rotation_less_one(const Quaterniond& q) {
   return 2.0 / q.squaredNorm() * (q.w() * cross + cross * cross);
 }
 
-/// Returns 2 q^-1 q', of which the vector part is the angular velocity in the axes of the body.
+/// Returns the quaternion 2 q^-1 q'. Its vector part is the angular velocity [rad/s] in the axes of the body.
 Quaterniond twice_rate(const Quaterniond& q, const Quaterniond& q_dot) {
   Quaterniond rate = q.conjugate() * q_dot;
   rate.coeffs() *= 2.0 / q.squaredNorm();

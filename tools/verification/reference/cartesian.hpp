@@ -109,8 +109,8 @@ std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::st
 
 /// Makes the system of a scene with links of every kind at true geometry and damping of every kind
 /// (THEORY 10.12 to 10.25, 10.29). Returns nullopt and sets `error` for feedback, initial modes and bodies
-/// that copy_bodies() refuses. If the shape is collinear, the smallest rotation from the rest shape gives the
-/// body axes.
+/// that copy_bodies() refuses. If all points are on a line, the body axes are those of the rest shape, turned
+/// by the smallest rotation that takes the rest line to this line.
 std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error);
 
 /// Returns the reason why a scene has no full system with which `freeflex report` compares, or nullopt.
