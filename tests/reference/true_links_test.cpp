@@ -151,5 +151,30 @@ TEST(TrueLinks, FreeMotionConservesEnergyAndMomenta) {
   for (const std::uint64_t seed : {1, 2}) expect_conservation(seed);
 }
 
+// An integrator may try positions that are far off. The joints must then find back to the equilibrium near
+// which they were.
+TEST(TrueLinks, JointsFindBackFromPositionsFarOff) {
+  std::mt19937_64 engine(7);
+  std::normal_distribution<double> normal;
+  int num_far = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const Scene scene = random_mixture(seed, 6 + static_cast<int>(seed % 5));
+    CartesianSystem fresh = true_geometry_of(scene), used = true_geometry_of(scene);
+    const auto random = [&](double size) {
+      return Matrix3Xd(size * Matrix3Xd::NullaryExpr(3, fresh.r.cols(), [&] { return normal(engine); }));
+    };
+    const Matrix3Xd near = random(1e-3), far = random(0.15);
+    Matrix3Xd force = Matrix3Xd::Zero(3, near.cols()), expected = force;
+    used.true_geometry->add_forces(far, force);
+    num_far += force.allFinite();
+    force.setZero();
+    const double energy = used.true_geometry->add_forces(near, force);
+    const double expected_energy = fresh.true_geometry->add_forces(near, expected);
+    EXPECT_NEAR(energy, expected_energy, 1e-9 * expected_energy) << "seed " << seed;
+    EXPECT_LT((force - expected).norm(), 1e-8 * expected.norm()) << "seed " << seed;
+  }
+  EXPECT_GT(num_far, 100);
+}
+
 }  // namespace
 }  // namespace freeflex::testing

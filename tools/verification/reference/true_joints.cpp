@@ -244,6 +244,9 @@ bool TrueGeometry::relax(const PointVectors& e) const {
   constexpr double kWorth = 1e-12;
   // [-] if a step is larger than this fraction of the previous step, a new factor is needed
   constexpr double kSlow = 0.05;
+  // [rad] Above this size, the tangent without the terms that contain moments is taken, because it is
+  // positive definite. The full one leads to other equilibria from joints that are far from theirs.
+  constexpr double kNear = 0.01;
   double last = 0.0;
   Tangent tangent = Tangent::kNone;
   const Matrix3d R_body = idle_.cols() > 0 ? body_.fit(r_ + e).R : Matrix3d::Identity();
@@ -265,7 +268,7 @@ bool TrueGeometry::relax(const PointVectors& e) const {
         (k > 0 && size < kRounding && ratio > 0.5))
       return true;
     const bool is_slow = size > kWorth && ((k > 0 && ratio > kSlow) || size > kSlow);
-    tangent = is_slow ? Tangent::kPresent : Tangent::kNone;
+    tangent = !is_slow ? Tangent::kNone : size < kNear ? Tangent::kPresent : Tangent::kAtRest;
     last = size;
   }
   return false;
