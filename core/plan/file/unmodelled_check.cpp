@@ -39,11 +39,13 @@ std::string find_unmodelled_inconsistency(const StepPlan& plan, const PlanUnmode
   require(is_at_least(unmodelled.tolerance, 0.0), "the tolerance is out of range");
   require(are_ascending(unmodelled.fast_loads) && are_indices(unmodelled.fast_loads, plan.histories.size()),
           "a fast load is not in the plan");
-  require(unmodelled.num_judged >= 0 && index(unmodelled.num_judged) <= num_pairs,
+  // damaged content may have any number, and the checks go on after the first fault
+  const std::size_t num_judged = index(std::max(0, unmodelled.num_judged));
+  require(unmodelled.num_judged >= 0 && num_judged <= num_pairs,
           "the number of judged modes is out of range");
   for (std::size_t k = 0; k < num_pairs && error.empty(); ++k) {
     const auto [l, u] = unmodelled.pairs[k];
-    require(is_index(l, n) && is_index(u, n) && (l == u) == (k < index(unmodelled.num_judged)),
+    require(is_index(l, n) && is_index(u, n) && (l == u) == (k < num_judged),
             "a pair of judged modes is not in the plan");
   }
   const auto num_shadowed = index(std::max(0, unmodelled.num_shadowed));
@@ -62,19 +64,18 @@ std::string find_unmodelled_inconsistency(const StepPlan& plan, const PlanUnmode
   for (std::size_t l = 0; l < num_shadowed && error.empty(); ++l)
     require(unmodelled.pairs[l][0] == static_cast<std::int32_t>(l),
             "the modes with an integrated error are not the first");
-  require(unmodelled.load_rows.size() == num_pairs * n &&
-              (unmodelled.rate_rows.empty() || unmodelled.rate_rows.size() == num_pairs * n) &&
-              unmodelled.spin_rows.size() == num_pairs * 6 &&
-              unmodelled.coriolis_rows.size() == num_pairs * 3 &&
-              unmodelled.root_quartic.size() == index(unmodelled.num_judged) &&
-              (unmodelled.coriolis_transfer.empty() ||
-               unmodelled.coriolis_transfer.size() == index(unmodelled.num_judged) * 6) &&
-              unmodelled.left_out_spin.size() % 6 == 0 &&
-              unmodelled.left_out_rows.size() == unmodelled.left_out_spin.size() / 6 * n &&
-              (unmodelled.spin_loads.empty() || unmodelled.spin_loads.size() == n * 6) &&
-              (unmodelled.bodies.push_rows.empty() || unmodelled.bodies.push_rows.size() == num_pairs * 6) &&
-              (unmodelled.spin_left_out.empty() || unmodelled.spin_left_out.size() == 36),
-          "the tables of unmodelled terms have the wrong size");
+  require(
+      unmodelled.load_rows.size() == num_pairs * n &&
+          (unmodelled.rate_rows.empty() || unmodelled.rate_rows.size() == num_pairs * n) &&
+          unmodelled.spin_rows.size() == num_pairs * 6 && unmodelled.coriolis_rows.size() == num_pairs * 3 &&
+          unmodelled.root_quartic.size() == num_judged &&
+          (unmodelled.coriolis_transfer.empty() || unmodelled.coriolis_transfer.size() == num_judged * 6) &&
+          unmodelled.left_out_spin.size() % 6 == 0 &&
+          unmodelled.left_out_rows.size() == unmodelled.left_out_spin.size() / 6 * n &&
+          (unmodelled.spin_loads.empty() || unmodelled.spin_loads.size() == n * 6) &&
+          (unmodelled.bodies.push_rows.empty() || unmodelled.bodies.push_rows.size() == num_pairs * 6) &&
+          (unmodelled.spin_left_out.empty() || unmodelled.spin_left_out.size() == 36),
+      "the tables of unmodelled terms have the wrong size");
   std::size_t num_stiffenings = plan.command_stiffening.components.size();
   for (const PlanHistory& history : plan.histories) num_stiffenings += history.stiffening.components.size();
   require((!unmodelled.is_known || unmodelled.stiffened_rows.size() == num_stiffenings * num_pairs) &&
@@ -87,7 +88,7 @@ std::string find_unmodelled_inconsistency(const StepPlan& plan, const PlanUnmode
               are_finite(unmodelled.shadow_rows) && are_finite(unmodelled.bodies.push_rows) &&
               std::isfinite(unmodelled.bodies.inner_load) &&
               (unmodelled.bodies.unquantified_factor.empty() ||
-               unmodelled.bodies.unquantified_factor.size() == index(unmodelled.num_judged)) &&
+               unmodelled.bodies.unquantified_factor.size() == num_judged) &&
               are_finite(unmodelled.bodies.unquantified_factor) && are_finite(unmodelled.bodies.load_sizes) &&
               (unmodelled.bodies.load_sizes.empty() ||
                unmodelled.bodies.load_sizes.size() == plan.histories.size()) &&
