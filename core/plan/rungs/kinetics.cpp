@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <ranges>
 
 #include "core/plan/arrays.hpp"
 #include "core/structure/masses/matrix_mass.hpp"
@@ -19,7 +18,8 @@ constexpr std::array<Axes2, 3> kCross{{{1, 2}, {2, 0}, {0, 1}}};  // along x, a 
 
 // Puts the particles of mass matrices into the rows from the given particle on.
 void append_matrices(const std::vector<MatrixMass>& matrices, Eigen::Index next, LinearParticles& all) {
-  for (const auto& [mass, r, b] : matrices | std::views::transform(&MatrixMass::beyond)) {
+  for (const MatrixMass& matrix : matrices) {
+    const auto& [mass, r, b] = matrix.beyond;
     all.mass.segment(next, mass.size()) = mass;
     all.r.middleCols(next, mass.size()) = r;
     all.b.middleRows(3 * next, b.rows()).leftCols(b.cols()) = b;

@@ -277,11 +277,11 @@ PlanTruePlate true_plate(const Scene& scene, const Freedoms& freedoms, const Num
       for (int k = 0; k < 3; ++k)
         if (const int component = freedom - freedoms.rotation(link.points[index(k)]);
             freedom >= freedoms.num_displacements() && component >= 0 && component < 3)
-          local.segment<3>(3 * k) += coefficient * axes.row(component);
+          local.segment<3>(Eigen::Index{3} * k) += coefficient * axes.row(component);
     const Eigen::Matrix<double, 1, 9> force = natural.root_stiffness * natural.root_stiffness * local;
     bending += local.transpose() * force;
     for (Eigen::Index k = 0; k < 9 && row < 12; ++k)
-      constants.curvature[index(9 * ((row - 3) % 3) + k)] += force[k];
+      constants.curvature[index(Eigen::Index{9} * ((row - 3) % 3) + k)] += force[k];
   }
   for (Eigen::Index a = 0; a < 9; ++a)
     for (Eigen::Index b = 0; b < 9; ++b) constants.bending[index(9 * a + b)] = bending(a, b);

@@ -50,8 +50,8 @@ MatrixXd joint_motions(const Scene& scene, const Structure& structure, const std
         continue;
       }
       gaps.emplace_back(3, 6 * num).setZero();
-      gaps.back().middleCols<6>(6 * home[index(point)]) = gap_of(home[index(point)], point);
-      gaps.back().middleCols<6>(6 * b) = -gap_of(b, point);
+      gaps.back().middleCols<6>(Eigen::Index{6} * home[index(point)]) = gap_of(home[index(point)], point);
+      gaps.back().middleCols<6>(Eigen::Index{6} * b) = -gap_of(b, point);
       points.push_back(point);
     }
   const auto count = static_cast<Eigen::Index>(3 * gaps.size());

@@ -31,7 +31,7 @@ void set_displacements(const StepPlan& plan, CurveWorkspace& w) noexcept {
   const PlanJoints& joints = plan.coupled.links.joints;
   double *x = w.theta.data(), *y = w.other_theta.data();
   contract_two(joints.rows.data(), 3 * index(joints.num_joints), n, n, a, b, x, y);
-  x += 3 * joints.num_joints, y += 3 * joints.num_joints;
+  x += 3 * index(joints.num_joints), y += 3 * index(joints.num_joints);
   for (const PlanTurningBody& body : plan.coupled.turning.bodies) {
     contract_two(body.rows.data() + 3 * n, 3, n, n, a, b, x, y);
     x += 3, y += 3;

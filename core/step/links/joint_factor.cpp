@@ -116,7 +116,7 @@ void add_stiffness(std::span<const std::int32_t> slots, std::span<const Vec3> ax
     Vec3 row[3] = {};  // axes[a] times K
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < width; ++j)
-        row[j / 3][j % 3] += axes[a][i] * K[(3 * ends[a] + i) * width + j];
+        row[j / 3][j % 3] += axes[a][i] * K[(3 * std::size_t{ends[a]} + i) * width + j];
     for (std::size_t b = 0; b <= a; ++b, ++next) {
       add_to_slot(slots[next], dot(row[ends[b]], axes[b]), factor);
     }

@@ -45,8 +45,8 @@ void set_spins(const PlanLinkEnd& end, const PresentEnd& at, std::uint8_t number
                std::array<std::uint8_t, count>& end_of) noexcept {
   const Mat3& R = w.R[index(end.joint)];
   for (std::size_t a = 0; a < 3; ++a) {
-    spins[3 * number + a] = {R[a], R[3 + a], R[6 + a]};
-    end_of[3 * number + a] = number;
+    spins[3 * std::size_t{number} + a] = {R[a], R[3 + a], R[6 + a]};
+    end_of[3 * std::size_t{number} + a] = number;
     if (releases_at == 0) continue;
     spins[releases_at + a] = at.spins[a];
     end_of[releases_at + a] = number;

@@ -37,7 +37,7 @@ MatrixXd solve_unshifted(const SparseRows& mass, const Inverse& inverse, double 
   const auto square = [](const MatrixXd& x, const MatrixXd& mass_y) {
     return x.cwiseProduct(mass_y).colwise().sum().transpose().eval();
   };
-  const MatrixXd g = inverse(f);
+  MatrixXd g = inverse(f);
   if (g.cols() != f.cols()) return g;
   MatrixXd v = MatrixXd::Zero(f.rows(), f.cols()), r = g, p = r, mass_p = mass * p;
   VectorXd left = square(r, mass_p);

@@ -33,7 +33,7 @@ RotationFactor::RotationFactor(std::vector<std::pair<int, int>> pairs, const Eig
     }
   const auto by_column = [](const auto& pair) { return std::pair(pair.second, pair.first); };
   std::ranges::sort(pairs, {}, by_column);
-  pairs.erase(std::ranges::unique(pairs).begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   column_starts_.assign(static_cast<std::size_t>(size_) + 1, 0);
   for (const auto& [row, column] : pairs) {
     ++column_starts_[static_cast<std::size_t>(column) + 1];

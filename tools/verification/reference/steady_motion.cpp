@@ -73,7 +73,7 @@ MatrixXd allowed(const CartesianSystem& system, const VectorXd& e, bool with_rig
   MatrixXd columns = MatrixXd::Zero(3 * n, num_rigid + num_massless + forbidden.rows());
   columns.rightCols(forbidden.rows()) = forbidden.transpose();
   for (Eigen::Index k = 0; k < num_massless; ++k)
-    columns(3 * system.massless.points[index(k / 3)] + k % 3, num_rigid + k) = 1.0;
+    columns(Eigen::Index{3} * system.massless.points[index(k / 3)] + k % 3, num_rigid + k) = 1.0;
   if (!with_rigid) {
     const double size = system.r.cwiseAbs().maxCoeff();
     for (Eigen::Index i = 0; i < n; ++i)
