@@ -43,8 +43,8 @@ struct Reference {
   double accuracy = 0.0;  // [-] elastic error of a coarser run, relative to this run
 };
 
-Reference integrate_reference(CartesianSystem system, const StudyOptions& options, double top_frequency,
-                              const std::function<bool()>& is_stopped) {
+Reference integrate_reference(const CartesianSystem& system, const StudyOptions& options,
+                              double top_frequency, const std::function<bool()>& is_stopped) {
   constexpr double kTolerance = 1e-12;
   constexpr double kStiff = 2e4;                      // [rad] phase of the fastest mode over the study
   constexpr double kPhase = 2.0, kCoarsePhase = 3.0;  // [rad] phase of the fastest mode in a step; both
