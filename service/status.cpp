@@ -94,24 +94,20 @@ std::string fault_text(const Snapshot& snapshot) {
   if (fault.status == StepStatus::kNoFrame)
     text = fmt::format(
         "in the step after tick {} the axes of the body are lost, so the simulation holds at tick {}; bodies "
-        "have "
-        "turned against each other by some 90 degrees: use smaller loads, or give mass off the line between "
-        "them to "
-        "points that turn less",
+        "have turned against each other by some 90 degrees: use smaller loads, or give mass off the line "
+        "between them to points that turn less",
         fault.tick, fault.tick);
   if (fault.status == StepStatus::kOpenJoint)
     text = fmt::format(
         "in the step after tick {} the ball joint at point {} could not be closed, so the simulation holds "
-        "at "
-        "tick {}; its bodies have turned too far against the axes of the structure, and bodies with little "
-        "mass "
-        "at the joint may turn less: give the joint more mass, or use stiff bars in its place",
+        "at tick {}; its bodies have turned too far against the axes of the structure, and a joint "
+        "with little mass allows smaller angles: give the joint more mass, or use stiff bars in its place",
         fault.tick, fault.joint_point + 1, fault.tick);
   if (fault.status == StepStatus::kTurnedTooFar)
     text = fmt::format(
-        "in the step after tick {} the body at point {} has turned too far against the axes "
-        "of "
-        "the structure, which this fidelity does not support, so the simulation holds at tick {}",
+        "in the step after tick {} the body at point {} has turned too far against the axes of the "
+        "structure, which this fidelity does not support, so the simulation holds at tick {}: write lumped: "
+        "true for links with spread mass, or give the body as points joined by springs",
         fault.tick, fault.joint_point + 1, fault.tick);
   if (fault.num_commands > 0) {
     text += fmt::format("; {} command(s) began there, the last from {} with sequence number {}",

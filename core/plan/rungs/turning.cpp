@@ -99,9 +99,11 @@ void compile_large_rotations(const Scene& scene, const Structure& structure, Ste
   if (has_error(faults)) return;
   turning.of_points.assign(scene.points.size(), -1);
   for (const RigidBody& body : bodies) {
-    MatrixXd own(6, 0);  // without ball joints
-    if (joints.cols() > 0) own = joints.middleRows<6>(6 * static_cast<Eigen::Index>(turning.bodies.size()));
-    turning.bodies.push_back(plan_body(body, motions_of(scene, structure, freedoms, body), own, plan));
+    MatrixXd joint_motion(6, 0);  // no columns: a scene without ball joints
+    if (joints.cols() > 0)
+      joint_motion = joints.middleRows<6>(6 * static_cast<Eigen::Index>(turning.bodies.size()));
+    turning.bodies.push_back(
+        plan_body(body, motions_of(scene, structure, freedoms, body), joint_motion, plan));
     turning.bodies.back().first = static_cast<std::int32_t>(turning.points.size());
     turning.bodies.back().count = static_cast<std::int32_t>(body.points.size());
     for (const int point : body.points) {

@@ -1,4 +1,5 @@
-// Solves small dense systems of linear equations by Gaussian elimination with pivots.
+// Solves small dense systems of linear equations by Gaussian elimination with partial pivoting. The callers
+// give the number of the equation that they solve.
 #pragma once
 
 #include <algorithm>
@@ -8,13 +9,13 @@
 #include <span>
 #include <utility>
 
-#include "core/step/array.hpp"
+#include "core/index.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {
 
 /// Replaces a matrix by its factors L U, with the largest element of each column as the pivot. Returns the
-/// smallest pivot divided by the largest.
+/// smallest pivot divided by the largest: NaN or 0 for a finite matrix that has no inverse.
 /// \param F  (n x n) row-major, n = pivots.size()
 inline double factor_dense(double* F, std::span<std::int32_t> pivots) noexcept {
   const std::size_t n = pivots.size();

@@ -17,8 +17,9 @@ constexpr double kClosed = 1e-15;   // [-] gap over the size, at which the itera
 constexpr double kMostGap = 1e-12;  // [-] largest gap over the size that rounding may leave
 // [-] smallest pivot over the largest, which leaves 6 digits of a solution
 constexpr double kNoPivot = 1e-10;
-// [-] Momenta over those of the shape at rest. Their rates grow with the square of it, and with them the
-// error of the step: a four-bar linkage that stopped at 10 was off by 1.5e-5 of its energy.
+// [-] largest momenta of joints over those of the shape at rest. The rates of momenta grow with the square of
+// this ratio, and the error of the step grows with the rates. With the limit 10, a four-bar linkage that
+// reached it had an energy error of 1.5e-5 before it stopped.
 constexpr double kFastest = 10.0;
 constexpr double kAtStart = 1e-13;  // [-] gap over the size that needs no iteration at the start
 
@@ -46,9 +47,9 @@ double set_differences(BallJoints& s, const OfSide& of_side) noexcept {
   for (std::size_t j = 0; j < s.all.size(); ++j) {
     const Vec3 gap = sub(of_side(s.all[j], 0), of_side(s.all[j], 1));
     for (std::size_t a = 0; a < 3; ++a) s.right[3 * j + a] = gap[a];
-    const double own = dot(gap, gap);
-    if (own <= square) continue;
-    square = own, s.widest = static_cast<std::int32_t>(j);  // NaN too
+    const double own_square = dot(gap, gap);
+    if (own_square <= square) continue;  // not so for NaN, which is returned
+    square = own_square, s.widest = static_cast<std::int32_t>(j);
   }
   return __builtin_sqrt(square);
 }
@@ -147,7 +148,7 @@ Vec3 side_acceleration(const StepPlan& plan, std::int32_t b, const Vec3& arm,
   for (std::int32_t k = body.first; k < body.first + body.count; ++k)
     if (const std::size_t i = index(turning.points[index(k)]); turning.of_points[i] == b)
       force = add(force, w.linear[i]);
-  const double* extra = w.ball_joints.field_rate.data();
+  const double* extra = w.ball_joints.mode_rate.data();
   const Vec3 a = add(scale(1.0 / body.mass, force), contract_rows(body.rows.data(), extra, n));
   const Vec3 momentum = add(multiply(body.inertia, at.s), at.wheels);
   const Vec3 free = solve_inertia(body, at, add(at.torque, cross(momentum, at.s)));
@@ -223,7 +224,7 @@ BallJoints make_ball_joints(const StepPlan& plan) {
   s.all = find_ball_joints(plan);
   if (s.empty()) return s;
   for (const PlanPoint& point : plan.points) s.size = std::max(s.size, length(point.r));
-  for (Array* each : {&s.q, &s.p, &s.field_rate}) each->resize(index(plan.num_padded));
+  for (Array* each : {&s.q, &s.p, &s.mode_rate}) each->resize(index(plan.num_padded));
   const std::size_t count = 3 * s.all.size();
   s.matrix.resize(count * count);
   s.right.resize(count);
@@ -311,8 +312,9 @@ void add_joint_momenta(const StepPlan& plan, const Vec3& alpha, CoupledWorkspace
 void add_joint_forces(const StepPlan& plan, CoupledWorkspace& w, StageRate& rate) noexcept {
   BallJoints& s = w.ball_joints;
   const std::size_t n = index(plan.num_padded), moving = index(plan.num_moving);
-  // forces that act on the modes alone: those of linked rotations, and what add_modal_loads() adds
-  for (std::size_t l = 0; l < n; ++l) s.field_rate[l] = l < moving ? rate.rate_p[l] - s.field_rate[l] : 0.0;
+  // Take from the rate what forces on points and bodies cause. The rest comes from moments of links on
+  // rotations (add_link_moments) and from loads that are given in modes (add_modal_loads).
+  for (std::size_t l = 0; l < n; ++l) s.mode_rate[l] = l < moving ? rate.rate_p[l] - s.mode_rate[l] : 0.0;
   if (!factor_forces(plan, w)) {
     s.is_open = true;
     return set_not_a_number(rate.rate_p, rate.rate_p + n);

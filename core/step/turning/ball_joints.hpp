@@ -28,14 +28,17 @@ std::vector<BallJoint> find_ball_joints(const StepPlan& plan);
 /// Holds scratch memory for ball joints. Empty without them.
 struct BallJoints {
   std::vector<BallJoint> all;
-  double size = 0.0;           // [m] largest distance of a point from the centre of mass
-  Array q, p;                  // (num_padded) coordinates and momenta of a stage with those of the joints
-  Array field_rate;            // [m/s^2] (num_padded) rate of p by forces on points and bodies
+  double size = 0.0;  // [m] largest distance of a point from the centre of mass
+  // [m], [m/s] (num_padded) coordinates and momenta over the mass, of a stage, with those of the joints
+  Array q, p;
+  // [m/s^2] (num_padded) rate of p by forces on points and bodies, which add_joint_forces() replaces by the
+  // rate of p by everything else except joints
+  Array mode_rate;
   std::vector<double> matrix;  // (3J x 3J) row-major; its factor after factor_of_joints()
   // (3J x 3J) rates of the gaps by the rates of their coordinates, in the rest shape
   std::vector<double> at_rest;
-  std::vector<double> right;         // (3J)
-  std::vector<std::int32_t> pivots;  // (3J)
+  std::vector<double> right;         // (3J) right side of a linear system, then its solution
+  std::vector<std::int32_t> pivots;  // (3J) rows that factor_dense() exchanged
   std::int32_t widest = 0;           // index into `all` of the joint with the widest gap
   bool is_open = false;              // true: a joint was not closed at the last step
   bool empty() const noexcept { return all.empty(); }

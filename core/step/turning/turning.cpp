@@ -388,7 +388,7 @@ void evaluate_turning(const StepLoads& step_loads, const StageState& given, Work
     add_balance(plan, w, rate);
   }
   set_rates(plan, w, rate);
-  if (has_ball_joints) std::copy_n(rate.rate_p, n, w.ball_joints.field_rate.begin());
+  if (has_ball_joints) std::copy_n(rate.rate_p, n, w.ball_joints.mode_rate.begin());
   add_link_moments(plan, w, rate);
   if (rate.rate_q_dot != nullptr) set_drift_rate_of_bodies(plan, stage, w, rate);
   add_modal_loads(step_loads, stage, workspace, rate);
