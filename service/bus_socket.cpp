@@ -105,8 +105,7 @@ std::string test_reception(int fd, const LcmAddress& address, std::chrono::milli
   }
   return "a packet to the bus did not come back in " + std::to_string(timeout.count()) +
          " ms, because something between this process and the group's address (a packet filter perhaps) "
-         "drops "
-         "packets; check the packet filter";
+         "drops packets; check the packet filter";
 }
 
 }  // namespace

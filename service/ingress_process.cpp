@@ -58,8 +58,7 @@ std::string explain_filter() {
   if (preloaded != nullptr && *preloaded != '\0')
     return std::string(". LD_PRELOAD is set to '") + preloaded +
            "', and a library that is loaded that way (libfaketime, for one) makes such calls; start "
-           "freeflexd "
-           "without it";
+           "freeflexd without it";
   return ". A library that is loaded into every program (/etc/ld.so.preload) makes such calls. "
          "If there is none, a packet may have taken control of the process, and the filter stopped it";
 }

@@ -43,8 +43,7 @@ std::string clear_place(const std::string& path, const sockaddr_un& address) {
   if (is_live)
     return fmt::format(
         "{}, because another program listens on {} and push --socket would reach that one; stop it, start "
-        "this one "
-        "with another --prefix or --socket PATH, or give --socket none",
+        "this one with another --prefix or --socket PATH, or give --socket none",
         kNoSocket, path);
   unlink(path.c_str());
   return {};

@@ -67,8 +67,7 @@ std::string reason_text(const AckEntry& entry, const CommandLimits& limits) {
     case Reason::kTooOld:
       return fmt::format(
           "the command waited {:.3g} s for its decision, but may wait at most {:g} s; send it again if it is "
-          "still "
-          "valid",
+          "still valid",
           1e-3 * static_cast<double>(entry.found), limits.max_age);
     case Reason::kBadControl:
       if (entry.command == freeflex_msgs::control_t::SCENE)

@@ -264,8 +264,7 @@ std::string mass_matrix_problem(const Scene& scene, const Link& link) {
   const double size = std::sqrt(std::max(0.0, all.diagonal().tail<3>().maxCoeff() * body.mass));
   if ((S + S.transpose()).cwiseAbs().maxCoeff() > 2.0 * kRounding * size)
     return "translation and rotation of the mass matrix are not those of one body; check the order of rows "
-           "and "
-           "the axes of its points";
+           "and the axes of its points";
   return inertia_problem(body.inertia);
 }
 

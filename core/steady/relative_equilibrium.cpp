@@ -242,8 +242,7 @@ std::string RelativeEquilibria::solve(double rate, Vector& q, Vector3d& spin) {
     last = length;
   }
   return "no steady motion was found: the links do not hold this spin or these loads, or Newton's method "
-         "does "
-         "not converge; try a smaller spin or smaller loads";
+         "does not converge; try a smaller spin or smaller loads";
 }
 
 // The step that solves J step = -r. Unknowns that no equation determines stay.

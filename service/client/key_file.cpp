@@ -45,8 +45,7 @@ std::string read_key_file(const std::string& path, SealingKey& key) {
   if (!io::is_valid_sender(key.id) || size != key.secret.size())
     return "key file '" + path +
            "' contains no key; it needs the lines 'id: NAME' and 'secret: 64 hexadecimal digits', as "
-           "freeflex keygen "
-           "writes them";
+           "freeflex keygen writes them";
   return {};
 }
 

@@ -260,9 +260,7 @@ std::string find_push_fault(const CLI::App& command, const PushOptions& options)
     if (parse_control(options.control)) return {};
     return "--control '" + options.control +
            "' must be run, hold, reset, stop, scene, step=N, shapes=MODE or scene=PAGE, where N, MODE and "
-           "PAGE are "
-           "whole "
-           "numbers from 1 to " +
+           "PAGE are whole numbers from 1 to " +
            std::to_string(kMaxCount);
   }
   if (options.points.size() > std::size_t{kMaxCommandPoints} ||

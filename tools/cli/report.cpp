@@ -94,8 +94,7 @@ std::string find_fault(const ReportOptions& options) {
   if (options.scenes.empty() && options.num_estimates == 0 && options.num_ticks == 0 &&
       options.omissions.empty())
     return "SCENE is needed, unless --estimates N or --ticks N is given, which use random scenes, or "
-           "--omissions, "
-           "which names its scenes";
+           "--omissions, which names its scenes";
   if (options.ends.size() > 1 && options.ends.size() != options.scenes.size())
     return format_text(
         "--until has %zu times for %zu scenes; give one time for all scenes, or one for each scene",

@@ -109,8 +109,7 @@ std::optional<Plan> load(const std::string& path, const io::Settings& settings) 
   if (!plan && read.scene)
     print_error(
         "--spin and --loads use the rung corotational whatever the fidelity of the scene, or the rung "
-        "coupled "
-        "with the lowest modes of a large scene, and it does not take this scene");
+        "coupled with the lowest modes of a large scene, and it does not take this scene");
   return plan;
 }
 

@@ -97,8 +97,7 @@ void compile_feedbacks(const Scene& scene, const Structure& structure, StepPlan&
   if (!lu.isInvertible()) {
     add_error(faults, scene.feedbacks.front().origin,
               "the acceleration feedback has no solution, because its force causes exactly the acceleration "
-              "that it "
-              "responds to; change an acceleration gain");
+              "that it responds to; change an acceleration gain");
     return;
   }
   const Eigen::MatrixXd q_rows = lu.solve(by_q - by_q_ddot * omega.array().square().matrix().asDiagonal());

@@ -46,14 +46,12 @@ MatrixXd without_inner(const MatrixXd& K, Eigen::Index n) {
 
 void refuse_line(const Scene& scene, int number, Faults& faults) {
   const Link& link = scene.links[index(number)];
-  add_error(
-      faults, link.origin,
-      join_text(
-          "link ", called(link, number),
-          ": its points are on a line or nearly so, so that their displacements do not tell how the link "
-          "turns "
-          "about this line, which this fidelity needs; give a matrix with rotations: true or one that is the "
-          "same in all directions across the line, or set fidelity: coupled or a lower rung"));
+  add_error(faults, link.origin,
+            join_text("link ", called(link, number),
+                      ": its points are on a line or nearly so, so that their displacements do not tell how "
+                      "the link turns about this line, which this fidelity needs; give a matrix with "
+                      "rotations: true or one that is the same in all directions across the line, or set "
+                      "fidelity: coupled or a lower rung"));
 }
 
 void refuse_size(const Scene& scene, int number, Faults& faults) {

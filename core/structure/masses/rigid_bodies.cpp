@@ -151,8 +151,7 @@ std::string thin_refusal(const Scene& scene, const Structure& structure, const R
   }
   if (line_of(scene, body.points).isZero(0.0))
     return ", the line of its masses, but has a point beside this line, so no equation determines its "
-           "rotation "
-           "about the line; give mass to that point, of which 1e-3 of the largest is enough";
+           "rotation about the line; give mass to that point, of which 1e-3 of the largest is enough";
   if (structure.resolved.have_links_mass())
     return ", which cannot be combined with links that have spread mass; add lumped: true to these links";
   return {};

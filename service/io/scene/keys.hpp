@@ -94,8 +94,7 @@ struct LossRefusal {
 inline constexpr LossRefusal kElasticLosses{};
 inline constexpr LossRefusal kRotationLosses{
     "is not for beams and plates, because rotations carry no mass, and a moment that depends on their rate "
-    "would "
-    "make them states of their own; use loss_factor, or damping: rayleigh",
+    "would make them states of their own; use loss_factor, or damping: rayleigh",
     {}};
 inline constexpr LossRefusal kRigidLosses{"is not for rigid links, because they do not deform; remove it",
                                           "is not for rigid links, because they do not deform; remove it"};

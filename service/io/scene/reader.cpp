@@ -353,14 +353,13 @@ void SceneReader::read_publish(const Node* node) {
 
 void SceneReader::warn_of_defaults() {
   if (report_.has_error() || !scene_.publication.points.empty() || !scene_.publication.groups.empty()) return;
-  report_.warning(
-      scene_.points.front().origin,
-      "none of the " + std::to_string(scene_.points.size()) +
-          " points is published, because in a scene of more than " + std::to_string(kMostByDefault) +
-          " points, only points and links that the scene names are published, can be pushed and are listed "
-          "on "
-          "the bus; name them in 'publish: points: of', 'publish: loads: of' and 'commands: points', or in "
-          "groups");
+  report_.warning(scene_.points.front().origin,
+                  "none of the " + std::to_string(scene_.points.size()) +
+                      " points is published, because in a scene of more than " +
+                      std::to_string(kMostByDefault) +
+                      " points, only points and links that the scene names are published, can be pushed and "
+                      "are listed on the bus; name them in 'publish: points: of', 'publish: loads: of' and "
+                      "'commands: points', or in groups");
 }
 
 void SceneReader::read_commands(const Node* node) {

@@ -71,8 +71,7 @@ Reason check_front(std::span<const std::byte> bytes, std::int64_t fingerprint, s
   if (const EarlierType* const earlier = find_earlier(bytes)) {
     print(text,
           "the message is of version %s of the messages, but must be of %s; generate your code from the "
-          "daemon's "
-          ".lcm files",
+          "daemon's .lcm files",
           earlier->version, kMessagesVersion);
   } else {
     print(text, "fingerprint %016llx is of another type or version of the protocol, but must be %016llx",

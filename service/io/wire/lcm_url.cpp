@@ -121,8 +121,7 @@ std::string check_lcm_url(const std::string& url) {
   if (!read_address(parts.address)) {
     return found + "has the address '" + std::string(parts.address) +
            "', which must be ADDRESS:PORT with a multicast address, 224.0.0.0 to 239.255.255.255, and a "
-           "port, 1 to "
-           "65535";
+           "port, 1 to 65535";
   }
   if (const std::string_view bad = find_bad_option(parts.options); !bad.empty()) {
     return found + "has the option '" + std::string(bad) +

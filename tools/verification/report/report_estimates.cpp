@@ -124,8 +124,7 @@ Json estimates_to_json(const Report& report) {
 std::string estimates_to_csv(const Report& report) {
   std::string text =
       "scene,shape,stiffness [N/m],spin [rad/s],force [N],true position [m],estimated position [m],true "
-      "elastic "
-      "[-],estimated elastic [-],validity,tolerance [-],chosen,cheapest,error of chosen [-]\n";
+      "elastic [-],estimated elastic [-],validity,tolerance [-],chosen,cheapest,error of chosen [-]\n";
   for (const EstimateRow& row : report.estimates)
     text += format_text("%d,%s,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%s,%.6g,%s,%s,%.6g\n", row.number,
                         row.shape.c_str(), row.stiffness, row.spin, row.force, row.truth.position,
@@ -144,12 +143,11 @@ std::string estimates_section(const Report& report) {
       "0.1 to 1000 N. Each runs for 1 s at 1 kHz on the separated rung; the estimate of the live budget is "
       "compared with the true error relative to the full system. The true error does not exceed the estimate "
       "for %.1f %% of the scenes in position (95 %% lower confidence bound %.1f %%) and for %.1f %% in "
-      "elastic "
-      "error (bound %.1f %%). The estimate is within a factor of 3 of the true error for %.1f %% in position "
-      "and for %.1f %% in elastic error. The verdict is good for %.1f %%, watch for %.1f %% and outside for "
+      "elastic error (bound %.1f %%). The estimate is within a factor of 3 of the true error for %.1f %% in "
+      "position and for %.1f %% in elastic error. The verdict is good for %.1f %%, watch for %.1f %% and "
+      "outside for "
       "%.1f %%. <code>fidelity: auto</code> meets the tolerance for %.1f %% and chooses the cheapest rung "
-      "that "
-      "meets it for %.1f %%.</p>\n",
+      "that meets it for %.1f %%.</p>\n",
       sum.num_scenes, static_cast<unsigned long long>(report.seed), 100.0 * sum.inside_position,
       100.0 * sum.lower_position, 100.0 * sum.inside_elastic, 100.0 * sum.lower_elastic,
       100.0 * sum.close_position, 100.0 * sum.close_elastic, 100.0 * sum.good, 100.0 * sum.watch,

@@ -133,10 +133,8 @@ std::string forces_note(const Study& study) {
   return format_text(
       "%s: the other methods evaluate the forces of the reference at true geometry, and one evaluation takes "
       "%.2g us. Faster code for the forces would make these methods cheaper, so their costs, and the ratios "
-      "of "
-      "their costs to ours, are upper bounds. A method with the ratio r would cost as much as freeflex if "
-      "one "
-      "evaluation took %.2g us / r.",
+      "of their costs to ours, are upper bounds. A method with the ratio r would cost as much as freeflex if "
+      "one evaluation took %.2g us / r.",
       study.scene.c_str(), us, us);
 }
 
@@ -190,8 +188,7 @@ std::vector<std::string> findings(const Report& report) {
         "structures with few frequencies. It has no counterpart of the rungs above spin-loaded.");
   sentences.push_back(
       "Set-up is not in the CPU columns. A rung needs the modes first, which cost N^3 and are shown "
-      "separately. "
-      "For one short run of a small structure, a method without set-up can finish sooner.");
+      "separately. For one short run of a small structure, a method without set-up can finish sooner.");
   return sentences;
 }
 

@@ -97,8 +97,7 @@ Json ticks_to_json(const Report& report) {
 std::string ticks_to_csv(const Report& report) {
   std::string text =
       "body,rate [Hz],rotation [rad],wheel [-],inertia ratio [-],substeps,ticks,validity,attitude error "
-      "[rad],energy "
-      "error [-],ns per tick\n";
+      "[rad],energy error [-],ns per tick\n";
   for (const TickRow& row : report.ticks)
     text +=
         format_text("%d,%.6g,%.6g,%.6g,%.6g,%d,%lld,%s,%.6g,%.6g,%.6g\n", row.number, row.rate, row.rotation,

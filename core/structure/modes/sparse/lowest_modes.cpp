@@ -199,8 +199,7 @@ bool LowestModes::choose_shift() {
 bool LowestModes::fail_with_mechanisms() {
   return fail(
       join_text("there are more than five mechanisms, because links do not hold the parts of the structure "
-                "together, and "
-                "with ",
+                "together, and with ",
                 scene_.points.size(), " points the mechanisms are not searched for; add links"));
 }
 
