@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <filesystem>
@@ -27,6 +28,14 @@ namespace {
 constexpr std::size_t kHeader = 8;               // [bytes] "LC02" and the sequence number
 constexpr int kReceiveBuffer = 8 * 1024 * 1024;  // [bytes] requested size
 constexpr int kRecorderPriority = 1;             // above ordinary programs, below the daemon
+
+/// Returns whether the last 64 kB of a file contain a text.
+bool contains(const std::string& path, const std::string& text) {
+  constexpr std::streamoff kTail = 65536;
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  file.seekg(std::max<std::streamoff>(0, file.tellg() - kTail));
+  return std::string(std::istreambuf_iterator<char>(file), {}).find(text) != std::string::npos;
+}
 
 std::int64_t wall_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
@@ -221,7 +230,9 @@ static std::string recording_url() {
 }
 
 Recorder::Recorder(const std::string& prefix, const std::string& log)
-    : logger_({"lcm-logger", "-q", "-f", "-c", prefix + "_.*", "--lcm-url", recording_url(), log},
+    : last_channel_(prefix + "_LAST"),
+      log_(log),
+      logger_({"lcm-logger", "-q", "-f", "-c", prefix + "_.*", "--lcm-url", recording_url(), log},
               kRecorderPriority) {
   // lcm-logger does not report that it is ready, so probes are sent until one is in the file
   PacketSender packets;
@@ -235,8 +246,18 @@ Recorder::Recorder(const std::string& prefix, const std::string& log)
 }
 
 std::string Recorder::stop() {
+  // lcm-logger drops what waits in its socket, so probes are sent until one is in the file
+  PacketSender packets;
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  bool is_drained = false;
+  while (!is_drained && std::chrono::steady_clock::now() < deadline) {
+    packets.publish(last_channel_, std::array<std::byte, 1>{});
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    is_drained = contains(log_, last_channel_);
+  }
   logger_.signal(SIGINT);
   const int status = logger_.wait();
+  if (!is_drained) return "lcm-logger did not write the last message";
   return status == 0 ? "" : "lcm-logger ended with " + std::to_string(status) + ": " + logger_.output();
 }
 

@@ -97,10 +97,11 @@ class Process {
 class Recorder {
  public:
   Recorder(const std::string& prefix, const std::string& log);
-  /// Ends the recording. Returns "" or the error.
+  /// Ends the recording when all that was sent before is in the file. Returns "" or the error.
   std::string stop();
 
  private:
+  std::string last_channel_, log_;
   Process logger_;
 };
 
