@@ -149,8 +149,8 @@ test("a recording plays from the program and from a single file", { skip, timeou
     await browser.until("window.freeflexPage?.player");
     const { begin, end, count } = await browser.value("(({ begin, end, count }) => ({ begin, end, count }))(freeflexPage.player.recording)");
     assert.ok(end - begin > 4.9 && count > 100);
-    const first = await browser.value("freeflexPage.player.time");
-    await browser.until(`freeflexPage.player.time > ${first} + 0.5`);
+    await browser.value("freeflexPage.player.time = freeflexPage.player.recording.begin");
+    await browser.until(`freeflexPage.player.time > ${begin} + 0.5`);
     await browser.value("document.getElementById('play').click()");
     const paused = await browser.value("freeflexPage.player.time");
     await new Promise((resolve) => setTimeout(resolve, 300));
