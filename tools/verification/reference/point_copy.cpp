@@ -98,6 +98,7 @@ class Copier {
           !has_attitude(given_.points[index(other)]))
         members.push_back(other);
     std::vector<Vector3d> at;
+    at.reserve(members.size());
     for (const int member : members) at.push_back(given_.points[index(member)].position - body.position);
     split(point, members, at, *link);
   }
