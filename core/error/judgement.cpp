@@ -12,6 +12,9 @@
 namespace freeflex {
 namespace {
 
+using Level = Verdict::Level;
+using Cause = Verdict::Cause;
+
 // The peak of the displacement decays to 1 / e in this number of periods of the lowest elastic mode.
 constexpr double kFadingPeriods = 30.0;
 // [-] A ratio of displacement to size that is as small as this is a rounding error. Smaller displacements are
@@ -273,8 +276,6 @@ void Judgement::take_commands(const State& state) noexcept {
 }
 
 void Judgement::judge(const State& state) noexcept {
-  using Level = Verdict::Level;
-  using Cause = Verdict::Cause;
   const ModalErrorSize& own = errors_[uses_fallback_ ? 1 : 0].size();
   now_ = {};
   now_.tick = state.tick;
@@ -344,7 +345,6 @@ void Judgement::judge(const State& state) noexcept {
 
 /// Finds the item that the message reports together with the cause. The item does not affect the verdict.
 void Judgement::name_responsible(const State& state, double by_commands) noexcept {
-  using Cause = Verdict::Cause;
   const ModalErrors& errors = errors_[uses_fallback_ ? 1 : 0];
   const ModalLeaders& leaders = errors.leaders();
   Responsible& named = now_.responsible;
