@@ -229,32 +229,35 @@ static std::string recording_url() {
   return "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=" + std::to_string(size);
 }
 
+/// Sends messages on a channel until a condition holds. Returns false if it does not hold in time.
+template <class Condition>
+static bool send_until(const std::string& channel, const Condition& holds) {
+  PacketSender packets;
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  while (std::chrono::steady_clock::now() < deadline) {
+    packets.publish(channel, std::array<std::byte, 1>{});
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    if (holds()) return true;
+  }
+  return false;
+}
+
 Recorder::Recorder(const std::string& prefix, const std::string& log)
     : last_channel_(prefix + "_LAST"),
       log_(log),
       logger_({"lcm-logger", "-q", "-f", "-c", prefix + "_.*", "--lcm-url", recording_url(), log},
               kRecorderPriority) {
-  // lcm-logger does not report that it is ready, so probes are sent until one is in the file
-  PacketSender packets;
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
-  std::error_code none;
-  while (std::chrono::steady_clock::now() < deadline) {
-    packets.publish(prefix + "_PROBE", std::array<std::byte, 1>{});
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    if (const auto size = std::filesystem::file_size(log, none); !none && size > 0) return;
-  }
+  // lcm-logger does not report that it is ready
+  send_until(prefix + "_PROBE", [&log] {
+    std::error_code none;
+    const auto size = std::filesystem::file_size(log, none);
+    return !none && size > 0;
+  });
 }
 
 std::string Recorder::stop() {
-  // lcm-logger drops what waits in its socket, so probes are sent until one is in the file
-  PacketSender packets;
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
-  bool is_drained = false;
-  while (!is_drained && std::chrono::steady_clock::now() < deadline) {
-    packets.publish(last_channel_, std::array<std::byte, 1>{});
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    is_drained = contains(log_, last_channel_);
-  }
+  // lcm-logger drops what waits in its socket when it ends
+  const bool is_drained = send_until(last_channel_, [this] { return contains(log_, last_channel_); });
   logger_.signal(SIGINT);
   const int status = logger_.wait();
   if (!is_drained) return "lcm-logger did not write the last message";
