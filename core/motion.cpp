@@ -45,8 +45,9 @@ std::string lost_shape_text(const Plan& plan, const StepReport& report, std::int
   if (report.status == StepStatus::kNoFrame)
     return "in the step after tick " + std::to_string(tick) +
            " the axes of the body are lost, because bodies have turned against each other so far (by some 90 "
-           "degrees) that the deformation no longer defines these axes; use smaller loads, or give mass off "
-           "the line between the bodies to points that turn less";
+           "degrees) that the deformation no longer defines these axes; use smaller loads, or add points "
+           "with "
+           "mass that are beside the line between the bodies and turn less";
   if (report.status == StepStatus::kOpenJoint)
     return "in the step after tick " + std::to_string(tick) + " the ball joint at point '" +
            plan.points[index(report.joint_point)].name +

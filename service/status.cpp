@@ -94,14 +94,14 @@ std::string fault_text(const Snapshot& snapshot) {
   if (fault.status == StepStatus::kNoFrame)
     text = fmt::format(
         "in the step after tick {} the axes of the body are lost, so the simulation holds at tick {}; bodies "
-        "have turned against each other by some 90 degrees: use smaller loads, or give mass off the line "
-        "between them to points that turn less",
+        "have turned against each other by some 90 degrees: use smaller loads, or add points with mass that "
+        "are beside the line between the bodies and turn less",
         fault.tick, fault.tick);
   if (fault.status == StepStatus::kOpenJoint)
     text = fmt::format(
         "in the step after tick {} the ball joint at point {} could not be closed, so the simulation holds "
-        "at tick {}; its bodies have turned too far against the axes of the structure, and a joint "
-        "with little mass allows smaller angles: give the joint more mass, or use stiff bars in its place",
+        "at tick {}; its bodies have turned too far against the axes of the structure, and a joint with "
+        "little mass allows smaller angles: give the joint more mass, or use stiff bars in its place",
         fault.tick, fault.joint_point + 1, fault.tick);
   if (fault.status == StepStatus::kTurnedTooFar)
     text = fmt::format(

@@ -15,7 +15,7 @@
 namespace freeflex {
 
 /// Replaces a matrix by its factors L U, with the largest element of each column as the pivot. Returns the
-/// smallest pivot divided by the largest: NaN or 0 for a finite matrix that has no inverse.
+/// smallest pivot divided by the largest, which is NaN or 0 if the matrix has no inverse.
 /// \param F  (n x n) row-major, n = pivots.size()
 inline double factor_dense(double* F, std::span<std::int32_t> pivots) noexcept {
   const std::size_t n = pivots.size();

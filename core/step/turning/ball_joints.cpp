@@ -48,7 +48,7 @@ double set_differences(BallJoints& s, const OfSide& of_side) noexcept {
     const Vec3 gap = sub(of_side(s.all[j], 0), of_side(s.all[j], 1));
     for (std::size_t a = 0; a < 3; ++a) s.right[3 * j + a] = gap[a];
     const double own_square = dot(gap, gap);
-    if (own_square <= square) continue;  // not so for NaN, which is returned
+    if (own_square <= square) continue;  // false if the gap is NaN, so that NaN is returned
     square = own_square, s.widest = static_cast<std::int32_t>(j);
   }
   return __builtin_sqrt(square);
@@ -312,8 +312,8 @@ void add_joint_momenta(const StepPlan& plan, const Vec3& alpha, CoupledWorkspace
 void add_joint_forces(const StepPlan& plan, CoupledWorkspace& w, StageRate& rate) noexcept {
   BallJoints& s = w.ball_joints;
   const std::size_t n = index(plan.num_padded), moving = index(plan.num_moving);
-  // Take from the rate what forces on points and bodies cause. The rest comes from moments of links on
-  // rotations (add_link_moments) and from loads that are given in modes (add_modal_loads).
+  // Subtract from the rate the part that forces on points and bodies cause. The rest comes from moments of
+  // links on rotations (add_link_moments) and from loads that are given in modes (add_modal_loads).
   for (std::size_t l = 0; l < n; ++l) s.mode_rate[l] = l < moving ? rate.rate_p[l] - s.mode_rate[l] : 0.0;
   if (!factor_forces(plan, w)) {
     s.is_open = true;

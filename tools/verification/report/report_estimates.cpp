@@ -145,9 +145,8 @@ std::string estimates_section(const Report& report) {
       "for %.1f %% of the scenes in position (95 %% lower confidence bound %.1f %%) and for %.1f %% in "
       "elastic error (bound %.1f %%). The estimate is within a factor of 3 of the true error for %.1f %% in "
       "position and for %.1f %% in elastic error. The verdict is good for %.1f %%, watch for %.1f %% and "
-      "outside for "
-      "%.1f %%. <code>fidelity: auto</code> meets the tolerance for %.1f %% and chooses the cheapest rung "
-      "that meets it for %.1f %%.</p>\n",
+      "outside for %.1f %%. <code>fidelity: auto</code> meets the tolerance for %.1f %% and chooses the "
+      "cheapest rung that meets it for %.1f %%.</p>\n",
       sum.num_scenes, static_cast<unsigned long long>(report.seed), 100.0 * sum.inside_position,
       100.0 * sum.lower_position, 100.0 * sum.inside_elastic, 100.0 * sum.lower_elastic,
       100.0 * sum.close_position, 100.0 * sum.close_elastic, 100.0 * sum.good, 100.0 * sum.watch,

@@ -51,11 +51,9 @@ std::string omissions_section(const Report& report) {
       "<h2>What leaving out saves</h2>\n<p>Median CPU time of a tick with each feature and without it, timed "
       "in turns. The plan omits as much as it can (on_need: refuse, tolerance 1e-3 for small modes unless "
       "the scene gives one); each omission is then undone alone. <i>Default</i>: the scene as it is written "
-      "omits the feature. "
-      "<i>second_plan</i>: on_need: replan against keep.</p>\n<table><tr><th>scene</th><th>omission</th>"
-      "<th>default</th><th>omitted</th><th>with [ns]</th><th>without [ns]</th><th>ratio</th><th>plan with "
-      "[kB]</th>"
-      "<th>without [kB]</th></tr>\n";
+      "omits the feature. <i>second_plan</i>: on_need: replan against keep.</p>\n"
+      "<table><tr><th>scene</th><th>omission</th><th>default</th><th>omitted</th><th>with [ns]</th>"
+      "<th>without [ns]</th><th>ratio</th><th>plan with [kB]</th><th>without [kB]</th></tr>\n";
   for (const OmissionRow& row : report.omissions) {
     text += "<tr><td>" + escaped(row.scene) + "</td><td>" + omission_name(row) + "</td><td>" +
             (row.is_default ? "yes" : "no") + "</td>";
