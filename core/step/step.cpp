@@ -44,9 +44,9 @@ bool is_finite(const Frame& frame) noexcept {
 }
 
 /// Coordinates and rates below this size [m], [m/s] are set to zero. Otherwise these values would decay to
-/// denormal numbers, and computing with denormal numbers is slow. Values above this size have squares that
-/// are normal numbers.
-constexpr double kNegligible = 1e-140;
+/// denormal numbers, and computing with denormal numbers is slow. Values above this size have fourth powers
+/// that are normal numbers, so that true geometry does not become slow either.
+constexpr double kNegligible = 1e-70;
 constexpr std::int64_t kFlushTicks = 256;
 
 void flush(Array& value, Array& low) noexcept {
