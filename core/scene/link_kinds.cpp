@@ -112,6 +112,11 @@ Eigen::Matrix3d axes_of(const Scene& scene, const Link& link) {
   return axes;
 }
 
+bool bends_unequally(const Link& link) {
+  const auto* beam = std::get_if<Beam>(&link.kind);
+  return beam != nullptr && beam->EI_y != beam->EI_z;
+}
+
 bool has_point_forces(const Link& link) { return is_body(link) || matrices_of(link) != nullptr; }
 
 bool publishes_forces(const Scene& scene, const Link& link) {

@@ -108,6 +108,8 @@ struct ShearRatios {
 /// Returns the ratios of a link of `length` [m] that bends, or nullopt for a link without bending stiffness.
 std::optional<ShearRatios> shear_ratios_of(const Link& link, double length);
 
+/// Returns whether a link is a beam whose bending stiffness is not the same about both axes.
+bool bends_unequally(const Link& link);
 /// Returns whether the published forces of a link are one force on each of its points.
 bool has_point_forces(const Link& link);
 

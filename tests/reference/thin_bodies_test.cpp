@@ -3,6 +3,7 @@
 // limit without this inertia is extrapolated.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/motion.hpp"
@@ -125,6 +126,28 @@ TEST(ThinBodies, AreRefusedWithTheInertiaThatIsEnough) {
   EXPECT_FALSE(make_plan(scene, build(scene), faults).has_value());
   ASSERT_FALSE(faults.empty());
   EXPECT_NE(faults.back().message.find("the stiffest mode"), std::string::npos) << faults.back().message;
+}
+
+// Nothing holds the joints of a straight chain about its line. The set-up warns if bending in both planes
+// turns them, and not if a point has an inertia about the line.
+TEST(ThinBodies, ASetUpWarnsOfAStraightChainThatBendsUnequally) {
+  const auto warnings = [](double EI_z, double inertia) {
+    Scene scene;
+    for (int i = 0; i < 4; ++i) {
+      add_point(scene, 1.0, {1.0 * i, 0.0, 0.0});
+      if (i > 0) add_link(scene, i - 1, i, Beam{1e6, 800.0, 1e5, EI_z, {0.0, 1.0, 0.0}});
+    }
+    scene.points[0].inertia = inertia * Eigen::Matrix3d::Identity();
+    scene.fidelity = Fidelity::kCorotational;
+    Faults faults;
+    EXPECT_TRUE(make_plan(scene, build(scene), faults).has_value());
+    return std::count_if(faults.begin(), faults.end(), [](const Fault& fault) {
+      return fault.message.find("the joints of this straight chain about its line") != std::string::npos;
+    });
+  };
+  EXPECT_EQ(warnings(1.1e5, 0.0), 1);
+  EXPECT_EQ(warnings(1e5, 0.0), 0);
+  EXPECT_EQ(warnings(1.1e5, 1e-3), 0);
 }
 
 }  // namespace

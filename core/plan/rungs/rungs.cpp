@@ -111,6 +111,21 @@ void warn_of_viscous_links(const Scene& scene, const ResolvedScene& resolved, Fa
   }
 }
 
+// Warns of joints on a line that nothing holds about it, if a beam bends more easily in one plane than in
+// another, so that bending turns them   (THEORY 12.76).
+void warn_of_idle_joints(const Scene& scene, const StepPlan& plan, Faults& faults) {
+  if (plan.coupled.links.joints.idle.empty()) return;
+  for (std::size_t k = 0; k < scene.links.size(); ++k) {
+    if (!bends_unequally(scene.links[k])) continue;
+    return add_warning(
+        faults, scene.links[k].origin,
+        join_text("link ", called(scene.links[k], static_cast<int>(k)),
+                  ": EIy and EIz differ, and neither mass nor links hold the joints of this straight chain "
+                  "about its line, so that bending in both planes at once may stop the run; give one of its "
+                  "points an inertia about the line, for example inertia: [0.001, 0.001, 0.001]"));
+  }
+}
+
 }  // namespace
 
 Eigen::VectorXd damping_ratios(const Damping& damping, const Structure& structure) {
@@ -160,6 +175,7 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
     if (structure.resolved.links[k].traits.is_axial)
       plan.coupled.bars.push_back(true_bar(scene, structure.resolved, static_cast<int>(k)));
   compile_true_links(scene, structure, plan, faults);
+  warn_of_idle_joints(scene, plan, faults);
 }
 
 double rotation_rate(const StepPlan& plan) {
