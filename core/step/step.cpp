@@ -192,7 +192,8 @@ Result advance_coupled(const StepLoads& step_loads, const MotionState& state, bo
   const MotionState* from = &state;
   Result result;
   for (std::int32_t substep = 0;; ++substep) {
-    const StepLoads substep_loads{step_loads.plan, step_loads.commands, step_loads.tick, substep};
+    const StepLoads substep_loads{step_loads.plan, step_loads.slots, step_loads.tick, substep,
+                                  step_loads.over};
     result.is_finite = advance_coupled_rung(substep_loads, *from, is_fresh && substep == 0, workspace,
                                             result.frame, result.force_W, result.moment_B) &&
                        is_finite(result.frame);
@@ -226,7 +227,8 @@ void commit(const StepLoads& step_loads, const Result& result, State& state, Wor
   state.moment_B = result.moment_B;
   if (is_coupled(plan)) {
     std::swap(state.coupled, workspace.coupled.next);
-    const StepLoads last{plan, step_loads.commands, step_loads.tick, plan.coupled.num_substeps - 1};
+    const StepLoads last{plan, step_loads.slots, step_loads.tick, plan.coupled.num_substeps - 1,
+                         step_loads.over};
     set_massless_motion(last, workspace.coupled, state);
   }
   ++state.tick;
@@ -247,7 +249,7 @@ void step_in(const StepPlan& plan, State& state, const Inputs& inputs, Workspace
   std::int32_t num_slots = state.num_slots;
   if (is_changed) num_slots = change_slots(plan, state, inputs, workspace, report);
   const StepLoads step_loads{plan, is_changed ? workspace.next_pattern : state.commands_pattern,
-                             state.tick - state.epoch_start_tick};
+                             state.tick - state.epoch_start_tick, 0, inputs.over};
   const Result result = is_coupled(plan) ? advance_coupled(step_loads, state, is_changed, workspace)
                                          : advance_separated(step_loads, state, is_changed, workspace);
   if (!result.is_finite) {

@@ -1,4 +1,4 @@
-// The function that advances a state by one tick. core/error/budget.hpp has a version with an error budget.
+// The function that advances a state by one tick. core/motion.hpp also judges the motion.
 #pragma once
 
 #include <array>
@@ -13,6 +13,9 @@ namespace freeflex {
 /// expiries.
 struct Inputs {
   std::span<const ForceCommand> commands;
+  // loads in place of those of slots and of histories, for a plan whose steps are longer than the ticks of
+  // the loads; nullptr: none
+  const LoadsOverStep* over = nullptr;
 };
 
 /// Reports a slot that ended at this tick.

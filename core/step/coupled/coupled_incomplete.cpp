@@ -116,7 +116,7 @@ void add_torques(const StepLoads& step_loads, const StageState& stage, CoupledWo
         add_one(static_cast<std::int32_t>(k),
                 scale(amplitude, add(multiply_transposed(stage.R_WB, sums.torque_W[k]), sums.torque_B[k])));
   };
-  add_all(step_loads.commands.sums, 1.0);
+  add_all(step_loads.commands(stage.stage_time).sums, 1.0);
   for (const PlanHistory& history : plan.histories) {
     const double amplitude = step_loads.amplitude(history, stage.stage_time);
     add_all(history.pattern.sums, amplitude);

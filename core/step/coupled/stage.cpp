@@ -282,7 +282,7 @@ void add_modal_loads(const StepLoads& step_loads, const StageState& stage, Works
         stiffen_by_fields(plan, stage.R_WB, stage.H_B, stage.wheels, stage.p_WB, stage.q, w.Q.data()).w_B;
     for (const PlanHistory& history : plan.histories)
       stiffen(history, step_loads.amplitude(history, stage.stage_time), stage.R_WB, stage.q, w.Q.data());
-    stiffen_by_commands(plan, step_loads.commands, stage.R_WB, stage.q, w.Q.data());
+    stiffen_by_commands(plan, step_loads.commands(stage.stage_time), stage.R_WB, stage.q, w.Q.data());
   }
   if (has_modal_coupling) {
     for (std::size_t l = 0; l < n; ++l) w.q_dot[l] = stage.p[l] + rate.rate_q[l];

@@ -2,6 +2,7 @@
 // and a pattern to generalized forces.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -31,6 +32,14 @@ struct LoadSet {
 /// Adds loads to sums.
 /// \pre every index in `loads` is valid in the plan, and the sums were sized for the plan
 void add_loads(const StepPlan& plan, const LoadSet& loads, LoadSums& sums) noexcept;
+
+/// Holds the loads over a step that is longer than a tick. Commands and amplitudes of histories are parabolas
+/// in time, given at the start, the middle and the end of the step   (THEORY 15.2).
+struct LoadsOverStep {
+  std::array<LoadPattern, 3> commands;
+  std::vector<std::array<double, 3>> amplitudes;  // [-] (num histories)
+  bool jumps = true;  // false: the loads at the start are those at the end of the step before
+};
 
 /// The numbering of the components of commands along the axes of the body: three forces on each point, three
 /// torques on each point with an attitude, three forces and then three torques on each group, one torque of

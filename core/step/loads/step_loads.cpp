@@ -19,6 +19,9 @@ void add_resultant(const StepPlan& plan, const LoadPattern& pattern, double ampl
 }
 
 double StepLoads::amplitude(const PlanHistory& history, StageTime stage_time) const noexcept {
+  if (over != nullptr)
+    return over->amplitudes[static_cast<std::size_t>(&history - plan.histories.data())]
+                           [static_cast<std::size_t>(stage_time)];
   if (history.kind == PlanHistory::Kind::kPulse) return amplitude_right(history, plan.period, tick);
   // the number of substeps is a power of two, so the period is divided without rounding error
   const std::int32_t num_substeps = plan.coupled.num_substeps;
@@ -36,6 +39,7 @@ double StepLoads::amplitude(const PlanHistory& history, StageTime stage_time) co
 }
 
 bool StepLoads::jumps() const noexcept {
+  if (over != nullptr) return over->jumps;
   for (const PlanHistory& history : plan.histories)
     if (amplitude_left(history, plan.period, tick) != amplitude_right(history, plan.period, tick))
       return true;
@@ -44,16 +48,21 @@ bool StepLoads::jumps() const noexcept {
 
 RigidLoads StepLoads::rigid() const noexcept {
   RigidLoads loads;
-  add_resultant(plan, commands, 1.0, loads.start);
-  if (plan.histories.empty()) return loads;
+  add_resultant(plan, commands(StageTime::kStart), 1.0, loads.start);
+  if (plan.histories.empty() && over == nullptr) return loads;
   // Histories of amplitude zero are skipped. If all loads are constant over the step, the loads at its middle
   // and end are not stored.
-  bool varies = false;
+  bool varies = over != nullptr;
   for (const PlanHistory& history : plan.histories) {
     const double start = amplitude(history, StageTime::kStart);
     varies |= amplitude(history, StageTime::kMiddle) != start || amplitude(history, StageTime::kEnd) != start;
   }
   if (varies) loads.later.emplace(RigidLoads::Later{loads.start, loads.start});
+  if (over != nullptr) {
+    loads.later.emplace();
+    add_resultant(plan, commands(StageTime::kMiddle), 1.0, loads.later->middle);
+    add_resultant(plan, commands(StageTime::kEnd), 1.0, loads.later->end);
+  }
   const auto add = [this](const PlanHistory& history, double amplitude, RigidLoad& load) {
     if (amplitude != 0.0) add_resultant(plan, history.pattern, amplitude, load);
   };
@@ -67,7 +76,7 @@ RigidLoads StepLoads::rigid() const noexcept {
 }
 
 double StepLoads::wheel_torque(std::size_t wheel, StageTime stage_time) const noexcept {
-  double torque = commands.wheel_torques[wheel];
+  double torque = commands(stage_time).wheel_torques[wheel];
   for (const PlanHistory& history : plan.histories)
     torque += amplitude(history, stage_time) * history.pattern.wheel_torques[wheel];
   return torque;
@@ -128,7 +137,7 @@ void add_wheels(const StepLoads& step_loads, StageTime stage_time, const Vec3& w
 
 void StepLoads::generalized(StageTime stage_time, const Frame& frame, const Mat3& R_WB,
                             std::span<const double> momentum, Array& Q) const noexcept {
-  bool has_any = project(plan, commands, R_WB, 1.0, false, Q.data());
+  bool has_any = project(plan, commands(stage_time), R_WB, 1.0, false, Q.data());
   for (const PlanHistory& history : plan.histories)
     if (const double now = amplitude(history, stage_time); now != 0.0)
       has_any |= project(plan, history.pattern, R_WB, now, has_any, Q.data());
@@ -150,7 +159,11 @@ bool StepLoads::turn_groups() const noexcept {
     };
     return is_any(pattern.sums.group_torque_W) || is_any(pattern.sums.group_torque_B);
   };
-  return turns_group(commands) ||
+  const auto any_turns_group = [&] {
+    if (over == nullptr) return turns_group(slots);
+    return std::any_of(over->commands.begin(), over->commands.end(), turns_group);
+  };
+  return any_turns_group() ||
          std::any_of(plan.histories.begin(), plan.histories.end(),
                      [&](const PlanHistory& history) { return turns_group(history.pattern); });
 }
@@ -158,7 +171,7 @@ bool StepLoads::turn_groups() const noexcept {
 void StepLoads::on_points(StageTime stage_time, const Mat3& R_WB, std::span<const Vec3> x,
                           std::span<Vec3> forces) const noexcept {
   std::fill(forces.begin(), forces.end(), Vec3{});
-  add_point_forces(plan, commands, R_WB, 1.0, x, forces);
+  add_point_forces(plan, commands(stage_time), R_WB, 1.0, x, forces);
   for (const PlanHistory& history : plan.histories)
     add_point_forces(plan, history.pattern, R_WB, amplitude(history, stage_time), x, forces);
 }

@@ -1,5 +1,5 @@
 // The loads of one step are the loads of commands and the loads of built-in histories. The loads of commands
-// are constant over the step.
+// are constant over the step, unless the step is longer than a tick.
 #pragma once
 
 #include <cstdint>
@@ -21,9 +21,17 @@ void add_resultant(const StepPlan& plan, const LoadPattern& pattern, double ampl
 /// Holds the loads of one step. If the plan divides the step, these are the loads of one substep.
 struct StepLoads {
   const StepPlan& plan;
-  const LoadPattern& commands;
+  const LoadPattern& slots;  // sum of the loads in slots
   std::int64_t tick;         // index of the step since the epoch began
   std::int32_t substep = 0;  // index of the substep in the step; stage times are those of the substep
+  // loads in place of those of slots and of histories; nullptr: none
+  // \pre the plan does not divide the step
+  const LoadsOverStep* over = nullptr;
+
+  /// Returns the loads of commands at a stage time.
+  const LoadPattern& commands(StageTime stage_time) const noexcept {
+    return over == nullptr ? slots : over->commands[static_cast<std::size_t>(stage_time)];
+  }
 
   /// Returns the amplitude of a history at a stage time [-].
   double amplitude(const PlanHistory& history, StageTime stage_time) const noexcept;

@@ -53,7 +53,7 @@ struct PlanParticles {
                         // elastic rotation theta = rows q
 };
 
-/// Holds a wheel in a body   (THEORY 16.21 to 16.26).
+/// Holds a wheel in a body   (THEORY 16.21 to 16.23).
 struct PlanWheel {
   std::string name;
   std::int32_t attitude_index = -1;  // index of the wheel's body in PlanParticles::attitude_points

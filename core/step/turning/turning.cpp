@@ -155,7 +155,7 @@ void load_bodies(const StepLoads& step_loads, const StageState& stage, CoupledWo
       at.torque = add_scaled(at.torque, amplitude, torque);
     }
   };
-  add_all(step_loads.commands.sums, 1.0);
+  add_all(step_loads.commands(stage.stage_time).sums, 1.0);
   for (const PlanHistory& history : plan.histories) {
     const double amplitude = step_loads.amplitude(history, stage.stage_time);
     add_all(history.pattern.sums, amplitude);
