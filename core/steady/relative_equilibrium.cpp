@@ -188,6 +188,19 @@ RelativeEquilibria::Vector RelativeEquilibria::rates(const Vector& z, const Vect
   return z_dot;
 }
 
+// Rates of p [m/s^2] (n) that the acceleration of the rotation causes in a shape at rest, if the angular
+// momentum changes by `H_rate` [N m]   (THEORY 15.11).
+RelativeEquilibria::Vector RelativeEquilibria::by_acceleration(const Vector& q, const Vector3d& H_rate) {
+  const Vector still = steady_state(q, Vector3d::Zero());
+  MatrixXd by_spin(n_ + 3, 3);
+  for (Index a = 0; a < 3; ++a)
+    by_spin.col(a) = (steady_state(q, Vector3d::Unit(a)) - still).segment(n_, n_ + 3);
+  const Eigen::Matrix3d inertia = by_spin.bottomRows<3>();
+  const Vector3d acceleration =
+      Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix3d>(inertia).solve(H_rate);
+  return by_spin.topRows(n_) * acceleration;
+}
+
 // Renews the factor of the joints near z if they converge slowly there, so that all rates near z have joints
 // without error. The joints come from a shape at some distance, because the rate of convergence is seen only
 // over several sweeps.
@@ -199,17 +212,36 @@ void RelativeEquilibria::renew_joints(const Vector& z, const Vector3d& spin) {
   rates(z, spin);
 }
 
-// Newton's method for q and the axis of the spin. Without spin, q alone is unknown   (THEORY 12.98).
+// Returns p' over the frequencies and the size (n), which is zero in a steady shape   (THEORY 12.98, 15.11).
+RelativeEquilibria::Vector RelativeEquilibria::residual_at(const Vector& q, const Vector3d& w) {
+  Vector z_dot = rates(steady_state(q, w), w);
+  if (may_accelerate_) z_dot.segment(n_, n_) -= by_acceleration(q, z_dot.segment<3>(2 * n_));
+  return z_dot.segment(n_, n_).cwiseQuotient(scale_) / size_;
+}
+
+// Returns the derivatives of residual_at() by the frequencies times q over the size (n x n). It is the
+// negative of the stiffness in units of that of the body at rest.
+MatrixXd RelativeEquilibria::stiffness_at(const Vector& q, const Vector3d& w) {
+  MatrixXd J(n_, n_);
+  for (Index l = 0; l < n_; ++l)
+    J.col(l) = derivative(step_[l], [&](double x) { return residual_at(q + x * Vector::Unit(n_, l), w); }) *
+               size_ / scale_[l];
+  return J;
+}
+
+// Newton's method for q and the axis of the spin. Without spin, or if the body may accelerate, q alone is
+// unknown   (THEORY 12.98, 15.11).
 std::string RelativeEquilibria::solve(double rate, Vector& q, Vector3d& spin) {
-  const Index num_axis = rate > 0.0 ? 3 : 0;
+  const Index num_axis = rate > 0.0 && !may_accelerate_ ? 3 : 0;
   // unknowns: scale_ q over the size, w over the rate; residuals: p' over scale_ and the size, H' over that
   // of a point mass at the size, and |w|^2
   const double moment = plan_.mass * size_ * size_ * rate * rate;
   const auto residual = [&](const Vector& at_q, const Vector3d& w) {
+    if (num_axis == 0) return residual_at(at_q, w);
     const Vector z_dot = rates(steady_state(at_q, w), w);
-    Vector r(n_ + (num_axis > 0 ? 4 : 0));
+    Vector r(n_ + 4);
     r.head(n_) = z_dot.segment(n_, n_).cwiseQuotient(scale_) / size_;
-    if (num_axis > 0) r.tail<4>() << z_dot.segment<3>(2 * n_) / moment, w.squaredNorm() / (rate * rate) - 1.0;
+    r.tail<4>() << z_dot.segment<3>(2 * n_) / moment, w.squaredNorm() / (rate * rate) - 1.0;
     return r;
   };
   double last = std::numeric_limits<double>::infinity();
@@ -218,7 +250,8 @@ std::string RelativeEquilibria::solve(double rate, Vector& q, Vector3d& spin) {
     const Vector r = residual(q, spin);
     if (!r.allFinite()) return "no steady motion was found: the accelerations are not finite";
     MatrixXd J(r.size(), n_ + num_axis);
-    for (Index l = 0; l < n_; ++l)
+    if (num_axis == 0) J = stiffness_at(q, spin);
+    for (Index l = 0; num_axis > 0 && l < n_; ++l)
       J.col(l) = derivative(step_[l], [&](double x) { return residual(q + x * Vector::Unit(n_, l), spin); }) *
                  size_ / scale_[l];
     for (Index a = 0; a < num_axis; ++a)
@@ -330,14 +363,19 @@ std::string RelativeEquilibria::set_motions(const Vector& z, RelativeEquilibrium
   return {};
 }
 
-// Elastic displacement of a point [m]. Without true geometry it is linear, and zero if the plan has no rows
-// of the point.
-Vector3d RelativeEquilibria::displacement(std::size_t point) const {
-  if (traits_of(plan_.fidelity).has_true_geometry) return vector_of(workspace_.coupled.V[point]);
-  const std::int32_t row = plan_.points[point].row;
-  const Vec3 V =
-      row < 0 ? Vec3{} : contract_rows(point_rows(plan_, row), state_.q.data(), index(plan_.num_padded));
-  return vector_of(V);
+// Elastic displacements of all points [m]. Without true geometry they are linear, and zero if the plan has no
+// rows of a point.
+Eigen::Matrix3Xd RelativeEquilibria::displacements() const {
+  const bool is_true = traits_of(plan_.fidelity).has_true_geometry;
+  Eigen::Matrix3Xd all = Eigen::Matrix3Xd::Zero(3, static_cast<Index>(plan_.points.size()));
+  for (Index i = 0; i < all.cols(); ++i) {
+    const std::int32_t row = plan_.points[index(i)].row;
+    if (is_true)
+      all.col(i) = vector_of(workspace_.coupled.V[index(i)]);
+    else if (row >= 0)
+      all.col(i) = vector_of(contract_rows(point_rows(plan_, row), state_.q.data(), index(plan_.num_padded)));
+  }
+  return all;
 }
 
 // Follows the steady motion from the shape of `q` to the whole spin and loads in equal steps. Returns the
@@ -361,17 +399,40 @@ std::string RelativeEquilibria::follow(const Vector3d& asked, int num_steps, Vec
       "prints");
 }
 
+// Follows the motion from the last one or, if that fails, from rest.
+std::string RelativeEquilibria::follow_from_last(const Vector3d& asked, Vector& q, Vector3d& spin) {
+  std::string error = refusal(asked);
+  if (!error.empty()) return error;
+  q = q_;
+  error = follow(asked, 1, q, spin);
+  if (error.empty() || (asked.norm() == 0.0 && load_size_ == 0.0)) return error;
+  q.setZero();
+  return follow(asked, kMostSteps, q, spin);
+}
+
+RelativeEquilibrium RelativeEquilibria::respond(const Vector3d& spin) {
+  RelativeEquilibrium motion;
+  motion.spin = spin;
+  may_accelerate_ = true;
+  Vector q;
+  motion.error = follow_from_last(spin, q, motion.spin);
+  may_accelerate_ = false;
+  if (!motion.error.empty()) return motion;
+  may_accelerate_ = true;
+  const Eigen::EigenSolver<MatrixXd> eigen(stiffness_at(q, spin), false);
+  may_accelerate_ = false;
+  // at rest without loads, all eigenvalues are -1
+  motion.is_unstable = eigen.info() != Eigen::Success || eigen.eigenvalues().real().maxCoeff() >= 0.0;
+  rates(steady_state(q, spin), spin);
+  motion.displacements = displacements();
+  return motion;
+}
+
 RelativeEquilibrium RelativeEquilibria::find(const Vector3d& asked) {
   RelativeEquilibrium motion;
   motion.spin = asked;
-  motion.error = refusal(asked);
-  if (!motion.error.empty()) return motion;
-  Vector q = q_;
-  motion.error = follow(asked, 1, q, motion.spin);
-  if (!motion.error.empty() && (asked.norm() > 0.0 || load_size_ > 0.0)) {
-    q.setZero();
-    motion.error = follow(asked, kMostSteps, q, motion.spin);
-  }
+  Vector q;
+  motion.error = follow_from_last(asked, q, motion.spin);
   if (!motion.error.empty()) return motion;
   const Vector z = steady_state(q, motion.spin);
   const Vector3d moment = rates(z, motion.spin).segment<3>(2 * n_);
@@ -389,9 +450,7 @@ RelativeEquilibrium RelativeEquilibria::find(const Vector3d& asked) {
     return motion;
   }
   q_ = q;
-  motion.displacements.resize(3, static_cast<Index>(plan_.points.size()));
-  for (std::size_t i = 0; i < plan_.points.size(); ++i)
-    motion.displacements.col(static_cast<Index>(i)) = displacement(i);
+  motion.displacements = displacements();
   motion.error = set_motions(z, motion);
   return motion;
 }

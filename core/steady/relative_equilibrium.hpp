@@ -32,6 +32,8 @@ struct RelativeEquilibrium {
   // ascending in |Im rate|, one of each conjugate pair; motions that only continue the steady motion with
   // another attitude or spin are left out
   std::vector<SmallMotion> motions;
+  // of respond(): the links do not hold the shape, so that a small push moves the structure far
+  bool is_unstable = false;
   // [-] largest relative change of a rate if the finite differences take three times longer steps
   double accuracy = 0.0;
 };
@@ -52,6 +54,12 @@ class RelativeEquilibria {
   /// \param spin  [rad/s] body axes
   RelativeEquilibrium find(const Eigen::Vector3d& spin);
 
+  /// Finds the shape that is at rest in the axes of the body, without elastic rates and accelerations, at an
+  /// instant at which the body rotates at `spin`. The loads may turn the body and change its spin
+  /// (THEORY 15.11), and whether it is stable at a fixed spin. Finds no small motions.
+  /// \param spin  [rad/s] body axes
+  RelativeEquilibrium respond(const Eigen::Vector3d& spin);
+
   /// Returns the time of the loads [s], a multiple of the period of the plan.
   double time() const { return static_cast<double>(tick_) * plan_.period; }
 
@@ -63,13 +71,17 @@ class RelativeEquilibria {
   void scale_loads(double share);
   Vector steady_state(const Vector& q, const Eigen::Vector3d& spin);
   Vector rates(const Vector& z, const Eigen::Vector3d& spin);
+  Vector by_acceleration(const Vector& q, const Eigen::Vector3d& H_rate);
   void renew_joints(const Vector& z, const Eigen::Vector3d& spin);
+  Vector residual_at(const Vector& q, const Eigen::Vector3d& w);
+  Eigen::MatrixXd stiffness_at(const Vector& q, const Eigen::Vector3d& w);
   std::string solve(double rate, Vector& q, Eigen::Vector3d& spin);
   Vector step_of(const Eigen::MatrixXd& J, const Vector& r) const;
   double zero_rate(const Eigen::MatrixXd& A, double spin) const;
   std::string follow(const Eigen::Vector3d& asked, int num_steps, Vector& q, Eigen::Vector3d& spin);
   Eigen::MatrixXd linearise(const Vector& z, const Eigen::Vector3d& spin, double stretch);
-  Eigen::Vector3d displacement(std::size_t point) const;
+  std::string follow_from_last(const Eigen::Vector3d& asked, Vector& q, Eigen::Vector3d& spin);
+  Eigen::Matrix3Xd displacements() const;
   std::string set_motions(const Vector& z, RelativeEquilibrium& motion);
 
   StepPlan plan_;
@@ -79,9 +91,10 @@ class RelativeEquilibria {
   Vector scale_;       // [rad/s] (n) frequency of each mode, or the lowest one of all
   Vector step_;        // [m] (n) step of finite differences
   bool has_world_loads_ = false, has_motor_ = false;
-  double load_size_ = 0.0;  // [N] sum of the sizes of all loads
-  Vector amplitudes_;       // [-] of each history at the time of the loads
-  Vector q_;                // [m] (n) of the last steady motion
+  bool may_accelerate_ = false;  // the shape of respond() is sought
+  double load_size_ = 0.0;       // [N] sum of the sizes of all loads
+  Vector amplitudes_;            // [-] of each history at the time of the loads
+  Vector q_;                     // [m] (n) of the last steady motion
   State state_;
   Workspace workspace_;
 };

@@ -268,6 +268,38 @@ TEST(RelativeEquilibrium, StiffLinksDoNotHideSoftDirections) {
   EXPECT_NEAR(soft, stiff, 1e-3 * stiff);
 }
 
+// In the shape under a force that turns a spinning chain, the accelerations that the reference computes are
+// those of a rigid body: the part that no a + alpha x (r + V) fits is zero.
+TEST(RelativeEquilibrium, AShapeUnderALoadThatTurnsTheBodyAcceleratesAsARigidBody) {
+  Random random(3);
+  Scene scene = chain(random);
+  push(scene, 0, Axes::kBody, {2.0, -1.0, 5.0});
+  for (const Vector3d& spin : {Vector3d(0.0, 0.0, 0.0), Vector3d(0.5, 1.5, -1.0)}) {
+    RelativeEquilibria equilibria(true_plan(scene), 0.0);
+    const RelativeEquilibrium found = equilibria.respond(spin);
+    ASSERT_EQ(found.error, "");
+    CartesianSystem system = true_geometry_of(scene);
+    system.spin = spin;
+    const Eigen::VectorXd e = found.displacements.reshaped();
+    const std::vector<double> at(e.begin(), e.end()), still(at.size());
+    Eigen::VectorXd e_ddot(e.size());
+    accelerations(system, 0.0, 1e-9, at, still, std::span(e_ddot.data(), at.size()));
+    Eigen::MatrixXd rigid(e.size(), 6);
+    for (Eigen::Index i = 0; i < found.displacements.cols(); ++i)
+      for (int a = 0; a < 3; ++a) {
+        rigid.block<3, 1>(3 * i, a) = Vector3d::Unit(a);
+        rigid.block<3, 1>(3 * i, 3 + a) =
+            Vector3d::Unit(a).cross(system.r.col(i) + found.displacements.col(i));
+      }
+    const Eigen::VectorXd left = e_ddot - rigid * rigid.colPivHouseholderQr().solve(e_ddot);
+    const double deflection = found.displacements.cwiseAbs().maxCoeff();
+    std::printf("deflection %.3f m, accelerations %.1e, not rigid %.1e\n", deflection, e_ddot.norm(),
+                left.norm());
+    EXPECT_GT(deflection, 0.02);
+    EXPECT_LT(left.norm(), 1e-6 * e_ddot.norm());
+  }
+}
+
 TEST(RelativeEquilibrium, AMotionThatIsNotSteadyIsRefused) {
   Random random(3);
   const Scene scene = chain(random);
